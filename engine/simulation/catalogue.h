@@ -1,0 +1,81 @@
+#pragma once
+
+#include <span>
+#include <string_view>
+#include <vector>
+
+namespace stiefel {
+
+/// How a method keeps an invariant of the exact motion: to rounding whatever the step; with an error
+/// that oscillates but does not grow; with an error that grows with time.
+enum class Kept { exact, bounded, drifts };
+
+std::string_view to_string(Kept kept);
+
+/// What a method declares about one invariant of one system.
+struct Preservation {
+  std::string_view invariant;
+  Kept kept;
+};
+
+struct MethodInfo {
+  std::string_view name;
+  std::string_view summary;
+  std::string_view source;
+  std::string_view file;
+  std::vector<int> orders;
+  int default_order;
+  bool reversible;
+};
+
+struct BlockInfo {
+  std::string_view name;
+  std::string_view shape;
+  bool required;
+  std::string_view description;
+};
+
+struct FieldInfo {
+  std::string_view name;
+  std::string_view shape;
+  std::string_view description;
+};
+
+struct InvariantInfo {
+  std::string_view name;
+  std::string_view formula;
+  std::string_view source;
+};
+
+/// A method on a system; the method's name is empty for the map that a discrete system is.
+struct MethodOnSystem {
+  std::string_view method;
+  std::vector<Preservation> preserves;
+};
+
+struct SystemInfo {
+  std::string_view name;
+  std::string_view summary;
+  std::string_view equations;
+  std::string_view source;
+  std::string_view file;
+  bool discrete;
+  std::vector<BlockInfo> blocks;
+  std::vector<FieldInfo> fields;
+  std::vector<InvariantInfo> invariants;
+  std::vector<MethodOnSystem> methods;
+};
+
+/// All systems and methods, as data. Built once.
+struct Catalogue {
+  std::vector<SystemInfo> systems;
+  std::vector<MethodInfo> methods;
+
+  /// Null if there is none of that name.
+  const SystemInfo* system(std::string_view name) const;
+  const MethodInfo* method(std::string_view name) const;
+};
+
+const Catalogue& catalogue();
+
+}  // namespace stiefel

@@ -1,0 +1,105 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <expected>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace stiefel {
+
+using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// What is wrong with a scene: the path of the field ("initial.Q"), its value and the rule it breaks.
+struct Violation {
+  std::string field;
+  std::string value;
+  std::string rule;
+};
+using Violations = std::vector<Violation>;
+
+enum class Arithmetic { compensated, plain };
+
+/// A method as asked for; what is absent is filled in by Scene::resolve.
+struct MethodDescription {
+  std::string name;
+  std::optional<int> order;
+  std::optional<int> substeps;
+  std::string arithmetic;  ///< "compensated", "plain" or empty
+};
+
+/// A body in three dimensions in engineers' terms and in the caller's axes.
+/// Inertia tensor (Ixx, Iyy, Izz, Ixy, Ixz, Iyz: matrix entries) or principal moments, in kg m²;
+/// the attitude is Hamilton's quaternion w, x, y, z, body to space; rad/s in body axes.
+struct BodyDescription {
+  std::vector<double> inertia_tensor;
+  std::vector<double> moments;
+  std::vector<double> attitude;
+  std::vector<double> angular_velocity;
+};
+
+/// A scene as a caller writes it; nothing is checked.
+struct SceneDescription {
+  std::string system;
+  std::optional<MethodDescription> method;
+  std::vector<double> inertia;
+  std::map<std::string, RowMatrix> initial;
+  std::optional<BodyDescription> body;
+  double step = 0;
+};
+
+/// A 3D body brought to its principal axes: I = R diag(moments) Rᵀ, det R = +1.
+/// Q_caller = Q Rᵀ, M_caller = R M Rᵀ.
+struct PrincipalAxes {
+  Eigen::Vector3d moments;
+  Eigen::Matrix3d rotation;
+};
+
+/// Everything that determines a motion; immutable, and valid because only `resolve` makes one.
+/// Resolving a resolved description gives the same scene, bit for bit.
+class Scene {
+ public:
+  static constexpr int max_dimension = 512;
+  /// Q is accepted, and repaired, up to this max |QᵀQ − I|; the same for | |attitude| − 1 |.
+  static constexpr double frame_tolerance = 1e-6;
+  /// M is accepted, and its skew part taken, up to this max |M + Mᵀ| / max |M|.
+  static constexpr double skew_tolerance = 1e-10;
+
+  /// Every violation at once, or the scene.
+  static std::expected<Scene, Violations> resolve(SceneDescription description);
+
+  /// The resolved description: what the caller gave with every default filled in.
+  const SceneDescription& description() const { return description_; }
+  const std::string& system() const { return description_.system; }
+  /// Empty for a discrete system.
+  std::string method() const { return description_.method ? description_.method->name : ""; }
+  int order() const { return description_.method ? description_.method->order.value_or(0) : 0; }
+  int substeps() const { return description_.method ? description_.method->substeps.value_or(1) : 1; }
+  Arithmetic arithmetic() const { return arithmetic_; }
+  double step() const { return description_.step; }
+  double time(std::int64_t step) const { return static_cast<double>(step) * description_.step; }
+  /// N.
+  int dimension() const { return static_cast<int>(inertia_.size()); }
+  /// λ_1..λ_N, in principal axes for a body.
+  const Eigen::VectorXd& inertia() const { return inertia_; }
+  /// Q and M in principal axes, repaired; Q is empty (0 × 0) in a momentum-only scene.
+  const Eigen::MatrixXd& Q() const { return Q_; }
+  const Eigen::MatrixXd& M() const { return M_; }
+  bool has_frame() const { return Q_.size() > 0; }
+  /// Only for a scene given by `body`.
+  const std::optional<PrincipalAxes>& axes() const { return axes_; }
+
+ private:
+  Scene() = default;
+  friend class SceneResolver;
+
+  SceneDescription description_;
+  Arithmetic arithmetic_ = Arithmetic::compensated;
+  Eigen::VectorXd inertia_;
+  Eigen::MatrixXd Q_, M_;
+  std::optional<PrincipalAxes> axes_;
+};
+
+}  // namespace stiefel

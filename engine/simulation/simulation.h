@@ -1,0 +1,85 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/simulation/scene.h"
+
+namespace stiefel {
+
+/// How a run ended. Anything but `reached` leaves the last good state in place.
+enum class Outcome { reached, left_domain, solver_stalled, not_finite, cancelled };
+
+struct Ending {
+  Outcome outcome = Outcome::reached;
+  /// left_domain: the largest |h| that has a solution from the last good state, to 1e-3.
+  std::optional<double> largest_step;
+
+  bool reached() const { return outcome == Outcome::reached; }
+};
+
+/// One sentence for people; empty when reached.
+std::string to_sentence(const Ending& ending);
+
+/// What can be sampled: "Q", "M", "Omega", "quaternion", "angular_velocity"; written rows × cols.
+struct Field {
+  std::string name;
+  int rows = 0;
+  int cols = 0;
+  int size() const { return rows * cols; }
+};
+
+/// A Map with its current State and step index. The state at step k has the same bits however it
+/// was reached: by one call or many, or by `restore` of what `save` gave at some step before.
+/// Not thread-safe; different simulations may run on different threads.
+class Simulation {
+ public:
+  virtual ~Simulation() = default;
+
+  std::int64_t step() const { return step_; }
+
+  /// Goes `steps` ≥ 0 further, or to the last good state before. No allocation after the first step.
+  virtual Ending advance(std::int64_t steps) = 0;
+
+  /// The complete state, solver history and round-off carries included, and back again.
+  /// `restore` expects exactly `saved_size()` numbers from a simulation of the same scene and build.
+  virtual std::size_t saved_size() const = 0;
+  virtual void save(std::span<double> out) const = 0;
+  virtual void restore(std::int64_t step, std::span<const double> saved) = 0;
+
+  /// The fields this scene offers, its system's blocks first.
+  const std::vector<Field>& fields() const { return fields_; }
+  /// How many of them are the blocks.
+  std::size_t block_count() const { return block_count_; }
+  /// Writes field `index`, row by row, in the caller's axes.
+  virtual void write(std::size_t index, std::span<double> out) const = 0;
+
+  /// Q (empty if there is none) and M in principal axes.
+  virtual Eigen::MatrixXd Q() const = 0;
+  virtual Eigen::MatrixXd M() const = 0;
+
+  /// LEFT_DOMAIN's number for the current state: the largest |h| ≤ limit with a solution, to 1e-3;
+  /// nothing for a map that is defined for every step.
+  virtual std::optional<double> largest_step(double limit) const = 0;
+
+  /// A rough count of nanoseconds a step takes, from N and the method alone: for slicing, not timing.
+  virtual double step_cost() const = 0;
+
+ protected:
+  std::int64_t step_ = 0;
+  std::vector<Field> fields_;
+  std::size_t block_count_ = 0;
+};
+
+/// The simulation of a scene, at step 0.
+std::unique_ptr<Simulation> make_simulation(const Scene& scene);
+
+/// Everything that could change bits between two processes: version, compiler, flags, C library,
+/// CPU features. Two processes with equal fingerprints compute the same states.
+const std::string& build_fingerprint();
+
+}  // namespace stiefel
