@@ -1,0 +1,59 @@
+#pragma once
+
+#include <grpcpp/channel.h>
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace stiefel::server {
+
+struct Options {
+  /// Where to listen, without TLS: "127.0.0.1:50551", "[::1]:0" (any free port), "unix:/run/s.sock".
+  /// None: only `in_process_channel`.
+  std::vector<std::string> listen;
+  /// Threads that compute; 0 means one a core.
+  int threads = 0;
+  std::uint32_t max_sessions = 1000;
+  /// A session nobody calls for so long is dropped.
+  std::chrono::milliseconds idle_timeout = std::chrono::hours(1);
+  /// How long `shutdown` lets running work finish before it stops it.
+  std::chrono::milliseconds grace = std::chrono::seconds(5);
+  /// trace, debug, info, warn, error, critical, off. One line an RPC at info, on stderr.
+  std::string log_level = "warn";
+  bool log_json = false;
+  /// For tests; the steady clock when empty.
+  std::function<std::chrono::steady_clock::time_point()> clock;
+};
+
+/// The whole service: sessions, the threads that compute, health, reflection. `stiefel-server` is
+/// one of these; a program can hold its own. Thread-safe.
+class Server {
+ public:
+  /// Throws std::runtime_error when an address cannot be listened on.
+  explicit Server(Options options);
+  /// Shuts down, without grace if `shutdown` was not called.
+  ~Server();
+  Server(const Server&) = delete;
+  Server& operator=(const Server&) = delete;
+
+  /// What a client connects to, in the order of `Options::listen`, with the port that was chosen.
+  const std::vector<std::string>& addresses() const;
+
+  /// A channel that needs no address. It must not be used after the server is gone.
+  std::shared_ptr<grpc::Channel> in_process_channel();
+
+  /// Not serving at once: new work is refused with UNAVAILABLE. What runs may finish within the
+  /// grace period; then Steps end with OUTCOME_CANCELLED and their last good state, and streams with
+  /// a last message that says so. Returns when nothing runs. Calling it again does nothing.
+  void shutdown();
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace stiefel::server
