@@ -1,0 +1,72 @@
+# The front door. Everything real is in CMake; this installs what is missing and says what to call.
+SHELL := /bin/bash
+.SHELLFLAGS := -euo pipefail -c
+.DEFAULT_GOAL := help
+
+# Two gigabytes a compiler, and at least one of them.
+JOBS ?= $(shell awk -v cores=$$(nproc) '/MemAvailable/ { fit = int($$2 / 2e6) } \
+          END { print fit < 1 ? 1 : fit < cores ? fit : cores }' /proc/meminfo)
+STEPS ?= 10000
+PREFIX ?= /usr/local
+# Debian's, whose packages are the ones installed; another may stand first on PATH.
+PYTHON := /usr/bin/python3
+# Without a terminal ninja would print a line for every file.
+QUIET := $(shell [ -t 1 ] || echo --quiet)
+
+cmake_build = cmake --build --preset $(1) -j $(JOBS) -- $(QUIET)
+
+.PHONY: help packages build run test test-long bench image sanitize format install bare clean
+
+help: ## what there is (this text)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
+
+packages: ## install the Debian packages that building and testing need
+	@docker/packages.sh build test
+
+# Configuring says much; it is shown only when it fails.
+build/%/build.ninja: | packages
+	@mkdir -p $(@D)
+	@cmake --preset $* > $(@D)/configure.log 2>&1 || { cat $(@D)/configure.log; rm -f $@; exit 1; }
+
+build: build/release/build.ninja ## compile everything into build/release
+	@$(call cmake_build,release)
+
+run: build ## simulate asteroid Toutatis, or SCENE=file.json STEPS=10000; writes build/run
+	@export PYTHONPATH=build/release/python STIEFEL_SERVER=build/release/bin/stiefel-server; \
+	if [ -n "$(SCENE)" ]; then \
+	  $(PYTHON) client/examples/run_scene.py "$(SCENE)" --steps $(STEPS) --output build/run; \
+	else \
+	  $(PYTHON) client/examples/toutatis.py --output build/run; \
+	fi
+
+test: build ## compile and run the tests
+	@ctest --preset release -j $(JOBS)
+
+test-long: build ## the tests that take minutes, too
+	@ctest --preset long -j $(JOBS)
+
+bench: build ## measure, every figure beside a rival in the same run
+	@$(PYTHON) tests/bench/run.py build/release
+
+sanitize: build/asan/build.ninja build/tsan/build.ninja ## the tests under the sanitizers
+	@$(call cmake_build,asan)
+	@ctest --preset asan -j $(JOBS)
+	@$(call cmake_build,tsan)
+	@ctest --preset tsan -j $(JOBS)
+
+image: build ## build the container and test it while it runs
+	@tests/docker/image.sh
+
+bare: ## run and test a clone in a bare Debian 12, as root
+	@docker/packages.sh image
+	@tests/docker/bare_debian.sh
+
+format: ## clang-format every source in place
+	@docker/packages.sh format
+	@git ls-files '*.cc' '*.h' | xargs clang-format -i
+
+install: build ## install library, server and command under PREFIX
+	@cmake --install build/release --prefix "$(PREFIX)"
+
+clean: ## remove build/
+	@rm -rf build

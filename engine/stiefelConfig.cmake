@@ -1,0 +1,4 @@
+include(CMakeFindDependencyMacro)
+find_dependency(Eigen3 3.4)
+find_dependency(LAPACK)
+include(${CMAKE_CURRENT_LIST_DIR}/stiefelTargets.cmake)
