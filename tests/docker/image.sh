@@ -1,0 +1,51 @@
+#!/bin/bash
+# Builds the image and tests it while it runs: with the Docker engine where one answers, else with
+# buildah and podman from Debian, as root, on a base made from Debian's packages.
+# Usage: tests/docker/image.sh [pytest arguments]
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+export STIEFEL_IMAGE=${STIEFEL_IMAGE:-stiefel} STIEFEL_IMAGE_BASE=debian:bookworm-slim
+arguments=(--build-arg VERSION="$(awk '/^project\(stiefel VERSION/ { print $3 }' CMakeLists.txt)"
+           --build-arg REVISION="$(git rev-parse HEAD)"
+           -t "$STIEFEL_IMAGE" -f docker/Dockerfile .)
+
+# A store of our own, so that nothing of the machine's is touched, and made where it is missing.
+local_engine() {
+  local store=$PWD/build/containers open_files
+  mkdir -p "$store"
+  open_files=$(ulimit -Hn)
+  cat > "$store/containers.conf" <<CONF
+[containers]
+default_ulimits = ["nofile=$open_files:$open_files", "nproc=4096:4096"]
+[engine]
+runtime = "runc"
+cgroup_manager = "cgroupfs"
+events_logger = "file"
+CONF
+  cat > "$store/storage.conf" <<CONF
+[storage]
+driver = "overlay"
+graphroot = "$store/graph"
+runroot = "$store/run"
+CONF
+  export CONTAINERS_CONF=$store/containers.conf CONTAINERS_STORAGE_CONF=$store/storage.conf
+  if ! podman image exists "docker.io/library/$STIEFEL_IMAGE_BASE"; then
+    echo "Making $STIEFEL_IMAGE_BASE from Debian's packages"
+    mmdebstrap --quiet --variant=minbase --include=ca-certificates bookworm "$store/base.tar"
+    podman import --quiet "$store/base.tar" "docker.io/library/$STIEFEL_IMAGE_BASE" >/dev/null
+    rm "$store/base.tar"
+  fi
+}
+
+if command -v docker >/dev/null && docker version >/dev/null 2>&1; then
+  export CONTAINER_ENGINE=docker
+  docker pull --quiet "$STIEFEL_IMAGE_BASE"
+  docker build "${arguments[@]}"
+else
+  export CONTAINER_ENGINE=podman
+  docker/packages.sh image
+  local_engine
+  # An unpacked tree keeps the base's name in the list, never fetched from elsewhere.
+  buildah bud --isolation chroot --pull-never --layers --format docker "${arguments[@]}"
+fi
+exec /usr/bin/python3 -m pytest -q -rA --no-header -p no:cacheprovider tests/docker "$@"
