@@ -1,0 +1,139 @@
+"""Asteroid (4179) Toutatis, from its published spin state to the radar observations a month later.
+
+    toutatis.py [--output FOLDER] [--server ADDRESS]
+
+Simulates 39 days in steps of one second, so that every observation falls on a step, sets the attitude
+beside the 17 observations of December 1992, and writes trajectory.npz and toutatis.png.
+"""
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from contextlib import nullcontext
+from datetime import datetime
+from pathlib import Path
+from typing import Any, Iterator, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+import picture
+import stiefel
+
+DATA = Path(__file__).with_name("toutatis.json")
+DAY = 86400  # seconds
+DAYS = 39
+SAMPLE = 600  # seconds between the samples that are streamed
+
+
+class Comparison(NamedTuple):
+    utc: str
+    step: int  #: seconds since the epoch
+    simulated: NDArray[Any]  #: 3 x 3, the body's axes in its columns
+    observed: NDArray[Any]
+
+    def angles(self) -> NDArray[Any]:
+        """Degrees between simulated and observed, axis by axis."""
+        cosines = np.sum(self.simulated * self.observed, axis=0)
+        sines = np.linalg.norm(np.cross(self.simulated, self.observed, axis=0), axis=0)
+        return np.degrees(np.arctan2(sines, cosines))
+
+
+def attitude(euler: list[float]) -> NDArray[Any]:
+    """Body to space, Rz(e0) Rx(e1) Rz(e2), from 3-1-3 Euler angles in degrees."""
+    def rotation(angle: float, i: int, j: int) -> NDArray[Any]:
+        matrix = np.eye(3)
+        matrix[[i, j, i, j], [i, j, j, i]] = [np.cos(angle)] * 2 + [-np.sin(angle), np.sin(angle)]
+        return matrix
+
+    first, second, third = np.radians(euler)
+    return rotation(first, 0, 1) @ rotation(second, 1, 2) @ rotation(third, 0, 1)
+
+
+def quaternion(euler: list[float]) -> list[float]:
+    """The same attitude as w, x, y, z."""
+    first, second, third = np.radians(euler) / 2
+    return [np.cos(second) * np.cos(first + third), np.sin(second) * np.cos(first - third),
+            np.sin(second) * np.sin(first - third), np.cos(second) * np.sin(first + third)]
+
+
+def scene(data: dict[str, Any], method: str = "variational", step: float = 1.0) -> dict[str, Any]:
+    """The published state in seconds and radians; the moments are relative to the smallest."""
+    return {
+        "system": "rigid_body",
+        "method": {"name": method},
+        "body": {
+            "moments": data["moments"],
+            "attitude": quaternion(data["euler"]),
+            "angular_velocity": np.radians(data["angular_velocity"]) / DAY,
+        },
+        "step": step,
+    }
+
+
+def compare(session: stiefel.Session, data: dict[str, Any]) -> Iterator[Comparison]:
+    epoch = datetime.fromisoformat(data["epoch"])
+    for observation in data["observations"]:
+        step = int((datetime.fromisoformat(observation["utc"]) - epoch).total_seconds())
+        simulated = session.step(to=step, fields=["Q"])["Q"]
+        yield Comparison(observation["utc"], step, simulated, attitude(observation["euler"]))
+
+
+def drifts(run: stiefel.Trajectory, data: dict[str, Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Energy relative to itself, (samples,), and the spatial momentum Q m relative to its norm,
+    (samples, 3): computed here, from the samples that came."""
+    momentum = run["M"][:, [2, 0, 1], [1, 2, 0]]  # M = hat(m)
+    energy = np.sum(momentum**2 / data["moments"], axis=1) / 2
+    spatial = np.einsum("sij,sj->si", run["Q"], momentum)
+    return abs(energy / energy[0] - 1), abs(spatial - spatial[0]) / np.linalg.norm(spatial[0])
+
+
+def hourly(client: stiefel.Client, data: dict[str, Any], method: str) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Days and energy drift of a run in steps of an hour, where methods differ."""
+    with client.create(scene(data, method, 3600.0)) as session:
+        run = session.trajectory(to=DAYS * 24, fields=["Q", "M"])
+    return run.time / DAY, drifts(run, data)[0]
+
+
+def report(comparisons: list[Comparison], energy: NDArray[Any], momentum: NDArray[Any]) -> None:
+    angles = np.array([comparison.angles() for comparison in comparisons])
+    print("angle between simulated and observed axes, degrees")
+    print(f"{'observed (UTC)':<20}{'x':>7}{'y':>7}{'z':>7}")
+    for comparison, row in zip(comparisons, angles):
+        print(f"{comparison.utc:<20}" + "".join(f"{angle:7.2f}" for angle in row))
+    print(f"median {np.median(angles):.2f}, worst {angles.max():.2f}; "
+          f"median of each day's worst axis {np.median(angles.max(axis=1)):.2f}\n")
+    print(f"largest drift in {DAYS} days: energy {energy.max():.1e}, "
+          "spatial momentum " + " ".join(f"{name} {drift:.1e}" for name, drift in zip("xyz", momentum.max(axis=0))))
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--output", type=Path, default=Path("build/run"), help="folder for what is written")
+    parser.add_argument("--server", help="address of a running server; otherwise one is started")
+    arguments = parser.parse_args()
+    arguments.output.mkdir(parents=True, exist_ok=True)
+    data = json.loads(DATA.read_text(encoding="utf-8"))
+
+    with nullcontext() if arguments.server else stiefel.Server.start() as server, \
+            stiefel.Client(arguments.server or server.address) as client, \
+            client.create(scene(data)) as session:
+        print(f"{data['body']}, {DAYS} days from {data['epoch']} UTC in steps of 1 s")
+        start = time.perf_counter()
+        run = session.trajectory(to=DAYS * DAY, every=SAMPLE, fields=["Q", "M"], progress=True)
+        seconds = time.perf_counter() - start
+        print(f"{run.computed_steps} steps in {seconds:.2f} s: {run.computed_steps / seconds:.2e} steps/s, "
+              f"{len(run)} samples streamed\n")
+        comparisons = list(compare(session, data))
+        methods = {method: hourly(client, data, method) for method in ("variational", "rk4")}
+
+    energy, momentum = drifts(run, data)
+    report(comparisons, energy, momentum)
+    run.save(arguments.output / "trajectory.npz")
+    picture.toutatis(arguments.output / "toutatis.png", run, comparisons, methods)
+    print(f"wrote {arguments.output}/trajectory.npz and {arguments.output}/toutatis.png")
+
+
+if __name__ == "__main__":
+    main()

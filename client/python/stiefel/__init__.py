@@ -1,0 +1,22 @@
+"""Free rigid bodies in any dimension, simulated by a stiefel server.
+
+    with stiefel.Server.start() as server, stiefel.Client(server.address) as client:
+        with client.create("scene.json") as session:
+            run = session.trajectory(to=10_000, every=10)
+"""
+from stiefel.arrays import Batch, Ending, Outcome, State, Trajectory
+from stiefel.client import Client
+from stiefel.drive import Drive
+from stiefel.errors import (AlreadyExists, Cancelled, DeadlineExceeded, FailedPrecondition, Internal,
+                            InvalidArgument, NotFound, ResourceExhausted, StiefelError, Unavailable,
+                            Unimplemented, Violation)
+from stiefel.scenes import SceneLike, to_dict, to_message
+from stiefel.server import Server
+from stiefel.session import Session
+
+__all__ = [
+    "AlreadyExists", "Batch", "Cancelled", "Client", "DeadlineExceeded", "Drive", "Ending",
+    "FailedPrecondition", "Internal", "InvalidArgument", "NotFound", "Outcome", "ResourceExhausted",
+    "SceneLike", "Server", "Session", "State", "StiefelError", "Trajectory", "Unavailable",
+    "Unimplemented", "Violation", "to_dict", "to_message",
+]

@@ -1,0 +1,84 @@
+"""The client: sessions by name, and what the server can do."""
+from __future__ import annotations
+
+import os
+import uuid
+from typing import Any, Iterator, Optional
+
+import grpc
+
+from stiefel import calls
+from stiefel.scenes import SceneLike, to_message
+from stiefel.session import Session
+from stiefel.v1 import simulation_pb2 as pb
+from stiefel.v1.simulation_pb2_grpc import SimulationServiceStub
+
+_OPTIONS = [
+    ("grpc.max_receive_message_length", -1),
+    ("grpc.max_send_message_length", -1),
+    ("grpc.initial_reconnect_backoff_ms", 50),
+    ("grpc.min_reconnect_backoff_ms", 50),
+    ("grpc.max_reconnect_backoff_ms", 1000),
+]
+
+
+class Client:
+    """A connection to the server at `address`: "host:port" or "unix:/path".
+
+    `timeout` is the deadline of every call in seconds, unless the call is given its own; None waits
+    for ever. Safe to use from many threads.
+    """
+
+    def __init__(self, address: Optional[str] = None, timeout: Optional[float] = 60.0):
+        self.address = address or os.environ.get("STIEFEL_ADDRESS", "127.0.0.1:50051")
+        self.timeout = timeout
+        self.channel = grpc.insecure_channel(self.address, options=_OPTIONS)
+        self.stub = SimulationServiceStub(self.channel)
+
+    def describe(self) -> pb.DescribeResponse:
+        """Systems, methods, limits, versions."""
+        return self.call("Describe", pb.DescribeRequest())
+
+    def create(self, scene: SceneLike, id: Optional[str] = None, checkpoint: bytes = b"") -> Session:
+        """A session of `scene`; the existing one if `id` names one of the same scene.
+
+        `checkpoint` is a `State.checkpoint` of the same scene, possibly from another server.
+        """
+        request = pb.CreateSessionRequest(session_id=str(uuid.uuid4()) if id is None else id,
+                                          scene=to_message(scene), checkpoint=checkpoint)
+        reply = self.call("CreateSession", request)
+        return Session(self, reply.session, reply.created)
+
+    def get(self, id: str) -> Session:
+        reply = self.call("GetSession", pb.GetSessionRequest(session_id=id))
+        return Session(self, reply.session, created=False)
+
+    def list(self) -> Iterator[Session]:
+        """All sessions of the server, ordered by id."""
+        token = ""
+        while True:
+            reply = self.call("ListSessions", pb.ListSessionsRequest(page_token=token))
+            yield from (Session(self, session, created=False) for session in reply.sessions)
+            token = reply.next_page_token
+            if not token:
+                return
+
+    def delete(self, id: str) -> None:
+        """Deleting an unknown id succeeds."""
+        self.call("DeleteSession", pb.DeleteSessionRequest(session_id=id))
+
+    def call(self, method: str, request: Any, timeout: Optional[float] = None) -> Any:
+        """One unary call by name, with the deadline, the retries and the exceptions of this package."""
+        return calls.call(getattr(self.stub, method), request, self.deadline(timeout))
+
+    def deadline(self, timeout: Optional[float]) -> Optional[float]:
+        return self.timeout if timeout is None else timeout
+
+    def close(self) -> None:
+        self.channel.close()
+
+    def __enter__(self) -> Client:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self.close()

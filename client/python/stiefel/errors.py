@@ -1,0 +1,102 @@
+"""Exceptions: one type a status code, with every violation that the server found.
+
+A numerical stop is not among them: it is an `Outcome` in the reply.
+"""
+from __future__ import annotations
+
+from typing import NamedTuple, Optional
+
+import grpc
+
+from stiefel.v1 import error_pb2
+
+
+class Violation(NamedTuple):
+    """What is wrong with one field of a request."""
+
+    field: str  #: its path: "scene.initial.Q"
+    description: str  #: its value and the rule it breaks
+
+
+class StiefelError(Exception):
+    """The base of all of them."""
+
+    code: grpc.StatusCode = grpc.StatusCode.UNKNOWN
+
+    def __init__(self, message: str, violations: tuple[Violation, ...] = (), reason: str = "",
+                 metadata: Optional[dict[str, str]] = None):
+        super().__init__(message)
+        self.message = message
+        self.violations = violations
+        self.reason = reason  #: a constant such as "SESSION_NOT_FOUND", or empty
+        self.metadata = metadata or {}
+
+    def __str__(self) -> str:
+        lines = [f"{v.field}: {v.description}" for v in self.violations]
+        return "\n  ".join([self.message] + [line for line in lines if line not in self.message])
+
+
+class InvalidArgument(StiefelError):
+    code = grpc.StatusCode.INVALID_ARGUMENT
+
+
+class NotFound(StiefelError):
+    code = grpc.StatusCode.NOT_FOUND
+
+
+class AlreadyExists(StiefelError):
+    code = grpc.StatusCode.ALREADY_EXISTS
+
+
+class ResourceExhausted(StiefelError):
+    code = grpc.StatusCode.RESOURCE_EXHAUSTED
+
+
+class FailedPrecondition(StiefelError):
+    code = grpc.StatusCode.FAILED_PRECONDITION
+
+
+class DeadlineExceeded(StiefelError):
+    code = grpc.StatusCode.DEADLINE_EXCEEDED
+
+
+class Cancelled(StiefelError):
+    code = grpc.StatusCode.CANCELLED
+
+
+class Unavailable(StiefelError):
+    code = grpc.StatusCode.UNAVAILABLE
+
+
+class Unimplemented(StiefelError):
+    code = grpc.StatusCode.UNIMPLEMENTED
+
+
+class Internal(StiefelError):
+    code = grpc.StatusCode.INTERNAL
+
+
+_BY_CODE = {kind.code.value[0]: kind for kind in StiefelError.__subclasses__()}
+
+
+def make_error(code: int, message: str, details: bytes = b"") -> StiefelError:
+    """The exception for a status code, with what `grpc-status-details-bin` says."""
+    violations: list[Violation] = []
+    info = error_pb2.ErrorInfo()
+    for detail in error_pb2.Status.FromString(details).details:
+        if detail.type_url.endswith("/google.rpc.BadRequest"):
+            request = error_pb2.BadRequest.FromString(detail.value)
+            violations += [Violation(v.field, v.description) for v in request.field_violations]
+        elif detail.type_url.endswith("/google.rpc.ErrorInfo"):
+            info.ParseFromString(detail.value)
+    kind = _BY_CODE.get(code, StiefelError)
+    error = kind(message, tuple(violations), info.reason, dict(info.metadata))
+    if kind is StiefelError:
+        error.code = next((c for c in grpc.StatusCode if c.value[0] == code), kind.code)
+    return error
+
+
+def from_rpc_error(error: grpc.RpcError) -> StiefelError:
+    trailing = dict(error.trailing_metadata() or ())
+    details = trailing.get("grpc-status-details-bin", b"")
+    return make_error(error.code().value[0], error.details() or "", details)
