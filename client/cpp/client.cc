@@ -1,0 +1,77 @@
+#include "client/cpp/client.h"
+
+#include <grpcpp/create_channel.h>
+
+#include <iterator>
+#include <random>
+#include <string_view>
+
+namespace stiefel::client {
+
+using Stub = v1::SimulationService::Stub;
+
+Client Client::connect(const std::string& address, Options options) {
+  grpc::ChannelArguments arguments;
+  arguments.SetMaxReceiveMessageSize(-1);
+  arguments.SetMaxSendMessageSize(-1);
+  // Well within the patience of a call, so that a restarted server is found again.
+  arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 50);
+  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 500);
+  return Client(grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments),
+                options);
+}
+
+Client::Client(std::shared_ptr<grpc::Channel> channel, Options options)
+    : connection_(
+          std::make_shared<const Connection>(v1::SimulationService::NewStub(channel), options)) {}
+
+v1::DescribeResponse Client::describe() const {
+  return connection_->call(&Stub::Describe, v1::DescribeRequest(), connection_->options.timeout);
+}
+
+Session Client::create(const v1::Scene& scene, std::string id, std::string checkpoint) const {
+  v1::CreateSessionRequest request;
+  request.set_session_id(id.empty() ? make_uuid() : std::move(id));
+  *request.mutable_scene() = scene;
+  request.set_checkpoint(std::move(checkpoint));
+  auto reply = connection_->call(&Stub::CreateSession, request, connection_->options.timeout);
+  return Session(connection_, std::move(*reply.mutable_session()), false);
+}
+
+Session Client::attach(const std::string& id) const {
+  v1::GetSessionRequest request;
+  request.set_session_id(id);
+  auto reply = connection_->call(&Stub::GetSession, request, connection_->options.timeout);
+  return Session(connection_, std::move(*reply.mutable_session()), true);
+}
+
+std::vector<v1::Session> Client::list() const {
+  std::vector<v1::Session> sessions;
+  v1::ListSessionsRequest request;
+  do {
+    auto reply = connection_->call(&Stub::ListSessions, request, connection_->options.timeout);
+    std::move(reply.mutable_sessions()->begin(), reply.mutable_sessions()->end(),
+              std::back_inserter(sessions));
+    request.set_page_token(reply.next_page_token());
+  } while (!request.page_token().empty());
+  return sessions;
+}
+
+void Client::remove(const std::string& id) const {
+  v1::DeleteSessionRequest request;
+  request.set_session_id(id);
+  connection_->call(&Stub::DeleteSession, request, connection_->options.timeout);
+}
+
+std::string make_uuid() {
+  std::random_device random;
+  std::string uuid = "xxxxxxxx-xxxx-4xxx-yxxx-xxxxxxxxxxxx";
+  for (char& c : uuid) {
+    const unsigned digit = random() & 15u;
+    if (c == 'x') c = "0123456789abcdef"[digit];
+    if (c == 'y') c = "89ab"[digit & 3u];
+  }
+  return uuid;
+}
+
+}  // namespace stiefel::client

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <grpcpp/channel.h>
+#include <grpcpp/client_context.h>
+
+#include <algorithm>
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "client/cpp/error.h"
+#include "stiefel/v1/simulation.grpc.pb.h"
+
+namespace stiefel::client {
+
+struct Options {
+  /// Deadline of calls that compute nothing.
+  std::chrono::milliseconds timeout = std::chrono::seconds(30);
+  /// Deadline of Step and Diagnose; none by default, because only the caller knows how far he goes.
+  std::optional<std::chrono::milliseconds> compute_timeout;
+  /// How long a call is repeated while the server is UNAVAILABLE. Every call is idempotent, so this
+  /// is safe.
+  std::chrono::milliseconds patience = std::chrono::seconds(2);
+};
+
+/// Whether to try again, and the pause before. Starts anew after every success.
+class Patience {
+ public:
+  explicit Patience(std::chrono::milliseconds limit) : limit_(limit) {}
+
+  /// True after a pause; false at once if the status is not UNAVAILABLE or patience has run out.
+  bool allows_another(const grpc::Status& status) {
+    if (status.error_code() != grpc::StatusCode::UNAVAILABLE || waited_ >= limit_) return false;
+    std::this_thread::sleep_for(pause_);
+    waited_ += pause_;
+    pause_ = std::min(2 * pause_, std::chrono::milliseconds(400));
+    return true;
+  }
+
+ private:
+  std::chrono::milliseconds limit_;
+  std::chrono::milliseconds waited_{0};
+  std::chrono::milliseconds pause_{25};
+};
+
+/// What a Client and its Sessions share.
+struct Connection {
+  std::unique_ptr<v1::SimulationService::Stub> stub;
+  Options options;
+
+  using Stub = v1::SimulationService::Stub;
+  template <class Request, class Reply>
+  using Method = grpc::Status (Stub::*)(grpc::ClientContext*, const Request&, Reply*);
+
+  /// One unary call, repeated while the server is UNAVAILABLE. Throws Error.
+  template <class Request, class Reply>
+  Reply call(Method<Request, Reply> method, const Request& request,
+             std::optional<std::chrono::milliseconds> timeout) const {
+    const auto start = std::chrono::system_clock::now();
+    for (Patience patience(options.patience);;) {
+      grpc::ClientContext context;
+      if (timeout) context.set_deadline(start + *timeout);
+      Reply reply;
+      const grpc::Status status = (stub.get()->*method)(&context, request, &reply);
+      if (status.ok()) return reply;
+      if (!patience.allows_another(status)) throw Error(status);
+    }
+  }
+};
+
+}  // namespace stiefel::client

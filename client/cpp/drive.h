@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "client/cpp/connection.h"
+
+namespace stiefel::client {
+
+/// Step for tight loops, over one call that stays open. Requests and replies keep their order, so
+/// several can be under way: `send` a few, then `receive` as many. Not thread-safe.
+class Drive {
+ public:
+  Drive(std::shared_ptr<const Connection> connection, std::string session_id);
+  ~Drive();
+  Drive(Drive&&) noexcept = default;
+  Drive& operator=(Drive&&) = delete;
+
+  /// The state at an absolute step. `fields` stay in force until others are named. Throws Error; a
+  /// wrong request leaves the drive usable.
+  v1::StepResponse step(std::int64_t to, const std::vector<std::string>& fields = {});
+
+  void send(std::int64_t to, const std::vector<std::string>& fields = {});
+  v1::StepResponse receive();
+
+ private:
+  [[noreturn]] void fail();
+
+  std::shared_ptr<const Connection> connection_;
+  std::unique_ptr<grpc::ClientContext> context_;
+  std::unique_ptr<grpc::ClientReaderWriter<v1::DriveRequest, v1::DriveResponse>> call_;
+  v1::DriveRequest request_;
+};
+
+}  // namespace stiefel::client

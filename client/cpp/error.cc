@@ -1,0 +1,40 @@
+#include "client/cpp/error.h"
+
+#include "stiefel/v1/error.pb.h"
+
+namespace stiefel::client {
+namespace {
+
+/// The details travel under google.rpc's names, so Any::UnpackTo, which compares names, cannot
+/// help.
+template <class Message>
+bool unpack(const google::protobuf::Any& any, std::string_view name, Message& message) {
+  const std::string_view url = any.type_url();
+  return url.substr(url.rfind('/') + 1) == name && message.ParseFromString(any.value());
+}
+
+}  // namespace
+
+Error::Error(const grpc::Status& status)
+    : Error(status.error_code(), status.error_message(), status.error_details()) {}
+
+Error::Error(grpc::StatusCode code, const std::string& message, const std::string& details)
+    : std::runtime_error(message), code_(code) {
+  v1::Status status;
+  if (!status.ParseFromString(details)) return;
+  for (const auto& any : status.details()) {
+    v1::BadRequest bad_request;
+    if (unpack(any, "google.rpc.BadRequest", bad_request)) {
+      for (const auto& violation : bad_request.field_violations()) {
+        violations_.push_back({violation.field(), violation.description()});
+      }
+    }
+    v1::ErrorInfo info;
+    if (unpack(any, "google.rpc.ErrorInfo", info)) {
+      reason_ = info.reason();
+      metadata_ = {info.metadata().begin(), info.metadata().end()};
+    }
+  }
+}
+
+}  // namespace stiefel::client

@@ -1,0 +1,47 @@
+#include "client/cpp/samples.h"
+
+#include <stdexcept>
+#include <string>
+
+namespace stiefel::client {
+namespace {
+
+[[noreturn]] void throw_no_field(std::string_view name) {
+  throw std::out_of_range("no field \"" + std::string(name) + "\" in this sample");
+}
+
+/// A tensor's last two axes; what stands before them counts samples.
+FieldView view(const v1::Field& field, std::size_t sample) {
+  const auto& shape = field.value().shape();
+  const std::size_t rows = shape.size() < 2 ? 1 : shape[shape.size() - 2];
+  const std::size_t cols = shape.empty() ? 1 : shape[shape.size() - 1];
+  return {field.name(), rows, cols,
+          values(field.value()).subspan(sample * rows * cols, rows * cols)};
+}
+
+}  // namespace
+
+std::span<const double> values(const v1::Tensor& tensor) {
+  const std::string& bytes = tensor.data();
+  return {reinterpret_cast<const double*>(bytes.data()), bytes.size() / sizeof(double)};
+}
+
+FieldView field(const v1::Sample& sample, std::string_view name) {
+  for (const auto& field : sample.fields()) {
+    if (field.name() == name) return view(field, 0);
+  }
+  throw_no_field(name);
+}
+
+FieldView SampleView::field(int i) const {
+  return view(batch_->fields(i), static_cast<std::size_t>(index_));
+}
+
+FieldView SampleView::field(std::string_view name) const {
+  for (int i = 0; i < field_count(); ++i) {
+    if (batch_->fields(i).name() == name) return field(i);
+  }
+  throw_no_field(name);
+}
+
+}  // namespace stiefel::client

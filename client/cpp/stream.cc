@@ -1,0 +1,57 @@
+#include "client/cpp/stream.h"
+
+namespace stiefel::client {
+
+Stream::Stream(std::shared_ptr<const Connection> connection, std::string session_id, Range range)
+    : connection_(std::move(connection)), every_(range.every) {
+  request_.set_session_id(std::move(session_id));
+  request_.set_from(range.from);
+  request_.set_to(range.to);
+  request_.set_every(range.every);
+  request_.mutable_fields()->Assign(range.fields.begin(), range.fields.end());
+  open();
+}
+
+Stream::~Stream() {
+  if (!reader_) return;
+  context_->TryCancel();
+  reader_->Finish();
+}
+
+void Stream::open() {
+  context_ = std::make_unique<grpc::ClientContext>();
+  reader_ = connection_->stub->Stream(context_.get(), request_);
+}
+
+/// What is left when everything up to `step` has arrived: the same grid from its next point, or
+/// only the last sample when that is due or merely its ending is missing.
+void Stream::resume_after(std::int64_t step) {
+  const std::int64_t every = every_ == 0 ? 1 : every_;
+  request_.set_from(every > request_.to() - step ? request_.to() : step + every);
+  open();
+}
+
+const v1::StreamResponse* Stream::next_batch() {
+  for (Patience patience(connection_->options.patience); reader_;) {
+    if (reader_->Read(&batch_)) {
+      if (batch_.has_ending()) ending_ = batch_.ending();
+      const int size = batch_.steps_size();
+      // After a break between the last sample and the end, the last sample comes once more.
+      if (size == 0 || (last_step_ && batch_.steps(0) <= *last_step_)) continue;
+      last_step_ = batch_.steps(size - 1);
+      return &batch_;
+    }
+    const grpc::Status status = reader_->Finish();
+    reader_.reset();
+    if (status.ok()) break;
+    if (!patience.allows_another(status)) throw Error(status);
+    if (last_step_) {
+      resume_after(*last_step_);
+    } else {
+      open();
+    }
+  }
+  return nullptr;
+}
+
+}  // namespace stiefel::client

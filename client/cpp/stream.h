@@ -1,0 +1,86 @@
+#pragma once
+
+#include <cstdint>
+#include <iterator>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/cpp/connection.h"
+#include "client/cpp/samples.h"
+
+namespace stiefel::client {
+
+/// The samples at from, from + every, ... and always at `to`.
+struct Range {
+  std::int64_t from = 0;
+  std::int64_t to = 0;
+  std::int64_t every = 1;
+  /// The system's blocks when empty.
+  std::vector<std::string> fields = {};
+};
+
+/// A stream of samples, many to a message, as an input range:
+///
+///     for (const SampleView sample : stream) use(sample.step(), sample.field("Q").values);
+///
+/// or message by message with `next_batch`. A stream that breaks because the server is UNAVAILABLE
+/// goes on where it broke. Destroying it cancels it. Not thread-safe.
+class Stream {
+ public:
+  Stream(std::shared_ptr<const Connection> connection, std::string session_id, Range range);
+  ~Stream();
+  Stream(Stream&&) noexcept = default;
+  /// Would abandon the stream assigned to without cancelling it.
+  Stream& operator=(Stream&&) = delete;
+
+  /// The next message with samples, null at the end. Valid until the next call. Throws Error.
+  const v1::StreamResponse* next_batch();
+
+  /// How the run ended; empty before the end.
+  const std::optional<v1::Ending>& ending() const { return ending_; }
+
+  class Iterator {
+   public:
+    using iterator_concept = std::input_iterator_tag;
+    using value_type = SampleView;
+    using difference_type = std::ptrdiff_t;
+
+    explicit Iterator(Stream& stream) : stream_(&stream) { ++*this; }
+    SampleView operator*() const { return {*batch_, index_}; }
+    Iterator& operator++() {
+      if (!batch_ || ++index_ == batch_->steps_size()) {
+        batch_ = stream_->next_batch();
+        index_ = 0;
+      }
+      return *this;
+    }
+    void operator++(int) { ++*this; }
+    bool operator==(std::default_sentinel_t) const { return batch_ == nullptr; }
+
+   private:
+    Stream* stream_;
+    const v1::StreamResponse* batch_ = nullptr;
+    int index_ = 0;
+  };
+
+  /// Only once: an input range.
+  Iterator begin() { return Iterator(*this); }
+  std::default_sentinel_t end() const { return {}; }
+
+ private:
+  void open();
+  void resume_after(std::int64_t step);
+
+  std::shared_ptr<const Connection> connection_;
+  v1::StreamRequest request_;
+  std::int64_t every_;
+  std::unique_ptr<grpc::ClientContext> context_;
+  std::unique_ptr<grpc::ClientReader<v1::StreamResponse>> reader_;
+  v1::StreamResponse batch_;
+  std::optional<std::int64_t> last_step_;
+  std::optional<v1::Ending> ending_;
+};
+
+}  // namespace stiefel::client
