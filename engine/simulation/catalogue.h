@@ -4,11 +4,9 @@
 #include <string_view>
 #include <vector>
 
-namespace stiefel {
+#include "engine/methods/method.h"
 
-/// How a method keeps an invariant of the exact motion: to rounding whatever the step; with an error
-/// that oscillates but does not grow; with an error that grows with time.
-enum class Kept { exact, bounded, drifts };
+namespace stiefel {
 
 std::string_view to_string(Kept kept);
 

@@ -1,12 +1,15 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
+#include <cstdint>
 #include <expected>
 #include <map>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "engine/linalg/compensated.h"
+#include "engine/simulation/principal_axes.h"
 
 namespace stiefel {
 
@@ -20,7 +23,6 @@ struct Violation {
 };
 using Violations = std::vector<Violation>;
 
-enum class Arithmetic { compensated, plain };
 
 /// A method as asked for; what is absent is filled in by Scene::resolve.
 struct MethodDescription {
@@ -48,13 +50,6 @@ struct SceneDescription {
   std::map<std::string, RowMatrix> initial;
   std::optional<BodyDescription> body;
   double step = 0;
-};
-
-/// A 3D body brought to its principal axes: I = R diag(moments) Rᵀ, det R = +1.
-/// Q_caller = Q Rᵀ, M_caller = R M Rᵀ.
-struct PrincipalAxes {
-  Eigen::Vector3d moments;
-  Eigen::Matrix3d rotation;
 };
 
 /// Everything that determines a motion; immutable, and valid because only `resolve` makes one.
@@ -88,6 +83,10 @@ class Scene {
   const Eigen::MatrixXd& Q() const { return Q_; }
   const Eigen::MatrixXd& M() const { return M_; }
   bool has_frame() const { return Q_.size() > 0; }
+  /// N = 3 with a frame: the quaternion of Q, or of −Q when det Q = −1.
+  const Eigen::Vector4d& attitude() const { return attitude_; }
+  /// det Q = ±1.
+  int determinant() const { return determinant_; }
   /// Only for a scene given by `body`.
   const std::optional<PrincipalAxes>& axes() const { return axes_; }
 
@@ -99,6 +98,8 @@ class Scene {
   Arithmetic arithmetic_ = Arithmetic::compensated;
   Eigen::VectorXd inertia_;
   Eigen::MatrixXd Q_, M_;
+  Eigen::Vector4d attitude_ = Eigen::Vector4d::UnitX();
+  int determinant_ = 1;
   std::optional<PrincipalAxes> axes_;
 };
 

@@ -7,20 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "engine/maps/map.h"
 #include "engine/simulation/scene.h"
 
 namespace stiefel {
-
-/// How a run ended. Anything but `reached` leaves the last good state in place.
-enum class Outcome { reached, left_domain, solver_stalled, not_finite, cancelled };
-
-struct Ending {
-  Outcome outcome = Outcome::reached;
-  /// left_domain: the largest |h| that has a solution from the last good state, to 1e-3.
-  std::optional<double> largest_step;
-
-  bool reached() const { return outcome == Outcome::reached; }
-};
 
 /// One sentence for people; empty when reached.
 std::string to_sentence(const Ending& ending);

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <Eigen/Eigenvalues>
+#include <complex>
+#include <vector>
+
+#include "engine/linalg/scalar.h"
+
+namespace stiefel {
+
+/// E = ½ tr(ΛΩᵀΩ) = ½ Σ_{i<j} M_ij² / (λ_i + λ_j).
+template <class Scalar>
+Scalar energy(const Vector<Scalar>& lambda, const Matrix<Scalar>& M) {
+  Scalar E = 0;
+  for (Eigen::Index j = 0; j < M.cols(); ++j)
+    for (Eigen::Index i = 0; i < j; ++i) E += M(i, j) * M(i, j) / (lambda(i) + lambda(j));
+  return E / 2;
+}
+
+/// m = QMQᵀ, the momentum in space; [RB] Prop. 2.1.
+template <class Scalar>
+Matrix<Scalar> spatial_momentum(const Matrix<Scalar>& Q, const Matrix<Scalar>& M) {
+  return Q * M * Q.transpose();
+}
+
+/// The Casimirs of so(N)*: the eigenvalues ±i w of M, w ≥ 0 in descending order, one of each pair.
+/// From the Hermitian matrix iM, because MᵀM has only half the digits.
+template <class Scalar>
+Vector<Scalar> casimirs(const Matrix<Scalar>& M) {
+  using Complex = std::complex<Scalar>;
+  const Matrix<Complex> H = Complex(0, 1) * M.template cast<Complex>();
+  const Eigen::SelfAdjointEigenSolver<Matrix<Complex>> solver(H, Eigen::EigenvaluesOnly);
+  return solver.eigenvalues().reverse().head(M.cols() / 2);
+}
+
+/// The coefficients of μ^j in tr((M + μΛ²)^k) for j = 0..k; [RB] (2.4). Those with k − j odd vanish.
+/// One call for all k = 1..K: result[k][j]. N³K² operations.
+template <class Scalar>
+std::vector<std::vector<Scalar>> manakov(const Vector<Scalar>& lambda, const Matrix<Scalar>& M,
+                                         int K) {
+  const Eigen::Index N = M.cols();
+  const Vector<Scalar> lambda2 = lambda.cwiseAbs2();
+  std::vector<Matrix<Scalar>> power = {Matrix<Scalar>::Identity(N, N)};
+  std::vector<std::vector<Scalar>> coefficients = {{static_cast<Scalar>(N)}};
+  for (int k = 1; k <= K; ++k) {  // (M + μΛ²)^k = (M + μΛ²)(M + μΛ²)^{k−1}
+    power.push_back(lambda2.asDiagonal() * power.back());
+    for (std::size_t j = power.size() - 2; j > 0; --j)
+      power[j] = (M * power[j]).eval() + lambda2.asDiagonal() * power[j - 1];
+    power[0] = (M * power[0]).eval();
+    auto& traces = coefficients.emplace_back();
+    for (const auto& P : power) traces.push_back(P.trace());
+  }
+  return coefficients;
+}
+
+}  // namespace stiefel

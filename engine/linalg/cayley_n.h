@@ -1,0 +1,136 @@
+#pragma once
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <cmath>
+
+#include "engine/linalg/compensated.h"
+#include "engine/linalg/lyapunov.h"
+
+namespace stiefel {
+
+/// U = J_D⁻¹(K), K = hM, in N dimensions as the Cayley transform U = (I − C)⁻¹(I + C), C skew:
+///
+///     F(C) = ΛC + CΛ − ½ (I − C) K (I + C) = 0.
+///
+/// It divides by λ_i + λ_j only, so one λ may be 0 or slightly negative and Λ may be spread wide, and
+/// U is orthogonal whatever C. Fixed point while that converges fast; else Newton,
+/// Aᵀδ + δA = −F with A = Λ + ½K(I + C). At the solution spec(A) = spec(UΛ), so the branch that starts
+/// at the identity lasts while Re(w_i + w_j) > 0 for i < j.
+template <class Scalar>
+class CayleyN {
+ public:
+  using Wide = Extended<Scalar>;
+
+  explicit CayleyN(const Vector<Scalar>& lambda)
+      : lambda_(lambda), wide_lambda_(lambda.template cast<Wide>()), lyapunov_(lambda.size()),
+        C_(Matrix<Scalar>::Zero(lambda.size(), lambda.size())), A_(C_), F_(C_), G_(C_),
+        delta_(C_) {}
+
+  Matrix<Scalar>& C() { return C_; }
+
+  /// From the C that is there.
+  bool fixed_point(const Matrix<Scalar>& K) {
+    constexpr Scalar enough = 0x1p-52, slow = Scalar(0.5);
+    constexpr int most = 60;
+    Scalar last = std::numeric_limits<Scalar>::infinity();
+    for (int k = 0; k < most; ++k) {
+      residual(K);
+      const Scalar size = divide_by_sums(F_);
+      C_ -= F_;
+      const Scalar ratio = size / last;
+      if (!(size <= last * slow) && k > 1) return size <= 16 * enough * C_.cwiseAbs().maxCoeff();
+      if (size * ratio <= enough * C_.cwiseAbs().maxCoeff()) return true;
+      last = size;
+    }
+    return false;
+  }
+
+  bool newton(const Matrix<Scalar>& K) {
+    constexpr Scalar enough = 0x1p-27;
+    constexpr int most = 20;
+    for (int k = 0; k < most; ++k) {
+      residual(K);
+      if (!F_.allFinite()) return false;
+      linearise(K);
+      lyapunov_.solve(F_, delta_);
+      delta_ = ((delta_ - delta_.transpose()) / 2).eval();
+      C_ -= delta_;
+      const Scalar size = delta_.cwiseAbs().maxCoeff();
+      if (!std::isfinite(size)) return false;
+      if (size <= enough * C_.cwiseAbs().maxCoeff()) {
+        linearise(K);
+        return lyapunov_.smallest_pair_sum() > 0;
+      }
+    }
+    return false;
+  }
+
+  /// UΛ − Λ = 2(I − C)⁻¹CΛ.
+  void deviation(Matrix<Scalar>& X) {
+    G_ = Matrix<Scalar>::Identity(C_.rows(), C_.rows()) - C_;
+    X = Scalar(2) * (G_.partialPivLu().solve(C_) * lambda_.asDiagonal());
+  }
+
+  /// After one more correction in wider arithmetic, E = U − I = 2(I + C)D′ and D = C D′ with
+  /// D′ = (I − C²)⁻¹C, from which Q ← Q + QE and M ← M + (4/h)[Λ, D].
+  void increments(const Matrix<Wide>& K, Matrix<Wide>& E, Matrix<Wide>& D) {
+    const Eigen::Index N = C_.rows();
+    const Matrix<Wide> I = Matrix<Wide>::Identity(N, N);
+    Matrix<Wide> C = C_.template cast<Wide>();
+    Matrix<Wide> F = (I - C) * (K * (I + C)) / 2;
+    for (Eigen::Index j = 0; j < N; ++j) {
+      F(j, j) = 0;
+      for (Eigen::Index i = 0; i < j; ++i) {
+        const Wide sum = wide_lambda_(i) + wide_lambda_(j);
+        const Wide correction = ((F(i, j) - F(j, i)) / 2 - sum * C(i, j)) / sum;
+        F(i, j) = correction;
+        F(j, i) = -correction;
+      }
+    }
+    C += F;
+    E = (I - C * C).llt().solve(C);
+    D = C * E;
+    E = (2 * (E + D)).eval();
+  }
+
+ private:
+  void residual(const Matrix<Scalar>& K) {
+    G_ = K;
+    G_.noalias() += K * C_;
+    F_ = Scalar(-0.5) * G_;
+    F_.noalias() += Scalar(0.5) * (C_ * G_);
+    F_ += lambda_.asDiagonal() * C_ + C_ * lambda_.asDiagonal();
+  }
+
+  void linearise(const Matrix<Scalar>& K) {
+    A_ = Scalar(0.5) * K;
+    A_.noalias() += Scalar(0.5) * (K * C_);
+    A_.diagonal() += lambda_;
+    lyapunov_.factor(A_);
+  }
+
+  /// The skew part of F over λ_i + λ_j, and its largest element.
+  Scalar divide_by_sums(Matrix<Scalar>& F) const {
+    Scalar largest = 0;
+    for (Eigen::Index j = 0; j < F.cols(); ++j) {
+      F(j, j) = 0;
+      for (Eigen::Index i = 0; i < j; ++i) {
+        F(i, j) = (F(i, j) - F(j, i)) / (2 * (lambda_(i) + lambda_(j)));
+        F(j, i) = -F(i, j);
+        largest = std::max(largest, std::abs(F(i, j)));
+      }
+    }
+    return largest;
+  }
+
+  Vector<Scalar> lambda_;
+  Vector<Wide> wide_lambda_;
+  Lyapunov<Scalar> lyapunov_;
+  Matrix<Scalar> C_, A_, F_, G_, delta_;
+};
+
+// Compiled once, in cayley_n.cc.
+extern template class CayleyN<double>;
+
+}  // namespace stiefel

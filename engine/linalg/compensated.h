@@ -1,0 +1,76 @@
+#pragma once
+
+#include "engine/linalg/scalar.h"
+
+namespace stiefel {
+
+enum class Arithmetic { compensated, plain };
+
+/// a + b = sum + error exactly (Knuth's TwoSum).
+template <class T>
+void two_sum(const T& a, const T& b, T& sum, T& error) {
+  sum = a + b;
+  const T b_seen = sum - a;
+  error = (a - (sum - b_seen)) + (b - b_seen);
+}
+
+/// A sum over many steps: value, or value + carry with the carry holding what rounding took away.
+/// `Block` is any dense Eigen type.
+template <class Block, Arithmetic arithmetic>
+struct Accumulator {
+  using Scalar = typename Block::Scalar;
+  static constexpr bool compensated = arithmetic == Arithmetic::compensated;
+
+  Block value;
+  Block carry;  ///< empty in plain arithmetic
+
+  Accumulator() = default;
+  explicit Accumulator(const Block& start) : value(start), carry(start) {
+    if constexpr (compensated) carry.setZero();
+  }
+
+  /// Element (i, j) with its carry.
+  Extended<Scalar> extended(Eigen::Index i, Eigen::Index j = 0) const {
+    Extended<Scalar> x = value(i, j);
+    if constexpr (compensated) x += carry(i, j);
+    return x;
+  }
+
+  /// Adds to one element an increment that is itself more accurate than a Scalar.
+  void add(Eigen::Index i, Eigen::Index j, Extended<Scalar> increment) {
+    if constexpr (compensated) {
+      const Extended<Scalar> sum = value(i, j) + (carry(i, j) + increment);
+      value(i, j) = static_cast<Scalar>(sum);
+      carry(i, j) = static_cast<Scalar>(sum - value(i, j));
+    } else {
+      value(i, j) += static_cast<Scalar>(increment);
+    }
+  }
+
+  /// Adds an increment that is as accurate as a Scalar.
+  void add_scalar(Eigen::Index i, Eigen::Index j, Scalar increment) {
+    if constexpr (compensated) {
+      Scalar sum, error;
+      two_sum(value(i, j), carry(i, j) + increment, sum, error);
+      value(i, j) = sum;
+      carry(i, j) = error;
+    } else {
+      value(i, j) += increment;
+    }
+  }
+
+  template <class Increment>
+  void add(const Eigen::MatrixBase<Increment>& increment) {
+    for (Eigen::Index j = 0; j < value.cols(); ++j)
+      for (Eigen::Index i = 0; i < value.rows(); ++i) add_scalar(i, j, increment(i, j));
+  }
+
+  /// Visits every number, for saving and restoring.
+  template <class Visitor>
+  void each(Visitor&& visit) {
+    visit(value);
+    if constexpr (compensated) visit(carry);
+  }
+};
+
+}  // namespace stiefel

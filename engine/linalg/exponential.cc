@@ -1,0 +1,7 @@
+#include "engine/linalg/exponential.h"
+
+namespace stiefel {
+
+template class SkewExponential<double>;
+
+}  // namespace stiefel

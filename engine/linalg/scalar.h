@@ -1,0 +1,31 @@
+#pragma once
+
+#include <Eigen/Core>
+
+namespace stiefel {
+
+template <class Scalar>
+using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
+template <class Scalar>
+using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
+template <class Scalar>
+using Vector3 = Eigen::Matrix<Scalar, 3, 1>;
+
+/// The wider scalar in which compensated arithmetic forms a last residual and an increment
+///. 11 bits more are enough: the sums carry the rest.
+template <class Scalar>
+struct ExtendedOf {
+  using type = Scalar;
+};
+template <>
+struct ExtendedOf<float> {
+  using type = double;
+};
+template <>
+struct ExtendedOf<double> {
+  using type = long double;
+};
+template <class Scalar>
+using Extended = typename ExtendedOf<Scalar>::type;
+
+}  // namespace stiefel

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "engine/linalg/scalar.h"
+
+namespace stiefel {
+
+/// XᵀX to nearly twice the working precision with products of the working precision (Ozaki et al.
+/// 2012): X = H + L, each column of H rounded to so few bits that HᵀH is exact, and
+/// XᵀX = HᵀH + (YᵀL + LᵀY), Y = H + ½L. Only the upper triangle of `high` is set.
+template <class Scalar>
+class SplitProduct {
+ public:
+  explicit SplitProduct(Eigen::Index N) : H_(N, N), L_(N, N) {
+    constexpr int digits = std::numeric_limits<Scalar>::digits;
+    const int carries = static_cast<int>(std::ceil(std::log2(static_cast<double>(N))));
+    kept_ = (digits - carries) / 2;
+  }
+
+  void operator()(const Matrix<Scalar>& X, Matrix<Scalar>& high, Matrix<Scalar>& low) {
+    constexpr int digits = std::numeric_limits<Scalar>::digits;
+    for (Eigen::Index j = 0; j < X.cols(); ++j) {
+      const Scalar largest = X.col(j).cwiseAbs().maxCoeff();
+      const Scalar unit = largest > 0 ? std::ldexp(Scalar(1.5), std::ilogb(largest) + digits - kept_)
+                                      : Scalar(0);
+      for (Eigen::Index i = 0; i < X.rows(); ++i) {
+        const Scalar lifted = X(i, j) + unit;
+        H_(i, j) = lifted - unit;
+        L_(i, j) = X(i, j) - H_(i, j);
+      }
+    }
+    high.template triangularView<Eigen::Upper>().setZero();
+    high.template selfadjointView<Eigen::Upper>().rankUpdate(H_.transpose());
+    H_ += L_ / 2;
+    low.noalias() = H_.transpose() * L_;
+  }
+
+ private:
+  int kept_;
+  Matrix<Scalar> H_, L_;
+};
+
+}  // namespace stiefel

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "engine/linalg/scalar.h"
+
+namespace stiefel {
+
+/// How a run ended. Anything but `reached` leaves the last good state in place.
+enum class Outcome { reached, left_domain, solver_stalled, not_finite, cancelled };
+
+struct Ending {
+  Outcome outcome = Outcome::reached;
+  /// left_domain: the largest |h| that has a solution from the last good state, to 1e-3.
+  std::optional<double> largest_step;
+
+  bool reached() const { return outcome == Outcome::reached; }
+};
+
+/// One step of size h. The state holds everything the next step depends on, solver history and
+/// round-off carries included; `x.value` in it is the system's state, and `each` visits every block
+/// of numbers. A step that does not end `reached` leaves the state as it was.
+template <class F>
+concept Map = requires(F map, typename F::State& state, const typename F::Point& start) {
+  { map.step(state) } -> std::same_as<Ending>;
+  { map.start(start) } -> std::same_as<typename F::State>;
+  { map.largest_step(state, 1.0) } -> std::same_as<std::optional<double>>;
+  state.x.value;
+  state.each([](auto&) {});
+};
+
+}  // namespace stiefel

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string_view>
+
+#include "engine/linalg/compensated.h"
+#include "engine/maps/map.h"
+
+namespace stiefel {
+
+/// How a method keeps an invariant of the exact motion: to rounding whatever the step; with an error
+/// that oscillates but does not grow; with an error that grows with time.
+enum class Kept { exact, bounded, drifts };
+
+/// What a method declares of itself, as data: tests, Diagnose and the documentation read it.
+struct MethodTraits {
+  const char* name;
+  const char* summary;
+  const char* source;
+  const char* file;
+  std::array<int, 4> orders;  ///< ascending, 0 where there are fewer
+  int default_order;
+  bool reversible;  ///< the step by −h undoes the step by h
+};
+
+/// A Method turns a System into a Map: `Method::traits`, `Method::applies<System>`,
+/// `Method::kept<System>(invariant)` and `Method::Map<System, arithmetic>(system, h, order)`.
+template <class M>
+concept Method = requires { { M::traits } -> std::convertible_to<MethodTraits>; };
+
+/// The state of a map that carries nothing from step to step but the system's state.
+template <class S, Arithmetic arithmetic>
+struct PlainState {
+  Accumulator<typename S::State, arithmetic> x;
+
+  template <class Visitor>
+  void each(Visitor&& visit) {
+    x.each(visit);
+  }
+};
+
+/// A map x ← x + Δ(x) defined by its displacement Δ for every h: explicit methods.
+template <class Derived, class S, Arithmetic arithmetic>
+class ExplicitMap {
+ public:
+  using Point = typename S::State;
+  using State = PlainState<S, arithmetic>;
+
+  ExplicitMap(S system, typename S::Scalar h) : system_(std::move(system)), h_(h) {}
+
+  State start(const Point& x) {
+    dx_ = x;
+    return State{Accumulator<Point, arithmetic>(x)};
+  }
+
+  Ending step(State& state) {
+    static_cast<Derived*>(this)->displacement(state.x.value, dx_);
+    if (!(state.x.value + dx_).allFinite()) return {Outcome::not_finite, std::nullopt};
+    state.x.add(dx_);
+    return {};
+  }
+
+  std::optional<double> largest_step(const State&, double) const { return std::nullopt; }
+
+ protected:
+  S system_;
+  typename S::Scalar h_;
+
+ private:
+  Point dx_;
+};
+
+}  // namespace stiefel

@@ -1,0 +1,52 @@
+#pragma once
+
+#include "engine/methods/method.h"
+#include "engine/systems/concepts.h"
+
+namespace stiefel {
+
+/// The classical Runge–Kutta method of order 4 (Kutta 1901). It keeps nothing:
+///
+///     k1 = X(x), k2 = X(x + h/2 k1), k3 = X(x + h/2 k2), k4 = X(x + h k3),
+///     x′ = x + h/6 (k1 + 2 k2 + 2 k3 + k4).
+struct Rk4 {
+  static constexpr MethodTraits traits = {
+      .name = "rk4",
+      .summary = "classical Runge-Kutta",
+      .source = "Kutta 1901",
+      .file = "engine/methods/rk4.h",
+      .orders = {4},
+      .default_order = 4,
+      .reversible = false,
+  };
+  template <class S>
+  static constexpr bool applies = System<S>;
+  static constexpr Kept kept(std::string_view) { return Kept::drifts; }
+
+  template <System S, Arithmetic arithmetic>
+  class Map : public ExplicitMap<Map<S, arithmetic>, S, arithmetic> {
+   public:
+    using Point = typename S::State;
+    Map(S system, typename S::Scalar h, int) : Base(std::move(system), h) {}
+
+    void displacement(const Point& x, Point& dx) {
+      if (k1_.size() != x.size()) k1_ = k2_ = k3_ = k4_ = stage_ = x;
+      system_.field(x, k1_);
+      stage_ = x + (h_ / 2) * k1_;
+      system_.field(stage_, k2_);
+      stage_ = x + (h_ / 2) * k2_;
+      system_.field(stage_, k3_);
+      stage_ = x + h_ * k3_;
+      system_.field(stage_, k4_);
+      dx = (h_ / 6) * (k1_ + 2 * k2_ + 2 * k3_ + k4_);
+    }
+
+   private:
+    using Base = ExplicitMap<Map, S, arithmetic>;
+    using Base::h_;
+    using Base::system_;
+    Point k1_, k2_, k3_, k4_, stage_;
+  };
+};
+
+}  // namespace stiefel

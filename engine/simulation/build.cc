@@ -1,0 +1,33 @@
+#include <gnu/libc-version.h>
+
+#include "engine/simulation/simulation.h"
+
+namespace stiefel {
+
+const std::string& build_fingerprint() {
+  static const std::string fingerprint = [] {
+    std::string text = "stiefel " STIEFEL_VERSION ", gcc " __VERSION__ ", " STIEFEL_BUILD_FLAGS;
+    text += ", glibc " + std::string(gnu_get_libc_version());
+    // The C library's sin and cos differ in the last bit with and without fused multiply-add.
+    text += __builtin_cpu_supports("fma") ? ", fma" : "";
+    text += __builtin_cpu_supports("avx2") ? ", avx2" : "";
+    return text;
+  }();
+  return fingerprint;
+}
+
+std::string to_sentence(const Ending& ending) {
+  switch (ending.outcome) {
+    case Outcome::reached: return "";
+    case Outcome::left_domain:
+      return "the step has no solution on the principal branch; the largest |h| that has one here is " +
+             std::to_string(ending.largest_step.value_or(0));
+    case Outcome::solver_stalled:
+      return "the solver of the implicit step did not converge";
+    case Outcome::not_finite: return "the next state is not finite";
+    case Outcome::cancelled: return "the run was cancelled";
+  }
+  return "";
+}
+
+}  // namespace stiefel

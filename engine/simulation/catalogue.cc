@@ -1,0 +1,65 @@
+#include "engine/simulation/catalogue.h"
+
+#include <algorithm>
+
+#include "engine/simulation/methods.h"
+#include "engine/simulation/system_entry.h"
+
+namespace stiefel {
+namespace {
+
+MethodInfo info_of(const MethodTraits& t) {
+  std::vector<int> orders;
+  for (const int order : t.orders)
+    if (order > 0) orders.push_back(order);
+  return {t.name, t.summary, t.source, t.file, orders, t.default_order, t.reversible};
+}
+
+template <class... M>
+std::vector<MethodInfo> infos(TypeList<M...>) {
+  return {info_of(M::traits)...};
+}
+
+template <class Range>
+auto find(const Range& range, std::string_view name) -> decltype(&*range.begin()) {
+  const auto found = std::ranges::find_if(range, [&](const auto& x) { return x.name == name; });
+  return found == range.end() ? nullptr : &*found;
+}
+
+}  // namespace
+
+const std::vector<SystemEntry>& system_entries() {
+  static const std::vector<SystemEntry> entries = {rigid_body_entry(), moser_veselov_entry()};
+  return entries;
+}
+
+const Catalogue& catalogue() {
+  static const Catalogue built = [] {
+    Catalogue c;
+    for (const auto& entry : system_entries()) c.systems.push_back(entry.info);
+    c.methods = infos(Methods{});
+    return c;
+  }();
+  return built;
+}
+
+const SystemInfo* Catalogue::system(std::string_view name) const { return find(systems, name); }
+const MethodInfo* Catalogue::method(std::string_view name) const { return find(methods, name); }
+
+std::string_view to_string(Kept kept) {
+  switch (kept) {
+    case Kept::exact: return "exact";
+    case Kept::bounded: return "bounded";
+    case Kept::drifts: return "drifts";
+  }
+  return "";
+}
+
+std::unique_ptr<Simulation> make_simulation(const Scene& scene) {
+  const auto& entries = system_entries();
+  const auto entry = std::ranges::find_if(
+      entries, [&](const SystemEntry& e) { return e.info.name == scene.system(); });
+  return entry->make(scene);
+}
+
+}  // namespace stiefel

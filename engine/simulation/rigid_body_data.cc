@@ -1,0 +1,28 @@
+#include "engine/simulation/rigid_body_data.h"
+
+namespace stiefel {
+
+SystemInfo rigid_body_family() {
+  SystemInfo info{};
+  info.blocks = {
+      {"Q", "N x N", false, "frame, orthogonal, body to space; absent in a momentum-only scene"},
+      {"M", "N x N", true, "body momentum, skew"},
+  };
+  info.fields = {
+      {"Q", "N x N", "frame"},
+      {"M", "N x N", "body momentum"},
+      {"Omega", "N x N", "body angular velocity, Omega_ij = M_ij / (lambda_i + lambda_j)"},
+      {"quaternion", "1 x 4", "N = 3, det Q = 1: w, x, y, z, body to space; sign continuous"},
+      {"angular_velocity", "1 x 3", "N = 3: the vector of Omega"},
+  };
+  info.invariants = {
+      {"energy", "1/2 tr(Lambda Omega^T Omega)", "[RB] section 2"},
+      {"spatial_momentum", "Q M Q^T", "[RB] Prop. 2.1"},
+      {"casimirs", "eigenvalues of M", "[RB] section 2"},
+      {"manakov", "coefficients of mu^j in tr((M + mu Lambda^2)^k), k = 2..N", "[RB] (2.4)"},
+      {"orthogonality", "Q^T Q = I", ""},
+  };
+  return info;
+}
+
+}  // namespace stiefel

@@ -1,0 +1,131 @@
+#pragma once
+
+#include <optional>
+
+#include "engine/linalg/so_3.h"
+#include "engine/linalg/so_n.h"
+#include "engine/simulation/simulation.h"
+
+namespace stiefel {
+
+enum class RigidBodyField { Q, M, Omega, quaternion, angular_velocity };
+
+/// What a rigid-body scene offers: its blocks, then Omega, and in three dimensions the quaternion and
+/// the angular velocity.
+struct RigidBodyFields {
+  explicit RigidBodyFields(const Scene& scene);
+  std::vector<Field> fields;
+  std::vector<RigidBodyField> kinds;
+  std::size_t block_count;
+};
+
+/// Between a scene and states (Q over M) in N dimensions.
+template <class Space>
+class RigidBodyReadout {
+ public:
+  using Point = typename Space::State;
+
+  explicit RigidBodyReadout(const Scene& scene)
+      : offered_(scene), lambda_(scene.inertia()), N_(scene.dimension()) {}
+
+  const std::vector<Field>& fields() const { return offered_.fields; }
+  std::size_t block_count() const { return offered_.block_count; }
+
+  Point start(const Scene& scene) const {
+    Point x(scene.Q().rows() + N_, N_);
+    x << scene.Q(), scene.M();
+    return x;
+  }
+  Eigen::MatrixXd Q(const Point& x) const { return x.topRows(x.rows() - N_); }
+  Eigen::MatrixXd M(const Point& x) const { return x.bottomRows(N_); }
+
+  void write(const Point& x, std::size_t index, std::span<double> out) const {
+    Eigen::Map<RowMatrix> block(out.data(), N_, N_);
+    switch (offered_.kinds[index]) {
+      case RigidBodyField::Q: block = x.topRows(N_); break;
+      case RigidBodyField::M: block = x.bottomRows(N_); break;
+      default: {
+        typename Space::Algebra Omega(N_, N_);
+        Space::inverse_inertia(lambda_, x, Omega);
+        block = Omega;
+      }
+    }
+  }
+
+ private:
+  RigidBodyFields offered_;
+  Eigen::VectorXd lambda_;
+  int N_;
+};
+
+/// The same in three dimensions, where a body may be reported in its caller's axes.
+template <bool frame>
+class RigidBodyReadout<So3<double, frame>> {
+ public:
+  using Space = So3<double, frame>;
+  using Point = typename Space::State;
+
+  explicit RigidBodyReadout(const Scene& scene)
+      : offered_(scene), lambda_(scene.inertia()), determinant_(scene.determinant()) {
+    if (!scene.axes()) return;
+    R_ = scene.axes()->rotation;
+    r_conjugate_ = quaternion_of(*R_);
+    r_conjugate_.tail<3>() = -r_conjugate_.tail<3>();
+  }
+
+  const std::vector<Field>& fields() const { return offered_.fields; }
+  std::size_t block_count() const { return offered_.block_count; }
+
+  Point start(const Scene& scene) const {
+    Point x;
+    if constexpr (frame) x.template head<4>() = scene.attitude();
+    x.template tail<3>() = vee(scene.M());
+    return x;
+  }
+  Eigen::MatrixXd Q(const Point& x) const {
+    if constexpr (frame) return determinant_ * rotation_matrix<double>(x.template head<4>());
+    return Eigen::MatrixXd(0, 0);
+  }
+  Eigen::MatrixXd M(const Point& x) const { return hat(x.template tail<3>()); }
+
+  void write(const Point& x, std::size_t index, std::span<double> out) const {
+    using Block = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+    Eigen::Map<Block> block(out.data());
+    switch (offered_.kinds[index]) {
+      case RigidBodyField::Q:
+        if constexpr (frame) {
+          block = determinant_ * rotation_matrix<double>(x.template head<4>());
+          if (R_) block *= R_->transpose();
+        }
+        break;
+      case RigidBodyField::M: block = hat(to_caller(x.template tail<3>())); break;
+      case RigidBodyField::Omega: block = hat(to_caller(omega(x))); break;
+      case RigidBodyField::angular_velocity:
+        Eigen::Map<Eigen::Vector3d>(out.data()) = to_caller(omega(x));
+        break;
+      case RigidBodyField::quaternion:
+        if constexpr (frame) {
+          Eigen::Map<Eigen::Vector4d> q(out.data());
+          q = x.template head<4>();
+          if (R_) q = Space::quaternion_times(x, r_conjugate_(0), r_conjugate_.tail<3>());
+        }
+        break;
+    }
+  }
+
+ private:
+  Eigen::Vector3d omega(const Point& x) const {
+    Eigen::Vector3d w;
+    Space::inverse_inertia(lambda_, x, w);
+    return w;
+  }
+  Eigen::Vector3d to_caller(const Eigen::Vector3d& v) const { return R_ ? *R_ * v : v; }
+
+  RigidBodyFields offered_;
+  Eigen::VectorXd lambda_;
+  double determinant_;
+  std::optional<Eigen::Matrix3d> R_;
+  Eigen::Vector4d r_conjugate_ = Eigen::Vector4d::UnitX();
+};
+
+}  // namespace stiefel

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <algorithm>
+
+#include "engine/simulation/rigid_body_readout.h"
+#include "engine/simulation/simulation.h"
+
+namespace stiefel {
+
+/// The Simulation of a Map whose states a Readout can read. One virtual call for many steps; inside
+/// there are none.
+template <class F, class Readout>
+  requires Map<F>
+class SimulationOf final : public Simulation {
+ public:
+  SimulationOf(const Scene& scene, F map, Readout readout, double step_cost)
+      : map_(std::move(map)), readout_(std::move(readout)), substeps_(scene.substeps()),
+        step_cost_(step_cost * substeps_), state_(map_.start(readout_.start(scene))),
+        before_(state_) {
+    fields_ = readout_.fields();
+    block_count_ = readout_.block_count();
+    state_.each([this](auto& block) { saved_size_ += static_cast<std::size_t>(block.size()); });
+  }
+
+  Ending advance(std::int64_t steps) override {
+    for (; steps > 0; --steps) {
+      if (substeps_ > 1) before_ = state_;
+      for (int k = 0; k < substeps_; ++k) {
+        const Ending ending = map_.step(state_);
+        if (ending.reached()) continue;
+        if (k > 0) state_ = before_;
+        return ending;
+      }
+      ++step_;
+    }
+    return {};
+  }
+
+  std::size_t saved_size() const override { return saved_size_; }
+
+  void save(std::span<double> out) const override {
+    double* to = out.data();
+    state_.each([&](auto& block) { to = std::copy_n(block.data(), block.size(), to); });
+  }
+
+  void restore(std::int64_t step, std::span<const double> saved) override {
+    const double* from = saved.data();
+    state_.each([&](auto& block) {
+      std::copy_n(from, block.size(), block.data());
+      from += block.size();
+    });
+    step_ = step;
+  }
+
+  void write(std::size_t index, std::span<double> out) const override {
+    readout_.write(state_.x.value, index, out);
+  }
+  Eigen::MatrixXd Q() const override { return readout_.Q(state_.x.value); }
+  Eigen::MatrixXd M() const override { return readout_.M(state_.x.value); }
+  std::optional<double> largest_step(double limit) const override {
+    return map_.largest_step(state_, limit);
+  }
+  double step_cost() const override { return step_cost_; }
+
+ private:
+  mutable F map_;  // its workspace, not its meaning
+  Readout readout_;
+  int substeps_;
+  double step_cost_;
+  mutable typename F::State state_;  // `each` serves saving and restoring
+  typename F::State before_;
+  std::size_t saved_size_ = 0;
+};
+
+}  // namespace stiefel

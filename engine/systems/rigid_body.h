@@ -1,0 +1,50 @@
+#pragma once
+
+#include "engine/linalg/so_3.h"
+#include "engine/linalg/so_n.h"
+#include "engine/systems/concepts.h"
+
+namespace stiefel {
+
+/// The free rigid body in N dimensions, left-invariant: [RB] (2.2), (2.3)
+///
+///     Q̇ = QΩ,   Ṁ = [M, Ω],   M = J(Ω) = ΛΩ + ΩΛ,
+///
+/// so Ω_ij = M_ij / (λ_i + λ_j), which needs λ_i + λ_j > 0 for i ≠ j and nothing else. It keeps the
+/// energy ½ tr(ΛΩᵀΩ), the spatial momentum QMQᵀ, the eigenvalues of M, and every coefficient of
+/// tr((M + μΛ²)^k), k = 2..N (Manakov; [RB] (2.4)).
+///
+/// `Space` says how (Q, M) is held: SoN for every N, So3 for quaternion and vector. The state may be
+/// M alone.
+template <class Space>
+class RigidBody {
+ public:
+  static constexpr const char* name = "rigid_body";
+  using Scalar = typename Space::Scalar;
+  using State = typename Space::State;
+  using Algebra = typename Space::Algebra;
+
+  explicit RigidBody(Vector<Scalar> lambda)
+      : lambda_(std::move(lambda)), space_(lambda_.size()), Omega_(space_.zero()) {}
+
+  const Vector<Scalar>& lambda() const { return lambda_; }
+
+  void field(const State& x, State& dx) {
+    generator(x, Omega_);
+    space_.velocity(x, Omega_, dx);
+  }
+
+  Algebra zero() const { return space_.zero(); }
+  void generator(const State& x, Algebra& Omega) const { space_.inverse_inertia(lambda_, x, Omega); }
+  void bracket(const Algebra& a, const Algebra& b, Algebra& c) const { space_.bracket(a, b, c); }
+  void displacement(const State& x, const Algebra& Theta, State& dx) {
+    space_.displacement(x, Theta, dx);
+  }
+
+ private:
+  Vector<Scalar> lambda_;
+  Space space_;
+  Algebra Omega_;
+};
+
+}  // namespace stiefel
