@@ -12,8 +12,8 @@
 namespace stiefel::server {
 
 struct Options {
-  /// Where to listen, without TLS: "127.0.0.1:50551", "[::1]:0" (any free port), "unix:/run/s.sock".
-  /// None: only `in_process_channel`.
+  /// Where to listen, without TLS: "127.0.0.1:50551", "[::1]:0" (any free port),
+  /// "unix:/run/s.sock". None: only `in_process_channel`.
   std::vector<std::string> listen;
   /// Threads that compute; 0 means one a core.
   int threads = 0;
@@ -21,7 +21,7 @@ struct Options {
   /// A session nobody calls for so long is dropped.
   std::chrono::milliseconds idle_timeout = std::chrono::hours(1);
   /// How long `shutdown` lets running work finish before it stops it.
-  std::chrono::milliseconds grace = std::chrono::seconds(5);
+  std::chrono::milliseconds grace = std::chrono::seconds(3);
   /// trace, debug, info, warn, error, critical, off. One line an RPC at info, on stderr.
   std::string log_level = "warn";
   bool log_json = false;
@@ -47,8 +47,8 @@ class Server {
   std::shared_ptr<grpc::Channel> in_process_channel();
 
   /// Not serving at once: new work is refused with UNAVAILABLE. What runs may finish within the
-  /// grace period; then Steps end with OUTCOME_CANCELLED and their last good state, and streams with
-  /// a last message that says so. Returns when nothing runs. Calling it again does nothing.
+  /// grace period; then Steps end with OUTCOME_CANCELLED and their last good state, and streams
+  /// with a last message that says so. Returns when nothing runs. Calling it again does nothing.
   void shutdown();
 
  private:

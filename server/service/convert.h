@@ -1,0 +1,38 @@
+#pragma once
+
+#include <expected>
+#include <string>
+#include <vector>
+
+#include "engine/simulation/diagnosis.h"
+#include "engine/simulation/scene.h"
+#include "engine/simulation/simulation.h"
+#include "server/sessions/registry.h"
+#include "server/sessions/session.h"
+#include "stiefel/v1/simulation.pb.h"
+
+/// Between the wire's types and the engine's; no other code sees both.
+namespace stiefel::server {
+
+/// Checks what only the wire can get wrong: shapes and numbers of values.
+std::expected<SceneDescription, Violations> from_proto(const v1::Scene& scene);
+void to_proto(const SceneDescription& description, v1::Scene* out);
+
+void to_proto(const Catalogue& catalogue, v1::DescribeResponse* out);
+void to_proto(const Session& session, const Registry& registry, v1::Session* out);
+void to_proto(const Ending& ending, v1::Ending* out);
+void to_proto(const Diagnosis& diagnosis, v1::DiagnoseResponse* out);
+
+using FieldNames = google::protobuf::RepeatedPtrField<std::string>;
+
+/// The fields' indices; the system's blocks when none is named.
+std::expected<std::vector<std::size_t>, Violations> select_fields(const Session& session,
+                                                                  const FieldNames& names);
+
+/// Name and shape: {samples, rows, cols}, without `samples` when that is absent.
+void describe_field(const Field& field, std::optional<std::size_t> samples, v1::Field* out);
+/// The state as it is now.
+void to_proto(const Session& session, const Simulation& simulation,
+              const std::vector<std::size_t>& fields, v1::Sample* out);
+
+}  // namespace stiefel::server

@@ -1,0 +1,89 @@
+#include "server/service/convert.h"
+
+namespace stiefel::server {
+namespace {
+
+std::string text(std::string_view view) { return std::string(view); }
+
+v1::Kept kept(Kept value) {
+  switch (value) {
+    case Kept::exact:
+      return v1::KEPT_EXACT;
+    case Kept::bounded:
+      return v1::KEPT_BOUNDED;
+    case Kept::drifts:
+      return v1::KEPT_DRIFTS;
+  }
+  return v1::KEPT_UNSPECIFIED;
+}
+
+void to_proto(const SystemInfo& system, v1::SystemInfo* out) {
+  out->set_name(text(system.name));
+  out->set_summary(text(system.summary));
+  out->set_equations(text(system.equations));
+  out->set_source(text(system.source));
+  out->set_file(text(system.file));
+  out->set_discrete(system.discrete);
+  for (const BlockInfo& block : system.blocks) {
+    auto* to = out->add_blocks();
+    to->set_name(text(block.name));
+    to->set_shape(text(block.shape));
+    to->set_required(block.required);
+    to->set_description(text(block.description));
+  }
+  for (const FieldInfo& field : system.fields) {
+    auto* to = out->add_fields();
+    to->set_name(text(field.name));
+    to->set_shape(text(field.shape));
+    to->set_description(text(field.description));
+  }
+  for (const InvariantInfo& invariant : system.invariants) {
+    auto* to = out->add_invariants();
+    to->set_name(text(invariant.name));
+    to->set_formula(text(invariant.formula));
+    to->set_source(text(invariant.source));
+  }
+  for (const MethodOnSystem& method : system.methods) {
+    auto* to = out->add_methods();
+    to->set_method(text(method.method));
+    for (const Preservation& preservation : method.preserves) {
+      auto* preserves = to->add_preserves();
+      preserves->set_invariant(text(preservation.invariant));
+      preserves->set_kept(kept(preservation.kept));
+    }
+  }
+}
+
+void to_proto(const MethodInfo& method, v1::MethodInfo* out) {
+  out->set_name(text(method.name));
+  out->set_summary(text(method.summary));
+  out->set_source(text(method.source));
+  out->set_file(text(method.file));
+  for (const int order : method.orders) out->add_orders(static_cast<std::uint32_t>(order));
+  out->set_default_order(static_cast<std::uint32_t>(method.default_order));
+  out->set_reversible(method.reversible);
+}
+
+}  // namespace
+
+void to_proto(const Catalogue& catalogue, v1::DescribeResponse* out) {
+  for (const SystemInfo& system : catalogue.systems) to_proto(system, out->add_systems());
+  for (const MethodInfo& method : catalogue.methods) to_proto(method, out->add_methods());
+}
+
+void to_proto(const Diagnosis& diagnosis, v1::DiagnoseResponse* out) {
+  for (const InvariantDrift& drift : diagnosis.invariants) {
+    auto* to = out->add_invariants();
+    to->set_name(drift.name);
+    to->set_initial(drift.initial);
+    to->set_value(drift.value);
+    to->set_drift(drift.drift());
+    to->set_scale(drift.scale);
+    to->set_kept(kept(drift.kept));
+  }
+  if (diagnosis.orthogonality) out->set_orthogonality(*diagnosis.orthogonality);
+  out->mutable_domain()->set_h_omega(diagnosis.h_omega);
+  if (diagnosis.largest_step) out->mutable_domain()->set_largest_step(*diagnosis.largest_step);
+}
+
+}  // namespace stiefel::server

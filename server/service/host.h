@@ -1,0 +1,50 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+
+#include "server/service/log.h"
+#include "server/sessions/pool.h"
+#include "server/sessions/registry.h"
+
+namespace stiefel::server {
+
+/// From serving over refusing (new work gets UNAVAILABLE) to stopping (what runs ends at its next
+/// slice), and the count of what runs.
+class Lifecycle {
+ public:
+  bool refusing() const { return refusing_.load(std::memory_order_relaxed); }
+  bool stopping() const { return stopping_.load(std::memory_order_relaxed); }
+  void refuse() { refusing_ = true; }
+  void stop() { stopping_ = true; }
+
+  void enter() { ++running_; }
+  void leave() {
+    const std::lock_guard lock(mutex_);
+    if (--running_ == 0) idle_.notify_all();
+  }
+  /// True when nothing runs any more.
+  bool wait_idle(std::chrono::milliseconds patience) {
+    std::unique_lock lock(mutex_);
+    return idle_.wait_for(lock, patience, [this] { return running_ == 0; });
+  }
+
+ private:
+  std::atomic<bool> refusing_ = false;
+  std::atomic<bool> stopping_ = false;
+  std::atomic<int> running_ = 0;
+  std::mutex mutex_;
+  std::condition_variable idle_;
+};
+
+/// What every call works with. The pool comes last: it is gone before anything its jobs use.
+struct Host {
+  Log log;
+  Registry registry;
+  Lifecycle lifecycle;
+  Pool pool;
+};
+
+}  // namespace stiefel::server

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <expected>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "server/sessions/session.h"
+
+namespace stiefel::server {
+
+/// A state as it travels from server to server.
+struct Checkpoint {
+  std::int64_t step;
+  std::vector<double> saved;
+};
+
+enum class CheckpointFault { corrupt, other_scene, other_build };
+struct CheckpointRefusal {
+  CheckpointFault fault;
+  std::string build;  ///< other_build: the one that wrote it
+};
+
+/// Opaque to clients: magic, format version, build, hash of the scene, step, doubles, checksum.
+std::string encode_checkpoint(const Session& session, const Simulation& simulation);
+
+/// For a session of the same resolved scene and build; never trusts the bytes.
+std::expected<Checkpoint, CheckpointRefusal> decode_checkpoint(const Session& session,
+                                                               std::string_view bytes);
+
+}  // namespace stiefel::server

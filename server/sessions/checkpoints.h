@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <vector>
+
+namespace stiefel::server {
+
+/// What Simulation::save gave at a step.
+using Saved = std::shared_ptr<const std::vector<double>>;
+
+/// The states a session can start again from: step 0, the multiples of a spacing that doubles when
+/// there would be too many of them, and at most one state that came from elsewhere. Not
+/// thread-safe.
+class Checkpoints {
+ public:
+  static constexpr std::size_t max_count = 64;
+  static constexpr std::size_t max_bytes = std::size_t{64} << 20;
+
+  explicit Checkpoints(std::int64_t spacing) : spacing_(spacing) {}
+
+  /// Whether `put` would take a state at this step.
+  bool wants(std::int64_t step) const { return step % spacing_ == 0 && !saved_.contains(step); }
+  void put(std::int64_t step, Saved saved);
+  /// Takes a state at any step, in the place of the one adopted before.
+  void adopt(std::int64_t step, Saved saved);
+
+  struct Nearest {
+    std::int64_t step;
+    Saved saved;
+  };
+  /// The last one at or before `step`; `put(0, ...)` must have come first.
+  Nearest nearest(std::int64_t step) const;
+
+  /// The first index after `step` where a state is worth keeping.
+  std::int64_t next(std::int64_t step) const { return (step / spacing_ + 1) * spacing_; }
+  std::int64_t spacing() const { return spacing_; }
+  std::vector<std::int64_t> steps() const;
+
+ private:
+  void thin();
+
+  std::int64_t spacing_;
+  std::optional<std::int64_t> adopted_;
+  std::size_t bytes_ = 0;
+  std::map<std::int64_t, Saved> saved_;
+};
+
+}  // namespace stiefel::server

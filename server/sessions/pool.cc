@@ -1,0 +1,52 @@
+#include "server/sessions/pool.h"
+
+#include <algorithm>
+
+namespace stiefel::server {
+
+std::int64_t slice_steps(double step_cost) {
+  return static_cast<std::int64_t>(std::max(1.0, slice_nanoseconds / std::max(step_cost, 1.0)));
+}
+
+Pool::Pool(int threads) {
+  if (threads <= 0) threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  workers_.reserve(static_cast<std::size_t>(threads));
+  for (int i = 0; i < threads; ++i) workers_.emplace_back([this] { work(); });
+}
+
+Pool::~Pool() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  wake_.notify_all();
+  workers_.clear();
+}
+
+void Pool::submit(Job* job) {
+  bool sleeper;
+  {
+    const std::lock_guard lock(mutex_);
+    queue_.push_back(job);
+    sleeper = idle_ > 0;
+  }
+  if (sleeper) wake_.notify_one();
+}
+
+void Pool::work() {
+  std::unique_lock lock(mutex_);
+  while (true) {
+    ++idle_;
+    wake_.wait(lock, [this] { return stopping_ || !queue_.empty(); });
+    --idle_;
+    if (queue_.empty()) return;
+    Job* job = queue_.front();
+    queue_.pop_front();
+    lock.unlock();
+    const bool more = job->run_slice();
+    lock.lock();
+    if (more) queue_.push_back(job);
+  }
+}
+
+}  // namespace stiefel::server

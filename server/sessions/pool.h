@@ -1,0 +1,54 @@
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace stiefel::server {
+
+/// What a slice of work takes, and what may run at once on the thread that received the request.
+inline constexpr double slice_nanoseconds = 2e6;
+inline constexpr double inline_nanoseconds = 5e4;
+
+/// The steps of a slice: a number of the scene, not of the clock, so that it can be tested.
+std::int64_t slice_steps(double step_cost);
+
+/// Long work in short slices.
+class Job {
+ public:
+  virtual ~Job() = default;
+  /// Does one slice. True: queue it again. False: the pool forgets the job, which may be gone by
+  /// then.
+  virtual bool run_slice() noexcept = 0;
+};
+
+/// Threads that run jobs a slice at a time, first come, first served: whoever had a slice goes to
+/// the end of the queue, so a long job delays a short one by a slice and not by its length.
+class Pool {
+ public:
+  /// 0 threads means one a core.
+  explicit Pool(int threads);
+  /// Runs what is queued to its end.
+  ~Pool();
+  Pool(const Pool&) = delete;
+  Pool& operator=(const Pool&) = delete;
+
+  /// The job must live until its `run_slice` returns false.
+  void submit(Job* job);
+  int threads() const { return static_cast<int>(workers_.size()); }
+
+ private:
+  void work();
+
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  std::deque<Job*> queue_;
+  int idle_ = 0;
+  bool stopping_ = false;
+  std::vector<std::jthread> workers_;
+};
+
+}  // namespace stiefel::server

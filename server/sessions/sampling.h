@@ -1,0 +1,63 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "server/sessions/walk.h"
+
+namespace stiefel::server {
+
+/// Samples side by side: the bytes of each field are (samples, rows, cols), little-endian doubles.
+struct Batch {
+  std::vector<std::int64_t> steps;
+  std::vector<double> times;
+  std::vector<std::string> fields;
+
+  std::size_t size() const { return steps.size(); }
+};
+
+/// The samples at from, from + every, ... and always at `to`, a batch at a time. At a numerical
+/// stop the last sample is the last good state. For one thread at a time.
+class Sampling {
+ public:
+  /// A batch is full when it holds so many bytes; one sample always fits.
+  static constexpr std::size_t batch_bytes = std::size_t{128} << 10;
+
+  struct Range {
+    std::int64_t from, to, every;
+  };
+  Sampling(Session& session, std::vector<std::size_t> fields, Range range);
+
+  /// One slice: goes on until the batch is full, all is sampled or the slice is over.
+  void fill(Batch& batch);
+  bool full(const Batch& batch) const { return batch.size() >= capacity_; }
+  /// Nothing comes after what is in the batch: `to` is reached, or see `walk().ending()`.
+  bool done() const { return done_; }
+  /// Ends with the last good state.
+  void cancel(Batch& batch);
+
+  /// Makes the batch empty; its memory is kept.
+  void clear(Batch& batch) const;
+  /// Cuts the bytes to the samples there are. Before sending.
+  void trim(Batch& batch) const;
+
+  const Walk& walk() const { return walk_; }
+  /// The samples a batch holds at most.
+  std::size_t capacity() const { return capacity_; }
+
+ private:
+  void sample(Batch& batch);
+
+  Session& session_;
+  const std::vector<std::size_t> fields_;
+  const Range range_;
+  Walk walk_;
+  std::size_t capacity_;
+  std::int64_t next_;
+  std::int64_t last_ = -1;
+  bool done_ = false;
+};
+
+}  // namespace stiefel::server

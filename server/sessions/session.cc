@@ -1,0 +1,118 @@
+#include "server/sessions/session.h"
+
+#include <algorithm>
+#include <bit>
+#include <utility>
+
+#include "server/sessions/identity.h"
+#include "server/sessions/pool.h"
+
+namespace stiefel::server {
+namespace {
+
+constexpr std::size_t max_idle = 2;
+
+/// Half a slice of work between two checkpoints, at first.
+std::int64_t first_spacing(double step_cost) {
+  const auto steps =
+      static_cast<std::uint64_t>(std::max<std::int64_t>(slice_steps(step_cost) / 2, 1));
+  return static_cast<std::int64_t>(std::bit_floor(steps));
+}
+
+Saved save(const Simulation& simulation) {
+  auto saved = std::make_shared<std::vector<double>>(simulation.saved_size());
+  simulation.save(*saved);
+  return saved;
+}
+
+}  // namespace
+
+Session::Session(std::string id, Scene scene, std::shared_ptr<const Clock> clock)
+    : id_(std::move(id)),
+      scene_(std::move(scene)),
+      identity_(identity_of(scene_)),
+      clock_(std::move(clock)),
+      checkpoints_(1) {
+  auto simulation = make_simulation(scene_);
+  fields_ = simulation->fields();
+  block_count_ = simulation->block_count();
+  saved_size_ = simulation->saved_size();
+  step_cost_ = simulation->step_cost();
+  checkpoints_ = Checkpoints(first_spacing(step_cost_));
+  checkpoints_.put(0, save(*simulation));
+  spacing_ = checkpoints_.spacing();
+  idle_.push_back(std::move(simulation));
+  touch();
+}
+
+std::unique_ptr<Simulation> Session::lease(std::int64_t step) {
+  std::unique_ptr<Simulation> simulation;
+  Checkpoints::Nearest start;
+  {
+    const std::lock_guard lock(mutex_);
+    start = checkpoints_.nearest(step);
+    auto best = idle_.end();
+    for (auto it = idle_.begin(); it != idle_.end(); ++it) {
+      const std::int64_t at = (*it)->step();
+      if (at <= step && at >= start.step && (best == idle_.end() || at > (*best)->step()))
+        best = it;
+    }
+    const bool near = best != idle_.end();
+    if (!near && idle_.size() == max_idle) best = idle_.begin();
+    if (best != idle_.end()) {
+      simulation = std::move(*best);
+      idle_.erase(best);
+    }
+    if (near) return simulation;
+  }
+  if (!simulation) simulation = make_simulation(scene_);
+  if (simulation->step() != start.step) simulation->restore(start.step, *start.saved);
+  return simulation;
+}
+
+void Session::give_back(std::unique_ptr<Simulation> simulation) {
+  cursor_.store(simulation->step(), std::memory_order_relaxed);
+  std::unique_ptr<Simulation> dropped;
+  const std::lock_guard lock(mutex_);
+  if (idle_.size() == max_idle) {
+    dropped = std::move(idle_.front());
+    idle_.erase(idle_.begin());
+  }
+  idle_.push_back(std::move(simulation));
+}
+
+std::int64_t Session::next_checkpoint(std::int64_t step) const {
+  const std::int64_t spacing = spacing_.load(std::memory_order_relaxed);
+  return (step / spacing + 1) * spacing;
+}
+
+void Session::deposit(const Simulation& simulation) {
+  const std::int64_t step = simulation.step();
+  {
+    const std::lock_guard lock(mutex_);
+    if (!checkpoints_.wants(step)) return;
+  }
+  Saved saved = save(simulation);
+  const std::lock_guard lock(mutex_);
+  checkpoints_.put(step, std::move(saved));
+  spacing_ = checkpoints_.spacing();
+}
+
+void Session::adopt(std::int64_t step, std::vector<double> saved) {
+  const std::lock_guard lock(mutex_);
+  checkpoints_.adopt(step, std::make_shared<const std::vector<double>>(std::move(saved)));
+  spacing_ = checkpoints_.spacing();
+}
+
+std::vector<std::int64_t> Session::checkpoints() const {
+  const std::lock_guard lock(mutex_);
+  return checkpoints_.steps();
+}
+
+std::chrono::steady_clock::duration Session::idle_time() const {
+  if (in_use()) return {};
+  const std::chrono::steady_clock::duration last(last_use_.load());
+  return (*clock_)().time_since_epoch() - last;
+}
+
+}  // namespace stiefel::server

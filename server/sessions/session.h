@@ -1,0 +1,113 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "engine/simulation/scene.h"
+#include "engine/simulation/simulation.h"
+#include "server/sessions/checkpoints.h"
+
+namespace stiefel::server {
+
+using Clock = std::function<std::chrono::steady_clock::time_point()>;
+
+/// A pure function from step index to state: the scene, and a cache of places to start from. No
+/// lock is held while anybody computes: a caller leases a Simulation, advances it and gives it
+/// back, so many may use one session at once. Thread-safe.
+class Session {
+ public:
+  static constexpr std::int64_t max_step = std::int64_t{1} << 53;
+
+  Session(std::string id, Scene scene, std::shared_ptr<const Clock> clock);
+
+  const std::string& id() const { return id_; }
+  const Scene& scene() const { return scene_; }
+  /// Equal exactly for equal resolved scenes.
+  const std::string& identity() const { return identity_; }
+  const std::vector<Field>& fields() const { return fields_; }
+  std::size_t block_count() const { return block_count_; }
+  std::size_t saved_size() const { return saved_size_; }
+  double step_cost() const { return step_cost_; }
+
+  /// A Simulation at the nearest state at or before `step`, for the caller alone.
+  std::unique_ptr<Simulation> lease(std::int64_t step);
+  void give_back(std::unique_ptr<Simulation> simulation);
+
+  /// The first step after `step` where `deposit` would keep the state.
+  std::int64_t next_checkpoint(std::int64_t step) const;
+  /// Keeps the state if its step is one of the fixed indices.
+  void deposit(const Simulation& simulation);
+  /// Keeps a state that came from elsewhere; `saved_size()` numbers.
+  void adopt(std::int64_t step, std::vector<double> saved);
+
+  std::vector<std::int64_t> checkpoints() const;
+  /// The step that the last call left it at.
+  std::int64_t cursor() const { return cursor_.load(std::memory_order_relaxed); }
+
+  std::chrono::system_clock::time_point create_time() const { return create_time_; }
+  std::chrono::steady_clock::duration idle_time() const;
+  bool in_use() const { return uses_.load() > 0; }
+  /// Deleted or expired: calls that run go on, new ones do not find it.
+  bool closed() const { return closed_.load(std::memory_order_relaxed); }
+  void close() { closed_ = true; }
+
+ private:
+  friend class Hold;
+  void touch() { last_use_ = (*clock_)().time_since_epoch().count(); }
+
+  const std::string id_;
+  const Scene scene_;
+  const std::string identity_;
+  const std::shared_ptr<const Clock> clock_;
+  const std::chrono::system_clock::time_point create_time_ = std::chrono::system_clock::now();
+  std::vector<Field> fields_;
+  std::size_t block_count_ = 0;
+  std::size_t saved_size_ = 0;
+  double step_cost_ = 1;
+
+  std::atomic<std::int64_t> cursor_ = 0;
+  std::atomic<std::int64_t> spacing_ = 1;
+  std::atomic<std::chrono::steady_clock::rep> last_use_ = 0;
+  std::atomic<int> uses_ = 0;
+  std::atomic<bool> closed_ = false;
+
+  mutable std::mutex mutex_;
+  Checkpoints checkpoints_;                        // guarded by mutex_
+  std::vector<std::unique_ptr<Simulation>> idle_;  // guarded by mutex_; the last used at the back
+};
+
+/// A session in use: it does not expire while anybody holds it, and its idle time starts again
+/// after.
+class Hold {
+ public:
+  explicit Hold(std::shared_ptr<Session> session) : session_(std::move(session)) {
+    ++session_->uses_;
+    session_->touch();
+  }
+  Hold(Hold&&) = default;
+  Hold& operator=(Hold&& other) noexcept {
+    std::swap(session_, other.session_);
+    return *this;
+  }
+  ~Hold() {
+    if (!session_) return;
+    session_->touch();
+    --session_->uses_;
+  }
+
+  Session* operator->() const { return session_.get(); }
+  Session& operator*() const { return *session_; }
+
+ private:
+  std::shared_ptr<Session> session_;
+};
+
+}  // namespace stiefel::server

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "server/sessions/session.h"
+
+namespace stiefel::server {
+
+/// A Simulation leased from a session, on its way from step to step. Leaves checkpoints behind.
+/// For one thread at a time.
+class Walk {
+ public:
+  /// Starts at the nearest state at or before `to`. The session must outlive the walk.
+  Walk(Session& session, std::int64_t to)
+      : session_(&session),
+        simulation_(session.lease(to)),
+        mark_(session.next_checkpoint(simulation_->step())) {}
+  Walk(Walk&&) = default;
+  Walk& operator=(Walk&&) = delete;
+  ~Walk() {
+    if (simulation_) session_->give_back(std::move(simulation_));
+  }
+
+  /// Goes towards `to`, not before where it is, but at most `budget` steps, which it takes from
+  /// `budget`. True when it is there or cannot go on: see `ending`.
+  bool advance(std::int64_t to, std::int64_t& budget);
+  /// Ends the walk where it is.
+  void cancel() { ending_ = Ending{Outcome::cancelled, std::nullopt}; }
+
+  const Ending& ending() const { return ending_; }
+  const Simulation& simulation() const { return *simulation_; }
+  std::int64_t step() const { return simulation_->step(); }
+  std::int64_t computed_steps() const { return computed_; }
+  /// A rough guess, from the scene alone.
+  double nanoseconds_to(std::int64_t to) const {
+    return static_cast<double>(to - step()) * session_->step_cost();
+  }
+
+ private:
+  Session* session_;
+  std::unique_ptr<Simulation> simulation_;
+  std::int64_t mark_;
+  std::int64_t computed_ = 0;
+  Ending ending_;
+};
+
+}  // namespace stiefel::server
