@@ -1,7 +1,5 @@
 #pragma once
 
-#include <Eigen/SVD>
-
 #include "engine/linalg/scalar.h"
 
 namespace stiefel {
@@ -13,11 +11,13 @@ typename Derived::Scalar orthogonality_defect(const Eigen::MatrixBase<Derived>& 
   return (Q.transpose() * Q - Matrix<Scalar>::Identity(Q.cols(), Q.cols())).cwiseAbs().maxCoeff();
 }
 
-/// The orthogonal factor of the polar decomposition: the orthogonal matrix nearest to Q.
+/// The orthogonal matrix nearest to an almost orthogonal Q, its polar factor: Q ← Q (3I − QᵀQ)/2 until
+/// the defect is at rounding level (Newton–Schulz; quadratic).
 template <class Scalar>
-Matrix<Scalar> nearest_orthogonal(const Matrix<Scalar>& Q) {
-  const Eigen::BDCSVD<Matrix<Scalar>> svd(Q, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  return svd.matrixU() * svd.matrixV().transpose();
+Matrix<Scalar> nearest_orthogonal(Matrix<Scalar> Q) {
+  const Matrix<Scalar> three = Scalar(3) * Matrix<Scalar>::Identity(Q.cols(), Q.cols());
+  for (int k = 0; k < 3; ++k) Q = (Q * (three - Q.transpose() * Q) / Scalar(2)).eval();
+  return Q;
 }
 
 }  // namespace stiefel
