@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/cli/exit_status.h"
+
+namespace stiefel::cli {
+
+/// Each command throws BadInput or client::Error for what is not its outcome.
+
+struct DescribeCommand {
+  std::string server;
+  bool json = false;
+};
+ExitStatus describe(const DescribeCommand& command);
+
+struct RunCommand {
+  std::string scene;
+  std::string server;
+  std::int64_t from = 0;
+  std::int64_t to = 0;
+  std::optional<std::int64_t> every;
+  std::vector<std::string> fields;
+  std::string output;
+};
+ExitStatus run(const RunCommand& command);
+
+/// Without --every: every step if that gives at most this many samples, else the first and the
+/// last.
+constexpr std::int64_t max_default_samples = 1000;
+
+struct DiagnoseCommand {
+  std::string scene;
+  std::string server;
+  std::int64_t to = 0;
+  std::vector<std::string> invariants;
+};
+ExitStatus diagnose(const DiagnoseCommand& command);
+
+}  // namespace stiefel::cli

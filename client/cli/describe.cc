@@ -1,0 +1,112 @@
+#include <google/protobuf/util/json_util.h>
+
+#include <algorithm>
+#include <iostream>
+#include <sstream>
+
+#include "client/cli/commands.h"
+#include "client/cli/endpoint.h"
+#include "client/cli/report.h"
+
+namespace stiefel::cli {
+namespace {
+
+using Rows = std::vector<std::vector<std::string>>;
+
+/// Characters, not bytes: the formulas are UTF-8.
+std::size_t width(const std::string& text) {
+  return std::ranges::count_if(text, [](char c) { return (c & 0xc0) != 0x80; });
+}
+
+/// Columns as wide as their widest cell, two blanks between.
+void print(const Rows& rows, const std::string& indent) {
+  std::vector<std::size_t> widths;
+  for (const auto& row : rows) {
+    widths.resize(std::max(widths.size(), row.size()));
+    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], width(row[i]));
+  }
+  for (const auto& row : rows) {
+    std::string line = indent;
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      line += row[i] + std::string(widths[i] - width(row[i]) + 2, ' ');
+    }
+    std::cout << line.substr(0, line.find_last_not_of(' ') + 1) << '\n';
+  }
+}
+
+std::string preserves(const v1::MethodOnSystem& method) {
+  std::string text;
+  for (const auto& p : method.preserves()) {
+    text += (text.empty() ? "" : ", ") + p.invariant() + " " + to_string(p.kept());
+  }
+  return text;
+}
+
+void print(const v1::SystemInfo& system) {
+  std::cout << '\n'
+            << system.name() << (system.discrete() ? " (discrete)" : "") << ": " << system.summary()
+            << "\n  " << system.equations() << "  (" << system.source() << ")\n";
+  Rows rows;
+  for (const auto& block : system.blocks()) {
+    rows.push_back({"block", block.name(), block.shape(),
+                    block.description() + (block.required() ? "" : " (optional)")});
+  }
+  for (const auto& field : system.fields()) {
+    rows.push_back({"field", field.name(), field.shape(), field.description()});
+  }
+  for (const auto& invariant : system.invariants()) {
+    rows.push_back({"invariant", invariant.name(), "", invariant.formula()});
+  }
+  print(rows, "  ");
+  rows.clear();
+  for (const auto& method : system.methods()) {
+    rows.push_back(
+        {"keeps", method.method().empty() ? "(the map)" : method.method(), preserves(method)});
+  }
+  print(rows, "  ");
+}
+
+void print(const v1::MethodInfo& method, Rows& rows) {
+  std::string orders;
+  for (const auto order : method.orders()) {
+    orders += (orders.empty() ? "" : ", ") + std::to_string(order);
+  }
+  rows.push_back({method.name(), "order " + orders, method.reversible() ? "reversible" : "",
+                  method.summary(), method.source()});
+}
+
+}  // namespace
+
+ExitStatus describe(const DescribeCommand& command) {
+  const Endpoint endpoint(command.server);
+  const v1::DescribeResponse reply = endpoint.client().describe();
+  if (command.json) {
+    google::protobuf::util::JsonPrintOptions options;
+    options.add_whitespace = true;
+    options.always_print_primitive_fields = true;
+    options.preserve_proto_field_names = true;
+    std::string text;
+    const auto status = google::protobuf::util::MessageToJsonString(reply, &text, options);
+    if (!status.ok()) throw std::runtime_error(status.ToString());
+    std::cout << text;
+    return reached;
+  }
+  std::cout << "stiefel " << reply.version() << "\nbuild: " << reply.build() << "\n\nMethods\n";
+  Rows methods;
+  for (const auto& method : reply.methods()) print(method, methods);
+  print(methods, "  ");
+  std::cout << "\nSystems\n";
+  for (const auto& system : reply.systems()) print(system);
+  const auto& limits = reply.limits();
+  std::cout << "\nLimits\n";
+  print({{"dimension N", std::to_string(limits.max_dimension())},
+         {"step index", std::to_string(limits.max_step())},
+         {"sessions", std::to_string(limits.max_sessions())},
+         {"message, bytes", std::to_string(limits.max_message_bytes())},
+         {"checkpoints a session", std::to_string(limits.max_checkpoints())},
+         {"idle time, seconds", std::to_string(limits.idle_timeout().seconds())}},
+        "  ");
+  return reached;
+}
+
+}  // namespace stiefel::cli

@@ -1,0 +1,19 @@
+#include "client/cli/endpoint.h"
+
+namespace stiefel::cli {
+namespace {
+
+std::unique_ptr<server::Server> embed() {
+  server::Options options;
+  options.log_level = "error";
+  return std::make_unique<server::Server>(std::move(options));
+}
+
+}  // namespace
+
+Endpoint::Endpoint(const std::string& address)
+    : embedded_(address.empty() ? embed() : nullptr),
+      client_(embedded_ ? client::Client(embedded_->in_process_channel())
+                        : client::Client::connect(address)) {}
+
+}  // namespace stiefel::cli

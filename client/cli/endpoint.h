@@ -1,0 +1,22 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "client/cpp/client.h"
+#include "server/server.h"
+
+namespace stiefel::cli {
+
+/// The server a command talks to: the one at an address, or one of its own inside this process.
+class Endpoint {
+ public:
+  explicit Endpoint(const std::string& address);
+  const client::Client& client() const { return client_; }
+
+ private:
+  std::unique_ptr<server::Server> embedded_;
+  client::Client client_;
+};
+
+}  // namespace stiefel::cli

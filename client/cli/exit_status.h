@@ -1,0 +1,22 @@
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+namespace stiefel::cli {
+
+/// What the command `stiefel` tells the shell.
+enum ExitStatus {
+  reached = 0,
+  failed = 1,          ///< anything else: a full disk, a server's internal error
+  bad_input = 2,       ///< the command line, the scene, or what is asked of it
+  numerical_stop = 3,  ///< the run ended early; what was reached is still written
+  no_server = 4,       ///< the server of --server cannot be reached
+};
+
+/// Something the user has to change; one line a fault.
+struct BadInput : std::runtime_error {
+  using runtime_error::runtime_error;
+};
+
+}  // namespace stiefel::cli

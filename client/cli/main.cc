@@ -1,0 +1,119 @@
+// The command `stiefel`: simulations from the command line, on a server of its own or another.
+#include <CLI/CLI.hpp>
+#include <exception>
+#include <functional>
+#include <iostream>
+
+#include "client/cli/commands.h"
+#include "client/cpp/error.h"
+
+namespace {
+
+using namespace stiefel;
+using namespace stiefel::cli;
+
+void add_server(CLI::App* app, std::string& server) {
+  app->add_option("--server", server,
+                  "host:port or unix:/path of a server; without it the command is its own server")
+      ->type_name("ADDRESS");
+}
+
+void add_scene(CLI::App* app, std::string& scene, std::int64_t& to) {
+  app->add_option("SCENE", scene, "a scene file: the JSON form of stiefel.v1.Scene")
+      ->required()
+      ->type_name("FILE.json");
+  app->add_option("--to", to, "the last step")->required()->type_name("STEP");
+}
+
+/// One line a fault, on stderr.
+ExitStatus explain(const client::Error& error, const std::string& scene) {
+  for (const auto& violation : error.violations()) {
+    std::cerr << "stiefel: " << scene << (scene.empty() ? "" : ": ") << violation.field << ": "
+              << violation.description << '\n';
+  }
+  if (error.violations().empty()) std::cerr << "stiefel: " << error.what() << '\n';
+  if (error.code() == grpc::StatusCode::INVALID_ARGUMENT || !error.violations().empty()) {
+    return bad_input;
+  }
+  const bool unreachable = error.code() == grpc::StatusCode::UNAVAILABLE ||
+                           error.code() == grpc::StatusCode::DEADLINE_EXCEEDED;
+  return unreachable ? no_server : failed;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app(
+      "Torque-free rigid bodies in any dimension: runs scenes and tells how accurate they are.",
+      "stiefel");
+  app.require_subcommand(1);
+  app.set_version_flag("--version", STIEFEL_VERSION);
+  app.footer(
+      "Exit status: 0 reached, 2 bad input, 3 numerical stop (what was reached is still written),\n"
+      "4 the server of --server cannot be reached, 1 anything else.");
+  std::function<ExitStatus()> command;
+  std::string scene;
+
+  DescribeCommand describe_command;
+  auto* describe_app = app.add_subcommand("describe", "Lists systems, methods and limits");
+  describe_app->add_flag("--json", describe_command.json, "as JSON: stiefel.v1.DescribeResponse");
+  add_server(describe_app, describe_command.server);
+  describe_app->callback([&] { command = [&] { return describe(describe_command); }; });
+
+  RunCommand run_command;
+  auto* run_app = app.add_subcommand("run", "Runs a scene and writes samples");
+  add_scene(run_app, run_command.scene, run_command.to);
+  run_app->add_option("--from", run_command.from, "the first sample; 0 by default")
+      ->type_name("STEP");
+  run_app
+      ->add_option("--every", run_command.every,
+                   "a sample every K steps, and always the last step. By default every step if "
+                   "that gives at most 1000 samples, otherwise the first and the last only")
+      ->type_name("K");
+  run_app
+      ->add_option("--fields", run_command.fields,
+                   "what to sample, separated by commas; the system's blocks by default")
+      ->delimiter(',')
+      ->type_name("Q,M,...");
+  run_app
+      ->add_option("--output", run_command.output,
+                   "a .json, .csv or .npz file; JSON on stdout by default. Outcome and diagnosis "
+                   "are part of the JSON; with the other formats they go to stdout")
+      ->type_name("FILE");
+  add_server(run_app, run_command.server);
+  run_app->callback([&] {
+    scene = run_command.scene;
+    command = [&] { return run(run_command); };
+  });
+
+  DiagnoseCommand diagnose_command;
+  auto* diagnose_app =
+      app.add_subcommand("diagnose", "Prints invariants, their drift and the domain at a step");
+  add_scene(diagnose_app, diagnose_command.scene, diagnose_command.to);
+  diagnose_app
+      ->add_option("--invariants", diagnose_command.invariants,
+                   "families or single invariants, separated by commas; all by default, "
+                   "Manakov coefficients up to N = 16")
+      ->delimiter(',')
+      ->type_name("A,B,...");
+  add_server(diagnose_app, diagnose_command.server);
+  diagnose_app->callback([&] {
+    scene = diagnose_command.scene;
+    command = [&] { return diagnose(diagnose_command); };
+  });
+
+  try {
+    app.parse(argc, argv);
+    return command();
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? reached : bad_input;
+  } catch (const BadInput& error) {
+    std::cerr << "stiefel: " << error.what() << '\n';
+    return bad_input;
+  } catch (const client::Error& error) {
+    return explain(error, scene);
+  } catch (const std::exception& error) {
+    std::cerr << "stiefel: " << error.what() << '\n';
+    return failed;
+  }
+}

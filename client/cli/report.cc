@@ -1,0 +1,60 @@
+#include "client/cli/report.h"
+
+#include <algorithm>
+#include <cctype>
+#include <iostream>
+
+namespace stiefel::cli {
+namespace {
+
+std::string without(std::string_view prefix, std::string name) {
+  return name.starts_with(prefix) ? name.substr(prefix.size()) : name;
+}
+
+}  // namespace
+
+std::string to_string(v1::Outcome outcome) {
+  return without("OUTCOME_", v1::Outcome_Name(outcome));
+}
+
+std::string to_string(v1::Kept kept) {
+  std::string name = without("KEPT_", v1::Kept_Name(kept));
+  std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
+  return name;
+}
+
+nlohmann::ordered_json report(const v1::Ending& ending, const v1::DiagnoseResponse& diagnosis) {
+  nlohmann::ordered_json invariants = nlohmann::ordered_json::array();
+  for (const auto& invariant : diagnosis.invariants()) {
+    invariants.push_back({{"name", invariant.name()},
+                          {"initial", invariant.initial()},
+                          {"value", invariant.value()},
+                          {"drift", invariant.drift()},
+                          {"scale", invariant.scale()},
+                          {"kept", to_string(invariant.kept())}});
+  }
+  nlohmann::ordered_json domain = {{"h_omega", diagnosis.domain().h_omega()}};
+  if (diagnosis.domain().has_largest_step()) {
+    domain["largest_step"] = diagnosis.domain().largest_step();
+  }
+
+  nlohmann::ordered_json report = {{"outcome", to_string(ending.outcome())}};
+  if (ending.outcome() != v1::OUTCOME_REACHED) {
+    if (ending.has_largest_step()) report["largest_step"] = ending.largest_step();
+    report["message"] = ending.message();
+  }
+  auto& accuracy = report["diagnosis"];
+  accuracy["invariants"] = std::move(invariants);
+  if (diagnosis.has_orthogonality()) accuracy["orthogonality"] = diagnosis.orthogonality();
+  accuracy["domain"] = std::move(domain);
+  return report;
+}
+
+ExitStatus conclude(const v1::Ending& ending, std::int64_t last_step) {
+  if (ending.outcome() == v1::OUTCOME_REACHED) return reached;
+  std::cerr << "stiefel: " << to_string(ending.outcome()) << " after step " << last_step << ": "
+            << ending.message() << '\n';
+  return numerical_stop;
+}
+
+}  // namespace stiefel::cli

@@ -1,0 +1,89 @@
+#include "client/cli/scene_file.h"
+
+#include <google/protobuf/util/json_util.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <vector>
+
+#include "client/cli/exit_status.h"
+
+namespace stiefel::cli {
+namespace {
+
+constexpr std::size_t max_bytes = std::size_t{256} << 20;
+constexpr std::size_t max_depth = 16;
+
+/// Checks what protobuf's parser lets pass or reports without a place: syntax, and names given
+/// twice (it would join the two arrays).
+class StrictSyntax : public nlohmann::json_sax<nlohmann::json> {
+ public:
+  std::string fault;
+
+  bool null() override { return true; }
+  bool boolean(bool) override { return true; }
+  bool number_integer(number_integer_t) override { return true; }
+  bool number_unsigned(number_unsigned_t) override { return true; }
+  bool number_float(number_float_t, const string_t&) override { return true; }
+  bool string(string_t&) override { return true; }
+  bool binary(binary_t&) override { return true; }
+  bool start_object(std::size_t) override { return enter(); }
+  bool end_object() override { return leave(); }
+  bool start_array(std::size_t) override { return enter(); }
+  bool end_array() override { return leave(); }
+  bool key(string_t& name) override {
+    if (names_.back().insert(name).second) return true;
+    fault = name + ": given twice";
+    return false;
+  }
+  bool parse_error(std::size_t, const std::string&, const nlohmann::json::exception& e) override {
+    const std::string what =
+        e.what();  // "[json.exception.parse_error.101] parse error at line ..."
+    fault = what.substr(what.find("] ") + 2);
+    return false;
+  }
+
+ private:
+  bool enter() {
+    names_.emplace_back();
+    if (names_.size() <= max_depth) return true;
+    fault = "nested deeper than " + std::to_string(max_depth) + " levels";
+    return false;
+  }
+  bool leave() {
+    names_.pop_back();
+    return true;
+  }
+
+  std::vector<std::set<std::string>> names_;
+};
+
+std::string read(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string text;
+  char block[1 << 16];
+  while (file.read(block, sizeof block), file.gcount() > 0) {
+    text.append(block, static_cast<std::size_t>(file.gcount()));
+    if (text.size() > max_bytes) throw BadInput(path + ": larger than 256 MiB");
+  }
+  if (!file.eof()) throw BadInput(path + ": " + std::strerror(errno));
+  return text;
+}
+
+}  // namespace
+
+v1::Scene read_scene(const std::string& path) {
+  const std::string text = read(path);
+  StrictSyntax syntax;
+  if (!nlohmann::json::sax_parse(text, &syntax)) throw BadInput(path + ": " + syntax.fault);
+  v1::Scene scene;
+  const auto status = google::protobuf::util::JsonStringToMessage(text, &scene);
+  if (!status.ok()) throw BadInput(path + ": " + std::string(status.message()));
+  return scene;
+}
+
+}  // namespace stiefel::cli
