@@ -11,7 +11,7 @@ arguments=(--build-arg VERSION="$(awk '/^project\(stiefel VERSION/ { print $3 }'
 
 # A store of our own, so that nothing of the machine's is touched, and made where it is missing.
 local_engine() {
-  local store=$PWD/build/containers open_files
+  local store=${XDG_CACHE_HOME:-$HOME/.cache}/stiefel/containers open_files
   mkdir -p "$store"
   open_files=$(ulimit -Hn)
   cat > "$store/containers.conf" <<CONF
@@ -31,7 +31,15 @@ CONF
   export CONTAINERS_CONF=$store/containers.conf CONTAINERS_STORAGE_CONF=$store/storage.conf
   if ! podman image exists "docker.io/library/$STIEFEL_IMAGE_BASE"; then
     echo "Making $STIEFEL_IMAGE_BASE from Debian's packages"
-    mmdebstrap --quiet --variant=minbase --include=ca-certificates bookworm "$store/base.tar"
+    # Slim as the published one is: without manuals, translations and all of doc but the licences.
+    mmdebstrap --quiet --variant=minbase \
+      --dpkgopt='path-exclude=/usr/share/doc/*' --dpkgopt='path-include=/usr/share/doc/*/copyright' \
+      --dpkgopt='path-exclude=/usr/share/man/*' --dpkgopt='path-exclude=/usr/share/info/*' \
+      --dpkgopt='path-exclude=/usr/share/locale/*' --dpkgopt='path-exclude=/usr/share/lintian/*' \
+      --include=usr-is-merged \
+      --customize-hook='chroot "$1" apt-get purge -qq usrmerge perl-modules-5.36 >/dev/null' \
+      --customize-hook='rm -rf "$1"/var/lib/apt/lists/* "$1"/var/cache/*' \
+      bookworm "$store/base.tar"
     podman import --quiet "$store/base.tar" "docker.io/library/$STIEFEL_IMAGE_BASE" >/dev/null
     rm "$store/base.tar"
   fi
@@ -45,7 +53,6 @@ else
   export CONTAINER_ENGINE=podman
   docker/packages.sh image
   local_engine
-  # An unpacked tree keeps the base's name in the list, never fetched from elsewhere.
-  buildah bud --isolation chroot --pull-never --layers --format docker "${arguments[@]}"
+  buildah bud --force-rm --isolation chroot --pull-never --layers --format docker "${arguments[@]}"
 fi
 exec /usr/bin/python3 -m pytest -q -rA --no-header -p no:cacheprovider tests/docker "$@"
