@@ -29,7 +29,7 @@ class JDInverseN {
   JDInverseN(const Vector<Scalar>& lambda, Scalar h)
       : lambda_(lambda), wide_lambda_(lambda.template cast<Wide>()), h_(h), N_(lambda.size()),
         wide_spread_(!(lambda.minCoeff() * widest_ > lambda.maxCoeff())), cayley_(lambda),
-        split_(N_), T_(Matrix<Scalar>::Zero(N_, N_)), X_(T_), G_(T_), low_(T_), K_(T_) {}
+        split_(N_), T_(Matrix<Scalar>::Zero(N_, N_)), X_(T_), G_(T_), low_(T_), K_(T_), change_(T_) {}
 
   /// Finds U; false where the branch from the identity has none.
   bool solve(const State& x, const Memory& memory) {
@@ -65,16 +65,17 @@ class JDInverseN {
   /// Q ← QU = Q + QXΛ⁻¹, M ← UᵀMU = M + (1/h)(λ_i − λ_j)(X_ij/λ_j + X_ji/λ_i).
   void transport(State& x, Memory& memory) {
     if (wide_spread_) return transport_cayley(x, memory);
-    const bool refine = arithmetic == Arithmetic::compensated;
-    if (refine) split_(X_, G_, low_);
+    constexpr bool refine = arithmetic == Arithmetic::compensated;
     const Eigen::Index top = x.value.rows() - N_;
+    if (refine) {
+      form_residual(x);
+      correct_residual(x);
+    }
     for (Eigen::Index j = 0; j < N_; ++j)
       for (Eigen::Index i = 0; i <= j; ++i) {
-        const Wide sum = wide_lambda_(i) + wide_lambda_(j);
         const Wide difference = wide_lambda_(i) - wide_lambda_(j);
         const Wide half = Wide(h_) * x.extended(top + i, j) / 2;
-        Wide T = T_(i, j);
-        if (refine) T = -(difference * half + G_(i, j) + (Wide(low_(i, j)) + low_(j, i))) / sum;
+        const Wide T = refine ? wide_T(i, j, difference * half) : Wide(T_(i, j));
         const Wide X_ij = T + half, X_ji = T - half;
         T_(i, j) = T_(j, i) = static_cast<Scalar>(T);
         X_(i, j) = static_cast<Scalar>(X_ij);
@@ -117,7 +118,9 @@ class JDInverseN {
         }
       if (!std::isfinite(size) || size > 1) return false;
       const Scalar ratio = k == 0 ? size : defect / last;
-      if (defect * ratio <= unit * size) {
+      // The wider sweep that follows in compensated arithmetic needs T, which is as X², to its last bit.
+      const Scalar enough = arithmetic == Arithmetic::compensated ? size * size : size;
+      if (defect * ratio <= unit * enough) {
         X_ = T_ + K_ / 2;
         return true;
       }
@@ -125,6 +128,48 @@ class JDInverseN {
       last = defect;
     }
     return false;
+  }
+
+  /// X = T + hM/2, M with its carry, as a rounded X and what that took away; then XᵀX = high + low.
+  void form_residual(const State& x) {
+    const Eigen::Index top = x.value.rows() - N_;
+    for (Eigen::Index j = 0; j < N_; ++j)
+      for (Eigen::Index i = 0; i < N_; ++i) {
+        const Wide exact = T_(i, j) + Wide(h_) * x.extended(top + i, j) / 2;
+        X_(i, j) = static_cast<Scalar>(exact);
+        change_(i, j) = static_cast<Scalar>(exact - X_(i, j));
+      }
+    split_(X_, change_, G_, low_);
+  }
+
+  /// More sweeps for the price of a product each: as T changes by δ, XᵀX changes by Xᵀδ + δX. Until T
+  /// is known far below its rounding, because what is left is a drift that grows like the steps.
+  void correct_residual(const State& x) {
+    constexpr Scalar negligible = 0x1p-66;
+    constexpr int most = 4;
+    const Eigen::Index top = x.value.rows() - N_;
+    const Scalar size = X_.cwiseAbs().maxCoeff();
+    change_.setZero();
+    for (int k = 0; k < most; ++k) {
+      Scalar largest = 0;
+      for (Eigen::Index j = 0; j < N_; ++j)
+        for (Eigen::Index i = 0; i <= j; ++i) {
+          const Wide difference = wide_lambda_(i) - wide_lambda_(j);
+          const Wide T = wide_T(i, j, difference * (Wide(h_) * x.extended(top + i, j) / 2));
+          const Scalar change = static_cast<Scalar>(T - T_(i, j));
+          K_(i, j) = K_(j, i) = change - change_(i, j);
+          change_(i, j) = change;
+          largest = std::max(largest, std::abs(K_(i, j)));
+        }
+      if (largest <= negligible * size) return;
+      low_.noalias() += X_.transpose() * K_;
+    }
+  }
+
+  /// T_ij = −((h/2)[Λ, M]_ij + (XᵀX)_ij) / (λ_i + λ_j).
+  Wide wide_T(Eigen::Index i, Eigen::Index j, Wide commutator) const {
+    return -(commutator + G_(i, j) + (Wide(low_(i, j)) + low_(j, i))) /
+           (wide_lambda_(i) + wide_lambda_(j));
   }
 
   /// C = hΩ/2.
@@ -181,7 +226,7 @@ class JDInverseN {
   bool wide_spread_;
   CayleyN<Scalar> cayley_;
   SplitProduct<Scalar> split_;
-  Matrix<Scalar> T_, X_, G_, low_, K_;
+  Matrix<Scalar> T_, X_, G_, low_, K_, change_;
   Matrix<Wide> wide_K_, wide_E_, wide_D_;
 };
 

@@ -8,9 +8,10 @@
 
 namespace stiefel {
 
-/// XᵀX to nearly twice the working precision with products of the working precision (Ozaki et al.
-/// 2012): X = H + L, each column of H rounded to so few bits that HᵀH is exact, and
-/// XᵀX = HᵀH + (YᵀL + LᵀY), Y = H + ½L. Only the upper triangle of `high` is set.
+/// (X + ε)ᵀ(X + ε) to nearly twice the working precision with products of the working precision, ε
+/// below the rounding of X (Ozaki et al. 2012): X = H + L, each column of H rounded to so few bits that
+/// HᵀH is exact, and the rest is YᵀZ + ZᵀY with Y = H + ½L, Z = L + ε. Result: `high`, of which only the
+/// upper triangle is set, plus `low` plus its transpose.
 template <class Scalar>
 class SplitProduct {
  public:
@@ -20,7 +21,8 @@ class SplitProduct {
     kept_ = (digits - carries) / 2;
   }
 
-  void operator()(const Matrix<Scalar>& X, Matrix<Scalar>& high, Matrix<Scalar>& low) {
+  void operator()(const Matrix<Scalar>& X, const Matrix<Scalar>& epsilon, Matrix<Scalar>& high,
+                  Matrix<Scalar>& low) {
     constexpr int digits = std::numeric_limits<Scalar>::digits;
     for (Eigen::Index j = 0; j < X.cols(); ++j) {
       const Scalar largest = X.col(j).cwiseAbs().maxCoeff();
@@ -35,6 +37,7 @@ class SplitProduct {
     high.template triangularView<Eigen::Upper>().setZero();
     high.template selfadjointView<Eigen::Upper>().rankUpdate(H_.transpose());
     H_ += L_ / 2;
+    L_ += epsilon;
     low.noalias() = H_.transpose() * L_;
   }
 

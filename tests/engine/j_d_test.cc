@@ -1,0 +1,146 @@
+#include <gtest/gtest.h>
+
+#include "engine/linalg/j_d_schur.h"
+#include "engine/linalg/orthogonal.h"
+#include "engine/maps/moser_veselov.h"
+#include "tests/support/random_scene.h"
+
+namespace stiefel {
+namespace {
+
+using testing::RandomBody;
+using MapN = MoserVeselov<SoN<double>, Arithmetic::compensated>;
+using Map3 = MoserVeselov<So3<double, true>, Arithmetic::compensated>;
+
+double largest(const Eigen::MatrixXd& A) { return A.cwiseAbs().maxCoeff(); }
+
+Eigen::MatrixXd stacked(const Eigen::MatrixXd& Q, const Eigen::MatrixXd& M) {
+  Eigen::MatrixXd x(Q.rows() + M.rows(), M.cols());
+  x << Q, M;
+  return x;
+}
+
+/// U of one step from Q = I.
+struct Solved {
+  Ending ending;
+  Eigen::MatrixXd U, M;
+};
+
+Solved solve_n(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& M, double h) {
+  const Eigen::Index N = lambda.size();
+  MapN map(lambda, h);
+  auto state = map.start(stacked(Eigen::MatrixXd::Identity(N, N), M));
+  const Ending ending = map.step(state);
+  return {ending, state.x.value.topRows(N), state.x.value.bottomRows(N)};
+}
+
+Solved solve_3(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& M, double h) {
+  Map3 map(lambda, h);
+  Map3::Point x;
+  x << 1, 0, 0, 0, vee(M);
+  auto state = map.start(x);
+  const Ending ending = map.step(state);
+  return {ending, rotation_matrix<double>(state.x.value.head<4>()), hat(state.x.value.tail<3>())};
+}
+
+/// UΛ − ΛUᵀ = hM, UᵀU = I and M′ = UᵀMU, for what a step gave.
+void expect_solution(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& M, double h,
+                     const Solved& s, double bound) {
+  ASSERT_TRUE(s.ending.reached());
+  const Eigen::MatrixXd L = lambda.asDiagonal();
+  EXPECT_LT(largest(s.U * L - L * s.U.transpose() - h * M), bound * lambda.maxCoeff());
+  EXPECT_LT(orthogonality_defect(s.U), bound);
+  EXPECT_LT(largest(s.U.transpose() * M * s.U - s.M), bound * largest(M));
+}
+
+class JDInverse : public ::testing::TestWithParam<int> {};
+
+TEST_P(JDInverse, AgreesWithTheSchurSolver) {
+  const int N = GetParam();
+  for (unsigned seed = 1; seed <= 5; ++seed)
+    for (const double h : {1e-3, 0.05, 0.2, 0.4, 0.7, -0.3}) {
+      const RandomBody body(N, seed);
+      const auto U = J_D_inverse_schur(body.lambda, h * body.M);
+      const Solved fast = solve_n(body.lambda, body.M, h);
+      ASSERT_EQ(U.has_value(), fast.ending.reached()) << N << " " << seed << " " << h;
+      if (!U) continue;
+      expect_solution(body.lambda, body.M, h, fast, 2e-14);
+      EXPECT_LT(largest(*U - fast.U), 1e-11);
+      if (N != 3) continue;
+      const Solved three = solve_3(body.lambda, body.M, h);
+      expect_solution(body.lambda, body.M, h, three, 4e-15);
+      EXPECT_LT(largest(*U - three.U), 1e-12);
+    }
+}
+INSTANTIATE_TEST_SUITE_P(Dimensions, JDInverse, ::testing::Values(2, 3, 4, 7, 12));
+
+TEST(JDInverseEdge, LeftDomainNamesTheLargestStep) {
+  int left = 0;
+  for (const int N : {3, 4, 6})
+    for (unsigned seed = 1; seed <= 6; ++seed) {
+      const RandomBody body(N, seed);
+      const Solved far = N == 3 ? solve_3(body.lambda, body.M, 3) : solve_n(body.lambda, body.M, 3);
+      if (far.ending.reached()) continue;
+      ++left;
+      ASSERT_EQ(far.ending.outcome, Outcome::left_domain);
+      const double h = *far.ending.largest_step;
+      EXPECT_LT(largest(far.M - body.M), 1e-15);  // nothing moved
+      const Solved inside = N == 3 ? solve_3(body.lambda, body.M, h) : solve_n(body.lambda, body.M, h);
+      expect_solution(body.lambda, body.M, h, inside, 1e-12);
+      EXPECT_TRUE(J_D_inverse_schur(body.lambda, 0.999 * h * body.M));
+      EXPECT_FALSE(J_D_inverse_schur(body.lambda, 1.0015 * h * body.M)) << N << " " << seed;
+    }
+  EXPECT_GE(left, 12);
+}
+
+TEST(JDInverseEdge, PlatesAndSlightlyNegativeLambda) {
+  for (const double least : {0.0, -0.3, 1e-9})
+    for (const int N : {3, 5}) {
+      RandomBody body(N, 11);
+      body.lambda(0) = least;
+      for (const double h : {0.01, 0.2, 0.5}) {
+        expect_solution(body.lambda, body.M, h, solve_n(body.lambda, body.M, h), 1e-14);
+        if (N == 3)
+          expect_solution(body.lambda, body.M, h, solve_3(body.lambda, body.M, h), 1e-14);
+      }
+    }
+}
+
+TEST(JDInverseEdge, WideInertiaKeepsOrthogonality) {
+  for (const double spread : {1e3, 1e5})
+    for (unsigned seed = 1; seed <= 3; ++seed) {
+      const RandomBody body(6, seed, spread);
+      expect_solution(body.lambda, body.M, 0.1, solve_n(body.lambda, body.M, 0.1), 1e-14);
+    }
+}
+
+TEST(JDInverseEdge, RestAndTinyMomenta) {
+  for (const double scale : {0.0, 1e-200, 1e-30}) {
+    const RandomBody body(4, 2);
+    const Solved s = solve_n(body.lambda, scale * body.M, 0.1);
+    ASSERT_TRUE(s.ending.reached());
+    EXPECT_LE(largest(s.M - scale * body.M), 0.2 * scale);
+  }
+}
+
+TEST(MoserVeselov, FixedAndDynamicSizeAgree) {
+  const RandomBody body(3, 4);
+  MapN map_n(body.lambda, 0.1);
+  Map3 map_3(body.lambda, 0.1);
+  auto state_n = map_n.start(stacked(body.Q, body.M));
+  Map3::Point x;
+  x << quaternion_of(body.Q), vee(body.M);
+  auto state_3 = map_3.start(x);
+  for (int k = 0; k < 1000; ++k) {
+    ASSERT_TRUE(map_n.step(state_n).reached());
+    ASSERT_TRUE(map_3.step(state_3).reached());
+  }
+  const auto Q = rotation_matrix<double>(state_3.x.value.head<4>());
+  constexpr double ulps = 64;  // of 1, after 1000 steps: the frame given differs by one
+  EXPECT_LT(largest(Q - state_n.x.value.topRows(3)), ulps * 0x1p-52);
+  EXPECT_LT(largest(hat(state_3.x.value.tail<3>()) - state_n.x.value.bottomRows(3)),
+            ulps * 0x1p-52 * largest(body.M));
+}
+
+}  // namespace
+}  // namespace stiefel

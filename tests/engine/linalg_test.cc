@@ -1,0 +1,161 @@
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "engine/linalg/compensated.h"
+#include "engine/linalg/follow_branch.h"
+#include "engine/linalg/history.h"
+#include "engine/linalg/lyapunov.h"
+#include "engine/linalg/orthogonal.h"
+#include "engine/linalg/so_3.h"
+#include "engine/linalg/so_n.h"
+#include "engine/linalg/split_product.h"
+#include "tests/support/random_scene.h"
+
+namespace stiefel {
+namespace {
+
+using testing::RandomBody;
+
+double largest(const Eigen::MatrixXd& A) { return A.cwiseAbs().maxCoeff(); }
+
+/// A state in both spaces.
+struct BothSpaces {
+  So3<double, true>::State q;
+  SoN<double>::State X;
+  explicit BothSpaces(const RandomBody& body) : X(6, 3) {
+    q << quaternion_of(body.Q), vee(body.M);
+    X << body.Q, body.M;
+  }
+};
+
+TEST(So3, AgreesWithSoN) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    const RandomBody body(3, seed);
+    const BothSpaces at(body);
+    SoN<double> space_n(3);
+    Eigen::Vector3d omega, other = Eigen::Vector3d(0.3, -0.2, 0.5) * seed / 10, bracket;
+    Eigen::MatrixXd Omega(3, 3), Bracket(3, 3);
+    So3<double, true>::inverse_inertia(body.lambda, at.q, omega);
+    SoN<double>::inverse_inertia(body.lambda, at.X, Omega);
+    EXPECT_LT(largest(hat(omega) - Omega), 1e-15);
+
+    So3<double, true>::bracket(omega, other, bracket);
+    SoN<double>::bracket(Omega, hat(other), Bracket);
+    EXPECT_LT(largest(hat(bracket) - Bracket), 1e-15);
+
+    So3<double, true>::State dq;
+    SoN<double>::State dX(6, 3);
+    So3<double, true>::displacement(at.q, other, dq);
+    space_n.displacement(at.X, hat(other), dX);
+    const Eigen::Vector4d moved = (at.q + dq).head<4>();
+    EXPECT_LT(largest(rotation_matrix<double>(moved) - (at.X + dX).topRows(3)), 2e-15);
+    EXPECT_LT(largest(hat((at.q + dq).tail<3>()) - (at.X + dX).bottomRows(3)), 1e-14);
+  }
+}
+
+TEST(So3, QuaternionOfEveryBranch) {
+  for (unsigned seed = 1; seed <= 200; ++seed) {
+    const Eigen::Matrix3d Q = RandomBody(3, seed).Q;
+    EXPECT_LT(largest(rotation_matrix<double>(quaternion_of(Q)) - Q), 2e-15);
+  }
+  for (const Eigen::Vector3d d : {Eigen::Vector3d(1, -1, -1), {-1, 1, -1}, {-1, -1, 1}}) {
+    const Eigen::Matrix3d Q = d.asDiagonal();
+    EXPECT_EQ(rotation_matrix<double>(quaternion_of(Q)), Q);
+  }
+}
+
+TEST(SkewExponential, AgreesWithItsSeriesAndIsOrthogonal) {
+  for (const double size : {1e-12, 1e-3, 0.4, 0.9, 3.0, 20.0})
+    for (const int N : {2, 3, 5, 9}) {
+      const Eigen::MatrixXd M = RandomBody(N, 7).M;
+      const Eigen::MatrixXd Theta = M * (size / M.cwiseAbs().colwise().sum().maxCoeff());
+      Eigen::MatrixXd D(N, N);
+      SkewExponential<double> exponential(N);
+      exponential(Theta, D);
+      Matrix<long double> term = Matrix<long double>::Identity(N, N);
+      Matrix<long double> series = Matrix<long double>::Zero(N, N);
+      for (int k = 1; k < 120; ++k) {
+        term = (term * Theta.cast<long double>() / k).eval();
+        series += term;
+      }
+      EXPECT_LT(largest((D.cast<long double>() - series).cast<double>()),
+                4e-15 * std::max(size, 1e-30) * std::max(1.0, size))
+          << N << " " << size;
+      EXPECT_LT(orthogonality_defect(D + Eigen::MatrixXd::Identity(N, N)), 1e-14 * std::max(1., size));
+    }
+}
+
+TEST(Lyapunov, SolvesItsEquation) {
+  for (const int N : {1, 2, 5, 12}) {
+    const RandomBody body(std::max(N, 2), 3);
+    Eigen::MatrixXd A = (body.M + Eigen::MatrixXd(body.lambda.asDiagonal())).topLeftCorner(N, N);
+    const Eigen::MatrixXd G = body.Q.topLeftCorner(N, N);
+    Lyapunov<double> lyapunov(N);
+    Eigen::MatrixXd Y(N, N);
+    lyapunov.factor(A);
+    lyapunov.solve(G, Y);
+    EXPECT_LT(largest(A.transpose() * Y + Y * A - G), 1e-13);
+  }
+}
+
+TEST(SplitProduct, IsExactFarBelowRounding) {
+  std::mt19937_64 generator(5);
+  const auto uniform = [&] { return 2 * std::generate_canonical<double, 53>(generator) - 1; };
+  for (const int N : {3, 8, 40}) {
+    Eigen::MatrixXd X(N, N), epsilon(N, N), high(N, N), low(N, N);
+    for (double& x : X.reshaped()) x = uniform();
+    for (double& x : epsilon.reshaped()) x = 0x1p-54 * uniform();
+    SplitProduct<double> product(N);
+    product(X, epsilon, high, low);
+    const Matrix<long double> exact_X = X.cast<long double>() + epsilon.cast<long double>();
+    const Matrix<long double> exact = exact_X.transpose() * exact_X;
+    double worst = 0;
+    for (int j = 0; j < N; ++j)
+      for (int i = 0; i <= j; ++i) {
+        const long double sum = (static_cast<long double>(low(i, j)) + low(j, i)) + high(i, j);
+        worst = std::max(worst, static_cast<double>(std::abs(sum - exact(i, j))));
+      }
+    EXPECT_LT(worst, N * 0x1p-62) << N;  // the comparison itself is no better
+  }
+}
+
+TEST(Accumulator, CompensatedLosesNothingPlainDoes) {
+  using Block = Eigen::Vector2d;
+  Accumulator<Block, Arithmetic::compensated> careful(Block(1, 1));
+  Accumulator<Block, Arithmetic::plain> plain(Block(1, 1));
+  for (int k = 0; k < 1'000'000; ++k) {
+    careful.add_scalar(0, 0, 0x1p-54);
+    careful.add(1, 0, 0x1p-60L);
+    plain.add_scalar(0, 0, 0x1p-54);
+  }
+  EXPECT_EQ(careful.value(0), 1 + 1e6 * 0x1p-54);
+  EXPECT_EQ(careful.value(1) + careful.carry(1), 1 + 1e6 * 0x1p-60);
+  EXPECT_EQ(plain.value(0), 1);
+}
+
+TEST(History, ExtrapolatesCubicsExactly) {
+  History<double> history(1);
+  Eigen::MatrixXd next(1, 1), value(1, 1);
+  EXPECT_FALSE(history.predict(next));
+  const auto cubic = [](double t) { return 3 - 2 * t + 5 * t * t - t * t * t; };
+  for (int k = 0; k < 6; ++k) {
+    value(0, 0) = cubic(k);
+    history.push(value);
+  }
+  ASSERT_TRUE(history.predict(next));
+  EXPECT_DOUBLE_EQ(next(0, 0), cubic(6));
+}
+
+TEST(FollowBranch, FindsTheEndToOnePerMille) {
+  for (const double end : {1e-5, 0.01, 0.3337, 0.99}) {
+    const double found = follow_branch(1, [&](double t) { return t <= end; });
+    EXPECT_LE(found, end);
+    EXPECT_GE(found, end * (1 - 1e-3));
+  }
+  EXPECT_EQ(follow_branch(1, [](double) { return true; }), 1);
+  EXPECT_EQ(follow_branch(1, [](double) { return false; }), 0);
+}
+
+}  // namespace
+}  // namespace stiefel
