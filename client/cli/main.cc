@@ -25,11 +25,20 @@ void add_scene(CLI::App* app, std::string& scene, std::int64_t& to) {
   app->add_option("--to", to, "the last step")->required()->type_name("STEP");
 }
 
+/// The path of what is wrong: in the scene's file, or the option it came from.
+std::string place(const std::string& field, const std::string& scene) {
+  const std::string name = field.substr(0, field.find_first_of(".["));
+  for (const char* option : {"from", "to", "every", "fields", "invariants"}) {
+    if (name == option) return "--" + field;
+  }
+  return scene + ": " + field;
+}
+
 /// One line a fault, on stderr.
 ExitStatus explain(const client::Error& error, const std::string& scene) {
   for (const auto& violation : error.violations()) {
-    std::cerr << "stiefel: " << scene << (scene.empty() ? "" : ": ") << violation.field << ": "
-              << violation.description << '\n';
+    std::cerr << "stiefel: " << place(violation.field, scene) << ": " << violation.description
+              << '\n';
   }
   if (error.violations().empty()) std::cerr << "stiefel: " << error.what() << '\n';
   if (error.code() == grpc::StatusCode::INVALID_ARGUMENT || !error.violations().empty()) {

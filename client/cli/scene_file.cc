@@ -82,7 +82,11 @@ v1::Scene read_scene(const std::string& path) {
   if (!nlohmann::json::sax_parse(text, &syntax)) throw BadInput(path + ": " + syntax.fault);
   v1::Scene scene;
   const auto status = google::protobuf::util::JsonStringToMessage(text, &scene);
-  if (!status.ok()) throw BadInput(path + ": " + std::string(status.message()));
+  if (!status.ok()) {
+    std::string fault(status.message());
+    if (fault.starts_with(": ")) fault = fault.substr(2);  // protobuf's empty path: the root
+    throw BadInput(path + ": " + fault);
+  }
   return scene;
 }
 
