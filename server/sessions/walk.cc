@@ -9,7 +9,7 @@ bool Walk::advance(std::int64_t to, std::int64_t& budget) {
   while (at < to) {
     if (!ending_.reached()) return true;
     if (budget <= 0) return false;
-    const std::int64_t steps = std::min({to, at + budget, mark_}) - at;
+    const std::int64_t steps = std::min({to - at, budget, mark_ - at});
     ending_ = simulation_->advance(steps);
     const std::int64_t done = simulation_->step() - at;
     at += done;
