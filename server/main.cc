@@ -123,7 +123,7 @@ int main(int argc, char** argv) {
   healthcheck->add_option("--service", service, "A service's full name; empty: the whole server");
   CLI11_PARSE(app, argc, argv);
 
-  if (*healthcheck) return health_check(address, service);
+  if (*healthcheck) return health_check(address.substr(0, address.find(',')), service);
   options.idle_timeout = milliseconds(idle_timeout);
   options.grace = milliseconds(grace);
   options.log_json = log_format == "json";

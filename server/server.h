@@ -14,7 +14,7 @@ namespace stiefel::server {
 struct Options {
   /// Where to listen, without TLS: "127.0.0.1:50551", "[::1]:0" (any free port),
   /// "unix:/run/s.sock". None: only `in_process_channel`.
-  std::vector<std::string> listen;
+  std::vector<std::string> listen = {};
   /// Threads that compute; 0 means one a core.
   int threads = 0;
   std::uint32_t max_sessions = 1000;
@@ -26,7 +26,7 @@ struct Options {
   std::string log_level = "warn";
   bool log_json = false;
   /// For tests; the steady clock when empty.
-  std::function<std::chrono::steady_clock::time_point()> clock;
+  std::function<std::chrono::steady_clock::time_point()> clock = {};
 };
 
 /// The whole service: sessions, the threads that compute, health, reflection. `stiefel-server` is

@@ -1,0 +1,119 @@
+#include "server/sessions/checkpoints.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "server/sessions/checkpoint_bytes.h"
+#include "server/sessions/walk.h"
+#include "tests/server/scenes.h"
+
+namespace stiefel::server {
+namespace {
+
+Saved numbers(std::size_t count) { return std::make_shared<const std::vector<double>>(count); }
+
+TEST(Checkpoints, ThinByDoublingTheSpacing) {
+  Checkpoints checkpoints(10);
+  for (std::int64_t step = 0; step <= 10'000; step += 10) {
+    checkpoints.put(step, numbers(4));
+    ASSERT_LE(checkpoints.steps().size(), Checkpoints::max_count);
+    ASSERT_EQ(checkpoints.steps().front(), 0);
+  }
+  EXPECT_EQ(checkpoints.spacing(), 160);
+  EXPECT_EQ(checkpoints.steps().size(), 63u);
+  EXPECT_EQ(checkpoints.nearest(9'999).step, 9'920);
+  EXPECT_EQ(checkpoints.nearest(159).step, 0);
+  EXPECT_EQ(checkpoints.next(159), 160);
+  EXPECT_EQ(checkpoints.next(160), 320);
+}
+
+TEST(Checkpoints, ThinByBytes) {
+  Checkpoints checkpoints(1);
+  const std::size_t quarter = Checkpoints::max_bytes / sizeof(double) / 4;
+  for (std::int64_t step = 0; step <= 20; ++step) checkpoints.put(step, numbers(quarter));
+  EXPECT_LE(checkpoints.steps().size(), 4u);
+  EXPECT_EQ(checkpoints.steps().front(), 0);
+}
+
+TEST(Checkpoints, KeepWhatWasAdopted) {
+  Checkpoints checkpoints(10);
+  checkpoints.put(0, numbers(4));
+  checkpoints.adopt(33, numbers(4));
+  for (std::int64_t step = 10; step <= 10'000; step += 10) checkpoints.put(step, numbers(4));
+  EXPECT_EQ(checkpoints.nearest(150).step, 33);
+  checkpoints.adopt(77, numbers(4));
+  EXPECT_EQ(checkpoints.nearest(76).step, 0);
+  EXPECT_EQ(checkpoints.nearest(150).step, 77);
+}
+
+class CheckpointBytes : public testing::Test {
+ protected:
+  CheckpointBytes() {
+    std::int64_t budget = 1000;
+    walk_.advance(500, budget);
+    bytes_ = encode_checkpoint(session_, walk_.simulation());
+  }
+  static Session session_of(Scene scene) {
+    return {"s", std::move(scene), std::make_shared<const Clock>(&std::chrono::steady_clock::now)};
+  }
+
+  Session session_ = session_of(test::scene());
+  Walk walk_{session_, 500};
+  std::string bytes_;
+};
+
+TEST_F(CheckpointBytes, ComeBack) {
+  const auto checkpoint = decode_checkpoint(session_, bytes_);
+  ASSERT_TRUE(checkpoint);
+  EXPECT_EQ(checkpoint->step, 500);
+  EXPECT_EQ(checkpoint->saved, test::saved(walk_.simulation()));
+}
+
+TEST_F(CheckpointBytes, AnotherServerGoesOn) {
+  Session other = session_of(test::scene());
+  auto checkpoint = decode_checkpoint(other, bytes_);
+  ASSERT_TRUE(checkpoint);
+  other.adopt(checkpoint->step, std::move(checkpoint->saved));
+  Walk walk(other, 700);
+  EXPECT_EQ(walk.step(), 500);
+  std::int64_t budget = 1000;
+  walk.advance(700, budget);
+  EXPECT_EQ(test::saved(walk.simulation()), test::expected_state(other.scene(), 700));
+}
+
+TEST_F(CheckpointBytes, EveryFlippedByteIsFound) {
+  for (std::size_t i = 0; i < bytes_.size(); ++i) {
+    std::string damaged = bytes_;
+    damaged[i] = static_cast<char>(damaged[i] ^ 0x10);
+    const auto result = decode_checkpoint(session_, damaged);
+    ASSERT_FALSE(result) << "byte " << i;
+    ASSERT_EQ(result.error().fault, CheckpointFault::corrupt) << "byte " << i;
+  }
+}
+
+TEST_F(CheckpointBytes, EveryCutIsFound) {
+  for (std::size_t size = 0; size < bytes_.size(); ++size) {
+    ASSERT_FALSE(decode_checkpoint(session_, std::string_view(bytes_).substr(0, size)));
+  }
+}
+
+TEST_F(CheckpointBytes, RandomBytesAreRefused) {
+  std::mt19937 random(1);
+  for (int i = 0; i < 2000; ++i) {
+    std::string noise(random() % 300, '\0');
+    for (char& c : noise) c = static_cast<char>(random());
+    if (i % 2) noise = bytes_.substr(0, random() % bytes_.size()) + noise;
+    ASSERT_FALSE(decode_checkpoint(session_, noise));
+  }
+}
+
+TEST_F(CheckpointBytes, AnotherSceneIsNamed) {
+  const Session other = session_of(test::scene({.dimension = 5}));
+  const auto result = decode_checkpoint(other, bytes_);
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().fault, CheckpointFault::other_scene);
+}
+
+}  // namespace
+}  // namespace stiefel::server

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <grpcpp/grpcpp.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <memory>
+#include <string>
+
+#include "engine/simulation/simulation.h"
+#include "server/server.h"
+#include "server/service/convert.h"
+#include "stiefel/v1/error.pb.h"
+#include "stiefel/v1/simulation.grpc.pb.h"
+#include "tests/server/scenes.h"
+
+namespace stiefel::test {
+
+using Stub = v1::SimulationService::Stub;
+
+inline v1::Scene wire_scene(const Case& which = {}) {
+  v1::Scene out;
+  server::to_proto(description(which), &out);
+  return out;
+}
+
+/// One server and a stub, without a socket.
+struct Harness {
+  explicit Harness(server::Options options = {}) : server(std::move(options)) {
+    stub = v1::SimulationService::NewStub(server.in_process_channel());
+  }
+
+  v1::CreateSessionResponse create(const std::string& id, const v1::Scene& scene,
+                                   const std::string& checkpoint = "") {
+    v1::CreateSessionRequest request;
+    request.set_session_id(id);
+    *request.mutable_scene() = scene;
+    request.set_checkpoint(checkpoint);
+    grpc::ClientContext context;
+    v1::CreateSessionResponse response;
+    const auto status = stub->CreateSession(&context, request, &response);
+    EXPECT_TRUE(status.ok()) << status.error_message();
+    return response;
+  }
+
+  v1::StepResponse step(const std::string& id, std::int64_t to, bool checkpoint = false) {
+    v1::StepRequest request;
+    request.set_session_id(id);
+    request.set_to(to);
+    request.set_checkpoint(checkpoint);
+    grpc::ClientContext context;
+    v1::StepResponse response;
+    const auto status = stub->Step(&context, request, &response);
+    EXPECT_TRUE(status.ok()) << status.error_message();
+    return response;
+  }
+
+  server::Server server;
+  std::unique_ptr<Stub> stub;
+};
+
+/// The blocks at a step, as bytes, without any of the server's code.
+inline std::string expected_bytes(const Scene& scene, std::int64_t step) {
+  const auto simulation = make_simulation(scene);
+  simulation->advance(step);
+  std::string bytes;
+  for (std::size_t i = 0; i < simulation->block_count(); ++i) {
+    std::vector<double> values(static_cast<std::size_t>(simulation->fields()[i].size()));
+    simulation->write(i, values);
+    bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(double));
+  }
+  return bytes;
+}
+
+inline std::string bytes_of(const v1::Sample& sample) {
+  std::string bytes;
+  for (const auto& field : sample.fields()) bytes += field.value().data();
+  return bytes;
+}
+
+}  // namespace stiefel::test

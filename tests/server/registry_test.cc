@@ -1,0 +1,130 @@
+#include "server/sessions/registry.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <latch>
+#include <thread>
+
+#include "tests/server/scenes.h"
+
+namespace stiefel::server {
+namespace {
+
+using namespace std::chrono_literals;
+
+class RegistryTest : public testing::Test {
+ protected:
+  std::chrono::steady_clock::time_point now_{};
+  Registry registry_{3, 1h, [this] { return now_; }};
+};
+
+TEST_F(RegistryTest, TheSameSceneIsTheSameSession) {
+  const auto first = registry_.create("a", test::scene(), "");
+  const auto again = registry_.create("a", test::scene(), "");
+  ASSERT_TRUE(first && again);
+  EXPECT_TRUE(first->created);
+  EXPECT_FALSE(again->created);
+  EXPECT_EQ(&*first->session, &*again->session);
+}
+
+TEST_F(RegistryTest, TheResolvedSceneIsTheSameSession) {
+  const Scene scene = test::scene();
+  registry_.create("a", scene, "");
+  const auto again = registry_.create("a", Scene::resolve(scene.description()).value(), "");
+  ASSERT_TRUE(again);
+  EXPECT_FALSE(again->created);
+}
+
+TEST_F(RegistryTest, AnotherSceneIsAConflict) {
+  registry_.create("a", test::scene(), "");
+  auto other = test::description();
+  other.step = std::nextafter(other.step, 1);
+  const auto result = registry_.create("a", Scene::resolve(other).value(), "");
+  ASSERT_FALSE(result);
+  EXPECT_EQ(std::get<Registry::Conflict>(result.error()), Registry::Conflict::other_scene);
+}
+
+TEST_F(RegistryTest, HoldsSoManyAndNoMore) {
+  for (const char* id : {"a", "b", "c"}) EXPECT_TRUE(registry_.create(id, test::scene(), ""));
+  const auto result = registry_.create("d", test::scene(), "");
+  ASSERT_FALSE(result);
+  EXPECT_EQ(std::get<Registry::Conflict>(result.error()), Registry::Conflict::too_many);
+  EXPECT_TRUE(registry_.create("b", test::scene(), "")) << "an old one is still found";
+  EXPECT_TRUE(registry_.erase("a"));
+  EXPECT_FALSE(registry_.erase("a"));
+  EXPECT_TRUE(registry_.create("d", test::scene(), ""));
+}
+
+TEST_F(RegistryTest, PagesInOrder) {
+  for (const char* id : {"c", "a", "b"}) registry_.create(id, test::scene(), "");
+  const auto first = registry_.page("", 2);
+  ASSERT_EQ(first.size(), 2u);
+  EXPECT_EQ(first[0]->id(), "a");
+  EXPECT_EQ(first[1]->id(), "b");
+  EXPECT_EQ(registry_.page("b", 2).at(0)->id(), "c");
+  EXPECT_TRUE(registry_.page("c", 2).empty());
+}
+
+TEST_F(RegistryTest, DropsWhatIsIdle) {
+  registry_.create("a", test::scene(), "");
+  registry_.create("b", test::scene(), "");
+  now_ += 59min;
+  EXPECT_EQ(registry_.expire(), 0u);
+  EXPECT_TRUE(registry_.find("b"));
+  now_ += 1min;
+  EXPECT_EQ(registry_.expire(), 1u);
+  EXPECT_FALSE(registry_.find("a"));
+  EXPECT_TRUE(registry_.find("b")) << "a call renews";
+}
+
+TEST_F(RegistryTest, DropsNothingInUse) {
+  registry_.create("a", test::scene(), "");
+  {
+    const auto hold = registry_.find("a");
+    now_ += 5h;
+    EXPECT_EQ(registry_.expire(), 0u);
+  }
+  EXPECT_EQ(registry_.expire(), 0u) << "the idle time starts when the call ends";
+  now_ += 1h;
+  EXPECT_EQ(registry_.expire(), 1u);
+}
+
+TEST_F(RegistryTest, LookingAtThePageRenewsNothing) {
+  registry_.create("a", test::scene(), "");
+  now_ += 59min;
+  EXPECT_EQ(registry_.page("", 9).size(), 1u);
+  now_ += 1min;
+  EXPECT_EQ(registry_.expire(), 1u);
+}
+
+TEST_F(RegistryTest, CreatedByEightThreadsIsOneSession) {
+  std::atomic<int> created = 0;
+  std::latch start(8);
+  {
+    std::vector<std::jthread> threads;
+    for (int i = 0; i < 8; ++i) {
+      threads.emplace_back([&] {
+        start.arrive_and_wait();
+        created += registry_.create("a", test::scene(), "").value().created;
+      });
+    }
+  }
+  EXPECT_EQ(created, 1);
+  EXPECT_EQ(registry_.size(), 1u);
+}
+
+TEST(Sweeper, ExpiresByItself) {
+  Registry registry(3, 1ms, {});
+  registry.create("a", test::scene(), "");
+  std::latch expired(1);
+  Sweeper sweeper(registry, [&](std::size_t dropped) {
+    EXPECT_EQ(dropped, 1u);
+    expired.count_down();
+  });
+  expired.wait();
+  EXPECT_EQ(registry.size(), 0u);
+}
+
+}  // namespace
+}  // namespace stiefel::server

@@ -1,0 +1,125 @@
+#include "server/sessions/session.h"
+
+#include <gtest/gtest.h>
+
+#include <latch>
+#include <limits>
+#include <thread>
+
+#include "server/sessions/pool.h"
+#include "server/sessions/walk.h"
+#include "tests/server/scenes.h"
+
+namespace stiefel::server {
+namespace {
+
+using test::expected_state;
+using test::saved;
+
+std::shared_ptr<Session> session_of(const test::Case& which = {}) {
+  return std::make_shared<Session>("s", test::scene(which),
+                                   std::make_shared<const Clock>(&std::chrono::steady_clock::now));
+}
+
+/// The state at `to`, a slice of `budget` steps at a time.
+std::vector<double> state_at(Session& session, std::int64_t to,
+                             std::int64_t budget = std::numeric_limits<std::int64_t>::max()) {
+  Walk walk(session, to);
+  while (true) {
+    std::int64_t left = budget;
+    if (walk.advance(to, left)) break;
+  }
+  EXPECT_EQ(walk.step(), to);
+  return saved(walk.simulation());
+}
+
+class Purity : public testing::TestWithParam<test::Case> {};
+INSTANTIATE_TEST_SUITE_P(Session, Purity, testing::ValuesIn(test::cases()),
+                         [](const auto& which) { return which.param.name(); });
+
+TEST_P(Purity, SameBitsHoweverReached) {
+  const auto session = session_of(GetParam());
+  const auto at = [&](std::int64_t step) { return expected_state(session->scene(), step); };
+  EXPECT_EQ(state_at(*session, 1000), at(1000));
+  EXPECT_EQ(state_at(*session, 1357, 10), at(1357)) << "in slices";
+  EXPECT_EQ(state_at(*session, 999), at(999)) << "back";
+  EXPECT_EQ(state_at(*session, 1358), at(1358)) << "forth";
+  EXPECT_EQ(state_at(*session, 0), at(0));
+}
+
+TEST_P(Purity, EightThreadsAtOnce) {
+  const auto session = session_of(GetParam());
+  std::vector<std::vector<double>> expected;
+  for (int step = 0; step < 8; ++step)
+    expected.push_back(expected_state(session->scene(), step * 150));
+  std::latch start(8);
+  std::vector<std::jthread> threads;
+  for (std::size_t t = 0; t < 8; ++t) {
+    threads.emplace_back([&, t] {
+      start.arrive_and_wait();
+      for (std::size_t i = 0; i < 16; ++i) {
+        const std::size_t step = (i * 3 + t) % 8;
+        EXPECT_EQ(state_at(*session, static_cast<std::int64_t>(step) * 150, 40), expected[step]);
+      }
+    });
+  }
+}
+
+TEST(Session, GoesOnFromWhereItWas) {
+  const auto session = session_of();
+  state_at(*session, 100);
+  Walk walk(*session, 150);
+  EXPECT_EQ(walk.step(), 100);
+  EXPECT_EQ(session->cursor(), 100);
+}
+
+TEST(Session, ALongWalkHoldsNobodyUp) {
+  const auto session = session_of();
+  Walk long_walk(*session, 1'000'000'000'000);
+  std::int64_t budget = slice_steps(session->step_cost());
+  const std::int64_t slice = budget;
+  EXPECT_FALSE(long_walk.advance(1'000'000'000'000, budget));
+  EXPECT_EQ(long_walk.computed_steps(), slice) << "a slice is its steps and no more";
+  EXPECT_EQ(state_at(*session, 20), expected_state(session->scene(), 20));
+}
+
+TEST(Session, ACancelledWalkStaysAtItsLastGoodState) {
+  const auto session = session_of();
+  Walk walk(*session, 1000);
+  std::int64_t budget = 10;
+  EXPECT_FALSE(walk.advance(1000, budget));
+  walk.cancel();
+  EXPECT_EQ(walk.ending().outcome, Outcome::cancelled);
+  budget = 10;
+  EXPECT_TRUE(walk.advance(1000, budget));
+  EXPECT_EQ(saved(walk.simulation()), expected_state(session->scene(), 10));
+}
+
+TEST(Session, GoesBackFromACheckpoint) {
+  const auto session = session_of();
+  const std::int64_t spacing = session->next_checkpoint(0);
+  state_at(*session, 3 * spacing + 7);
+  EXPECT_EQ(session->checkpoints(),
+            (std::vector<std::int64_t>{0, spacing, 2 * spacing, 3 * spacing}));
+  Walk walk(*session, 2 * spacing + 5);
+  EXPECT_EQ(walk.step(), 2 * spacing);
+}
+
+TEST(Session, TheWrongStepEndsTheWalk) {
+  SceneDescription wild = test::description();
+  wild.step = 40;
+  auto scene = Scene::resolve(wild);
+  ASSERT_TRUE(scene);
+  Session session("s", *std::move(scene),
+                  std::make_shared<const Clock>(&std::chrono::steady_clock::now));
+  for (int i = 0; i < 2; ++i) {
+    Walk walk(session, 100);
+    std::int64_t budget = 1000;
+    EXPECT_TRUE(walk.advance(100, budget));
+    EXPECT_EQ(walk.ending().outcome, Outcome::left_domain);
+    EXPECT_LT(walk.step(), 100);
+  }
+}
+
+}  // namespace
+}  // namespace stiefel::server
