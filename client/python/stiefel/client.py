@@ -30,7 +30,7 @@ class Client:
     """
 
     def __init__(self, address: Optional[str] = None, timeout: Optional[float] = 60.0):
-        self.address = address or os.environ.get("STIEFEL_ADDRESS", "127.0.0.1:50051")
+        self.address = address or os.environ.get("STIEFEL_ADDRESS", "127.0.0.1:50551")
         self.timeout = timeout
         self.channel = grpc.insecure_channel(self.address, options=_OPTIONS)
         self.stub = SimulationServiceStub(self.channel)

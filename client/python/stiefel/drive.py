@@ -27,25 +27,28 @@ class Drive:
 
     def step(self, to: int, fields: Optional[Sequence[str]] = None, checkpoint: bool = False) -> State:
         """As `Session.step`. `fields` hold for the requests after this one too."""
-        self._fields = fields or self._fields
+        fields = fields or self._fields
+        request = pb.DriveRequest(session_id=self._session_id, to=to, fields=fields, checkpoint=checkpoint)
         waits = calls.pauses()
         while True:
             try:
-                return self._ask(pb.DriveRequest(to=to, fields=fields, checkpoint=checkpoint))
+                state = self._ask(request)
             except Unavailable as error:
                 self.close()
                 calls.pause_or_raise(error, waits)
+            else:
+                self._fields = fields
+                return state
 
     def _ask(self, request: pb.DriveRequest) -> State:
         if self._replies is None:
-            request.session_id = self._session_id
-            request.fields[:] = self._fields or ()
             self._requests = queue.SimpleQueue()
             self._replies = self._method(iter(self._requests.get, None))
         self._requests.put(request)
         try:
             reply = next(self._replies)
         except grpc.RpcError as error:
+            self.close()
             raise from_rpc_error(error) from None
         if reply.HasField("error"):
             raise make_error(reply.error.code, reply.error.message, reply.error.details)

@@ -29,7 +29,9 @@ class Server:
         """
         folder = tempfile.mkdtemp(prefix="stiefel-")
         command = [find_server(), "--listen", listen or f"unix:{folder}/socket", "--exit-with-parent", *arguments]
-        process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True)
+        # It stops when its stdin ends, which happens however this process does.
+        process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+                                   env={"STIEFEL_LOG_LEVEL": "warn", **os.environ})
         assert process.stdout is not None
         line = process.stdout.readline().strip()
         if not line.startswith(_READY):
@@ -68,6 +70,7 @@ def _stop(process: "subprocess.Popen[str]", folder: str) -> None:
         except subprocess.TimeoutExpired:
             process.kill()
             process.wait()
-    if process.stdout is not None:
-        process.stdout.close()
+    for pipe in (process.stdin, process.stdout):
+        if pipe is not None:
+            pipe.close()
     shutil.rmtree(folder, ignore_errors=True)

@@ -1,0 +1,31 @@
+"""The suite runs against the server at STIEFEL_ADDRESS, or against one that it starts."""
+import os
+
+import pytest
+
+import stiefel
+
+
+@pytest.fixture(scope="session")
+def address():
+    given = os.environ.get("STIEFEL_ADDRESS")
+    if given:
+        yield given
+        return
+    with stiefel.Server.start() as server:
+        yield server.address
+
+
+@pytest.fixture(scope="session")
+def client(address):
+    with stiefel.Client(address) as client:
+        yield client
+
+
+@pytest.fixture
+def other(address):
+    """A client of a second server process of the same build."""
+    if os.environ.get("STIEFEL_ADDRESS"):
+        pytest.skip("needs a second server of the same build")
+    with stiefel.Server.start() as server, stiefel.Client(server.address) as client:
+        yield client

@@ -1,0 +1,206 @@
+"""Requests that are wrong: each gets its code, the path of the field and the rule, and nothing moves."""
+import numpy as np
+import pytest
+
+import scenes
+import stiefel
+from stiefel.v1 import scene_pb2, simulation_pb2 as pb
+
+INVALID, MISSING, EXISTS = stiefel.InvalidArgument, stiefel.NotFound, stiefel.AlreadyExists
+BIG = 2**53 + 1
+NAN, INF = float("nan"), float("inf")
+Q = np.eye(3)
+SHEAR = np.array([[1, 1e-3, 0], [0, 1, 0], [0, 0, 1]])
+
+
+def poked(matrix, i, j, value):
+    matrix = np.array(matrix, dtype=float)
+    matrix[i, j] = value
+    return matrix
+
+
+def message(scene):
+    """As a client without any checks would send it."""
+    out = scene_pb2.Scene(system=scene.get("system", ""), inertia=scene.get("inertia", []),
+                          step=scene.get("step", 0), method=scene.get("method"), body=scene.get("body"))
+    for name, block in scene.get("initial", {}).items():
+        if isinstance(block, scene_pb2.Matrix):
+            out.initial[name].CopyFrom(block)
+        else:
+            block = np.atleast_2d(block)
+            out.initial[name].CopyFrom(scene_pb2.Matrix(rows=block.shape[0], cols=block.shape[1], values=block.ravel()))
+    return out
+
+
+def create(id="malformed", checkpoint=b"", **changes):
+    return "CreateSession", pb.CreateSessionRequest(session_id=id, checkpoint=checkpoint,
+                                                    scene=message(scenes.rigid_body(**changes)))
+
+
+def create_body(**changes):
+    return "CreateSession", pb.CreateSessionRequest(session_id="malformed", scene=message(scenes.body(**changes)))
+
+
+def blocks(Q=Q, M=scenes.M3, **more):
+    return create(initial={"Q": Q, "M": M, **more})
+
+
+def method(**changes):
+    return create(method={"name": "variational", **changes})
+
+
+def stream(**range_):
+    return "Stream", pb.StreamRequest(session_id="good", **range_)
+
+
+# (request, exception, field path, words of the rule)
+MALFORMED = {
+    # names
+    "no system": (create(system=None), INVALID, "system", "must be one of"),
+    "unknown system": (create(system="rigid_boddy"), INVALID, "system", "rigid_boddy.*must be one of"),
+    "no method": (create(method=None), INVALID, "method", "absent.*needs"),
+    "unknown method": (create(method={"name": "euler"}), INVALID, "method.name", "euler.*must be one of"),
+    "method of a discrete system": (create(system="moser_veselov"), INVALID, "method", "takes no method"),
+    "unknown order": (method(order=3), INVALID, "method.order", "3.*must be one of"),
+    "order of a method of one order": (create(method={"name": "rk4", "order": 2}), INVALID, "method.order", "one of 4"),
+    "no substeps": (method(substeps=0), INVALID, "method.substeps", "0.*must be 1"),
+    "huge substeps": (method(substeps=2**32 - 1), INVALID, "method.substeps", "4294967295"),
+    "unknown arithmetic": (method(arithmetic="exact"), INVALID, "method.arithmetic", "compensated or plain"),
+    # the step
+    "zero step": (create(step=0.0), INVALID, "step", "not 0"),
+    "NaN step": (create(step=NAN), INVALID, "step", "nan.*finite"),
+    "infinite step": (create(step=-INF), INVALID, "step", "inf.*finite"),
+    # inertia
+    "no inertia": (create(inertia=None), INVALID, "inertia", "0 numbers"),
+    "inertia of one": (create(inertia=[1]), INVALID, "inertia", "must have 2 to"),
+    "too large a dimension": (create(inertia=np.ones(5000)), INVALID, "inertia", "5000 numbers"),
+    "NaN inertia": (create(inertia=[1, NAN, 2]), INVALID, "inertia[1]", "finite"),
+    "a sum that is zero": (create(inertia=[1, -1, 2]), INVALID, "inertia", "= 0.*must be > 0"),
+    "a sum that is negative": (create(inertia=[-2, 1, 3]), INVALID, "inertia", "= -1.*must be > 0"),
+    "inertia of another size": (create(inertia=[1, 2, 3, 4]), INVALID, "initial.M", "must be 4 x 4"),
+    # blocks
+    "no momentum": (create(initial={"Q": Q}), INVALID, "initial.M", "absent"),
+    "unknown block": (blocks(P=Q), INVALID, "initial.P", "blocks of rigid_body are Q, M"),
+    "Q of another shape": (blocks(Q=np.eye(4)), INVALID, "initial.Q", "4 x 4.*must be 3 x 3"),
+    "M that is a vector": (blocks(M=[[1, 2, 3]]), INVALID, "initial.M", "1 x 3.*must be 3 x 3"),
+    "too few values": (blocks(Q=scene_pb2.Matrix(rows=3, cols=3, values=[1, 0, 0])), INVALID, "initial.Q.values",
+                       "3 values.*= 9"),
+    "a shape of 10^9 elements": (blocks(Q=scene_pb2.Matrix(rows=31623, cols=31623, values=[1])), INVALID,
+                                 "initial.Q.rows", "31623.*must be 1 to"),
+    "a shape that overflows": (blocks(M=scene_pb2.Matrix(rows=2**32 - 1, cols=2**32 - 1)), INVALID,
+                               "initial.M.cols", "4294967295"),
+    "an empty block": (blocks(M=scene_pb2.Matrix()), INVALID, "initial.M.rows", "0.*must be 1 to"),
+    "NaN in Q": (blocks(Q=poked(Q, 1, 2, NAN)), INVALID, "initial.Q[1,2]", "nan.*finite"),
+    "infinity in M": (blocks(M=poked(scenes.M3, 0, 1, INF)), INVALID, "initial.M[0,1]", "inf.*finite"),
+    "Q that is not orthogonal": (blocks(Q=SHEAR), INVALID, "initial.Q", "0.001.*orthogonal"),
+    "Q that is zero": (blocks(Q=np.zeros((3, 3))), INVALID, "initial.Q", "orthogonal"),
+    "M that is not skew": (blocks(M=poked(scenes.M3, 0, 1, 1)), INVALID, "initial.M", "skew"),
+    "M with a diagonal": (blocks(M=poked(scenes.M3, 0, 0, 1e-3)), INVALID, "initial.M", "skew"),
+    # bodies
+    "a body and inertia": (create(body={"moments": [1, 2, 3], "angular_velocity": [1, 0, 0]}), INVALID, "inertia",
+                           "absent when `body`"),
+    "no moments": (create_body(moments=None), INVALID, "body", "exactly one"),
+    "moments and tensor": (create_body(inertia_tensor=[1, 2, 3, 0, 0, 0]), INVALID, "body", "exactly one"),
+    "two moments": (create_body(moments=[1, 2]), INVALID, "body.moments", "3 numbers"),
+    "a tensor of nine": (create_body(moments=None, inertia_tensor=range(9)), INVALID, "body.inertia_tensor",
+                         "6 numbers"),
+    "an indefinite tensor": (create_body(moments=None, inertia_tensor=[1, 1, 1, 2, 0, 0]), INVALID,
+                             "body.inertia_tensor", "moment.*> 0"),
+    "a negative moment": (create_body(moments=[1, 2, -3]), INVALID, "body.moments", "-3.*> 0"),
+    "NaN moment": (create_body(moments=[1, NAN, 3]), INVALID, "body.moments[1]", "finite"),
+    "no angular velocity": (create_body(angular_velocity=None), INVALID, "body.angular_velocity", "3 numbers"),
+    "infinite angular velocity": (create_body(angular_velocity=[0, INF, 0]), INVALID, "body.angular_velocity[1]",
+                                  "finite"),
+    "a quaternion of three": (create_body(attitude=[1, 0, 0]), INVALID, "body.attitude", "4 numbers"),
+    "a quaternion that is not a unit": (create_body(attitude=[1, 1, 0, 0]), INVALID, "body.attitude", "norm 1"),
+    # sessions
+    "no id": (create(id=""), INVALID, "session_id", "1 to 128"),
+    "a long id": (create(id="x" * 129), INVALID, "session_id", "1 to 128"),
+    "an id with a slash": (create(id="a/b"), INVALID, "session_id", "A-Z"),
+    "garbage for a checkpoint": (create(checkpoint=b"garbage"), INVALID, "checkpoint", "checkpoint"),
+    "the same id, another scene": (create(id="good", step=0.5), EXISTS, None, "good.*another scene"),
+    "get of an unknown session": (("GetSession", pb.GetSessionRequest(session_id="nobody")), MISSING, None, "nobody"),
+    "step of an unknown session": (("Step", pb.StepRequest(session_id="nobody", to=1)), MISSING, None, "nobody"),
+    "diagnosis of an unknown session": (("Diagnose", pb.DiagnoseRequest(session_id="nobody")), MISSING, None, "nobody"),
+    "stream of an unknown session": (("Stream", pb.StreamRequest(session_id="nobody", to=1)), MISSING, None, "nobody"),
+    # steps, ranges, fields
+    "step to a negative step": (("Step", pb.StepRequest(session_id="good", to=-1)), INVALID, "to", "-1.*must be 0"),
+    "a step that no double holds": (("Step", pb.StepRequest(session_id="good", to=BIG)), INVALID, "to", str(BIG)),
+    "diagnosis of a negative step": (("Diagnose", pb.DiagnoseRequest(session_id="good", to=-7)), INVALID, "to", "-7"),
+    "an unknown field": (("Step", pb.StepRequest(session_id="good", fields=["Q", "X"])), INVALID, "fields[1]", "X"),
+    "a field twice": (("Step", pb.StepRequest(session_id="good", fields=["Q", "Q"])), INVALID, "fields[1]", "Q"),
+    "an unknown invariant": (("Diagnose", pb.DiagnoseRequest(session_id="good", invariants=["entropy"])), INVALID,
+                             "invariants[0]", "entropy"),
+    "a backwards range": (stream(**{"from": 10, "to": 5}), INVALID, "to", "5.*from"),
+    "a range from before 0": (stream(**{"from": -1, "to": 5}), INVALID, "from", "-1"),
+    "a negative every": (stream(to=5, every=-1), INVALID, "every", "-1"),
+    "a stream of an unknown field": (stream(to=5, fields=["nope"]), INVALID, "fields[0]", "nope"),
+    "a page token of nobody": (("ListSessions", pb.ListSessionsRequest(page_token="a/b\n")), INVALID, "page_token", ""),
+    "a page too large": (("ListSessions", pb.ListSessionsRequest(page_size=100_000)), INVALID, "page_size", "1000"),
+}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def good(client):
+    with client.create(scenes.rigid_body(), id="good") as session:
+        yield session
+
+
+def ask(client, method, request):
+    if method == "Stream":
+        session = client.get("good")
+        session.message.session_id = request.session_id
+        return list(session.stream(to=request.to, start=getattr(request, "from"), every=request.every,
+                                   fields=request.fields))
+    return client.call(method, request)
+
+
+@pytest.mark.parametrize("name", MALFORMED)
+def test_code_field_and_rule(client, good, name):
+    (method, request), exception, field, words = MALFORMED[name]
+    before = client.get("good").message.cursor
+    with pytest.raises(exception, match=words) as caught:
+        ask(client, method, request)
+    error = caught.value
+    if field is None:
+        assert error.reason and error.metadata["session_id"] == request.session_id
+    else:
+        assert field in [violation.field for violation in error.violations]
+        rule = next(violation.description for violation in error.violations if violation.field == field)
+        assert rule and rule in error.message
+    if method == "CreateSession" and exception is INVALID:
+        with pytest.raises((MISSING, INVALID)):
+            client.get(request.session_id)
+    assert client.get("good").message.cursor == before
+    assert good.step(to=before).step == before
+
+
+def test_there_are_enough_of_them():
+    assert len(MALFORMED) >= 30
+
+
+def test_every_violation_is_told_at_once(client):
+    scene = message(scenes.rigid_body(step=0.0, inertia=[1, -1, 2], initial={"Q": SHEAR, "M": scenes.M3}))
+    with pytest.raises(INVALID) as caught:
+        client.create(scene)
+    assert {violation.field for violation in caught.value.violations} == {"step", "inertia", "initial.Q"}
+
+
+def test_a_bad_request_does_not_end_a_drive(good):
+    with good.drive() as drive:
+        assert drive.step(5).step == 5
+        with pytest.raises(INVALID) as caught:
+            drive.step(-3)
+        assert caught.value.violations[0].field == "to"
+        with pytest.raises(INVALID) as caught:
+            drive.step(6, fields=["nope"])
+        assert caught.value.violations[0].field == "fields[0]"
+        assert drive.step(6, fields=["M"]).fields.keys() == {"M"}
+        assert drive.step(7).fields.keys() == {"M"}, "the last fields that were named hold on"
+
+
+def test_a_drive_of_an_unknown_session(client, good):
+    good = client.get("good")
+    good.message.session_id = "nobody"
+    with good.drive() as drive, pytest.raises(MISSING, match="nobody"):
+        drive.step(1)

@@ -1,0 +1,103 @@
+"""Sessions are named by the client, and every call on them is idempotent."""
+import uuid
+
+import pytest
+
+import scenes
+import stiefel
+
+
+@pytest.fixture
+def id(client):
+    name = f"conformance-{uuid.uuid4()}"
+    yield name
+    client.delete(name)
+
+
+def test_the_same_id_and_scene_is_the_existing_session(client, id):
+    first = client.create(scenes.rigid_body(), id=id)
+    first.step(to=10)
+    again = client.create(scenes.rigid_body(), id=id)
+    assert first.created and not again.created
+    assert again.message.create_time == first.message.create_time
+    assert again.message.scene == first.message.scene
+
+
+def test_the_resolved_scene_names_the_same_session(client, id):
+    """Every default written out is the same scene."""
+    first = client.create(scenes.rigid_body(), id=id)
+    assert not client.create(first.message.scene, id=id).created
+
+
+def test_the_same_id_and_another_scene_is_refused(client, id):
+    client.create(scenes.rigid_body(), id=id)
+    with pytest.raises(stiefel.AlreadyExists, match=id):
+        client.create(scenes.rigid_body(step=0.02), id=id)
+    assert client.get(id).message.scene.step == 0.01
+
+
+def test_deleting_an_unknown_id_succeeds(client, id):
+    client.delete(id)
+    client.create(scenes.rigid_body(), id=id)
+    client.delete(id)
+    client.delete(id)
+    with pytest.raises(stiefel.NotFound, match=id):
+        client.get(id)
+
+
+def test_every_default_is_resolved(client, id):
+    scene = client.create(scenes.rigid_body(), id=id).message.scene
+    assert (scene.method.order, scene.method.substeps, scene.method.arithmetic) == (2, 1, "compensated")
+
+
+def test_a_discrete_system_resolves_without_method(client, id):
+    assert not client.create(scenes.moser_veselov(), id=id).message.scene.HasField("method")
+
+
+def test_get_tells_cursor_and_checkpoints(client, id):
+    session = client.create(scenes.rigid_body(), id=id)
+    session.step(to=1234)
+    message = client.get(id).message
+    assert message.cursor == 1234
+    assert message.checkpoints[0] == 0 and list(message.checkpoints) == sorted(message.checkpoints)
+    assert len(message.checkpoints) <= client.describe().limits.max_checkpoints
+    assert message.build == client.describe().build
+    assert message.expire_time.seconds > message.create_time.seconds
+
+
+def test_list_is_ordered_and_paged(client):
+    from stiefel.v1 import simulation_pb2 as pb
+
+    prefix = f"list-{uuid.uuid4()}"
+    ids = [f"{prefix}-{i}" for i in range(5)]
+    for name in reversed(ids):
+        client.create(scenes.moser_veselov(), id=name)
+    token, found = "", []
+    while True:
+        page = client.call("ListSessions", pb.ListSessionsRequest(page_size=2, page_token=token))
+        assert len(page.sessions) <= 2
+        found += [session.session_id for session in page.sessions]
+        token = page.next_page_token
+        if not token:
+            break
+    assert found == sorted(found)
+    assert [name for name in found if name.startswith(prefix)] == ids
+    assert {session.id for session in client.list()} >= set(ids)
+    for name in ids:
+        client.delete(name)
+
+
+def test_a_checkpoint_of_another_scene_is_refused(client):
+    with client.create(scenes.rigid_body()) as session:
+        checkpoint = session.step(to=5, checkpoint=True).checkpoint
+    for scene in (scenes.rigid_body(step=0.02), scenes.free(4)):
+        with pytest.raises((stiefel.InvalidArgument, stiefel.FailedPrecondition), match="checkpoint"):
+            client.create(scene, checkpoint=checkpoint)
+
+
+def test_replies_say_what_was_computed(client, id):
+    session = client.create(scenes.rigid_body(), id=id)
+    assert session.step(to=100).computed_steps == 100
+    assert session.step(to=150).computed_steps == 50
+    assert session.step(to=150).computed_steps == 0
+    assert session.step(to=0).computed_steps == 0

@@ -1,0 +1,68 @@
+"""What any gRPC tool expects: health, reflection, honest status codes."""
+import grpc
+import pytest
+
+SERVICE = "stiefel.v1.SimulationService"
+
+
+def raw(client, method, request, kind="unary_unary"):
+    """A call of bytes: these services have no stubs here."""
+    call = getattr(client.channel, kind)(method)
+    return call(iter([request]) if kind.startswith("stream") else request, timeout=10)
+
+
+def check(client, service):
+    return raw(client, "/grpc.health.v1.Health/Check", bytes([0x0a, len(service)]) + service.encode())
+
+
+@pytest.mark.parametrize("service", ["", SERVICE])
+def test_health_is_serving(client, service):
+    assert check(client, service) == b"\x08\x01"  # HealthCheckResponse {status: SERVING}
+
+
+def test_health_of_an_unknown_service(client):
+    with pytest.raises(grpc.RpcError) as error:
+        check(client, "no.such.Service")
+    assert error.value.code() is grpc.StatusCode.NOT_FOUND
+
+
+def test_health_watch_begins_with_the_present(client):
+    replies = raw(client, "/grpc.health.v1.Health/Watch", b"", "unary_stream")
+    assert next(replies) == b"\x08\x01"
+    replies.cancel()
+
+
+def test_reflection_lists_the_service(client):
+    replies = raw(client, "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo", b"\x3a\x01*",
+                  "stream_stream")
+    assert SERVICE.encode() in next(replies)
+
+
+def test_a_method_that_does_not_exist(client):
+    with pytest.raises(grpc.RpcError) as error:
+        raw(client, f"/{SERVICE}/NoSuchMethod", b"")
+    assert error.value.code() is grpc.StatusCode.UNIMPLEMENTED
+
+
+@pytest.mark.parametrize("method", ["CreateSession", "Step", "Diagnose"])
+def test_bytes_that_are_no_message(client, method):
+    with pytest.raises(grpc.RpcError) as error:
+        raw(client, f"/{SERVICE}/{method}", b"\xff" * 64)
+    assert error.value.code() in (grpc.StatusCode.INTERNAL, grpc.StatusCode.INVALID_ARGUMENT)
+    assert check(client, "") == b"\x08\x01"
+
+
+def test_describe(client):
+    catalogue = client.describe()
+    assert catalogue.version and catalogue.build
+    assert {"rigid_body", "moser_veselov"} <= {system.name for system in catalogue.systems}
+    methods = {method.name: method for method in catalogue.methods}
+    assert {"variational", "rk4", "munthe_kaas4"} <= set(methods)
+    for system in catalogue.systems:
+        assert system.equations and system.source and system.file and system.blocks and system.fields
+        assert all(entry.preserves for entry in system.methods)
+        assert {entry.method for entry in system.methods} <= ({""} if system.discrete else set(methods))
+    for method in catalogue.methods:
+        assert method.default_order in method.orders
+    assert catalogue.limits.max_message_bytes >= 256 << 20
+    assert catalogue.limits.idle_timeout.seconds > 0

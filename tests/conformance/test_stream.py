@@ -1,0 +1,132 @@
+"""Samples: which steps, which fields, how many in a message."""
+import numpy as np
+import pytest
+
+import scenes
+from stiefel.v1 import simulation_pb2 as pb
+
+
+@pytest.fixture(scope="module")
+def session(client):
+    with client.create(scenes.rigid_body()) as session:
+        yield session
+
+
+def messages(session, **request):
+    if "start" in request:
+        request["from"] = request.pop("start")
+    return list(session._client.stub.Stream(pb.StreamRequest(session_id=session.id, **request), timeout=60))
+
+
+@pytest.mark.parametrize("request_, steps", [
+    (dict(to=0), [0]),
+    (dict(to=4), [0, 1, 2, 3, 4]),
+    (dict(to=10, every=3), [0, 3, 6, 9, 10]),
+    (dict(to=9, every=3), [0, 3, 6, 9]),
+    (dict(start=5, to=11, every=4), [5, 9, 11]),
+    (dict(start=7, to=7), [7]),
+    (dict(start=3, to=5, every=100), [3, 5]),
+])
+def test_from_every_and_always_the_last(session, request_, steps):
+    replies = messages(session, **request_)
+    assert [step for reply in replies for step in reply.steps] == steps
+    assert [time for reply in replies for time in reply.times] == [step * 0.01 for step in steps]
+    assert [reply.HasField("ending") for reply in replies] == [False] * (len(replies) - 1) + [True]
+    assert replies[-1].ending.outcome == pb.OUTCOME_REACHED
+
+
+def test_blocks_are_the_default_fields(session):
+    assert set(session.step(to=1).fields) == {"Q", "M"}
+    assert list(session.trajectory(to=1).fields) == list(session.step(to=1).fields)
+
+
+def test_every_declared_field_can_be_had(client):
+    """In the order asked for, and as large as the catalogue says."""
+    systems = {system.name: system for system in client.describe().systems}
+    for scene in (scenes.rigid_body(), scenes.moser_veselov(), scenes.body(), scenes.free(5)):
+        with client.create(scene) as session:
+            n = session.step(to=0, fields=["M"])["M"].shape[0]
+            for field in systems[scene["system"]].fields:
+                if "N" not in field.shape and n != 3:
+                    continue
+                shape = tuple(eval(size, {}, {"N": n}) for size in field.shape.split(" x "))
+                assert session.step(to=3, fields=[field.name])[field.name].shape == shape, field.name
+
+
+def test_the_order_of_fields_is_the_request_s(session):
+    assert list(session.step(to=2, fields=["M", "Q"]).fields) == ["M", "Q"]
+    assert list(session.trajectory(to=2, fields=["M", "Q"]).fields) == ["M", "Q"]
+
+
+def test_many_samples_travel_in_a_message(session):
+    replies = messages(session, to=20_000)
+    sizes = [reply.ByteSize() for reply in replies]
+    assert sum(len(reply.steps) for reply in replies) == 20_001
+    assert max(sizes) <= 256 << 10
+    assert np.median(sizes) >= 32 << 10
+
+
+def test_a_large_sample_travels_alone(client):
+    with client.create(scenes.free(150)) as session:
+        replies = messages(session, to=2)
+    assert [len(reply.steps) for reply in replies if reply.steps] == [1, 1, 1]
+    assert all(reply.fields[0].value.shape == [1, 150, 150] for reply in replies if reply.steps)
+
+
+def test_a_stream_resumes_where_it_broke(session):
+    whole = session.trajectory(to=5000)
+    broken = session._client.stub.Stream(pb.StreamRequest(session_id=session.id, to=5000), timeout=60)
+    last = next(broken).steps[-1]
+    broken.cancel()
+    rest = session.trajectory(start=last + 1, to=5000)
+    assert (rest["Q"] == whole["Q"][last + 1:]).all()
+
+
+def test_streams_do_not_disturb_each_other(session):
+    expected = session.trajectory(to=3000, fields=["M"])["M"]
+    first, second = (session.stream(to=3000, fields=["M"]) for _ in range(2))
+    found = [[], []]
+    for one, two in zip(first, second):
+        found[0].append(one["M"])
+        found[1].append(two["M"])
+    assert all((np.concatenate(parts) == expected).all() for parts in found)
+
+
+def test_diagnose_tells_what_is_kept(session):
+    diagnosis = session.diagnose(to=2000)
+    invariants = {invariant.name: invariant for invariant in diagnosis.invariants}
+    assert diagnosis.step == 2000 and diagnosis.time == 20.0
+    assert {"energy", "spatial_momentum[1,2]"} <= set(invariants)
+    assert any(name.startswith("manakov") for name in invariants)
+    for invariant in diagnosis.invariants:
+        assert invariant.scale > 0
+        assert invariant.drift == pytest.approx(abs(invariant.value - invariant.initial) / invariant.scale, abs=1e-18)
+        assert invariant.drift < 1e-13
+    assert diagnosis.orthogonality < 1e-13
+    assert 0.01 < diagnosis.domain.h_omega < 0.1
+    assert diagnosis.domain.largest_step > 0.01
+
+
+def test_diagnose_only_what_was_asked(session):
+    names = [invariant.name for invariant in session.diagnose(to=5, invariants=["energy"]).invariants]
+    assert names == ["energy"]
+    names = [invariant.name for invariant in session.diagnose(to=5, invariants=["spatial_momentum"]).invariants]
+    assert len(names) == 3 and all(name.startswith("spatial_momentum[") for name in names)
+
+
+def test_drive_remembers_session_and_fields(session):
+    """On the wire: only the first request names the session, and the fields named last hold on."""
+    requests = [pb.DriveRequest(session_id=session.id, to=4), pb.DriveRequest(to=6, fields=["M"]),
+                pb.DriveRequest(to=5, checkpoint=True)]
+    replies = list(session._client.stub.Drive(iter(requests), timeout=60))
+    assert [reply.step.sample.step for reply in replies] == [4, 6, 5]
+    assert [[field.name for field in reply.step.sample.fields] for reply in replies] == [["Q", "M"], ["M"], ["M"]]
+    assert [bool(reply.step.checkpoint) for reply in replies] == [False, False, True]
+
+
+def test_drive_stays_with_its_session(session):
+    requests = [pb.DriveRequest(session_id=session.id, to=1), pb.DriveRequest(session_id="another", to=2),
+                pb.DriveRequest(to=3)]
+    replies = list(session._client.stub.Drive(iter(requests), timeout=60))
+    assert [reply.WhichOneof("result") for reply in replies] == ["step", "error", "step"]
+    assert "session_id" in replies[1].error.message and replies[2].step.sample.step == 3

@@ -1,0 +1,49 @@
+"""Prints the README's tables of systems and methods from what a server says of itself.
+
+    PYTHONPATH=build/release/python /usr/bin/python3 tests/python/readme_table.py
+"""
+from __future__ import annotations
+
+import stiefel
+from stiefel.v1 import catalogue_pb2, simulation_pb2
+
+
+def row(*cells: str) -> str:
+    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+
+
+def kept(system: catalogue_pb2.SystemInfo) -> str:
+    """What each method keeps to rounding, and within bounds."""
+    lines = []
+    for method in system.methods:
+        names = {kind: [p.invariant.replace("_", " ") for p in method.preserves if p.kept == kind]
+                 for kind in (catalogue_pb2.KEPT_EXACT, catalogue_pb2.KEPT_BOUNDED)}
+        exact, bounded = names.values()
+        what = "all" if len(exact) == len(method.preserves) else ", ".join(exact)
+        if bounded:
+            what += ("; " if what else "") + "bounded: " + ", ".join(bounded)
+        lines.append((f"`{method.method}`: " if method.method else "") + (what or "nothing"))
+    return "<br>".join(lines)
+
+
+def systems(catalogue: simulation_pb2.DescribeResponse) -> str:
+    lines = [row("system", "equations", "state", "kept to rounding", "file"), row(*["---"] * 5)]
+    for system in catalogue.systems:
+        state = ", ".join(block.name for block in system.blocks)
+        lines.append(row(f"`{system.name}`<br>{system.summary}", f"`{system.equations}`<br>{system.source}", state,
+                         kept(system), f"[{system.file}]({system.file})"))
+    return "\n".join(lines)
+
+
+def methods(catalogue: simulation_pb2.DescribeResponse) -> str:
+    lines = [row("method", "order", "reversible", "source", "file"), row(*["---"] * 5)]
+    for method in catalogue.methods:
+        lines.append(row(f"`{method.name}`<br>{method.summary}", ", ".join(map(str, method.orders)),
+                         "yes" if method.reversible else "no", method.source, f"[{method.file}]({method.file})"))
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    with stiefel.Server.start() as server, stiefel.Client(server.address) as client:
+        description = client.describe()
+    print(systems(description), methods(description), sep="\n\n")

@@ -1,0 +1,87 @@
+"""The client against a real server: arrays, batches, context managers."""
+import numpy as np
+import pytest
+
+import stiefel
+
+SCENE = {"system": "rigid_body", "method": {"name": "variational"}, "step": 0.01,
+         "body": {"moments": [1, 2, 3], "angular_velocity": [0.1, 2, 0.1]}}
+
+
+@pytest.fixture
+def session(client):
+    with client.create(SCENE) as session:
+        yield session
+
+
+def test_a_trajectory_is_arrays(session):
+    run = session.trajectory(to=1000, every=7, fields=["Q", "quaternion"])
+    assert list(run.step) == [*range(0, 1000, 7), 1000] and run.step.dtype == np.int64
+    assert (run.time == run.step * 0.01).all()
+    assert run["Q"].shape == (len(run), 3, 3) and run["quaternion"].shape == (len(run), 1, 4)
+    assert run.outcome is stiefel.Outcome.REACHED and run.computed_steps == 1000
+    assert (run["Q"][-1] == session.step(to=1000)["Q"]).all()
+
+
+def test_times_are_the_server_s(session):
+    from stiefel.v1 import simulation_pb2 as pb
+
+    replies = session._client.stub.Stream(pb.StreamRequest(session_id=session.id, to=3000, every=7))
+    times = [time for reply in replies for time in reply.times]
+    assert list(session.trajectory(to=3000, every=7).time) == times
+
+
+def test_batches_are_the_trajectory(session):
+    run = session.trajectory(to=5000)
+    batches = list(session.stream(to=5000))
+    assert len(batches) > 1
+    for name in ("Q", "M"):
+        assert (np.concatenate([batch[name] for batch in batches]) == run[name]).all()
+    assert (np.concatenate([batch.step for batch in batches]) == run.step).all()
+
+
+def test_a_stream_may_be_left_early(session):
+    for batch in session.stream(to=10**9):
+        break
+    assert batch.step[0] == 0
+    assert session.step(to=10).step == 10
+
+
+def test_arrays_are_views_of_the_bytes(session):
+    array = session.step(to=1)["Q"]
+    assert not array.flags.writeable and not array.flags.owndata
+
+
+def test_a_trajectory_can_be_saved(session, tmp_path):
+    run = session.trajectory(to=100)
+    run.save(tmp_path / "run.npz")
+    with np.load(tmp_path / "run.npz") as saved:
+        assert set(saved) == {"step", "time", "Q", "M"} and (saved["Q"] == run["Q"]).all()
+
+
+def test_progress_is_drawn(session, capsys):
+    session.trajectory(to=1000, progress=True)
+    assert "1.00k/1.00k" in capsys.readouterr().err
+
+
+def test_a_session_ends_with_its_block(client):
+    with client.create(SCENE) as session:
+        assert session.id in {other.id for other in client.list()}
+        assert session.scene["method"]["arithmetic"] == "compensated"
+        assert "rigid_body variational" in repr(session)
+    with pytest.raises(stiefel.NotFound) as caught:
+        session.step(to=1)
+    assert caught.value.reason == "SESSION_NOT_FOUND"
+
+
+def test_a_deadline_is_kept(session):
+    with pytest.raises(stiefel.DeadlineExceeded):
+        session.step(to=10**12, timeout=0.05)
+    assert session.step(to=3).outcome == "REACHED"
+
+
+def test_drive_has_the_bits_of_step(session):
+    with session.drive(fields=["Q"]) as drive:
+        states = [drive.step(k) for k in range(50)]
+    assert [state.step for state in states] == list(range(50))
+    assert (states[-1]["Q"] == session.step(to=49)["Q"]).all() and set(states[-1].fields) == {"Q"}

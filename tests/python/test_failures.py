@@ -1,0 +1,98 @@
+"""Retries, resumption, deadlines and exceptions, against a server that fails on purpose."""
+import grpc
+import pytest
+
+import fake
+import stiefel
+from stiefel import calls
+
+UNAVAILABLE, EXHAUSTED = grpc.StatusCode.UNAVAILABLE, grpc.StatusCode.RESOURCE_EXHAUSTED
+
+
+@pytest.fixture
+def service(tmp_path):
+    service, server, address = fake.serve(tmp_path)
+    service.address = address
+    yield service
+    server.stop(None)
+
+
+@pytest.fixture
+def session(service, monkeypatch):
+    monkeypatch.setattr(calls.time, "sleep", lambda seconds: None)
+    with stiefel.Client(service.address) as client:
+        yield client.get("fake")
+        service.failures.clear()
+
+
+def test_details_of_an_error(session):
+    with pytest.raises(stiefel.InvalidArgument, match="told") as caught:
+        session._client.describe()
+    error = caught.value
+    assert error.violations == (stiefel.Violation("initial.Q", "1: must be 2"),)
+    assert (error.reason, error.metadata) == ("BECAUSE", {"a": "b"})
+    assert "initial.Q: 1: must be 2" in str(error)
+
+
+def test_an_unavailable_server_is_asked_again(service, session):
+    service.failures = [UNAVAILABLE] * 3
+    service.requests.clear()
+    assert session.step(to=5).step == 5
+    assert len(service.requests) == 4
+
+
+def test_but_not_for_ever(service, session):
+    service.failures = [UNAVAILABLE] * 100
+    service.requests.clear()
+    with pytest.raises(stiefel.Unavailable, match="on purpose"):
+        session.step(to=5)
+    assert len(service.requests) == calls.ATTEMPTS
+
+
+def test_other_errors_are_not_retried(service, session):
+    service.failures = [EXHAUSTED]
+    service.requests.clear()
+    with pytest.raises(stiefel.ResourceExhausted):
+        session.step(to=5)
+    assert len(service.requests) == 1
+
+
+def test_nobody_there(tmp_path, monkeypatch):
+    monkeypatch.setattr(calls.time, "sleep", lambda seconds: None)
+    with stiefel.Client(f"unix:{tmp_path}/nobody") as client, pytest.raises(stiefel.Unavailable):
+        client.describe()
+
+
+@pytest.mark.parametrize("breaks", [[2], [1, 1, 1], [0, 0, 3], [UNAVAILABLE, 2, UNAVAILABLE, 1], [-1]],
+                         ids=lambda breaks: " ".join(str(b) for b in breaks))
+def test_a_broken_stream_resumes_where_it_stopped(service, session, breaks):
+    service.failures = list(breaks)
+    service.requests.clear()
+    run = session.trajectory(to=155, every=3)
+    assert list(run.step) == [*range(0, 155, 3), 155]
+    assert list(run["x"].ravel()) == list(run.step) and list(run.time) == [step * 0.5 for step in run.step]
+    assert run.outcome == "REACHED"
+    assert len(service.requests) == len(breaks) + 1
+
+
+def test_a_stream_that_never_begins_gives_up(service, session):
+    service.failures = [0] * 100
+    service.requests.clear()
+    with pytest.raises(stiefel.Unavailable):
+        list(session.stream(to=100))
+    assert len(service.requests) == calls.ATTEMPTS
+
+
+def test_a_drive_reconnects(service, session):
+    with session.drive() as drive:
+        assert drive.step(1).step == 1
+        service.failures = [UNAVAILABLE, UNAVAILABLE]
+        assert drive.step(2).step == 2
+
+
+def test_a_drive_can_be_closed_twice_and_unused(session):
+    drive = session.drive()
+    drive.close()
+    drive.step(1)
+    drive.close()
+    drive.close()

@@ -1,0 +1,44 @@
+"""What the README says is what happens."""
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import readme_table
+import stiefel
+
+ROOT = Path(__file__).parents[2]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def block(language):
+    return re.search(rf"```{language}\n(.*?)```", README, re.DOTALL)[1]
+
+
+def test_the_program_prints_what_is_shown(tmp_path):
+    """From an empty folder."""
+    program = block("python")
+    assert len(program.splitlines()) == 12
+    result = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True)
+    assert result.returncode == 0, result.stderr
+    assert result.stdout == block("text") and result.stderr == ""
+
+
+@pytest.mark.parametrize("table", [readme_table.systems, readme_table.methods])
+def test_the_tables_are_the_catalogue(client, table):
+    assert table(client.describe()) in README
+
+
+def test_every_file_it_names_exists():
+    links = [link for link in re.findall(r"\]\(([^)#]+)\)", README) if "://" not in link]
+    assert len(links) > 5
+    assert [link for link in links if not (ROOT / link).exists()] == []
+
+
+def test_the_version_is_one():
+    project = (Path(stiefel.__file__).parents[1] / "pyproject.toml").read_text(encoding="utf-8")
+    version = re.search(r'^version = "(.*)"$', project, re.MULTILINE)[1]
+    assert f"[{version}]" in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
