@@ -131,11 +131,10 @@ MALFORMED = {
     "a field twice": (("Step", pb.StepRequest(session_id="good", fields=["Q", "Q"])), INVALID, "fields[1]", "Q"),
     "an unknown invariant": (("Diagnose", pb.DiagnoseRequest(session_id="good", invariants=["entropy"])), INVALID,
                              "invariants[0]", "entropy"),
-    "a backwards range": (stream(**{"from": 10, "to": 5}), INVALID, "to", "5.*from"),
+    "a backwards range": (stream(**{"from": 10, "to": 5}), INVALID, "to", "5: must be 10 to"),
     "a range from before 0": (stream(**{"from": -1, "to": 5}), INVALID, "from", "-1"),
     "a negative every": (stream(to=5, every=-1), INVALID, "every", "-1"),
     "a stream of an unknown field": (stream(to=5, fields=["nope"]), INVALID, "fields[0]", "nope"),
-    "a page token of nobody": (("ListSessions", pb.ListSessionsRequest(page_token="a/b\n")), INVALID, "page_token", ""),
     "a page too large": (("ListSessions", pb.ListSessionsRequest(page_size=100_000)), INVALID, "page_size", "1000"),
 }
 

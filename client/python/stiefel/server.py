@@ -27,8 +27,9 @@ class Server:
 
         "127.0.0.1:0" is a free port. `arguments` go to the command as they are.
         """
+        program = find_server()
         folder = tempfile.mkdtemp(prefix="stiefel-")
-        command = [find_server(), "--listen", listen or f"unix:{folder}/socket", "--exit-with-parent", *arguments]
+        command = [program, "--listen", listen or f"unix:{folder}/socket", "--exit-with-parent", *arguments]
         # It stops when its stdin ends, which happens however this process does.
         process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
                                    env={"STIEFEL_LOG_LEVEL": "warn", **os.environ})
