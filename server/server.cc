@@ -15,7 +15,7 @@
 namespace stiefel::server {
 namespace {
 
-// What running calls get to deliver their last message once nothing computes.
+// What running calls get to deliver their last message.
 constexpr auto delivery_time = std::chrono::milliseconds(500);
 
 std::string with_port(const std::string& address, int port) {
@@ -94,6 +94,8 @@ void Server::shutdown() {
     host.log.line(Log::Level::info, "shutting down");
     if (!host.lifecycle.stopping()) host.lifecycle.wait_idle(parts_->grace);
     host.lifecycle.stop();
+    // The in-process transport closes at once and would drop the last messages.
+    host.lifecycle.wait_idle(delivery_time);
     parts_->grpc->Shutdown(std::chrono::system_clock::now() + delivery_time);
     host.lifecycle.wait_idle(std::chrono::hours(1));
     host.log.line(Log::Level::info, "stopped");

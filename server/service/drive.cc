@@ -26,10 +26,14 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
     } catch (...) {
       return reply(errors::from_current_exception());
     }
+    running_ = true;
     host_.lifecycle.enter();
     host_.pool.submit(this);
   }
-  void OnWriteDone(bool ok) override { ok ? StartRead(&request_) : end(errors::cancelled()); }
+  void OnWriteDone(bool ok) override {
+    if (std::exchange(running_, false)) host_.lifecycle.leave();
+    ok ? StartRead(&request_) : end(errors::cancelled());
+  }
   void OnCancel() override { cancelled_ = true; }
   void OnDone() override { delete this; }
 
@@ -58,9 +62,7 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
   }
   void reply_from_pool(const grpc::Status& status) {
     walk_.reset();
-    Host& host = host_;
     reply(status);
-    host.lifecycle.leave();
   }
   void end(const grpc::Status& status) {
     log_.finish(status, steps_);
@@ -76,6 +78,7 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
   StepTask task_;
   std::optional<Walk> walk_;
   std::int64_t steps_ = 0;
+  bool running_ = false;  // counted by the lifecycle
   std::atomic<bool> cancelled_ = false;
 };
 

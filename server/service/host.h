@@ -12,7 +12,7 @@
 namespace stiefel::server {
 
 /// From serving over refusing (new work gets UNAVAILABLE) to stopping (what runs ends at its next
-/// slice), and the count of what runs.
+/// slice), and the count of what runs: calls that compute, until their reply is delivered.
 class Lifecycle {
  public:
   bool refusing() const { return refusing_.load(std::memory_order_relaxed); }

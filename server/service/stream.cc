@@ -33,7 +33,11 @@ class StreamCall final : public grpc::ServerWriteReactor<v1::StreamResponse>, pr
 
   void OnWriteDone(bool ok) override;
   void OnCancel() override { cancelled_ = true; }
-  void OnDone() override { delete this; }
+  void OnDone() override {
+    Host& host = host_;
+    delete this;
+    host.lifecycle.leave();
+  }
 
  private:
   bool run_slice() noexcept override;
@@ -146,13 +150,11 @@ void StreamCall::end(const grpc::Status& status) {
   log_.finish(status, sampling_ ? sampling_->walk().computed_steps() : 0);
   sampling_.reset();
   session_.reset();
-  Host& host = host_;
   if (status.ok()) {
     StartWriteAndFinish(&message_, grpc::WriteOptions(), status);
   } else {
     Finish(status);
   }
-  host.lifecycle.leave();
 }
 
 /// A call that is refused.

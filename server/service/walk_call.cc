@@ -43,8 +43,12 @@ void WalkCall::finish(const grpc::Status& status) {
   log_.finish(status, walk_ ? walk_->computed_steps() : 0);
   walk_.reset();
   session_.reset();
-  Host& host = host_;
   Finish(status);
+}
+
+void WalkCall::OnDone() {
+  Host& host = host_;
+  delete this;
   host.lifecycle.leave();
 }
 
@@ -62,10 +66,14 @@ bool PooledCall::run_slice() noexcept {
     status = errors::from_current_exception();
   }
   log_.finish(status);
-  Host& host = host_;
   Finish(status);
-  host.lifecycle.leave();
   return false;
+}
+
+void PooledCall::OnDone() {
+  Host& host = host_;
+  delete this;
+  host.lifecycle.leave();
 }
 
 }  // namespace stiefel::server

@@ -20,7 +20,7 @@ class WalkCall final : public grpc::ServerUnaryReactor, private Job {
   WalkCall(Host& host, CallLog log, Hold session, std::int64_t to, Answer answer);
 
   void OnCancel() override { cancelled_ = true; }
-  void OnDone() override { delete this; }
+  void OnDone() override;
 
  private:
   bool run_slice() noexcept override;
@@ -41,7 +41,7 @@ class WalkCall final : public grpc::ServerUnaryReactor, private Job {
 class PooledCall final : public grpc::ServerUnaryReactor, private Job {
  public:
   PooledCall(Host& host, CallLog log, std::function<grpc::Status()> work);
-  void OnDone() override { delete this; }
+  void OnDone() override;
 
  private:
   bool run_slice() noexcept override;
