@@ -19,7 +19,7 @@ struct Options {
   /// Deadline of calls that compute nothing.
   std::chrono::milliseconds timeout = std::chrono::seconds(30);
   /// Deadline of Step and Diagnose; none by default, because only the caller knows how far he goes.
-  std::optional<std::chrono::milliseconds> compute_timeout;
+  std::optional<std::chrono::milliseconds> compute_timeout = std::nullopt;
   /// How long a call is repeated while the server is UNAVAILABLE. Every call is idempotent, so this
   /// is safe.
   std::chrono::milliseconds patience = std::chrono::seconds(2);

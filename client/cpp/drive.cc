@@ -15,19 +15,10 @@ Drive::~Drive() {
 }
 
 v1::StepResponse Drive::step(std::int64_t to, const std::vector<std::string>& fields) {
-  send(to, fields);
-  return receive();
-}
-
-void Drive::send(std::int64_t to, const std::vector<std::string>& fields) {
   if (!call_) throw Error(grpc::StatusCode::FAILED_PRECONDITION, "the drive has ended", "");
   request_.set_to(to);
   request_.mutable_fields()->Assign(fields.begin(), fields.end());
   if (!call_->Write(request_)) fail();
-}
-
-v1::StepResponse Drive::receive() {
-  if (!call_) throw Error(grpc::StatusCode::FAILED_PRECONDITION, "the drive has ended", "");
   v1::DriveResponse response;
   if (!call_->Read(&response)) fail();
   if (response.has_error()) {

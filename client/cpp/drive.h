@@ -9,8 +9,7 @@
 
 namespace stiefel::client {
 
-/// Step for tight loops, over one call that stays open. Requests and replies keep their order, so
-/// several can be under way: `send` a few, then `receive` as many. Not thread-safe.
+/// Step for tight loops, over one call that stays open. Not thread-safe.
 class Drive {
  public:
   Drive(std::shared_ptr<const Connection> connection, std::string session_id);
@@ -21,9 +20,6 @@ class Drive {
   /// The state at an absolute step. `fields` stay in force until others are named. Throws Error; a
   /// wrong request leaves the drive usable.
   v1::StepResponse step(std::int64_t to, const std::vector<std::string>& fields = {});
-
-  void send(std::int64_t to, const std::vector<std::string>& fields = {});
-  v1::StepResponse receive();
 
  private:
   [[noreturn]] void fail();

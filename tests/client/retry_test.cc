@@ -1,0 +1,157 @@
+#include <gmock/gmock.h>
+#include <grpcpp/grpcpp.h>
+
+#include "client/cpp/client.h"
+#include "stiefel/v1/error.pb.h"
+
+namespace stiefel::client {
+namespace {
+
+const grpc::Status unavailable(grpc::StatusCode::UNAVAILABLE, "out for lunch");
+
+/// Fails a given number of times, and breaks every stream after a given number of messages.
+class Unreliable : public v1::SimulationService::Service {
+ public:
+  int failures = 0;
+  grpc::Status failure = unavailable;
+  int messages_a_stream = 1'000'000;
+  int streams_to_break = 1'000'000;
+  int calls = 0;
+
+  grpc::Status Describe(grpc::ServerContext*, const v1::DescribeRequest*,
+                        v1::DescribeResponse* reply) override {
+    ++calls;
+    if (failures-- > 0) return failure;
+    reply->set_version("1");
+    return grpc::Status::OK;
+  }
+
+  /// Two samples a message, then a message with the ending alone.
+  grpc::Status Stream(grpc::ServerContext*, const v1::StreamRequest* request,
+                      grpc::ServerWriter<v1::StreamResponse>* writer) override {
+    ++calls;
+    if (failures-- > 0) return failure;
+    const bool breaks = streams_to_break-- > 0;
+    int sent = 0;
+    v1::StreamResponse message;
+    for (std::int64_t step = request->from();;) {
+      message.add_steps(step);
+      message.add_times(static_cast<double>(step));
+      const bool last = step == request->to();
+      if (last || message.steps_size() == 2) {
+        if (breaks && sent == messages_a_stream) return unavailable;
+        writer->Write(message);
+        message.Clear();
+        ++sent;
+      }
+      if (last) break;
+      step = std::min(step + request->every(), request->to());
+    }
+    if (breaks && sent == messages_a_stream) return unavailable;
+    message.mutable_ending()->set_outcome(v1::OUTCOME_REACHED);
+    writer->Write(message);
+    return grpc::Status::OK;
+  }
+};
+
+class RetryTest : public testing::Test {
+ protected:
+  RetryTest() {
+    grpc::ServerBuilder builder;
+    builder.RegisterService(&service_);
+    server_ = builder.BuildAndStart();
+    channel_ = server_->InProcessChannel({});
+  }
+
+  std::vector<std::int64_t> steps(Range range) {
+    auto connection =
+        std::make_shared<const Connection>(v1::SimulationService::NewStub(channel_), Options());
+    client::Stream stream(connection, "any", std::move(range));
+    std::vector<std::int64_t> steps;
+    for (const SampleView sample : stream) steps.push_back(sample.step());
+    EXPECT_TRUE(stream.ending());
+    return steps;
+  }
+
+  Unreliable service_;
+  std::unique_ptr<grpc::Server> server_;
+  std::shared_ptr<grpc::Channel> channel_;
+};
+
+TEST_F(RetryTest, ACallIsRepeatedWhileTheServerIsUnavailable) {
+  service_.failures = 3;
+  EXPECT_EQ(Client(channel_).describe().version(), "1");
+  EXPECT_EQ(service_.calls, 4);
+}
+
+TEST_F(RetryTest, PatienceEnds) {
+  service_.failures = 1'000'000;
+  Options options;
+  options.patience = std::chrono::milliseconds(60);
+  const Client client(channel_, options);
+  EXPECT_THROW(client.describe(), Error);
+  EXPECT_EQ(service_.calls, 3);  // at 0, 25 and 75 ms
+}
+
+TEST_F(RetryTest, AWrongRequestIsNotRepeated) {
+  service_.failures = 1;
+  service_.failure = {grpc::StatusCode::INVALID_ARGUMENT, "no"};
+  EXPECT_THROW(Client(channel_).describe(), Error);
+  EXPECT_EQ(service_.calls, 1);
+}
+
+TEST_F(RetryTest, ABrokenStreamGoesOnWhereItBroke) {
+  for (const Range& range : {Range{0, 9, 1}, Range{2, 11, 4}, Range{0, 10, 3}, Range{5, 5, 1}}) {
+    service_.streams_to_break = 0;
+    const auto whole = steps(range);
+    service_.streams_to_break = 1'000'000;
+    for (const int messages : {1, 2, 3}) {
+      service_.messages_a_stream = messages;
+      // Every stream breaks after so many messages; the one that only lacks its ending must not
+      // break for ever.
+      service_.streams_to_break = static_cast<int>(whole.size() / 2 + 1);
+      EXPECT_EQ(steps(range), whole) << range.from << ' ' << range.to << ' ' << range.every;
+    }
+  }
+}
+
+TEST_F(RetryTest, AStreamThatNeverBeganIsRepeated) {
+  service_.failures = 2;
+  EXPECT_THAT(steps({3, 5, 1}), testing::ElementsAre(3, 4, 5));
+}
+
+TEST(ErrorTest, ReadsTheDetailsUnderGooglesNames) {
+  v1::BadRequest bad;
+  auto* violation = bad.add_field_violations();
+  violation->set_field("initial.Q");
+  violation->set_description("2 x 3: must be square");
+  v1::ErrorInfo info;
+  info.set_reason("BAD");
+  (*info.mutable_metadata())["key"] = "value";
+  v1::Status status;
+  auto* any = status.add_details();
+  any->set_type_url("type.googleapis.com/google.rpc.BadRequest");
+  any->set_value(bad.SerializeAsString());
+  any = status.add_details();
+  any->set_type_url("type.googleapis.com/google.rpc.ErrorInfo");
+  any->set_value(info.SerializeAsString());
+
+  const Error error(
+      grpc::Status(grpc::StatusCode::INVALID_ARGUMENT, "text", status.SerializeAsString()));
+  EXPECT_STREQ(error.what(), "text");
+  ASSERT_EQ(error.violations().size(), 1u);
+  EXPECT_EQ(error.violations()[0].field, "initial.Q");
+  EXPECT_EQ(error.violations()[0].description, "2 x 3: must be square");
+  EXPECT_EQ(error.reason(), "BAD");
+  EXPECT_EQ(error.metadata().at("key"), "value");
+}
+
+TEST(ErrorTest, StandsWithoutReadableDetails) {
+  const Error error(grpc::Status(grpc::StatusCode::INTERNAL, "text", "\xff\xff not a message"));
+  EXPECT_EQ(error.code(), grpc::StatusCode::INTERNAL);
+  EXPECT_TRUE(error.violations().empty());
+  EXPECT_TRUE(error.reason().empty());
+}
+
+}  // namespace
+}  // namespace stiefel::client

@@ -1,0 +1,192 @@
+#include <gmock/gmock.h>
+
+#include <regex>
+
+#include "client/cpp/client.h"
+#include "server/server.h"
+#include "tests/client/scenes.h"
+
+namespace stiefel::client {
+namespace {
+
+using testing::ElementsAre;
+
+template <class Call>
+Error error_of(Call call) {
+  try {
+    call();
+  } catch (const Error& error) {
+    return error;
+  }
+  ADD_FAILURE() << "no Error was thrown";
+  return Error(grpc::StatusCode::OK, "", "");
+}
+
+class SessionTest : public testing::Test {
+ protected:
+  server::Server server_{{.listen = {"127.0.0.1:0"}, .threads = 1, .log_level = "off"}};
+  Client client_{server_.in_process_channel()};
+};
+
+std::string bytes(const v1::StepResponse& reply) {
+  std::string all;
+  for (const auto& field : reply.sample().fields()) all += field.value().data();
+  return all;
+}
+
+TEST_F(SessionTest, TheStateAtAStepHasTheSameBitsHoweverItIsAskedFor) {
+  const auto session = client_.create(tumbling());
+  const std::string expected = bytes(session.step(300));
+  ASSERT_EQ(expected.size(), 18 * sizeof(double));
+
+  auto drive = session.drive();
+  EXPECT_EQ(bytes(drive.step(300)), expected);
+
+  auto stream = session.stream({.from = 0, .to = 300, .every = 7});
+  std::string last;
+  for (const SampleView sample : stream) {
+    last.clear();
+    for (int i = 0; i < sample.field_count(); ++i) {
+      const auto values = sample.field(i).values;
+      last.append(reinterpret_cast<const char*>(values.data()), values.size_bytes());
+    }
+  }
+  EXPECT_EQ(last, expected);
+
+  const auto checkpoint = session.checkpoint(200).checkpoint();
+  const auto other = client_.create(tumbling(), "", checkpoint);
+  const auto reply = other.step(300);
+  EXPECT_EQ(bytes(reply), expected);
+  EXPECT_EQ(reply.computed_steps(), 100);
+}
+
+TEST_F(SessionTest, StreamsTheGridAndTheLastSample) {
+  const auto session = client_.create(tumbling());
+  auto stream = session.stream({.from = 2, .to = 11, .every = 4, .fields = {"quaternion"}});
+  std::vector<std::int64_t> steps;
+  for (const SampleView sample : stream) {
+    steps.push_back(sample.step());
+    EXPECT_DOUBLE_EQ(sample.time(), 0.01 * static_cast<double>(sample.step()));
+    EXPECT_EQ(sample.field_count(), 1);
+    const auto q = sample.field("quaternion");
+    EXPECT_EQ(q.rows, 1u);
+    EXPECT_EQ(q.cols, 4u);
+    EXPECT_NEAR(q.values[0] * q.values[0] + q.values[1] * q.values[1] + q.values[2] * q.values[2] +
+                    q.values[3] * q.values[3],
+                1, 1e-14);
+    EXPECT_THROW(sample.field("Q"), std::out_of_range);
+  }
+  EXPECT_THAT(steps, ElementsAre(2, 6, 10, 11));
+  ASSERT_TRUE(stream.ending());
+  EXPECT_EQ(stream.ending()->outcome(), v1::OUTCOME_REACHED);
+}
+
+TEST_F(SessionTest, AStreamCanBeDroppedInTheMiddle) {
+  const auto session = client_.create(tumbling());
+  {
+    auto stream = session.stream({.to = std::int64_t{1} << 50});
+    EXPECT_EQ((*stream.begin()).step(), 0);
+  }
+  EXPECT_EQ(session.step(5).sample().step(), 5);
+}
+
+TEST_F(SessionTest, ADriveGoesBackAndForthAndOutlivesABadRequest) {
+  const auto session = client_.create(tumbling());
+  auto drive = session.drive();
+  for (const std::int64_t to : {30, 10, 20}) EXPECT_EQ(drive.step(to).sample().step(), to);
+
+  const Error error = error_of([&] { drive.step(-1); });
+  EXPECT_EQ(error.code(), grpc::StatusCode::INVALID_ARGUMENT);
+  ASSERT_EQ(error.violations().size(), 1u);
+  EXPECT_EQ(error.violations()[0].field, "to");
+
+  const auto sample = drive.step(40, {"quaternion"}).sample();
+  EXPECT_EQ(field(sample, "quaternion").values.size(), 4u);
+  EXPECT_THROW(field(sample, "Q"), std::out_of_range);
+}
+
+TEST_F(SessionTest, DiagnosesOnlyWhatIsNamed) {
+  const auto session = client_.create(tumbling());
+  const auto diagnosis = session.diagnose(100, {"energy"});
+  EXPECT_EQ(diagnosis.step(), 100);
+  ASSERT_EQ(diagnosis.invariants_size(), 1);
+  EXPECT_EQ(diagnosis.invariants(0).name(), "energy");
+  EXPECT_EQ(diagnosis.invariants(0).kept(), v1::KEPT_EXACT);
+  EXPECT_LT(diagnosis.invariants(0).drift(), 1e-14);
+}
+
+TEST_F(SessionTest, AWrongSceneNamesEveryField) {
+  v1::Scene scene = tumbling();
+  scene.set_step(0);
+  scene.mutable_method()->set_order(3);
+  const Error error = error_of([&] { client_.create(scene); });
+  EXPECT_EQ(error.code(), grpc::StatusCode::INVALID_ARGUMENT);
+  std::vector<std::string> fields;
+  for (const auto& violation : error.violations()) fields.push_back(violation.field);
+  EXPECT_THAT(fields, testing::UnorderedElementsAre("step", "method.order"));
+}
+
+TEST_F(SessionTest, SessionsGoWithTheirHandleUnlessKept) {
+  std::string id;
+  {
+    const auto session = client_.create(tumbling());
+    id = session.id();
+    EXPECT_EQ(client_.list().size(), 1u);
+    const auto moved = client_.attach(id);  // does not own it
+  }
+  EXPECT_TRUE(client_.list().empty());
+  const Error gone = error_of([&] { client_.attach(id); });
+  EXPECT_EQ(gone.code(), grpc::StatusCode::NOT_FOUND);
+  EXPECT_EQ(gone.reason(), "SESSION_NOT_FOUND");
+  EXPECT_EQ(gone.metadata().at("session_id"), id);
+
+  {
+    auto session = client_.create(tumbling(), "kept");
+    session.keep();
+  }
+  EXPECT_EQ(client_.attach("kept").step(1).sample().step(), 1);
+  client_.remove("kept");
+  client_.remove("kept");
+  EXPECT_TRUE(client_.list().empty());
+}
+
+TEST_F(SessionTest, AMovedSessionIsDeletedOnce) {
+  auto session = std::make_unique<Session>(client_.create(tumbling(), "moved"));
+  const Session heir = std::move(*session);
+  session.reset();
+  EXPECT_EQ(heir.step(1).sample().step(), 1);
+}
+
+TEST_F(SessionTest, TheSameIdWithAnotherSceneIsRefused) {
+  const auto session = client_.create(tumbling(), "mine");
+  v1::Scene other = tumbling();
+  other.set_step(0.02);
+  EXPECT_EQ(error_of([&] { client_.create(other, "mine"); }).code(),
+            grpc::StatusCode::ALREADY_EXISTS);
+  EXPECT_EQ(client_.attach("mine").scene().step(), 0.01);
+}
+
+TEST_F(SessionTest, ListsMoreThanAPage) {
+  std::vector<Session> sessions;
+  for (int i = 0; i < 101; ++i) sessions.push_back(client_.create(tumbling()));
+  EXPECT_EQ(client_.list().size(), 101u);
+}
+
+TEST_F(SessionTest, NobodySetsAMessageSize) {
+  for (const Client& client : {client_, Client::connect(server_.addresses()[0])}) {
+    const auto session = client.create(resting(500));
+    const auto sample = session.step(0, {"Q", "M", "Omega"}).sample();
+    EXPECT_EQ(field(sample, "Q").values.size(), 250'000u);
+    auto stream = session.stream({.to = 0, .fields = {"Q", "M", "Omega"}});
+    EXPECT_EQ((*stream.begin()).field("Omega").values.size(), 250'000u);
+  }
+}
+
+TEST(Uuid, IsAVersion4Uuid) {
+  const std::regex form("[0-9a-f]{8}-[0-9a-f]{4}-4[0-9a-f]{3}-[89ab][0-9a-f]{3}-[0-9a-f]{12}");
+  EXPECT_TRUE(std::regex_match(make_uuid(), form));
+  EXPECT_NE(make_uuid(), make_uuid());
+}
+
+}  // namespace
+}  // namespace stiefel::client

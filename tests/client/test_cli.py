@@ -1,0 +1,323 @@
+"""The command `stiefel`: what it writes, and what it tells the shell."""
+import csv
+import io
+import json
+import os
+import pathlib
+import pty
+import re
+import subprocess
+
+import numpy as np
+import pytest
+
+from conftest import matrix
+
+EXAMPLES = pathlib.Path(__file__).parents[2] / "client/examples"
+SCENES = ["tumbling_spacecraft", "envisat", "rigid_body_8", "moser_veselov"]
+
+
+def bits(values):
+    return np.asarray(values, dtype=float).tobytes()
+
+
+def steps(result):
+    return [sample["step"] for sample in result.json["samples"]]
+
+
+# What is sampled
+
+
+@pytest.mark.parametrize("arguments, expected", [
+    (["--to", 3], [0, 1, 2, 3]),
+    (["--to", 0], [0]),
+    (["--to", 11, "--from", 2, "--every", 4], [2, 6, 10, 11]),
+    (["--to", 10, "--every", 5], [0, 5, 10]),
+    (["--to", 7, "--from", 7], [7]),
+    (["--to", 5, "--every", 1000], [0, 5]),
+])
+def test_samples_from_every_and_always_the_last(stiefel, write, scene, arguments, expected):
+    result = stiefel("run", write(scene), *arguments)
+    assert result.status == 0
+    assert steps(result) == expected
+
+
+def test_without_every_a_long_run_gives_its_two_ends(stiefel, write, scene):
+    path = write(scene)
+    assert len(steps(stiefel("run", path, "--to", 999))) == 1000
+    assert steps(stiefel("run", path, "--to", 1000)) == [0, 1000]
+    assert steps(stiefel("run", path, "--from", 1, "--to", 1000)) == list(range(1, 1001))
+
+
+def test_the_json_is_the_documented_one(stiefel, write, scene):
+    result = stiefel("run", write(scene), "--to", 2, "--fields", "Q,quaternion").json
+    assert set(result) == {"outcome", "samples", "diagnosis"}
+    assert result["outcome"] == "REACHED"
+    sample = result["samples"][2]
+    assert set(sample) == {"step", "time", "fields"}
+    assert type(sample["step"]) is int and sample["time"] == 0.02
+    assert list(sample["fields"]) == ["Q", "quaternion"]
+    assert set(sample["fields"]["Q"]) == {"rows", "cols", "values"}
+    assert sample["fields"]["quaternion"]["rows"] == 1
+    assert sample["fields"]["quaternion"]["cols"] == len(sample["fields"]["quaternion"]["values"]) == 4
+    diagnosis = result["diagnosis"]
+    assert set(diagnosis) == {"invariants", "orthogonality", "domain"}
+    for invariant in diagnosis["invariants"]:
+        assert set(invariant) == {"name", "initial", "value", "drift", "scale", "kept"}
+        assert invariant["kept"] in ("exact", "bounded", "drifts")
+    assert set(diagnosis["domain"]) == {"h_omega", "largest_step"}
+
+
+def test_what_goes_in_comes_out_at_step_0_to_the_bit(stiefel, write, scene):
+    M = [[0, 0.1, -1e-300], [-0.1, 0, 1 / 3], [1e-300, -1 / 3, 0]]
+    scene["initial"]["M"] = matrix(M)
+    fields = stiefel("run", write(scene), "--to", 0).json["samples"][0]["fields"]
+    assert fields["M"]["values"] == np.ravel(M).tolist()
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_examples_run_and_keep_what_they_should(stiefel, name):
+    result = stiefel("run", EXAMPLES / f"{name}.json", "--to", 2000, "--every", 500)
+    assert result.status == 0, result.err
+    diagnosis = result.json["diagnosis"]
+    assert diagnosis["orthogonality"] < 1e-13
+    assert all(i["drift"] < 1e-13 for i in diagnosis["invariants"] if i["kept"] == "exact")
+
+
+# Formats
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_formats_agree_to_the_bit(stiefel, tmp_path, name):
+    def run(*more):
+        return stiefel("run", EXAMPLES / f"{name}.json", "--to", 700, "--every", 3, "--fields",
+                       "Q,M,Omega", *more)
+    printed = run()
+    assert printed.status == 0
+    for extension in ("json", "csv", "npz"):
+        result = run("--output", f"out.{extension}")
+        assert result.status == 0
+        if extension == "json":
+            assert result.out == ""
+        else:
+            assert set(result.json) == {"outcome", "diagnosis"}
+            assert result.json["diagnosis"] == printed.json["diagnosis"]
+    assert (tmp_path / "out.json").read_text() == printed.out
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["out.csv", "out.json", "out.npz"]
+
+    samples = printed.json["samples"]
+    expected = {name: [np.reshape(s["fields"][name]["values"], (s["fields"][name]["rows"], -1))
+                       for s in samples] for name in ("Q", "M", "Omega")}
+    with np.load(tmp_path / "out.npz") as arrays:
+        assert sorted(arrays.files) == ["M", "Omega", "Q", "step", "time"]
+        assert arrays["step"].dtype == np.int64
+        assert arrays["step"].tolist() == [s["step"] for s in samples]
+        assert bits(arrays["time"]) == bits([s["time"] for s in samples])
+        for field, values in expected.items():
+            assert arrays[field].shape == np.shape(values)
+            assert bits(arrays[field]) == bits(values)
+
+    header, *rows = csv.reader(io.StringIO((tmp_path / "out.csv").read_text()))
+    assert header[:3] == ["step", "time", "Q[1,1]"]
+    n = expected["Q"][0].shape[0]
+    assert header[2 + n] == "Q[2,1]" and header[-1] == f"Omega[{n},{n}]"
+    assert [int(row[0]) for row in rows] == [s["step"] for s in samples]
+    flat = [[s["time"], *(x for f in s["fields"].values() for x in f["values"])] for s in samples]
+    assert bits([[float(x) for x in row[1:]] for row in rows]) == bits(flat)
+
+
+def test_equal_runs_write_equal_archives(stiefel, write, scene, tmp_path):
+    for name in ("a.npz", "b.npz"):
+        assert stiefel("run", write(scene), "--to", 5, "--output", name).status == 0
+    assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
+
+
+def test_a_file_is_replaced_only_by_a_complete_one(stiefel, write, scene, tmp_path):
+    (tmp_path / "out.json").write_text("before")
+    assert stiefel("run", write(scene), "--to", 5, "--fields", "nothing",
+                   "--output", "out.json").status == 2
+    assert (tmp_path / "out.json").read_text() == "before"
+    assert not list(tmp_path.glob("*.part*"))
+
+
+def test_a_full_disk_is_noticed(stiefel, write, scene, tmp_path):
+    (tmp_path / "full.csv").symlink_to("/dev/full")
+    result = stiefel("run", write(scene), "--to", 5, "--output", "full.csv")
+    assert result.status == 1
+    assert "No space left" in result.err
+
+
+# Numerical stops
+
+
+@pytest.mark.parametrize("extension", ["json", "csv", "npz"])
+def test_a_stop_is_status_3_and_the_file_is_written(stiefel, write, too_long, tmp_path, extension):
+    result = stiefel("run", write(too_long), "--to", 10, "--output", f"out.{extension}")
+    assert result.status == 3
+    assert result.err.startswith("stiefel: LEFT_DOMAIN after step 0: ")
+    report = json.loads((tmp_path / "out.json").read_text()) if extension == "json" else result.json
+    assert report["outcome"] == "LEFT_DOMAIN"
+    assert 0 < report["largest_step"] < 5
+    assert report["message"]
+    assert (tmp_path / f"out.{extension}").exists()
+
+
+def test_the_largest_step_works_and_a_longer_one_does_not(stiefel, write, too_long):
+    largest = stiefel("run", write(too_long), "--to", 1).json["largest_step"]
+    assert stiefel("run", write({**too_long, "step": largest}), "--to", 1).status == 0
+    assert stiefel("run", write({**too_long, "step": 1.002 * largest}), "--to", 1).status == 3
+
+
+def test_diagnose_a_stop(stiefel, write, too_long):
+    result = stiefel("diagnose", write(too_long), "--to", 10)
+    assert result.status == 3
+    assert result.json["outcome"] == "LEFT_DOMAIN"
+    assert result.json["diagnosis"]["invariants"]
+
+
+# Diagnose and describe
+
+
+def test_diagnose_says_what_run_says(stiefel, write, scene):
+    path = write(scene)
+    diagnosed, run = stiefel("diagnose", path, "--to", 50), stiefel("run", path, "--to", 50)
+    assert diagnosed.status == 0
+    assert set(diagnosed.json) == {"outcome", "diagnosis"}
+    assert diagnosed.json["diagnosis"] == run.json["diagnosis"]
+
+
+def test_diagnose_only_what_is_named(stiefel, write, scene):
+    result = stiefel("diagnose", write(scene), "--to", 50, "--invariants", "energy,casimirs").json
+    names = {re.sub(r"\[.*", "", i["name"]) for i in result["diagnosis"]["invariants"]}
+    assert names == {"energy", "casimirs"}
+
+
+def test_momentum_only_has_no_orthogonality(stiefel, write, scene):
+    del scene["initial"]["Q"]
+    result = stiefel("run", write(scene), "--to", 5).json
+    assert list(result["samples"][0]["fields"]) == ["M"]
+    assert "orthogonality" not in result["diagnosis"]
+
+
+def test_describe_lists_what_the_json_lists(stiefel):
+    table, description = stiefel("describe"), stiefel("describe", "--json").json
+    assert table.status == 0
+    assert description["limits"]["max_dimension"] == 512
+    for system in description["systems"]:
+        assert f"\n{system['name']}" in table.out
+        for item in system["fields"] + system["invariants"]:
+            assert f" {item['name']} " in table.out
+    for method in description["methods"]:
+        assert f"\n  {method['name']} " in table.out
+
+
+# Bad input
+
+
+def changed(**changes):
+    return lambda scene: {**scene, **changes}
+
+
+@pytest.mark.parametrize("change, faults", [
+    (changed(step=0), ["step: 0"]),
+    (changed(step="NaN"), ["step: nan"]),
+    (changed(step="soon"), ["step", "soon"]),
+    (changed(stepp=1), ["stepp"]),
+    (changed(system="rigidbody"), ["system: ", "rigidbody"]),
+    (changed(inertia=[1, -1, 0.5]), ["inertia"]),
+    (changed(step=0, inertia=[1, "NaN", 1]), ["step: 0", "inertia[1]: nan"]),
+    (lambda scene: [scene], ["Root element must be a message"]),
+    (lambda scene: json.dumps(scene)[:-1], ["line 1, column"]),
+    (lambda scene: json.dumps(scene)[:-1] + ', "step": 2}', ["step: given twice"]),
+    (lambda scene: "", ["parse error"]),
+    (lambda scene: "\0\1\2", ["parse error"]),
+    (lambda scene: "[" * 100_000, ["nested deeper"]),
+    (lambda scene: '{"a":' * 100_000, ["nested deeper"]),
+])
+def test_a_bad_scene_is_status_2_a_line_a_fault(stiefel, write, scene, change, faults):
+    result = stiefel("run", write(change(scene)), "--to", 5)
+    assert result.status == 2
+    assert result.out == ""
+    lines = result.err.splitlines()
+    assert all(line.startswith("stiefel: ") and "scene.json: " in line for line in lines)
+    assert all(fault in result.err for fault in faults)
+    assert len(lines) >= len([fault for fault in faults if ": " in fault])
+
+
+@pytest.mark.parametrize("arguments, fault", [
+    ([], "--to is required"),
+    (["--to", "x"], "--to"),
+    (["--to", 5, "--sideways"], "--sideways"),
+    (["--to", -1], "--to: -1"),
+    (["--to", 2**62], "--to: "),
+    (["--to", 5, "--from", -1], "--from: -1"),
+    (["--to", 5, "--from", 6], "--to: 5"),
+    (["--to", 5, "--every", 0], "--every: 0"),
+    (["--to", 5, "--every", -3], "--every: -3"),
+    (["--to", 5, "--fields", "Q,nothing"], "--fields[1]: nothing"),
+    (["--to", 5, "--output", "out.txt"], "must end in .json, .csv or .npz"),
+    (["--to", 5, "--output", "nowhere/out.json"], "cannot write"),
+    (["--to", 5, "--output", "nowhere/out.npz"], "cannot write"),
+])
+def test_a_bad_argument_is_status_2(stiefel, write, scene, arguments, fault):
+    result = stiefel("run", write(scene), *arguments)
+    assert result.status == 2
+    assert fault in result.err
+    assert result.out == ""
+
+
+def test_other_bad_input_is_status_2(stiefel, write, scene, tmp_path):
+    assert stiefel().status == 2
+    assert stiefel("dance").status == 2
+    assert stiefel("diagnose", write(scene), "--to", 5, "--invariants", "luck").status == 2
+    missing = stiefel("run", "missing.json", "--to", 5)
+    assert (missing.status, missing.err) == (2, "stiefel: missing.json: No such file or directory\n")
+    assert stiefel("run", tmp_path, "--to", 5).status == 2
+
+
+def test_help_is_status_0_and_tells_the_statuses(stiefel):
+    result = stiefel("--help")
+    assert result.status == 0
+    assert "Exit status: 0 reached, 2 bad input, 3 numerical stop" in result.out
+    for command in ("describe", "run", "diagnose"):
+        assert stiefel(command, "--help").status == 0
+
+
+# Servers
+
+
+def test_a_server_that_is_not_there_is_status_4(stiefel, write, scene, tmp_path):
+    result = stiefel("run", write(scene), "--to", 5, "--server", f"unix:{tmp_path}/none")
+    assert result.status == 4
+    assert result.err.startswith("stiefel: ")
+
+
+def test_another_server_gives_the_same_bytes(stiefel, write, scene, tmp_path):
+    address = f"unix:{tmp_path}/server"
+    server = subprocess.Popen([os.environ["STIEFEL_SERVER"], "--listen", address])
+    try:
+        arguments = ["run", write(scene), "--to", 5000, "--every", 50]
+        remote = stiefel(*arguments, "--server", address)  # patient while the server starts
+        assert remote.status == 0, remote.err
+        assert remote.out == stiefel(*arguments).out
+        assert stiefel("run", write({**scene, "step": 0}), "--to", 5, "--server", address).status == 2
+    finally:
+        server.terminate()
+        assert server.wait(timeout=30) == 0
+
+
+def test_progress_is_for_terminals(write, scene):
+    """A run long enough for a bar, ended when the bar has been seen."""
+    terminal, theirs = pty.openpty()
+    command = [os.environ["STIEFEL_CLI"], "run", write(scene), "--to", str(10**12)]
+    run = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=theirs)
+    os.close(theirs)
+    try:
+        seen = b""
+        while b"steps/s" not in seen:
+            seen += os.read(terminal, 1000)
+    finally:
+        run.kill()
+        run.wait()
+        os.close(terminal)
+    assert re.match(rb"\r\[ +\]   0 %  step [1-9]\d+ of 1000000000000  \S+ steps/s", seen)
