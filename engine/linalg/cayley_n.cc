@@ -2,6 +2,7 @@
 
 namespace stiefel {
 
-template class CayleyN<double>;
+template class CayleyN<double, Arithmetic::compensated>;
+template class CayleyN<double, Arithmetic::plain>;
 
 }  // namespace stiefel

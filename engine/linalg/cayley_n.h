@@ -17,19 +17,27 @@ namespace stiefel {
 /// U is orthogonal whatever C. Fixed point while that converges fast; else Newton,
 /// Aᵀδ + δA = −F with A = Λ + ½K(I + C). At the solution spec(A) = spec(UΛ), so the branch that starts
 /// at the identity lasts while Re(w_i + w_j) > 0 for i < j.
-template <class Scalar>
+template <class Scalar, Arithmetic arithmetic>
 class CayleyN {
  public:
+  using State = Accumulator<Matrix<Scalar>, arithmetic>;
   using Wide = Extended<Scalar>;
 
-  explicit CayleyN(const Vector<Scalar>& lambda)
-      : lambda_(lambda), wide_lambda_(lambda.template cast<Wide>()), lyapunov_(lambda.size()),
+  CayleyN(const Vector<Scalar>& lambda, Scalar h)
+      : h_(h), lambda_(lambda), wide_lambda_(lambda.template cast<Wide>()), lyapunov_(lambda.size()),
         C_(Matrix<Scalar>::Zero(lambda.size(), lambda.size())), A_(C_), F_(C_), G_(C_),
         delta_(C_) {}
 
   Matrix<Scalar>& C() { return C_; }
 
-  /// From the C that is there.
+  /// C = hΩ/2, which is right to second order.
+  void start(const Matrix<Scalar>& K) {
+    C_ = K;
+    divide_by_sums(C_);
+    C_ /= 2;
+  }
+
+  /// From the C that is there; false if that is slow. K = hM.
   bool fixed_point(const Matrix<Scalar>& K) {
     constexpr Scalar enough = 0x1p-52, slow = Scalar(0.5);
     constexpr int most = 60;
@@ -38,7 +46,7 @@ class CayleyN {
       residual(K);
       const Scalar size = divide_by_sums(F_);
       C_ -= F_;
-      const Scalar ratio = size / last;
+      const Scalar ratio = k == 0 ? slow : size / last;
       if (!(size <= last * slow) && k > 1) return size <= 16 * enough * C_.cwiseAbs().maxCoeff();
       if (size * ratio <= enough * C_.cwiseAbs().maxCoeff()) return true;
       last = size;
@@ -46,6 +54,7 @@ class CayleyN {
     return false;
   }
 
+  /// From the C that is there, to the principal branch or not at all.
   bool newton(const Matrix<Scalar>& K) {
     constexpr Scalar enough = 0x1p-27;
     constexpr int most = 20;
@@ -67,34 +76,46 @@ class CayleyN {
   }
 
   /// UΛ − Λ = 2(I − C)⁻¹CΛ.
-  void deviation(Matrix<Scalar>& X) {
+  const Matrix<Scalar>& deviation() {
     G_ = Matrix<Scalar>::Identity(C_.rows(), C_.rows()) - C_;
-    X = Scalar(2) * (G_.partialPivLu().solve(C_) * lambda_.asDiagonal());
+    delta_ = Scalar(2) * (G_.partialPivLu().solve(C_) * lambda_.asDiagonal());
+    return delta_;
   }
 
-  /// After one more correction in wider arithmetic, E = U − I = 2(I + C)D′ and D = C D′ with
-  /// D′ = (I − C²)⁻¹C, from which Q ← Q + QE and M ← M + (4/h)[Λ, D].
-  void increments(const Matrix<Wide>& K, Matrix<Wide>& E, Matrix<Wide>& D) {
-    const Eigen::Index N = C_.rows();
+  /// M ← UᵀMU = M + (4/h)[Λ, D], D = C²(I − C²)⁻¹, after one more correction of C in wider arithmetic.
+  void transport_momentum(State& x) {
+    const Eigen::Index N = C_.rows(), top = x.value.rows() - N;
     const Matrix<Wide> I = Matrix<Wide>::Identity(N, N);
-    Matrix<Wide> C = C_.template cast<Wide>();
-    Matrix<Wide> F = (I - C) * (K * (I + C)) / 2;
-    for (Eigen::Index j = 0; j < N; ++j) {
-      F(j, j) = 0;
+    Matrix<Wide> K(N, N), C = C_.template cast<Wide>();
+    for (Eigen::Index j = 0; j < N; ++j)
+      for (Eigen::Index i = 0; i < N; ++i) K(i, j) = h_ * x.extended(top + i, j);
+    correct(C, (I - C) * (K * (I + C)) / 2);
+    const Matrix<Wide> quotient = (I - C * C).llt().solve(C), D = C * quotient;
+    U_minus_I_ = (2 * (quotient + D)).template cast<Scalar>();
+    for (Eigen::Index j = 0; j < N; ++j)
       for (Eigen::Index i = 0; i < j; ++i) {
-        const Wide sum = wide_lambda_(i) + wide_lambda_(j);
-        const Wide correction = ((F(i, j) - F(j, i)) / 2 - sum * C(i, j)) / sum;
-        F(i, j) = correction;
-        F(j, i) = -correction;
+        x.add(top + i, j, 4 * (wide_lambda_(i) - wide_lambda_(j)) * D(i, j) / h_);
+        x.mirror(top + i, j, top + j, i);
       }
-    }
-    C += F;
-    E = (I - C * C).llt().solve(C);
-    D = C * E;
-    E = (2 * (E + D)).eval();
+  }
+
+  /// Q ← QU = Q + Q(U − I), U − I = 2(I + C)C(I − C²)⁻¹.
+  void transport_frame(State& x) {
+    G_.noalias() = x.value.topRows(C_.rows()) * U_minus_I_;
+    for (Eigen::Index j = 0; j < G_.cols(); ++j)
+      for (Eigen::Index i = 0; i < G_.rows(); ++i) x.add_scalar(i, j, G_(i, j));
   }
 
  private:
+  /// C ← the skew part of F over λ_i + λ_j: a sweep of the fixed point.
+  void correct(Matrix<Wide>& C, const Matrix<Wide>& F) const {
+    for (Eigen::Index j = 0; j < C.cols(); ++j)
+      for (Eigen::Index i = 0; i < j; ++i) {
+        C(i, j) = (F(i, j) - F(j, i)) / (2 * (wide_lambda_(i) + wide_lambda_(j)));
+        C(j, i) = -C(i, j);
+      }
+  }
+
   void residual(const Matrix<Scalar>& K) {
     G_ = K;
     G_.noalias() += K * C_;
@@ -124,13 +145,15 @@ class CayleyN {
     return largest;
   }
 
+  Scalar h_;
   Vector<Scalar> lambda_;
   Vector<Wide> wide_lambda_;
   Lyapunov<Scalar> lyapunov_;
-  Matrix<Scalar> C_, A_, F_, G_, delta_;
+  Matrix<Scalar> C_, A_, F_, G_, delta_, U_minus_I_;
 };
 
 // Compiled once, in cayley_n.cc.
-extern template class CayleyN<double>;
+extern template class CayleyN<double, Arithmetic::compensated>;
+extern template class CayleyN<double, Arithmetic::plain>;
 
 }  // namespace stiefel

@@ -65,6 +65,12 @@ struct Accumulator {
       for (Eigen::Index i = 0; i < value.rows(); ++i) add_scalar(i, j, increment(i, j));
   }
 
+  /// Element (k, l) becomes minus element (i, j): the other half of a skew block.
+  void mirror(Eigen::Index i, Eigen::Index j, Eigen::Index k, Eigen::Index l) {
+    value(k, l) = -value(i, j);
+    if constexpr (compensated) carry(k, l) = -carry(i, j);
+  }
+
   /// Visits every number, for saving and restoring.
   template <class Visitor>
   void each(Visitor&& visit) {

@@ -59,14 +59,14 @@ TEST(So3, QuaternionOfEveryBranch) {
     const Eigen::Matrix3d Q = RandomBody(3, seed).Q;
     EXPECT_LT(largest(rotation_matrix<double>(quaternion_of(Q)) - Q), 2e-15);
   }
-  for (const Eigen::Vector3d d : {Eigen::Vector3d(1, -1, -1), {-1, 1, -1}, {-1, -1, 1}}) {
+  for (const Eigen::Vector3d& d : {Eigen::Vector3d(1, -1, -1), {-1, 1, -1}, {-1, -1, 1}}) {
     const Eigen::Matrix3d Q = d.asDiagonal();
     EXPECT_EQ(rotation_matrix<double>(quaternion_of(Q)), Q);
   }
 }
 
 TEST(SkewExponential, AgreesWithItsSeriesAndIsOrthogonal) {
-  for (const double size : {1e-12, 1e-3, 0.4, 0.9, 3.0, 20.0})
+  for (const double size : {1e-12, 1e-3, 0.4, 0.9, 3.0, 8.0})
     for (const int N : {2, 3, 5, 9}) {
       const Eigen::MatrixXd M = RandomBody(N, 7).M;
       const Eigen::MatrixXd Theta = M * (size / M.cwiseAbs().colwise().sum().maxCoeff());

@@ -35,13 +35,13 @@ TEST(RigidBody, KeepsItsInvariantsInfinitesimally) {
     for (unsigned seed = 1; seed <= 20; ++seed) {
       const RandomBody body(N, seed);
       const Vector<Wide> lambda = body.lambda.cast<Wide>();
-      EXPECT_LT(std::abs(rate(body, [&](auto&, auto& M) { return energy<Wide>(lambda, M); })), 1e-12L);
-      EXPECT_LT(std::abs(rate(body, [&](auto& Q, auto& M) { return (Q * M * Q.transpose())(0, 1); })),
+      EXPECT_LT(std::abs(rate(body, [&](const auto&, const auto& M) { return energy<Wide>(lambda, M); })), 1e-12L);
+      EXPECT_LT(std::abs(rate(body, [&](const auto& Q, const auto& M) { return (Q * M * Q.transpose())(0, 1); })),
                 1e-12L);
-      EXPECT_LT(std::abs(rate(body, [](auto& Q, auto&) { return (Q.transpose() * Q)(0, 1); })), 1e-12L);
+      EXPECT_LT(std::abs(rate(body, [](const auto& Q, const auto&) { return (Q.transpose() * Q)(0, 1); })), 1e-12L);
       for (int k = 2; k <= N; ++k)
         for (int j = 0; j <= k; ++j) {
-          const auto f = [&](auto&, auto& M) { return manakov<Wide>(lambda, M, k)[k][j]; };
+          const auto f = [&](const auto&, const auto& M) { return manakov<Wide>(lambda, M, k)[k][j]; };
           EXPECT_LT(std::abs(rate(body, f)), 1e-9L * std::pow(32.0L, k)) << k << " " << j;
         }
     }

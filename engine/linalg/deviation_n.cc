@@ -1,0 +1,8 @@
+#include "engine/linalg/deviation_n.h"
+
+namespace stiefel {
+
+template class DeviationN<double, Arithmetic::compensated>;
+template class DeviationN<double, Arithmetic::plain>;
+
+}  // namespace stiefel

@@ -1,0 +1,53 @@
+#include <dlfcn.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+
+#include "engine/simulation/catalogue.h"
+#include "engine/simulation/simulation.h"
+#include "tests/support/random_scene.h"
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+
+namespace {
+std::atomic<long> allocations = 0;
+}
+
+/// Eigen and operator new both end here.
+extern "C" void* malloc(std::size_t size) {
+  using Malloc = void* (*)(std::size_t);
+  static const auto next = reinterpret_cast<Malloc>(dlsym(RTLD_NEXT, "malloc"));
+  allocations.fetch_add(1, std::memory_order_relaxed);
+  return next(size);
+}
+
+namespace stiefel {
+namespace {
+
+TEST(Allocation, NoneAfterTheFirstStep) {
+  for (const auto& system : catalogue().systems)
+    for (const auto& method : system.methods)
+      for (const int N : {3, 8, 64})
+        for (const char* arithmetic : {"compensated", "plain"}) {
+          const Scene scene =
+              testing::random_scene(N, 1, 0.05, std::string(method.method), arithmetic);
+          const auto simulation = make_simulation(scene);
+          ASSERT_TRUE(simulation->advance(1).reached());
+          const long before = allocations;
+          ASSERT_TRUE(simulation->advance(5).reached());
+          EXPECT_EQ(allocations - before, 0)
+              << method.method << " " << arithmetic << " N=" << N;
+        }
+}
+
+TEST(Allocation, TheCounterCounts) {
+  const long before = allocations;
+  free(malloc(10));
+  EXPECT_EQ(allocations - before, 1);
+}
+
+}  // namespace
+}  // namespace stiefel
+
+#endif
