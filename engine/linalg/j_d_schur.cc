@@ -1,6 +1,7 @@
 #include "engine/linalg/j_d_schur.h"
 
 #include <Eigen/LU>
+#include <cmath>
 #include <vector>
 
 extern "C" void dgees_(const char* jobvs, const char* sort,
@@ -25,6 +26,10 @@ std::optional<Matrix<double>> J_D_inverse_schur(const Vector<double>& lambda,
   dgees_("V", "S", right_half, &n, H.data(), &n, &found, re.data(), im.data(), Z.data(), &n,
          work.data(), &work_size, selected.data(), &info);
   if (info != 0 || found != N) return std::nullopt;
+  // Two eigenvalues that met on the imaginary axis are off it by the root of the rounding.
+  constexpr double imaginary = 1e-7;
+  for (const double x : re)
+    if (std::abs(x) <= imaginary * lambda.maxCoeff()) return std::nullopt;
 
   const Matrix<double> Z1 = Z.topLeftCorner(N, N).transpose();
   const Matrix<double> Z2 = Z.bottomLeftCorner(N, N).transpose();
