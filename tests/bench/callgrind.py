@@ -1,0 +1,38 @@
+"""Instructions a step, counted by callgrind: the same on every run, whatever else the machine does."""
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+
+def measure(program: Path, steps: int) -> list[dict]:
+    """Nothing for steps = 0 and where there is no valgrind."""
+    if steps == 0:
+        return []
+    if not shutil.which("valgrind"):
+        print("  no valgrind: instructions are not counted", file=sys.stderr)
+        return []
+    found = []
+    for N in (3, 8):
+        ours, theirs = (_per_step(program, method, N, steps) for method in ("variational", "rk4"))
+        found.append({"name": f"variational, instructions, N = {N}", "unit": "a step", "rival": "rk4, the same",
+                      "bound": None, "ours": [ours], "theirs": [theirs]})
+    return found
+
+
+def _per_step(program: Path, method: str, N: int, steps: int) -> float:
+    """The difference of two runs, so that what is done once does not count."""
+    once, thrice = (_instructions(program, method, N, k * steps) for k in (1, 3))
+    return (thrice - once) / (2 * steps)
+
+
+def _instructions(program: Path, method: str, N: int, steps: int) -> int:
+    print(f"  callgrind {method} N={N} steps={steps}", file=sys.stderr)
+    command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", str(program), method, str(N), str(steps)]
+    output = subprocess.run(command, check=True, capture_output=True, text=True).stderr
+    match = re.search(r"Collected\s*:\s*(\d+)", output)
+    assert match, output
+    return int(match[1])

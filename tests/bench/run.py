@@ -1,0 +1,80 @@
+"""Measures, every figure beside a rival in the same run, and writes what it found.
+
+    /usr/bin/python3 tests/bench/run.py build/release     (or: make bench)
+
+Prints one table and writes it to bench/ beside the build directory: bench.md, bench.json, bench.png.
+"""
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+# Before grpc is imported.
+sys.dont_write_bytecode = True
+
+import callgrind
+import report
+from server import Process, bare_echo, stiefel_server
+
+COUNTS = dict(repeats=9, calls=2000, samples=1_000_000, seconds=0.05, largest=256, unread=100, idle=1000,
+              instructions=2000)
+# Enough to see that everything runs.
+SMOKE = dict(repeats=1, calls=20, samples=5000, seconds=0.001, largest=8, unread=5, idle=20, instructions=0)
+THREADS = 2
+
+
+def measure(build: Path, counts: dict[str, float]) -> list[dict]:
+    programs = build / "tests/bench"
+    found: list[dict] = []
+
+    def run(program: str, *arguments: object) -> None:
+        print(f"  {program} {' '.join(map(str, arguments))}", file=sys.stderr)
+        command = program if program.endswith(".py") else programs / f"bench_{program}"
+        interpreter = [sys.executable] if program.endswith(".py") else []
+        output = subprocess.run([*interpreter, str(command), *map(str, arguments)], check=True,
+                                stdout=subprocess.PIPE, text=True).stdout
+        found.extend(json.loads(line) for line in output.splitlines())
+
+    def serve(*arguments: object) -> Process:
+        return stiefel_server(build, *arguments)
+
+    repeats = counts["repeats"]
+    with serve() as server, bare_echo(programs) as echo:
+        run("latency", server.address, echo.address, repeats, counts["calls"])
+    with serve() as server, bare_echo(programs) as echo:
+        run("streaming", server.address, echo.address, repeats, counts["samples"])
+        os.environ["PYTHONPATH"] = os.pathsep.join([str(build / "python"), str(programs)])
+        run(str(Path(__file__).parent / "streaming.py"), server.address, echo.address, repeats, counts["samples"])
+    run("steps", repeats, counts["seconds"], counts["largest"])
+    with serve("--threads", THREADS) as server:
+        run("workers", server.address, server.pid, THREADS, repeats)
+    # A server of its own for each, because the peak of its memory is read.
+    for N, sessions in ((3, counts["unread"]), (64, 1)):
+        with serve() as server:
+            run("crowd", server.address, server.pid, "unread", counts["unread"], N, sessions)
+    with serve() as server:
+        run("crowd", server.address, server.pid, "idle", counts["idle"])
+    found += callgrind.measure(programs / "bench_instructions", counts["instructions"])
+    return found
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("build", type=Path, help="the build directory")
+    parser.add_argument("--smoke", action="store_true", help="small counts, nothing is written")
+    arguments = parser.parse_args()
+    build = arguments.build.resolve()
+    found = measure(build, SMOKE if arguments.smoke else COUNTS)
+    rows = [report.Row.of(entry) for entry in found]
+    if arguments.smoke:
+        print(report.table(rows))
+    else:
+        report.write(rows, found, build)
+
+
+if __name__ == "__main__":
+    main()

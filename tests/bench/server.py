@@ -1,0 +1,36 @@
+"""The servers that are measured: processes that say where they listen and stop with us."""
+from __future__ import annotations
+
+import os
+import subprocess
+from pathlib import Path
+
+_READY = "listening on "
+
+
+class Process:
+    def __init__(self, command: list[str]):
+        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+                                         env={**os.environ, "STIEFEL_LOG_LEVEL": "warn"})
+        line = self._process.stdout.readline().strip()
+        if not line.startswith(_READY):
+            self._process.kill()
+            raise RuntimeError(f"{command[0]} said {line!r}")
+        self.address = line[len(_READY):]
+        self.pid = self._process.pid
+
+    def __enter__(self) -> Process:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self._process.communicate()  # closes its stdin, which ends it
+
+
+def stiefel_server(build: Path, *arguments: object) -> Process:
+    """With quiet logging, as programs start it."""
+    return Process([str(build / "bin/stiefel-server"), "--listen", "127.0.0.1:0", "--exit-with-parent",
+                    "--grace", "0", *map(str, arguments)])
+
+
+def bare_echo(programs: Path) -> Process:
+    return Process([str(programs / "bench_echo_server")])

@@ -1,0 +1,62 @@
+// The processor time of a step of each method beside one of rk4, h‖Ω‖ = 0.05, a seeded body a
+// repeat. Arguments: repeats, seconds to measure for, the largest N.
+#include <stdexcept>
+
+#include "engine/simulation/simulation.h"
+#include "tests/bench/measure.h"
+#include "tests/support/random_scene.h"
+
+namespace {
+
+using namespace stiefel;
+
+constexpr double h_omega = 0.05;
+// By then a warm-started solver has the history it extrapolates.
+constexpr int warm_up = 16;
+
+double step_microseconds(int N, unsigned seed, const char* method, const char* arithmetic,
+                         double duration) {
+  const auto simulation =
+      make_simulation(testing::random_scene(N, seed, h_omega, method, arithmetic));
+  const auto advance = [&](std::int64_t steps) {
+    return bench::processor_seconds([&] {
+      if (!simulation->advance(steps).reached()) throw std::runtime_error("a step failed");
+    });
+  };
+  advance(warm_up);
+  std::int64_t steps = 4;
+  double time = advance(steps);
+  while (time < duration / 4) time = advance(steps *= 2);
+  std::vector<double> times;
+  for (int i = 0; i < 3; ++i) times.push_back(1e6 * advance(steps) / static_cast<double>(steps));
+  return bench::median(times);
+}
+
+}  // namespace
+
+int main(int, char** argv) {
+  const int repeats = std::stoi(argv[1]), largest = std::stoi(argv[3]);
+  const double duration = std::stod(argv[2]);
+  for (const int N : {3, 8, 64, 256}) {
+    if (N > largest) break;
+    for (const char* arithmetic : {"compensated", "plain"}) {
+      const auto comparison = [&](const char* method) {
+        return bench::Comparison{
+            .name = std::string(method) + ", " + arithmetic + ", N = " + std::to_string(N),
+            .unit = "µs",
+            .rival = "rk4, the same"};
+      };
+      auto variational = comparison("variational"), munthe_kaas4 = comparison("munthe_kaas4");
+      for (int i = 0; i < repeats; ++i) {
+        const auto time = [&](const char* method) {
+          return step_microseconds(N, static_cast<unsigned>(i + 1), method, arithmetic, duration);
+        };
+        const double rk4 = time("rk4");
+        variational.add(time("variational"), rk4);
+        munthe_kaas4.add(time("munthe_kaas4"), rk4);
+      }
+      report(variational);
+      report(munthe_kaas4);
+    }
+  }
+}

@@ -1,0 +1,54 @@
+"""Samples of N = 3 streamed into the Python client as arrays, beside a bare Python stream of the same bytes.
+
+Arguments: address of the server, address of the echo server, repeats, samples.
+"""
+import json
+import sys
+import time
+
+import echo_pb2
+import grpc
+import numpy as np
+import stiefel
+from stiefel.v1 import simulation_pb2 as pb
+
+SCENE = {"system": "rigid_body", "method": {"name": "variational"}, "inertia": [1, 2, 4],
+         "initial": {"Q": {"rows": 3, "cols": 3, "values": [1, 0, 0, 0, 1, 0, 0, 0, 1]},
+                     "M": {"rows": 3, "cols": 3, "values": [0, -1.5, 2, 1.5, 0, -3, -2, 3, 0]}},
+         "step": 0.05}
+
+
+def seconds(work) -> float:
+    start = time.perf_counter()
+    work()
+    return time.perf_counter() - start
+
+
+def main(address: str, echo: str, repeats: int, samples: int) -> None:
+    client = stiefel.Client(address)
+    pour = grpc.insecure_channel(echo).unary_stream("/stiefel.bench.v1.EchoService/Pour",
+                                                    request_serializer=echo_pb2.PourRequest.SerializeToString,
+                                                    response_deserializer=echo_pb2.EchoResponse.FromString)
+
+    def ours() -> None:
+        with client.create(SCENE) as session:
+            trajectory = session.trajectory(to=samples - 1)
+        assert trajectory["Q"].shape == trajectory["M"].shape == (samples, 3, 3)
+
+    with client.create(SCENE) as session:
+        stream = client.stub.Stream(pb.StreamRequest(session_id=session.id, to=samples - 1))
+        messages = [message.ByteSize() for message in stream]
+    request = echo_pb2.PourRequest(message_bytes=sum(messages) // len(messages), messages=len(messages))
+
+    def bare() -> None:
+        received = b"".join(message.payload for message in pour(request))
+        assert np.frombuffer(received, np.uint8).size == request.message_bytes * request.messages
+
+    times = [(seconds(ours), seconds(bare)) for _ in range(repeats + 1)][1:]
+    print(json.dumps({"name": f"Stream, {samples} samples, Python client", "unit": "s",
+                      "rival": "bare Python stream, bytes joined", "bound": None,
+                      "ours": [a for a, _ in times], "theirs": [b for _, b in times]}))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], sys.argv[2], int(sys.argv[3]), int(sys.argv[4]))
