@@ -33,8 +33,8 @@ Vector<Scalar> casimirs(const Matrix<Scalar>& M) {
   return solver.eigenvalues().reverse().head(M.cols() / 2);
 }
 
-/// The coefficients of μ^j in tr((M + μΛ²)^k) for j = 0..k; [RB] (2.4). Those with k − j odd vanish.
-/// One call for all k = 1..K: result[k][j]. N³K² operations.
+/// The coefficients of μ^j in tr((M + μΛ²)^k) for j = 0..k; [RB] (2.4). Those with k − j odd
+/// vanish. One call for all k = 1..K: result[k][j]. N³K² operations.
 template <class Scalar>
 std::vector<std::vector<Scalar>> manakov(const Vector<Scalar>& lambda, const Matrix<Scalar>& M,
                                          int K) {

@@ -13,10 +13,10 @@ namespace stiefel {
 ///
 ///     F(C) = ΛC + CΛ − ½ (I − C) K (I + C) = 0.
 ///
-/// It divides by λ_i + λ_j only, so one λ may be 0 or slightly negative and Λ may be spread wide, and
-/// U is orthogonal whatever C. Fixed point while that converges fast; else Newton,
-/// Aᵀδ + δA = −F with A = Λ + ½K(I + C). At the solution spec(A) = spec(UΛ), so the branch that starts
-/// at the identity lasts while Re(w_i + w_j) > 0 for i < j.
+/// It divides by λ_i + λ_j only, so one λ may be 0 or slightly negative and Λ may be spread wide,
+/// and U is orthogonal whatever C. Fixed point while that converges fast; else Newton, Aᵀδ + δA =
+/// −F with A = Λ + ½K(I + C). At the solution spec(A) = spec(UΛ), so the branch that starts at the
+/// identity lasts while Re(w_i + w_j) > 0 for i < j.
 template <class Scalar, Arithmetic arithmetic>
 class CayleyN {
  public:
@@ -24,8 +24,14 @@ class CayleyN {
   using Wide = Extended<Scalar>;
 
   CayleyN(const Vector<Scalar>& lambda, Scalar h)
-      : h_(h), lambda_(lambda), wide_lambda_(lambda.template cast<Wide>()), lyapunov_(lambda.size()),
-        C_(Matrix<Scalar>::Zero(lambda.size(), lambda.size())), A_(C_), F_(C_), G_(C_),
+      : h_(h),
+        lambda_(lambda),
+        wide_lambda_(lambda.template cast<Wide>()),
+        lyapunov_(lambda.size()),
+        C_(Matrix<Scalar>::Zero(lambda.size(), lambda.size())),
+        A_(C_),
+        F_(C_),
+        G_(C_),
         delta_(C_) {}
 
   Matrix<Scalar>& C() { return C_; }
@@ -82,7 +88,8 @@ class CayleyN {
     return delta_;
   }
 
-  /// M ← UᵀMU = M + (4/h)[Λ, D], D = C²(I − C²)⁻¹, after one more correction of C in wider arithmetic.
+  /// M ← UᵀMU = M + (4/h)[Λ, D], D = C²(I − C²)⁻¹, after one more correction of C in wider
+  /// arithmetic.
   void transport_momentum(State& x) {
     const Eigen::Index N = C_.rows(), top = x.value.rows() - N;
     const Matrix<Wide> I = Matrix<Wide>::Identity(N, N);

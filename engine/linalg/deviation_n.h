@@ -8,14 +8,14 @@
 
 namespace stiefel {
 
-/// U = J_D⁻¹(hM) in N dimensions as the deviation X = UΛ − Λ = T + hM/2 with T symmetric ([RB] (7.13),
-/// (7.14), where S = Λ + T): with W = Λ + X,
+/// U = J_D⁻¹(hM) in N dimensions as the deviation X = UΛ − Λ = T + hM/2 with T symmetric ([RB]
+/// (7.13), (7.14), where S = Λ + T): with W = Λ + X,
 ///
 ///     WᵀW = Λ²   ⟺   ΛT + TΛ = −(h/2)[Λ, M] − XᵀX,
 ///
-/// by the fixed point T ← …/(λ_i + λ_j), one symmetric product a sweep. Small quantities stay relatively
-/// accurate. Any symmetric T satisfies UΛ − ΛUᵀ = hM, so what is watched is
-/// Λ⁻¹(WᵀW − Λ²)Λ⁻¹ = UᵀU − I. For λ_i > 0 of moderate spread.
+/// by the fixed point T ← …/(λ_i + λ_j), one symmetric product a sweep. Small quantities stay
+/// relatively accurate. Any symmetric T satisfies UΛ − ΛUᵀ = hM, so what is watched is Λ⁻¹(WᵀW −
+/// Λ²)Λ⁻¹ = UᵀU − I. For λ_i > 0 of moderate spread.
 template <class Scalar, Arithmetic arithmetic>
 class DeviationN {
  public:
@@ -23,8 +23,16 @@ class DeviationN {
   using Wide = Extended<Scalar>;
 
   DeviationN(const Vector<Scalar>& lambda, Scalar h)
-      : lambda_(lambda), wide_lambda_(lambda.template cast<Wide>()), h_(h), N_(lambda.size()),
-        split_(N_), T_(Matrix<Scalar>::Zero(N_, N_)), X_(T_), G_(T_), low_(T_), change_(T_),
+      : lambda_(lambda),
+        wide_lambda_(lambda.template cast<Wide>()),
+        h_(h),
+        N_(lambda.size()),
+        split_(N_),
+        T_(Matrix<Scalar>::Zero(N_, N_)),
+        X_(T_),
+        G_(T_),
+        low_(T_),
+        change_(T_),
         step_change_(T_) {}
 
   Matrix<Scalar>& T() { return T_; }
@@ -53,7 +61,8 @@ class DeviationN {
       // Compensated arithmetic goes on from here and wants T, which is as X², to its last bit.
       const Scalar enough = arithmetic == Arithmetic::compensated ? size * size : size;
       const Scalar ratio = k == 0 ? slow : defect / last;
-      if (defect * ratio <= unit * enough || (k > 0 && ratio > slow && defect <= 64 * unit * size)) {
+      if (defect * ratio <= unit * enough ||
+          (k > 0 && ratio > slow && defect <= 64 * unit * size)) {
         X_ = T_ + K / 2;
         return true;
       }
@@ -112,8 +121,8 @@ class DeviationN {
     split_(X_, change_, G_, low_);
   }
 
-  /// More sweeps for the price of a product each: as T changes by δ, XᵀX changes by Xᵀδ + δX. Until T
-  /// is known far below its rounding, because what is left is a drift that grows like the steps.
+  /// More sweeps for the price of a product each: as T changes by δ, XᵀX changes by Xᵀδ + δX. Until
+  /// T is known far below its rounding, because what is left is a drift that grows like the steps.
   void correct_residual(const State& x) {
     constexpr Scalar negligible = 0x1p-66;
     constexpr int most = 4;

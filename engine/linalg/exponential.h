@@ -9,9 +9,9 @@
 namespace stiefel {
 
 /// D = exp(Θ) − I for a skew N × N matrix Θ, by the diagonal Padé approximant of degree 7 with
-/// scaling and squaring (Higham 2005): r = (V − U)⁻¹(V + U), U odd and V even in Θ, is orthogonal to
-/// rounding because Θ is skew. D is formed directly, so it is relatively accurate for small Θ, and
-/// doubled by exp(2Θ) − I = 2D + D². Allocates at construction only.
+/// scaling and squaring (Higham 2005): r = (V − U)⁻¹(V + U), U odd and V even in Θ, is orthogonal
+/// to rounding because Θ is skew. D is formed directly, so it is relatively accurate for small Θ,
+/// and doubled by exp(2Θ) − I = 2D + D². Allocates at construction only.
 template <class Scalar>
 class SkewExponential {
  public:

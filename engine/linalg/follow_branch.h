@@ -3,8 +3,8 @@
 namespace stiefel {
 
 /// Follows a solution from t = 0 to `end` along its branch: `solve(t)` starts from the solution it
-/// last found and says whether it found the one at t. Returns the largest t reached: `end`, or where
-/// the branch ends, to 1e-3; 0 if not even a tiny t has a solution.
+/// last found and says whether it found the one at t. Returns the largest t reached: `end`, or
+/// where the branch ends, to 1e-3; 0 if not even a tiny t has a solution.
 template <class Solve>
 double follow_branch(double end, Solve&& solve) {
   constexpr double accuracy = 0.5e-3, smallest = 1e-9;

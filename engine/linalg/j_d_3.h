@@ -13,9 +13,9 @@ namespace stiefel {
 ///
 ///     ΛC + CΛ = ½ (I − C) hM (I + C)   ⟺   F(c) = I∘c − (h/2)(m + m×c + (c·m) c) = 0,
 ///
-/// I the moments of inertia. It divides by no λ_i, so thin plates are bodies like others. Newton; F′
-/// has the eigenvalues w_i + w_j, w = spec(UΛ), so the branch that starts at the identity lasts as
-/// long as their real parts are positive.
+/// I the moments of inertia. It divides by no λ_i, so thin plates are bodies like others. Newton;
+/// F′ has the eigenvalues w_i + w_j, w = spec(UΛ), so the branch that starts at the identity lasts
+/// as long as their real parts are positive.
 template <class Scalar, bool frame, Arithmetic arithmetic>
 class JDInverse3 {
  public:

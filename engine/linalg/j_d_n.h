@@ -6,9 +6,10 @@
 
 namespace stiefel {
 
-/// U = J_D⁻¹(hM), that is UΛ − ΛUᵀ = hM on the branch that starts at the identity, in N dimensions: by
-/// sweeps in the deviation form, started from the extrapolated solution of the last steps; where those
-/// are slow, Newton in Cayley's form; where Λ is spread wide or not positive, Cayley's form alone.
+/// U = J_D⁻¹(hM), that is UΛ − ΛUᵀ = hM on the branch that starts at the identity, in N dimensions:
+/// by sweeps in the deviation form, started from the extrapolated solution of the last steps; where
+/// those are slow, Newton in Cayley's form; where Λ is spread wide or not positive, Cayley's form
+/// alone.
 template <class Scalar, Arithmetic arithmetic>
 class JDInverseN {
  public:
@@ -16,9 +17,14 @@ class JDInverseN {
   using Memory = History<Scalar>;
 
   JDInverseN(const Vector<Scalar>& lambda, Scalar h)
-      : lambda_(lambda), h_(h), N_(lambda.size()),
-        wide_spread_(!(lambda.minCoeff() * widest > lambda.maxCoeff())), deviation_(lambda, h),
-        cayley_(lambda, h), K_(N_, N_), found_(N_, N_) {}
+      : lambda_(lambda),
+        h_(h),
+        N_(lambda.size()),
+        wide_spread_(!(lambda.minCoeff() * widest > lambda.maxCoeff())),
+        deviation_(lambda, h),
+        cayley_(lambda, h),
+        K_(N_, N_),
+        found_(N_, N_) {}
 
   /// Finds U; false where the branch has none, or is not found from here.
   bool solve(const State& x, const Memory& memory) {
@@ -58,7 +64,8 @@ class JDInverseN {
   }
 
  private:
-  static constexpr Scalar widest = 64;  ///< λ_max/λ_min up to which the deviation form keeps its digits
+  static constexpr Scalar widest =
+      64;  ///< λ_max/λ_min up to which the deviation form keeps its digits
 
   bool take_over() {
     if (!wide_spread_) deviation_.set(cayley_.deviation(), K_);

@@ -7,8 +7,9 @@
 
 namespace stiefel {
 
-/// Solves AᵀY + YA = G for real N × N matrices by the complex Schur form A = ZTZᴴ (Bartels and Stewart
-/// 1972): Tᴴ Ŷ + Ŷ T = Zᴴ G Z, column by column. Unique when no two eigenvalues of A sum to 0.
+/// Solves AᵀY + YA = G for real N × N matrices by the complex Schur form A = ZTZᴴ (Bartels and
+/// Stewart 1972): Tᴴ Ŷ + Ŷ T = Zᴴ G Z, column by column. Unique when no two eigenvalues of A sum to
+/// 0.
 template <class Scalar>
 class Lyapunov {
  public:

@@ -6,8 +6,8 @@
 
 namespace stiefel {
 
-/// The pair (Q, M) in three dimensions, in coordinates: Q as Hamilton's quaternion (w, x, y, z) with
-/// Q v = q v q*, M = hat(m), hat(u) v = u × v. A state is (q; m), 7 numbers, or m alone, 3.
+/// The pair (Q, M) in three dimensions, in coordinates: Q as Hamilton's quaternion (w, x, y, z)
+/// with Q v = q v q*, M = hat(m), hat(u) v = u × v. A state is (q; m), 7 numbers, or m alone, 3.
 /// The algebra so(3) is R³. The counterpart for every N is SoN; the two offer the same functions.
 template <class Scalar_, bool frame>
 struct So3 {

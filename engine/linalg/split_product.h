@@ -9,9 +9,9 @@
 namespace stiefel {
 
 /// (X + ε)ᵀ(X + ε) to nearly twice the working precision with products of the working precision, ε
-/// below the rounding of X (Ozaki et al. 2012): X = H + L, each column of H rounded to so few bits that
-/// HᵀH is exact, and the rest is YᵀZ + ZᵀY with Y = H + ½L, Z = L + ε. Result: `high`, of which only the
-/// upper triangle is set, plus `low` plus its transpose.
+/// below the rounding of X (Ozaki et al. 2012): X = H + L, each column of H rounded to so few bits
+/// that HᵀH is exact, and the rest is YᵀZ + ZᵀY with Y = H + ½L, Z = L + ε. Result: `high`, of
+/// which only the upper triangle is set, plus `low` plus its transpose.
 template <class Scalar>
 class SplitProduct {
  public:
@@ -26,8 +26,8 @@ class SplitProduct {
     constexpr int digits = std::numeric_limits<Scalar>::digits;
     for (Eigen::Index j = 0; j < X.cols(); ++j) {
       const Scalar largest = X.col(j).cwiseAbs().maxCoeff();
-      const Scalar unit = largest > 0 ? std::ldexp(Scalar(1.5), std::ilogb(largest) + digits - kept_)
-                                      : Scalar(0);
+      const Scalar unit =
+          largest > 0 ? std::ldexp(Scalar(1.5), std::ilogb(largest) + digits - kept_) : Scalar(0);
       for (Eigen::Index i = 0; i < X.rows(); ++i) {
         const Scalar lifted = X(i, j) + unit;
         H_(i, j) = lifted - unit;

@@ -27,9 +27,9 @@ struct JDInverseOf<SoN<Scalar>, arithmetic> {
 ///     Q_{k+1} = Q_k U,
 ///     M_{k+1} = Uᵀ M_k U,
 ///
-/// U the solution on the branch that starts at the identity. For every N and every h for which it is
-/// defined it keeps, exactly, QMQᵀ, the eigenvalues of M, every Manakov coefficient, and with them the
-/// energy. Second order in Q, time-symmetric. Where there is no U: left_domain.
+/// U the solution on the branch that starts at the identity. For every N and every h for which it
+/// is defined it keeps, exactly, QMQᵀ, the eigenvalues of M, every Manakov coefficient, and with
+/// them the energy. Second order in Q, time-symmetric. Where there is no U: left_domain.
 template <class Space, Arithmetic arithmetic>
 class MoserVeselov {
  public:

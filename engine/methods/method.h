@@ -9,8 +9,8 @@
 
 namespace stiefel {
 
-/// How a method keeps an invariant of the exact motion: to rounding whatever the step; with an error
-/// that oscillates but does not grow; with an error that grows with time.
+/// How a method keeps an invariant of the exact motion: to rounding whatever the step; with an
+/// error that oscillates but does not grow; with an error that grows with time.
 enum class Kept { exact, bounded, drifts };
 
 /// What a method declares of itself, as data: tests, Diagnose and the documentation read it.
@@ -27,7 +27,9 @@ struct MethodTraits {
 /// A Method turns a System into a Map: `Method::traits`, `Method::applies<System>`,
 /// `Method::kept<System>(invariant)` and `Method::Map<System, arithmetic>(system, h, order)`.
 template <class M>
-concept Method = requires { { M::traits } -> std::convertible_to<MethodTraits>; };
+concept Method = requires {
+  { M::traits } -> std::convertible_to<MethodTraits>;
+};
 
 /// The state of a map that carries nothing from step to step but the system's state.
 template <class S, Arithmetic arithmetic>

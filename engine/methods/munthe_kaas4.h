@@ -6,8 +6,8 @@
 namespace stiefel {
 
 /// The Runge–Kutta–Munthe-Kaas method of order 4 with two commutators (Munthe-Kaas and Owren 1999).
-/// With x(t) = x·exp(Θ(t)) and ẋ = x·ξ(x) acting from the right, Θ̇ = dexp⁻¹_{−Θ} ξ = ξ + ½[Θ, ξ] + …,
-/// so both commutators enter with a plus:
+/// With x(t) = x·exp(Θ(t)) and ẋ = x·ξ(x) acting from the right, Θ̇ = dexp⁻¹_{−Θ} ξ = ξ + ½[Θ, ξ] +
+/// …, so both commutators enter with a plus:
 ///
 ///     k1 = hξ(x),                    k2 = hξ(x·exp(½k1)),
 ///     k3 = hξ(x·exp(½k2 + ⅛[k1, k2])),  k4 = hξ(x·exp(k3)),
@@ -36,8 +36,13 @@ struct MuntheKaas4 {
     using Point = typename S::State;
     using Algebra = typename S::Algebra;
     Map(S system, typename S::Scalar h, int)
-        : Base(std::move(system), h), k1_(system_.zero()), k2_(k1_), k3_(k1_), k4_(k1_),
-          theta_(k1_), commutator_(k1_) {}
+        : Base(std::move(system), h),
+          k1_(system_.zero()),
+          k2_(k1_),
+          k3_(k1_),
+          k4_(k1_),
+          theta_(k1_),
+          commutator_(k1_) {}
 
     void displacement(const Point& x, Point& dx) {
       stage(x, k1_);

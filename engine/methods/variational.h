@@ -27,7 +27,9 @@ struct Variational {
     using type = MoserVeselov<Space, arithmetic>;
   };
   template <class S>
-  static constexpr bool applies = requires { typename MapOf<S>::template type<Arithmetic::plain>; };
+  static constexpr bool applies = requires {
+    typename MapOf<S>::template type<Arithmetic::plain>;
+  };
 
   template <class S, Arithmetic arithmetic>
   class Map : public MapOf<S>::template type<arithmetic> {

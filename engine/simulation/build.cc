@@ -18,14 +18,18 @@ const std::string& build_fingerprint() {
 
 std::string to_sentence(const Ending& ending) {
   switch (ending.outcome) {
-    case Outcome::reached: return "";
+    case Outcome::reached:
+      return "";
     case Outcome::left_domain:
-      return "the step has no solution on the principal branch; the largest |h| that has one here is " +
+      return "the step has no solution on the principal branch; the largest |h| that has one here "
+             "is " +
              std::to_string(ending.largest_step.value_or(0));
     case Outcome::solver_stalled:
       return "the solver of the implicit step did not converge";
-    case Outcome::not_finite: return "the next state is not finite";
-    case Outcome::cancelled: return "the run was cancelled";
+    case Outcome::not_finite:
+      return "the next state is not finite";
+    case Outcome::cancelled:
+      return "the run was cancelled";
   }
   return "";
 }

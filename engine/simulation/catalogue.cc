@@ -48,9 +48,12 @@ const MethodInfo* Catalogue::method(std::string_view name) const { return find(m
 
 std::string_view to_string(Kept kept) {
   switch (kept) {
-    case Kept::exact: return "exact";
-    case Kept::bounded: return "bounded";
-    case Kept::drifts: return "drifts";
+    case Kept::exact:
+      return "exact";
+    case Kept::bounded:
+      return "bounded";
+    case Kept::drifts:
+      return "drifts";
   }
   return "";
 }

@@ -23,8 +23,8 @@ class Selection {
            });
   }
   bool wants(std::string_view family, std::string_view name) const {
-    return all() || std::ranges::any_of(
-                        only_, [&](std::string_view s) { return s == family || s == name; });
+    return all() ||
+           std::ranges::any_of(only_, [&](std::string_view s) { return s == family || s == name; });
   }
 
  private:
@@ -73,8 +73,8 @@ class Collector {
     const Eigen::MatrixXd after = spatial_momentum<double>(now.Q, now.M);
     for (Eigen::Index i = 0; i < before.rows(); ++i)
       for (Eigen::Index j = i + 1; j < before.cols(); ++j)
-        add("spatial_momentum", indexed("spatial_momentum", i + 1, j + 1), before(i, j), after(i, j),
-            norm);
+        add("spatial_momentum", indexed("spatial_momentum", i + 1, j + 1), before(i, j),
+            after(i, j), norm);
   }
 
   void all_casimirs(const Eigen::VectorXd& before, const Point& now) {

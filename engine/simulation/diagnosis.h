@@ -33,6 +33,7 @@ bool is_invariant(const Scene& scene, std::string_view name_or_family);
 
 /// Invariants of `now` beside those at step 0. `only`: families or names; when empty every family,
 /// the Manakov coefficients up to N = 16 (they cost N⁵ operations).
-Diagnosis diagnose(const Scene& scene, const Simulation& now, std::span<const std::string> only = {});
+Diagnosis diagnose(const Scene& scene, const Simulation& now,
+                   std::span<const std::string> only = {});
 
 }  // namespace stiefel

@@ -5,8 +5,7 @@
 namespace stiefel {
 
 PrincipalAxes principal_axes(const Eigen::Matrix3d& inertia_tensor) {
-  if (inertia_tensor.isDiagonal(0))
-    return {inertia_tensor.diagonal(), Eigen::Matrix3d::Identity()};
+  if (inertia_tensor.isDiagonal(0)) return {inertia_tensor.diagonal(), Eigen::Matrix3d::Identity()};
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(inertia_tensor);
   Eigen::Matrix3d R = solver.eigenvectors();
   if (R.determinant() < 0) R.col(0) = -R.col(0);

@@ -10,8 +10,8 @@ namespace stiefel {
 
 enum class RigidBodyField { Q, M, Omega, quaternion, angular_velocity };
 
-/// What a rigid-body scene offers: its blocks, then Omega, and in three dimensions the quaternion and
-/// the angular velocity.
+/// What a rigid-body scene offers: its blocks, then Omega, and in three dimensions the quaternion
+/// and the angular velocity.
 struct RigidBodyFields {
   explicit RigidBodyFields(const Scene& scene);
   std::vector<Field> fields;
@@ -42,8 +42,12 @@ class RigidBodyReadout {
   void write(const Point& x, std::size_t index, std::span<double> out) const {
     Eigen::Map<RowMatrix> block(out.data(), N_, N_);
     switch (offered_.kinds[index]) {
-      case RigidBodyField::Q: block = x.topRows(N_); break;
-      case RigidBodyField::M: block = x.bottomRows(N_); break;
+      case RigidBodyField::Q:
+        block = x.topRows(N_);
+        break;
+      case RigidBodyField::M:
+        block = x.bottomRows(N_);
+        break;
       default: {
         typename Space::Algebra Omega(N_, N_);
         Space::inverse_inertia(lambda_, x, Omega);
@@ -98,8 +102,12 @@ class RigidBodyReadout<So3<double, frame>> {
           if (R_) block *= R_->transpose();
         }
         break;
-      case RigidBodyField::M: block = hat(to_caller(x.template tail<3>())); break;
-      case RigidBodyField::Omega: block = hat(to_caller(omega(x))); break;
+      case RigidBodyField::M:
+        block = hat(to_caller(x.template tail<3>()));
+        break;
+      case RigidBodyField::Omega:
+        block = hat(to_caller(omega(x)));
+        break;
       case RigidBodyField::angular_velocity:
         Eigen::Map<Eigen::Vector3d>(out.data()) = to_caller(omega(x));
         break;

@@ -146,13 +146,15 @@ class SceneResolver {
   void check_moments(const BodyDescription& body) {
     const bool tensor = !body.inertia_tensor.empty();
     if (tensor == !body.moments.empty())
-      return refuse("body", tensor ? "inertia_tensor and moments" : "neither inertia_tensor nor moments",
+      return refuse("body",
+                    tensor ? "inertia_tensor and moments" : "neither inertia_tensor nor moments",
                     "needs exactly one of inertia_tensor and moments");
     const std::string field = tensor ? "body.inertia_tensor" : "body.moments";
     const auto& given = tensor ? body.inertia_tensor : body.moments;
     if (given.size() != (tensor ? 6u : 3u))
-      return refuse(field, text(given),
-                    tensor ? "must have 6 numbers: Ixx, Iyy, Izz, Ixy, Ixz, Iyz" : "must have 3 numbers");
+      return refuse(
+          field, text(given),
+          tensor ? "must have 6 numbers: Ixx, Iyy, Izz, Ixy, Ixz, Iyz" : "must have 3 numbers");
     if (!all_finite(field, given)) return;
     Eigen::Matrix3d I = Eigen::Vector3d(given.data()).asDiagonal();
     if (tensor) {
@@ -192,7 +194,8 @@ class SceneResolver {
       bool known = false;
       for (const auto& b : system_->blocks) known = known || b.name == name;
       if (!known)
-        refuse("initial." + name, std::to_string(block.rows()) + " x " + std::to_string(block.cols()),
+        refuse("initial." + name,
+               std::to_string(block.rows()) + " x " + std::to_string(block.cols()),
                "the blocks of " + std::string(system_->name) + " are " +
                    listed(system_->blocks, [](auto& b) { return b.name; }));
     }
@@ -212,8 +215,9 @@ class SceneResolver {
       }
     }
     if (!(lambda[least] + lambda[second] > 0))
-      refuse("inertia", element("λ", least) + " + " + element("λ", second) + " = " +
-                            text(lambda[least] + lambda[second]),
+      refuse("inertia",
+             element("λ", least) + " + " + element("λ", second) + " = " +
+                 text(lambda[least] + lambda[second]),
              "λ_i + λ_j must be > 0 for i ≠ j");
   }
 

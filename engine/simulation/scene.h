@@ -15,14 +15,14 @@ namespace stiefel {
 
 using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// What is wrong with a scene: the path of the field ("initial.Q"), its value and the rule it breaks.
+/// What is wrong with a scene: the path of the field ("initial.Q"), its value and the rule it
+/// breaks.
 struct Violation {
   std::string field;
   std::string value;
   std::string rule;
 };
 using Violations = std::vector<Violation>;
-
 
 /// A method as asked for; what is absent is filled in by Scene::resolve.
 struct MethodDescription {
@@ -71,7 +71,9 @@ class Scene {
   /// Empty for a discrete system.
   std::string method() const { return description_.method ? description_.method->name : ""; }
   int order() const { return description_.method ? description_.method->order.value_or(0) : 0; }
-  int substeps() const { return description_.method ? description_.method->substeps.value_or(1) : 1; }
+  int substeps() const {
+    return description_.method ? description_.method->substeps.value_or(1) : 1;
+  }
   Arithmetic arithmetic() const { return arithmetic_; }
   double step() const { return description_.step; }
   double time(std::int64_t step) const { return static_cast<double>(step) * description_.step; }

@@ -32,11 +32,13 @@ class Simulation {
 
   std::int64_t step() const { return step_; }
 
-  /// Goes `steps` ≥ 0 further, or to the last good state before. No allocation after the first step.
+  /// Goes `steps` ≥ 0 further, or to the last good state before. No allocation after the first
+  /// step.
   virtual Ending advance(std::int64_t steps) = 0;
 
   /// The complete state, solver history and round-off carries included, and back again.
-  /// `restore` expects exactly `saved_size()` numbers from a simulation of the same scene and build.
+  /// `restore` expects exactly `saved_size()` numbers from a simulation of the same scene and
+  /// build.
   virtual std::size_t saved_size() const = 0;
   virtual void save(std::span<double> out) const = 0;
   virtual void restore(std::int64_t step, std::span<const double> saved) = 0;
@@ -56,7 +58,8 @@ class Simulation {
   /// nothing for a map that is defined for every step.
   virtual std::optional<double> largest_step(double limit) const = 0;
 
-  /// A rough count of nanoseconds a step takes, from N and the method alone: for slicing, not timing.
+  /// A rough count of nanoseconds a step takes, from N and the method alone: for slicing, not
+  /// timing.
   virtual double step_cost() const = 0;
 
  protected:

@@ -10,12 +10,15 @@ namespace stiefel {
 /// The Simulation of a Map whose states a Readout can read. One virtual call for many steps; inside
 /// there are none.
 template <class F, class Readout>
-  requires Map<F>
+requires Map<F>
 class SimulationOf final : public Simulation {
  public:
   SimulationOf(const Scene& scene, F map, Readout readout, double step_cost)
-      : map_(std::move(map)), readout_(std::move(readout)), substeps_(scene.substeps()),
-        step_cost_(step_cost * substeps_), state_(map_.start(readout_.start(scene))),
+      : map_(std::move(map)),
+        readout_(std::move(readout)),
+        substeps_(scene.substeps()),
+        step_cost_(step_cost * substeps_),
+        state_(map_.start(readout_.start(scene))),
         before_(state_) {
     fields_ = readout_.fields();
     block_count_ = readout_.block_count();

@@ -17,13 +17,13 @@ concept System = requires(S& system, const typename S::State& x, typename S::Sta
 /// A system that moves along the orbits of a group acting from the right, ẋ = x·ξ(x):
 /// its generator ξ, the bracket of the algebra, and x·exp(θ) − x. A Lie-group method needs no more.
 template <class S>
-concept LieSystem =
-    System<S> && requires(S& system, const typename S::State& x, typename S::State& dx,
-                          const typename S::Algebra& a, typename S::Algebra& b) {
-      { system.zero() } -> std::convertible_to<typename S::Algebra>;
-      system.generator(x, b);
-      system.bracket(a, a, b);
-      system.displacement(x, a, dx);
-    };
+concept LieSystem = System<S> &&
+    requires(S& system, const typename S::State& x, typename S::State& dx,
+             const typename S::Algebra& a, typename S::Algebra& b) {
+  { system.zero() } -> std::convertible_to<typename S::Algebra>;
+  system.generator(x, b);
+  system.bracket(a, a, b);
+  system.displacement(x, a, dx);
+};
 
 }  // namespace stiefel

@@ -14,8 +14,8 @@ namespace stiefel {
 /// energy ½ tr(ΛΩᵀΩ), the spatial momentum QMQᵀ, the eigenvalues of M, and every coefficient of
 /// tr((M + μΛ²)^k), k = 2..N (Manakov; [RB] (2.4)).
 ///
-/// `Space` says how (Q, M) is held: SoN for every N, So3 for quaternion and vector. The state may be
-/// M alone.
+/// `Space` says how (Q, M) is held: SoN for every N, So3 for quaternion and vector. The state may
+/// be M alone.
 template <class Space>
 class RigidBody {
  public:
@@ -35,7 +35,9 @@ class RigidBody {
   }
 
   Algebra zero() const { return space_.zero(); }
-  void generator(const State& x, Algebra& Omega) const { space_.inverse_inertia(lambda_, x, Omega); }
+  void generator(const State& x, Algebra& Omega) const {
+    space_.inverse_inertia(lambda_, x, Omega);
+  }
   void bracket(const Algebra& a, const Algebra& b, Algebra& c) const { space_.bracket(a, b, c); }
   void displacement(const State& x, const Algebra& Theta, State& dx) {
     space_.displacement(x, Theta, dx);

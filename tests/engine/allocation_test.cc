@@ -36,8 +36,7 @@ TEST(Allocation, NoneAfterTheFirstStep) {
           ASSERT_TRUE(simulation->advance(1).reached());
           const long before = allocations;
           ASSERT_TRUE(simulation->advance(5).reached());
-          EXPECT_EQ(allocations - before, 0)
-              << method.method << " " << arithmetic << " N=" << N;
+          EXPECT_EQ(allocations - before, 0) << method.method << " " << arithmetic << " N=" << N;
         }
 }
 

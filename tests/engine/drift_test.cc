@@ -15,10 +15,10 @@ struct Worst {
   double energy = 0, momentum = 0, manakov = 0, orthogonality = 0;
   void include(const Diagnosis& diagnosis) {
     for (const auto& invariant : diagnosis.invariants) {
-      double& w = invariant.name == "energy"                ? energy
-                  : invariant.name.starts_with("spatial")   ? momentum
-                  : invariant.name.starts_with("manakov")   ? manakov
-                                                            : momentum;
+      double& w = invariant.name == "energy"              ? energy
+                  : invariant.name.starts_with("spatial") ? momentum
+                  : invariant.name.starts_with("manakov") ? manakov
+                                                          : momentum;
       w = std::max(w, invariant.drift());
     }
     orthogonality = std::max(orthogonality, *diagnosis.orthogonality);
@@ -38,16 +38,17 @@ std::array<Worst, 4> drifts(int N, const char* arithmetic) {
     }
   }
   for (std::size_t k = 0; k < decades.size(); ++k)
-    std::printf("N = %d %-11s %8lld steps: energy %.1e  momentum %.1e  Manakov %.1e  |QtQ - I| %.1e\n",
-                N, arithmetic, static_cast<long long>(decades[k]), worst[k].energy,
-                worst[k].momentum, worst[k].manakov, worst[k].orthogonality);
+    std::printf(
+        "N = %d %-11s %8lld steps: energy %.1e  momentum %.1e  Manakov %.1e  |QtQ - I| %.1e\n", N,
+        arithmetic, static_cast<long long>(decades[k]), worst[k].energy, worst[k].momentum,
+        worst[k].manakov, worst[k].orthogonality);
   return worst;
 }
 
 class LongRun : public ::testing::TestWithParam<int> {};
 
-/// A million steps. The compensated bound is absolute; plain arithmetic drifts at least ten times as
-/// much, or compensation would buy nothing.
+/// A million steps. The compensated bound is absolute; plain arithmetic drifts at least ten times
+/// as much, or compensation would buy nothing.
 TEST_P(LongRun, CompensatedDriftStaysAtRounding) {
   const auto compensated = drifts(GetParam(), "compensated");
   const auto plain = drifts(GetParam(), "plain");

@@ -85,7 +85,8 @@ TEST(JDInverseEdge, LeftDomainNamesTheLargestStep) {
       ASSERT_EQ(far.ending.outcome, Outcome::left_domain);
       const double h = *far.ending.largest_step;
       EXPECT_LT(largest(far.M - body.M), 1e-15);  // nothing moved
-      const Solved inside = N == 3 ? solve_3(body.lambda, body.M, h) : solve_n(body.lambda, body.M, h);
+      const Solved inside =
+          N == 3 ? solve_3(body.lambda, body.M, h) : solve_n(body.lambda, body.M, h);
       expect_solution(body.lambda, body.M, h, inside, 1e-12);
       EXPECT_TRUE(J_D_inverse_schur(body.lambda, 0.999 * h * body.M));
       EXPECT_FALSE(J_D_inverse_schur(body.lambda, 1.0015 * h * body.M)) << N << " " << seed;
@@ -100,8 +101,7 @@ TEST(JDInverseEdge, PlatesAndSlightlyNegativeLambda) {
       body.lambda(0) = least;
       for (const double h : {0.01, 0.2, 0.5}) {
         expect_solution(body.lambda, body.M, h, solve_n(body.lambda, body.M, h), 1e-14);
-        if (N == 3)
-          expect_solution(body.lambda, body.M, h, solve_3(body.lambda, body.M, h), 1e-14);
+        if (N == 3) expect_solution(body.lambda, body.M, h, solve_3(body.lambda, body.M, h), 1e-14);
       }
     }
 }

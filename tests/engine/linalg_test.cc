@@ -82,7 +82,8 @@ TEST(SkewExponential, AgreesWithItsSeriesAndIsOrthogonal) {
       EXPECT_LT(largest((D.cast<long double>() - series).cast<double>()),
                 4e-15 * std::max(size, 1e-30) * std::max(1.0, size))
           << N << " " << size;
-      EXPECT_LT(orthogonality_defect(D + Eigen::MatrixXd::Identity(N, N)), 1e-14 * std::max(1., size));
+      EXPECT_LT(orthogonality_defect(D + Eigen::MatrixXd::Identity(N, N)),
+                1e-14 * std::max(1., size));
     }
 }
 

@@ -30,8 +30,8 @@ std::map<std::string, double> worst_drift(int N, const std::string& method, std:
   return worst;
 }
 
-/// What the catalogue declares is what happens, from both sides: `exact` stays at rounding level over
-/// ten times the steps, `drifts` really grows.
+/// What the catalogue declares is what happens, from both sides: `exact` stays at rounding level
+/// over ten times the steps, `drifts` really grows.
 class Declared : public ::testing::TestWithParam<int> {};
 
 TEST_P(Declared, IsMeasured) {
@@ -42,9 +42,9 @@ TEST_P(Declared, IsMeasured) {
       auto late = worst_drift(N, std::string(method.method), 3000);
       for (const auto& [invariant, kept] : method.preserves) {
         const std::string name(invariant);
-        const auto where = ::testing::Message() << system.name << " " << method.method << " " << name
-                                                << " N=" << N << ": " << early[name] << " -> "
-                                                << late[name];
+        const auto where = ::testing::Message()
+                           << system.name << " " << method.method << " " << name << " N=" << N
+                           << ": " << early[name] << " -> " << late[name];
         if (kept == Kept::exact) {
           EXPECT_LE(late[name], 1e-12) << where;
         } else if (kept == Kept::drifts) {

@@ -14,7 +14,8 @@ using testing::RandomBody;
 using Wide = long double;
 using WideMatrix = Matrix<Wide>;
 
-/// d/dt of f(Q, M) along the vector field, by a central difference of order 6 in extended precision.
+/// d/dt of f(Q, M) along the vector field, by a central difference of order 6 in extended
+/// precision.
 template <class F>
 Wide rate(const RandomBody& body, F f) {
   RigidBody<SoN<Wide>> system(body.lambda.cast<Wide>());
@@ -27,7 +28,8 @@ Wide rate(const RandomBody& body, F f) {
     return f(WideMatrix(y.topRows(N)), WideMatrix(y.bottomRows(N)));
   };
   const Wide d = 1e-3L;
-  return (45 * (at(d) - at(-d)) - 9 * (at(2 * d) - at(-2 * d)) + (at(3 * d) - at(-3 * d))) / (60 * d);
+  return (45 * (at(d) - at(-d)) - 9 * (at(2 * d) - at(-2 * d)) + (at(3 * d) - at(-3 * d))) /
+         (60 * d);
 }
 
 TEST(RigidBody, KeepsItsInvariantsInfinitesimally) {
@@ -35,13 +37,20 @@ TEST(RigidBody, KeepsItsInvariantsInfinitesimally) {
     for (unsigned seed = 1; seed <= 20; ++seed) {
       const RandomBody body(N, seed);
       const Vector<Wide> lambda = body.lambda.cast<Wide>();
-      EXPECT_LT(std::abs(rate(body, [&](const auto&, const auto& M) { return energy<Wide>(lambda, M); })), 1e-12L);
-      EXPECT_LT(std::abs(rate(body, [&](const auto& Q, const auto& M) { return (Q * M * Q.transpose())(0, 1); })),
+      EXPECT_LT(
+          std::abs(rate(body, [&](const auto&, const auto& M) { return energy<Wide>(lambda, M); })),
+          1e-12L);
+      EXPECT_LT(std::abs(rate(body, [&](const auto& Q,
+                                        const auto& M) { return (Q * M * Q.transpose())(0, 1); })),
                 1e-12L);
-      EXPECT_LT(std::abs(rate(body, [](const auto& Q, const auto&) { return (Q.transpose() * Q)(0, 1); })), 1e-12L);
+      EXPECT_LT(std::abs(rate(
+                    body, [](const auto& Q, const auto&) { return (Q.transpose() * Q)(0, 1); })),
+                1e-12L);
       for (int k = 2; k <= N; ++k)
         for (int j = 0; j <= k; ++j) {
-          const auto f = [&](const auto&, const auto& M) { return manakov<Wide>(lambda, M, k)[k][j]; };
+          const auto f = [&](const auto&, const auto& M) {
+            return manakov<Wide>(lambda, M, k)[k][j];
+          };
           EXPECT_LT(std::abs(rate(body, f)), 1e-9L * std::pow(32.0L, k)) << k << " " << j;
         }
     }
@@ -52,7 +61,8 @@ TEST(RigidBody, EnergyIsItsDefinition) {
   Eigen::MatrixXd Omega(5, 5);
   SoN<double>::inverse_inertia(body.lambda, body.M, Omega);
   const Eigen::MatrixXd L = body.lambda.asDiagonal();
-  EXPECT_NEAR(energy<double>(body.lambda, body.M), (L * Omega.transpose() * Omega).trace() / 2, 1e-14);
+  EXPECT_NEAR(energy<double>(body.lambda, body.M), (L * Omega.transpose() * Omega).trace() / 2,
+              1e-14);
   EXPECT_LT((L * Omega + Omega * L - body.M).norm(), 1e-14);
 }
 

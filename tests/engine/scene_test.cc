@@ -22,7 +22,8 @@ SceneDescription good_body() {
   SceneDescription d;
   d.system = "rigid_body";
   d.method = MethodDescription{"variational", {}, {}, ""};
-  d.body = BodyDescription{{17023.3, 124825.7, 129112.2, 397.1, -2171.4, 344.2}, {}, {}, {0.01, 0.02, 0.05}};
+  d.body = BodyDescription{
+      {17023.3, 124825.7, 129112.2, 397.1, -2171.4, 344.2}, {}, {}, {0.01, 0.02, 0.05}};
   d.step = 0.5;
   return d;
 }
@@ -41,13 +42,17 @@ TEST(Scene, RefusesByFieldValueAndRule) {
       {"method.name", "must be one of", [](auto& d) { d.method->name = "euler"; }},
       {"method.order", "must be one of 2", [](auto& d) { d.method->order = 3; }},
       {"method.substeps", "1 to", [](auto& d) { d.method->substeps = 0; }},
-      {"method.arithmetic", "compensated or plain", [](auto& d) { d.method->arithmetic = "exact"; }},
+      {"method.arithmetic", "compensated or plain",
+       [](auto& d) { d.method->arithmetic = "exact"; }},
       {"method", "discrete", [](auto& d) { d.system = "moser_veselov"; }},
       {"step", "not 0", [](auto& d) { d.step = 0; }},
       {"step", "finite", [=](auto& d) { d.step = nan; }},
       {"inertia", "2 to", [](auto& d) { d.inertia = {1}; }},
       {"inertia[1]", "finite", [=](auto& d) { d.inertia[1] = infinity; }},
-      {"inertia", "λ_i + λ_j", [](auto& d) { d.inertia = {1, -1, 3}; }},
+      {"inertia", "λ_i + λ_j",
+       [](auto& d) {
+         d.inertia = {1, -1, 3};
+       }},
       {"initial.M", "must be given", [](auto& d) { d.initial.erase("M"); }},
       {"initial.M", "3 x 3", [](auto& d) { d.initial["M"] = RowMatrix::Zero(3, 2); }},
       {"initial.M", "skew", [](auto& d) { d.initial["M"](0, 1) += 1e-6; }},
@@ -61,20 +66,33 @@ TEST(Scene, RefusesByFieldValueAndRule) {
     bad.spoil(d);
     const auto scene = Scene::resolve(d);
     ASSERT_FALSE(scene) << bad.field << " " << bad.rule;
-    EXPECT_TRUE(std::ranges::any_of(scene.error(), [&](const Violation& v) {
-      return v.field == bad.field && v.rule.find(bad.rule) != std::string::npos && !v.value.empty();
-    })) << bad.field << " " << scene.error()[0].field << " " << scene.error()[0].rule;
+    EXPECT_TRUE(std::ranges::any_of(scene.error(),
+                                    [&](const Violation& v) {
+                                      return v.field == bad.field &&
+                                             v.rule.find(bad.rule) != std::string::npos &&
+                                             !v.value.empty();
+                                    }))
+        << bad.field << " " << scene.error()[0].field << " " << scene.error()[0].rule;
   }
 }
 
 TEST(Scene, RefusesBodies) {
   const std::vector<Bad> cases = {
-      {"body", "exactly one", [](auto& d) { d.body->moments = {1, 2, 3}; }},
+      {"body", "exactly one",
+       [](auto& d) {
+         d.body->moments = {1, 2, 3};
+       }},
       {"body", "exactly one", [](auto& d) { d.body->inertia_tensor.clear(); }},
       {"body.inertia_tensor", "6 numbers", [](auto& d) { d.body->inertia_tensor.pop_back(); }},
       {"body.inertia_tensor", "> 0", [](auto& d) { d.body->inertia_tensor[0] = 1; }},
-      {"body.attitude", "4 numbers", [](auto& d) { d.body->attitude = {1, 0, 0}; }},
-      {"body.attitude", "norm 1", [](auto& d) { d.body->attitude = {2, 0, 0, 0}; }},
+      {"body.attitude", "4 numbers",
+       [](auto& d) {
+         d.body->attitude = {1, 0, 0};
+       }},
+      {"body.attitude", "norm 1",
+       [](auto& d) {
+         d.body->attitude = {2, 0, 0, 0};
+       }},
       {"body.angular_velocity", "3 numbers", [](auto& d) { d.body->angular_velocity = {}; }},
   };
   for (const auto& bad : cases) {

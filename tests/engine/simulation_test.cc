@@ -11,8 +11,8 @@
 namespace stiefel {
 namespace {
 
-using testing::RandomBody;
 using testing::random_scene;
+using testing::RandomBody;
 
 std::vector<double> saved(const Simulation& s) {
   std::vector<double> out(s.saved_size());
@@ -25,7 +25,8 @@ class EveryMethod : public ::testing::TestWithParam<std::tuple<int, std::string>
 TEST_P(EveryMethod, TheStateAtAStepHasOneSetOfBits) {
   const auto [N, method] = GetParam();
   const Scene scene = random_scene(N, 3, 0.08, method);
-  const auto once = make_simulation(scene), many = make_simulation(scene), resumed = make_simulation(scene);
+  const auto once = make_simulation(scene), many = make_simulation(scene),
+             resumed = make_simulation(scene);
   ASSERT_TRUE(once->advance(200).reached());
   for (int k = 0; k < 200; ++k) {
     ASSERT_TRUE(many->advance(1).reached());

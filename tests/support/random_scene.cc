@@ -23,7 +23,8 @@ RandomBody::RandomBody(int N, unsigned seed, double spread) : lambda(N), Q(N, N)
   Eigen::MatrixXd Omega(N, N);
   fill(Omega);
   Omega = (Omega - Omega.transpose()).eval();
-  Omega /= std::sqrt((Omega.transpose() * Omega).selfadjointView<Eigen::Lower>().eigenvalues().maxCoeff());
+  Omega /= std::sqrt(
+      (Omega.transpose() * Omega).selfadjointView<Eigen::Lower>().eigenvalues().maxCoeff());
   M = lambda.asDiagonal() * Omega + Omega * lambda.asDiagonal();
 }
 

@@ -6,8 +6,8 @@
 
 namespace stiefel::testing {
 
-/// A seeded rigid body: Λ spread over 1 : spread, a random frame with det +1 and a full random M, with
-/// ‖Ω‖ = 1, so that h‖Ω‖ is the step.
+/// A seeded rigid body: Λ spread over 1 : spread, a random frame with det +1 and a full random M,
+/// with ‖Ω‖ = 1, so that h‖Ω‖ is the step.
 struct RandomBody {
   Eigen::VectorXd lambda;
   Eigen::MatrixXd Q, M;
