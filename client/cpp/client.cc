@@ -17,13 +17,15 @@ Client Client::connect(const std::string& address, Options options) {
   // Well within the patience of a call, so that a restarted server is found again.
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 50);
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 500);
-  return Client(grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments),
-                options);
+  auto channel = grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
+  return Client(Connection{v1::SimulationService::NewStub(channel), options, channel});
 }
 
 Client::Client(std::shared_ptr<grpc::Channel> channel, Options options)
-    : connection_(
-          std::make_shared<const Connection>(v1::SimulationService::NewStub(channel), options)) {}
+    : Client(Connection{v1::SimulationService::NewStub(channel), options}) {}
+
+Client::Client(Connection connection)
+    : connection_(std::make_shared<const Connection>(std::move(connection))) {}
 
 v1::DescribeResponse Client::describe() const {
   return connection_->call(&Stub::Describe, v1::DescribeRequest(), connection_->options.timeout);

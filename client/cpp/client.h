@@ -33,6 +33,8 @@ class Client {
   void remove(const std::string& id) const;
 
  private:
+  explicit Client(Connection connection);
+
   std::shared_ptr<const Connection> connection_;
 };
 

@@ -28,18 +28,27 @@ struct Options {
 /// Whether to try again, and the pause before. Starts anew after every success.
 class Patience {
  public:
-  explicit Patience(std::chrono::milliseconds limit) : limit_(limit) {}
+  /// `channel`: what to wait for besides the time; null if there is nothing to connect.
+  Patience(grpc::Channel* channel, std::chrono::milliseconds limit)
+      : channel_(channel), limit_(limit) {}
 
   /// True after a pause; false at once if the status is not UNAVAILABLE or patience has run out.
   bool allows_another(const grpc::Status& status) {
     if (status.error_code() != grpc::StatusCode::UNAVAILABLE || waited_ >= limit_) return false;
-    std::this_thread::sleep_for(pause_);
+    const auto until = std::chrono::system_clock::now() + pause_;
+    if (channel_ && channel_->GetState(true) != GRPC_CHANNEL_READY) {
+      // gRPC connects only while somebody waits in it, so sleeping would not do.
+      channel_->WaitForConnected(until);
+    } else {
+      std::this_thread::sleep_until(until);
+    }
     waited_ += pause_;
     pause_ = std::min(2 * pause_, std::chrono::milliseconds(400));
     return true;
   }
 
  private:
+  grpc::Channel* channel_;
   std::chrono::milliseconds limit_;
   std::chrono::milliseconds waited_{0};
   std::chrono::milliseconds pause_{25};
@@ -49,6 +58,10 @@ class Patience {
 struct Connection {
   std::unique_ptr<v1::SimulationService::Stub> stub;
   Options options;
+  /// Null if the caller brought the channel: an in-process one cannot be asked for its state.
+  std::shared_ptr<grpc::Channel> channel = nullptr;
+
+  Patience patience() const { return {channel.get(), options.patience}; }
 
   using Stub = v1::SimulationService::Stub;
   template <class Request, class Reply>
@@ -59,13 +72,13 @@ struct Connection {
   Reply call(Method<Request, Reply> method, const Request& request,
              std::optional<std::chrono::milliseconds> timeout) const {
     const auto start = std::chrono::system_clock::now();
-    for (Patience patience(options.patience);;) {
+    for (auto waiting = patience();;) {
       grpc::ClientContext context;
       if (timeout) context.set_deadline(start + *timeout);
       Reply reply;
       const grpc::Status status = (stub.get()->*method)(&context, request, &reply);
       if (status.ok()) return reply;
-      if (!patience.allows_another(status)) throw Error(status);
+      if (!waiting.allows_another(status)) throw Error(status);
     }
   }
 };

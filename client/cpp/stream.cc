@@ -32,7 +32,7 @@ void Stream::resume_after(std::int64_t step) {
 }
 
 const v1::StreamResponse* Stream::next_batch() {
-  for (Patience patience(connection_->options.patience); reader_;) {
+  for (auto patience = connection_->patience(); reader_;) {
     if (reader_->Read(&batch_)) {
       if (batch_.has_ending()) ending_ = batch_.ending();
       const int size = batch_.steps_size();

@@ -93,6 +93,24 @@ TEST_F(RetryTest, PatienceEnds) {
   EXPECT_EQ(service_.calls, 3);  // at 0, 25 and 75 ms
 }
 
+TEST_F(RetryTest, AServerThatComesLateIsFound) {
+  const std::string address = "unix:" + testing::TempDir() + "stiefel_" + make_uuid();
+  Options options;
+  options.patience = std::chrono::milliseconds(0);
+  EXPECT_THROW(Client::connect(address, options).describe(), Error);
+
+  std::unique_ptr<grpc::Server> server;
+  const std::jthread late([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    grpc::ServerBuilder builder;
+    builder.AddListeningPort(address, grpc::InsecureServerCredentials());
+    builder.RegisterService(&service_);
+    server = builder.BuildAndStart();
+  });
+  options.patience = std::chrono::minutes(1);
+  EXPECT_EQ(Client::connect(address, options).describe().version(), "1");
+}
+
 TEST_F(RetryTest, AWrongRequestIsNotRepeated) {
   service_.failures = 1;
   service_.failure = {grpc::StatusCode::INVALID_ARGUMENT, "no"};
