@@ -53,20 +53,12 @@ std::vector<double> step_times(const client::Session& session, std::int64_t& to,
   return times;
 }
 
-/// Milliseconds from now to the last moment that the process took more than a quarter of a core.
-double milliseconds_until_idle(int pid) {
-  using Clock = std::chrono::steady_clock;
-  const auto start = Clock::now();
-  const auto now = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
-  double busy_until = 0, time = now(), cpu = bench::cpu_seconds(pid);
-  while (time < busy_until + 0.2) {
-    std::this_thread::sleep_for(500us);
-    const double later = now(), cpu_later = bench::cpu_seconds(pid);
-    if (cpu_later - cpu > 0.25 * (later - time)) busy_until = later;
-    time = later;
-    cpu = cpu_later;
-  }
-  return 1e3 * busy_until;
+/// Milliseconds of processor time that each of `threads` threads of the process takes from now on:
+/// how long they were busy, were they all busy until they were free.
+double milliseconds_until_free(int pid, int threads) {
+  const double start = bench::cpu_seconds(pid);
+  std::this_thread::sleep_for(1s);
+  return 1e3 * (bench::cpu_seconds(pid) - start) / threads;
 }
 
 double largest(const std::vector<double>& values) {
@@ -97,7 +89,7 @@ void measure(const client::Client& client, v1::SimulationService::Stub& stub, in
     pooled.values.push_back(largest(step_times(other, to, 1000, 100)) - pooled_alone);
 
     for (LongStep& step : steps) step.cancel();
-    free.values.push_back(milliseconds_until_idle(pid));
+    free.values.push_back(milliseconds_until_free(pid, threads));
     for (LongStep& step : steps) step.wait();
   }
   report(free);
