@@ -12,11 +12,14 @@ namespace {
 
 constexpr std::size_t max_idle = 2;
 
-/// Half a slice of work between two checkpoints, at first.
-std::int64_t first_spacing(double step_cost) {
-  const auto steps =
-      static_cast<std::uint64_t>(std::max<std::int64_t>(slice_steps(step_cost) / 2, 1));
-  return static_cast<std::int64_t>(std::bit_floor(steps));
+/// The work between two checkpoints, at first: half a slice, and more if they are large, so that a
+/// run of any size fills at most 16 MB a second with them.
+std::int64_t first_spacing(double step_cost, std::size_t bytes) {
+  constexpr double nanoseconds_a_byte = 1e9 / 16e6;
+  const double work =
+      std::max(slice_nanoseconds / 2, static_cast<double>(bytes) * nanoseconds_a_byte);
+  return static_cast<std::int64_t>(
+      std::bit_floor(static_cast<std::uint64_t>(std::max(work / std::max(step_cost, 1.0), 1.0))));
 }
 
 Saved save(const Simulation& simulation) {
@@ -38,7 +41,7 @@ Session::Session(std::string id, Scene scene, std::shared_ptr<const Clock> clock
   block_count_ = simulation->block_count();
   saved_size_ = simulation->saved_size();
   step_cost_ = simulation->step_cost();
-  checkpoints_ = Checkpoints(first_spacing(step_cost_));
+  checkpoints_ = Checkpoints(first_spacing(step_cost_, saved_size_ * sizeof(double)));
   checkpoints_.put(0, save(*simulation));
   spacing_ = checkpoints_.spacing();
   idle_.push_back(std::move(simulation));
