@@ -15,7 +15,11 @@ class Lyapunov {
  public:
   using Complex = std::complex<Scalar>;
 
-  explicit Lyapunov(Eigen::Index N) : schur_(N), Y_(N, N), product_(N, N) {}
+  explicit Lyapunov(Eigen::Index N) : schur_(N), Y_(N, N), product_(N, N) {
+    // Of the identity, so that a copy made before `factor` copies nothing that was never set.
+    Y_.setIdentity();
+    schur_.computeFromHessenberg(Y_, Y_, false);
+  }
 
   void factor(const Matrix<Scalar>& A) { schur_.compute(A.template cast<Complex>()); }
 

@@ -1,5 +1,8 @@
 #include <gnu/libc-version.h>
 
+#include <iomanip>
+#include <sstream>
+
 #include "engine/simulation/simulation.h"
 
 namespace stiefel {
@@ -20,10 +23,13 @@ std::string to_sentence(const Ending& ending) {
   switch (ending.outcome) {
     case Outcome::reached:
       return "";
-    case Outcome::left_domain:
-      return "the step has no solution on the principal branch; the largest |h| that has one here "
-             "is " +
-             std::to_string(ending.largest_step.value_or(0));
+    case Outcome::left_domain: {
+      std::ostringstream sentence;
+      sentence << "the step has no solution on the principal branch; the largest |h| that has one "
+                  "here is "
+               << std::setprecision(4) << ending.largest_step.value_or(0);
+      return sentence.str();
+    }
     case Outcome::solver_stalled:
       return "the solver of the implicit step did not converge";
     case Outcome::not_finite:

@@ -14,13 +14,13 @@ OrStatus<Hold> find_session(const Host& host, std::string_view id) {
   return std::unexpected(status.ok() ? errors::session_not_found(id) : status);
 }
 
-grpc::Status check_session_id(std::string_view id) {
+grpc::Status check_session_id(std::string_view id, const char* field) {
   const auto allowed = [](char c) {
     return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '.' ||
            c == '_' || c == '-';
   };
   if (!id.empty() && id.size() <= 128 && std::ranges::all_of(id, allowed)) return grpc::Status::OK;
-  return errors::invalid("session_id", id.empty() ? "empty" : std::string(id),
+  return errors::invalid(field, id.empty() ? "empty" : std::string(id),
                          "must be 1 to 128 of [A-Za-z0-9._-]");
 }
 

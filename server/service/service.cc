@@ -117,6 +117,9 @@ grpc::ServerUnaryReactor* Service::ListSessions(Context* context,
       return errors::invalid("page_size", std::to_string(request->page_size()),
                              "must be at most " + std::to_string(max_page_size));
     }
+    if (const std::string& token = request->page_token(); !token.empty()) {
+      if (const auto status = check_session_id(token, "page_token"); !status.ok()) return status;
+    }
     const std::size_t size = request->page_size() ? request->page_size() : default_page_size;
     // The token is the last id of the page before. One more than asked for tells if more follow.
     auto sessions = host_.registry.page(request->page_token(), size + 1);

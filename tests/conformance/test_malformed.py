@@ -136,6 +136,7 @@ MALFORMED = {
     "a negative every": (stream(to=5, every=-1), INVALID, "every", "-1"),
     "a stream of an unknown field": (stream(to=5, fields=["nope"]), INVALID, "fields[0]", "nope"),
     "a page too large": (("ListSessions", pb.ListSessionsRequest(page_size=100_000)), INVALID, "page_size", "1000"),
+    "a page after no id": (("ListSessions", pb.ListSessionsRequest(page_token="a/b")), INVALID, "page_token", "A-Z"),
 }
 
 

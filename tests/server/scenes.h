@@ -1,5 +1,6 @@
 #pragma once
 
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,7 @@ struct Case {
   std::string name() const {
     return system + "_" + method + "_" + arithmetic + "_" + std::to_string(dimension);
   }
+  friend void PrintTo(const Case& which, std::ostream* out) { *out << which.name(); }
 };
 
 inline std::vector<Case> cases() {

@@ -105,6 +105,26 @@ TEST(Session, GoesBackFromACheckpoint) {
   EXPECT_EQ(walk.step(), 2 * spacing);
 }
 
+TEST(Session, AWalkWithoutALimitStartsAnywhere) {
+  const auto session = session_of();
+  Walk walk(*session, 50);
+  for (const std::int64_t to : {20, 50}) {
+    std::int64_t unlimited = std::numeric_limits<std::int64_t>::max();
+    EXPECT_TRUE(walk.advance(to, unlimited));
+    EXPECT_EQ(walk.step(), to);
+  }
+}
+
+TEST(Session, LargeStatesAreKeptMoreRarely) {
+  for (const int N : {3, 8, 64}) {
+    const auto session = session_of({.dimension = N});
+    const double seconds = 1e-9 * session->step_cost();
+    const double bytes = 8.0 * static_cast<double>(session->saved_size());
+    const double rate = bytes / (seconds * static_cast<double>(session->next_checkpoint(0)));
+    EXPECT_LE(rate, 32e6) << N << ": twice what is meant, as the spacing is a power of two";
+  }
+}
+
 TEST(Session, TheWrongStepEndsTheWalk) {
   SceneDescription wild = test::description();
   wild.step = 40;
