@@ -17,7 +17,10 @@ struct Variational {
       .default_order = 2,
       .reversible = true,
   };
-  static constexpr Kept kept(std::string_view) { return Kept::exact; }
+  template <class>
+  static constexpr Kept kept(std::string_view) {
+    return Kept::exact;
+  }
 
   template <class S>
   struct MapOf;

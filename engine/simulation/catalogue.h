@@ -24,6 +24,7 @@ struct MethodInfo {
   std::vector<int> orders;
   int default_order;
   bool reversible;
+  double default_tolerance;  ///< 0 for methods that take steps of a fixed size
 };
 
 struct BlockInfo {

@@ -9,6 +9,12 @@ namespace stiefel {
 template <class... M>
 struct TypeList {};
 
+/// visit(static_cast<T*>(nullptr)) for every T in the list.
+template <class... T, class Visit>
+void for_each_type(TypeList<T...>, Visit&& visit) {
+  (visit(static_cast<T*>(nullptr)), ...);
+}
+
 /// The catalogue of methods. A new one is a file in engine/methods and a line here.
 using Methods = TypeList<  //
     Variational,           //

@@ -62,6 +62,7 @@ void to_proto(const MethodInfo& method, v1::MethodInfo* out) {
   for (const int order : method.orders) out->add_orders(static_cast<std::uint32_t>(order));
   out->set_default_order(static_cast<std::uint32_t>(method.default_order));
   out->set_reversible(method.reversible);
+  out->set_default_tolerance(method.default_tolerance);
 }
 
 }  // namespace

@@ -67,13 +67,13 @@ TEST(Reversibility, IsMeasuredAsDeclared) {
       const auto out = make_simulation(there);
       ASSERT_TRUE(out->advance(100).reached());
       testing::RandomBody turned = body;
-      turned.Q = out->Q();
-      turned.M = out->M();
+      turned.Q = out->get("Q");
+      turned.M = out->get("M");
       SceneDescription back = testing::description(turned, -0.1, name);
       if (orthogonality_defect(turned.Q) > Scene::frame_tolerance) continue;
       const auto home = make_simulation(Scene::resolve(back).value());
       ASSERT_TRUE(home->advance(100).reached());
-      const double error = (home->M() - body.M).norm();
+      const double error = (home->get("M") - body.M).norm();
       if (method.reversible)
         EXPECT_LT(error, 1e-12) << name;
       else
