@@ -56,6 +56,7 @@ class DiscreteStiefel {
   Ending step(State& state) {
     if (!state.x.value.allFinite()) return {Outcome::not_finite, std::nullopt};
     if (!find_B(state.x.value)) return {Outcome::solver_stalled, std::nullopt};
+    keep_momentum(state.x.value.bottomRows(n_));
     for (Eigen::Index j = 0; j < state.x.value.cols(); ++j) {
       for (Eigen::Index i = 0; i < n_; ++i) {
         Wide sum = 0;
@@ -100,6 +101,15 @@ class DiscreteStiefel {
     X_ = lu_.solve(I_);
     B_ = (X_ + X_.transpose()) / 2;
     return B_.allFinite();
+  }
+
+  /// B ← B(QQᵀ)⁻¹, to first order in the rounding of Q: m_{k+1} − m_k = BQQᵀ − QQᵀBᵀ.
+  template <class Frame>
+  void keep_momentum(const Frame& Q) {
+    E_.noalias() = Q * Q.transpose();
+    E_ -= I_;
+    G_.noalias() = B_ * E_;
+    B_ -= G_;
   }
 
   static void set(Accumulator<Point, arithmetic>& x, Eigen::Index i, Eigen::Index j, Wide value) {

@@ -171,4 +171,10 @@ class RattleStiefel {
   Matrix<Scalar> A_, E_, Y_, Y1_, found_, product_;
 };
 
+// Compiled once, in rattle_stiefel.cc.
+extern template class RattleStiefel<double, Arithmetic::compensated>;
+extern template class RattleStiefel<double, Arithmetic::plain>;
+extern template class RattleStiefel<double, Arithmetic::compensated, Under::Qdot>;
+extern template class RattleStiefel<double, Arithmetic::plain, Under::Qdot>;
+
 }  // namespace stiefel
