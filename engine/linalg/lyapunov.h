@@ -38,6 +38,9 @@ class Lyapunov {
     return least + second;
   }
 
+  /// The smallest Re w over the eigenvalues w of A.
+  Scalar smallest_real_part() const { return schur_.matrixT().diagonal().real().minCoeff(); }
+
   /// Y may be G.
   void solve(const Matrix<Scalar>& G, Matrix<Scalar>& Y) {
     const auto& Z = schur_.matrixU();
