@@ -106,6 +106,9 @@ class CayleyN {
       }
   }
 
+  /// U − I of the last transport_momentum.
+  const Matrix<Scalar>& U_minus_I() const { return U_minus_I_; }
+
   /// Q ← QU = Q + Q(U − I), U − I = 2(I + C)C(I − C²)⁻¹.
   void transport_frame(State& x) {
     G_.noalias() = x.value.topRows(C_.rows()) * U_minus_I_;

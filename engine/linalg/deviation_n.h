@@ -101,6 +101,12 @@ class DeviationN {
       }
   }
 
+  /// U − I = XΛ⁻¹ of the last transport_momentum.
+  const Matrix<Scalar>& U_minus_I() {
+    for (Eigen::Index j = 0; j < N_; ++j) change_.col(j) = X_.col(j) / lambda_(j);
+    return change_;
+  }
+
   /// Q ← QU = Q + QXΛ⁻¹.
   void transport_frame(State& x) {
     G_.noalias() = x.value.topRows(N_) * X_;

@@ -63,6 +63,11 @@ class JDInverseN {
       with(deviation_, deviation_.T());
   }
 
+  /// U − I of the last `transport`, relatively accurate.
+  const Matrix<Scalar>& U_minus_I() {
+    return wide_spread_ ? cayley_.U_minus_I() : deviation_.U_minus_I();
+  }
+
  private:
   static constexpr Scalar widest =
       64;  ///< λ_max/λ_min up to which the deviation form keeps its digits
