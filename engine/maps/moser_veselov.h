@@ -60,7 +60,7 @@ class MoserVeselov {
       if (!state.x.value.allFinite()) return {Outcome::not_finite, std::nullopt};
       const double reached = follow(state, 1);
       if (reached == 0) return {Outcome::solver_stalled, std::nullopt};
-      if (reached < 1) return {Outcome::left_domain, reached * std::abs(h_)};
+      if (reached < 1) return {Outcome::left_domain, reached * length()};
     }
     J_D_inverse_.transport(state.x, state.memory);
     return {};
@@ -68,7 +68,7 @@ class MoserVeselov {
 
   /// The largest |h| up to `limit` for which a step from here exists, to 1e-3.
   std::optional<double> largest_step(const State& state, double limit) {
-    return follow(state, limit / std::abs(h_)) * std::abs(h_);
+    return follow(state, limit / length()) * length();
   }
 
  private:
@@ -76,6 +76,8 @@ class MoserVeselov {
     J_D_inverse_.restart();
     return follow_branch(end, [&](double t) { return J_D_inverse_.continue_to(state.x, t); });
   }
+
+  double length() const { return std::abs(static_cast<double>(h_)); }
 
   Scalar h_;
   Eigen::Index N_;

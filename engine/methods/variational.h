@@ -1,23 +1,28 @@
 #pragma once
 
 #include "engine/maps/moser_veselov.h"
+#include "engine/methods/composition.h"
 #include "engine/methods/method.h"
 #include "engine/systems/rigid_body.h"
 
 namespace stiefel {
 
-/// The variational integrator: for the rigid body (n = N) it is the Moser–Veselov map.
+/// The variational integrator: for the rigid body (n = N) it is the Moser–Veselov map; symmetric
+/// compositions of it for the orders 4, 6 and 8.
 struct Variational {
   static constexpr MethodTraits traits = {
       .name = "variational",
       .summary = "discrete variational principle; at n = N the Moser-Veselov map",
-      .source = "[RB] (4.5), Moser and Veselov 1991",
+      .source = "[RB] (4.5), Moser and Veselov 1991; Suzuki 1990, Kahan and Li 1997",
       .file = "engine/methods/variational.h",
-      .orders = {2},
+      .orders = {2, 4, 6, 8},
       .default_order = 2,
       .reversible = true,
   };
-  static constexpr Kept kept(std::string_view) { return Kept::exact; }
+  template <class>
+  static constexpr Kept kept(std::string_view) {
+    return Kept::exact;
+  }
 
   template <class S>
   struct MapOf;
@@ -32,10 +37,18 @@ struct Variational {
   };
 
   template <class S, Arithmetic arithmetic>
-  class Map : public MapOf<S>::template type<arithmetic> {
+  class Map : public Composition<typename MapOf<S>::template type<arithmetic>> {
    public:
-    Map(const S& system, typename S::Scalar h, int)
-        : MapOf<S>::template type<arithmetic>(system.lambda(), h) {}
+    using Scalar = typename S::Scalar;
+    Map(const S& system, Scalar h, int order) : Composed(stage_of(system), h, order) {}
+
+   private:
+    using Base = typename MapOf<S>::template type<arithmetic>;
+    using Composed = Composition<Base>;
+
+    static typename Composed::Make stage_of(const S& system) {
+      return [lambda = system.lambda()](Scalar h) { return Base(lambda, h); };
+    }
   };
 };
 
