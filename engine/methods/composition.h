@@ -52,7 +52,7 @@ class Composition {
     template <class Visitor>
     void each(Visitor&& visit) {
       Base::State::each(visit);
-      for (Memory& memory : later) memory.each(visit);
+      for (Memory& other : later) other.each(visit);
     }
 
     /// Makes the memory of a stage current, or puts it back.
