@@ -45,7 +45,7 @@ class CayleyN {
 
   /// From the C that is there; false if that is slow. K = hM.
   bool fixed_point(const Matrix<Scalar>& K) {
-    constexpr Scalar enough = 0x1p-52, slow = Scalar(0.5);
+    const Scalar enough = two_to<Scalar>(1 - bits<Scalar>), slow = Scalar(0.5);
     constexpr int most = 60;
     Scalar last = std::numeric_limits<Scalar>::infinity();
     for (int k = 0; k < most; ++k) {
@@ -62,7 +62,8 @@ class CayleyN {
 
   /// From the C that is there, to the principal branch or not at all.
   bool newton(const Matrix<Scalar>& K) {
-    constexpr Scalar enough = 0x1p-27;
+    const Scalar enough = two_to<Scalar>(-(bits<Scalar> + 1) / 2);
+    using std::isfinite;
     constexpr int most = 20;
     for (int k = 0; k < most; ++k) {
       residual(K);
@@ -72,7 +73,7 @@ class CayleyN {
       delta_ = ((delta_ - delta_.transpose()) / 2).eval();
       C_ -= delta_;
       const Scalar size = delta_.cwiseAbs().maxCoeff();
-      if (!std::isfinite(size)) return false;
+      if (!isfinite(size)) return false;
       if (size <= enough * C_.cwiseAbs().maxCoeff()) {
         linearise(K);
         return lyapunov_.smallest_pair_sum() > 0;
@@ -143,13 +144,14 @@ class CayleyN {
 
   /// The skew part of F over λ_i + λ_j, and its largest element.
   Scalar divide_by_sums(Matrix<Scalar>& F) const {
+    using std::abs;
     Scalar largest = 0;
     for (Eigen::Index j = 0; j < F.cols(); ++j) {
       F(j, j) = 0;
       for (Eigen::Index i = 0; i < j; ++i) {
         F(i, j) = (F(i, j) - F(j, i)) / (2 * (lambda_(i) + lambda_(j)));
         F(j, i) = -F(i, j);
-        largest = std::max(largest, std::abs(F(i, j)));
+        largest = std::max<Scalar>(largest, abs(F(i, j)));
       }
     }
     return largest;

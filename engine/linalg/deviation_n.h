@@ -39,8 +39,9 @@ class DeviationN {
 
   /// From the T that is there until UᵀU − I is at rounding level; false if that is slow. K = hM.
   bool sweep(const Matrix<Scalar>& K) {
-    constexpr Scalar unit = 0x1p-53, slow = Scalar(0.7);
+    const Scalar unit = two_to<Scalar>(-bits<Scalar>), slow = Scalar(0.7);
     constexpr int most = 40;
+    using std::abs, std::isfinite;
     Scalar last = std::numeric_limits<Scalar>::infinity();
     for (int k = 0; k < most; ++k) {
       X_ = T_ + K / 2;
@@ -52,12 +53,12 @@ class DeviationN {
           const Scalar sum = lambda_(i) + lambda_(j);
           const Scalar T = -((lambda_(i) - lambda_(j)) * (K(i, j) / 2) + G_(i, j)) / sum;
           const Scalar inverse = 1 / (lambda_(i) * lambda_(j));
-          defect = std::max(defect, std::abs(T - T_(i, j)) * sum * inverse);
-          size = std::max(size, std::max(std::abs(X_(i, j)), std::abs(X_(j, i))) *
-                                    std::max(lambda_(i), lambda_(j)) * inverse);
+          defect = std::max<Scalar>(defect, abs(T - T_(i, j)) * sum * inverse);
+          size = std::max<Scalar>(size, std::max<Scalar>(abs(X_(i, j)), abs(X_(j, i))) *
+                                            std::max(lambda_(i), lambda_(j)) * inverse);
           T_(i, j) = T_(j, i) = T;
         }
-      if (!std::isfinite(size) || size > 1) return false;
+      if (!isfinite(size) || size > 1) return false;
       // Compensated arithmetic goes on from here and wants T, which is as X², to its last bit.
       const Scalar enough = arithmetic == Arithmetic::compensated ? size * size : size;
       const Scalar ratio = k == 0 ? slow : defect / last;
@@ -130,7 +131,8 @@ class DeviationN {
   /// More sweeps for the price of a product each: as T changes by δ, XᵀX changes by Xᵀδ + δX. Until
   /// T is known far below its rounding, because what is left is a drift that grows like the steps.
   void correct_residual(const State& x) {
-    constexpr Scalar negligible = 0x1p-66;
+    const Scalar negligible = two_to<Scalar>(-bits<Scalar> - 13);
+    using std::abs;
     constexpr int most = 4;
     const Eigen::Index top = x.value.rows() - N_;
     const Scalar size = X_.cwiseAbs().maxCoeff();
@@ -144,7 +146,7 @@ class DeviationN {
           const Scalar change = static_cast<Scalar>(T - T_(i, j));
           step_change_(i, j) = step_change_(j, i) = change - change_(i, j);
           change_(i, j) = change;
-          largest = std::max(largest, std::abs(step_change_(i, j)));
+          largest = std::max<Scalar>(largest, abs(step_change_(i, j)));
         }
       if (largest <= negligible * size) return;
       low_.noalias() += X_.transpose() * step_change_;

@@ -1,5 +1,9 @@
 #pragma once
 
+#include "engine/methods/adaptive.h"
+#include "engine/methods/crouch_grossman3.h"
+#include "engine/methods/gauss4.h"
+#include "engine/methods/implicit_midpoint.h"
 #include "engine/methods/munthe_kaas4.h"
 #include "engine/methods/rk4.h"
 #include "engine/methods/variational.h"
@@ -19,6 +23,10 @@ void for_each_type(TypeList<T...>, Visit&& visit) {
 using Methods = TypeList<  //
     Variational,           //
     MuntheKaas4,           //
-    Rk4>;
+    CrouchGrossman3,       //
+    ImplicitMidpoint,      //
+    Gauss4,                //
+    Rk4,                   //
+    Adaptive>;
 
 }  // namespace stiefel

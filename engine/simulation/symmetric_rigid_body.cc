@@ -1,6 +1,7 @@
 #include "engine/systems/symmetric_rigid_body.h"
 
 #include "engine/invariants/symmetric_rigid_body.h"
+#include "engine/representations/psi.h"
 #include "engine/simulation/rigid_body_data.h"
 #include "engine/simulation/rigid_forms.h"
 #include "engine/simulation/simulate.h"

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string_view>
+
 #include "engine/linalg/complex_as_real.h"
 #include "engine/linalg/exponential.h"
 #include "engine/linalg/j_n.h"
@@ -27,6 +29,11 @@ class DoubleBracket {
   using Scalar = Scalar_;
   using State = Matrix<Scalar>;
   using Algebra = Matrix<Scalar>;
+
+  /// Whether an invariant is constant along the group's orbits.
+  static constexpr bool kept_on_orbits(std::string_view invariant) {
+    return invariant == "singular_values";
+  }
 
   DoubleBracket(const Vector<Scalar>& lambda_u, const Vector<Scalar>& lambda_v)
       : p_(lambda_u.size()),

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string_view>
+
 #include <Eigen/LU>
 
 #include "engine/linalg/general_exponential.h"
@@ -23,6 +25,11 @@ class ParametricRigidBody {
   using Scalar = Scalar_;
   using State = Matrix<Scalar>;
   using Algebra = Matrix<Scalar>;
+
+  /// Whether an invariant is constant along the group's orbits.
+  static constexpr bool kept_on_orbits(std::string_view invariant) {
+    return invariant == "PQ_inverse";
+  }
 
   ParametricRigidBody(Vector<Scalar> lambda, Scalar mu)
       : lambda_(std::move(lambda)),

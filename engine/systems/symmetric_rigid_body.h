@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string_view>
+
 #include "engine/linalg/j_n.h"
 #include "engine/linalg/multiplication.h"
 #include "engine/systems/concepts.h"
@@ -21,6 +23,17 @@ class SymmetricRigidBody {
   using Scalar = Scalar_;
   using State = Matrix<Scalar>;
   using Algebra = Matrix<Scalar>;
+
+  /// Whether an invariant is constant along the group's orbits.
+  static constexpr bool kept_on_orbits(std::string_view invariant) {
+    return invariant == "spatial_momentum" || invariant == "casimirs" ||
+           invariant == "orthogonality" || invariant == "PQt";
+  }
+  /// Whether it is a quadratic function of the state, or of such that are kept.
+  static constexpr bool quadratic(std::string_view invariant) {
+    return invariant == "spatial_momentum" || invariant == "casimirs" ||
+           invariant == "orthogonality" || invariant == "PQt";
+  }
 
   explicit SymmetricRigidBody(Vector<Scalar> lambda, Scalar epsilon = 1)
       : lambda_(std::move(lambda)),

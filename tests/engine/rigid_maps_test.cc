@@ -7,7 +7,7 @@
 #include "engine/linalg/j_d_schur.h"
 #include "engine/linalg/orthogonal.h"
 #include "engine/maps/moser_veselov_pair.h"
-#include "engine/methods/variational_rigid.h"
+#include "engine/methods/variational.h"
 #include "tests/support/random_scene.h"
 #include "tests/support/reference_cases.h"
 #include "tests/support/rigid_forms.h"
