@@ -4,15 +4,9 @@
 #include <optional>
 
 #include "engine/invariants/rigid_body.h"
+#include "engine/linalg/j_n.h"
 
 namespace stiefel {
-
-/// J_D(U) = UΛ − ΛUᵀ, which is hM where U = Q_kᵀQ_{k+1}; [RB] (4.7).
-template <class Scalar>
-Matrix<Scalar> J_D(const Vector<Scalar>& lambda, const Matrix<Scalar>& U) {
-  const Matrix<Scalar> W = U * lambda.asDiagonal();
-  return W - W.transpose();
-}
 
 /// The momentum in space of two successive frames, hm = Q_{k−1}J_D(U)Q_{k−1}ᵀ, U = Q_{k−1}ᵀQ_k,
 /// that is Q_kΛQ_{k−1}ᵀ − Q_{k−1}ΛQ_kᵀ.

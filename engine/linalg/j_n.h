@@ -18,6 +18,13 @@ void inverse_inertia(const Vector<Scalar>& lambda, const Eigen::MatrixBase<G>& g
   }
 }
 
+/// J_D(U) = UΛ − ΛUᵀ, which is hM where U = Q_kᵀQ_{k+1}; [RB] (4.7).
+template <class Scalar>
+Matrix<Scalar> J_D(const Vector<Scalar>& lambda, const Matrix<Scalar>& U) {
+  const Matrix<Scalar> W = U * lambda.asDiagonal();
+  return W - W.transpose();
+}
+
 /// X ← X − Xᵀ for a square block, exactly skew.
 template <class Block>
 void take_twice_skew_part(Block&& X) {

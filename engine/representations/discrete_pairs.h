@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <limits>
 
+#include "engine/linalg/j_n.h"
 #include "engine/representations/j_d_inverse.h"
 #include "engine/representations/psi.h"
 
@@ -12,12 +13,6 @@ namespace stiefel {
 /// (Q_{k−1}, Q_k), the frame with the momentum (Q_k, M_k), and (Q_k, P_k). M is the physical
 /// momentum and h the step; the paper's M is hM, so h = 1 gives the printed formulas, and P belongs
 /// to hM (ε = h). U_{k−1} = Q_{k−1}ᵀQ_k, J_D(U) = UΛ − ΛUᵀ.
-template <class Scalar>
-Matrix<Scalar> J_D(const Vector<Scalar>& lambda, const Matrix<Scalar>& U) {
-  const Matrix<Scalar> W = U * lambda.asDiagonal();
-  return W - W.transpose();
-}
-
 /// Σ_L, (7.4), (7.11): hM_k = UᵀJ_D(U)U = ΛU − UᵀΛ, U = Q_{k−1}ᵀQ_k. Defined for every pair.
 template <class Scalar>
 Matrix<Scalar> Sigma_L(const Vector<Scalar>& lambda, const Matrix<Scalar>& Q_previous,
