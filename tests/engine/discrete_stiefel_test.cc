@@ -8,7 +8,7 @@
 #include "engine/systems/stiefel.h"
 #include "tests/support/integrate.h"
 #include "tests/support/random_frame.h"
-#include "tests/support/reference_case.h"
+#include "tests/support/reference_cases.h"
 
 namespace stiefel {
 namespace {
@@ -38,13 +38,12 @@ TEST(DiscreteStiefel, ReachesTheReference) {
   const auto cases = testing::reference_cases("discrete_stiefel");
   ASSERT_EQ(cases.size(), 2);
   for (const auto& one : cases) {
-    const MatrixXd Q = one.matrix("Q0").cast<double>();
-    Discrete map(one.vector("inertia").cast<double>(), Q.rows());
-    auto state = map.start(stack(Q, one.matrix("Q1").cast<double>()));
+    const MatrixXd Q = one.matrix("Q0");
+    Discrete map(one.vector("inertia"), Q.rows());
+    auto state = map.start(stack(Q, one.matrix("Q1")));
     for (int k = 0; k < static_cast<int>(one.number("steps")); ++k)
       ASSERT_TRUE(map.step(state).reached());
-    const MatrixXd expected =
-        stack(one.matrix("Q_prev").cast<double>(), one.matrix("Q").cast<double>());
+    const MatrixXd expected = stack(one.matrix("Q_prev"), one.matrix("Q"));
     EXPECT_LT((state.x.value - expected).cwiseAbs().maxCoeff(), 1e-12) << one.name();
   }
 }

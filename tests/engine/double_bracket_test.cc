@@ -86,7 +86,7 @@ Pair printed_field(const VectorXd& lambda_u, const VectorXd& lambda_v, const Pai
 }
 
 TEST(DoubleBracket, ReproducesTheReference) {
-  for (const auto& c : reference_cases("double_bracket", "reference_double_bracket.json")) {
+  for (const auto& c : reference_cases("double_bracket")) {
     const auto block = [&](const std::string& name) {
       return complex(c.matrix(name, "re"), c.matrix(name, "im"));
     };

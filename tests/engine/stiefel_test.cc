@@ -10,7 +10,7 @@
 #include "engine/systems/stiefel_costate.h"
 #include "tests/support/integrate.h"
 #include "tests/support/random_frame.h"
-#include "tests/support/reference_case.h"
+#include "tests/support/reference_cases.h"
 
 namespace stiefel {
 namespace {
@@ -43,14 +43,14 @@ TEST(Stiefel, ReachesTheReferenceInEveryForm) {
   const auto cases = testing::reference_cases("stiefel");
   ASSERT_EQ(cases.size(), 6);
   for (const auto& one : cases) {
-    const WideMatrix Q = one.matrix("Q0"), S = one.matrix("S0");
-    const Vector<Wide> lambda = one.vector("inertia");
+    const WideMatrix Q = one.matrix<Wide>("Q0"), S = one.matrix<Wide>("S0");
+    const Vector<Wide> lambda = one.vector<Wide>("inertia");
     const WideMatrix inverse = lambda.cwiseInverse().asDiagonal();
     const Wide t = one.number("t"), bound = tolerance(one.name());
     const Eigen::Index n = Q.rows();
 
     const WideMatrix x = integrate(Stiefel<Wide>(lambda, n), stack(Q, S), t);
-    const WideMatrix Q_t = one.matrix("Q"), S_t = one.matrix("S");
+    const WideMatrix Q_t = one.matrix<Wide>("Q"), S_t = one.matrix<Wide>("S");
     EXPECT_LT((x.topRows(n) - Q_t).norm(), bound) << one.name();
     EXPECT_LT((x.bottomRows(n) - S_t).norm(), bound * S_t.norm()) << one.name();
 

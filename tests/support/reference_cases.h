@@ -1,12 +1,13 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
 #include <vector>
+
+#include "engine/linalg/scalar.h"
 
 namespace stiefel::testing {
 
@@ -17,38 +18,41 @@ class ReferenceCase {
   explicit ReferenceCase(nlohmann::json json) : json_(std::move(json)) {}
 
   std::string name() const { return json_.at("name"); }
-  double number(const std::string& key) const { return read(json_.at(key)); }
+  double number(const std::string& key) const { return static_cast<double>(read(json_.at(key))); }
 
-  Eigen::VectorXd vector(const std::string& key) const {
+  template <class Scalar = double>
+  Vector<Scalar> vector(const std::string& key) const {
     const auto& list = json_.at(key);
-    Eigen::VectorXd v(static_cast<Eigen::Index>(list.size()));
-    for (std::size_t i = 0; i < list.size(); ++i) v(static_cast<Eigen::Index>(i)) = read(list[i]);
+    Vector<Scalar> v(static_cast<Eigen::Index>(list.size()));
+    for (std::size_t i = 0; i < list.size(); ++i)
+      v(static_cast<Eigen::Index>(i)) = static_cast<Scalar>(read(list[i]));
     return v;
   }
   /// A real matrix, row by row; of a complex one the part "re" or "im".
-  Eigen::MatrixXd matrix(const std::string& key, const char* part = nullptr) const {
+  template <class Scalar = double>
+  Matrix<Scalar> matrix(const std::string& key, const char* part = nullptr) const {
     const auto& rows = part ? json_.at(key).at(part) : json_.at(key);
-    Eigen::MatrixXd A(rows.size(), rows.at(0).size());
+    Matrix<Scalar> A(rows.size(), rows.at(0).size());
     for (std::size_t i = 0; i < rows.size(); ++i)
       for (std::size_t j = 0; j < rows[i].size(); ++j)
-        A(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = read(rows[i][j]);
+        A(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
+            static_cast<Scalar>(read(rows[i][j]));
     return A;
   }
 
  private:
   /// Decimal strings, and numbers for counts.
-  static double read(const nlohmann::json& entry) {
-    return entry.is_string() ? std::stod(entry.get<std::string>()) : entry.get<double>();
+  static long double read(const nlohmann::json& entry) {
+    return entry.is_string() ? std::stold(entry.get<std::string>()) : entry.get<long double>();
   }
 
   nlohmann::json json_;
 };
 
-/// The cases of one system in `file`; throws when there is none, so that a test cannot pass for
+/// The cases of one system; throws when there is none, so that a test cannot pass for
 /// want of numbers.
-inline std::vector<ReferenceCase> reference_cases(const std::string& system,
-                                                  const std::string& file = "reference.json") {
-  std::ifstream in(std::filesystem::path(__FILE__).parent_path() / file);
+inline std::vector<ReferenceCase> reference_cases(const std::string& system) {
+  std::ifstream in(std::filesystem::path(__FILE__).parent_path() / "reference.json");
   std::vector<ReferenceCase> cases;
   const auto json = nlohmann::json::parse(in);
   for (const auto& entry : json.at("cases"))
