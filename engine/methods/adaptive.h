@@ -48,13 +48,12 @@ struct Adaptive {
         : system_(std::move(system)), h_(h), tolerance_(tolerance) {}
 
     State start(const Point& x) {
-      point_ = slope_ = dx_ = x;
-      const auto size = static_cast<std::size_t>(x.size());
-      for (Numbers* v : {&x_, &next_, &slope_now_, &error_}) v->resize(size);
+      prepare(x);
       return State{Accumulator<Point, arithmetic>(x)};
     }
 
     Ending step(State& state) {
+      prepare(state.x.value);
       std::copy_n(state.x.value.data(), x_.size(), x_.data());
       const Outcome outcome = integrate();
       if (outcome != Outcome::reached) return {outcome, std::nullopt};
@@ -67,6 +66,13 @@ struct Adaptive {
 
    private:
     using Numbers = std::vector<Scalar>;
+
+    void prepare(const Point& x) {
+      if (!x_.empty()) return;
+      point_ = slope_ = dx_ = x;
+      const auto size = static_cast<std::size_t>(x.size());
+      for (Numbers* v : {&x_, &next_, &slope_now_, &error_}) v->resize(size);
+    }
 
     /// x_ ← x(t + h).
     Outcome integrate() {

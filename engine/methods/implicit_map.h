@@ -38,14 +38,13 @@ class ImplicitMap {
   ImplicitMap(S system, Scalar h) : system_(std::move(system)), h_(h), solver_(0, 0) {}
 
   State start(const Point& x) {
-    dx_ = x;
-    derived().begin(x, z_);
-    solver_ = FixedPoint<Scalar>(z_.rows(), z_.cols());
+    prepare(x);
     return {Accumulator<Point, arithmetic>(x), History<Scalar>(z_.rows(), z_.cols())};
   }
 
   Ending step(State& state) {
     const Point& x = state.x.value;
+    prepare(x);
     if (!state.memory.predict(z_)) derived().begin(x, z_);
     if (!solve(x, h_)) {
       if (!x.allFinite()) return {Outcome::not_finite, std::nullopt};
@@ -62,6 +61,7 @@ class ImplicitMap {
 
   /// The largest |h| up to `limit` to which the solution can be followed from here, to 1e-3.
   std::optional<double> largest_step(const State& state, double limit) {
+    prepare(state.x.value);
     return follow(state.x.value, limit / length()) * length();
   }
 
@@ -72,6 +72,14 @@ class ImplicitMap {
  private:
   Derived& derived() { return static_cast<Derived&>(*this); }
   double length() const { return std::abs(static_cast<double>(h_)); }
+
+  /// The first time only: the unknown's shape is the Derived's.
+  void prepare(const Point& x) {
+    if (z_.size() > 0) return;
+    dx_ = x;
+    derived().begin(x, z_);
+    solver_ = FixedPoint<Scalar>(z_.rows(), z_.cols());
+  }
 
   bool solve(const Point& x, Scalar h) {
     return solver_.solve(z_, [&](const auto& z, auto& g) { derived().sweep(x, z, h, g); });
