@@ -32,6 +32,7 @@ struct Posed {
 };
 
 double defect(const MatrixXd& Q) {
+  if (!Q.allFinite()) return std::numeric_limits<double>::infinity();
   return (Q * Q.transpose() - MatrixXd::Identity(Q.rows(), Q.rows())).cwiseAbs().maxCoeff();
 }
 
@@ -42,14 +43,15 @@ std::optional<ConnectRefusal> refused(const TwoPointProblem& p) {
     return refusal::Invalid{field, rule};
   };
   const Index n = p.Q_0.rows(), N = p.Q_0.cols();
-  if (n < 1 || n > N) return invalid("Q_0", "must have 1 <= n <= N rows of N numbers");
+  if (n < 1 || n > N || N < 2)
+    return invalid("Q_0", "must have 1 <= n <= N rows of N >= 2 numbers");
   if (p.Q_T.rows() != n || p.Q_T.cols() != N) return invalid("Q_T", "must have the shape of Q_0");
   if (p.inertia.size() != N) return invalid("inertia", "must have N numbers");
   if (!p.inertia.allFinite()) return invalid("inertia", "must be finite");
   VectorXd sorted = p.inertia;
   std::sort(sorted.begin(), sorted.end());
   if (n < N && !(sorted(0) > 0)) return invalid("inertia", "must be positive for n < N");
-  if (n == N && N > 1 && !(sorted(0) + sorted(1) > 0))
+  if (n == N && !(sorted(0) + sorted(1) > 0))
     return invalid("inertia", "every two must have a positive sum");
   if (!(std::isfinite(p.time) && p.time > 0)) return invalid("time", "must be positive and finite");
   if (p.restarts < 0) return invalid("restarts", "must not be negative");
@@ -150,8 +152,7 @@ Shortest judged(const Posed& p, const MatrixXd& V, int seen) {
   const double length = V.norm(), slack = 1 + 1e-12;
   const double radius = is_body(p.Q_0) ? std::numbers::sqrt2 * std::numbers::pi : std::numbers::pi;
   const bool round = p.lambda.maxCoeff() - p.lambda.minCoeff() <= 1e-15 * p.lambda.maxCoeff();
-  if (p.dimension() == 0 || length == 0 || (round && length <= slack * radius))
-    return Shortest::yes;
+  if (length < 1e-14 || (round && length <= slack * radius)) return Shortest::yes;
   return p.dimension() == 1 && seen > 1 ? Shortest::yes : Shortest::unknown;
 }
 
@@ -174,16 +175,15 @@ std::expected<Geodesic, ConnectRefusal> connect(const TwoPointProblem& problem) 
   for (Candidate& c : all) {
     if (c.action > margin * best.energy) break;
     const Shot shot = solved(p, c);
-    const double E = shot.V.size() ? energy(p.lambda, shot.V) : best.energy;
     if (shot.residual <= TwoPointProblem::joined) {
+      const double E = energy(p.lambda, shot.V);
       if (E < best.energy) best.Qdot = shot.V, best.energy = E, best.start = c.start;
     } else {
       best.residual = std::min(best.residual, shot.residual);
       least_missed = std::min(least_missed, c.action);
     }
   }
-  if (best.Qdot.size() == 0 && p.dimension() > 0)
-    return std::unexpected(refusal::NotConverged{best.residual});
+  if (best.Qdot.size() == 0) return std::unexpected(refusal::NotConverged{best.residual});
 
   best.shortest = least_missed < (1 - 1e-3) * best.energy
                       ? Shortest::no

@@ -105,7 +105,9 @@ class Model {
 
 MatrixXd polar(const MatrixXd& A) {
   const Eigen::SelfAdjointEigenSolver<MatrixXd> spectrum(A * A.transpose());
-  return spectrum.operatorInverseSqrt() * A;
+  const MatrixXd Q = spectrum.operatorInverseSqrt() * A;
+  // What squaring lost where A is nearly singular, one Newton–Schulz step restores.
+  return (3 * Q - (Q * Q.transpose()) * Q) / 2;
 }
 
 MatrixXd tangent_basis(const MatrixXd& Q) {
@@ -154,13 +156,13 @@ double distance(const Path& a, const Path& b) {
 
 bool relax(const VectorXd& lambda, Path& path, double tolerance) {
   constexpr int iterations = 80;
-  constexpr double largest_shift = 1e6, rounding = 1e-13;
+  constexpr double smallest_shift = 1e-4, largest_shift = 1e6, rounding = 1e-13;
   const double K = static_cast<double>(steps(path));
   const double unit = std::pow(std::numbers::pi / K, 2);  // the lowest mode of the metric part
   double value = action(lambda, path), shift = 0;
   for (int iteration = 0; iteration < iterations; ++iteration) {
     Model model(lambda, path);
-    for (;; shift = std::max(4 * shift, 1.0)) {
+    for (;; shift = std::max(4 * shift, smallest_shift)) {
       if (shift > largest_shift) return false;
       if (!model.solve(shift * unit)) continue;
       const Path trial = model.moved(path);
@@ -171,7 +173,7 @@ bool relax(const VectorXd& lambda, Path& path, double tolerance) {
       break;
     }
     if (model.largest_step() <= tolerance) return true;
-    shift = shift > 1 ? shift / 4 : 0;
+    shift = shift > smallest_shift ? shift / 8 : 0;
   }
   return false;
 }
