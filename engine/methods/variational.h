@@ -3,6 +3,7 @@
 #include "engine/maps/moser_veselov.h"
 #include "engine/maps/rattle_stiefel.h"
 #include "engine/methods/method.h"
+#include "engine/systems/ellipsoid.h"
 #include "engine/systems/rigid_body.h"
 #include "engine/systems/stiefel.h"
 
@@ -40,9 +41,17 @@ struct Variational {
           : RattleStiefel<Scalar, arithmetic>(system.lambda(), system.n(), h) {}
     };
   };
+  template <class Scalar>
+  struct MapOf<Ellipsoid<Scalar>> {
+    template <Arithmetic arithmetic>
+    struct type : RattleStiefel<Scalar, arithmetic, Under::Qdot> {
+      type(const Ellipsoid<Scalar>& system, Scalar h)
+          : RattleStiefel<Scalar, arithmetic, Under::Qdot>(system.lambda(), 1, h) {}
+    };
+  };
   template <class S>
   static constexpr bool applies = requires {
-    typename MapOf<S>::template type<Arithmetic::plain>;
+    sizeof(MapOf<S>);
   };
 
   template <class S, Arithmetic arithmetic>
