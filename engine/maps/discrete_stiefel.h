@@ -44,6 +44,7 @@ class DiscreteStiefel {
         lu_(n),
         bar_(n, lambda.size()),
         I_(Matrix<Scalar>::Identity(n, n)),
+        inverse_(n, n),
         C_T_(n, n),
         G_(n, n),
         E_(n, n),
@@ -56,7 +57,6 @@ class DiscreteStiefel {
   Ending step(State& state) {
     if (!state.x.value.allFinite()) return {Outcome::not_finite, std::nullopt};
     if (!find_B(state.x.value)) return {Outcome::solver_stalled, std::nullopt};
-    keep_momentum(state.x.value.bottomRows(n_));
     for (Eigen::Index j = 0; j < state.x.value.cols(); ++j) {
       for (Eigen::Index i = 0; i < n_; ++i) {
         Wide sum = 0;
@@ -76,20 +76,35 @@ class DiscreteStiefel {
  private:
   using Wide = Extended<Scalar>;
 
-  /// B with CX + XCᵀ = G + X(Q_{k−1}Q_{k−1}ᵀ − I)X: the last term is rounding, and without it
-  /// Q_{k+1} would inherit it from Q_{k−1}.
+  /// B with CX + XCᵀ = G + X(Q_{k−1}Q_{k−1}ᵀ − I)X, whose last term is rounding that Q_{k+1} would
+  /// else inherit. In place of BQ_k stands B(QQᵀ)⁻¹Q_k, and B(2I − QQᵀ) is returned in B: what
+  /// rounding left of Q_kQ_kᵀ − I then does not turn m, which changes by BQQᵀ − QQᵀBᵀ.
   bool find_B(const Point& x) {
     const auto Q_prev = x.topRows(n_), Q = x.bottomRows(n_);
+    inverse_ = -(Q * Q.transpose());
+    inverse_.diagonal().array() += Scalar(2);
     bar_ = Q * lambda_.cwiseInverse().asDiagonal();
-    G_.noalias() = bar_ * bar_.transpose();
-    C_T_.noalias() = Q_prev * bar_.transpose();
+    X_.noalias() = bar_ * bar_.transpose();
+    B_.noalias() = inverse_ * X_;
+    G_.noalias() = B_ * inverse_;
+    X_.noalias() = Q_prev * bar_.transpose();
+    C_T_.noalias() = X_ * inverse_;
     E_.noalias() = Q_prev * Q_prev.transpose();
     E_ -= I_;
-    if (n_ == 1) {
-      B_(0, 0) = 2 * C_T_(0, 0) / G_(0, 0);
-      if (B_(0, 0) != Scalar(0)) B_(0, 0) -= E_(0, 0) / C_T_(0, 0);
-      return true;
-    }
+    if (!(n_ == 1 ? find_scalar() : find_matrix())) return false;
+    G_.noalias() = B_ * inverse_;
+    B_ = G_;
+    return B_.allFinite();
+  }
+
+  bool find_scalar() {
+    const Scalar C = C_T_(0, 0), E = E_(0, 0);
+    B_(0, 0) = 2 * C / G_(0, 0);
+    if (E <= C * C && -E <= C * C && C != Scalar(0)) B_(0, 0) -= E / (2 * C);
+    return true;
+  }
+
+  bool find_matrix() {
     lyapunov_.factor(C_T_);
     lyapunov_.solve(G_, X_);
     B_.noalias() = X_ * E_;
@@ -100,16 +115,7 @@ class DiscreteStiefel {
     lu_.compute(G_);
     X_ = lu_.solve(I_);
     B_ = (X_ + X_.transpose()) / 2;
-    return B_.allFinite();
-  }
-
-  /// B ← B(QQᵀ)⁻¹, to first order in the rounding of Q: m_{k+1} − m_k = BQQᵀ − QQᵀBᵀ.
-  template <class Frame>
-  void keep_momentum(const Frame& Q) {
-    E_.noalias() = Q * Q.transpose();
-    E_ -= I_;
-    G_.noalias() = B_ * E_;
-    B_ -= G_;
+    return true;
   }
 
   static void set(Accumulator<Point, arithmetic>& x, Eigen::Index i, Eigen::Index j, Wide value) {
@@ -122,7 +128,7 @@ class DiscreteStiefel {
   Eigen::Index n_;
   Lyapunov<Scalar> lyapunov_;
   Eigen::PartialPivLU<Matrix<Scalar>> lu_;
-  Matrix<Scalar> bar_, I_, C_T_, G_, E_, X_, B_;
+  Matrix<Scalar> bar_, I_, inverse_, C_T_, G_, E_, X_, B_;
   Vector<Wide> next_;
 };
 

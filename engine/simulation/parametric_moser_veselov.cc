@@ -2,6 +2,7 @@
 
 #include "engine/simulation/parametric_forms.h"
 #include "engine/simulation/rigid_body_data.h"
+#include "engine/simulation/scene_draft.h"
 #include "engine/simulation/simulate.h"
 
 namespace stiefel {

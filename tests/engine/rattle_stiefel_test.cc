@@ -18,6 +18,9 @@ constexpr auto compensated = Arithmetic::compensated;
 template <Arithmetic arithmetic>
 using VariationalMap = Variational::Map<Stiefel<double>, arithmetic>;
 
+static_assert(Variational::applies<Stiefel<double>> && Variational::applies<Ellipsoid<double>>);
+static_assert(Variational::applies<RigidBody<SoN<double>>> && !Variational::applies<double>);
+
 template <Arithmetic arithmetic = compensated>
 VariationalMap<arithmetic> map_of(const RandomFrame<double>& frame, double h) {
   return {Stiefel<double>(frame.lambda, frame.Q.rows()), h, 2};
