@@ -42,7 +42,8 @@ class SymmetricMoserVeselov {
 
  private:
   void form_momentum(const Point& x) {
-    inverse_.M().noalias() = x.topRows(N_).transpose() * x.bottomRows(N_) / epsilon_;
+    inverse_.M().noalias() = x.topRows(N_).transpose() * x.bottomRows(N_);
+    inverse_.M() /= epsilon_;
     take_twice_skew_part(inverse_.M());
   }
 
