@@ -1,6 +1,5 @@
 #include "engine/problems/connect.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -106,28 +105,6 @@ bool refine(const VectorXd& lambda, Candidate& c, double tolerance) {
   const bool done = relax(lambda, c.path, tolerance);
   c.action = action(lambda, c.path);
   return done;
-}
-
-/// Q̇(0) of the variational trajectory that a path is: S = S_½ − (h/2)BQ with S_½ = (Q_1 − Q_0)Λ/h
-/// and S tangent; at n = N from hM = UΛ − ΛUᵀ, U = Q_0ᵀQ_1.
-MatrixXd initial_velocity(const VectorXd& lambda, const Path& path) {
-  const double K = static_cast<double>(path.size() - 1);
-  const MatrixXd &Q = path[0], D = K * (path[1] - Q);
-  if (is_body(Q)) {
-    const MatrixXd UL = K * (Q.transpose() * path[1]) * lambda.asDiagonal();
-    MatrixXd Omega = UL - UL.transpose();
-    for (Index j = 0; j < Omega.cols(); ++j)
-      for (Index i = 0; i < Omega.rows(); ++i)
-        if (i != j) Omega(i, j) /= lambda(i) + lambda(j);
-    return Q * Omega;
-  }
-  const MatrixXd QL = Q * lambda.cwiseInverse().asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> K_Q(QL * Q.transpose());
-  const MatrixXd& Z = K_Q.eigenvectors();
-  MatrixXd X = Z.transpose() * (Q * D.transpose() + D * Q.transpose()) * Z;
-  for (Index j = 0; j < X.cols(); ++j)
-    for (Index i = 0; i < X.rows(); ++i) X(i, j) /= K_Q.eigenvalues()(i) + K_Q.eigenvalues()(j);
-  return D - Z * X * Z.transpose() * QL;
 }
 
 double energy(const VectorXd& lambda, const MatrixXd& V) {

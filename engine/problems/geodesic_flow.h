@@ -23,20 +23,21 @@ class FrameForm {
   void field(const Q_& Q, const S_& S, A dQ, B dS) {
     V_ = S * lambda_.cwiseInverse().asDiagonal();
     G_ = Q * lambda_.cwiseInverse().asDiagonal();
-    spectrum_.compute(G_ * Q.transpose());
-    B_ = divided(-2 * V_ * V_.transpose());
+    spectrum_.compute(G_.lazyProduct(Q.transpose()));
+    B_ = divided(-2 * V_.lazyProduct(V_.transpose()));
     dQ = V_;
-    dS = B_ * Q;
+    dS = B_.lazyProduct(Q);
   }
 
   /// At the point that `field` was last called for.
   template <class Q_, class S_, class q_, class s_, class A, class B>
   void variation(const Q_& Q, const S_&, const q_& q, const s_& s, A dq, B ds) {
-    const Matrix<Scalar> v = s * lambda_.cwiseInverse().asDiagonal(), half_k = q * G_.transpose(),
-                         k = half_k + half_k.transpose(), kB = k * B_, vV = v * V_.transpose();
+    const Matrix<Scalar> v = s * lambda_.cwiseInverse().asDiagonal(),
+                         half_k = q.lazyProduct(G_.transpose()), k = half_k + half_k.transpose(),
+                         kB = k.lazyProduct(B_), vV = v.lazyProduct(V_.transpose());
     const Matrix<Scalar> b = divided(-2 * (vV + vV.transpose()) - kB - kB.transpose());
     dq = v;
-    ds = b * Q + B_ * q;
+    ds = b.lazyProduct(Q) + B_.lazyProduct(q);
   }
 
   /// Ṽ ↦ S = VΛ.
@@ -50,10 +51,12 @@ class FrameForm {
   Matrix<Scalar> divided(const Matrix<Scalar>& E) const {
     const auto& Z = spectrum_.eigenvectors();
     const auto& kappa = spectrum_.eigenvalues();
-    Matrix<Scalar> X = Z.transpose() * E * Z;
+    const Matrix<Scalar> EZ = E.lazyProduct(Z);
+    Matrix<Scalar> X = Z.transpose().lazyProduct(EZ);
     for (Eigen::Index j = 0; j < n_; ++j)
       for (Eigen::Index i = 0; i < n_; ++i) X(i, j) /= kappa(i) + kappa(j);
-    return Z * X * Z.transpose();
+    const Matrix<Scalar> XZ = X.lazyProduct(Z.transpose());
+    return Z.lazyProduct(XZ);
   }
 
   Vector<Scalar> lambda_;
@@ -71,21 +74,22 @@ class BodyForm {
   template <class Q_, class M_, class A, class B>
   void field(const Q_& Q, const M_& M, A dQ, B dM) {
     Omega_ = divided(M);
-    dQ = Q * Omega_;
-    dM = M * Omega_ - Omega_ * M;
+    dQ = Q.lazyProduct(Omega_);
+    dM = M.lazyProduct(Omega_) - Omega_.lazyProduct(M);
   }
 
   template <class Q_, class M_, class q_, class m_, class A, class B>
   void variation(const Q_& Q, const M_& M, const q_& q, const m_& m, A dq, B dm) {
     const Matrix<Scalar> omega = divided(m);
-    dq = q * Omega_ + Q * omega;
-    dm = m * Omega_ - Omega_ * m + M * omega - omega * M;
+    dq = q.lazyProduct(Omega_) + Q.lazyProduct(omega);
+    dm =
+        m.lazyProduct(Omega_) - Omega_.lazyProduct(m) + M.lazyProduct(omega) - omega.lazyProduct(M);
   }
 
   /// Q̇ ↦ M = ΛΩ + ΩΛ, Ω the skew part of QᵀQ̇.
   static Matrix<Scalar> momentum(const Vector<Scalar>& lambda, const Matrix<Scalar>& Q,
                                  const Matrix<Scalar>& V) {
-    const Matrix<Scalar> twice = Q.transpose() * V - V.transpose() * Q;
+    const Matrix<Scalar> twice = Q.transpose().lazyProduct(V) - V.transpose().lazyProduct(Q);
     return (lambda.asDiagonal() * twice + twice * lambda.asDiagonal()) / Scalar(2);
   }
 

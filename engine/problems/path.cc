@@ -110,9 +110,15 @@ MatrixXd polar(const MatrixXd& A) {
   return (3 * Q - (Q * Q.transpose()) * Q) / 2;
 }
 
+MatrixXd complement(const MatrixXd& Q) {
+  const Index n = Q.rows(), N = Q.cols();
+  const Eigen::HouseholderQR<MatrixXd> qr(Q.transpose());
+  return (qr.householderQ() * MatrixXd::Identity(N, N).rightCols(N - n)).transpose();
+}
+
 MatrixXd tangent_basis(const MatrixXd& Q) {
   const Index n = Q.rows(), N = Q.cols();
-  const MatrixXd Z = Eigen::HouseholderQR<MatrixXd>(Q.transpose()).householderQ();
+  const MatrixXd R = complement(Q);
   MatrixXd E = MatrixXd::Zero(n * N, n * N - n * (n + 1) / 2);
   Index column = 0;
   for (Index i = 0; i < n; ++i) {
@@ -121,7 +127,7 @@ MatrixXd tangent_basis(const MatrixXd& Q) {
       delta.row(i) = Q.row(j) * std::numbers::sqrt2 / 2;
       delta.row(j) = -Q.row(i) * std::numbers::sqrt2 / 2;
     }
-    for (Index j = n; j < N; ++j, ++column) E.col(column).reshaped(n, N).row(i) = Z.col(j);
+    for (Index j = 0; j < N - n; ++j, ++column) E.col(column).reshaped(n, N).row(i) = R.row(j);
   }
   return E;
 }
@@ -152,6 +158,26 @@ double distance(const Path& a, const Path& b) {
   for (std::size_t k = 0; k < a.size(); ++k)
     largest = std::max(largest, (a[k] - b[k]).cwiseAbs().maxCoeff());
   return largest;
+}
+
+MatrixXd initial_velocity(const VectorXd& lambda, const Path& path) {
+  const double K = static_cast<double>(path.size() - 1);
+  const MatrixXd &Q = path[0], D = K * (path[1] - Q);
+  if (Q.rows() == Q.cols()) {
+    const MatrixXd UL = K * (Q.transpose() * path[1]) * lambda.asDiagonal();
+    MatrixXd Omega = UL - UL.transpose();
+    for (Index j = 0; j < Omega.cols(); ++j)
+      for (Index i = 0; i < Omega.rows(); ++i)
+        if (i != j) Omega(i, j) /= lambda(i) + lambda(j);
+    return Q * Omega;
+  }
+  const MatrixXd QL = Q * lambda.cwiseInverse().asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> K_Q(QL * Q.transpose());
+  const MatrixXd& Z = K_Q.eigenvectors();
+  MatrixXd X = Z.transpose() * (Q * D.transpose() + D * Q.transpose()) * Z;
+  for (Index j = 0; j < X.cols(); ++j)
+    for (Index i = 0; i < X.rows(); ++i) X(i, j) /= K_Q.eigenvalues()(i) + K_Q.eigenvalues()(j);
+  return D - Z * X * Z.transpose() * QL;
 }
 
 bool relax(const VectorXd& lambda, Path& path, double tolerance) {

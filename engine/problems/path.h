@@ -11,6 +11,9 @@ using Path = std::vector<Eigen::MatrixXd>;
 /// (AAᵀ)^{-1/2}A: the frame nearest to A.
 Eigen::MatrixXd polar(const Eigen::MatrixXd& A);
 
+/// N − n orthonormal rows at right angles to those of Q.
+Eigen::MatrixXd complement(const Eigen::MatrixXd& Q);
+
 /// Orthonormal tangent vectors at Q as columns of length nN (δ column by column), so that
 /// sym(δQᵀ) = 0: d = nN − n(n+1)/2 of them.
 Eigen::MatrixXd tangent_basis(const Eigen::MatrixXd& Q);
@@ -20,6 +23,10 @@ double action(const Eigen::VectorXd& lambda, const Path& path);
 
 /// The largest component of the action's gradient along the frames, over K λ_max.
 double slope(const Eigen::VectorXd& lambda, const Path& path);
+
+/// Q̇(0) of the variational trajectory that a relaxed path is:
+/// Q̇ = S_0Λ⁻¹, S_0 = (Q_1 − Q_0)ΛK − BQ_0/2K tangent; at n = N from M/K = UΛ − ΛUᵀ, U = Q_0ᵀQ_1.
+Eigen::MatrixXd initial_velocity(const Eigen::VectorXd& lambda, const Path& path);
 
 /// The same path with 2K steps: every midpoint is the frame nearest to the mean of its neighbours.
 Path refined(const Path& path);

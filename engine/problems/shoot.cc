@@ -57,7 +57,7 @@ class Shooting {
     for (int k = 0; k < iterations && std::isfinite(best); ++k) {
       const std::optional<MatrixXd> J = derivative(c);
       if (!J) break;
-      VectorXd step = -Eigen::CompleteOrthogonalDecomposition<MatrixXd>(*J).solve(rest);
+      VectorXd step = -Eigen::ColPivHouseholderQR<MatrixXd>(*J).solve(rest);
       bool better = false, much = false;
       for (int halving = 0; halving < halvings && !better; ++halving, step /= 2) {
         const VectorXd trial = c + step, left = remainder(trial);

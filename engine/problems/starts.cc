@@ -2,8 +2,6 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -104,7 +102,7 @@ class Starts {
   }
 
   Path straight(const MatrixXd& from, const MatrixXd& to, int K) {
-    constexpr double singular = 0.05;
+    constexpr double singular = 2.5e-3;  // of AAᵀ
     MatrixXd bend = MatrixXd::Zero(n_, N_);
     for (;;) {
       Path path = {from};
@@ -112,7 +110,8 @@ class Starts {
       for (int k = 1; k < K; ++k) {
         const double s = double(k) / K;
         const MatrixXd A = (1 - s) * from + s * to + std::sin(pi * s) * bend;
-        least = std::min(least, Eigen::JacobiSVD<MatrixXd>(A).singularValues().minCoeff());
+        const MatrixXd square = A * A.transpose();
+        least = std::min(least, square.selfadjointView<Eigen::Lower>().eigenvalues().minCoeff());
         path.push_back(polar(A));
       }
       path.push_back(to);
@@ -125,8 +124,7 @@ class Starts {
   MatrixXd completed(const MatrixXd& Q) const {
     if (n_ == N_) return Q;
     MatrixXd R(N_, N_);
-    R << Q,
-        MatrixXd(Eigen::HouseholderQR<MatrixXd>(Q.transpose()).householderQ()).col(n_).transpose();
+    R << Q, complement(Q);
     if (R.determinant() < 0) R.row(n_) = -R.row(n_);
     return R;
   }
