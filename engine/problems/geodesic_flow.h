@@ -40,7 +40,7 @@ class FrameForm {
     ds = b.lazyProduct(Q) + B_.lazyProduct(q);
   }
 
-  /// Ṽ ↦ S = VΛ.
+  /// V = Q̇ ↦ S = VΛ.
   static Matrix<Scalar> momentum(const Vector<Scalar>& lambda, const Matrix<Scalar>&,
                                  const Matrix<Scalar>& V) {
     return V * lambda.asDiagonal();

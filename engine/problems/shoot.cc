@@ -5,6 +5,7 @@
 #include <boost/numeric/odeint/stepper/generation.hpp>
 #include <boost/numeric/odeint/stepper/runge_kutta_fehlberg78.hpp>
 #include <cmath>
+#include <functional>
 #include <optional>
 
 #include "engine/problems/geodesic_flow.h"
