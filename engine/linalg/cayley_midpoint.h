@@ -33,7 +33,7 @@ class CayleyMidpoint<SoN<Scalar>> {
     X_ *= Scalar(-2);
     dx.noalias() = x * X_.transpose();
     Y_ = dx.bottomRows(N_);
-    Y_.noalias() += (X_ / 2) * dx.bottomRows(N_);
+    Y_.noalias() += Scalar(0.5) * (X_ * dx.bottomRows(N_));
     dx.bottomRows(N_) = Y_ - Y_.transpose();
   }
 
