@@ -36,7 +36,8 @@ class Declared : public ::testing::TestWithParam<int> {};
 
 TEST_P(Declared, IsMeasured) {
   const int N = GetParam();
-  for (const auto& system : catalogue().systems)
+  for (const char* name_of_system : {"rigid_body", "moser_veselov"}) {
+    const auto& system = *catalogue().system(name_of_system);
     for (const auto& method : system.methods) {
       auto early = worst_drift(N, std::string(method.method), 300);
       auto late = worst_drift(N, std::string(method.method), 3000);
@@ -55,6 +56,7 @@ TEST_P(Declared, IsMeasured) {
         }
       }
     }
+  }
 }
 INSTANTIATE_TEST_SUITE_P(Dimensions, Declared, ::testing::Values(3, 4));
 
