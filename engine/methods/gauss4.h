@@ -11,8 +11,9 @@ namespace stiefel {
 ///     x′ = x + (h/2)(K_1 + K_2).
 ///
 /// Order 4, time-symmetric, symplectic; it keeps every quadratic invariant (Cooper 1987): QQᵀ and
-/// PQᵀ in the variables (Q, P). A system names its quadratic invariants by `quadratic(invariant)`,
-/// and those that are functions of quadratic ones with them.
+/// PQᵀ in the variables (Q, P). It applies to systems that name their quadratic invariants, and the
+/// functions of those, by `quadratic(invariant)`: the forms of the rigid body in (Q, P) or (Q, B).
+/// In (Q, M) it would lose QMQᵀ.
 struct Gauss4 {
   static constexpr MethodTraits traits = {
       .name = "gauss4",
@@ -24,12 +25,12 @@ struct Gauss4 {
       .reversible = true,
   };
   template <class S>
-  static constexpr bool applies = System<S>;
+  static constexpr bool applies = System<S>&& requires(std::string_view v) {
+    S::quadratic(v);
+  };
   template <class S>
   static constexpr Kept kept(std::string_view invariant) {
-    if constexpr (requires { S::quadratic(invariant); })
-      if (S::quadratic(invariant)) return Kept::exact;
-    return Kept::bounded;
+    return S::quadratic(invariant) ? Kept::exact : Kept::bounded;
   }
 
   template <System S, Arithmetic arithmetic>

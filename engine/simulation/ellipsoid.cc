@@ -46,8 +46,7 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
       Wide size = 0;
       for (const Wide c : coefficients[k - 1]) size = std::max(size, std::abs(c));
       for (std::size_t j = 0; j < coefficients[k - 1].size(); ++j)
-        if (coefficients[k - 1][j] != 0)
-          out.add("lax", indexed("lax", k, static_cast<long>(j) - k), coefficients[k - 1][j], size);
+        out.add("lax", indexed("lax", k, static_cast<long>(j) - k), coefficients[k - 1][j], size);
     }
   };
   const double cost = 300 + 20 * static_cast<double>(lambda.size());

@@ -14,6 +14,10 @@ SystemEntry parametric_rigid_body_entry() {
   info.source = "[RB] (8.4)-(8.6)";
   info.file = "engine/systems/parametric_rigid_body.h";
   info.methods = methods_on<ParametricRigidBody<double>>(info);
+  // Every method multiplies Q and P by the same matrix.
+  for (auto& method : info.methods)
+    for (auto& preserved : method.preserves)
+      if (preserved.invariant == "PQ_inverse") preserved.kept = Kept::exact;
   return {info, [](SceneDraft& draft) { check_parametric(draft, 1); },
           [](const Scene& scene) {
             return simulate(scene, ParametricRigidBody<double>(scene.inertia(), scene.parameter()),

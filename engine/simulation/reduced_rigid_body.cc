@@ -21,7 +21,7 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
                      .M = [=](const auto& Q) -> Eigen::MatrixXd {
                        return Q.transpose() * (A - A.transpose()) * Q / epsilon;
                      },
-                     .A = [A](const auto&) { return A; }});
+                     .scaled = true});
   return simulate(scene, ReducedRigidBody<double>(scene.inertia(), A, epsilon), readout,
                   rigid_body_cost(N));
 }
@@ -35,6 +35,7 @@ SystemEntry reduced_rigid_body_entry() {
   info.equations = "Q' = Q J^-1(Q^T (A - A^T) Q) / epsilon, A = P Q^T constant, P = A Q";
   info.source = "[RB] (8.2)";
   info.file = "engine/systems/reduced_rigid_body.h";
+  std::erase_if(info.invariants, [](const auto& i) { return i.name == "PQt"; });  // it is not moved
   info.methods = methods_on<ReducedRigidBody<double>>(info);
   return {info, [](SceneDraft& draft) { check_symmetric(draft, false); }, make};
 }

@@ -22,7 +22,8 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
        .right = true,
        .A = [N](const auto& x) -> Eigen::MatrixXd {
          return x.bottomRows(N).transpose() * x.topRows(N);
-       }});
+       },
+       .scaled = true});
   return simulate(scene, RightSymmetricRigidBody<double>(scene.inertia(), epsilon), readout,
                   rigid_body_cost(N));
 }

@@ -43,7 +43,7 @@ void report_rigid_form(StackedReadout& readout, const Scene& scene, RigidForm fo
     readout.field({"M", N, N}, [form](const auto& x, auto out) { out = form.M(x); });
   readout.field({"Omega", N, N},
                 [=](const auto& x, auto out) { out = angular_velocity(lambda, form.M(x)); });
-  if (form.A)
+  if (form.scaled)
     readout.field({"epsilon", 1, 1},
                   [epsilon = scene.epsilon()](const auto&, auto out) { out(0, 0) = epsilon; });
 

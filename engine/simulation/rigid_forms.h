@@ -9,8 +9,9 @@ namespace stiefel {
 struct RigidForm {
   using MatrixOf = std::function<Eigen::MatrixXd(const Eigen::MatrixXd& x)>;
   MatrixOf Q, M;
-  bool right = false;  ///< Q_r and M_r
-  MatrixOf A = {};     ///< PQᵀ (on the right (Q_rᵀP_r)ᵀ), if the form has a P
+  bool right = false;   ///< Q_r and M_r
+  MatrixOf A = {};      ///< PQᵀ (on the right (Q_rᵀP_r)ᵀ), if the form moves a P
+  bool scaled = false;  ///< M stands multiplied by epsilon
 };
 
 /// The data that all forms share: blocks Q and `other`, fields, invariants.

@@ -29,10 +29,6 @@ class RightRigidBody {
     return invariant == "spatial_momentum" || invariant == "casimirs" ||
            invariant == "orthogonality";
   }
-  /// Whether it is a quadratic function of the state, or of such that are kept.
-  static constexpr bool quadratic(std::string_view invariant) {
-    return invariant == "orthogonality";
-  }
 
   explicit RightRigidBody(Vector<Scalar> lambda)
       : lambda_(std::move(lambda)),

@@ -32,11 +32,6 @@ class RigidBody {
            invariant == "orthogonality";
   }
 
-  /// Whether it is a quadratic function of the state.
-  static constexpr bool quadratic(std::string_view invariant) {
-    return invariant == "orthogonality";
-  }
-
   explicit RigidBody(Vector<Scalar> lambda)
       : lambda_(std::move(lambda)), space_(lambda_.size()), Omega_(space_.zero()) {}
 

@@ -42,7 +42,8 @@ void fill_rigid(SceneDescription& d, unsigned seed) {
 /// M_μ = G − G⁻¹ = hM + μΛ² for G = Q⁻¹P: G = W + (I + W²)^{1/2}, W half of it.
 void fill_parametric(SceneDescription& d, unsigned seed) {
   const RandomBody body(4, seed);
-  const double mu = 0.05, h = d.system == "parametric_moser_veselov" ? d.step : 0.3;
+  const bool discrete = d.system == "parametric_moser_veselov";
+  const double mu = discrete ? 0.0005 : 0.002, h = discrete ? d.step : 0.3;  // it grows like e^μλt
   Eigen::MatrixXd W = h * body.M;
   W.diagonal() += mu * body.lambda.cwiseAbs2();
   W /= 2;
@@ -87,6 +88,7 @@ SceneDescription any_scene(const std::string& system, const std::string& method,
   SceneDescription d;
   d.system = system;
   if (!method.empty()) d.method = MethodDescription{method, {}, {}, "", {}};
+  if (method == "adaptive") d.method->tolerance = 1e-5;  // coarse, so that its drift is seen
   d.step = step;
   if (system == "double_bracket")
     fill_double_bracket(d, seed);
