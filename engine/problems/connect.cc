@@ -93,16 +93,17 @@ std::vector<Candidate> relaxed(const Posed& posed, const TwoPointProblem& proble
   std::vector<Candidate> all;
   int start = 0;
   for (Path& path : starts(posed.Q_0, posed.Q_T, K, problem.restarts, problem.seed)) {
-    if (relax(posed.lambda, path, tolerance)) all.push_back({std::move(path), 0, start});
+    if (relax(posed.lambda, path, tolerance, problem.stop))
+      all.push_back({std::move(path), 0, start});
     ++start;
   }
   for (Candidate& c : all) c.action = action(posed.lambda, c.path);
   return distinct(std::move(all));
 }
 
-bool refine(const VectorXd& lambda, Candidate& c, double tolerance) {
+bool refine(const VectorXd& lambda, Candidate& c, double tolerance, const std::stop_token& stop) {
   c.path = refined(c.path);
-  const bool done = relax(lambda, c.path, tolerance);
+  const bool done = relax(lambda, c.path, tolerance, stop);
   c.action = action(lambda, c.path);
   return done;
 }
@@ -112,16 +113,16 @@ double energy(const VectorXd& lambda, const MatrixXd& V) {
 }
 
 /// Shoots from ever finer paths until the geodesic that the path stands for is reached.
-Shot solved(const Posed& p, Candidate& c) {
+Shot solved(const Posed& p, Candidate& c, const std::stop_token& stop) {
   constexpr std::size_t finest = 1024;
   constexpr double strayed = 0.02;
   Shot best;
   for (;;) {
-    const Shot shot = shoot(p.lambda, p.Q_0, p.Q_T, initial_velocity(p.lambda, c.path));
+    const Shot shot = shoot(p.lambda, p.Q_0, p.Q_T, initial_velocity(p.lambda, c.path), stop);
     const bool near = energy(p.lambda, shot.V) <= (1 + strayed) * c.action + 1e-300;
     if (near && shot.residual < best.residual) best = shot;
     if (best.residual <= TwoPointProblem::joined || 2 * c.path.size() > finest) return best;
-    if (!refine(p.lambda, c, 1e-8)) return best;
+    if (!refine(p.lambda, c, 1e-8, stop)) return best;
   }
 }
 
@@ -143,7 +144,8 @@ std::expected<Geodesic, ConnectRefusal> connect(const TwoPointProblem& problem) 
 
   std::vector<Candidate> all = relaxed(p, problem, wide ? 32 : 16, coarse);
   for (Candidate& c : all)
-    for (int K = wide ? 64 : 32; K <= (wide ? 128 : 64); K *= 2) refine(p.lambda, c, fine);
+    for (int K = wide ? 64 : 32; K <= (wide ? 128 : 64); K *= 2)
+      refine(p.lambda, c, fine, problem.stop);
   all = distinct(std::move(all));
 
   Geodesic best;
@@ -151,7 +153,7 @@ std::expected<Geodesic, ConnectRefusal> connect(const TwoPointProblem& problem) 
   double least_missed = std::numeric_limits<double>::infinity();
   for (Candidate& c : all) {
     if (c.action > margin * best.energy) break;
-    const Shot shot = solved(p, c);
+    const Shot shot = solved(p, c, problem.stop);
     if (shot.residual <= TwoPointProblem::joined) {
       const double E = energy(p.lambda, shot.V);
       if (E < best.energy) best.Qdot = shot.V, best.energy = E, best.start = c.start;
@@ -160,6 +162,7 @@ std::expected<Geodesic, ConnectRefusal> connect(const TwoPointProblem& problem) 
       least_missed = std::min(least_missed, c.action);
     }
   }
+  if (problem.stop.stop_requested()) return std::unexpected(refusal::Cancelled{});
   if (best.Qdot.size() == 0) return std::unexpected(refusal::NotConverged{best.residual});
 
   best.shortest = least_missed < (1 - 1e-3) * best.energy
@@ -184,6 +187,7 @@ std::expected<DiscreteGeodesic, ConnectRefusal> connect(const TwoPointProblem& p
   constexpr double tolerance = 1e-10, stationary = 1e-12;
   const Posed p = posed(problem);
   const std::vector<Candidate> all = relaxed(p, problem, K, tolerance);
+  if (problem.stop.stop_requested()) return std::unexpected(refusal::Cancelled{});
   if (all.empty())
     return std::unexpected(refusal::NotConverged{std::numeric_limits<double>::infinity()});
 

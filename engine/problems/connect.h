@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <expected>
+#include <stop_token>
 #include <variant>
 #include <vector>
 
@@ -16,11 +17,12 @@ namespace stiefel {
 ///
 ///     Σ ½ ‖(Q_{k+1} − Q_k) Λ^{1/2}‖² / h .
 struct TwoPointProblem {
-  Eigen::VectorXd inertia;   ///< Λ: n < N: every λ_i > 0; n = N: λ_i + λ_j > 0 for i ≠ j
-  Eigen::MatrixXd Q_0, Q_T;  ///< n × N with orthonormal rows, repaired up to frame_tolerance
-  double time = 1;           ///< T > 0
-  std::uint64_t seed = 1;    ///< of the random starts
-  int restarts = 4;          ///< paths through random frames, beside the direct ones
+  Eigen::VectorXd inertia;    ///< Λ: n < N: every λ_i > 0; n = N: λ_i + λ_j > 0 for i ≠ j
+  Eigen::MatrixXd Q_0, Q_T;   ///< n × N with orthonormal rows, repaired up to frame_tolerance
+  double time = 1;            ///< T > 0
+  std::uint64_t seed = 1;     ///< of the random starts
+  int restarts = 4;           ///< paths through random frames, beside the direct ones
+  std::stop_token stop = {};  ///< asks to give up: then Cancelled
 
   /// max |QQᵀ − I| up to which a frame is accepted.
   static constexpr double frame_tolerance = 1e-9;
@@ -79,9 +81,12 @@ struct UnequalDeterminants {
 struct NotConverged {
   double residual;
 };
+/// Its caller asked to stop.
+struct Cancelled {};
 }  // namespace refusal
-using ConnectRefusal = std::variant<refusal::Invalid, refusal::NotOrthonormal,
-                                    refusal::UnequalDeterminants, refusal::NotConverged>;
+using ConnectRefusal =
+    std::variant<refusal::Invalid, refusal::NotOrthonormal, refusal::UnequalDeterminants,
+                 refusal::NotConverged, refusal::Cancelled>;
 
 /// Paths from several starts are relaxed to minima of the discrete action, K is doubled, and the
 /// initial velocity of the shortest is corrected until its geodesic ends at Q_T. Costs

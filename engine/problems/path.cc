@@ -180,13 +180,13 @@ MatrixXd initial_velocity(const VectorXd& lambda, const Path& path) {
   return D - Z * X * Z.transpose() * QL;
 }
 
-bool relax(const VectorXd& lambda, Path& path, double tolerance) {
+bool relax(const VectorXd& lambda, Path& path, double tolerance, const std::stop_token& stop) {
   constexpr int iterations = 80;
   constexpr double smallest_shift = 1e-4, largest_shift = 1e6, rounding = 1e-13;
   const double K = static_cast<double>(steps(path));
   const double unit = std::pow(std::numbers::pi / K, 2);  // the lowest mode of the metric part
   double value = action(lambda, path), shift = 0;
-  for (int iteration = 0; iteration < iterations; ++iteration) {
+  for (int iteration = 0; iteration < iterations && !stop.stop_requested(); ++iteration) {
     Model model(lambda, path);
     for (;; shift = std::max(4 * shift, smallest_shift)) {
       if (shift > largest_shift) return false;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <stop_token>
 #include <vector>
 
 namespace stiefel {
@@ -37,7 +38,9 @@ double distance(const Path& a, const Path& b);
 /// Moves the inner frames to a local minimum of the action by Newton's method in tangent
 /// coordinates. The Hessian is block tridiagonal: 2KΛ − sym(g_kQ_kᵀ) and −KΛ, g_k the gradient in
 /// the ambient space; it is shifted by a multiple of Λ where it is not positive or the action would
-/// rise. False when the steps have not become smaller than `tolerance`.
-bool relax(const Eigen::VectorXd& lambda, Path& path, double tolerance);
+/// rise. False when the steps have not become smaller than `tolerance`, or
+/// when it is asked to stop.
+bool relax(const Eigen::VectorXd& lambda, Path& path, double tolerance,
+           const std::stop_token& stop = {});
 
 }  // namespace stiefel

@@ -50,12 +50,12 @@ class Shooting {
   Shooting(const VectorXd& lambda, const MatrixXd& Q_0, const MatrixXd& Q_T)
       : lambda_(lambda), Q_0_(Q_0), Q_T_(Q_T), E_(tangent_basis(Q_0)) {}
 
-  Shot from(const MatrixXd& V) const {
+  Shot from(const MatrixXd& V, const std::stop_token& stop) const {
     constexpr int iterations = 40, halvings = 6;
     VectorXd c = E_.transpose() * V.reshaped();
     VectorXd rest = remainder(c);
     double best = rest.cwiseAbs().maxCoeff();
-    for (int k = 0; k < iterations && std::isfinite(best); ++k) {
+    for (int k = 0; k < iterations && std::isfinite(best) && !stop.stop_requested(); ++k) {
       const std::optional<MatrixXd> J = derivative(c);
       if (!J) break;
       VectorXd step = -Eigen::ColPivHouseholderQR<MatrixXd>(*J).solve(rest);
@@ -136,9 +136,10 @@ MatrixXd momentum(const VectorXd& lambda, const MatrixXd& Q, const MatrixXd& V) 
                               : FrameForm<double>::momentum(lambda, Q, V);
 }
 
-Shot shoot(const VectorXd& lambda, const MatrixXd& Q_0, const MatrixXd& Q_T, const MatrixXd& V) {
-  return Q_0.rows() == Q_0.cols() ? Shooting<BodyForm>(lambda, Q_0, Q_T).from(V)
-                                  : Shooting<FrameForm>(lambda, Q_0, Q_T).from(V);
+Shot shoot(const VectorXd& lambda, const MatrixXd& Q_0, const MatrixXd& Q_T, const MatrixXd& V,
+           const std::stop_token& stop) {
+  return Q_0.rows() == Q_0.cols() ? Shooting<BodyForm>(lambda, Q_0, Q_T).from(V, stop)
+                                  : Shooting<FrameForm>(lambda, Q_0, Q_T).from(V, stop);
 }
 
 }  // namespace stiefel

@@ -22,7 +22,7 @@ const std::string& build_fingerprint() {
 
 Eigen::MatrixXd Simulation::get(std::string_view name) const {
   const auto field = std::ranges::find(fields_, name, &Field::name);
-  RowMatrix value(field->rows, field->cols);
+  RowMatrix value(field->rows, field->size() / field->rows);
   write(static_cast<std::size_t>(field - fields_.begin()),
         {value.data(), static_cast<std::size_t>(field->size())});
   return value;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "engine/simulation/methods.h"
+#include "engine/simulation/structure.h"
 #include "engine/simulation/system_entry.h"
 
 namespace stiefel {
@@ -55,7 +56,10 @@ const std::vector<SystemEntry>& system_entries() {
 const Catalogue& catalogue() {
   static const Catalogue built = [] {
     Catalogue c;
-    for (const auto& entry : system_entries()) c.systems.push_back(entry.info);
+    for (const auto& entry : system_entries()) {
+      c.systems.push_back(entry.info);
+      c.systems.back().forms = forms_of(entry.info.name);
+    }
     c.methods = infos(Methods{});
     return c;
   }();

@@ -33,7 +33,7 @@ SystemEntry moser_veselov_entry() {
   info.file = "engine/maps/moser_veselov.h";
   info.discrete = true;
   info.methods = keeps_all(info);
-  return {info, check_rigid_body_or_engineers, make};
+  return {info, check_rigid_body_or_engineers, make, make_in<SoN<double>>};
 }
 
 }  // namespace stiefel

@@ -31,7 +31,7 @@ SystemEntry rigid_body_entry() {
   info.source = "[RB] (2.2), (2.3)";
   info.file = "engine/systems/rigid_body.h";
   info.methods = methods_on<RigidBody<SoN<double>>>(info);
-  return {info, check_rigid_body_or_engineers, make};
+  return {info, check_rigid_body_or_engineers, make, make_in<SoN<double>>};
 }
 
 }  // namespace stiefel

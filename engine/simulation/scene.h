@@ -30,8 +30,8 @@ struct MethodDescription {
   std::string name;
   std::optional<int> order;
   std::optional<int> substeps;
-  std::string arithmetic;           ///< "compensated", "plain" or empty
-  std::optional<double> tolerance;  ///< of methods that choose their own steps
+  std::string arithmetic;                ///< "compensated", "plain" or empty
+  std::optional<double> tolerance = {};  ///< of methods that choose their own steps
 };
 
 /// A body in three dimensions in engineers' terms and in the caller's axes.

@@ -68,6 +68,10 @@ class Simulation {
   /// nothing for a map that is defined for every step.
   virtual std::optional<double> largest_step(double limit) const = 0;
 
+  /// One step of the map, without its history, from any state x near the manifold, blocks stacked
+  /// by rows; nothing where it has none, and for states that are not matrices.
+  virtual std::optional<Eigen::MatrixXd> image(const Eigen::MatrixXd& x) const = 0;
+
   /// A rough count of nanoseconds a step takes, from N and the method alone: for slicing, not
   /// timing.
   virtual double step_cost() const = 0;

@@ -67,6 +67,13 @@ class SimulationOf final : public Simulation {
   std::optional<double> largest_step(double limit) const override {
     return map_.largest_step(state_, limit);
   }
+  std::optional<Eigen::MatrixXd> image([[maybe_unused]] const Eigen::MatrixXd& x) const override {
+    if constexpr (std::is_same_v<typename Readout::Point, Eigen::MatrixXd>) {
+      auto state = map_.start(x);
+      if (map_.step(state).reached()) return state.x.value;
+    }
+    return std::nullopt;
+  }
   double step_cost() const override { return step_cost_; }
 
  private:

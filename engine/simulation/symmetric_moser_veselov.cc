@@ -21,7 +21,8 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
       readout, scene,
       {.Q = [N](const auto& x) { return x.topRows(N).eval(); },
        .M = [=](const auto& x) { return Psi<double>(x.topRows(N), x.bottomRows(N), epsilon); },
-       .A = [N](const auto& x) { return constant_A<double>(x.topRows(N), x.bottomRows(N)); }});
+       .A = [N](const auto& x) { return constant_A<double>(x.topRows(N), x.bottomRows(N)); },
+       .scaled = true});
   return simulate_map(scene, Map(scene.inertia(), scene.step(), epsilon), readout,
                       rigid_body_cost(N));
 }

@@ -60,6 +60,20 @@ MethodDescription read_method(const v1::Method& method, Violations& violations) 
 
 }  // namespace
 
+std::expected<Block, Violations> from_proto(const std::string& path, const v1::Matrix& matrix) {
+  Block out;
+  Violations violations;
+  read_block(path, matrix, out, violations);
+  if (!violations.empty()) return std::unexpected(std::move(violations));
+  return out;
+}
+
+void to_proto(const RowMatrix& values, v1::Matrix* out) {
+  out->set_rows(static_cast<std::uint32_t>(values.rows()));
+  out->set_cols(static_cast<std::uint32_t>(values.cols()));
+  out->mutable_values()->Add(values.data(), values.data() + values.size());
+}
+
 std::expected<SceneDescription, Violations> from_proto(const v1::Scene& scene) {
   SceneDescription out;
   Violations violations;
@@ -104,9 +118,7 @@ void to_proto(const SceneDescription& description, v1::Scene* out) {
   for (const auto& [name, block] : description.initial) {
     v1::Matrix& to = (*out->mutable_initial())[name];
     const auto& [values, imaginary] = block;
-    to.set_rows(static_cast<std::uint32_t>(values.rows()));
-    to.set_cols(static_cast<std::uint32_t>(values.cols()));
-    to.mutable_values()->Add(values.data(), values.data() + values.size());
+    to_proto(values, &to);
     to.mutable_imaginary()->Add(imaginary.data(), imaginary.data() + imaginary.size());
   }
   if (const auto& body = description.body) {

@@ -42,7 +42,7 @@ INSTANTIATE_TEST_SUITE_P(Sizes, OnFrames,
                          ::testing::Values(Case{1, 2}, Case{1, 5}, Case{2, 4}, Case{3, 8},
                                            Case{4, 5}, Case{3, 3}, Case{5, 5}),
                          [](const auto& test) {
-                           return "V" + std::to_string(test.param.n) + "_" +
+                           return std::string("V").append(std::to_string(test.param.n)) + "_" +
                                   std::to_string(test.param.N);
                          });
 

@@ -22,9 +22,8 @@ Eigen::MatrixXd moved(const Eigen::MatrixXd& Q, const Eigen::MatrixXd& Qdot, dou
   return next;
 }
 
-void fill_rigid(SceneDescription& d, unsigned seed) {
-  const RandomBody body(4, seed);
-  const Eigen::Index N = 4;
+void fill_rigid(SceneDescription& d, unsigned seed, int N) {
+  const RandomBody body(N, seed);
   Eigen::MatrixXd Omega = body.M;
   for (Eigen::Index j = 0; j < N; ++j)
     for (Eigen::Index i = 0; i < N; ++i)
@@ -43,7 +42,8 @@ void fill_rigid(SceneDescription& d, unsigned seed) {
 void fill_parametric(SceneDescription& d, unsigned seed) {
   const RandomBody body(4, seed);
   const bool discrete = d.system == "parametric_moser_veselov";
-  const double mu = discrete ? 0.0005 : 0.002, h = discrete ? d.step : 0.3;  // it grows like e^μλt
+  const double mu = discrete ? 0.0005 : 0.002;  // it grows like e^μλt
+  const double h = discrete ? d.step : 1.5 / body.M.norm();
   Eigen::MatrixXd W = h * body.M;
   W.diagonal() += mu * body.lambda.cwiseAbs2();
   W /= 2;
@@ -84,12 +84,15 @@ void fill_double_bracket(SceneDescription& d, unsigned seed) {
 }  // namespace
 
 SceneDescription any_scene(const std::string& system, const std::string& method, unsigned seed,
-                           double step) {
+                           double step, int N) {
   SceneDescription d;
   d.system = system;
   if (!method.empty()) d.method = MethodDescription{method, {}, {}, "", {}};
-  if (method == "adaptive") d.method->tolerance = 1e-5;  // coarse, so that its drift is seen
   d.step = step;
+  if (method == "adaptive") {  // coarse, so that its errors are seen
+    d.method->tolerance = 1e-5;
+    d.step *= 10;
+  }
   if (system == "double_bracket")
     fill_double_bracket(d, seed);
   else if (system.starts_with("parametric"))
@@ -97,7 +100,7 @@ SceneDescription any_scene(const std::string& system, const std::string& method,
   else if (system == "ellipsoid" || system.find("stiefel") != std::string::npos)
     fill_frames(d, seed);
   else
-    fill_rigid(d, seed);
+    fill_rigid(d, seed, N);
   return d;
 }
 
