@@ -75,7 +75,7 @@ TEST_P(EverySystem, AResolvedSceneResolvesToItself) {
   EXPECT_EQ(saved(*make_simulation(once)), saved(*make_simulation(twice)));
 }
 
-/// How far a family of invariants moves on the way, over seeded scenes: on the mean up to a tenth
+/// How far a family of invariants moves on the way, over seeded scenes: on the mean up to a quarter
 /// of the steps and up to the last, and at worst.
 struct Drift {
   double early = 0, late = 0, worst = 0;
@@ -119,7 +119,8 @@ std::map<std::string, Drift> drifts_over(std::int64_t steps, int scenes,
 /// What the catalogue declares is what happens, from both sides.
 TEST_P(EverySystem, KeepsWhatItDeclares) {
   const auto [system, method, N] = GetParam();
-  auto drifts = drifts_over(1000, 32, [this](unsigned seed) { return scene(seed, 0.1); });
+  const double h = system == "parametric_rigid_body" ? 0.4 : 0.1;  // that one is slow
+  auto drifts = drifts_over(1000, 32, [&](unsigned seed) { return scene(seed, h); });
   for (const auto& on : catalogue().system(system)->methods) {
     if (on.method != method) continue;
     for (const auto& [invariant, kept] : on.preserves) {
@@ -133,10 +134,10 @@ TEST_P(EverySystem, KeepsWhatItDeclares) {
       if (kept == Kept::exact) {
         EXPECT_LE(worst, bound) << where;
       } else if (kept == Kept::drifts) {
-        EXPECT_GE(late, 2 * early) << where;
+        EXPECT_GE(late, 1.5 * early) << where;
         EXPECT_GE(late, 1e-11) << where;
       } else {
-        EXPECT_LE(late, 2 * early) << where;
+        EXPECT_LE(late, 1.5 * early) << where;
         EXPECT_GE(late, 1e-11) << where;
       }
     }

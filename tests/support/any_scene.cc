@@ -42,8 +42,8 @@ void fill_rigid(SceneDescription& d, unsigned seed, int N) {
 void fill_parametric(SceneDescription& d, unsigned seed) {
   const RandomBody body(4, seed);
   const bool discrete = d.system == "parametric_moser_veselov";
-  const double mu = discrete ? 0.0005 : 0.002;  // it grows like e^μλt
-  const double h = discrete ? d.step : 1.5 / body.M.norm();
+  const double mu = discrete ? 0.0005 : 0.0002;  // it grows like e^μλt
+  const double h = discrete ? d.step : 2 / body.M.norm();
   Eigen::MatrixXd W = h * body.M;
   W.diagonal() += mu * body.lambda.cwiseAbs2();
   W /= 2;
