@@ -33,4 +33,9 @@ Vector<Scalar> singular_values(const Matrix<std::complex<Scalar>>& Q,
   return Eigen::JacobiSVD<Matrix<std::complex<Scalar>>>(a * Q + b * P).singularValues();
 }
 
+// Compiled once, in double_bracket.cc.
+extern template Vector<double> singular_values(const Matrix<std::complex<double>>& Q,
+                                               const Matrix<std::complex<double>>& P,
+                                               std::complex<double> a, std::complex<double> b);
+
 }  // namespace stiefel

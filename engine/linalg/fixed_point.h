@@ -16,14 +16,7 @@ namespace stiefel {
 template <class Scalar>
 class FixedPoint {
  public:
-  FixedPoint(Eigen::Index rows, Eigen::Index cols)
-      : depth_(std::min(most_columns, rows * cols)),
-        g_(rows, cols),
-        f_(rows, cols),
-        last_g_(rows, cols),
-        last_f_(rows, cols),
-        dg_(rows * cols, depth_),
-        df_(rows * cols, depth_) {}
+  FixedPoint(Eigen::Index rows, Eigen::Index cols);
 
   /// From the z that is there; `sweep(z, g)` sets g = g(z). It ends when what is left is at
   /// rounding level, or stays just above it. False if it does not converge: z is lost then.
@@ -65,25 +58,41 @@ class FixedPoint {
   using SmallVector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1, 0, most_columns, 1>;
 
   /// z ← z − Σ c_i Δg_i, c by the normal equations of unit columns.
-  void mix(Matrix<Scalar>& z, Eigen::Index columns) {
-    Small normal(columns, columns);
-    SmallVector scale(columns), c(columns);
-    for (Eigen::Index i = 0; i < columns; ++i) {
-      const Scalar norm = df_.col(i).norm();
-      scale(i) = norm > 0 ? Scalar(1 / norm) : Scalar(0);
-    }
-    for (Eigen::Index i = 0; i < columns; ++i) {
-      c(i) = scale(i) * df_.col(i).dot(last_f_.reshaped());
-      for (Eigen::Index j = 0; j < columns; ++j)
-        normal(i, j) = scale(i) * scale(j) * df_.col(i).dot(df_.col(j));
-      normal(i, i) += two_to<Scalar>(8 - bits<Scalar>);
-    }
-    normal.ldlt().solveInPlace(c);
-    for (Eigen::Index i = 0; i < columns; ++i) z.reshaped() -= (scale(i) * c(i)) * dg_.col(i);
-  }
+  void mix(Matrix<Scalar>& z, Eigen::Index columns);
 
   Eigen::Index depth_;
   Matrix<Scalar> g_, f_, last_g_, last_f_, dg_, df_;
 };
+
+template <class Scalar>
+FixedPoint<Scalar>::FixedPoint(Eigen::Index rows, Eigen::Index cols)
+    : depth_(std::min(most_columns, rows * cols)),
+      g_(rows, cols),
+      f_(rows, cols),
+      last_g_(rows, cols),
+      last_f_(rows, cols),
+      dg_(rows * cols, depth_),
+      df_(rows * cols, depth_) {}
+
+template <class Scalar>
+void FixedPoint<Scalar>::mix(Matrix<Scalar>& z, Eigen::Index columns) {
+  Small normal(columns, columns);
+  SmallVector scale(columns), c(columns);
+  for (Eigen::Index i = 0; i < columns; ++i) {
+    const Scalar norm = df_.col(i).norm();
+    scale(i) = norm > 0 ? Scalar(1 / norm) : Scalar(0);
+  }
+  for (Eigen::Index i = 0; i < columns; ++i) {
+    c(i) = scale(i) * df_.col(i).dot(last_f_.reshaped());
+    for (Eigen::Index j = 0; j < columns; ++j)
+      normal(i, j) = scale(i) * scale(j) * df_.col(i).dot(df_.col(j));
+    normal(i, i) += two_to<Scalar>(8 - bits<Scalar>);
+  }
+  normal.ldlt().solveInPlace(c);
+  for (Eigen::Index i = 0; i < columns; ++i) z.reshaped() -= (scale(i) * c(i)) * dg_.col(i);
+}
+
+// Compiled once, in fixed_point.cc.
+extern template class FixedPoint<double>;
 
 }  // namespace stiefel

@@ -1,10 +1,6 @@
 #pragma once
 
-#include <Eigen/Eigenvalues>
-#include <limits>
-
 #include "engine/linalg/j_n.h"
-#include "engine/representations/j_d_inverse.h"
 #include "engine/representations/psi.h"
 
 namespace stiefel {
@@ -23,12 +19,8 @@ Matrix<Scalar> Sigma_L(const Vector<Scalar>& lambda, const Matrix<Scalar>& Q_pre
 
 /// Σ_L⁻¹: Q_{k−1} = Q_kJ_D⁻¹(−hM_k), since J_D(U_{k−1}ᵀ) = −hM_k; of the pairs that Σ_L takes to
 /// (Q, M) the one with spec(UΛ) in Re > 0.
-inline MatrixWithin<double> Sigma_L_inverse(const Vector<double>& lambda, const Matrix<double>& Q,
-                                            const Matrix<double>& M, double h = 1) {
-  auto U = J_D_inverse(lambda, -h * M);
-  if (U) *U = (Q * *U).eval();
-  return U;
-}
+MatrixWithin<double> Sigma_L_inverse(const Vector<double>& lambda, const Matrix<double>& Q,
+                                     const Matrix<double>& M, double h = 1);
 
 /// Σ_H is Ψ: hM_k = Q_kᵀP_k − P_kᵀQ_k. ψ = Σ_H⁻¹∘Σ_L, (7.5): P_k = Q_k exp(asinh(hM_k/2)), for
 /// (Q_{k−1}, Q_k) ∈ S_L, where ‖J_D(Q_{k−1}ᵀQ_k)‖_op < 2.
@@ -54,13 +46,6 @@ double margin_S_L(const Vector<Scalar>& lambda, const Matrix<Scalar>& Q_previous
 /// How near Ω_L is to degenerate at (Q, QU): the smallest |w_i + w_j|, i < j, over the eigenvalues
 /// w of UΛ. In S_L it is E_L where this is positive (W ↦ ΛWU + UᵀWΛ on so(N) has the determinant
 /// ∏(w_i + w_j)); on the branch Re w > 0 it always is.
-inline double margin_E_L(const Vector<double>& lambda, const Matrix<double>& U) {
-  const Matrix<double> W = U * lambda.asDiagonal();
-  const Eigen::VectorXcd w = Eigen::EigenSolver<Matrix<double>>(W, false).eigenvalues();
-  double margin = std::numeric_limits<double>::infinity();
-  for (Eigen::Index j = 0; j < w.size(); ++j)
-    for (Eigen::Index i = 0; i < j; ++i) margin = std::min(margin, std::abs(w(i) + w(j)));
-  return margin;
-}
+double margin_E_L(const Vector<double>& lambda, const Matrix<double>& U);
 
 }  // namespace stiefel

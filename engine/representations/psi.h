@@ -87,4 +87,8 @@ MatrixWithin<Scalar> Psi_inverse(const Matrix<Scalar>& Q, const Matrix<Scalar>& 
   return E;
 }
 
+// Compiled once, in psi.cc.
+extern template double principal_cosine(const Matrix<double>& Q, const Matrix<double>& P);
+extern template MatrixWithin<double> root_of_one_plus_square(const Matrix<double>& A);
+
 }  // namespace stiefel

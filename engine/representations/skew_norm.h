@@ -19,4 +19,7 @@ Scalar skew_norm(const Matrix<Scalar>& M) {
   return size * sqrt(solver.eigenvalues()(M.cols() - 1));
 }
 
+// Compiled once, in skew_norm.cc.
+extern template double skew_norm(const Matrix<double>& M);
+
 }  // namespace stiefel
