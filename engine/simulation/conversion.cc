@@ -40,7 +40,7 @@ SceneDescription describe(const Scene& scene, const SystemInfo& system, const Ph
   out.system = system.name;
   out.method = method_on(system, scene);
   out.inertia = {phase.lambda.begin(), phase.lambda.end()};
-  for (const auto& [name, block] : expression.blocks) out.initial[name] = RowMatrix(block);
+  for (const auto& [name, block] : expression.blocks) out.initial[name] = Block(block);
   out.epsilon = expression.epsilon;
   out.parameter = expression.parameter;
   out.step = scene.step();

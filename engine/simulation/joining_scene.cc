@@ -18,8 +18,8 @@ Scene scene_of(const TwoPointProblem& problem, const Answer& answer, MethodDescr
   d.system = body ? "rigid_body" : "stiefel";
   d.method = std::move(method);
   d.inertia = {problem.inertia.begin(), problem.inertia.end()};
-  d.initial["Q"] = RowMatrix(problem.Q_0);
-  d.initial[body ? "M" : "S"] = RowMatrix(body ? answer.M : answer.S);
+  d.initial["Q"] = problem.Q_0;
+  d.initial[body ? "M" : "S"] = body ? answer.M : answer.S;
   d.step = step;
   return Scene::resolve(std::move(d)).value();
 }

@@ -49,6 +49,8 @@ struct Block {
   Block() = default;
   Block(RowMatrix real, RowMatrix imaginary_part = {})
       : values(std::move(real)), imaginary(std::move(imaginary_part)) {}
+  template <class Derived>
+  Block(const Eigen::MatrixBase<Derived>& real) : values(real) {}
 
   RowMatrix values, imaginary;
 };

@@ -1,8 +1,8 @@
 #include "engine/simulation/scene_draft.h"
 
 #include <Eigen/LU>
+#include <charconv>
 #include <cmath>
-#include <sstream>
 
 #include "engine/linalg/orthogonal.h"
 #include "engine/linalg/so_3.h"
@@ -25,10 +25,8 @@ std::string element(const std::string& field, std::size_t k) {
 }  // namespace
 
 std::string to_text(double x) {
-  std::ostringstream out;
-  out.precision(17);
-  out << x;
-  return out.str();
+  char text[32];
+  return {text, std::to_chars(text, text + sizeof text, x).ptr};
 }
 
 std::string to_text(const std::vector<double>& v) {

@@ -32,6 +32,12 @@ void read_block(const std::string& path, const v1::Matrix& matrix, Block& out,
   const bool rows = check("rows", matrix.rows());
   const bool cols = check("cols", matrix.cols());
   if (!rows || !cols) return;
+  if (std::uint64_t{matrix.rows()} * matrix.cols() > Scene::max_elements) {
+    violations.push_back(
+        {path, std::to_string(matrix.rows()) + " x " + std::to_string(matrix.cols()),
+         "must have at most " + std::to_string(Scene::max_elements) + " elements"});
+    return;
+  }
   read_values(path + ".values", matrix, matrix.values(), out.values, violations);
   if (matrix.imaginary_size() > 0)
     read_values(path + ".imaginary", matrix, matrix.imaginary(), out.imaginary, violations);
