@@ -25,16 +25,17 @@ struct RandomFrame {
                        Matrix<Scalar>::Identity(N, n))
             .transpose();
     for (Scalar& x : S.reshaped()) x = Scalar(2 * uniform() - 1);
-    const Matrix<Scalar> inverse = lambda.cwiseInverse().asDiagonal();
+    const Vector<Scalar> inverse = lambda.cwiseInverse();
     for (int k = 0; k < 2; ++k) {  // S ← S − XQ with QΛ⁻¹Sᵀ + SΛ⁻¹Qᵀ = 0
-      const Matrix<Scalar> cross = Q * inverse * S.transpose();
+      const Matrix<Scalar> weighted = Q * inverse.asDiagonal();
+      const Matrix<Scalar> cross = weighted * S.transpose();
       SymmetricLyapunov<Scalar> lyapunov(n);
-      lyapunov.factor(Q * inverse * Q.transpose());
+      lyapunov.factor(weighted * Q.transpose());
       Matrix<Scalar> X(n, n);
       lyapunov.solve(cross + cross.transpose(), X);
       S -= X * Q;
     }
-    S /= (S * inverse).norm();
+    S /= (S * inverse.asDiagonal()).norm();
   }
 
   Matrix<Scalar> state() const {
