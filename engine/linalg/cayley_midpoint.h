@@ -1,7 +1,6 @@
 #pragma once
 
-#include <Eigen/LU>
-
+#include "engine/linalg/lu.h"
 #include "engine/linalg/so_3.h"
 #include "engine/linalg/so_n.h"
 
@@ -19,35 +18,49 @@ class CayleyMidpoint<SoN<Scalar>> {
  public:
   explicit CayleyMidpoint(Eigen::Index N) : N_(N), lu_(N), X_(N, N), Y_(N, N) {}
 
-  void midpoint(const Matrix<Scalar>& x, const Matrix<Scalar>& a, Matrix<Scalar>& middle) {
-    factor(a);
-    X_ = lu_.solve(x.bottomRows(N_));
-    Y_ = lu_.solve(X_.transpose());
-    middle.bottomRows(N_) = Y_.transpose();
-  }
+  void midpoint(const Matrix<Scalar>& x, const Matrix<Scalar>& a, Matrix<Scalar>& middle);
 
   /// With D = U − I = −2((I + a)⁻¹a)ᵀ and Y = MD + ½DᵀMD the second is Y − Yᵀ.
-  void displacement(const Matrix<Scalar>& x, const Matrix<Scalar>& a, Matrix<Scalar>& dx) {
-    factor(a);
-    X_ = lu_.solve(a);
-    X_ *= Scalar(-2);
-    dx.noalias() = x * X_.transpose();
-    Y_ = dx.bottomRows(N_);
-    Y_.noalias() += Scalar(0.5) * (X_ * dx.bottomRows(N_));
-    dx.bottomRows(N_) = Y_ - Y_.transpose();
-  }
+  void displacement(const Matrix<Scalar>& x, const Matrix<Scalar>& a, Matrix<Scalar>& dx);
 
  private:
-  void factor(const Matrix<Scalar>& a) {
-    X_ = a;
-    X_.diagonal().array() += Scalar(1);
-    lu_.compute(X_);
-  }
+  void factor(const Matrix<Scalar>& a);
 
   Eigen::Index N_;
   Eigen::PartialPivLU<Matrix<Scalar>> lu_;
   Matrix<Scalar> X_, Y_;
 };
+
+template <class Scalar>
+void CayleyMidpoint<SoN<Scalar>>::midpoint(const Matrix<Scalar>& x, const Matrix<Scalar>& a,
+                                           Matrix<Scalar>& middle) {
+  factor(a);
+  X_ = lu_.solve(x.bottomRows(N_));
+  Y_ = lu_.solve(X_.transpose());
+  middle.bottomRows(N_) = Y_.transpose();
+}
+
+template <class Scalar>
+void CayleyMidpoint<SoN<Scalar>>::displacement(const Matrix<Scalar>& x, const Matrix<Scalar>& a,
+                                               Matrix<Scalar>& dx) {
+  factor(a);
+  X_ = lu_.solve(a);
+  X_ *= Scalar(-2);
+  dx.noalias() = x * X_.transpose();
+  Y_ = dx.bottomRows(N_);
+  Y_.noalias() += Scalar(0.5) * (X_ * dx.bottomRows(N_));
+  dx.bottomRows(N_) = Y_ - Y_.transpose();
+}
+
+template <class Scalar>
+void CayleyMidpoint<SoN<Scalar>>::factor(const Matrix<Scalar>& a) {
+  X_ = a;
+  X_.diagonal().array() += Scalar(1);
+  lu_.compute(X_);
+}
+
+// Compiled once, in cayley_midpoint.cc.
+extern template class CayleyMidpoint<SoN<double>>;
 
 /// In coordinates: m̃ = (m − c×m)/(1 + |c|²), U = (1, c)/|(1, c)| as a quaternion.
 template <class Scalar, bool frame>

@@ -1,10 +1,10 @@
 #pragma once
 
 #include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <cmath>
 
 #include "engine/linalg/compensated.h"
+#include "engine/linalg/lu.h"
 #include "engine/linalg/lyapunov.h"
 
 namespace stiefel {

@@ -1,9 +1,9 @@
 #pragma once
 
-#include <Eigen/LU>
 #include <array>
 #include <cmath>
 
+#include "engine/linalg/lu.h"
 #include "engine/linalg/scalar.h"
 
 namespace stiefel {
@@ -56,5 +56,6 @@ void SkewExponential<Scalar>::operator()(const Matrix<Scalar>& theta, Matrix<Sca
 
 // Compiled once, in exponential.cc.
 extern template class SkewExponential<double>;
+extern template class SkewExponential<long double>;
 
 }  // namespace stiefel

@@ -3,5 +3,6 @@
 namespace stiefel {
 
 template class GeneralExponential<double>;
+template class GeneralExponential<long double>;
 
 }  // namespace stiefel

@@ -1,10 +1,10 @@
 #pragma once
 
-#include <Eigen/LU>
 #include <array>
 #include <cmath>
 #include <limits>
 
+#include "engine/linalg/lu.h"
 #include "engine/linalg/scalar.h"
 
 namespace stiefel {
@@ -65,5 +65,6 @@ void GeneralExponential<Scalar>::operator()(const Matrix<Scalar>& A, Matrix<Scal
 
 // Compiled once, in general_exponential.cc.
 extern template class GeneralExponential<double>;
+extern template class GeneralExponential<long double>;
 
 }  // namespace stiefel

@@ -3,5 +3,6 @@
 namespace stiefel {
 
 template class Lyapunov<double>;
+template class Lyapunov<long double>;
 
 }  // namespace stiefel

@@ -87,5 +87,6 @@ void Lyapunov<Scalar>::solve(const Matrix<Scalar>& G, Matrix<Scalar>& Y) {
 
 // Compiled once, in lyapunov.cc.
 extern template class Lyapunov<double>;
+extern template class Lyapunov<long double>;
 
 }  // namespace stiefel

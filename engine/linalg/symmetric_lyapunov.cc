@@ -3,5 +3,6 @@
 namespace stiefel {
 
 template class SymmetricLyapunov<double>;
+template class SymmetricLyapunov<long double>;
 
 }  // namespace stiefel

@@ -1,8 +1,7 @@
 #pragma once
 
-#include <Eigen/LU>
-
 #include "engine/linalg/compensated.h"
+#include "engine/linalg/lu.h"
 #include "engine/linalg/lyapunov.h"
 #include "engine/maps/map.h"
 

@@ -1,8 +1,7 @@
 #pragma once
 
-#include <Eigen/LU>
-
 #include "engine/linalg/j_n.h"
+#include "engine/linalg/lu.h"
 #include "engine/maps/discrete_inverse.h"
 
 namespace stiefel {

@@ -1,12 +1,12 @@
 #include "engine/problems/connect.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <optional>
 
+#include "engine/linalg/lu.h"
 #include "engine/problems/path.h"
 #include "engine/problems/shoot.h"
 #include "engine/problems/starts.h"

@@ -1,9 +1,9 @@
 #include "engine/simulation/parametric_forms.h"
 
-#include <Eigen/LU>
 #include <cmath>
 
 #include "engine/invariants/parametric_rigid_body.h"
+#include "engine/linalg/lu.h"
 #include "engine/simulation/rigid_body_invariants.h"
 #include "engine/simulation/rigid_forms.h"
 #include "engine/simulation/scene_draft.h"

@@ -4,6 +4,7 @@
 #include "engine/linalg/orthogonal.h"
 #include "engine/representations/discrete_pairs.h"
 #include "engine/representations/interpolation.h"
+#include "engine/representations/j_d_inverse.h"
 #include "engine/representations/left_right.h"
 #include "engine/representations/mclachlan_scovel.h"
 #include "engine/representations/psi.h"

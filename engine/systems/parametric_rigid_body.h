@@ -2,10 +2,9 @@
 
 #include <string_view>
 
-#include <Eigen/LU>
-
 #include "engine/linalg/general_exponential.h"
 #include "engine/linalg/j_n.h"
+#include "engine/linalg/lu.h"
 #include "engine/systems/concepts.h"
 
 namespace stiefel {

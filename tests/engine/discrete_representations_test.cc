@@ -1,8 +1,7 @@
 #include <gtest/gtest.h>
 
-#include <Eigen/LU>
-
 #include "engine/invariants/dirac_bracket.h"
+#include "engine/linalg/lu.h"
 #include "engine/representations/interpolation.h"
 #include "tests/support/j_d_inverse.h"
 #include "tests/support/random_matrices.h"

@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 
+#include "engine/linalg/lu.h"
 #include "engine/linalg/so_3.h"
 #include "engine/representations/left_right.h"
 #include "engine/representations/mclachlan_scovel.h"

@@ -1,7 +1,6 @@
 #pragma once
 
-#include <Eigen/LU>
-
+#include "engine/linalg/lu.h"
 #include "engine/linalg/scalar.h"
 
 namespace stiefel::testing {

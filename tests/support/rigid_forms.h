@@ -1,47 +1,24 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
-#include <complex>
 
 namespace stiefel::testing {
 
 /// Two blocks by rows.
-inline Eigen::MatrixXd stacked(const Eigen::MatrixXd& top, const Eigen::MatrixXd& bottom) {
-  Eigen::MatrixXd x(top.rows() + bottom.rows(), top.cols());
-  x << top, bottom;
-  return x;
-}
+Eigen::MatrixXd stacked(const Eigen::MatrixXd& top, const Eigen::MatrixXd& bottom);
 
 /// ‖M‖_op of a skew matrix.
-inline double operator_norm(const Eigen::MatrixXd& M) {
-  return std::sqrt(
-      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(M.transpose() * M).eigenvalues().tail<1>()(0));
-}
+double operator_norm(const Eigen::MatrixXd& M);
 
 /// P of Ψ⁻¹ for εM, [RB] Prop. 3.5: P = Q(εM/2 + (I + ε²M²/4)^{1/2}), through the eigenvalues of
 /// the symmetric M².
-inline Eigen::MatrixXd symmetric_P(const Eigen::MatrixXd& Q, const Eigen::MatrixXd& M,
-                                   double epsilon) {
-  const Eigen::MatrixXd K = epsilon * M;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(
-      Eigen::MatrixXd::Identity(M.rows(), M.cols()) - K.transpose() * K / 4);
-  return Q * (K / 2 + solver.operatorSqrt());
-}
+Eigen::MatrixXd symmetric_P(const Eigen::MatrixXd& Q, const Eigen::MatrixXd& M, double epsilon);
 
 /// An ε with ε‖M‖_op = 0.9.
-inline double epsilon_for(const Eigen::MatrixXd& M) { return 0.9 / operator_norm(M); }
+double epsilon_for(const Eigen::MatrixXd& M);
 
 /// P_μ with Q_μ⁻¹P_μ − P_μ⁻¹Q_μ = M + μΛ²: P_μ = Q_μX, X − X⁻¹ = Y, X = Y/2 + (I + Y²/4)^{1/2},
 /// through the eigenvectors of Y.
-inline Eigen::MatrixXd parametric_P(const Eigen::MatrixXd& Q, const Eigen::MatrixXd& Y) {
-  const Eigen::EigenSolver<Eigen::MatrixXd> solver(Y);
-  const Eigen::MatrixXcd V = solver.eigenvectors();
-  const Eigen::VectorXcd roots = solver.eigenvalues().unaryExpr(
-      [](std::complex<double> y) { return y / 2.0 + std::sqrt(1.0 + y * y / 4.0); });
-  const Eigen::MatrixXcd X = V * roots.asDiagonal() * V.inverse();
-  return Q * X.real();
-}
+Eigen::MatrixXd parametric_P(const Eigen::MatrixXd& Q, const Eigen::MatrixXd& Y);
 
 }  // namespace stiefel::testing
