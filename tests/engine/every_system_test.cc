@@ -6,28 +6,12 @@
 
 #include "engine/simulation/diagnosis.h"
 #include "tests/support/any_scene.h"
+#include "tests/support/every_pair.h"
 
 namespace stiefel {
 namespace {
 
-/// A system in the hands of a method; rigid bodies in three dimensions have code of their own.
-struct Pair {
-  std::string system, method;
-  int N;
-  friend void PrintTo(const Pair& pair, std::ostream* out) {
-    *out << pair.system << " " << pair.method << " N=" << pair.N;
-  }
-};
-
-std::vector<Pair> every_pair() {
-  std::vector<Pair> all;
-  for (const auto& system : catalogue().systems)
-    for (const auto& method : system.methods)
-      for (const int N : {3, 4})
-        if (N == 4 || system.name == "rigid_body" || system.name == "moser_veselov")
-          all.push_back({std::string(system.name), std::string(method.method), N});
-  return all;
-}
+using testing::Pair;
 
 class EverySystem : public ::testing::TestWithParam<Pair> {
  protected:
@@ -44,11 +28,8 @@ class EverySystem : public ::testing::TestWithParam<Pair> {
     return std::move(made).value();
   }
 };
-std::string name_of(const ::testing::TestParamInfo<Pair>& which) {
-  const auto& [system, method, N] = which.param;
-  return system + (method.empty() ? "" : "_" + method) + (N == 3 ? "_in_3D" : "");
-}
-INSTANTIATE_TEST_SUITE_P(Catalogue, EverySystem, ::testing::ValuesIn(every_pair()), name_of);
+INSTANTIATE_TEST_SUITE_P(Catalogue, EverySystem, ::testing::ValuesIn(testing::every_pair()),
+                         testing::name_of);
 
 std::vector<double> saved(const Simulation& s) {
   std::vector<double> out(s.saved_size());
@@ -129,10 +110,8 @@ TEST_P(EverySystem, KeepsWhatItDeclares) {
       const auto [early, late, worst] = drifts[name];
       const auto where = ::testing::Message()
                          << name << ": " << early << " -> " << late << ", at worst " << worst;
-      // 100 κ u √steps, with the frames' difference over h in the pair's M.
-      const double bound = system == "moser_veselov_pair" ? 3.5e-12 : 1e-12;
       if (kept == Kept::exact) {
-        EXPECT_LE(worst, bound) << where;
+        EXPECT_LE(worst, 1e-12) << where;
       } else if (kept == Kept::drifts) {
         EXPECT_GE(late, 1.5 * early) << where;
         EXPECT_GE(late, 1e-11) << where;
