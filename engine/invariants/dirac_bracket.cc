@@ -1,32 +1,8 @@
 #include "engine/invariants/dirac_bracket.h"
 
-#include <Eigen/Eigenvalues>
-#include <complex>
+#include "engine/linalg/one_product.h"
 
 namespace stiefel {
-namespace {
-
-/// Y + RYR = G for an orthogonal N × N matrix R: (I + R ⊗ Rᵀ)⁻¹ of [RB] (3.15), by R = ZdZ†, |d_i|
-/// = 1, as in Lemma 3.10: Ŷ_ij = Ĝ_ij/(1 + d_id_j). Two Schur-sized factorings, O(N³); unique on S.
-class OneProductEquation {
- public:
-  explicit OneProductEquation(const Matrix<double>& R) : schur_(R.cast<std::complex<double>>()) {}
-
-  Matrix<double> solve(const Matrix<double>& G) const {
-    const auto& Z = schur_.matrixU();
-    const auto d = schur_.matrixT().diagonal();  // R is normal: T is diagonal
-    Eigen::MatrixXcd Y = Z.adjoint() * G.cast<std::complex<double>>() * Z;
-    for (Eigen::Index j = 0; j < Y.cols(); ++j)
-      for (Eigen::Index i = 0; i < Y.rows(); ++i) Y(i, j) /= 1.0 + d(i) * d(j);
-    return (Z * Y * Z.adjoint()).real();
-  }
-
- private:
-  Eigen::ComplexSchur<Eigen::MatrixXcd> schur_;
-};
-
-}  // namespace
-
 PairFunction::Jet PairFunction::at(const Matrix<double>& Q, const Matrix<double>& P) const {
   Jet jet{1, Matrix<double>::Zero(Q.rows(), Q.cols()), Matrix<double>::Zero(Q.rows(), Q.cols())};
   for (const auto& [A, B] : factors) {

@@ -43,6 +43,7 @@ class MoserVeselovPair {
   }
 
   Ending step(State& state) {
+    if (!state.M.value.allFinite()) return {Outcome::not_finite, std::nullopt};
     const Ending ending = branch_.solve(state.M, state.memory);
     if (!ending.reached()) return ending;
     branch_.inverse().transport(state.M, state.memory);

@@ -7,7 +7,6 @@
 #include "engine/invariants/symplectic_defect.h"
 #include "engine/invariants/tangent_spaces.h"
 #include "engine/representations/stiefel_momenta.h"
-#include "engine/simulation/conversion.h"
 #include "engine/simulation/simulation.h"
 #include "engine/simulation/system_entry.h"
 
@@ -122,6 +121,20 @@ Dense stacked_vector(const std::string& field, const TangentVector& u, std::stri
   return out;
 }
 
+/// Those may be without a frame.
+bool is_rigid_body(const Scene& scene) {
+  return scene.system() == "rigid_body" || scene.system() == "moser_veselov";
+}
+
+/// (QR, RᵀMR) for a body that is told in other axes.
+Dense in_principal_axes(const Scene& scene, Dense x) {
+  if (!scene.axes()) return x;
+  const Dense R = scene.axes()->rotation;
+  x = (x * R).eval();
+  x.bottomRows(3) = (R.transpose() * x.bottomRows(3)).eval();
+  return x;
+}
+
 }  // namespace
 
 std::vector<FormInfo> forms_of(std::string_view system) {
@@ -135,7 +148,7 @@ std::expected<double, Violations> evaluate_form(const Scene& scene, const Simula
                                                 const TangentVector& v) {
   const auto has = structures_of(scene.system());
   const auto found = std::ranges::find_if(has, [&](auto* s) { return s->info.name == form; });
-  if (found == has.end() || (scene.system().ends_with("rigid_body") && !scene.has_frame()))
+  if (found == has.end() || (is_rigid_body(scene) && !scene.has_frame()))
     return std::unexpected(Violations{{"form", form, "is not a form of " + scene.system()}});
   const Space space = (*found)->space(scene);
   const Dense x = state_of(**found, now);
@@ -158,16 +171,15 @@ std::expected<std::optional<double>, Violations> symplectic_defect(const Scene& 
                                                                    const Simulation& now, int pairs,
                                                                    unsigned seed) {
   const auto has = structures_of(scene.system());
-  const auto here = scene_at(scene, now);
-  if (!here) return std::unexpected(here.error());
-  if (has.empty() || !(has.front()->blocks[0] != "Q" || here->has_frame()))
+  const bool no_frame = is_rigid_body(scene) && !scene.has_frame();
+  if (has.empty() || no_frame)
     return std::unexpected(
-        Violations{{"symplectic_defect", scene.system(), "this system's states have no two-form"}});
+        Violations{{"symplectic_test", scene.system(), "this system's states have no two-form"}});
   const SystemEntry* entry = system_entry(scene.system());
-  const auto map = (entry->make_dense ? entry->make_dense : entry->make)(*here);
+  const auto map = (entry->make_dense ? entry->make_dense : entry->make)(scene);
   const auto phi = [&](const Dense& x) { return map->image(x); };
-  return symplectic_defect<double>(has.front()->space(scene), phi, state_of(*has.front(), *map),
-                                   pairs, seed);
+  const Dense x = in_principal_axes(scene, state_of(*has.front(), now));
+  return symplectic_defect<double>(has.front()->space(scene), phi, x, pairs, seed);
 }
 
 std::expected<double, Violations> dirac_bracket(const Scene& scene, const Simulation& now,

@@ -86,7 +86,6 @@ grpc::Status refused(const ConnectRefusal& refusal, bool stopping, v1::ConnectRe
 }
 
 void write(const std::vector<Eigen::MatrixXd>& frames, v1::Tensor* out) {
-  if (frames.empty()) return;
   out->set_data_type(v1::DATA_TYPE_FLOAT64);
   out->add_shape(frames.size());
   out->add_shape(static_cast<std::uint64_t>(frames[0].rows()));
@@ -114,7 +113,7 @@ grpc::ServerUnaryReactor* Service::Connect(Context* context, const v1::ConnectRe
     response->set_residual(joined->residual);
     response->set_shortest(shortest(joined->shortest));
     response->set_distinct(static_cast<std::uint32_t>(joined->distinct));
-    write(joined->trajectory, response->mutable_trajectory());
+    if (!joined->trajectory.empty()) write(joined->trajectory, response->mutable_trajectory());
     return grpc::Status::OK;
   };
   return new PooledCall(host_, host_.searches, CallLog(host_.log, *context, "Connect"), work);

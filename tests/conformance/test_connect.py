@@ -22,7 +22,7 @@ def test_its_scene_arrives(client, n, N):
     assert found.outcome == stiefel.Outcome.REACHED and found.residual <= 1e-11
     assert found.scene["system"] == ("rigid_body" if n == N else "stiefel")
     assert found.trajectory.shape == (9, n, N)
-    np.testing.assert_array_equal(found.trajectory[0], Q_0)
+    np.testing.assert_allclose(found.trajectory[0], Q_0, atol=2e-15)
     np.testing.assert_allclose(found.trajectory[-1], Q_T, atol=1e-10)
     with client.create(found.scene) as session:
         np.testing.assert_array_equal(session.step(8)["Q"], found.trajectory[-1])

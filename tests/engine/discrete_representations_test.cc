@@ -2,7 +2,9 @@
 
 #include "engine/invariants/dirac_bracket.h"
 #include "engine/linalg/lu.h"
+#include "engine/linalg/one_product.h"
 #include "engine/representations/interpolation.h"
+#include "engine/representations/j_d_inverse.h"
 #include "tests/support/j_d_inverse.h"
 #include "tests/support/random_matrices.h"
 

@@ -21,3 +21,8 @@ constexpr stiefel::testing::Quad std::numeric_limits<stiefel::testing::Quad>::ma
   return boost::multiprecision::backends::float128_backend(
       boost::multiprecision::quad_constants::quad_max);
 }
+
+/// Boost's own has no infinity, which Eigen's eigensolvers ask for.
+template <>
+struct Eigen::NumTraits<stiefel::testing::Quad> : Eigen::GenericNumTraits<stiefel::testing::Quad> {
+};
