@@ -18,7 +18,14 @@ INSTANTIATE_TEST_SUITE_P(Catalogue, EverySystemForLong, ::testing::ValuesIn(test
 TEST_P(EverySystemForLong, KeepsExactlyWhatItDeclares) {
   constexpr std::int64_t steps = 100'000;
   const auto& [system, method, N] = GetParam();
-  if (system.starts_with("parametric")) GTEST_SKIP();
+  const auto& methods = catalogue().system(system)->methods;
+  const auto on = std::ranges::find(methods, method, &MethodOnSystem::method);
+  const auto exact = [&](std::string_view invariant) {
+    const auto found = std::ranges::find(on->preserves, invariant, &Preservation::invariant);
+    return found != on->preserves.end() && found->kept == Kept::exact;
+  };
+  if (std::ranges::none_of(on->preserves, exact, &Preservation::invariant)) return;
+  if (system.starts_with("parametric")) return;
   for (unsigned seed = 1; seed <= 2; ++seed) {
     auto description = testing::any_scene(system, method, seed, 0.1, N);
     if (method == "adaptive") description.step /= 10;
@@ -30,13 +37,7 @@ TEST_P(EverySystemForLong, KeepsExactlyWhatItDeclares) {
       if (invariant.kept != Kept::exact) continue;
       EXPECT_LE(invariant.drift(), 1e-12) << invariant.name;
     }
-    const auto& methods = catalogue().system(system)->methods;
-    const auto on = std::ranges::find(methods, method, &MethodOnSystem::method);
-    const auto orthogonality =
-        std::ranges::find(on->preserves, "orthogonality", &Preservation::invariant);
-    if (orthogonality != on->preserves.end() && orthogonality->kept == Kept::exact) {
-      EXPECT_LE(diagnosis.orthogonality.value(), 1e-12);
-    }
+    if (exact("orthogonality")) EXPECT_LE(diagnosis.orthogonality.value(), 1e-12);
   }
 }
 
