@@ -13,9 +13,9 @@ PYTHON := /usr/bin/python3
 # Without a terminal ninja would print a line for every file.
 QUIET := $(shell [ -t 1 ] || echo --quiet)
 
-cmake_build = cmake --build --preset $(1) -j $(JOBS) -- $(QUIET)
+cmake_build = cmake --build --preset $(1) --target $(2) -j $(JOBS) -- $(QUIET)
 
-.PHONY: help packages build run test test-long bench image sanitize format install bare clean
+.PHONY: help packages build build-tests run test test-long bench image sanitize format install bare clean
 
 help: ## what there is (this text)
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
@@ -28,8 +28,11 @@ build/%/build.ninja: | packages
 	@mkdir -p $(@D)
 	@cmake --preset $* > $(@D)/configure.log 2>&1 || { cat $(@D)/configure.log; rm -f $@; exit 1; }
 
-build: build/release/build.ninja ## compile everything into build/release
-	@$(call cmake_build,release)
+build: build/release/build.ninja ## compile library, server and clients into build/release
+	@$(call cmake_build,release,all)
+
+build-tests: build/release/build.ninja
+	@$(call cmake_build,release,all stiefel_tests)
 
 run: build ## simulate asteroid Toutatis, or SCENE=file.json STEPS=10000; writes build/run
 	@export PYTHONPATH=build/release/python STIEFEL_SERVER=build/release/bin/stiefel-server; \
@@ -39,19 +42,19 @@ run: build ## simulate asteroid Toutatis, or SCENE=file.json STEPS=10000; writes
 	  $(PYTHON) client/examples/toutatis.py --output build/run; \
 	fi
 
-test: build ## compile and run the tests
+test: build-tests ## compile and run the tests
 	@ctest --preset release -j $(JOBS)
 
-test-long: build ## the tests that take minutes, too
+test-long: build-tests ## the tests that take minutes, too
 	@ctest --preset long -j $(JOBS)
 
-bench: build ## measure, every figure beside a rival in the same run
+bench: build-tests ## measure, every figure beside a rival in the same run
 	@$(PYTHON) tests/bench/run.py build/release
 
 sanitize: build/asan/build.ninja build/tsan/build.ninja ## the tests under the sanitizers
-	@$(call cmake_build,asan)
+	@$(call cmake_build,asan,all stiefel_tests)
 	@ctest --preset asan -j $(JOBS)
-	@$(call cmake_build,tsan)
+	@$(call cmake_build,tsan,all stiefel_tests)
 	@ctest --preset tsan -j $(JOBS)
 
 image: build ## build the container and test it while it runs
