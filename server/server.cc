@@ -30,7 +30,7 @@ struct Server::Parts {
       : grace(options.grace),
         host{Log(options.log_level, options.log_json),
              Registry(options.max_sessions, options.idle_timeout, options.clock), Lifecycle(),
-             Pool(options.threads)},
+             Pool(options.threads), Pool(options.threads)},
         service(host),
         sweeper(host.registry, [this](std::size_t dropped) {
           host.log.line(Log::Level::info, "sessions expired",

@@ -37,7 +37,26 @@ struct DiagnoseCommand {
   std::string server;
   std::int64_t to = 0;
   std::vector<std::string> invariants;
+  /// A file with `forms` and `dirac_brackets`, as in stiefel.v1.DiagnoseRequest.
+  std::string structure;
+  bool symplectic = false;
 };
 ExitStatus diagnose(const DiagnoseCommand& command);
+
+struct ConvertCommand {
+  std::string scene;
+  std::string server;
+  std::string to;
+  std::optional<double> epsilon;
+  std::optional<double> parameter;
+  std::string output;
+};
+ExitStatus convert(const ConvertCommand& command);
+
+struct ConnectCommand {
+  std::string file;
+  std::string server;
+};
+ExitStatus connect(const ConnectCommand& command);
 
 }  // namespace stiefel::cli

@@ -14,8 +14,12 @@ void append_header(std::string& text, const SampleView& sample) {
     const auto field = sample.field(i);
     for (std::size_t row = 1; row <= field.rows; ++row) {
       for (std::size_t col = 1; col <= field.cols; ++col) {
-        text.append(",\"").append(field.name).append("[").append(std::to_string(row));
-        text.append(",").append(std::to_string(col)).append("]\"");
+        const std::string element =
+            std::string(field.name) + "[" + std::to_string(row) + "," + std::to_string(col) + "]";
+        if (field.complex)
+          text.append(",\"Re ").append(element).append("\",\"Im ").append(element).append("\"");
+        else
+          text.append(",\"").append(element).append("\"");
       }
     }
   }

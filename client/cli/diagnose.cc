@@ -2,9 +2,9 @@
 
 #include "client/cli/commands.h"
 #include "client/cli/endpoint.h"
+#include "client/cli/message_file.h"
 #include "client/cli/progress.h"
 #include "client/cli/report.h"
-#include "client/cli/scene_file.h"
 
 namespace stiefel::cli {
 
@@ -12,10 +12,15 @@ ExitStatus diagnose(const DiagnoseCommand& command) {
   const v1::Scene scene = read_scene(command.scene);
   const Endpoint endpoint(command.server);
   const auto session = endpoint.client().create(scene);
+  v1::DiagnoseRequest request;
+  if (!command.structure.empty()) read_message(command.structure, &request);
+  request.set_to(command.to);
+  request.mutable_invariants()->Add(command.invariants.begin(), command.invariants.end());
+  if (command.symplectic) request.mutable_symplectic_test();
   v1::DiagnoseResponse diagnosis;
   {
     const Progress progress(session, command.to);
-    diagnosis = session.diagnose(command.to, command.invariants);
+    diagnosis = session.diagnose(request);
   }
   std::cout << report(diagnosis.ending(), diagnosis).dump(2) << '\n';
   return conclude(diagnosis.ending(), diagnosis.step());

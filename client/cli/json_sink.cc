@@ -7,6 +7,17 @@ namespace {
 
 using client::SampleView;
 
+/// Every `parts`-th number from `part` on.
+void append_numbers(std::string& text, const char* name, std::span<const double> values,
+                    std::size_t part, std::size_t parts) {
+  text.append(", \"").append(name).append("\": [");
+  for (std::size_t j = part; j < values.size(); j += parts) {
+    if (j > part) text += ", ";
+    append_number(text, values[j]);
+  }
+  text += "]";
+}
+
 void append_sample(std::string& text, const SampleView& sample) {
   text += "{\"step\": " + std::to_string(sample.step()) + ", \"time\": ";
   append_number(text, sample.time());
@@ -15,12 +26,11 @@ void append_sample(std::string& text, const SampleView& sample) {
     const auto field = sample.field(i);
     text += (i ? ", " : "") + nlohmann::json(field.name).dump() +
             ": {\"rows\": " + std::to_string(field.rows) +
-            ", \"cols\": " + std::to_string(field.cols) + ", \"values\": [";
-    for (std::size_t j = 0; j < field.values.size(); ++j) {
-      if (j) text += ", ";
-      append_number(text, field.values[j]);
-    }
-    text += "]}";
+            ", \"cols\": " + std::to_string(field.cols);
+    const std::size_t parts = field.complex ? 2 : 1;
+    append_numbers(text, "values", field.values, 0, parts);
+    if (field.complex) append_numbers(text, "imaginary", field.values, 1, parts);
+    text += "}";
   }
   text += "}}";
 }

@@ -28,9 +28,10 @@ void add_scene(CLI::App* app, std::string& scene, std::int64_t& to) {
 /// The path of what is wrong: in the scene's file, or the option it came from.
 std::string place(const std::string& field, const std::string& scene) {
   const std::string name = field.substr(0, field.find_first_of(".["));
-  for (const char* option : {"from", "to", "every", "fields", "invariants"}) {
+  for (const char* option : {"from", "to", "every", "fields", "invariants", "epsilon"}) {
     if (name == option) return "--" + field;
   }
+  if (name == "forms" || name == "dirac_brackets") return "--structure: " + field;
   return scene + ": " + field;
 }
 
@@ -53,7 +54,9 @@ ExitStatus explain(const client::Error& error, const std::string& scene) {
 
 int main(int argc, char** argv) {
   CLI::App app(
-      "Torque-free rigid bodies in any dimension: runs scenes and tells how accurate they are.",
+      "Torque-free rigid bodies in any dimension and geodesics on Stiefel manifolds: runs scenes "
+      "and "
+      "tells how accurate they are.",
       "stiefel");
   app.require_subcommand(1);
   app.set_version_flag("--version", STIEFEL_VERSION);
@@ -105,10 +108,54 @@ int main(int argc, char** argv) {
                    "Manakov coefficients up to N = 16")
       ->delimiter(',')
       ->type_name("A,B,...");
+  diagnose_app->add_flag("--symplectic", diagnose_command.symplectic,
+                         "how far a step is from symplectic there");
+  diagnose_app
+      ->add_option("--structure", diagnose_command.structure,
+                   "two-forms and Dirac brackets to evaluate: `forms` and `dirac_brackets` of "
+                   "stiefel.v1.DiagnoseRequest")
+      ->type_name("FILE.json");
   add_server(diagnose_app, diagnose_command.server);
   diagnose_app->callback([&] {
     scene = diagnose_command.scene;
     command = [&] { return diagnose(diagnose_command); };
+  });
+
+  ConvertCommand convert_command;
+  auto* convert_app =
+      app.add_subcommand("convert", "Prints the same motion as a scene of another system");
+  convert_app->add_option("SCENE", convert_command.scene, "a scene file")
+      ->required()
+      ->type_name("FILE.json");
+  convert_app
+      ->add_option("--to", convert_command.to,
+                   "a system, or velocity, angular_velocity, interpolation")
+      ->required()
+      ->type_name("SYSTEM");
+  convert_app->add_option("--epsilon", convert_command.epsilon,
+                          "of the symmetric systems; chosen by default");
+  convert_app->add_option("--parameter", convert_command.parameter, "of the parametric systems");
+  convert_app
+      ->add_option("--output", convert_command.output, "writes the scene alone, ready to be run")
+      ->type_name("FILE.json");
+  add_server(convert_app, convert_command.server);
+  convert_app->callback([&] {
+    scene = convert_command.scene;
+    command = [&] { return convert(convert_command); };
+  });
+
+  ConnectCommand connect_command;
+  auto* connect_app =
+      app.add_subcommand("connect", "Finds the geodesic that joins two frames in a time");
+  connect_app
+      ->add_option("FILE", connect_command.file,
+                   "{inertia, Q_0, Q_T, time}: the JSON form of stiefel.v1.ConnectRequest")
+      ->required()
+      ->type_name("FILE.json");
+  add_server(connect_app, connect_command.server);
+  connect_app->callback([&] {
+    scene = connect_command.file;
+    command = [&] { return connect(connect_command); };
   });
 
   try {

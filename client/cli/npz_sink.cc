@@ -90,7 +90,8 @@ class NpzSink : public Sink {
     if (fields_.empty()) {
       for (const auto& field : batch.fields()) {
         const auto& shape = field.value().shape();
-        fields_.emplace_back(field.name(), "<f8",
+        const bool complex = field.value().data_type() == v1::DATA_TYPE_COMPLEX128;
+        fields_.emplace_back(field.name(), complex ? "<c16" : "<f8",
                              std::vector<std::uint64_t>(shape.begin() + 1, shape.end()),
                              destination_.working_path());
       }

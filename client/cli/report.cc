@@ -47,6 +47,10 @@ nlohmann::ordered_json report(const v1::Ending& ending, const v1::DiagnoseRespon
   accuracy["invariants"] = std::move(invariants);
   if (diagnosis.has_orthogonality()) accuracy["orthogonality"] = diagnosis.orthogonality();
   accuracy["domain"] = std::move(domain);
+  if (diagnosis.forms_size() > 0) accuracy["forms"] = diagnosis.forms();
+  if (diagnosis.dirac_brackets_size() > 0) accuracy["dirac_brackets"] = diagnosis.dirac_brackets();
+  if (diagnosis.has_symplectic_defect())
+    accuracy["symplectic_defect"] = diagnosis.symplectic_defect();
   return report;
 }
 

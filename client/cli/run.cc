@@ -2,9 +2,9 @@
 
 #include "client/cli/commands.h"
 #include "client/cli/endpoint.h"
+#include "client/cli/message_file.h"
 #include "client/cli/progress.h"
 #include "client/cli/report.h"
-#include "client/cli/scene_file.h"
 #include "client/cli/sink.h"
 
 namespace stiefel::cli {

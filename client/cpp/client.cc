@@ -3,7 +3,6 @@
 #include <grpcpp/create_channel.h>
 
 #include <iterator>
-#include <random>
 #include <string_view>
 
 namespace stiefel::client {
@@ -65,15 +64,12 @@ void Client::remove(const std::string& id) const {
   connection_->call(&Stub::DeleteSession, request, connection_->options.timeout);
 }
 
-std::string make_uuid() {
-  std::random_device random;
-  std::string uuid = "xxxxxxxx-xxxx-4xxx-yxxx-xxxxxxxxxxxx";
-  for (char& c : uuid) {
-    const unsigned digit = random() & 15u;
-    if (c == 'x') c = "0123456789abcdef"[digit];
-    if (c == 'y') c = "89ab"[digit & 3u];
-  }
-  return uuid;
+v1::ConvertResponse Client::convert(const v1::ConvertRequest& request) const {
+  return connection_->call(&Stub::Convert, request, connection_->options.timeout);
+}
+
+v1::ConnectResponse Client::geodesic(const v1::ConnectRequest& request) const {
+  return connection_->call(&Stub::Connect, request, connection_->options.compute_timeout);
 }
 
 }  // namespace stiefel::client

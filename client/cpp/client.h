@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "client/cpp/session.h"
+#include "client/cpp/uuid.h"
 
 namespace stiefel::client {
 
@@ -32,13 +33,15 @@ class Client {
   /// Deleting an unknown id succeeds.
   void remove(const std::string& id) const;
 
+  /// The same motion in the variables of another system. Throws Error.
+  v1::ConvertResponse convert(const v1::ConvertRequest& request) const;
+  /// The geodesic that joins two frames; see the reply's ending. Throws Error.
+  v1::ConnectResponse geodesic(const v1::ConnectRequest& request) const;
+
  private:
   explicit Client(Connection connection);
 
   std::shared_ptr<const Connection> connection_;
 };
-
-/// A random UUID (version 4).
-std::string make_uuid();
 
 }  // namespace stiefel::client

@@ -15,8 +15,9 @@ FieldView view(const v1::Field& field, std::size_t sample) {
   const auto& shape = field.value().shape();
   const std::size_t rows = shape.size() < 2 ? 1 : shape[shape.size() - 2];
   const std::size_t cols = shape.empty() ? 1 : shape[shape.size() - 1];
-  return {field.name(), rows, cols,
-          values(field.value()).subspan(sample * rows * cols, rows * cols)};
+  const bool complex = field.value().data_type() == v1::DATA_TYPE_COMPLEX128;
+  const std::size_t size = rows * cols * (complex ? 2 : 1);
+  return {field.name(), rows, cols, values(field.value()).subspan(sample * size, size), complex};
 }
 
 }  // namespace

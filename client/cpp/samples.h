@@ -15,12 +15,14 @@ static_assert(std::endian::native == std::endian::little, "tensors are little-en
 /// The numbers of a tensor, row-major, where they lie in the message.
 std::span<const double> values(const v1::Tensor& tensor);
 
-/// One field of one sample: rows × cols numbers, row by row.
+/// One field of one sample: rows × cols numbers, row by row; where they are complex each is its
+/// real and its imaginary part.
 struct FieldView {
   std::string_view name;
   std::size_t rows;
   std::size_t cols;
   std::span<const double> values;
+  bool complex = false;
 };
 
 /// The field of a single sample, as Step returns it. Throws std::out_of_range if there is none.

@@ -1,5 +1,7 @@
 #include "client/cpp/session.h"
 
+#include "client/cpp/uuid.h"
+
 namespace stiefel::client {
 
 using Stub = v1::SimulationService::Stub;
@@ -48,10 +50,23 @@ Stream Session::stream(Range range) const { return {connection_, id(), std::move
 v1::DiagnoseResponse Session::diagnose(std::int64_t to,
                                        const std::vector<std::string>& invariants) const {
   v1::DiagnoseRequest request;
-  request.set_session_id(id());
   request.set_to(to);
   request.mutable_invariants()->Assign(invariants.begin(), invariants.end());
+  return diagnose(std::move(request));
+}
+
+v1::DiagnoseResponse Session::diagnose(v1::DiagnoseRequest request) const {
+  request.set_session_id(id());
   return connection_->call(&Stub::Diagnose, request, connection_->options.compute_timeout);
+}
+
+Session Session::fork(v1::ForkSessionRequest request) const {
+  request.set_from_session_id(id());
+  if (request.session_id().empty()) request.set_session_id(make_uuid());
+  auto reply = connection_->call(&Stub::ForkSession, request, connection_->options.compute_timeout);
+  if (!reply.has_session())
+    throw Error(grpc::Status(grpc::StatusCode::FAILED_PRECONDITION, reply.ending().message()));
+  return Session(connection_, std::move(*reply.mutable_session()), false);
 }
 
 }  // namespace stiefel::client

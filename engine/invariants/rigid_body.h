@@ -53,4 +53,7 @@ std::vector<std::vector<Scalar>> manakov(const Vector<Scalar>& lambda, const Mat
   return coefficients;
 }
 
+// Compiled once, in rigid_body.cc.
+extern template Vector<double> casimirs(const Matrix<double>& M);
+
 }  // namespace stiefel

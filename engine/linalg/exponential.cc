@@ -3,5 +3,6 @@
 namespace stiefel {
 
 template class SkewExponential<double>;
+template class SkewExponential<long double>;
 
 }  // namespace stiefel

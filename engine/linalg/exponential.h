@@ -1,9 +1,9 @@
 #pragma once
 
-#include <Eigen/LU>
 #include <array>
 #include <cmath>
 
+#include "engine/linalg/lu.h"
 #include "engine/linalg/scalar.h"
 
 namespace stiefel {
@@ -15,41 +15,47 @@ namespace stiefel {
 template <class Scalar>
 class SkewExponential {
  public:
-  explicit SkewExponential(Eigen::Index N)
-      : square_(N, N), fourth_(N, N), sixth_(N, N), odd_(N, N), even_(N, N), lu_(N) {}
+  explicit SkewExponential(Eigen::Index N);
 
-  void operator()(const Matrix<Scalar>& theta, Matrix<Scalar>& D) {
-    constexpr std::array<Scalar, 8> b = {17297280, 8648640, 1995840, 277200, 25200, 1512, 56, 1};
-    constexpr Scalar largest_norm = Scalar(0.95);
-    using std::ceil, std::exp2, std::log2;
-    const Scalar norm = theta.cwiseAbs().colwise().sum().maxCoeff();
-    const int doublings =
-        norm > largest_norm ? static_cast<int>(ceil(log2(norm / largest_norm))) : 0;
-    const Scalar scale = exp2(Scalar(-doublings));
-
-    square_.noalias() = (scale * scale) * (theta * theta);
-    fourth_.noalias() = square_ * square_;
-    sixth_.noalias() = fourth_ * square_;
-    even_ = b[7] * sixth_ + b[5] * fourth_ + b[3] * square_;
-    even_.diagonal().array() += b[1];
-    odd_.noalias() = scale * (theta * even_);
-    even_ = b[6] * sixth_ + b[4] * fourth_ + b[2] * square_;
-    even_.diagonal().array() += b[0];
-    lu_.compute(even_ - odd_);
-    odd_ *= Scalar(2);
-    D = lu_.solve(odd_);
-    for (int k = 0; k < doublings; ++k) {
-      odd_.noalias() = D * D;
-      D = Scalar(2) * D + odd_;
-    }
-  }
+  void operator()(const Matrix<Scalar>& theta, Matrix<Scalar>& D);
 
  private:
   Matrix<Scalar> square_, fourth_, sixth_, odd_, even_;
   Eigen::PartialPivLU<Matrix<Scalar>> lu_;
 };
 
+template <class Scalar>
+SkewExponential<Scalar>::SkewExponential(Eigen::Index N)
+    : square_(N, N), fourth_(N, N), sixth_(N, N), odd_(N, N), even_(N, N), lu_(N) {}
+
+template <class Scalar>
+void SkewExponential<Scalar>::operator()(const Matrix<Scalar>& theta, Matrix<Scalar>& D) {
+  constexpr std::array<Scalar, 8> b = {17297280, 8648640, 1995840, 277200, 25200, 1512, 56, 1};
+  constexpr Scalar largest_norm = Scalar(0.95);
+  using std::ceil, std::exp2, std::log2;
+  const Scalar norm = theta.cwiseAbs().colwise().sum().maxCoeff();
+  const int doublings = norm > largest_norm ? static_cast<int>(ceil(log2(norm / largest_norm))) : 0;
+  const Scalar scale = exp2(Scalar(-doublings));
+
+  square_.noalias() = (scale * scale) * (theta * theta);
+  fourth_.noalias() = square_ * square_;
+  sixth_.noalias() = fourth_ * square_;
+  even_ = b[7] * sixth_ + b[5] * fourth_ + b[3] * square_;
+  even_.diagonal().array() += b[1];
+  odd_.noalias() = scale * (theta * even_);
+  even_ = b[6] * sixth_ + b[4] * fourth_ + b[2] * square_;
+  even_.diagonal().array() += b[0];
+  lu_.compute(even_ - odd_);
+  odd_ *= Scalar(2);
+  D = lu_.solve(odd_);
+  for (int k = 0; k < doublings; ++k) {
+    odd_.noalias() = D * D;
+    D = Scalar(2) * D + odd_;
+  }
+}
+
 // Compiled once, in exponential.cc.
 extern template class SkewExponential<double>;
+extern template class SkewExponential<long double>;
 
 }  // namespace stiefel

@@ -11,8 +11,9 @@ namespace stiefel {
 template <class Scalar>
 class History {
  public:
-  explicit History(Eigen::Index N) : count_(Matrix<Scalar>::Zero(1, 1)) {
-    past_.fill(Matrix<Scalar>::Zero(N, N));
+  explicit History(Eigen::Index N) : History(N, N) {}
+  History(Eigen::Index rows, Eigen::Index cols) : count_(Matrix<Scalar>::Zero(1, 1)) {
+    past_.fill(Matrix<Scalar>::Zero(rows, cols));
   }
 
   /// False when there is nothing to extrapolate from.

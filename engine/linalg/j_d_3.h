@@ -89,7 +89,8 @@ class JDInverse3 {
 
   bool newton(const Vector3<Scalar>& m, Scalar h) {
     // The iteration that follows a correction of relative size ε is left with about ε².
-    constexpr Scalar enough = arithmetic == Arithmetic::compensated ? 0x1p-17 : 0x1p-27;
+    const Scalar enough = two_to<Scalar>(
+        arithmetic == Arithmetic::compensated ? -bits<Scalar> / 3 : -(bits<Scalar> + 1) / 2);
     constexpr int most = 20;
     using std::isfinite;
     for (int k = 0; k < most; ++k) {

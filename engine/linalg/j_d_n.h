@@ -16,51 +16,21 @@ class JDInverseN {
   using State = Accumulator<Matrix<Scalar>, arithmetic>;
   using Memory = History<Scalar>;
 
-  JDInverseN(const Vector<Scalar>& lambda, Scalar h)
-      : lambda_(lambda),
-        h_(h),
-        N_(lambda.size()),
-        wide_spread_(!(lambda.minCoeff() * widest > lambda.maxCoeff())),
-        deviation_(lambda, h),
-        cayley_(lambda, h),
-        K_(N_, N_),
-        found_(N_, N_) {}
+  JDInverseN(const Vector<Scalar>& lambda, Scalar h);
 
   /// Finds U; false where the branch has none, or is not found from here.
-  bool solve(const State& x, const Memory& memory) {
-    K_ = h_ * x.value.bottomRows(N_);
-    if (wide_spread_) {
-      if (!memory.predict(cayley_.C())) cayley_.start(K_);
-      if (cayley_.fixed_point(K_)) return true;
-    } else {
-      if (!memory.predict(deviation_.T())) deviation_.T().setZero();
-      if (deviation_.sweep(K_)) return true;
-    }
-    cayley_.start(K_);
-    return cayley_.newton(K_) && take_over();
-  }
+  bool solve(const State& x, const Memory& memory);
 
   /// The same for the step t·h, from the solution found last; after `restart` from none.
-  bool continue_to(const State& x, double t) {
-    K_ = (static_cast<Scalar>(t) * h_) * x.value.bottomRows(N_);
-    found_ = cayley_.C();
-    if (cayley_.newton(K_)) return take_over();
-    cayley_.C() = found_;
-    return false;
-  }
+  bool continue_to(const State& x, double t);
   void restart() { cayley_.C().setZero(); }
 
   /// Q ← QU, M ← UᵀMU.
-  void transport(State& x, Memory& memory) {
-    const auto with = [&](auto& form, const Matrix<Scalar>& solution) {
-      form.transport_momentum(x);
-      if (x.value.rows() > N_) form.transport_frame(x);
-      memory.push(solution);
-    };
-    if (wide_spread_)
-      with(cayley_, cayley_.C());
-    else
-      with(deviation_, deviation_.T());
+  void transport(State& x, Memory& memory);
+
+  /// U − I of the last `transport`, relatively accurate.
+  const Matrix<Scalar>& U_minus_I() {
+    return wide_spread_ ? cayley_.U_minus_I() : deviation_.U_minus_I();
   }
 
  private:
@@ -80,5 +50,56 @@ class JDInverseN {
   CayleyN<Scalar, arithmetic> cayley_;
   Matrix<Scalar> K_, found_;
 };
+
+template <class Scalar, Arithmetic arithmetic>
+JDInverseN<Scalar, arithmetic>::JDInverseN(const Vector<Scalar>& lambda, Scalar h)
+    : lambda_(lambda),
+      h_(h),
+      N_(lambda.size()),
+      wide_spread_(!(lambda.minCoeff() * widest > lambda.maxCoeff())),
+      deviation_(lambda, h),
+      cayley_(lambda, h),
+      K_(N_, N_),
+      found_(N_, N_) {}
+
+template <class Scalar, Arithmetic arithmetic>
+bool JDInverseN<Scalar, arithmetic>::solve(const State& x, const Memory& memory) {
+  K_ = h_ * x.value.bottomRows(N_);
+  if (wide_spread_) {
+    if (!memory.predict(cayley_.C())) cayley_.start(K_);
+    if (cayley_.fixed_point(K_)) return true;
+  } else {
+    if (!memory.predict(deviation_.T())) deviation_.T().setZero();
+    if (deviation_.sweep(K_)) return true;
+  }
+  cayley_.start(K_);
+  return cayley_.newton(K_) && take_over();
+}
+
+template <class Scalar, Arithmetic arithmetic>
+bool JDInverseN<Scalar, arithmetic>::continue_to(const State& x, double t) {
+  K_ = (static_cast<Scalar>(t) * h_) * x.value.bottomRows(N_);
+  found_ = cayley_.C();
+  if (cayley_.newton(K_)) return take_over();
+  cayley_.C() = found_;
+  return false;
+}
+
+template <class Scalar, Arithmetic arithmetic>
+void JDInverseN<Scalar, arithmetic>::transport(State& x, Memory& memory) {
+  const auto with = [&](auto& form, const Matrix<Scalar>& solution) {
+    form.transport_momentum(x);
+    if (x.value.rows() > N_) form.transport_frame(x);
+    memory.push(solution);
+  };
+  if (wide_spread_)
+    with(cayley_, cayley_.C());
+  else
+    with(deviation_, deviation_.T());
+}
+
+// Compiled once, in j_d_n.cc.
+extern template class JDInverseN<double, Arithmetic::compensated>;
+extern template class JDInverseN<double, Arithmetic::plain>;
 
 }  // namespace stiefel

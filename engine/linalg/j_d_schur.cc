@@ -1,8 +1,9 @@
 #include "engine/linalg/j_d_schur.h"
 
-#include <Eigen/LU>
 #include <cmath>
 #include <vector>
+
+#include "engine/linalg/lu.h"
 
 extern "C" void dgees_(const char* jobvs, const char* sort,
                        int (*select)(const double* re, const double* im), const int* n, double* a,

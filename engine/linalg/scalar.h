@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
+#include <limits>
 
 namespace stiefel {
 
@@ -27,5 +29,14 @@ struct ExtendedOf<double> {
 };
 template <class Scalar>
 using Extended = typename ExtendedOf<Scalar>::type;
+
+/// 2^k, and the number of bits of a Scalar: thresholds are powers of two that follow the precision.
+template <class Scalar>
+Scalar two_to(int k) {
+  using std::ldexp;
+  return ldexp(Scalar(1), k);
+}
+template <class Scalar>
+inline constexpr int bits = std::numeric_limits<Scalar>::digits;
 
 }  // namespace stiefel

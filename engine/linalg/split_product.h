@@ -24,10 +24,11 @@ class SplitProduct {
   void operator()(const Matrix<Scalar>& X, const Matrix<Scalar>& epsilon, Matrix<Scalar>& high,
                   Matrix<Scalar>& low) {
     constexpr int digits = std::numeric_limits<Scalar>::digits;
+    using std::ilogb;
     for (Eigen::Index j = 0; j < X.cols(); ++j) {
       const Scalar largest = X.col(j).cwiseAbs().maxCoeff();
       const Scalar unit =
-          largest > 0 ? std::ldexp(Scalar(1.5), std::ilogb(largest) + digits - kept_) : Scalar(0);
+          largest > 0 ? Scalar(1.5) * two_to<Scalar>(ilogb(largest) + digits - kept_) : Scalar(0);
       for (Eigen::Index i = 0; i < X.rows(); ++i) {
         const Scalar lifted = X(i, j) + unit;
         H_(i, j) = lifted - unit;

@@ -1,12 +1,9 @@
 #pragma once
 
-#include <cmath>
-
-#include "engine/linalg/follow_branch.h"
 #include "engine/linalg/j_d_3.h"
 #include "engine/linalg/j_d_n.h"
 #include "engine/linalg/so_n.h"
-#include "engine/maps/map.h"
+#include "engine/maps/principal_branch.h"
 
 namespace stiefel {
 
@@ -48,38 +45,26 @@ class MoserVeselov {
     }
   };
 
-  MoserVeselov(const Vector<Scalar>& lambda, Scalar h)
-      : h_(h), N_(lambda.size()), J_D_inverse_(lambda, h) {}
+  MoserVeselov(const Vector<Scalar>& lambda, Scalar h) : N_(lambda.size()), branch_(lambda, h) {}
 
   State start(const Point& x) const {
     return {Accumulator<Point, arithmetic>(x), typename JDInverse::Memory(N_)};
   }
 
   Ending step(State& state) {
-    if (!J_D_inverse_.solve(state.x, state.memory)) {
-      if (!state.x.value.allFinite()) return {Outcome::not_finite, std::nullopt};
-      const double reached = follow(state, 1);
-      if (reached == 0) return {Outcome::solver_stalled, std::nullopt};
-      if (reached < 1) return {Outcome::left_domain, reached * std::abs(h_)};
-    }
-    J_D_inverse_.transport(state.x, state.memory);
-    return {};
+    const Ending ending = branch_.solve(state.x, state.memory);
+    if (ending.reached()) branch_.inverse().transport(state.x, state.memory);
+    return ending;
   }
 
   /// The largest |h| up to `limit` for which a step from here exists, to 1e-3.
   std::optional<double> largest_step(const State& state, double limit) {
-    return follow(state, limit / std::abs(h_)) * std::abs(h_);
+    return branch_.largest_step(state.x, limit);
   }
 
  private:
-  double follow(const State& state, double end) {
-    J_D_inverse_.restart();
-    return follow_branch(end, [&](double t) { return J_D_inverse_.continue_to(state.x, t); });
-  }
-
-  Scalar h_;
   Eigen::Index N_;
-  JDInverse J_D_inverse_;
+  PrincipalBranch<JDInverse> branch_;
 };
 
 }  // namespace stiefel

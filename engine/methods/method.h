@@ -21,7 +21,8 @@ struct MethodTraits {
   const char* file;
   std::array<int, 4> orders;  ///< ascending, 0 where there are fewer
   int default_order;
-  bool reversible;  ///< the step by −h undoes the step by h
+  bool reversible;               ///< the step by −h undoes the step by h
+  double default_tolerance = 0;  ///< 0 for methods that take steps of a fixed size
 };
 
 /// A Method turns a System into a Map: `Method::traits`, `Method::applies<System>`,

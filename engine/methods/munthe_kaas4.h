@@ -26,8 +26,9 @@ struct MuntheKaas4 {
   };
   template <class S>
   static constexpr bool applies = LieSystem<S>;
+  template <class S>
   static constexpr Kept kept(std::string_view invariant) {
-    return invariant == "energy" || invariant == "manakov" ? Kept::drifts : Kept::exact;
+    return S::kept_on_orbits(invariant) ? Kept::exact : Kept::drifts;
   }
 
   template <LieSystem S, Arithmetic arithmetic>

@@ -21,7 +21,10 @@ struct Rk4 {
   };
   template <class S>
   static constexpr bool applies = System<S>;
-  static constexpr Kept kept(std::string_view) { return Kept::drifts; }
+  template <class>
+  static constexpr Kept kept(std::string_view) {
+    return Kept::drifts;
+  }
 
   template <System S, Arithmetic arithmetic>
   class Map : public ExplicitMap<Map<S, arithmetic>, S, arithmetic> {

@@ -1,42 +1,118 @@
 #pragma once
 
 #include "engine/maps/moser_veselov.h"
+#include "engine/maps/rattle_stiefel.h"
+#include "engine/maps/symmetric_moser_veselov.h"
+#include "engine/maps/transposed.h"
+#include "engine/methods/composition.h"
 #include "engine/methods/method.h"
+#include "engine/systems/ellipsoid.h"
+#include "engine/systems/right_rigid_body.h"
+#include "engine/systems/right_symmetric_rigid_body.h"
 #include "engine/systems/rigid_body.h"
+#include "engine/systems/stiefel.h"
+#include "engine/systems/symmetric_rigid_body.h"
 
 namespace stiefel {
 
-/// The variational integrator: for the rigid body (n = N) it is the Moser–Veselov map.
+/// The variational integrator: for the rigid body it is the Moser–Veselov map, on V(n, N) RATTLE,
+/// and at n = N these are one; symmetric compositions of it for the orders 4, 6 and 8.
+/// `MapOf<S>::make<arithmetic>(system, h)` is the map of order 2.
 struct Variational {
   static constexpr MethodTraits traits = {
       .name = "variational",
       .summary = "discrete variational principle; at n = N the Moser-Veselov map",
-      .source = "[RB] (4.5), Moser and Veselov 1991",
+      .source = "[RB] (4.5), Moser and Veselov 1991; Andersen 1983; Suzuki 1990, Kahan and Li 1997",
       .file = "engine/methods/variational.h",
-      .orders = {2},
+      .orders = {2, 4, 6, 8},
       .default_order = 2,
       .reversible = true,
   };
-  static constexpr Kept kept(std::string_view) { return Kept::exact; }
 
   template <class S>
   struct MapOf;
-  template <class Space>
-  struct MapOf<RigidBody<Space>> {
-    template <Arithmetic arithmetic>
-    using type = MoserVeselov<Space, arithmetic>;
-  };
   template <class S>
-  static constexpr bool applies = requires {
-    typename MapOf<S>::template type<Arithmetic::plain>;
+  static constexpr bool applies = requires(std::string_view v) {
+    MapOf<S>::keeps(v);
   };
+  /// The discrete rigid body keeps every integral; on V(n, N) the energy oscillates.
+  template <class S>
+  static constexpr Kept kept(std::string_view invariant) {
+    return MapOf<S>::keeps(invariant) ? Kept::exact : Kept::bounded;
+  }
 
   template <class S, Arithmetic arithmetic>
-  class Map : public MapOf<S>::template type<arithmetic> {
+  using MapOfOrder2 =
+      decltype(MapOf<S>::template make<arithmetic>(std::declval<const S&>(), typename S::Scalar()));
+  template <class S, Arithmetic arithmetic>
+  class Map : public Composition<MapOfOrder2<S, arithmetic>> {
    public:
-    Map(const S& system, typename S::Scalar h, int)
-        : MapOf<S>::template type<arithmetic>(system.lambda(), h) {}
+    using Scalar = typename S::Scalar;
+    Map(const S& system, Scalar h, int order)
+        : Composition<MapOfOrder2<S, arithmetic>>(
+              [system](Scalar stage) { return MapOf<S>::template make<arithmetic>(system, stage); },
+              h, order) {}
   };
+};
+
+template <class Space>
+struct Variational::MapOf<RigidBody<Space>> {
+  static constexpr bool keeps(std::string_view) { return true; }
+  template <Arithmetic arithmetic>
+  static MoserVeselov<Space, arithmetic> make(const RigidBody<Space>& body,
+                                              typename Space::Scalar h) {
+    return {body.lambda(), h};
+  }
+};
+
+/// The transpose of the left-invariant map.
+template <class Scalar>
+struct Variational::MapOf<RightRigidBody<Scalar>> {
+  static constexpr bool keeps(std::string_view) { return true; }
+  template <Arithmetic arithmetic>
+  static Transposed<MoserVeselov<SoN<Scalar>, arithmetic>, arithmetic> make(
+      const RightRigidBody<Scalar>& body, Scalar h) {
+    return Transposed<MoserVeselov<SoN<Scalar>, arithmetic>, arithmetic>(body.lambda(), h);
+  }
+};
+
+/// (SDRBn), which is the Moser–Veselov map under Ψ.
+template <class Scalar>
+struct Variational::MapOf<SymmetricRigidBody<Scalar>> {
+  static constexpr bool keeps(std::string_view) { return true; }
+  template <Arithmetic arithmetic>
+  static SymmetricMoserVeselov<Scalar, arithmetic> make(const SymmetricRigidBody<Scalar>& body,
+                                                        Scalar h) {
+    return {body.lambda(), h, body.epsilon()};
+  }
+};
+template <class Scalar>
+struct Variational::MapOf<RightSymmetricRigidBody<Scalar>> {
+  static constexpr bool keeps(std::string_view) { return true; }
+  template <Arithmetic arithmetic>
+  static Transposed<SymmetricMoserVeselov<Scalar, arithmetic>, arithmetic> make(
+      const RightSymmetricRigidBody<Scalar>& body, Scalar h) {
+    return Transposed<SymmetricMoserVeselov<Scalar, arithmetic>, arithmetic>(body.lambda(), h,
+                                                                             body.epsilon());
+  }
+};
+
+template <class Scalar>
+struct Variational::MapOf<Stiefel<Scalar>> {
+  static constexpr bool keeps(std::string_view invariant) { return invariant != "energy"; }
+  template <Arithmetic arithmetic>
+  static RattleStiefel<Scalar, arithmetic> make(const Stiefel<Scalar>& system, Scalar h) {
+    return {system.lambda(), system.n(), h};
+  }
+};
+template <class Scalar>
+struct Variational::MapOf<Ellipsoid<Scalar>> {
+  static constexpr bool keeps(std::string_view invariant) { return invariant == "orthogonality"; }
+  template <Arithmetic arithmetic>
+  static RattleStiefel<Scalar, arithmetic, Under::Qdot> make(const Ellipsoid<Scalar>& system,
+                                                             Scalar h) {
+    return {system.lambda(), 1, h};
+  }
 };
 
 }  // namespace stiefel

@@ -1,5 +1,6 @@
 #include <gnu/libc-version.h>
 
+#include <algorithm>
 #include <iomanip>
 #include <sstream>
 
@@ -17,6 +18,14 @@ const std::string& build_fingerprint() {
     return text;
   }();
   return fingerprint;
+}
+
+Eigen::MatrixXd Simulation::get(std::string_view name) const {
+  const auto field = std::ranges::find(fields_, name, &Field::name);
+  RowMatrix value(field->rows, field->size() / field->rows);
+  write(static_cast<std::size_t>(field - fields_.begin()),
+        {value.data(), static_cast<std::size_t>(field->size())});
+  return value;
 }
 
 std::string to_sentence(const Ending& ending) {

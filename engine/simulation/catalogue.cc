@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "engine/simulation/methods.h"
+#include "engine/simulation/structure.h"
 #include "engine/simulation/system_entry.h"
 
 namespace stiefel {
@@ -12,7 +13,8 @@ MethodInfo info_of(const MethodTraits& t) {
   std::vector<int> orders;
   for (const int order : t.orders)
     if (order > 0) orders.push_back(order);
-  return {t.name, t.summary, t.source, t.file, orders, t.default_order, t.reversible};
+  return {t.name, t.summary,       t.source,     t.file,
+          orders, t.default_order, t.reversible, t.default_tolerance};
 }
 
 template <class... M>
@@ -29,14 +31,35 @@ auto find(const Range& range, std::string_view name) -> decltype(&*range.begin()
 }  // namespace
 
 const std::vector<SystemEntry>& system_entries() {
-  static const std::vector<SystemEntry> entries = {rigid_body_entry(), moser_veselov_entry()};
+  static const std::vector<SystemEntry> entries = {
+      rigid_body_entry(),
+      right_rigid_body_entry(),
+      symmetric_rigid_body_entry(),
+      right_symmetric_rigid_body_entry(),
+      reduced_rigid_body_entry(),
+      mclachlan_scovel_entry(),
+      parametric_rigid_body_entry(),
+      stiefel_entry(),
+      stiefel_momentum_entry(),
+      stiefel_costate_entry(),
+      ellipsoid_entry(),
+      double_bracket_entry(),
+      moser_veselov_entry(),
+      moser_veselov_pair_entry(),
+      symmetric_moser_veselov_entry(),
+      parametric_moser_veselov_entry(),
+      discrete_stiefel_entry(),
+  };
   return entries;
 }
 
 const Catalogue& catalogue() {
   static const Catalogue built = [] {
     Catalogue c;
-    for (const auto& entry : system_entries()) c.systems.push_back(entry.info);
+    for (const auto& entry : system_entries()) {
+      c.systems.push_back(entry.info);
+      c.systems.back().forms = forms_of(entry.info.name);
+    }
     c.methods = infos(Methods{});
     return c;
   }();
@@ -58,11 +81,15 @@ std::string_view to_string(Kept kept) {
   return "";
 }
 
-std::unique_ptr<Simulation> make_simulation(const Scene& scene) {
+const SystemEntry* system_entry(std::string_view name) {
   const auto& entries = system_entries();
-  const auto entry = std::ranges::find_if(
-      entries, [&](const SystemEntry& e) { return e.info.name == scene.system(); });
-  return entry->make(scene);
+  const auto entry =
+      std::ranges::find_if(entries, [&](const SystemEntry& e) { return e.info.name == name; });
+  return entry == entries.end() ? nullptr : &*entry;
+}
+
+std::unique_ptr<Simulation> make_simulation(const Scene& scene) {
+  return system_entry(scene.system())->make(scene);
 }
 
 }  // namespace stiefel

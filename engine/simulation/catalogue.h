@@ -24,6 +24,7 @@ struct MethodInfo {
   std::vector<int> orders;
   int default_order;
   bool reversible;
+  double default_tolerance;  ///< 0 for methods that take steps of a fixed size
 };
 
 struct BlockInfo {
@@ -45,6 +46,14 @@ struct InvariantInfo {
   std::string_view source;
 };
 
+/// A two-form on the states of a system; its tangent vectors have these blocks: "Q, M".
+struct FormInfo {
+  std::string_view name;
+  std::string_view blocks;
+  std::string_view formula;
+  std::string_view source;
+};
+
 /// A method on a system; the method's name is empty for the map that a discrete system is.
 struct MethodOnSystem {
   std::string_view method;
@@ -62,6 +71,7 @@ struct SystemInfo {
   std::vector<FieldInfo> fields;
   std::vector<InvariantInfo> invariants;
   std::vector<MethodOnSystem> methods;
+  std::vector<FormInfo> forms;
 };
 
 /// All systems and methods, as data. Built once.

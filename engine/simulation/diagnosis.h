@@ -23,8 +23,8 @@ struct InvariantDrift {
 
 struct Diagnosis {
   std::vector<InvariantDrift> invariants;
-  std::optional<double> orthogonality;  ///< max |QᵀQ − I|
-  double h_omega;                       ///< |h| ‖Ω‖
+  std::optional<double> orthogonality;  ///< max |QQᵀ − I|
+  double h_omega;                       ///< |h| ‖Ω‖, or |h| ‖Q̇‖ where n < N
   std::optional<double> largest_step;
 };
 

@@ -1,7 +1,9 @@
 #include "engine/maps/moser_veselov.h"
 
 #include "engine/simulation/rigid_body_data.h"
-#include "engine/simulation/simulation_of.h"
+#include "engine/simulation/rigid_body_readout.h"
+#include "engine/simulation/rigid_body_scene.h"
+#include "engine/simulation/simulate.h"
 #include "engine/simulation/system_entry.h"
 
 namespace stiefel {
@@ -10,11 +12,8 @@ namespace {
 template <class Space>
 std::unique_ptr<Simulation> make_in(const Scene& scene) {
   using Map = MoserVeselov<Space, Arithmetic::compensated>;
-  using Readout = RigidBodyReadout<Space>;
-  const double N = scene.dimension();
-  const double cost = N == 3 ? 300 : 1000 + 50 * N * N + 5 * N * N * N;
-  return std::make_unique<SimulationOf<Map, Readout>>(scene, Map(scene.inertia(), scene.step()),
-                                                      Readout(scene), cost);
+  return simulate_map(scene, Map(scene.inertia(), scene.step()), RigidBodyReadout<Space>(scene),
+                      rigid_body_cost(scene.dimension()));
 }
 
 std::unique_ptr<Simulation> make(const Scene& scene) {
@@ -33,8 +32,8 @@ SystemEntry moser_veselov_entry() {
   info.source = "[RB] (4.5)";
   info.file = "engine/maps/moser_veselov.h";
   info.discrete = true;
-  info.methods = {{"", preservations([](auto) { return Kept::exact; })}};
-  return {info, make};
+  info.methods = keeps_all(info);
+  return {info, check_rigid_body_or_engineers, make, make_in<SoN<double>>};
 }
 
 }  // namespace stiefel

@@ -1,5 +1,7 @@
 #include "engine/simulation/rigid_body_data.h"
 
+#include "engine/simulation/rigid_body_invariants.h"
+
 namespace stiefel {
 
 SystemInfo rigid_body_family() {
@@ -15,13 +17,8 @@ SystemInfo rigid_body_family() {
       {"quaternion", "1 x 4", "N = 3, det Q = 1: w, x, y, z, body to space; sign continuous"},
       {"angular_velocity", "1 x 3", "N = 3: the vector of Omega"},
   };
-  info.invariants = {
-      {"energy", "1/2 tr(Lambda Omega^T Omega)", "[RB] section 2"},
-      {"spatial_momentum", "Q M Q^T", "[RB] Prop. 2.1"},
-      {"casimirs", "eigenvalues of M", "[RB] section 2"},
-      {"manakov", "coefficients of mu^j in tr((M + mu Lambda^2)^k), k = 2..N", "[RB] (2.4)"},
-      {"orthogonality", "Q^T Q = I", ""},
-  };
+  info.invariants = rigid_body_invariant_infos();
+  info.invariants.push_back({"orthogonality", "Q^T Q = I", ""});
   return info;
 }
 

@@ -2,8 +2,11 @@
 
 #include <optional>
 
+#include "engine/linalg/orthogonal.h"
 #include "engine/linalg/so_3.h"
 #include "engine/linalg/so_n.h"
+#include "engine/simulation/rigid_body_invariants.h"
+#include "engine/simulation/scene.h"
 #include "engine/simulation/simulation.h"
 
 namespace stiefel {
@@ -36,8 +39,14 @@ class RigidBodyReadout {
     x << scene.Q(), scene.M();
     return x;
   }
-  Eigen::MatrixXd Q(const Point& x) const { return x.topRows(x.rows() - N_); }
-  Eigen::MatrixXd M(const Point& x) const { return x.bottomRows(N_); }
+  void invariants(const Point& x, InvariantList& out) const {
+    rigid_body_invariants(lambda_, x.topRows(x.rows() - N_), x.bottomRows(N_), out);
+  }
+  std::optional<double> orthogonality(const Point& x) const {
+    if (x.rows() == N_) return std::nullopt;
+    return orthogonality_defect(x.topRows(N_));
+  }
+  double rate(const Point& x) const { return angular_velocity_norm(lambda_, x.bottomRows(N_)); }
 
   void write(const Point& x, std::size_t index, std::span<double> out) const {
     Eigen::Map<RowMatrix> block(out.data(), N_, N_);
@@ -86,15 +95,17 @@ class RigidBodyReadout<So3<double, frame>> {
     x.template tail<3>() = vee(scene.M());
     return x;
   }
-  Eigen::MatrixXd Q(const Point& x) const {
-    if constexpr (frame) return determinant_ * rotation_matrix<double>(x.template head<4>());
-    return Eigen::MatrixXd(0, 0);
+  void invariants(const Point& x, InvariantList& out) const {
+    rigid_body_invariants(lambda_, Q(x), hat(x.template tail<3>()), out);
   }
-  Eigen::MatrixXd M(const Point& x) const { return hat(x.template tail<3>()); }
+  std::optional<double> orthogonality(const Point& x) const {
+    if constexpr (frame) return orthogonality_defect(Q(x));
+    return std::nullopt;
+  }
+  double rate(const Point& x) const { return omega(x).norm(); }
 
   void write(const Point& x, std::size_t index, std::span<double> out) const {
-    using Block = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-    Eigen::Map<Block> block(out.data());
+    Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> block(out.data());
     switch (offered_.kinds[index]) {
       case RigidBodyField::Q:
         if constexpr (frame) {
@@ -122,6 +133,10 @@ class RigidBodyReadout<So3<double, frame>> {
   }
 
  private:
+  Eigen::MatrixXd Q(const Point& x) const {
+    if constexpr (frame) return determinant_ * rotation_matrix<double>(x.template head<4>());
+    return Eigen::MatrixXd(0, 0);
+  }
   Eigen::Vector3d omega(const Point& x) const {
     Eigen::Vector3d w;
     Space::inverse_inertia(lambda_, x, w);

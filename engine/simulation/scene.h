@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "engine/linalg/compensated.h"
@@ -29,7 +30,8 @@ struct MethodDescription {
   std::string name;
   std::optional<int> order;
   std::optional<int> substeps;
-  std::string arithmetic;  ///< "compensated", "plain" or empty
+  std::string arithmetic;                ///< "compensated", "plain" or empty
+  std::optional<double> tolerance = {};  ///< of methods that choose their own steps
 };
 
 /// A body in three dimensions in engineers' terms and in the caller's axes.
@@ -42,13 +44,26 @@ struct BodyDescription {
   std::vector<double> angular_velocity;
 };
 
+/// A block of the initial state. Real when `imaginary` is empty, else of the same shape.
+struct Block {
+  Block() = default;
+  Block(RowMatrix real, RowMatrix imaginary_part = {})
+      : values(std::move(real)), imaginary(std::move(imaginary_part)) {}
+  template <class Derived>
+  Block(const Eigen::MatrixBase<Derived>& real) : values(real) {}
+
+  RowMatrix values, imaginary;
+};
+
 /// A scene as a caller writes it; nothing is checked.
 struct SceneDescription {
   std::string system;
   std::optional<MethodDescription> method;
-  std::vector<double> inertia;
-  std::map<std::string, RowMatrix> initial;
+  std::vector<double> inertia, inertia_u, inertia_v;
+  std::map<std::string, Block> initial;
   std::optional<BodyDescription> body;
+  std::optional<double> epsilon;    ///< of the symmetric systems
+  std::optional<double> parameter;  ///< μ of the parametric systems
   double step = 0;
 };
 
@@ -56,8 +71,11 @@ struct SceneDescription {
 /// Resolving a resolved description gives the same scene, bit for bit.
 class Scene {
  public:
+  /// N when n = N, and n.
   static constexpr int max_dimension = 512;
-  /// Q is accepted, and repaired, up to this max |QᵀQ − I|; the same for | |attitude| − 1 |.
+  /// n·N when n < N.
+  static constexpr int max_elements = 1 << 24;
+  /// Q is accepted, and repaired, up to this max |QQᵀ − I|; the same for | |attitude| − 1 |.
   static constexpr double frame_tolerance = 1e-6;
   /// M is accepted, and its skew part taken, up to this max |M + Mᵀ| / max |M|.
   static constexpr double skew_tolerance = 1e-10;
@@ -74,17 +92,27 @@ class Scene {
   int substeps() const {
     return description_.method ? description_.method->substeps.value_or(1) : 1;
   }
-  Arithmetic arithmetic() const { return arithmetic_; }
+  double tolerance() const { return description_.method->tolerance.value_or(0); }
+  Arithmetic arithmetic() const {
+    return description_.method && description_.method->arithmetic == "plain"
+               ? Arithmetic::plain
+               : Arithmetic::compensated;
+  }
   double step() const { return description_.step; }
   double time(std::int64_t step) const { return static_cast<double>(step) * description_.step; }
+  double epsilon() const { return description_.epsilon.value_or(1); }
+  double parameter() const { return description_.parameter.value_or(0); }
   /// N.
   int dimension() const { return static_cast<int>(inertia_.size()); }
   /// λ_1..λ_N, in principal axes for a body.
   const Eigen::VectorXd& inertia() const { return inertia_; }
-  /// Q and M in principal axes, repaired; Q is empty (0 × 0) in a momentum-only scene.
-  const Eigen::MatrixXd& Q() const { return Q_; }
-  const Eigen::MatrixXd& M() const { return M_; }
-  bool has_frame() const { return Q_.size() > 0; }
+
+  /// A block of the initial state of the system, in principal axes, repaired; 0 × 0 if the scene
+  /// goes without.
+  const Eigen::MatrixXd& block(const std::string& name) const;
+  const Eigen::MatrixXd& Q() const { return block("Q"); }
+  const Eigen::MatrixXd& M() const { return block("M"); }
+  bool has_frame() const { return Q().size() > 0; }
   /// N = 3 with a frame: the quaternion of Q, or of −Q when det Q = −1.
   const Eigen::Vector4d& attitude() const { return attitude_; }
   /// det Q = ±1.
@@ -94,12 +122,11 @@ class Scene {
 
  private:
   Scene() = default;
-  friend class SceneResolver;
+  friend class SceneDraft;
 
   SceneDescription description_;
-  Arithmetic arithmetic_ = Arithmetic::compensated;
   Eigen::VectorXd inertia_;
-  Eigen::MatrixXd Q_, M_;
+  std::map<std::string, Eigen::MatrixXd> blocks_;
   Eigen::Vector4d attitude_ = Eigen::Vector4d::UnitX();
   int determinant_ = 1;
   std::optional<PrincipalAxes> axes_;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/maps/map.h"
+#include "engine/simulation/invariant_list.h"
 #include "engine/simulation/scene.h"
 
 namespace stiefel {
@@ -15,12 +16,15 @@ namespace stiefel {
 /// One sentence for people; empty when reached.
 std::string to_sentence(const Ending& ending);
 
-/// What can be sampled: "Q", "M", "Omega", "quaternion", "angular_velocity"; written rows × cols.
+/// What can be sampled: "Q", "M", "Omega", "quaternion", ...; written rows × cols, and where it is
+/// complex every element as real and imaginary part.
 struct Field {
   std::string name;
   int rows = 0;
   int cols = 0;
-  int size() const { return rows * cols; }
+  bool complex = false;
+  /// Numbers.
+  int size() const { return rows * cols * (complex ? 2 : 1); }
 };
 
 /// A Map with its current State and step index. The state at step k has the same bits however it
@@ -50,13 +54,23 @@ class Simulation {
   /// Writes field `index`, row by row, in the caller's axes.
   virtual void write(std::size_t index, std::span<double> out) const = 0;
 
-  /// Q (empty if there is none) and M in principal axes.
-  virtual Eigen::MatrixXd Q() const = 0;
-  virtual Eigen::MatrixXd M() const = 0;
+  /// A field by its name, which must be one of `fields()`.
+  Eigen::MatrixXd get(std::string_view name) const;
+
+  /// The invariants at the current state, computed in extended precision where that is cheap.
+  virtual void invariants(InvariantList& out) const = 0;
+  /// max |QQᵀ − I|; nothing for a state without a frame.
+  virtual std::optional<double> orthogonality() const = 0;
+  /// How fast it turns, 1/time: ‖Ω‖, or ‖Q̇‖ where n < N.
+  virtual double rate() const = 0;
 
   /// LEFT_DOMAIN's number for the current state: the largest |h| ≤ limit with a solution, to 1e-3;
   /// nothing for a map that is defined for every step.
   virtual std::optional<double> largest_step(double limit) const = 0;
+
+  /// One step of the map, without its history, from any state x near the manifold, blocks stacked
+  /// by rows; nothing where it has none, and for states that are not matrices.
+  virtual std::optional<Eigen::MatrixXd> image(const Eigen::MatrixXd& x) const = 0;
 
   /// A rough count of nanoseconds a step takes, from N and the method alone: for slicing, not
   /// timing.

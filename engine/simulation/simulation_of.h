@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "engine/simulation/rigid_body_readout.h"
+#include "engine/simulation/scene.h"
 #include "engine/simulation/simulation.h"
 
 namespace stiefel {
@@ -13,6 +13,7 @@ template <class F, class Readout>
 requires Map<F>
 class SimulationOf final : public Simulation {
  public:
+  /// `step_cost`: nanoseconds of a step of the map.
   SimulationOf(const Scene& scene, F map, Readout readout, double step_cost)
       : map_(std::move(map)),
         readout_(std::move(readout)),
@@ -58,10 +59,20 @@ class SimulationOf final : public Simulation {
   void write(std::size_t index, std::span<double> out) const override {
     readout_.write(state_.x.value, index, out);
   }
-  Eigen::MatrixXd Q() const override { return readout_.Q(state_.x.value); }
-  Eigen::MatrixXd M() const override { return readout_.M(state_.x.value); }
+  void invariants(InvariantList& out) const override { readout_.invariants(state_.x.value, out); }
+  std::optional<double> orthogonality() const override {
+    return readout_.orthogonality(state_.x.value);
+  }
+  double rate() const override { return readout_.rate(state_.x.value); }
   std::optional<double> largest_step(double limit) const override {
     return map_.largest_step(state_, limit);
+  }
+  std::optional<Eigen::MatrixXd> image([[maybe_unused]] const Eigen::MatrixXd& x) const override {
+    if constexpr (std::is_same_v<typename Readout::Point, Eigen::MatrixXd>) {
+      auto state = map_.start(x);
+      if (map_.step(state).reached()) return state.x.value;
+    }
+    return std::nullopt;
   }
   double step_cost() const override { return step_cost_; }
 

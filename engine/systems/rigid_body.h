@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string_view>
+
 #include "engine/linalg/so_3.h"
 #include "engine/linalg/so_n.h"
 #include "engine/systems/concepts.h"
@@ -23,6 +25,12 @@ class RigidBody {
   using Scalar = typename Space::Scalar;
   using State = typename Space::State;
   using Algebra = typename Space::Algebra;
+
+  /// Whether an invariant is constant along the group's orbits.
+  static constexpr bool kept_on_orbits(std::string_view invariant) {
+    return invariant == "spatial_momentum" || invariant == "casimirs" ||
+           invariant == "orthogonality";
+  }
 
   explicit RigidBody(Vector<Scalar> lambda)
       : lambda_(std::move(lambda)), space_(lambda_.size()), Omega_(space_.zero()) {}

@@ -18,6 +18,10 @@ namespace stiefel::server {
 std::expected<SceneDescription, Violations> from_proto(const v1::Scene& scene);
 void to_proto(const SceneDescription& description, v1::Scene* out);
 
+/// The same of single matrices, and back.
+std::expected<Block, Violations> from_proto(const std::string& path, const v1::Matrix& matrix);
+void to_proto(const RowMatrix& values, v1::Matrix* out);
+
 void to_proto(const Catalogue& catalogue, v1::DescribeResponse* out);
 void to_proto(const Session& session, const Registry& registry, v1::Session* out);
 void to_proto(const Ending& ending, v1::Ending* out);

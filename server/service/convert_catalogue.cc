@@ -43,6 +43,13 @@ void to_proto(const SystemInfo& system, v1::SystemInfo* out) {
     to->set_formula(text(invariant.formula));
     to->set_source(text(invariant.source));
   }
+  for (const FormInfo& form : system.forms) {
+    auto* to = out->add_forms();
+    to->set_name(text(form.name));
+    to->set_blocks(text(form.blocks));
+    to->set_formula(text(form.formula));
+    to->set_source(text(form.source));
+  }
   for (const MethodOnSystem& method : system.methods) {
     auto* to = out->add_methods();
     to->set_method(text(method.method));
@@ -62,6 +69,7 @@ void to_proto(const MethodInfo& method, v1::MethodInfo* out) {
   for (const int order : method.orders) out->add_orders(static_cast<std::uint32_t>(order));
   out->set_default_order(static_cast<std::uint32_t>(method.default_order));
   out->set_reversible(method.reversible);
+  out->set_default_tolerance(method.default_tolerance);
 }
 
 }  // namespace

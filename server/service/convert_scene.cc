@@ -9,24 +9,38 @@ std::vector<double> numbers(const google::protobuf::RepeatedField<double>& value
   return {values.begin(), values.end()};
 }
 
-void read_matrix(const std::string& path, const v1::Matrix& matrix, RowMatrix& out,
+void read_values(const std::string& path, const v1::Matrix& matrix,
+                 const google::protobuf::RepeatedField<double>& values, RowMatrix& out,
                  Violations& violations) {
+  const std::uint64_t size = std::uint64_t{matrix.rows()} * matrix.cols();
+  if (static_cast<std::uint64_t>(values.size()) != size) {
+    violations.push_back({path, std::to_string(values.size()) + " values",
+                          "must be rows * cols = " + std::to_string(size)});
+    return;
+  }
+  out = Eigen::Map<const RowMatrix>(values.data(), matrix.rows(), matrix.cols());
+}
+
+void read_block(const std::string& path, const v1::Matrix& matrix, Block& out,
+                Violations& violations) {
   const auto check = [&](const char* name, std::uint32_t value) {
-    if (value >= 1 && value <= Scene::max_dimension) return true;
+    if (value >= 1 && value <= Scene::max_elements) return true;
     violations.push_back({path + "." + name, std::to_string(value),
-                          "must be 1 to " + std::to_string(Scene::max_dimension)});
+                          "must be 1 to " + std::to_string(Scene::max_elements)});
     return false;
   };
   const bool rows = check("rows", matrix.rows());
   const bool cols = check("cols", matrix.cols());
   if (!rows || !cols) return;
-  const std::uint64_t size = std::uint64_t{matrix.rows()} * matrix.cols();
-  if (static_cast<std::uint64_t>(matrix.values_size()) != size) {
-    violations.push_back({path + ".values", std::to_string(matrix.values_size()) + " values",
-                          "must be rows * cols = " + std::to_string(size)});
+  if (std::uint64_t{matrix.rows()} * matrix.cols() > Scene::max_elements) {
+    violations.push_back(
+        {path, std::to_string(matrix.rows()) + " x " + std::to_string(matrix.cols()),
+         "must have at most " + std::to_string(Scene::max_elements) + " elements"});
     return;
   }
-  out = Eigen::Map<const RowMatrix>(matrix.values().data(), matrix.rows(), matrix.cols());
+  read_values(path + ".values", matrix, matrix.values(), out.values, violations);
+  if (matrix.imaginary_size() > 0)
+    read_values(path + ".imaginary", matrix, matrix.imaginary(), out.imaginary, violations);
 }
 
 void read_count(const std::string& path, std::uint32_t value, std::optional<int>& out,
@@ -46,10 +60,25 @@ MethodDescription read_method(const v1::Method& method, Violations& violations) 
   if (method.has_substeps()) {
     read_count("method.substeps", method.substeps(), out.substeps, violations);
   }
+  if (method.has_tolerance()) out.tolerance = method.tolerance();
   return out;
 }
 
 }  // namespace
+
+std::expected<Block, Violations> from_proto(const std::string& path, const v1::Matrix& matrix) {
+  Block out;
+  Violations violations;
+  read_block(path, matrix, out, violations);
+  if (!violations.empty()) return std::unexpected(std::move(violations));
+  return out;
+}
+
+void to_proto(const RowMatrix& values, v1::Matrix* out) {
+  out->set_rows(static_cast<std::uint32_t>(values.rows()));
+  out->set_cols(static_cast<std::uint32_t>(values.cols()));
+  out->mutable_values()->Add(values.data(), values.data() + values.size());
+}
 
 std::expected<SceneDescription, Violations> from_proto(const v1::Scene& scene) {
   SceneDescription out;
@@ -57,8 +86,12 @@ std::expected<SceneDescription, Violations> from_proto(const v1::Scene& scene) {
   out.system = scene.system();
   if (scene.has_method()) out.method = read_method(scene.method(), violations);
   out.inertia = numbers(scene.inertia());
+  out.inertia_u = numbers(scene.inertia_u());
+  out.inertia_v = numbers(scene.inertia_v());
+  if (scene.has_epsilon()) out.epsilon = scene.epsilon();
+  if (scene.has_parameter()) out.parameter = scene.parameter();
   for (const auto& [name, matrix] : scene.initial()) {
-    read_matrix("initial." + name, matrix, out.initial[name], violations);
+    read_block("initial." + name, matrix, out.initial[name], violations);
   }
   if (scene.has_body()) {
     out.body =
@@ -78,21 +111,28 @@ void to_proto(const SceneDescription& description, v1::Scene* out) {
     if (method->order) to->set_order(static_cast<std::uint32_t>(*method->order));
     if (method->substeps) to->set_substeps(static_cast<std::uint32_t>(*method->substeps));
     to->set_arithmetic(method->arithmetic);
+    if (method->tolerance) to->set_tolerance(*method->tolerance);
   }
-  out->mutable_inertia()->Add(description.inertia.begin(), description.inertia.end());
+  const auto add = [](const std::vector<double>& from, auto* to) {
+    to->Add(from.begin(), from.end());
+  };
+  add(description.inertia, out->mutable_inertia());
+  add(description.inertia_u, out->mutable_inertia_u());
+  add(description.inertia_v, out->mutable_inertia_v());
+  if (description.epsilon) out->set_epsilon(*description.epsilon);
+  if (description.parameter) out->set_parameter(*description.parameter);
   for (const auto& [name, block] : description.initial) {
     v1::Matrix& to = (*out->mutable_initial())[name];
-    to.set_rows(static_cast<std::uint32_t>(block.rows()));
-    to.set_cols(static_cast<std::uint32_t>(block.cols()));
-    to.mutable_values()->Add(block.data(), block.data() + block.size());
+    const auto& [values, imaginary] = block;
+    to_proto(values, &to);
+    to.mutable_imaginary()->Add(imaginary.data(), imaginary.data() + imaginary.size());
   }
   if (const auto& body = description.body) {
     auto* to = out->mutable_body();
-    to->mutable_inertia_tensor()->Add(body->inertia_tensor.begin(), body->inertia_tensor.end());
-    to->mutable_moments()->Add(body->moments.begin(), body->moments.end());
-    to->mutable_attitude()->Add(body->attitude.begin(), body->attitude.end());
-    to->mutable_angular_velocity()->Add(body->angular_velocity.begin(),
-                                        body->angular_velocity.end());
+    add(body->inertia_tensor, to->mutable_inertia_tensor());
+    add(body->moments, to->mutable_moments());
+    add(body->attitude, to->mutable_attitude());
+    add(body->angular_velocity, to->mutable_angular_velocity());
   }
   out->set_step(description.step);
 }

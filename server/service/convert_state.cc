@@ -79,7 +79,7 @@ std::expected<std::vector<std::size_t>, Violations> select_fields(const Session&
 void describe_field(const Field& field, std::optional<std::size_t> samples, v1::Field* out) {
   out->set_name(field.name);
   v1::Tensor* tensor = out->mutable_value();
-  tensor->set_data_type(v1::DATA_TYPE_FLOAT64);
+  tensor->set_data_type(field.complex ? v1::DATA_TYPE_COMPLEX128 : v1::DATA_TYPE_FLOAT64);
   tensor->clear_shape();
   if (samples) tensor->add_shape(*samples);
   tensor->add_shape(static_cast<std::uint64_t>(field.rows));

@@ -1,5 +1,6 @@
 #include "server/service/errors.h"
 
+#include <charconv>
 #include <exception>
 #include <initializer_list>
 #include <new>
@@ -31,6 +32,12 @@ grpc::Status make(grpc::StatusCode code, const std::string& message, std::string
   any->set_type_url("type.googleapis.com/google.rpc." + std::string(type));
   any->set_value(detail.SerializeAsString());
   return {code, message, status.SerializeAsString()};
+}
+
+/// Its digits, all of them.
+std::string number(double value) {
+  char text[32];
+  return {text, std::to_chars(text, text + sizeof text, value).ptr};
 }
 
 using Metadata = std::initializer_list<std::pair<const char*, std::string_view>>;
@@ -71,8 +78,9 @@ grpc::Status invalid(std::string field, std::string value, std::string rule) {
   return invalid({{std::move(field), std::move(value), std::move(rule)}});
 }
 
-grpc::Status session_not_found(std::string_view id) {
-  return info(grpc::NOT_FOUND, "session_id: " + shortened(id) + ": there is no such session",
+grpc::Status session_not_found(std::string_view id, const char* field) {
+  return info(grpc::NOT_FOUND,
+              std::string(field) + ": " + shortened(id) + ": there is no such session",
               "SESSION_NOT_FOUND", {{"session_id", id}});
 }
 
@@ -94,6 +102,22 @@ grpc::Status checkpoint_of_other_build(std::string_view theirs, std::string_view
               "checkpoint: written by build '" + shortened(theirs) + "', this is build '" +
                   shortened(ours) + "': the bits could differ",
               "CHECKPOINT_OF_OTHER_BUILD", {{"checkpoint_build", theirs}, {"server_build", ours}});
+}
+
+grpc::Status outside_domain(const OutsideDomain& outside) {
+  const std::string value = number(outside.value), bound = number(outside.bound);
+  return info(grpc::INVALID_ARGUMENT,
+              "outside the domain " + std::string(outside.domain) + ": " + value +
+                  ", where the bound is " + bound,
+              "OUTSIDE_DOMAIN", {{"domain", outside.domain}, {"value", value}, {"bound", bound}});
+}
+
+grpc::Status unequal_determinants(int Q_0, int Q_T) {
+  const std::string first = std::to_string(Q_0), last = std::to_string(Q_T);
+  return info(
+      grpc::INVALID_ARGUMENT,
+      "Q_T: det Q_0 = " + first + " and det Q_T = " + last + ": no path of frames joins them",
+      "UNEQUAL_DETERMINANTS", {{"Q_0", first}, {"Q_T", last}});
 }
 
 grpc::Status shutting_down() {

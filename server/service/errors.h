@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "engine/representations/outside_domain.h"
 #include "engine/simulation/scene.h"
 
 /// Every error the service answers with, and nothing else does. The message is for people; the
@@ -16,13 +17,17 @@ namespace stiefel::server::errors {
 grpc::Status invalid(const Violations& violations);
 grpc::Status invalid(std::string field, std::string value, std::string rule);
 /// NOT_FOUND, SESSION_NOT_FOUND with `session_id`.
-grpc::Status session_not_found(std::string_view id);
+grpc::Status session_not_found(std::string_view id, const char* field = "session_id");
 /// ALREADY_EXISTS, SESSION_HAS_OTHER_SCENE with `session_id`.
 grpc::Status session_has_other_scene(std::string_view id);
 /// RESOURCE_EXHAUSTED, TOO_MANY_SESSIONS with `max_sessions`.
 grpc::Status too_many_sessions(std::uint32_t max_sessions);
 /// FAILED_PRECONDITION, CHECKPOINT_OF_OTHER_BUILD with `checkpoint_build` and `server_build`.
 grpc::Status checkpoint_of_other_build(std::string_view theirs, std::string_view ours);
+/// INVALID_ARGUMENT, OUTSIDE_DOMAIN with `domain`, `value` and `bound`.
+grpc::Status outside_domain(const OutsideDomain& outside);
+/// INVALID_ARGUMENT, UNEQUAL_DETERMINANTS with `Q_0` and `Q_T`.
+grpc::Status unequal_determinants(int Q_0, int Q_T);
 /// UNAVAILABLE, SHUTTING_DOWN.
 grpc::Status shutting_down();
 /// CANCELLED: the caller went away.

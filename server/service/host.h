@@ -4,6 +4,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
+#include <stop_token>
 
 #include "server/service/log.h"
 #include "server/sessions/pool.h"
@@ -16,9 +17,10 @@ namespace stiefel::server {
 class Lifecycle {
  public:
   bool refusing() const { return refusing_.load(std::memory_order_relaxed); }
-  bool stopping() const { return stopping_.load(std::memory_order_relaxed); }
+  bool stopping() const { return stop_.stop_requested(); }
+  std::stop_token stop_token() const { return stop_.get_token(); }
   void refuse() { refusing_ = true; }
-  void stop() { stopping_ = true; }
+  void stop() { stop_.request_stop(); }
 
   void enter() { ++running_; }
   void leave() {
@@ -33,18 +35,20 @@ class Lifecycle {
 
  private:
   std::atomic<bool> refusing_ = false;
-  std::atomic<bool> stopping_ = false;
+  std::stop_source stop_;
   std::atomic<int> running_ = 0;
   std::mutex mutex_;
   std::condition_variable idle_;
 };
 
-/// What every call works with. The pool comes last: it is gone before anything its jobs use.
+/// What every call works with. The pools come last: they are gone before anything their jobs use.
 struct Host {
   Log log;
   Registry registry;
   Lifecycle lifecycle;
   Pool pool;
+  /// For work that has no slices, so that it is not in the way of what has.
+  Pool searches;
 };
 
 }  // namespace stiefel::server

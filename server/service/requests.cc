@@ -3,15 +3,16 @@
 #include <algorithm>
 #include <string>
 
+#include "server/service/convert.h"
 #include "server/service/errors.h"
 
 namespace stiefel::server {
 
-OrStatus<Hold> find_session(const Host& host, std::string_view id) {
+OrStatus<Hold> find_session(const Host& host, std::string_view id, const char* field) {
   if (host.lifecycle.refusing()) return std::unexpected(errors::shutting_down());
   if (auto session = host.registry.find(id)) return *std::move(session);
-  const grpc::Status status = check_session_id(id);
-  return std::unexpected(status.ok() ? errors::session_not_found(id) : status);
+  const grpc::Status status = check_session_id(id, field);
+  return std::unexpected(status.ok() ? errors::session_not_found(id, field) : status);
 }
 
 grpc::Status check_session_id(std::string_view id, const char* field) {
@@ -29,6 +30,39 @@ grpc::Status check_step(const char* field, std::int64_t value, std::int64_t low)
   return errors::invalid(
       field, std::to_string(value),
       "must be " + std::to_string(low) + " to " + std::to_string(Session::max_step));
+}
+
+OrStatus<Scene> read_scene(bool present, const v1::Scene& scene, const char* field) {
+  if (!present) return std::unexpected(errors::invalid(field, "", "must be there"));
+  auto description = from_proto(scene);
+  if (!description) return std::unexpected(errors::invalid(description.error()));
+  auto resolved = Scene::resolve(*std::move(description));
+  if (!resolved) return std::unexpected(errors::invalid(resolved.error()));
+  return *std::move(resolved);
+}
+
+OrStatus<Registry::Created> admit(Host& host, const std::string& id, Scene scene,
+                                  std::string_view checkpoint) {
+  auto created = host.registry.create(id, std::move(scene), checkpoint);
+  if (created) return *std::move(created);
+  if (const auto* conflict = std::get_if<Registry::Conflict>(&created.error())) {
+    return std::unexpected(*conflict == Registry::Conflict::other_scene
+                               ? errors::session_has_other_scene(id)
+                               : errors::too_many_sessions(host.registry.max_sessions()));
+  }
+  const auto& refusal = std::get<CheckpointRefusal>(created.error());
+  const std::string value = std::to_string(checkpoint.size()) + " bytes";
+  switch (refusal.fault) {
+    case CheckpointFault::other_build:
+      return std::unexpected(errors::checkpoint_of_other_build(refusal.build, build_fingerprint()));
+    case CheckpointFault::other_scene:
+      return std::unexpected(
+          errors::invalid("checkpoint", value, "must come from a session of the same scene"));
+    case CheckpointFault::corrupt:
+      break;
+  }
+  return std::unexpected(
+      errors::invalid("checkpoint", value, "must be what Step returned: it is damaged"));
 }
 
 }  // namespace stiefel::server

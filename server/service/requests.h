@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "engine/simulation/conversion.h"
 #include "server/service/convert.h"
 #include "server/service/host.h"
 
@@ -17,12 +18,23 @@ template <class T>
 using OrStatus = std::expected<T, grpc::Status>;
 
 /// UNAVAILABLE when shutting down, NOT_FOUND, or the session.
-OrStatus<Hold> find_session(const Host& host, std::string_view id);
+OrStatus<Hold> find_session(const Host& host, std::string_view id,
+                            const char* field = "session_id");
 
 /// INVALID_ARGUMENT unless it is 1 to 128 of [A-Za-z0-9._-].
 grpc::Status check_session_id(std::string_view id, const char* field = "session_id");
 
 /// INVALID_ARGUMENT unless low <= value <= Session::max_step.
 grpc::Status check_step(const char* field, std::int64_t value, std::int64_t low = 0);
+
+/// The resolved scene, or INVALID_ARGUMENT.
+OrStatus<Scene> read_scene(bool present, const v1::Scene& scene, const char* field = "scene");
+
+/// A session of that scene under that id, new or there already; or why there is none.
+OrStatus<Registry::Created> admit(Host& host, const std::string& id, Scene scene,
+                                  std::string_view checkpoint = {});
+
+/// A conversion's refusal as an error.
+grpc::Status refused(const ConversionRefusal& refusal);
 
 }  // namespace stiefel::server

@@ -18,34 +18,13 @@ constexpr int small_dimension = 32;
 
 grpc::Status create(Host& host, const v1::CreateSessionRequest& request,
                     v1::CreateSessionResponse* response) {
-  if (!request.has_scene()) return errors::invalid("scene", "", "must be there");
-  auto description = from_proto(request.scene());
-  if (!description) return errors::invalid(description.error());
-  auto scene = Scene::resolve(*std::move(description));
-  if (!scene) return errors::invalid(scene.error());
-  auto created =
-      host.registry.create(request.session_id(), *std::move(scene), request.checkpoint());
-  if (created) {
-    to_proto(*created->session, host.registry, response->mutable_session());
-    response->set_created(created->created);
-    return grpc::Status::OK;
-  }
-  if (const auto* conflict = std::get_if<Registry::Conflict>(&created.error())) {
-    return *conflict == Registry::Conflict::other_scene
-               ? errors::session_has_other_scene(request.session_id())
-               : errors::too_many_sessions(host.registry.max_sessions());
-  }
-  const auto& refusal = std::get<CheckpointRefusal>(created.error());
-  const std::string value = std::to_string(request.checkpoint().size()) + " bytes";
-  switch (refusal.fault) {
-    case CheckpointFault::other_build:
-      return errors::checkpoint_of_other_build(refusal.build, build_fingerprint());
-    case CheckpointFault::other_scene:
-      return errors::invalid("checkpoint", value, "must come from a session of the same scene");
-    case CheckpointFault::corrupt:
-      break;
-  }
-  return errors::invalid("checkpoint", value, "must be what Step returned: it is damaged");
+  auto scene = read_scene(request.has_scene(), request.scene());
+  if (!scene) return scene.error();
+  auto admitted = admit(host, request.session_id(), *std::move(scene), request.checkpoint());
+  if (!admitted) return admitted.error();
+  to_proto(*admitted->session, host.registry, response->mutable_session());
+  response->set_created(admitted->created);
+  return grpc::Status::OK;
 }
 
 }  // namespace
@@ -87,13 +66,13 @@ grpc::ServerUnaryReactor* Service::CreateSession(Context* context,
                                                  const v1::CreateSessionRequest* request,
                                                  v1::CreateSessionResponse* response) {
   CallLog log(host_.log, *context, "CreateSession", request->session_id());
-  const auto work = [this, request, response] {
+  const auto work = [this, request, response](const std::stop_token& = {}) {
     if (host_.lifecycle.refusing()) return errors::shutting_down();
     const grpc::Status status = check_session_id(request->session_id());
     return status.ok() ? create(host_, *request, response) : status;
   };
   if (request->scene().inertia_size() > small_dimension) {
-    return new PooledCall(host_, std::move(log), work);
+    return new PooledCall(host_, host_.pool, std::move(log), work);
   }
   return answer(context, std::move(log), work);
 }
@@ -141,34 +120,6 @@ grpc::ServerUnaryReactor* Service::DeleteSession(Context* context,
     if (status.ok()) host_.registry.erase(request->session_id());
     return status;
   });
-}
-
-grpc::ServerUnaryReactor* Service::Diagnose(Context* context, const v1::DiagnoseRequest* request,
-                                            v1::DiagnoseResponse* response) {
-  CallLog log(host_.log, *context, "Diagnose", request->session_id());
-  const auto refuse = [&](const grpc::Status& status) {
-    return answer(context, std::move(log), [&] { return status; });
-  };
-  auto session = find_session(host_, request->session_id());
-  if (!session) return refuse(session.error());
-  if (const auto status = check_step("to", request->to()); !status.ok()) return refuse(status);
-  std::vector<std::string> only(request->invariants().begin(), request->invariants().end());
-  Violations violations;
-  for (std::size_t i = 0; i < only.size(); ++i) {
-    if (is_invariant((*session)->scene(), only[i])) continue;
-    violations.push_back({"invariants[" + std::to_string(i) + "]", only[i],
-                          "must be an invariant of " + (*session)->scene().system()});
-  }
-  if (!violations.empty()) return refuse(errors::invalid(violations));
-  return new WalkCall(host_, std::move(log), *std::move(session), request->to(),
-                      [only = std::move(only), response](const Session& at, const Walk& walk) {
-                        to_proto(walk.ending(), response->mutable_ending());
-                        response->set_step(walk.step());
-                        response->set_time(at.scene().time(walk.step()));
-                        response->set_computed_steps(walk.computed_steps());
-                        to_proto(diagnose(at.scene(), walk.simulation(), only), response);
-                        return grpc::Status::OK;
-                      });
 }
 
 }  // namespace stiefel::server

@@ -27,6 +27,12 @@ class Service final : public v1::SimulationService::CallbackService {
   grpc::ServerWriteReactor<v1::StreamResponse>* Stream(Context*, const v1::StreamRequest*) override;
   grpc::ServerUnaryReactor* Diagnose(Context*, const v1::DiagnoseRequest*,
                                      v1::DiagnoseResponse*) override;
+  grpc::ServerUnaryReactor* ForkSession(Context*, const v1::ForkSessionRequest*,
+                                        v1::ForkSessionResponse*) override;
+  grpc::ServerUnaryReactor* Convert(Context*, const v1::ConvertRequest*,
+                                    v1::ConvertResponse*) override;
+  grpc::ServerUnaryReactor* Connect(Context*, const v1::ConnectRequest*,
+                                    v1::ConnectResponse*) override;
 
  private:
   /// Answers at once.

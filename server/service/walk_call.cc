@@ -52,16 +52,19 @@ void WalkCall::OnDone() {
   host.lifecycle.leave();
 }
 
-PooledCall::PooledCall(Host& host, CallLog log, std::function<grpc::Status()> work)
-    : host_(host), log_(std::move(log)), work_(std::move(work)) {
+PooledCall::PooledCall(Host& host, Pool& pool, CallLog log, Work work)
+    : host_(host),
+      log_(std::move(log)),
+      work_(std::move(work)),
+      shutdown_(host.lifecycle.stop_token(), RequestStop{stop_}) {
   host_.lifecycle.enter();
-  host_.pool.submit(this);
+  pool.submit(this);
 }
 
 bool PooledCall::run_slice() noexcept {
   grpc::Status status;
   try {
-    status = work_();
+    status = work_(stop_.get_token());
   } catch (...) {
     status = errors::from_current_exception();
   }

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <functional>
 #include <optional>
+#include <stop_token>
 
 #include "server/service/host.h"
 #include "server/sessions/walk.h"
@@ -37,18 +38,29 @@ class WalkCall final : public grpc::ServerUnaryReactor, private Job {
   std::atomic<bool> cancelled_ = false;
 };
 
-/// Runs `work` on the pool and answers with what it returns. Deletes itself.
+/// Runs `work` on a pool and answers with what it returns. The token asks it to stop when the
+/// caller cancels or the server goes down. Deletes itself.
 class PooledCall final : public grpc::ServerUnaryReactor, private Job {
  public:
-  PooledCall(Host& host, CallLog log, std::function<grpc::Status()> work);
+  using Work = std::function<grpc::Status(std::stop_token)>;
+
+  PooledCall(Host& host, Pool& pool, CallLog log, Work work);
+  void OnCancel() override { stop_.request_stop(); }
   void OnDone() override;
 
  private:
   bool run_slice() noexcept override;
 
+  struct RequestStop {
+    std::stop_source stop;
+    void operator()() { stop.request_stop(); }
+  };
+
   Host& host_;
   CallLog log_;
-  const std::function<grpc::Status()> work_;
+  const Work work_;
+  std::stop_source stop_;
+  std::stop_callback<RequestStop> shutdown_;
 };
 
 }  // namespace stiefel::server

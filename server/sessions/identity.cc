@@ -18,6 +18,14 @@ class Writer {
     number(values.size());
     bytes_.append(reinterpret_cast<const char*>(values.data()), values.size_bytes());
   }
+  void optional(const std::optional<double>& value) {
+    number(value.has_value());
+    if (value) doubles({&*value, 1});
+  }
+  void matrix(const RowMatrix& value) {
+    number(static_cast<std::uint64_t>(value.rows()));
+    doubles({value.data(), static_cast<std::size_t>(value.size())});
+  }
   std::string take() { return std::move(bytes_); }
 
  private:
@@ -36,13 +44,18 @@ std::string identity_of(const Scene& scene) {
     out.number(static_cast<std::uint64_t>(method->order.value_or(0)));
     out.number(static_cast<std::uint64_t>(method->substeps.value_or(1)));
     out.text(method->arithmetic);
+    out.optional(method->tolerance);
   }
   out.doubles(description.inertia);
+  out.doubles(description.inertia_u);
+  out.doubles(description.inertia_v);
+  out.optional(description.epsilon);
+  out.optional(description.parameter);
   out.number(description.initial.size());
   for (const auto& [name, block] : description.initial) {
     out.text(name);
-    out.number(static_cast<std::uint64_t>(block.rows()));
-    out.doubles({block.data(), static_cast<std::size_t>(block.size())});
+    out.matrix(block.values);
+    out.matrix(block.imaginary);
   }
   out.number(description.body.has_value());
   if (const auto& body = description.body) {

@@ -1,6 +1,7 @@
 """Instructions a step, counted by callgrind: the same on every run, whatever else the machine does."""
 from __future__ import annotations
 
+import math
 import re
 import shutil
 import subprocess
@@ -20,6 +21,11 @@ def measure(program: Path, steps: int) -> list[dict]:
         ours, theirs = (_per_step(program, method, N, steps) for method in ("variational", "rk4"))
         found.append({"name": f"variational, instructions, N = {N}", "unit": "a step", "rival": "rk4, the same",
                       "bound": None, "ours": [ours], "theirs": [theirs]})
+    sizes = (1000, 10_000, 100_000)
+    counts = [_per_step(program, "frames", N, 10) for N in sizes]
+    growth = [math.log10(more / fewer) for fewer, more in zip(counts, counts[1:])]
+    found.append({"name": "V(4, N), growth of the instructions a step", "unit": "power of N, 10³ … 10⁵",
+                  "bound": 1.01, "values": growth})
     return found
 
 

@@ -1,9 +1,31 @@
-// So many steps and nothing else, for valgrind to count. Arguments: method, N, steps.
+// So many steps and nothing else, for valgrind to count. Arguments: method, N, steps; or "frames"
+// for a variational step on V(4, N).
 #include "engine/simulation/simulation.h"
+#include "tests/support/random_frame.h"
 #include "tests/support/random_scene.h"
 
+namespace {
+
+using namespace stiefel;
+
+Scene frames(int N) {
+  const testing::RandomFrame<double> frame(4, N, 1);
+  SceneDescription d;
+  d.system = "stiefel";
+  d.method = {"variational", 2, 1, ""};
+  d.inertia = {frame.lambda.begin(), frame.lambda.end()};
+  d.initial["Q"] = frame.Q;
+  d.initial["S"] = frame.S;
+  d.step = 0.05;
+  return Scene::resolve(std::move(d)).value();
+}
+
+}  // namespace
+
 int main(int, char** argv) {
-  const auto simulation = stiefel::make_simulation(
-      stiefel::testing::random_scene(std::stoi(argv[2]), 1, 0.05, argv[1]));
+  const std::string what = argv[1];
+  const int N = std::stoi(argv[2]);
+  const auto simulation =
+      make_simulation(what == "frames" ? frames(N) : testing::random_scene(N, 1, 0.05, what));
   return simulation->advance(std::stoll(argv[3])).reached() ? 0 : 1;
 }

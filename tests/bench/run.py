@@ -20,10 +20,10 @@ import callgrind
 import report
 from server import Process, bare_echo, stiefel_server
 
-COUNTS = dict(repeats=9, calls=2000, samples=1_000_000, seconds=0.05, largest=256, unread=100, idle=1000,
+COUNTS = dict(repeats=9, calls=2000, samples=1_000_000, seconds=0.05, largest=256, columns=4_000_000, unread=100, idle=1000,
               instructions=2000)
 # Enough to see that everything runs.
-SMOKE = dict(repeats=1, calls=20, samples=5000, seconds=0.001, largest=8, unread=5, idle=20, instructions=0)
+SMOKE = dict(repeats=1, calls=20, samples=5000, seconds=0.001, largest=8, columns=100_000, unread=5, idle=20, instructions=0)
 THREADS = 2
 
 
@@ -50,6 +50,8 @@ def measure(build: Path, counts: dict[str, float]) -> list[dict]:
         os.environ["PYTHONPATH"] = os.pathsep.join([str(build / "python"), str(programs)])
         run(str(Path(__file__).parent / "streaming.py"), server.address, echo.address, repeats, counts["samples"])
     run("steps", repeats, counts["seconds"], counts["largest"])
+    run("frames", repeats, counts["columns"])
+    run("frames", "memory", min(counts["columns"], 1_000_000))
     with serve("--threads", THREADS) as server:
         run("workers", server.address, server.pid, THREADS, repeats)
     # A server of its own for each, because the peak of its memory is read.

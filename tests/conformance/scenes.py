@@ -40,6 +40,17 @@ def free(n, seed=1, method="variational", step=0.02):
             "initial": {"Q": frame, "M": momentum}, "step": step}
 
 
+def frame(n, N, seed=1, method="variational", step=0.02):
+    """A geodesic on V(n, N) from a seeded random state."""
+    random = np.random.default_rng(seed)
+    Q = np.linalg.qr(random.standard_normal((N, n)))[0].T
+    U = random.standard_normal((N, N))
+    U -= U.T
+    inertia = np.linspace(1, 2, N)
+    return {"system": "stiefel", "method": {"name": method}, "inertia": inertia,
+            "initial": {"Q": Q, "S": Q @ (U / np.linalg.norm(U, 2)) * inertia}, "step": step}
+
+
 def left_domain():
     """A step far too long for the momentum: there is no solution on the principal branch."""
     return rigid_body(step=5.0)

@@ -54,11 +54,11 @@ TEST(Scene, RefusesByFieldValueAndRule) {
          d.inertia = {1, -1, 3};
        }},
       {"initial.M", "must be given", [](auto& d) { d.initial.erase("M"); }},
-      {"initial.M", "3 x 3", [](auto& d) { d.initial["M"] = RowMatrix::Zero(3, 2); }},
-      {"initial.M", "skew", [](auto& d) { d.initial["M"](0, 1) += 1e-6; }},
-      {"initial.M[2,0]", "finite", [=](auto& d) { d.initial["M"](2, 0) = nan; }},
-      {"initial.Q", "orthogonal", [](auto& d) { d.initial["Q"] *= 1.01; }},
-      {"initial.P", "blocks", [](auto& d) { d.initial["P"] = RowMatrix::Zero(3, 3); }},
+      {"initial.M", "3 x 3", [](auto& d) { d.initial["M"] = RowMatrix(RowMatrix::Zero(3, 2)); }},
+      {"initial.M", "skew", [](auto& d) { d.initial["M"].values(0, 1) += 1e-6; }},
+      {"initial.M[2,0]", "finite", [=](auto& d) { d.initial["M"].values(2, 0) = nan; }},
+      {"initial.Q", "orthonormal", [](auto& d) { d.initial["Q"].values *= 1.01; }},
+      {"initial.P", "blocks", [](auto& d) { d.initial["P"] = RowMatrix(RowMatrix::Zero(3, 3)); }},
       {"inertia", "absent", [](auto& d) { d.body = good_body().body; }},
   };
   for (const auto& bad : cases) {
@@ -109,13 +109,13 @@ TEST(Scene, ReportsEveryViolationAtOnce) {
   SceneDescription d = good();
   d.step = 0;
   d.method->name = "euler";
-  d.initial["Q"] *= 2;
+  d.initial["Q"].values *= 2;
   EXPECT_EQ(Scene::resolve(d).error().size(), 3u);
 }
 
 TEST(Scene, ResolvingTwiceIsResolvingOnce) {
   SceneDescription slightly_off = good();
-  slightly_off.initial["Q"](0, 0) += 1e-8;
+  slightly_off.initial["Q"].values(0, 0) += 1e-8;
   for (const auto& d : {good(), good_body(), slightly_off}) {
     const Scene once = Scene::resolve(d).value();
     const Scene twice = Scene::resolve(once.description()).value();

@@ -47,7 +47,7 @@ inline SceneDescription description(const Case& which = {}) {
     scene.inertia.push_back(1 + 0.5 * i);
     for (int j = 0; j < N; ++j) M(i, j) = (i - j) * (1 + 0.3 * (i + j)) * ((i + j) % 2 ? 1 : -0.7);
   }
-  scene.initial["Q"] = RowMatrix::Identity(N, N);
+  scene.initial["Q"] = RowMatrix(RowMatrix::Identity(N, N));
   scene.initial["M"] = M;
   return scene;
 }

@@ -34,7 +34,7 @@ SceneDescription description(const RandomBody& body, double step, const std::str
   d.system = method.empty() ? "moser_veselov" : "rigid_body";
   if (!method.empty()) d.method = MethodDescription{method, {}, {}, arithmetic};
   d.inertia.assign(body.lambda.begin(), body.lambda.end());
-  d.initial = {{"Q", body.Q}, {"M", body.M}};
+  d.initial = {{"Q", RowMatrix(body.Q)}, {"M", RowMatrix(body.M)}};
   d.step = step;
   return d;
 }

@@ -1,9 +1,10 @@
-"""Free rigid bodies in any dimension, simulated by a stiefel server.
+"""Free rigid bodies in any dimension and geodesics on Stiefel manifolds, by a stiefel server.
 
     with stiefel.Server.start() as server, stiefel.Client(server.address) as client:
         with client.create("scene.json") as session:
             run = session.trajectory(to=10_000, every=10)
 """
+from stiefel.answers import Conversion, Geodesic
 from stiefel.arrays import Batch, Ending, Outcome, State, Trajectory
 from stiefel.client import Client
 from stiefel.drive import Drive
@@ -15,8 +16,8 @@ from stiefel.server import Server
 from stiefel.session import Session
 
 __all__ = [
-    "AlreadyExists", "Batch", "Cancelled", "Client", "DeadlineExceeded", "Drive", "Ending",
-    "FailedPrecondition", "Internal", "InvalidArgument", "NotFound", "Outcome", "ResourceExhausted",
+    "AlreadyExists", "Batch", "Cancelled", "Client", "Conversion", "DeadlineExceeded", "Drive", "Ending",
+    "FailedPrecondition", "Geodesic", "Internal", "InvalidArgument", "NotFound", "Outcome", "ResourceExhausted",
     "SceneLike", "Server", "Session", "State", "StiefelError", "Trajectory", "Unavailable",
     "Unimplemented", "Violation", "to_dict", "to_message",
 ]

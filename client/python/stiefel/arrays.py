@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from stiefel.v1 import scene_pb2, simulation_pb2
 
-Array = NDArray[np.float64]
+Array = NDArray[Any]  # float64, or complex128
 _STEP, _TIME = "step", "time"
 
 
@@ -140,7 +140,8 @@ class Collector:
 
 def decode(tensor: scene_pb2.Tensor) -> Array:
     """A read-only view of the tensor's bytes."""
-    return np.frombuffer(tensor.data, dtype="<f8").reshape(tensor.shape)
+    dtype = "<c16" if tensor.data_type == scene_pb2.DATA_TYPE_COMPLEX128 else "<f8"
+    return np.frombuffer(tensor.data, dtype=dtype).reshape(tensor.shape)
 
 
 def decode_fields(fields: Iterable[simulation_pb2.Field]) -> dict[str, Array]:

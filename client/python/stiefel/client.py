@@ -8,7 +8,8 @@ from typing import Any, Iterator, Optional
 import grpc
 
 from stiefel import calls
-from stiefel.scenes import SceneLike, to_message
+from stiefel.answers import Conversion, Geodesic
+from stiefel.scenes import SceneLike, to_matrix, to_message
 from stiefel.session import Session
 from stiefel.v1 import simulation_pb2 as pb
 from stiefel.v1.simulation_pb2_grpc import SimulationServiceStub
@@ -66,6 +67,21 @@ class Client:
     def delete(self, id: str) -> None:
         """Deleting an unknown id succeeds."""
         self.call("DeleteSession", pb.DeleteSessionRequest(session_id=id))
+
+    def convert(self, scene: SceneLike, to: str, epsilon: Optional[float] = None,
+                parameter: Optional[float] = None) -> Conversion:
+        """The same motion as a scene of the system `to`, or as its "velocity", "angular_velocity" or
+        "interpolation"."""
+        return Conversion.of(self.call("Convert", pb.ConvertRequest(
+            scene=to_message(scene), to=to, epsilon=epsilon, parameter=parameter)))
+
+    def geodesic(self, inertia: Any, Q_0: Any, Q_T: Any, time: float = 1.0, steps: int = 0,
+                 samples: int = 0, seed: int = 0, restarts: Optional[int] = None,
+                 timeout: Optional[float] = None) -> Geodesic:
+        """The geodesic from the frame Q_0 to the frame Q_T in that time; with `steps` the discrete one."""
+        return Geodesic.of(self.call("Connect", pb.ConnectRequest(
+            inertia=inertia, q_0=to_matrix(Q_0), q_t=to_matrix(Q_T), time=time, steps=steps,
+            samples=samples, seed=seed, restarts=restarts), timeout))
 
     def call(self, method: str, request: Any, timeout: Optional[float] = None) -> Any:
         """One unary call by name, with the deadline, the retries and the exceptions of this package."""

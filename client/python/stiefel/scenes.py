@@ -36,13 +36,25 @@ def to_dict(scene: SceneLike) -> dict[str, Any]:
     return json_format.MessageToDict(to_message(scene), preserving_proto_field_name=True)
 
 
+def to_matrix(block: Any) -> scene_pb2.Matrix:
+    """The message of an array, nested list or mapping."""
+    return json_format.ParseDict(_matrix(_plain(block)), scene_pb2.Matrix())
+
+
+def to_array(matrix: scene_pb2.Matrix) -> np.ndarray:
+    values = np.array(matrix.values).reshape(matrix.rows, matrix.cols)
+    if not matrix.imaginary:
+        return values
+    return values + 1j * np.array(matrix.imaginary).reshape(matrix.rows, matrix.cols)
+
+
 def _plain(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {key: _plain(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
         return [_plain(item) for item in value]
     if isinstance(value, np.ndarray):
-        return value.tolist()
+        return value if np.iscomplexobj(value) else value.tolist()
     return value.item() if isinstance(value, np.generic) else value
 
 
@@ -50,5 +62,9 @@ def _matrix(block: Any) -> Any:
     """A nested list, or a flat one for a vector, as a Matrix."""
     if isinstance(block, Mapping):
         return block
-    rows = np.atleast_2d(np.asarray(block, dtype=float))
-    return {"rows": rows.shape[0], "cols": rows.shape[1], "values": rows.ravel().tolist()}
+    rows = np.atleast_2d(np.asarray(block))
+    matrix = {"rows": rows.shape[0], "cols": rows.shape[1],
+              "values": rows.real.astype(float).ravel().tolist()}
+    if np.iscomplexobj(rows):
+        matrix["imaginary"] = rows.imag.ravel().tolist()
+    return matrix

@@ -1,19 +1,27 @@
 """A session: a pure function from step index to state, so every call names an absolute step."""
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Iterator, Optional, Sequence
+import uuid
+from typing import TYPE_CHECKING, Any, Iterator, Mapping, Optional, Sequence
 
 import grpc
+from google.protobuf import json_format
 
 from stiefel import calls
 from stiefel.arrays import Batch, Collector, State, Trajectory
 from stiefel.drive import Drive
-from stiefel.errors import DeadlineExceeded, Internal, StiefelError, Unavailable, from_rpc_error
-from stiefel.scenes import to_dict
+from stiefel.errors import (DeadlineExceeded, FailedPrecondition, Internal, StiefelError, Unavailable,
+                            from_rpc_error)
+from stiefel.scenes import to_dict, to_matrix
+from stiefel.v1 import scene_pb2
 from stiefel.v1 import simulation_pb2 as pb
 
 if TYPE_CHECKING:
     from stiefel.client import Client
+
+TangentVector = Mapping[str, Any]
+Form = tuple[str, TangentVector, TangentVector]
+Bracket = tuple[Sequence[tuple[Any, Any]], Sequence[tuple[Any, Any]]]
 
 
 class Session:
@@ -43,11 +51,35 @@ class Session:
         """`step` for tight loops, over one stream: `with session.drive() as drive: drive.step(k)`."""
         return Drive(self._client.stub.Drive, self.id, fields)
 
-    def diagnose(self, to: int, invariants: Sequence[str] = (),
+    def diagnose(self, to: int, invariants: Sequence[str] = (), forms: Sequence[Form] = (),
+                 dirac_brackets: Sequence[Bracket] = (), symplectic: bool = False,
                  timeout: Optional[float] = None) -> pb.DiagnoseResponse:
-        """The invariants at step `to` beside their values at step 0."""
-        request = pb.DiagnoseRequest(session_id=self.id, to=to, invariants=invariants)
+        """The invariants at step `to` beside their values at step 0.
+
+        A form is its name and two tangent vectors, each a mapping from block to array; a bracket two
+        products, each a list of pairs (A, B) for tr A^T Q + tr B^T P. `symplectic` asks how far a step
+        is from keeping the system's two-form.
+        """
+        request = pb.DiagnoseRequest(session_id=self.id, to=to, invariants=invariants,
+                                     symplectic_test=pb.SymplecticTest() if symplectic else None)
+        for name, first, second in forms:
+            request.forms.add(form=name, first=_blocks(first), second=_blocks(second))
+        for first, second in dirac_brackets:
+            request.dirac_brackets.add(first=_factors(first), second=_factors(second))
         return self._client.call("Diagnose", request, timeout)
+
+    def fork(self, at: int, method: Optional[Mapping[str, Any]] = None, step: Optional[float] = None,
+             system: Optional[str] = None, id: Optional[str] = None,
+             timeout: Optional[float] = None) -> Session:
+        """A new session that starts where this one is at step `at`, with what is named changed."""
+        request = pb.ForkSessionRequest(session_id=str(uuid.uuid4()) if id is None else id,
+                                        from_session_id=self.id, from_step=at, step=step, system=system)
+        if method is not None:
+            json_format.ParseDict(method, request.method)
+        reply = self._client.call("ForkSession", request, timeout)
+        if not reply.HasField("session"):
+            raise FailedPrecondition(f"step {at} cannot be reached: {reply.ending.message}")
+        return Session(self._client, reply.session, reply.created)
 
     def delete(self) -> None:
         self._client.call("DeleteSession", pb.DeleteSessionRequest(session_id=self.id))
@@ -118,6 +150,14 @@ class Session:
     def __repr__(self) -> str:
         scene = self.message.scene
         return f"<stiefel.Session {self.id}: {scene.system} {scene.method.name}>"
+
+
+def _blocks(vector: TangentVector) -> dict[str, scene_pb2.Matrix]:
+    return {name: to_matrix(block) for name, block in vector.items()}
+
+
+def _factors(factors: Sequence[tuple[Any, Any]]) -> list[pb.LinearFunction]:
+    return [pb.LinearFunction(a=to_matrix(A), b=to_matrix(B)) for A, B in factors]
 
 
 class _NoBar:

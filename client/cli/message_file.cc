@@ -1,4 +1,4 @@
-#include "client/cli/scene_file.h"
+#include "client/cli/message_file.h"
 
 #include <google/protobuf/util/json_util.h>
 
@@ -8,6 +8,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <stdexcept>
 #include <vector>
 
 #include "client/cli/exit_status.h"
@@ -76,18 +77,31 @@ std::string read(const std::string& path) {
 
 }  // namespace
 
-v1::Scene read_scene(const std::string& path) {
+void read_message(const std::string& path, google::protobuf::Message* message) {
   const std::string text = read(path);
   StrictSyntax syntax;
   if (!nlohmann::json::sax_parse(text, &syntax)) throw BadInput(path + ": " + syntax.fault);
-  v1::Scene scene;
-  const auto status = google::protobuf::util::JsonStringToMessage(text, &scene);
+  const auto status = google::protobuf::util::JsonStringToMessage(text, message);
   if (!status.ok()) {
     std::string fault(status.message());
     if (fault.starts_with(": ")) fault = fault.substr(2);  // protobuf's empty path: the root
     throw BadInput(path + ": " + fault);
   }
+}
+
+v1::Scene read_scene(const std::string& path) {
+  v1::Scene scene;
+  read_message(path, &scene);
   return scene;
+}
+
+nlohmann::ordered_json to_json(const google::protobuf::Message& message) {
+  google::protobuf::util::JsonPrintOptions options;
+  options.preserve_proto_field_names = true;
+  std::string text;
+  const auto status = google::protobuf::util::MessageToJsonString(message, &text, options);
+  if (!status.ok()) throw std::runtime_error(std::string(status.message()));
+  return nlohmann::ordered_json::parse(text);
 }
 
 }  // namespace stiefel::cli

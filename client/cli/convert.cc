@@ -1,0 +1,41 @@
+#include <iostream>
+
+#include "client/cli/commands.h"
+#include "client/cli/destination.h"
+#include "client/cli/endpoint.h"
+#include "client/cli/message_file.h"
+
+namespace stiefel::cli {
+
+ExitStatus convert(const ConvertCommand& command) {
+  v1::ConvertRequest request;
+  *request.mutable_scene() = read_scene(command.scene);
+  request.set_to(command.to);
+  if (command.epsilon) request.set_epsilon(*command.epsilon);
+  if (command.parameter) request.set_parameter(*command.parameter);
+  const auto reply = Endpoint(command.server).client().convert(request);
+
+  nlohmann::ordered_json margins = nlohmann::ordered_json::object();
+  for (const auto& margin : reply.margins()) margins[margin.domain()] = margin.margin();
+  if (!command.output.empty()) {
+    if (!reply.has_scene()) throw BadInput("--output: " + command.to + " is not a system");
+    Destination destination(command.output);
+    const File file = open_for_writing(destination.working_path());
+    write(file.get(), to_json(reply.scene()).dump(2) + "\n");
+    flush(file.get());
+    destination.commit();
+    std::cout << nlohmann::ordered_json({{"margins", margins}}).dump(2) << '\n';
+    return reached;
+  }
+  nlohmann::ordered_json out;
+  const auto all = to_json(reply);
+  if (reply.has_scene())
+    out["scene"] = all["scene"];
+  else
+    out["blocks"] = all["blocks"];
+  out["margins"] = margins;
+  std::cout << out.dump(2) << '\n';
+  return reached;
+}
+
+}  // namespace stiefel::cli

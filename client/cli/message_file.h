@@ -1,0 +1,20 @@
+#pragma once
+
+#include <google/protobuf/message.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "stiefel/v1/scene.pb.h"
+
+namespace stiefel::cli {
+
+/// Reads a message in its JSON form. Throws BadInput that names the file and what is wrong in it:
+/// syntax with line and column, unknown fields, fields given twice, wrong types.
+void read_message(const std::string& path, google::protobuf::Message* message);
+v1::Scene read_scene(const std::string& path);
+
+/// The JSON form with the proto's field names; doubles read back the same.
+nlohmann::ordered_json to_json(const google::protobuf::Message& message);
+
+}  // namespace stiefel::cli

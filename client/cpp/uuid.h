@@ -1,0 +1,10 @@
+#pragma once
+
+#include <string>
+
+namespace stiefel::client {
+
+/// A random UUID (version 4).
+std::string make_uuid();
+
+}  // namespace stiefel::client

@@ -1,0 +1,49 @@
+"""What Convert and Connect answer."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Optional
+
+from stiefel.arrays import Array, Ending, Outcome, decode
+from stiefel.scenes import to_array, to_dict
+from stiefel.v1 import simulation_pb2 as pb
+
+
+@dataclass(frozen=True)
+class Conversion:
+    """The same motion in other variables."""
+
+    scene: Optional[dict[str, Any]]  #: resolved; None if what was asked for is not a system
+    blocks: dict[str, Array]  #: then instead of it
+    margins: dict[str, float]  #: how near a domain's edge, by the domain's name: positive inside
+
+    @staticmethod
+    def of(message: pb.ConvertResponse) -> Conversion:
+        scene = to_dict(message.scene) if message.HasField("scene") else None
+        return Conversion(scene, {name: to_array(block) for name, block in message.blocks.items()},
+                          {margin.domain: margin.margin for margin in message.margins})
+
+
+@dataclass(frozen=True)
+class Geodesic:
+    """The geodesic that joins two frames; if `outcome` is not REACHED none was found."""
+
+    scene: Optional[dict[str, Any]]  #: starts at Q_0 and is at Q_T at the time asked for
+    energy: float
+    residual: float  #: max |Q(time) - Q_T|
+    shortest: str  #: "yes", "no" or "unknown"
+    distinct: int  #: different geodesics seen
+    trajectory: Optional[Array]  #: (samples + 1, n, N), if samples were asked for
+    ending: Ending
+
+    @property
+    def outcome(self) -> Outcome:
+        return self.ending.outcome
+
+    @staticmethod
+    def of(message: pb.ConnectResponse) -> Geodesic:
+        scene = to_dict(message.scene) if message.HasField("scene") else None
+        shortest = pb.Shortest.Name(message.shortest)[len("SHORTEST_"):].lower()
+        trajectory = decode(message.trajectory) if message.HasField("trajectory") else None
+        return Geodesic(scene, message.energy, message.residual, shortest, message.distinct, trajectory,
+                        Ending.of(message.ending))

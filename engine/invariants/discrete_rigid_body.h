@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cmath>
+#include <optional>
+
+#include "engine/invariants/rigid_body.h"
+#include "engine/linalg/j_n.h"
+
+namespace stiefel {
+
+/// The momentum in space of two successive frames, hm = Q_{k−1}J_D(U)Q_{k−1}ᵀ, U = Q_{k−1}ᵀQ_k,
+/// that is Q_kΛQ_{k−1}ᵀ − Q_{k−1}ΛQ_kᵀ.
+template <class Scalar>
+Matrix<Scalar> pair_momentum(const Vector<Scalar>& lambda, const Matrix<Scalar>& Q_prev,
+                             const Matrix<Scalar>& Q) {
+  const Matrix<Scalar> G = Q * lambda.asDiagonal() * Q_prev.transpose();
+  return G - G.transpose();
+}
+
+/// The discrete Hamiltonian [RB] (6.17), tr exp(asinh(K/2)) − tr ΛU for K = hM and U = J_D⁻¹(K).
+/// With ±iw the eigenvalues of K the first term is Σ √(1 − w²/4) over all of them: it needs
+/// ‖K‖_op ≤ 2, and beyond there is nothing.
+template <class Scalar>
+std::optional<Scalar> discrete_hamiltonian(const Vector<Scalar>& lambda, const Matrix<Scalar>& K,
+                                           const Matrix<Scalar>& U) {
+  using std::sqrt;
+  Scalar H = static_cast<Scalar>(K.rows() % 2);
+  for (const Scalar w : casimirs(K)) {
+    if (w > 2) return std::nullopt;
+    H += 2 * sqrt((1 - w / 2) * (1 + w / 2));
+  }
+  return H - lambda.dot(U.diagonal());
+}
+
+}  // namespace stiefel

@@ -1,0 +1,23 @@
+#pragma once
+
+#include "engine/linalg/lu.h"
+#include "engine/linalg/scalar.h"
+
+namespace stiefel {
+
+/// M_μ = Q_μ⁻¹P_μ − P_μ⁻¹Q_μ, [RB] (8.5) and (8.10): μΛ² plus M, which must be skew. tr(M_μ^k) and
+/// every eigenvalue of it are constant.
+template <class Scalar>
+Matrix<Scalar> parametric_momentum(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
+  return Q.partialPivLu().solve(P) - P.partialPivLu().solve(Q);
+}
+
+/// m_μ = P_μQ_μ⁻¹ − Q_μP_μ⁻¹, constant; [RB] after (8.6). P_μQ_μ⁻¹ is too.
+template <class Scalar>
+Matrix<Scalar> parametric_spatial_momentum(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
+  const Matrix<Scalar> A = Q.transpose().partialPivLu().solve(P.transpose()).transpose();
+  const Matrix<Scalar> B = P.transpose().partialPivLu().solve(Q.transpose()).transpose();
+  return A - B;
+}
+
+}  // namespace stiefel

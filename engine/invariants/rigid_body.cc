@@ -1,0 +1,7 @@
+#include "engine/invariants/rigid_body.h"
+
+namespace stiefel {
+
+template Vector<double> casimirs(const Matrix<double>& M);
+
+}  // namespace stiefel

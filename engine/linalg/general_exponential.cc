@@ -1,0 +1,8 @@
+#include "engine/linalg/general_exponential.h"
+
+namespace stiefel {
+
+template class GeneralExponential<double>;
+template class GeneralExponential<long double>;
+
+}  // namespace stiefel

@@ -1,0 +1,54 @@
+#pragma once
+
+#include "engine/linalg/j_d_n.h"
+#include "engine/maps/principal_branch.h"
+
+namespace stiefel {
+
+/// U − I for the maps that hold no M of their own but form hM from their state at every step, and
+/// move that state by U. The state of such a map: the system's state, and the solver's history.
+template <class Scalar, Arithmetic arithmetic>
+class DiscreteInverse {
+ public:
+  using JDInverse = JDInverseN<Scalar, arithmetic>;
+
+  struct State {
+    Accumulator<Matrix<Scalar>, arithmetic> x;
+    typename JDInverse::Memory memory;
+
+    template <class Visitor>
+    void each(Visitor&& visit) {
+      x.each(visit);
+      memory.each(visit);
+    }
+  };
+
+  DiscreteInverse(const Vector<Scalar>& lambda, Scalar h)
+      : N_(lambda.size()), branch_(lambda, h), M_(Matrix<Scalar>::Zero(N_, N_)) {}
+
+  State start(const Matrix<Scalar>& x) const {
+    return {Accumulator<Matrix<Scalar>, arithmetic>(x), typename JDInverse::Memory(N_)};
+  }
+
+  /// The place for M, which `solve` and `largest_step` read.
+  Matrix<Scalar>& M() { return M_.value; }
+
+  /// Finds U; on success the history takes it in and `U_minus_I` is its.
+  Ending solve(typename JDInverse::Memory& memory) {
+    if (!M_.value.allFinite()) return {Outcome::not_finite, std::nullopt};
+    if constexpr (arithmetic == Arithmetic::compensated) M_.carry.setZero();
+    const Ending ending = branch_.solve(M_, memory);
+    if (ending.reached()) branch_.inverse().transport(M_, memory);
+    return ending;
+  }
+  const Matrix<Scalar>& U_minus_I() { return branch_.inverse().U_minus_I(); }
+
+  double largest_step(double limit) { return branch_.largest_step(M_, limit); }
+
+ private:
+  Eigen::Index N_;
+  PrincipalBranch<JDInverse> branch_;
+  Accumulator<Matrix<Scalar>, arithmetic> M_;
+};
+
+}  // namespace stiefel

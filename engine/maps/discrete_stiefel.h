@@ -1,0 +1,134 @@
+#pragma once
+
+#include "engine/linalg/compensated.h"
+#include "engine/linalg/lu.h"
+#include "engine/linalg/lyapunov.h"
+#include "engine/maps/map.h"
+
+namespace stiefel {
+
+/// The discrete variational problem of Moser and Veselov on V(n, N), [ST] (55):
+///
+///     Q_{k+1}Λ + Q_{k−1}Λ = B_kQ_k,   B_k = B_kᵀ,   Q_{k+1}Q_{k+1}ᵀ = I_n.
+///
+/// X = B_k⁻¹ solves CX + XCᵀ = G, C = Q_kΛ⁻¹Q_{k−1}ᵀ, G = Q_kΛ⁻²Q_kᵀ. It keeps m_k (57) and the
+/// spectrum of L(μ) (61) exactly.
+///
+/// For n < N this is an integrable map of its own (at n = 1 the discrete Neumann system), NOT a
+/// discretisation of the geodesic flow: its action differs from the geodesic's by a potential of
+/// size 1/h². Started from two frames h apart on a geodesic it leaves it at once, whatever h.
+/// For the geodesic flow take RattleStiefel. At n = N the two agree.
+///
+/// A state is Q_{k−1} over Q_k, 2n × N; every λ_i > 0. solver_stalled where the equation for X is
+/// singular, or X is: there is no step size that could be made smaller.
+template <class Scalar_, Arithmetic arithmetic>
+class DiscreteStiefel {
+ public:
+  using Scalar = Scalar_;
+  using Point = Matrix<Scalar>;
+
+  struct State {
+    Accumulator<Point, arithmetic> x;
+
+    template <class Visitor>
+    void each(Visitor&& visit) {
+      x.each(visit);
+    }
+  };
+
+  DiscreteStiefel(const Vector<Scalar>& lambda, Eigen::Index n)
+      : lambda_(lambda),
+        n_(n),
+        lyapunov_(n),
+        lu_(n),
+        bar_(n, lambda.size()),
+        I_(Matrix<Scalar>::Identity(n, n)),
+        inverse_(n, n),
+        C_T_(n, n),
+        G_(n, n),
+        E_(n, n),
+        X_(n, n),
+        B_(n, n),
+        next_(n) {}
+
+  State start(const Point& x) const { return {Accumulator<Point, arithmetic>(x)}; }
+
+  Ending step(State& state) {
+    if (!state.x.value.allFinite()) return {Outcome::not_finite, std::nullopt};
+    if (!find_B(state.x.value)) return {Outcome::solver_stalled, std::nullopt};
+    for (Eigen::Index j = 0; j < state.x.value.cols(); ++j) {
+      for (Eigen::Index i = 0; i < n_; ++i) {
+        Wide sum = 0;
+        for (Eigen::Index k = 0; k < n_; ++k) sum += B_(i, k) * state.x.extended(n_ + k, j);
+        next_(i) = sum / lambda_(j) - state.x.extended(i, j);
+      }
+      for (Eigen::Index i = 0; i < n_; ++i) {
+        set(state.x, i, j, state.x.extended(n_ + i, j));
+        set(state.x, n_ + i, j, next_(i));
+      }
+    }
+    return {};
+  }
+
+  std::optional<double> largest_step(const State&, double) const { return std::nullopt; }
+
+ private:
+  using Wide = Extended<Scalar>;
+
+  /// B with CX + XCᵀ = G + X(Q_{k−1}Q_{k−1}ᵀ − I)X, whose last term is rounding that Q_{k+1} would
+  /// else inherit. In place of BQ_k stands B(QQᵀ)⁻¹Q_k, and B(2I − QQᵀ) is returned in B: what
+  /// rounding left of Q_kQ_kᵀ − I then does not turn m, which changes by BQQᵀ − QQᵀBᵀ.
+  bool find_B(const Point& x) {
+    const auto Q_prev = x.topRows(n_), Q = x.bottomRows(n_);
+    inverse_ = -(Q * Q.transpose());
+    inverse_.diagonal().array() += Scalar(2);
+    bar_ = Q * lambda_.cwiseInverse().asDiagonal();
+    X_.noalias() = bar_ * bar_.transpose();
+    B_.noalias() = inverse_ * X_;
+    G_.noalias() = B_ * inverse_;
+    X_.noalias() = Q_prev * bar_.transpose();
+    C_T_.noalias() = X_ * inverse_;
+    E_.noalias() = Q_prev * Q_prev.transpose();
+    E_ -= I_;
+    if (!(n_ == 1 ? find_scalar() : find_matrix())) return false;
+    G_.noalias() = B_ * inverse_;
+    B_ = G_;
+    return B_.allFinite();
+  }
+
+  bool find_scalar() {
+    const Scalar C = C_T_(0, 0), E = E_(0, 0);
+    B_(0, 0) = 2 * C / G_(0, 0);
+    if (E <= C * C && -E <= C * C && C != Scalar(0)) B_(0, 0) -= E / (2 * C);
+    return true;
+  }
+
+  bool find_matrix() {
+    lyapunov_.factor(C_T_);
+    lyapunov_.solve(G_, X_);
+    B_.noalias() = X_ * E_;
+    G_.noalias() += B_ * X_;
+    lyapunov_.solve(G_, X_);
+    G_ = (X_ + X_.transpose()) / 2;
+    if (!G_.allFinite()) return false;
+    lu_.compute(G_);
+    X_ = lu_.solve(I_);
+    B_ = (X_ + X_.transpose()) / 2;
+    return true;
+  }
+
+  static void set(Accumulator<Point, arithmetic>& x, Eigen::Index i, Eigen::Index j, Wide value) {
+    x.value(i, j) = static_cast<Scalar>(value);
+    if constexpr (arithmetic == Arithmetic::compensated)
+      x.carry(i, j) = static_cast<Scalar>(value - x.value(i, j));
+  }
+
+  Vector<Scalar> lambda_;
+  Eigen::Index n_;
+  Lyapunov<Scalar> lyapunov_;
+  Eigen::PartialPivLU<Matrix<Scalar>> lu_;
+  Matrix<Scalar> bar_, I_, inverse_, C_T_, G_, E_, X_, B_;
+  Vector<Wide> next_;
+};
+
+}  // namespace stiefel

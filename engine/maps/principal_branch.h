@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cmath>
+
+#include "engine/linalg/compensated.h"
+#include "engine/linalg/follow_branch.h"
+#include "engine/maps/map.h"
+
+namespace stiefel {
+
+/// U = J_D⁻¹(hM) on the branch that starts at the identity, and how a step ends where there is
+/// none: what all discrete rigid bodies share. `JDInverse` is JDInverse3 or JDInverseN; x holds M
+/// as they read it.
+template <class JDInverse>
+class PrincipalBranch {
+ public:
+  using Memory = typename JDInverse::Memory;
+
+  template <class Scalar>
+  PrincipalBranch(const Vector<Scalar>& lambda, Scalar h)
+      : h_(std::abs(static_cast<double>(h))), J_D_inverse_(lambda, h) {}
+
+  /// Finds U, which the inverse then holds; or says why not, with the largest step that has one.
+  template <class X>
+  Ending solve(const X& x, const Memory& memory) {
+    if (J_D_inverse_.solve(x, memory)) return {};
+    if (!x.value.allFinite()) return {Outcome::not_finite, std::nullopt};
+    const double reached = follow(x, 1);
+    if (reached == 0) return {Outcome::solver_stalled, std::nullopt};
+    if (reached < 1) return {Outcome::left_domain, reached * h_};
+    return {};
+  }
+
+  /// The largest |h| up to `limit` for which there is a U, to 1e-3.
+  template <class X>
+  double largest_step(const X& x, double limit) {
+    return follow(x, limit / h_) * h_;
+  }
+
+  JDInverse& inverse() { return J_D_inverse_; }
+
+ private:
+  template <class X>
+  double follow(const X& x, double end) {
+    J_D_inverse_.restart();
+    return follow_branch(end, [&](double t) { return J_D_inverse_.continue_to(x, t); });
+  }
+
+  double h_;
+  JDInverse J_D_inverse_;
+};
+
+}  // namespace stiefel

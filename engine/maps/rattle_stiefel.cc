@@ -1,0 +1,10 @@
+#include "engine/maps/rattle_stiefel.h"
+
+namespace stiefel {
+
+template class RattleStiefel<double, Arithmetic::compensated>;
+template class RattleStiefel<double, Arithmetic::plain>;
+template class RattleStiefel<double, Arithmetic::compensated, Under::Qdot>;
+template class RattleStiefel<double, Arithmetic::plain, Under::Qdot>;
+
+}  // namespace stiefel

@@ -1,0 +1,218 @@
+#pragma once
+
+#include <cmath>
+#include <variant>
+
+#include "engine/linalg/constraint_riccati.h"
+#include "engine/linalg/follow_branch.h"
+#include "engine/linalg/symmetric_lyapunov.h"
+#include "engine/maps/frame_pass.h"
+#include "engine/maps/map.h"
+
+namespace stiefel {
+
+/// The variational step of the geodesic flow on V(n, N), 1 ≤ n ≤ N, from the discrete Lagrangian
+/// ½‖(Q_{k+1} − Q_k)Λ^{1/2}‖²/h: RATTLE (Andersen 1983) for the constraint QQᵀ = I_n,
+///
+///     S_½ = S + (h/2)BQ,   Q′ = Q + hS_½Λ⁻¹,   Q′Q′ᵀ = I,
+///     S′ = S_½ + (h/2)B′Q′,   Q′Λ⁻¹S′ᵀ + S′Λ⁻¹Q′ᵀ = 0.
+///
+/// With Y = (h²/2)B, V = SΛ⁻¹, D = Q + hV and G = QΛ⁻¹, Y is a ConstraintRiccati; with X = Q′ − Q =
+/// hV + YG, K′ = Q′Λ⁻¹Q′ᵀ,
+///
+///     K′Y′ + Y′K′ = −(XXᵀ + Q′Q′ᵀ − QQᵀ).
+///
+/// All of that is n × n and follows from the moments of the state, so a step is one pass over its
+/// columns: O(Nn² + n³). It keeps QQᵀ = I and m = SQᵀ − QSᵀ exactly, is symplectic, time-symmetric
+/// and of second order; at n = N it is the Moser–Veselov map with M = QᵀS − SᵀQ. Every λ_i > 0.
+/// Where there is no Y on the principal branch: left_domain. ‖Q̇‖ varies up to √(2E/λ_min), so a
+/// step size that is safe at the start may fail later.
+///
+/// A state is Q over S, or, on request, Q over Q̇: 2n × N.
+template <class Scalar_, Arithmetic arithmetic, Under under = Under::S>
+class RattleStiefel {
+ public:
+  using Scalar = Scalar_;
+  using Point = Matrix<Scalar>;
+
+  struct State {
+    Accumulator<Point, arithmetic> x;
+    FrameMoments<Scalar> moments;
+    Matrix<Scalar> half_B;  ///< B′/2 of the last step, where the next one starts to look
+
+    template <class Visitor>
+    void each(Visitor&& visit) {
+      x.each(visit);
+      moments.each(visit);
+      visit(half_B);
+    }
+  };
+
+  RattleStiefel(const Vector<Scalar>& lambda, Eigen::Index n, Scalar h);
+
+  State start(const Point& x);
+
+  Ending step(State& state);
+
+  /// A step of another size: compositions of steps share a state.
+  Ending step(State& state, Scalar h);
+
+  /// The largest |h| up to `limit` for which a step from here exists, to 1e-3.
+  std::optional<double> largest_step(const State& state, double limit);
+
+ private:
+  template <int n>
+  using Pass = FramePass<Scalar, arithmetic, under, n>;
+  using AnyPass = std::variant<Pass<1>, Pass<2>, Pass<3>, Pass<4>, Pass<Eigen::Dynamic>>;
+  static constexpr Eigen::Index widest = Pass<Eigen::Dynamic>::width;
+
+  static AnyPass pass_for(Eigen::Index n);
+
+  /// Y for the step h, from the Y that is there: A = GDᵀ, P = GGᵀ, E = DDᵀ − I.
+  bool solve(const FrameMoments<Scalar>& at, Scalar h);
+
+  double follow(const FrameMoments<Scalar>& at, Scalar h, double end);
+
+  /// Y′, with Q′Q′ᵀ = I: K′ = QΛ⁻¹Qᵀ + QΛ⁻¹Xᵀ + XΛ⁻¹Qᵀ + XΛ⁻¹Xᵀ, and −(XXᵀ + I − QQᵀ).
+  void find_Y1(const FrameMoments<Scalar>& at, Scalar h);
+
+  /// XΛ⁻ᵖXᵀ = h² VΛ⁻ᵖVᵀ + h(YGΛ⁻ᵖVᵀ + VΛ⁻ᵖGᵀY) + YGΛ⁻ᵖGᵀY.
+  void add_XX(const Matrix<Scalar>& VV, const Matrix<Scalar>& GV, const Matrix<Scalar>& GG,
+              Scalar h, Matrix<Scalar>& sum);
+
+  Scalar h_;
+  Eigen::Index n_;
+  Vector<Scalar> inverse_;  ///< Λ⁻¹, then zeros
+  AnyPass pass_;
+  ConstraintRiccati<Scalar> riccati_;
+  SymmetricLyapunov<Scalar> lyapunov_;
+  Matrix<Scalar> A_, E_, Y_, Y1_, found_, product_;
+};
+
+template <class Scalar, Arithmetic arithmetic, Under under>
+RattleStiefel<Scalar, arithmetic, under>::RattleStiefel(const Vector<Scalar>& lambda,
+                                                        Eigen::Index n, Scalar h)
+    : h_(h),
+      n_(n),
+      inverse_(Vector<Scalar>::Zero(lambda.size() + widest)),
+      pass_(pass_for(n)),
+      riccati_(n),
+      lyapunov_(n),
+      A_(n, n),
+      E_(n, n),
+      Y_(n, n),
+      Y1_(n, n),
+      found_(n, n),
+      product_(n, n) {
+  inverse_.head(lambda.size()) = lambda.cwiseInverse();
+}
+
+template <class Scalar, Arithmetic arithmetic, Under under>
+auto RattleStiefel<Scalar, arithmetic, under>::start(const Point& x) -> State {
+  State state{Accumulator<Point, arithmetic>(x), FrameMoments<Scalar>(n_),
+              Matrix<Scalar>::Zero(n_, n_)};
+  std::visit([&](auto& pass) { pass.measure(state.x, inverse_, state.moments); }, pass_);
+  return state;
+}
+
+template <class Scalar, Arithmetic arithmetic, Under under>
+Ending RattleStiefel<Scalar, arithmetic, under>::step(State& state) {
+  return step(state, h_);
+}
+
+template <class Scalar, Arithmetic arithmetic, Under under>
+Ending RattleStiefel<Scalar, arithmetic, under>::step(State& state, Scalar h) {
+  using std::abs;
+  if (!state.moments.finite()) return {Outcome::not_finite, std::nullopt};
+  Y_ = (h * h) * state.half_B;
+  if (!solve(state.moments, h)) {
+    const double size = static_cast<double>(abs(h));
+    const double reached = follow(state.moments, h, 1);
+    if (reached == 0) return {Outcome::solver_stalled, std::nullopt};
+    if (reached < 1) return {Outcome::left_domain, reached * size};
+  }
+  find_Y1(state.moments, h);
+  state.half_B = Y1_ / (h * h);
+  std::visit([&](auto& pass) { pass.advance(state.x, inverse_, h, Y_, Y1_, state.moments); },
+             pass_);
+  return {};
+}
+
+template <class Scalar, Arithmetic arithmetic, Under under>
+std::optional<double> RattleStiefel<Scalar, arithmetic, under>::largest_step(const State& state,
+                                                                             double limit) {
+  using std::abs;
+  const double size = static_cast<double>(abs(h_));
+  return follow(state.moments, h_, limit / size) * size;
+}
+
+template <class Scalar, Arithmetic arithmetic, Under under>
+auto RattleStiefel<Scalar, arithmetic, under>::pass_for(Eigen::Index n) -> AnyPass {
+  switch (n) {
+    case 1:
+      return Pass<1>(n);
+    case 2:
+      return Pass<2>(n);
+    case 3:
+      return Pass<3>(n);
+    case 4:
+      return Pass<4>(n);
+    default:
+      return Pass<Eigen::Dynamic>(n);
+  }
+}
+
+template <class Scalar, Arithmetic arithmetic, Under under>
+bool RattleStiefel<Scalar, arithmetic, under>::solve(const FrameMoments<Scalar>& at, Scalar h) {
+  A_ = at.QQ[1] + h * at.QV[1];
+  E_ = h * (h * at.VV[0] + (at.QV[0] + at.QV[0].transpose())) + at.QQ[0];
+  E_.diagonal().array() -= Scalar(1);
+  return riccati_.solve(A_, at.QQ[2], E_, Y_);
+}
+
+template <class Scalar, Arithmetic arithmetic, Under under>
+double RattleStiefel<Scalar, arithmetic, under>::follow(const FrameMoments<Scalar>& at, Scalar h,
+                                                        double end) {
+  Y_.setZero();
+  return follow_branch(end, [&](double t) {
+    found_ = Y_;
+    if (solve(at, static_cast<Scalar>(t) * h)) return true;
+    Y_ = found_;
+    return false;
+  });
+}
+
+template <class Scalar, Arithmetic arithmetic, Under under>
+void RattleStiefel<Scalar, arithmetic, under>::find_Y1(const FrameMoments<Scalar>& at, Scalar h) {
+  product_ = h * at.QV[1];
+  product_.noalias() += at.QQ[2] * Y_;
+  A_ = at.QQ[1] + product_ + product_.transpose();
+  add_XX(at.VV[1], at.QV[2], at.QQ[3], h, A_);
+  lyapunov_.factor(A_);
+
+  E_ = -at.QQ[0];
+  E_.diagonal().array() += Scalar(1);
+  add_XX(at.VV[0], at.QV[1], at.QQ[2], h, E_);
+  E_ = -E_;
+  lyapunov_.solve(E_, product_);
+  Y1_ = (product_ + product_.transpose()) / 2;
+}
+
+template <class Scalar, Arithmetic arithmetic, Under under>
+void RattleStiefel<Scalar, arithmetic, under>::add_XX(const Matrix<Scalar>& VV,
+                                                      const Matrix<Scalar>& GV,
+                                                      const Matrix<Scalar>& GG, Scalar h,
+                                                      Matrix<Scalar>& sum) {
+  product_ = h * GV;
+  product_.noalias() += Scalar(0.5) * (GG * Y_);
+  found_.noalias() = Y_ * product_;
+  sum += (h * h) * VV + found_ + found_.transpose();
+}
+
+// Compiled once, in rattle_stiefel.cc.
+extern template class RattleStiefel<double, Arithmetic::compensated>;
+extern template class RattleStiefel<double, Arithmetic::plain>;
+extern template class RattleStiefel<double, Arithmetic::compensated, Under::Qdot>;
+extern template class RattleStiefel<double, Arithmetic::plain, Under::Qdot>;
+
+}  // namespace stiefel

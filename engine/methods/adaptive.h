@@ -1,0 +1,149 @@
+#pragma once
+
+#include <algorithm>
+#include <boost/numeric/odeint/stepper/runge_kutta_fehlberg78.hpp>
+#include <cmath>
+#include <vector>
+
+#include "engine/methods/method.h"
+#include "engine/systems/concepts.h"
+
+namespace stiefel {
+
+/// The Runge–Kutta–Fehlberg pair of orders 7 and 8 (Fehlberg 1968; Boost.odeint's) with automatic
+/// substeps, as many as it takes from one state to the next. The estimated error of a substep of
+/// length τ is kept below `tolerance`·|τ/h|, each half of the state's rows (Q, and what is below
+/// it) measured by its own largest element, so that units do not matter and a whole step errs by
+/// about `tolerance`. The controller starts anew at every state.
+///
+/// More than `most_substeps` attempts: solver_stalled. A tolerance below some 1e-14 cannot be met.
+struct Adaptive {
+  static constexpr MethodTraits traits = {
+      .name = "adaptive",
+      .summary = "Runge-Kutta-Fehlberg 7(8) with error control",
+      .source = "Fehlberg 1968; Boost.odeint",
+      .file = "engine/methods/adaptive.h",
+      .orders = {8},
+      .default_order = 8,
+      .reversible = false,
+      .default_tolerance = 1e-9,
+  };
+  static constexpr int most_substeps = 10000;
+
+  template <class S>
+  static constexpr bool applies = System<S>;
+  template <class>
+  static constexpr Kept kept(std::string_view) {
+    return Kept::drifts;
+  }
+
+  template <System S, Arithmetic arithmetic>
+  class Map {
+   public:
+    using Point = typename S::State;
+    using Scalar = typename S::Scalar;
+    using State = PlainState<S, arithmetic>;
+
+    Map(S system, Scalar h, int, double tolerance = traits.default_tolerance)
+        : system_(std::move(system)), h_(h), tolerance_(tolerance) {}
+
+    State start(const Point& x) {
+      prepare(x);
+      return State{Accumulator<Point, arithmetic>(x)};
+    }
+
+    Ending step(State& state) {
+      prepare(state.x.value);
+      std::copy_n(state.x.value.data(), x_.size(), x_.data());
+      const Outcome outcome = integrate();
+      if (outcome != Outcome::reached) return {outcome, std::nullopt};
+      dx_ = Eigen::Map<const Point>(x_.data(), dx_.rows(), dx_.cols()) - state.x.value;
+      state.x.add(dx_);
+      return {};
+    }
+
+    std::optional<double> largest_step(const State&, double) const { return std::nullopt; }
+
+   private:
+    using Numbers = std::vector<Scalar>;
+
+    void prepare(const Point& x) {
+      if (!x_.empty()) return;
+      point_ = slope_ = dx_ = x;
+      const auto size = static_cast<std::size_t>(x.size());
+      for (Numbers* v : {&x_, &next_, &slope_now_, &error_}) v->resize(size);
+    }
+
+    /// x_ ← x(t + h).
+    Outcome integrate() {
+      constexpr double least = 0.1, most = 5, safety = 0.9, least_stride = 1e-12;
+      const Scalar blown_up = 1e6, size_before = size();
+      const auto field = [this](const Numbers& x, Numbers& dx, Scalar) { evaluate(x, dx); };
+      double done = 0, stride = 1;  // in units of h
+      field(x_, slope_now_, Scalar(0));
+      for (int k = 0; k < most_substeps; ++k) {
+        const bool last = done + stride >= 1;
+        if (last) stride = 1 - done;
+        stepper_.do_step(field, x_, slope_now_, Scalar(0), next_, static_cast<Scalar>(stride) * h_,
+                         error_);
+        const double excess = relative_error() / (tolerance_ * stride);
+        const double factor = safety * std::pow(excess, -1.0 / 7);
+        if (excess <= 1) {
+          x_.swap(next_);
+          if (last) return Outcome::reached;
+          done += stride;
+          field(x_, slope_now_, Scalar(0));
+          stride *= std::clamp(factor, least, most);
+        } else {  // too much, or not a number
+          stride *= factor >= least ? factor : least;
+        }
+        if (stride < least_stride) break;
+      }
+      // The stride vanishes where the motion ends, or where rounding exceeds the tolerance.
+      return finite(next_) && size() <= blown_up * size_before ? Outcome::solver_stalled
+                                                               : Outcome::not_finite;
+    }
+
+    void evaluate(const Numbers& x, Numbers& dx) {
+      std::copy_n(x.data(), x.size(), point_.data());
+      system_.field(point_, slope_);
+      std::copy_n(slope_.data(), dx.size(), dx.data());
+    }
+
+    /// The largest error, each half of the rows against its largest element.
+    double relative_error() const {
+      const Eigen::Index rows = dx_.rows(), cols = dx_.cols(), lower = rows / 2;
+      const Eigen::Map<const Matrix<Scalar>> x(x_.data(), rows, cols),
+          next(next_.data(), rows, cols), error(error_.data(), rows, cols);
+      const auto part = [&](Eigen::Index from, Eigen::Index count) {
+        const Scalar size = std::max<Scalar>(x.middleRows(from, count).cwiseAbs().maxCoeff(),
+                                             next.middleRows(from, count).cwiseAbs().maxCoeff());
+        const Scalar largest = error.middleRows(from, count).cwiseAbs().maxCoeff();
+        return largest == 0 ? 0.0 : static_cast<double>(largest / size);
+      };
+      if (!finite(next_) || !finite(error_)) return std::numeric_limits<double>::infinity();
+      return lower == 0 ? part(0, rows)
+                        : std::max(part(0, rows - lower), part(rows - lower, lower));
+    }
+
+    Scalar size() const {
+      return Eigen::Map<const Vector<Scalar>>(x_.data(), static_cast<Eigen::Index>(x_.size()))
+          .cwiseAbs()
+          .maxCoeff();
+    }
+
+    static bool finite(const Numbers& x) {
+      return Eigen::Map<const Vector<Scalar>>(x.data(), static_cast<Eigen::Index>(x.size()))
+          .allFinite();
+    }
+
+    S system_;
+    Scalar h_;
+    double tolerance_;
+    boost::numeric::odeint::runge_kutta_fehlberg78<Numbers, Scalar> stepper_;
+    Numbers x_, next_, slope_now_, error_;
+    Point point_, slope_, dx_;
+  };
+};
+
+}  // namespace stiefel

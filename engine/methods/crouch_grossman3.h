@@ -1,0 +1,80 @@
+#pragma once
+
+#include "engine/methods/method.h"
+#include "engine/systems/concepts.h"
+
+namespace stiefel {
+
+/// The Crouch–Grossman method of order 3 with three stages (Crouch and Grossman 1993; Owren and
+/// Marthinsen 1999): products of exponentials, no commutator,
+///
+///     k1 = hξ(x),   k2 = hξ(x·exp(¾k1)),   k3 = hξ(x·exp(119/216 k1)·exp(17/108 k2)),
+///     x′ = x·exp(13/51 k1)·exp(−⅔k2)·exp(24/17 k3).
+///
+/// It stays on the orbits of the group: Q orthogonal, QMQᵀ and the eigenvalues of M, to rounding.
+struct CrouchGrossman3 {
+  static constexpr MethodTraits traits = {
+      .name = "crouch_grossman3",
+      .summary = "products of exponentials on the group",
+      .source = "Crouch and Grossman 1993; Owren and Marthinsen 1999",
+      .file = "engine/methods/crouch_grossman3.h",
+      .orders = {3},
+      .default_order = 3,
+      .reversible = false,
+  };
+  template <class S>
+  static constexpr bool applies = LieSystem<S>;
+  template <class S>
+  static constexpr Kept kept(std::string_view invariant) {
+    return S::kept_on_orbits(invariant) ? Kept::exact : Kept::drifts;
+  }
+
+  template <LieSystem S, Arithmetic arithmetic>
+  class Map : public ExplicitMap<Map<S, arithmetic>, S, arithmetic> {
+   public:
+    using Point = typename S::State;
+    using Scalar = typename S::Scalar;
+    using Algebra = typename S::Algebra;
+    Map(S system, Scalar h, int)
+        : Base(std::move(system), h), k1_(system_.zero()), k2_(k1_), k3_(k1_), theta_(k1_) {}
+
+    void displacement(const Point& x, Point& dx) {
+      const auto fraction = [](int p, int q) { return Scalar(p) / Scalar(q); };
+      system_.generator(x, k1_);
+      begin(x, dx);
+      turn(x, fraction(3, 4), k1_, dx);
+      system_.generator(moved_, k2_);
+      begin(x, dx);
+      turn(x, fraction(119, 216), k1_, dx);
+      turn(x, fraction(17, 108), k2_, dx);
+      system_.generator(moved_, k3_);
+      begin(x, dx);
+      turn(x, fraction(13, 51), k1_, dx);
+      turn(x, fraction(-2, 3), k2_, dx);
+      turn(x, fraction(24, 17), k3_, dx);
+    }
+
+   private:
+    using Base = ExplicitMap<Map, S, arithmetic>;
+    using Base::h_;
+    using Base::system_;
+
+    void begin(const Point& x, Point& dx) {
+      moved_ = x;
+      dx.setZero();
+    }
+    /// x + dx ← (x + dx)·exp(whk).
+    void turn(const Point& x, Scalar weight, const Algebra& k, Point& dx) {
+      theta_ = (weight * h_) * k;
+      if (turned_.size() != x.size()) turned_ = x;
+      system_.displacement(moved_, theta_, turned_);
+      dx += turned_;
+      moved_ = x + dx;
+    }
+
+    Algebra k1_, k2_, k3_, theta_;
+    Point moved_, turned_;
+  };
+};
+
+}  // namespace stiefel

@@ -1,0 +1,79 @@
+#pragma once
+
+#include "engine/linalg/cayley_midpoint.h"
+#include "engine/methods/implicit_map.h"
+#include "engine/systems/rigid_body.h"
+
+namespace stiefel {
+
+/// The isospectral midpoint rule on (Q, M) (Modin and Viviani 2020):
+///
+///     M = (I + a)M̃(I − a),   a = (h/2)J⁻¹(M̃),
+///     M′ = (I − a)M̃(I + a),   Q′ = Q(I + a)(I − a)⁻¹,
+///
+/// what the midpoint rule on (Q, P) makes of (Q, M). Order 2, time-symmetric, Poisson: QMQᵀ, the
+/// eigenvalues of M and the orthogonality of Q to rounding, the energy without growth. (The
+/// midpoint rule on (Q, M) itself keeps the energy and loses QMQᵀ.)
+struct ImplicitMidpoint {
+  static constexpr MethodTraits traits = {
+      .name = "implicit_midpoint",
+      .summary = "isospectral midpoint rule",
+      .source = "Modin and Viviani 2020",
+      .file = "engine/methods/implicit_midpoint.h",
+      .orders = {2},
+      .default_order = 2,
+      .reversible = true,
+  };
+  template <class S>
+  struct CayleyOf;
+  template <class Space>
+  struct CayleyOf<RigidBody<Space>> {
+    using type = CayleyMidpoint<Space>;
+  };
+  template <class S>
+  static constexpr bool applies = requires {
+    typename CayleyOf<S>::type;
+  };
+  template <class S>
+  static constexpr Kept kept(std::string_view invariant) {
+    return S::kept_on_orbits(invariant) ? Kept::exact : Kept::bounded;
+  }
+
+  template <LieSystem S, Arithmetic arithmetic>
+  class Map : public ImplicitMap<Map<S, arithmetic>, S, arithmetic> {
+   public:
+    using Point = typename S::State;
+    using Scalar = typename S::Scalar;
+    Map(S system, Scalar h, int)
+        : Base(std::move(system), h),
+          cayley_(system_.lambda().size()),
+          a_(system_.zero()),
+          Omega_(a_) {}
+
+    void begin(const Point& x, Matrix<Scalar>& a) {
+      middle_ = x;
+      a.setZero(a_.rows(), a_.cols());
+    }
+
+    void sweep(const Point& x, const Matrix<Scalar>& a, Scalar h, Matrix<Scalar>& g) {
+      a_ = a;
+      cayley_.midpoint(x, a_, middle_);
+      system_.generator(middle_, Omega_);
+      g = (h / 2) * Omega_;
+    }
+
+    void displacement(const Point& x, const Matrix<Scalar>& a, Point& dx) {
+      a_ = a;
+      cayley_.displacement(x, a_, dx);
+    }
+
+   private:
+    using Base = ImplicitMap<Map, S, arithmetic>;
+    using Base::system_;
+    typename CayleyOf<S>::type cayley_;
+    typename S::Algebra a_, Omega_;
+    Point middle_;
+  };
+};
+
+}  // namespace stiefel

@@ -1,0 +1,209 @@
+#include "engine/problems/connect.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+
+#include "engine/linalg/lu.h"
+#include "engine/problems/path.h"
+#include "engine/problems/shoot.h"
+#include "engine/problems/starts.h"
+
+namespace stiefel {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+bool is_body(const MatrixXd& Q) { return Q.rows() == Q.cols(); }
+
+/// The problem in a unit of time with repaired frames and Λ of the order of 1.
+struct Posed {
+  VectorXd lambda;
+  double scale;  ///< Λ = scale · lambda, a power of 2
+  MatrixXd Q_0, Q_T;
+
+  double spread() const { return lambda.maxCoeff() / std::max(lambda.minCoeff(), 1e-300); }
+  Index dimension() const { return Q_0.rows() * Q_0.cols() - Q_0.rows() * (Q_0.rows() + 1) / 2; }
+};
+
+double defect(const MatrixXd& Q) {
+  if (!Q.allFinite()) return std::numeric_limits<double>::infinity();
+  return (Q * Q.transpose() - MatrixXd::Identity(Q.rows(), Q.rows())).cwiseAbs().maxCoeff();
+}
+
+MatrixXd repaired(const MatrixXd& Q) { return defect(Q) > 1e-15 ? polar(Q) : Q; }
+
+std::optional<ConnectRefusal> refused(const TwoPointProblem& p) {
+  const auto invalid = [](const char* field, const char* rule) -> ConnectRefusal {
+    return refusal::Invalid{field, rule};
+  };
+  const Index n = p.Q_0.rows(), N = p.Q_0.cols();
+  if (n < 1 || n > N || N < 2)
+    return invalid("Q_0", "must have 1 <= n <= N rows of N >= 2 numbers");
+  if (p.Q_T.rows() != n || p.Q_T.cols() != N) return invalid("Q_T", "must have the shape of Q_0");
+  if (p.inertia.size() != N) return invalid("inertia", "must have N numbers");
+  if (!p.inertia.allFinite()) return invalid("inertia", "must be finite");
+  VectorXd sorted = p.inertia;
+  std::sort(sorted.begin(), sorted.end());
+  if (n < N && !(sorted(0) > 0)) return invalid("inertia", "must be positive for n < N");
+  if (n == N && !(sorted(0) + sorted(1) > 0))
+    return invalid("inertia", "every two must have a positive sum");
+  if (!(std::isfinite(p.time) && p.time > 0)) return invalid("time", "must be positive and finite");
+  if (p.restarts < 0) return invalid("restarts", "must not be negative");
+  for (const auto& [field, Q] : {std::pair("Q_0", &p.Q_0), std::pair("Q_T", &p.Q_T)})
+    if (const double error = defect(*Q); !(error <= TwoPointProblem::frame_tolerance))
+      return refusal::NotOrthonormal{field, error};
+  if (n == N) {
+    const int first = p.Q_0.determinant() < 0 ? -1 : 1, last = p.Q_T.determinant() < 0 ? -1 : 1;
+    if (first != last) return refusal::UnequalDeterminants{first, last};
+  }
+  return {};
+}
+
+Posed posed(const TwoPointProblem& p) {
+  const double scale = std::exp2(std::ilogb(p.inertia.cwiseAbs().maxCoeff()));
+  return {p.inertia / scale, scale, repaired(p.Q_0), repaired(p.Q_T)};
+}
+
+struct Candidate {
+  Path path;
+  double action;
+  int start;
+};
+
+/// Every path once, the one with the earliest start; sorted by the action.
+std::vector<Candidate> distinct(std::vector<Candidate> all) {
+  constexpr double same = 1e-3;
+  std::ranges::sort(all, {}, &Candidate::start);
+  std::vector<Candidate> result;
+  for (Candidate& candidate : all)
+    if (std::ranges::none_of(
+            result, [&](const Candidate& c) { return distance(c.path, candidate.path) < same; }))
+      result.push_back(std::move(candidate));
+  std::ranges::stable_sort(result, {}, &Candidate::action);
+  return result;
+}
+
+std::vector<Candidate> relaxed(const Posed& posed, const TwoPointProblem& problem, int K,
+                               double tolerance) {
+  std::vector<Candidate> all;
+  int start = 0;
+  for (Path& path : starts(posed.Q_0, posed.Q_T, K, problem.restarts, problem.seed)) {
+    if (relax(posed.lambda, path, tolerance, problem.stop))
+      all.push_back({std::move(path), 0, start});
+    ++start;
+  }
+  for (Candidate& c : all) c.action = action(posed.lambda, c.path);
+  return distinct(std::move(all));
+}
+
+bool refine(const VectorXd& lambda, Candidate& c, double tolerance, const std::stop_token& stop) {
+  c.path = refined(c.path);
+  const bool done = relax(lambda, c.path, tolerance, stop);
+  c.action = action(lambda, c.path);
+  return done;
+}
+
+double energy(const VectorXd& lambda, const MatrixXd& V) {
+  return (V.cwiseAbs2() * lambda).sum() / 2;
+}
+
+/// Shoots from ever finer paths until the geodesic that the path stands for is reached.
+Shot solved(const Posed& p, Candidate& c, const std::stop_token& stop) {
+  constexpr std::size_t finest = 1024;
+  constexpr double strayed = 0.02;
+  Shot best;
+  for (;;) {
+    const Shot shot = shoot(p.lambda, p.Q_0, p.Q_T, initial_velocity(p.lambda, c.path), stop);
+    const bool near = energy(p.lambda, shot.V) <= (1 + strayed) * c.action + 1e-300;
+    if (near && shot.residual < best.residual) best = shot;
+    if (best.residual <= TwoPointProblem::joined || 2 * c.path.size() > finest) return best;
+    if (!refine(p.lambda, c, 1e-8, stop)) return best;
+  }
+}
+
+Shortest judged(const Posed& p, const MatrixXd& V, int seen) {
+  const double length = V.norm(), slack = 1 + 1e-12;
+  const double radius = is_body(p.Q_0) ? std::numbers::sqrt2 * std::numbers::pi : std::numbers::pi;
+  const bool round = p.lambda.maxCoeff() - p.lambda.minCoeff() <= 1e-15 * p.lambda.maxCoeff();
+  if (length < 1e-14 || (round && length <= slack * radius)) return Shortest::yes;
+  return p.dimension() == 1 && seen > 1 ? Shortest::yes : Shortest::unknown;
+}
+
+}  // namespace
+
+std::expected<Geodesic, ConnectRefusal> connect(const TwoPointProblem& problem) {
+  if (const auto refusal = refused(problem)) return std::unexpected(*refusal);
+  constexpr double coarse = 1e-6, fine = 1e-9, margin = 1.1;
+  const Posed p = posed(problem);
+  const bool wide = p.spread() > 10;
+
+  std::vector<Candidate> all = relaxed(p, problem, wide ? 32 : 16, coarse);
+  for (Candidate& c : all)
+    for (int K = wide ? 64 : 32; K <= (wide ? 128 : 64); K *= 2)
+      refine(p.lambda, c, fine, problem.stop);
+  all = distinct(std::move(all));
+
+  Geodesic best;
+  best.energy = best.residual = std::numeric_limits<double>::infinity();
+  double least_missed = std::numeric_limits<double>::infinity();
+  for (Candidate& c : all) {
+    if (c.action > margin * best.energy) break;
+    const Shot shot = solved(p, c, problem.stop);
+    if (shot.residual <= TwoPointProblem::joined) {
+      const double E = energy(p.lambda, shot.V);
+      if (E < best.energy) best.Qdot = shot.V, best.energy = E, best.start = c.start;
+    } else {
+      best.residual = std::min(best.residual, shot.residual);
+      least_missed = std::min(least_missed, c.action);
+    }
+  }
+  if (problem.stop.stop_requested()) return std::unexpected(refusal::Cancelled{});
+  if (best.Qdot.size() == 0) return std::unexpected(refusal::NotConverged{best.residual});
+
+  best.shortest = least_missed < (1 - 1e-3) * best.energy
+                      ? Shortest::no
+                      : judged(p, best.Qdot, static_cast<int>(all.size()));
+  best.distinct = static_cast<int>(all.size());
+  best.Q = p.Q_0;
+  best.Qdot /= problem.time;
+  best.S = best.Qdot * problem.inertia.asDiagonal();
+  if (is_body(p.Q_0)) best.M = momentum(problem.inertia, p.Q_0, best.Qdot);
+  best.energy = energy(problem.inertia, best.Qdot);
+  best.residual =
+      miss(problem.inertia, p.Q_0, is_body(p.Q_0) ? best.M : best.S, p.Q_T, problem.time);
+  if (!(best.residual <= TwoPointProblem::joined))
+    return std::unexpected(refusal::NotConverged{best.residual});
+  return best;
+}
+
+std::expected<DiscreteGeodesic, ConnectRefusal> connect(const TwoPointProblem& problem, int K) {
+  if (const auto refusal = refused(problem)) return std::unexpected(*refusal);
+  if (K < 1) return std::unexpected(refusal::Invalid{"K", "must be at least 1"});
+  constexpr double tolerance = 1e-10, stationary = 1e-12;
+  const Posed p = posed(problem);
+  const std::vector<Candidate> all = relaxed(p, problem, K, tolerance);
+  if (problem.stop.stop_requested()) return std::unexpected(refusal::Cancelled{});
+  if (all.empty())
+    return std::unexpected(refusal::NotConverged{std::numeric_limits<double>::infinity()});
+
+  const Candidate& best = all.front();
+  const double residual = slope(p.lambda, best.path);
+  if (!(residual <= stationary)) return std::unexpected(refusal::NotConverged{residual});
+  DiscreteGeodesic result;
+  result.Q = best.path;
+  const MatrixXd V = initial_velocity(p.lambda, best.path) / problem.time;
+  result.S = V * problem.inertia.asDiagonal();
+  if (is_body(p.Q_0)) result.M = momentum(problem.inertia, p.Q_0, V);
+  result.energy = best.action * p.scale / (problem.time * problem.time);
+  result.residual = residual;
+  result.distinct = static_cast<int>(all.size());
+  result.start = best.start;
+  return result;
+}
+
+}  // namespace stiefel

@@ -1,0 +1,207 @@
+#include "engine/problems/path.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace stiefel {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+std::size_t steps(const Path& path) { return path.size() - 1; }
+
+MatrixXd gradient(const VectorXd& lambda, const Path& path, std::size_t k) {
+  const double K = static_cast<double>(steps(path));
+  return K * (2 * path[k] - path[k + 1] - path[k - 1]) * lambda.asDiagonal();
+}
+
+/// The quadratic model of the action at a path, in coordinates of the tangent bases E_k of its
+/// inner frames.
+class Model {
+ public:
+  Model(const VectorXd& lambda, const Path& path) {
+    const Index n = path[0].rows(), N = path[0].cols();
+    const double K = static_cast<double>(steps(path));
+    const VectorXd weight = K * lambda.transpose().replicate(n, 1).reshaped();
+    MatrixXd weighted;
+    for (std::size_t k = 1; k < steps(path); ++k) {
+      const MatrixXd& Q = path[k];
+      const MatrixXd g = gradient(lambda, path, k);
+      const MatrixXd E = tangent_basis(Q);
+      if (k > 1) outer_.push_back(-weighted.transpose() * E);
+      weighted = weight.asDiagonal() * E;
+
+      MatrixXd multiplied = E;  // sym(gQᵀ)δ for every basis vector δ
+      const MatrixXd Sigma = (g * Q.transpose() + Q * g.transpose()) / 2;
+      multiplied.reshaped(n, N * E.cols()) = Sigma * E.reshaped(n, N * E.cols());
+      metric_.push_back(E.transpose() * weighted);
+      inner_.push_back(2 * metric_.back() - E.transpose() * multiplied);
+      slope_.push_back(E.transpose() * g.reshaped());
+      basis_.push_back(E);
+    }
+  }
+
+  /// Solves (Hessian + shift · metric) x = −gradient; false where that matrix is not positive.
+  bool solve(double shift) {
+    const std::size_t count = inner_.size();
+    std::vector<Eigen::LLT<MatrixXd>> factors;
+    std::vector<MatrixXd> carried;
+    step_.assign(count, VectorXd());
+    for (std::size_t k = 0; k < count; ++k) {
+      MatrixXd D = inner_[k] + shift * metric_[k];
+      step_[k] = -slope_[k];
+      if (k > 0) {
+        carried.push_back(factors.back().solve(outer_[k - 1]));
+        D.noalias() -= outer_[k - 1].transpose() * carried.back();
+        step_[k].noalias() -= carried.back().transpose() * step_[k - 1];
+      }
+      factors.emplace_back(D);
+      if (factors.back().info() != Eigen::Success) return false;
+    }
+    for (std::size_t k = count; k-- > 0;) {
+      step_[k] = factors[k].solve(step_[k]).eval();
+      if (k + 1 < count) step_[k].noalias() -= carried[k] * step_[k + 1];
+    }
+    return true;
+  }
+
+  /// How much the last step lowers the linear part of the model; twice the model's own decrease.
+  double decrement() const {
+    double sum = 0;
+    for (std::size_t k = 0; k < step_.size(); ++k) sum -= step_[k].dot(slope_[k]);
+    return sum;
+  }
+  double largest_step() const {
+    double largest = 0;
+    for (const VectorXd& x : step_) largest = std::max(largest, x.cwiseAbs().maxCoeff());
+    return largest;
+  }
+  double largest_slope() const {
+    double largest = 0;
+    for (const VectorXd& x : slope_) largest = std::max(largest, x.cwiseAbs().maxCoeff());
+    return largest;
+  }
+  Path moved(const Path& path) const {
+    Path result = path;
+    for (std::size_t k = 0; k < step_.size(); ++k) {
+      const VectorXd delta = basis_[k] * step_[k];
+      result[k + 1] = polar(path[k + 1] + delta.reshaped(path[0].rows(), path[0].cols()));
+    }
+    return result;
+  }
+
+ private:
+  std::vector<MatrixXd> basis_, metric_, inner_, outer_;
+  std::vector<VectorXd> slope_, step_;
+};
+
+}  // namespace
+
+MatrixXd polar(const MatrixXd& A) {
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> spectrum(A * A.transpose());
+  const MatrixXd Q = spectrum.operatorInverseSqrt() * A;
+  // What squaring lost where A is nearly singular, one Newton–Schulz step restores.
+  return (3 * Q - (Q * Q.transpose()) * Q) / 2;
+}
+
+MatrixXd complement(const MatrixXd& Q) {
+  const Index n = Q.rows(), N = Q.cols();
+  const Eigen::HouseholderQR<MatrixXd> qr(Q.transpose());
+  return (qr.householderQ() * MatrixXd::Identity(N, N).rightCols(N - n)).transpose();
+}
+
+MatrixXd tangent_basis(const MatrixXd& Q) {
+  const Index n = Q.rows(), N = Q.cols();
+  const MatrixXd R = complement(Q);
+  MatrixXd E = MatrixXd::Zero(n * N, n * N - n * (n + 1) / 2);
+  Index column = 0;
+  for (Index i = 0; i < n; ++i) {
+    for (Index j = 0; j < i; ++j, ++column) {
+      auto delta = E.col(column).reshaped(n, N);
+      delta.row(i) = Q.row(j) * std::numbers::sqrt2 / 2;
+      delta.row(j) = -Q.row(i) * std::numbers::sqrt2 / 2;
+    }
+    for (Index j = 0; j < N - n; ++j, ++column) E.col(column).reshaped(n, N).row(i) = R.row(j);
+  }
+  return E;
+}
+
+double action(const VectorXd& lambda, const Path& path) {
+  double sum = 0;
+  for (std::size_t k = 0; k < steps(path); ++k)
+    sum += ((path[k + 1] - path[k]).cwiseAbs2() * lambda).sum();
+  return static_cast<double>(steps(path)) * sum / 2;
+}
+
+double slope(const VectorXd& lambda, const Path& path) {
+  return Model(lambda, path).largest_slope() /
+         (static_cast<double>(steps(path)) * lambda.maxCoeff());
+}
+
+Path refined(const Path& path) {
+  Path result = {path[0]};
+  for (std::size_t k = 0; k < steps(path); ++k) {
+    result.push_back(polar((path[k] + path[k + 1]) / 2));
+    result.push_back(path[k + 1]);
+  }
+  return result;
+}
+
+double distance(const Path& a, const Path& b) {
+  double largest = 0;
+  for (std::size_t k = 0; k < a.size(); ++k)
+    largest = std::max(largest, (a[k] - b[k]).cwiseAbs().maxCoeff());
+  return largest;
+}
+
+MatrixXd initial_velocity(const VectorXd& lambda, const Path& path) {
+  const double K = static_cast<double>(path.size() - 1);
+  const MatrixXd &Q = path[0], D = K * (path[1] - Q);
+  if (Q.rows() == Q.cols()) {
+    const MatrixXd UL = K * (Q.transpose() * path[1]) * lambda.asDiagonal();
+    MatrixXd Omega = UL - UL.transpose();
+    for (Index j = 0; j < Omega.cols(); ++j)
+      for (Index i = 0; i < Omega.rows(); ++i)
+        if (i != j) Omega(i, j) /= lambda(i) + lambda(j);
+    return Q * Omega;
+  }
+  const MatrixXd QL = Q * lambda.cwiseInverse().asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> K_Q(QL * Q.transpose());
+  const MatrixXd& Z = K_Q.eigenvectors();
+  MatrixXd X = Z.transpose() * (Q * D.transpose() + D * Q.transpose()) * Z;
+  for (Index j = 0; j < X.cols(); ++j)
+    for (Index i = 0; i < X.rows(); ++i) X(i, j) /= K_Q.eigenvalues()(i) + K_Q.eigenvalues()(j);
+  return D - Z * X * Z.transpose() * QL;
+}
+
+bool relax(const VectorXd& lambda, Path& path, double tolerance, const std::stop_token& stop) {
+  constexpr int iterations = 80;
+  constexpr double smallest_shift = 1e-4, largest_shift = 1e6, rounding = 1e-13;
+  const double K = static_cast<double>(steps(path));
+  const double unit = std::pow(std::numbers::pi / K, 2);  // the lowest mode of the metric part
+  double value = action(lambda, path), shift = 0;
+  for (int iteration = 0; iteration < iterations && !stop.stop_requested(); ++iteration) {
+    Model model(lambda, path);
+    for (;; shift = std::max(4 * shift, smallest_shift)) {
+      if (shift > largest_shift) return false;
+      if (!model.solve(shift * unit)) continue;
+      const Path trial = model.moved(path);
+      const double reached = action(lambda, trial);
+      if (!(reached <= value + rounding * std::abs(value))) continue;
+      path = trial;
+      value = reached;
+      break;
+    }
+    if (model.largest_step() <= tolerance) return true;
+    shift = shift > smallest_shift ? shift / 8 : 0;
+  }
+  return false;
+}
+
+}  // namespace stiefel

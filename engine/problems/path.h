@@ -1,0 +1,46 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <stop_token>
+#include <vector>
+
+namespace stiefel {
+
+/// Frames Q_0, ..., Q_K at equal steps of a unit of time, n × N each.
+using Path = std::vector<Eigen::MatrixXd>;
+
+/// (AAᵀ)^{-1/2}A: the frame nearest to A.
+Eigen::MatrixXd polar(const Eigen::MatrixXd& A);
+
+/// N − n orthonormal rows at right angles to those of Q.
+Eigen::MatrixXd complement(const Eigen::MatrixXd& Q);
+
+/// Orthonormal tangent vectors at Q as columns of length nN (δ column by column), so that
+/// sym(δQᵀ) = 0: d = nN − n(n+1)/2 of them.
+Eigen::MatrixXd tangent_basis(const Eigen::MatrixXd& Q);
+
+/// (K/2) Σ ‖(Q_{k+1} − Q_k)Λ^{1/2}‖².
+double action(const Eigen::VectorXd& lambda, const Path& path);
+
+/// The largest component of the action's gradient along the frames, over K λ_max.
+double slope(const Eigen::VectorXd& lambda, const Path& path);
+
+/// Q̇(0) of the variational trajectory that a relaxed path is:
+/// Q̇ = S_0Λ⁻¹, S_0 = (Q_1 − Q_0)ΛK − BQ_0/2K tangent; at n = N from M/K = UΛ − ΛUᵀ, U = Q_0ᵀQ_1.
+Eigen::MatrixXd initial_velocity(const Eigen::VectorXd& lambda, const Path& path);
+
+/// The same path with 2K steps: every midpoint is the frame nearest to the mean of its neighbours.
+Path refined(const Path& path);
+
+/// max |Q_k − Q'_k| over all k and all entries.
+double distance(const Path& a, const Path& b);
+
+/// Moves the inner frames to a local minimum of the action by Newton's method in tangent
+/// coordinates. The Hessian is block tridiagonal: 2KΛ − sym(g_kQ_kᵀ) and −KΛ, g_k the gradient in
+/// the ambient space; it is shifted by a multiple of Λ where it is not positive or the action would
+/// rise. False when the steps have not become smaller than `tolerance`, or
+/// when it is asked to stop.
+bool relax(const Eigen::VectorXd& lambda, Path& path, double tolerance,
+           const std::stop_token& stop = {});
+
+}  // namespace stiefel

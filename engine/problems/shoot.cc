@@ -1,0 +1,145 @@
+#include "engine/problems/shoot.h"
+
+#include <Eigen/QR>
+#include <boost/numeric/odeint/stepper/controlled_runge_kutta.hpp>
+#include <boost/numeric/odeint/stepper/generation.hpp>
+#include <boost/numeric/odeint/stepper/runge_kutta_fehlberg78.hpp>
+#include <cmath>
+#include <functional>
+#include <optional>
+
+#include "engine/problems/geodesic_flow.h"
+#include "engine/problems/path.h"
+
+namespace stiefel {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// Moves x over a time T; false when the step size collapses or there are too many steps.
+template <class Field, class Scalar>
+bool integrate(Field& field, std::vector<Scalar>& x, Scalar T, Scalar tolerance) {
+  namespace odeint = boost::numeric::odeint;
+  using State = std::vector<Scalar>;
+  constexpr int most = 20000;
+  auto stepper =
+      odeint::make_controlled<odeint::runge_kutta_fehlberg78<State, Scalar>>(tolerance, tolerance);
+  Scalar t = 0, dt = T / 32;
+  for (int attempt = 0; attempt < most && t < T; ++attempt) {
+    dt = std::min(dt, T - t);
+    stepper.try_step(std::ref(field), x, t, dt);
+    if (!(dt > T * Scalar(1e-9))) return false;
+  }
+  return t >= T && std::isfinite(x[0]);
+}
+
+template <template <class> class Form>
+class Shooting {
+ public:
+  using Wide = long double;
+
+  static double miss(const VectorXd& lambda, const MatrixXd& Q_0, const MatrixXd& p,
+                     const MatrixXd& Q_T, double T) {
+    const std::optional<Matrix<Wide>> end = flow<Wide>(lambda, {Q_0, p}, T, 1e-17L);
+    if (!end) return std::numeric_limits<double>::infinity();
+    return static_cast<double>((*end - Q_T.cast<Wide>()).cwiseAbs().maxCoeff());
+  }
+
+  Shooting(const VectorXd& lambda, const MatrixXd& Q_0, const MatrixXd& Q_T)
+      : lambda_(lambda), Q_0_(Q_0), Q_T_(Q_T), E_(tangent_basis(Q_0)) {}
+
+  Shot from(const MatrixXd& V, const std::stop_token& stop) const {
+    constexpr int iterations = 40, halvings = 6;
+    VectorXd c = E_.transpose() * V.reshaped();
+    VectorXd rest = remainder(c);
+    double best = rest.cwiseAbs().maxCoeff();
+    for (int k = 0; k < iterations && std::isfinite(best) && !stop.stop_requested(); ++k) {
+      const std::optional<MatrixXd> J = derivative(c);
+      if (!J) break;
+      VectorXd step = -Eigen::ColPivHouseholderQR<MatrixXd>(*J).solve(rest);
+      bool better = false, much = false;
+      for (int halving = 0; halving < halvings && !better; ++halving, step /= 2) {
+        const VectorXd trial = c + step, left = remainder(trial);
+        if (!(left.norm() < rest.norm())) continue;
+        better = true;
+        much = left.norm() < rest.norm() / 2;
+        c = trial;
+        rest = left;
+      }
+      best = rest.cwiseAbs().maxCoeff();
+      constexpr double good = 1e-12;
+      if (!better || (best < good && !much)) break;
+    }
+    return {velocity(c), best};
+  }
+
+ private:
+  MatrixXd velocity(const VectorXd& c) const { return (E_ * c).reshaped(Q_0_.rows(), Q_0_.cols()); }
+  MatrixXd momentum(const VectorXd& c) const {
+    return Form<double>::momentum(lambda_, Q_0_, velocity(c));
+  }
+
+  /// Q(1) − Q_T as one column; not finite when there is no such thing.
+  VectorXd remainder(const VectorXd& c) const {
+    const std::optional<Matrix<Wide>> end = flow<Wide>(lambda_, {Q_0_, momentum(c)}, 1, 1e-17L);
+    if (!end) return VectorXd::Constant(E_.rows(), std::numeric_limits<double>::infinity());
+    return (*end - Q_T_.cast<Wide>()).template cast<double>().reshaped();
+  }
+
+  /// dQ(1)/dc, nN × d. Gauss–Newton converges by its accuracy a step.
+  std::optional<MatrixXd> derivative(const VectorXd& c) const {
+    std::vector<MatrixXd> blocks = {Q_0_, momentum(c)};
+    for (Index j = 0; j < E_.cols(); ++j) {
+      blocks.push_back(MatrixXd::Zero(Q_0_.rows(), Q_0_.cols()));
+      blocks.push_back(momentum(VectorXd::Unit(E_.cols(), j)));
+    }
+    MatrixXd all;
+    if (!flow<double>(lambda_, blocks, 1, 1e-9, &all)) return {};
+    MatrixXd J(E_.rows(), E_.cols());
+    for (Index j = 0; j < E_.cols(); ++j) J.col(j) = all.col(2 * j + 2);
+    return J;
+  }
+
+  /// Q(T) from the blocks Q, p and pairs of variations; `all` takes every block as a column.
+  template <class Scalar>
+  static std::optional<Matrix<Scalar>> flow(const VectorXd& lambda,
+                                            const std::vector<MatrixXd>& blocks, double T,
+                                            Scalar tolerance, MatrixXd* all = nullptr) {
+    const Index n = blocks[0].rows(), size = blocks[0].size();
+    GeodesicField<Form<Scalar>, Scalar> field(lambda.cast<Scalar>(), n);
+    std::vector<Scalar> x(blocks.size() * static_cast<std::size_t>(size));
+    for (std::size_t k = 0; k < blocks.size(); ++k)
+      field.block(x, k) = blocks[k].template cast<Scalar>();
+    if (!integrate(field, x, Scalar(T), tolerance)) return {};
+    if (all)
+      *all = Eigen::Map<Matrix<Scalar>>(x.data(), size, static_cast<Index>(blocks.size()))
+                 .template cast<double>();
+    return Matrix<Scalar>(field.block(x, 0));
+  }
+
+  VectorXd lambda_;
+  MatrixXd Q_0_, Q_T_, E_;
+};
+
+}  // namespace
+
+double miss(const VectorXd& lambda, const MatrixXd& Q_0, const MatrixXd& p, const MatrixXd& Q_T,
+            double T) {
+  return Q_0.rows() == Q_0.cols() ? Shooting<BodyForm>::miss(lambda, Q_0, p, Q_T, T)
+                                  : Shooting<FrameForm>::miss(lambda, Q_0, p, Q_T, T);
+}
+
+MatrixXd momentum(const VectorXd& lambda, const MatrixXd& Q, const MatrixXd& V) {
+  return Q.rows() == Q.cols() ? BodyForm<double>::momentum(lambda, Q, V)
+                              : FrameForm<double>::momentum(lambda, Q, V);
+}
+
+Shot shoot(const VectorXd& lambda, const MatrixXd& Q_0, const MatrixXd& Q_T, const MatrixXd& V,
+           const std::stop_token& stop) {
+  return Q_0.rows() == Q_0.cols() ? Shooting<BodyForm>(lambda, Q_0, Q_T).from(V, stop)
+                                  : Shooting<FrameForm>(lambda, Q_0, Q_T).from(V, stop);
+}
+
+}  // namespace stiefel

@@ -1,0 +1,157 @@
+#include "engine/problems/starts.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+namespace stiefel {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using std::numbers::pi;
+
+/// R = Z exp(W) Zᵀ in plane rotations: W has the angle of each plane in two columns of Z.
+struct PlaneRotations {
+  struct Plane {
+    Index first, second;
+    double angle;
+  };
+  MatrixXd Z;
+  std::vector<Plane> planes;
+
+  /// From the real Schur form of an R with determinant 1, which is block diagonal.
+  explicit PlaneRotations(const MatrixXd& R) {
+    const Eigen::RealSchur<MatrixXd> schur(R);
+    const MatrixXd& T = schur.matrixT();
+    Z = schur.matrixU();
+    std::vector<Index> kept, flipped;
+    for (Index i = 0; i < T.rows();) {
+      if (i + 1 < T.rows() && T(i + 1, i) != 0) {
+        const double sine = (T(i + 1, i) - T(i, i + 1)) / 2,
+                     cosine = (T(i, i) + T(i + 1, i + 1)) / 2;
+        planes.push_back({i, i + 1, std::atan2(sine, cosine)});
+        i += 2;
+      } else {
+        (T(i, i) > 0 ? kept : flipped).push_back(i);
+        ++i;
+      }
+    }
+    for (std::size_t i = 0; i + 1 < flipped.size(); i += 2)
+      planes.push_back({flipped[i], flipped[i + 1], pi});
+    for (std::size_t i = 0; i + 1 < kept.size(); i += 2)
+      planes.push_back({kept[i], kept[i + 1], 0.0});
+  }
+
+  /// Zexp(sW)Zᵀ.
+  MatrixXd at(double s) const {
+    MatrixXd G = MatrixXd::Identity(Z.rows(), Z.cols());
+    for (const auto& [i, j, angle] : planes) {
+      G(i, i) = G(j, j) = std::cos(s * angle);
+      G(j, i) = std::sin(s * angle);
+      G(i, j) = -G(j, i);
+    }
+    return Z * G * Z.transpose();
+  }
+};
+
+class Starts {
+ public:
+  Starts(Index n, Index N, int K, std::uint64_t seed) : n_(n), N_(N), K_(K), generator_(seed) {}
+
+  std::vector<Path> all(const MatrixXd& Q_0, const MatrixXd& Q_T, int restarts) {
+    std::vector<Path> result;
+    if (rotations()) {
+      PlaneRotations W(completed(Q_0).transpose() * completed(Q_T));
+      result.push_back(turned(Q_0, W, Q_T, K_));
+      for (auto& plane : W.planes) {
+        const double angle = plane.angle;
+        plane.angle = angle > 0 ? angle - 2 * pi : angle + 2 * pi;
+        result.push_back(turned(Q_0, W, Q_T, K_));
+        plane.angle = angle;
+      }
+    } else {
+      result.push_back(direct(Q_0, Q_T, K_));
+    }
+    for (int i = 0; i < restarts; ++i) {
+      const MatrixXd R = random_frame(Q_0);
+      Path path = direct(Q_0, R, K_ / 2);
+      const Path rest = direct(R, Q_T, K_ - K_ / 2);
+      path.insert(path.end(), rest.begin() + 1, rest.end());
+      result.push_back(path);
+    }
+    return result;
+  }
+
+ private:
+  bool rotations() const { return n_ + 1 >= N_; }
+
+  Path direct(const MatrixXd& from, const MatrixXd& to, int K) {
+    if (!rotations()) return straight(from, to, K);
+    return turned(from, PlaneRotations(completed(from).transpose() * completed(to)), to, K);
+  }
+
+  static Path turned(const MatrixXd& from, const PlaneRotations& W, const MatrixXd& to, int K) {
+    Path path = {from};
+    for (int k = 1; k < K; ++k) path.push_back(from * W.at(double(k) / K));
+    path.push_back(to);
+    return path;
+  }
+
+  Path straight(const MatrixXd& from, const MatrixXd& to, int K) {
+    constexpr double singular = 2.5e-3;  // of AAᵀ
+    MatrixXd bend = MatrixXd::Zero(n_, N_);
+    for (;;) {
+      Path path = {from};
+      double least = 1;
+      for (int k = 1; k < K; ++k) {
+        const double s = double(k) / K;
+        const MatrixXd A = (1 - s) * from + s * to + std::sin(pi * s) * bend;
+        const MatrixXd square = A * A.transpose();
+        least = std::min(least, square.selfadjointView<Eigen::Lower>().eigenvalues().minCoeff());
+        path.push_back(polar(A));
+      }
+      path.push_back(to);
+      if (least > singular) return path;
+      bend += 0.2 * random();
+    }
+  }
+
+  /// With one more row if one is missing, so that the determinant is 1.
+  MatrixXd completed(const MatrixXd& Q) const {
+    if (n_ == N_) return Q;
+    MatrixXd R(N_, N_);
+    R << Q, complement(Q);
+    if (R.determinant() < 0) R.row(n_) = -R.row(n_);
+    return R;
+  }
+
+  /// Of the determinant of `like`, when that means something.
+  MatrixXd random_frame(const MatrixXd& like) {
+    MatrixXd R = polar(random());
+    if (n_ == N_ && R.determinant() * like.determinant() < 0) R.row(0) = -R.row(0);
+    return R;
+  }
+
+  MatrixXd random() {
+    MatrixXd A(n_, N_);
+    for (double& x : A.reshaped()) x = 2 * std::generate_canonical<double, 53>(generator_) - 1;
+    return A;
+  }
+
+  Index n_, N_;
+  int K_;
+  std::mt19937_64 generator_;
+};
+
+}  // namespace
+
+std::vector<Path> starts(const MatrixXd& Q_0, const MatrixXd& Q_T, int K, int restarts,
+                         std::uint64_t seed) {
+  return Starts(Q_0.rows(), Q_0.cols(), K, seed).all(Q_0, Q_T, restarts);
+}
+
+}  // namespace stiefel

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <Eigen/Cholesky>
+
+#include "engine/linalg/symmetric_lyapunov.h"
+
+namespace stiefel {
+
+/// 𝒵, [ST] Theorem 2: the U ∈ so(N) with J_Q(U) = QᵀQUΛ + ΛUQᵀQ = M, from Q and any P (or S, or
+/// P_0) with QᵀP − PᵀQ = M; Q̇ = QU. With K = QΛ⁻¹Qᵀ, G = K⁻¹,
+///
+///     KX + XK = (QΛ⁻¹Pᵀ)G − G(PΛ⁻¹Qᵀ),   Y = GP + ½XQ,   U = Λ⁻¹(QᵀY − YᵀQ)Λ⁻¹,
+///
+/// held as the factors Q and Y, n × N. (U is unique up to V with QV = 0; this one has rank ≤ 2n.)
+/// With P = S it is X = GQΛ⁻¹SᵀG (Lemma 4). Every λ_i > 0. O(Nn² + n³).
+template <class Scalar>
+class AngularVelocity {
+ public:
+  AngularVelocity(const Vector<Scalar>& lambda, const Matrix<Scalar>& Q, const Matrix<Scalar>& P);
+
+  const Matrix<Scalar>& X() const { return X_; }
+  const Matrix<Scalar>& Y() const { return Y_; }
+
+  /// VU for V of N columns.
+  Matrix<Scalar> left_times(const Matrix<Scalar>& V) const;
+
+  Matrix<Scalar> Qdot() const;
+
+  /// U written out, N × N: for who asks for it.
+  Matrix<Scalar> dense() const;
+
+ private:
+  Vector<Scalar> inverse_;
+  Matrix<Scalar> Q_, X_, Y_;
+};
+
+template <class Scalar>
+AngularVelocity<Scalar>::AngularVelocity(const Vector<Scalar>& lambda, const Matrix<Scalar>& Q,
+                                         const Matrix<Scalar>& P)
+    : inverse_(lambda.cwiseInverse()), Q_(Q), X_(Q.rows(), Q.rows()) {
+  const Matrix<Scalar> weighted = Q * inverse_.asDiagonal(), K = weighted * Q.transpose();
+  const Eigen::LLT<Matrix<Scalar>> llt(K);
+  const Matrix<Scalar> GP = llt.solve(P);
+  const Matrix<Scalar> C = weighted * GP.transpose();  // QΛ⁻¹PᵀG
+  SymmetricLyapunov<Scalar> lyapunov(Q.rows());
+  lyapunov.factor(K);
+  lyapunov.solve(C - C.transpose(), X_);
+  Y_ = GP + X_ * Q / 2;
+}
+
+template <class Scalar>
+Matrix<Scalar> AngularVelocity<Scalar>::left_times(const Matrix<Scalar>& V) const {
+  const Matrix<Scalar> W = V * inverse_.asDiagonal();
+  return ((W * Q_.transpose()) * Y_ - (W * Y_.transpose()) * Q_) * inverse_.asDiagonal();
+}
+
+template <class Scalar>
+Matrix<Scalar> AngularVelocity<Scalar>::Qdot() const {
+  return left_times(Q_);
+}
+
+template <class Scalar>
+Matrix<Scalar> AngularVelocity<Scalar>::dense() const {
+  const Matrix<Scalar> R = inverse_.asDiagonal() * (Q_.transpose() * Y_) * inverse_.asDiagonal();
+  return R - R.transpose();
+}
+
+// Compiled once, in angular_velocity.cc.
+extern template class AngularVelocity<double>;
+
+}  // namespace stiefel

@@ -1,0 +1,27 @@
+#include "engine/representations/discrete_pairs.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <limits>
+
+#include "engine/representations/j_d_inverse.h"
+
+namespace stiefel {
+
+MatrixWithin<double> Sigma_L_inverse(const Vector<double>& lambda, const Matrix<double>& Q,
+                                     const Matrix<double>& M, double h) {
+  auto U = J_D_inverse(lambda, -h * M);
+  if (U) *U = (Q * *U).eval();
+  return U;
+}
+
+double margin_E_L(const Vector<double>& lambda, const Matrix<double>& U) {
+  const Matrix<double> W = U * lambda.asDiagonal();
+  const Eigen::VectorXcd w = Eigen::EigenSolver<Matrix<double>>(W, false).eigenvalues();
+  double margin = std::numeric_limits<double>::infinity();
+  for (Eigen::Index j = 0; j < w.size(); ++j)
+    for (Eigen::Index i = 0; i < j; ++i) margin = std::min(margin, std::abs(w(i) + w(j)));
+  return margin;
+}
+
+}  // namespace stiefel

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cmath>
+
+#include "engine/representations/psi.h"
+
+namespace stiefel {
+
+/// The scaling of [RB] Prop. 3.13: Ω = J⁻¹(QᵀP − PᵀQ)/ε, P belonging to εM, so that every momentum
+/// has a P. ε = 1 while ‖M‖_op ≤ 1; beyond, the largest power of two with ε‖M‖_op ≤ 1, so that εM
+/// has the very digits of M, ½ < ε‖M‖_op ≤ 1, and Ψ⁻¹ is well conditioned (at most 2/√3).
+template <class Scalar>
+Scalar scaling_epsilon(const Matrix<Scalar>& M) {
+  using std::frexp, std::ldexp;
+  const Scalar norm = skew_norm(M);
+  if (!(norm > 1)) return 1;
+  int exponent = 0;
+  const Scalar digits = frexp(norm, &exponent);  // norm = digits·2^exponent, ½ ≤ digits < 1
+  return ldexp(Scalar(1), digits == Scalar(0.5) ? 1 - exponent : -exponent);
+}
+
+/// P and the ε it belongs to.
+template <class Scalar>
+struct ScaledP {
+  Matrix<Scalar> P;
+  Scalar epsilon;
+};
+
+/// Ψ⁻¹ with the ε chosen for M. Refuses only what is not finite.
+template <class Scalar>
+WithinDomain<ScaledP<Scalar>> scaled_Psi_inverse(const Matrix<Scalar>& Q, const Matrix<Scalar>& M) {
+  const Scalar epsilon = scaling_epsilon(M);
+  auto P = Psi_inverse(Q, M, epsilon);
+  if (!P) return std::unexpected(P.error());
+  return ScaledP<Scalar>{std::move(*P), epsilon};
+}
+
+}  // namespace stiefel

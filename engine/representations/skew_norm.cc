@@ -1,0 +1,7 @@
+#include "engine/representations/skew_norm.h"
+
+namespace stiefel {
+
+template double skew_norm(const Matrix<double>& M);
+
+}  // namespace stiefel

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+
+#include "engine/linalg/scalar.h"
+
+namespace stiefel {
+
+/// ‖M‖_op of a skew N × N matrix, the largest |eigenvalue|, to rounding: the square root of the
+/// largest eigenvalue of MᵀM, once M is scaled so that its square neither overflows nor vanishes.
+template <class Scalar>
+Scalar skew_norm(const Matrix<Scalar>& M) {
+  using std::sqrt;
+  const Scalar size = M.size() == 0 ? Scalar(0) : Scalar(M.cwiseAbs().maxCoeff());
+  if (!(size > 0)) return size;
+  const Matrix<Scalar> unit = M / size, square = unit.transpose() * unit;
+  const Eigen::SelfAdjointEigenSolver<Matrix<Scalar>> solver(square, Eigen::EigenvaluesOnly);
+  return size * sqrt(solver.eigenvalues()(M.cols() - 1));
+}
+
+// Compiled once, in skew_norm.cc.
+extern template double skew_norm(const Matrix<double>& M);
+
+}  // namespace stiefel

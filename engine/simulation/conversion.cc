@@ -1,0 +1,119 @@
+#include "engine/simulation/conversion.h"
+
+#include <algorithm>
+
+#include "engine/simulation/catalogue.h"
+#include "engine/simulation/phase.h"
+#include "engine/simulation/simulation.h"
+
+namespace stiefel {
+namespace {
+
+const Representation* representation(std::string_view name) {
+  for (const auto* family : {&rigid_representations(), &frame_representations()})
+    for (const auto& candidate : *family)
+      if (candidate.name == name) return &candidate;
+  return nullptr;
+}
+bool is_rigid(std::string_view name) {
+  return std::ranges::any_of(rigid_representations(),
+                             [&](const auto& r) { return r.name == name; });
+}
+
+std::unexpected<ConversionRefusal> refuse(std::string field, std::string value, std::string rule) {
+  return std::unexpected(
+      ConversionRefusal(Violations{{std::move(field), std::move(value), std::move(rule)}}));
+}
+
+/// The scene's method where the system takes it, else the system's first.
+std::optional<MethodDescription> method_on(const SystemInfo& system, const Scene& scene) {
+  if (system.discrete) return std::nullopt;
+  const auto& given = scene.description().method;
+  for (const auto& on : system.methods)
+    if (given && on.method == given->name) return given;
+  return MethodDescription{std::string(system.methods.front().method), {}, {}, ""};
+}
+
+SceneDescription describe(const Scene& scene, const SystemInfo& system, const Phase& phase,
+                          const Expression& expression) {
+  SceneDescription out;
+  out.system = system.name;
+  out.method = method_on(system, scene);
+  out.inertia = {phase.lambda.begin(), phase.lambda.end()};
+  for (const auto& [name, block] : expression.blocks) out.initial[name] = Block(block);
+  out.epsilon = expression.epsilon;
+  out.parameter = expression.parameter;
+  out.step = scene.step();
+  return out;
+}
+
+Block block_of(const Simulation& now, std::size_t index) {
+  const Field& field = now.fields()[index];
+  RowMatrix numbers(field.rows, field.size() / field.rows);
+  now.write(index, {numbers.data(), static_cast<std::size_t>(numbers.size())});
+  if (!field.complex) return numbers;
+  RowMatrix real(field.rows, field.cols), imaginary(field.rows, field.cols);
+  for (Eigen::Index j = 0; j < field.cols; ++j) {
+    real.col(j) = numbers.col(2 * j);
+    imaginary.col(j) = numbers.col(2 * j + 1);
+  }
+  return {real, imaginary};
+}
+
+}  // namespace
+
+std::expected<Conversion, ConversionRefusal> convert(const Scene& scene,
+                                                     const ConversionTarget& target) {
+  const Representation* from = representation(scene.system());
+  const Representation* to = representation(target.name);
+  const SystemInfo* system = catalogue().system(target.name);
+  if (to == nullptr && system == nullptr) {
+    std::string rule = "must be a system or one of";
+    for (const char* name : other_targets) rule += " " + std::string(name);
+    return refuse("to", target.name, rule);
+  }
+  if (from == nullptr || from->read == nullptr)
+    return refuse("scene.system", scene.system(), "has no other form");
+  if (to == nullptr) return refuse("to", target.name, "cannot be reached from " + scene.system());
+  if (is_rigid(scene.system()) && !scene.has_frame())
+    return refuse("scene.initial.Q", "absent", "must be there: other forms are of Q");
+
+  Conversion out;
+  const auto phase = from->read(scene, out.margins);
+  if (!phase) return std::unexpected(ConversionRefusal(phase.error()));
+  if (is_rigid(target.name) && !phase->square())
+    return refuse("to", target.name,
+                  "needs n = N: Q is " + std::to_string(phase->Q.rows()) + " x " +
+                      std::to_string(phase->Q.cols()));
+  ConversionTarget wanted = target;
+  if (!wanted.parameter) wanted.parameter = scene.description().parameter;
+  auto expression = to->write(*phase, wanted, out.margins);
+  if (!expression) return std::unexpected(ConversionRefusal(expression.error()));
+  if (system == nullptr) {
+    out.blocks = std::move(expression->blocks);
+    return out;
+  }
+  auto made = Scene::resolve(describe(scene, *system, *phase, *expression));
+  if (!made) return std::unexpected(ConversionRefusal(std::move(made.error())));
+  out.scene = *std::move(made);
+  return out;
+}
+
+std::expected<Scene, Violations> scene_at(const Scene& scene, const Simulation& now) {
+  SceneDescription out = scene.description();
+  const auto numbers = [&](const char* field) {
+    const Eigen::MatrixXd v = now.get(field);
+    return std::vector<double>(v.data(), v.data() + v.size());
+  };
+  if (out.body) {
+    out.body->attitude = numbers("quaternion");
+    out.body->angular_velocity = numbers("angular_velocity");
+    return Scene::resolve(std::move(out));
+  }
+  out.initial.clear();
+  for (std::size_t i = 0; i < now.block_count(); ++i)
+    out.initial[now.fields()[i].name] = block_of(now, i);
+  return Scene::resolve(std::move(out));
+}
+
+}  // namespace stiefel

@@ -1,0 +1,98 @@
+#include "engine/systems/ellipsoid.h"
+
+#include "engine/invariants/ellipsoid.h"
+#include "engine/simulation/rigid_forms.h"
+#include "engine/simulation/simulate.h"
+#include "engine/simulation/stiefel_forms.h"
+
+namespace stiefel {
+namespace {
+
+constexpr int largest_lax_unasked = 8;
+
+/// q and p, or q and q̇, as columns: the momentum Λq̇, from a costate the part of p that is tangent.
+Eigen::VectorXd velocity(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& x, bool costate) {
+  if (!costate) return x.row(1);
+  EllipsoidCostate<double> system(lambda);
+  Eigen::MatrixXd dx = x;
+  system.field(x, dx);
+  return dx.row(0);
+}
+
+std::unique_ptr<Simulation> make(const Scene& scene) {
+  const bool costate = scene.block("p").size() > 0;
+  const Eigen::VectorXd lambda = scene.inertia();
+  StackedReadout readout(stacked(scene, "q", costate ? "p" : "qdot"));
+  readout.block("q", 0, 1).block(costate ? "p" : "qdot", 1, 1);
+  report_geodesic(readout, scene, 1, [=](const Eigen::MatrixXd& x) -> Eigen::MatrixXd {
+    return velocity(lambda, x, costate).cwiseProduct(lambda).transpose();
+  });
+  const auto energy = std::move(readout.invariants);
+  readout.invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
+    energy(x, out);
+    const Eigen::VectorXd q = x.row(0), qdot = velocity(lambda, x, costate);
+    if (out.wants("joachimsthal")) {
+      const double J = joachimsthal<double>(lambda, q, qdot);
+      out.add("joachimsthal", "joachimsthal", J, J);
+    }
+    if (!out.wants("lax", lambda.size() <= largest_lax_unasked)) return;
+    using Wide = long double;
+    const Vector<Wide> wide_q = q.cast<Wide>();
+    const Vector<Wide> p = costate ? Vector<Wide>(x.row(1).transpose().cast<Wide>())
+                                   : Vector<Wide>(lambda.cwiseProduct(qdot).cast<Wide>());
+    const int K = static_cast<int>(lambda.size());
+    const auto coefficients = lax_coefficients<Wide>(lambda.cast<Wide>(), wide_q, p, K);
+    for (int k = 1; k <= K; ++k) {
+      Wide size = 0;
+      for (const Wide c : coefficients[k - 1]) size = std::max(size, std::abs(c));
+      for (std::size_t j = 0; j < coefficients[k - 1].size(); ++j)
+        out.add("lax", indexed("lax", k, static_cast<long>(j) - k), coefficients[k - 1][j], size);
+    }
+  };
+  const double cost = 300 + 20 * static_cast<double>(lambda.size());
+  if (costate) return simulate(scene, EllipsoidCostate<double>(lambda), readout, cost);
+  return simulate(scene, Ellipsoid<double>(lambda), readout, cost);
+}
+
+void check(SceneDraft& draft) {
+  if (!check_stiefel_frame(draft, "q")) return;
+  if (draft.scene().block("q").rows() != 1)
+    return draft.refuse("initial.q", shape_text(draft.scene().block("q").rows(), 0),
+                        "must be 1 x N");
+  if (draft.has_block("p") == draft.has_block("qdot"))
+    return draft.refuse("initial", draft.has_block("p") ? "p and qdot" : "neither",
+                        "must hold exactly one of p and qdot");
+  const Eigen::Index N = draft.scene().dimension();
+  if (const RowMatrix* p = draft.block("p", 1, N, false)) draft.set_block("p", *p);
+  if (const RowMatrix* qdot = draft.block("qdot", 1, N, false)) {
+    const double along = (*qdot * draft.scene().block("q").transpose())(0, 0);
+    if (!(std::abs(along) <= Scene::frame_tolerance * qdot->norm()))
+      return draft.refuse("initial.qdot", "q·qdot = " + to_text(along), "must be orthogonal to q");
+    draft.set_block("qdot", *qdot);
+  }
+}
+
+}  // namespace
+
+SystemEntry ellipsoid_entry() {
+  SystemInfo info = stiefel_info({"qdot", "1 x N", false, "velocity; or give p"});
+  info.blocks = {{"q", "1 x N", true, "unit vector"},
+                 {"qdot", "1 x N", false, "velocity, orthogonal to q; exactly one of qdot and p"},
+                 {"p", "1 x N", false, "costate"}};
+  info.fields = {{"q", "1 x N", "unit vector; Lambda^1/2 q is on the ellipsoid"},
+                 {"qdot", "1 x N", "velocity"},
+                 {"p", "1 x N", "costate, if given"}};
+  info.invariants = {{"energy", "1/2 q'^T Lambda q'", "[ST] (3)"},
+                     {"joachimsthal", "(q^T Lambda^-1 q) (q'^T q')", ""},
+                     {"lax", "coefficients of mu^j in tr M(mu)^k", "[ST] (17)-(19)"},
+                     {"orthogonality", "q^T q = 1", ""}};
+  info.name = "ellipsoid";
+  info.summary = "geodesics on the ellipsoid with semi-axes lambda_i^1/2, n = 1";
+  info.equations = "q'' = -(q'^T q' / q^T Lambda^-1 q) Lambda^-1 q";
+  info.source = "[ST] (9), (14), (16)";
+  info.file = "engine/systems/ellipsoid.h";
+  info.methods = methods_on<Ellipsoid<double>>(info);
+  return {info, check, make};
+}
+
+}  // namespace stiefel

@@ -1,0 +1,28 @@
+#include "engine/maps/parametric_moser_veselov.h"
+
+#include "engine/simulation/parametric_forms.h"
+#include "engine/simulation/rigid_body_data.h"
+#include "engine/simulation/scene_draft.h"
+#include "engine/simulation/simulate.h"
+
+namespace stiefel {
+
+SystemEntry parametric_moser_veselov_entry() {
+  using Map = ParametricMoserVeselov<double, Arithmetic::compensated>;
+  SystemInfo info = parametric_info();
+  info.name = "parametric_moser_veselov";
+  info.summary = "discrete rigid body in GL(N) with the spectral parameter mu";
+  info.equations = "U = J_D^-1(M^mu - mu Lambda^2), Q_{k+1} = Q_k (U + mu Lambda), P likewise";
+  info.source = "[RB] (8.10)-(8.11)";
+  info.file = "engine/maps/parametric_moser_veselov.h";
+  info.discrete = true;
+  info.methods = keeps_all(info);
+  return {info, [](SceneDraft& draft) { check_parametric(draft, draft.given().step); },
+          [](const Scene& scene) {
+            return simulate_map(scene, Map(scene.inertia(), scene.step(), scene.parameter()),
+                                parametric_readout(scene, scene.step()),
+                                2 * rigid_body_cost(scene.dimension()));
+          }};
+}
+
+}  // namespace stiefel

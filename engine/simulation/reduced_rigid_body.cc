@@ -1,0 +1,43 @@
+#include "engine/systems/reduced_rigid_body.h"
+
+#include "engine/invariants/symmetric_rigid_body.h"
+#include "engine/simulation/rigid_body_data.h"
+#include "engine/simulation/rigid_forms.h"
+#include "engine/simulation/simulate.h"
+#include "engine/simulation/symmetric_scene.h"
+
+namespace stiefel {
+namespace {
+
+std::unique_ptr<Simulation> make(const Scene& scene) {
+  const int N = scene.dimension();
+  const double epsilon = scene.epsilon();
+  const Eigen::MatrixXd A = constant_A<double>(scene.Q(), scene.block("P"));
+  StackedReadout readout(scene.Q());
+  readout.block("Q", 0, N);
+  readout.computed_block({"P", N, N}, [A](const auto& Q, auto out) { out = A * Q; });
+  report_rigid_form(readout, scene,
+                    {.Q = [](const auto& Q) { return Q; },
+                     .M = [=](const auto& Q) -> Eigen::MatrixXd {
+                       return Q.transpose() * (A - A.transpose()) * Q / epsilon;
+                     },
+                     .scaled = true});
+  return simulate(scene, ReducedRigidBody<double>(scene.inertia(), A, epsilon), readout,
+                  rigid_body_cost(N));
+}
+
+}  // namespace
+
+SystemEntry reduced_rigid_body_entry() {
+  SystemInfo info = rigid_form_info({"P", "N x N", false, "costate of epsilon M"}, true);
+  info.name = "reduced_rigid_body";
+  info.summary = "symmetric representation with its constant P Q^T taken out";
+  info.equations = "Q' = Q J^-1(Q^T (A - A^T) Q) / epsilon, A = P Q^T constant, P = A Q";
+  info.source = "[RB] (8.2)";
+  info.file = "engine/systems/reduced_rigid_body.h";
+  std::erase_if(info.invariants, [](const auto& i) { return i.name == "PQt"; });  // it is not moved
+  info.methods = methods_on<ReducedRigidBody<double>>(info);
+  return {info, [](SceneDraft& draft) { check_symmetric(draft, false); }, make};
+}
+
+}  // namespace stiefel

@@ -1,0 +1,44 @@
+#include "engine/systems/right_symmetric_rigid_body.h"
+
+#include "engine/representations/left_right.h"
+#include "engine/simulation/rigid_body_data.h"
+#include "engine/simulation/rigid_forms.h"
+#include "engine/simulation/simulate.h"
+#include "engine/simulation/symmetric_scene.h"
+
+namespace stiefel {
+namespace {
+
+std::unique_ptr<Simulation> make(const Scene& scene) {
+  const int N = scene.dimension();
+  const double epsilon = scene.epsilon();
+  StackedReadout readout(stacked(scene, "Q", "P"));
+  readout.block("Q", 0, N).block("P", N, N);
+  report_rigid_form(
+      readout, scene,
+      {.Q = [N](const auto& x) { return x.topRows(N).eval(); },
+       .M =
+           [=](const auto& x) { return Psi_right<double>(x.topRows(N), x.bottomRows(N), epsilon); },
+       .right = true,
+       .A = [N](const auto& x) -> Eigen::MatrixXd {
+         return x.bottomRows(N).transpose() * x.topRows(N);
+       },
+       .scaled = true});
+  return simulate(scene, RightSymmetricRigidBody<double>(scene.inertia(), epsilon), readout,
+                  rigid_body_cost(N));
+}
+
+}  // namespace
+
+SystemEntry right_symmetric_rigid_body_entry() {
+  SystemInfo info = rigid_form_info({"P", "N x N", false, "costate of epsilon M"}, true);
+  info.name = "right_symmetric_rigid_body";
+  info.summary = "symmetric representation of the rigid body, right-invariant";
+  info.equations = "Q' = Omega Q, P' = Omega P, M = (P Q^T - Q P^T) / epsilon";
+  info.source = "[RB] Prop. 3.4";
+  info.file = "engine/systems/right_symmetric_rigid_body.h";
+  info.methods = methods_on<RightSymmetricRigidBody<double>>(info);
+  return {info, [](SceneDraft& draft) { check_symmetric(draft, true); }, make};
+}
+
+}  // namespace stiefel

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "engine/simulation/catalogue.h"
+#include "engine/simulation/invariant_list.h"
+
+namespace stiefel {
+
+/// The invariants of (Q, M) in the rigid body's catalogue entry, but for orthogonality.
+std::vector<InvariantInfo> rigid_body_invariant_infos();
+
+/// Their values, in extended precision. Q is empty in a momentum-only scene. The Manakov
+/// coefficients cost N⁵ operations, so unasked they come only up to N = 16.
+void rigid_body_invariants(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& Q,
+                           const Eigen::MatrixXd& M, InvariantList& out);
+
+/// ‖Ω‖, the operator norm.
+double angular_velocity_norm(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& M);
+
+}  // namespace stiefel

@@ -1,0 +1,75 @@
+#include "engine/simulation/rigid_forms.h"
+
+#include "engine/linalg/orthogonal.h"
+#include "engine/simulation/rigid_body_invariants.h"
+
+namespace stiefel {
+namespace {
+
+/// J⁻¹(M): Ω_ij = M_ij / (λ_i + λ_j).
+Eigen::MatrixXd angular_velocity(const Eigen::VectorXd& lambda, Eigen::MatrixXd M) {
+  for (Eigen::Index j = 0; j < M.cols(); ++j)
+    for (Eigen::Index i = 0; i < M.rows(); ++i)
+      if (i != j) M(i, j) /= lambda(i) + lambda(j);
+  return M;
+}
+
+}  // namespace
+
+SystemInfo rigid_form_info(BlockInfo other, bool has_P) {
+  SystemInfo info{};
+  info.blocks = {{"Q", "N x N", true, "frame, orthogonal"}, other};
+  if (other.name != "M")
+    info.blocks.push_back(
+        {"M", "N x N", false, "body momentum, skew: may be given instead of the block before it"});
+  info.fields = {{"Q", "N x N", "frame"},
+                 {other.name, other.shape, other.description},
+                 {"M", "N x N", "body momentum"},
+                 {"Omega", "N x N", "body angular velocity"}};
+  if (other.name == "M") info.fields.erase(info.fields.begin() + 1);
+  info.invariants = rigid_body_invariant_infos();
+  if (has_P) {
+    info.fields.push_back({"epsilon", "1 x 1", "M = (Q^T P - P^T Q) / epsilon"});
+    info.invariants.push_back({"PQt", "P Q^T", "[RB] (8.2)"});
+  }
+  info.invariants.push_back({"orthogonality", "Q Q^T = I", ""});
+  return info;
+}
+
+void report_rigid_form(StackedReadout& readout, const Scene& scene, RigidForm form) {
+  const Eigen::VectorXd& lambda = scene.inertia();
+  const int N = scene.dimension();
+  if (readout.fields().back().name != "M")
+    readout.field({"M", N, N}, [form](const auto& x, auto out) { out = form.M(x); });
+  readout.field({"Omega", N, N},
+                [=](const auto& x, auto out) { out = angular_velocity(lambda, form.M(x)); });
+  if (form.scaled)
+    readout.field({"epsilon", 1, 1},
+                  [epsilon = scene.epsilon()](const auto&, auto out) { out(0, 0) = epsilon; });
+
+  readout.invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
+    const Eigen::MatrixXd Q = form.Q(x), M = form.M(x);
+    if (form.right)
+      rigid_body_invariants(lambda, Q.transpose(), -M, out);
+    else
+      rigid_body_invariants(lambda, Q, M, out);
+    if (!form.A || !out.wants("PQt")) return;
+    const Eigen::MatrixXd A = form.A(x);
+    for (Eigen::Index i = 0; i < N; ++i)
+      for (Eigen::Index j = 0; j < N; ++j)
+        out.add("PQt", indexed("PQt", i + 1, j + 1), A(i, j), A.norm());
+  };
+  readout.orthogonality = [Q = form.Q](const Eigen::MatrixXd& x) {
+    return std::optional(orthogonality_defect(Q(x)));
+  };
+  readout.rate = [=](const Eigen::MatrixXd& x) { return angular_velocity_norm(lambda, form.M(x)); };
+}
+
+Eigen::MatrixXd stacked(const Scene& scene, const char* first, const char* second) {
+  const Eigen::MatrixXd &a = scene.block(first), &b = scene.block(second);
+  Eigen::MatrixXd x(a.rows() + b.rows(), a.cols());
+  x << a, b;
+  return x;
+}
+
+}  // namespace stiefel

@@ -1,0 +1,241 @@
+#include "engine/simulation/scene_draft.h"
+
+#include <Eigen/LU>
+#include <charconv>
+#include <cmath>
+
+#include "engine/linalg/orthogonal.h"
+#include "engine/linalg/so_3.h"
+#include "engine/simulation/system_entry.h"
+
+namespace stiefel {
+namespace {
+
+template <class Items, class Name>
+std::string listed(const Items& items, Name name) {
+  std::string out;
+  for (const auto& item : items) out += (out.empty() ? "" : ", ") + std::string(name(item));
+  return out;
+}
+
+std::string element(const std::string& field, std::size_t k) {
+  return field + "[" + std::to_string(k) + "]";
+}
+
+}  // namespace
+
+std::string to_text(double x) {
+  char text[32];
+  return {text, std::to_chars(text, text + sizeof text, x).ptr};
+}
+
+std::string to_text(const std::vector<double>& v) {
+  std::string out = "[";
+  for (std::size_t k = 0; k < v.size() && k < 8; ++k) out += (k > 0 ? ", " : "") + to_text(v[k]);
+  return out + (v.size() > 8 ? ", …]" : "]");
+}
+
+std::string shape_text(Eigen::Index rows, Eigen::Index cols) {
+  return std::to_string(rows) + " x " + std::to_string(cols);
+}
+
+std::expected<Scene, Violations> SceneDraft::resolve() {
+  const SystemEntry* entry = system_entry(given().system);
+  if (entry == nullptr) {
+    refuse("system", '"' + given().system + '"',
+           "must be one of " + listed(catalogue().systems, [](auto& s) { return s.name; }));
+  } else {
+    system_ = &entry->info;
+    check_method();
+    entry->check(*this);
+  }
+  if (!std::isfinite(given().step) || given().step == 0)
+    refuse("step", to_text(given().step), "must be finite and not 0");
+  if (!sound()) return std::unexpected(std::move(violations_));
+  return std::move(scene_);
+}
+
+void SceneDraft::refuse(std::string field, std::string value, std::string rule) {
+  violations_.push_back({std::move(field), std::move(value), std::move(rule)});
+}
+
+bool SceneDraft::all_finite(const std::string& field, const std::vector<double>& values) {
+  for (std::size_t k = 0; k < values.size(); ++k)
+    if (!std::isfinite(values[k])) {
+      refuse(element(field, k), to_text(values[k]), "must be finite");
+      return false;
+    }
+  return true;
+}
+
+void SceneDraft::refuse_if(bool present, const std::string& field) {
+  if (present) refuse(field, "given", "must be absent in a scene of " + std::string(system_->name));
+}
+
+void SceneDraft::check_method() {
+  auto& method = given().method;
+  if (system_->discrete) {
+    if (method)
+      refuse("method", '"' + method->name + '"',
+             std::string(system_->name) + " is a discrete system and takes no method");
+    return;
+  }
+  const auto names = listed(system_->methods, [](auto& m) { return m.method; });
+  if (!method) return refuse("method", "absent", "a continuous system needs one of " + names);
+  const MethodInfo* info = nullptr;
+  for (const auto& m : system_->methods)
+    if (m.method == method->name) info = catalogue().method(m.method);
+  if (info == nullptr)
+    return refuse("method.name", '"' + method->name + '"', "must be one of " + names);
+  check_order(*info);
+  check_tolerance(*info);
+  if (method->substeps.value_or(1) < 1 || method->substeps.value_or(1) > 1'000'000)
+    refuse("method.substeps", std::to_string(*method->substeps), "must be 1 to 1000000");
+  method->substeps = method->substeps.value_or(1);
+  if (method->arithmetic.empty()) method->arithmetic = "compensated";
+  if (method->arithmetic != "compensated" && method->arithmetic != "plain")
+    refuse("method.arithmetic", '"' + method->arithmetic + '"', "must be compensated or plain");
+}
+
+/// `order` is given only for families of several orders; so a resolved scene has it only there.
+void SceneDraft::check_order(const MethodInfo& info) {
+  auto& order = given().method->order;
+  bool known = false;
+  for (const int o : info.orders) known = known || order.value_or(info.default_order) == o;
+  if (!known)
+    refuse("method.order", std::to_string(*order),
+           "for " + std::string(info.name) + " must be one of " +
+               listed(info.orders, [](int o) { return std::to_string(o); }));
+  order = order.value_or(info.default_order);
+}
+
+void SceneDraft::check_tolerance(const MethodInfo& info) {
+  auto& tolerance = given().method->tolerance;
+  if (!info.default_tolerance) {
+    if (tolerance)
+      refuse("method.tolerance", to_text(*tolerance),
+             std::string(info.name) + " takes steps of a fixed size and no tolerance");
+    return;
+  }
+  if (!(tolerance.value_or(info.default_tolerance) >= 1e-15 && tolerance.value_or(1e-6) <= 1))
+    refuse("method.tolerance", to_text(*tolerance), "must be 1e-15 to 1");
+  tolerance = tolerance.value_or(info.default_tolerance);
+}
+
+bool SceneDraft::set_inertia(std::size_t least, std::size_t most) {
+  const auto& lambda = given().inertia;
+  if (lambda.size() < least || lambda.size() > most) {
+    refuse("inertia", std::to_string(lambda.size()) + " numbers",
+           "must have " + std::to_string(least) + " to " + std::to_string(most) + " numbers");
+    return false;
+  }
+  if (!all_finite("inertia", lambda)) return false;
+  scene_.inertia_ =
+      Eigen::Map<const Eigen::VectorXd>(lambda.data(), static_cast<Eigen::Index>(lambda.size()));
+  return true;
+}
+
+void SceneDraft::check_inertia_sums() {
+  const auto& lambda = given().inertia;  // the two smallest decide
+  std::size_t least = lambda[1] < lambda[0], second = 1 - least;
+  for (std::size_t k = 2; k < lambda.size(); ++k) {
+    if (lambda[k] < lambda[least]) {
+      second = least;
+      least = k;
+    } else if (lambda[k] < lambda[second]) {
+      second = k;
+    }
+  }
+  if (!(lambda[least] + lambda[second] > 0))
+    refuse("inertia",
+           element("λ", least) + " + " + element("λ", second) + " = " +
+               to_text(lambda[least] + lambda[second]),
+           "λ_i + λ_j must be > 0 for i ≠ j");
+}
+
+void SceneDraft::check_inertia_positive() {
+  for (std::size_t k = 0; k < given().inertia.size(); ++k)
+    if (!(given().inertia[k] > 0))
+      return refuse(element("inertia", k), to_text(given().inertia[k]),
+                    "every λ_i must be > 0 when n < N");
+}
+
+void SceneDraft::check_block_names(bool complex) {
+  for (const auto& [name, block] : given().initial) {
+    bool known = false;
+    for (const auto& b : system_->blocks) known = known || b.name == name;
+    if (!known)
+      refuse("initial." + name, shape_text(block.values.rows(), block.values.cols()),
+             "the blocks of " + std::string(system_->name) + " are " +
+                 listed(system_->blocks, [](auto& b) { return b.name; }));
+    if (!complex && block.imaginary.size() > 0)
+      refuse("initial." + name + ".imaginary", std::to_string(block.imaginary.size()) + " values",
+             "must be absent: the blocks of " + std::string(system_->name) + " are real");
+  }
+}
+
+const RowMatrix* SceneDraft::block(const std::string& name, Eigen::Index rows, Eigen::Index cols,
+                                   bool required) {
+  const auto found = given().initial.find(name);
+  const std::string shape = shape_text(rows, cols);
+  if (found == given().initial.end()) {
+    if (required) refuse("initial." + name, "absent", "must be given, " + shape);
+    return nullptr;
+  }
+  const auto check = [&](const RowMatrix& part, const std::string& path) {
+    if (part.rows() != rows || part.cols() != cols) {
+      refuse(path, shape_text(part.rows(), part.cols()), "must be " + shape);
+      return false;
+    }
+    for (Eigen::Index i = 0; i < rows; ++i)
+      for (Eigen::Index j = 0; j < cols; ++j)
+        if (!std::isfinite(part(i, j))) {
+          refuse(path + "[" + std::to_string(i) + "," + std::to_string(j) + "]",
+                 to_text(part(i, j)), "must be finite");
+          return false;
+        }
+    return true;
+  };
+  const Block& block = found->second;
+  if (!check(block.values, "initial." + name)) return nullptr;
+  if (block.imaginary.size() > 0 && !check(block.imaginary, "initial." + name + ".imaginary"))
+    return nullptr;
+  return &block.values;
+}
+
+void SceneDraft::set_block(const std::string& name, Eigen::MatrixXd value) {
+  scene_.blocks_[name] = std::move(value);
+}
+
+void SceneDraft::set_frame(const std::string& name, const RowMatrix& given_Q) {
+  Eigen::MatrixXd Q = given_Q;
+  const double defect = orthogonality_defect(Q);
+  if (!(defect <= Scene::frame_tolerance))
+    return refuse("initial." + name, "max |QQᵀ - I| = " + to_text(defect),
+                  "must have orthonormal rows to " + to_text(Scene::frame_tolerance));
+  const double rounding = 4 * static_cast<double>(Q.cols()) * 0x1p-53;
+  if (defect > rounding) Q = nearest_orthogonal<double>(Q);
+  if (Q.rows() == Q.cols()) {
+    scene_.determinant_ = Q.determinant() < 0 ? -1 : 1;
+    if (Q.cols() == 3) scene_.attitude_ = quaternion_of(scene_.determinant_ * Q);
+  }
+  set_block(name, std::move(Q));
+}
+
+void SceneDraft::set_skew(const std::string& name, const RowMatrix& M) {
+  const double defect = (M + M.transpose()).cwiseAbs().maxCoeff();
+  if (!(defect <= Scene::skew_tolerance * M.cwiseAbs().maxCoeff()))
+    return refuse("initial." + name, "max |M + Mᵀ| = " + to_text(defect), "must be skew-symmetric");
+  set_block(name, M / 2 - M.transpose() / 2);
+}
+
+void SceneDraft::set_body(const PrincipalAxes& axes, const Eigen::Vector4d& attitude,
+                          const Eigen::VectorXd& inertia, const Eigen::MatrixXd& M) {
+  scene_.axes_ = axes;
+  scene_.inertia_ = inertia;
+  scene_.attitude_ = attitude;
+  set_block("Q", rotation_matrix<double>(attitude));
+  set_block("M", M);
+}
+
+}  // namespace stiefel

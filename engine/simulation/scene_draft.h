@@ -1,0 +1,70 @@
+#pragma once
+
+#include <expected>
+#include <limits>
+
+#include "engine/simulation/catalogue.h"
+#include "engine/simulation/scene.h"
+
+namespace stiefel {
+
+/// A number as it is written in a violation: all its digits.
+std::string to_text(double x);
+std::string to_text(const std::vector<double>& values);
+/// "3 x 4".
+std::string shape_text(Eigen::Index rows, Eigen::Index cols);
+
+/// A description while it is checked, and the scene that comes of it. A system's own check reads
+/// `given()`, collects violations and fills in inertia and blocks; the rest is common.
+class SceneDraft {
+ public:
+  explicit SceneDraft(SceneDescription description) {
+    scene_.description_ = std::move(description);
+  }
+  /// Checks system, method and step, and lets the system check what is its own.
+  std::expected<Scene, Violations> resolve();
+
+  SceneDescription& given() { return scene_.description_; }
+  const Scene& scene() const { return scene_; }
+  bool sound() const { return violations_.empty(); }
+  void refuse(std::string field, std::string value, std::string rule);
+
+  /// False, with a violation at the element, unless all are finite.
+  bool all_finite(const std::string& field, const std::vector<double>& values);
+  /// Refuses `field` of the scene unless it is absent.
+  void refuse_if(bool present, const std::string& field);
+
+  /// Takes over `inertia` if it has `least` to `most` finite numbers.
+  bool set_inertia(std::size_t least = 2, std::size_t most = Scene::max_dimension);
+  /// λ_i + λ_j > 0 for i ≠ j; what n = N needs.
+  void check_inertia_sums();
+  /// λ_i > 0; what n < N needs.
+  void check_inertia_positive();
+
+  /// Refuses blocks that the system does not have, and imaginary parts unless it is complex.
+  void check_block_names(bool complex = false);
+  bool has_block(const std::string& name) { return given().initial.contains(name); }
+  /// The block, finite and of that shape; null with a violation, or without one if it is absent and
+  /// not required.
+  const RowMatrix* block(const std::string& name, Eigen::Index rows, Eigen::Index cols,
+                         bool required = true);
+
+  void set_block(const std::string& name, Eigen::MatrixXd value);
+  /// A block with orthonormal rows, repaired within Scene::frame_tolerance.
+  void set_frame(const std::string& name, const RowMatrix& Q);
+  /// A skew block, its skew part taken within Scene::skew_tolerance.
+  void set_skew(const std::string& name, const RowMatrix& M);
+  void set_body(const PrincipalAxes& axes, const Eigen::Vector4d& attitude,
+                const Eigen::VectorXd& inertia, const Eigen::MatrixXd& M);
+
+ private:
+  void check_method();
+  void check_order(const MethodInfo& info);
+  void check_tolerance(const MethodInfo& info);
+
+  Scene scene_;
+  const SystemInfo* system_ = nullptr;
+  Violations violations_;
+};
+
+}  // namespace stiefel

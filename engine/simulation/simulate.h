@@ -1,0 +1,75 @@
+#pragma once
+
+#include "engine/simulation/methods.h"
+#include "engine/simulation/simulation_of.h"
+
+namespace stiefel {
+
+/// `system` in the hands of one method, in the arithmetic the scene asks for.
+template <class Method, class S, class Readout>
+std::unique_ptr<Simulation> simulate_by(const Scene& scene, const S& system, const Readout& readout,
+                                        double cost) {
+  const double h = scene.step() / scene.substeps();
+  const auto make = [&]<class Map>(Map*) -> std::unique_ptr<Simulation> {
+    using Made = SimulationOf<Map, Readout>;
+    if constexpr (Method::traits.default_tolerance > 0)
+      return std::make_unique<Made>(scene, Map(system, h, scene.order(), scene.tolerance()),
+                                    readout, cost);
+    else
+      return std::make_unique<Made>(scene, Map(system, h, scene.order()), readout, cost);
+  };
+  if (scene.arithmetic() == Arithmetic::plain)
+    return make(static_cast<typename Method::template Map<S, Arithmetic::plain>*>(nullptr));
+  return make(static_cast<typename Method::template Map<S, Arithmetic::compensated>*>(nullptr));
+}
+
+/// `system` in the hands of the scene's method. `cost`: nanoseconds of a step, roughly.
+template <class S, class Readout>
+std::unique_ptr<Simulation> simulate(const Scene& scene, const S& system, const Readout& readout,
+                                     double cost) {
+  std::unique_ptr<Simulation> made;
+  const auto attempt = [&]<class Method>(Method*) {
+    if constexpr (Method::template applies<S>)
+      if (scene.method() == Method::traits.name)
+        made = simulate_by<Method>(scene, system, readout, cost);
+  };
+  for_each_type(Methods{}, attempt);
+  return made;
+}
+
+/// A discrete system, which is a map already.
+template <class Map, class Readout>
+std::unique_ptr<Simulation> simulate_map(const Scene& scene, Map map, const Readout& readout,
+                                         double cost) {
+  return std::make_unique<SimulationOf<Map, Readout>>(scene, std::move(map), readout, cost);
+}
+
+/// What `kept` says of each of a system's invariants.
+template <class KeptOf>
+std::vector<Preservation> preservations(const SystemInfo& info, KeptOf kept) {
+  std::vector<Preservation> all;
+  for (const auto& invariant : info.invariants)
+    all.push_back({invariant.name, kept(invariant.name)});
+  return all;
+}
+
+/// Of a discrete system that keeps all its invariants.
+inline std::vector<MethodOnSystem> keeps_all(const SystemInfo& info) {
+  return {{"", preservations(info, [](auto) { return Kept::exact; })}};
+}
+
+/// The methods that apply to S, and what they keep of the invariants that `info` lists.
+template <class S>
+std::vector<MethodOnSystem> methods_on(const SystemInfo& info) {
+  std::vector<MethodOnSystem> all;
+  const auto attempt = [&]<class Method>(Method*) {
+    if constexpr (Method::template applies<S>)
+      all.push_back({Method::traits.name, preservations(info, [](std::string_view invariant) {
+                       return Method::template kept<S>(invariant);
+                     })});
+  };
+  for_each_type(Methods{}, attempt);
+  return all;
+}
+
+}  // namespace stiefel

@@ -1,0 +1,44 @@
+#include "engine/systems/stiefel.h"
+
+#include "engine/representations/stiefel_momenta.h"
+#include "engine/simulation/rigid_forms.h"
+#include "engine/simulation/simulate.h"
+#include "engine/simulation/stiefel_forms.h"
+
+namespace stiefel {
+namespace {
+
+constexpr Eigen::Index largest_written_M = 4096;
+
+std::unique_ptr<Simulation> make(const Scene& scene) {
+  const Eigen::Index n = scene.Q().rows(), N = scene.dimension();
+  StackedReadout readout(stacked(scene, "Q", "S"));
+  readout.block("Q", 0, static_cast<int>(n));
+  readout.block("S", static_cast<int>(n), static_cast<int>(n));
+  report_geodesic(readout, scene, n, [n](const auto& x) { return x.bottomRows(n).eval(); });
+  if (N <= largest_written_M)
+    readout.field({"M", static_cast<int>(N), static_cast<int>(N)}, [n](const auto& x, auto out) {
+      out = dense_M<double>(x.topRows(n), x.bottomRows(n));
+    });
+  return simulate(scene, Stiefel<double>(scene.inertia(), n), readout, stiefel_cost(n, N));
+}
+
+}  // namespace
+
+SystemEntry stiefel_entry() {
+  SystemInfo info = stiefel_info({"S", "n x N", true, "S = Q' Lambda"});
+  info.fields.push_back({"M", "N x N", "Q^T S - S^T Q, N <= 4096"});
+  info.name = "stiefel";
+  info.summary = "geodesics on the Stiefel manifold V(n, N) with the metric of Lambda";
+  info.equations = "Q' = S Lambda^-1, S' = B Q, K B + B K = -2 Q' Q'^T, K = Q Lambda^-1 Q^T";
+  info.source = "[ST] (37)-(39)";
+  info.file = "engine/systems/stiefel.h";
+  info.methods = methods_on<Stiefel<double>>(info);
+  return {info,
+          [](SceneDraft& draft) {
+            if (check_stiefel_frame(draft)) set_tangent(draft, "S", false);
+          },
+          make};
+}
+
+}  // namespace stiefel

@@ -1,0 +1,44 @@
+#include "engine/maps/symmetric_moser_veselov.h"
+
+#include "engine/invariants/symmetric_rigid_body.h"
+#include "engine/representations/psi.h"
+#include "engine/simulation/rigid_body_data.h"
+#include "engine/simulation/rigid_forms.h"
+#include "engine/simulation/simulate.h"
+#include "engine/simulation/symmetric_scene.h"
+
+namespace stiefel {
+namespace {
+
+using Map = SymmetricMoserVeselov<double, Arithmetic::compensated>;
+
+std::unique_ptr<Simulation> make(const Scene& scene) {
+  const int N = scene.dimension();
+  const double epsilon = scene.epsilon();
+  StackedReadout readout(stacked(scene, "Q", "P"));
+  readout.block("Q", 0, N).block("P", N, N);
+  report_rigid_form(
+      readout, scene,
+      {.Q = [N](const auto& x) { return x.topRows(N).eval(); },
+       .M = [=](const auto& x) { return Psi<double>(x.topRows(N), x.bottomRows(N), epsilon); },
+       .A = [N](const auto& x) { return constant_A<double>(x.topRows(N), x.bottomRows(N)); },
+       .scaled = true});
+  return simulate_map(scene, Map(scene.inertia(), scene.step(), epsilon), readout,
+                      rigid_body_cost(N));
+}
+
+}  // namespace
+
+SystemEntry symmetric_moser_veselov_entry() {
+  SystemInfo info = rigid_form_info({"P", "N x N", false, "costate of epsilon M"}, true);
+  info.name = "symmetric_moser_veselov";
+  info.summary = "symmetric representation of the discrete rigid body";
+  info.equations = "U Lambda - Lambda U^T = h M, Q_{k+1} = Q_k U, P_{k+1} = P_k U";
+  info.source = "[RB] (4.7)";
+  info.file = "engine/maps/symmetric_moser_veselov.h";
+  info.discrete = true;
+  info.methods = keeps_all(info);
+  return {info, [](SceneDraft& draft) { check_symmetric(draft, false, draft.given().step); }, make};
+}
+
+}  // namespace stiefel

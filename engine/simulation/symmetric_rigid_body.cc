@@ -1,0 +1,41 @@
+#include "engine/systems/symmetric_rigid_body.h"
+
+#include "engine/invariants/symmetric_rigid_body.h"
+#include "engine/representations/psi.h"
+#include "engine/simulation/rigid_body_data.h"
+#include "engine/simulation/rigid_forms.h"
+#include "engine/simulation/simulate.h"
+#include "engine/simulation/symmetric_scene.h"
+
+namespace stiefel {
+namespace {
+
+std::unique_ptr<Simulation> make(const Scene& scene) {
+  const int N = scene.dimension();
+  const double epsilon = scene.epsilon();
+  StackedReadout readout(stacked(scene, "Q", "P"));
+  readout.block("Q", 0, N).block("P", N, N);
+  report_rigid_form(
+      readout, scene,
+      {.Q = [N](const auto& x) { return x.topRows(N).eval(); },
+       .M = [=](const auto& x) { return Psi<double>(x.topRows(N), x.bottomRows(N), epsilon); },
+       .A = [N](const auto& x) { return constant_A<double>(x.topRows(N), x.bottomRows(N)); },
+       .scaled = true});
+  return simulate(scene, SymmetricRigidBody<double>(scene.inertia(), epsilon), readout,
+                  rigid_body_cost(N));
+}
+
+}  // namespace
+
+SystemEntry symmetric_rigid_body_entry() {
+  SystemInfo info = rigid_form_info({"P", "N x N", false, "costate of epsilon M"}, true);
+  info.name = "symmetric_rigid_body";
+  info.summary = "symmetric representation of the rigid body";
+  info.equations = "Q' = Q Omega, P' = P Omega, M = (Q^T P - P^T Q) / epsilon";
+  info.source = "[RB] (3.1), Prop. 3.13";
+  info.file = "engine/systems/symmetric_rigid_body.h";
+  info.methods = methods_on<SymmetricRigidBody<double>>(info);
+  return {info, [](SceneDraft& draft) { check_symmetric(draft, false); }, make};
+}
+
+}  // namespace stiefel

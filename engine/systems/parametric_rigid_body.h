@@ -1,0 +1,81 @@
+#pragma once
+
+#include <string_view>
+
+#include "engine/linalg/general_exponential.h"
+#include "engine/linalg/j_n.h"
+#include "engine/linalg/lu.h"
+#include "engine/systems/concepts.h"
+
+namespace stiefel {
+
+/// The symmetric representation with parameter μ, [RB] (8.4)–(8.6), in GL(N):
+///
+///     Q̇_μ = Q_μ(Ω + μΛ),   Ṗ_μ = P_μ(Ω + μΛ),
+///     Ω = J⁻¹(M_μ − μΛ²),   M_μ = Q_μ⁻¹P_μ − P_μ⁻¹Q_μ,
+///
+/// on the invariant manifold where M = M_μ − μΛ² is skew; there M moves as the rigid body. Off it
+/// the skew part is taken. It keeps m_μ = P_μQ_μ⁻¹ − Q_μP_μ⁻¹, P_μQ_μ⁻¹, and all that M keeps.
+/// State: Q_μ over P_μ, 2N × N, both invertible. GL(N) acts from the right on both at once.
+template <class Scalar_>
+class ParametricRigidBody {
+ public:
+  static constexpr const char* name = "parametric_rigid_body";
+  using Scalar = Scalar_;
+  using State = Matrix<Scalar>;
+  using Algebra = Matrix<Scalar>;
+
+  /// Whether an invariant is constant along the group's orbits.
+  static constexpr bool kept_on_orbits(std::string_view invariant) {
+    return invariant == "PQ_inverse";
+  }
+
+  ParametricRigidBody(Vector<Scalar> lambda, Scalar mu)
+      : lambda_(std::move(lambda)),
+        mu_(mu),
+        exponential_(lambda_.size()),
+        lu_(lambda_.size()),
+        xi_(zero()),
+        M_(xi_),
+        D_(xi_) {}
+
+  const Vector<Scalar>& lambda() const { return lambda_; }
+  Scalar mu() const { return mu_; }
+
+  void field(const State& x, State& dx) {
+    generator(x, xi_);
+    dx.noalias() = x * xi_;
+  }
+
+  Algebra zero() const { return Algebra::Zero(lambda_.size(), lambda_.size()); }
+
+  /// Ω + μΛ. The symmetric part of M_μ, μΛ², is not looked at.
+  void generator(const State& x, Algebra& xi) {
+    const Eigen::Index N = lambda_.size();
+    lu_.compute(x.topRows(N));
+    M_ = lu_.solve(x.bottomRows(N));
+    lu_.compute(x.bottomRows(N));
+    D_ = lu_.solve(x.topRows(N));
+    M_ -= D_;
+    inverse_inertia(lambda_, M_, Scalar(2), xi);
+    xi.diagonal() = mu_ * lambda_;
+  }
+
+  void bracket(const Algebra& a, const Algebra& b, Algebra& c) const {
+    c.noalias() = a * b;
+    c.noalias() -= b * a;
+  }
+  void displacement(const State& x, const Algebra& theta, State& dx) {
+    exponential_(theta, D_);
+    dx.noalias() = x * D_;
+  }
+
+ private:
+  Vector<Scalar> lambda_;
+  Scalar mu_;
+  GeneralExponential<Scalar> exponential_;
+  Eigen::PartialPivLU<Matrix<Scalar>> lu_;
+  Algebra xi_, M_, D_;
+};
+
+}  // namespace stiefel

@@ -1,0 +1,50 @@
+#pragma once
+
+#include "engine/linalg/symmetric_lyapunov.h"
+#include "engine/systems/concepts.h"
+
+namespace stiefel {
+
+/// Geodesics on the Stiefel manifold V(n, N) of frames QQᵀ = I_n with the energy ½ tr(ΛQ̇ᵀQ̇), 1 ≤ n
+/// ≤ N, in variational form; [ST] (37)–(39):
+///
+///     Q̇ = SΛ⁻¹,   Ṡ = BQ,   KB + BK = −2Q̇Q̇ᵀ,   K = QΛ⁻¹Qᵀ.
+///
+/// Q and S = Q̇Λ are n × N, B and K are n × n; every λ_i > 0. (The paper's S = Q̇Λ⁻¹ is a slip.) A
+/// state is Q over S, 2n × N, with QS̄ᵀ + S̄Qᵀ = 0 for S̄ = SΛ⁻¹. It keeps the energy
+/// ½ tr(SΛ⁻¹Sᵀ), m = SQᵀ − QSᵀ, and QQᵀ = I. O(Nn² + n³) operations.
+template <class Scalar_>
+class Stiefel {
+ public:
+  static constexpr const char* name = "stiefel";
+  using Scalar = Scalar_;
+  using State = Matrix<Scalar>;
+
+  Stiefel(Vector<Scalar> lambda, Eigen::Index n)
+      : lambda_(std::move(lambda)), n_(n), lyapunov_(n), K_(n, n), B_(n, n) {}
+
+  const Vector<Scalar>& lambda() const { return lambda_; }
+  Eigen::Index n() const { return n_; }
+
+  void field(const State& x, State& dx) {
+    const auto Q = x.topRows(n_), S = x.bottomRows(n_);
+    auto Qdot = dx.topRows(n_), Sdot = dx.bottomRows(n_);
+    for (Eigen::Index j = 0; j < x.cols(); ++j) {
+      Qdot.col(j) = S.col(j) / lambda_(j);
+      Sdot.col(j) = Q.col(j) / lambda_(j);
+    }
+    K_.noalias() = Sdot * Q.transpose();
+    B_.noalias() = Scalar(-2) * Qdot * Qdot.transpose();
+    lyapunov_.factor(K_);
+    lyapunov_.solve(B_, B_);
+    Sdot.noalias() = B_ * Q;
+  }
+
+ private:
+  Vector<Scalar> lambda_;
+  Eigen::Index n_;
+  SymmetricLyapunov<Scalar> lyapunov_;
+  Matrix<Scalar> K_, B_;
+};
+
+}  // namespace stiefel

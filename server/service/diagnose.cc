@@ -1,0 +1,154 @@
+#include "engine/simulation/diagnosis.h"
+#include "engine/simulation/structure.h"
+#include "server/service/convert.h"
+#include "server/service/errors.h"
+#include "server/service/requests.h"
+#include "server/service/service.h"
+#include "server/service/walk_call.h"
+
+namespace stiefel::server {
+namespace {
+
+constexpr std::uint32_t default_pairs = 8, max_pairs = 1000;
+constexpr int largest_symplectic = 32;
+
+struct Form {
+  std::string name;
+  TangentVector first, second;
+};
+struct Bracket {
+  PairFactors first, second;
+};
+
+/// What a Diagnose asks for, once its shapes are checked.
+struct DiagnoseTask {
+  std::vector<std::string> invariants;
+  std::vector<Form> forms;
+  std::vector<Bracket> brackets;
+  std::optional<v1::SymplecticTest> symplectic;
+  Violations violations;
+
+  void take(Violations more) { violations.insert(violations.end(), more.begin(), more.end()); }
+  RowMatrix matrix(const std::string& path, const v1::Matrix& given) {
+    auto block = from_proto(path, given);
+    if (block) return block->values;
+    take(block.error());
+    return {};
+  }
+  template <class Map>
+  TangentVector vector(const std::string& path, const Map& given) {
+    TangentVector out;
+    for (const auto& [name, value] : given) out[name] = matrix(path + "." + name, value);
+    return out;
+  }
+  template <class Functions>
+  PairFactors factors(const std::string& path, const Functions& given) {
+    PairFactors out;
+    for (int i = 0; i < given.size(); ++i) {
+      const std::string at = path + "[" + std::to_string(i) + "]";
+      out.factors.emplace_back(matrix(at + ".A", given[i].a()), matrix(at + ".B", given[i].b()));
+    }
+    return out;
+  }
+};
+
+std::string indexed(const char* field, int i) {
+  return std::string(field) + "[" + std::to_string(i) + "]";
+}
+
+DiagnoseTask read(const Scene& scene, const v1::DiagnoseRequest& request) {
+  DiagnoseTask task;
+  for (int i = 0; i < request.invariants_size(); ++i) {
+    const std::string& name = request.invariants(i);
+    if (!is_invariant(scene, name))
+      task.take({{indexed("invariants", i), name, "must be an invariant of " + scene.system()}});
+    task.invariants.push_back(name);
+  }
+  for (int i = 0; i < request.forms_size(); ++i) {
+    const auto& form = request.forms(i);
+    const std::string path = indexed("forms", i);
+    task.forms.push_back({form.form(), task.vector(path + ".first", form.first()),
+                          task.vector(path + ".second", form.second())});
+  }
+  for (int i = 0; i < request.dirac_brackets_size(); ++i) {
+    const auto& bracket = request.dirac_brackets(i);
+    const std::string path = indexed("dirac_brackets", i);
+    task.brackets.push_back({task.factors(path + ".first", bracket.first()),
+                             task.factors(path + ".second", bracket.second())});
+  }
+  if (request.has_symplectic_test()) {
+    task.symplectic = request.symplectic_test();
+    const std::uint32_t pairs = task.symplectic->pairs();
+    if (pairs > max_pairs)
+      task.take({{"symplectic_test.pairs", std::to_string(pairs),
+                  "must be at most " + std::to_string(max_pairs)}});
+    if (pairs == 0) task.symplectic->set_pairs(default_pairs);
+    if (scene.dimension() > largest_symplectic)
+      task.take({{"symplectic_test", "N = " + std::to_string(scene.dimension()),
+                  "is for N up to " + std::to_string(largest_symplectic)}});
+  }
+  return task;
+}
+
+/// The same violations, of an element of a list.
+grpc::Status placed(const std::string& path, Violations violations) {
+  for (auto& violation : violations) violation.field = path + "." + violation.field;
+  return errors::invalid(violations);
+}
+
+grpc::Status answer_diagnose(const Session& at, const Walk& walk, const DiagnoseTask& task,
+                             v1::DiagnoseResponse* response) {
+  const Scene& scene = at.scene();
+  const Simulation& now = walk.simulation();
+  to_proto(walk.ending(), response->mutable_ending());
+  response->set_step(walk.step());
+  response->set_time(scene.time(walk.step()));
+  response->set_computed_steps(walk.computed_steps());
+  to_proto(diagnose(scene, now, task.invariants), response);
+  for (std::size_t i = 0; i < task.forms.size(); ++i) {
+    const auto& [name, first, second] = task.forms[i];
+    const auto value = evaluate_form(scene, now, name, first, second);
+    if (!value) return placed(indexed("forms", static_cast<int>(i)), value.error());
+    response->add_forms(*value);
+  }
+  for (std::size_t i = 0; i < task.brackets.size(); ++i) {
+    const auto value = dirac_bracket(scene, now, task.brackets[i].first, task.brackets[i].second);
+    if (!value) return placed(indexed("dirac_brackets", static_cast<int>(i)), value.error());
+    response->add_dirac_brackets(*value);
+  }
+  if (task.symplectic) {
+    const auto defect = symplectic_defect(scene, now, static_cast<int>(task.symplectic->pairs()),
+                                          task.symplectic->seed());
+    if (!defect) return errors::invalid(defect.error());
+    if (*defect) response->set_symplectic_defect(**defect);
+  }
+  return grpc::Status::OK;
+}
+
+}  // namespace
+
+grpc::ServerUnaryReactor* Service::Diagnose(Context* context, const v1::DiagnoseRequest* request,
+                                            v1::DiagnoseResponse* response) {
+  CallLog log(host_.log, *context, "Diagnose", request->session_id());
+  const auto refuse = [&](const grpc::Status& status) {
+    log.finish(status);
+    auto* reactor = context->DefaultReactor();
+    reactor->Finish(status);
+    return reactor;
+  };
+  try {
+    auto session = find_session(host_, request->session_id());
+    if (!session) return refuse(session.error());
+    if (const auto status = check_step("to", request->to()); !status.ok()) return refuse(status);
+    DiagnoseTask task = read((*session)->scene(), *request);
+    if (!task.violations.empty()) return refuse(errors::invalid(task.violations));
+    return new WalkCall(host_, std::move(log), *std::move(session), request->to(),
+                        [task = std::move(task), response](const Session& at, const Walk& walk) {
+                          return answer_diagnose(at, walk, task, response);
+                        });
+  } catch (...) {
+    return refuse(errors::from_current_exception());
+  }
+}
+
+}  // namespace stiefel::server

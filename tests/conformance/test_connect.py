@@ -1,0 +1,75 @@
+"""Connect: the geodesic that joins two frames."""
+import numpy as np
+import pytest
+
+import scenes
+import stiefel
+
+
+def ends(n, N, seed):
+    random = np.random.default_rng(seed)
+    frames = [np.linalg.qr(random.standard_normal((N, n)))[0].T for _ in range(2)]
+    if n == N:
+        frames = [Q * np.sign(np.linalg.det(Q)) if N % 2 else Q[:, [1, 0, *range(2, N)]] if np.linalg.det(Q) < 0 else Q
+                  for Q in frames]
+    return frames
+
+
+@pytest.mark.parametrize("n, N", [(1, 3), (2, 5), (3, 3), (4, 4)])
+def test_its_scene_arrives(client, n, N):
+    Q_0, Q_T = ends(n, N, 7)
+    found = client.geodesic(np.linspace(1, 3, N), Q_0, Q_T, time=2.0, samples=8)
+    assert found.outcome == stiefel.Outcome.REACHED and found.residual <= 1e-11
+    assert found.scene["system"] == ("rigid_body" if n == N else "stiefel")
+    assert found.trajectory.shape == (9, n, N)
+    np.testing.assert_allclose(found.trajectory[0], Q_0, atol=2e-15)
+    np.testing.assert_allclose(found.trajectory[-1], Q_T, atol=1e-10)
+    with client.create(found.scene) as session:
+        np.testing.assert_array_equal(session.step(8)["Q"], found.trajectory[-1])
+        energy, = session.diagnose(8, ["energy"]).invariants
+        assert energy.initial == pytest.approx(found.energy, rel=1e-13)
+
+
+def test_the_discrete_geodesic_is_a_trajectory_of_the_variational_step(client):
+    Q_0, Q_T = ends(2, 5, 3)
+    found = client.geodesic(np.linspace(1, 3, 5), Q_0, Q_T, steps=32)
+    assert found.scene["method"]["order"] == 2 and found.trajectory.shape == (33, 2, 5)
+    with client.create(found.scene) as session:
+        np.testing.assert_allclose(session.step(32)["Q"], Q_T, atol=1e-9)
+
+
+def test_on_the_round_sphere_it_is_the_great_circle_and_the_shortest(client):
+    found = client.geodesic([1, 1, 1], [[1, 0, 0]], [[0, 1, 0]])
+    assert found.shortest == "yes"
+    assert found.energy == pytest.approx((np.pi / 2)**2 / 2, rel=1e-12)
+
+
+def test_unequal_determinants_have_a_reason_of_their_own(client):
+    with pytest.raises(stiefel.InvalidArgument) as refused:
+        client.geodesic([1, 2, 3], np.eye(3), np.diag([1, 1, -1]))
+    assert refused.value.reason == "UNEQUAL_DETERMINANTS"
+    assert refused.value.metadata == {"Q_0": "1", "Q_T": "-1"}
+
+
+@pytest.mark.parametrize("change, fault", [
+    ({"time": 0.0}, "time"), ({"time": float("nan")}, "time"), ({"inertia": [1, 2]}, "inertia"),
+    ({"inertia": [1, 2, -3]}, "inertia"), ({"Q_T": [[1, 1, 0]]}, "Q_T.*orthonormal"), ({"Q_T": np.eye(3)}, "Q_T"),
+    ({"steps": 10**6}, "steps"), ({"samples": 10**6}, "samples"), ({"restarts": 10**6}, "restarts"),
+], ids=lambda value: None if isinstance(value, str) else "".join(value))
+def test_what_has_no_meaning_names_the_field(client, change, fault):
+    problem = {"inertia": [1, 2, 3], "Q_0": [[1, 0, 0]], "Q_T": [[0, 1, 0]], **change}
+    with pytest.raises(stiefel.InvalidArgument, match=fault):
+        client.geodesic(**problem)
+
+
+def test_a_search_that_would_take_for_ever_is_refused(client):
+    with pytest.raises(stiefel.InvalidArgument, match="128 degrees of freedom"):
+        client.geodesic(np.ones(40), np.eye(40), np.eye(40))
+
+
+def test_a_cancelled_search_ends_and_holds_up_nobody(client):
+    Q_0, Q_T = ends(8, 16, 5)
+    with pytest.raises(stiefel.DeadlineExceeded):
+        client.geodesic(np.geomspace(1, 100, 16), Q_0, Q_T, restarts=1000, timeout=0.3)
+    with client.create(scenes.rigid_body()) as session:
+        assert session.step(1000, timeout=5.0).step == 1000

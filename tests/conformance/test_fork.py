@@ -1,0 +1,67 @@
+"""ForkSession: a new session that starts where another one is."""
+import numpy as np
+import pytest
+
+import scenes
+import stiefel
+
+
+def test_it_starts_at_the_old_state(client):
+    with client.create(scenes.free(5)) as old, old.fork(at=100) as new:
+        there, start = old.step(100), new.step(0)
+        for name in ("Q", "M"):
+            np.testing.assert_allclose(start[name], there[name], atol=1e-15)
+        assert new.scene["method"] == old.scene["method"]
+        np.testing.assert_allclose(new.step(50)["M"], old.step(150)["M"], atol=1e-12)
+
+
+def test_a_body_stays_a_body(client):
+    with client.create(scenes.body()) as old, old.fork(at=70) as new:
+        assert "body" in new.scene
+        np.testing.assert_allclose(new.step(0, ["quaternion"])["quaternion"],
+                                   old.step(70, ["quaternion"])["quaternion"], atol=1e-15)
+
+
+def test_method_and_step_change(client):
+    with client.create(scenes.free(4)) as old:
+        with old.fork(at=10, method={"name": "rk4"}, step=0.001) as new:
+            assert new.scene["method"]["name"] == "rk4" and new.scene["step"] == 0.001
+
+
+def test_so_does_the_system(client):
+    with client.create(scenes.free(4)) as old, old.fork(at=10, system="symmetric_rigid_body") as new:
+        assert new.scene["system"] == "symmetric_rigid_body"
+        np.testing.assert_allclose(new.step(0, ["M"])["M"], old.step(10)["M"], atol=1e-14)
+
+
+def test_forking_twice_is_the_existing_session(client):
+    with client.create(scenes.free(4)) as old:
+        with old.fork(at=10, id="fork-of-one") as one:
+            assert one.created and not old.fork(at=10, id="fork-of-one").created
+            with pytest.raises(stiefel.AlreadyExists):
+                old.fork(at=11, id="fork-of-one")
+
+
+def test_a_step_that_cannot_be_reached_makes_no_session(client):
+    with client.create(scenes.left_domain()) as old:
+        with pytest.raises(stiefel.FailedPrecondition, match="no solution"):
+            old.fork(at=10, id="fork-of-nothing")
+    with pytest.raises(stiefel.NotFound):
+        client.get("fork-of-nothing")
+
+
+@pytest.mark.parametrize("change, fault", [
+    ({"at": -1}, "from_step: -1"), ({"step": 0.0}, "step: 0"), ({"method": {"name": "none"}}, 'method.name: "none"'),
+    ({"system": "none"}, "to: none"), ({"system": "velocity"}, "system: velocity"), ({"id": "a b"}, "session_id: a b"),
+], ids=lambda value: None if isinstance(value, str) else "".join(value))
+def test_a_wrong_change_names_the_field(client, change, fault):
+    with client.create(scenes.free(4)) as old:
+        with pytest.raises(stiefel.InvalidArgument, match=fault):
+            old.fork(**{"at": 1, **change})
+
+
+def test_of_an_unknown_session(client):
+    session = client.create(scenes.free(4))
+    session.delete()
+    with pytest.raises(stiefel.NotFound, match=f"from_session_id: {session.id}"):
+        session.fork(at=1)

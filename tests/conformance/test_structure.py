@@ -1,0 +1,83 @@
+"""Diagnose: two-forms, the Dirac bracket, and how far a step is from symplectic."""
+import numpy as np
+import pytest
+
+import scenes
+import stiefel
+
+
+def skew(n, seed):
+    A = np.random.default_rng(seed).standard_normal((n, n))
+    return A - A.T
+
+
+def test_the_canonical_form(client):
+    """[RB] (3.13) written out again in numpy."""
+    scene = scenes.free(4)
+    Q, M = scene["initial"]["Q"], scene["initial"]["M"]
+    xi, eta, Z, W = (skew(4, seed) for seed in range(4))
+    inner = lambda A, B: -np.trace(A @ B) / 2
+    expected = inner(W, xi) - inner(Z, eta) + inner(M, xi @ eta - eta @ xi)
+    with client.create(scene) as session:
+        reply = session.diagnose(0, ["energy"], forms=[("omega", {"Q": Q @ xi, "M": Z}, {"Q": Q @ eta, "M": W})])
+    assert reply.forms[0] == pytest.approx(expected, rel=1e-13)
+
+
+def test_the_form_on_frames_is_skew(client):
+    scene = scenes.frame(2, 5)
+    Q = scene["initial"]["Q"]
+    u = {"QU": Q @ skew(5, 1), "QZ": Q @ skew(5, 2)}
+    v = {"QU": Q @ skew(5, 3), "QZ": Q @ skew(5, 4)}
+    with client.create(scene) as session:
+        ways = session.diagnose(0, ["energy"], forms=[("omega_cotangent", u, v), ("omega_cotangent", v, u)]).forms
+    assert ways[0] == pytest.approx(-ways[1], rel=1e-13) and abs(ways[0]) > 1e-3
+
+
+def test_the_canonical_dirac_bracket_is_skew_and_a_derivation(client):
+    scene = client.convert(scenes.free(3), "symmetric_rigid_body").scene
+    random = np.random.default_rng(1)
+    F, G, H = [[(random.standard_normal((3, 3)), random.standard_normal((3, 3)))] for _ in range(3)]
+    with client.create(scene) as session:
+        Q, P = session.step(0)["Q"], session.step(0)["P"]
+        FG, GF, FH, FGH = session.diagnose(
+            0, ["energy"], dirac_brackets=[(F, G), (G, F), (F, H), (F, G + H)]).dirac_brackets
+    value = lambda f: np.sum(f[0][0] * Q) + np.sum(f[0][1] * P)
+    assert FG == pytest.approx(-GF, rel=1e-12)
+    assert FGH == pytest.approx(FG * value(H) + FH * value(G), rel=1e-12)
+
+
+@pytest.mark.parametrize("scene, symplectic", [
+    (scenes.free(4), True), (scenes.rigid_body(), True), (scenes.moser_veselov(), True), (scenes.frame(2, 5), True),
+    (scenes.free(4, method="rk4"), False), (scenes.free(4, method="munthe_kaas4"), False),
+    (scenes.frame(2, 5, method="rk4"), False),
+], ids=["variational", "3D", "moser_veselov", "frames", "rk4", "munthe_kaas4", "frames rk4"])
+def test_whether_a_step_is_symplectic(client, scene, symplectic):
+    with client.create({**scene, "step": 0.1}) as session:
+        defect = session.diagnose(5, ["energy"], symplectic=True).symplectic_defect
+    assert defect < 1e-10 if symplectic else defect > 1e-9
+
+
+@pytest.mark.parametrize("form, first, fault", [
+    ("Omega_gl", {"Q": np.zeros((3, 3)), "M": np.zeros((3, 3))}, r"forms\[0\].form: Omega_gl: is not a form of rigid_body"),
+    ("omega", {"Q": np.zeros((3, 3))}, r"forms\[0\].first.M: absent"),
+    ("omega", {"Q": np.zeros((2, 3)), "M": np.zeros((3, 3))}, r"forms\[0\].first.Q: must be"),
+    ("omega", {"Q": np.zeros((3, 3)), "M": np.zeros((3, 3)), "P": np.zeros((3, 3))}, r"first.P: the blocks are Q, M"),
+    ("omega", {"Q": np.eye(3), "M": np.zeros((3, 3))}, r"forms\[0\].first: off by .* must be tangent"),
+])
+def test_what_is_no_tangent_vector_is_refused(client, form, first, fault):
+    zero = {"Q": np.zeros((3, 3)), "M": np.zeros((3, 3))}
+    with client.create(scenes.rigid_body()) as session:
+        with pytest.raises(stiefel.InvalidArgument, match=fault):
+            session.diagnose(0, forms=[(form, first, zero)])
+
+
+def test_a_system_without_a_form_says_so(client):
+    scene = client.convert(scenes.free(4), "mclachlan_scovel").scene
+    with client.create(scene) as session:
+        with pytest.raises(stiefel.InvalidArgument, match="no two-form"):
+            session.diagnose(0, symplectic=True)
+
+
+def test_describe_lists_the_forms(client):
+    forms = {system.name: [form.name for form in system.forms] for system in client.describe().systems}
+    assert forms["rigid_body"] == ["omega"] and forms["stiefel"] == ["omega_pairs", "omega_cotangent"]

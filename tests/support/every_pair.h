@@ -1,0 +1,38 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include "engine/simulation/catalogue.h"
+
+namespace stiefel::testing {
+
+/// A system in the hands of a method; rigid bodies in three dimensions have code of their own.
+struct Pair {
+  std::string system, method;
+  int N;
+  friend void PrintTo(const Pair& pair, std::ostream* out) {
+    *out << pair.system << " " << pair.method << " N=" << pair.N;
+  }
+};
+
+/// All of the catalogue.
+inline std::vector<Pair> every_pair() {
+  std::vector<Pair> all;
+  for (const auto& system : catalogue().systems)
+    for (const auto& method : system.methods)
+      for (const int N : {3, 4})
+        if (N == 4 || system.name == "rigid_body" || system.name == "moser_veselov")
+          all.push_back({std::string(system.name), std::string(method.method), N});
+  return all;
+}
+
+inline std::string name_of(const ::testing::TestParamInfo<Pair>& which) {
+  const auto& [system, method, N] = which.param;
+  return system + (method.empty() ? "" : "_" + method) + (N == 3 ? "_in_3D" : "");
+}
+
+}  // namespace stiefel::testing

@@ -1,0 +1,7 @@
+#include "tests/support/random_frame.h"
+
+namespace stiefel::testing {
+
+template struct RandomFrame<double>;
+
+}  // namespace stiefel::testing

@@ -1,0 +1,8 @@
+#include "tests/support/random_matrices.h"
+
+namespace stiefel::testing {
+
+template class RandomMatrices<double>;
+template class RandomMatrices<long double>;
+
+}  // namespace stiefel::testing
