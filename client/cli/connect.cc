@@ -36,7 +36,7 @@ ExitStatus connect(const ConnectCommand& command) {
     out["residual"] = reply.residual();
     out["message"] = reply.ending().message();
   }
-  std::cout << out.dump(2) << '\n';
+  std::cout << to_text(out) << '\n';
   return conclude(reply.ending(), 0);
 }
 

@@ -21,10 +21,10 @@ ExitStatus convert(const ConvertCommand& command) {
     if (!reply.has_scene()) throw BadInput("--output: " + command.to + " is not a system");
     Destination destination(command.output);
     const File file = open_for_writing(destination.working_path());
-    write(file.get(), to_json(reply.scene()).dump(2) + "\n");
+    write(file.get(), to_text(to_json(reply.scene())) + "\n");
     flush(file.get());
     destination.commit();
-    std::cout << nlohmann::ordered_json({{"margins", margins}}).dump(2) << '\n';
+    std::cout << to_text({{"margins", margins}}) << '\n';
     return reached;
   }
   nlohmann::ordered_json out;
@@ -34,7 +34,7 @@ ExitStatus convert(const ConvertCommand& command) {
   else
     out["blocks"] = all["blocks"];
   out["margins"] = margins;
-  std::cout << out.dump(2) << '\n';
+  std::cout << to_text(out) << '\n';
   return reached;
 }
 

@@ -104,4 +104,19 @@ nlohmann::ordered_json to_json(const google::protobuf::Message& message) {
   return nlohmann::ordered_json::parse(text);
 }
 
+std::string to_text(const nlohmann::ordered_json& json, std::size_t indent) {
+  const bool flat =
+      json.is_primitive() || json.empty() || (json.is_array() && json.front().is_primitive());
+  if (flat) return json.dump();
+  const std::string margin = "\n" + std::string(indent + 2, ' ');
+  std::string text(1, json.is_array() ? '[' : '{');
+  for (const auto& [name, value] : json.items()) {
+    if (text.size() > 1) text += ",";
+    text += margin;
+    if (json.is_object()) text += nlohmann::json(name).dump() + ": ";
+    text += to_text(value, indent + 2);
+  }
+  return text + margin.substr(0, indent + 1) + (json.is_array() ? ']' : '}');
+}
+
 }  // namespace stiefel::cli

@@ -17,4 +17,7 @@ v1::Scene read_scene(const std::string& path);
 /// The JSON form with the proto's field names; doubles read back the same.
 nlohmann::ordered_json to_json(const google::protobuf::Message& message);
 
+/// Indented, but for arrays of numbers, which stay on one line.
+std::string to_text(const nlohmann::ordered_json& json, std::size_t indent = 0);
+
 }  // namespace stiefel::cli

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <type_traits>
+
 #include "engine/linalg/compensated.h"
 #include "engine/linalg/lu.h"
 #include "engine/linalg/lyapunov.h"
@@ -37,12 +39,14 @@ class DiscreteStiefel {
   };
 
   DiscreteStiefel(const Vector<Scalar>& lambda, Eigen::Index n)
-      : lambda_(lambda),
+      : lambda_(lambda.template cast<Work>()),
         n_(n),
         lyapunov_(n),
         lu_(n),
+        Q_prev_(n, lambda.size()),
+        Q_(n, lambda.size()),
         bar_(n, lambda.size()),
-        I_(Matrix<Scalar>::Identity(n, n)),
+        I_(Matrix<Work>::Identity(n, n)),
         inverse_(n, n),
         C_T_(n, n),
         G_(n, n),
@@ -55,15 +59,15 @@ class DiscreteStiefel {
 
   Ending step(State& state) {
     if (!state.x.value.allFinite()) return {Outcome::not_finite, std::nullopt};
-    if (!find_B(state.x.value)) return {Outcome::solver_stalled, std::nullopt};
+    if (!find_B(state.x)) return {Outcome::solver_stalled, std::nullopt};
     for (Eigen::Index j = 0; j < state.x.value.cols(); ++j) {
       for (Eigen::Index i = 0; i < n_; ++i) {
         Wide sum = 0;
-        for (Eigen::Index k = 0; k < n_; ++k) sum += B_(i, k) * state.x.extended(n_ + k, j);
-        next_(i) = sum / lambda_(j) - state.x.extended(i, j);
+        for (Eigen::Index k = 0; k < n_; ++k) sum += B_(i, k) * Wide(Q_(k, j));
+        next_(i) = sum / lambda_(j) - Q_prev_(i, j);
       }
       for (Eigen::Index i = 0; i < n_; ++i) {
-        set(state.x, i, j, state.x.extended(n_ + i, j));
+        set(state.x, i, j, Q_(i, j));
         set(state.x, n_ + i, j, next_(i));
       }
     }
@@ -74,21 +78,27 @@ class DiscreteStiefel {
 
  private:
   using Wide = Extended<Scalar>;
+  /// In which B is found.
+  using Work = std::conditional_t<arithmetic == Arithmetic::compensated, Wide, Scalar>;
 
   /// B with CX + XCᵀ = G + X(Q_{k−1}Q_{k−1}ᵀ − I)X, whose last term is rounding that Q_{k+1} would
   /// else inherit. In place of BQ_k stands B(QQᵀ)⁻¹Q_k, and B(2I − QQᵀ) is returned in B: what
   /// rounding left of Q_kQ_kᵀ − I then does not turn m, which changes by BQQᵀ − QQᵀBᵀ.
-  bool find_B(const Point& x) {
-    const auto Q_prev = x.topRows(n_), Q = x.bottomRows(n_);
-    inverse_ = -(Q * Q.transpose());
-    inverse_.diagonal().array() += Scalar(2);
-    bar_ = Q * lambda_.cwiseInverse().asDiagonal();
+  bool find_B(const Accumulator<Point, arithmetic>& x) {
+    for (Eigen::Index j = 0; j < Q_.cols(); ++j)
+      for (Eigen::Index i = 0; i < n_; ++i) {
+        Q_prev_(i, j) = static_cast<Work>(x.extended(i, j));
+        Q_(i, j) = static_cast<Work>(x.extended(n_ + i, j));
+      }
+    inverse_ = -(Q_ * Q_.transpose());
+    inverse_.diagonal().array() += Work(2);
+    bar_ = Q_ * lambda_.cwiseInverse().asDiagonal();
     X_.noalias() = bar_ * bar_.transpose();
     B_.noalias() = inverse_ * X_;
     G_.noalias() = B_ * inverse_;
-    X_.noalias() = Q_prev * bar_.transpose();
+    X_.noalias() = Q_prev_ * bar_.transpose();
     C_T_.noalias() = X_ * inverse_;
-    E_.noalias() = Q_prev * Q_prev.transpose();
+    E_.noalias() = Q_prev_ * Q_prev_.transpose();
     E_ -= I_;
     if (!(n_ == 1 ? find_scalar() : find_matrix())) return false;
     G_.noalias() = B_ * inverse_;
@@ -97,9 +107,9 @@ class DiscreteStiefel {
   }
 
   bool find_scalar() {
-    const Scalar C = C_T_(0, 0), E = E_(0, 0);
+    const Work C = C_T_(0, 0), E = E_(0, 0);
     B_(0, 0) = 2 * C / G_(0, 0);
-    if (E <= C * C && -E <= C * C && C != Scalar(0)) B_(0, 0) -= E / (2 * C);
+    if (E <= C * C && -E <= C * C && C != Work(0)) B_(0, 0) -= E / (2 * C);
     return true;
   }
 
@@ -123,11 +133,11 @@ class DiscreteStiefel {
       x.carry(i, j) = static_cast<Scalar>(value - x.value(i, j));
   }
 
-  Vector<Scalar> lambda_;
+  Vector<Work> lambda_;
   Eigen::Index n_;
-  Lyapunov<Scalar> lyapunov_;
-  Eigen::PartialPivLU<Matrix<Scalar>> lu_;
-  Matrix<Scalar> bar_, I_, inverse_, C_T_, G_, E_, X_, B_;
+  Lyapunov<Work> lyapunov_;
+  Eigen::PartialPivLU<Matrix<Work>> lu_;
+  Matrix<Work> Q_prev_, Q_, bar_, I_, inverse_, C_T_, G_, E_, X_, B_;
   Vector<Wide> next_;
 };
 

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/linalg/symmetric_lyapunov.h"
+
 namespace stiefel {
 namespace {
 
@@ -172,12 +174,11 @@ MatrixXd initial_velocity(const VectorXd& lambda, const Path& path) {
     return Q * Omega;
   }
   const MatrixXd QL = Q * lambda.cwiseInverse().asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> K_Q(QL * Q.transpose());
-  const MatrixXd& Z = K_Q.eigenvectors();
-  MatrixXd X = Z.transpose() * (Q * D.transpose() + D * Q.transpose()) * Z;
-  for (Index j = 0; j < X.cols(); ++j)
-    for (Index i = 0; i < X.rows(); ++i) X(i, j) /= K_Q.eigenvalues()(i) + K_Q.eigenvalues()(j);
-  return D - Z * X * Z.transpose() * QL;
+  SymmetricLyapunov<double> lyapunov(Q.rows());
+  lyapunov.factor(QL * Q.transpose());
+  MatrixXd X = Q * D.transpose() + D * Q.transpose();
+  lyapunov.solve(X, X);
+  return D - X * QL;
 }
 
 bool relax(const VectorXd& lambda, Path& path, double tolerance, const std::stop_token& stop) {

@@ -1,9 +1,9 @@
 #include "engine/representations/discrete_pairs.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <limits>
 
+#include "engine/linalg/spectrum.h"
 #include "engine/representations/j_d_inverse.h"
 
 namespace stiefel {
@@ -17,7 +17,7 @@ MatrixWithin<double> Sigma_L_inverse(const Vector<double>& lambda, const Matrix<
 
 double margin_E_L(const Vector<double>& lambda, const Matrix<double>& U) {
   const Matrix<double> W = U * lambda.asDiagonal();
-  const Eigen::VectorXcd w = Eigen::EigenSolver<Matrix<double>>(W, false).eigenvalues();
+  const Eigen::VectorXcd w = spectrum(W);
   double margin = std::numeric_limits<double>::infinity();
   for (Eigen::Index j = 0; j < w.size(); ++j)
     for (Eigen::Index i = 0; i < j; ++i) margin = std::min(margin, std::abs(w(i) + w(j)));

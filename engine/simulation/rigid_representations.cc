@@ -1,7 +1,7 @@
-#include <unsupported/Eigen/MatrixFunctions>
-
 #include "engine/invariants/parametric_rigid_body.h"
 #include "engine/linalg/orthogonal.h"
+#include "engine/linalg/principal_root.h"
+#include "engine/linalg/spectrum.h"
 #include "engine/representations/discrete_pairs.h"
 #include "engine/representations/interpolation.h"
 #include "engine/representations/j_d_inverse.h"
@@ -125,13 +125,12 @@ WithinDomain<Expression> write_parametric_with(double h, const Phase& x,
   W /= 2;
   const Dense square = Dense::Identity(W.rows(), W.cols()) + W * W;
   double margin = std::numeric_limits<double>::infinity();
-  const Eigen::VectorXcd spectrum = Eigen::EigenSolver<Dense>(square, false).eigenvalues();
-  for (const std::complex<double> z : spectrum)
+  const auto eigenvalues = spectrum(square);
+  for (const std::complex<double> z : eigenvalues)
     margin = std::min(margin, z.real() > 0 ? std::abs(z) : std::abs(z.imag()));
   if (!(margin > 1e-12)) return std::unexpected(OutsideDomain{"S_M^mu", margin, 0});
   margins.push_back({"S_M^mu", margin});
-  const Dense root = square.sqrt();
-  return Expression{{{"Q", x.Q}, {"P", x.Q * (W + root)}}, {}, mu};
+  return Expression{{{"Q", x.Q}, {"P", x.Q * (W + principal_root(square))}}, {}, mu};
 }
 WithinDomain<Expression> write_parametric(const Phase& x, const ConversionTarget& target,
                                           Margins& margins) {

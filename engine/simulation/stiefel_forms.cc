@@ -1,10 +1,10 @@
 #include "engine/simulation/stiefel_forms.h"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 
 #include "engine/invariants/stiefel.h"
 #include "engine/linalg/orthogonal.h"
+#include "engine/linalg/symmetric_lyapunov.h"
 #include "engine/simulation/rigid_body_scene.h"
 
 namespace stiefel {
@@ -58,12 +58,11 @@ void set_tangent(SceneDraft& draft, const char* name, bool is_velocity) {
   if (size > 4 * static_cast<double>(Q.cols()) * 0x1p-53 * speed) {
     // V ← V − YQΛ⁻¹ with KY + YK = defect, K = QΛ⁻¹Qᵀ: the projection in the metric Λ.
     const Eigen::MatrixXd G = Q * lambda.cwiseInverse().asDiagonal();
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> K(G * Q.transpose());
-    Eigen::MatrixXd Y = K.eigenvectors().transpose() * defect * K.eigenvectors();
-    for (Eigen::Index j = 0; j < Y.cols(); ++j)
-      for (Eigen::Index i = 0; i < Y.rows(); ++i)
-        Y(i, j) /= K.eigenvalues()(i) + K.eigenvalues()(j);
-    V -= K.eigenvectors() * Y * K.eigenvectors().transpose() * G;
+    SymmetricLyapunov<double> lyapunov(Q.rows());
+    lyapunov.factor(G * Q.transpose());
+    Eigen::MatrixXd Y = defect;
+    lyapunov.solve(Y, Y);
+    V -= Y * G;
   } else {
     return draft.set_block(name, *given);
   }

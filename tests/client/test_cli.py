@@ -321,3 +321,54 @@ def test_progress_is_for_terminals(write, scene):
         run.wait()
         os.close(terminal)
     assert re.match(rb"\r\[ +\]   0 %  step [1-9]\d+ of 1000000000000  \S+ steps/s", seen)
+
+
+# Other variables, two frames, structure
+
+
+def test_convert_prints_a_scene_that_runs(stiefel, write, scene, tmp_path):
+    scene = write(scene)
+    done = stiefel("convert", scene, "--to", "symmetric_rigid_body")
+    assert done.status == 0 and done.json["scene"]["system"] == "symmetric_rigid_body"
+    assert 0 < done.json["margins"]["S_M"] < 2
+    alone = stiefel("convert", scene, "--to", "symmetric_rigid_body", "--output", "symmetric.json")
+    assert alone.json == {"margins": done.json["margins"]}
+    one, other = (stiefel("run", path, "--to", 10, "--every", 10, "--fields", "M").json["samples"][-1]["fields"]["M"]
+                  for path in (scene, tmp_path / "symmetric.json"))
+    np.testing.assert_allclose(other["values"], one["values"], atol=1e-12)
+
+
+def test_convert_to_velocity(stiefel, write, scene):
+    blocks = stiefel("convert", write(scene), "--to", "velocity").json["blocks"]
+    assert sorted(blocks) == ["Q", "Qdot"] and len(blocks["Qdot"]["values"]) == 9
+
+
+def test_convert_outside_a_domain(stiefel, write, scene):
+    done = stiefel("convert", write(scene), "--to", "symmetric_rigid_body", "--epsilon", 1)
+    assert done.status == 2 and "S_M" in done.err and "the bound is 2" in done.err
+
+
+def test_connect(stiefel, write):
+    frames = {"inertia": [1, 2, 3], "Q_0": matrix([[1, 0, 0]]), "Q_T": matrix([[0, 1, 0]]), "time": 1}
+    done = stiefel("connect", write(frames))
+    assert done.status == 0 and done.json["shortest"] == "unknown" and done.json["residual"] < 1e-11
+    assert sorted(done.json["initial"]) == ["Q", "S"]
+    run = stiefel("run", write(done.json["scene"], "found.json"), "--to", 1, "--fields", "Q").json
+    np.testing.assert_allclose(run["samples"][-1]["fields"]["Q"]["values"], [0, 1, 0], atol=1e-11)
+
+
+def test_connect_names_what_is_wrong(stiefel, write):
+    frames = {"inertia": [1, 2, 3], "Q_0": matrix(np.eye(3)), "Q_T": matrix(np.diag([1, 1, -1])), "time": 1}
+    done = stiefel("connect", write(frames))
+    assert done.status == 2 and "det Q_T = -1" in done.err
+
+
+def test_diagnose_structure(stiefel, write, scene):
+    zero = matrix(np.zeros((3, 3)))
+    asked = {"forms": [{"form": "omega", "first": {"Q": zero, "M": zero}, "second": {"Q": zero, "M": zero}}]}
+    done = stiefel("diagnose", write(scene), "--to", 5, "--symplectic", "--structure", write(asked, "forms.json"))
+    assert done.status == 0
+    assert done.json["diagnosis"]["forms"] == [0] and done.json["diagnosis"]["symplectic_defect"] < 1e-11
+    del asked["forms"][0]["second"]["M"]
+    done = stiefel("diagnose", write(scene), "--to", 5, "--structure", write(asked, "forms.json"))
+    assert done.status == 2 and "--structure: forms[0].second.M" in done.err

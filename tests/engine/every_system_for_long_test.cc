@@ -37,7 +37,9 @@ TEST_P(EverySystemForLong, KeepsExactlyWhatItDeclares) {
       if (invariant.kept != Kept::exact) continue;
       EXPECT_LE(invariant.drift(), 1e-12) << invariant.name;
     }
-    if (exact("orthogonality")) EXPECT_LE(diagnosis.orthogonality.value(), 1e-12);
+    if (exact("orthogonality")) {
+      EXPECT_LE(diagnosis.orthogonality.value(), 1e-12);
+    }
   }
 }
 
