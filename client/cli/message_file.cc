@@ -108,7 +108,8 @@ std::string to_text(const nlohmann::ordered_json& json, std::size_t indent) {
   const bool flat =
       json.is_primitive() || json.empty() || (json.is_array() && json.front().is_primitive());
   if (flat) return json.dump();
-  const std::string margin = "\n" + std::string(indent + 2, ' ');
+  std::string margin(indent + 3, ' ');
+  margin[0] = '\n';
   std::string text(1, json.is_array() ? '[' : '{');
   for (const auto& [name, value] : json.items()) {
     if (text.size() > 1) text += ",";
