@@ -36,7 +36,8 @@ Diagnosis diagnose(const Scene& scene, const Simulation& now, std::span<const st
   now.invariants(after);
 
   Diagnosis diagnosis;
-  for (std::size_t i = 0; i < before.entries().size(); ++i) {
+  const std::size_t both = std::min(before.entries().size(), after.entries().size());
+  for (std::size_t i = 0; i < both; ++i) {
     const auto& start = before.entries()[i];
     diagnosis.invariants.push_back({start.name, start.value, after.entries()[i].value, start.scale,
                                     kept(scene, start.family)});

@@ -1,5 +1,6 @@
 #include "engine/maps/moser_veselov.h"
 
+#include "engine/simulation/discrete_hamiltonian.h"
 #include "engine/simulation/rigid_body_data.h"
 #include "engine/simulation/rigid_body_readout.h"
 #include "engine/simulation/rigid_body_scene.h"
@@ -32,6 +33,7 @@ SystemEntry moser_veselov_entry() {
   info.source = "[RB] (4.5)";
   info.file = "engine/maps/moser_veselov.h";
   info.discrete = true;
+  info.invariants.push_back(discrete_hamiltonian_info);
   info.methods = keeps_all(info);
   return {info, check_rigid_body_or_engineers, make, make_in<SoN<double>>};
 }

@@ -1,6 +1,7 @@
 #include "engine/maps/moser_veselov_pair.h"
 
 #include "engine/representations/discrete_pairs.h"
+#include "engine/simulation/discrete_hamiltonian.h"
 #include "engine/simulation/rigid_body_data.h"
 #include "engine/simulation/rigid_body_scene.h"
 #include "engine/simulation/rigid_forms.h"
@@ -34,6 +35,12 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
                          [=](const auto& x) {
                            return Sigma_L<double>(lambda, x.topRows(N), x.bottomRows(N), h);
                          }});
+  readout.invariants = [=, of_body = std::move(readout.invariants)](const Eigen::MatrixXd& x,
+                                                                    InvariantList& out) {
+    of_body(x, out);
+    add_discrete_hamiltonian(lambda, Sigma_L<double>(lambda, x.topRows(N), x.bottomRows(N), h), h,
+                             out);
+  };
   return simulate_map(scene, Map(lambda, h), readout, rigid_body_cost(N));
 }
 
@@ -53,6 +60,7 @@ SystemEntry moser_veselov_pair_entry() {
   info.source = "[RB] (4.4)";
   info.file = "engine/maps/moser_veselov_pair.h";
   info.discrete = true;
+  info.invariants.push_back(discrete_hamiltonian_info);
   info.methods = keeps_all(info);
   return {info, check, make};
 }

@@ -15,6 +15,7 @@ RigidBodyFields::RigidBodyFields(const Scene& scene) {
   if (N == 3 && scene.has_frame() && scene.determinant() == 1)
     offer("quaternion", RigidBodyField::quaternion, 1, 4);
   if (N == 3) offer("angular_velocity", RigidBodyField::angular_velocity, 1, 3);
+  if (scene.method().empty()) map_step = scene.step();
 }
 
 }  // namespace stiefel

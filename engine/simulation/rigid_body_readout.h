@@ -5,6 +5,7 @@
 #include "engine/linalg/orthogonal.h"
 #include "engine/linalg/so_3.h"
 #include "engine/linalg/so_n.h"
+#include "engine/simulation/discrete_hamiltonian.h"
 #include "engine/simulation/rigid_body_invariants.h"
 #include "engine/simulation/scene.h"
 #include "engine/simulation/simulation.h"
@@ -20,6 +21,7 @@ struct RigidBodyFields {
   std::vector<Field> fields;
   std::vector<RigidBodyField> kinds;
   std::size_t block_count;
+  std::optional<double> map_step;  ///< of the discrete body
 };
 
 /// Between a scene and states (Q over M) in N dimensions.
@@ -41,6 +43,8 @@ class RigidBodyReadout {
   }
   void invariants(const Point& x, InvariantList& out) const {
     rigid_body_invariants(lambda_, x.topRows(x.rows() - N_), x.bottomRows(N_), out);
+    if (offered_.map_step)
+      add_discrete_hamiltonian(lambda_, x.bottomRows(N_), *offered_.map_step, out);
   }
   std::optional<double> orthogonality(const Point& x) const {
     if (x.rows() == N_) return std::nullopt;
@@ -96,7 +100,9 @@ class RigidBodyReadout<So3<double, frame>> {
     return x;
   }
   void invariants(const Point& x, InvariantList& out) const {
-    rigid_body_invariants(lambda_, Q(x), hat(x.template tail<3>()), out);
+    const Eigen::Matrix3d M = hat(x.template tail<3>());
+    rigid_body_invariants(lambda_, Q(x), M, out);
+    if (offered_.map_step) add_discrete_hamiltonian(lambda_, M, *offered_.map_step, out);
   }
   std::optional<double> orthogonality(const Point& x) const {
     if constexpr (frame) return orthogonality_defect(Q(x));

@@ -2,6 +2,7 @@
 
 #include "engine/invariants/symmetric_rigid_body.h"
 #include "engine/representations/psi.h"
+#include "engine/simulation/discrete_hamiltonian.h"
 #include "engine/simulation/rigid_body_data.h"
 #include "engine/simulation/rigid_forms.h"
 #include "engine/simulation/simulate.h"
@@ -23,6 +24,12 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
        .M = [=](const auto& x) { return Psi<double>(x.topRows(N), x.bottomRows(N), epsilon); },
        .A = [N](const auto& x) { return constant_A<double>(x.topRows(N), x.bottomRows(N)); },
        .scaled = true});
+  readout.invariants = [=, lambda = scene.inertia(), h = scene.step(),
+                        of_body = std::move(readout.invariants)](const Eigen::MatrixXd& x,
+                                                                 InvariantList& out) {
+    of_body(x, out);
+    add_discrete_hamiltonian(lambda, Psi<double>(x.topRows(N), x.bottomRows(N), epsilon), h, out);
+  };
   return simulate_map(scene, Map(scene.inertia(), scene.step(), epsilon), readout,
                       rigid_body_cost(N));
 }
@@ -37,6 +44,7 @@ SystemEntry symmetric_moser_veselov_entry() {
   info.source = "[RB] (4.7)";
   info.file = "engine/maps/symmetric_moser_veselov.h";
   info.discrete = true;
+  info.invariants.push_back(discrete_hamiltonian_info);
   info.methods = keeps_all(info);
   return {info, [](SceneDraft& draft) { check_symmetric(draft, false, draft.given().step); }, make};
 }
