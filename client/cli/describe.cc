@@ -57,6 +57,9 @@ void print(const v1::SystemInfo& system) {
   for (const auto& invariant : system.invariants()) {
     rows.push_back({"invariant", invariant.name(), "", invariant.formula()});
   }
+  for (const auto& form : system.forms()) {
+    rows.push_back({"form", form.name(), form.blocks(), form.formula()});
+  }
   print(rows, "  ");
   rows.clear();
   for (const auto& method : system.methods()) {

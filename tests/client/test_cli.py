@@ -205,7 +205,7 @@ def test_describe_lists_what_the_json_lists(stiefel):
     assert description["limits"]["max_dimension"] == 512
     for system in description["systems"]:
         assert f"\n{system['name']}" in table.out
-        for item in system["fields"] + system["invariants"]:
+        for item in system["fields"] + system["invariants"] + system.get("forms", []):
             assert f" {item['name']} " in table.out
     for method in description["methods"]:
         assert f"\n  {method['name']} " in table.out
@@ -279,7 +279,7 @@ def test_help_is_status_0_and_tells_the_statuses(stiefel):
     result = stiefel("--help")
     assert result.status == 0
     assert "Exit status: 0 reached, 2 bad input, 3 numerical stop" in result.out
-    for command in ("describe", "run", "diagnose"):
+    for command in ("describe", "run", "diagnose", "convert", "connect"):
         assert stiefel(command, "--help").status == 0
 
 
