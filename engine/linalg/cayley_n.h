@@ -65,6 +65,13 @@ class CayleyN {
   Vector<Wide> wide_lambda_;
   Lyapunov<Scalar> lyapunov_;
   Matrix<Scalar> C_, A_, F_, G_, delta_, U_minus_I_;
+
+  /// The last correction's workspace.
+  struct WideWorkspace {
+    explicit WideWorkspace(Eigen::Index N) : C(N, N), K(N, N), product(N, N), llt(N) {}
+    Matrix<Wide> C, K, product;
+    Eigen::LLT<Matrix<Wide>> llt;
+  } wide_;
 };
 
 template <class Scalar, Arithmetic arithmetic>
@@ -77,7 +84,9 @@ CayleyN<Scalar, arithmetic>::CayleyN(const Vector<Scalar>& lambda, Scalar h)
       A_(C_),
       F_(C_),
       G_(C_),
-      delta_(C_) {}
+      delta_(C_),
+      U_minus_I_(C_),
+      wide_(lambda.size()) {}
 
 template <class Scalar, Arithmetic arithmetic>
 void CayleyN<Scalar, arithmetic>::start(const Matrix<Scalar>& K) {
@@ -135,13 +144,23 @@ const Matrix<Scalar>& CayleyN<Scalar, arithmetic>::deviation() {
 template <class Scalar, Arithmetic arithmetic>
 void CayleyN<Scalar, arithmetic>::transport_momentum(State& x) {
   const Eigen::Index N = C_.rows(), top = x.value.rows() - N;
-  const Matrix<Wide> I = Matrix<Wide>::Identity(N, N);
-  Matrix<Wide> K(N, N), C = C_.template cast<Wide>();
+  Matrix<Wide>&C = wide_.C, &K = wide_.K, &product = wide_.product;
+  C = C_.template cast<Wide>();
   for (Eigen::Index j = 0; j < N; ++j)
-    for (Eigen::Index i = 0; i < N; ++i) K(i, j) = h_ * x.extended(top + i, j);
-  correct(C, (I - C) * (K * (I + C)) / 2);
-  const Matrix<Wide> quotient = (I - C * C).llt().solve(C), D = C * quotient;
-  U_minus_I_ = (2 * (quotient + D)).template cast<Scalar>();
+    for (Eigen::Index i = 0; i < N; ++i) K(i, j) = h_ * x.extended(top + i, j) / 2;
+  product.noalias() = K * C;
+  product += K;  // ½K(I + C)
+  K = product;
+  K.noalias() -= C * product;
+  correct(C, K);
+  product.noalias() = Wide(-1) * C * C;
+  product.diagonal().array() += Wide(1);
+  wide_.llt.compute(product);
+  Matrix<Wide>&quotient = product, &D = K;
+  quotient = C;
+  wide_.llt.solveInPlace(quotient);
+  D.noalias() = C * quotient;
+  U_minus_I_ = (Wide(2) * (quotient + D)).template cast<Scalar>();
   for (Eigen::Index j = 0; j < N; ++j)
     for (Eigen::Index i = 0; i < j; ++i) {
       x.add(top + i, j, 4 * (wide_lambda_(i) - wide_lambda_(j)) * D(i, j) / h_);

@@ -29,6 +29,12 @@ struct Accumulator {
     if constexpr (compensated) carry.setZero();
   }
 
+  /// Null in plain arithmetic.
+  Scalar* carry_data() {
+    if constexpr (compensated) return carry.data();
+    return nullptr;
+  }
+
   /// Element (i, j) with its carry.
   Extended<Scalar> extended(Eigen::Index i, Eigen::Index j = 0) const {
     Extended<Scalar> x = value(i, j);

@@ -2,6 +2,7 @@
 
 namespace stiefel {
 
+template class DeviationSweeps<double>;
 template class DeviationN<double, Arithmetic::compensated>;
 template class DeviationN<double, Arithmetic::plain>;
 

@@ -1,38 +1,31 @@
 #pragma once
 
-#include <algorithm>
-#include <cmath>
-
-#include "engine/linalg/compensated.h"
+#include "engine/linalg/deviation_sweeps.h"
 #include "engine/linalg/split_product.h"
 
 namespace stiefel {
 
-/// U = J_D⁻¹(hM) in N dimensions as the deviation X = UΛ − Λ = T + hM/2 with T symmetric ([RB]
-/// (7.13), (7.14), where S = Λ + T): with W = Λ + X,
+/// The step of the rigid body in N dimensions by U = J_D⁻¹(hM), found as the deviation X = UΛ − Λ
+/// (DeviationSweeps). As (U + Uᵀ)_ij = 2δ_ij − (XᵀX)_ij/(λ_iλ_j), the momentum moves by
 ///
-///     WᵀW = Λ²   ⟺   ΛT + TΛ = −(h/2)[Λ, M] − XᵀX,
+///     M_{k+1} − M_k = [Λ, U + Uᵀ]/h = −(λ_i − λ_j)(XᵀX)_ij / (λ_iλ_jh),
 ///
-/// by the fixed point T ← …/(λ_i + λ_j), one symmetric product a sweep. Small quantities stay
-/// relatively accurate. Any symmetric T satisfies UΛ − ΛUᵀ = hM, so what is watched is Λ⁻¹(WᵀW −
-/// Λ²)Λ⁻¹ = UᵀU − I. For λ_i > 0 of moderate spread.
+/// small quantities from small ones. Compensated arithmetic forms XᵀX and the increment to nearly
+/// twice the precision.
 template <class Scalar, Arithmetic arithmetic>
-class DeviationN {
+class DeviationN : public DeviationSweeps<Scalar> {
  public:
   using State = Accumulator<Matrix<Scalar>, arithmetic>;
   using Wide = Extended<Scalar>;
 
   DeviationN(const Vector<Scalar>& lambda, Scalar h);
 
-  Matrix<Scalar>& T() { return T_; }
+  /// From the R that is there; false if that is slow. K = hM.
+  bool sweep(const Matrix<Scalar>& K) {
+    return Sweeps::sweep(K, arithmetic == Arithmetic::compensated);
+  }
 
-  /// From the T that is there until UᵀU − I is at rounding level; false if that is slow. K = hM.
-  bool sweep(const Matrix<Scalar>& K);
-
-  /// Takes X from elsewhere.
-  void set(const Matrix<Scalar>& X, const Matrix<Scalar>& K);
-
-  /// M ← UᵀMU = M + (1/h)(λ_i − λ_j)(X_ij/λ_j + X_ji/λ_i), and X to its last bit.
+  /// M ← UᵀMU, and X to its last bit.
   void transport_momentum(State& x);
 
   /// U − I = XΛ⁻¹ of the last transport_momentum.
@@ -42,101 +35,81 @@ class DeviationN {
   void transport_frame(State& x);
 
  private:
-  /// X = T + hM/2, M with its carry, as a rounded X and what that took away; then XᵀX = high + low.
-  void form_residual(const State& x);
+  using Sweeps = DeviationSweeps<Scalar>;
+  using Sweeps::G_, Sweeps::lambda_, Sweeps::N_, Sweeps::R_column, Sweeps::X_;
 
-  /// More sweeps for the price of a product each: as T changes by δ, XᵀX changes by Xᵀδ + δX. Until
-  /// T is known far below its rounding, because what is left is a drift that grows like the steps.
-  void correct_residual(const State& x);
+  void transport_plainly(State& x);
+  void transport_carefully(State& x);
 
-  /// T_ij = −((h/2)[Λ, M]_ij + (XᵀX)_ij) / (λ_i + λ_j).
-  Wide wide_T(Eigen::Index i, Eigen::Index j, Wide commutator) const {
-    return -(commutator + G_(i, j) + (Wide(low_(i, j)) + low_(j, i))) /
+  /// X with M's carry, as a rounded X and what that took away; then XᵀX = G + low + lowᵀ.
+  void form_product(const State& x);
+
+  /// More sweeps for the price of a product each: as R changes by δ, XᵀX changes by Xᵀδ + δX. Until
+  /// R is known far below its rounding, because what is left is a drift that grows like the steps.
+  void correct_product();
+
+  Wide wide_XX(Eigen::Index i, Eigen::Index j) const {
+    return G_(i, j) + (Wide(low_(i, j)) + low_(j, i));
+  }
+  Wide wide_R(Eigen::Index i, Eigen::Index j) const {
+    return -wide_XX(i, j) / (wide_lambda_(i) + wide_lambda_(j));
+  }
+  Wide wide_hOmegaLambda(const State& x, Eigen::Index i, Eigen::Index j) const {
+    const Eigen::Index top = x.value.rows() - N_;
+    return Wide(h_) * x.extended(top + i, j) * wide_lambda_(j) /
            (wide_lambda_(i) + wide_lambda_(j));
   }
 
-  Vector<Scalar> lambda_;
-  Vector<Wide> wide_lambda_;
   Scalar h_;
-  Eigen::Index N_;
+  Vector<Wide> wide_lambda_;
   SplitProduct<Scalar> split_;
-  Matrix<Scalar> T_, X_, G_, low_, change_, step_change_;
+  Matrix<Scalar> low_, change_, step_change_;
 };
 
 template <class Scalar, Arithmetic arithmetic>
 DeviationN<Scalar, arithmetic>::DeviationN(const Vector<Scalar>& lambda, Scalar h)
-    : lambda_(lambda),
-      wide_lambda_(lambda.template cast<Wide>()),
+    : Sweeps(lambda),
       h_(h),
-      N_(lambda.size()),
+      wide_lambda_(lambda.template cast<Wide>()),
       split_(N_),
-      T_(Matrix<Scalar>::Zero(N_, N_)),
-      X_(T_),
-      G_(T_),
-      low_(T_),
-      change_(T_),
-      step_change_(T_) {}
-
-template <class Scalar, Arithmetic arithmetic>
-bool DeviationN<Scalar, arithmetic>::sweep(const Matrix<Scalar>& K) {
-  const Scalar unit = two_to<Scalar>(-bits<Scalar>), slow = Scalar(0.7);
-  constexpr int most = 40;
-  using std::abs, std::isfinite;
-  Scalar last = std::numeric_limits<Scalar>::infinity();
-  for (int k = 0; k < most; ++k) {
-    X_ = T_ + K / 2;
-    G_.template triangularView<Eigen::Upper>().setZero();
-    G_.template selfadjointView<Eigen::Upper>().rankUpdate(X_.transpose());
-    Scalar defect = 0, size = 0;
-    for (Eigen::Index j = 0; j < N_; ++j)
-      for (Eigen::Index i = 0; i <= j; ++i) {
-        const Scalar sum = lambda_(i) + lambda_(j);
-        const Scalar T = -((lambda_(i) - lambda_(j)) * (K(i, j) / 2) + G_(i, j)) / sum;
-        const Scalar inverse = 1 / (lambda_(i) * lambda_(j));
-        defect = std::max<Scalar>(defect, abs(T - T_(i, j)) * sum * inverse);
-        size = std::max<Scalar>(size, std::max<Scalar>(abs(X_(i, j)), abs(X_(j, i))) *
-                                          std::max(lambda_(i), lambda_(j)) * inverse);
-        T_(i, j) = T_(j, i) = T;
-      }
-    if (!isfinite(size) || size > 1) return false;
-    // Compensated arithmetic goes on from here and wants T, which is as X², to its last bit.
-    const Scalar enough = arithmetic == Arithmetic::compensated ? size * size : size;
-    const Scalar ratio = k == 0 ? slow : defect / last;
-    if (defect * ratio <= unit * enough || (k > 0 && ratio > slow && defect <= 64 * unit * size)) {
-      X_ = T_ + K / 2;
-      return true;
-    }
-    if (k > 0 && ratio > slow) return false;
-    last = defect;
-  }
-  return false;
-}
-
-template <class Scalar, Arithmetic arithmetic>
-void DeviationN<Scalar, arithmetic>::set(const Matrix<Scalar>& X, const Matrix<Scalar>& K) {
-  T_ = (X + X.transpose()) / 2;
-  X_ = T_ + K / 2;
-}
+      low_(Matrix<Scalar>::Zero(N_, N_)),
+      change_(low_),
+      step_change_(low_) {}
 
 template <class Scalar, Arithmetic arithmetic>
 void DeviationN<Scalar, arithmetic>::transport_momentum(State& x) {
-  constexpr bool refine = arithmetic == Arithmetic::compensated;
-  const Eigen::Index top = x.value.rows() - N_;
-  if (refine) {
-    form_residual(x);
-    correct_residual(x);
+  if constexpr (arithmetic == Arithmetic::plain)
+    transport_plainly(x);
+  else
+    transport_carefully(x);
+}
+
+template <class Scalar, Arithmetic arithmetic>
+void DeviationN<Scalar, arithmetic>::transport_plainly(State& x) {
+  auto M = x.value.bottomRows(N_);
+  for (Eigen::Index j = 0; j < N_; ++j) {
+    const auto lambda = lambda_.head(j + 1).array();
+    M.col(j).head(j + 1).array() += R_column(j).array() * (lambda - lambda_(j)) *
+                                    (lambda + lambda_(j)) / (lambda * (lambda_(j) * h_));
   }
+  mirror_upper(M, -1);
+}
+
+template <class Scalar, Arithmetic arithmetic>
+void DeviationN<Scalar, arithmetic>::transport_carefully(State& x) {
+  const Eigen::Index top = x.value.rows() - N_;
+  form_product(x);
+  correct_product();
   for (Eigen::Index j = 0; j < N_; ++j)
     for (Eigen::Index i = 0; i <= j; ++i) {
-      const Wide difference = wide_lambda_(i) - wide_lambda_(j);
-      const Wide half = Wide(h_) * x.extended(top + i, j) / 2;
-      const Wide T = refine ? wide_T(i, j, difference * half) : Wide(T_(i, j));
-      const Wide X_ij = T + half, X_ji = T - half;
-      T_(i, j) = T_(j, i) = static_cast<Scalar>(T);
-      X_(i, j) = static_cast<Scalar>(X_ij);
-      X_(j, i) = static_cast<Scalar>(X_ji);
+      const Wide R = wide_R(i, j);
+      R_column(j)(i) = static_cast<Scalar>(R);
+      X_(i, j) = static_cast<Scalar>(R + wide_hOmegaLambda(x, i, j));
+      X_(j, i) = static_cast<Scalar>(R + wide_hOmegaLambda(x, j, i));
       if (i == j) continue;
-      x.add(top + i, j, difference * (X_ij / wide_lambda_(j) + X_ji / wide_lambda_(i)) / h_);
+      x.add(top + i, j,
+            -(wide_lambda_(i) - wide_lambda_(j)) * wide_XX(i, j) /
+                (wide_lambda_(i) * wide_lambda_(j) * h_));
       x.mirror(top + i, j, top + j, i);
     }
 }
@@ -151,15 +124,18 @@ template <class Scalar, Arithmetic arithmetic>
 void DeviationN<Scalar, arithmetic>::transport_frame(State& x) {
   G_.noalias() = x.value.topRows(N_) * X_;
   for (Eigen::Index j = 0; j < N_; ++j)
-    for (Eigen::Index i = 0; i < N_; ++i) x.add_scalar(i, j, G_(i, j) / lambda_(j));
+    if constexpr (arithmetic == Arithmetic::plain)
+      x.value.col(j).head(N_) += G_.col(j) / lambda_(j);
+    else
+      for (Eigen::Index i = 0; i < N_; ++i) x.add_scalar(i, j, G_(i, j) / lambda_(j));
 }
 
 template <class Scalar, Arithmetic arithmetic>
-void DeviationN<Scalar, arithmetic>::form_residual(const State& x) {
-  const Eigen::Index top = x.value.rows() - N_;
+void DeviationN<Scalar, arithmetic>::form_product(const State& x) {
   for (Eigen::Index j = 0; j < N_; ++j)
     for (Eigen::Index i = 0; i < N_; ++i) {
-      const Wide exact = T_(i, j) + Wide(h_) * x.extended(top + i, j) / 2;
+      const Scalar R = i <= j ? R_column(j)(i) : R_column(i)(j);
+      const Wide exact = R + wide_hOmegaLambda(x, i, j);
       X_(i, j) = static_cast<Scalar>(exact);
       change_(i, j) = static_cast<Scalar>(exact - X_(i, j));
     }
@@ -167,20 +143,17 @@ void DeviationN<Scalar, arithmetic>::form_residual(const State& x) {
 }
 
 template <class Scalar, Arithmetic arithmetic>
-void DeviationN<Scalar, arithmetic>::correct_residual(const State& x) {
+void DeviationN<Scalar, arithmetic>::correct_product() {
   const Scalar negligible = two_to<Scalar>(-bits<Scalar> - 13);
   using std::abs;
   constexpr int most = 4;
-  const Eigen::Index top = x.value.rows() - N_;
   const Scalar size = X_.cwiseAbs().maxCoeff();
   change_.setZero();
   for (int k = 0; k < most; ++k) {
     Scalar largest = 0;
     for (Eigen::Index j = 0; j < N_; ++j)
       for (Eigen::Index i = 0; i <= j; ++i) {
-        const Wide difference = wide_lambda_(i) - wide_lambda_(j);
-        const Wide T = wide_T(i, j, difference * (Wide(h_) * x.extended(top + i, j) / 2));
-        const Scalar change = static_cast<Scalar>(T - T_(i, j));
+        const Scalar change = static_cast<Scalar>(wide_R(i, j) - R_column(j)(i));
         step_change_(i, j) = step_change_(j, i) = change - change_(i, j);
         change_(i, j) = change;
         largest = std::max<Scalar>(largest, abs(step_change_(i, j)));

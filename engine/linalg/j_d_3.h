@@ -25,7 +25,6 @@ class JDInverse3 {
 
   /// Newton needs no history.
   struct Memory {
-    explicit Memory(Eigen::Index) {}
     template <class Visitor>
     void each(Visitor&&) {}
   };
@@ -36,6 +35,8 @@ class JDInverse3 {
     difference_ << l(2) - l(1), l(0) - l(2), l(1) - l(0);  // I_2 − I_3 and cyclic
     inertia_rounded_ = inertia_.template cast<Scalar>();
   }
+
+  Memory memory() const { return {}; }
 
   bool solve(const State& x, const Memory&) {
     const Vector3<Scalar> m = x.value.template tail<3>();

@@ -3,7 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <complex>
 
-#include "engine/linalg/scalar.h"
+#include "engine/linalg/householder.h"
 
 namespace stiefel {
 
@@ -29,12 +29,15 @@ class Lyapunov {
   void solve(const Matrix<Scalar>& G, Matrix<Scalar>& Y);
 
  private:
+  Eigen::HessenbergDecomposition<Matrix<Complex>> hessenberg_;
   Eigen::ComplexSchur<Matrix<Complex>> schur_;
   Matrix<Complex> Y_, product_;
+  Vector<Complex> workspace_;
 };
 
 template <class Scalar>
-Lyapunov<Scalar>::Lyapunov(Eigen::Index N) : schur_(N), Y_(N, N), product_(N, N) {
+Lyapunov<Scalar>::Lyapunov(Eigen::Index N)
+    : hessenberg_(N), schur_(N), Y_(N, N), product_(N, N), workspace_(N) {
   // Of the identity, so that a copy made before `factor` copies nothing that was never set.
   Y_.setIdentity();
   schur_.computeFromHessenberg(Y_, Y_, false);
@@ -42,7 +45,12 @@ Lyapunov<Scalar>::Lyapunov(Eigen::Index N) : schur_(N), Y_(N, N), product_(N, N)
 
 template <class Scalar>
 void Lyapunov<Scalar>::factor(const Matrix<Scalar>& A) {
-  schur_.compute(A.template cast<Complex>());
+  Y_ = A.template cast<Complex>();
+  hessenberg_.compute(Y_);
+  write_householder_product(hessenberg_.packedMatrix(), hessenberg_.householderCoefficients(),
+                            workspace_, product_);
+  Y_ = hessenberg_.matrixH();
+  schur_.computeFromHessenberg(Y_, product_);
 }
 
 template <class Scalar>
@@ -70,7 +78,8 @@ void Lyapunov<Scalar>::solve(const Matrix<Scalar>& G, Matrix<Scalar>& Y) {
   const auto& Z = schur_.matrixU();
   const auto& T = schur_.matrixT();
   const Eigen::Index N = Y_.rows();
-  product_.noalias() = Z.adjoint() * G.template cast<Complex>();
+  Y_ = G.template cast<Complex>();
+  product_.noalias() = Z.adjoint() * Y_;
   Y_.noalias() = product_ * Z;
   for (Eigen::Index j = 0; j < N; ++j) {
     for (Eigen::Index k = 0; k < j; ++k) Y_.col(j) -= T(k, j) * Y_.col(k);

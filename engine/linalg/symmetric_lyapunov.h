@@ -2,7 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 
-#include "engine/linalg/scalar.h"
+#include "engine/linalg/householder.h"
 
 namespace stiefel {
 
@@ -19,20 +19,40 @@ class SymmetricLyapunov {
   void solve(const Matrix<Scalar>& E, Matrix<Scalar>& X);
 
  private:
+  Eigen::HessenbergDecomposition<Matrix<Scalar>> tridiagonal_;
   Eigen::SelfAdjointEigenSolver<Matrix<Scalar>> eigen_;
-  Matrix<Scalar> product_;
+  Matrix<Scalar> V_, product_;
+  Vector<Scalar> d_, diagonal_, subdiagonal_, workspace_;
   Scalar k_{};
 };
 
 template <class Scalar>
-SymmetricLyapunov<Scalar>::SymmetricLyapunov(Eigen::Index n) : eigen_(n), product_(n, n) {}
+SymmetricLyapunov<Scalar>::SymmetricLyapunov(Eigen::Index n)
+    : tridiagonal_(n),
+      eigen_(n),
+      V_(n, n),
+      product_(n, n),
+      d_(n),
+      diagonal_(n),
+      subdiagonal_(n > 0 ? n - 1 : 0),
+      workspace_(n) {}
 
 template <class Scalar>
 void SymmetricLyapunov<Scalar>::factor(const Matrix<Scalar>& K) {
-  if (K.rows() == 1)
+  if (K.rows() == 1) {
     k_ = K(0, 0);
-  else
-    eigen_.compute(K);
+    return;
+  }
+  const Scalar scale = K.cwiseAbs().maxCoeff();
+  product_ = K / scale;
+  tridiagonal_.compute(product_);
+  diagonal_ = tridiagonal_.packedMatrix().diagonal();
+  subdiagonal_ = tridiagonal_.packedMatrix().template diagonal<-1>();
+  eigen_.computeFromTridiagonal(diagonal_, subdiagonal_);
+  d_ = scale * eigen_.eigenvalues();
+  write_householder_product(tridiagonal_.packedMatrix(), tridiagonal_.householderCoefficients(),
+                            workspace_, product_);
+  V_.noalias() = product_ * eigen_.eigenvectors();
 }
 
 template <class Scalar>
@@ -41,14 +61,12 @@ void SymmetricLyapunov<Scalar>::solve(const Matrix<Scalar>& E, Matrix<Scalar>& X
     X(0, 0) = E(0, 0) / (2 * k_);
     return;
   }
-  const Matrix<Scalar>& V = eigen_.eigenvectors();
-  const Vector<Scalar>& d = eigen_.eigenvalues();
-  product_.noalias() = V.transpose() * E;
-  X.noalias() = product_ * V;
+  product_.noalias() = V_.transpose() * E;
+  X.noalias() = product_ * V_;
   for (Eigen::Index j = 0; j < X.cols(); ++j)
-    for (Eigen::Index i = 0; i < X.rows(); ++i) X(i, j) /= d(i) + d(j);
-  product_.noalias() = V * X;
-  X.noalias() = product_ * V.transpose();
+    for (Eigen::Index i = 0; i < X.rows(); ++i) X(i, j) /= d_(i) + d_(j);
+  product_.noalias() = V_ * X;
+  X.noalias() = product_ * V_.transpose();
 }
 
 // Compiled once, in symmetric_lyapunov.cc.

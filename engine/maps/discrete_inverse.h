@@ -24,10 +24,10 @@ class DiscreteInverse {
   };
 
   DiscreteInverse(const Vector<Scalar>& lambda, Scalar h)
-      : N_(lambda.size()), branch_(lambda, h), M_(Matrix<Scalar>::Zero(N_, N_)) {}
+      : branch_(lambda, h), M_(Matrix<Scalar>::Zero(lambda.size(), lambda.size())) {}
 
   State start(const Matrix<Scalar>& x) const {
-    return {Accumulator<Matrix<Scalar>, arithmetic>(x), typename JDInverse::Memory(N_)};
+    return {Accumulator<Matrix<Scalar>, arithmetic>(x), branch_.memory()};
   }
 
   /// The place for M, which `solve` and `largest_step` read.
@@ -46,7 +46,6 @@ class DiscreteInverse {
   double largest_step(double limit) { return branch_.largest_step(M_, limit); }
 
  private:
-  Eigen::Index N_;
   PrincipalBranch<JDInverse> branch_;
   Accumulator<Matrix<Scalar>, arithmetic> M_;
 };

@@ -90,7 +90,7 @@ class DiscreteStiefel {
         Q_prev_(i, j) = static_cast<Work>(x.extended(i, j));
         Q_(i, j) = static_cast<Work>(x.extended(n_ + i, j));
       }
-    inverse_ = -(Q_ * Q_.transpose());
+    inverse_.noalias() = Work(-1) * Q_ * Q_.transpose();
     inverse_.diagonal().array() += Work(2);
     bar_ = Q_ * lambda_.cwiseInverse().asDiagonal();
     X_.noalias() = bar_ * bar_.transpose();

@@ -45,10 +45,10 @@ class MoserVeselov {
     }
   };
 
-  MoserVeselov(const Vector<Scalar>& lambda, Scalar h) : N_(lambda.size()), branch_(lambda, h) {}
+  MoserVeselov(const Vector<Scalar>& lambda, Scalar h) : branch_(lambda, h) {}
 
   State start(const Point& x) const {
-    return {Accumulator<Point, arithmetic>(x), typename JDInverse::Memory(N_)};
+    return {Accumulator<Point, arithmetic>(x), branch_.memory()};
   }
 
   Ending step(State& state) {
@@ -63,7 +63,6 @@ class MoserVeselov {
   }
 
  private:
-  Eigen::Index N_;
   PrincipalBranch<JDInverse> branch_;
 };
 

@@ -39,7 +39,7 @@ class MoserVeselovPair {
 
   State start(const Point& x) const {
     using M = Accumulator<Point, arithmetic>;
-    return {Accumulator<Point, arithmetic>(x), M(momentum(x)), typename JDInverse::Memory(N_)};
+    return {Accumulator<Point, arithmetic>(x), M(momentum(x)), branch_.memory()};
   }
 
   Ending step(State& state) {

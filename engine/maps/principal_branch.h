@@ -20,6 +20,9 @@ class PrincipalBranch {
   PrincipalBranch(const Vector<Scalar>& lambda, Scalar h)
       : h_(std::abs(static_cast<double>(h))), J_D_inverse_(lambda, h) {}
 
+  /// That of a first step.
+  Memory memory() const { return J_D_inverse_.memory(); }
+
   /// Finds U, which the inverse then holds; or says why not, with the largest step that has one.
   template <class X>
   Ending solve(const X& x, const Memory& memory) {

@@ -1,12 +1,12 @@
 #pragma once
 
 #include <cmath>
-#include <variant>
+#include <memory>
 
 #include "engine/linalg/constraint_riccati.h"
 #include "engine/linalg/follow_branch.h"
 #include "engine/linalg/symmetric_lyapunov.h"
-#include "engine/maps/frame_pass.h"
+#include "engine/maps/frame_pass_on.h"
 #include "engine/maps/map.h"
 
 namespace stiefel {
@@ -61,12 +61,9 @@ class RattleStiefel {
   std::optional<double> largest_step(const State& state, double limit);
 
  private:
-  template <int n>
-  using Pass = FramePass<Scalar, arithmetic, under, n>;
-  using AnyPass = std::variant<Pass<1>, Pass<2>, Pass<3>, Pass<4>, Pass<Eigen::Dynamic>>;
-  static constexpr Eigen::Index widest = Pass<Eigen::Dynamic>::width;
-
-  static AnyPass pass_for(Eigen::Index n);
+  FrameColumns<Scalar> columns(State& state) const {
+    return {state.x.value.data(), state.x.carry_data(), inverse_.data(), state.x.value.cols()};
+  }
 
   /// Y for the step h, from the Y that is there: A = GDᵀ, P = GGᵀ, E = DDᵀ − I.
   bool solve(const FrameMoments<Scalar>& at, Scalar h);
@@ -83,7 +80,7 @@ class RattleStiefel {
   Scalar h_;
   Eigen::Index n_;
   Vector<Scalar> inverse_;  ///< Λ⁻¹, then zeros
-  AnyPass pass_;
+  std::unique_ptr<FramePass<Scalar>> pass_;
   ConstraintRiccati<Scalar> riccati_;
   SymmetricLyapunov<Scalar> lyapunov_;
   Matrix<Scalar> A_, E_, Y_, Y1_, found_, product_;
@@ -94,8 +91,8 @@ RattleStiefel<Scalar, arithmetic, under>::RattleStiefel(const Vector<Scalar>& la
                                                         Eigen::Index n, Scalar h)
     : h_(h),
       n_(n),
-      inverse_(Vector<Scalar>::Zero(lambda.size() + widest)),
-      pass_(pass_for(n)),
+      inverse_(Vector<Scalar>::Zero(lambda.size() + FramePass<Scalar>::width)),
+      pass_(make_frame_pass<Scalar, arithmetic, under>(n)),
       riccati_(n),
       lyapunov_(n),
       A_(n, n),
@@ -111,7 +108,7 @@ template <class Scalar, Arithmetic arithmetic, Under under>
 auto RattleStiefel<Scalar, arithmetic, under>::start(const Point& x) -> State {
   State state{Accumulator<Point, arithmetic>(x), FrameMoments<Scalar>(n_),
               Matrix<Scalar>::Zero(n_, n_)};
-  std::visit([&](auto& pass) { pass.measure(state.x, inverse_, state.moments); }, pass_);
+  pass_->measure(columns(state), state.moments.sums());
   return state;
 }
 
@@ -133,8 +130,9 @@ Ending RattleStiefel<Scalar, arithmetic, under>::step(State& state, Scalar h) {
   }
   find_Y1(state.moments, h);
   state.half_B = Y1_ / (h * h);
-  std::visit([&](auto& pass) { pass.advance(state.x, inverse_, h, Y_, Y1_, state.moments); },
-             pass_);
+  Y_ /= h;
+  Y1_ /= h;
+  pass_->advance(columns(state), h, Y_.data(), Y1_.data(), state.moments.sums());
   return {};
 }
 
@@ -144,22 +142,6 @@ std::optional<double> RattleStiefel<Scalar, arithmetic, under>::largest_step(con
   using std::abs;
   const double size = static_cast<double>(abs(h_));
   return follow(state.moments, h_, limit / size) * size;
-}
-
-template <class Scalar, Arithmetic arithmetic, Under under>
-auto RattleStiefel<Scalar, arithmetic, under>::pass_for(Eigen::Index n) -> AnyPass {
-  switch (n) {
-    case 1:
-      return Pass<1>(n);
-    case 2:
-      return Pass<2>(n);
-    case 3:
-      return Pass<3>(n);
-    case 4:
-      return Pass<4>(n);
-    default:
-      return Pass<Eigen::Dynamic>(n);
-  }
 }
 
 template <class Scalar, Arithmetic arithmetic, Under under>

@@ -1,7 +1,10 @@
 #pragma once
 
+#include "engine/maps/through_psi.h"
+#include "engine/maps/transposed.h"
 #include "engine/methods/implicit_map.h"
-#include "engine/systems/concepts.h"
+#include "engine/systems/right_rigid_body.h"
+#include "engine/systems/rigid_body.h"
 
 namespace stiefel {
 
@@ -13,7 +16,7 @@ namespace stiefel {
 /// Order 4, time-symmetric, symplectic; it keeps every quadratic invariant (Cooper 1987): QQᵀ and
 /// PQᵀ in the variables (Q, P). It applies to systems that name their quadratic invariants, and the
 /// functions of those, by `quadratic(invariant)`: the forms of the rigid body in (Q, P) or (Q, B).
-/// In (Q, M) it would lose QMQᵀ.
+/// In (Q, M) it would lose QMQᵀ, so there it works on (Q, P), through Ψ.
 struct Gauss4 {
   static constexpr MethodTraits traits = {
       .name = "gauss4",
@@ -24,21 +27,30 @@ struct Gauss4 {
       .default_order = 4,
       .reversible = true,
   };
+
   template <class S>
-  static constexpr bool applies = System<S>&& requires(std::string_view v) {
-    S::quadratic(v);
+  struct InQAndP;  ///< the map of a body given by (Q, M)
+  template <class S>
+  static constexpr bool through_psi = requires {
+    typename InQAndP<S>::Symmetric;
   };
   template <class S>
+  static constexpr bool applies = System<S> && (through_psi<S> ||
+                                                requires(std::string_view v) { S::quadratic(v); });
+  template <class S>
   static constexpr Kept kept(std::string_view invariant) {
-    return S::quadratic(invariant) ? Kept::exact : Kept::bounded;
+    if constexpr (through_psi<S>)
+      return kept<typename InQAndP<S>::Symmetric>(invariant);
+    else
+      return S::quadratic(invariant) ? Kept::exact : Kept::bounded;
   }
 
   template <System S, Arithmetic arithmetic>
-  class Map : public ImplicitMap<Map<S, arithmetic>, S, arithmetic> {
+  class Stages : public ImplicitMap<Stages<S, arithmetic>, S, arithmetic> {
    public:
     using Point = typename S::State;
     using Scalar = typename S::Scalar;
-    Map(S system, Scalar h, int) : Base(std::move(system), h) {}
+    Stages(S system, Scalar h) : Base(std::move(system), h) {}
 
     void begin(const Point& x, Matrix<Scalar>& K) {
       point_ = slope_ = x;
@@ -67,11 +79,43 @@ struct Gauss4 {
     }
 
    private:
-    using Base = ImplicitMap<Map, S, arithmetic>;
+    using Base = ImplicitMap<Stages, S, arithmetic>;
     using Base::h_;
     using Base::system_;
     Point point_, slope_, middle_;
   };
+
+  template <class S, Arithmetic arithmetic>
+  struct Made {
+    using type = Stages<S, arithmetic>;
+    static type make(const S& system, typename S::Scalar h) { return {system, h}; }
+  };
+  template <class S, Arithmetic arithmetic>
+  requires through_psi<S>
+  struct Made<S, arithmetic> {
+    using type = typename InQAndP<S>::template Map<arithmetic>;
+    static type make(const S& body, typename S::Scalar h) { return type(body.lambda(), h); }
+  };
+  template <class S, Arithmetic arithmetic>
+  class Map : public Made<S, arithmetic>::type {
+   public:
+    Map(const S& system, typename S::Scalar h, int)
+        : Made<S, arithmetic>::type(Made<S, arithmetic>::make(system, h)) {}
+  };
+};
+
+template <class Space>
+struct Gauss4::InQAndP<RigidBody<Space>> {
+  using Symmetric = SymmetricRigidBody<typename Space::Scalar>;
+  template <Arithmetic arithmetic>
+  using Map = ThroughPsi<Space, Stages<Symmetric, arithmetic>, arithmetic>;
+};
+template <class Scalar>
+struct Gauss4::InQAndP<RightRigidBody<Scalar>> {
+  using Symmetric = SymmetricRigidBody<Scalar>;
+  template <Arithmetic arithmetic>
+  using Map =
+      Transposed<typename InQAndP<RigidBody<SoN<Scalar>>>::template Map<arithmetic>, arithmetic>;
 };
 
 }  // namespace stiefel

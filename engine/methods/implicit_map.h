@@ -24,9 +24,11 @@ class ImplicitMap {
   using Point = typename S::State;
   using Scalar = typename S::Scalar;
 
+  using Memory = History<Scalar, 4>;
+
   struct State {
     Accumulator<Point, arithmetic> x;
-    History<Scalar> memory;
+    Memory memory;
 
     template <class Visitor>
     void each(Visitor&& visit) {
@@ -39,7 +41,7 @@ class ImplicitMap {
 
   State start(const Point& x) {
     prepare(x);
-    return {Accumulator<Point, arithmetic>(x), History<Scalar>(z_.rows(), z_.cols())};
+    return {Accumulator<Point, arithmetic>(x), Memory(z_.rows(), z_.cols())};
   }
 
   Ending step(State& state) {

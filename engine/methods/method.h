@@ -6,12 +6,9 @@
 
 #include "engine/linalg/compensated.h"
 #include "engine/maps/map.h"
+#include "engine/systems/kept.h"
 
 namespace stiefel {
-
-/// How a method keeps an invariant of the exact motion: to rounding whatever the step; with an
-/// error that oscillates but does not grow; with an error that grows with time.
-enum class Kept { exact, bounded, drifts };
 
 /// What a method declares of itself, as data: tests, Diagnose and the documentation read it.
 struct MethodTraits {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -46,10 +47,10 @@ struct InvariantInfo {
   std::string_view source;
 };
 
-/// A two-form on the states of a system; its tangent vectors have these blocks: "Q, M".
+/// A two-form on the states of a system; its tangent vectors have these blocks.
 struct FormInfo {
   std::string_view name;
-  std::string_view blocks;
+  std::array<std::string_view, 2> blocks;
   std::string_view formula;
   std::string_view source;
 };

@@ -14,14 +14,6 @@ SystemEntry parametric_rigid_body_entry() {
   info.source = "[RB] (8.4)-(8.6)";
   info.file = "engine/systems/parametric_rigid_body.h";
   info.methods = methods_on<ParametricRigidBody<double>>(info);
-  // Every method multiplies Q and P by the same matrix, so that tr M_mu^k is kept as well and the
-  // Casimirs of M err like mu; with rk4 they show no trend.
-  for (auto& method : info.methods)
-    for (auto& preserved : method.preserves) {
-      if (preserved.invariant == "PQ_inverse") preserved.kept = Kept::exact;
-      if (preserved.invariant == "casimirs" && method.method == "rk4")
-        preserved.kept = Kept::bounded;
-    }
   return {info, [](SceneDraft& draft) { check_parametric(draft, 1); },
           [](const Scene& scene) {
             return simulate(scene, ParametricRigidBody<double>(scene.inertia(), scene.parameter()),

@@ -2,6 +2,7 @@
 
 #include "engine/simulation/methods.h"
 #include "engine/simulation/simulation_of.h"
+#include "engine/simulation/system_entry.h"
 
 namespace stiefel {
 
@@ -58,15 +59,21 @@ inline std::vector<MethodOnSystem> keeps_all(const SystemInfo& info) {
   return {{"", preservations(info, [](auto) { return Kept::exact; })}};
 }
 
+/// What Method keeps of an invariant of S: as S says of it, else as it says of all systems.
+template <class Method, class S>
+Kept kept_by(std::string_view invariant) {
+  if constexpr (requires { S::kept(invariant, invariant); })
+    if (const auto kept = S::kept(Method::traits.name, invariant)) return *kept;
+  return Method::template kept<S>(invariant);
+}
+
 /// The methods that apply to S, and what they keep of the invariants that `info` lists.
 template <class S>
 std::vector<MethodOnSystem> methods_on(const SystemInfo& info) {
   std::vector<MethodOnSystem> all;
   const auto attempt = [&]<class Method>(Method*) {
     if constexpr (Method::template applies<S>)
-      all.push_back({Method::traits.name, preservations(info, [](std::string_view invariant) {
-                       return Method::template kept<S>(invariant);
-                     })});
+      all.push_back({Method::traits.name, preservations(info, kept_by<Method, S>)});
   };
   for_each_type(Methods{}, attempt);
   return all;

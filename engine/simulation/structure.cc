@@ -1,14 +1,13 @@
 #include "engine/simulation/structure.h"
 
 #include <algorithm>
-#include <functional>
 
 #include "engine/invariants/dirac_bracket.h"
 #include "engine/invariants/symplectic_defect.h"
 #include "engine/invariants/tangent_spaces.h"
-#include "engine/representations/stiefel_momenta.h"
 #include "engine/simulation/simulation.h"
 #include "engine/simulation/system_entry.h"
+#include "engine/simulation/two_forms.h"
 
 namespace stiefel {
 namespace {
@@ -17,91 +16,17 @@ using Dense = Eigen::MatrixXd;
 
 constexpr double tangency = 1e-8;
 
-/// One of tangent_spaces.h.
-struct Space {
-  std::function<Dense(const Dense& x, const Dense& G)> tangent;
-  std::function<double(const Dense& x, const Dense& u, const Dense& v)> form;
-};
-template <class S>
-Space space_of(S of) {
-  return {[of](const Dense& x, const Dense& G) { return of.tangent(x, G); },
-          [of](const Dense& x, const Dense& u, const Dense& v) { return of.form(x, u, v); }};
+Dense state_of(const TwoForm& form, const Simulation& now) {
+  return stacked_pair<double>(now.get(form.blocks[0]), now.get(form.blocks[1]));
 }
 
-/// (Q, S̄) with (QU, QZ), [ST] (93).
-struct CotangentPairs {
-  Dense tangent(const Dense& x, const Dense& G) const {
-    const Eigen::Index n = x.rows() / 2;
-    const Dense Q = x.topRows(n);
-    return stacked_pair<double>(tangent_to_frames<double>(Q, G.topRows(n)),
-                                tangent_to_frames<double>(Q, G.bottomRows(n)));
-  }
-  double form(const Dense& x, const Dense& u, const Dense& v) const {
-    const Eigen::Index n = x.rows() / 2;
-    const Dense Q = x.topRows(n), S = x.bottomRows(n);
-    return omega_cotangent<double>(stacked_pair<double>(Q, S_bar(Q, S)), u, v);
-  }
-};
-
-struct Structure {
-  FormInfo info;
-  std::vector<std::string_view> systems;
-  std::vector<std::string> blocks;  ///< of the state
-  Space (*space)(const Scene&);
-};
-
-const std::vector<Structure>& structures() {
-  static const std::vector<Structure> all = {
-      {{"omega", "Q, M", "<Z_2, xi_1> - <Z_1, xi_2> + <M, [xi_1, xi_2]> of (Q xi, Z)",
-        "[RB] (3.13)"},
-       {"rigid_body", "moser_veselov"},
-       {"Q", "M"},
-       [](const Scene&) { return space_of(CotangentOfRotations<double>()); }},
-      {{"Omega_gl", "Q, P", "1/2 tr(eta_2^T xi_1 - eta_1^T xi_2) of (xi, eta)", "[RB] (3.5)"},
-       {"symmetric_rigid_body", "right_symmetric_rigid_body", "symmetric_moser_veselov"},
-       {"Q", "P"},
-       [](const Scene&) { return space_of(PairsOfRotations<double>()); }},
-      {{"Omega_L", "Q_prev, Q", "1/2 tr(u_1 Lambda v_2^T - v_1 Lambda u_2^T)", "[RB] (7.8)"},
-       {"moser_veselov_pair"},
-       {"Q_prev", "Q"},
-       [](const Scene& s) { return space_of(ConsecutiveRotations<double>{s.inertia()}); }},
-      {{"omega_pairs", "Q, S", "tr(u_1^T v_2) - tr(u_2^T v_1)", "[ST] (63)"},
-       {"stiefel"},
-       {"Q", "S"},
-       [](const Scene& s) { return space_of(CotangentOfFrames<double>{s.inertia()}); }},
-      {{"omega_pairs", "Q, P", "tr(u_1^T v_2) - tr(u_2^T v_1)", "[ST] (63), (71)"},
-       {"stiefel_costate"},
-       {"Q", "P"},
-       [](const Scene&) { return space_of(CostatesOfFrames<double>()); }},
-      {{"omega_cotangent", "QU, QZ", "<Q U_2 M' + Q Z_2, Q U_1> - <Q U_1 M' + Q Z_1, Q U_2>",
-        "[ST] (93)"},
-       {"stiefel"},
-       {"Q", "S"},
-       [](const Scene&) { return space_of(CotangentPairs()); }},
-  };
-  return all;
-}
-
-std::vector<const Structure*> structures_of(std::string_view system) {
-  std::vector<const Structure*> found;
-  for (const Structure& structure : structures())
-    if (std::ranges::count(structure.systems, system) > 0) found.push_back(&structure);
-  return found;
-}
-
-Dense state_of(const Structure& structure, const Simulation& now) {
-  return stacked_pair<double>(now.get(structure.blocks[0]), now.get(structure.blocks[1]));
-}
-
-/// Stacks the blocks that `names`, "Q, M", lists; empty with a violation if they are not as the
-/// state's.
-Dense stacked_vector(const std::string& field, const TangentVector& u, std::string_view names,
-                     const Dense& x, Violations& violations) {
+/// Stacks the blocks of these names; empty with a violation if they are not as the state's.
+Dense stacked_vector(const std::string& field, const TangentVector& u,
+                     const std::array<std::string_view, 2>& names, const Dense& x,
+                     Violations& violations) {
   const Eigen::Index rows = x.rows() / 2;
   Dense out(x.rows(), x.cols());
-  const std::size_t comma = names.find(", ");
-  const std::string name[] = {std::string(names.substr(0, comma)),
-                              std::string(names.substr(comma + 2))};
+  const std::string name[] = {std::string(names[0]), std::string(names[1])};
   for (int k = 0; k < 2; ++k) {
     const auto found = u.find(name[k]);
     const bool fits = found != u.end() && found->second.values.rows() == rows &&
@@ -117,7 +42,7 @@ Dense stacked_vector(const std::string& field, const TangentVector& u, std::stri
   }
   for (const auto& [other, block] : u)
     if (other != name[0] && other != name[1])
-      violations.push_back({field + "." + other, "", "the blocks are " + std::string(names)});
+      violations.push_back({field + "." + other, "", "the blocks are " + name[0] + ", " + name[1]});
   return out;
 }
 
@@ -139,18 +64,18 @@ Dense in_principal_axes(const Scene& scene, Dense x) {
 
 std::vector<FormInfo> forms_of(std::string_view system) {
   std::vector<FormInfo> forms;
-  for (const Structure* structure : structures_of(system)) forms.push_back(structure->info);
+  for (const TwoForm* form : two_forms_of(system)) forms.push_back(form->info);
   return forms;
 }
 
 std::expected<double, Violations> evaluate_form(const Scene& scene, const Simulation& now,
                                                 const std::string& form, const TangentVector& u,
                                                 const TangentVector& v) {
-  const auto has = structures_of(scene.system());
+  const auto has = two_forms_of(scene.system());
   const auto found = std::ranges::find_if(has, [&](auto* s) { return s->info.name == form; });
   if (found == has.end() || (is_rigid_body(scene) && !scene.has_frame()))
     return std::unexpected(Violations{{"form", form, "is not a form of " + scene.system()}});
-  const Space space = (*found)->space(scene);
+  const FormSpace space = (*found)->space(scene);
   const Dense x = state_of(**found, now);
   Violations violations;
   const auto read = [&](const char* field, const TangentVector& given) {
@@ -170,7 +95,7 @@ std::expected<double, Violations> evaluate_form(const Scene& scene, const Simula
 std::expected<std::optional<double>, Violations> symplectic_defect(const Scene& scene,
                                                                    const Simulation& now, int pairs,
                                                                    unsigned seed) {
-  const auto has = structures_of(scene.system());
+  const auto has = two_forms_of(scene.system());
   const bool no_frame = is_rigid_body(scene) && !scene.has_frame();
   if (has.empty() || no_frame)
     return std::unexpected(

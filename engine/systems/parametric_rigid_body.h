@@ -1,11 +1,13 @@
 #pragma once
 
+#include <optional>
 #include <string_view>
 
 #include "engine/linalg/general_exponential.h"
 #include "engine/linalg/j_n.h"
 #include "engine/linalg/lu.h"
 #include "engine/systems/concepts.h"
+#include "engine/systems/kept.h"
 
 namespace stiefel {
 
@@ -28,6 +30,15 @@ class ParametricRigidBody {
   /// Whether an invariant is constant along the group's orbits.
   static constexpr bool kept_on_orbits(std::string_view invariant) {
     return invariant == "PQ_inverse";
+  }
+
+  /// What methods keep here beyond what they declare of all systems. Each multiplies Q and P by the
+  /// same matrix, so that P = AQ is kept, and tr M_μᵏ: the Casimirs of M err like μ, and with rk4
+  /// show no trend.
+  static constexpr std::optional<Kept> kept(std::string_view method, std::string_view invariant) {
+    if (invariant == "PQ_inverse") return Kept::exact;
+    if (invariant == "casimirs" && method == "rk4") return Kept::bounded;
+    return std::nullopt;
   }
 
   ParametricRigidBody(Vector<Scalar> lambda, Scalar mu)

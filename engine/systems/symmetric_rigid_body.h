@@ -1,10 +1,7 @@
 #pragma once
 
-#include <string_view>
-
 #include "engine/linalg/j_n.h"
-#include "engine/linalg/multiplication.h"
-#include "engine/systems/concepts.h"
+#include "engine/systems/moved_by.h"
 
 namespace stiefel {
 
@@ -17,55 +14,31 @@ namespace stiefel {
 /// (PQᵀ − QPᵀ)/ε, the energy and all that the rigid body keeps.
 /// State: Q over P, 2N × N. SO(N) acts from the right on both at once.
 template <class Scalar_>
-class SymmetricRigidBody {
+class SymmetricRigidBody
+    : public MovedBy<SymmetricRigidBody<Scalar_>, RightMultiplication<Scalar_>> {
+  using Base = MovedBy<SymmetricRigidBody, RightMultiplication<Scalar_>>;
+  using Base::lambda_;
+
  public:
   static constexpr const char* name = "symmetric_rigid_body";
-  using Scalar = Scalar_;
-  using State = Matrix<Scalar>;
-  using Algebra = Matrix<Scalar>;
-
-  /// Whether an invariant is constant along the group's orbits.
-  static constexpr bool kept_on_orbits(std::string_view invariant) {
-    return invariant == "spatial_momentum" || invariant == "casimirs" ||
-           invariant == "orthogonality" || invariant == "PQt";
-  }
-  /// Whether it is a quadratic function of the state, or of such that are kept.
-  static constexpr bool quadratic(std::string_view invariant) {
-    return invariant == "spatial_momentum" || invariant == "casimirs" ||
-           invariant == "orthogonality" || invariant == "PQt";
-  }
+  using typename Base::Algebra;
+  using typename Base::Scalar;
+  using typename Base::State;
 
   explicit SymmetricRigidBody(Vector<Scalar> lambda, Scalar epsilon = 1)
-      : lambda_(std::move(lambda)),
-        epsilon_(epsilon),
-        action_(lambda_.size()),
-        Omega_(action_.zero()),
-        G_(Omega_) {}
+      : Base(std::move(lambda)), epsilon_(epsilon), G_(Base::zero()) {}
 
-  const Vector<Scalar>& lambda() const { return lambda_; }
   Scalar epsilon() const { return epsilon_; }
 
-  void field(const State& x, State& dx) {
-    generator(x, Omega_);
-    action_.velocity(x, Omega_, dx);
-  }
-
-  Algebra zero() const { return action_.zero(); }
   void generator(const State& x, Algebra& Omega) {
     const Eigen::Index N = lambda_.size();
     G_.noalias() = x.topRows(N).transpose() * x.bottomRows(N);
     inverse_inertia(lambda_, G_, epsilon_, Omega);
   }
-  void bracket(const Algebra& a, const Algebra& b, Algebra& c) const { action_.bracket(a, b, c); }
-  void displacement(const State& x, const Algebra& Theta, State& dx) {
-    action_.displacement(x, Theta, dx);
-  }
 
  private:
-  Vector<Scalar> lambda_;
   Scalar epsilon_;
-  RightMultiplication<Scalar> action_;
-  Algebra Omega_, G_;
+  Algebra G_;
 };
 
 }  // namespace stiefel

@@ -46,7 +46,7 @@ void to_proto(const SystemInfo& system, v1::SystemInfo* out) {
   for (const FormInfo& form : system.forms) {
     auto* to = out->add_forms();
     to->set_name(text(form.name));
-    to->set_blocks(text(form.blocks));
+    to->set_blocks(text(form.blocks[0]) + ", " + text(form.blocks[1]));
     to->set_formula(text(form.formula));
     to->set_source(text(form.source));
   }

@@ -50,6 +50,7 @@ def measure(build: Path, counts: dict[str, float]) -> list[dict]:
         os.environ["PYTHONPATH"] = os.pathsep.join([str(build / "python"), str(programs)])
         run(str(Path(__file__).parent / "streaming.py"), server.address, echo.address, repeats, counts["samples"])
     run("steps", repeats, counts["seconds"], counts["largest"])
+    run("large", repeats, counts["largest"], counts["seconds"])
     run("frames", repeats, counts["columns"])
     run("frames", "memory", min(counts["columns"], 1_000_000))
     with serve("--threads", THREADS) as server:

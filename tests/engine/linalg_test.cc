@@ -136,7 +136,7 @@ TEST(Accumulator, CompensatedLosesNothingPlainDoes) {
 }
 
 TEST(History, ExtrapolatesCubicsExactly) {
-  History<double> history(1);
+  History<double, 4> history(1, 1);
   Eigen::MatrixXd next(1, 1), value(1, 1);
   EXPECT_FALSE(history.predict(next));
   const auto cubic = [](double t) { return 3 - 2 * t + 5 * t * t - t * t * t; };
@@ -146,6 +146,21 @@ TEST(History, ExtrapolatesCubicsExactly) {
   }
   ASSERT_TRUE(history.predict(next));
   EXPECT_DOUBLE_EQ(next(0, 0), cubic(6));
+}
+
+/// 9 smooth values give 8 points' accuracy; of noise nothing is predicted.
+TEST(History, TakesAsManyPointsAsHelp) {
+  History<double, 8> smooth(1, 1), noise(1, 1);
+  Eigen::MatrixXd next(1, 1), value(1, 1);
+  for (int k = 0; k < 9; ++k) {
+    value(0, 0) = std::cos(0.2 * k);
+    smooth.push(value);
+    value(0, 0) = k % 2 == 0 ? 1 : -1;
+    noise.push(value);
+  }
+  ASSERT_TRUE(smooth.predict(next));
+  EXPECT_NEAR(next(0, 0), std::cos(0.2 * 9), 1e-5);
+  EXPECT_FALSE(noise.predict(next));
 }
 
 TEST(FollowBranch, FindsTheEndToOnePerMille) {

@@ -1,0 +1,121 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace stiefel {
+
+/// The number of rows of what may have any number of them.
+inline constexpr int any_rows = -1;
+
+/// A few columns of a matrix of n rows, held by rows: `packs` packs each.
+template <class P, int n, std::ptrdiff_t packs>
+class Tile {
+ public:
+  static constexpr int rows = n;
+  explicit Tile(std::ptrdiff_t) {}
+  P* operator[](std::ptrdiff_t i) { return rows_[i]; }
+
+ private:
+  P rows_[n][packs];
+};
+template <class P, std::ptrdiff_t packs>
+class Tile<P, any_rows, packs> {
+ public:
+  static constexpr int rows = any_rows;
+  explicit Tile(std::ptrdiff_t n) : rows_(static_cast<std::size_t>(n * packs)) {}
+  P* operator[](std::ptrdiff_t i) { return rows_.data() + i * packs; }
+
+ private:
+  std::vector<P> rows_;
+};
+
+/// Where a sum of products is kept from tile to tile, and written at the end, n × n, column after
+/// column: few rows keep the lanes apart until then.
+template <class P, int n>
+class TileSum {
+ public:
+  TileSum(std::ptrdiff_t, typename P::Scalar* out) : out_(out) {
+    for (auto& row : sum_)
+      for (P& x : row) x = P::zero();
+  }
+  P load(std::ptrdiff_t i, std::ptrdiff_t j) const { return sum_[i][j]; }
+  void store(std::ptrdiff_t i, std::ptrdiff_t j, P x) { sum_[i][j] = x; }
+  void finish(bool symmetric, std::ptrdiff_t) const {
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; j < n; ++j)
+        out_[i + n * j] = (symmetric && j < i ? sum_[j][i] : sum_[i][j]).sum();
+  }
+
+ private:
+  P sum_[n][n];
+  typename P::Scalar* out_;
+};
+template <class P>
+class TileSum<P, any_rows> {
+ public:
+  TileSum(std::ptrdiff_t n, typename P::Scalar* out) : n_(n), out_(out) {
+    for (std::ptrdiff_t k = 0; k < n * n; ++k) out[k] = 0;
+  }
+  P load(std::ptrdiff_t, std::ptrdiff_t) const { return P::zero(); }
+  void store(std::ptrdiff_t i, std::ptrdiff_t j, P x) { out_[i + n_ * j] += x.sum(); }
+  void finish(bool symmetric, std::ptrdiff_t n) const {
+    if (symmetric)
+      for (std::ptrdiff_t i = 0; i < n; ++i)
+        for (std::ptrdiff_t j = 0; j < i; ++j) out_[i + n * j] = out_[j + n * i];
+  }
+
+ private:
+  std::ptrdiff_t n_;
+  typename P::Scalar* out_;
+};
+
+/// sum += ABᵀ over the first `filled` packs of two tiles of n rows; of a symmetric product what
+/// stands on and above the diagonal. `side_by_side` rows at once, as many as registers hold.
+template <int side_by_side>
+struct TileProduct {
+  template <bool symmetric, class P, int rows, class Sum, std::ptrdiff_t packs>
+  [[gnu::always_inline]] static void add(Tile<P, rows, packs>& A, Tile<P, rows, packs>& B,
+                                         std::ptrdiff_t n, std::ptrdiff_t filled, Sum& sum) {
+    std::ptrdiff_t i = 0;
+#pragma GCC unroll 4
+    for (; i + side_by_side <= n; i += side_by_side)
+      add_rows<side_by_side>(A, B, i, symmetric ? i : 0, n, filled, sum);
+    if (i < n) add_rows<1>(A, B, i, symmetric ? i : 0, n, filled, sum);
+  }
+
+ private:
+  template <int R, class T, class Sum>
+  [[gnu::always_inline]] static void add_rows(T& A, T& B, std::ptrdiff_t i, std::ptrdiff_t j,
+                                              std::ptrdiff_t n, std::ptrdiff_t filled, Sum& sum) {
+    constexpr auto fits = [](int columns) { return T::rows == any_rows || T::rows >= columns; };
+    if constexpr (fits(4))
+      for (; j + 4 <= n; j += 4) add_block<R, 4>(A, B, i, j, filled, sum);
+    if constexpr (fits(3))
+      if (n - j == 3) add_block<R, 3>(A, B, i, j, filled, sum);
+    if constexpr (fits(2))
+      if (n - j == 2) add_block<R, 2>(A, B, i, j, filled, sum);
+    if (n - j == 1) add_block<R, 1>(A, B, i, j, filled, sum);
+  }
+
+  template <int R, int C, class T, class Sum>
+  [[gnu::always_inline]] static void add_block(T& A, T& B, std::ptrdiff_t i, std::ptrdiff_t j,
+                                               std::ptrdiff_t filled, Sum& sum) {
+    decltype(sum.load(0, 0)) s[R][C];
+#pragma GCC unroll 2
+    for (int r = 0; r < R; ++r)
+#pragma GCC unroll 4
+      for (int c = 0; c < C; ++c) s[r][c] = sum.load(i + r, j + c);
+    for (std::ptrdiff_t p = 0; p < filled; ++p)
+#pragma GCC unroll 4
+      for (int c = 0; c < C; ++c)
+#pragma GCC unroll 2
+        for (int r = 0; r < R; ++r) s[r][c] = s[r][c] + A[i + r][p] * B[j + c][p];
+#pragma GCC unroll 2
+    for (int r = 0; r < R; ++r)
+#pragma GCC unroll 4
+      for (int c = 0; c < C; ++c) sum.store(i + r, j + c, s[r][c]);
+  }
+};
+
+}  // namespace stiefel

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <string_view>
+
+#include "engine/linalg/multiplication.h"
+#include "engine/systems/concepts.h"
+
+namespace stiefel {
+
+/// What the forms of the rigid body share that SO(N) moves by multiplying their blocks, all by the
+/// same rotation: ẋ = x·Ω(x). `Derived` offers generator(x, Ω); `Action` is RightMultiplication or
+/// LeftMultiplication.
+template <class Derived, class Action>
+class MovedBy {
+ public:
+  using State = typename Action::State;
+  using Algebra = typename Action::Algebra;
+  using Scalar = typename State::Scalar;
+
+  /// Whether an invariant is constant along the group's orbits: what is made of PQᵀ (or BQᵀ) and of
+  /// QQᵀ. All of it is quadratic in the state, or a function of what is.
+  static constexpr bool kept_on_orbits(std::string_view invariant) {
+    return invariant == "spatial_momentum" || invariant == "casimirs" ||
+           invariant == "orthogonality" || invariant == "PQt";
+  }
+  static constexpr bool quadratic(std::string_view invariant) { return kept_on_orbits(invariant); }
+
+  const Vector<Scalar>& lambda() const { return lambda_; }
+
+  void field(const State& x, State& dx) {
+    static_cast<Derived&>(*this).generator(x, Omega_);
+    action_.velocity(x, Omega_, dx);
+  }
+  Algebra zero() const { return action_.zero(); }
+  void bracket(const Algebra& a, const Algebra& b, Algebra& c) const { action_.bracket(a, b, c); }
+  void displacement(const State& x, const Algebra& Theta, State& dx) {
+    action_.displacement(x, Theta, dx);
+  }
+
+ protected:
+  explicit MovedBy(Vector<Scalar> lambda)
+      : lambda_(std::move(lambda)), action_(lambda_.size()), Omega_(action_.zero()) {}
+
+  Vector<Scalar> lambda_;
+
+ private:
+  Action action_;
+  Algebra Omega_;
+};
+
+}  // namespace stiefel
