@@ -7,78 +7,86 @@
 
 namespace stiefel {
 
-/// Four numbers that are computed with at once, element by element, as the compiler's own vectors:
-/// one AVX2 register or two SSE2 ones of doubles. Of a Scalar that no vector holds, one number.
+/// Eight numbers that are computed with at once, element by element, in the compiler's own vectors:
+/// of doubles one register of AVX-512 or two of AVX2. Of a Scalar that no vector holds, one number.
 template <class Scalar_, Isa isa>
 struct Pack {
   using Scalar = Scalar_;
-  static constexpr int lanes = std::is_floating_point_v<Scalar> ? 4 : 1;
+  static constexpr bool vectors = std::is_floating_point_v<Scalar>;
+  static constexpr int lanes = vectors ? 8 : 1;
+  static constexpr int width = !vectors             ? 1
+                               : isa == Isa::avx512 ? 8
+                               : isa == Isa::avx2   ? 4
+                                                    : 2;  ///< of a vector
+  static constexpr int parts = lanes / width;
 
-  template <class T, bool>
-  struct LanesOf {
+  template <class T, int count>
+  struct VectorOf {
+    using type [[gnu::vector_size(count * sizeof(T))]] = T;
+    using unaligned [[gnu::vector_size(count * sizeof(T)), gnu::aligned(sizeof(T))]] = T;
+  };
+  template <class T>
+  struct VectorOf<T, 1> {
     using type = T;
     using unaligned = T;
   };
-  template <class T>
-  struct LanesOf<T, true> {
-    using type [[gnu::vector_size(4 * sizeof(T))]] = T;
-    using unaligned [[gnu::vector_size(4 * sizeof(T)), gnu::aligned(sizeof(T))]] = T;
-  };
-  using Lanes = typename LanesOf<Scalar, (lanes > 1)>::type;
-  using Unaligned = typename LanesOf<Scalar, (lanes > 1)>::unaligned;
+  using Part = typename VectorOf<Scalar, width>::type;
+  using UnalignedPart = typename VectorOf<Scalar, width>::unaligned;
 
-  Lanes v;
+  Part v[parts];
 
-  [[gnu::always_inline]] static Pack zero() { return {Lanes{}}; }
-  [[gnu::always_inline]] static Pack load(const Scalar* x) {
-    return {*reinterpret_cast<const Unaligned*>(x)};
+  template <class Make>
+  [[gnu::always_inline]] static Pack of_parts(Make&& make) {
+    Pack x;
+#pragma GCC unroll 4
+    for (int p = 0; p < parts; ++p) x.v[p] = make(p);
+    return x;
   }
-  [[gnu::always_inline]] void store(Scalar* x) const { *reinterpret_cast<Unaligned*>(x) = v; }
+
+  [[gnu::always_inline]] static Pack zero() {
+    return of_parts([](int) __attribute__((always_inline)) { return Part{}; });
+  }
+  [[gnu::always_inline]] static Pack load(const Scalar* x) {
+    return of_parts([&](int p) __attribute__((always_inline))->Part {
+      return *reinterpret_cast<const UnalignedPart*>(x + p * width);
+    });
+  }
+  [[gnu::always_inline]] void store(Scalar* x) const {
+#pragma GCC unroll 4
+    for (int p = 0; p < parts; ++p) *reinterpret_cast<UnalignedPart*>(x + p * width) = v[p];
+  }
 
   /// One number of each of `lanes` columns that start `stride` numbers apart.
   [[gnu::always_inline]] static Pack gather(const Scalar* x, std::ptrdiff_t stride) {
-    if constexpr (lanes == 1)
-      return {x[0]};
-    else
-      return {Lanes{x[0], x[stride], x[2 * stride], x[3 * stride]}};
+    Scalar all[lanes];
+    for (int k = 0; k < lanes; ++k) all[k] = x[k * stride];
+    return load(all);
   }
   [[gnu::always_inline]] void scatter(Scalar* x, std::ptrdiff_t stride) const {
-    if constexpr (lanes == 1)
-      x[0] = v;
-    else
-      for (int k = 0; k < 4; ++k) x[k * stride] = v[k];
+    Scalar all[lanes];
+    store(all);
+    for (int k = 0; k < lanes; ++k) x[k * stride] = all[k];
   }
 
   [[gnu::always_inline]] Scalar sum() const {
-    if constexpr (lanes == 1)
-      return v;
-    else
-      return (v[0] + v[1]) + (v[2] + v[3]);
+    Scalar all[lanes];
+    store(all);
+    for (int half = lanes / 2; half > 0; half /= 2)
+      for (int k = 0; k < half; ++k) all[k] += all[k + half];
+    return all[0];
   }
 
-  [[gnu::always_inline]] friend Pack operator+(Pack a, Pack b) { return {a.v + b.v}; }
-  [[gnu::always_inline]] friend Pack operator-(Pack a, Pack b) { return {a.v - b.v}; }
-  [[gnu::always_inline]] friend Pack operator*(Pack a, Pack b) { return {a.v * b.v}; }
-  [[gnu::always_inline]] friend Pack operator*(Scalar a, Pack b) { return {a * b.v}; }
-
-  /// Whether the machine has shuffles that are worth more than `gather`.
-  static constexpr bool transposes =
-      lanes == 4 && isa != Isa::baseline && std::is_same_v<Scalar, double>;
-
-  /// The 4 × 4 numbers of four packs, transposed in place.
-  [[gnu::always_inline]] static void transpose(Pack (&x)[4]) requires transposes {
-    using Order [[gnu::vector_size(4 * sizeof(long))]] = long;
-    const auto pick = [](Lanes a, Lanes b, Order order) __attribute__((always_inline)) {
-      return __builtin_shuffle(a, b, order);
-    };
-    const Lanes even = pick(x[0].v, x[1].v, Order{0, 4, 2, 6});
-    const Lanes odd = pick(x[0].v, x[1].v, Order{1, 5, 3, 7});
-    const Lanes even2 = pick(x[2].v, x[3].v, Order{0, 4, 2, 6});
-    const Lanes odd2 = pick(x[2].v, x[3].v, Order{1, 5, 3, 7});
-    x[0].v = pick(even, even2, Order{0, 1, 4, 5});
-    x[1].v = pick(odd, odd2, Order{0, 1, 4, 5});
-    x[2].v = pick(even, even2, Order{2, 3, 6, 7});
-    x[3].v = pick(odd, odd2, Order{2, 3, 6, 7});
+  [[gnu::always_inline]] friend Pack operator+(Pack a, Pack b) {
+    return of_parts([&](int p) __attribute__((always_inline))->Part { return a.v[p] + b.v[p]; });
+  }
+  [[gnu::always_inline]] friend Pack operator-(Pack a, Pack b) {
+    return of_parts([&](int p) __attribute__((always_inline))->Part { return a.v[p] - b.v[p]; });
+  }
+  [[gnu::always_inline]] friend Pack operator*(Pack a, Pack b) {
+    return of_parts([&](int p) __attribute__((always_inline))->Part { return a.v[p] * b.v[p]; });
+  }
+  [[gnu::always_inline]] friend Pack operator*(Scalar a, Pack b) {
+    return of_parts([&](int p) __attribute__((always_inline))->Part { return a * b.v[p]; });
   }
 };
 

@@ -46,9 +46,12 @@ std::unique_ptr<FramePass<Scalar>> make_frame_pass_on(std::ptrdiff_t n);
 template <class Scalar, Arithmetic arithmetic, Under under>
 std::unique_ptr<FramePass<Scalar>> make_frame_pass(std::ptrdiff_t n) {
 #ifdef STIEFEL_X86_64
-  if constexpr (std::is_same_v<Scalar, double>)
+  if constexpr (std::is_same_v<Scalar, double>) {
+    if (widest_isa() == Isa::avx512)
+      return make_frame_pass_on<Scalar, arithmetic, under, Isa::avx512>(n);
     if (widest_isa() == Isa::avx2)
       return make_frame_pass_on<Scalar, arithmetic, under, Isa::avx2>(n);
+  }
 #endif
   return make_frame_pass_on<Scalar, arithmetic, under, Isa::baseline>(n);
 }

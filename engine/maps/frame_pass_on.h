@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "engine/linalg/pack.h"
+#include "engine/linalg/four_rows.h"
 #include "engine/maps/frame_pass.h"
 #include "engine/maps/tile.h"
 
@@ -48,6 +48,7 @@ class FramePassOn final : public FramePass<Scalar> {
       for (std::ptrdiff_t k = 0; k < there; k += P::lanes, ++p) {
         const std::ptrdiff_t columns = std::min<std::ptrdiff_t>(P::lanes, there - k);
         const P w = P::load(x.inverse + j + k);
+        prefetch(x, j + k + width);
         move<true>(x, j + k, columns, p);
         if (step_changes(p, w)) move<false>(x, j + k, columns, p);
         for (std::ptrdiff_t i = 0; i < n(); ++i) {
@@ -60,6 +61,15 @@ class FramePassOn final : public FramePass<Scalar> {
       sums.add(*this, p);
     }
     sums.finish(n());
+  }
+
+  /// The columns from column j on, for the next tile. Past the end it does nothing.
+  [[gnu::always_inline]] void prefetch(const FrameColumns<Scalar>& x, std::ptrdiff_t j) {
+    constexpr std::ptrdiff_t line = std::max<std::ptrdiff_t>(1, 64 / sizeof(Scalar));
+    for (std::ptrdiff_t k = 0; k < 2 * n() * P::lanes; k += line) {
+      __builtin_prefetch(x.value + j * 2 * n() + k, 1);
+      if constexpr (compensated) __builtin_prefetch(x.carry + j * 2 * n() + k, 1);
+    }
   }
 
   /// Pack p of the tiles, from the multipliers over h.
@@ -118,16 +128,15 @@ class FramePassOn final : public FramePass<Scalar> {
     const std::ptrdiff_t height = 2 * n();
     std::ptrdiff_t i = 0;
     if (columns == P::lanes) {
-      if constexpr (P::transposes)
+      if constexpr (std::is_same_v<Scalar, double> && FourRows<isa>::fast)
         for (; i + 4 <= n(); i += 4) {
           P four[4];
-          for (int k = 0; k < 4; ++k) four[k] = load ? P::load(x + i + k * height) : tile[i + k][p];
-          P::transpose(four);
-          for (int k = 0; k < 4; ++k) {
-            if constexpr (load)
-              tile[i + k][p] = four[k];
-            else
-              four[k].store(x + i + k * height);
+          if constexpr (load) {
+            FourRows<isa>::load(x + i, height, four);
+            for (int k = 0; k < 4; ++k) tile[i + k][p] = four[k];
+          } else {
+            for (int k = 0; k < 4; ++k) four[k] = tile[i + k][p];
+            FourRows<isa>::store(four, x + i, height);
           }
         }
       for (; i < n(); ++i) {
@@ -153,7 +162,8 @@ class FramePassOn final : public FramePass<Scalar> {
   /// The moments so far.
   struct Sums {
     using Sum = TileSum<P, rows>;
-    using Product = TileProduct<isa == Isa::baseline ? 1 : 2>;
+    /// As large a block as the registers hold.
+    using Product = TileProduct<isa == Isa::avx512 ? 4 : 1, isa == Isa::avx512 ? 4 : 2>;
     Sum QQ0, QQ1, QQ2, QQ3, QV0, QV1, QV2, VV0, VV1;
 
     Sums(std::ptrdiff_t n, const FrameSums<Scalar>& out)
@@ -209,7 +219,7 @@ std::unique_ptr<FramePass<Scalar>> make_frame_pass_on(std::ptrdiff_t n) {
   }
 }
 
-// Compiled once, in frame_pass.cc and frame_pass_avx2.cc.
+// Compiled once, in frame_pass.cc, frame_pass_avx2.cc and frame_pass_avx512.cc.
 extern template std::unique_ptr<FramePass<double>>
     make_frame_pass_on<double, Arithmetic::compensated, Under::S, Isa::baseline>(std::ptrdiff_t);
 extern template std::unique_ptr<FramePass<double>>
@@ -226,5 +236,13 @@ extern template std::unique_ptr<FramePass<double>>
     make_frame_pass_on<double, Arithmetic::compensated, Under::Qdot, Isa::avx2>(std::ptrdiff_t);
 extern template std::unique_ptr<FramePass<double>>
     make_frame_pass_on<double, Arithmetic::plain, Under::Qdot, Isa::avx2>(std::ptrdiff_t);
+extern template std::unique_ptr<FramePass<double>>
+    make_frame_pass_on<double, Arithmetic::compensated, Under::S, Isa::avx512>(std::ptrdiff_t);
+extern template std::unique_ptr<FramePass<double>>
+    make_frame_pass_on<double, Arithmetic::plain, Under::S, Isa::avx512>(std::ptrdiff_t);
+extern template std::unique_ptr<FramePass<double>>
+    make_frame_pass_on<double, Arithmetic::compensated, Under::Qdot, Isa::avx512>(std::ptrdiff_t);
+extern template std::unique_ptr<FramePass<double>>
+    make_frame_pass_on<double, Arithmetic::plain, Under::Qdot, Isa::avx512>(std::ptrdiff_t);
 
 }  // namespace stiefel

@@ -71,50 +71,53 @@ class TileSum<P, any_rows> {
 };
 
 /// sum += ABᵀ over the first `filled` packs of two tiles of n rows; of a symmetric product what
-/// stands on and above the diagonal. `side_by_side` rows at once, as many as registers hold.
-template <int side_by_side>
+/// stands on and above the diagonal. By blocks of R × C elements, as large as registers hold.
+template <int R, int C>
 struct TileProduct {
-  template <bool symmetric, class P, int rows, class Sum, std::ptrdiff_t packs>
-  [[gnu::always_inline]] static void add(Tile<P, rows, packs>& A, Tile<P, rows, packs>& B,
-                                         std::ptrdiff_t n, std::ptrdiff_t filled, Sum& sum) {
+  template <bool symmetric, class T, class Sum>
+  [[gnu::always_inline]] static void add(T& A, T& B, std::ptrdiff_t n, std::ptrdiff_t filled,
+                                         Sum& sum) {
     std::ptrdiff_t i = 0;
+    if constexpr (fits<T>(R))
 #pragma GCC unroll 4
-    for (; i + side_by_side <= n; i += side_by_side)
-      add_rows<side_by_side>(A, B, i, symmetric ? i : 0, n, filled, sum);
-    if (i < n) add_rows<1>(A, B, i, symmetric ? i : 0, n, filled, sum);
+      for (; i + R <= n; i += R) add_rows<R>(A, B, i, symmetric ? i : 0, n, filled, sum);
+#pragma GCC unroll 4
+    for (; i < n; ++i) add_rows<1>(A, B, i, symmetric ? i : 0, n, filled, sum);
   }
 
  private:
-  template <int R, class T, class Sum>
-  [[gnu::always_inline]] static void add_rows(T& A, T& B, std::ptrdiff_t i, std::ptrdiff_t j,
-                                              std::ptrdiff_t n, std::ptrdiff_t filled, Sum& sum) {
-    constexpr auto fits = [](int columns) { return T::rows == any_rows || T::rows >= columns; };
-    if constexpr (fits(4))
-      for (; j + 4 <= n; j += 4) add_block<R, 4>(A, B, i, j, filled, sum);
-    if constexpr (fits(3))
-      if (n - j == 3) add_block<R, 3>(A, B, i, j, filled, sum);
-    if constexpr (fits(2))
-      if (n - j == 2) add_block<R, 2>(A, B, i, j, filled, sum);
-    if (n - j == 1) add_block<R, 1>(A, B, i, j, filled, sum);
+  template <class T>
+  static constexpr bool fits(int rows) {
+    return T::rows == any_rows || T::rows >= rows;
   }
 
-  template <int R, int C, class T, class Sum>
+  template <int r, class T, class Sum>
+  [[gnu::always_inline]] static void add_rows(T& A, T& B, std::ptrdiff_t i, std::ptrdiff_t j,
+                                              std::ptrdiff_t n, std::ptrdiff_t filled, Sum& sum) {
+    if constexpr (fits<T>(C))
+      for (; j + C <= n; j += C) add_block<r, C>(A, B, i, j, filled, sum);
+    if constexpr (fits<T>(2) && C > 2)
+      for (; j + 2 <= n; j += 2) add_block<r, 2>(A, B, i, j, filled, sum);
+    for (; j < n; ++j) add_block<r, 1>(A, B, i, j, filled, sum);
+  }
+
+  template <int r, int c, class T, class Sum>
   [[gnu::always_inline]] static void add_block(T& A, T& B, std::ptrdiff_t i, std::ptrdiff_t j,
                                                std::ptrdiff_t filled, Sum& sum) {
-    decltype(sum.load(0, 0)) s[R][C];
-#pragma GCC unroll 2
-    for (int r = 0; r < R; ++r)
+    decltype(sum.load(0, 0)) s[r][c];
 #pragma GCC unroll 4
-      for (int c = 0; c < C; ++c) s[r][c] = sum.load(i + r, j + c);
+    for (int k = 0; k < r; ++k)
+#pragma GCC unroll 4
+      for (int l = 0; l < c; ++l) s[k][l] = sum.load(i + k, j + l);
     for (std::ptrdiff_t p = 0; p < filled; ++p)
 #pragma GCC unroll 4
-      for (int c = 0; c < C; ++c)
-#pragma GCC unroll 2
-        for (int r = 0; r < R; ++r) s[r][c] = s[r][c] + A[i + r][p] * B[j + c][p];
-#pragma GCC unroll 2
-    for (int r = 0; r < R; ++r)
+      for (int l = 0; l < c; ++l)
 #pragma GCC unroll 4
-      for (int c = 0; c < C; ++c) sum.store(i + r, j + c, s[r][c]);
+        for (int k = 0; k < r; ++k) s[k][l] = s[k][l] + A[i + k][p] * B[j + l][p];
+#pragma GCC unroll 4
+    for (int k = 0; k < r; ++k)
+#pragma GCC unroll 4
+      for (int l = 0; l < c; ++l) sum.store(i + k, j + l, s[k][l]);
   }
 };
 

@@ -39,9 +39,11 @@ TEST(FramePass, EveryInstructionSetGivesTheSameBits) {
   for (const int n : {1, 2, 3, 4, 5, 9})
     for (const int N : {9, 64, 67, 130}) {
       const auto same = [&]<Arithmetic arithmetic, Under under>() {
-        EXPECT_EQ((after<arithmetic, under, Isa::avx2>(3, n, N)),
-                  (after<arithmetic, under, Isa::baseline>(3, n, N)))
-            << "n=" << n << " N=" << N;
+        const auto baseline = after<arithmetic, under, Isa::baseline>(3, n, N);
+        EXPECT_EQ((after<arithmetic, under, Isa::avx2>(3, n, N)), baseline) << n << " " << N;
+        if (widest_isa() == Isa::avx512) {
+          EXPECT_EQ((after<arithmetic, under, Isa::avx512>(3, n, N)), baseline) << n << " " << N;
+        }
       };
       same.template operator()<Arithmetic::compensated, Under::S>();
       same.template operator()<Arithmetic::plain, Under::S>();
