@@ -16,9 +16,9 @@ class PrincipalBranch {
  public:
   using Memory = typename JDInverse::Memory;
 
-  template <class Scalar>
-  PrincipalBranch(const Vector<Scalar>& lambda, Scalar h)
-      : h_(std::abs(static_cast<double>(h))), J_D_inverse_(lambda, h) {}
+  template <class Scalar, class... Order>
+  PrincipalBranch(const Vector<Scalar>& lambda, Scalar h, Order... order)
+      : h_(std::abs(static_cast<double>(h))), J_D_inverse_(lambda, h, order...) {}
 
   /// Finds U, which the inverse then holds; or says why not, with the largest step that has one.
   template <class X>
@@ -38,6 +38,7 @@ class PrincipalBranch {
   }
 
   JDInverse& inverse() { return J_D_inverse_; }
+  const JDInverse& inverse() const { return J_D_inverse_; }
 
  private:
   template <class X>
