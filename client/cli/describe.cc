@@ -63,8 +63,9 @@ void print(const v1::SystemInfo& system) {
   print(rows, "  ");
   rows.clear();
   for (const auto& method : system.methods()) {
-    rows.push_back(
-        {"keeps", method.method().empty() ? "(the map)" : method.method(), preserves(method)});
+    std::string name = method.method().empty() ? "(the map)" : method.method();
+    if (method.dimension() > 0) name += " (N = " + std::to_string(method.dimension()) + ")";
+    rows.push_back({"keeps", name, preserves(method)});
   }
   print(rows, "  ");
 }
@@ -74,8 +75,8 @@ void print(const v1::MethodInfo& method, Rows& rows) {
   for (const auto order : method.orders()) {
     orders += (orders.empty() ? "" : ", ") + std::to_string(order);
   }
-  rows.push_back({method.name(), "order " + orders, method.reversible() ? "reversible" : "",
-                  method.summary(), method.source()});
+  rows.push_back({method.name(), orders.empty() ? "exact" : "order " + orders,
+                  method.reversible() ? "reversible" : "", method.summary(), method.source()});
 }
 
 }  // namespace

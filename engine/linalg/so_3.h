@@ -13,6 +13,7 @@ namespace stiefel {
 template <class Scalar_, bool frame>
 struct So3 {
   using Scalar = Scalar_;
+  static constexpr bool has_frame = frame;
   using State = Eigen::Matrix<Scalar, frame ? 7 : 3, 1>;
   using Algebra = Vector3<Scalar>;
 
@@ -49,9 +50,9 @@ struct So3 {
     dx.template tail<3>() = theta.cross(turn) * (s * s / 2) - turn * sinc(angle);
   }
 
-  /// q∘(w, v).
-  template <class V>
-  static Eigen::Matrix<Scalar, 4, 1> quaternion_times(const State& x, Scalar w, const V& v) {
+  /// q∘(w, v), q the first four elements of x.
+  template <class X, class V>
+  static Eigen::Matrix<Scalar, 4, 1> quaternion_times(const X& x, Scalar w, const V& v) {
     Eigen::Matrix<Scalar, 4, 1> product;
     product << x(0) * w - (x(1) * v(0) + x(2) * v(1) + x(3) * v(2)),
         x(0) * v(0) + x(1) * w + (x(2) * v(2) - x(3) * v(1)),

@@ -30,4 +30,10 @@ concept Map = requires(F map, typename F::State& state, const typename F::Point&
   state.each([](auto&) {});
 };
 
+/// A map that gives the state k steps after the one it was started from directly, whatever k.
+template <class F>
+concept DirectMap = Map<F> && requires(F map, typename F::State& state) {
+  { map.at(state, Extended<typename F::Point::Scalar>(1)) } -> std::same_as<Ending>;
+};
+
 }  // namespace stiefel

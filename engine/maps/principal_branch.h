@@ -16,9 +16,9 @@ class PrincipalBranch {
  public:
   using Memory = typename JDInverse::Memory;
 
-  template <class Scalar>
-  PrincipalBranch(const Vector<Scalar>& lambda, Scalar h)
-      : h_(std::abs(static_cast<double>(h))), J_D_inverse_(lambda, h) {}
+  template <class Scalar, class... Order>
+  PrincipalBranch(const Vector<Scalar>& lambda, Scalar h, Order... order)
+      : h_(std::abs(static_cast<double>(h))), J_D_inverse_(lambda, h, order...) {}
 
   /// That of a first step.
   Memory memory() const { return J_D_inverse_.memory(); }
@@ -41,6 +41,7 @@ class PrincipalBranch {
   }
 
   JDInverse& inverse() { return J_D_inverse_; }
+  const JDInverse& inverse() const { return J_D_inverse_; }
 
  private:
   template <class X>

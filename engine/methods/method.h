@@ -16,14 +16,15 @@ struct MethodTraits {
   const char* summary;
   const char* source;
   const char* file;
-  std::array<int, 4> orders;  ///< ascending, 0 where there are fewer
+  std::array<int, 4> orders;  ///< ascending, 0 where there are fewer; none: exact
   int default_order;
   bool reversible;               ///< the step by −h undoes the step by h
   double default_tolerance = 0;  ///< 0 for methods that take steps of a fixed size
 };
 
 /// A Method turns a System into a Map: `Method::traits`, `Method::applies<System>`,
-/// `Method::kept<System>(invariant)` and `Method::Map<System, arithmetic>(system, h, order)`.
+/// `Method::kept<System>(invariant)` and `Method::Map<System, arithmetic>(system, h, order)`. One
+/// that applies to a system in three dimensions only is in the catalogue for N = 3.
 template <class M>
 concept Method = requires {
   { M::traits } -> std::convertible_to<MethodTraits>;

@@ -59,6 +59,7 @@ struct FormInfo {
 struct MethodOnSystem {
   std::string_view method;
   std::vector<Preservation> preserves;
+  int dimension = 0;  ///< the only N for which it is there; 0: every N
 };
 
 struct SystemInfo {

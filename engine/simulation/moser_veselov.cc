@@ -35,7 +35,7 @@ SystemEntry moser_veselov_entry() {
   info.discrete = true;
   info.invariants.push_back(discrete_hamiltonian_info);
   info.methods = keeps_all(info);
-  return {info, check_rigid_body_or_engineers, make, make_in<SoN<double>>};
+  return {info, check_rigid_body_or_engineers, make};
 }
 
 }  // namespace stiefel

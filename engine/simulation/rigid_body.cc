@@ -30,8 +30,8 @@ SystemEntry rigid_body_entry() {
   info.equations = "Q' = Q Omega, M' = [M, Omega], M = Lambda Omega + Omega Lambda";
   info.source = "[RB] (2.2), (2.3)";
   info.file = "engine/systems/rigid_body.h";
-  info.methods = methods_on<RigidBody<SoN<double>>>(info);
-  return {info, check_rigid_body_or_engineers, make, make_in<SoN<double>>};
+  info.methods = methods_on<RigidBody<SoN<double>>, RigidBody<So3<double, true>>>(info);
+  return {info, check_rigid_body_or_engineers, make};
 }
 
 }  // namespace stiefel

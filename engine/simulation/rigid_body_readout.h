@@ -99,6 +99,19 @@ class RigidBodyReadout<So3<double, frame>> {
     x.template tail<3>() = vee(scene.M());
     return x;
   }
+  /// A state near the manifold as a matrix, Q over M, and back.
+  Point point(const Eigen::MatrixXd& stacked) const {
+    Point x;
+    if constexpr (frame) x.template head<4>() = quaternion_of(determinant_ * stacked.topRows(3));
+    x.template tail<3>() = vee(stacked.bottomRows(3));
+    return x;
+  }
+  Eigen::MatrixXd stacked(const Point& x) const {
+    const Eigen::MatrixXd frame_part = Q(x);
+    Eigen::MatrixXd out(frame_part.rows() + 3, 3);
+    out << frame_part, hat(x.template tail<3>());
+    return out;
+  }
   void invariants(const Point& x, InvariantList& out) const {
     const Eigen::Matrix3d M = hat(x.template tail<3>());
     rigid_body_invariants(lambda_, Q(x), M, out);

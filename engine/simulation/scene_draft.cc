@@ -48,6 +48,7 @@ std::expected<Scene, Violations> SceneDraft::resolve() {
     system_ = &entry->info;
     check_method();
     entry->check(*this);
+    check_dimension();
   }
   if (!std::isfinite(given().step) || given().step == 0)
     refuse("step", to_text(given().step), "must be finite and not 0");
@@ -97,9 +98,25 @@ void SceneDraft::check_method() {
     refuse("method.arithmetic", '"' + method->arithmetic + '"', "must be compensated or plain");
 }
 
-/// `order` is given only for families of several orders; so a resolved scene has it only there.
+/// Once the system's own check has found out N.
+void SceneDraft::check_dimension() {
+  const int N = scene_.dimension();
+  for (const auto& on : system_->methods)
+    if (given().method && on.method == given().method->name && N > 0 && on.dimension > 0 &&
+        on.dimension != N)
+      refuse("method.name", '"' + given().method->name + "\" with N = " + std::to_string(N),
+             "is there for N = " + std::to_string(on.dimension) + " only");
+}
+
+/// An `order` must be one that the method has; a resolved scene has it unless the method has none.
 void SceneDraft::check_order(const MethodInfo& info) {
   auto& order = given().method->order;
+  if (info.orders.empty()) {
+    if (order)
+      refuse("method.order", std::to_string(*order),
+             "must be absent: " + std::string(info.name) + " has no order");
+    return;
+  }
   bool known = false;
   for (const int o : info.orders) known = known || order.value_or(info.default_order) == o;
   if (!known)

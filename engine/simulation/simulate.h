@@ -13,6 +13,7 @@ std::unique_ptr<Simulation> simulate_by(const Scene& scene, const S& system, con
   const double h = scene.step() / scene.substeps();
   const auto make = [&]<class Map>(Map*) -> std::unique_ptr<Simulation> {
     using Made = SimulationOf<Map, Readout>;
+    if constexpr (DirectMap<Map>) cost *= 10;  // of a closed form in extended precision
     if constexpr (Method::traits.default_tolerance > 0)
       return std::make_unique<Made>(scene, Map(system, h, scene.order(), scene.tolerance()),
                                     readout, cost);
@@ -67,13 +68,17 @@ Kept kept_by(std::string_view invariant) {
   return Method::template kept<S>(invariant);
 }
 
-/// The methods that apply to S, and what they keep of the invariants that `info` lists.
-template <class S>
+/// The methods that apply to S, and what they keep of the invariants that `info` lists; and those
+/// that apply only to `InThree`, the form that the system takes in three dimensions.
+template <class S, class InThree = S>
 std::vector<MethodOnSystem> methods_on(const SystemInfo& info) {
   std::vector<MethodOnSystem> all;
   const auto attempt = [&]<class Method>(Method*) {
-    if constexpr (Method::template applies<S>)
-      all.push_back({Method::traits.name, preservations(info, kept_by<Method, S>)});
+    constexpr bool any = Method::template applies<S>;
+    if constexpr (any || Method::template applies<InThree>) {
+      using Form = std::conditional_t<any, S, InThree>;
+      all.push_back({Method::traits.name, preservations(info, kept_by<Method, Form>), any ? 0 : 3});
+    }
   };
   for_each_type(Methods{}, attempt);
   return all;

@@ -40,6 +40,9 @@ class Simulation {
   /// step.
   virtual Ending advance(std::int64_t steps) = 0;
 
+  /// Whether each state comes from the one at step 0, so that `advance` takes one time however far.
+  virtual bool direct() const { return false; }
+
   /// The complete state, solver history and round-off carries included, and back again.
   /// `restore` expects exactly `saved_size()` numbers from a simulation of the same scene and
   /// build.
@@ -69,11 +72,11 @@ class Simulation {
   virtual std::optional<double> largest_step(double limit) const = 0;
 
   /// One step of the map, without its history, from any state x near the manifold, blocks stacked
-  /// by rows; nothing where it has none, and for states that are not matrices.
+  /// by rows; nothing where it has none, and for states that are no matrices of blocks.
   virtual std::optional<Eigen::MatrixXd> image(const Eigen::MatrixXd& x) const = 0;
 
-  /// A rough count of nanoseconds a step takes, from N and the method alone: for slicing, not
-  /// timing.
+  /// A rough count of nanoseconds a step takes (`direct`: an advance), from N and the method alone:
+  /// for slicing, not timing.
   virtual double step_cost() const = 0;
 
  protected:

@@ -26,7 +26,16 @@ class SimulationOf final : public Simulation {
     state_.each([this](auto& block) { saved_size_ += static_cast<std::size_t>(block.size()); });
   }
 
+  bool direct() const override { return DirectMap<F>; }
+
   Ending advance(std::int64_t steps) override {
+    if constexpr (DirectMap<F>) {
+      if (steps == 0) return {};
+      const auto to = static_cast<long double>(step_ + steps) * substeps_;
+      const Ending ending = map_.at(state_, to);
+      if (ending.reached()) step_ += steps;
+      return ending;
+    }
     for (; steps > 0; --steps) {
       if (substeps_ > 1) before_ = state_;
       for (int k = 0; k < substeps_; ++k) {
@@ -71,6 +80,9 @@ class SimulationOf final : public Simulation {
     if constexpr (std::is_same_v<typename Readout::Point, Eigen::MatrixXd>) {
       auto state = map_.start(x);
       if (map_.step(state).reached()) return state.x.value;
+    } else if constexpr (requires { readout_.stacked(readout_.point(x)); }) {
+      auto state = map_.start(readout_.point(x));
+      if (map_.step(state).reached()) return readout_.stacked(state.x.value);
     }
     return std::nullopt;
   }

@@ -6,7 +6,6 @@
 #include "engine/invariants/symplectic_defect.h"
 #include "engine/invariants/tangent_spaces.h"
 #include "engine/simulation/simulation.h"
-#include "engine/simulation/system_entry.h"
 #include "engine/simulation/two_forms.h"
 
 namespace stiefel {
@@ -100,8 +99,7 @@ std::expected<std::optional<double>, Violations> symplectic_defect(const Scene& 
   if (has.empty() || no_frame)
     return std::unexpected(
         Violations{{"symplectic_test", scene.system(), "this system's states have no two-form"}});
-  const SystemEntry* entry = system_entry(scene.system());
-  const auto map = (entry->make_dense ? entry->make_dense : entry->make)(scene);
+  const auto map = make_simulation(scene);
   const auto phi = [&](const Dense& x) { return map->image(x); };
   const Dense x = in_principal_axes(scene, state_of(*has.front(), now));
   return symplectic_defect<double>(has.front()->space(scene), phi, x, pairs, seed);

@@ -15,8 +15,6 @@ struct SystemEntry {
   SystemInfo info;
   void (*check)(SceneDraft&);
   std::unique_ptr<Simulation> (*make)(const Scene&);
-  /// The same on states that are matrices, blocks stacked by rows; null where `make` does that.
-  std::unique_ptr<Simulation> (*make_dense)(const Scene&) = nullptr;
 };
 
 /// One translation unit a system.

@@ -18,10 +18,11 @@ namespace stiefel {
 ///
 /// `Space` says how (Q, M) is held: SoN for every N, So3 for quaternion and vector. The state may
 /// be M alone.
-template <class Space>
+template <class Space_>
 class RigidBody {
  public:
   static constexpr const char* name = "rigid_body";
+  using Space = Space_;
   using Scalar = typename Space::Scalar;
   using State = typename Space::State;
   using Algebra = typename Space::Algebra;
@@ -56,5 +57,11 @@ class RigidBody {
   Space space_;
   Algebra Omega_;
 };
+
+/// The body in the coordinates of three dimensions.
+template <class S>
+inline constexpr bool rigid_body_in_3d = false;
+template <class Scalar, bool frame>
+inline constexpr bool rigid_body_in_3d<RigidBody<So3<Scalar, frame>>> = true;
 
 }  // namespace stiefel

@@ -53,6 +53,7 @@ void to_proto(const SystemInfo& system, v1::SystemInfo* out) {
   for (const MethodOnSystem& method : system.methods) {
     auto* to = out->add_methods();
     to->set_method(text(method.method));
+    to->set_dimension(static_cast<std::uint32_t>(method.dimension));
     for (const Preservation& preservation : method.preserves) {
       auto* preserves = to->add_preserves();
       preserves->set_invariant(text(preservation.invariant));

@@ -34,6 +34,7 @@ class Walk {
   std::int64_t computed_steps() const { return computed_; }
   /// A rough guess, from the scene alone.
   double nanoseconds_to(std::int64_t to) const {
+    if (simulation_->direct()) return session_->step_cost();
     return static_cast<double>(to - step()) * session_->step_cost();
   }
 

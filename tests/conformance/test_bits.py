@@ -94,6 +94,17 @@ def test_second_server_from_a_checkpoint(session, other, scene, expected):
         assert bits(reached) == expected
 
 
+def test_a_closed_form_goes_anywhere_at_once(client, other):
+    far, scene = 10**15, scenes.rigid_body(method={"name": "exact"})
+    with client.create(scene) as session, other.create(scene) as there:
+        state = session.step(to=far)
+        assert state.outcome == "REACHED" and state.step == far and state.computed_steps == 1
+        assert session.step(to=0).computed_steps == 0
+        assert bits(session.step(to=far)) == bits(state)
+        run = there.trajectory(to=far, every=far // 7)
+        assert {name: values[-1].tobytes() for name, values in run.fields.items()} == bits(state)
+
+
 def test_ten_thousand_single_steps(client):
     with client.create(scenes.rigid_body()) as session, session.drive() as drive:
         driven = [drive.step(k) for k in range(1, 10_001)][-1]

@@ -48,9 +48,11 @@ def test_the_canonical_dirac_bracket_is_skew_and_a_derivation(client):
 
 @pytest.mark.parametrize("scene, symplectic", [
     (scenes.free(4), True), (scenes.rigid_body(), True), (scenes.moser_veselov(), True), (scenes.frame(2, 5), True),
+    (scenes.free(3, method="exact"), True), (scenes.free(3, method="splitting"), True),
     (scenes.free(4, method="rk4"), False), (scenes.free(4, method="munthe_kaas4"), False),
     (scenes.frame(2, 5, method="rk4"), False),
-], ids=["variational", "3D", "moser_veselov", "frames", "rk4", "munthe_kaas4", "frames rk4"])
+], ids=["variational", "3D", "moser_veselov", "frames", "exact", "splitting", "rk4", "munthe_kaas4",
+        "frames rk4"])
 def test_whether_a_step_is_symplectic(client, scene, symplectic):
     with client.create({**scene, "step": 0.1}) as session:
         defect = session.diagnose(5, ["energy"], symplectic=True).symplectic_defect

@@ -22,7 +22,8 @@ def kept(system: catalogue_pb2.SystemInfo) -> str:
         what = "all" if len(exact) == len(method.preserves) else ", ".join(exact)
         if bounded:
             what += ("; " if what else "") + "bounded: " + ", ".join(bounded)
-        lines.append((f"`{method.method}`: " if method.method else "") + (what or "nothing"))
+        name = f"`{method.method}`" + (f" (N = {method.dimension})" if method.dimension else "")
+        lines.append((f"{name}: " if method.method else "") + (what or "nothing"))
     return "<br>".join(lines)
 
 
@@ -38,7 +39,7 @@ def systems(catalogue: simulation_pb2.DescribeResponse) -> str:
 def methods(catalogue: simulation_pb2.DescribeResponse) -> str:
     lines = [row("method", "order", "reversible", "source", "file"), row(*["---"] * 5)]
     for method in catalogue.methods:
-        lines.append(row(f"`{method.name}`<br>{method.summary}", ", ".join(map(str, method.orders)),
+        lines.append(row(f"`{method.name}`<br>{method.summary}", ", ".join(map(str, method.orders)) or "exact",
                          "yes" if method.reversible else "no", method.source, f"[{method.file}]({method.file})"))
     return "\n".join(lines)
 

@@ -31,6 +31,8 @@ inline std::vector<Case> cases() {
     all.push_back({"rigid_body", "munthe_kaas4", "compensated", dimension});
     all.push_back({"moser_veselov", "", "", dimension});
   }
+  for (const char* method : {"preprocessed_variational", "exact", "splitting"})
+    all.push_back({"rigid_body", method, "compensated", 3});
   return all;
 }
 

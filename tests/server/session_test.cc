@@ -83,6 +83,18 @@ TEST(Session, ALongWalkHoldsNobodyUp) {
   EXPECT_EQ(state_at(*session, 20), expected_state(session->scene(), 20));
 }
 
+TEST(Session, AClosedFormGoesAnywhereAtOnce) {
+  constexpr std::int64_t far = 1'000'000'000'000'000;
+  const auto session = session_of({.method = "exact"});
+  Walk walk(*session, far);
+  std::int64_t budget = 1;
+  EXPECT_TRUE(walk.advance(far, budget));
+  EXPECT_EQ(walk.step(), far);
+  EXPECT_EQ(walk.computed_steps(), 1);
+  EXPECT_EQ(session->checkpoints(), std::vector<std::int64_t>{0});
+  EXPECT_EQ(saved(walk.simulation()), expected_state(session->scene(), far));
+}
+
 TEST(Session, ACancelledWalkStaysAtItsLastGoodState) {
   const auto session = session_of();
   Walk walk(*session, 1000);

@@ -19,13 +19,18 @@ struct Pair {
   }
 };
 
+/// Whether a system is tried with that N.
+inline bool in_dimension(std::string_view system, int N) {
+  return N == 4 || system == "rigid_body" || system == "moser_veselov";
+}
+
 /// All of the catalogue.
 inline std::vector<Pair> every_pair() {
   std::vector<Pair> all;
   for (const auto& system : catalogue().systems)
     for (const auto& method : system.methods)
       for (const int N : {3, 4})
-        if (N == 4 || system.name == "rigid_body" || system.name == "moser_veselov")
+        if (method.dimension == N || (method.dimension == 0 && in_dimension(system.name, N)))
           all.push_back({std::string(system.name), std::string(method.method), N});
   return all;
 }

@@ -22,6 +22,13 @@ constexpr stiefel::testing::Quad std::numeric_limits<stiefel::testing::Quad>::ma
       boost::multiprecision::quad_constants::quad_max);
 }
 
+namespace boost::multiprecision {
+/// Nor does this one.
+inline float128 asinh(const float128& x) {
+  return float128(backends::float128_backend(asinhq(x.backend().value())));
+}
+}  // namespace boost::multiprecision
+
 /// Boost's own has no infinity, which Eigen's eigensolvers ask for.
 template <>
 struct Eigen::NumTraits<stiefel::testing::Quad> : Eigen::GenericNumTraits<stiefel::testing::Quad> {

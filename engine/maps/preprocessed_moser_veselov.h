@@ -1,0 +1,85 @@
+#pragma once
+
+#include "engine/linalg/discrete_body_3.h"
+#include "engine/maps/modified_inertia.h"
+#include "engine/maps/principal_branch.h"
+
+namespace stiefel {
+
+/// U = J_D⁻¹(hM) with the moments J that ModifiedInertia makes of those of Λ: the counterpart of
+/// JDInverse3. What it remembers of a motion is J.
+template <class Scalar, bool frame, Arithmetic arithmetic>
+class ModifiedJDInverse3 {
+ public:
+  using Body = DiscreteBody3<Scalar, frame, arithmetic>;
+  using Point = typename Body::Point;
+  using State = typename Body::State;
+  using Memory = DiscreteInertia3<Scalar>;
+
+  ModifiedJDInverse3(const Vector<Scalar>& lambda, Scalar h, int order)
+      : h_(h), modified_(PrincipalMoments3<Wide>(lambda), order) {}
+
+  /// Of the motion through x, for the step t·h.
+  Memory J(const Point& x, double t = 1) const {
+    const Scalar h = static_cast<Scalar>(t) * h_;
+    const Vector3<Wide> m = x.template tail<3>().template cast<Wide>();
+    return {modified_(m, h), h};
+  }
+
+  bool solve(const State& x, const Memory& J) { return body_.solve(x, J); }
+  /// The same for the step t·h, from the solution found last; J goes over into I as t → 0.
+  bool continue_to(const State& x, double t) { return body_.continue_to(x, J(x.value, t)); }
+  void restart() { body_.restart(); }
+  void transport(State& x, const Memory& J) const { body_.transport(x, J); }
+
+ private:
+  using Wide = Extended<Scalar>;
+
+  Scalar h_;
+  ModifiedInertia<Wide> modified_;
+  Body body_;
+};
+
+/// The discrete rigid body of Moser and Veselov in three dimensions, run with moments J so modified
+/// that it follows the continuous body to order 4, 6, 8 or 10 (Hairer and Vilmart 2006). The
+/// integrals Σ m_i² and Σ m_i²/J_i that it keeps are those of the body, because 1/J_i = s/I_i + d.
+template <class Scalar_, bool frame, Arithmetic arithmetic>
+class PreprocessedMoserVeselov {
+ public:
+  using Scalar = Scalar_;
+  using Point = typename So3<Scalar, frame>::State;
+
+  /// J belongs to the motion: `start` makes it, from the state at step 0, and nothing changes it.
+  struct State {
+    Accumulator<Point, arithmetic> x;
+    DiscreteInertia3<Scalar> J;
+
+    template <class Visitor>
+    void each(Visitor&& visit) {
+      x.each(visit);
+    }
+  };
+
+  PreprocessedMoserVeselov(const Vector<Scalar>& lambda, Scalar h, int order)
+      : branch_(lambda, h, order) {}
+
+  State start(const Point& x) const {
+    return {Accumulator<Point, arithmetic>(x), branch_.inverse().J(x)};
+  }
+
+  Ending step(State& state) {
+    const Ending ending = branch_.solve(state.x, state.J);
+    if (ending.reached()) branch_.inverse().transport(state.x, state.J);
+    return ending;
+  }
+
+  /// The largest |h| up to `limit` for which J is positive and a step from here exists, to 1e-3.
+  std::optional<double> largest_step(const State& state, double limit) {
+    return branch_.largest_step(state.x, limit);
+  }
+
+ private:
+  PrincipalBranch<ModifiedJDInverse3<Scalar, frame, arithmetic>> branch_;
+};
+
+}  // namespace stiefel

@@ -1,0 +1,40 @@
+#pragma once
+
+#include "engine/maps/preprocessed_moser_veselov.h"
+#include "engine/methods/method.h"
+#include "engine/systems/rigid_body.h"
+
+namespace stiefel {
+
+/// The variational integrator of the rigid body in three dimensions at the orders 4, 6, 8 and 10,
+/// for the price of order 2: the Moser–Veselov map with modified moments of inertia.
+struct PreprocessedVariational {
+  static constexpr MethodTraits traits = {
+      .name = "preprocessed_variational",
+      .summary = "Moser-Veselov map with modified moments of inertia, N = 3",
+      .source = "Hairer and Vilmart 2006",
+      .file = "engine/methods/preprocessed_variational.h",
+      .orders = {4, 6, 8, 10},
+      .default_order = 4,
+      .reversible = true,
+  };
+
+  template <class S>
+  static constexpr bool applies = rigid_body_in_3d<S>;
+  template <class>
+  static constexpr Kept kept(std::string_view) {
+    return Kept::exact;
+  }
+
+  template <class S, Arithmetic arithmetic>
+  requires rigid_body_in_3d<S>
+  class Map : public PreprocessedMoserVeselov<typename S::Scalar, S::Space::has_frame, arithmetic> {
+   public:
+    Map(const S& body, typename S::Scalar h, int order) : Base(body.lambda(), h, order) {}
+
+   private:
+    using Base = PreprocessedMoserVeselov<typename S::Scalar, S::Space::has_frame, arithmetic>;
+  };
+};
+
+}  // namespace stiefel

@@ -1,0 +1,105 @@
+#pragma once
+
+#include <cmath>
+
+#include "engine/linalg/principal_moments_3.h"
+#include "engine/methods/method.h"
+#include "engine/systems/rigid_body.h"
+
+namespace stiefel {
+
+/// The rigid body in three dimensions by splitting its energy ½ Σ m_i²/I_i: each term alone makes m
+/// and Q turn about a principal axis at the constant rate m_i/I_i, and Strang's composition of the
+/// three is symmetric, explicit and of order 2:
+///
+///     Φ_h = φ¹_{h/2} ∘ φ²_{h/2} ∘ φ³_h ∘ φ²_{h/2} ∘ φ¹_{h/2}.
+///
+/// It is Poisson: spatial momentum, |m| and the orthogonality of Q to rounding, the energy without
+/// growth.
+struct Splitting {
+  static constexpr MethodTraits traits = {
+      .name = "splitting",
+      .summary = "Strang composition of rotations about the principal axes, N = 3",
+      .source = "McLachlan 1993; Touma and Wisdom 1994; Reich 1994",
+      .file = "engine/methods/splitting.h",
+      .orders = {2},
+      .default_order = 2,
+      .reversible = true,
+  };
+
+  template <class S>
+  static constexpr bool applies = rigid_body_in_3d<S>;
+  template <class S>
+  static constexpr Kept kept(std::string_view invariant) {
+    return S::kept_on_orbits(invariant) ? Kept::exact : Kept::bounded;
+  }
+
+  template <class S, Arithmetic arithmetic>
+  requires rigid_body_in_3d<S>
+  class Map {
+   public:
+    using Scalar = typename S::Scalar;
+    using Point = typename S::State;
+    using State = PlainState<S, arithmetic>;
+
+    Map(const S& body, Scalar h, int) {
+      const PrincipalMoments3<Working> I(body.lambda());
+      half_turn_ = Working(h) / 2 * I.moments.cwiseInverse();
+    }
+
+    State start(const Point& x) const { return State{Accumulator<Point, arithmetic>(x)}; }
+
+    Ending step(State& state) const {
+      Turned x;
+      for (Eigen::Index i = 0; i < x.size(); ++i) x(i) = now(state.x, i);
+      turn<0>(x, Working(1) / 2);
+      turn<1>(x, Working(1) / 2);
+      turn<2>(x, Working(1));
+      turn<1>(x, Working(1) / 2);
+      turn<0>(x, Working(1) / 2);
+      if (!x.allFinite()) return {Outcome::not_finite, std::nullopt};
+      if constexpr (arithmetic == Arithmetic::plain) {
+        if constexpr (frame) x.template head<4>() *= (3 - x.template head<4>().squaredNorm()) / 2;
+        state.x.value = x;
+      } else {
+        for (Eigen::Index i = 0; i < x.size(); ++i) state.x.add(i, 0, x(i) - now(state.x, i));
+      }
+      return {};
+    }
+
+    std::optional<double> largest_step(const State&, double) const { return std::nullopt; }
+
+   private:
+    static constexpr bool frame = S::Space::has_frame;
+    using Working = std::conditional_t<arithmetic == Arithmetic::plain, Scalar, Extended<Scalar>>;
+    using Turned = Eigen::Matrix<Working, Point::RowsAtCompileTime, 1>;
+
+    static Working now(const Accumulator<Point, arithmetic>& x, Eigen::Index i) {
+      if constexpr (arithmetic == Arithmetic::plain) return x.value(i);
+      return x.extended(i);
+    }
+
+    /// The flow of m_a²/(2I_a) over `part` of h: q ← q∘exp(½θ e_a), m ← exp(−θ ê_a) m.
+    template <int a>
+    void turn(Turned& x, Working part) const {
+      using std::cos, std::sin;
+      constexpr int b = (a + 1) % 3, c = (a + 2) % 3, first = frame ? 4 : 0;
+      const Working half = part * half_turn_(a) * x(first + a), sine = sin(half),
+                    cosine = cos(half);
+      if constexpr (frame) {
+        const Working w = x(0), q_a = x(1 + a), q_b = x(1 + b), q_c = x(1 + c);
+        x(0) = w * cosine - q_a * sine;
+        x(1 + a) = q_a * cosine + w * sine;
+        x(1 + b) = q_b * cosine + q_c * sine;
+        x(1 + c) = q_c * cosine - q_b * sine;
+      }
+      const Working m_b = x(first + b), m_c = x(first + c);  // by θ: sin θ and 1 − cos θ
+      x(first + b) += 2 * sine * (cosine * m_c - sine * m_b);
+      x(first + c) -= 2 * sine * (cosine * m_b + sine * m_c);
+    }
+
+    Vector3<Working> half_turn_;  ///< (h/2)/I
+  };
+};
+
+}  // namespace stiefel
