@@ -64,7 +64,7 @@ void print(const v1::SystemInfo& system) {
   rows.clear();
   for (const auto& method : system.methods()) {
     std::string name = method.method().empty() ? "(the map)" : method.method();
-    if (method.dimension() > 0) name += " (N = " + std::to_string(method.dimension()) + ")";
+    if (!method.where().empty()) name += " (" + method.where() + ")";
     rows.push_back({"keeps", name, preserves(method)});
   }
   print(rows, "  ");

@@ -2,7 +2,10 @@
 
 #include "engine/methods/euler_top.h"
 #include "engine/methods/method.h"
+#include "engine/methods/round_frames.h"
+#include "engine/methods/two_valued_body.h"
 #include "engine/systems/rigid_body.h"
+#include "engine/systems/stiefel.h"
 
 namespace stiefel {
 
@@ -11,12 +14,17 @@ namespace stiefel {
 /// nothing accumulates.
 ///
 /// `MotionOf<S>::make(system, start)` is the motion of S from a state, and `at(t)` of that the
-/// state at time t. Rigid body in three dimensions: EulerTop.
+/// state at time t; `takes(Λ)` whether it is there for the bodies of this Λ, `where` in words.
+///
+///     rigid body, N = 3              EulerTop
+///     rigid body, Λ of two values    TwoValuedBody
+///     V(n, N), Λ = λI                RoundFrames
 struct Exact {
   static constexpr MethodTraits traits = {
       .name = "exact",
-      .summary = "closed form; N = 3: Jacobi's elliptic functions",
-      .source = "Jacobi 1849; Celledoni, Fasso, Safstrom and Zanna 2008; Carlson 1995",
+      .summary = "closed form; in three dimensions Jacobi's elliptic functions",
+      .source =
+          "Jacobi 1849; Celledoni, Fasso, Safstrom and Zanna 2008; Edelman, Arias and Smith 1998",
       .file = "engine/methods/exact.h",
       .orders = {},
       .default_order = 0,
@@ -29,6 +37,10 @@ struct Exact {
   static constexpr bool applies = requires {
     &MotionOf<S>::make;
   };
+  template <class S>
+  static bool takes(const Eigen::VectorXd& lambda) {
+    return MotionOf<S>::takes(lambda);
+  }
   template <class>
   static constexpr Kept kept(std::string_view) {
     return Kept::exact;
@@ -41,7 +53,8 @@ struct Exact {
     using Scalar = typename S::Scalar;
     using Wide = Extended<Scalar>;
     using Point = typename S::State;
-    using Motion = decltype(MotionOf<S>::make(std::declval<const S&>(), Point()));
+    using Motion =
+        decltype(MotionOf<S>::make(std::declval<const S&>(), std::declval<const Point&>()));
 
     /// The motion belongs to the state: `start` makes it, from the state at step 0.
     struct State {
@@ -67,9 +80,9 @@ struct Exact {
 
     /// The state k steps after the one that was started from.
     Ending at(State& state, Wide k) const {
-      const Point x = state.motion.at(k * Wide(h_)).template cast<Scalar>();
+      const auto& x = state.motion.at(k * Wide(h_));
       if (!x.allFinite()) return {Outcome::not_finite, std::nullopt};
-      state.x.value = x;
+      state.x.value = x.template cast<Scalar>();
       state.steps(0) = static_cast<Scalar>(k);
       return {};
     }
@@ -85,9 +98,32 @@ struct Exact {
 template <class Scalar, bool frame>
 struct Exact::MotionOf<RigidBody<So3<Scalar, frame>>> {
   using Wide = Extended<Scalar>;
+  static bool takes(const Eigen::VectorXd& lambda) { return lambda.size() == 3; }
   static EulerTop<Wide, frame> make(const RigidBody<So3<Scalar, frame>>& body,
                                     const typename So3<Scalar, frame>::State& start) {
     return {PrincipalMoments3<Wide>(body.lambda()), start.template cast<Wide>()};
+  }
+};
+
+template <class Scalar>
+struct Exact::MotionOf<RigidBody<SoN<Scalar>>> {
+  using Wide = Extended<Scalar>;
+  static constexpr std::string_view where = "N = 3, or Lambda of at most two values";
+  static bool takes(const Eigen::VectorXd& lambda) {
+    return lambda.size() == 3 || TwoValuedBody<Wide>::has(lambda);
+  }
+  static TwoValuedBody<Wide> make(const RigidBody<SoN<Scalar>>& body, const Matrix<Scalar>& start) {
+    return {body.lambda().template cast<Wide>(), start.template cast<Wide>()};
+  }
+};
+
+template <class Scalar>
+struct Exact::MotionOf<Stiefel<Scalar>> {
+  using Wide = Extended<Scalar>;
+  static constexpr std::string_view where = "Lambda a multiple of the identity";
+  static bool takes(const Eigen::VectorXd& lambda) { return RoundFrames<Wide>::has(lambda); }
+  static RoundFrames<Wide> make(const Stiefel<Scalar>& system, const Matrix<Scalar>& start) {
+    return {system.lambda().template cast<Wide>(), start.template cast<Wide>()};
   }
 };
 

@@ -59,7 +59,8 @@ struct FormInfo {
 struct MethodOnSystem {
   std::string_view method;
   std::vector<Preservation> preserves;
-  int dimension = 0;  ///< the only N for which it is there; 0: every N
+  std::string_view where = {};                             ///< "N = 3"; empty: in every scene
+  bool (*takes)(const Eigen::VectorXd& lambda) = nullptr;  ///< the same; null: every one
 };
 
 struct SystemInfo {

@@ -48,7 +48,7 @@ std::expected<Scene, Violations> SceneDraft::resolve() {
     system_ = &entry->info;
     check_method();
     entry->check(*this);
-    check_dimension();
+    check_reach();
   }
   if (!std::isfinite(given().step) || given().step == 0)
     refuse("step", to_text(given().step), "must be finite and not 0");
@@ -98,14 +98,15 @@ void SceneDraft::check_method() {
     refuse("method.arithmetic", '"' + method->arithmetic + '"', "must be compensated or plain");
 }
 
-/// Once the system's own check has found out N.
-void SceneDraft::check_dimension() {
-  const int N = scene_.dimension();
+/// Once the system's own check has found out Λ.
+void SceneDraft::check_reach() {
+  const auto& lambda = scene_.inertia();
   for (const auto& on : system_->methods)
-    if (given().method && on.method == given().method->name && N > 0 && on.dimension > 0 &&
-        on.dimension != N)
-      refuse("method.name", '"' + given().method->name + "\" with N = " + std::to_string(N),
-             "is there for N = " + std::to_string(on.dimension) + " only");
+    if (given().method && on.method == given().method->name && lambda.size() > 0 && on.takes &&
+        !on.takes(lambda))
+      refuse("method.name",
+             '"' + given().method->name + "\" with N = " + std::to_string(lambda.size()),
+             "is only for " + std::string(on.where));
 }
 
 /// An `order` must be one that the method has; a resolved scene has it unless the method has none.

@@ -60,7 +60,7 @@ class SceneDraft {
  private:
   void check_method();
   void check_order(const MethodInfo& info);
-  void check_dimension();
+  void check_reach();
   void check_tolerance(const MethodInfo& info);
 
   Scene scene_;

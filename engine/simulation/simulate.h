@@ -77,7 +77,15 @@ std::vector<MethodOnSystem> methods_on(const SystemInfo& info) {
     constexpr bool any = Method::template applies<S>;
     if constexpr (any || Method::template applies<InThree>) {
       using Form = std::conditional_t<any, S, InThree>;
-      all.push_back({Method::traits.name, preservations(info, kept_by<Method, Form>), any ? 0 : 3});
+      MethodOnSystem on{Method::traits.name, preservations(info, kept_by<Method, Form>)};
+      if constexpr (!any) {
+        on.where = "N = 3";
+        on.takes = [](const Eigen::VectorXd& lambda) { return lambda.size() == 3; };
+      } else if constexpr (requires { Method::template MotionOf<Form>::where; }) {
+        on.where = Method::template MotionOf<Form>::where;
+        on.takes = Method::template takes<Form>;
+      }
+      all.push_back(std::move(on));
     }
   };
   for_each_type(Methods{}, attempt);

@@ -53,7 +53,7 @@ void to_proto(const SystemInfo& system, v1::SystemInfo* out) {
   for (const MethodOnSystem& method : system.methods) {
     auto* to = out->add_methods();
     to->set_method(text(method.method));
-    to->set_dimension(static_cast<std::uint32_t>(method.dimension));
+    to->set_where(text(method.where));
     for (const Preservation& preservation : method.preserves) {
       auto* preserves = to->add_preserves();
       preserves->set_invariant(text(preservation.invariant));

@@ -65,7 +65,7 @@ MALFORMED = {
     "order of a method of one order": (create(method={"name": "rk4", "order": 2}), INVALID, "method.order", "one of 4"),
     "order of an exact method": (create(method={"name": "exact", "order": 4}), INVALID, "method.order", "must be absent"),
     "method of three dimensions": (create(method={"name": "exact"}, inertia=[1, 2, 3, 4], initial={"M": np.zeros((4, 4))}),
-                                   INVALID, "method.name", "exact.*N = 4: is there for N = 3 only"),
+                                   INVALID, "method.name", "exact.*N = 4: is only for N = 3, or Lambda of at most two values"),
     "no substeps": (method(substeps=0), INVALID, "method.substeps", "0.*must be 1"),
     "huge substeps": (method(substeps=2**32 - 1), INVALID, "method.substeps", "4294967295"),
     "unknown arithmetic": (method(arithmetic="exact"), INVALID, "method.arithmetic", "compensated or plain"),

@@ -22,7 +22,7 @@ def kept(system: catalogue_pb2.SystemInfo) -> str:
         what = "all" if len(exact) == len(method.preserves) else ", ".join(exact)
         if bounded:
             what += ("; " if what else "") + "bounded: " + ", ".join(bounded)
-        name = f"`{method.method}`" + (f" (N = {method.dimension})" if method.dimension else "")
+        name = f"`{method.method}`" + (f" ({method.where})" if method.where else "")
         lines.append((f"{name}: " if method.method else "") + (what or "nothing"))
     return "<br>".join(lines)
 

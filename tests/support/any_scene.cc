@@ -22,6 +22,9 @@ Eigen::MatrixXd moved(const Eigen::MatrixXd& Q, const Eigen::MatrixXd& Qdot, dou
   return next;
 }
 
+/// Which has Λ of few values.
+bool exact(const SceneDescription& d) { return d.method && d.method->name == "exact"; }
+
 void fill_rigid(SceneDescription& d, unsigned seed, int N) {
   const RandomBody body(N, seed);
   Eigen::MatrixXd Omega = body.M;
@@ -29,6 +32,8 @@ void fill_rigid(SceneDescription& d, unsigned seed, int N) {
     for (Eigen::Index i = 0; i < N; ++i)
       if (i != j) Omega(i, j) /= body.lambda(i) + body.lambda(j);
   d.inertia = numbers(body.lambda);
+  if (exact(d) && N > 3)
+    for (std::size_t i = 0; i < d.inertia.size(); ++i) d.inertia[i] = i % 3 == 0 ? 1 : 2.5;
   d.initial["Q"] = rows(body.Q);
   if (d.system == "moser_veselov_pair") {
     d.initial["Q_prev"] = rows(body.Q);
@@ -58,7 +63,7 @@ void fill_parametric(SceneDescription& d, unsigned seed) {
 
 void fill_frames(SceneDescription& d, unsigned seed) {
   const bool vector = d.system == "ellipsoid";
-  const RandomFrame<double> frame(vector ? 1 : 2, vector ? 4 : 5, seed);
+  const RandomFrame<double> frame(vector ? 1 : 2, vector ? 4 : 5, seed, exact(d) ? 1 : 4);
   const Eigen::MatrixXd Qdot = frame.S * frame.lambda.cwiseInverse().asDiagonal();
   d.inertia = numbers(frame.lambda);
   d.initial[vector ? "q" : "Q"] = rows(frame.Q);

@@ -19,9 +19,11 @@ struct Pair {
   }
 };
 
-/// Whether a system is tried with that N.
-inline bool in_dimension(std::string_view system, int N) {
-  return N == 4 || system == "rigid_body" || system == "moser_veselov";
+/// Whether a method on a system is tried with that N.
+inline bool in_dimension(std::string_view system, const MethodOnSystem& on, int N) {
+  if (on.takes && !on.takes(Eigen::VectorXd::Ones(N))) return false;
+  const bool in_3d_only = on.takes && !on.takes(Eigen::VectorXd::Ones(4));
+  return N == 4 || in_3d_only || system == "rigid_body" || system == "moser_veselov";
 }
 
 /// All of the catalogue.
@@ -30,7 +32,7 @@ inline std::vector<Pair> every_pair() {
   for (const auto& system : catalogue().systems)
     for (const auto& method : system.methods)
       for (const int N : {3, 4})
-        if (method.dimension == N || (method.dimension == 0 && in_dimension(system.name, N)))
+        if (in_dimension(system.name, method, N))
           all.push_back({std::string(system.name), std::string(method.method), N});
   return all;
 }
