@@ -29,7 +29,7 @@ template <class F>
 Quad integral(F f) {
   const Quad h = Quad(1) / 32, quarter_turn = 2 * atan(Quad(1));
   Quad sum = 0;
-  for (int k = -160; k <= 160; ++k) {
+  for (int k = -208; k <= 208; ++k) {
     const Quad t = exp(quarter_turn * sinh(k * h));
     sum += h * quarter_turn * cosh(k * h) * t * f(t);
   }
@@ -75,7 +75,8 @@ TEST(JacobiElliptic, FunctionsAreTheirDefinitions) {
         const auto pair = [&](int j) -> Quad { return of(u + j * d).*f - of(u - j * d).*f; };
         return Quad((45 * pair(1) - 9 * pair(2) + pair(3)) / (60 * d));
       };
-      EXPECT_LT(relative(slope(&JacobiElliptic<Quad>::Values::sn), cn * dn), 1e-20);
+      EXPECT_LT(static_cast<double>(abs(slope(&JacobiElliptic<Quad>::Values::sn) - cn * dn)),
+                1e-20);
       EXPECT_LT(static_cast<double>(abs(slope(&JacobiElliptic<Quad>::Values::cn) + sn * dn)),
                 1e-20 * static_cast<double>(dn));
       const auto [s, c, e] = wide(static_cast<long double>(u));
@@ -96,7 +97,7 @@ TEST(Exact, IsTheLimitOfTheVariationalIntegrator) {
     const testing::RandomBody given(3, seed);
     const Body body(given.lambda.cast<Quad>());
     Body::State x;
-    x << quaternion_of(given.Q).cast<Quad>(), vee(given.M).cast<Quad>();
+    x << quaternion_of(given.Q).cast<Quad>().normalized(), vee(given.M).cast<Quad>();
     const Body::State exact = Exact::MotionOf<Body>::make(body, x).at(1);
     const auto error = [&](int steps) {
       Variational::Map<Body, Arithmetic::plain> map(body, Quad(1) / steps, 8);

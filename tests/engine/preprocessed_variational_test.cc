@@ -72,7 +72,7 @@ TEST(PreprocessedVariational, HasThePublishedErrors) {
   EXPECT_NEAR(start.error(10, 40), 1.6e-16, 0.05e-16);
 }
 
-/// A box of 0.2 × 0.4 × 0.6 m and 1 kg, tumbling; five seconds at dt = 0.1 s.
+/// A box of 0.2 × 0.4 × 0.6 m and 1 kg, tumbling; the quaternion's error at 5 s with dt = 0.1 s.
 TEST(PreprocessedVariational, TurnsABoxToTenDigits) {
   const auto attitude = [](const char* method, std::optional<int> order) {
     SceneDescription d;
@@ -82,11 +82,11 @@ TEST(PreprocessedVariational, TurnsABoxToTenDigits) {
     d.step = 0.1;
     const auto simulation = make_simulation(Scene::resolve(d).value());
     EXPECT_TRUE(simulation->advance(50).reached());
-    return simulation->get("Q");
+    return simulation->get("quaternion");
   };
   const Eigen::MatrixXd exact = attitude("exact", {});
   EXPECT_LT((attitude("preprocessed_variational", 10) - exact).norm(), 1e-10);
-  EXPECT_GT((attitude("rk4", {}) - exact).norm(), 1e-4);
+  EXPECT_GT((attitude("rk4", {}) - exact).norm(), 1.5e-4);
 }
 
 /// Far from where the modified moments are any, a step ends with the longest that there is.
