@@ -50,7 +50,8 @@ inline Answer turn(const Task& task, const MethodDescription& method, double ste
 /// A method that keeps a tolerance does so from state to state: here a state each rotation.
 inline Answer turn_adaptively(const Task& task, MethodDescription method) {
   const Eigen::Vector3d omega(task.bodies.at(0).angular_velocity.data());
-  const auto rotations = std::max(1.0, std::round(task.time * omega.norm() / (2 * std::numbers::pi)));
+  const auto rotations =
+      std::max(1.0, std::round(task.time * omega.norm() / (2 * std::numbers::pi)));
   method.tolerance = task.setting;
   return turn(task, method, task.time / rotations, static_cast<std::int64_t>(rotations));
 }
@@ -77,8 +78,7 @@ inline std::vector<Contestant> our_contestants() {
                                  static_cast<std::int64_t>(task.setting));
         };
         name.append(", ").append(arithmetic);
-        contestants.push_back({"stiefel", name,
-                               adaptive ? "tolerance" : "steps", "steps", run});
+        contestants.push_back({"stiefel", name, adaptive ? "tolerance" : "steps", "steps", run});
       }
     }
   }
