@@ -34,7 +34,7 @@ class Counts:
     steps: int
 
 
-FULL = Counts(rotations=1000, repeats=9, patience=15, bodies=256, steps=400)
+FULL = Counts(rotations=1000, repeats=7, patience=3, bodies=256, steps=100)
 SMOKE = Counts(rotations=2, repeats=1, patience=0.01, bodies=4, steps=10)
 
 
@@ -115,7 +115,9 @@ def table(data: dict) -> str:
             if title in found["reached"] or not points:
                 continue
             best = min(points, key=lambda p: p["attitude"])
-            lines.append(_line(body, title, best, "its best: the target is not reached"))
+            needed = work_precision.seconds_needed([Point(**p) for p in points], data["target"])
+            lines.append(_line(body, title, best, f"not reached: at this slope it would take {needed:.0f} s"
+                               if needed < 1e4 else "not reached"))
     return "\n".join(lines)
 
 

@@ -9,9 +9,11 @@ from typing import Iterator, Optional
 from peers.contestant import Answer, Body, Contestant, angle_between
 
 _REFERENCE_TOLERANCE = 1e-21
-# A curve ends where rounding has stopped it, or where its next point would cost more than this: the former where it is
-# on course for the target within that time, else the latter.
-_PATIENCE, _CURIOSITY = 15.0, 1.5
+# A contestant that is not on course for the target within the patience given is only looked at for this long.
+_CURIOSITY = 0.3
+_CONVERGING = 0.1
+# How far past the target's cost a curve goes on, where rounding does not stop it before.
+_BEYOND = 4
 _LEAST_TOLERANCE = 1e-16
 _STEPS_OF_A_ROTATION = 4
 _REFINEMENTS = 6
@@ -61,8 +63,8 @@ def motion_of(body: Body, rotations: int, reference: Contestant) -> Motion:
                   angle_between(exact.attitudes[0], rougher.attitudes[0]))
 
 
-def curve(contestant: Contestant, motion: Motion, target: float, patience: float = _PATIENCE) -> list[Point]:
-    """From coarse to fine, a factor of √2 in the step, of √10 in the tolerance."""
+def curve(contestant: Contestant, motion: Motion, target: float, patience: float) -> list[Point]:
+    """From coarse to fine, a factor of √2 in the step, of √10 in the tolerance; no point much above `patience` seconds."""
     points: list[Point] = []
     failures = 0
     for setting in _ladder(contestant, motion):
@@ -73,25 +75,32 @@ def curve(contestant: Contestant, motion: Motion, target: float, patience: float
                 break
             continue
         points.append(point)
-        reached = point.attitude <= target
-        limit = patience if reached or seconds_needed(points, target) < patience else min(patience, _CURIOSITY)
-        if _at_its_floor(points) or 1.5 * point.seconds > limit:
+        if _at_its_floor(points) or 1.5 * point.seconds > _limit(points, target, patience):
             break
     return points
 
 
+def _limit(points: list[Point], target: float, patience: float) -> float:
+    reached = [p.seconds for p in points if p.attitude <= target]
+    if reached:
+        return _BEYOND * min(reached)
+    lost = points[-1].attitude < _CONVERGING and seconds_needed(points, target) > patience
+    return min(patience, _CURIOSITY) if lost else patience
+
+
 def seconds_needed(points: list[Point], target: float) -> float:
-    """The cost of the target if error goes on falling over cost as it did between the last two points."""
-    if len(points) < 2 or points[-1].attitude >= points[-2].attitude or points[-1].seconds <= points[-2].seconds:
+    """The cost of the target if error goes on falling over cost as it did between the last three points."""
+    if len(points) < 3 or points[-1].attitude >= points[-3].attitude or points[-1].seconds <= points[-3].seconds:
         return math.inf
-    order = (math.log(points[-2].attitude / points[-1].attitude)
-             / math.log(points[-1].seconds / points[-2].seconds))
-    return points[-1].seconds * (points[-1].attitude / target) ** (1 / order)
+    first, last = points[-3], points[-1]
+    order = math.log(first.attitude / last.attitude) / math.log(last.seconds / first.seconds)
+    return last.seconds * (last.attitude / target) ** (1 / order)
 
 
 def _at_its_floor(points: list[Point]) -> bool:
-    errors = [point.attitude for point in points]
-    return len(errors) > 4 and min(errors[:-3]) <= min(errors[-3:]) and min(errors) < 1e-6
+    """An order that depends on the tolerance makes stairs, the longest of them shorter than this."""
+    errors, stairs = [point.attitude for point in points], 5
+    return len(errors) > stairs and min(errors[:-stairs]) <= min(errors[-stairs:]) and min(errors) < 1e-6
 
 
 def _ladder(contestant: Contestant, motion: Motion) -> Iterator[float]:
