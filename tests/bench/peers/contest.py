@@ -34,8 +34,8 @@ class Counts:
     steps: int
 
 
-FULL = Counts(rotations=1000, repeats=7, patience=3, bodies=256, steps=100)
-SMOKE = Counts(rotations=2, repeats=1, patience=0.01, bodies=4, steps=10)
+FULL = Counts(rotations=1000, repeats=7, patience=15, bodies=256, steps=100)
+SMOKE = Counts(rotations=2, repeats=1, patience=0.05, bodies=4, steps=10)
 
 
 def measure(program: Path, python: Optional[Path], counts: Counts) -> tuple[list[dict], dict]:

@@ -2,16 +2,12 @@
 from __future__ import annotations
 
 import math
-import sys
 from dataclasses import dataclass
 from typing import Iterator, Optional
 
 from peers.contestant import Answer, Body, Contestant, angle_between
 
 _REFERENCE_TOLERANCE = 1e-21
-# A contestant that is not on course for the target within the patience given is only looked at for this long.
-_CURIOSITY = 0.3
-_CONVERGING = 0.1
 # How far past the target's cost a curve goes on, where rounding does not stop it before.
 _BEYOND = 4
 _LEAST_TOLERANCE = 1e-16
@@ -64,7 +60,8 @@ def motion_of(body: Body, rotations: int, reference: Contestant) -> Motion:
 
 
 def curve(contestant: Contestant, motion: Motion, target: float, patience: float) -> list[Point]:
-    """From coarse to fine, a factor of √2 in the step, of √10 in the tolerance; no point much above `patience` seconds."""
+    """From coarse to fine, a factor of √2 in the step, of √10 in the tolerance: until rounding stops it, well past the
+    target, or when its points have taken `patience` seconds."""
     points: list[Point] = []
     failures = 0
     for setting in _ladder(contestant, motion):
@@ -75,24 +72,19 @@ def curve(contestant: Contestant, motion: Motion, target: float, patience: float
                 break
             continue
         points.append(point)
-        if _at_its_floor(points) or 1.5 * point.seconds > _limit(points, target, patience):
+        reached = min((p.seconds for p in points if p.attitude <= target), default=math.inf)
+        if _at_its_floor(points) or point.seconds > _BEYOND * reached or sum(p.seconds for p in points) > patience:
             break
     return points
 
 
-def _limit(points: list[Point], target: float, patience: float) -> float:
-    reached = [p.seconds for p in points if p.attitude <= target]
-    if reached:
-        return _BEYOND * min(reached)
-    lost = points[-1].attitude < _CONVERGING and seconds_needed(points, target) > patience
-    return min(patience, _CURIOSITY) if lost else patience
-
-
 def seconds_needed(points: list[Point], target: float) -> float:
-    """The cost of the target if error goes on falling over cost as it did between the last three points."""
-    if len(points) < 3 or points[-1].attitude >= points[-3].attitude or points[-1].seconds <= points[-3].seconds:
+    """The cost of the target if error goes on falling over cost as it did last."""
+    if len(points) < 3:
         return math.inf
     first, last = points[-3], points[-1]
+    if last.attitude >= first.attitude or last.seconds <= first.seconds:
+        return math.inf
     order = math.log(first.attitude / last.attitude) / math.log(last.seconds / first.seconds)
     return last.seconds * (last.attitude / target) ** (1 / order)
 
