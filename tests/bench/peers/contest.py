@@ -34,7 +34,7 @@ class Counts:
     steps: int
 
 
-FULL = Counts(rotations=1000, repeats=7, patience=15, bodies=256, steps=100)
+FULL = Counts(rotations=1000, repeats=7, patience=8, bodies=256, steps=100)
 SMOKE = Counts(rotations=2, repeats=1, patience=0.05, bodies=4, steps=10)
 
 
@@ -116,7 +116,7 @@ def table(data: dict) -> str:
                 continue
             best = min(points, key=lambda p: p["attitude"])
             needed = work_precision.seconds_needed([Point(**p) for p in points], data["target"])
-            lines.append(_line(body, title, best, f"not reached: at this slope it would take {needed:.0f} s"
+            lines.append(_line(body, title, best, f"not reached: about {needed:.0f} s would be needed"
                                if needed < 1e4 else "not reached"))
     return "\n".join(lines)
 

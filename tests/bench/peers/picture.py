@@ -7,6 +7,7 @@ _RIVALS = {"odeint": "#c03028", "heyoka": "#e08020", "SciPy": "#7a5195", "MuJoCo
            "Basilisk": "#5f5f5f"}
 _MARKS = "os^Dv*Px"
 _DASHES = ("--", ":", "-.")
+_LEGEND = 2.4  # inches
 
 
 def draw(data: dict, facts: dict[str, str], path: Path) -> None:
@@ -15,8 +16,9 @@ def draw(data: dict, facts: dict[str, str], path: Path) -> None:
     from matplotlib import pyplot
 
     bodies = data["bodies"]
-    figure, panels = pyplot.subplots(1, len(bodies), figsize=(6 * len(bodies) + 2.6, 6.4), sharey=True,
-                                     constrained_layout=True, squeeze=False)
+    width = 6 * len(bodies) + _LEGEND
+    figure, panels = pyplot.subplots(1, len(bodies), figsize=(width, 6.4), sharey=True, squeeze=False)
+    figure.subplots_adjust(left=0.7 / width, right=1 - _LEGEND / width, top=0.88, bottom=0.09, wspace=0.04)
     styles = _styles(data["contestants"])
     for axes, (body, found) in zip(panels[0], bodies.items()):
         for title, style in styles.items():
@@ -33,7 +35,7 @@ def draw(data: dict, facts: dict[str, str], path: Path) -> None:
     panels[0][0].set_ylabel(f"attitude error after {data['rotations']} rotations, rad")
     entries = {label: line for axes in panels[0] for line, label in zip(*axes.get_legend_handles_labels())}
     figure.legend([entries[title] for title in styles if title in entries],
-                  [title for title in styles if title in entries], loc="outside right upper", fontsize=8, frameon=False)
+                  [title for title in styles if title in entries], loc="center right", fontsize=8, frameon=False)
     figure.suptitle(f"{facts['machine']}, commit {facts['commit']}\n{facts['build']}", fontsize=8)
     figure.savefig(path, dpi=130)
     pyplot.close(figure)

@@ -46,8 +46,9 @@ class Motion:
             return None
         m, exact = ([I * x for I, x in zip(self.body.moments, omega)]
                     for omega in (answer.angular_velocities[0], self.angular_velocity))
-        return Point(setting, answer.seconds, answer.work, angle_between(answer.attitudes[0], self.attitude),
-                     math.dist(m, exact) / math.hypot(*exact))
+        point = Point(setting, answer.seconds, answer.work, angle_between(answer.attitudes[0], self.attitude),
+                      math.dist(m, exact) / math.hypot(*exact))
+        return point if math.isfinite(point.attitude) and math.isfinite(point.momentum) else None
 
 
 def motion_of(body: Body, rotations: int, reference: Contestant) -> Motion:
@@ -106,8 +107,7 @@ def _ladder(contestant: Contestant, motion: Motion) -> Iterator[float]:
 
 def reach(contestant: Contestant, motion: Motion, points: list[Point], target: float) -> Optional[Point]:
     """The cheapest setting that just keeps the target, between two points of the curve."""
-    first = next((i for i, p in enumerate(points) if p.attitude <= target
-                  and (i + 1 == len(points) or points[i + 1].attitude <= target)), None)
+    first = next((i for i, p in enumerate(points) if p.attitude <= target), None)
     if first is None:
         return None
     kept = points[first]
