@@ -71,7 +71,7 @@ def _curve(contestant: Contestant, motion: Motion, counts: Counts) -> list[Point
 
 
 def _rows(motion: Motion, reached: dict[Contestant, Point], counts: Counts) -> list[dict]:
-    """The cheapest of ours beside the cheapest of each package, in turn; the bound is for the cheapest of those judged."""
+    """The cheapest of ours beside the cheapest of each package, in turn; the bound is for the best of those judged."""
     def cheapest(contestants: list[Contestant]) -> Optional[Contestant]:
         return min(contestants, key=lambda c: reached[c].seconds, default=None)
 

@@ -36,6 +36,6 @@ def measure(contestants: list[Contestant], count: int, steps: int, repeats: int)
     rows = []
     for rival in (c for c in contestants if c.package == "MuJoCo"):
         pairs = [(nanoseconds(ours), nanoseconds(rival)) for _ in range(repeats)]
-        rows.append({"name": f"Body-step of {count} free bodies, N = 3, {ours.title}", "unit": "ns", "rival": rival.title,
-                     "bound": _BOUND, "ours": [a for a, _ in pairs], "theirs": [b for _, b in pairs]})
+        rows.append({"name": f"Body-step of {count} free bodies, N = 3, {ours.title}", "unit": "ns",
+                     "rival": rival.title, "bound": _BOUND, "ours": [a for a, _ in pairs], "theirs": [b for _, b in pairs]})
     return sorted(rows, key=lambda row: median(row["theirs"]))

@@ -48,8 +48,8 @@ def _styles(contestants: list[dict]) -> dict[str, dict]:
 
     ours = [c["title"] for c in contestants if c["package"] == "stiefel" and c["title"].endswith(", compensated")]
     blues = colormaps["YlGnBu"]
-    styles = {title: {"color": blues(0.45 + 0.55 * k / max(1, len(ours) - 1)), "marker": _MARKS[k % len(_MARKS)], "markersize": 3.5,
-                      "linewidth": 1.2} for k, title in enumerate(ours)}
+    styles = {title: {"color": blues(0.45 + 0.55 * k / max(1, len(ours) - 1)), "marker": _MARKS[k % len(_MARKS)],
+                      "markersize": 3.5, "linewidth": 1.2} for k, title in enumerate(ours)}
     seen: dict[str, int] = {}
     for c in contestants:
         if c["package"] == "stiefel" or "rollout" in c["title"]:

@@ -1,4 +1,4 @@
-"""What a rival in Python is: contestants that turn bodies, and the dialogue with contest.py, which contestants.cc speaks too.
+"""What a rival in Python is: contestants that turn bodies, and a dialogue, which contestants.cc speaks too.
 
 A rival first writes a line that tells who is there, then answers each task on its stdin:
 {"contestant", "bodies": [{"moments", "angular_velocity"}], "time", "setting"}.

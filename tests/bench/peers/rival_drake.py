@@ -1,7 +1,7 @@
 """Drake: a continuous MultibodyPlant with one free body without gravity, advanced by Simulator.
 
-runge_kutta5 is the highest order that Drake has: with error control, and with fixed steps. The largest step is a radian:
-Drake starts with a tenth of it, and from a first step of many rotations its error control does not find back.
+runge_kutta5 is the highest order that Drake has: with error control, and with fixed steps. The largest step is a
+radian: Drake starts with a tenth of it, and from a first step of many rotations its error control does not find back.
 """
 import math
 from importlib.metadata import version
@@ -44,7 +44,8 @@ def integrator(scheme: str, fixed: bool) -> Contestant:
         return Run(advance=lambda: simulator.AdvanceTo(task.time),
                    work=lambda: simulator.get_integrator().get_num_derivative_evaluations(), ends=ends)
 
-    return Contestant(f"{scheme}, fixed" if fixed else scheme, "steps" if fixed else "tolerance", "evaluations", prepare)
+    name, setting = (f"{scheme}, fixed", "steps") if fixed else (scheme, "tolerance")
+    return Contestant(name, setting, "evaluations", prepare)
 
 
 if __name__ == "__main__":
