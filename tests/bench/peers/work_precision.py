@@ -8,6 +8,8 @@ from typing import Iterator, Optional
 from peers.contestant import Answer, Body, Contestant, angle_between
 
 _REFERENCE_TOLERANCE = 1e-21
+# A run as short as this is done twice, because the first waits for its memory.
+_COLD = 0.05
 # How far past the target's cost a curve goes on, where rounding does not stop it before.
 _BEYOND = 4
 _LEAST_TOLERANCE = 1e-16
@@ -44,6 +46,8 @@ class Motion:
         answer = contestant.turn([self.body], self.time, setting)
         if answer is None:
             return None
+        if answer.seconds < _COLD:
+            answer = min(answer, contestant.turn([self.body], self.time, setting), key=lambda a: a.seconds)
         m, exact = ([I * x for I, x in zip(self.body.moments, omega)]
                     for omega in (answer.angular_velocities[0], self.angular_velocity))
         point = Point(setting, answer.seconds, answer.work, angle_between(answer.attitudes[0], self.attitude),
