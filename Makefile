@@ -15,10 +15,10 @@ QUIET := $(shell [ -t 1 ] || echo --quiet)
 
 cmake_build = cmake --build --preset $(1) --target $(2) -j $(JOBS) -- $(QUIET)
 
-.PHONY: help packages build build-tests run test test-long bench image sanitize format install bare clean
+.PHONY: help packages build build-tests run test test-long bench bench-peers image sanitize format install bare clean
 
 help: ## what there is (this text)
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-11s %s\n", $$1, $$2 }' Makefile
 
 packages: ## install the Debian packages that building and testing need
 	@docker/packages.sh build test
@@ -50,6 +50,11 @@ test-long: build-tests ## the tests that take minutes, too
 
 bench: build-tests ## measure, every figure beside a rival in the same run
 	@$(PYTHON) tests/bench/run.py build/release
+
+bench-peers: build-tests ## and beside MuJoCo, heyoka, Drake, Basilisk and SciPy, fetched from PyPI into build/peers
+	@docker/packages.sh peers
+	@$(PYTHON) tests/bench/peers/environment.py build/peers
+	@$(PYTHON) tests/bench/run.py build/release --peers
 
 sanitize: build/asan/build.ninja build/tsan/build.ninja ## the tests under the sanitizers
 	@$(call cmake_build,asan,all stiefel_tests)

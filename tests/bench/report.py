@@ -44,7 +44,7 @@ class Row:
         rival, ratio = "", ""
         if self.theirs is not None:
             rival = f"{_number(self.theirs)} ({self.rival})"
-            ratio = f"{self.judged:.2f} ×"
+            ratio = f"{self.judged:.2f} ×" if self.judged >= 0.1 else f"{_number(self.judged)} ×"
         elif self.repeats > 1:
             ratio = f"worst {_number(self.judged)}"
         spread = f"{_number(self.spread[0])} … {_number(self.spread[1])}" if self.repeats > 1 else ""
@@ -88,18 +88,21 @@ def _commit() -> str:
     return (git("rev-parse", "--short", "HEAD") or "unknown") + (" with changes" if changed else "")
 
 
-def write(rows: list[Row], found: list[dict], build: Path) -> None:
+def write(found: list[dict], build: Path, name: str, *, contest: dict, appendix: str) -> Path:
+    """NAME.md with the appendix, NAME.json and NAME.png in bench/ beside the build directory, which is returned."""
     folder = build.parent / "bench"
     folder.mkdir(exist_ok=True)
     facts = circumstances(build)
+    rows = [Row.of(entry) for entry in found]
     text = "\n".join(f"{key}: {value}  " for key, value in facts.items()) + "\n\n" + table(rows) + "\n"
     print(text)
-    (folder / "bench.md").write_text(text)
-    (folder / "bench.json").write_text(json.dumps({**facts, "results": found}, indent=1) + "\n")
-    picture(rows, facts, folder / "bench.png")
+    (folder / f"{name}.md").write_text(f"{text}\n{appendix}\n")
+    (folder / f"{name}.json").write_text(json.dumps({**facts, "results": found, "contest": contest}, indent=1) + "\n")
+    picture(rows, facts, folder / f"{name}.png")
     missed = [row.name for row in rows if row.verdict == "MISSED"]
     print("MISSED: " + "; ".join(missed) if missed else "Every bound is kept.")
-    print(f"Written to {os.path.relpath(folder)}: bench.md, bench.json, bench.png.")
+    print(f"Written to {os.path.relpath(folder)}: {name}.md, {name}.json, {name}.png.")
+    return folder
 
 
 def picture(rows: list[Row], facts: dict[str, str], path: Path) -> None:

@@ -2,7 +2,8 @@
 
     /usr/bin/python3 tests/bench/run.py build/release     (or: make bench)
 
-Prints one table and writes it to bench/ beside the build directory: bench.md, bench.json, bench.png.
+Prints one table and writes it to bench/ beside the build directory: bench.md, bench.json, bench.png, and the picture
+work_precision.png. With --peers (make bench-peers) only what is measured beside other packages: peers.md and so on.
 """
 from __future__ import annotations
 
@@ -18,6 +19,7 @@ sys.dont_write_bytecode = True
 
 import callgrind
 import report
+from peers import contest, environment, picture
 from server import Process, bare_echo, stiefel_server
 
 COUNTS = dict(repeats=9, calls=2000, samples=1_000_000, seconds=0.05, largest=256, columns=4_000_000, unread=100, idle=1000,
@@ -69,14 +71,22 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("build", type=Path, help="the build directory")
     parser.add_argument("--smoke", action="store_true", help="small counts, nothing is written")
+    parser.add_argument("--peers", action="store_true", help="only beside other packages")
     arguments = parser.parse_args()
     build = arguments.build.resolve()
-    found = measure(build, SMOKE if arguments.smoke else COUNTS)
-    rows = [report.Row.of(entry) for entry in found]
+    found = [] if arguments.peers else measure(build, SMOKE if arguments.smoke else COUNTS)
+    # A quick look needs no packages.
+    python = environment.python_of(build.parent / "peers")
+    rows, curves = contest.measure(build / "tests/bench/bench_contestants",
+                                   python if python.exists() and not arguments.smoke else None,
+                                   contest.SMOKE if arguments.smoke else contest.FULL)
+    found += rows
     if arguments.smoke:
-        print(report.table(rows))
-    else:
-        report.write(rows, found, build)
+        print(report.table([report.Row.of(entry) for entry in found]))
+        return
+    folder = report.write(found, build, "peers" if arguments.peers else "bench", contest=curves,
+                          appendix=contest.table(curves))
+    picture.draw(curves, report.circumstances(build), folder / "work_precision.png")
 
 
 if __name__ == "__main__":

@@ -1,0 +1,121 @@
+"""The processes that turn bodies, and what is asked of their contestants."""
+from __future__ import annotations
+
+import json
+import math
+import select
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Optional
+
+_REPLY_SECONDS = 300
+
+
+@dataclass(frozen=True)
+class Body:
+    """A free body whose axes lie along those of space at t = 0."""
+    name: str
+    moments: tuple[float, float, float]
+    angular_velocity: tuple[float, float, float]
+
+    @property
+    def turn(self) -> float:
+        """The time of a rotation, 2π/‖ω‖ at t = 0."""
+        return 2 * math.pi / math.hypot(*self.angular_velocity)
+
+
+@dataclass(frozen=True)
+class Answer:
+    """Processor seconds, work in units of the contestant's, quaternions of the attitudes and ω at the end."""
+    seconds: float
+    work: int
+    attitudes: list[list[float]]
+    angular_velocities: list[list[float]]
+
+
+class Process:
+    """A rival's, or contestants.cc's, that is started when first asked and again after it went silent."""
+
+    def __init__(self, command: list[str]):
+        self._command = command
+        self._process: Optional[subprocess.Popen] = None
+
+    def start(self) -> list[dict]:
+        """Who is there; nobody where the package is missing."""
+        self._process = subprocess.Popen(self._command, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                                         stderr=subprocess.DEVNULL, text=True)
+        return self._read() or []
+
+    def ask(self, task: dict) -> dict:
+        if self._process is None:
+            self.start()
+        self._process.stdin.write(json.dumps(task) + "\n")
+        self._process.stdin.flush()
+        reply = self._read()
+        if reply is None:
+            self.stop()
+            return {"failed": f"it ended, or took longer than {_REPLY_SECONDS} s"}
+        return reply
+
+    def _read(self) -> object:
+        readable, _, _ = select.select([self._process.stdout], [], [], _REPLY_SECONDS)
+        line = self._process.stdout.readline() if readable else ""
+        return json.loads(line) if line else None
+
+    def stop(self) -> None:
+        if self._process is not None:
+            self._process.kill()
+            self._process.communicate()
+            self._process = None
+
+
+@dataclass(frozen=True)
+class Contestant:
+    """`setting` is "steps" or "tolerance"; `counted` is what its work counts, "steps" or "evaluations"."""
+    process: Process
+    package: str
+    version: str
+    name: str
+    setting: str
+    counted: str
+
+    @property
+    def ours(self) -> bool:
+        return self.package == "stiefel"
+
+    @property
+    def title(self) -> str:
+        return self.name if self.ours else f"{self.package} {self.name}"
+
+    def turn(self, bodies: list[Body], time: float, setting: float) -> Optional[Answer]:
+        """None where it fails, as it does at too long a step."""
+        reply = self.process.ask({
+            "contestant": self.name, "time": time, "setting": setting,
+            "bodies": [{"moments": b.moments, "angular_velocity": b.angular_velocity} for b in bodies]})
+        if "failed" in reply:
+            return None
+        return Answer(reply["seconds"], reply["work"], [end["attitude"] for end in reply["ends"]],
+                      [end["angular_velocity"] for end in reply["ends"]])
+
+
+def everybody(program: Path, python: Optional[Path]) -> list[Contestant]:
+    """Ours, Boost.odeint's, the reference; and where there is a Python with them, the packages."""
+    commands = [[str(program)]]
+    if python is not None:
+        commands += [[str(python), str(rival)] for rival in sorted(Path(__file__).parent.glob("rival_*.py"))]
+    found = []
+    for command in commands:
+        process = Process(command)
+        for c in process.start():
+            found.append(Contestant(process, c["package"], c["version"], c["name"], c["setting"], c["work"]))
+    return found
+
+
+def angle_between(a: list[float], b: list[float]) -> float:
+    """Radians between the attitudes of two quaternions of about unit length; exact for the smallest."""
+    w, x, y, z = a
+    s, i, j, k = b
+    axis = (s * x - w * i + z * j - y * k, s * y - w * j + x * k - z * i, s * z - w * k + y * i - x * j)
+    length = math.hypot(*axis) / (math.hypot(*a) * math.hypot(*b))
+    return 2 * math.asin(min(1.0, length))

@@ -1,0 +1,41 @@
+"""Many free bodies at once: the processor time of a body-step, ours beside MuJoCo's."""
+from __future__ import annotations
+
+import math
+import random
+from statistics import median
+
+from peers.contestant import Body, Contestant
+
+_H_OMEGA = 0.05
+_BOUND = 1 / 50
+
+
+def bodies_of(count: int) -> list[Body]:
+    """Seeded boxes, ‖ω‖ = 1."""
+    chance = random.Random(1)
+
+    def body(index: int) -> Body:
+        a, b, c = (chance.uniform(0.5, 1.5) ** 2 for _ in range(3))
+        omega = [chance.gauss(0, 1) for _ in range(3)]
+        length = math.hypot(*omega)
+        return Body(f"box {index}", ((b + c) / 12, (c + a) / 12, (a + b) / 12), tuple(x / length for x in omega))
+
+    return [body(index) for index in range(count)]
+
+
+def measure(contestants: list[Contestant], count: int, steps: int, repeats: int) -> list[dict]:
+    """A row for each of MuJoCo's ways; ours is the method whose body-step is the cheapest."""
+    bodies = bodies_of(count)
+
+    def nanoseconds(contestant: Contestant) -> float:
+        answer = contestant.turn(bodies, steps * _H_OMEGA, steps)
+        return 1e9 * answer.seconds / (steps * count) if answer else math.inf
+
+    ours = min((c for c in contestants if c.ours and c.setting == "steps"), key=nanoseconds)
+    rows = []
+    for rival in (c for c in contestants if c.package == "MuJoCo"):
+        pairs = [(nanoseconds(ours), nanoseconds(rival)) for _ in range(repeats)]
+        rows.append({"name": f"Body-step of {count} free bodies, N = 3, {ours.title}", "unit": "ns",
+                     "rival": rival.title, "bound": _BOUND, "ours": [a for a, _ in pairs], "theirs": [b for _, b in pairs]})
+    return sorted(rows, key=lambda row: median(row["theirs"]))

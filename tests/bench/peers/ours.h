@@ -1,0 +1,88 @@
+#pragma once
+
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "engine/simulation/catalogue.h"
+#include "engine/simulation/simulation.h"
+#include "tests/bench/measure.h"
+#include "tests/bench/peers/contestant.h"
+
+namespace stiefel::bench {
+
+inline End end_of(const Simulation& simulation) {
+  const auto numbers = [&]<std::size_t n>(std::array<double, n> values, const char* field) {
+    Eigen::Map<Eigen::RowVectorXd>(values.data(), n) = simulation.get(field);
+    return values;
+  };
+  return {numbers(std::array<double, 4>(), "quaternion"),
+          numbers(std::array<double, 3>(), "angular_velocity")};
+}
+
+/// Independent simulations one after another, on one thread.
+inline Answer turn(const Task& task, const MethodDescription& method, double step,
+                   std::int64_t steps) {
+  std::vector<std::unique_ptr<Simulation>> simulations;
+  for (const auto& [I, omega] : task.bodies) {
+    SceneDescription d;
+    d.system = "rigid_body";
+    d.method = method;
+    d.body = BodyDescription{.inertia_tensor = {},
+                             .moments = {I.begin(), I.end()},
+                             .attitude = {1, 0, 0, 0},
+                             .angular_velocity = {omega.begin(), omega.end()}};
+    d.step = step;
+    simulations.push_back(make_simulation(Scene::resolve(std::move(d)).value()));
+  }
+  Answer answer{};
+  answer.seconds = processor_seconds([&] {
+    for (const auto& simulation : simulations) {
+      const Ending ending = simulation->advance(steps);
+      if (!ending.reached()) throw std::runtime_error(to_sentence(ending));
+    }
+  });
+  answer.work = steps * static_cast<std::int64_t>(simulations.size());
+  for (const auto& simulation : simulations) answer.ends.push_back(end_of(*simulation));
+  return answer;
+}
+
+/// A method that keeps a tolerance does so from state to state: here a state each rotation.
+inline Answer turn_adaptively(const Task& task, MethodDescription method) {
+  const Eigen::Vector3d omega(task.bodies.at(0).angular_velocity.data());
+  const auto rotations =
+      std::max(1.0, std::round(task.time * omega.norm() / (2 * std::numbers::pi)));
+  method.tolerance = task.setting;
+  return turn(task, method, task.time / rotations, static_cast<std::int64_t>(rotations));
+}
+
+/// Every method of the catalogue for rigid_body, in every order and arithmetic, without `exact`,
+/// which has no step to refine.
+inline std::vector<Contestant> our_contestants() {
+  std::vector<Contestant> contestants;
+  for (const MethodOnSystem& on_system : catalogue().system("rigid_body")->methods) {
+    const MethodInfo& method = *catalogue().method(on_system.method);
+    if (method.name == "exact") continue;
+    const bool adaptive = method.default_tolerance > 0;
+    for (const int order : method.orders) {
+      for (const char* arithmetic : {"plain", "compensated"}) {
+        MethodDescription description{std::string(method.name), {}, {}, arithmetic};
+        std::string name(method.name);
+        if (method.orders.size() > 1) {
+          description.order = order;
+          name.append(" ").append(std::to_string(order));
+        }
+        const auto run = [=](const Task& task) {
+          return adaptive ? turn_adaptively(task, description)
+                          : turn(task, description, task.time / task.setting,
+                                 static_cast<std::int64_t>(task.setting));
+        };
+        name.append(", ").append(arithmetic);
+        contestants.push_back({"stiefel", name, adaptive ? "tolerance" : "steps", "steps", run});
+      }
+    }
+  }
+  return contestants;
+}
+
+}  // namespace stiefel::bench

@@ -1,0 +1,61 @@
+"""Basilisk: a Spacecraft, which is a hub alone, under its integrators, all in C++.
+
+The attitude is a set of modified Rodrigues parameters that is exchanged between steps for the one of its opposite, so a
+task's period is an eighth of a rotation, and adaptive integrators take their steps within it.
+"""
+from __future__ import annotations
+
+import math
+from importlib.metadata import version
+
+from Basilisk.architecture import bskLogging
+from Basilisk.simulation import spacecraft, svIntegrators
+from Basilisk.utilities import RigidBodyKinematics, SimulationBaseClass
+
+from rival import Contestant, End, Run, Task, serve
+
+_TASKS_A_ROTATION = 8
+_NANOSECONDS = 10**9
+
+
+def integrator(name: str, stages: int, adaptive: bool) -> Contestant:
+    def prepare(task: Task) -> Run:
+        rate = math.hypot(*task.body.angular_velocity)
+        steps = round(_TASKS_A_ROTATION * task.time * rate / (2 * math.pi)) if adaptive else task.steps
+        # Time is counted in nanoseconds: time is stretched so that a period is a whole number of them.
+        period = max(1, round(task.time / steps * _NANOSECONDS))
+        stretch = period * steps / (task.time * _NANOSECONDS)
+        simulation = SimulationBaseClass.SimBaseClass()
+        simulation.CreateNewProcess("process").addTask(simulation.CreateNewTask("task", period))
+        craft = spacecraft.Spacecraft()
+        craft.hub.mHub = 1.0
+        craft.hub.IHubPntBc_B = [[I if i == j else 0.0 for j in range(3)] for i, I in enumerate(task.body.moments)]
+        craft.hub.sigma_BNInit = [[0.0]] * 3
+        craft.hub.omega_BN_BInit = [[x / stretch] for x in task.body.angular_velocity]
+        scheme = getattr(svIntegrators, f"svIntegrator{name}")(craft)
+        if adaptive:
+            scheme.relTol = scheme.absTol = task.setting
+        craft.setIntegrator(scheme)
+        simulation.AddModelToTask("task", craft)
+        simulation.InitializeSimulation()
+        simulation.ConfigureStopTime(period * steps)
+
+        def ends() -> list[End]:
+            state = craft.scStateOutMsg.read()
+            attitude = RigidBodyKinematics.MRP2EP(state.sigma_BN)
+            if not math.isfinite(attitude[0]):
+                raise RuntimeError("not finite")
+            return [End([float(x) for x in attitude], [x * stretch for x in state.omega_BN_B])]
+
+        # Kept alive: C++ holds them by address.
+        kept = (craft, scheme)
+        return Run(advance=simulation.ExecuteSimulation, work=lambda: stages * steps if kept and not adaptive else 0,
+                   ends=ends)
+
+    return Contestant(name, "tolerance" if adaptive else "steps", "evaluations", prepare)
+
+
+if __name__ == "__main__":
+    bskLogging.setDefaultLogLevel(bskLogging.BSK_ERROR)
+    serve("Basilisk", version("bsk"), [integrator("RKF78", 13, True), integrator("RKF45", 6, True),
+                                       integrator("RK4", 4, False)])

@@ -1,0 +1,128 @@
+"""Error over cost of every contestant on one body, and the cost of a given error."""
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Iterator, Optional
+
+from peers.contestant import Answer, Body, Contestant, angle_between
+
+_REFERENCE_TOLERANCE = 1e-21
+# A run as short as this is done twice, because the first waits for its memory.
+_COLD = 0.05
+# How far past the target's cost a curve goes on, where rounding does not stop it before.
+_BEYOND = 4
+_LEAST_TOLERANCE = 1e-16
+_STEPS_OF_A_ROTATION = 4
+_REFINEMENTS = 6
+# The first settings may be too coarse; a contestant that fails this often does not do this body.
+_FAILURES = 8
+
+
+@dataclass(frozen=True)
+class Point:
+    """`attitude` in radians, `momentum` relative to its length; `work` as the contestant counts it."""
+    setting: float
+    seconds: float
+    work: int
+    attitude: float
+    momentum: float
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A body over a number of rotations, and where it exactly is at the end."""
+    body: Body
+    rotations: int
+    attitude: list[float]
+    angular_velocity: list[float]
+    uncertainty: float
+
+    @property
+    def time(self) -> float:
+        return self.rotations * self.body.turn
+
+    def point(self, contestant: Contestant, setting: float) -> Optional[Point]:
+        answer = contestant.turn([self.body], self.time, setting)
+        if answer is None:
+            return None
+        if answer.seconds < _COLD:
+            answer = min(answer, contestant.turn([self.body], self.time, setting), key=lambda a: a.seconds)
+        m, exact = ([I * x for I, x in zip(self.body.moments, omega)]
+                    for omega in (answer.angular_velocities[0], self.angular_velocity))
+        point = Point(setting, answer.seconds, answer.work, angle_between(answer.attitudes[0], self.attitude),
+                      math.dist(m, exact) / math.hypot(*exact))
+        return point if math.isfinite(point.attitude) and math.isfinite(point.momentum) else None
+
+
+def motion_of(body: Body, rotations: int, reference: Contestant) -> Motion:
+    """The uncertainty is what ten times the tolerance changes."""
+    def end(tolerance: float) -> Answer:
+        return reference.turn([body], rotations * body.turn, tolerance)
+    exact, rougher = end(_REFERENCE_TOLERANCE), end(10 * _REFERENCE_TOLERANCE)
+    return Motion(body, rotations, exact.attitudes[0], exact.angular_velocities[0],
+                  angle_between(exact.attitudes[0], rougher.attitudes[0]))
+
+
+def curve(contestant: Contestant, motion: Motion, target: float, patience: float) -> list[Point]:
+    """From coarse to fine, a factor of √2 in the step, of √10 in the tolerance: until rounding stops it, well past the
+    target, or when its points have taken `patience` seconds."""
+    points: list[Point] = []
+    failures = 0
+    for setting in _ladder(contestant, motion):
+        point = motion.point(contestant, setting)
+        if point is None:
+            failures += 1
+            if failures == _FAILURES:
+                break
+            continue
+        points.append(point)
+        reached = min((p.seconds for p in points if p.attitude <= target), default=math.inf)
+        if _at_its_floor(points) or point.seconds > _BEYOND * reached or sum(p.seconds for p in points) > patience:
+            break
+    return points
+
+
+def seconds_needed(points: list[Point], target: float) -> float:
+    """The cost of the target if error goes on falling over cost as it did last."""
+    if len(points) < 3:
+        return math.inf
+    first, last = points[-3], points[-1]
+    if last.attitude >= first.attitude or last.seconds <= first.seconds:
+        return math.inf
+    order = math.log(first.attitude / last.attitude) / math.log(last.seconds / first.seconds)
+    return last.seconds * (last.attitude / target) ** (1 / order)
+
+
+def _at_its_floor(points: list[Point]) -> bool:
+    """An order that depends on the tolerance makes stairs, the longest of them shorter than this."""
+    errors, stairs = [point.attitude for point in points], 5
+    return len(errors) > stairs and min(errors[:-stairs]) <= min(errors[-stairs:]) and min(errors) < 1e-6
+
+
+def _ladder(contestant: Contestant, motion: Motion) -> Iterator[float]:
+    if contestant.setting == "steps":
+        for k in range(30):
+            yield round(motion.rotations * _STEPS_OF_A_ROTATION * 2 ** (k / 2))
+    else:
+        for k in range(6, 1 - 2 * round(math.log10(_LEAST_TOLERANCE))):
+            yield 10 ** (-k / 2)
+
+
+def reach(contestant: Contestant, motion: Motion, points: list[Point], target: float) -> Optional[Point]:
+    """The cheapest setting that just keeps the target, between two points of the curve."""
+    first = next((i for i, p in enumerate(points) if p.attitude <= target), None)
+    if first is None:
+        return None
+    kept = points[first]
+    missed = points[first - 1].setting if first > 0 else kept.setting
+    for _ in range(_REFINEMENTS):
+        setting = math.sqrt(missed * kept.setting)
+        if contestant.setting == "steps":
+            setting = round(setting)
+        point = motion.point(contestant, setting)
+        if point is not None and point.attitude <= target:
+            kept = point
+        else:
+            missed = setting
+    return kept
