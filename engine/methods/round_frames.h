@@ -27,11 +27,11 @@ class RoundFrames {
   const Point& at(Scalar t) {
     by_W_(t, E_);
     turned_.noalias() = YK_ * E_;
-    by_A_(-t, E_);
-    product_.noalias() = turned_.leftCols(n_) * E_;
+    by_A_(-t, back_);
+    product_.noalias() = turned_.leftCols(n_) * back_;
     x_.topRows(n_) = product_.transpose();
-    back_.noalias() = AR_ * E_;
-    product_.noalias() = turned_ * back_;
+    AR_back_.noalias() = AR_ * back_;
+    product_.noalias() = turned_ * AR_back_;
     x_.bottomRows(n_) = lambda_ * product_.transpose();
     return x_;
   }
@@ -49,7 +49,7 @@ class RoundFrames {
         by_A_(skew(AR_.topRows(n_))),
         turned_(YK_),
         product_(Y),
-        back_(AR_),
+        AR_back_(AR_),
         x_(2 * n_, Y.rows()) {}
 
   static Matrix<Scalar> skew(const Matrix<Scalar>& A) { return (A - A.transpose()) / 2; }
@@ -79,7 +79,7 @@ class RoundFrames {
   Matrix<Scalar> YK_;  ///< [Y K]
   Matrix<Scalar> AR_;  ///< [A; R]
   SkewFlow<Scalar> by_W_, by_A_;
-  Matrix<Scalar> E_, turned_, product_, back_;
+  Matrix<Scalar> E_, turned_, product_, back_, AR_back_;
   Point x_;
 };
 

@@ -77,14 +77,15 @@ TEST(ClosedForms, GoAnywhereAtOnce) {
 }
 
 TEST(ClosedForms, AreRefusedWhereThereAreNone) {
-  auto three_values = body({1, 2, 3, 3}, 3);
-  auto frame = frames(2, 5, 3);
-  frame.inertia.back() = 3;
-  for (const auto& d : {three_values, frame}) {
-    const auto scene = Scene::resolve(d);
-    ASSERT_FALSE(scene);
-    EXPECT_EQ(scene.error().front().field, "method.name");
-  }
+  EXPECT_FALSE(Scene::resolve(body({1, 2, 3, 3}, 3)));
+  const testing::RandomFrame<double> frame(2, 5, 3);
+  auto d = frames(2, 5, 3);
+  d.inertia.assign(frame.lambda.begin(), frame.lambda.end());
+  d.initial["S"] = frame.S;
+  const auto scene = Scene::resolve(d);
+  ASSERT_FALSE(scene);
+  EXPECT_EQ(scene.error().front().field, "method.name");
+  EXPECT_EQ(scene.error().front().rule, "is only for Lambda a multiple of the identity");
 }
 
 }  // namespace

@@ -15,6 +15,11 @@ class Bits : public testing::TestWithParam<test::Case> {
 
   test::Harness harness_;
   const std::string expected_ = test::expected_bytes(test::scene(GetParam()), last);
+
+  /// What is computed to get so much further: of a closed form one state.
+  static std::int64_t computed(std::int64_t steps) {
+    return GetParam().method == "exact" ? 1 : steps;
+  }
 };
 INSTANTIATE_TEST_SUITE_P(Service, Bits, testing::ValuesIn(test::cases()),
                          [](const auto& which) { return which.param.name(); });
@@ -23,7 +28,7 @@ TEST_P(Bits, OneStepPastItAndBack) {
   const auto reply = harness_.step("s", last);
   EXPECT_EQ(test::bytes_of(reply.sample()), expected_);
   EXPECT_EQ(reply.ending().outcome(), v1::OUTCOME_REACHED);
-  EXPECT_EQ(reply.computed_steps(), last);
+  EXPECT_EQ(reply.computed_steps(), computed(last));
   EXPECT_EQ(reply.sample().time(), last * 0.01);
   harness_.step("s", last + 777);
   EXPECT_EQ(test::bytes_of(harness_.step("s", last).sample()), expected_);
@@ -100,7 +105,7 @@ TEST_P(Bits, AnotherServer) {
   from_checkpoint.create("t", session.scene(), halfway.checkpoint());
   const auto reply = from_checkpoint.step("t", last);
   EXPECT_EQ(test::bytes_of(reply.sample()), expected_);
-  EXPECT_EQ(reply.computed_steps(), last - 6'000);
+  EXPECT_EQ(reply.computed_steps(), computed(last - 6'000));
 }
 
 TEST(OneByOne, TenThousandSteps) {
