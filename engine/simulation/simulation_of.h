@@ -26,11 +26,19 @@ class SimulationOf final : public Simulation {
     state_.each([this](auto& block) { saved_size_ += static_cast<std::size_t>(block.size()); });
   }
 
+  std::int64_t map_steps() const override {
+    if constexpr (requires { map_.attempts(); })
+      return map_.attempts();
+    else
+      return map_steps_;
+  }
+
   Ending advance(std::int64_t steps) override {
     for (; steps > 0; --steps) {
       if (substeps_ > 1) before_ = state_;
       for (int k = 0; k < substeps_; ++k) {
         const Ending ending = map_.step(state_);
+        ++map_steps_;
         if (ending.reached()) continue;
         if (k > 0) state_ = before_;
         return ending;
@@ -84,6 +92,7 @@ class SimulationOf final : public Simulation {
   mutable typename F::State state_;  // `each` serves saving and restoring
   typename F::State before_;
   std::size_t saved_size_ = 0;
+  std::int64_t map_steps_ = 0;
 };
 
 }  // namespace stiefel

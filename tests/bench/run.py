@@ -18,6 +18,7 @@ sys.dont_write_bytecode = True
 
 import callgrind
 import report
+import weights
 from server import Process, bare_echo, stiefel_server
 
 COUNTS = dict(repeats=9, calls=2000, samples=1_000_000, seconds=0.05, largest=256, columns=4_000_000, unread=100, idle=1000,
@@ -61,6 +62,8 @@ def measure(build: Path, counts: dict[str, float]) -> list[dict]:
     with serve() as server:
         run("crowd", server.address, server.pid, "idle", counts["idle"])
     found += callgrind.measure(programs / "bench_instructions", counts["instructions"])
+    if counts["instructions"]:
+        found += weights.measure(programs / "bench_weights")
     return found
 
 

@@ -1,0 +1,83 @@
+// Steps of every method on every system in several sizes, for callgrind to count one by one: before
+// each it prints "system method order arithmetic n N steps". tests/bench/weights.py reads both.
+#include <iostream>
+
+#include "engine/simulation/catalogue.h"
+#include "engine/simulation/simulation.h"
+#include "tests/support/any_scene.h"
+#include "tests/support/random_frame.h"
+
+using namespace stiefel;
+
+/// What callgrind collects; one dump a call.
+extern "C" [[gnu::noinline]] void measured_steps(Simulation& simulation, std::int64_t steps) {
+  simulation.advance(steps);
+}
+
+namespace {
+
+constexpr double h_Omega = 0.1;
+
+struct Size {
+  int n, N;
+};
+
+/// A system on V(n, N), the momentum and costate forms too.
+SceneDescription frames(const std::string& system, Size size) {
+  const testing::RandomFrame<double> frame(size.n, size.N, 1);
+  SceneDescription d;
+  d.system = system;
+  d.inertia = {frame.lambda.begin(), frame.lambda.end()};
+  const bool vector = system == "ellipsoid";
+  d.initial[vector ? "q" : "Q"] = frame.Q;
+  if (vector)
+    d.initial["qdot"] = Eigen::MatrixXd(frame.S * frame.lambda.cwiseInverse().asDiagonal());
+  if (system == "stiefel") d.initial["S"] = frame.S;
+  if (system == "stiefel_costate") d.initial["P"] = frame.S;
+  if (system == "stiefel_momentum")
+    d.initial["M"] = Eigen::MatrixXd(frame.Q.transpose() * frame.S - frame.S.transpose() * frame.Q);
+  d.step = h_Omega;
+  return d;
+}
+
+std::vector<Size> sizes(const std::string& system) {
+  if (system == "double_bracket") return {{2, 3}};
+  if (system == "parametric_rigid_body") return {{4, 4}};
+  if (system == "ellipsoid") return {{1, 3}, {1, 8}, {1, 32}, {1, 100}};
+  if (system.starts_with("stiefel"))
+    return {{1, 4}, {2, 5}, {3, 3}, {3, 12}, {4, 32}, {6, 12}, {8, 40}};
+  return {{3, 3}, {4, 4}, {6, 6}, {10, 10}, {16, 16}};
+}
+
+SceneDescription scene(const std::string& system, Size size) {
+  if (system == "ellipsoid" || system.starts_with("stiefel")) return frames(system, size);
+  return testing::any_scene(system, "", 1, h_Omega, size.N);
+}
+
+void count(SceneDescription description, Size size) {
+  const auto scene = Scene::resolve(std::move(description));
+  if (!scene) return;  // the method is for other sizes
+  const auto simulation = make_simulation(*scene);
+  constexpr int first = 8, steps = 16;
+  if (!simulation->advance(first).reached()) return;
+  const std::int64_t before = simulation->map_steps();
+  measured_steps(*simulation, steps);
+  std::cout << scene->system() << ' ' << scene->method() << ' ' << scene->order() << ' '
+            << scene->description().method->arithmetic << ' ' << size.n << ' ' << size.N << ' '
+            << simulation->map_steps() - before << '\n';
+}
+
+}  // namespace
+
+int main() {
+  for (const auto& system : catalogue().systems)
+    if (!system.discrete)
+      for (const auto& on : system.methods)
+        for (const int order : catalogue().method(on.method)->orders)
+          for (const char* arithmetic : {"compensated", "plain"})
+            for (const Size size : sizes(std::string(system.name))) {
+              SceneDescription d = scene(std::string(system.name), size);
+              d.method = MethodDescription{std::string(on.method), order, 1, arithmetic, {}};
+              count(std::move(d), size);
+            }
+}
