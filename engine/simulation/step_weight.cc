@@ -1,18 +1,23 @@
 #include "engine/simulation/step_weight.h"
 
 #include <algorithm>
-#include <string_view>
+#include <array>
+#include <cmath>
 
 #include "engine/simulation/simulation.h"
 
 namespace stiefel {
 namespace {
 
+struct Counted {
+  double n, N, instructions;
+};
+
 struct Weight {
   std::string_view system, method;
   int order;
   std::string_view arithmetic;
-  double at_3, a, b, c;
+  std::array<Counted, 8> sizes;  ///< then zeros
 };
 
 constexpr Weight weights[] = {
@@ -30,6 +35,12 @@ const Weight* find(std::string_view system, std::string_view method, int order,
            w.arithmetic == arithmetic;
   });
   return found == std::end(weights) ? nullptr : found;
+}
+
+double f(double n, double N) { return n * n * N + n * n * n + 8 * n * N; }
+
+double distance(const Counted& at, double n, double N) {
+  return std::abs(std::log(n / at.n)) + std::abs(std::log(N / at.N));
 }
 
 }  // namespace
@@ -52,8 +63,10 @@ double step_weight(const Scene& scene) {
   const double n = pair               ? static_cast<double>(given.inertia_u.size())
                    : frame.size() > 0 ? static_cast<double>(frame.rows())
                                       : N;
-  if (n == 3 && N == 3 && found->at_3 > 0) return found->at_3;
-  return found->a + found->b * n * N + found->c * (n * n * N + n * n * n);
+  const Counted* nearest = &found->sizes.front();
+  for (const Counted& size : found->sizes)
+    if (size.n > 0 && distance(size, n, N) < distance(*nearest, n, N)) nearest = &size;
+  return nearest->instructions * f(n, N) / f(nearest->n, nearest->N);
 }
 
 }  // namespace stiefel

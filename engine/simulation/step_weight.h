@@ -1,13 +1,16 @@
 #pragma once
 
+#include <string_view>
+
 #include "engine/simulation/scene.h"
 
 namespace stiefel {
 
 /// Work of one step of the map that a scene asks for, in instructions as callgrind counts them at
-/// h‖Ω‖ = 0.1, from a table that tests/bench/weights.py measures: for n × N
+/// h‖Ω‖ = 0.1, from a table that tests/bench/weights.py measures in several sizes: of the nearest
+/// one by ratio, times f(n, N) over its f,
 ///
-///     a + b nN + c (n²N + n³),   and at n = N = 3 a number of its own.
+///     f(n, N) = n²N + n³ + 8nN.
 ///
 /// The same for every CPU of a build, so that what is decided by it is decided alike everywhere.
 /// Work is `Simulation::map_steps()` times this.

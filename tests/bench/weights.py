@@ -3,7 +3,7 @@
     /usr/bin/python3 tests/bench/weights.py build/release            (compares; make bench does)
     /usr/bin/python3 tests/bench/weights.py build/release --write    (rewrites the table)
 
-The table is engine/simulation/step_weights.inc; engine/simulation/step_weight.h has the formula.
+The table is engine/simulation/step_weights.inc; engine/simulation/step_weight.h says how it is read.
 """
 from __future__ import annotations
 
@@ -15,8 +15,6 @@ import sys
 import tempfile
 from collections import defaultdict
 from pathlib import Path
-
-import numpy as np
 
 TABLE = Path(__file__).parents[2] / "engine/simulation/step_weights.inc"
 Key = tuple[str, str, int, str]
@@ -38,32 +36,22 @@ def count(program: Path) -> dict[Key, list[tuple[int, int, float]]]:
     return found
 
 
-def fit(counts: list[tuple[int, int, float]]) -> tuple[float, float, float, float]:
-    """The count at n = N = 3, and a, b, c >= 0 that are relatively nearest to the others."""
-    at_3 = next((w for n, N, w in counts if (n, N) == (3, 3)), 0.0)
-    rest = [(n, N, w) for n, N, w in counts if (n, N) != (3, 3)]
-    if not rest:
-        return at_3, at_3, 0.0, 0.0
-    rows = np.array([[1, n * N, n * n * N + n**3] for n, N, _ in rest], float)
-    w = np.array([w for *_, w in rest])
-    if len(rest) == 1:  # in proportion to the products
-        return at_3, 0.0, 0.0, w[0] / rows[0, 2]
-    best = None
-    for columns in ([0, 1, 2], [0, 2], [0, 1], [1, 2], [2], [1], [0]):
-        scaled = rows[:, columns] / w[:, None]
-        x, *_ = np.linalg.lstsq(scaled, np.ones(len(w)), rcond=None)
-        error = np.linalg.norm(scaled @ x - 1)
-        if (x >= 0).all() and (best is None or error < best[0]):
-            best = error, dict(zip(columns, x))
-    return (at_3, *(best[1].get(k, 0.0) for k in range(3)))
-
-
-def table(counts: dict[Key, list]) -> str:
-    lines = ["// Written by tests/bench/weights.py: at n = N = 3, a, b, c."]
+def table(counts: dict[Key, list[tuple[int, int, float]]]) -> str:
+    lines = ["// Written by tests/bench/weights.py: instructions a step at sizes n, N."]
     for (system, method, order, arithmetic), sizes in counts.items():
-        numbers = ", ".join(f"{x:.4g}" for x in fit(sizes))
-        lines.append(f'{{"{system}", "{method}", {order}, "{arithmetic}", {numbers}}},')
+        numbers = ", ".join(f"{{{n}, {N}, {w:.4g}}}" for n, N, w in sizes)
+        lines.append(f'{{"{system}", "{method}", {order}, "{arithmetic}", {{{{{numbers}}}}}}},')
     return "\n".join(lines) + "\n"
+
+
+def read(text: str) -> dict[Key, list[tuple[int, int, float]]]:
+    """The inverse of `table`."""
+    found = {}
+    for line in text.splitlines()[1:]:
+        system, method, order, arithmetic = re.match(r'\{"(\w+)", "(\w+)", (\d+), "(\w+)"', line).groups()
+        sizes = re.findall(r"\{(\d+), (\d+), ([\d.e+]+)\}", line)
+        found[system, method, int(order), arithmetic] = [(int(n), int(N), float(w)) for n, N, w in sizes]
+    return found
 
 
 def measure(program: Path) -> list[dict]:
@@ -72,13 +60,10 @@ def measure(program: Path) -> list[dict]:
         print("  no valgrind: the weights are not compared", file=sys.stderr)
         return []
     print("  callgrind weights", file=sys.stderr)
-    used = {tuple(line.split(", ")[:4]): line for line in TABLE.read_text().splitlines()[1:]}
-    ratios = []
-    for line in table(count(program)).splitlines()[1:]:
-        now, then = ([float(x) for x in re.findall(r"[\d.e+]+", text.rstrip("},").split('", ')[-1])]
-                     for text in (line, used.get(tuple(line.split(", ")[:4]), line)))
-        at = lambda x: x[0] or sum(x)  # noqa: E731
-        ratios.append(max(at(now) / at(then), at(then) / at(now)))
+    used = read(TABLE.read_text())
+    ratios = [max(now / then, then / now)
+              for key, sizes in count(program).items()
+              for (*_, now), (*_, then) in zip(sizes, used.get(key, []))]
     return [{"name": "weights of the methods, against a new count", "unit": "x", "bound": 1.25, "values": ratios}]
 
 

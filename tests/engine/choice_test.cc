@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "engine/simulation/catalogue.h"
 #include "engine/simulation/simulation.h"
 #include "tests/support/any_scene.h"
 #include "tests/support/choice_survey.h"
