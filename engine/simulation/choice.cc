@@ -19,8 +19,8 @@ constexpr double budget = 4e9, reference_share = 1.0 / 3;
 constexpr double run_share = 1.0 / 20;
 constexpr int most_runs = 14;
 constexpr int most_substeps = 1 << 20;
-/// Of the tolerance, what a whole run may err by, and what one that is extrapolated may.
-constexpr double whole_margin = 0.95, extrapolated_margin = 0.5;
+/// What an extrapolated error is multiplied with.
+constexpr double caution = 2;
 
 /// "2.1e-09".
 std::string short_text(double x) {
@@ -41,8 +41,7 @@ class Chooser {
  private:
   struct Trial {
     MethodDescription method;
-    double error = infinity;  ///< at the horizon, in units of what it may be
-    double seen = infinity;   ///< as measured, or extrapolated
+    double error = infinity;  ///< up to the horizon, in units of the tolerance
     double cost = infinity;
     std::int64_t steps = 0;
     bool good() const { return error <= 1; }
@@ -77,12 +76,11 @@ Chooser::Trial Chooser::attempt(const Candidate& candidate, const MethodDescript
   Trial trial{*scene.description().method};
   trial.steps = result.steps;
   if (!result.ending.reached() || result.errors.empty()) return trial;
-  const double margin = result.steps < steps_ ? extrapolated_margin : whole_margin;
-  trial.seen =
-      result.largest_error(result.errors.size()) * growth(candidate, result, samples_, steps_);
-  trial.error = trial.seen / (margin * tolerance_);
+  const std::size_t samples = result.errors.size();
+  double error = result.largest_error(samples) + samples_.answers[samples - 1].error;
+  if (result.steps < steps_) error *= caution * growth(candidate, result, samples_, steps_);
+  trial.error = std::isfinite(error) ? error / tolerance_ : infinity;
   trial.cost = result.work * static_cast<double>(steps_) / static_cast<double>(result.steps);
-  if (!(trial.error >= 0)) trial.error = trial.seen = infinity;
   if (trial.error < nearest_.error) nearest_ = trial;
   return trial;
 }
@@ -175,18 +173,18 @@ std::expected<Choice, Violations> Chooser::choose() {
 }
 
 Violations Chooser::nothing() const {
-  const bool any = std::isfinite(nearest_.seen);
-  const std::string error = short_text(any ? nearest_.seen : infinity);
+  const bool any = std::isfinite(nearest_.error);
+  const double error = nearest_.error * tolerance_;
   Violation refusal{"tolerance", to_text(tolerance_),
                     any ? "cannot be met up to t = " + to_text(*description_.horizon) +
-                              ": the best that was found errs by " + error + " (" +
+                              ": the best that was found errs by " + short_text(error) + " (" +
                               to_text(nearest_.method) + ")"
                         : "cannot be met: no method got to a first measurement within the effort "
                           "that a choice may take; name a method"};
   refusal.reason = "TOLERANCE_NOT_MET";
   refusal.metadata = {{"tolerance", to_text(tolerance_)}};
   if (any) {
-    refusal.metadata["best_error"] = to_text(nearest_.seen);
+    refusal.metadata["best_error"] = to_text(error);
     refusal.metadata["best_method"] = to_text(nearest_.method);
   }
   return {refusal};
@@ -194,7 +192,7 @@ Violations Chooser::nothing() const {
 
 std::string Chooser::reason(const Trial& trial) const {
   const double measured = static_cast<double>(trial.steps) * std::abs(description_.step);
-  std::string text = to_text(trial.method) + ": error " + short_text(trial.seen) +
+  std::string text = to_text(trial.method) + ": error " + short_text(trial.error * tolerance_) +
                      " up to t = " + to_text(*description_.horizon) + " at " +
                      short_text(trial.cost) + " units of work, the least of " +
                      std::to_string(all_.size()) + " entries that stay within " +

@@ -20,7 +20,7 @@ constexpr int last_doubling = 16, last_decade = 11;
 constexpr double helps = 0.5;
 constexpr int patience = 2;
 /// A run of less than this part of the horizon says too little of it.
-constexpr double least_part = 1.0 / 1024;
+constexpr double least_part = 1.0 / 64;
 
 double median(std::vector<double> values) {
   std::ranges::sort(values);
@@ -97,9 +97,10 @@ std::optional<TradeoffPoint> Tradeoff::next(const std::stop_token& stop) {
     }
     auto point = measure(candidate, with_method(request_.scene, method), to, stop);
     if (point.ending.outcome == Outcome::cancelled) return std::nullopt;
+    const bool another = advance_knob(point);
+    if (!another) continue;
     costs_.push_back(point.work);
     errors_.push_back(point.error ? point.error->largest() : std::nan(""));
-    advance_knob(point);
     return point;
   }
   return std::nullopt;
@@ -150,20 +151,26 @@ TradeoffPoint Tradeoff::measure(const Candidate& candidate, const Scene& scene, 
   return point;
 }
 
-void Tradeoff::advance_knob(const TradeoffPoint& point) {
+bool Tradeoff::advance_knob(const TradeoffPoint& point) {
   const double error = point.error ? point.error->largest() : infinity;
+  // One step at least: a tighter tolerance may change nothing yet.
+  const bool another = point.work != last_work_ || error != last_error_;
+  last_work_ = point.work;
+  last_error_ = error;
   // A step too long for its method is no reason to give up the shorter ones.
-  idle_ = error <= helps * best_ || !point.error ? 0 : idle_ + 1;
+  if (another) idle_ = error <= helps * best_ || !point.error ? 0 : idle_ + 1;
   best_ = std::min(best_, error);
   ++knob_;
   const int last = candidates_[candidate_].own_steps ? last_decade : last_doubling;
   if (idle_ >= patience || knob_ > last) next_candidate();
+  return another;
 }
 
 void Tradeoff::next_candidate() {
   ++candidate_;
   knob_ = idle_ = 0;
   best_ = infinity;
+  last_work_ = last_error_ = 0;
 }
 
 std::vector<std::size_t> Tradeoff::front() const {

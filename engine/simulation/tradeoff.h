@@ -72,7 +72,8 @@ class Tradeoff {
 
   TradeoffPoint measure(const Candidate& candidate, const Scene& scene, std::int64_t to,
                         const std::stop_token& stop);
-  void advance_knob(const TradeoffPoint& point);
+  /// True if the point is another one than the last.
+  bool advance_knob(const TradeoffPoint& point);
   void next_candidate();
   double share() const;
 
@@ -85,6 +86,7 @@ class Tradeoff {
   int knob_ = 0;               ///< 2^knob substeps, or tolerance 10^{−3−knob}
   int idle_ = 0;               ///< knobs in a row that did not help
   double best_;                ///< the least error of the candidate
+  double last_work_ = 0, last_error_ = 0;
   std::vector<double> costs_, errors_;
 };
 

@@ -49,7 +49,7 @@ MotionState exact(const Scene& scene, double t) {
 double best_of_table(const SceneDescription& description) {
   SceneDescription scene = description;
   scene.tolerance.reset();
-  auto tradeoff = Tradeoff::prepare({scene, {}, 1e11, 1}).value();
+  auto tradeoff = Tradeoff::prepare({scene, {}, 3e10, 1}).value();
   if (!tradeoff.solve_reference({})) return 0;
   double best = 0;
   while (const auto point = tradeoff.next({}))
