@@ -38,13 +38,13 @@ void print(const v1::SystemInfo& system) {
   for (const auto& form : system.forms()) {
     rows.push_back({"form", form.name(), form.blocks(), form.formula()});
   }
-  print(rows, "  ");
+  print_table(rows, "  ");
   rows.clear();
   for (const auto& method : system.methods()) {
     rows.push_back(
         {"keeps", method.method().empty() ? "(the map)" : method.method(), preserves(method)});
   }
-  print(rows, "  ");
+  print_table(rows, "  ");
 }
 
 void print(const v1::MethodInfo& method, Rows& rows) {
@@ -75,18 +75,18 @@ ExitStatus describe(const DescribeCommand& command) {
   std::cout << "stiefel " << reply.version() << "\nbuild: " << reply.build() << "\n\nMethods\n";
   Rows methods;
   for (const auto& method : reply.methods()) print(method, methods);
-  print(methods, "  ");
+  print_table(methods, "  ");
   std::cout << "\nSystems\n";
   for (const auto& system : reply.systems()) print(system);
   const auto& limits = reply.limits();
   std::cout << "\nLimits\n";
-  print({{"dimension N", std::to_string(limits.max_dimension())},
-         {"step index", std::to_string(limits.max_step())},
-         {"sessions", std::to_string(limits.max_sessions())},
-         {"message, bytes", std::to_string(limits.max_message_bytes())},
-         {"checkpoints a session", std::to_string(limits.max_checkpoints())},
-         {"idle time, seconds", std::to_string(limits.idle_timeout().seconds())}},
-        "  ");
+  print_table({{"dimension N", std::to_string(limits.max_dimension())},
+               {"step index", std::to_string(limits.max_step())},
+               {"sessions", std::to_string(limits.max_sessions())},
+               {"message, bytes", std::to_string(limits.max_message_bytes())},
+               {"checkpoints a session", std::to_string(limits.max_checkpoints())},
+               {"idle time, seconds", std::to_string(limits.idle_timeout().seconds())}},
+              "  ");
   return reached;
 }
 

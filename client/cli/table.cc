@@ -13,7 +13,7 @@ std::size_t width(const std::string& text) {
 
 }  // namespace
 
-void print(const Rows& rows, const std::string& indent) {
+void print_table(const Rows& rows, const std::string& indent) {
   std::vector<std::size_t> widths;
   for (const auto& row : rows) {
     widths.resize(std::max(widths.size(), row.size()));

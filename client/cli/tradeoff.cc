@@ -78,7 +78,7 @@ void print(const Answer& answer) {
   Rows rows = {{"", "method", "order", "", "arithmetic", "attitude", "momentum", "drift", "work",
                 "CPU s/s", "steps/s"}};
   for (const std::size_t i : order) rows.push_back(row(answer.points[i], answer.front[i]));
-  print(rows);
+  print_table(rows);
   std::cout << "\n* no other one beats it in both work and error   ~ extrapolated from a part of "
                "the horizon\n< not above the reference's own error\n";
 }
