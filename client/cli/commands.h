@@ -53,6 +53,16 @@ struct ConvertCommand {
 };
 ExitStatus convert(const ConvertCommand& command);
 
+struct TradeoffCommand {
+  std::string scene;
+  std::string server;
+  std::optional<double> horizon;
+  std::optional<double> budget;
+  std::optional<std::uint32_t> repeats;
+  std::string output;
+};
+ExitStatus tradeoff(const TradeoffCommand& command);
+
 struct ConnectCommand {
   std::string file;
   std::string server;

@@ -7,32 +7,10 @@
 #include "client/cli/commands.h"
 #include "client/cli/endpoint.h"
 #include "client/cli/report.h"
+#include "client/cli/table.h"
 
 namespace stiefel::cli {
 namespace {
-
-using Rows = std::vector<std::vector<std::string>>;
-
-/// Characters, not bytes: the formulas are UTF-8.
-std::size_t width(const std::string& text) {
-  return std::ranges::count_if(text, [](char c) { return (c & 0xc0) != 0x80; });
-}
-
-/// Columns as wide as their widest cell, two blanks between.
-void print(const Rows& rows, const std::string& indent) {
-  std::vector<std::size_t> widths;
-  for (const auto& row : rows) {
-    widths.resize(std::max(widths.size(), row.size()));
-    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], width(row[i]));
-  }
-  for (const auto& row : rows) {
-    std::string line = indent;
-    for (std::size_t i = 0; i < row.size(); ++i) {
-      line += row[i] + std::string(widths[i] - width(row[i]) + 2, ' ');
-    }
-    std::cout << line.substr(0, line.find_last_not_of(' ') + 1) << '\n';
-  }
-}
 
 std::string preserves(const v1::MethodOnSystem& method) {
   std::string text;
@@ -60,14 +38,14 @@ void print(const v1::SystemInfo& system) {
   for (const auto& form : system.forms()) {
     rows.push_back({"form", form.name(), form.blocks(), form.formula()});
   }
-  print(rows, "  ");
+  print_table(rows, "  ");
   rows.clear();
   for (const auto& method : system.methods()) {
     std::string name = method.method().empty() ? "(the map)" : method.method();
     if (!method.where().empty()) name += " (" + method.where() + ")";
     rows.push_back({"keeps", name, preserves(method)});
   }
-  print(rows, "  ");
+  print_table(rows, "  ");
 }
 
 void print(const v1::MethodInfo& method, Rows& rows) {
@@ -98,18 +76,18 @@ ExitStatus describe(const DescribeCommand& command) {
   std::cout << "stiefel " << reply.version() << "\nbuild: " << reply.build() << "\n\nMethods\n";
   Rows methods;
   for (const auto& method : reply.methods()) print(method, methods);
-  print(methods, "  ");
+  print_table(methods, "  ");
   std::cout << "\nSystems\n";
   for (const auto& system : reply.systems()) print(system);
   const auto& limits = reply.limits();
   std::cout << "\nLimits\n";
-  print({{"dimension N", std::to_string(limits.max_dimension())},
-         {"step index", std::to_string(limits.max_step())},
-         {"sessions", std::to_string(limits.max_sessions())},
-         {"message, bytes", std::to_string(limits.max_message_bytes())},
-         {"checkpoints a session", std::to_string(limits.max_checkpoints())},
-         {"idle time, seconds", std::to_string(limits.idle_timeout().seconds())}},
-        "  ");
+  print_table({{"dimension N", std::to_string(limits.max_dimension())},
+               {"step index", std::to_string(limits.max_step())},
+               {"sessions", std::to_string(limits.max_sessions())},
+               {"message, bytes", std::to_string(limits.max_message_bytes())},
+               {"checkpoints a session", std::to_string(limits.max_checkpoints())},
+               {"idle time, seconds", std::to_string(limits.idle_timeout().seconds())}},
+              "  ");
   return reached;
 }
 

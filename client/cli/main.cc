@@ -25,21 +25,25 @@ void add_scene(CLI::App* app, std::string& scene, std::int64_t& to) {
   app->add_option("--to", to, "the last step")->required()->type_name("STEP");
 }
 
-/// The path of what is wrong: in the scene's file, or the option it came from.
-std::string place(const std::string& field, const std::string& scene) {
+/// The path of what is wrong: in the scene's file, or the option it came from. What is wrong in the
+/// scene of a larger request is under "scene".
+std::string place(const std::string& field, const std::string& scene, bool in_request) {
   const std::string name = field.substr(0, field.find_first_of(".["));
-  for (const char* option : {"from", "to", "every", "fields", "invariants", "epsilon"}) {
+  for (const char* option :
+       {"from", "to", "every", "fields", "invariants", "epsilon", "budget", "repeats"}) {
     if (name == option) return "--" + field;
   }
+  if (in_request && name == "horizon") return "--" + field;
+  if (name == "scene") return scene + ": " + field.substr(std::min(field.size(), name.size() + 1));
   if (name == "forms" || name == "dirac_brackets") return "--structure: " + field;
   return scene + ": " + field;
 }
 
 /// One line a fault, on stderr.
-ExitStatus explain(const client::Error& error, const std::string& scene) {
+ExitStatus explain(const client::Error& error, const std::string& scene, bool in_request) {
   for (const auto& violation : error.violations()) {
-    std::cerr << "stiefel: " << place(violation.field, scene) << ": " << violation.description
-              << '\n';
+    std::cerr << "stiefel: " << place(violation.field, scene, in_request) << ": "
+              << violation.description << '\n';
   }
   if (error.violations().empty()) std::cerr << "stiefel: " << error.what() << '\n';
   if (error.code() == grpc::StatusCode::INVALID_ARGUMENT || !error.violations().empty()) {
@@ -144,6 +148,32 @@ int main(int argc, char** argv) {
     command = [&] { return convert(convert_command); };
   });
 
+  TradeoffCommand tradeoff_command;
+  auto* tradeoff_app = app.add_subcommand(
+      "tradeoff", "Measures what accuracy costs with each method; * marks what no other one beats");
+  tradeoff_app->add_option("SCENE", tradeoff_command.scene, "a scene file; its method is ignored")
+      ->required()
+      ->type_name("FILE.json");
+  tradeoff_app
+      ->add_option("--horizon", tradeoff_command.horizon,
+                   "the time at which errors are measured; the scene's, or 100 steps by default")
+      ->type_name("T");
+  tradeoff_app
+      ->add_option("--budget", tradeoff_command.budget,
+                   "units of work, instructions; 5e10, about ten seconds, by default. What would "
+                   "take more is extrapolated from a part of the horizon (marked ~)")
+      ->type_name("B");
+  tradeoff_app->add_option("--repeats", tradeoff_command.repeats, "timed runs a point; 3")
+      ->type_name("R");
+  tradeoff_app
+      ->add_option("--output", tradeoff_command.output, "a .json or .csv file of all the points")
+      ->type_name("FILE");
+  add_server(tradeoff_app, tradeoff_command.server);
+  tradeoff_app->callback([&] {
+    scene = tradeoff_command.scene;
+    command = [&] { return tradeoff(tradeoff_command); };
+  });
+
   ConnectCommand connect_command;
   auto* connect_app =
       app.add_subcommand("connect", "Finds the geodesic that joins two frames in a time");
@@ -167,7 +197,7 @@ int main(int argc, char** argv) {
     std::cerr << "stiefel: " << error.what() << '\n';
     return bad_input;
   } catch (const client::Error& error) {
-    return explain(error, scene);
+    return explain(error, scene, tradeoff_app->parsed());
   } catch (const std::exception& error) {
     std::cerr << "stiefel: " << error.what() << '\n';
     return failed;

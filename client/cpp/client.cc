@@ -72,4 +72,25 @@ v1::ConnectResponse Client::geodesic(const v1::ConnectRequest& request) const {
   return connection_->call(&Stub::Connect, request, connection_->options.compute_timeout);
 }
 
+void Client::tradeoff(const v1::MeasureTradeoffRequest& request,
+                      const TradeoffReceiver& receive) const {
+  for (auto waiting = connection_->patience();;) {
+    grpc::ClientContext context;
+    const auto& timeout = connection_->options.compute_timeout;
+    if (timeout) context.set_deadline(std::chrono::system_clock::now() + *timeout);
+    const auto reader = connection_->stub->MeasureTradeoff(&context, request);
+    v1::MeasureTradeoffResponse part;
+    bool begun = false, wanted = true;
+    while (wanted && reader->Read(&part)) {
+      begun = true;
+      wanted = receive(part);
+    }
+    if (!wanted) context.TryCancel();
+    const grpc::Status status = reader->Finish();
+    if (status.ok() || !wanted) return;
+    // What has begun would begin anew, with other times.
+    if (begun || !waiting.allows_another(status)) throw Error(status);
+  }
+}
+
 }  // namespace stiefel::client

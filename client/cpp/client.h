@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -37,6 +38,10 @@ class Client {
   v1::ConvertResponse convert(const v1::ConvertRequest& request) const;
   /// The geodesic that joins two frames; see the reply's ending. Throws Error.
   v1::ConnectResponse geodesic(const v1::ConnectRequest& request) const;
+  /// Error against cost: `receive` gets each part of the answer as it arrives, and ends the
+  /// measurement by returning false. Throws Error.
+  using TradeoffReceiver = std::function<bool(const v1::MeasureTradeoffResponse&)>;
+  void tradeoff(const v1::MeasureTradeoffRequest& request, const TradeoffReceiver& receive) const;
 
  private:
   explicit Client(Connection connection);

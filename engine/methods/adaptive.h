@@ -64,6 +64,9 @@ struct Adaptive {
 
     std::optional<double> largest_step(const State&, double) const { return std::nullopt; }
 
+    /// Substeps tried so far.
+    std::int64_t attempts() const { return attempts_; }
+
    private:
     using Numbers = std::vector<Scalar>;
 
@@ -84,6 +87,7 @@ struct Adaptive {
       for (int k = 0; k < most_substeps; ++k) {
         const bool last = done + stride >= 1;
         if (last) stride = 1 - done;
+        ++attempts_;
         stepper_.do_step(field, x_, slope_now_, Scalar(0), next_, static_cast<Scalar>(stride) * h_,
                          error_);
         const double excess = relative_error() / (tolerance_ * stride);
@@ -140,6 +144,7 @@ struct Adaptive {
     S system_;
     Scalar h_;
     double tolerance_;
+    std::int64_t attempts_ = 0;
     boost::numeric::odeint::runge_kutta_fehlberg78<Numbers, Scalar> stepper_;
     Numbers x_, next_, slope_now_, error_;
     Point point_, slope_, dx_;

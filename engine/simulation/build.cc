@@ -1,8 +1,10 @@
 #include <gnu/libc-version.h>
 
 #include <algorithm>
+#include <fstream>
 #include <iomanip>
 #include <sstream>
+#include <thread>
 
 #include "engine/simulation/simulation.h"
 
@@ -18,6 +20,20 @@ const std::string& build_fingerprint() {
     return text;
   }();
   return fingerprint;
+}
+
+const std::string& machine() {
+  static const std::string name = [] {
+    std::ifstream cpus("/proc/cpuinfo");
+    std::string model = "unknown CPU";
+    for (std::string line; std::getline(cpus, line);)
+      if (line.starts_with("model name") && line.find(": ") != std::string::npos) {
+        model = line.substr(line.find(": ") + 2);
+        break;
+      }
+    return model + ", " + std::to_string(std::thread::hardware_concurrency()) + " cores";
+  }();
+  return name;
 }
 
 Eigen::MatrixXd Simulation::get(std::string_view name) const {

@@ -22,6 +22,9 @@ struct Violation {
   std::string field;
   std::string value;
   std::string rule;
+  /// A constant in UPPER_SNAKE_CASE with its numbers, where a program may want to tell it apart.
+  std::string reason = {};
+  std::map<std::string, std::string> metadata = {};
 };
 using Violations = std::vector<Violation>;
 
@@ -65,6 +68,9 @@ struct SceneDescription {
   std::optional<double> epsilon;    ///< of the symmetric systems
   std::optional<double> parameter;  ///< μ of the parametric systems
   double step = 0;
+  std::optional<double> tolerance = {};  ///< instead of a method: of the error up to `horizon`
+  std::optional<double> horizon = {};    ///< the time of interest, > 0 whatever the step's sign
+  std::string choice = {};               ///< of a resolved scene: why it has the method that it has
 };
 
 /// Everything that determines a motion; immutable, and valid because only `resolve` makes one.
@@ -79,8 +85,11 @@ class Scene {
   static constexpr double frame_tolerance = 1e-6;
   /// M is accepted, and its skew part taken, up to this max |M + Mᵀ| / max |M|.
   static constexpr double skew_tolerance = 1e-10;
+  /// The least top-level `tolerance`: nothing in double precision is better.
+  static constexpr double least_tolerance = 1e-15;
 
-  /// Every violation at once, or the scene.
+  /// Every violation at once, or the scene. With a tolerance instead of a method that takes a
+  /// measurement of about a second (choice.h).
   static std::expected<Scene, Violations> resolve(SceneDescription description);
 
   /// The resolved description: what the caller gave with every default filled in.

@@ -6,6 +6,7 @@
 
 #include "engine/linalg/orthogonal.h"
 #include "engine/linalg/so_3.h"
+#include "engine/simulation/choice.h"
 #include "engine/simulation/system_entry.h"
 
 namespace stiefel {
@@ -52,6 +53,7 @@ std::expected<Scene, Violations> SceneDraft::resolve() {
   }
   if (!std::isfinite(given().step) || given().step == 0)
     refuse("step", to_text(given().step), "must be finite and not 0");
+  if (sound() && wants_choice()) choose();
   if (!sound()) return std::unexpected(std::move(violations_));
   return std::move(scene_);
 }
@@ -73,8 +75,40 @@ void SceneDraft::refuse_if(bool present, const std::string& field) {
   if (present) refuse(field, "given", "must be absent in a scene of " + std::string(system_->name));
 }
 
+/// A tolerance takes the place of a method, and the two stand together only in what `choose` wrote.
+void SceneDraft::check_choice() {
+  const auto &tolerance = given().tolerance, &horizon = given().horizon;
+  if (horizon && !(std::isfinite(*horizon) && *horizon > 0))
+    refuse("horizon", to_text(*horizon), "must be finite and > 0");
+  if (tolerance && !(*tolerance >= Scene::least_tolerance && *tolerance <= 1))
+    refuse("tolerance", to_text(*tolerance),
+           "must be " + to_text(Scene::least_tolerance) + " to 1");
+  if (tolerance && !horizon)
+    refuse("horizon", "absent", "must be given with `tolerance`: the time up to which it holds");
+  if (tolerance && system_->discrete)
+    refuse("tolerance", to_text(*tolerance),
+           std::string(system_->name) + " is a discrete system: there is no method to choose");
+  else if (tolerance && given().method && given().choice.empty())
+    refuse("tolerance", to_text(*tolerance),
+           "must be absent when `method` is given: it is for choosing one");
+  if (!given().choice.empty() && !(given().method && tolerance))
+    refuse("choice", '"' + given().choice + '"', "must be absent: the server writes it");
+}
+
+void SceneDraft::choose() {
+  auto chosen = choose_method(given());
+  if (chosen) {
+    given().method = std::move(chosen->method);
+    given().choice = std::move(chosen->reason);
+  } else {
+    for (Violation& violation : chosen.error()) violations_.push_back(std::move(violation));
+  }
+}
+
 void SceneDraft::check_method() {
   auto& method = given().method;
+  check_choice();
+  if (wants_choice()) return;
   if (system_->discrete) {
     if (method)
       refuse("method", '"' + method->name + '"',
@@ -82,7 +116,9 @@ void SceneDraft::check_method() {
     return;
   }
   const auto names = listed(system_->methods, [](auto& m) { return m.method; });
-  if (!method) return refuse("method", "absent", "a continuous system needs one of " + names);
+  if (!method)
+    return refuse("method", "absent",
+                  "a continuous system needs one of " + names + ", or tolerance and horizon");
   const MethodInfo* info = nullptr;
   for (const auto& m : system_->methods)
     if (m.method == method->name) info = catalogue().method(m.method);

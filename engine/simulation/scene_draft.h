@@ -59,6 +59,9 @@ class SceneDraft {
 
  private:
   void check_method();
+  void check_choice();
+  bool wants_choice() { return given().tolerance && !given().method && !system_->discrete; }
+  void choose();
   void check_order(const MethodInfo& info);
   void check_reach();
   void check_tolerance(const MethodInfo& info);

@@ -35,6 +35,9 @@ class Simulation {
   virtual ~Simulation() = default;
 
   std::int64_t step() const { return step_; }
+  /// Steps of the map taken so far, substeps each for itself, and where a method chooses its own
+  /// those that it rejected too: what `step_weight` is a weight of.
+  virtual std::int64_t map_steps() const = 0;
 
   /// Goes `steps` ≥ 0 further, or to the last good state before. No allocation after the first
   /// step.
@@ -91,5 +94,8 @@ std::unique_ptr<Simulation> make_simulation(const Scene& scene);
 /// Everything that could change bits between two processes: version, compiler, flags, C library,
 /// CPU features. Two processes with equal fingerprints compute the same states.
 const std::string& build_fingerprint();
+
+/// What measured times are times of: CPU and number of cores.
+const std::string& machine();
 
 }  // namespace stiefel

@@ -28,11 +28,19 @@ class SimulationOf final : public Simulation {
 
   bool direct() const override { return DirectMap<F>; }
 
+  std::int64_t map_steps() const override {
+    if constexpr (requires { map_.attempts(); })
+      return map_.attempts();
+    else
+      return map_steps_;
+  }
+
   Ending advance(std::int64_t steps) override {
     if constexpr (DirectMap<F>) {
       if (steps == 0) return {};
       const auto to = static_cast<long double>(step_ + steps) * substeps_;
       const Ending ending = map_.at(state_, to);
+      ++map_steps_;
       if (ending.reached()) step_ += steps;
       return ending;
     }
@@ -40,6 +48,7 @@ class SimulationOf final : public Simulation {
       if (substeps_ > 1) before_ = state_;
       for (int k = 0; k < substeps_; ++k) {
         const Ending ending = map_.step(state_);
+        ++map_steps_;
         if (ending.reached()) continue;
         if (k > 0) state_ = before_;
         return ending;
@@ -96,6 +105,7 @@ class SimulationOf final : public Simulation {
   mutable typename F::State state_;  // `each` serves saving and restoring
   typename F::State before_;
   std::size_t saved_size_ = 0;
+  std::int64_t map_steps_ = 0;
 };
 
 }  // namespace stiefel

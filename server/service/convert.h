@@ -17,6 +17,7 @@ namespace stiefel::server {
 /// Checks what only the wire can get wrong: shapes and numbers of values.
 std::expected<SceneDescription, Violations> from_proto(const v1::Scene& scene);
 void to_proto(const SceneDescription& description, v1::Scene* out);
+void to_proto(const MethodDescription& method, v1::Method* out);
 
 /// The same of single matrices, and back.
 std::expected<Block, Violations> from_proto(const std::string& path, const v1::Matrix& matrix);

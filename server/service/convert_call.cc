@@ -38,7 +38,8 @@ grpc::Status convert_scene(const v1::ConvertRequest& request, v1::ConvertRespons
 
 grpc::ServerUnaryReactor* Service::Convert(Context* context, const v1::ConvertRequest* request,
                                            v1::ConvertResponse* response) {
-  return new PooledCall(host_, host_.pool, CallLog(host_.log, *context, "Convert"),
+  Pool& pool = wants_choice(request->scene()) ? host_.searches : host_.pool;
+  return new PooledCall(host_, pool, CallLog(host_.log, *context, "Convert"),
                         [this, request, response](const std::stop_token&) {
                           if (host_.lifecycle.refusing()) return errors::shutting_down();
                           return convert_scene(*request, response);

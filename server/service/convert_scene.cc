@@ -99,20 +99,24 @@ std::expected<SceneDescription, Violations> from_proto(const v1::Scene& scene) {
                         numbers(scene.body().attitude()), numbers(scene.body().angular_velocity())};
   }
   out.step = scene.step();
+  if (scene.has_tolerance()) out.tolerance = scene.tolerance();
+  if (scene.has_horizon()) out.horizon = scene.horizon();
+  out.choice = scene.choice();
   if (!violations.empty()) return std::unexpected(std::move(violations));
   return out;
 }
 
+void to_proto(const MethodDescription& method, v1::Method* out) {
+  out->set_name(method.name);
+  if (method.order) out->set_order(static_cast<std::uint32_t>(*method.order));
+  if (method.substeps) out->set_substeps(static_cast<std::uint32_t>(*method.substeps));
+  out->set_arithmetic(method.arithmetic);
+  if (method.tolerance) out->set_tolerance(*method.tolerance);
+}
+
 void to_proto(const SceneDescription& description, v1::Scene* out) {
   out->set_system(description.system);
-  if (const auto& method = description.method) {
-    auto* to = out->mutable_method();
-    to->set_name(method->name);
-    if (method->order) to->set_order(static_cast<std::uint32_t>(*method->order));
-    if (method->substeps) to->set_substeps(static_cast<std::uint32_t>(*method->substeps));
-    to->set_arithmetic(method->arithmetic);
-    if (method->tolerance) to->set_tolerance(*method->tolerance);
-  }
+  if (description.method) to_proto(*description.method, out->mutable_method());
   const auto add = [](const std::vector<double>& from, auto* to) {
     to->Add(from.begin(), from.end());
   };
@@ -135,6 +139,9 @@ void to_proto(const SceneDescription& description, v1::Scene* out) {
     add(body->angular_velocity, to->mutable_angular_velocity());
   }
   out->set_step(description.step);
+  if (description.tolerance) out->set_tolerance(*description.tolerance);
+  if (description.horizon) out->set_horizon(*description.horizon);
+  out->set_choice(description.choice);
 }
 
 }  // namespace stiefel::server

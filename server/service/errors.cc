@@ -1,5 +1,6 @@
 #include "server/service/errors.h"
 
+#include <algorithm>
 #include <charconv>
 #include <exception>
 #include <initializer_list>
@@ -23,15 +24,29 @@ std::string shortened(std::string_view text) {
   return std::string(text.substr(0, end)) + "...";
 }
 
-grpc::Status make(grpc::StatusCode code, const std::string& message, std::string_view type,
-                  const google::protobuf::Message& detail) {
-  v1::Status status;
-  status.set_code(code);
-  status.set_message(message);
+void add_detail(std::string_view type, const google::protobuf::Message& detail,
+                v1::Status& status) {
   auto* any = status.add_details();
   any->set_type_url("type.googleapis.com/google.rpc." + std::string(type));
   any->set_value(detail.SerializeAsString());
+}
+
+grpc::Status make(grpc::StatusCode code, const std::string& message, v1::Status status) {
+  status.set_code(code);
+  status.set_message(message);
   return {code, message, status.SerializeAsString()};
+}
+
+/// The reason of the first fault that has one.
+void add_reason(const Violations& violations, v1::Status& status) {
+  const auto found =
+      std::ranges::find_if(violations, [](const Violation& v) { return !v.reason.empty(); });
+  if (found == violations.end()) return;
+  v1::ErrorInfo info;
+  info.set_reason(found->reason);
+  info.set_domain("stiefel");
+  for (const auto& [key, value] : found->metadata) (*info.mutable_metadata())[key] = value;
+  add_detail("ErrorInfo", info, status);
 }
 
 /// Its digits, all of them.
@@ -48,7 +63,9 @@ grpc::Status info(grpc::StatusCode code, const std::string& message, const char*
   detail.set_reason(reason);
   detail.set_domain("stiefel");
   for (const auto& [key, value] : metadata) (*detail.mutable_metadata())[key] = shortened(value);
-  return make(code, message, "ErrorInfo", detail);
+  v1::Status status;
+  add_detail("ErrorInfo", detail, status);
+  return make(code, message, std::move(status));
 }
 
 }  // namespace
@@ -71,7 +88,10 @@ grpc::Status invalid(const Violations& violations) {
   if (told < violations.size()) {
     message += "; and " + std::to_string(violations.size() - told) + " more";
   }
-  return make(grpc::INVALID_ARGUMENT, message, "BadRequest", detail);
+  v1::Status status;
+  add_detail("BadRequest", detail, status);
+  add_reason(violations, status);
+  return make(grpc::INVALID_ARGUMENT, message, std::move(status));
 }
 
 grpc::Status invalid(std::string field, std::string value, std::string rule) {

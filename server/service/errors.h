@@ -13,7 +13,8 @@
 /// details say the same to programs (error.proto).
 namespace stiefel::server::errors {
 
-/// INVALID_ARGUMENT: "field: value: rule", and the same as a BadRequest.
+/// INVALID_ARGUMENT: "field: value: rule", and the same as a BadRequest; with the reason of a fault
+/// that has one: TOLERANCE_NOT_MET with `tolerance`, `best_error` and `best_method`.
 grpc::Status invalid(const Violations& violations);
 grpc::Status invalid(std::string field, std::string value, std::string rule);
 /// NOT_FOUND, SESSION_NOT_FOUND with `session_id`.

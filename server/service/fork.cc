@@ -23,6 +23,9 @@ OrStatus<Scene> forked(const Scene& from, const Simulation& now,
   if (!request.has_method() && !request.has_step()) return *std::move(scene);
   v1::Scene changed;
   to_proto(scene->description(), &changed);
+  // What was chosen was chosen for what it was.
+  changed.clear_tolerance();
+  changed.clear_choice();
   if (request.has_method()) *changed.mutable_method() = request.method();
   if (request.has_step()) changed.set_step(request.step());
   return read_scene(true, changed);

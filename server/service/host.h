@@ -41,13 +41,20 @@ class Lifecycle {
   std::condition_variable idle_;
 };
 
+/// What a call's stop callback does.
+struct RequestStop {
+  std::stop_source stop;
+  void operator()() { stop.request_stop(); }
+};
+
 /// What every call works with. The pools come last: they are gone before anything their jobs use.
 struct Host {
   Log log;
   Registry registry;
   Lifecycle lifecycle;
   Pool pool;
-  /// For work that has no slices, so that it is not in the way of what has.
+  /// For work that has no slices, or long ones, so that it is not in the way of what has short
+  /// ones.
   Pool searches;
 };
 

@@ -41,6 +41,8 @@ OrStatus<Scene> read_scene(bool present, const v1::Scene& scene, const char* fie
   return *std::move(resolved);
 }
 
+bool wants_choice(const v1::Scene& scene) { return scene.has_tolerance() && !scene.has_method(); }
+
 OrStatus<Registry::Created> admit(Host& host, const std::string& id, Scene scene,
                                   std::string_view checkpoint) {
   auto created = host.registry.create(id, std::move(scene), checkpoint);

@@ -30,6 +30,9 @@ grpc::Status check_step(const char* field, std::int64_t value, std::int64_t low 
 /// The resolved scene, or INVALID_ARGUMENT.
 OrStatus<Scene> read_scene(bool present, const v1::Scene& scene, const char* field = "scene");
 
+/// Whether to resolve it is about a second's work, without slices.
+bool wants_choice(const v1::Scene& scene);
+
 /// A session of that scene under that id, new or there already; or why there is none.
 OrStatus<Registry::Created> admit(Host& host, const std::string& id, Scene scene,
                                   std::string_view checkpoint = {});

@@ -71,6 +71,8 @@ grpc::ServerUnaryReactor* Service::CreateSession(Context* context,
     const grpc::Status status = check_session_id(request->session_id());
     return status.ok() ? create(host_, *request, response) : status;
   };
+  if (wants_choice(request->scene()))
+    return new PooledCall(host_, host_.searches, std::move(log), work);
   if (request->scene().inertia_size() > small_dimension) {
     return new PooledCall(host_, host_.pool, std::move(log), work);
   }

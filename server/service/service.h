@@ -33,6 +33,8 @@ class Service final : public v1::SimulationService::CallbackService {
                                     v1::ConvertResponse*) override;
   grpc::ServerUnaryReactor* Connect(Context*, const v1::ConnectRequest*,
                                     v1::ConnectResponse*) override;
+  grpc::ServerWriteReactor<v1::MeasureTradeoffResponse>* MeasureTradeoff(
+      Context*, const v1::MeasureTradeoffRequest*) override;
 
  private:
   /// Answers at once.

@@ -51,11 +51,6 @@ class PooledCall final : public grpc::ServerUnaryReactor, private Job {
  private:
   bool run_slice() noexcept override;
 
-  struct RequestStop {
-    std::stop_source stop;
-    void operator()() { stop.request_stop(); }
-  };
-
   Host& host_;
   CallLog log_;
   const Work work_;

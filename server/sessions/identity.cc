@@ -65,6 +65,9 @@ std::string identity_of(const Scene& scene) {
     out.doubles(body->angular_velocity);
   }
   out.doubles({&description.step, 1});
+  out.optional(description.tolerance);
+  out.optional(description.horizon);
+  out.text(description.choice);
   return out.take();
 }
 

@@ -19,6 +19,7 @@ sys.dont_write_bytecode = True
 
 import callgrind
 import report
+import weights
 from peers import contest, environment, picture
 from server import Process, bare_echo, stiefel_server
 
@@ -64,6 +65,8 @@ def measure(build: Path, counts: dict[str, float]) -> list[dict]:
     with serve() as server:
         run("crowd", server.address, server.pid, "idle", counts["idle"])
     found += callgrind.measure(programs / "bench_instructions", counts["instructions"])
+    if counts["instructions"]:
+        found += weights.measure(programs / "bench_weights")
     return found
 
 

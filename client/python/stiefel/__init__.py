@@ -14,10 +14,11 @@ from stiefel.errors import (AlreadyExists, Cancelled, DeadlineExceeded, FailedPr
 from stiefel.scenes import SceneLike, to_dict, to_message
 from stiefel.server import Server
 from stiefel.session import Session
+from stiefel.tradeoff import Point, Tradeoff
 
 __all__ = [
     "AlreadyExists", "Batch", "Cancelled", "Client", "Conversion", "DeadlineExceeded", "Drive", "Ending",
-    "FailedPrecondition", "Geodesic", "Internal", "InvalidArgument", "NotFound", "Outcome", "ResourceExhausted",
-    "SceneLike", "Server", "Session", "State", "StiefelError", "Trajectory", "Unavailable",
-    "Unimplemented", "Violation", "to_dict", "to_message",
+    "FailedPrecondition", "Geodesic", "Internal", "InvalidArgument", "NotFound", "Outcome", "Point",
+    "ResourceExhausted", "SceneLike", "Server", "Session", "State", "StiefelError", "Tradeoff", "Trajectory",
+    "Unavailable", "Unimplemented", "Violation", "to_dict", "to_message",
 ]

@@ -9,8 +9,10 @@ import grpc
 
 from stiefel import calls
 from stiefel.answers import Conversion, Geodesic
+from stiefel.errors import from_rpc_error
 from stiefel.scenes import SceneLike, to_matrix, to_message
 from stiefel.session import Session
+from stiefel.tradeoff import Tradeoff
 from stiefel.v1 import simulation_pb2 as pb
 from stiefel.v1.simulation_pb2_grpc import SimulationServiceStub
 
@@ -82,6 +84,29 @@ class Client:
         return Geodesic.of(self.call("Connect", pb.ConnectRequest(
             inertia=inertia, q_0=to_matrix(Q_0), q_t=to_matrix(Q_T), time=time, steps=steps,
             samples=samples, seed=seed, restarts=restarts), timeout))
+
+    def tradeoff(self, scene: SceneLike, horizon: Optional[float] = None, budget: Optional[float] = None,
+                 repeats: Optional[int] = None, timeout: Optional[float] = None) -> Tradeoff:
+        """Error against cost of every method on `scene`, whose own method is not looked at.
+
+        The horizon is the scene's, or 100 steps, when absent; the budget, in units of work, about ten
+        seconds.
+        """
+        return Tradeoff.of(self.tradeoff_parts(scene, horizon, budget, repeats, timeout))
+
+    def tradeoff_parts(self, scene: SceneLike, horizon: Optional[float] = None,
+                       budget: Optional[float] = None, repeats: Optional[int] = None,
+                       timeout: Optional[float] = None) -> Iterator[pb.MeasureTradeoffResponse]:
+        """The same, part by part as they arrive; to leave the iteration ends the measurement."""
+        request = pb.MeasureTradeoffRequest(scene=to_message(scene), horizon=horizon, budget=budget,
+                                            repeats=repeats)
+        stream = self.stub.MeasureTradeoff(request, timeout=self.deadline(timeout))
+        try:
+            yield from stream
+        except grpc.RpcError as rpc_error:
+            raise from_rpc_error(rpc_error) from None
+        finally:
+            stream.cancel()
 
     def call(self, method: str, request: Any, timeout: Optional[float] = None) -> Any:
         """One unary call by name, with the deadline, the retries and the exceptions of this package."""

@@ -1,0 +1,186 @@
+#include <unistd.h>
+
+#include <algorithm>
+#include <iomanip>
+#include <iostream>
+#include <sstream>
+
+#include "client/cli/commands.h"
+#include "client/cli/destination.h"
+#include "client/cli/endpoint.h"
+#include "client/cli/message_file.h"
+#include "client/cli/report.h"
+#include "client/cli/sink.h"
+#include "client/cli/table.h"
+
+namespace stiefel::cli {
+namespace {
+
+struct Answer {
+  v1::TradeoffSetup setup;
+  std::vector<v1::TradeoffPoint> points;
+  std::vector<bool> front;
+
+  void mark(const v1::TradeoffFront& marked) {
+    front.assign(points.size(), false);
+    for (const auto i : marked.points()) front.at(i) = true;
+  }
+};
+
+std::string brief(double value, int digits = 2) {
+  std::ostringstream text;
+  text << std::setprecision(digits) << std::scientific << value;
+  return text.str();
+}
+
+double median(const v1::TradeoffPoint& point) {
+  std::vector<double> times(point.cpu_seconds_per_second().begin(),
+                            point.cpu_seconds_per_second().end());
+  std::ranges::sort(times);
+  return times.empty() ? 0 : times[times.size() / 2];
+}
+
+std::string knob(const v1::Method& method) {
+  if (method.has_tolerance()) return "tolerance " + brief(method.tolerance(), 0);
+  return std::to_string(method.substeps()) + (method.substeps() == 1 ? " substep" : " substeps");
+}
+
+std::vector<std::string> row(const v1::TradeoffPoint& point, bool front) {
+  const auto& method = point.method();
+  const std::string mark = std::string(front ? "*" : " ") + (point.extrapolated() ? "~" : "");
+  const std::vector<std::string> name = {mark, method.name(), std::to_string(method.order()),
+                                         knob(method), method.arithmetic()};
+  std::vector<std::string> out = name;
+  if (point.ending().outcome() != v1::OUTCOME_REACHED) {
+    out.push_back(to_string(point.ending().outcome()));
+    return out;
+  }
+  const std::string below = point.below_reference() ? "<" : "";
+  out.push_back(point.has_attitude_error() ? below + brief(point.attitude_error()) : "");
+  out.push_back(below + brief(point.momentum_error()));
+  out.push_back(brief(point.drift()));
+  out.push_back(brief(point.work()));
+  out.push_back(brief(median(point)));
+  out.push_back(brief(point.steps_per_second()));
+  return out;
+}
+
+void print(const Answer& answer) {
+  const auto& setup = answer.setup;
+  std::cout << "machine: " << setup.machine() << "\nbuild: " << setup.build()
+            << "\nreference: " << setup.reference() << ", its own error "
+            << brief(setup.reference_error(), 1) << "\nhorizon: " << setup.horizon() << " ("
+            << setup.steps() << " steps)\nbudget: " << setup.budget() << " units of work, "
+            << setup.repeats() << " timed runs a point\n\n";
+  std::vector<std::size_t> order(answer.points.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::ranges::stable_sort(order, {}, [&](std::size_t i) { return answer.points[i].work(); });
+  Rows rows = {{"", "method", "order", "", "arithmetic", "attitude", "momentum", "drift", "work",
+                "CPU s/s", "steps/s"}};
+  for (const std::size_t i : order) rows.push_back(row(answer.points[i], answer.front[i]));
+  print_table(rows);
+  std::cout << "\n* no other one beats it in both work and error   ~ extrapolated from a part of "
+               "the horizon\n< not above the reference's own error\n";
+}
+
+nlohmann::ordered_json to_json(const v1::TradeoffPoint& point, bool front) {
+  nlohmann::ordered_json out = {{"method", cli::to_json(point.method())},
+                                {"scalar", point.scalar()},
+                                {"outcome", to_string(point.ending().outcome())}};
+  if (point.has_attitude_error()) out["attitude_error"] = point.attitude_error();
+  if (point.has_momentum_error()) out["momentum_error"] = point.momentum_error();
+  out["drift"] = point.drift();
+  out["drift_of"] = point.drift_of();
+  out["work"] = point.work();
+  out["cpu_seconds_per_second"] = point.cpu_seconds_per_second();
+  out["steps_per_second"] = point.steps_per_second();
+  out["measured_steps"] = point.measured_steps();
+  out["extrapolated"] = point.extrapolated();
+  out["below_reference"] = point.below_reference();
+  out["front"] = front;
+  return out;
+}
+
+std::string json_text(const Answer& answer) {
+  const auto& setup = answer.setup;
+  nlohmann::ordered_json out = {{"machine", setup.machine()},
+                                {"build", setup.build()},
+                                {"reference", setup.reference()},
+                                {"reference_error", setup.reference_error()},
+                                {"horizon", setup.horizon()},
+                                {"steps", setup.steps()},
+                                {"reference_steps", setup.reference_steps()},
+                                {"budget", setup.budget()},
+                                {"repeats", setup.repeats()}};
+  out["points"] = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < answer.points.size(); ++i)
+    out["points"].push_back(to_json(answer.points[i], answer.front[i]));
+  return to_text(out) + "\n";
+}
+
+std::string csv_text(const Answer& answer) {
+  std::string text =
+      "method,order,substeps,tolerance,arithmetic,scalar,outcome,attitude_error,momentum_error,"
+      "drift,drift_of,work,cpu_seconds_per_second,steps_per_second,measured_steps,extrapolated,"
+      "below_reference,front\n";
+  for (std::size_t i = 0; i < answer.points.size(); ++i) {
+    const auto& point = answer.points[i];
+    const auto& method = point.method();
+    const auto number = [&](bool present, double value) {
+      if (present) append_number(text, value);
+      text += ',';
+    };
+    text += method.name() + ',' + std::to_string(method.order()) + ',' +
+            std::to_string(method.substeps()) + ',';
+    number(method.has_tolerance(), method.tolerance());
+    text += method.arithmetic() + ',' + point.scalar() + ',' + to_string(point.ending().outcome()) +
+            ',';
+    number(point.has_attitude_error(), point.attitude_error());
+    number(point.has_momentum_error(), point.momentum_error());
+    number(true, point.drift());
+    text += '"' + point.drift_of() + "\",";
+    number(true, point.work());
+    number(true, median(point));
+    number(true, point.steps_per_second());
+    text += std::to_string(point.measured_steps());
+    for (const bool flag : {point.extrapolated(), point.below_reference(), bool(answer.front[i])})
+      text += flag ? ",1" : ",0";
+    text += '\n';
+  }
+  return text;
+}
+
+}  // namespace
+
+ExitStatus tradeoff(const TradeoffCommand& command) {
+  const bool json = command.output.ends_with(".json"), csv = command.output.ends_with(".csv");
+  if (!command.output.empty() && !json && !csv)
+    throw BadInput("--output: " + command.output + " must end in .json or .csv");
+  v1::MeasureTradeoffRequest request;
+  *request.mutable_scene() = read_scene(command.scene);
+  if (command.horizon) request.set_horizon(*command.horizon);
+  if (command.budget) request.set_budget(*command.budget);
+  if (command.repeats) request.set_repeats(*command.repeats);
+
+  Answer answer;
+  const bool terminal = isatty(STDERR_FILENO) != 0;
+  Endpoint(command.server).client().tradeoff(request, [&](const auto& part) {
+    if (part.has_setup()) answer.setup = part.setup();
+    if (part.has_point()) answer.points.push_back(part.point());
+    if (part.has_front()) answer.mark(part.front());
+    if (terminal) std::cerr << "\r" << answer.points.size() << " points " << std::flush;
+    return true;
+  });
+  if (terminal) std::cerr << "\r            \r";
+  print(answer);
+  if (!command.output.empty()) {
+    Destination destination(command.output);
+    const File file = open_for_writing(destination.working_path());
+    write(file.get(), json ? json_text(answer) : csv_text(answer));
+    flush(file.get());
+    destination.commit();
+  }
+  return reached;
+}
+
+}  // namespace stiefel::cli

@@ -1,0 +1,53 @@
+"""What accuracy costs on a scene: the work-precision diagram, and the front as a table.
+
+    tradeoff.py SCENE.json [--horizon T] [--budget B] [--output FOLDER] [--server ADDRESS]
+"""
+from __future__ import annotations
+
+import argparse
+import sys
+from contextlib import nullcontext
+from pathlib import Path
+
+import picture
+import stiefel
+
+
+def table(tradeoff: stiefel.Tradeoff) -> str:
+    lines = ["| method | error | work | CPU seconds a simulated second |", "| --- | --- | --- | --- |"]
+    for point in tradeoff.front:
+        knob = f"tolerance {point.tolerance:.0e}" if point.tolerance else f"substeps {point.substeps}"
+        about = "~" if point.extrapolated else ""
+        times = sorted(point.cpu_seconds_per_second)
+        lines.append(f"| `{point.method}` {point.order}, {point.arithmetic}, {knob} | {about}{point.error:.1e} | "
+                     f"{about}{point.work:.1e} | {times[len(times) // 2]:.1e} |")
+    return "\n".join(lines)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("scene", type=Path)
+    parser.add_argument("--horizon", type=float, help="when errors are measured; the scene's, or 100 steps")
+    parser.add_argument("--budget", type=float, help="units of work")
+    parser.add_argument("--output", type=Path, default=Path("build/run"), help="folder for what is written")
+    parser.add_argument("--server", help="address of a running server; otherwise one is started")
+    arguments = parser.parse_args()
+    arguments.output.mkdir(parents=True, exist_ok=True)
+
+    with nullcontext() if arguments.server else stiefel.Server.start() as server, \
+            stiefel.Client(arguments.server or server.address, timeout=None) as client:
+        tradeoff = client.tradeoff(arguments.scene, arguments.horizon, arguments.budget)
+    setup = tradeoff.setup
+    print(f"{len(tradeoff.points)} points at t = {setup.horizon:g} ({setup.steps} steps) against {setup.reference}, "
+          f"its own error {setup.reference_error:.0e}\n\n{table(tradeoff)}")
+    picture.save(tradeoff.plot().figure, arguments.output / "tradeoff.png")
+    print(f"\nwrote {arguments.output}/tradeoff.png")
+    return 0
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main())
+    except (stiefel.StiefelError, OSError) as error:
+        print(f"tradeoff.py: {error}", file=sys.stderr)
+        sys.exit(2)

@@ -1,0 +1,121 @@
+"""What MeasureTradeoff answers, and its work-precision diagram."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from statistics import median
+from typing import Any, Iterator, Optional
+
+from stiefel.arrays import Ending, Outcome
+from stiefel.v1 import simulation_pb2 as pb
+
+
+@dataclass(frozen=True)
+class Point:
+    """A method with its order, arithmetic, and substeps or tolerance; its errors at the horizon."""
+
+    method: str
+    order: int
+    substeps: int
+    tolerance: Optional[float]
+    arithmetic: str
+    scalar: str
+    attitude_error: Optional[float]  #: max |Q - Q_exact|; None without a frame, and where the run stopped
+    momentum_error: Optional[float]  #: max |M - M_exact| / max |M_exact|
+    drift: float  #: the worst of the invariants' over the run
+    drift_of: str
+    work: float  #: units: steps of the method times its weight
+    cpu_seconds_per_second: tuple[float, ...]  #: of each timed run
+    steps_per_second: float
+    measured_steps: int
+    extrapolated: bool
+    below_reference: bool  #: not above the reference's own error
+    ending: Ending
+
+    @property
+    def outcome(self) -> Outcome:
+        return self.ending.outcome
+
+    @property
+    def error(self) -> Optional[float]:
+        """The larger of the two."""
+        return max((e for e in (self.attitude_error, self.momentum_error) if e is not None), default=None)
+
+    @property
+    def family(self) -> str:
+        """"variational 4, plain": what is one line of a diagram."""
+        return f"{self.method} {self.order}, {self.arithmetic}"
+
+    @staticmethod
+    def of(message: pb.TradeoffPoint) -> Point:
+        method = message.method
+        return Point(method.name, method.order, method.substeps,
+                     method.tolerance if method.HasField("tolerance") else None, method.arithmetic,
+                     message.scalar,
+                     message.attitude_error if message.HasField("attitude_error") else None,
+                     message.momentum_error if message.HasField("momentum_error") else None,
+                     message.drift, message.drift_of, message.work, tuple(message.cpu_seconds_per_second),
+                     message.steps_per_second, message.measured_steps, message.extrapolated,
+                     message.below_reference, Ending.of(message.ending))
+
+
+@dataclass(frozen=True)
+class Tradeoff:
+    """Error against cost on one scene."""
+
+    setup: pb.TradeoffSetup  #: machine, build, reference and its error, horizon, budget, repeats
+    points: tuple[Point, ...]
+    front: tuple[Point, ...]  #: those that no other one beats in both work and error, the cheapest first
+
+    @staticmethod
+    def of(messages: Iterator[pb.MeasureTradeoffResponse]) -> Tradeoff:
+        setup, points, front = pb.TradeoffSetup(), [], ()
+        for message in messages:
+            if message.HasField("setup"):
+                setup = message.setup
+            elif message.HasField("point"):
+                points.append(Point.of(message.point))
+            else:
+                front = tuple(points[i] for i in message.front.points)
+        return Tradeoff(setup, tuple(points), front)
+
+    def plot(self, axes: Any = None, cost: str = "work", error: str = "error") -> Any:
+        """The work-precision diagram, log-log, error over cost; the axes.
+
+        `cost` is "work" or "time" (CPU seconds a simulated second: median, and a bar over the
+        repeats); `error` "error", "attitude_error", "momentum_error" or "drift". Extrapolated points
+        are hollow, the front is grey, the reference's error dotted.
+        """
+        import matplotlib.pyplot as plt  # only those who want a picture need it
+
+        if cost not in ("work", "time"):
+            raise ValueError(f'cost: {cost!r}: must be "work" or "time"')
+        if axes is None:
+            _, axes = plt.subplots(figsize=(9, 6), layout="constrained")
+        known = self.setup.reference_error
+        families: dict[str, list[Point]] = {}
+        for point in self.points:
+            if getattr(point, error) is not None and point.outcome == Outcome.REACHED:
+                families.setdefault(point.family, []).append(point)
+        methods = list(dict.fromkeys((p.method, p.order) for p in self.points))
+        for points in families.values():
+            colour = f"C{methods.index((points[0].method, points[0].order)) % 10}"
+            plain = points[0].arithmetic == "plain"
+            y = [max(getattr(p, error), known) for p in points]
+            x = [p.work if cost == "work" else median(p.cpu_seconds_per_second) for p in points]
+            axes.plot(x, y, "--" if plain else "-", color=colour, lw=1, label=points[0].family)
+            for p, a, b in zip(points, x, y):
+                axes.plot(a, b, "o", ms=4, color=colour, mfc="white" if p.extrapolated else colour)
+                if cost == "time":
+                    axes.plot([min(p.cpu_seconds_per_second), max(p.cpu_seconds_per_second)], [b, b],
+                              color=colour, lw=1)
+        if cost == "work" and error == "error":
+            axes.plot([p.work for p in self.front], [max(p.error, known) for p in self.front], color="0.8",
+                      lw=6, zorder=0, solid_capstyle="round")
+        if error != "drift":
+            axes.axhline(known, color="0.4", ls=":", lw=1)
+        axes.set(xscale="log", yscale="log", ylabel=error.replace("_", " ") + " at the horizon",
+                 xlabel="work, instructions" if cost == "work" else "CPU seconds a simulated second")
+        axes.set_title(f"horizon {self.setup.horizon:g}, {self.setup.steps} steps; {self.setup.repeats} timed runs "
+                       f"a point\n{self.setup.machine}\n{self.setup.build.split(', glibc')[0]}", fontsize=8, loc="left")
+        axes.legend(fontsize=7, ncols=2, frameon=False)
+        return axes

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <boost/multiprecision/eigen.hpp>
+#include <boost/multiprecision/float128.hpp>
+
+namespace stiefel {
+
+/// IEEE quadruple precision, 113 bits.
+using Quad = boost::multiprecision::float128;
+
+}  // namespace stiefel
+
+/// Without the compiler's extensions Boost's own definitions of these two do not compile.
+template <>
+constexpr stiefel::Quad std::numeric_limits<stiefel::Quad>::min() noexcept {
+  return boost::multiprecision::backends::float128_backend(
+      boost::multiprecision::quad_constants::quad_min);
+}
+template <>
+constexpr stiefel::Quad std::numeric_limits<stiefel::Quad>::max() noexcept {
+  return boost::multiprecision::backends::float128_backend(
+      boost::multiprecision::quad_constants::quad_max);
+}
+
+/// Boost's own has no infinity, which Eigen's eigensolvers ask for.
+template <>
+struct Eigen::NumTraits<stiefel::Quad> : Eigen::GenericNumTraits<stiefel::Quad> {};

@@ -1,0 +1,64 @@
+#pragma once
+
+#include "engine/linalg/scalar.h"
+
+namespace stiefel {
+
+/// The Taylor coefficients of a free rigid body's motion, X_k = (Q_k; M_k), Ω_k = J⁻¹(M_k): with
+/// [M, Ω] = MΩ − (MΩ)ᵀ,
+///
+///     Y_k = Σ_{j ≤ k} X_j Ω_{k−j},   (k+1) Q_{k+1} = the rows of Q in Y_k,
+///                                    (k+1) M_{k+1} = the rows of M in Y_k, minus their transpose.
+///
+/// A state is Q over M, 2N × N, or M alone. The sum is one product of two block matrices.
+template <class Scalar_>
+class TaylorRigidBody {
+ public:
+  using Scalar = Scalar_;
+
+  TaylorRigidBody(const Vector<Scalar>& lambda, int order)
+      : lambda_(lambda), order_(order), N_(lambda.size()) {
+    Omega_.resize((order + 1) * N_, N_);
+  }
+
+  int order() const { return order_; }
+  /// The state's lower rows, which are measured by themselves.
+  Eigen::Index momentum_rows() const { return N_; }
+  /// Operations of a whole series, 2 a multiplication with its addition.
+  static double operations(Eigen::Index rows, Eigen::Index N, int order) {
+    return static_cast<double>(order * (order + 1) * rows * N * N);
+  }
+
+  /// The series at x, the k-th coefficient in the columns from kN. False when `stopped` says so.
+  template <class Stopped>
+  bool expand(const Matrix<Scalar>& x, Matrix<Scalar>& series, Stopped&& stopped) {
+    series.resize(x.rows(), (order_ + 1) * N_);
+    series.leftCols(N_) = x;
+    for (int k = 0; k < order_; ++k) {
+      if (stopped()) return false;
+      invert_inertia(series.middleCols(k * N_, N_).bottomRows(N_), order_ - k);
+      auto next = series.middleCols((k + 1) * N_, N_);
+      Y_.noalias() = series.leftCols((k + 1) * N_) * Omega_.bottomRows((k + 1) * N_);
+      next = Y_;
+      next.bottomRows(N_) -= Y_.bottomRows(N_).transpose();
+      next /= Scalar(k + 1);
+    }
+    return true;
+  }
+
+ private:
+  /// Ω_k = J⁻¹(M_k) as block number `at`: backwards, so that the sum runs down the column.
+  template <class Block>
+  void invert_inertia(const Block& M, int at) {
+    for (Eigen::Index j = 0; j < N_; ++j)
+      for (Eigen::Index i = 0; i < N_; ++i)
+        Omega_(at * N_ + i, j) = i == j ? Scalar(0) : M(i, j) / (lambda_(i) + lambda_(j));
+  }
+
+  Vector<Scalar> lambda_;
+  int order_;
+  Eigen::Index N_;
+  Matrix<Scalar> Omega_, Y_;
+};
+
+}  // namespace stiefel

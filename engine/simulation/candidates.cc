@@ -1,0 +1,84 @@
+#include "engine/simulation/candidates.h"
+
+#include <algorithm>
+
+#include "engine/simulation/catalogue.h"
+#include "engine/simulation/scene_draft.h"
+#include "engine/simulation/step_weight.h"
+
+namespace stiefel {
+namespace {
+
+SceneDescription in_the_hands_of(SceneDescription description, const MethodDescription& method) {
+  description.method = method;
+  description.tolerance.reset();
+  description.choice.clear();
+  return description;
+}
+
+bool keeps_energy(const MethodOnSystem& on) {
+  return std::ranges::none_of(on.preserves, [](const Preservation& p) {
+    return p.invariant == "energy" && p.kept == Kept::drifts;
+  });
+}
+
+}  // namespace
+
+MethodDescription Candidate::with_substeps(int m) const {
+  MethodDescription made = method;
+  made.substeps = m;
+  return made;
+}
+
+MethodDescription Candidate::with_tolerance(double tolerance) const {
+  MethodDescription made = method;
+  made.tolerance = tolerance;
+  return made;
+}
+
+std::expected<std::vector<Candidate>, Violations> candidates(const SceneDescription& description) {
+  const SystemInfo* system = catalogue().system(description.system);
+  if (system != nullptr && system->discrete)
+    return std::unexpected(Violations{
+        {"system", '"' + description.system + '"',
+         "is a discrete system: its map is its motion, and no method can do it better"}});
+  Violations refused;
+  std::vector<Candidate> all;
+  const auto consider = [&](const MethodOnSystem& on, std::optional<int> order,
+                            const char* arithmetic) {
+    const MethodInfo& info = *catalogue().method(on.method);
+    const MethodDescription method{std::string(on.method), order, 1, arithmetic};
+    auto scene = Scene::resolve(in_the_hands_of(description, method));
+    if (scene)
+      all.push_back({method, order.value_or(0), info.default_tolerance > 0, keeps_energy(on),
+                     step_weight(*scene)});
+    else if (refused.empty())
+      refused = std::move(scene.error());
+  };
+  if (system == nullptr) return std::unexpected(Scene::resolve(description).error());
+  for (const auto& on : system->methods) {
+    const auto& orders = catalogue().method(on.method)->orders;
+    for (const int order : orders)
+      for (const char* arithmetic : {"plain", "compensated"}) consider(on, order, arithmetic);
+    if (orders.empty()) consider(on, std::nullopt, "compensated");
+  }
+  if (all.empty()) return std::unexpected(std::move(refused));
+  return all;
+}
+
+Scene with_method(const SceneDescription& description, const MethodDescription& method) {
+  return Scene::resolve(in_the_hands_of(description, method)).value();
+}
+
+std::string to_text(const MethodDescription& method) {
+  std::string text = method.name;
+  const MethodInfo* info = catalogue().method(method.name);
+  if (info->orders.size() > 1)
+    text += " of order " + std::to_string(method.order.value_or(info->default_order));
+  if (method.tolerance) text += " with tolerance " + to_text(*method.tolerance);
+  const int m = method.substeps.value_or(1);
+  if (m > 1) text += ", " + std::to_string(m) + " substeps";
+  return text + ", " + method.arithmetic;
+}
+
+}  // namespace stiefel

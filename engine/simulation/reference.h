@@ -1,0 +1,72 @@
+#pragma once
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+
+#include "engine/linalg/scalar.h"
+#include "engine/simulation/scene.h"
+
+namespace stiefel {
+
+class Simulation;
+
+/// Attitude and momentum in the variables and axes in which a scene reports them: Q and M; Q and
+/// Q̇Λ on V(n, N); the blocks Q and P where there is no M. No attitude in a momentum-only scene.
+struct MotionState {
+  Matrix<long double> attitude, momentum;
+};
+
+/// Where a simulation is.
+MotionState read_motion(const Scene& scene, const Simulation& now);
+
+/// max |Q − Q̂|, and max |M − M̂| / max |M̂| (max |M| where M̂ = 0).
+struct MotionError {
+  std::optional<double> attitude;
+  double momentum = 0;
+  double largest() const { return std::max(attitude.value_or(0), momentum); }
+};
+MotionError error_of(const MotionState& state, const MotionState& exact);
+
+/// The exact motion of a scene as well as it is known: a function from time to its attitude and
+/// momentum, with an estimate of its own error. A solution in closed form is one of error 0 up to
+/// rounding.
+class Reference {
+ public:
+  virtual ~Reference() = default;
+
+  struct Answer {
+    MotionState state;
+    double error;  ///< as MotionError::largest measures it
+  };
+  /// The state at a time, |t| not below the last one's. Nothing when the motion ends before, or the
+  /// token asks to stop.
+  virtual std::optional<Answer> at(double time, const std::stop_token& stop) = 0;
+
+  /// "Taylor series of order 31 in quadruple precision".
+  virtual std::string description() const = 0;
+  /// What it took so far, in units of work.
+  virtual double work() const = 0;
+};
+
+/// What a reference is wanted for.
+struct ReferenceNeed {
+  double time;            ///< up to which; the step's sign is the scene's
+  double budget;          ///< units of work it should cost at most
+  bool quadruple = true;  ///< else extended precision will do
+};
+
+/// The best reference there is for the scene within the budget: Taylor series of the same motion in
+/// (Q, M) or (Q, S), in quadruple precision where that can be afforded, else in extended; for what
+/// has no such form the scene's own system in small steps. A closed form, where there is one, goes
+/// before all of these.
+std::unique_ptr<Reference> make_reference(const Scene& scene, const ReferenceNeed& need);
+
+/// Those two, as make_reference chooses between them. Null where the motion has no (Q, M) or (Q,
+/// S).
+std::unique_ptr<Reference> make_taylor_reference(const Scene& scene, const ReferenceNeed& need);
+std::unique_ptr<Reference> make_refined_reference(const Scene& scene, const ReferenceNeed& need);
+
+}  // namespace stiefel

@@ -1,0 +1,203 @@
+"""MeasureTradeoff, and the choice by tolerance."""
+import math
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import scenes
+import stiefel
+
+
+def scene(**changes):
+    return scenes.rigid_body(step=0.1, **changes)
+
+
+SMALL = dict(horizon=2.0, budget=3e8, repeats=2)
+
+
+@pytest.fixture(scope="module")
+def measured(client):
+    return client.tradeoff(scene(), **SMALL)
+
+
+def test_it_says_what_it_measured_against_and_on_what(measured):
+    setup = measured.setup
+    assert setup.machine and "stiefel" in setup.build and "quadruple" in setup.reference
+    assert 0 < setup.reference_error < 1e-16
+    assert (setup.horizon, setup.steps, setup.reference_steps, setup.repeats) == (2.0, 20, 20, 2)
+
+
+def test_every_applicable_method_is_there_in_both_arithmetics(client, measured):
+    system, = (s for s in client.describe().systems if s.name == "rigid_body")
+    names = {point.method for point in measured.points}
+    assert {"variational", "rk4", "munthe_kaas4", "adaptive"} <= names <= {on.method for on in system.methods}
+    for name in names:
+        assert {p.arithmetic for p in measured.points if p.method == name} == {"plain", "compensated"}
+    assert {p.order for p in measured.points if p.method == "variational"} == {2, 4, 6, 8}
+
+
+def test_the_errors_are_those_of_a_run(client, measured):
+    exact = scene(method={"name": "variational", "order": 8, "substeps": 8})
+    with client.create(exact) as session:
+        Q, M = (session.step(20)[name] for name in ("Q", "M"))
+    checked = 0
+    for point in measured.points:
+        if point.extrapolated or point.error is None or point.error < 1e-12:
+            continue
+        method = {"name": point.method, "order": point.order, "arithmetic": point.arithmetic}
+        method.update({"tolerance": point.tolerance} if point.tolerance else {"substeps": point.substeps})
+        with client.create(scene(method=method)) as session:
+            state = session.step(20)
+        assert point.attitude_error == pytest.approx(abs(state["Q"] - Q).max(), rel=1e-2)
+        assert point.momentum_error == pytest.approx(abs(state["M"] - M).max() / abs(M).max(), rel=1e-2)
+        checked += 1
+    assert checked > 15
+
+
+def test_a_point_has_its_cost_and_its_times(measured):
+    for point in measured.points:
+        assert point.outcome == stiefel.Outcome.REACHED
+        assert point.work > 0 and point.scalar == "double" and point.measured_steps >= 1
+        assert len(point.cpu_seconds_per_second) == 2 and min(point.cpu_seconds_per_second) > 0
+        assert point.steps_per_second > 0 and math.isfinite(point.drift)
+
+
+def test_the_front_falls(measured):
+    assert len(measured.front) > 2 and set(measured.front) <= set(measured.points)
+    work = [point.work for point in measured.front]
+    errors = [point.error for point in measured.front]
+    assert work == sorted(work) and errors == sorted(errors, reverse=True)
+    for point in measured.points:
+        assert any(other.work <= point.work and other.error <= point.error for other in measured.front)
+
+
+def test_points_arrive_one_by_one(client):
+    parts = client.tradeoff_parts(scene(), **SMALL)
+    kinds = [part.WhichOneof("part") for part in parts]
+    assert kinds[0] == "setup" and kinds[-1] == "front" and set(kinds[1:-1]) == {"point"}
+
+
+def test_two_measurements_differ_in_their_times_only(client, measured):
+    again = client.tradeoff(scene(), **SMALL)
+    strip = lambda p: (p.family, p.substeps, p.tolerance, p.error, p.drift, p.work, p.extrapolated)  # noqa: E731
+    assert [strip(p) for p in again.points] == [strip(p) for p in measured.points]
+    assert [strip(p) for p in again.front] == [strip(p) for p in measured.front]
+
+
+def test_the_horizon_is_the_scenes_or_a_hundred_steps(client):
+    own = next(client.tradeoff_parts(scene(horizon=3.05), budget=1e8)).setup
+    assert own.steps == 31
+    assert next(client.tradeoff_parts(scene(), budget=1e8)).setup.steps == 100
+    assert next(client.tradeoff_parts(scene(step=-0.1), horizon=1.0, budget=1e8)).setup.steps == 10
+
+
+def test_a_geodesic_and_a_scene_without_a_frame(client):
+    geodesic = client.tradeoff(scenes.frame(2, 5, step=0.1), horizon=1.0, budget=3e8, repeats=1)
+    assert min(p.error for p in geodesic.points) < 1e-13
+    momentum = client.tradeoff(scene(initial={"M": scenes.M3}), horizon=1.0, budget=3e8, repeats=1)
+    assert all(p.attitude_error is None and p.momentum_error is not None for p in momentum.points)
+
+
+@pytest.mark.parametrize("change, request_change, fault", [
+    ({}, {"horizon": -1.0}, "^horizon: -1"), ({}, {"horizon": float("nan")}, "^horizon"),
+    ({}, {"budget": 0.0}, "^budget: 0"), ({}, {"repeats": 0}, "^repeats: 0"), ({}, {"repeats": 101}, "^repeats"),
+    ({"system": "moser_veselov"}, {}, "scene.system.*discrete"), ({"inertia": [1, 2]}, {}, "scene.initial"),
+    ({"step": 0.0}, {}, "scene.step"),
+], ids=lambda value: None if isinstance(value, str) else "".join(value))
+def test_what_has_no_meaning_names_the_field(client, change, request_change, fault):
+    with pytest.raises(stiefel.InvalidArgument, match=fault):
+        client.tradeoff(scene(**change), **request_change)
+
+
+def test_who_leaves_is_not_waited_for_and_nobody_is_held_up(client):
+    """As many as the server has threads, and more."""
+    open_ones = [client.tradeoff_parts(scenes.free(6, step=0.1), budget=1e12, timeout=60) for _ in range(8)]
+    for parts in open_ones:
+        next(parts)
+    with client.create(scenes.rigid_body()) as session:
+        assert session.step(1000, timeout=10.0).step == 1000
+    for parts in open_ones:
+        parts.close()
+    # Their threads are free again: another one gets through.
+    assert next(client.tradeoff_parts(scene(), budget=1e8, timeout=20)).setup.steps == 100
+
+
+def test_a_deadline_ends_it(client):
+    with pytest.raises(stiefel.DeadlineExceeded):
+        client.tradeoff(scenes.free(8, step=0.1), budget=1e13, timeout=0.5)
+
+
+# The choice by tolerance
+
+
+def chosen(**changes):
+    return scene(**{"method": None, "tolerance": 1e-8, "horizon": 5.0, **changes})
+
+
+def test_the_resolved_scene_has_a_method_and_says_why(client):
+    with client.create(chosen()) as session:
+        resolved = session.scene
+        method = resolved["method"]
+        assert method["name"] in resolved["choice"] and "1e-08" in resolved["choice"]
+        assert resolved["step"] == 0.1 and resolved["tolerance"] == 1e-8 and resolved["horizon"] == 5.0
+        state = session.step(50)
+    fine = scene(method={"name": "variational", "order": 8, "substeps": 16})
+    with client.create(fine) as session:
+        assert abs(state["Q"] - session.step(50)["Q"]).max() <= 1e-8
+
+
+def test_the_resolved_scene_is_created_again_as_it_is(client):
+    with client.create(chosen()) as session:
+        with client.create(session.scene) as again:
+            assert again.scene == session.scene
+        with client.create(chosen(), id=session.id) as same:  # the same question, the same session
+            assert not same.created
+
+
+def test_another_server_of_the_build_chooses_alike(client, other):
+    with client.create(chosen(tolerance=1e-5)) as here, other.create(chosen(tolerance=1e-5)) as there:
+        assert here.scene == there.scene
+
+
+def test_a_fork_with_another_method_is_not_what_was_chosen(client):
+    with client.create(chosen()) as session:
+        with session.fork(3) as moved:
+            assert moved.scene["choice"] == session.scene["choice"]
+        with session.fork(3, method={"name": "rk4"}) as changed:
+            assert "choice" not in changed.scene and "tolerance" not in changed.scene
+            assert changed.scene["horizon"] == 5.0
+
+
+@pytest.mark.parametrize("change, fault", [
+    ({"horizon": None}, "^horizon: absent"), ({"horizon": 0.0}, "^horizon: 0"), ({"tolerance": 0.0}, "^tolerance: 0"),
+    ({"tolerance": 3.0}, "^tolerance: 3"), ({"method": {"name": "rk4"}}, "^tolerance.*method"),
+    ({"tolerance": None}, "^method: absent"), ({"choice": "mine"}, "^choice"),
+    ({"system": "moser_veselov"}, "^tolerance.*discrete"),
+], ids=lambda value: None if isinstance(value, str) else "".join(value))
+def test_half_a_choice_names_the_field(client, change, fault):
+    with pytest.raises(stiefel.InvalidArgument, match=fault):
+        client.create(chosen(**change))
+
+
+def test_what_cannot_be_met_says_the_best_that_was_found(client):
+    with pytest.raises(stiefel.InvalidArgument) as refused:
+        client.create(chosen(tolerance=1e-15, horizon=100.0))
+    assert refused.value.reason == "TOLERANCE_NOT_MET"
+    assert 1e-15 < float(refused.value.metadata["best_error"]) < 1e-10
+    assert refused.value.metadata["best_method"] in str(refused.value)
+    assert refused.value.violations[0].field == "tolerance"
+
+
+def test_a_choice_holds_up_nobody(client):
+    with client.create(scenes.rigid_body()) as session:
+        thread = threading.Thread(target=lambda: client.delete(client.create(chosen(horizon=2000.0)).id))
+        thread.start()
+        waits = []
+        while thread.is_alive():
+            start = time.monotonic()
+            session.step(10)
+            waits.append(time.monotonic() - start)
+        thread.join()
+    assert np.median(waits) < 1.0

@@ -1,0 +1,154 @@
+// A scene with a tolerance instead of a method.
+#include "engine/simulation/choice.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "engine/simulation/catalogue.h"
+#include "engine/simulation/simulation.h"
+#include "tests/support/any_scene.h"
+#include "tests/support/choice_survey.h"
+#include "tests/support/exact_motion.h"
+#include "tests/support/random_scene.h"
+
+namespace stiefel {
+namespace {
+
+using testing::RandomBody;
+
+SceneDescription asked(double tolerance, double horizon, int N = 4, double step = 0.25) {
+  SceneDescription d = testing::description(RandomBody(N, 6), step, "rk4");
+  d.method.reset();
+  d.tolerance = tolerance;
+  d.horizon = horizon;
+  return d;
+}
+
+TEST(Choice, StaysWithinTheToleranceAtAboutTheLeastCost) {
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    const auto outcome = testing::survey_choice(seed);
+    EXPECT_TRUE(outcome.made) << outcome.scene << ": " << outcome.chosen;
+    EXPECT_LE(outcome.error, 1) << outcome.scene << ": " << outcome.chosen;
+    EXPECT_LE(outcome.cost, 2) << outcome.scene << ": " << outcome.chosen;
+    EXPECT_GT(outcome.cost, 0) << outcome.scene;
+  }
+}
+
+TEST(Choice, FixesTheMethodAndKeepsTheStep) {
+  const Scene scene = Scene::resolve(asked(1e-7, 10)).value();
+  const auto& d = scene.description();
+  ASSERT_TRUE(d.method);
+  EXPECT_TRUE(d.method->order && d.method->substeps && !d.method->arithmetic.empty());
+  EXPECT_EQ(d.step, 0.25);
+  EXPECT_EQ(d.tolerance, 1e-7);
+  EXPECT_EQ(d.horizon, 10);
+  EXPECT_NE(d.choice.find(d.method->name), std::string::npos) << d.choice;
+  EXPECT_NE(d.choice.find("Taylor series"), std::string::npos) << d.choice;
+}
+
+TEST(Choice, OfAResolvedSceneIsWhatItIs) {
+  const Scene once = Scene::resolve(asked(1e-7, 10)).value();
+  const Scene again = Scene::resolve(once.description()).value();
+  EXPECT_EQ(again.description().choice, once.description().choice);
+  EXPECT_EQ(again.method(), once.method());
+  EXPECT_EQ(again.substeps(), once.substeps());
+  EXPECT_EQ(again.order(), once.order());
+  EXPECT_EQ(again.arithmetic(), once.arithmetic());
+  // The same question has the same answer.
+  EXPECT_EQ(Scene::resolve(asked(1e-7, 10)).value().description().choice,
+            once.description().choice);
+}
+
+TEST(Choice, CostsMoreForMoreAccuracy) {
+  double first = 0, last = 0;
+  for (const double tolerance : {1e-3, 1e-6, 1e-9, 1e-12}) {
+    const Scene scene = Scene::resolve(asked(tolerance, 20)).value();
+    const auto now = make_simulation(scene);
+    ASSERT_TRUE(now->advance(80).reached());
+    const RandomBody body(4, 6);
+    const auto exact = testing::exact_motion(body.lambda, body.Q, body.M, 20);
+    const double error = (now->get("Q") - exact.Q).cwiseAbs().maxCoeff();
+    EXPECT_LE(error, tolerance) << scene.description().choice;
+    EXPECT_GT(error, 1e-4 * tolerance) << scene.description().choice;  // not far better than asked
+    const std::string& text = scene.description().choice;
+    const double work = std::stod(text.substr(text.find(" at ") + 4));
+    EXPECT_GE(work, last) << text;
+    last = work;
+    if (first == 0) first = work;
+  }
+  EXPECT_GT(last, 4 * first);
+}
+
+/// Longer than can be run whole: measured on a part of it.
+TEST(Choice, OfALongHorizonIsExtrapolatedWithinTheTolerance) {
+  SceneDescription d = asked(1e-5, 20000, 3);
+  const Scene scene = Scene::resolve(d).value();
+  EXPECT_NE(scene.description().choice.find("extrapolated"), std::string::npos)
+      << scene.description().choice;
+  const auto now = make_simulation(scene);
+  ASSERT_TRUE(now->advance(80000).reached());
+  const RandomBody body(3, 6);
+  const auto exact = testing::exact_motion(body.lambda, body.Q, body.M, 20000);
+  EXPECT_LE((now->get("Q") - exact.Q).cwiseAbs().maxCoeff(), 1e-5) << scene.description().choice;
+}
+
+TEST(Choice, OfEverySystemThatTakesAMethod) {
+  for (const auto& system : catalogue().systems) {
+    SceneDescription d = testing::any_scene(std::string(system.name), "", 2, 0.1);
+    d.tolerance = 1e-6;
+    d.horizon = 1;
+    const auto scene = Scene::resolve(d);
+    if (system.discrete) {
+      ASSERT_FALSE(scene);
+      EXPECT_EQ(scene.error().front().field, "tolerance");
+    } else {
+      ASSERT_TRUE(scene) << system.name << ": " << scene.error().front().rule;
+      EXPECT_TRUE(make_simulation(*scene)->advance(10).reached());
+    }
+  }
+}
+
+TEST(Choice, ThatCannotBeMadeSaysTheBestThatWasFound) {
+  const auto refused = Scene::resolve(asked(1e-15, 50));
+  ASSERT_FALSE(refused);
+  const Violation& violation = refused.error().front();
+  EXPECT_EQ(violation.field, "tolerance");
+  EXPECT_EQ(violation.value, "1e-15");
+  EXPECT_EQ(violation.reason, "TOLERANCE_NOT_MET");
+  const double best = std::stod(violation.metadata.at("best_error"));
+  EXPECT_GT(best, 1e-15);
+  EXPECT_LT(best, 1e-11);
+  EXPECT_NE(violation.rule.find(violation.metadata.at("best_method")), std::string::npos);
+}
+
+TEST(Choice, NeedsToleranceAndHorizonAndNoMethod) {
+  const auto fault = [](SceneDescription d) {
+    const auto scene = Scene::resolve(std::move(d));
+    return scene ? std::string() : scene.error().front().field;
+  };
+  SceneDescription d = asked(1e-6, 10);
+  d.horizon.reset();
+  EXPECT_EQ(fault(d), "horizon");
+  EXPECT_EQ(fault(asked(1e-6, -1)), "horizon");
+  EXPECT_EQ(fault(asked(1e-6, INFINITY)), "horizon");
+  EXPECT_EQ(fault(asked(0, 1)), "tolerance");
+  EXPECT_EQ(fault(asked(2, 1)), "tolerance");
+  EXPECT_EQ(fault(asked(NAN, 1)), "tolerance");
+  d = asked(1e-6, 10);
+  d.method = MethodDescription{"rk4", {}, {}, "", {}};
+  EXPECT_EQ(fault(d), "tolerance");
+  d.tolerance.reset();
+  EXPECT_EQ(fault(d), "");  // a horizon may stay: MeasureTradeoff reads it
+  d.method.reset();
+  EXPECT_EQ(fault(d), "method");
+  d = asked(1e-6, 10);
+  d.choice = "mine";
+  EXPECT_EQ(fault(d), "choice");
+  d = asked(1e-6, 10);
+  d.initial.erase("M");  // before anything is measured
+  EXPECT_EQ(fault(d), "initial.M");
+}
+
+}  // namespace
+}  // namespace stiefel
