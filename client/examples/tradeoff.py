@@ -9,7 +9,9 @@ import sys
 from contextlib import nullcontext
 from pathlib import Path
 
-import picture
+import matplotlib
+
+matplotlib.use("Agg")
 import stiefel
 
 
@@ -40,7 +42,7 @@ def main() -> int:
     setup = tradeoff.setup
     print(f"{len(tradeoff.points)} points at t = {setup.horizon:g} ({setup.steps} steps) against {setup.reference}, "
           f"its own error {setup.reference_error:.0e}\n\n{table(tradeoff)}")
-    picture.save(tradeoff.plot().figure, arguments.output / "tradeoff.png")
+    tradeoff.plot().figure.savefig(arguments.output / "tradeoff.png")
     print(f"\nwrote {arguments.output}/tradeoff.png")
     return 0
 

@@ -28,8 +28,8 @@ class TaylorStiefel {
   int order() const { return order_; }
   /// The state's lower rows, which are measured by themselves.
   Eigen::Index momentum_rows() const { return n_; }
-  /// Operations of a whole series, 2 a multiplication with its addition; small products have a price
-  /// of their own.
+  /// Operations of a whole series, 2 a multiplication with its addition; small products have a
+  /// price of their own.
   static double operations(Eigen::Index rows, Eigen::Index N, int order) {
     const double n = static_cast<double>(rows) / 2;
     return order * (order + 1) * (30 + 3 * n * n * static_cast<double>(N) + 2 * n * n * n);

@@ -124,21 +124,30 @@ std::optional<Chooser::Trial> Chooser::fewest_substeps(const Candidate& candidat
   return found;
 }
 
-/// The tolerance of a method that chooses its own steps, per step of the scene.
+/// The tolerance of a method that chooses its own steps, per step of the scene. First the loosest
+/// of all, a step at once: between it and the tightest the error does not always fall.
 std::optional<Chooser::Trial> Chooser::loosest_tolerance(const Candidate& candidate) {
   constexpr double finest = 1e-15, coarsest = 1;
+  const Trial at_once = attempt(candidate, candidate.with_tolerance(coarsest));
+  if (at_once.good()) return at_once;
   std::optional<Trial> found;
-  double epsilon = std::clamp(tolerance_, finest, coarsest), last = infinity;
+  double epsilon = std::clamp(tolerance_, finest, coarsest), last_error = infinity;
+  double last_cost = at_once.cost;
   for (int k = 0; k < most_runs && left_ > 0; ++k) {
     Trial trial = attempt(candidate, candidate.with_tolerance(epsilon));
-    const double next = std::clamp(0.5 * epsilon / trial.error, finest, coarsest);
-    const bool cheaper = !found || trial.cost < found->cost;
-    if (trial.good() && cheaper) found = trial;
-    if (best_ && trial.good() && trial.cost > 4 * best_->cost) break;
-    if (trial.good() ? next <= 2 * epsilon : found.has_value()) break;
-    if (!trial.good() && (epsilon == finest || trial.error > 0.6 * last)) break;
-    last = trial.error;
-    epsilon = std::isinf(trial.error) ? std::max(finest, epsilon / 100) : next;
+    double next = std::clamp(0.5 * epsilon / trial.error, finest, coarsest);
+    if (trial.good()) {
+      if (!found || trial.cost < found->cost) found = trial;
+      if (next <= 2 * epsilon || (best_ && trial.cost > 4 * best_->cost)) break;
+    } else {
+      // The same strides as before: too loose still to change anything.
+      const bool same = trial.cost == last_cost;
+      if (found || epsilon == finest || (!same && trial.error > 0.6 * last_error)) break;
+      if (!same) last_error = trial.error;
+      last_cost = trial.cost;
+      next = std::max(finest, std::min(next, epsilon / 10));
+    }
+    epsilon = next;
   }
   return found;
 }

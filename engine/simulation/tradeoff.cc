@@ -19,6 +19,8 @@ constexpr int last_doubling = 16, last_decade = 11;
 /// A point that does not halve the error did not help; after so many in a row no other will.
 constexpr double helps = 0.5;
 constexpr int patience = 2;
+/// An error that is as large as what it is the error of does not fall yet.
+constexpr double saturated = 0.1;
 /// A run of less than this part of the horizon says too little of it.
 constexpr double least_part = 1.0 / 64;
 
@@ -158,7 +160,8 @@ bool Tradeoff::advance_knob(const TradeoffPoint& point) {
   last_work_ = point.work;
   last_error_ = error;
   // A step too long for its method is no reason to give up the shorter ones.
-  if (another) idle_ = error <= helps * best_ || !point.error ? 0 : idle_ + 1;
+  const bool helped = error <= helps * best_ || error > saturated;
+  if (another) idle_ = helped ? 0 : idle_ + 1;
   best_ = std::min(best_, error);
   ++knob_;
   const Candidate& candidate = candidates_[candidate_];

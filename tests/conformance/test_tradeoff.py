@@ -11,7 +11,7 @@ import stiefel
 
 
 def scene(**changes):
-    return scenes.rigid_body(step=0.1, **changes)
+    return scenes.rigid_body(**{"step": 0.1, **changes})
 
 
 SMALL = dict(horizon=2.0, budget=3e8, repeats=2)

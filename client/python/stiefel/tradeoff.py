@@ -98,7 +98,8 @@ class Tradeoff:
                 families.setdefault(point.family, []).append(point)
         methods = list(dict.fromkeys((p.method, p.order) for p in self.points))
         for points in families.values():
-            colour = f"C{methods.index((points[0].method, points[0].order)) % 10}"
+            place = methods.index((points[0].method, points[0].order))
+            colour = plt.get_cmap("tab20")((2 * place + place // 10) % 20)
             plain = points[0].arithmetic == "plain"
             y = [max(getattr(p, error), known) for p in points]
             x = [p.work if cost == "work" else median(p.cpu_seconds_per_second) for p in points]
