@@ -21,7 +21,8 @@ def table(tradeoff: stiefel.Tradeoff) -> str:
         knob = f"tolerance {point.tolerance:.0e}" if point.tolerance else f"substeps {point.substeps}"
         about = "~" if point.extrapolated else ""
         times = sorted(point.cpu_seconds_per_second)
-        lines.append(f"| `{point.method}` {point.order}, {point.arithmetic}, {knob} | {about}{point.error:.1e} | "
+        entry = f"`{point.method}`" + (f" {point.order}" if point.order else "")
+        lines.append(f"| {entry}, {point.arithmetic}, {knob} | {about}{point.error:.1e} | "
                      f"{about}{point.work:.1e} | {times[len(times) // 2]:.1e} |")
     return "\n".join(lines)
 

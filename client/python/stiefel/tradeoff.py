@@ -3,7 +3,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from statistics import median
-from typing import Any, Iterator, Optional
+from typing import Any, Iterator, Optional, Sequence
 
 from stiefel.arrays import Ending, Outcome
 from stiefel.v1 import simulation_pb2 as pb
@@ -43,7 +43,12 @@ class Point:
     @property
     def family(self) -> str:
         """"variational 4, plain": what is one line of a diagram."""
-        return f"{self.method} {self.order}, {self.arithmetic}"
+        return f"{self.entry}, {self.arithmetic}"
+
+    @property
+    def entry(self) -> str:
+        """"variational 4"."""
+        return f"{self.method} {self.order}" if self.order else self.method
 
     @staticmethod
     def of(message: pb.TradeoffPoint) -> Point:
@@ -82,33 +87,36 @@ class Tradeoff:
         """The work-precision diagram, log-log, error over cost; the axes.
 
         `cost` is "work" or "time" (CPU seconds a simulated second: median, and a bar over the
-        repeats); `error` "error", "attitude_error", "momentum_error" or "drift". Extrapolated points
-        are hollow, the front is grey, the reference's error dotted.
+        repeats); `error` "error", "attitude_error", "momentum_error" or "drift". The front is grey, the
+        reference's error dotted.
         """
         import matplotlib.pyplot as plt  # only those who want a picture need it
 
         if cost not in ("work", "time"):
             raise ValueError(f'cost: {cost!r}: must be "work" or "time"')
         if axes is None:
-            _, axes = plt.subplots(figsize=(9, 6), layout="constrained")
+            _, axes = plt.subplots(figsize=(11, 6), layout="constrained")
         known = self.setup.reference_error
         families: dict[str, list[Point]] = {}
         for point in self.points:
             if getattr(point, error) is not None and point.outcome == Outcome.REACHED:
                 families.setdefault(point.family, []).append(point)
-        methods = list(dict.fromkeys((p.method, p.order) for p in self.points))
+        colours = _colours(self.points)
+        named = set()
         for points in families.values():
-            place = methods.index((points[0].method, points[0].order))
-            colour = plt.get_cmap("tab20")((2 * place + place // 10) % 20)
-            plain = points[0].arithmetic == "plain"
+            first = points[0]
+            colour = colours[first.entry]
             y = [max(getattr(p, error), known) for p in points]
             x = [p.work if cost == "work" else median(p.cpu_seconds_per_second) for p in points]
-            axes.plot(x, y, "--" if plain else "-", color=colour, lw=1, label=points[0].family)
+            axes.plot(x, y, "--" if first.arithmetic == "plain" else "-", color=colour, lw=1)
             for p, a, b in zip(points, x, y):
                 axes.plot(a, b, "o", ms=4, color=colour, mfc="white" if p.extrapolated else colour)
                 if cost == "time":
                     axes.plot([min(p.cpu_seconds_per_second), max(p.cpu_seconds_per_second)], [b, b],
                               color=colour, lw=1)
+            if first.entry not in named:
+                axes.plot([], [], "o-", color=colour, ms=4, lw=1, label=first.entry)
+                named.add(first.entry)
         if cost == "work" and error == "error":
             axes.plot([p.work for p in self.front], [max(p.error, known) for p in self.front], color="0.8",
                       lw=6, zorder=0, solid_capstyle="round")
@@ -118,5 +126,27 @@ class Tradeoff:
                  xlabel="work, instructions" if cost == "work" else "CPU seconds a simulated second")
         axes.set_title(f"horizon {self.setup.horizon:g}, {self.setup.steps} steps; {self.setup.repeats} timed runs "
                        f"a point\n{self.setup.machine}\n{self.setup.build.split(', glibc')[0]}", fontsize=8, loc="left")
-        axes.legend(fontsize=7, ncols=2, frameon=False)
+        axes.plot([], [], "k--", lw=1, label="plain arithmetic")
+        axes.plot([], [], "ko", ms=4, mfc="white", label="extrapolated")
+        axes.legend(fontsize=8, frameon=False, loc="upper left", bbox_to_anchor=(1.01, 1), borderaxespad=0)
         return axes
+
+
+def _colours(points: Sequence[Point]) -> dict[str, Any]:
+    """A hue for each method, the deeper the higher the order; black for a closed form."""
+    import matplotlib.pyplot as plt
+
+    orders: dict[str, set[int]] = {}
+    for p in points:
+        orders.setdefault(p.method, set()).add(p.order)
+    colours = {}
+    hues = iter(range(len(orders)))
+    for method, of in orders.items():
+        if of == {0}:
+            colours[method] = (0, 0, 0)
+            continue
+        hue = plt.get_cmap("tab10")(next(hues) % 10)[:3]
+        for place, order in enumerate(sorted(of, reverse=True)):
+            white = 0.65 * place / len(of)
+            colours[f"{method} {order}"] = tuple(c + (1 - c) * white for c in hue)
+    return colours
