@@ -51,7 +51,7 @@ int main(int, char** argv) {
 
   for (const double h : {0.05, 0.2}) {
     const std::string of =
-        "N = " + std::to_string(N) + ", h|Omega| = " + (h < 0.1 ? "0.05" : "0.2");
+        "N = " + std::to_string(N) + ", h‖Ω‖ = " + (h < 0.1 ? "0.05" : "0.2");
     const auto row = [&](const char* what, const char* rival, double bound) {
       return bench::Comparison{.name = std::string(what) + ", plain, " + of,
                                .unit = "ms",
