@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 import scenes
-from stiefel.v1 import simulation_pb2 as pb
+from stiefel.v1 import outcome_pb2, simulation_pb2 as pb
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +32,7 @@ def test_from_every_and_always_the_last(session, request_, steps):
     assert [step for reply in replies for step in reply.steps] == steps
     assert [time for reply in replies for time in reply.times] == [step * 0.01 for step in steps]
     assert [reply.HasField("ending") for reply in replies] == [False] * (len(replies) - 1) + [True]
-    assert replies[-1].ending.outcome == pb.OUTCOME_REACHED
+    assert replies[-1].ending.outcome == outcome_pb2.OUTCOME_REACHED
 
 
 def test_blocks_are_the_default_fields(session):

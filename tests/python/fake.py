@@ -4,8 +4,10 @@ from concurrent.futures import ThreadPoolExecutor
 import grpc
 import numpy as np
 
-from stiefel.v1 import error_pb2, scene_pb2, simulation_pb2 as pb
+from stiefel.v1 import error_pb2, outcome_pb2, scene_pb2, simulation_pb2 as pb
 from stiefel.v1.simulation_pb2_grpc import SimulationServiceServicer, add_SimulationServiceServicer_to_server
+
+REACHED = outcome_pb2.Ending(outcome=outcome_pb2.OUTCOME_REACHED)
 
 SESSION = pb.Session(session_id="fake", scene=scene_pb2.Scene(system="rigid_body", step=0.5))
 
@@ -46,7 +48,7 @@ class Fake(SimulationServiceServicer):
 
     def Step(self, request, context):
         self._receive(request, context)
-        return pb.StepResponse(ending=pb.Ending(outcome=pb.OUTCOME_REACHED), sample=pb.Sample(step=request.to))
+        return pb.StepResponse(ending=REACHED, sample=pb.Sample(step=request.to))
 
     def Drive(self, requests, context):
         for request in requests:
@@ -65,7 +67,7 @@ class Fake(SimulationServiceServicer):
             yield pb.StreamResponse(steps=part, times=[step * 0.5 for step in part], fields=[field(part)])
         if breaks == -1:
             context.abort(grpc.StatusCode.UNAVAILABLE, "on purpose")
-        yield pb.StreamResponse(ending=pb.Ending(outcome=pb.OUTCOME_REACHED), computed_steps=request.to)
+        yield pb.StreamResponse(ending=REACHED, computed_steps=request.to)
 
 
 def serve(folder):

@@ -9,7 +9,7 @@ from typing import Any, Iterable, Optional
 import numpy as np
 from numpy.typing import NDArray
 
-from stiefel.v1 import scene_pb2, simulation_pb2
+from stiefel.v1 import outcome_pb2, scene_pb2, simulation_pb2
 
 Array = NDArray[Any]  # float64, or complex128
 _STEP, _TIME = "step", "time"
@@ -36,8 +36,8 @@ class Ending:
     message: str = ""
 
     @staticmethod
-    def of(message: simulation_pb2.Ending) -> Ending:
-        name = simulation_pb2.Outcome.Name(message.outcome)
+    def of(message: outcome_pb2.Ending) -> Ending:
+        name = outcome_pb2.Outcome.Name(message.outcome)
         largest = message.largest_step if message.HasField("largest_step") else None
         return Ending(Outcome(name[len("OUTCOME_"):]), largest, message.message)
 

@@ -14,6 +14,7 @@ from stiefel.scenes import SceneLike, to_matrix, to_message
 from stiefel.session import Session
 from stiefel.tradeoff import Tradeoff
 from stiefel.v1 import simulation_pb2 as pb
+from stiefel.v1 import tradeoff_pb2
 from stiefel.v1.simulation_pb2_grpc import SimulationServiceStub
 
 _OPTIONS = [
@@ -96,9 +97,9 @@ class Client:
 
     def tradeoff_parts(self, scene: SceneLike, horizon: Optional[float] = None,
                        budget: Optional[float] = None, repeats: Optional[int] = None,
-                       timeout: Optional[float] = None) -> Iterator[pb.MeasureTradeoffResponse]:
+                       timeout: Optional[float] = None) -> Iterator[tradeoff_pb2.MeasureTradeoffResponse]:
         """The same, part by part as they arrive; to leave the iteration ends the measurement."""
-        request = pb.MeasureTradeoffRequest(scene=to_message(scene), horizon=horizon, budget=budget,
+        request = tradeoff_pb2.MeasureTradeoffRequest(scene=to_message(scene), horizon=horizon, budget=budget,
                                             repeats=repeats)
         stream = self.stub.MeasureTradeoff(request, timeout=self.deadline(timeout))
         try:

@@ -6,7 +6,7 @@ from statistics import median
 from typing import Any, Iterator, Optional, Sequence
 
 from stiefel.arrays import Ending, Outcome
-from stiefel.v1 import simulation_pb2 as pb
+from stiefel.v1 import tradeoff_pb2 as pb
 
 
 @dataclass(frozen=True)
