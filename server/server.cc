@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "engine/simulation/ensemble.h"
 #include "server/service/limits.h"
 #include "server/service/service.h"
 
@@ -47,6 +48,7 @@ struct Server::Parts {
 };
 
 Server::Server(Options options) : parts_(std::make_unique<Parts>(options)) {
+  if (options.threads > 0) limit_ensemble_threads(options.threads);
   grpc::EnableDefaultHealthCheckService(true);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
   grpc::ServerBuilder builder;

@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "client/cli/destination.h"
 #include "client/cli/sink.h"
 #include "client/cpp/samples.h"
@@ -7,20 +9,29 @@ namespace {
 
 using client::SampleView;
 
-/// "step,time,Q[1,1],...": the names are quoted, because they hold commas.
+void append_elements(std::string& text, const std::string& name, const client::FieldView& field) {
+  for (std::size_t row = 1; row <= field.rows; ++row) {
+    for (std::size_t col = 1; col <= field.cols; ++col) {
+      const std::string element =
+          name + "[" + std::to_string(row) + "," + std::to_string(col) + "]";
+      if (field.complex)
+        text.append(",\"Re ").append(element).append("\",\"Im ").append(element).append("\"");
+      else
+        text.append(",\"").append(element).append("\"");
+    }
+  }
+}
+
+/// "step,time,Q[1,1],...", of ensembles "Q[member][1,1]", members from 0: the names are quoted,
+/// because they hold commas.
 void append_header(std::string& text, const SampleView& sample) {
   text += "step,time";
   for (int i = 0; i < sample.field_count(); ++i) {
     const auto field = sample.field(i);
-    for (std::size_t row = 1; row <= field.rows; ++row) {
-      for (std::size_t col = 1; col <= field.cols; ++col) {
-        const std::string element =
-            std::string(field.name) + "[" + std::to_string(row) + "," + std::to_string(col) + "]";
-        if (field.complex)
-          text.append(",\"Re ").append(element).append("\",\"Im ").append(element).append("\"");
-        else
-          text.append(",\"").append(element).append("\"");
-      }
+    for (std::size_t member = 0; member < std::max<std::size_t>(1, field.members); ++member) {
+      std::string name(field.name);
+      if (field.members > 0) name.append("[").append(std::to_string(member)).append("]");
+      append_elements(text, name, field);
     }
   }
   text += '\n';

@@ -82,6 +82,7 @@ ExitStatus describe(const DescribeCommand& command) {
   const auto& limits = reply.limits();
   std::cout << "\nLimits\n";
   print_table({{"dimension N", std::to_string(limits.max_dimension())},
+               {"members", std::to_string(limits.max_members())},
                {"step index", std::to_string(limits.max_step())},
                {"sessions", std::to_string(limits.max_sessions())},
                {"message, bytes", std::to_string(limits.max_message_bytes())},

@@ -24,9 +24,9 @@ void append_sample(std::string& text, const SampleView& sample) {
   text += ", \"fields\": {";
   for (int i = 0; i < sample.field_count(); ++i) {
     const auto field = sample.field(i);
-    text += (i ? ", " : "") + nlohmann::json(field.name).dump() +
-            ": {\"rows\": " + std::to_string(field.rows) +
-            ", \"cols\": " + std::to_string(field.cols);
+    text += (i ? ", " : "") + nlohmann::json(field.name).dump() + ": {" +
+            (field.members ? "\"members\": " + std::to_string(field.members) + ", " : "") +
+            "\"rows\": " + std::to_string(field.rows) + ", \"cols\": " + std::to_string(field.cols);
     const std::size_t parts = field.complex ? 2 : 1;
     append_numbers(text, "values", field.values, 0, parts);
     if (field.complex) append_numbers(text, "imaginary", field.values, 1, parts);

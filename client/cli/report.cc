@@ -32,6 +32,7 @@ nlohmann::ordered_json report(const v1::Ending& ending, const v1::DiagnoseRespon
                           {"drift", invariant.drift()},
                           {"scale", invariant.scale()},
                           {"kept", to_string(invariant.kept())}});
+    if (invariant.has_member()) invariants.back()["member"] = invariant.member();
   }
   nlohmann::ordered_json domain = {{"h_omega", diagnosis.domain().h_omega()}};
   if (diagnosis.domain().has_largest_step()) {
@@ -41,6 +42,7 @@ nlohmann::ordered_json report(const v1::Ending& ending, const v1::DiagnoseRespon
   nlohmann::ordered_json report = {{"outcome", to_string(ending.outcome())}};
   if (ending.outcome() != v1::OUTCOME_REACHED) {
     if (ending.has_largest_step()) report["largest_step"] = ending.largest_step();
+    if (ending.has_member()) report["member"] = ending.member();
     report["message"] = ending.message();
   }
   auto& accuracy = report["diagnosis"];

@@ -10,14 +10,17 @@ namespace {
   throw std::out_of_range("no field \"" + std::string(name) + "\" in this sample");
 }
 
-/// A tensor's last two axes; what stands before them counts samples.
-FieldView view(const v1::Field& field, std::size_t sample) {
+/// A tensor's last two axes; before them are `batched` samples, or not, and in ensembles members.
+FieldView view(const v1::Field& field, std::size_t sample, bool batched) {
   const auto& shape = field.value().shape();
+  const bool ensemble = shape.size() == (batched ? 4 : 3);
+  const std::size_t members = ensemble ? shape[shape.size() - 3] : 0;
   const std::size_t rows = shape.size() < 2 ? 1 : shape[shape.size() - 2];
   const std::size_t cols = shape.empty() ? 1 : shape[shape.size() - 1];
   const bool complex = field.value().data_type() == v1::DATA_TYPE_COMPLEX128;
-  const std::size_t size = rows * cols * (complex ? 2 : 1);
-  return {field.name(), rows, cols, values(field.value()).subspan(sample * size, size), complex};
+  const std::size_t size = rows * cols * (complex ? 2 : 1) * (ensemble ? members : 1);
+  return {field.name(), rows,   cols, values(field.value()).subspan(sample * size, size),
+          complex,      members};
 }
 
 }  // namespace
@@ -29,13 +32,13 @@ std::span<const double> values(const v1::Tensor& tensor) {
 
 FieldView field(const v1::Sample& sample, std::string_view name) {
   for (const auto& field : sample.fields()) {
-    if (field.name() == name) return view(field, 0);
+    if (field.name() == name) return view(field, 0, false);
   }
   throw_no_field(name);
 }
 
 FieldView SampleView::field(int i) const {
-  return view(batch_->fields(i), static_cast<std::size_t>(index_));
+  return view(batch_->fields(i), static_cast<std::size_t>(index_), true);
 }
 
 FieldView SampleView::field(std::string_view name) const {

@@ -16,13 +16,14 @@ static_assert(std::endian::native == std::endian::little, "tensors are little-en
 std::span<const double> values(const v1::Tensor& tensor);
 
 /// One field of one sample: rows × cols numbers, row by row; where they are complex each is its
-/// real and its imaginary part.
+/// real and its imaginary part. Of an ensemble those of its members, one after another.
 struct FieldView {
   std::string_view name;
   std::size_t rows;
   std::size_t cols;
   std::span<const double> values;
   bool complex = false;
+  std::size_t members = 0;  ///< 0 unless it is of an ensemble
 };
 
 /// The field of a single sample, as Step returns it. Throws std::out_of_range if there is none.

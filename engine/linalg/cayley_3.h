@@ -1,16 +1,9 @@
 #pragma once
 
-#include <Eigen/Geometry>
-
-#include "engine/linalg/scalar.h"
+#include "engine/linalg/lanes.h"
+#include "engine/linalg/vector_3.h"
 
 namespace stiefel {
-
-/// (a₂b₃, a₃b₁, a₁b₂).
-template <class Scalar>
-Vector3<Scalar> cyclic_product(const Vector3<Scalar>& a, const Vector3<Scalar>& b) {
-  return {a(1) * b(2), a(2) * b(0), a(0) * b(1)};
-}
 
 /// The inverse of a 3 × 3 matrix by its cofactors: one division, no branch.
 template <class Scalar>
@@ -19,7 +12,7 @@ class Inverse3 {
   Inverse3() = default;
   /// The matrix by its rows.
   Inverse3(const Vector3<Scalar>& a, const Vector3<Scalar>& b, const Vector3<Scalar>& c)
-      : bc_(b.cross(c)), ca_(c.cross(a)), ab_(a.cross(b)), reciprocal_(1 / a.dot(bc_)) {}
+      : bc_(b.cross(c)), ca_(c.cross(a)), ab_(a.cross(b)), reciprocal_(1 / dot(a, bc_)) {}
 
   Vector3<Scalar> operator*(const Vector3<Scalar>& v) const {
     return reciprocal_ * (v(0) * bc_ + v(1) * ca_ + v(2) * ab_);
@@ -44,33 +37,39 @@ class CayleyEquation3 {
 
   Vec c = Vec::Zero();
 
+  /// By the chord method and, where that fails, by Newton's. False: no solution was found.
+  bool solve(const Vec& n, const Vec& kappa) {
+    if (chord(n, kappa)) return true;
+    c = n;
+    return newton(n, kappa);
+  }
+
   /// Two sweeps of the fixed point, then the chord method: since the equation is quadratic, c − Δ
   /// solves it when Δ = G′⁻¹(G − |Δ|² n − κ∘(Δ₂Δ₃, …)), G and G′ at c. Each round of that gains as
-  /// many digits as the sweeps found. Where it fails, Newton. False: no solution was found.
-  bool solve(const Vec& n, const Vec& kappa) {
+  /// many digits as the sweeps found. Where it holds the solution was found.
+  Mask<Scalar> chord(const Vec& n, const Vec& kappa) {
     c = n;
     c = image(n, kappa);
     c = image(n, kappa);
     const Vec G = c - image(n, kappa);
     differentiate(n, kappa);
     const Vec newton_step = inverse_ * G;
-    const Scalar small = two_to<Scalar>(-2 * bits<Scalar>) * c.squaredNorm();
+    const Scalar small = two_to<Scalar>(-2 * bits<Scalar>) * squared_norm(c);
     Vec delta = newton_step;
     Scalar first = 1;  // the square of the first change, relative to Δ
+    Mask<Scalar> found{};
     constexpr int most = 5;
     for (int k = 0; k < most; ++k) {
       const Vec next = newton_step + inverse_ * curvature(n, kappa, delta);
-      const Scalar change = (next - delta).squaredNorm();
-      delta = next;
+      const Scalar change = squared_norm<Scalar>(next - delta);
+      delta = select(found, delta, next);
       if (k == 0) first = change;
       // The next change is smaller by first / |Δ|.
-      if (change * first <= small * delta.squaredNorm()) {
-        c -= delta;
-        return true;
-      }
+      found = found | (change * first <= small * squared_norm(delta));
+      if (all(found)) break;
     }
-    c = n;
-    return newton(n, kappa);
+    c -= delta;
+    return found;
   }
 
   /// From c as it is.
@@ -96,10 +95,10 @@ class CayleyEquation3 {
  private:
   /// The right side.
   Vec image(const Vec& n, const Vec& kappa) const {
-    return n + c.squaredNorm() * n + kappa.cwiseProduct(cyclic_product<Scalar>(c, c));
+    return n + squared_norm(c) * n + kappa.cwiseProduct(cyclic_product<Scalar>(c, c));
   }
   static Vec curvature(const Vec& n, const Vec& kappa, const Vec& delta) {
-    return -delta.squaredNorm() * n - kappa.cwiseProduct(cyclic_product<Scalar>(delta, delta));
+    return -squared_norm(delta) * n - kappa.cwiseProduct(cyclic_product<Scalar>(delta, delta));
   }
   void differentiate(const Vec& n, const Vec& kappa) {
     const Vec d = 2 * c, k = kappa;

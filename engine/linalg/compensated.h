@@ -1,18 +1,10 @@
 #pragma once
 
-#include "engine/linalg/scalar.h"
+#include "engine/linalg/double_word.h"
 
 namespace stiefel {
 
 enum class Arithmetic { compensated, plain };
-
-/// a + b = sum + error exactly (Knuth's TwoSum).
-template <class T>
-void two_sum(const T& a, const T& b, T& sum, T& error) {
-  sum = a + b;
-  const T b_seen = sum - a;
-  error = (a - (sum - b_seen)) + (b - b_seen);
-}
 
 /// A sum over many steps: value, or value + carry with the carry holding what rounding took away.
 /// `Block` is any dense Eigen type.
@@ -51,6 +43,23 @@ struct Accumulator {
     } else {
       value(i, j) += static_cast<Scalar>(increment);
     }
+  }
+
+  /// The same of one element as a double word, and with a double word.
+  Doubled<Scalar> doubled(Eigen::Index i) const {
+    if constexpr (compensated && !std::is_same_v<Doubled<Scalar>, Scalar>)
+      return {value(i), carry(i)};
+    else
+      return extended(i);
+  }
+  void add(Eigen::Index i, const DoubleWord<Scalar>& increment) {
+    const DoubleWord<Scalar> sum = (value(i) + (carry(i) + increment)).normalized();
+    value(i) = sum.high;
+    carry(i) = sum.low;
+  }
+  void add(Eigen::Index i,
+           const Extended<Scalar>& increment) requires std::is_same_v<Doubled<Scalar>, Scalar> {
+    add(i, 0, increment);
   }
 
   /// Adds an increment that is as accurate as a Scalar.

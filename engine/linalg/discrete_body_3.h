@@ -4,6 +4,7 @@
 
 #include "engine/linalg/cayley_3.h"
 #include "engine/linalg/compensated.h"
+#include "engine/linalg/double_word.h"
 #include "engine/linalg/principal_moments_3.h"
 #include "engine/linalg/so_3.h"
 
@@ -11,23 +12,48 @@ namespace stiefel {
 
 /// Principal moments and a step, with what the discrete body makes of them.
 template <class Scalar>
-struct DiscreteInertia3 : PrincipalMoments3<Extended<Scalar>> {
-  using Wide = Extended<Scalar>;
-  using Moments = PrincipalMoments3<Wide>;
+struct DiscreteInertia3 {
+  using Wide = Doubled<Scalar>;
 
   Scalar h;
-  bool positive;
-  Vector3<Scalar> half_turn;  ///< (h/2)/I
-  Vector3<Scalar> kappa;      ///< (I₂ − I₃)/I₁ and cyclic
-  Vector3<Scalar> gain;       ///< (4/h)(I₂ − I₃) and cyclic
+  Mask<Scalar> positive;
+  Vector3<Scalar> moments;
+  Vector3<Scalar> half_turn;    ///< (h/2)/I
+  Vector3<Scalar> kappa;        ///< (I₂ − I₃)/I₁ and cyclic
+  Vector3<Scalar> gain;         ///< (4/h)(I₂ − I₃) and cyclic
+  Vector3<Wide> moments_h;      ///< I/(h/2)
+  Vector3<Wide> differences_h;  ///< (I₂ − I₃)/(h/2) and cyclic
 
-  DiscreteInertia3(const Moments& I, Scalar step)
-      : Moments(I),
-        h(step),
-        positive(I.moments.minCoeff() > Wide(0)),
-        half_turn((Wide(step) / 2 * I.moments.cwiseInverse()).template cast<Scalar>()),
+  template <class Given>
+  DiscreteInertia3(const PrincipalMoments3<Given>& I, Scalar step)
+      : h(step),
+        positive(I.moments.minCoeff() > Given(0)),
+        moments(I.moments.template cast<Scalar>()),
+        half_turn((Given(step) / 2 * I.moments.cwiseInverse()).template cast<Scalar>()),
         kappa(I.differences.cwiseQuotient(I.moments).template cast<Scalar>()),
-        gain((4 / Wide(step) * I.differences).template cast<Scalar>()) {}
+        gain((4 / Given(step) * I.differences).template cast<Scalar>()),
+        moments_h((I.moments / (Given(step) / 2)).template cast<Wide>()),
+        differences_h((I.differences / (Given(step) / 2)).template cast<Wide>()) {}
+
+  /// Those of several bodies as the lanes of one.
+  template <class Body>
+  explicit DiscreteInertia3(const Body* bodies) {
+    const auto lane = [&](auto&& number) {
+      return Scalar::of_lanes([&](int k) { return number(bodies[k]); });
+    };
+    h = lane([](const auto& I) { return I.h; });
+    positive = Scalar(0) < lane([](const auto& I) { return I.positive ? 1 : -1; });
+    for (int i = 0; i < 3; ++i) {
+      moments(i) = lane([i](const auto& I) { return I.moments(i); });
+      half_turn(i) = lane([i](const auto& I) { return I.half_turn(i); });
+      kappa(i) = lane([i](const auto& I) { return I.kappa(i); });
+      gain(i) = lane([i](const auto& I) { return I.gain(i); });
+      moments_h(i) = {lane([i](const auto& I) { return I.moments_h(i).high; }),
+                      lane([i](const auto& I) { return I.moments_h(i).low; })};
+      differences_h(i) = {lane([i](const auto& I) { return I.differences_h(i).high; }),
+                          lane([i](const auto& I) { return I.differences_h(i).low; })};
+    }
+  }
 };
 
 /// One step of the discrete rigid body of Moser and Veselov in three dimensions, on (q; m) or m
@@ -42,12 +68,17 @@ class DiscreteBody3 {
  public:
   using Point = typename So3<Scalar, frame>::State;
   using State = Accumulator<Point, arithmetic>;
-  using Wide = Extended<Scalar>;
+  using Wide = Doubled<Scalar>;
   using Inertia = DiscreteInertia3<Scalar>;
 
   /// Finds c; false where there is none.
   bool solve(const State& x, const Inertia& I) {
     return I.positive && equation_.solve(n(x, I), I.kappa) && on_branch(x, I, I.h);
+  }
+  /// Finds c in the lanes where that is easy, and says in which.
+  Mask<Scalar> solve_where_easy(const State& x, const Inertia& I) {
+    const Mask<Scalar> found = equation_.chord(n(x, I), I.kappa);
+    return I.positive & found & (squared_norm(equation_.c) < Scalar(1));
   }
   /// The same for the step t·h, from the solution found last.
   bool continue_to(const State& x, const Inertia& I, Scalar t = 1) {
@@ -80,9 +111,9 @@ class DiscreteBody3 {
   /// that starts at the identity lasts. Routh–Hurwitz.
   bool on_branch(const State& x, const Inertia& I, Scalar h) const {
     const Vector3<Scalar>& c = equation_.c;
-    if (c.squaredNorm() < Scalar(1)) return true;
+    if (squared_norm(c) < Scalar(1)) return true;
     Eigen::Matrix<Scalar, 3, 3> F = (-h / 2) * (hat(m(x)) + c * m(x).transpose());
-    F.diagonal() += I.moments.template cast<Scalar>();
+    F.diagonal() += I.moments;
     F.diagonal().array() -= (h / 2) * c.dot(m(x));
     const Scalar trace = F.trace(), determinant = F.determinant();
     const Scalar minors = (trace * trace - (F * F).trace()) / 2;
@@ -92,41 +123,62 @@ class DiscreteBody3 {
   void transport_plain(Point& x, const Inertia& I) const {
     using std::sqrt;
     const Vector3<Scalar>& c = equation_.c;
-    const Scalar w = 1 / (1 + c.squaredNorm());
+    const Scalar w = 1 / (1 + squared_norm(c));
     x.template tail<3>() += w * I.gain.cwiseProduct(cyclic_product<Scalar>(c, c));
     if constexpr (frame) {
       const Eigen::Matrix<Scalar, 4, 1> q = So3<Scalar, true>::quaternion_times(x, Scalar(1), c);
+      const Scalar q2 = (q(0) * q(0) + q(1) * q(1)) + (q(2) * q(2) + q(3) * q(3));
       // |q|^−1 by one Newton step from √w, which it is but for rounding.
-      x.template head<4>() = (sqrt(w) * (3 - w * q.squaredNorm()) / 2) * q;
+      x.template head<4>() = (sqrt(w) * (3 - w * q2) / 2) * q;
     }
   }
 
   void transport_compensated(State& x, const Inertia& I) const {
     using std::sqrt;
-    const Vector3<Wide> c = solution(x, I);
-    const Wide c2 = c.squaredNorm(), w = 1 / (1 + c2);
+    const Solution at = solution(x, I);
+    const Scalar one(1), two(2);
+    const Wide w = Wide(one) / (one + at.c2), w2 = two * w;
     if constexpr (frame) {
       const Wide s = sqrt(w);
-      const Eigen::Matrix<Wide, 7, 1> wide = x.value.template cast<Wide>();
-      const auto dq =
-          So3<Wide, true>::quaternion_times(wide, -c2 * w / (1 + s), Vector3<Wide>(s * c));
-      for (int i = 0; i < 4; ++i) x.add(i, 0, dq(i));
+      const auto dq = So3<Wide, true>::quaternion_times(
+          x.value, -(at.c2 * w / (one + s)), Vector3<Wide>(s * at.c(0), s * at.c(1), s * at.c(2)));
+      for (int i = 0; i < 4; ++i) x.add(i, dq(i));
     }
-    const Vector3<Wide> dm = (4 * w / I.h) * I.differences.cwiseProduct(cyclic_product<Wide>(c, c));
-    for (int i = 0; i < 3; ++i) x.add(first + i, 0, dm(i));
+    for (int i = 0; i < 3; ++i) x.add(first + i, w2 * at.twist(i));
   }
 
-  /// c after a last correction whose residual is formed in wider arithmetic.
-  Vector3<Wide> solution(const State& x, const Inertia& I) const {
-    Vector3<Wide> c = equation_.c.template cast<Wide>();
-    const Vector3<Wide> wide_m(x.extended(first), x.extended(first + 1), x.extended(first + 2));
-    const Vector3<Wide> F = I.moments.cwiseProduct(c) -
-                            I.differences.cwiseProduct(cyclic_product<Wide>(c, c)) -
-                            (1 + c.squaredNorm()) * (Wide(I.h) / 2) * wide_m;
-    const Vector3<Scalar> G =
-        (F / (Wide(I.h) / 2)).template cast<Scalar>().cwiseProduct(I.half_turn);
-    c -= equation_.correction(G).template cast<Wide>();
-    return c;
+  /// c after a last correction, |c|², and (I₂ − I₃)/(h/2) c₂c₃ and cyclic.
+  struct Solution {
+    Vector3<Wide> c, twist;
+    Wide c2;
+  };
+
+  /// The residual is formed in double words,
+  ///
+  ///     F = I/(h/2)∘c − (I₂ − I₃)/(h/2) c₂c₃ … − (1 + |c|²) m,
+  ///
+  /// and what depends on c is changed with it to first order, which is all that counts.
+  Solution solution(const State& x, const Inertia& I) const {
+    const Vector3<Scalar>& c = equation_.c;
+    const Scalar one(1);
+    Solution at;
+    at.c2 = wide_product(c(0), c(0)) + wide_product(c(1), c(1)) + wide_product(c(2), c(2));
+    const Wide scale = one + at.c2;
+    Vector3<Scalar> G;
+    for (int i = 0; i < 3; ++i) {
+      at.twist(i) = I.differences_h(i) * wide_product(c((i + 1) % 3), c((i + 2) % 3));
+      const Wide F = c(i) * I.moments_h(i) - at.twist(i) - scale * x.doubled(first + i);
+      G(i) = static_cast<Scalar>(F) * I.half_turn(i);
+    }
+    const Vector3<Scalar> change = -equation_.correction(G);
+    at.c2 = at.c2 + Wide(2 * dot(c, change));
+    for (int i = 0; i < 3; ++i) {
+      const int j = (i + 1) % 3, k = (i + 2) % 3;
+      at.c(i) = c(i) + Wide(change(i));
+      at.twist(i) = at.twist(i) + Wide(static_cast<Scalar>(I.differences_h(i)) *
+                                       (c(j) * change(k) + c(k) * change(j)));
+    }
+    return at;
   }
 
   CayleyEquation3<Scalar> equation_;

@@ -8,7 +8,8 @@ Isa widest_isa() {
     if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
         __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("fma"))
       return Isa::avx512;
-    return __builtin_cpu_supports("avx2") ? Isa::avx2 : Isa::baseline;
+    const bool avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+    return avx2 ? Isa::avx2 : Isa::baseline;
   }();
   return widest;
 #else

@@ -13,8 +13,8 @@ struct PrincipalMoments3 {
   PrincipalMoments3(const Vector3<Scalar>& I, const Vector3<Scalar>& I_differences)
       : moments(I), differences(I_differences) {}
 
-  template <class Given>
-  explicit PrincipalMoments3(const Vector<Given>& lambda) {
+  template <class Derived>
+  explicit PrincipalMoments3(const Eigen::MatrixBase<Derived>& lambda) {
     const Vector3<Scalar> l = lambda.template cast<Scalar>();
     moments << l(1) + l(2), l(2) + l(0), l(0) + l(1);
     differences << l(2) - l(1), l(0) - l(2), l(1) - l(0);

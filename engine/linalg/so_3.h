@@ -16,6 +16,7 @@ struct So3 {
   static constexpr bool has_frame = frame;
   using State = Eigen::Matrix<Scalar, frame ? 7 : 3, 1>;
   using Algebra = Vector3<Scalar>;
+  using Lambda = Vector3<Scalar>;
 
   explicit So3(Eigen::Index = 3) {}
 
@@ -23,14 +24,26 @@ struct So3 {
   static auto m(const State& x) { return x.template tail<3>(); }
 
   /// J⁻¹: Ω_ij = M_ij / (λ_i + λ_j), that is ω_k = m_k / I_k, I_1 = λ_2 + λ_3 and cyclic.
-  static void inverse_inertia(const Vector<Scalar>& lambda, const State& x, Algebra& omega) {
+  static void inverse_inertia(const Lambda& lambda, const State& x, Algebra& omega) {
     omega << x(x.size() - 3) / (lambda(1) + lambda(2)), x(x.size() - 2) / (lambda(2) + lambda(0)),
         x(x.size() - 1) / (lambda(0) + lambda(1));
   }
 
+  /// The same with 1/I computed once.
+  class InverseInertia {
+   public:
+    explicit InverseInertia(const Lambda& l) {
+      inverse_ << 1 / (l(1) + l(2)), 1 / (l(2) + l(0)), 1 / (l(0) + l(1));
+    }
+    void operator()(const State& x, Algebra& omega) const { omega = inverse_.cwiseProduct(m(x)); }
+
+   private:
+    Vector3<Scalar> inverse_;
+  };
+
   /// (QΩ, [M, Ω]): q̇ = ½ q∘(0, ω), ṁ = m × ω.
   static void velocity(const State& x, const Algebra& omega, State& dx) {
-    if constexpr (frame) dx.template head<4>() = quaternion_times(x, Scalar(0), omega) / Scalar(2);
+    if constexpr (frame) dx.template head<4>() = quaternion_times(x, Algebra(omega * Scalar(0.5)));
     dx.template tail<3>() = m(x).cross(omega);
   }
 
@@ -58,6 +71,16 @@ struct So3 {
         x(0) * v(0) + x(1) * w + (x(2) * v(2) - x(3) * v(1)),
         x(0) * v(1) + x(2) * w + (x(3) * v(0) - x(1) * v(2)),
         x(0) * v(2) + x(3) * w + (x(1) * v(1) - x(2) * v(0));
+    return product;
+  }
+
+  /// q∘(0, v).
+  template <class X>
+  static Eigen::Matrix<Scalar, 4, 1> quaternion_times(const X& x, const Algebra& v) {
+    Eigen::Matrix<Scalar, 4, 1> product;
+    product << -(x(1) * v(0) + x(2) * v(1) + x(3) * v(2)),
+        x(0) * v(0) + (x(2) * v(2) - x(3) * v(1)), x(0) * v(1) + (x(3) * v(0) - x(1) * v(2)),
+        x(0) * v(2) + (x(1) * v(1) - x(2) * v(0));
     return product;
   }
 

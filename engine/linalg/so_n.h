@@ -12,6 +12,7 @@ struct SoN {
   using Scalar = Scalar_;
   using State = Matrix<Scalar>;
   using Algebra = Matrix<Scalar>;
+  using Lambda = Vector<Scalar>;
 
   explicit SoN(Eigen::Index N) : N_(N), exponential_(N), D_(N, N), product_(N, N) {}
 
@@ -19,7 +20,7 @@ struct SoN {
   static auto M(const State& x) { return x.bottomRows(x.cols()); }
 
   /// J⁻¹: Ω_ij = M_ij / (λ_i + λ_j).
-  static void inverse_inertia(const Vector<Scalar>& lambda, const State& x, Algebra& Omega) {
+  static void inverse_inertia(const Lambda& lambda, const State& x, Algebra& Omega) {
     const Eigen::Index N = x.cols(), top = x.rows() - N;
     for (Eigen::Index j = 0; j < N; ++j) {
       Omega(j, j) = 0;
@@ -29,6 +30,15 @@ struct SoN {
       }
     }
   }
+
+  class InverseInertia {
+   public:
+    explicit InverseInertia(Lambda lambda) : lambda_(std::move(lambda)) {}
+    void operator()(const State& x, Algebra& Omega) const { inverse_inertia(lambda_, x, Omega); }
+
+   private:
+    Lambda lambda_;
+  };
 
   /// (QΩ, [M, Ω]); [M, Ω] = MΩ − (MΩ)ᵀ since both are skew.
   static void velocity(const State& x, const Algebra& Omega, State& dx) {

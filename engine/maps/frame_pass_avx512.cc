@@ -1,5 +1,5 @@
-// Compiled with AVX-512. What stands in here may be named by nobody else, lest the linker take it for
-// all machines: everything that is not inlined is a template over Isa::avx512.
+// Compiled with AVX-512. What stands in here may be named by nobody else, lest the linker take it
+// for all machines: everything that is not inlined is a template over Isa::avx512.
 #include "engine/maps/frame_pass_on.h"
 
 namespace stiefel {

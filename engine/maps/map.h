@@ -14,6 +14,8 @@ struct Ending {
   Outcome outcome = Outcome::reached;
   /// left_domain: the largest |h| that has a solution from the last good state, to 1e-3.
   std::optional<double> largest_step;
+  /// Of an ensemble: the member that ended it.
+  std::optional<std::int64_t> member = {};
 
   bool reached() const { return outcome == Outcome::reached; }
 };

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "engine/linalg/compensated.h"
+#include "engine/linalg/lanes.h"
 #include "engine/maps/map.h"
 #include "engine/systems/kept.h"
 
@@ -60,6 +61,16 @@ class ExplicitMap {
     if (!(state.x.value + dx_).allFinite()) return {Outcome::not_finite, std::nullopt};
     state.x.add(dx_);
     return {};
+  }
+
+  /// The step in the lanes where it ends finite, and which those are; the others are spoilt.
+  Mask<typename S::Scalar> step_where_easy(State& state) {
+    using Scalar = typename S::Scalar;
+    static_cast<Derived*>(this)->displacement(state.x.value, dx_);
+    state.x.add(dx_);
+    Scalar sum(0);
+    for (Eigen::Index i = 0; i < dx_.size(); ++i) sum += state.x.value(i);
+    return Scalar(0) * sum <= Scalar(0);
   }
 
   std::optional<double> largest_step(const State&, double) const { return std::nullopt; }

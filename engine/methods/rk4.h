@@ -8,7 +8,7 @@ namespace stiefel {
 /// The classical Runge–Kutta method of order 4 (Kutta 1901). It keeps nothing:
 ///
 ///     k1 = X(x), k2 = X(x + h/2 k1), k3 = X(x + h/2 k2), k4 = X(x + h k3),
-///     x′ = x + h/6 (k1 + 2 k2 + 2 k3 + k4).
+///     x′ = x + h/6 (k1 + 2(k2 + k3) + k4).
 struct Rk4 {
   static constexpr MethodTraits traits = {
       .name = "rk4",
@@ -41,7 +41,7 @@ struct Rk4 {
       system_.field(stage_, k3_);
       stage_ = x + h_ * k3_;
       system_.field(stage_, k4_);
-      dx = (h_ / 6) * (k1_ + 2 * k2_ + 2 * k3_ + k4_);
+      dx = (h_ / 6) * (k1_ + 2 * (k2_ + k3_) + k4_);
     }
 
    private:

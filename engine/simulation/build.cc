@@ -38,13 +38,19 @@ const std::string& machine() {
 
 Eigen::MatrixXd Simulation::get(std::string_view name) const {
   const auto field = std::ranges::find(fields_, name, &Field::name);
-  RowMatrix value(field->rows, field->size() / field->rows);
+  const int rows = field->rows * std::max(1, field->members);
+  RowMatrix value(rows, field->size() / rows);
   write(static_cast<std::size_t>(field - fields_.begin()),
         {value.data(), static_cast<std::size_t>(field->size())});
   return value;
 }
 
 std::string to_sentence(const Ending& ending) {
+  if (ending.member) {
+    Ending of_one = ending;
+    of_one.member.reset();
+    return "member " + std::to_string(*ending.member) + ": " + to_sentence(of_one);
+  }
   switch (ending.outcome) {
     case Outcome::reached:
       return "";

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "engine/simulation/ensemble.h"
 #include "engine/simulation/methods.h"
 #include "engine/simulation/structure.h"
 #include "engine/simulation/system_entry.h"
@@ -89,6 +90,7 @@ const SystemEntry* system_entry(std::string_view name) {
 }
 
 std::unique_ptr<Simulation> make_simulation(const Scene& scene) {
+  if (!scene.members().empty()) return std::make_unique<Ensemble>(scene.members());
   return system_entry(scene.system())->make(scene);
 }
 

@@ -49,10 +49,11 @@ SceneDescription describe(const Scene& scene, const SystemInfo& system, const Ph
 
 Block block_of(const Simulation& now, std::size_t index) {
   const Field& field = now.fields()[index];
-  RowMatrix numbers(field.rows, field.size() / field.rows);
+  const int rows = field.rows * std::max(1, field.members);
+  RowMatrix numbers(rows, field.size() / rows);
   now.write(index, {numbers.data(), static_cast<std::size_t>(numbers.size())});
   if (!field.complex) return numbers;
-  RowMatrix real(field.rows, field.cols), imaginary(field.rows, field.cols);
+  RowMatrix real(rows, field.cols), imaginary(rows, field.cols);
   for (Eigen::Index j = 0; j < field.cols; ++j) {
     real.col(j) = numbers.col(2 * j);
     imaginary.col(j) = numbers.col(2 * j + 1);
@@ -74,6 +75,9 @@ std::expected<Conversion, ConversionRefusal> convert(const Scene& scene,
   }
   if (from == nullptr || from->read == nullptr)
     return refuse("scene.system", scene.system(), "has no other form");
+  if (!scene.members().empty())
+    return refuse("scene.members", std::to_string(scene.members().size()),
+                  "must be absent: convert the members one by one");
   if (to == nullptr) return refuse("to", target.name, "cannot be reached from " + scene.system());
   if (is_rigid(scene.system()) && !scene.has_frame())
     return refuse("scene.initial.Q", "absent", "must be there: other forms are of Q");
@@ -102,7 +106,7 @@ std::expected<Conversion, ConversionRefusal> convert(const Scene& scene,
 std::expected<Scene, Violations> scene_at(const Scene& scene, const Simulation& now) {
   SceneDescription out = scene.description();
   const auto numbers = [&](const char* field) {
-    const Eigen::MatrixXd v = now.get(field);
+    const RowMatrix v = now.get(field);
     return std::vector<double>(v.data(), v.data() + v.size());
   };
   if (out.body) {

@@ -18,6 +18,7 @@ struct InvariantDrift {
   double value;
   double scale;
   Kept kept;
+  std::optional<std::int64_t> member = {};  ///< of an ensemble: the one whose drift is the largest
   double drift() const;
 };
 

@@ -1,11 +1,22 @@
 #include "engine/simulation/scene.h"
 
+#include "engine/simulation/members.h"
 #include "engine/simulation/scene_draft.h"
 
 namespace stiefel {
 
 std::expected<Scene, Violations> Scene::resolve(SceneDescription description) {
-  return SceneDraft(std::move(description)).resolve();
+  if (!description.members) return SceneDraft(std::move(description)).resolve();
+  auto members = resolve_members(description);
+  if (!members) return std::unexpected(std::move(members.error()));
+  Scene ensemble = members->front();
+  ensemble.description_ = std::move(description);
+  ensemble.members_ = std::make_shared<const std::vector<Scene>>(*std::move(members));
+  return ensemble;
+}
+
+std::span<const Scene> Scene::members() const {
+  return members_ ? std::span<const Scene>(*members_) : std::span<const Scene>();
 }
 
 const Eigen::MatrixXd& Scene::block(const std::string& name) const {

@@ -4,7 +4,9 @@
 #include <cstdint>
 #include <expected>
 #include <map>
+#include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -71,6 +73,7 @@ struct SceneDescription {
   std::optional<double> tolerance = {};  ///< instead of a method: of the error up to `horizon`
   std::optional<double> horizon = {};    ///< the time of interest, > 0 whatever the step's sign
   std::string choice = {};               ///< of a resolved scene: why it has the method that it has
+  std::optional<int> members = {};       ///< of an ensemble
 };
 
 /// Everything that determines a motion; immutable, and valid because only `resolve` makes one.
@@ -81,6 +84,8 @@ class Scene {
   static constexpr int max_dimension = 512;
   /// n·N when n < N.
   static constexpr int max_elements = 1 << 24;
+  /// Of an ensemble.
+  static constexpr int max_members = 1 << 16;
   /// Q is accepted, and repaired, up to this max |QQᵀ − I|; the same for | |attitude| − 1 |.
   static constexpr double frame_tolerance = 1e-6;
   /// M is accepted, and its skew part taken, up to this max |M + Mᵀ| / max |M|.
@@ -128,6 +133,8 @@ class Scene {
   int determinant() const { return determinant_; }
   /// Only for a scene given by `body`.
   const std::optional<PrincipalAxes>& axes() const { return axes_; }
+  /// Of an ensemble, each a scene of its own; the rest of this class then speaks of the first.
+  std::span<const Scene> members() const;
 
  private:
   Scene() = default;
@@ -139,6 +146,7 @@ class Scene {
   Eigen::Vector4d attitude_ = Eigen::Vector4d::UnitX();
   int determinant_ = 1;
   std::optional<PrincipalAxes> axes_;
+  std::shared_ptr<const std::vector<Scene>> members_;
 };
 
 }  // namespace stiefel

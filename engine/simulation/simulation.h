@@ -23,8 +23,9 @@ struct Field {
   int rows = 0;
   int cols = 0;
   bool complex = false;
+  int members = 0;  ///< of an ensemble, whose fields are written one member after another; else 0
   /// Numbers.
-  int size() const { return rows * cols * (complex ? 2 : 1); }
+  int size() const { return rows * cols * (complex ? 2 : 1) * (members > 0 ? members : 1); }
 };
 
 /// A Map with its current State and step index. The state at step k has the same bits however it
@@ -60,7 +61,8 @@ class Simulation {
   /// Writes field `index`, row by row, in the caller's axes.
   virtual void write(std::size_t index, std::span<double> out) const = 0;
 
-  /// A field by its name, which must be one of `fields()`.
+  /// A field by its name, which must be one of `fields()`; of an ensemble the members' on top of
+  /// each other.
   Eigen::MatrixXd get(std::string_view name) const;
 
   /// The invariants at the current state, computed in extended precision where that is cheap.
@@ -77,6 +79,9 @@ class Simulation {
   /// One step of the map, without its history, from any state x near the manifold, blocks stacked
   /// by rows; nothing where it has none, and for states that are no matrices of blocks.
   virtual std::optional<Eigen::MatrixXd> image(const Eigen::MatrixXd& x) const = 0;
+
+  /// Of an ensemble, at the same step; else none.
+  virtual std::span<const std::unique_ptr<Simulation>> members() const { return {}; }
 
   /// A rough count of nanoseconds a step takes (`direct`: an advance), from N and the method alone:
   /// for slicing, not timing.

@@ -45,6 +45,11 @@ Dense stacked_vector(const std::string& field, const TangentVector& u,
   return out;
 }
 
+std::unexpected<Violations> refuse_ensemble(const Scene& scene) {
+  return std::unexpected(Violations{{"members", std::to_string(scene.members().size()),
+                                     "two-forms and brackets are of single scenes"}});
+}
+
 /// Those may be without a frame.
 bool is_rigid_body(const Scene& scene) {
   return scene.system() == "rigid_body" || scene.system() == "moser_veselov";
@@ -70,6 +75,7 @@ std::vector<FormInfo> forms_of(std::string_view system) {
 std::expected<double, Violations> evaluate_form(const Scene& scene, const Simulation& now,
                                                 const std::string& form, const TangentVector& u,
                                                 const TangentVector& v) {
+  if (!scene.members().empty()) return refuse_ensemble(scene);
   const auto has = two_forms_of(scene.system());
   const auto found = std::ranges::find_if(has, [&](auto* s) { return s->info.name == form; });
   if (found == has.end() || (is_rigid_body(scene) && !scene.has_frame()))
@@ -94,6 +100,7 @@ std::expected<double, Violations> evaluate_form(const Scene& scene, const Simula
 std::expected<std::optional<double>, Violations> symplectic_defect(const Scene& scene,
                                                                    const Simulation& now, int pairs,
                                                                    unsigned seed) {
+  if (!scene.members().empty()) return refuse_ensemble(scene);
   const auto has = two_forms_of(scene.system());
   const bool no_frame = is_rigid_body(scene) && !scene.has_frame();
   if (has.empty() || no_frame)
@@ -107,6 +114,7 @@ std::expected<std::optional<double>, Violations> symplectic_defect(const Scene& 
 
 std::expected<double, Violations> dirac_bracket(const Scene& scene, const Simulation& now,
                                                 const PairFactors& F, const PairFactors& K) {
+  if (!scene.members().empty()) return refuse_ensemble(scene);
   const int N = scene.dimension();
   Violations violations;
   if (scene.system() != "symmetric_rigid_body" && scene.system() != "symmetric_moser_veselov")

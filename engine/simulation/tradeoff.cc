@@ -39,6 +39,9 @@ std::expected<Tradeoff, Violations> Tradeoff::prepare(TradeoffRequest request) {
     wrong.push_back({"budget", to_text(request.budget), "must be finite and > 0"});
   if (request.repeats < 1 || request.repeats > 100)
     wrong.push_back({"repeats", std::to_string(request.repeats), "must be 1 to 100"});
+  if (request.scene.members)
+    wrong.push_back({"scene.members", std::to_string(*request.scene.members),
+                     "must be absent: measure one member"});
   auto found = candidates(request.scene);
   if (!found) {
     for (auto& violation : found.error()) {

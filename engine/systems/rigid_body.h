@@ -26,6 +26,7 @@ class RigidBody {
   using Scalar = typename Space::Scalar;
   using State = typename Space::State;
   using Algebra = typename Space::Algebra;
+  using Lambda = typename Space::Lambda;
 
   /// Whether an invariant is constant along the group's orbits.
   static constexpr bool kept_on_orbits(std::string_view invariant) {
@@ -33,10 +34,13 @@ class RigidBody {
            invariant == "orthogonality";
   }
 
-  explicit RigidBody(Vector<Scalar> lambda)
-      : lambda_(std::move(lambda)), space_(lambda_.size()), Omega_(space_.zero()) {}
+  explicit RigidBody(Lambda lambda)
+      : lambda_(std::move(lambda)),
+        inverse_inertia_(lambda_),
+        space_(lambda_.size()),
+        Omega_(space_.zero()) {}
 
-  const Vector<Scalar>& lambda() const { return lambda_; }
+  const Lambda& lambda() const { return lambda_; }
 
   void field(const State& x, State& dx) {
     generator(x, Omega_);
@@ -44,16 +48,15 @@ class RigidBody {
   }
 
   Algebra zero() const { return space_.zero(); }
-  void generator(const State& x, Algebra& Omega) const {
-    space_.inverse_inertia(lambda_, x, Omega);
-  }
+  void generator(const State& x, Algebra& Omega) const { inverse_inertia_(x, Omega); }
   void bracket(const Algebra& a, const Algebra& b, Algebra& c) const { space_.bracket(a, b, c); }
   void displacement(const State& x, const Algebra& Theta, State& dx) {
     space_.displacement(x, Theta, dx);
   }
 
  private:
-  Vector<Scalar> lambda_;
+  Lambda lambda_;
+  typename Space::InverseInertia inverse_inertia_;
   Space space_;
   Algebra Omega_;
 };

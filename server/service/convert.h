@@ -34,7 +34,8 @@ using FieldNames = google::protobuf::RepeatedPtrField<std::string>;
 std::expected<std::vector<std::size_t>, Violations> select_fields(const Session& session,
                                                                   const FieldNames& names);
 
-/// Name and shape: {samples, rows, cols}, without `samples` when that is absent.
+/// Name and shape: {samples, members, rows, cols}, without `samples` when that is absent, and
+/// `members` in ensembles only.
 void describe_field(const Field& field, std::optional<std::size_t> samples, v1::Field* out);
 /// The state as it is now.
 void to_proto(const Session& session, const Simulation& simulation,

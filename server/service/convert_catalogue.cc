@@ -89,6 +89,7 @@ void to_proto(const Diagnosis& diagnosis, v1::DiagnoseResponse* out) {
     to->set_drift(drift.drift());
     to->set_scale(drift.scale);
     to->set_kept(kept(drift.kept));
+    if (drift.member) to->set_member(static_cast<std::uint32_t>(*drift.member));
   }
   if (diagnosis.orthogonality) out->set_orthogonality(*diagnosis.orthogonality);
   out->mutable_domain()->set_h_omega(diagnosis.h_omega);

@@ -1,3 +1,4 @@
+#include <cstring>
 #include <limits>
 
 #include "server/service/convert.h"
@@ -41,6 +42,43 @@ void read_block(const std::string& path, const v1::Matrix& matrix, Block& out,
   read_values(path + ".values", matrix, matrix.values(), out.values, violations);
   if (matrix.imaginary_size() > 0)
     read_values(path + ".imaginary", matrix, matrix.imaginary(), out.imaginary, violations);
+}
+
+/// A tensor (rows, cols) or (members, rows, cols), its blocks on top of each other.
+void read_tensor(const std::string& path, const v1::Tensor& tensor, Block& out,
+                 Violations& violations) {
+  const auto refuse = [&](const char* name, std::string value, std::string rule) {
+    violations.push_back({path + "." + name, std::move(value), std::move(rule)});
+  };
+  const bool complex = tensor.data_type() == v1::DATA_TYPE_COMPLEX128;
+  if (!complex && tensor.data_type() != v1::DATA_TYPE_FLOAT64)
+    return refuse("data_type", v1::DataType_Name(tensor.data_type()),
+                  "must be DATA_TYPE_FLOAT64 or DATA_TYPE_COMPLEX128");
+  std::string shape;
+  std::uint64_t size = 1;
+  for (const auto extent : tensor.shape()) {
+    shape += (shape.empty() ? "" : " x ") + std::to_string(extent);
+    size = extent >= 1 && extent <= Scene::max_elements ? size * extent : 0;
+    if (size > Scene::max_elements) size = 0;
+  }
+  if (size == 0 || tensor.shape_size() < 2 || tensor.shape_size() > 3)
+    return refuse("shape", shape,
+                  "must be (rows, cols) or (members, rows, cols), of 1 to " +
+                      std::to_string(Scene::max_elements) + " elements");
+  const std::uint64_t bytes = size * sizeof(double) * (complex ? 2 : 1);
+  if (tensor.data().size() != bytes)
+    return refuse("data", std::to_string(tensor.data().size()) + " bytes",
+                  "must have " + std::to_string(bytes) + " for the shape " + shape);
+  const auto cols = static_cast<Eigen::Index>(tensor.shape(tensor.shape_size() - 1));
+  const auto rows = static_cast<Eigen::Index>(size) / cols;
+  RowMatrix numbers(rows, complex ? 2 * cols : cols);
+  std::memcpy(numbers.data(), tensor.data().data(), bytes);
+  if (!complex) {
+    out.values = std::move(numbers);
+    return;
+  }
+  out.values = numbers(Eigen::all, Eigen::seqN(0, cols, 2));
+  out.imaginary = numbers(Eigen::all, Eigen::seqN(1, cols, 2));
 }
 
 void read_count(const std::string& path, std::uint32_t value, std::optional<int>& out,
@@ -93,6 +131,17 @@ std::expected<SceneDescription, Violations> from_proto(const v1::Scene& scene) {
   for (const auto& [name, matrix] : scene.initial()) {
     read_block("initial." + name, matrix, out.initial[name], violations);
   }
+  for (const auto& [name, tensor] : scene.initial_tensors()) {
+    if (scene.initial().contains(name))
+      violations.push_back(
+          {"initial_tensors." + name, "given", "must be absent: it is in initial"});
+    else
+      read_tensor("initial_tensors." + name, tensor, out.initial[name], violations);
+  }
+  if (scene.has_members()) {
+    out.members.emplace();
+    read_count("members", scene.members(), out.members, violations);
+  }
   if (scene.has_body()) {
     out.body =
         BodyDescription{numbers(scene.body().inertia_tensor()), numbers(scene.body().moments()),
@@ -142,6 +191,7 @@ void to_proto(const SceneDescription& description, v1::Scene* out) {
   if (description.tolerance) out->set_tolerance(*description.tolerance);
   if (description.horizon) out->set_horizon(*description.horizon);
   out->set_choice(description.choice);
+  if (description.members) out->set_members(static_cast<std::uint32_t>(*description.members));
 }
 
 }  // namespace stiefel::server

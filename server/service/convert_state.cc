@@ -44,6 +44,7 @@ void to_proto(const Session& session, const Registry& registry, v1::Session* out
 void to_proto(const Ending& ending, v1::Ending* out) {
   out->set_outcome(outcome(ending.outcome));
   if (ending.largest_step) out->set_largest_step(*ending.largest_step);
+  if (ending.member) out->set_member(static_cast<std::uint32_t>(*ending.member));
   if (!ending.reached()) out->set_message(to_sentence(ending));
 }
 
@@ -82,6 +83,7 @@ void describe_field(const Field& field, std::optional<std::size_t> samples, v1::
   tensor->set_data_type(field.complex ? v1::DATA_TYPE_COMPLEX128 : v1::DATA_TYPE_FLOAT64);
   tensor->clear_shape();
   if (samples) tensor->add_shape(*samples);
+  if (field.members > 0) tensor->add_shape(static_cast<std::uint64_t>(field.members));
   tensor->add_shape(static_cast<std::uint64_t>(field.rows));
   tensor->add_shape(static_cast<std::uint64_t>(field.cols));
 }

@@ -50,6 +50,7 @@ grpc::ServerUnaryReactor* Service::Describe(Context* context, const v1::Describe
     response->set_build(build_fingerprint());
     auto* limits = response->mutable_limits();
     limits->set_max_dimension(Scene::max_dimension);
+    limits->set_max_members(Scene::max_members);
     limits->set_max_sessions(host_.registry.max_sessions());
     limits->set_max_step(Session::max_step);
     limits->set_max_message_bytes(max_message_bytes);

@@ -21,12 +21,13 @@ double seconds(Work&& work) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// Seconds of processor time that `work` takes on this thread: what others run does not count.
+/// Seconds of processor time that `work` takes, on all threads of this program: what others run does
+/// not count.
 template <class Work>
 double processor_seconds(Work&& work) {
   const auto now = [] {
     timespec time;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
     return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
   };
   const double start = now();

@@ -70,4 +70,6 @@ BIT_SCENES = {
     "backwards": rigid_body(step=-0.01),
     "N = 5": free(5),
     "long step": free(4, step=0.25),
+    "ensemble": rigid_body(members=5, initial={"Q": np.stack([np.eye(3)] * 5),
+                                               "M": np.asarray(M3) * np.arange(1, 6)[:, None, None] / 5}),
 }

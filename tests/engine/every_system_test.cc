@@ -6,6 +6,7 @@
 
 #include "engine/simulation/diagnosis.h"
 #include "tests/support/any_scene.h"
+#include "tests/support/ensemble_of.h"
 #include "tests/support/every_pair.h"
 
 namespace stiefel {
@@ -49,6 +50,28 @@ TEST_P(EverySystem, TheStateAtAStepHasOneSetOfBits) {
   ASSERT_TRUE(resumed->advance(43).reached());
   EXPECT_EQ(saved(*once), saved(*many));
   EXPECT_EQ(saved(*once), saved(*resumed));
+}
+
+TEST_P(EverySystem, AMemberOfAnEnsembleHasTheBitsThatItHasAlone) {
+  std::vector<SceneDescription> scenes;
+  for (const unsigned seed : {3, 4, 5, 6, 7}) {
+    SceneDescription one = scene(seed, 0.05).description();
+    if (!scenes.empty()) one.epsilon = scenes.front().epsilon;
+    scenes.push_back(one);
+  }
+  const Scene together = resolved(testing::ensemble_of(scenes));
+  EXPECT_EQ(resolved(together.description()).description().members, 5);
+  const auto ensemble = make_simulation(together);
+  ASSERT_TRUE(ensemble->advance(13).reached());
+  ASSERT_TRUE(ensemble->advance(1).reached());
+  std::vector<double> alone;
+  for (const SceneDescription& one : scenes) {
+    const auto simulation = make_simulation(resolved(one));
+    ASSERT_TRUE(simulation->advance(14).reached());
+    const auto state = saved(*simulation);
+    alone.insert(alone.end(), state.begin(), state.end());
+  }
+  EXPECT_EQ(saved(*ensemble), alone);
 }
 
 TEST_P(EverySystem, AResolvedSceneResolvesToItself) {

@@ -34,12 +34,15 @@ class Ending:
     #: LEFT_DOMAIN: the largest |h| that has a solution from the last good state.
     largest_step: Optional[float] = None
     message: str = ""
+    #: Of an ensemble: the member that ended it, from 0.
+    member: Optional[int] = None
 
     @staticmethod
     def of(message: outcome_pb2.Ending) -> Ending:
         name = outcome_pb2.Outcome.Name(message.outcome)
         largest = message.largest_step if message.HasField("largest_step") else None
-        return Ending(Outcome(name[len("OUTCOME_"):]), largest, message.message)
+        member = message.member if message.HasField("member") else None
+        return Ending(Outcome(name[len("OUTCOME_"):]), largest, message.message, member)
 
 
 class _Fields:
@@ -53,7 +56,7 @@ class _Fields:
 
 @dataclass(frozen=True)
 class State(_Fields):
-    """The state at `step`, each field (rows, cols); the last good one if `outcome` is not REACHED."""
+    """The state at `step`, each field (rows, cols), of an ensemble (members, rows, cols); the last good one if `outcome` is not REACHED."""
 
     step: int
     time: float
@@ -75,7 +78,7 @@ class State(_Fields):
 
 @dataclass(frozen=True)
 class Batch(_Fields):
-    """Consecutive samples: every field is (samples, rows, cols)."""
+    """Consecutive samples: every field is (samples, rows, cols), of an ensemble (samples, members, rows, cols)."""
 
     step: NDArray[np.int64]
     time: Array

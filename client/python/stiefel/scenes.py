@@ -12,21 +12,34 @@ from google.protobuf import json_format
 from stiefel.errors import InvalidArgument, Violation
 from stiefel.v1 import scene_pb2
 
+_LISTS = {"inertia", "inertia_u", "inertia_v", "inertia_tensor", "moments", "attitude",
+          "angular_velocity"}
+_LARGE = 4096  # numbers, above which an array travels as bytes
+
 SceneLike = Union[Mapping[str, Any], str, "os.PathLike[str]", scene_pb2.Scene]
 
 
 def to_message(scene: SceneLike) -> scene_pb2.Scene:
-    """The message of a scene. In a dict, matrices may be arrays and numbers numpy's."""
+    """The message of a scene. In a dict, matrices may be arrays and numbers numpy's; of an ensemble
+    blocks may be (members, n, N), and what each member has of its own (members, ...)."""
     if isinstance(scene, scene_pb2.Scene):
         return scene
     if not isinstance(scene, Mapping):
         scene = json.loads(Path(scene).read_text(encoding="utf-8"))
+    tensors = {}
+    if isinstance(scene.get("initial"), Mapping):
+        tensors = {name: block for name, block in scene["initial"].items() if _is_large(block)}
+        small = {name: block for name, block in scene["initial"].items() if name not in tensors}
+        scene = {**scene, "initial": {name: _matrix(_plain(block)) for name, block in small.items()}}
     description = _plain(scene)
-    initial = description.get("initial")
-    if isinstance(initial, dict):
-        description["initial"] = {name: _matrix(block) for name, block in initial.items()}
+    for part in (description, description.get("body")):
+        if isinstance(part, dict):
+            part.update((name, np.ravel(part[name]).tolist()) for name in _LISTS & part.keys())
     try:
-        return json_format.ParseDict(description, scene_pb2.Scene())
+        message = json_format.ParseDict(description, scene_pb2.Scene())
+        for name, block in tensors.items():
+            _set_tensor(message.initial_tensors[name], block)
+        return message
     except json_format.ParseError as error:
         raise InvalidArgument(f"not a scene: {error}", (Violation("scene", str(error)),)) from None
 
@@ -58,11 +71,24 @@ def _plain(value: Any) -> Any:
     return value.item() if isinstance(value, np.generic) else value
 
 
+def _is_large(block: Any) -> bool:
+    return isinstance(block, np.ndarray) and block.ndim in (2, 3) and block.size > _LARGE
+
+
+def _set_tensor(tensor: scene_pb2.Tensor, block: np.ndarray) -> None:
+    is_complex = np.iscomplexobj(block)
+    tensor.shape.extend(block.shape)
+    tensor.data_type = (scene_pb2.DATA_TYPE_COMPLEX128 if is_complex
+                        else scene_pb2.DATA_TYPE_FLOAT64)
+    tensor.data = np.ascontiguousarray(block, "<c16" if is_complex else "<f8").tobytes()
+
+
 def _matrix(block: Any) -> Any:
     """A nested list, or a flat one for a vector, as a Matrix."""
     if isinstance(block, Mapping):
         return block
     rows = np.atleast_2d(np.asarray(block))
+    rows = rows.reshape(-1, rows.shape[-1])
     matrix = {"rows": rows.shape[0], "cols": rows.shape[1],
               "values": rows.real.astype(float).ravel().tolist()}
     if np.iscomplexobj(rows):

@@ -20,30 +20,28 @@ inline End end_of(const Simulation& simulation) {
           numbers(std::array<double, 3>(), "angular_velocity")};
 }
 
-/// Independent simulations one after another, on one thread.
+/// A body alone, or an ensemble of them.
 inline Answer turn(const Task& task, const MethodDescription& method, double step,
                    std::int64_t steps) {
-  std::vector<std::unique_ptr<Simulation>> simulations;
+  SceneDescription scene;
+  scene.system = "rigid_body";
+  scene.method = method;
+  scene.step = step;
+  auto& body = scene.body.emplace();
   for (const auto& [I, omega] : task.bodies) {
-    SceneDescription d;
-    d.system = "rigid_body";
-    d.method = method;
-    d.body = BodyDescription{.inertia_tensor = {},
-                             .moments = {I.begin(), I.end()},
-                             .attitude = {1, 0, 0, 0},
-                             .angular_velocity = {omega.begin(), omega.end()}};
-    d.step = step;
-    simulations.push_back(make_simulation(Scene::resolve(std::move(d)).value()));
+    body.moments.insert(body.moments.end(), I.begin(), I.end());
+    body.angular_velocity.insert(body.angular_velocity.end(), omega.begin(), omega.end());
   }
+  if (task.bodies.size() > 1) scene.members = static_cast<int>(task.bodies.size());
+  const auto simulation = make_simulation(Scene::resolve(std::move(scene)).value());
   Answer answer{};
   answer.seconds = processor_seconds([&] {
-    for (const auto& simulation : simulations) {
-      const Ending ending = simulation->advance(steps);
-      if (!ending.reached()) throw std::runtime_error(to_sentence(ending));
-    }
+    const Ending ending = simulation->advance(steps);
+    if (!ending.reached()) throw std::runtime_error(to_sentence(ending));
   });
-  answer.work = steps * static_cast<std::int64_t>(simulations.size());
-  for (const auto& simulation : simulations) answer.ends.push_back(end_of(*simulation));
+  answer.work = steps * static_cast<std::int64_t>(task.bodies.size());
+  if (simulation->members().empty()) answer.ends.push_back(end_of(*simulation));
+  for (const auto& member : simulation->members()) answer.ends.push_back(end_of(*member));
   return answer;
 }
 

@@ -1,0 +1,67 @@
+#pragma once
+
+#include "engine/simulation/packed_bodies.h"
+#include "engine/simulation/simulation.h"
+
+namespace stiefel {
+
+/// The Simulation of an ensemble: its members at one step, each with the bits that it has alone. It
+/// advances on all cores, and bodies in three dimensions side by side in vector registers. When a
+/// member stops, all stop, at the last step that every one of them reached.
+class Ensemble final : public Simulation {
+ public:
+  explicit Ensemble(std::span<const Scene> scenes);
+
+  bool direct() const override { return members_.front()->direct(); }
+  std::int64_t map_steps() const override;
+  Ending advance(std::int64_t steps) override;
+
+  std::size_t saved_size() const override { return saved_.size(); }
+  void save(std::span<double> out) const override;
+  void restore(std::int64_t step, std::span<const double> saved) override;
+
+  void write(std::size_t index, std::span<double> out) const override;
+  /// Nothing: invariants are of single members.
+  void invariants(InvariantList&) const override {}
+  /// The worst member's.
+  std::optional<double> orthogonality() const override;
+  /// The fastest member's, both.
+  double rate() const override;
+  std::optional<double> largest_step(double limit) const override;
+  std::optional<Eigen::MatrixXd> image(const Eigen::MatrixXd&) const override {
+    return std::nullopt;
+  }
+  std::span<const std::unique_ptr<Simulation>> members() const override { return members_; }
+  double step_cost() const override { return step_cost_; }
+
+ private:
+  /// Members that go together, or one that goes alone.
+  struct Group {
+    std::size_t first, count;
+    std::unique_ptr<PackedBodies> packed = nullptr;
+    std::vector<double> states = {};
+    std::int64_t packed_steps = 0;
+    /// Of the last advance: steps taken, and why no more.
+    std::int64_t reached = 0;
+    Ending ending = {};
+  };
+
+  void form_groups(std::span<const Scene> scenes);
+  /// Every group on its own, all at once.
+  void go(std::int64_t steps);
+  void go_packed(Group& group, std::int64_t steps);
+  /// Member `index` by up to `steps`; false with the group's ending when it stopped.
+  bool go_alone(Group& group, std::size_t index, std::int64_t steps);
+  const Simulation& fastest() const;
+
+  std::vector<std::unique_ptr<Simulation>> members_;
+  std::vector<Group> groups_;
+  std::vector<double> saved_;  ///< all members' states before the last advance
+  std::size_t each_saved_ = 0;
+  double step_cost_ = 0;
+};
+
+/// How many threads all ensembles of this process may use; all cores unless told.
+void limit_ensemble_threads(int threads);
+
+}  // namespace stiefel

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "engine/linalg/discrete_body_3.h"
+#include "engine/linalg/isa.h"
+#include "engine/simulation/scene.h"
+
+namespace stiefel {
+
+/// As many bodies in three dimensions as a vector register has lanes, advanced together. Each has
+/// the bits that it has alone, because lanes do not see each other and what is computed in them is
+/// the same source. A step that is not easy for some of them (an equation that converges slowly, a
+/// state that is not finite) is left to their own Simulations.
+class PackedBodies {
+ public:
+  /// `steps` that all of them took, and the lanes that took one more.
+  struct Progress {
+    std::int64_t steps;
+    unsigned further;
+  };
+
+  virtual ~PackedBodies();
+  virtual int lanes() const = 0;
+  /// Up to `steps`, and no further than a step that is not easy for all. `states` is what
+  /// Simulation::save gives of each, one after another.
+  virtual Progress advance(std::span<double> states, std::int64_t steps) = 0;
+};
+
+/// What bodies are made of that go together. One of the two is empty.
+struct BodiesSideBySide {
+  bool frame;
+  Arithmetic arithmetic;
+  int substeps;
+  double h;
+  std::vector<Vector3<double>> lambda;                        ///< for rk4, lane by lane
+  std::vector<std::vector<DiscreteInertia3<double>>> stages;  ///< of the discrete body, by lanes
+};
+
+/// The lanes on this machine.
+int body_lanes();
+/// Whether a scene's method and size are among those that go together: rigid_body and moser_veselov
+/// with N = 3; rk4, variational, preprocessed_variational; numbers whose products stay normal.
+bool can_be_packed(const Scene& scene);
+/// At most `body_lanes()` such bodies, of one ensemble; lanes that are left over repeat the last.
+std::unique_ptr<PackedBodies> pack_bodies(std::span<const Scene> bodies);
+/// What pack_bodies hands to one of the functions below.
+BodiesSideBySide side_by_side(std::span<const Scene> bodies, int lanes);
+
+/// Those compiled for `isa`, in packed_bodies_ISA.cc.
+template <Isa isa>
+std::unique_ptr<PackedBodies> pack_bodies_on(const BodiesSideBySide& bodies);
+
+#ifdef STIEFEL_X86_64
+extern template std::unique_ptr<PackedBodies> pack_bodies_on<Isa::avx2>(const BodiesSideBySide&);
+extern template std::unique_ptr<PackedBodies> pack_bodies_on<Isa::avx512>(const BodiesSideBySide&);
+#endif
+
+}  // namespace stiefel

@@ -1,0 +1,108 @@
+// The processor time of a step of bodies that go together, N = 3, beside the same bodies one after
+// another: on each instruction set that this machine has, and as an ensemble's Simulation does it.
+// h‖Ω‖ = 0.1. Arguments: repeats, seconds to measure for.
+#include <stdexcept>
+
+#include "engine/simulation/packed_bodies_on.h"
+#include "engine/simulation/simulation.h"
+#include "tests/bench/measure.h"
+#include "tests/support/ensemble_of.h"
+#include "tests/support/random_scene.h"
+
+namespace {
+
+using namespace stiefel;
+
+constexpr int members = 1024;
+
+SceneDescription body(unsigned seed, const MethodDescription& method) {
+  auto scene = testing::description(testing::RandomBody(3, seed), 0.1, "");
+  scene.system = "rigid_body";
+  scene.method = method;
+  return scene;
+}
+
+/// Nanoseconds that a member's step takes; `advance(steps)` takes so many steps of all members.
+template <class Advance>
+double step_nanoseconds(double duration, int count, Advance&& advance) {
+  std::int64_t steps = 4;
+  double time = bench::processor_seconds([&] { advance(steps); });
+  while (time < duration / 4) time = bench::processor_seconds([&] { advance(steps *= 2); });
+  std::vector<double> times;
+  for (int i = 0; i < 3; ++i)
+    times.push_back(1e9 * bench::processor_seconds([&] { advance(steps); }) /
+                    static_cast<double>(steps * count));
+  return bench::median(times);
+}
+
+void check(const Ending& ending) {
+  if (!ending.reached()) throw std::runtime_error(to_sentence(ending));
+}
+
+double one_by_one(std::span<const Scene> scenes, double duration) {
+  std::vector<std::unique_ptr<Simulation>> all;
+  for (const Scene& scene : scenes) all.push_back(make_simulation(scene));
+  return step_nanoseconds(duration, static_cast<int>(scenes.size()), [&](std::int64_t steps) {
+    for (const auto& one : all) check(one->advance(steps));
+  });
+}
+
+double as_ensemble(const Scene& ensemble, double duration) {
+  const auto all = make_simulation(ensemble);
+  return step_nanoseconds(duration, static_cast<int>(ensemble.members().size()),
+                          [&](std::int64_t steps) { check(all->advance(steps)); });
+}
+
+double packed(PackedBodies& bodies, std::span<const Scene> scenes, double duration) {
+  std::vector<double> states;
+  for (int k = 0; k < bodies.lanes(); ++k) {
+    const auto one = make_simulation(scenes[static_cast<std::size_t>(k)]);
+    std::vector<double> state(one->saved_size());
+    one->save(state);
+    states.insert(states.end(), state.begin(), state.end());
+  }
+  return step_nanoseconds(duration, bodies.lanes(), [&](std::int64_t steps) {
+    if (bodies.advance(states, steps).steps < steps) throw std::runtime_error("a hard step");
+  });
+}
+
+void compare(const std::string& name, const MethodDescription& method, int repeats,
+             double duration) {
+  const std::string what = name + ", " + method.arithmetic + ", N = 3, ";
+  const auto comparison = [&](const std::string& on, std::optional<double> bound) {
+    return bench::Comparison{what + on, "ns a body", "one by one", bound};
+  };
+  auto avx2 = comparison("packs of 4, AVX2", 1 / 3.5),
+       avx512 = comparison("packs of 8, AVX-512", 1.0 / 6),
+       whole = comparison("an ensemble of " + std::to_string(members), {});
+  for (int i = 0; i < repeats; ++i) {
+    std::vector<SceneDescription> scenes;
+    for (int b = 0; b < members; ++b)
+      scenes.push_back(body(static_cast<unsigned>(i * members + b + 1), method));
+    const Scene ensemble = Scene::resolve(testing::ensemble_of(scenes)).value();
+    const auto some = ensemble.members().first(8);
+    const BodiesSideBySide bodies = side_by_side(some, 8);
+    const double alone = one_by_one(some, duration);
+    if (widest_isa() != Isa::baseline)
+      avx2.add(packed(*pack_bodies_on<Isa::avx2>(bodies), some, duration), alone);
+    if (widest_isa() == Isa::avx512)
+      avx512.add(packed(*pack_bodies_on<Isa::avx512>(bodies), some, duration), alone);
+    whole.add(as_ensemble(ensemble, duration), alone);
+  }
+  if (!avx2.ours.empty()) report(avx2);
+  if (!avx512.ours.empty()) report(avx512);
+  report(whole);
+}
+
+}  // namespace
+
+int main(int, char** argv) {
+  const int repeats = std::stoi(argv[1]);
+  const double duration = std::stod(argv[2]);
+  for (const char* arithmetic : {"plain", "compensated"}) {
+    compare("rk4", {"rk4", {}, {}, arithmetic}, repeats, duration);
+    compare("variational", {"variational", 2, {}, arithmetic}, repeats, duration);
+    compare("preprocessed_variational, order 10", {"preprocessed_variational", 10, {}, arithmetic},
+            repeats, duration);
+  }
+}

@@ -1,0 +1,142 @@
+"""Scenes with `members`: many at once, each with the bits that it has alone."""
+import numpy as np
+import pytest
+
+import scenes
+import stiefel
+
+
+def ensemble(parts, **changes):
+    """The scenes as one, their blocks stacked as arrays (members, n, N)."""
+    blocks = {name: np.stack([np.asarray(part["initial"][name], float) for part in parts])
+              for name in parts[0]["initial"]}
+    return {**parts[0], "members": len(parts), "initial": blocks,
+            "inertia": np.stack([part["inertia"] for part in parts]), **changes}
+
+
+def spinning(count, method="variational"):
+    """Bodies in three dimensions, none like another."""
+    return [scenes.free(3, seed, method) for seed in range(1, count + 1)]
+
+
+PARTS = {
+    "N = 3": spinning(19),
+    "N = 3, rk4": spinning(5, "rk4"),
+    "N = 3, exact": spinning(3, "exact"),
+    "N = 4": [scenes.free(4, seed) for seed in (1, 2, 3)],
+    "V(2, 5)": [scenes.frame(2, 5, seed) for seed in (1, 2)],
+}
+
+
+@pytest.fixture(params=list(PARTS))
+def parts(request):
+    return PARTS[request.param]
+
+
+def test_each_member_has_the_bits_that_it_has_alone(client, parts):
+    with client.create(ensemble(parts)) as together:
+        reached = together.step(30)
+        assert reached.outcome == stiefel.Outcome.REACHED
+        for name, values in reached.fields.items():
+            for member, part in enumerate(parts):
+                with client.create(part) as alone:
+                    np.testing.assert_array_equal(values[member], alone.step(30)[name])
+
+
+def test_a_stream_has_an_axis_of_members(client, parts):
+    with client.create(ensemble(parts)) as together:
+        run = together.trajectory(to=7, every=2)
+        assert run["Q"].shape == (5, len(parts), *np.shape(parts[0]["initial"]["Q"]))
+        np.testing.assert_array_equal(run["Q"][-1], together.step(7)["Q"])
+
+
+def test_the_resolved_scene_is_the_same_scene(client, parts):
+    with client.create(ensemble(parts)) as together:
+        assert together.scene["members"] == len(parts)
+        with client.create(together.scene) as again:
+            np.testing.assert_array_equal(again.step(3)["Q"], together.step(3)["Q"])
+
+
+def test_a_fork_starts_where_all_are(client, parts):
+    with client.create(ensemble(parts)) as old, old.fork(at=5) as new:
+        np.testing.assert_allclose(new.step(0)["Q"], old.step(5)["Q"], atol=1e-14)
+
+
+def test_many_numbers_travel_as_a_tensor(client):
+    parts = spinning(500)
+    message = stiefel.to_message(ensemble(parts))
+    assert set(message.initial_tensors) == {"Q", "M"} and not message.initial
+    with client.create(message) as together, client.create(parts[321]) as alone:
+        np.testing.assert_array_equal(together.step(9)["M"][321], alone.step(9)["M"])
+
+
+def test_the_diagnosis_names_the_worst_member(client):
+    parts = spinning(5, "rk4")
+    with client.create(ensemble(parts)) as together:
+        energy, = together.diagnose(100, ["energy"]).invariants
+    drifts = []
+    for part in parts:
+        with client.create(part) as alone:
+            drifts.append(alone.diagnose(100, ["energy"]).invariants[0].drift)
+    assert energy.drift == max(drifts) and energy.member == int(np.argmax(drifts))
+
+
+def test_the_member_that_stops_is_named(client):
+    parts = spinning(3)
+    parts[1] = {**parts[1], "initial": {**parts[1]["initial"], "M": 500 * parts[1]["initial"]["M"]}}
+    with client.create(ensemble(parts)) as together:
+        state = together.step(10)
+        assert state.outcome == stiefel.Outcome.LEFT_DOMAIN and state.step == 0
+        assert state.ending.member == 1 and state.ending.message.startswith("member 1: ")
+
+
+def test_engineers_may_have_many_bodies(client):
+    scene = scenes.body(moments=[1, 2, 3], attitude=None, angular_velocity=[[0.1, 2, 0.1], [1, 0, 0.5]])
+    with client.create({**scene, "members": 2}) as together:
+        second = scenes.body(attitude=None, angular_velocity=[1, 0, 0.5])
+        with client.create(second) as alone:
+            np.testing.assert_array_equal(together.step(4, ["quaternion"])["quaternion"][1],
+                                          alone.step(4, ["quaternion"])["quaternion"])
+
+
+@pytest.mark.parametrize("changes, fault", [
+    ({"members": 0}, "members: 0"),
+    ({"members": 10**6}, "members: 1000000"),
+    ({"members": 4}, "initial.M: 9 x 3"),
+    ({"inertia": [1, 1]}, "must have 3|must be 2 x 2"),
+    ({"method": None, "tolerance": 1e-6, "horizon": 1}, "tolerance"),
+    ({"initial": {"M": np.zeros((3, 3, 3)), "Q": np.stack([np.eye(3), np.eye(3), np.diag([1, 1, 2])])}}, "member 2"),
+], ids=lambda value: None if isinstance(value, str) else "".join(value))
+def test_what_is_wrong_is_named(client, changes, fault):
+    scene = {name: value for name, value in ensemble(spinning(3), **changes).items() if value is not None}
+    with pytest.raises(stiefel.InvalidArgument, match=fault):
+        client.create(scene)
+
+
+def test_what_is_of_single_scenes_is_refused(client):
+    scene = ensemble(spinning(3))
+    with pytest.raises(stiefel.InvalidArgument, match="scene.members: 3"):
+        client.convert(scene, "symmetric_rigid_body")
+    with pytest.raises(stiefel.InvalidArgument, match="scene.members: 3"):
+        list(client.tradeoff(scene))
+
+
+@pytest.mark.parametrize("change, fault", [
+    ({"data_type": 0}, "data_type"), ({"shape": [3]}, "shape"), ({"shape": [3, 4]}, "data"),
+    ({"shape": [2**40, 2**40]}, "shape"),
+], ids=lambda value: None if isinstance(value, str) else "".join(value))
+def test_a_tensor_must_hold_what_it_says(client, change, fault):
+    message = stiefel.to_message(scenes.rigid_body(initial={"Q": np.eye(3)}))
+    tensor = message.initial_tensors["M"]
+    tensor.shape.extend(change.get("shape", [3, 3]))
+    tensor.data_type = change.get("data_type", 1)
+    tensor.data = np.asarray(scenes.M3, "<f8").tobytes()
+    with pytest.raises(stiefel.InvalidArgument, match=f"initial_tensors.M.{fault}"):
+        client.create(message)
+
+
+def test_a_block_is_given_once(client):
+    message = stiefel.to_message(scenes.rigid_body())
+    message.initial_tensors["M"].CopyFrom(message.initial_tensors["M"])
+    with pytest.raises(stiefel.InvalidArgument, match="initial_tensors.M: given"):
+        client.create(message)
