@@ -100,7 +100,7 @@ class CayleyEquation3 {
   static Vec curvature(const Vec& n, const Vec& kappa, const Vec& delta) {
     return -squared_norm(delta) * n - kappa.cwiseProduct(cyclic_product<Scalar>(delta, delta));
   }
-  void differentiate(const Vec& n, const Vec& kappa) {
+  [[gnu::always_inline]] void differentiate(const Vec& n, const Vec& kappa) {
     const Vec d = 2 * c, k = kappa;
     inverse_ =
         Inverse3<Scalar>({1 - n(0) * d(0), -n(0) * d(1) - k(0) * c(2), -n(0) * d(2) - k(0) * c(1)},

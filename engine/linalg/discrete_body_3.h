@@ -6,6 +6,7 @@
 #include "engine/linalg/compensated.h"
 #include "engine/linalg/double_word.h"
 #include "engine/linalg/principal_moments_3.h"
+#include "engine/linalg/quaternion_product.h"
 #include "engine/linalg/so_3.h"
 
 namespace stiefel {
@@ -109,9 +110,11 @@ class DiscreteBody3 {
   /// With I∘c − (h/2)(m + m×c + (c·m) c) = 0, another form of the equation, whose derivative has
   /// the eigenvalues w_i + w_j, w = spec(UΛ): they keep positive real parts as long as the branch
   /// that starts at the identity lasts. Routh–Hurwitz.
-  bool on_branch(const State& x, const Inertia& I, Scalar h) const {
+  [[gnu::always_inline]] bool on_branch(const State& x, const Inertia& I, Scalar h) const {
+    return squared_norm(equation_.c) < Scalar(1) || has_positive_spectrum(x, I, h);
+  }
+  bool has_positive_spectrum(const State& x, const Inertia& I, Scalar h) const {
     const Vector3<Scalar>& c = equation_.c;
-    if (squared_norm(c) < Scalar(1)) return true;
     Eigen::Matrix<Scalar, 3, 3> F = (-h / 2) * (hat(m(x)) + c * m(x).transpose());
     F.diagonal() += I.moments;
     F.diagonal().array() -= (h / 2) * c.dot(m(x));
@@ -140,8 +143,8 @@ class DiscreteBody3 {
     const Wide w = Wide(one) / (one + at.c2), w2 = two * w;
     if constexpr (frame) {
       const Wide s = sqrt(w);
-      const auto dq = So3<Wide, true>::quaternion_times(
-          x.value, -(at.c2 * w / (one + s)), Vector3<Wide>(s * at.c(0), s * at.c(1), s * at.c(2)));
+      const auto dq = quaternion_product(x.value, -(at.c2 * w / (one + s)),
+                                         Vector3<Wide>(s * at.c(0), s * at.c(1), s * at.c(2)));
       for (int i = 0; i < 4; ++i) x.add(i, dq(i));
     }
     for (int i = 0; i < 3; ++i) x.add(first + i, w2 * at.twist(i));

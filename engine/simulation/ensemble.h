@@ -16,7 +16,7 @@ class Ensemble final : public Simulation {
   std::int64_t map_steps() const override;
   Ending advance(std::int64_t steps) override;
 
-  std::size_t saved_size() const override { return saved_.size(); }
+  std::size_t saved_size() const override { return each_saved_ * members_.size(); }
   void save(std::span<double> out) const override;
   void restore(std::int64_t step, std::span<const double> saved) override;
 
@@ -31,15 +31,20 @@ class Ensemble final : public Simulation {
   std::optional<Eigen::MatrixXd> image(const Eigen::MatrixXd&) const override {
     return std::nullopt;
   }
-  std::span<const std::unique_ptr<Simulation>> members() const override { return members_; }
+  std::span<const std::unique_ptr<Simulation>> members() const override {
+    bring_up_to_date();
+    return members_;
+  }
   double step_cost() const override { return step_cost_; }
 
  private:
-  /// Members that go together, or one that goes alone.
+  /// Members that go together, or one that goes alone. The states of those that go together are
+  /// here, as they save them, and theirs are out of date until somebody looks.
   struct Group {
     std::size_t first, count;
     std::unique_ptr<PackedBodies> packed = nullptr;
-    std::vector<double> states = {};
+    std::vector<double> states = {}, before = {};  ///< now and before the last advance
+    mutable bool stale = false;
     std::int64_t packed_steps = 0;
     /// Of the last advance: steps taken, and why no more.
     std::int64_t reached = 0;
@@ -47,6 +52,12 @@ class Ensemble final : public Simulation {
   };
 
   void form_groups(std::span<const Scene> scenes);
+  std::span<double> state(Group& group, std::size_t lane) const;
+  /// Puts back what `before` or a caller kept of the group's members, at step_.
+  void put_back(Group& group, std::span<const double> states);
+  /// The lanes that are left over repeat the last member's.
+  void fill_lanes(Group& group) const;
+  void bring_up_to_date() const;
   /// Every group on its own, all at once.
   void go(std::int64_t steps);
   void go_packed(Group& group, std::int64_t steps);
@@ -56,7 +67,6 @@ class Ensemble final : public Simulation {
 
   std::vector<std::unique_ptr<Simulation>> members_;
   std::vector<Group> groups_;
-  std::vector<double> saved_;  ///< all members' states before the last advance
   std::size_t each_saved_ = 0;
   double step_cost_ = 0;
 };

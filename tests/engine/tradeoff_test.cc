@@ -102,7 +102,7 @@ TEST(Tradeoff, CountsWorkAndNotTime) {
 }
 
 TEST(Tradeoff, MarksWhatNoOtherPointBeats) {
-  const Table table = measure(testing::description(RandomBody(3, 4), 0.25, "rk4"), 10);
+  const Table table = measure(testing::description(RandomBody(4, 4), 0.25, "rk4"), 10);
   const auto error = [&](const TradeoffPoint& p) {
     return std::max(p.error->largest(), table.setup.reference_error);
   };

@@ -27,6 +27,12 @@ def test_the_program_prints_what_is_shown(tmp_path):
     assert result.stdout == block("text") and result.stderr == ""
 
 
+@pytest.mark.parametrize("program", re.findall(r"```python\n(.*?)```", README, re.DOTALL))
+def test_every_program_runs(program, tmp_path):
+    result = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True)
+    assert result.returncode == 0 and result.stderr == "", result.stderr
+
+
 @pytest.mark.parametrize("table", [readme_table.systems, readme_table.methods])
 def test_the_tables_are_the_catalogue(client, table):
     assert table(client.describe()) in README
