@@ -20,8 +20,8 @@ Kept kept(const Scene& scene, std::string_view invariant) {
 }  // namespace
 
 double InvariantDrift::drift() const {
-  const double change = std::abs(value - initial);
-  return change == 0 ? 0 : change / scale;
+  const long double change = std::abs(value - initial);
+  return change == 0 ? 0 : static_cast<double>(change / scale);
 }
 
 bool is_invariant(const Scene& scene, std::string_view name_or_family) {

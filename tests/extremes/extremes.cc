@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <ctime>
+#include <filesystem>
 #include <fstream>
 #include <limits>
 #include <sstream>
@@ -13,7 +14,7 @@
 namespace stiefel::extremes {
 namespace {
 
-std::string folder;  // of the records; empty in the short form
+std::ofstream records;  // closed in the short form
 
 std::string quoted(const std::string& text) {
   std::string out = "\"";
@@ -31,22 +32,21 @@ std::string number(double x) {
 }
 
 void write(const Record& r) {
-  std::ofstream out(folder + "/" + r.extreme + ".jsonl", std::ios::app);
-  out << "{\"extreme\":" << quoted(r.extreme) << ",\"row\":" << quoted(r.row)
-      << ",\"system\":" << quoted(r.system) << ",\"method\":" << quoted(r.method)
-      << ",\"order\":" << r.order << ",\"arithmetic\":" << quoted(r.arithmetic)
-      << ",\"precision\":" << quoted(r.precision) << ",\"outcome\":" << quoted(r.outcome)
-      << ",\"measure\":" << quoted(r.measure) << ",\"value\":" << number(r.value)
-      << ",\"bound\":" << number(r.bound) << ",\"why\":" << quoted(r.why)
-      << ",\"seconds\":" << number(r.seconds)
-      << ",\"limit\":" << (r.limit ? quoted(*r.limit) : "null") << "}\n";
+  records << "{\"extreme\":" << quoted(r.extreme) << ",\"row\":" << quoted(r.row)
+          << ",\"system\":" << quoted(r.system) << ",\"method\":" << quoted(r.method)
+          << ",\"order\":" << r.order << ",\"arithmetic\":" << quoted(r.arithmetic)
+          << ",\"precision\":" << quoted(r.precision) << ",\"outcome\":" << quoted(r.outcome)
+          << ",\"measure\":" << quoted(r.measure) << ",\"value\":" << number(r.value)
+          << ",\"bound\":" << number(r.bound) << ",\"why\":" << quoted(r.why)
+          << ",\"seconds\":" << number(r.seconds)
+          << ",\"limit\":" << (r.limit ? quoted(*r.limit) : "null") << "}\n";
 }
 
 double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 }  // namespace
 
-bool long_form() { return !folder.empty(); }
+bool long_form() { return records.is_open(); }
 
 void report(const Record& r) {
   if (long_form()) write(r);
@@ -115,7 +115,7 @@ std::string Run::outcome() const {
 }
 
 std::string Run::sentence() const {
-  if (scene) return to_sentence(ending);
+  if (scene) return to_sentence(ending, *scene);
   std::string all;
   for (const auto& v : refusals) all += v.field + " = " + v.value + ": " + v.rule + "; ";
   return all;
@@ -154,9 +154,13 @@ Record record_of(const std::string& extreme, const std::string& row,
 
 }  // namespace stiefel::extremes
 
-/// `--long FOLDER` runs the whole and writes its records there.
+/// `--long FILE` runs the whole and writes its records there.
 int main(int argc, char** argv) {
   ::testing::InitGoogleTest(&argc, argv);
-  if (argc == 3 && std::string(argv[1]) == "--long") stiefel::extremes::folder = argv[2];
+  if (argc == 3 && std::string(argv[1]) == "--long") {
+    const std::filesystem::path file = argv[2];
+    std::filesystem::create_directories(file.parent_path());
+    stiefel::extremes::records.open(file);
+  }
   return RUN_ALL_TESTS();
 }

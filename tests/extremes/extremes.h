@@ -26,7 +26,7 @@ struct Record {
   std::optional<std::string> limit = {};
 };
 
-/// Writes a record where `--long FOLDER` says, and expects it to hold: value ≤ bound, and where
+/// Writes a record where `--long FILE` says, and expects it to hold: value ≤ bound, and where
 /// there is a known limit value > bound, so that the limit is one.
 void report(const Record& record);
 
@@ -71,13 +71,14 @@ inline std::optional<std::string> no_limit(const SceneDescription&) { return std
 
 /// One row by every way: it must be REACHED; its state must be that of the same map in quadruple
 /// precision (twin.h), its frame orthonormal, and what its method declares exact kept, all up to
-/// rounding; and it must be the exact motion's to the method's order.
+/// rounding; and it must be as near to the exact motion as the map itself is.
 struct Row {
   std::string extreme, name;
   SceneDescription scene;  ///< without a method
   std::int64_t steps = 200;
-  double h_omega = 0.1;  ///< by the largest rate on the way
   Limit limit = no_limit;
+  double unit = 1;   ///< how much coarser than u the scene's own numbers are
+  double kappa = 1;  ///< of the invariants
 };
 void measure(const Row& row);
 

@@ -13,7 +13,18 @@ const Eigen::Vector3d m(0.8, -0.5, 0.4);
 
 void measure_body(const std::string& name, const SceneDescription& scene, std::int64_t steps = 200,
                   Limit limit = no_limit) {
-  measure({"inertia", name, scene, steps, 0.1, std::move(limit)});
+  measure({"inertia", name, scene, steps, std::move(limit)});
+}
+
+/// What is stiff when λ_i + λ_j is a small part of the others, and for whom.
+Limit stiff(double part) {
+  return [part](const SceneDescription& way) -> std::optional<std::string> {
+    if (way.method && way.method->name == "gauss4" && part < 1e-2)
+      return "gauss4 works on (Q, P), where the equation is stiff like max(λ_i + λ_j)/min(λ_i + "
+             "λ_j): "
+             "LEFT_DOMAIN or SOLVER_STALLED, and the message names a method that goes on";
+    return std::nullopt;
+  };
 }
 
 /// I₂ = I₁(1 + 10⁻ᵏ).
@@ -37,15 +48,15 @@ TEST(Inertia, Plate) {
 
 TEST(Inertia, Rod) {
   for (const double thin : {1e-3, 1e-6, 1e-9, 1e-12})
-    measure_body("thin rod, I_3 = " + std::to_string(thin),
-                 top({1, 1 + thin / 3, thin}, {0.5, -0.7, 0.8 * thin}, 0.1));
+    measure_body("thin rod, I_3 = 1e" + std::to_string(std::lround(std::log10(thin))),
+                 top({1, 1 + thin / 3, thin}, {0.5, -0.7, 0.8 * thin}, 0.1), 200, stiff(thin));
 }
 
 /// From engines that they break.
 TEST(Inertia, RealBodies) {
   const Eigen::Vector3d rod(1.7231e-4, 6.58e-6, 1.7243e-4), box(0.0433333, 0.0333333, 0.0166667);
   measure_body("rod of 1.7e-4 kg m², 1 ms",
-               top(rod, rod.cwiseProduct(Eigen::Vector3d(3, 40, -2)), 1e-3), 1000);
+               top(rod, rod.cwiseProduct(Eigen::Vector3d(3, 40, -2)), 1e-3), 1000, stiff(1e-3));
   measure_body("box of 1 kg, 10 ms", top(box, box.cwiseProduct(Eigen::Vector3d(1, 2, 3)), 0.01),
                500);
 }
@@ -56,19 +67,24 @@ TEST(Inertia, SpreadInertia) {
       if (!long_form() && (N == 64 || spread == 1e6)) continue;
       std::ostringstream name;
       name << "λ over 1 : " << spread << ", N = " << N;
-      measure_body(name.str(), tumbling(spread_inertia(N, spread), 0.1), N == 3 ? 200 : N == 8 ? 20 : 5);
+      measure_body(name.str(), tumbling(spread_inertia(N, spread), 0.1),
+                   N == 3   ? 200
+                   : N == 8 ? 20
+                            : 5);
     }
 }
 
+/// λ_1 + λ_2 → 0⁺, the two about as small or of opposite signs.
 TEST(Inertia, VanishingSum) {
   for (const double sum : {1e-3, 1e-8, 1e-15}) {
+    if (!long_form() && sum != 1e-8) continue;
     std::ostringstream name;
     name << "λ_1 + λ_2 = " << sum;
-    const Eigen::VectorXd three = Eigen::Vector3d(-0.25, 0.25 + sum, 1);
-    measure_body(name.str(), tumbling(three, 0.1));
-    if (long_form())
-      measure_body(name.str() + ", N = 5",
-                   tumbling(Eigen::VectorXd{{-0.25, 0.25 + sum, 1, 1.5, 2}}, 0.1), 50);
+    measure_body(name.str(), tumbling(Eigen::Vector3d(-0.5 * sum, 1.5 * sum, 1), 0.1), 200,
+                 stiff(sum));
+    measure_body(name.str() + ", N = 5",
+                 tumbling(Eigen::VectorXd{{-0.5 * sum, 1.5 * sum, 1, 1.5, 2}}, 0.1), 20,
+                 stiff(sum));
   }
 }
 

@@ -1,5 +1,5 @@
-#include "engine/linalg/orthogonal.h"
 #include "tests/extremes/twin_in_many.h"
+#include "engine/linalg/orthogonal.h"
 #include "tests/support/quadruple.h"
 
 namespace stiefel::extremes {

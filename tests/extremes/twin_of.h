@@ -47,8 +47,8 @@ std::unique_ptr<Twin> twin_of(const Scene& scene, const S& system, const typenam
       if (name == Method::traits.name) {
         using Map = typename Method::template Map<S, Arithmetic::plain>;
         made = std::make_unique<TwinOf<Map, Read, Energy>>(
-            Map(system, Scalar(scene.step()) / scene.substeps(), discrete ? 2 : scene.order()), start, read,
-            energy);
+            Map(system, Scalar(scene.step()) / scene.substeps(), discrete ? 2 : scene.order()),
+            start, read, energy);
       }
   };
   for_each_type(Methods{}, attempt);
