@@ -21,7 +21,8 @@ Kept kept(const Scene& scene, std::string_view invariant) {
 
 double InvariantDrift::drift() const {
   const long double change = std::abs(value - initial);
-  return change == 0 ? 0 : static_cast<double>(change / scale);
+  // At rest there is nothing to measure it against.
+  return static_cast<double>(scale > 0 || scale < 0 ? change / scale : change);
 }
 
 bool is_invariant(const Scene& scene, std::string_view name_or_family) {

@@ -97,7 +97,7 @@ std::vector<SceneDescription> every_way(const SceneDescription& description) {
   return all;
 }
 
-std::string Run::outcome() const {
+std::string Trial::outcome() const {
   if (!scene) return "REFUSED";
   switch (ending.outcome) {
     case Outcome::reached:
@@ -114,15 +114,15 @@ std::string Run::outcome() const {
   return "";
 }
 
-std::string Run::sentence() const {
+std::string Trial::sentence() const {
   if (scene) return to_sentence(ending, *scene);
   std::string all;
   for (const auto& v : refusals) all += v.field + " = " + v.value + ": " + v.rule + "; ";
   return all;
 }
 
-Run run(const SceneDescription& description, std::int64_t steps) {
-  Run done;
+Trial run(const SceneDescription& description, std::int64_t steps) {
+  Trial done;
   const double start = cpu_seconds();
   auto scene = Scene::resolve(description);
   if (scene) {
@@ -137,7 +137,7 @@ Run run(const SceneDescription& description, std::int64_t steps) {
 }
 
 Record record_of(const std::string& extreme, const std::string& row,
-                 const SceneDescription& description, const Run& run) {
+                 const SceneDescription& description, const Trial& run) {
   Record r;
   r.extreme = extreme;
   r.row = row;

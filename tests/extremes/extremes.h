@@ -46,7 +46,7 @@ std::string rounding_reason(const Scene& scene, double condition);
 std::vector<SceneDescription> every_way(const SceneDescription& description);
 
 /// A scene, run.
-struct Run {
+struct Trial {
   std::unique_ptr<Scene> scene;  ///< null when it was refused
   std::unique_ptr<Simulation> simulation;
   Violations refusals;
@@ -59,11 +59,11 @@ struct Run {
   /// The refusal or the ending in words.
   std::string sentence() const;
 };
-Run run(const SceneDescription& description, std::int64_t steps);
+Trial run(const SceneDescription& description, std::int64_t steps);
 
 /// The record of a run, to be filled in.
 Record record_of(const std::string& extreme, const std::string& row,
-                 const SceneDescription& description, const Run& run);
+                 const SceneDescription& description, const Trial& run);
 
 /// What a row is allowed to miss: the sentence for "known limits", or nothing.
 using Limit = std::function<std::optional<std::string>(const SceneDescription&)>;

@@ -22,7 +22,7 @@ TEST(Frames, OffOrthogonality) {
       RowMatrix& Q = d.initial.at("Q").values;
       // Stretched: max |QQᵀ − I| is `off`.
       Q.row(0) *= std::sqrt(1 + off);
-      const Run done = run(d, 100);
+      const Trial done = run(d, 100);
       Record r = record_of("frames", "Q off by 1e-" + std::to_string(k), d, done);
       if (k >= 6) {
         r.measure = "orthogonality";

@@ -17,13 +17,30 @@ void measure_body(const std::string& name, const SceneDescription& scene, std::i
 }
 
 /// What is stiff when λ_i + λ_j is a small part of the others, and for whom.
-Limit stiff(double part) {
-  return [part](const SceneDescription& way) -> std::optional<std::string> {
-    if (way.method && way.method->name == "gauss4" && part < 1e-2)
+Limit stiff(double part, int N = 3) {
+  return [part, N](const SceneDescription& way) -> std::optional<std::string> {
+    const std::string name = way.method ? way.method->name : "";
+    if (name == "gauss4" && part < 1e-2)
       return "gauss4 works on (Q, P), where the equation is stiff like max(λ_i + λ_j)/min(λ_i + "
              "λ_j): "
              "LEFT_DOMAIN or SOLVER_STALLED, and the message names a method that goes on";
+    if (name == "implicit_midpoint" && N > 3 && part < 1e-9)
+      return "the equation of implicit_midpoint is too stiff for Newton's method by differences: "
+             "LEFT_DOMAIN, and the message names a method that goes on";
     return std::nullopt;
+  };
+}
+
+/// Of rods: the modified moments of inertia are sums that cancel like I_1/I_3.
+Limit of_a_rod(double thin) {
+  return [thin](const SceneDescription& way) -> std::optional<std::string> {
+    if (way.method && way.method->name == "preprocessed_variational" && thin < 1e-8)
+      return "the modified moments of preprocessed_variational cancel like I_1/I_3, or a higher "
+             "power "
+             "of it for higher orders, and extended precision has 19 digits; `variational` and "
+             "`exact` "
+             "keep theirs";
+    return stiff(thin)(way);
   };
 }
 
@@ -49,7 +66,7 @@ TEST(Inertia, Plate) {
 TEST(Inertia, Rod) {
   for (const double thin : {1e-3, 1e-6, 1e-9, 1e-12})
     measure_body("thin rod, I_3 = 1e" + std::to_string(std::lround(std::log10(thin))),
-                 top({1, 1 + thin / 3, thin}, {0.5, -0.7, 0.8 * thin}, 0.1), 200, stiff(thin));
+                 top({1, 1 + thin / 3, thin}, {0.5, -0.7, 0.8 * thin}, 0.1), 200, of_a_rod(thin));
 }
 
 /// From engines that they break.
@@ -70,7 +87,8 @@ TEST(Inertia, SpreadInertia) {
       measure_body(name.str(), tumbling(spread_inertia(N, spread), 0.1),
                    N == 3   ? 200
                    : N == 8 ? 20
-                            : 5);
+                            : 5,
+                   stiff(1 / spread, N));
     }
 }
 
@@ -84,7 +102,7 @@ TEST(Inertia, VanishingSum) {
                  stiff(sum));
     measure_body(name.str() + ", N = 5",
                  tumbling(Eigen::VectorXd{{-0.5 * sum, 1.5 * sum, 1, 1.5, 2}}, 0.1), 20,
-                 stiff(sum));
+                 stiff(sum, 5));
   }
 }
 

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <ctime>
 #include <sstream>
 
 #include "engine/simulation/diagnosis.h"
@@ -51,7 +52,7 @@ void run_for_long(const LongRun& what, const std::string& arithmetic) {
   for (unsigned seed = 1; seed <= what.seeds; ++seed) {
     SceneDescription d = what.scene(seed);
     d.method->arithmetic = arithmetic;
-    Run done = run(d, 0);
+    Trial done = run(d, 0);
     r = record_of("long_runs", what.row, d, done);
     for (const std::int64_t step : thirds_of_decades(what.steps)) {
       const double start = static_cast<double>(std::clock());
@@ -71,7 +72,7 @@ void run_for_long(const LongRun& what, const std::string& arithmetic) {
   for (unsigned seed = 1; seed <= what.phase_seeds; ++seed) {
     SceneDescription d = what.scene(seed);
     d.method->arithmetic = arithmetic;
-    Run done = run(d, 0);
+    Trial done = run(d, 0);
     const auto twin = make_twin(*done.scene);
     for (const std::int64_t step : thirds_of_decades(what.phase_steps)) {
       const std::int64_t more = step - done.simulation->step();

@@ -57,7 +57,7 @@ void measure(const Row& row) {
   std::optional<std::optional<Reference::Answer>> motion;
   double flow_condition = 1;
   for (const SceneDescription& way : every_way(row.scene)) {
-    const Run done = run(way, row.steps);
+    const Trial done = run(way, row.steps);
     Record r = record_of(row.extreme, row.name, way, done);
     const auto limit = row.limit(way);
     Record worst = r;  // of a way with a known limit, which is all that is reported of it

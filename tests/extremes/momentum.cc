@@ -38,7 +38,7 @@ TEST(Momentum, TowardsTwo) {
     const double norm_M = 2 - std::pow(10, -k);
     for (const char* system : systems)
       for (const SceneDescription& way : every_way(symmetric(system, norm_M, 1))) {
-        Run done = run(way, steps);
+        Trial done = run(way, steps);
         Record r = record_of("momentum", "‖M‖_op = 2 - 1e-" + std::to_string(k), way, done);
         r.measure = "error";
         r.bound = 0;
@@ -70,7 +70,7 @@ TEST(Momentum, TwoAndBeyond) {
       SceneDescription d = symmetric(system, norm_M, 1);
       d.step = 0.04 / norm_M;
       d.method = MethodDescription{"munthe_kaas4", {}, {}, ""};
-      const Run refused = run(d, 1);
+      const Trial refused = run(d, 1);
       Record r = record_of("momentum", name.str(), d, refused);
       r.measure = "refused with a rule";
       r.value = refused.outcome() != "REFUSED" ||
@@ -78,20 +78,28 @@ TEST(Momentum, TwoAndBeyond) {
       r.why = "Ψ⁻¹ ends at ‖εM‖_op = 2; the rule names an ε";
       report(r);
       d.epsilon.reset();
-      const Run taken = run(d, 50);
+      const Trial taken = run(d, 50);
       r = record_of("momentum", name.str() + " left out", d, taken);
-      r.measure = "energy drift";
+      r.measure = "change of ‖M‖";
       r.value = 1;
-      r.bound = 1e-5;
-      r.why = "munthe_kaas4 at h‖Ω‖ = 0.04";
       if (taken.reached()) {
-        const double E_0 = 0.5 * symmetric(system, norm_M, {}).initial.at("M").values.norm();
-        r.value = taken.simulation->get("M").allFinite() && E_0 > 0
-                      ? std::abs(taken.simulation->get("M").norm() / (2 * E_0) - 1)
-                      : 1;
+        const double before = d.initial.at("M").values.norm();
+        r.value = std::abs(taken.simulation->get("M").norm() / before - 1);
+        r.bound = rounding_bound(*taken.scene, 50, 1);
       }
+      r.why = "100 u √steps";
       report(r);
     }
+}
+
+/// While ‖M‖_op ≤ 1 it is carried with ε = 1.
+Limit small_M(double size) {
+  return [size](const SceneDescription& way) -> std::optional<std::string> {
+    if (size > 1e-100 || !way.method || way.method->name != "gauss4") return std::nullopt;
+    return "gauss4 works on (Q, P), where while ‖M‖_op ≤ 1 P holds M to u and not to u‖M‖: a small "
+           "M "
+           "loses its digits; units in which ‖M‖_op is about 1, or any other method, keep them";
+  };
 }
 
 struct Scale {
@@ -106,12 +114,14 @@ TEST(Momentum, Scales) {
        {Scale{"M of 1e150", 1, 1e150, 1e-150}, Scale{"M of 1e-150", 1, 1e-150, 1e150},
         Scale{"Λ and M of 1e150", 1e150, 1e150, 1}, Scale{"Λ and M of 1e-150", 1e-150, 1e-150, 1},
         Scale{"Λ of 1e150", 1e150, 1, 1e150}, Scale{"Λ of 1e-150", 1e-150, 1, 1e-150}}) {
-    measure({"momentum", s.name, top(s.lambda * moments, s.M * m, 0.1 * s.step), 100});
+    if (!long_form() && s.lambda == 1e150) continue;
+    measure(
+        {"momentum", s.name, top(s.lambda * moments, s.M * m, 0.1 * s.step), 100, small_M(s.M)});
     if (!long_form()) continue;
     SceneDescription five = tumbling(spread_inertia(5, 4), 0.1 * s.step);
     for (double& l : five.inertia) l *= s.lambda;
     five.initial.at("M").values *= s.M;
-    measure({"momentum", std::string(s.name) + ", N = 5", five, 50});
+    measure({"momentum", std::string(s.name) + ", N = 5", five, 50, small_M(s.M)});
     SceneDescription frames = geodesic(2, spread_inertia(5, 4), 0.1 * s.step);
     for (double& l : frames.inertia) l *= s.lambda;
     frames.initial.at("S").values *= s.M;
@@ -124,7 +134,7 @@ TEST(Momentum, Scales) {
 TEST(Momentum, Denormals) {
   for (const double size : {1e-310, 4.94065645841246544e-324})
     measure({"momentum", "M of " + std::to_string(std::log10(size)).substr(0, 7) + " decades",
-             top(moments, Eigen::Vector3d(size, -3 * size, 5 * size), 0.1), 20});
+             top(moments, Eigen::Vector3d(size, -3 * size, 5 * size), 0.1), 20, small_M(size)});
   for (const double small : {1e-310, 4.94065645841246544e-324})
     measure({"momentum", "one denormal element",
              top(moments, Eigen::Vector3d(small, 1, 0.5 * small), 0.1), 100});
@@ -138,7 +148,7 @@ TEST(Momentum, UnitsOutOfReach) {
         Scale{"M of 1e160", 1, 1e160, 1e-150}}) {
     SceneDescription d = top(s.lambda * moments, s.M * m, 0.1 * s.step);
     d.method = MethodDescription{"variational", {}, {}, ""};
-    const Run refused = run(d, 1);
+    const Trial refused = run(d, 1);
     Record r = record_of("momentum", s.name, d, refused);
     r.measure = "refused with a rule";
     r.value = refused.outcome() != "REFUSED" ||
@@ -150,13 +160,17 @@ TEST(Momentum, UnitsOutOfReach) {
 
 TEST(Momentum, RestAndAxes) {
   measure({"momentum", "rest", top(moments, {0, 0, 0}, 0.1), 100});
-  measure({"momentum", "rest, V(2,5)",
-           [] {
-             SceneDescription d = geodesic(2, spread_inertia(5, 4), 0.1);
-             d.initial.at("S").values.setZero();
-             return d;
-           }(),
-           100});
+  SceneDescription frames = geodesic(2, spread_inertia(5, 4), 0.1);
+  frames.initial.at("S").values.setZero();
+  for (const SceneDescription& way : every_way(frames)) {
+    const Trial done = run(way, 100);
+    Record r = record_of("momentum", "rest, V(2,5)", way, done);
+    r.measure = "distance from the start";
+    r.value = done.reached() ? (done.simulation->get("Q") - done.scene->Q()).norm() : 1;
+    r.bound = done.scene ? rounding_bound(*done.scene, 100, 1) : 0;
+    r.why = rounding_reason(*done.scene, 1);
+    report(r);
+  }
   for (int axis = 0; axis < 3; ++axis) {
     const std::string name = "axis " + std::to_string(axis + 1);
     Eigen::Vector3d m = Eigen::Vector3d::Unit(axis);

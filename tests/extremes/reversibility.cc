@@ -17,7 +17,7 @@ void forth_and_back(const std::string& name, const SceneDescription& scene, cons
     if (!reversible(way.method->name)) continue;
     const bool costly = way.method->name == "gauss4" || way.method->name == "implicit_midpoint";
     const std::int64_t count = costly && scene.inertia.size() > 3 ? steps / 100 : steps;
-    Run forth = run(way, count);
+    Trial forth = run(way, count);
     Record r =
         record_of("reversibility", name + ", " + std::to_string(count) + " steps", way, forth);
     r.measure = "distance from the start";
@@ -27,7 +27,7 @@ void forth_and_back(const std::string& name, const SceneDescription& scene, cons
       back.step = -way.step;
       for (const char* block : {"Q", momentum})
         back.initial[block] = RowMatrix(forth.simulation->get(block));
-      const Run there = run(back, count);
+      const Trial there = run(back, count);
       r.seconds += there.seconds;
       r.outcome = there.outcome();
       if (there.reached())

@@ -11,8 +11,9 @@
 namespace stiefel::extremes {
 namespace {
 
-/// I = (2, 3, 6) and m = (δ, 1, δ′): Δ₂ is a positive multiple of δ′² − δ², so δ′ = δ is on the
-/// separatrix to the last bit. Away from the second axis it goes like e^{t/6}, and ‖Ω‖ = 1/3.
+/// I = (2, 3, 6) and m = (δ, 1, −δ′), on its way out: Δ₂ is a positive multiple of δ′² − δ², so δ′
+/// = δ is on the separatrix to the last bit. Away from the second axis it goes like e^{t/6}, and
+/// ‖Ω‖ = 1/3.
 const Eigen::Vector3d moments(2, 3, 6);
 constexpr double growth = 1.0 / 6, step = 0.3;
 
@@ -24,7 +25,7 @@ constexpr Side on = {"on it", 1};
 constexpr Side sides[] = {{"below", 0.875}, on, {"above", 1.125}};
 
 SceneDescription near_separatrix(double delta, double ratio, double h) {
-  return top(moments, {delta, 1, ratio * delta}, h);
+  return top(moments, {delta, 1, -ratio * delta}, h);
 }
 
 std::string name(double delta, const Side& side) {
@@ -99,7 +100,7 @@ TEST(Separatrix, HundredFlips) {
         const std::string& method = way.method->name;
         const bool exact = method == "exact", keeper = keeps_energy(method);
         if (!keeper && delta < 1e-1 && delta > 1e-40) continue;  // between bound and limit
-        Run done = run(way, 0);
+        Trial done = run(way, 0);
         Record r = record_of("separatrix", name(delta, side) + ": 100 flips", way, done);
         const auto m_2 = [&] { return done.simulation->get("M")(0, 2); };
         const int count = flips(samples, every, m_2, [&](std::int64_t steps) {
@@ -115,6 +116,9 @@ TEST(Separatrix, HundredFlips) {
               "a state in double precision forgets Δ₂/G² ≈ δ² < u in its first flip and flips as "
               "if "
               "δ were about √u; `exact` counts right";
+        if (method == "crouch_grossman3")
+          r.limit =
+              "its energy drifts with (h‖Ω‖)³ t, and with it the distance from the separatrix";
         report(r);
       }
     }
@@ -127,7 +131,7 @@ TEST(Separatrix, OneFlipOnItExactly) {
       const bool exact = way.method->name == "exact";
       if (!exact && (!long_form() || way.method->name != "variational")) continue;
       const std::int64_t every = std::llround(std::log(4 / delta) / growth / 5 / step);
-      Run done = run(way, 0);
+      Trial done = run(way, 0);
       Record r = record_of("separatrix", name(delta, on) + ": one flip for ever", way, done);
       const auto m_2 = [&] { return done.simulation->get("M")(0, 2); };
       const int count = flips(500, every, m_2, [&](std::int64_t steps) {

@@ -29,7 +29,7 @@ void measure_side_by_side(const std::string& name, const std::vector<SceneDescri
       states.push_back(twin->state());
       kappa = std::max(kappa, condition(scene, steps));
     }
-    const Run done = run(way, steps);
+    const Trial done = run(way, steps);
     Record r = record_of("sizes", name, way, done);
     r.measure = "rounding";
     r.value =
@@ -92,7 +92,7 @@ TEST(Sizes, LongestVector) {
     const Scene scene = Scene::resolve(d).value();
     const auto twin = make_twin(scene);
     twin->advance(steps);
-    const Run done = run(way, steps);
+    const Trial done = run(way, steps);
     Record r = record_of("sizes", "V(1," + std::to_string(N) + ")", way, done);
     r.measure = "rounding";
     r.value = 1;

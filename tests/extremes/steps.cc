@@ -18,7 +18,7 @@ std::string frame_field(const std::string& system) { return system == "ellipsoid
 
 std::optional<Eigen::MatrixXd> one_step(SceneDescription d, double h) {
   d.step = h;
-  const Run done = run(d, 1);
+  const Trial done = run(d, 1);
   if (!done.reached()) return std::nullopt;
   return done.simulation->get(frame_field(d.system));
 }
@@ -40,7 +40,7 @@ double largest_jump(const SceneDescription& d, double h) {
 
 void measure_step(SceneDescription d, double h_omega, double h, std::int64_t steps) {
   d.step = h;
-  const Run done = run(d, steps);
+  const Trial done = run(d, steps);
   std::ostringstream name;
   name << "h‖Ω‖ = " << h_omega << (h < 0 ? ", back" : "")
        << (d.inertia.size() == 3 ? ", N = 3" : "");
@@ -63,8 +63,7 @@ void measure_step(SceneDescription d, double h_omega, double h, std::int64_t ste
     const bool above = one_step(there, 1.004 * largest).has_value();
     say("edge", !below || above, 0, "0.998 of the largest step is solved, 1.004 of it is not");
     const bool advised = to_sentence(done.ending, *done.scene).find("method") != std::string::npos;
-    if (!d.system.starts_with("moser_veselov_pair") && !d.system.starts_with("symmetric_moser") &&
-        !d.system.starts_with("parametric"))
+    if (!d.system.starts_with("symmetric_moser"))
       say("message", !advised, 0, "names a method that goes on");
     return;
   }
@@ -73,9 +72,13 @@ void measure_step(SceneDescription d, double h_omega, double h, std::int64_t ste
   if (diagnosis.orthogonality)
     say("orthogonality", *diagnosis.orthogonality, rounding_bound(*done.scene, steps, 1),
         rounding_reason(*done.scene, 1));
-  if (long_form() && steps == 1 && h > 0)
-    say("largest jump", largest_jump(d, h), 0.5,
-        "the branch that starts at the identity: continuous in h, other branches are 1 away");
+  if (!long_form() || steps != 1 || h < 0) return;
+  if (d.method && d.method->name == "preprocessed_variational" && r.order == 6 && h_omega > 2)
+    r.limit =
+        "the modified moments of order 6, positive up to h‖Ω‖ of about 1, are positive again far "
+        "beyond what their series in h is good for: a step is taken where LEFT_DOMAIN is due";
+  say("largest jump", largest_jump(d, h), 0.5,
+      "the branch that starts at the identity: continuous in h, other branches are 1 away");
 }
 
 class Steps : public ::testing::TestWithParam<testing::Pair> {};
@@ -86,10 +89,12 @@ INSTANTIATE_TEST_SUITE_P(Catalogue, Steps, ::testing::ValuesIn(testing::every_pa
 /// is.
 TEST_P(Steps, LargeOnes) {
   const auto& [system, method, N] = GetParam();
+  // The step of these is in their blocks.
+  if (system == "moser_veselov_pair" || system == "parametric_moser_veselov") return;
   const SceneDescription at_one = testing::any_scene(system, method, 3, 1, N);
   for (const SceneDescription& way : method.empty() ? std::vector{at_one} : every_way(at_one)) {
     if (way.method && way.method->name != method) continue;
-    const Run start = run(way, 0);
+    const Trial start = run(way, 0);
     ASSERT_TRUE(start.scene) << start.sentence();
     if (!start.simulation->largest_step(1)) continue;  // explicit
     const double rate = start.simulation->rate();

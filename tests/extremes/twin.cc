@@ -6,8 +6,19 @@
 
 namespace stiefel::extremes {
 
+namespace {
+
+/// Methods that turn M as a whole know its elements to u‖M‖; the others to u each.
+bool holds_M_as_a_whole(const std::string& method) {
+  for (const char* name : {"munthe_kaas4", "crouch_grossman3", "implicit_midpoint", "gauss4"})
+    if (method == name) return true;
+  return false;
+}
+
+}  // namespace
+
 std::unique_ptr<Twin> make_twin(const Scene& scene, double perturbation, unsigned seed) {
-  const Perturbation moved(perturbation, seed);
+  const Perturbation moved(perturbation, seed, holds_M_as_a_whole(scene.method()));
   if (scene.system() == "stiefel") return twin_of_frames(scene, moved);
   const bool body = scene.system() == "rigid_body" || scene.system() == "moser_veselov";
   if (!body || !scene.has_frame()) return nullptr;

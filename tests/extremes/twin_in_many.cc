@@ -1,5 +1,4 @@
 #include "tests/extremes/twin_in_many.h"
-#include "engine/linalg/orthogonal.h"
 #include "tests/support/quadruple.h"
 
 namespace stiefel::extremes {

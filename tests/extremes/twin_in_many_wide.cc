@@ -1,4 +1,3 @@
-#include "engine/linalg/orthogonal.h"
 #include "tests/extremes/twin_in_many.h"
 
 namespace stiefel::extremes {
