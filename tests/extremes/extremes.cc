@@ -14,7 +14,8 @@
 namespace stiefel::extremes {
 namespace {
 
-std::ofstream records;  // closed in the short form
+std::ofstream records;  // closed where none are wanted
+bool whole = false;
 
 std::string quoted(const std::string& text) {
   std::string out = "\"";
@@ -46,10 +47,10 @@ double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC
 
 }  // namespace
 
-bool long_form() { return records.is_open(); }
+bool long_form() { return whole; }
 
 void report(const Record& r) {
-  if (long_form()) write(r);
+  if (records.is_open()) write(r);
   std::ostringstream what;
   what << r.extreme << ", " << r.row << ": " << r.measure << " by " << r.system << " " << r.method
        << " " << r.order << " " << r.arithmetic << ", " << r.outcome << ", is " << r.value << " ("
@@ -154,12 +155,14 @@ Record record_of(const std::string& extreme, const std::string& row,
 
 }  // namespace stiefel::extremes
 
-/// `--long FILE` runs the whole and writes its records there.
+/// `--long FILE` runs the whole and writes its records there; `--short FILE` writes those of the
+/// short form.
 int main(int argc, char** argv) {
   ::testing::InitGoogleTest(&argc, argv);
-  if (argc == 3 && std::string(argv[1]) == "--long") {
+  if (argc == 3) {
     const std::filesystem::path file = argv[2];
     std::filesystem::create_directories(file.parent_path());
+    stiefel::extremes::whole = std::string(argv[1]) == "--long";
     stiefel::extremes::records.open(file);
   }
   return RUN_ALL_TESTS();

@@ -1,6 +1,8 @@
 """Renders what `make test-long` recorded in build/release/extremes as README.md and long_runs.png.
 
-    /usr/bin/python3 tests/extremes/report.py [build/release/extremes]
+    /usr/bin/python3 tests/extremes/report.py [build/release/extremes] [--short]
+
+With --short the records are those of the short form, `extremes_test --short FILE`.
 """
 
 import json
@@ -133,7 +135,7 @@ def fit(points):
 
 
 def draw(curves, path):
-    figure, axes = plt.subplots(2, 2, figsize=(11, 8), sharex=True, layout="constrained")
+    figure, axes = plt.subplots(2, 2, figsize=(11, 8), sharex=True, constrained_layout=True)
     rows = list(dict.fromkeys(row for row, _, _ in curves))
     colours = {row: f"C{i}" for i, row in enumerate(rows)}
     for panel, axis in zip(PANELS, axes.flat):
@@ -166,8 +168,8 @@ def draw(curves, path):
         if label not in labels:
             handles.append(handle)
             labels.append(label)
-    figure.legend(handles, labels, loc="outside lower center", ncols=3, frameon=False, fontsize=9)
-    figure.savefig(path, dpi=110)
+    figure.legend(handles, labels, loc="upper center", bbox_to_anchor=(0.5, 0), ncol=3, frameon=False, fontsize=9)
+    figure.savefig(path, dpi=110, bbox_inches="tight")
 
 
 def machine():
@@ -181,7 +183,10 @@ def commit():
 
 
 def main():
-    folder = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else "build/release/extremes")
+    short = "--short" in sys.argv
+    given = [a for a in sys.argv[1:] if a != "--short"]
+    folder = pathlib.Path(given[0] if given else "build/release/extremes")
+    made_by = "the short form, `extremes_test --short FILE`," if short else "`make test-long`"
     records = read(folder)
     by_extreme = defaultdict(list)
     for record in records:
@@ -197,7 +202,7 @@ def main():
            "several systems, the worst of them.", "",
            f"{len(records)} measurements: {len(records) - len(limits) - len(missed)} within their bounds, "
            f"{len(limits)} known limits" + (f", **{len(missed)} missed**" if missed else "") + ".", "",
-           f"Made by `make test-long` and `python3 tests/extremes/report.py` on {machine()}, commit {commit()}.", ""]
+           f"Made by {made_by} and `python3 tests/extremes/report.py` on {machine()}, commit {commit()}.", ""]
     for extreme in ORDER + sorted(set(by_extreme) - set(ORDER)):
         of_it = by_extreme.get(extreme)
         if not of_it:

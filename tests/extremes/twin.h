@@ -26,8 +26,7 @@ class Twin {
 std::unique_ptr<Twin> make_twin(const Scene& scene, double perturbation = 0, unsigned seed = 1);
 
 /// How far the states drift apart, as MotionError::largest measures it, when every number of the
-/// start is moved by one part: the condition of `steps` steps. The larger of two trials. For
-/// methods that turn M as a whole, which know its elements to u‖M‖, M is moved as a whole.
+/// start is moved by one part: the condition of `steps` steps. The larger of two trials.
 double condition(const Scene& scene, std::int64_t steps);
 
 }  // namespace stiefel::extremes

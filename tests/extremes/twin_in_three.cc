@@ -8,7 +8,7 @@ std::unique_ptr<Twin> twin_in_three(const Scene& scene, Perturbation moved) {
   using Body = RigidBody<So3<Quad, true>>;
   const Body body(moved.of<Quad>(scene.inertia()));
   Body::State x;
-  x << moved.of<Quad>(scene.attitude()).normalized(), vee(moved.of_skew<Quad>(scene.M()));
+  x << moved.of<Quad>(scene.attitude()).normalized(), moved.of<Quad>(vee(scene.M()));
   const auto read = [determinant = scene.determinant()](const Body::State& at) {
     const Matrix<Quad> Q = determinant * rotation_matrix<Quad>(at.head<4>());
     const Matrix<Quad> M = hat(at.tail<3>());

@@ -58,9 +58,7 @@ std::unique_ptr<Twin> twin_of(const Scene& scene, const S& system, const typenam
 /// What moves each number by up to `perturbation` of its size.
 class Perturbation {
  public:
-  /// `whole`: M's elements by parts of its largest.
-  Perturbation(double size, unsigned seed, bool whole)
-      : size_(size), whole_(whole), state_(seed * 2654435761u + 1) {}
+  Perturbation(double size, unsigned seed) : size_(size), state_(seed * 2654435761u + 1) {}
 
   template <class Scalar, class Derived>
   Matrix<Scalar> of(const Eigen::MatrixBase<Derived>& x) {
@@ -72,11 +70,7 @@ class Perturbation {
   /// M from its upper half.
   template <class Scalar>
   Matrix<Scalar> of_skew(const Eigen::MatrixXd& M) {
-    Matrix<Scalar> upper = of<Scalar>(M).template triangularView<Eigen::StrictlyUpper>();
-    if (whole_ && size_ > 0)
-      for (Eigen::Index j = 0; j < M.cols(); ++j)
-        for (Eigen::Index i = 0; i < j; ++i)
-          upper(i, j) += Scalar(M.cwiseAbs().maxCoeff() * size_ * uniform());
+    const Matrix<Scalar> upper = of<Scalar>(M).template triangularView<Eigen::StrictlyUpper>();
     return upper - upper.transpose();
   }
 
@@ -87,7 +81,6 @@ class Perturbation {
   }
 
   double size_;
-  bool whole_;
   std::uint64_t state_;
 };
 
