@@ -92,7 +92,7 @@ def table(records):
     for (row, name), all_of_it in groups.items():
         plain = [r for r in all_of_it if r["arithmetic"] == "plain"]
         other = [r for r in all_of_it if r["arithmetic"] != "plain"]
-        why = max(all_of_it, key=ratio)["why"].split(";")[0]
+        why = max(all_of_it, key=ratio)["why"].split(";")[0].replace("|", "\\|")
         runs = {(r["system"], r["order"], r["arithmetic"]): r["seconds"] for r in all_of_it}
         lines.append(f"| {row} | {name} | {cell(other)} | {cell(plain)} | {why} | {sum(runs.values()):.2g} |")
     return lines
