@@ -1,9 +1,10 @@
 #pragma once
 
-#include <Eigen/Cholesky>
 #include <cmath>
 
+#include "engine/linalg/cayley_sweep.h"
 #include "engine/linalg/compensated.h"
+#include "engine/linalg/j_n.h"
 #include "engine/linalg/lu.h"
 #include "engine/linalg/lyapunov.h"
 
@@ -14,7 +15,7 @@ namespace stiefel {
 ///     F(C) = ΛC + CΛ − ½ (I − C) K (I + C) = 0.
 ///
 /// It divides by λ_i + λ_j only, so one λ may be 0 or slightly negative and Λ may be spread wide,
-/// and U is orthogonal whatever C. Fixed point while that converges fast; else Newton, Aᵀδ + δA =
+/// and U is orthogonal whatever C. CayleySweep while that converges fast; else Newton, Aᵀδ + δA =
 /// −F with A = Λ + ½K(I + C). At the solution spec(A) = spec(UΛ), so the branch that starts at the
 /// identity lasts while Re(w_i + w_j) > 0 for i < j.
 template <class Scalar, Arithmetic arithmetic>
@@ -39,8 +40,7 @@ class CayleyN {
   /// UΛ − Λ = 2(I − C)⁻¹CΛ.
   const Matrix<Scalar>& deviation();
 
-  /// M ← UᵀMU = M + (4/h)[Λ, D], D = C²(I − C²)⁻¹, after one more correction of C in wider
-  /// arithmetic.
+  /// M ← UᵀMU = M + (4/h)[Λ, D], D = C²(I − C²)⁻¹, C to its last bit.
   void transport_momentum(State& x);
 
   /// U − I of the last transport_momentum.
@@ -50,35 +50,28 @@ class CayleyN {
   void transport_frame(State& x);
 
  private:
-  /// C ← the skew part of F over λ_i + λ_j: a sweep of the fixed point.
-  void correct(Matrix<Wide>& C, const Matrix<Wide>& F) const;
+  /// More sweeps, in wider arithmetic, until C is known far below its rounding.
+  void finish();
 
   void residual(const Matrix<Scalar>& K);
 
   void linearise(const Matrix<Scalar>& K);
 
-  /// The skew part of F over λ_i + λ_j, and its largest element.
-  Scalar divide_by_sums(Matrix<Scalar>& F) const;
-
   Scalar h_;
   Vector<Scalar> lambda_;
-  Vector<Wide> wide_lambda_;
   Lyapunov<Scalar> lyapunov_;
   Matrix<Scalar> C_, A_, F_, G_, delta_, U_minus_I_;
 
-  /// The last correction's workspace.
-  struct WideWorkspace {
-    explicit WideWorkspace(Eigen::Index N) : C(N, N), K(N, N), product(N, N), llt(N) {}
-    Matrix<Wide> C, K, product;
-    Eigen::LLT<Matrix<Wide>> llt;
-  } wide_;
+  CayleySweep<Scalar> sweep_;
+  CayleySweep<Wide> wide_sweep_;
+  Matrix<Scalar> hOmega_;
+  Matrix<Wide> wide_C_, wide_hOmega_;
 };
 
 template <class Scalar, Arithmetic arithmetic>
 CayleyN<Scalar, arithmetic>::CayleyN(const Vector<Scalar>& lambda, Scalar h)
     : h_(h),
       lambda_(lambda),
-      wide_lambda_(lambda.template cast<Wide>()),
       lyapunov_(lambda.size()),
       C_(Matrix<Scalar>::Zero(lambda.size(), lambda.size())),
       A_(C_),
@@ -86,13 +79,16 @@ CayleyN<Scalar, arithmetic>::CayleyN(const Vector<Scalar>& lambda, Scalar h)
       G_(C_),
       delta_(C_),
       U_minus_I_(C_),
-      wide_(lambda.size()) {}
+      sweep_(lambda),
+      wide_sweep_(lambda.template cast<Wide>()),
+      hOmega_(C_),
+      wide_C_(C_.template cast<Wide>()),
+      wide_hOmega_(wide_C_) {}
 
 template <class Scalar, Arithmetic arithmetic>
 void CayleyN<Scalar, arithmetic>::start(const Matrix<Scalar>& K) {
-  C_ = K;
-  divide_by_sums(C_);
-  C_ /= 2;
+  inverse_inertia(lambda_, K, Scalar(2), hOmega_);
+  C_ = hOmega_ / 2;
 }
 
 template <class Scalar, Arithmetic arithmetic>
@@ -100,10 +96,9 @@ bool CayleyN<Scalar, arithmetic>::fixed_point(const Matrix<Scalar>& K) {
   const Scalar enough = two_to<Scalar>(1 - bits<Scalar>), slow = Scalar(0.5);
   constexpr int most = 60;
   Scalar last = std::numeric_limits<Scalar>::infinity();
+  inverse_inertia(lambda_, K, Scalar(2), hOmega_);
   for (int k = 0; k < most; ++k) {
-    residual(K);
-    const Scalar size = divide_by_sums(F_);
-    C_ -= F_;
+    const Scalar size = sweep_(hOmega_, C_);
     const Scalar ratio = k == 0 ? slow : size / last;
     if (!(size <= last * slow) && k > 1) return size <= 16 * enough * C_.cwiseAbs().maxCoeff();
     if (size * ratio <= enough * C_.cwiseAbs().maxCoeff()) return true;
@@ -144,28 +139,32 @@ const Matrix<Scalar>& CayleyN<Scalar, arithmetic>::deviation() {
 template <class Scalar, Arithmetic arithmetic>
 void CayleyN<Scalar, arithmetic>::transport_momentum(State& x) {
   const Eigen::Index N = C_.rows(), top = x.value.rows() - N;
-  Matrix<Wide>&C = wide_.C, &K = wide_.K, &product = wide_.product;
-  C = C_.template cast<Wide>();
+  const Vector<Wide>& lambda = wide_sweep_.lambda();
   for (Eigen::Index j = 0; j < N; ++j)
-    for (Eigen::Index i = 0; i < N; ++i) K(i, j) = h_ * x.extended(top + i, j) / 2;
-  product.noalias() = K * C;
-  product += K;  // ½K(I + C)
-  K = product;
-  K.noalias() -= C * product;
-  correct(C, K);
-  product.noalias() = Wide(-1) * C * C;
-  product.diagonal().array() += Wide(1);
-  wide_.llt.compute(product);
-  Matrix<Wide>&quotient = product, &D = K;
-  quotient = C;
-  wide_.llt.solveInPlace(quotient);
-  D.noalias() = C * quotient;
-  U_minus_I_ = (Wide(2) * (quotient + D)).template cast<Scalar>();
+    for (Eigen::Index i = 0; i < N; ++i)
+      wide_hOmega_(i, j) = i == j ? Wide(0) : h_ * x.extended(top + i, j) / (lambda(i) + lambda(j));
+  finish();
+  U_minus_I_ = wide_sweep_.U_minus_I().template cast<Scalar>();
+  const Matrix<Wide>& D = wide_sweep_.D();
   for (Eigen::Index j = 0; j < N; ++j)
     for (Eigen::Index i = 0; i < j; ++i) {
-      x.add(top + i, j, 4 * (wide_lambda_(i) - wide_lambda_(j)) * D(i, j) / h_);
+      x.add(top + i, j, 4 * (lambda(i) - lambda(j)) * D(i, j) / h_);
       x.mirror(top + i, j, top + j, i);
     }
+}
+
+template <class Scalar, Arithmetic arithmetic>
+void CayleyN<Scalar, arithmetic>::finish() {
+  const Wide enough = two_to<Wide>(-bits<Scalar> - 11);
+  constexpr int most = 12;
+  wide_C_ = C_.template cast<Wide>();
+  Wide last = std::numeric_limits<Wide>::infinity();
+  for (int k = 0; k < most; ++k) {
+    const Wide size = wide_sweep_(wide_hOmega_, wide_C_);
+    if (!(size > enough * wide_C_.cwiseAbs().maxCoeff() && 2 * size < last)) break;
+    last = size;
+  }
+  wide_sweep_.evaluate(wide_C_);
 }
 
 template <class Scalar, Arithmetic arithmetic>
@@ -173,15 +172,6 @@ void CayleyN<Scalar, arithmetic>::transport_frame(State& x) {
   G_.noalias() = x.value.topRows(C_.rows()) * U_minus_I_;
   for (Eigen::Index j = 0; j < G_.cols(); ++j)
     for (Eigen::Index i = 0; i < G_.rows(); ++i) x.add_scalar(i, j, G_(i, j));
-}
-
-template <class Scalar, Arithmetic arithmetic>
-void CayleyN<Scalar, arithmetic>::correct(Matrix<Wide>& C, const Matrix<Wide>& F) const {
-  for (Eigen::Index j = 0; j < C.cols(); ++j)
-    for (Eigen::Index i = 0; i < j; ++i) {
-      C(i, j) = (F(i, j) - F(j, i)) / (2 * (wide_lambda_(i) + wide_lambda_(j)));
-      C(j, i) = -C(i, j);
-    }
 }
 
 template <class Scalar, Arithmetic arithmetic>
@@ -199,21 +189,6 @@ void CayleyN<Scalar, arithmetic>::linearise(const Matrix<Scalar>& K) {
   A_.noalias() += Scalar(0.5) * (K * C_);
   A_.diagonal() += lambda_;
   lyapunov_.factor(A_);
-}
-
-template <class Scalar, Arithmetic arithmetic>
-Scalar CayleyN<Scalar, arithmetic>::divide_by_sums(Matrix<Scalar>& F) const {
-  using std::abs;
-  Scalar largest = 0;
-  for (Eigen::Index j = 0; j < F.cols(); ++j) {
-    F(j, j) = 0;
-    for (Eigen::Index i = 0; i < j; ++i) {
-      F(i, j) = (F(i, j) - F(j, i)) / (2 * (lambda_(i) + lambda_(j)));
-      F(j, i) = -F(i, j);
-      largest = std::max<Scalar>(largest, abs(F(i, j)));
-    }
-  }
-  return largest;
 }
 
 // Compiled once, in cayley_n.cc.

@@ -118,6 +118,7 @@ class DiscreteBody3 {
     Eigen::Matrix<Scalar, 3, 3> F = (-h / 2) * (hat(m(x)) + c * m(x).transpose());
     F.diagonal() += I.moments;
     F.diagonal().array() -= (h / 2) * c.dot(m(x));
+    F /= static_cast<Scalar>(I.moments.maxCoeff());  // its cube is a number in all units
     const Scalar trace = F.trace(), determinant = F.determinant();
     const Scalar minors = (trace * trace - (F * F).trace()) / 2;
     return trace > 0 && determinant > 0 && trace * minors > determinant;

@@ -11,7 +11,8 @@ namespace stiefel {
 /// D = exp(Θ) − I for a skew N × N matrix Θ, by the diagonal Padé approximant of degree 7 with
 /// scaling and squaring (Higham 2005): r = (V − U)⁻¹(V + U), U odd and V even in Θ, is orthogonal
 /// to rounding because Θ is skew. D is formed directly, so it is relatively accurate for small Θ,
-/// and doubled by exp(2Θ) − I = 2D + D². Allocates at construction only.
+/// and doubled by exp(2Θ) − I = 2D + D². Each doubling doubles the rounding, so now and then U = I
+/// + D is led back to the orthogonal matrices, U ← U(3I − UᵀU)/2. Allocates at construction only.
 template <class Scalar>
 class SkewExponential {
  public:
@@ -20,6 +21,8 @@ class SkewExponential {
   void operator()(const Matrix<Scalar>& theta, Matrix<Scalar>& D);
 
  private:
+  void restore_orthogonality(Matrix<Scalar>& D);
+
   Matrix<Scalar> square_, fourth_, sixth_, odd_, even_;
   Eigen::PartialPivLU<Matrix<Scalar>> lu_;
 };
@@ -51,7 +54,18 @@ void SkewExponential<Scalar>::operator()(const Matrix<Scalar>& theta, Matrix<Sca
   for (int k = 0; k < doublings; ++k) {
     odd_.noalias() = D * D;
     D = Scalar(2) * D + odd_;
+    if (k % 4 == 3 || (k > 3 && k == doublings - 1)) restore_orthogonality(D);
   }
+}
+
+/// UᵀU − I = D + Dᵀ + DᵀD.
+template <class Scalar>
+void SkewExponential<Scalar>::restore_orthogonality(Matrix<Scalar>& D) {
+  even_.noalias() = D.transpose() * D;
+  even_ += D + D.transpose();
+  odd_ = even_;
+  odd_.noalias() += D * even_;
+  D -= odd_ / 2;
 }
 
 // Compiled once, in exponential.cc.

@@ -18,6 +18,22 @@ void inverse_inertia(const Vector<Scalar>& lambda, const Eigen::MatrixBase<G>& g
   }
 }
 
+/// [J(Ω), Ω] = [Λ, Ω²], that is (λ_i − λ_j)(Ω²)_ij: [M, Ω] with none of its cancellation, which
+/// where Λ is spread wide, or λ_i next to λ_j, leaves nothing of it. Exactly skew. Ω is not the
+/// result.
+template <class Scalar, class Algebra, class Result>
+void inertia_bracket(const Vector<Scalar>& lambda, const Eigen::MatrixBase<Algebra>& Omega,
+                     Eigen::MatrixBase<Result>&& bracket) {
+  bracket.noalias() = Omega * Omega;
+  for (Eigen::Index j = 0; j < Omega.cols(); ++j) {
+    bracket(j, j) = 0;
+    for (Eigen::Index i = 0; i < j; ++i) {
+      bracket(i, j) *= lambda(i) - lambda(j);
+      bracket(j, i) = -bracket(i, j);
+    }
+  }
+}
+
 /// J_D(U) = UΛ − ΛUᵀ, which is hM where U = Q_kᵀQ_{k+1}; [RB] (4.7).
 template <class Scalar>
 Matrix<Scalar> J_D(const Vector<Scalar>& lambda, const Matrix<Scalar>& U) {

@@ -41,10 +41,13 @@ struct So3 {
     Vector3<Scalar> inverse_;
   };
 
-  /// (QΩ, [M, Ω]): q̇ = ½ q∘(0, ω), ṁ = m × ω.
-  static void velocity(const State& x, const Algebra& omega, State& dx) {
+  /// (QΩ, [M, Ω]) for M = J(Ω): q̇ = ½ q∘(0, ω), ṁ = m × ω, which is (I₂ − I₃)ω₂ω₃ and cyclic with
+  /// I₂ − I₃ = λ₃ − λ₂.
+  static void velocity(const Lambda& lambda, const State& x, const Algebra& omega, State& dx) {
     if constexpr (frame) dx.template head<4>() = quaternion_times(x, Algebra(omega * Scalar(0.5)));
-    dx.template tail<3>() = m(x).cross(omega);
+    dx.template tail<3>() << (lambda(2) - lambda(1)) * (omega(1) * omega(2)),
+        (lambda(0) - lambda(2)) * (omega(2) * omega(0)),
+        (lambda(1) - lambda(0)) * (omega(0) * omega(1));
   }
 
   /// [a, b] = ab − ba in so(3): a × b.

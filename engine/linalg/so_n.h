@@ -1,6 +1,7 @@
 #pragma once
 
 #include "engine/linalg/exponential.h"
+#include "engine/linalg/j_n.h"
 #include "engine/linalg/scalar.h"
 
 namespace stiefel {
@@ -40,10 +41,11 @@ struct SoN {
     Lambda lambda_;
   };
 
-  /// (QΩ, [M, Ω]); [M, Ω] = MΩ − (MΩ)ᵀ since both are skew.
-  static void velocity(const State& x, const Algebra& Omega, State& dx) {
-    dx.noalias() = x * Omega;
-    take_twice_skew_part(dx);
+  /// (QΩ, [M, Ω]) for M = J(Ω).
+  static void velocity(const Lambda& lambda, const State& x, const Algebra& Omega, State& dx) {
+    const Eigen::Index N = x.cols(), top = x.rows() - N;
+    dx.topRows(top).noalias() = x.topRows(top) * Omega;
+    inertia_bracket(lambda, Omega, dx.bottomRows(N));
   }
 
   /// [A, B] = AB − BA = AB − (AB)ᵀ.

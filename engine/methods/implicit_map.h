@@ -5,6 +5,7 @@
 #include "engine/linalg/fixed_point.h"
 #include "engine/linalg/follow_branch.h"
 #include "engine/linalg/history.h"
+#include "engine/linalg/newton_krylov.h"
 #include "engine/methods/method.h"
 
 namespace stiefel {
@@ -16,8 +17,9 @@ namespace stiefel {
 ///     sweep(x, z, h, g)      g = g(x, z, h),
 ///     displacement(x, z, dx) Δ.
 ///
-/// z starts from the extrapolated solutions of the last steps and is solved to rounding. Where it
-/// is not found, the solution is followed from h = 0: left_domain where it cannot be.
+/// z starts from the extrapolated solutions of the last steps and is solved to rounding, by
+/// Newton's method where the fixed point does not converge: Λ spread wide makes the equation stiff.
+/// Where it is not found, the solution is followed from h = 0: left_domain where it cannot be.
 template <class Derived, class S, Arithmetic arithmetic>
 class ImplicitMap {
  public:
@@ -48,6 +50,7 @@ class ImplicitMap {
     const Point& x = state.x.value;
     prepare(x);
     if (!state.memory.predict(z_)) derived().begin(x, z_);
+    found_ = z_;
     if (!solve(x, h_)) {
       if (!x.allFinite()) return {Outcome::not_finite, std::nullopt};
       const double reached = follow(x, 1);
@@ -83,8 +86,12 @@ class ImplicitMap {
     solver_ = FixedPoint<Scalar>(z_.rows(), z_.cols());
   }
 
+  /// From found_, which z_ is.
   bool solve(const Point& x, Scalar h) {
-    return solver_.solve(z_, [&](const auto& z, auto& g) { derived().sweep(x, z, h, g); });
+    const auto sweep = [&](const auto& z, auto& g) { derived().sweep(x, z, h, g); };
+    if (solver_.solve(z_, sweep)) return true;
+    z_ = found_;
+    return newton_.solve(z_, sweep);
   }
 
   double follow(const Point& x, double end) {
@@ -98,6 +105,7 @@ class ImplicitMap {
   }
 
   FixedPoint<Scalar> solver_;
+  NewtonKrylov<Scalar> newton_;
   Matrix<Scalar> z_, found_;
   Point dx_;
 };

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <fstream>
-#include <iomanip>
-#include <sstream>
 #include <thread>
 
 #include "engine/simulation/simulation.h"
@@ -43,32 +41,6 @@ Eigen::MatrixXd Simulation::get(std::string_view name) const {
   write(static_cast<std::size_t>(field - fields_.begin()),
         {value.data(), static_cast<std::size_t>(field->size())});
   return value;
-}
-
-std::string to_sentence(const Ending& ending) {
-  if (ending.member) {
-    Ending of_one = ending;
-    of_one.member.reset();
-    return "member " + std::to_string(*ending.member) + ": " + to_sentence(of_one);
-  }
-  switch (ending.outcome) {
-    case Outcome::reached:
-      return "";
-    case Outcome::left_domain: {
-      std::ostringstream sentence;
-      sentence << "the step has no solution on the principal branch; the largest |h| that has one "
-                  "here is "
-               << std::setprecision(4) << ending.largest_step.value_or(0);
-      return sentence.str();
-    }
-    case Outcome::solver_stalled:
-      return "the solver of the implicit step did not converge";
-    case Outcome::not_finite:
-      return "the next state is not finite";
-    case Outcome::cancelled:
-      return "the run was cancelled";
-  }
-  return "";
 }
 
 }  // namespace stiefel

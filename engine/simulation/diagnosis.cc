@@ -20,8 +20,9 @@ Kept kept(const Scene& scene, std::string_view invariant) {
 }  // namespace
 
 double InvariantDrift::drift() const {
-  const double change = std::abs(value - initial);
-  return change == 0 ? 0 : change / scale;
+  const long double change = std::abs(value - initial);
+  // At rest there is nothing to measure it against.
+  return static_cast<double>(scale > 0 || scale < 0 ? change / scale : change);
 }
 
 bool is_invariant(const Scene& scene, std::string_view name_or_family) {

@@ -14,9 +14,9 @@ namespace stiefel {
 /// coefficient of μ¹ in tr(M + μΛ²)³), "casimirs[1]".
 struct InvariantDrift {
   std::string name;
-  double initial;
-  double value;
-  double scale;
+  long double initial;
+  long double value;
+  long double scale;
   Kept kept;
   std::optional<std::int64_t> member = {};  ///< of an ensemble: the one whose drift is the largest
   double drift() const;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <span>
 #include <string>
 #include <string_view>
@@ -23,8 +24,8 @@ class InvariantList {
   struct Entry {
     std::string_view family;
     std::string name;
-    double value;
-    double scale;  ///< what a change of the value is measured against
+    long double value;  ///< of units that make it too large or small for a double, too
+    long double scale;  ///< what a change of the value is measured against
   };
 
   explicit InvariantList(std::span<const std::string> only) : only_(only) {}
@@ -36,11 +37,12 @@ class InvariantList {
   }
 
   void add(std::string_view family, std::string name, long double value, long double scale) {
+    if (!std::isfinite(static_cast<double>(value)) || !std::isfinite(static_cast<double>(scale)))
+      return;  // in these units it is no number
     if (only_.empty() || std::ranges::any_of(only_, [&](std::string_view asked) {
           return asked == family || asked == name;
         }))
-      entries_.push_back(
-          {family, std::move(name), static_cast<double>(value), static_cast<double>(scale)});
+      entries_.push_back({family, std::move(name), value, scale});
   }
 
   const std::vector<Entry>& entries() const { return entries_; }

@@ -1,6 +1,7 @@
 #include "engine/simulation/scene_draft.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -17,6 +18,16 @@ std::string listed(const Items& items, Name name) {
   std::string out;
   for (const auto& item : items) out += (out.empty() ? "" : ", ") + std::string(name(item));
   return out;
+}
+
+/// Squares of numbers in between are numbers.
+constexpr double least_scale = 1e-153, largest_scale = 1e153;
+
+bool within_scales(double x) { return std::abs(x) >= least_scale && std::abs(x) <= largest_scale; }
+
+std::string scale_rule() {
+  return "must be " + to_text(least_scale) + " to " + to_text(largest_scale) +
+         ": choose other units of mass, length and time";
 }
 
 std::string element(const std::string& field, std::size_t k) {
@@ -53,6 +64,8 @@ std::expected<Scene, Violations> SceneDraft::resolve() {
   }
   if (!std::isfinite(given().step) || given().step == 0)
     refuse("step", to_text(given().step), "must be finite and not 0");
+  else if (!within_scales(given().step))
+    refuse("step", to_text(given().step), "|step| " + scale_rule());
   if (sound() && wants_choice()) choose();
   if (!sound()) return std::unexpected(std::move(violations_));
   return std::move(scene_);
@@ -134,6 +147,17 @@ void SceneDraft::check_method() {
     refuse("method.arithmetic", '"' + method->arithmetic + '"', "must be compensated or plain");
 }
 
+namespace {
+
+/// The first method of a system that does.
+std::string takes_every_inertia(const SystemInfo& system) {
+  for (const auto& on : system.methods)
+    if (!on.takes) return std::string(on.method);
+  return "none";
+}
+
+}  // namespace
+
 /// Once the system's own check has found out Λ.
 void SceneDraft::check_reach() {
   const auto& lambda = scene_.inertia();
@@ -142,7 +166,8 @@ void SceneDraft::check_reach() {
         !on.takes(lambda))
       refuse("method.name",
              '"' + given().method->name + "\" with N = " + std::to_string(lambda.size()),
-             "is only for " + std::string(on.where));
+             "is only for " + std::string(on.where) + "; " + takes_every_inertia(*system_) +
+                 " takes every Lambda");
 }
 
 /// An `order` must be one that the method has; a resolved scene has it unless the method has none.
@@ -205,13 +230,22 @@ void SceneDraft::check_inertia_sums() {
            element("λ", least) + " + " + element("λ", second) + " = " +
                to_text(lambda[least] + lambda[second]),
            "λ_i + λ_j must be > 0 for i ≠ j");
+  else if (!within_scales(lambda[least] + lambda[second]) ||
+           !within_scales(*std::ranges::max_element(lambda)))
+    refuse("inertia",
+           "λ_i + λ_j from " + to_text(lambda[least] + lambda[second]) + ", λ_i up to " +
+               to_text(*std::ranges::max_element(lambda)),
+           scale_rule());
 }
 
 void SceneDraft::check_inertia_positive() {
   for (std::size_t k = 0; k < given().inertia.size(); ++k)
     if (!(given().inertia[k] > 0))
       return refuse(element("inertia", k), to_text(given().inertia[k]),
-                    "every λ_i must be > 0 when n < N");
+                    "every λ_i must be > 0 when n < N; at n = N the system rigid_body needs only "
+                    "λ_i + λ_j > 0");
+    else if (!within_scales(given().inertia[k]))
+      return refuse(element("inertia", k), to_text(given().inertia[k]), scale_rule());
 }
 
 void SceneDraft::check_block_names(bool complex) {
@@ -280,7 +314,9 @@ void SceneDraft::set_skew(const std::string& name, const RowMatrix& M) {
   const double defect = (M + M.transpose()).cwiseAbs().maxCoeff();
   if (!(defect <= Scene::skew_tolerance * M.cwiseAbs().maxCoeff()))
     return refuse("initial." + name, "max |M + Mᵀ| = " + to_text(defect), "must be skew-symmetric");
-  set_block(name, M / 2 - M.transpose() / 2);
+  if (const double size = M.cwiseAbs().maxCoeff(); !(size <= largest_scale))
+    return refuse("initial." + name, "max |M| = " + to_text(size), "max |M| " + scale_rule());
+  set_block(name, M - (M + M.transpose()) / 2);  // M itself, denormal or not, if that is skew
 }
 
 void SceneDraft::set_body(const PrincipalAxes& axes, const Eigen::Vector4d& attitude,

@@ -15,6 +15,8 @@ namespace stiefel {
 
 /// One sentence for people; empty when reached.
 std::string to_sentence(const Ending& ending);
+/// The same, with what takes the scene where its method does not.
+std::string to_sentence(const Ending& ending, const Scene& scene);
 
 /// What can be sampled: "Q", "M", "Omega", "quaternion", ...; written rows × cols, and where it is
 /// complex every element as real and imaginary part.

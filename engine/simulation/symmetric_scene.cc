@@ -41,7 +41,8 @@ void set_P_of_M(SceneDraft& draft, const RowMatrix& given_M, bool right) {
   auto P = right ? Psi_right_inverse(Q, M, *epsilon) : Psi_inverse(Q, M, *epsilon);
   if (!P)
     return draft.refuse("epsilon", to_text(*epsilon),
-                        "epsilon ‖M‖_op = " + to_text(P.error().value) + " must be < 2");
+                        "epsilon ‖M‖_op = " + to_text(P.error().value) + " must be < 2; without " +
+                            "epsilon the scene takes " + to_text(scaling_epsilon(M)));
   draft.set_block("P", std::move(*P));
 }
 

@@ -40,8 +40,9 @@ class RightRigidBody {
 
   void field(const State& x, State& dx) {
     generator(x, Omega_);
-    action_.velocity(x, Omega_, dx);
-    take_twice_skew_part(dx.bottomRows(N()));  // ΩM − (ΩM)ᵀ = [Ω, M]
+    dx.topRows(x.rows() - N()).noalias() = Omega_ * x.topRows(x.rows() - N());
+    inertia_bracket(lambda_, Omega_, dx.bottomRows(N()));
+    dx.bottomRows(N()) *= Scalar(-1);
   }
 
   Algebra zero() const { return action_.zero(); }

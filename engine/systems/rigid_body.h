@@ -44,7 +44,7 @@ class RigidBody {
 
   void field(const State& x, State& dx) {
     generator(x, Omega_);
-    space_.velocity(x, Omega_, dx);
+    space_.velocity(lambda_, x, Omega_, dx);
   }
 
   Algebra zero() const { return space_.zero(); }

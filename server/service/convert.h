@@ -26,6 +26,7 @@ void to_proto(const RowMatrix& values, v1::Matrix* out);
 void to_proto(const Catalogue& catalogue, v1::DescribeResponse* out);
 void to_proto(const Session& session, const Registry& registry, v1::Session* out);
 void to_proto(const Ending& ending, v1::Ending* out);
+void to_proto(const Ending& ending, const Scene& scene, v1::Ending* out);
 void to_proto(const Diagnosis& diagnosis, v1::DiagnoseResponse* out);
 
 using FieldNames = google::protobuf::RepeatedPtrField<std::string>;

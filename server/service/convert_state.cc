@@ -48,6 +48,11 @@ void to_proto(const Ending& ending, v1::Ending* out) {
   if (!ending.reached()) out->set_message(to_sentence(ending));
 }
 
+void to_proto(const Ending& ending, const Scene& scene, v1::Ending* out) {
+  to_proto(ending, out);
+  if (!ending.reached()) out->set_message(to_sentence(ending, scene));
+}
+
 std::expected<std::vector<std::size_t>, Violations> select_fields(const Session& session,
                                                                   const FieldNames& names) {
   const std::vector<Field>& offered = session.fields();

@@ -1,0 +1,79 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "engine/simulation/diagnosis.h"
+#include "tests/support/random_scene.h"
+
+namespace stiefel {
+namespace {
+
+using testing::RandomBody;
+
+SceneDescription described(double momentum, double step) {
+  SceneDescription d = testing::description(RandomBody(3, 1), step, "variational");
+  d.initial.at("M").values *= momentum;
+  return d;
+}
+
+std::string refusal(const SceneDescription& d) {
+  const auto scene = Scene::resolve(d);
+  return scene ? "" : scene.error().front().field + ": " + scene.error().front().rule;
+}
+
+TEST(Units, DenormalMomentaKeepTheirDigits) {
+  SceneDescription d = described(1, 0.1);
+  RowMatrix& M = d.initial.at("M").values;
+  M.setZero();
+  M(0, 1) = 3 * 0x1p-1074;
+  M(1, 0) = -M(0, 1);
+  EXPECT_EQ(Scene::resolve(d).value().M()(0, 1), M(0, 1));
+}
+
+TEST(Units, InvariantsAreNumbersFrom1eMinus150To1e150) {
+  for (const double momentum : {1e-150, 1e150}) {
+    const Scene scene = Scene::resolve(described(momentum, 0.1 / momentum)).value();
+    const auto simulation = make_simulation(scene);
+    ASSERT_TRUE(simulation->advance(50).reached());
+    const Diagnosis diagnosis = diagnose(scene, *simulation);
+    ASSERT_FALSE(diagnosis.invariants.empty());
+    for (const auto& invariant : diagnosis.invariants) {
+      EXPECT_TRUE(std::isfinite(static_cast<double>(invariant.value))) << invariant.name;
+      EXPECT_LT(invariant.drift(), 1e-14) << invariant.name;
+    }
+  }
+}
+
+TEST(Units, WhatIsOutOfReachIsRefusedByRule) {
+  EXPECT_NE(refusal(described(1, 1e-200)).find("step: |step| must be 1e-153"), std::string::npos);
+  EXPECT_NE(refusal(described(1, 1e200)).find("other units"), std::string::npos);
+  EXPECT_NE(refusal(described(1e200, 1)).find("initial.M: max |M|"), std::string::npos);
+  SceneDescription d = described(1, 0.1);
+  for (double& l : d.inertia) l *= 1e200;
+  EXPECT_NE(refusal(d).find("inertia: must be 1e-153"), std::string::npos);
+}
+
+/// What cannot be done names what can.
+TEST(Units, RefusalsNameWhatWorks) {
+  SceneDescription d = testing::description(RandomBody(4, 1), 0.1, "exact");
+  EXPECT_NE(refusal(d).find("variational takes every Lambda"), std::string::npos);
+
+  d = testing::description(RandomBody(3, 1), 0.1, "variational");
+  d.system = "symmetric_rigid_body";
+  d.initial.at("M").values *= 5;
+  d.epsilon = 1;
+  EXPECT_NE(refusal(d).find("without epsilon the scene takes 0."), std::string::npos) << refusal(d);
+  d.epsilon.reset();
+  EXPECT_EQ(refusal(d), "");
+
+  d = testing::description(RandomBody(3, 1), 3, "variational");
+  const Scene long_step = Scene::resolve(d).value();
+  const Ending ending = make_simulation(long_step)->advance(1);
+  ASSERT_EQ(ending.outcome, Outcome::left_domain);
+  EXPECT_NE(to_sentence(ending, long_step).find("exact takes every step"), std::string::npos);
+  d.method->name = "exact";
+  EXPECT_TRUE(make_simulation(Scene::resolve(d).value())->advance(1).reached());
+}
+
+}  // namespace
+}  // namespace stiefel

@@ -1,0 +1,84 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <sstream>
+
+#include "engine/simulation/diagnosis.h"
+#include "engine/simulation/reference.h"
+#include "tests/extremes/bodies.h"
+#include "tests/extremes/extremes.h"
+#include "tests/extremes/twin.h"
+
+namespace stiefel::extremes {
+namespace {
+
+/// When a distance passes `low` and `high`, and the rate at which it grew between, per step.
+struct Divergence {
+  double low = 1e-11, high = 1e-2;
+  std::int64_t from = 0, to = 0;
+  void see(std::int64_t step, double distance) {
+    if (from == 0 && distance > low) from = step;
+    if (to == 0 && distance > high) to = step;
+  }
+  double rate() const { return std::log(high / low) / static_cast<double>(to - from); }
+};
+
+/// V(2,5) with Λ over 1 : 16 is chaotic: double and quadruple precision part at the rate at which
+/// two motions in quadruple precision do that start 1e-14 apart. Then the state means nothing, and
+/// what the map keeps is kept.
+TEST(Chaos, TwoPrecisionsPart) {
+  constexpr std::int64_t every = 20, most = 40'000;
+  for (const unsigned seed : {1u, 2u, 3u}) {
+    if (!long_form() && seed > 1) continue;
+    SceneDescription d = geodesic(2, spread_inertia(5, 16), 0.1, seed);
+    d.method = MethodDescription{"variational", {}, {}, "compensated"};
+    Trial done = run(d, 0);
+    const auto twin = make_twin(*done.scene), other = make_twin(*done.scene, 0x1p-46);
+    Divergence of_precision, of_motions;
+    std::int64_t step = 0;
+    for (; step < most && (of_precision.to == 0 || of_motions.to == 0); step += every) {
+      ASSERT_TRUE(done.simulation->advance(every).reached());
+      twin->advance(every);
+      other->advance(every);
+      const MotionState exact = twin->state();
+      of_motions.see(step, error_of(other->state(), exact).largest());
+      of_precision.see(step, error_of(read_motion(*done.scene, *done.simulation), exact).largest());
+    }
+    Record r = record_of("chaos", "V(2,5), Λ over 1 : 16, seed " + std::to_string(seed), d, done);
+    const auto say = [&](std::string measure, double value, double bound, std::string why) {
+      r.measure = std::move(measure);
+      r.value = value;
+      r.bound = bound;
+      r.why = std::move(why);
+      report(r);
+    };
+    std::ostringstream when;
+    when.precision(3);
+    when << "error e^{" << of_motions.rate() / 0.1 << " t} u; two precisions are 1e-2 apart from "
+         << "here on: the state means nothing any more";
+    say("steps until the state means nothing",
+        static_cast<double>(of_precision.to == 0 ? most : of_precision.to),
+        static_cast<double>(most), when.str());
+    ASSERT_GT(of_motions.to, of_motions.from);
+    ASSERT_GT(of_precision.to, of_precision.from);
+    say("rate of two precisions over that of two motions",
+        std::abs(std::log2(of_precision.rate() / of_motions.rate())), 1,
+        "|log₂| ≤ 1: local rates vary along a motion");
+    const std::int64_t beyond = long_form() ? 100'000 : 20'000;
+    ASSERT_TRUE(done.simulation->advance(beyond - step > 0 ? beyond - step : 0).reached());
+    const Diagnosis diagnosis = diagnose(*done.scene, *done.simulation);
+    for (const auto& invariant : diagnosis.invariants)
+      if (invariant.kept == Kept::exact)
+        say(invariant.name + " long after", invariant.drift(),
+            rounding_bound(*done.scene, done.simulation->step(), 1), "100 u √steps");
+      else
+        say(invariant.name + " long after", invariant.drift(),
+            0.01 * 2 * static_cast<double>(invariant.initial),
+            "(h‖Q̇‖)², ‖Q̇‖² ≤ 2E/λ_min, and no drift");
+    say("orthogonality long after", *diagnosis.orthogonality,
+        rounding_bound(*done.scene, done.simulation->step(), 1), "100 u √steps");
+  }
+}
+
+}  // namespace
+}  // namespace stiefel::extremes

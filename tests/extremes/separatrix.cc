@@ -1,0 +1,161 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <sstream>
+
+#include "engine/simulation/catalogue.h"
+#include "tests/extremes/bodies.h"
+#include "tests/extremes/extremes.h"
+#include "tests/extremes/twin.h"
+
+namespace stiefel::extremes {
+namespace {
+
+/// I = (2, 3, 6) and m = (δ, 1, −δ′), on its way out: Δ₂ is a positive multiple of δ′² − δ², so δ′
+/// = δ is on the separatrix to the last bit. Away from the second axis it goes like e^{t/6}, and
+/// ‖Ω‖ = 1/3.
+const Eigen::Vector3d moments(2, 3, 6);
+constexpr double growth = 1.0 / 6, step = 0.3;
+
+struct Side {
+  const char* name;
+  double ratio;  ///< δ′/δ
+};
+constexpr Side on = {"on it", 1};
+constexpr Side sides[] = {{"below", 0.875}, on, {"above", 1.125}};
+
+SceneDescription near_separatrix(double delta, double ratio, double h) {
+  return top(moments, {delta, 1, -ratio * delta}, h);
+}
+
+std::string name(double delta, const Side& side) {
+  std::ostringstream text;
+  text << "δ = " << delta << ", " << side.name;
+  return text.str();
+}
+
+Limit held_to_u(double delta) {
+  return [delta](const SceneDescription& way) -> std::optional<std::string> {
+    if (delta > 1e-15 || !way.method || way.method->name != "gauss4") return std::nullopt;
+    return "gauss4 works on (Q, P), which holds M to u‖M‖: a δ below that is lost in it; the "
+           "methods "
+           "on (Q, M) keep it";
+  };
+}
+
+/// From the unstable axis through the first flip.
+TEST(Separatrix, FirstFlip) {
+  for (const double delta : {1e-1, 1e-2, 1e-4, 1e-8, 1e-16, 1e-40, 1e-80, 1e-160})
+    for (const Side& side : sides) {
+      if (!long_form() && !(delta == 1e-1 || (delta == 1e-16 && side.ratio == 1))) continue;
+      const double flip = std::log(4 / delta) / growth;
+      measure({"separatrix", name(delta, side) + ": first flip",
+               near_separatrix(delta, side.ratio, step),
+               static_cast<std::int64_t>(1.3 * flip / step), held_to_u(delta)});
+    }
+}
+
+/// How often m₂ changed its sign at the `samples` multiples of `every` steps.
+template <class State, class Advance>
+int flips(std::int64_t samples, std::int64_t every, State m_2, Advance advance) {
+  int count = 0;
+  double before = m_2();
+  for (std::int64_t k = 0; k < samples; ++k) {
+    if (!advance(every)) return -1;
+    const double now = m_2();
+    count += now * before < 0;
+    before = now;
+  }
+  return count;
+}
+
+/// Samples, a tenth of a flip apart, until the exact motion in quadruple precision flipped 100
+/// times.
+std::int64_t samples_of_100_flips(const SceneDescription& scene, double spacing) {
+  SceneDescription exact = scene;
+  exact.method = MethodDescription{"exact", {}, {}, ""};
+  exact.step = spacing;
+  const auto twin = make_twin(Scene::resolve(exact).value());
+  const auto m_2 = [&] { return static_cast<double>(twin->state().momentum(0, 2)); };
+  double before = m_2();
+  std::int64_t k = 0;
+  for (int count = 0; count < 100 && k < 100'000; ++k) {
+    twin->advance(1);
+    const double now = m_2();
+    count += now * before < 0;
+    before = now;
+  }
+  return k + 5;  // well past the last one
+}
+
+bool keeps_energy(const std::string& method) {
+  for (const auto& on_system : catalogue().system("rigid_body")->methods)
+    if (on_system.method == method)
+      for (const auto& p : on_system.preserves)
+        if (p.invariant == "energy") return p.kept == Kept::exact;
+  return false;
+}
+
+/// 100 flips. A stepped state forgets Δ₂/G² ≈ δ² in its first flip, when m is as large as G: below
+/// the rounding of m that is the motion of another body.
+TEST(Separatrix, HundredFlips) {
+  for (const double delta : {1e-1, 1e-2, 1e-4, 1e-40, 1e-160})
+    for (const Side& side : {sides[0], sides[2]}) {
+      if (!long_form() && delta != 1e-1) continue;
+      const std::int64_t every = std::llround(2 * std::log(4 / delta) / growth / 10 / step);
+      const SceneDescription scene = near_separatrix(delta, side.ratio, step);
+      const std::int64_t samples = samples_of_100_flips(scene, step * static_cast<double>(every));
+      for (const SceneDescription& way : every_way(scene)) {
+        const std::string& method = way.method->name;
+        const bool exact = method == "exact", keeper = keeps_energy(method);
+        if (!keeper && delta < 1e-1 && delta > 1e-40) continue;  // between bound and limit
+        Trial done = run(way, 0);
+        Record r = record_of("separatrix", name(delta, side) + ": 100 flips", way, done);
+        const auto m_2 = [&] { return done.simulation->get("M")(0, 2); };
+        const int count = flips(samples, every, m_2, [&](std::int64_t steps) {
+          return done.simulation->advance(steps).reached();
+        });
+        r.measure = "flips missed of 100";
+        r.value = count < 0 ? 100 : std::abs(count - 100);
+        r.bound = exact ? 0 : 1 + 100 * std::pow(step / 3, std::max(2, r.order));
+        r.why = exact ? "the closed form is right at every time"
+                      : "the period is off by (h‖Ω‖)^order, the count by one";
+        if (!exact && delta <= 1e-40)
+          r.limit =
+              "a state in double precision forgets Δ₂/G² ≈ δ² < u in its first flip and flips as "
+              "if "
+              "δ were about √u; `exact` counts right";
+        if (method == "crouch_grossman3")
+          r.limit =
+              "its energy drifts with (h‖Ω‖)³ t, and with it the distance from the separatrix";
+        report(r);
+      }
+    }
+}
+
+/// On the separatrix there is one flip, and then never another.
+TEST(Separatrix, OneFlipOnItExactly) {
+  for (const double delta : {1e-1, 1e-8, 1e-160})
+    for (const SceneDescription& way : every_way(near_separatrix(delta, 1, step))) {
+      const bool exact = way.method->name == "exact";
+      if (!exact && (!long_form() || way.method->name != "variational")) continue;
+      const std::int64_t every = std::llround(std::log(4 / delta) / growth / 5 / step);
+      Trial done = run(way, 0);
+      Record r = record_of("separatrix", name(delta, on) + ": one flip for ever", way, done);
+      const auto m_2 = [&] { return done.simulation->get("M")(0, 2); };
+      const int count = flips(500, every, m_2, [&](std::int64_t steps) {
+        return done.simulation->advance(steps).reached();
+      });
+      r.measure = "flips beyond one";
+      r.value = std::abs(count - 1);
+      r.bound = 0;
+      r.why = "Δ₂ = 0: the motion tends to the second axis";
+      if (!exact)
+        r.limit =
+            "rounding leaves the separatrix in the first flip and flips again; `exact` does not";
+      report(r);
+    }
+}
+
+}  // namespace
+}  // namespace stiefel::extremes

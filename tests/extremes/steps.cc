@@ -1,0 +1,111 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <sstream>
+
+#include "engine/simulation/catalogue.h"
+#include "engine/simulation/diagnosis.h"
+#include "tests/extremes/extremes.h"
+#include "tests/support/any_scene.h"
+#include "tests/support/every_pair.h"
+
+namespace stiefel::extremes {
+namespace {
+
+constexpr double h_omegas[] = {0.5, 0.9, 0.99, 1, 1.2, 3};
+
+std::string frame_field(const std::string& system) { return system == "ellipsoid" ? "q" : "Q"; }
+
+std::optional<Eigen::MatrixXd> one_step(SceneDescription d, double h) {
+  d.step = h;
+  const Trial done = run(d, 1);
+  if (!done.reached()) return std::nullopt;
+  return done.simulation->get(frame_field(d.system));
+}
+
+/// The largest jump of the frame along one step as h grows to its full size: another branch is at
+/// least 1 away, and at the domain's edge the frame moves like the root of what is left.
+double largest_jump(const SceneDescription& d, double h) {
+  constexpr int parts = 100;
+  double largest = 0;
+  std::optional<Eigen::MatrixXd> before;
+  for (int k = 1; k <= parts; ++k) {
+    const auto now = one_step(d, h * k / parts);
+    if (!now) return 2;
+    if (before) largest = std::max(largest, (*now - *before).norm());
+    before = now;
+  }
+  return largest;
+}
+
+void measure_step(SceneDescription d, double h_omega, double h, std::int64_t steps) {
+  d.step = h;
+  const Trial done = run(d, steps);
+  std::ostringstream name;
+  name << "h‖Ω‖ = " << h_omega << (h < 0 ? ", back" : "")
+       << (d.inertia.size() == 3 ? ", N = 3" : "");
+  Record r = record_of("steps", name.str(), d, done);
+  const auto say = [&](const char* measure, double value, double bound, std::string why) {
+    r.measure = measure;
+    r.value = value;
+    r.bound = bound;
+    r.why = std::move(why);
+    report(r);
+  };
+  if (done.ending.outcome == Outcome::left_domain) {
+    // From the state at which it ended.
+    SceneDescription there = d;
+    for (auto& [block, values] : there.initial)
+      values = Block(RowMatrix(done.simulation->get(block)));
+    if (done.simulation->step() > 0 && d.system.starts_with("symmetric")) return;  // P drifts off
+    const double largest = std::copysign(*done.ending.largest_step, h);
+    const bool below = one_step(there, 0.998 * largest).has_value();
+    const bool above = one_step(there, 1.004 * largest).has_value();
+    say("edge", !below || above, 0, "0.998 of the largest step is solved, 1.004 of it is not");
+    const bool advised = to_sentence(done.ending, *done.scene).find("method") != std::string::npos;
+    if (!d.system.starts_with("symmetric_moser"))
+      say("message", !advised, 0, "names a method that goes on");
+    return;
+  }
+  if (!done.reached()) return say("outcome", 1, 0, "solved, or LEFT_DOMAIN");
+  const Diagnosis diagnosis = diagnose(*done.scene, *done.simulation);
+  if (diagnosis.orthogonality)
+    say("orthogonality", *diagnosis.orthogonality, rounding_bound(*done.scene, steps, 1),
+        rounding_reason(*done.scene, 1));
+  if (!long_form() || steps != 1 || h < 0) return;
+  if (d.method && d.method->name == "preprocessed_variational" && r.order == 6 && h_omega > 2)
+    r.limit =
+        "the modified moments of order 6, positive up to h‖Ω‖ of about 1, are positive again far "
+        "beyond what their series in h is good for: a step is taken where LEFT_DOMAIN is due";
+  say("largest jump", largest_jump(d, h), 0.5,
+      "the branch that starts at the identity: continuous in h, other branches are 1 away");
+}
+
+class Steps : public ::testing::TestWithParam<testing::Pair> {};
+INSTANTIATE_TEST_SUITE_P(Catalogue, Steps, ::testing::ValuesIn(testing::every_pair()),
+                         testing::name_of);
+
+/// Every implicit method: it is solved to rounding on its branch, or LEFT_DOMAIN says how far it
+/// is.
+TEST_P(Steps, LargeOnes) {
+  const auto& [system, method, N] = GetParam();
+  // The step of these is in their blocks.
+  if (system == "moser_veselov_pair" || system == "parametric_moser_veselov") return;
+  const SceneDescription at_one = testing::any_scene(system, method, 3, 1, N);
+  for (const SceneDescription& way : method.empty() ? std::vector{at_one} : every_way(at_one)) {
+    if (way.method && way.method->name != method) continue;
+    const Trial start = run(way, 0);
+    ASSERT_TRUE(start.scene) << start.sentence();
+    if (!start.simulation->largest_step(1)) continue;  // explicit
+    const double rate = start.simulation->rate();
+    for (const double h_omega : h_omegas)
+      for (const double sign : {1.0, -1.0})
+        for (const std::int64_t steps : {1, 20}) {
+          if (!long_form() && (sign < 0) != (h_omega == 0.9)) continue;
+          measure_step(way, h_omega, sign * h_omega / rate, steps);
+        }
+  }
+}
+
+}  // namespace
+}  // namespace stiefel::extremes
