@@ -14,11 +14,11 @@ namespace stiefel {
 /// coefficient of μ¹ in tr(M + μΛ²)³), "casimirs[1]".
 struct InvariantDrift {
   std::string name;
-  double initial;
-  double value;
-  double scale;
+  long double initial;
+  long double value;
+  long double scale;
   Kept kept;
-  double drift() const;
+  double drift() const { return drift_of(initial, value, scale); }
 };
 
 struct Diagnosis {

@@ -80,8 +80,9 @@ SystemEntry ellipsoid_entry() {
                  {"qdot", "1 x N", false, "velocity, orthogonal to q; exactly one of qdot and p"},
                  {"p", "1 x N", false, "costate"}};
   info.fields = {{"q", "1 x N", "unit vector; Lambda^1/2 q is on the ellipsoid"},
-                 {"qdot", "1 x N", "velocity"},
-                 {"p", "1 x N", "costate, if given"}};
+                 {"qdot", "1 x N", "velocity, if given"},
+                 {"p", "1 x N", "costate, if given"},
+                 {"Qdot", "1 x N", "velocity"}};
   info.invariants = {{"energy", "1/2 q'^T Lambda q'", "[ST] (3)"},
                      {"joachimsthal", "(q^T Lambda^-1 q) (q'^T q')", ""},
                      {"lax", "coefficients of mu^j in tr M(mu)^k", "[ST] (17)-(19)"},

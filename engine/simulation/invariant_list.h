@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <span>
 #include <string>
 #include <string_view>
@@ -16,6 +17,12 @@ inline std::string indexed(std::string_view family, long i, long j) {
   return std::string(family) + "[" + std::to_string(i) + "," + std::to_string(j) + "]";
 }
 
+/// |value − initial| / scale.
+inline double drift_of(long double initial, long double value, long double scale) {
+  const long double change = std::abs(value - initial);
+  return change == 0 ? 0 : static_cast<double>(change / scale);
+}
+
 /// The values of a state's invariants, those that are asked for: families ("manakov") or single
 /// ones ("manakov[3,1]"); when none is named every family that is cheap.
 class InvariantList {
@@ -23,8 +30,8 @@ class InvariantList {
   struct Entry {
     std::string_view family;
     std::string name;
-    double value;
-    double scale;  ///< what a change of the value is measured against
+    long double value;  ///< the powers in it need not fit into a double
+    long double scale;  ///< what a change of the value is measured against
   };
 
   explicit InvariantList(std::span<const std::string> only) : only_(only) {}
@@ -39,8 +46,7 @@ class InvariantList {
     if (only_.empty() || std::ranges::any_of(only_, [&](std::string_view asked) {
           return asked == family || asked == name;
         }))
-      entries_.push_back(
-          {family, std::move(name), static_cast<double>(value), static_cast<double>(scale)});
+      entries_.push_back({family, std::move(name), value, scale});
   }
 
   const std::vector<Entry>& entries() const { return entries_; }
