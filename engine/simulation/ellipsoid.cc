@@ -9,6 +9,7 @@ namespace stiefel {
 namespace {
 
 constexpr int largest_lax_unasked = 8;
+using Wide = long double;
 
 /// q and p, or q and q̇, as columns: the momentum Λq̇, from a costate the part of p that is tangent.
 Eigen::VectorXd velocity(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& x, bool costate) {
@@ -32,11 +33,10 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
     energy(x, out);
     const Eigen::VectorXd q = x.row(0), qdot = velocity(lambda, x, costate);
     if (out.wants("joachimsthal")) {
-      const double J = joachimsthal<double>(lambda, q, qdot);
+      const Wide J = joachimsthal<Wide>(lambda.cast<Wide>(), q.cast<Wide>(), qdot.cast<Wide>());
       out.add("joachimsthal", "joachimsthal", J, J);
     }
     if (!out.wants("lax", lambda.size() <= largest_lax_unasked)) return;
-    using Wide = long double;
     const Vector<Wide> wide_q = q.cast<Wide>();
     const Vector<Wide> p = costate ? Vector<Wide>(x.row(1).transpose().cast<Wide>())
                                    : Vector<Wide>(lambda.cwiseProduct(qdot).cast<Wide>());

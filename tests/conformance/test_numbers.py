@@ -9,7 +9,6 @@ E1 = np.eye(1, 3)
 
 
 @pytest.mark.parametrize("scene, field", [
-    ({"system": "stiefel", "inertia": [5e-324] * 3, "initial": {"Q": E1, "S": 0 * E1}}, "Qdot"),
     ({"system": "stiefel_costate", "inertia": [5e-324] * 3, "initial": {"Q": E1, "P": E1 / 4}}, "Qdot"),
     ({"system": "rigid_body", "inertia": [5e-324] * 3, "initial": {"Q": np.eye(3), "M": scenes.M3}}, "Omega"),
 ], ids=lambda value: value if isinstance(value, str) else value["system"])
@@ -18,7 +17,7 @@ def test_a_field_that_overflows_is_refused(client, scene, field):
         client.create({**scene, "method": {"name": "rk4"}, "step": 0.01})
 
 
-@pytest.mark.parametrize("size", [1e-160, 1e-100, 1e100, 1e150])
+@pytest.mark.parametrize("size", [1e-150, 1e-100, 1e100, 1e150])
 def test_drift_is_a_number_where_the_invariant_is_none(client, size):
     """Powers of M up to the fifth: their change is told though no double holds them."""
     scene = scenes.free(5, method="rk4")

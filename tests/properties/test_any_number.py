@@ -24,8 +24,8 @@ def places(scene):
     for field in ("inertia", "inertia_u", "inertia_v"):
         for k in range(len(getattr(scene, field))):
             yield f"{field}[{k}]", lambda s, x, field=field, k=k: getattr(s, field).__setitem__(k, x)
-    for name, block in scene.initial.items():
-        for k in range(len(block.values)):
+    for name in sorted(scene.initial):  # a map has no order
+        for k in range(len(scene.initial[name].values)):
             yield f"{name}[{k}]", lambda s, x, name=name, k=k: s.initial[name].values.__setitem__(k, x)
 
 
