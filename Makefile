@@ -15,13 +15,18 @@ QUIET := $(shell [ -t 1 ] || echo --quiet)
 
 cmake_build = cmake --build --preset $(1) --target $(2) -j $(JOBS) -- $(QUIET)
 
-.PHONY: help packages build build-tests run test test-long bench bench-peers image sanitize format install bare clean
+.PHONY: help packages packages-fuzz build build-tests run test test-long fuzz bench bench-peers image sanitize format install bare clean
 
 help: ## what there is (this text)
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-11s %s\n", $$1, $$2 }' Makefile
 
 packages: ## install the Debian packages that building and testing need
 	@docker/packages.sh build test
+
+packages-fuzz:
+	@docker/packages.sh fuzz
+
+build/fuzz/build.ninja: | packages-fuzz
 
 # Configuring says much; it is shown only when it fails.
 build/%/build.ninja: | packages
@@ -45,8 +50,13 @@ run: build ## simulate asteroid Toutatis, or SCENE=file.json STEPS=10000; writes
 test: build-tests ## compile and run the tests
 	@ctest --preset release -j $(JOBS)
 
-test-long: build-tests ## the tests that take minutes, too
+test-long: build-tests ## the tests that take minutes, too, and the fuzz targets
 	@ctest --preset long -j $(JOBS)
+	@$(MAKE) --no-print-directory fuzz
+
+fuzz: build/fuzz/build.ninja ## a minute of libFuzzer on each target, under the sanitizers
+	@$(call cmake_build,fuzz,stiefel_fuzz)
+	@ctest --preset fuzz
 
 bench: build-tests ## measure, every figure beside a rival in the same run
 	@$(PYTHON) tests/bench/run.py build/release

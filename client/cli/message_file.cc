@@ -6,6 +6,7 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <stdexcept>
@@ -63,6 +64,26 @@ class StrictSyntax : public nlohmann::json_sax<nlohmann::json> {
   std::vector<std::set<std::string>> names_;
 };
 
+/// The members of maps by their names; protobuf prints them in an order that changes from run to
+/// run.
+void sort_maps(const google::protobuf::Descriptor& type, nlohmann::ordered_json& json) {
+  for (int i = 0; i < type.field_count(); ++i) {
+    const auto* field = type.field(i);
+    const auto found = json.find(field->name());
+    if (found == json.end()) continue;
+    if (field->is_map()) {
+      std::map<std::string, nlohmann::ordered_json> sorted;
+      for (auto& [name, value] : found->items()) sorted[name] = value;
+      *found = nlohmann::ordered_json::object();
+      for (auto& [name, value] : sorted) (*found)[name] = std::move(value);
+    } else if (field->message_type() != nullptr && found->is_array()) {
+      for (auto& element : *found) sort_maps(*field->message_type(), element);
+    } else if (field->message_type() != nullptr && found->is_object()) {
+      sort_maps(*field->message_type(), *found);
+    }
+  }
+}
+
 std::string read(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::string text;
@@ -78,14 +99,18 @@ std::string read(const std::string& path) {
 }  // namespace
 
 void read_message(const std::string& path, google::protobuf::Message* message) {
-  const std::string text = read(path);
+  parse_message(path, read(path), message);
+}
+
+void parse_message(const std::string& name, const std::string& text,
+                   google::protobuf::Message* message) {
   StrictSyntax syntax;
-  if (!nlohmann::json::sax_parse(text, &syntax)) throw BadInput(path + ": " + syntax.fault);
+  if (!nlohmann::json::sax_parse(text, &syntax)) throw BadInput(name + ": " + syntax.fault);
   const auto status = google::protobuf::util::JsonStringToMessage(text, message);
   if (!status.ok()) {
     std::string fault(status.message());
     if (fault.starts_with(": ")) fault = fault.substr(2);  // protobuf's empty path: the root
-    throw BadInput(path + ": " + fault);
+    throw BadInput(name + ": " + fault);
   }
 }
 
@@ -101,7 +126,9 @@ nlohmann::ordered_json to_json(const google::protobuf::Message& message) {
   std::string text;
   const auto status = google::protobuf::util::MessageToJsonString(message, &text, options);
   if (!status.ok()) throw std::runtime_error(std::string(status.message()));
-  return nlohmann::ordered_json::parse(text);
+  auto json = nlohmann::ordered_json::parse(text);
+  sort_maps(*message.GetDescriptor(), json);
+  return json;
 }
 
 std::string to_text(const nlohmann::ordered_json& json, std::size_t indent) {

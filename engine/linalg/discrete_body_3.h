@@ -144,7 +144,7 @@ class DiscreteBody3 {
     const Wide w = Wide(one) / (one + at.c2), w2 = two * w;
     if constexpr (frame) {
       const Wide s = sqrt(w);
-      const auto dq = quaternion_product(x.value, -(at.c2 * w / (one + s)),
+      const auto dq = quaternion_product(x.value, x.carry, -(at.c2 * w / (one + s)),
                                          Vector3<Wide>(s * at.c(0), s * at.c(1), s * at.c(2)));
       for (int i = 0; i < 4; ++i) x.add(i, dq(i));
     }

@@ -5,14 +5,15 @@
 
 namespace stiefel {
 
-/// q∘(w, v) with |q|, |(w, v)| ≤ 1, q numbers and (w, v) double words, to about 2^−3/2·bits: with
-/// the high halves q₁, p₁ rounded to multiples of 2^−r, 2r < bits, the sums of q₁∘p₁ are exact, and
-/// what is left, (q − q₁)∘p₁ + q∘(p − p₁), is small.
+/// (q + ε)∘(w, v) with |q|, |(w, v)| ≤ 1, ε what rounding took from q, and (w, v) double words, to
+/// about 2^(−3/2 bits): with the high halves q₁, p₁ rounded to multiples of 2^−r, 2r < bits, the
+/// sums of q₁∘p₁ are exact, and what is left, (q − q₁ + ε)∘p₁ + q∘(p − p₁), is small.
 template <class X, class Wide>
-Eigen::Matrix<Wide, 4, 1> quaternion_product(const X& q, const Wide& w, const Vector3<Wide>& v) {
+Eigen::Matrix<Wide, 4, 1> quaternion_product(const X& q, const X& epsilon, const Wide& w,
+                                             const Vector3<Wide>& v) {
   using T = typename X::Scalar;
   if constexpr (std::is_same_v<T, Wide>) {
-    return So3<T, true>::quaternion_times(q, w, v);
+    return So3<T, true>::quaternion_times(q + epsilon, w, v);
   } else {
     using Space = So3<T, true>;
     using Quaternion = Eigen::Matrix<T, 4, 1>;
@@ -22,7 +23,7 @@ Eigen::Matrix<Wide, 4, 1> quaternion_product(const X& q, const Wide& w, const Ve
     Quaternion q1, q2;
     for (int i = 0; i < 4; ++i) {
       q1(i) = rounded(q(i));
-      q2(i) = q(i) - q1(i);
+      q2(i) = (q(i) - q1(i)) + epsilon(i);
     }
     const T w1 = rounded(w.high), w2 = (w.high - w1) + w.low;
     Vector3<T> v1, v2;

@@ -19,11 +19,14 @@ class ModifiedJDInverse3 {
   ModifiedJDInverse3(const Vector<Scalar>& lambda, Scalar h, int order)
       : h_(h), modified_(PrincipalMoments3<Wide>(lambda), order) {}
 
-  /// Of the motion through x, for the step t·h.
+  /// Of the motion through x, for the step t·h. Where the moments of a shorter step are not
+  /// positive, those of this one are called so too: the series has left what it is good for.
   Memory J(const Point& x, double t = 1) const {
-    const Scalar h = static_cast<Scalar>(t) * h_;
-    const Vector3<Wide> m = x.template tail<3>().template cast<Wide>();
-    return {modified_(m, h), h};
+    constexpr int shorter = 16;
+    Memory whole = series(x, t);
+    for (int k = 1; k < shorter; ++k)
+      whole.positive = whole.positive && series(x, t * k / shorter).positive;
+    return whole;
   }
 
   bool solve(const State& x, const Memory& J) { return body_.solve(x, J); }
@@ -34,6 +37,12 @@ class ModifiedJDInverse3 {
 
  private:
   using Wide = Extended<Scalar>;
+
+  Memory series(const Point& x, double t) const {
+    const Scalar h = static_cast<Scalar>(t) * h_;
+    const Vector3<Wide> m = x.template tail<3>().template cast<Wide>();
+    return {modified_(m, h), h};
+  }
 
   Scalar h_;
   ModifiedInertia<Wide> modified_;

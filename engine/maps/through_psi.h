@@ -53,9 +53,9 @@ struct FrameAndMomentum<SoN<Scalar>> {
   }
 };
 
-/// A map of the symmetric representation (Q, P) as a map of (Q, M): there by Ψ⁻¹ with the ε of
-/// Prop. 3.13 at the start, back by Ψ after every step ([RB] Prop. 3.6, 3.11). What the state is,
-/// is (Q, P); (Q, M) is read from it.
+/// A map of the symmetric representation (Q, P) as a map of (Q, M): there by Ψ⁻¹ with an ε
+/// for which ‖εM‖ is about 1 at the start, back by Ψ after every step ([RB] Prop. 3.6, 3.11, 3.13).
+/// What the state is, is (Q, P); (Q, M) is read from it.
 template <class Space, class Inner, Arithmetic arithmetic>
 class ThroughPsi {
  public:
@@ -81,10 +81,10 @@ class ThroughPsi {
   State start(const Point& x) {
     const Eigen::Index N = lambda_.size();
     const Matrix<Scalar> Q = Both::Q(x), M = Both::M(x);
-    const auto scaled = scaled_Psi_inverse(Q, M);
-    const Scalar epsilon = scaled ? scaled->epsilon : Scalar(1);
+    const Scalar epsilon = unit_epsilon(M);
+    const auto P = Psi_inverse(Q, M, epsilon);
     Matrix<Scalar> QP(2 * N, N);
-    QP << Q, scaled ? scaled->P : M;  // what is not finite shows itself at the first step
+    QP << Q, P ? *P : M;  // what is not finite shows itself at the first step
     return {Accumulator<Point, arithmetic>(x), inner(epsilon).start(QP),
             Vector<Scalar>::Constant(1, epsilon)};
   }

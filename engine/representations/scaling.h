@@ -1,22 +1,33 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "engine/representations/psi.h"
 
 namespace stiefel {
+
+/// The power of two with ½ < ε‖M‖_op ≤ 1, for a small M too: P then holds εM to rounding, and so M
+/// to its own digits. 1 for M = 0 and what is not finite.
+template <class Scalar>
+Scalar unit_epsilon(const Matrix<Scalar>& M) {
+  using std::frexp, std::ldexp, std::isfinite;
+  constexpr int largest = std::numeric_limits<Scalar>::max_exponent - 1;
+  const Scalar norm = skew_norm(M);
+  if (!isfinite(norm) || norm == 0) return 1;
+  int exponent = 0;
+  const Scalar digits = frexp(norm, &exponent);  // norm = digits·2^exponent, ½ ≤ digits < 1
+  return ldexp(Scalar(1), std::min(largest, digits == Scalar(0.5) ? 1 - exponent : -exponent));
+}
 
 /// The scaling of [RB] Prop. 3.13: Ω = J⁻¹(QᵀP − PᵀQ)/ε, P belonging to εM, so that every momentum
 /// has a P. ε = 1 while ‖M‖_op ≤ 1; beyond, the largest power of two with ε‖M‖_op ≤ 1, so that εM
 /// has the very digits of M, ½ < ε‖M‖_op ≤ 1, and Ψ⁻¹ is well conditioned (at most 2/√3).
 template <class Scalar>
 Scalar scaling_epsilon(const Matrix<Scalar>& M) {
-  using std::frexp, std::ldexp;
-  const Scalar norm = skew_norm(M);
-  if (!(norm > 1)) return 1;
-  int exponent = 0;
-  const Scalar digits = frexp(norm, &exponent);  // norm = digits·2^exponent, ½ ≤ digits < 1
-  return ldexp(Scalar(1), digits == Scalar(0.5) ? 1 - exponent : -exponent);
+  const Scalar epsilon = unit_epsilon(M);
+  return epsilon < 1 ? epsilon : Scalar(1);
 }
 
 /// P and the ε it belongs to.

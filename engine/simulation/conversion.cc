@@ -70,7 +70,7 @@ std::expected<Conversion, ConversionRefusal> convert(const Scene& scene,
   const SystemInfo* system = catalogue().system(target.name);
   if (to == nullptr && system == nullptr) {
     std::string rule = "must be a system or one of";
-    for (const char* name : other_targets) rule += " " + std::string(name);
+    for (const char* name : other_targets) rule.append(" ").append(name);
     return refuse("to", target.name, rule);
   }
   if (from == nullptr || from->read == nullptr)
@@ -89,6 +89,11 @@ std::expected<Conversion, ConversionRefusal> convert(const Scene& scene,
     return refuse("to", target.name,
                   "needs n = N: Q is " + std::to_string(phase->Q.rows()) + " x " +
                       std::to_string(phase->Q.cols()));
+  if (target.name == scene.system() && !target.epsilon && !target.parameter &&
+      !scene.description().body) {
+    out.scene = scene;
+    return out;
+  }
   ConversionTarget wanted = target;
   if (!wanted.parameter) wanted.parameter = scene.description().parameter;
   auto expression = to->write(*phase, wanted, out.margins);

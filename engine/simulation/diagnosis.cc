@@ -19,12 +19,6 @@ Kept kept(const Scene& scene, std::string_view invariant) {
 
 }  // namespace
 
-double InvariantDrift::drift() const {
-  const long double change = std::abs(value - initial);
-  // At rest there is nothing to measure it against.
-  return static_cast<double>(scale > 0 || scale < 0 ? change / scale : change);
-}
-
 bool is_invariant(const Scene& scene, std::string_view name_or_family) {
   const std::string_view family = name_or_family.substr(0, name_or_family.find('['));
   const auto& known = catalogue().system(scene.system())->invariants;

@@ -19,7 +19,7 @@ struct InvariantDrift {
   long double scale;
   Kept kept;
   std::optional<std::int64_t> member = {};  ///< of an ensemble: the one whose drift is the largest
-  double drift() const;
+  double drift() const { return drift_of(initial, value, scale); }
 };
 
 struct Diagnosis {

@@ -9,6 +9,7 @@ namespace stiefel {
 namespace {
 
 constexpr int largest_lax_unasked = 8;
+using Wide = long double;
 
 /// q and p, or q and q̇, as columns: the momentum Λq̇, from a costate the part of p that is tangent.
 Eigen::VectorXd velocity(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& x, bool costate) {
@@ -32,11 +33,10 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
     energy(x, out);
     const Eigen::VectorXd q = x.row(0), qdot = velocity(lambda, x, costate);
     if (out.wants("joachimsthal")) {
-      const double J = joachimsthal<double>(lambda, q, qdot);
+      const Wide J = joachimsthal<Wide>(lambda.cast<Wide>(), q.cast<Wide>(), qdot.cast<Wide>());
       out.add("joachimsthal", "joachimsthal", J, J);
     }
     if (!out.wants("lax", lambda.size() <= largest_lax_unasked)) return;
-    using Wide = long double;
     const Vector<Wide> wide_q = q.cast<Wide>();
     const Vector<Wide> p = costate ? Vector<Wide>(x.row(1).transpose().cast<Wide>())
                                    : Vector<Wide>(lambda.cwiseProduct(qdot).cast<Wide>());
@@ -54,6 +54,12 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
   return simulate(scene, Ellipsoid<double>(lambda), readout, cost);
 }
 
+bool moves_costates(std::string_view method) {
+  for (const auto& on : methods_on<EllipsoidCostate<double>>({}))
+    if (on.method == method) return true;
+  return false;
+}
+
 void check(SceneDraft& draft) {
   if (!check_stiefel_frame(draft, "q")) return;
   if (draft.scene().block("q").rows() != 1)
@@ -62,6 +68,10 @@ void check(SceneDraft& draft) {
   if (draft.has_block("p") == draft.has_block("qdot"))
     return draft.refuse("initial", draft.has_block("p") ? "p and qdot" : "neither",
                         "must hold exactly one of p and qdot");
+  const auto& method = draft.given().method;
+  if (draft.has_block("p") && method && !moves_costates(method->name))
+    return draft.refuse("method.name", '"' + method->name + '"',
+                        "is not for p, which rk4 and adaptive move: give qdot instead");
   const Eigen::Index N = draft.scene().dimension();
   if (const RowMatrix* p = draft.block("p", 1, N, false)) draft.set_block("p", *p);
   if (const RowMatrix* qdot = draft.block("qdot", 1, N, false)) {
@@ -80,8 +90,9 @@ SystemEntry ellipsoid_entry() {
                  {"qdot", "1 x N", false, "velocity, orthogonal to q; exactly one of qdot and p"},
                  {"p", "1 x N", false, "costate"}};
   info.fields = {{"q", "1 x N", "unit vector; Lambda^1/2 q is on the ellipsoid"},
-                 {"qdot", "1 x N", "velocity"},
-                 {"p", "1 x N", "costate, if given"}};
+                 {"qdot", "1 x N", "velocity, if given"},
+                 {"p", "1 x N", "costate, if given"},
+                 {"Qdot", "1 x N", "velocity"}};
   info.invariants = {{"energy", "1/2 q'^T Lambda q'", "[ST] (3)"},
                      {"joachimsthal", "(q^T Lambda^-1 q) (q'^T q')", ""},
                      {"lax", "coefficients of mu^j in tr M(mu)^k", "[ST] (17)-(19)"},

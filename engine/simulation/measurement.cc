@@ -44,8 +44,7 @@ class InvariantWatch {
     now.invariants(after);
     for (std::size_t i = 0; i < std::min(before_.entries().size(), after.entries().size()); ++i) {
       const auto& start = before_.entries()[i];
-      const long double change = std::abs(after.entries()[i].value - start.value);
-      const double drift = change == 0 ? 0 : static_cast<double>(change / start.scale);
+      const double drift = drift_of(start.value, after.entries()[i].value, start.scale);
       if (drift > run.drift || run.drift_of.empty()) {
         run.drift = drift;
         run.drift_of = start.name;

@@ -75,7 +75,8 @@ StackedReadout parametric_readout(const Scene& scene, double h) {
   readout.block("Q", 0, N).block("P", N, N);
   readout.field({"M", N, N}, [M](const auto& x, auto out) { out = M(x); });
   readout.invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
-    rigid_body_invariants(lambda, Eigen::MatrixXd(), M(x), out);
+    // M is a difference of G = Q⁻¹P and G⁻¹, which are near 1 when it is small.
+    rigid_body_invariants(lambda, Eigen::MatrixXd(), M(x), out, 1 / std::abs(h));
     if (!out.wants("PQ_inverse")) return;
     const Eigen::MatrixXd A =
         x.topRows(N).transpose().partialPivLu().solve(x.bottomRows(N).transpose()).transpose();

@@ -1,5 +1,6 @@
 #include "engine/simulation/rigid_body_invariants.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "engine/invariants/rigid_body.h"
@@ -39,7 +40,7 @@ std::vector<InvariantInfo> rigid_body_invariant_infos() {
 }
 
 void rigid_body_invariants(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& Q,
-                           const Eigen::MatrixXd& M, InvariantList& out) {
+                           const Eigen::MatrixXd& M, InvariantList& out, double least_norm) {
   const Vector<Wide> wide_lambda = lambda.cast<Wide>();
   const Matrix<Wide> wide_M = M.cast<Wide>();
   if (out.wants("energy")) {
@@ -49,7 +50,7 @@ void rigid_body_invariants(const Eigen::VectorXd& lambda, const Eigen::MatrixXd&
   const bool manakov_wanted = out.wants("manakov", M.cols() <= largest_manakov_unasked);
   if (!manakov_wanted && !out.wants("spatial_momentum") && !out.wants("casimirs")) return;
   const Eigen::VectorXd w = casimirs<double>(M);
-  const double norm = w(0);
+  const double norm = std::max(w(0), least_norm);
   if (out.wants("spatial_momentum") && Q.size() > 0) {
     const Eigen::MatrixXd m = spatial_momentum<double>(Q, M);
     for (Eigen::Index i = 0; i < m.rows(); ++i)

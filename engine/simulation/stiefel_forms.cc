@@ -95,7 +95,7 @@ void report_geodesic(StackedReadout& readout, const Scene& scene, Eigen::Index n
   readout.orthogonality = [n](const Eigen::MatrixXd& x) {
     return std::optional(orthogonality_defect(x.topRows(n)));
   };
-  readout.rate = [Qdot](const Eigen::MatrixXd& x) { return Qdot(x).norm(); };
+  readout.rate = [Qdot](const Eigen::MatrixXd& x) { return Qdot(x).stableNorm(); };
 }
 
 double stiefel_cost(Eigen::Index n, Eigen::Index N) {

@@ -73,9 +73,10 @@ void check_mclachlan_scovel(SceneDraft& draft) {
   }
   if (const RowMatrix* B = draft.block("B", N, N, false)) {
     const double defect = skewness_defect<double>(Q, *B);
-    if (!(defect <= Scene::skew_tolerance * B->cwiseAbs().maxCoeff()))
+    // No stricter than on Q, which may have been repaired.
+    if (!(defect <= Scene::frame_tolerance * B->cwiseAbs().maxCoeff()))
       return draft.refuse("initial.B", "max |QᵀB + BᵀQ| = " + to_text(defect),
-                          "QᵀB must be skew-symmetric");
+                          "QᵀB must be skew-symmetric to " + to_text(Scene::frame_tolerance));
     draft.set_block("B", Q * M_of_B<double>(Q, *B));
   }
 }

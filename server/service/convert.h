@@ -19,7 +19,7 @@ std::expected<SceneDescription, Violations> from_proto(const v1::Scene& scene);
 void to_proto(const SceneDescription& description, v1::Scene* out);
 void to_proto(const MethodDescription& method, v1::Method* out);
 
-/// The same of single matrices, and back.
+/// The same of single matrices, which must be finite, and back.
 std::expected<Block, Violations> from_proto(const std::string& path, const v1::Matrix& matrix);
 void to_proto(const RowMatrix& values, v1::Matrix* out);
 

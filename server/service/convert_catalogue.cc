@@ -84,10 +84,10 @@ void to_proto(const Diagnosis& diagnosis, v1::DiagnoseResponse* out) {
   for (const InvariantDrift& drift : diagnosis.invariants) {
     auto* to = out->add_invariants();
     to->set_name(drift.name);
-    to->set_initial(drift.initial);
-    to->set_value(drift.value);
+    to->set_initial(static_cast<double>(drift.initial));
+    to->set_value(static_cast<double>(drift.value));
     to->set_drift(drift.drift());
-    to->set_scale(drift.scale);
+    to->set_scale(static_cast<double>(drift.scale));
     to->set_kept(kept(drift.kept));
     if (drift.member) to->set_member(static_cast<std::uint32_t>(*drift.member));
   }

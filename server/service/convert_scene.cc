@@ -108,6 +108,8 @@ std::expected<Block, Violations> from_proto(const std::string& path, const v1::M
   Block out;
   Violations violations;
   read_block(path, matrix, out, violations);
+  if (!out.values.allFinite() || !out.imaginary.allFinite())
+    violations.push_back({path, "infinite or not a number", "must be finite"});
   if (!violations.empty()) return std::unexpected(std::move(violations));
   return out;
 }

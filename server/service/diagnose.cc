@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include "engine/simulation/diagnosis.h"
 #include "engine/simulation/structure.h"
 #include "server/service/convert.h"
@@ -52,7 +54,8 @@ struct DiagnoseTask {
   }
 };
 
-std::string indexed(const char* field, int i) {
+template <class Index>
+std::string indexed(const char* field, Index i) {
   return std::string(field) + "[" + std::to_string(i) + "]";
 }
 
@@ -90,10 +93,16 @@ DiagnoseTask read(const Scene& scene, const v1::DiagnoseRequest& request) {
   return task;
 }
 
-/// The same violations, of an element of a list.
-grpc::Status placed(const std::string& path, Violations violations) {
-  for (auto& violation : violations) violation.field = path + "." + violation.field;
-  return errors::invalid(violations);
+/// The value of an element of a list, or its violations at their place.
+OrStatus<double> number(const std::string& path, std::expected<double, Violations> value) {
+  if (!value) {
+    for (auto& violation : value.error()) violation.field = path + "." + violation.field;
+    return std::unexpected(errors::invalid(value.error()));
+  }
+  if (!std::isfinite(*value))
+    return std::unexpected(
+        errors::invalid(path, std::to_string(*value), "overflows: its arguments are too large"));
+  return *value;
 }
 
 grpc::Status answer_diagnose(const Session& at, const Walk& walk, const DiagnoseTask& task,
@@ -107,13 +116,15 @@ grpc::Status answer_diagnose(const Session& at, const Walk& walk, const Diagnose
   to_proto(diagnose(scene, now, task.invariants), response);
   for (std::size_t i = 0; i < task.forms.size(); ++i) {
     const auto& [name, first, second] = task.forms[i];
-    const auto value = evaluate_form(scene, now, name, first, second);
-    if (!value) return placed(indexed("forms", static_cast<int>(i)), value.error());
+    const auto value = number(indexed("forms", i), evaluate_form(scene, now, name, first, second));
+    if (!value) return value.error();
     response->add_forms(*value);
   }
   for (std::size_t i = 0; i < task.brackets.size(); ++i) {
-    const auto value = dirac_bracket(scene, now, task.brackets[i].first, task.brackets[i].second);
-    if (!value) return placed(indexed("dirac_brackets", static_cast<int>(i)), value.error());
+    const auto& [first, second] = task.brackets[i];
+    const auto value =
+        number(indexed("dirac_brackets", i), dirac_bracket(scene, now, first, second));
+    if (!value) return value.error();
     response->add_dirac_brackets(*value);
   }
   if (task.symplectic) {

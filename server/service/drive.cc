@@ -28,7 +28,7 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
     }
     running_ = true;
     host_.lifecycle.enter();
-    host_.pool.submit(this);
+    host_.pool_for((*session_)->step_cost()).submit(this);
   }
   void OnWriteDone(bool ok) override {
     if (std::exchange(running_, false)) host_.lifecycle.leave();

@@ -56,6 +56,9 @@ struct Host {
   /// For work that has no slices, or long ones, so that it is not in the way of what has short
   /// ones.
   Pool searches;
+
+  /// Where steps of that cost, in nanoseconds, belong: a slice is at least one of them.
+  Pool& pool_for(double step_cost) { return step_cost > 10 * slice_nanoseconds ? searches : pool; }
 };
 
 }  // namespace stiefel::server

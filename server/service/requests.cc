@@ -52,6 +52,8 @@ OrStatus<Registry::Created> admit(Host& host, const std::string& id, Scene scene
                                ? errors::session_has_other_scene(id)
                                : errors::too_many_sessions(host.registry.max_sessions()));
   }
+  if (const auto* overflow = std::get_if<Violation>(&created.error()))
+    return std::unexpected(errors::invalid({*overflow}));
   const auto& refusal = std::get<CheckpointRefusal>(created.error());
   const std::string value = std::to_string(checkpoint.size()) + " bytes";
   switch (refusal.fault) {

@@ -26,9 +26,10 @@ class StreamCall final : public grpc::ServerWriteReactor<v1::StreamResponse>, pr
         log_(std::move(log)),
         session_(std::move(session)),
         fields_(std::move(fields)),
-        range_(range) {
+        range_(range),
+        pool_(host.pool_for((*session_)->step_cost())) {
     host_.lifecycle.enter();
-    host_.pool.submit(this);
+    pool_.submit(this);
   }
 
   void OnWriteDone(bool ok) override;
@@ -43,6 +44,11 @@ class StreamCall final : public grpc::ServerWriteReactor<v1::StreamResponse>, pr
   bool run_slice() noexcept override;
   /// False when there is a message to be sent or an error to end with, true to be called again.
   bool fill();
+  bool rest();
+  bool still_writing() {
+    const std::lock_guard lock(mutex_);
+    return writing_;
+  }
   /// Sends what is filled, or ends. True when there is more to fill.
   bool send();
   void pack(v1::StreamResponse& message);
@@ -53,6 +59,7 @@ class StreamCall final : public grpc::ServerWriteReactor<v1::StreamResponse>, pr
   std::optional<Hold> session_;
   const std::vector<std::size_t> fields_;
   const Sampling::Range range_;
+  Pool& pool_;
   std::optional<Sampling> sampling_;
   Batch batch_;                 // being filled
   v1::StreamResponse message_;  // being written
@@ -76,14 +83,17 @@ bool StreamCall::run_slice() noexcept {
   }
   {
     const std::lock_guard lock(mutex_);
-    if (writing_) {
-      // Slow scenes: while nothing is full and the writer is busy, go on.
-      const bool more = !error_ && !sampling_->done() && !sampling_->full(batch_);
-      resting_ = !more;
-      return more;
-    }
+    // Slow scenes: while nothing is full and the writer is busy, go on.
+    if (writing_ && !error_ && !sampling_->done() && !sampling_->full(batch_)) return true;
   }
-  return send();
+  return rest() ? false : send();
+}
+
+/// True when there is a message before this one that nobody has taken yet.
+bool StreamCall::rest() {
+  if (still_writing() && sampling_) sampling_->rest();
+  const std::lock_guard lock(mutex_);
+  return resting_ = writing_;
 }
 
 bool StreamCall::fill() {
@@ -143,7 +153,7 @@ void StreamCall::OnWriteDone(bool ok) {
     if (!std::exchange(resting_, false)) return;
   }
   if (cancelled_ && !error_) error_ = errors::cancelled();
-  if (send()) host_.pool.submit(this);
+  if (send()) pool_.submit(this);
 }
 
 void StreamCall::end(const grpc::Status& status) {

@@ -13,7 +13,7 @@ WalkCall::WalkCall(Host& host, CallLog log, Hold session, std::int64_t to, Answe
       to_(to),
       answer_(std::move(answer)) {
   host_.lifecycle.enter();
-  host_.pool.submit(this);
+  host_.pool_for((*session_)->step_cost()).submit(this);
 }
 
 bool WalkCall::run_slice() noexcept {

@@ -14,6 +14,7 @@ Registry::Registry(std::uint32_t max_sessions, std::chrono::milliseconds idle_ti
 std::expected<Registry::Created, Registry::CreateError> Registry::create(
     const std::string& id, Scene scene, std::string_view checkpoint) {
   const auto fresh = std::make_shared<Session>(id, std::move(scene), clock_);
+  if (auto fault = fresh->overflow()) return std::unexpected(*std::move(fault));
   if (!checkpoint.empty()) {
     auto decoded = decode_checkpoint(*fresh, checkpoint);
     if (!decoded) return std::unexpected(std::move(decoded.error()));

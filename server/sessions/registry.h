@@ -31,10 +31,11 @@ class Registry {
     bool created;
   };
   enum class Conflict { other_scene, too_many };
-  using CreateError = std::variant<Conflict, CheckpointRefusal>;
+  using CreateError = std::variant<Conflict, CheckpointRefusal, Violation>;
 
   /// A new session, with what `checkpoint` holds in its cache unless that is empty; or the one of
-  /// that id, if its scene is the same. The checkpoint is checked in any case.
+  /// that id, if its scene is the same. The checkpoint is checked in any case, and that the fields
+  /// at step 0 are finite numbers: no other is ever sent.
   std::expected<Created, CreateError> create(const std::string& id, Scene scene,
                                              std::string_view checkpoint);
   std::optional<Hold> find(std::string_view id) const;

@@ -35,6 +35,8 @@ class Sampling {
   bool full(const Batch& batch) const { return batch.size() >= capacity_; }
   /// Nothing comes after what is in the batch: `to` is reached, or see `walk().ending()`.
   bool done() const { return done_; }
+  /// Until the next `fill`: see Walk.
+  void rest() { walk_.rest(); }
   /// Ends with the last good state.
   void cancel(Batch& batch);
 

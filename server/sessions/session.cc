@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <utility>
 
 #include "server/sessions/identity.h"
@@ -20,6 +21,24 @@ std::int64_t first_spacing(double step_cost, std::size_t bytes) {
       std::max(slice_nanoseconds / 2, static_cast<double>(bytes) * nanoseconds_a_byte);
   return static_cast<std::int64_t>(
       std::bit_floor(static_cast<std::uint64_t>(std::max(work / std::max(step_cost, 1.0), 1.0))));
+}
+
+/// Fields with more numbers are copies of the state or cost more than the session.
+constexpr int largest_checked = Scene::max_dimension * Scene::max_dimension;
+
+std::optional<Violation> find_overflow(const Simulation& simulation) {
+  std::vector<double> numbers;
+  for (std::size_t i = 0; i < simulation.fields().size(); ++i) {
+    const Field& field = simulation.fields()[i];
+    if (field.size() > largest_checked) continue;
+    numbers.resize(static_cast<std::size_t>(field.size()));
+    simulation.write(i, numbers);
+    const auto bad = std::ranges::find_if(numbers, [](double x) { return !std::isfinite(x); });
+    if (bad != numbers.end())
+      return Violation{"scene", field.name + " = " + std::to_string(*bad) + " at step 0",
+                       "numbers are so large or so small that a field overflows"};
+  }
+  return std::nullopt;
 }
 
 Saved save(const Simulation& simulation) {
@@ -41,6 +60,7 @@ Session::Session(std::string id, Scene scene, std::shared_ptr<const Clock> clock
   block_count_ = simulation->block_count();
   saved_size_ = simulation->saved_size();
   step_cost_ = simulation->step_cost();
+  overflow_ = find_overflow(*simulation);
   checkpoints_ = Checkpoints(first_spacing(step_cost_, saved_size_ * sizeof(double)));
   checkpoints_.put(0, save(*simulation));
   spacing_ = checkpoints_.spacing();
@@ -70,6 +90,20 @@ std::unique_ptr<Simulation> Session::lease(std::int64_t step) {
   }
   if (!simulation) simulation = make_simulation(scene_);
   if (simulation->step() != start.step) simulation->restore(start.step, *start.saved);
+  return simulation;
+}
+
+std::unique_ptr<Simulation> Session::lease_at(std::int64_t step, std::span<const double> saved) {
+  std::unique_ptr<Simulation> simulation;
+  {
+    const std::lock_guard lock(mutex_);
+    if (!idle_.empty()) {
+      simulation = std::move(idle_.front());
+      idle_.erase(idle_.begin());
+    }
+  }
+  if (!simulation) simulation = make_simulation(scene_);
+  simulation->restore(step, saved);
   return simulation;
 }
 

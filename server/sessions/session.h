@@ -7,6 +7,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -36,9 +37,14 @@ class Session {
   std::size_t block_count() const { return block_count_; }
   std::size_t saved_size() const { return saved_size_; }
   double step_cost() const { return step_cost_; }
+  /// A field that is not finite at step 0, if there is one: 1/λ or λ_i + λ_j of numbers that were
+  /// themselves in order.
+  const std::optional<Violation>& overflow() const { return overflow_; }
 
   /// A Simulation at the nearest state at or before `step`, for the caller alone.
   std::unique_ptr<Simulation> lease(std::int64_t step);
+  /// One with that state, which `save` gave at `step`.
+  std::unique_ptr<Simulation> lease_at(std::int64_t step, std::span<const double> saved);
   void give_back(std::unique_ptr<Simulation> simulation);
 
   /// The first step after `step` where `deposit` would keep the state.
@@ -72,6 +78,7 @@ class Session {
   std::size_t block_count_ = 0;
   std::size_t saved_size_ = 0;
   double step_cost_ = 1;
+  std::optional<Violation> overflow_;
 
   std::atomic<std::int64_t> cursor_ = 0;
   std::atomic<std::int64_t> spacing_ = 1;

@@ -4,7 +4,29 @@
 
 namespace stiefel::server {
 
+namespace {
+
+/// Smaller states are not worth making the simulation anew.
+constexpr std::size_t least_to_rest = 8192;
+
+}  // namespace
+
+void Walk::rest() {
+  if (!simulation_ || session_->saved_size() < least_to_rest) return;
+  rested_at_ = simulation_->step();
+  rested_.resize(session_->saved_size());
+  simulation_->save(rested_);
+  session_->give_back(std::move(simulation_));
+}
+
+void Walk::wake() {
+  if (simulation_) return;
+  simulation_ = session_->lease_at(rested_at_, rested_);
+  rested_ = {};
+}
+
 bool Walk::advance(std::int64_t to, std::int64_t& budget) {
+  wake();
   std::int64_t at = simulation_->step();
   if (simulation_->direct() && at < to && ending_.reached()) {  // no checkpoint would be nearer
     if (budget <= 0) return false;

@@ -26,7 +26,15 @@ class Walk {
   /// `budget`. True when it is there or cannot go on: see `ending`.
   bool advance(std::int64_t to, std::int64_t& budget);
   /// Ends the walk where it is.
-  void cancel() { ending_ = Ending{Outcome::cancelled, std::nullopt}; }
+  void cancel() {
+    wake();
+    ending_ = Ending{Outcome::cancelled, std::nullopt};
+  }
+
+  /// Gives the simulation back while nobody takes what it computes, and keeps its state alone: a
+  /// simulation of a large N has many times as many numbers. `advance` and `cancel` take one up
+  /// again; until then there is neither `simulation` nor `step`.
+  void rest();
 
   const Ending& ending() const { return ending_; }
   const Simulation& simulation() const { return *simulation_; }
@@ -39,8 +47,12 @@ class Walk {
   }
 
  private:
+  void wake();
+
   Session* session_;
   std::unique_ptr<Simulation> simulation_;
+  std::int64_t rested_at_ = 0;
+  std::vector<double> rested_;  // the state while there is no simulation
   std::int64_t mark_;
   std::int64_t computed_ = 0;
   Ending ending_;

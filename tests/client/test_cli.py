@@ -338,6 +338,13 @@ def test_convert_prints_a_scene_that_runs(stiefel, write, scene, tmp_path):
     np.testing.assert_allclose(other["values"], one["values"], atol=1e-12)
 
 
+def test_blocks_are_printed_in_the_order_of_their_names(stiefel, write, scene):
+    for target in ["rigid_body", "symmetric_rigid_body", "mclachlan_scovel", "stiefel"]:
+        for _ in range(3):
+            blocks = list(stiefel("convert", write(scene), "--to", target).json["scene"]["initial"])
+            assert blocks == sorted(blocks)
+
+
 def test_convert_to_velocity(stiefel, write, scene):
     blocks = stiefel("convert", write(scene), "--to", "velocity").json["blocks"]
     assert sorted(blocks) == ["Q", "Qdot"] and len(blocks["Qdot"]["values"]) == 9

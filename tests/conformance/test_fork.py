@@ -65,3 +65,13 @@ def test_of_an_unknown_session(client):
     session.delete()
     with pytest.raises(stiefel.NotFound, match=f"from_session_id: {session.id}"):
         session.fork(at=1)
+
+
+def test_a_frame_that_drifted_and_what_hangs_on_it(client):
+    """rk4 leaves the group, and Q^T B is then as little skew as Q is orthogonal: both are repaired."""
+    scene = client.convert(scenes.free(4, method="rk4"), "mclachlan_scovel").scene
+    with client.create(scene) as old:
+        assert 1e-12 < old.diagnose(to=200).orthogonality < 1e-6
+        with old.fork(at=200) as new:
+            assert new.diagnose(to=0).orthogonality < 1e-14
+            np.testing.assert_allclose(new.step(to=0)["B"], old.step(to=200)["B"], atol=1e-6)

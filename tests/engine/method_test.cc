@@ -200,27 +200,27 @@ TEST(Gauss4, KeepsQuadraticInvariants) {
     expect_kept(Gauss4::kept<QuadraticBody>(invariants[i]), growth, i, invariants[i]);
 }
 
-/// A step that has no solution leaves every bit, solver history included; a shorter one than the
-/// largest it names has one.
+/// A step that no solver reaches, of a body whose λ spread over 1 : 1e10, leaves every bit, solver
+/// history included. (That what a LEFT_DOMAIN names is the edge is seen in tests/extremes.)
 template <class T>
-void expect_untouched(double h) {
-  const RandomBody body(T::N, 3);
-  auto map = T::map(body, 0.1), large = T::map(body, h);
+void expect_untouched(double small, double h) {
+  const RandomBody body(T::N, 3, 1e10);
+  auto map = T::map(body, small), large = T::map(body, h);
   auto state = map.start(testing::state_of<typename T::Space>(body));
   advance(map, state, 6);
   const auto before = testing::numbers_of(state);
   const Ending ending = large.step(state);
-  ASSERT_EQ(ending.outcome, Outcome::left_domain);
+  ASSERT_TRUE(ending.outcome == Outcome::left_domain || ending.outcome == Outcome::solver_stalled);
   EXPECT_EQ(testing::numbers_of(state), before);
-  const double largest = ending.largest_step.value();
-  EXPECT_GT(largest, 0.5);
-  EXPECT_LT(largest, h);
-  EXPECT_NEAR(map.largest_step(state, 0.9 * largest).value(), 0.9 * largest, 1e-3);
+  EXPECT_EQ(ending.outcome == Outcome::left_domain, ending.largest_step.has_value());
+  if (ending.largest_step) {
+    EXPECT_LT(*ending.largest_step, h);
+  }
 }
 TEST(ImplicitMethods, LeaveTheStateWhenTheyFail) {
-  expect_untouched<Case<Gauss4, In3, 3, 4>>(100);
-  expect_untouched<Case<Gauss4, InN, 5, 4>>(100);
-  expect_untouched<Case<ImplicitMidpoint, InN, 5, 2>>(100);
+  expect_untouched<Case<Gauss4, In3, 3, 4>>(1e-11, 3);
+  expect_untouched<Case<Gauss4, InN, 5, 4>>(1e-11, 3);
+  expect_untouched<Case<ImplicitMidpoint, InN, 5, 2>>(1e-11, 3);
 }
 
 }  // namespace

@@ -74,7 +74,7 @@ TEST(Inertia, Rod) {
 TEST(Inertia, RealBodies) {
   const Eigen::Vector3d rod(1.7231e-4, 6.58e-6, 1.7243e-4), box(0.0433333, 0.0333333, 0.0166667);
   measure_body("rod of 1.7e-4 kg m², 1 ms",
-               top(rod, rod.cwiseProduct(Eigen::Vector3d(3, 40, -2)), 1e-3), 1000, stiff(1e-3));
+               top(rod, rod.cwiseProduct(Eigen::Vector3d(3, 40, -2)), 1e-3), 1000);
   measure_body("box of 1 kg, 10 ms", top(box, box.cwiseProduct(Eigen::Vector3d(1, 2, 3)), 0.01),
                500);
 }

@@ -45,6 +45,30 @@ TEST_F(SamplingTest, AlwaysTheLastOne) {
             (std::vector<std::int64_t>{0, 5}));
 }
 
+TEST_F(SamplingTest, GoesOnAfterARestWithTheSameBits) {
+  Session large("large", test::scene({.dimension = 70}), clock());
+  const auto walk_to = [&](bool rest) {
+    Sampling sampling(large, {0}, {0, 4, 4});
+    Batch batch;
+    sampling.clear(batch);
+    while (!sampling.done()) {
+      if (rest) sampling.rest();
+      sampling.fill(batch);
+    }
+    if (rest) sampling.rest();
+    return batch.fields[0];
+  };
+  EXPECT_EQ(walk_to(true), walk_to(false));
+
+  Sampling stopped(large, {0}, {0, 4, 1});
+  Batch batch;
+  stopped.clear(batch);
+  stopped.rest();
+  stopped.cancel(batch);
+  EXPECT_EQ(stopped.walk().ending().outcome, Outcome::cancelled);
+  EXPECT_EQ(batch.steps, std::vector<std::int64_t>{0});
+}
+
 TEST_F(SamplingTest, TheBytesAreTheStates) {
   const All all = collect(session_, {0, 5000, 1});
   const auto simulation = make_simulation(session_.scene());

@@ -1,0 +1,61 @@
+"""Servers, and the records that the report is made of."""
+import json
+import os
+import time
+from pathlib import Path
+
+import pytest
+
+import stiefel
+
+LONG = os.environ.get("STIEFEL_EXTREMES") == "long"
+
+
+@pytest.fixture(scope="session")
+def server():
+    with stiefel.Server.start(arguments=["--threads", "2"]) as server:
+        yield server
+
+
+@pytest.fixture(scope="session")
+def client(server):
+    with stiefel.Client(server.address, timeout=None) as client:
+        yield client
+
+
+@pytest.fixture(scope="session")
+def cpu_seconds(server):
+    """What the server has computed so far, all its threads together: work, whoever else is busy."""
+    def cpu_seconds():
+        fields = Path(f"/proc/{server.process.pid}/stat").read_text().rpartition(")")[2].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+    return cpu_seconds
+
+
+@pytest.fixture(scope="session")
+def records():
+    """The file that the long form appends to, begun anew; none in the short one."""
+    if not LONG:
+        yield None
+        return
+    folder = Path(os.environ.get("STIEFEL_RECORDS", "."))
+    folder.mkdir(parents=True, exist_ok=True)
+    with open(folder / "service.jsonl", "w", encoding="utf-8") as file:
+        yield file
+
+
+@pytest.fixture
+def record(records):
+    """Writes what a row measured. What is asserted, is asserted where it is measured."""
+    start = time.monotonic()
+
+    def record(row, measure, value, bound=None, why=None, outcome="REACHED", system="rigid_body",
+               method="variational", limit=None):
+        if records is None:
+            return
+        print(json.dumps({
+            "extreme": "service", "row": row, "system": system, "method": method, "order": None,
+            "arithmetic": None, "precision": None, "outcome": outcome, "measure": measure, "value": value,
+            "bound": bound, "why": why, "seconds": round(time.monotonic() - start, 3), "limit": limit,
+        }), file=records, flush=True)
+    return record

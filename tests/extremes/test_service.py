@@ -1,0 +1,344 @@
+"""The service at its extremes: requests of 10^9 steps, a million samples, 10^4 sessions, every limit
+and one past it.
+
+What is asserted are counts and outcomes. Times are recorded, and the work that goes on after a call
+has gone is counted in the server's CPU time.
+"""
+import threading
+import time
+
+import grpc
+import numpy as np
+import pytest
+
+import stiefel
+from conftest import LONG
+from stiefel.v1 import simulation_pb2 as pb
+
+FAR = 10**9
+BODY = {"system": "rigid_body", "method": {"name": "variational"}, "step": 0.01,
+        "body": {"moments": [1, 2, 3], "angular_velocity": [0.001, 1, 0.001]}}
+# Work after the caller has gone: 50 ms, and clock ticks of 10 ms that round it up.
+SOON = 0.05 + 0.02
+
+
+def work_after(cpu_seconds, patience=0.5):
+    """CPU seconds until the server rests again, from now on."""
+    before = cpu_seconds()
+    last = before
+    while True:
+        time.sleep(patience)
+        now = cpu_seconds()
+        if now - last <= 0.02:  # it serves nobody
+            return last - before
+        last = now
+
+
+@pytest.fixture
+def session(client):
+    with client.create(BODY) as session:
+        yield session
+
+
+# Requests of 10^9 steps
+
+def test_progress_is_seen(session, record):
+    samples = []
+    start = time.monotonic()
+    for batch in session.stream(to=FAR, every=100_000, fields=["angular_velocity"]):
+        samples.extend(batch.step)
+        if len(samples) >= 10:
+            break
+    seconds = time.monotonic() - start
+    assert samples == list(range(0, len(samples) * 100_000, 100_000))
+    assert session._client.get(session.id).message.checkpoints[-1] > 0
+    record("10^9 steps: progress", "steps a second, as samples arrive", samples[-1] / seconds)
+
+
+def cancelled_step(session):
+    call = session._client.stub.Step.future(pb.StepRequest(session_id=session.id, to=FAR))
+    return call.cancel
+
+
+def cancelled_stream(session):
+    stream = session._client.stub.Stream(pb.StreamRequest(session_id=session.id, to=FAR, every=FAR))
+    return stream.cancel
+
+
+def cancelled_drive(session):
+    def requests():
+        yield pb.DriveRequest(session_id=session.id, to=FAR)
+        gone.wait()
+
+    gone = threading.Event()
+    stream = session._client.stub.Drive(requests())
+
+    def cancel():
+        stream.cancel()
+        gone.set()
+    return cancel
+
+
+def cancelled_diagnose(session):
+    return session._client.stub.Diagnose.future(pb.DiagnoseRequest(session_id=session.id, to=FAR)).cancel
+
+
+def cancelled_tradeoff(session):
+    """While its points are measured."""
+    parts = session._client.tradeoff_parts(session.scene, budget=1e12)
+    next(parts)
+    return parts.close
+
+
+CALLS = [cancelled_step, cancelled_stream, cancelled_drive, cancelled_diagnose, cancelled_tradeoff]
+
+
+@pytest.mark.parametrize("begin", CALLS, ids=lambda begin: begin.__name__[len("cancelled_"):])
+def test_a_cancelled_call_stops(session, cpu_seconds, record, begin):
+    before = cpu_seconds()
+    cancel = begin(session)
+    while cpu_seconds() - before < 0.2:  # it runs
+        time.sleep(0.01)
+    cancel()
+    work = work_after(cpu_seconds)
+    record(f"10^9 steps: {begin.__name__.replace('_', ' ')}", "CPU seconds after the cancel", work, SOON,
+           "a slice is 2 ms; 50 ms promised, read in ticks of 10 ms", "CANCELLED")
+    assert work <= SOON
+    assert session.step(to=100).outcome == "REACHED"
+
+
+def test_a_deadline_stops_it(session, cpu_seconds, record):
+    with pytest.raises(stiefel.DeadlineExceeded):
+        session.step(to=FAR, timeout=0.3)
+    work = work_after(cpu_seconds)
+    record("10^9 steps: deadline", "CPU seconds after it", work, SOON, "as of a cancelled call", "DEADLINE_EXCEEDED")
+    assert work <= SOON
+    assert session.step(to=100).step == 100
+
+
+def test_nobody_starves(client, record):
+    """Four times as many long requests as threads, and a short one from time to time beside them."""
+    long = [client.create(BODY) for _ in range(8)]
+    running = [client.stub.Step.future(pb.StepRequest(session_id=session.id, to=FAR)) for session in long]
+    waits, count = [], 200 if LONG else 30
+    with client.create(BODY) as short, client.create(BODY) as alone:
+        for k in range(1, count + 1):
+            start = time.monotonic()
+            state = short.step(to=k * 5000)  # more than is done where the call arrives
+            waits.append(time.monotonic() - start)
+            assert state.step == k * 5000 and not any(call.done() for call in running)
+        for call in running:
+            call.cancel()
+        np.testing.assert_array_equal(alone.step(to=count * 5000)["Q"], state["Q"])
+    for session in long:
+        session.delete()
+    record("10^9 steps: nobody starves", "seconds that a step waited at worst, beside 8 long ones on 2 threads",
+           max(waits))
+
+
+@pytest.mark.skipif(not LONG, reason="takes minutes")
+def test_all_of_them(session, record):
+    state = session.step(to=FAR, timeout=None)
+    assert state.outcome == "REACHED" and state.step == FAR
+    drift = max(i.drift for i in session.diagnose(to=FAR).invariants)
+    bound = 100 * 2**-53 * FAR**0.5
+    record("10^9 steps: done", "largest drift", drift, bound, "100 u sqrt(steps), compensated")
+    assert drift <= bound
+
+
+# A million samples
+
+def test_a_million_samples(session, record):
+    count = 10**6
+    start = time.monotonic()
+    run = session.trajectory(to=count, fields=["quaternion"])
+    seconds = time.monotonic() - start
+    assert run.outcome == "REACHED" and len(run) == count + 1 and (run.step == np.arange(count + 1)).all()
+    np.testing.assert_array_equal(run["quaternion"][-1], session.step(to=count, fields=["quaternion"])["quaternion"])
+    np.testing.assert_allclose(np.linalg.norm(run["quaternion"][:, 0], axis=1), 1, atol=1e-13)
+    record("a million samples in one stream", "samples a second", count / seconds)
+
+
+# Many sessions
+
+def test_ten_thousand_sessions(record):
+    count = 10_000 if LONG else 1000
+    with stiefel.Server.start(arguments=["--max-sessions", str(count)]) as server, \
+            stiefel.Client(server.address) as client:
+        before = resident_bytes(server)
+        start = time.monotonic()
+        sessions = [client.create(BODY, id=f"{k:05}") for k in range(count)]
+        seconds = time.monotonic() - start
+        each = (resident_bytes(server) - before) / count
+        with pytest.raises(stiefel.ResourceExhausted, match="max_sessions|sessions") as full:
+            client.create(BODY)
+        assert full.value.reason == "TOO_MANY_SESSIONS" and full.value.metadata["max_sessions"] == str(count)
+        assert [session.id for session in client.list()] == [f"{k:05}" for k in range(count)]
+        for session in sessions[::97]:
+            assert session.step(to=10).step == 10
+        sessions[0].delete()
+        assert client.create(BODY).created
+    record("10^4 sessions", "bytes a session", each, 65536, "the scene, a simulation and a checkpoint of N = 3")
+    record("10^4 sessions", "sessions created a second, one client", count / seconds)
+    assert each <= 65536
+
+
+def resident_bytes(server):
+    with open(f"/proc/{server.process.pid}/statm", encoding="ascii") as statm:
+        return int(statm.read().split()[1]) * 4096
+
+
+# Every limit that Describe lists, and one past it
+
+@pytest.fixture
+def limits(client):
+    return client.describe().limits
+
+
+def large(n):
+    """A body in n dimensions at rest but for one plane, without a frame."""
+    M = np.zeros((n, n))
+    M[0, 1], M[1, 0] = 1, -1
+    return {"system": "rigid_body", "method": {"name": "rk4"}, "inertia": np.linspace(1, 2, n), "initial": {"M": M},
+            "step": 1e-3}
+
+
+def refused(call, field, value, rule, error=stiefel.InvalidArgument):
+    """A refusal that names field, value and rule."""
+    with pytest.raises(error) as caught:
+        call()
+    (violation,) = caught.value.violations
+    assert violation.field == field and str(value) in violation.description and rule in violation.description
+
+
+def test_max_dimension(client, limits, record):
+    with client.create(large(limits.max_dimension)) as session:
+        assert session.step(to=1).outcome == "REACHED"
+    past = limits.max_dimension + 1
+    refused(lambda: client.create(large(past)), "inertia", f"{past} numbers", f"2 to {limits.max_dimension}")
+    record("limit: max_dimension", "N", limits.max_dimension, limits.max_dimension, "Describe", method="rk4")
+
+
+def test_max_step(client, limits, record):
+    with client.create({**BODY, "method": {"name": "exact"}}) as session:
+        assert session.step(to=limits.max_step).step == limits.max_step
+        past = limits.max_step + 1
+        rule = f"must be 0 to {limits.max_step}"
+        for call, field in [(lambda: session.step(to=past), "to"), (lambda: session.step(to=-1), "to"),
+                            (lambda: session.diagnose(to=past), "to"), (lambda: session.fork(at=past), "from_step"),
+                            (lambda: list(session.stream(to=past)), "to")]:
+            refused(call, field, "-1" if call is None else "", rule)
+    record("limit: max_step", "step", limits.max_step, limits.max_step, "Describe", method="exact")
+
+
+def test_max_checkpoints(client, limits, record):
+    with client.create(BODY) as session:
+        session.step(to=2_000_000)
+        kept = len(client.get(session.id).message.checkpoints)
+    record("limit: max_checkpoints", "checkpoints after 2 10^6 steps", kept, limits.max_checkpoints, "Describe")
+    assert 1 < kept <= limits.max_checkpoints
+
+
+def test_max_checkpoint_bytes(client, limits, record):
+    """States of a megabyte each: there is room for some fifty."""
+    n = 256
+    with client.create(large(n)) as session:
+        session.step(to=200 if LONG else 20)
+        kept = len(client.get(session.id).message.checkpoints)
+        state = len(session.step(to=0, checkpoint=True).checkpoint)
+    record("limit: max_checkpoint_bytes", "bytes of checkpoints", kept * state, limits.max_checkpoint_bytes, "Describe",
+           method="rk4")
+    assert kept * state <= limits.max_checkpoint_bytes
+
+
+def test_idle_timeout(record):
+    with stiefel.Server.start(arguments=["--idle-timeout", "0.2"]) as server, stiefel.Client(server.address) as client:
+        assert client.describe().limits.idle_timeout.ToMilliseconds() == 200
+        client.create(BODY, id="idle")
+        deadline = time.monotonic() + 30
+        while any(client.list()) and time.monotonic() < deadline:  # to look renews nothing
+            time.sleep(0.05)
+        with pytest.raises(stiefel.NotFound):
+            client.get("idle")
+    record("limit: idle_timeout", "sessions after it", 0, 0, "Describe", "NOT_FOUND")
+
+
+@pytest.mark.skipif(not LONG, reason="a gigabyte of memory")
+def test_max_message_bytes(client, limits, record):
+    """At the limit it is read, and what is wrong is what is in it; one past it is never read."""
+    request = pb.CreateSessionRequest(session_id="large", scene=client.create(BODY).message.scene)
+    room = limits.max_message_bytes - request.ByteSize() - 16
+    request.checkpoint = bytes(room)
+    request.session_id += "x" * (limits.max_message_bytes - request.ByteSize())
+    assert request.ByteSize() == limits.max_message_bytes
+    refused(lambda: client.call("CreateSession", request), "checkpoint", room, "damaged")
+    request.session_id += "x"
+    with pytest.raises(stiefel.ResourceExhausted, match=str(limits.max_message_bytes)):
+        client.call("CreateSession", request)
+    record("limit: max_message_bytes", "bytes", limits.max_message_bytes, limits.max_message_bytes, "Describe",
+           "RESOURCE_EXHAUSTED")
+
+
+# Limits that are said where they are broken
+
+def with_method(**method):
+    return {**BODY, "method": {"name": "variational", **method}}
+
+
+def frames(n, N):
+    return {"inertia": np.ones(N), "Q_0": np.eye(n, N), "Q_T": np.roll(np.eye(n, N), 1, axis=1)}
+
+
+def test_ids(client):
+    with client.create(BODY, id="x" * 128) as session:
+        assert session.id == "x" * 128
+    refused(lambda: client.create(BODY, id="x" * 129), "session_id", "x" * 129, "1 to 128 of")
+
+
+def test_pages(client):
+    client.call("ListSessions", pb.ListSessionsRequest(page_size=1000))
+    refused(lambda: client.call("ListSessions", pb.ListSessionsRequest(page_size=1001)), "page_size", 1001, "1000")
+
+
+def test_substeps(client):
+    with client.create(with_method(substeps=10**6)) as session:
+        assert session.step(to=0).step == 0
+    refused(lambda: client.create(with_method(substeps=10**6 + 1)), "method.substeps", 10**6 + 1, "1 to 1000000")
+
+
+@pytest.mark.parametrize("tolerance, past", [(1e-15, 0.99e-15), (1.0, 1.01)])
+def test_tolerances(client, tolerance, past):
+    with client.create(with_method(name="adaptive", tolerance=tolerance)) as session:
+        assert session.scene["method"]["tolerance"] == tolerance
+    refused(lambda: client.create(with_method(name="adaptive", tolerance=past)), "method.tolerance", past, "1e-15 to 1")
+
+
+def resting_frame(n, N):
+    return {"system": "stiefel", "method": {"name": "rk4"}, "inertia": np.ones(N), "step": 1e-3,
+            "initial": {"Q": np.eye(n, N), "S": np.zeros((n, N))}}
+
+
+def test_frames_of_too_many_rows(client, limits):
+    n = limits.max_dimension
+    if LONG:
+        client.create(resting_frame(n, n + 1)).delete()
+    refused(lambda: client.create(resting_frame(n + 1, n + 2)), "initial.Q", f"{n + 1} x {n + 2}", f"n ≤ {n}")
+
+
+def test_pairs(session):
+    def ask(pairs):
+        request = pb.DiagnoseRequest(session_id=session.id, symplectic_test=pb.SymplecticTest(pairs=pairs))
+        return session._client.call("Diagnose", request)
+    assert ask(1000).symplectic_defect < 1e-6
+    refused(lambda: ask(1001), "symplectic_test.pairs", 1001, "at most 1000")
+
+
+@pytest.mark.parametrize("field, limit", [("steps", 4096), ("samples", 100_000), ("restarts", 1000)])
+def test_geodesics(client, field, limit):
+    at = {"restarts": 0, field: limit}
+    assert client.geodesic(**frames(1, 2), **at).outcome == "REACHED"
+    refused(lambda: client.geodesic(**frames(1, 2), **{**at, field: limit + 1}), field, limit + 1, f"at most {limit}")
+
+
+def test_degrees_of_freedom(client):
+    refused(lambda: client.geodesic(**frames(1, 130)), "Q_0", "1 x 130", "at most 128 degrees of freedom")

@@ -1,0 +1,76 @@
+// A scene file: what is read prints and reads back the same, resolving is idempotent, and the state
+// at a step is one.
+#include <cmath>
+
+#include "engine/simulation/diagnosis.h"
+#include "server/service/convert.h"
+#include "server/sessions/identity.h"
+#include "tests/fuzz/small.h"
+#include "tests/fuzz/target.h"
+
+namespace stiefel::fuzz {
+namespace {
+
+void round_trip(const v1::Scene& scene) {
+  v1::Scene again;
+  require(read(to_json_text(scene), &again), "what is printed can be read");
+  require(to_json_text(scene) == to_json_text(again), "what is printed reads back the same");
+}
+
+std::optional<Scene> resolved(const v1::Scene& scene) {
+  auto description = server::from_proto(scene);
+  Violations violations;
+  if (!description) {
+    violations = description.error();
+  } else if (auto made = Scene::resolve(*std::move(description))) {
+    return *std::move(made);
+  } else {
+    violations = made.error();
+  }
+  require(!violations.empty(), "a refusal says what is wrong");
+  for (const Violation& violation : violations)
+    require(!violation.field.empty() && !violation.rule.empty(), "it names field and rule");
+  return std::nullopt;
+}
+
+std::vector<double> saved(const Simulation& simulation) {
+  std::vector<double> out(simulation.saved_size());
+  simulation.save(out);
+  return out;
+}
+
+bool same_bits(const std::vector<double>& a, const std::vector<double>& b) {
+  return std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0;
+}
+
+void walk(const Scene& scene) {
+  const auto once = make_simulation(scene), twice = make_simulation(scene);
+  if (!(once->rate() * std::abs(scene.step()) < 100)) return;  // `adaptive` would take long
+  once->advance(3);
+  for (int k = 0; k < 3 && twice->advance(1).reached(); ++k)
+    ;
+  require(once->step() == twice->step() && same_bits(saved(*once), saved(*twice)),
+          "the state at a step is one");
+  for (const auto& invariant : diagnose(scene, *once).invariants)
+    require(!std::isnan(invariant.drift()), "drift of " + invariant.name + " is a number");
+}
+
+}  // namespace
+
+std::unique_ptr<google::protobuf::Message> input() { return std::make_unique<v1::Scene>(); }
+
+void run(const google::protobuf::Message& message) {
+  auto scene = dynamic_cast<const v1::Scene&>(message);
+  round_trip(scene);
+  if (!make_small(&scene)) return;
+  const auto once = resolved(scene);
+  if (!once) return;
+  v1::Scene printed;
+  server::to_proto(once->description(), &printed);
+  const auto twice = resolved(printed);
+  require(twice && server::identity_of(*once) == server::identity_of(*twice),
+          "a resolved scene resolves to itself");
+  walk(*once);
+}
+
+}  // namespace stiefel::fuzz

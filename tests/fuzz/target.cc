@@ -1,0 +1,94 @@
+#include "tests/fuzz/target.h"
+
+#include <google/protobuf/io/coded_stream.h>
+#include <google/protobuf/io/zero_copy_stream_impl_lite.h>
+
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+
+#include "client/cli/exit_status.h"
+#include "client/cli/message_file.h"
+
+namespace stiefel::fuzz {
+namespace {
+
+using google::protobuf::FieldDescriptor;
+using google::protobuf::Message;
+
+void require_number(double x, const FieldDescriptor& field) {
+  require(!std::isnan(x), field.full_name() + " is not a number");
+}
+
+void require_numbers(const v1::Tensor& tensor) {
+  require(tensor.data().size() % sizeof(double) == 0, "a tensor of whole numbers");
+  for (std::size_t at = 0; at < tensor.data().size(); at += sizeof(double)) {
+    double x;
+    std::memcpy(&x, tensor.data().data() + at, sizeof x);
+    require(std::isfinite(x), "a field's number is not finite");
+  }
+}
+
+}  // namespace
+
+bool read(std::string_view bytes, Message* message) {
+  if (bytes.empty() || bytes[0] != '{')
+    return message->ParseFromArray(bytes.data(), static_cast<int>(bytes.size()));
+  try {
+    cli::parse_message("input", std::string(bytes), message);
+    return true;
+  } catch (const cli::BadInput&) {
+    return false;
+  }
+}
+
+std::string to_json_text(const Message& message) {
+  return cli::to_text(cli::to_json(message)) + "\n";
+}
+
+std::string to_bytes(const Message& message) {
+  std::string bytes;
+  google::protobuf::io::StringOutputStream stream(&bytes);
+  google::protobuf::io::CodedOutputStream out(&stream);
+  out.SetSerializationDeterministic(true);
+  message.SerializeToCodedStream(&out);
+  out.Trim();
+  return bytes;
+}
+
+void require(bool holds, const std::string& what) {
+  if (holds) return;
+  std::fprintf(stderr, "not so: %s\n", what.c_str());
+  std::abort();
+}
+
+void require_no_nan(const Message& message) {
+  if (const auto* tensor = dynamic_cast<const v1::Tensor*>(&message))
+    return require_numbers(*tensor);
+  const auto& reflection = *message.GetReflection();
+  std::vector<const FieldDescriptor*> fields;
+  reflection.ListFields(message, &fields);
+  for (const auto* field : fields) {
+    const int count = field->is_repeated() ? reflection.FieldSize(message, field) : 1;
+    for (int i = 0; i < count; ++i) {
+      if (field->cpp_type() == FieldDescriptor::CPPTYPE_DOUBLE)
+        require_number(field->is_repeated() ? reflection.GetRepeatedDouble(message, field, i)
+                                            : reflection.GetDouble(message, field),
+                       *field);
+      if (field->cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE)
+        require_no_nan(field->is_repeated() ? reflection.GetRepeatedMessage(message, field, i)
+                                            : reflection.GetMessage(message, field));
+    }
+  }
+}
+
+}  // namespace stiefel::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const auto message = stiefel::fuzz::input();
+  if (stiefel::fuzz::read({reinterpret_cast<const char*>(data), size}, message.get()))
+    stiefel::fuzz::run(*message);
+  return 0;
+}

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <google/protobuf/message.h>
+
+#include <memory>
+#include <string>
+#include <string_view>
+
+/// What the fuzz targets have in common. Each reads a message, and fails by aborting.
+namespace stiefel::fuzz {
+
+/// An empty message of the type that the target reads; each target defines it.
+std::unique_ptr<google::protobuf::Message> input();
+/// What the target does with one.
+void run(const google::protobuf::Message& message);
+
+/// Reads the JSON form, as the command reads files, or else wire format. False when it is neither.
+bool read(std::string_view bytes, google::protobuf::Message* message);
+std::string to_json_text(const google::protobuf::Message& message);
+
+/// The wire format, the same for the same message.
+std::string to_bytes(const google::protobuf::Message& message);
+
+/// Prints what is wrong, and aborts.
+void require(bool holds, const std::string& what);
+
+/// That no number in it is a NaN, bytes of tensors included.
+void require_no_nan(const google::protobuf::Message& message);
+
+}  // namespace stiefel::fuzz

@@ -1,0 +1,53 @@
+"""There and back again is the same motion, wherever there is a way."""
+import numpy as np
+from hypothesis import given, strategies as st
+
+import scenes
+import stiefel
+from stiefel.scenes import to_array, to_message
+
+# What gets through the (Q, M) or (Q, S) between: condition numbers of up to 1e3, J and J_D solved.
+ROUNDING = 1e3 * 100 * 2**-53
+
+
+def blocks(scene):
+    return {name: to_array(block) for name, block in to_message(scene).initial.items()}
+
+
+@given(data=st.data())
+def test_there_and_back(client, pair, data):
+    given = data.draw(scenes.scenes(pair))
+    target = data.draw(st.sampled_from([system.name for system in scenes.catalogue().systems]))
+    try:
+        there = client.convert(given, target)
+    except stiefel.InvalidArgument as refused:
+        assert refused.reason == "OUTSIDE_DOMAIN" or refused.violations
+        return
+    assert there.scene["system"] == target and there.scene["step"] == given["step"]
+    assert all(margin > 0 for margin in there.margins.values())
+    with client.create(given) as session:
+        start = blocks(session.message.scene)
+        options = {name: session.scene[name] for name in ("epsilon", "parameter") if name in session.scene}
+    home = blocks(client.convert(there.scene, given["system"], **options).scene)
+    for name in start.keys() & home.keys():
+        np.testing.assert_allclose(home[name], start[name], rtol=0, atol=ROUNDING, err_msg=f"{name} by {target}")
+    assert start.keys() & home.keys()
+
+
+@given(data=st.data())
+def test_the_energy_is_the_same(client, pair, data):
+    """Of the same motion in other variables, where both have one."""
+    given = data.draw(scenes.scenes(pair))
+    target = data.draw(st.sampled_from(["rigid_body", "right_rigid_body", "symmetric_rigid_body", "mclachlan_scovel",
+                                        "stiefel", "stiefel_costate", "stiefel_momentum"]))
+    try:
+        there = client.convert(given, target).scene
+    except stiefel.InvalidArgument:
+        return
+    here = energies(client, given)
+    np.testing.assert_allclose(energies(client, there)[:len(here)], here, rtol=1e-11, atol=1e-13)
+
+
+def energies(client, scene):
+    with client.create(scene) as session:
+        return [i.value for i in session.diagnose(to=0).invariants if i.name == "energy"]

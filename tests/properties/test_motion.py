@@ -1,0 +1,47 @@
+"""What the catalogue declares of a method is what happens, on any scene."""
+import numpy as np
+from hypothesis import given, strategies as st
+
+import scenes
+import stiefel
+from stiefel.v1 import catalogue_pb2
+
+# 100 u sqrt(steps), and condition numbers of up to about 10 (maps solved at h ||Omega|| <= 1/8).
+STEPS = 64
+ROUNDING = 100 * 2**-53 * STEPS**0.5 * 10
+
+
+@given(data=st.data())
+def test_what_is_kept_is_kept(client, pair, data):
+    """Invariants and orthogonality to rounding where they are declared so, elsewhere to the method's error."""
+    scene = data.draw(scenes.scenes(pair))
+    declared = scenes.preserved(pair)
+    with client.create(scene) as session:
+        diagnosis = session.diagnose(to=STEPS)
+        assert stiefel.Outcome.REACHED == outcome(diagnosis)
+        for invariant in diagnosis.invariants:
+            family = invariant.name.partition("[")[0]
+            assert invariant.kept == declared[family], invariant.name
+            exact = invariant.kept == catalogue_pb2.KEPT_EXACT
+            assert invariant.drift <= (ROUNDING if exact else 1e-2), invariant.name
+        if declared.get("orthogonality") == catalogue_pb2.KEPT_EXACT and diagnosis.HasField("orthogonality"):
+            assert diagnosis.orthogonality <= ROUNDING
+
+
+@given(data=st.data())
+def test_forth_and_back(client, pair, data):
+    """A reversible method undoes its steps. The step of a discrete system is part of its state."""
+    scene = data.draw(scenes.scenes(pair))
+    if not any(method.reversible for method in scenes.catalogue().methods if method.name == pair.method):
+        return
+    with client.create(scene) as session:
+        start, there = session.step(to=0), session.step(to=STEPS)
+        back = dict(session.scene, step=-scene["step"], initial=there.fields)
+    with client.create(back) as session:
+        home = session.step(to=STEPS)
+    for name in start.fields:
+        np.testing.assert_allclose(home[name], start[name], rtol=0, atol=10 * ROUNDING)
+
+
+def outcome(diagnosis):
+    return stiefel.arrays.Ending.of(diagnosis.ending).outcome

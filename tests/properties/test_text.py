@@ -1,0 +1,38 @@
+"""A scene that is printed and read again is the same scene."""
+import json
+import os
+import subprocess
+
+from hypothesis import given, settings, strategies as st
+
+import scenes
+from stiefel.scenes import to_dict, to_message
+
+finite = st.floats(allow_nan=False, allow_infinity=False)
+
+
+@given(data=st.data())
+def test_printed_and_read_in_python(client, pair, data):
+    scene = to_message(data.draw(scenes.scenes(pair)))
+    assert to_message(json.loads(json.dumps(to_dict(scene)))) == scene
+    with client.create(scene) as session:
+        assert to_message(json.loads(json.dumps(session.scene))) == session.message.scene
+
+
+@given(numbers=st.lists(finite, min_size=9, max_size=9), step=finite)
+def test_every_double_survives(numbers, step):
+    scene = to_message({"system": "rigid_body", "inertia": numbers[:3], "step": step,
+                        "initial": {"Q": {"rows": 3, "cols": 3, "values": numbers}}})
+    assert to_message(json.loads(json.dumps(to_dict(scene)))) == scene
+
+
+@settings(max_examples=max(5, settings.default.max_examples // 2))
+@given(scene=scenes.any_scenes())
+def test_printed_and_read_by_the_command(tmp_path_factory, scene):
+    """The system's own name as the target of `convert` prints the resolved scene, again and again the same."""
+    folder = tmp_path_factory.mktemp("scenes")
+    (folder / "0.json").write_text(json.dumps(to_dict(scene)))
+    for k in range(2):
+        subprocess.run([os.environ["STIEFEL_CLI"], "convert", f"{k}.json", "--to", scene["system"], "--output",
+                        f"{k + 1}.json"], cwd=folder, check=True, stdout=subprocess.DEVNULL)
+    assert (folder / "1.json").read_text() == (folder / "2.json").read_text()
