@@ -54,6 +54,12 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
   return simulate(scene, Ellipsoid<double>(lambda), readout, cost);
 }
 
+bool moves_costates(std::string_view method) {
+  for (const auto& on : methods_on<EllipsoidCostate<double>>({}))
+    if (on.method == method) return true;
+  return false;
+}
+
 void check(SceneDraft& draft) {
   if (!check_stiefel_frame(draft, "q")) return;
   if (draft.scene().block("q").rows() != 1)
@@ -62,6 +68,10 @@ void check(SceneDraft& draft) {
   if (draft.has_block("p") == draft.has_block("qdot"))
     return draft.refuse("initial", draft.has_block("p") ? "p and qdot" : "neither",
                         "must hold exactly one of p and qdot");
+  const auto& method = draft.given().method;
+  if (draft.has_block("p") && method && !moves_costates(method->name))
+    return draft.refuse("method.name", '"' + method->name + '"',
+                        "is not for p, which rk4 and adaptive move: give qdot instead");
   const Eigen::Index N = draft.scene().dimension();
   if (const RowMatrix* p = draft.block("p", 1, N, false)) draft.set_block("p", *p);
   if (const RowMatrix* qdot = draft.block("qdot", 1, N, false)) {

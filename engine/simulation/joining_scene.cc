@@ -10,9 +10,10 @@ namespace {
 
 constexpr double turn_per_step = 0.02;
 
+/// Refused when the time is so short that step or velocity is no number.
 template <class Answer>
-Scene scene_of(const TwoPointProblem& problem, const Answer& answer, MethodDescription method,
-               double step) {
+std::expected<Scene, ConnectRefusal> scene_of(const TwoPointProblem& problem, const Answer& answer,
+                                              MethodDescription method, double step) {
   const bool body = answer.M.size() > 0;
   SceneDescription d;
   d.system = body ? "rigid_body" : "stiefel";
@@ -21,7 +22,9 @@ Scene scene_of(const TwoPointProblem& problem, const Answer& answer, MethodDescr
   d.initial["Q"] = problem.Q_0;
   d.initial[body ? "M" : "S"] = body ? answer.M : answer.S;
   d.step = step;
-  return Scene::resolve(std::move(d)).value();
+  auto made = Scene::resolve(std::move(d));
+  if (made) return *std::move(made);
+  return std::unexpected(refusal::Invalid{"time", "makes numbers that no scene can hold"});
 }
 
 /// Q at step 0 and at `samples` steps after it.
@@ -38,9 +41,10 @@ std::vector<Eigen::MatrixXd> followed(const Scene& scene, int samples) {
 std::expected<JoiningScene, ConnectRefusal> discrete(const TwoPointProblem& problem, int steps) {
   const auto answer = connect(problem, steps);
   if (!answer) return std::unexpected(answer.error());
-  const Scene scene = scene_of(problem, *answer, {"variational", 2, 1, ""}, problem.time / steps);
-  return JoiningScene{
-      scene, answer->energy, answer->residual, Shortest::unknown, answer->distinct, answer->Q};
+  auto scene = scene_of(problem, *answer, {"variational", 2, 1, ""}, problem.time / steps);
+  if (!scene) return std::unexpected(std::move(scene.error()));
+  return JoiningScene{*std::move(scene), answer->energy,   answer->residual,
+                      Shortest::unknown, answer->distinct, answer->Q};
 }
 
 std::expected<JoiningScene, ConnectRefusal> continuous(const TwoPointProblem& problem,
@@ -50,13 +54,10 @@ std::expected<JoiningScene, ConnectRefusal> continuous(const TwoPointProblem& pr
   const double step = problem.time / std::max(samples, 1);
   const double wanted = std::ceil(answer->Qdot.norm() * step / turn_per_step);
   const int substeps = static_cast<int>(std::clamp(wanted, 1.0, 1e6));
-  const Scene scene = scene_of(problem, *answer, {"variational", 8, substeps, ""}, step);
-  return JoiningScene{scene,
-                      answer->energy,
-                      answer->residual,
-                      answer->shortest,
-                      answer->distinct,
-                      followed(scene, samples)};
+  const auto scene = scene_of(problem, *answer, {"variational", 8, substeps, ""}, step);
+  if (!scene) return std::unexpected(scene.error());
+  return JoiningScene{*scene,           answer->energy,   answer->residual,
+                      answer->shortest, answer->distinct, followed(*scene, samples)};
 }
 
 }  // namespace
