@@ -51,9 +51,23 @@ const std::vector<std::string>& names() {
 
 double changed(double x, Random& random) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
-  constexpr double edges[] = {0,      1,      -1,       0.5,       2,           5e-324,
-                              1e-300, 1e-160, 1e-20,    1e20,      1e150,       1e160,
-                              1e300,  1e308,  infinity, -infinity, std::nan("")};
+  constexpr double edges[] = {0,
+                              1,
+                              -1,
+                              0.5,
+                              2,
+                              5e-324,
+                              1e-300,
+                              1e-160,
+                              1e-20,
+                              1e20,
+                              1e150,
+                              1e160,
+                              1e300,
+                              1e308,
+                              infinity,
+                              -infinity,
+                              std::numeric_limits<double>::quiet_NaN()};
   switch (below(6, random)) {
     case 0:
       return any_of(edges, random);
