@@ -89,8 +89,7 @@ void measure(const Row& row) {
     const Unrounded& ideal = twins.at(key);
     flow_condition = std::max(flow_condition, ideal.condition);
     const double kappa = ideal.state ? ideal.condition : flow_condition;
-    // An error of 1 is as wrong as can be, whatever the condition.
-    const double bound = std::min(1.0, row.unit * rounding_bound(scene, row.steps, kappa));
+    const double bound = row.unit * rounding_bound(scene, row.steps, kappa);
     const MotionState state = read_motion(scene, *done.simulation);
     if (ideal.state)
       say("rounding", error_of(state, *ideal.state).largest(), bound,
