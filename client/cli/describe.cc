@@ -43,6 +43,7 @@ void print(const v1::SystemInfo& system) {
   for (const auto& method : system.methods()) {
     std::string name = method.method().empty() ? "(the map)" : method.method();
     if (!method.where().empty()) name += " (" + method.where() + ")";
+    if (method.in_float()) name += ", float too";
     rows.push_back({"keeps", name, preserves(method)});
   }
   print_table(rows, "  ");

@@ -45,11 +45,15 @@ std::string knob(const v1::Method& method) {
   return std::to_string(method.substeps()) + (method.substeps() == 1 ? " substep" : " substeps");
 }
 
+std::string arithmetic(const v1::Method& method) {
+  return method.arithmetic() + (method.scalar() == "float" ? ", float" : "");
+}
+
 std::vector<std::string> row(const v1::TradeoffPoint& point, bool front) {
   const auto& method = point.method();
   const std::string mark = std::string(front ? "*" : " ") + (point.extrapolated() ? "~" : "");
   const std::vector<std::string> name = {mark, method.name(), std::to_string(method.order()),
-                                         knob(method), method.arithmetic()};
+                                         knob(method), arithmetic(method)};
   std::vector<std::string> out = name;
   if (point.ending().outcome() != v1::OUTCOME_REACHED) {
     out.push_back(to_string(point.ending().outcome()));

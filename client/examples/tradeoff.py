@@ -22,7 +22,8 @@ def table(tradeoff: stiefel.Tradeoff) -> str:
         about = "~" if point.extrapolated else ""
         times = sorted(point.cpu_seconds_per_second)
         entry = f"`{point.method}`" + (f" {point.order}" if point.order else "")
-        lines.append(f"| {entry}, {point.arithmetic}, {knob} | {about}{point.error:.1e} | "
+        scalar = ", float" if point.scalar == "float" else ""
+        lines.append(f"| {entry}, {point.arithmetic}{scalar}, {knob} | {about}{point.error:.1e} | "
                      f"{about}{point.work:.1e} | {times[len(times) // 2]:.1e} |")
     return "\n".join(lines)
 

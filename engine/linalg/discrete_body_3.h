@@ -4,58 +4,12 @@
 
 #include "engine/linalg/cayley_3.h"
 #include "engine/linalg/compensated.h"
-#include "engine/linalg/double_word.h"
+#include "engine/linalg/discrete_inertia.h"
 #include "engine/linalg/principal_moments_3.h"
 #include "engine/linalg/quaternion_product.h"
 #include "engine/linalg/so_3.h"
 
 namespace stiefel {
-
-/// Principal moments and a step, with what the discrete body makes of them.
-template <class Scalar>
-struct DiscreteInertia3 {
-  using Wide = Doubled<Scalar>;
-
-  Scalar h;
-  Mask<Scalar> positive;
-  Vector3<Scalar> moments;
-  Vector3<Scalar> half_turn;    ///< (h/2)/I
-  Vector3<Scalar> kappa;        ///< (I₂ − I₃)/I₁ and cyclic
-  Vector3<Scalar> gain;         ///< (4/h)(I₂ − I₃) and cyclic
-  Vector3<Wide> moments_h;      ///< I/(h/2)
-  Vector3<Wide> differences_h;  ///< (I₂ − I₃)/(h/2) and cyclic
-
-  template <class Given>
-  DiscreteInertia3(const PrincipalMoments3<Given>& I, Scalar step)
-      : h(step),
-        positive(I.moments.minCoeff() > Given(0)),
-        moments(I.moments.template cast<Scalar>()),
-        half_turn((Given(step) / 2 * I.moments.cwiseInverse()).template cast<Scalar>()),
-        kappa(I.differences.cwiseQuotient(I.moments).template cast<Scalar>()),
-        gain((4 / Given(step) * I.differences).template cast<Scalar>()),
-        moments_h((I.moments / (Given(step) / 2)).template cast<Wide>()),
-        differences_h((I.differences / (Given(step) / 2)).template cast<Wide>()) {}
-
-  /// Those of several bodies as the lanes of one.
-  template <class Body>
-  explicit DiscreteInertia3(const Body* bodies) {
-    const auto lane = [&](auto&& number) {
-      return Scalar::of_lanes([&](int k) { return number(bodies[k]); });
-    };
-    h = lane([](const auto& I) { return I.h; });
-    positive = Scalar(0) < lane([](const auto& I) { return I.positive ? 1 : -1; });
-    for (int i = 0; i < 3; ++i) {
-      moments(i) = lane([i](const auto& I) { return I.moments(i); });
-      half_turn(i) = lane([i](const auto& I) { return I.half_turn(i); });
-      kappa(i) = lane([i](const auto& I) { return I.kappa(i); });
-      gain(i) = lane([i](const auto& I) { return I.gain(i); });
-      moments_h(i) = {lane([i](const auto& I) { return I.moments_h(i).high; }),
-                      lane([i](const auto& I) { return I.moments_h(i).low; })};
-      differences_h(i) = {lane([i](const auto& I) { return I.differences_h(i).high; }),
-                          lane([i](const auto& I) { return I.differences_h(i).low; })};
-    }
-  }
-};
 
 /// One step of the discrete rigid body of Moser and Veselov in three dimensions, on (q; m) or m
 /// alone: U = J_D⁻¹(hM) as the Cayley transform U = (I − ĉ)⁻¹(I + ĉ), then Q ← QU and M ← UᵀMU,

@@ -19,6 +19,8 @@ struct PrincipalMoments3 {
     moments << l(1) + l(2), l(2) + l(0), l(0) + l(1);
     differences << l(2) - l(1), l(0) - l(2), l(1) - l(0);
   }
+
+  bool positive() const { return moments.minCoeff() > Scalar(0); }
 };
 
 }  // namespace stiefel

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "engine/linalg/j_d_3.h"
+#include "engine/linalg/j_d_4.h"
 #include "engine/linalg/j_d_n.h"
 #include "engine/linalg/so_n.h"
 #include "engine/maps/principal_branch.h"
@@ -12,6 +13,10 @@ struct JDInverseOf;
 template <class Scalar, bool frame, Arithmetic arithmetic>
 struct JDInverseOf<So3<Scalar, frame>, arithmetic> {
   using type = JDInverse3<Scalar, frame, arithmetic>;
+};
+template <class Scalar, bool frame, Arithmetic arithmetic>
+struct JDInverseOf<So4<Scalar, frame>, arithmetic> {
+  using type = JDInverse4<Scalar, frame, arithmetic>;
 };
 template <class Scalar, Arithmetic arithmetic>
 struct JDInverseOf<SoN<Scalar>, arithmetic> {

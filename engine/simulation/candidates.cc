@@ -45,13 +45,13 @@ std::expected<std::vector<Candidate>, Violations> candidates(const SceneDescript
   Violations refused;
   std::vector<Candidate> all;
   const auto consider = [&](const MethodOnSystem& on, std::optional<int> order,
-                            const char* arithmetic) {
+                            const char* arithmetic, const char* scalar) {
     const MethodInfo& info = *catalogue().method(on.method);
-    const MethodDescription method{std::string(on.method), order, 1, arithmetic};
+    const MethodDescription method{std::string(on.method), order, 1, arithmetic, {}, scalar};
     auto scene = Scene::resolve(in_the_hands_of(description, method));
     if (scene)
-      all.push_back({method, order.value_or(0), info.default_tolerance > 0, keeps_energy(on),
-                     step_weight(*scene)});
+      all.push_back({method, order.value_or(0), info.default_tolerance > 0,
+                     keeps_energy(on) && !scene->in_float(), step_weight(*scene)});
     else if (refused.empty())
       refused = std::move(scene.error());
   };
@@ -59,8 +59,11 @@ std::expected<std::vector<Candidate>, Violations> candidates(const SceneDescript
   for (const auto& on : system->methods) {
     const auto& orders = catalogue().method(on.method)->orders;
     for (const int order : orders)
-      for (const char* arithmetic : {"plain", "compensated"}) consider(on, order, arithmetic);
-    if (orders.empty()) consider(on, std::nullopt, "compensated");
+      for (const char* arithmetic : {"plain", "compensated"}) {
+        consider(on, order, arithmetic, "double");
+        if (on.in_float) consider(on, order, arithmetic, "float");
+      }
+    if (orders.empty()) consider(on, std::nullopt, "compensated", "double");
   }
   if (all.empty()) return std::unexpected(std::move(refused));
   return all;
@@ -78,7 +81,8 @@ std::string to_text(const MethodDescription& method) {
   if (method.tolerance) text += " with tolerance " + to_text(*method.tolerance);
   const int m = method.substeps.value_or(1);
   if (m > 1) text += ", " + std::to_string(m) + " substeps";
-  return text + ", " + method.arithmetic;
+  text += ", " + method.arithmetic;
+  return method.scalar == "float" ? text + ", in float" : text;
 }
 
 }  // namespace stiefel

@@ -61,6 +61,7 @@ struct MethodOnSystem {
   std::vector<Preservation> preserves;
   std::string_view where = {};                             ///< "N = 3"; empty: in every scene
   bool (*takes)(const Eigen::VectorXd& lambda) = nullptr;  ///< the same; null: every one
+  bool in_float = false;                                   ///< offered in single precision too
 };
 
 struct SystemInfo {

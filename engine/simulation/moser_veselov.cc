@@ -1,6 +1,7 @@
 #include "engine/maps/moser_veselov.h"
 
 #include "engine/simulation/discrete_hamiltonian.h"
+#include "engine/simulation/in_four.h"
 #include "engine/simulation/rigid_body_data.h"
 #include "engine/simulation/rigid_body_readout.h"
 #include "engine/simulation/rigid_body_scene.h"
@@ -18,6 +19,7 @@ std::unique_ptr<Simulation> make_in(const Scene& scene) {
 }
 
 std::unique_ptr<Simulation> make(const Scene& scene) {
+  if (goes_in_four(scene)) return moser_veselov_in_four(scene);
   if (scene.dimension() != 3) return make_in<SoN<double>>(scene);
   if (scene.has_frame()) return make_in<So3<double, true>>(scene);
   return make_in<So3<double, false>>(scene);

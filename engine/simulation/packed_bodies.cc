@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/linalg/j_d_3.h"
+#include "engine/linalg/principal_moments_3.h"
+#include "engine/linalg/so_4.h"
 #include "engine/maps/preprocessed_moser_veselov.h"
 #include "engine/methods/symmetric_stages.h"
 #include "engine/simulation/packed_bodies_on.h"
@@ -17,18 +18,22 @@ constexpr Arithmetic either = Arithmetic::plain;  // what a body is made of is t
 /// range: there a fused operation and its replacement give the same bits.
 bool stays_normal(double x) { return x == 0 || (std::abs(x) > 0x1p-200 && std::abs(x) < 0x1p200); }
 
-/// Of one body, by stages.
-std::vector<DiscreteInertia3<double>> stages_of(const Scene& scene) {
-  const double h = scene.step() / scene.substeps();
-  if (scene.method() == "preprocessed_variational") {
-    const ModifiedJDInverse3<double, false, either> inverse(scene.inertia(), h, scene.order());
-    return {inverse.J(vee(scene.M()))};
-  }
-  std::vector<DiscreteInertia3<double>> stages;
-  const PrincipalMoments3<long double> moments(scene.inertia());
-  for (const double gamma : symmetric_stages<double>(std::max(scene.order(), 2)))
-    stages.emplace_back(moments, gamma * h);
-  return stages;
+double step_of_map(const Scene& scene) { return scene.step() / scene.substeps(); }
+
+/// The modified body in three dimensions is a single stage.
+DiscreteInertia3<double> modified_inertia(const Scene& scene) {
+  const ModifiedJDInverse3<double, false, either> inverse(scene.inertia(), step_of_map(scene),
+                                                          scene.order());
+  return inverse.J(vee(scene.M()));
+}
+
+/// Adds the body's stages, each to those of the other bodies.
+template <class Pairs, class Inertia>
+void add_stages(const Scene& scene, BodiesSideBySide::Stages<Inertia>& out) {
+  const auto gamma = symmetric_stages<double>(std::max(scene.order(), 2));
+  out.resize(gamma.size());
+  for (std::size_t s = 0; s < gamma.size(); ++s)
+    out[s].emplace_back(Pairs(scene.inertia()), gamma[s] * step_of_map(scene));
 }
 
 }  // namespace
@@ -37,21 +42,26 @@ PackedBodies::~PackedBodies() = default;
 
 BodiesSideBySide side_by_side(std::span<const Scene> bodies, int lanes) {
   const Scene& first = bodies.front();
-  BodiesSideBySide out{first.has_frame(),
+  BodiesSideBySide out{first.dimension(),
+                       first.has_frame(),
                        first.arithmetic(),
                        first.substeps(),
-                       first.step() / first.substeps(),
+                       step_of_map(first),
+                       {},
                        {},
                        {}};
   for (std::size_t k = 0; k < static_cast<std::size_t>(lanes); ++k) {
     const Scene& body = bodies[std::min(k, bodies.size() - 1)];
     if (first.method() == "rk4") {
       out.lambda.emplace_back(body.inertia());
-      continue;
+    } else if (first.method() == "preprocessed_variational") {
+      out.stages_3.resize(1);
+      out.stages_3[0].push_back(modified_inertia(body));
+    } else if (first.dimension() == 3) {
+      add_stages<PrincipalMoments3<long double>>(body, out.stages_3);
+    } else {
+      add_stages<PairSums4<long double>>(body, out.stages_4);
     }
-    const auto stages = stages_of(body);
-    out.stages.resize(stages.size());
-    for (std::size_t s = 0; s < stages.size(); ++s) out.stages[s].push_back(stages[s]);
   }
   return out;
 }
@@ -62,13 +72,15 @@ bool can_be_packed(const Scene& scene) {
   const bool rigid_body = scene.system() == "rigid_body" &&
                           (scene.method() == "rk4" || scene.method() == "variational" ||
                            scene.method() == "preprocessed_variational");
-  if (scene.dimension() != 3 || !(rigid_body || scene.system() == "moser_veselov")) return false;
-  const Eigen::Vector3d lambda = scene.inertia(), m = vee(scene.M());
-  const double h = scene.step() / scene.substeps();
-  for (int i = 0; i < 3; ++i) {
-    const double I = lambda((i + 1) % 3) + lambda((i + 2) % 3);
-    if (!stays_normal(I) || !stays_normal(h * m(i) / I) || !stays_normal(m(i))) return false;
-  }
+  const int N = scene.dimension();
+  if (N < 3 || N > 4 || scene.in_float() || !(rigid_body || scene.system() == "moser_veselov"))
+    return false;
+  const double h = step_of_map(scene);
+  for (int j = 0; j < N; ++j)
+    for (int i = 0; i < j; ++i) {
+      const double I = scene.inertia()(i) + scene.inertia()(j), m = scene.M()(i, j);
+      if (!stays_normal(I) || !stays_normal(h * m / I) || !stays_normal(m)) return false;
+    }
   return stays_normal(h);
 }
 

@@ -5,16 +5,16 @@
 #include <span>
 #include <vector>
 
-#include "engine/linalg/discrete_body_3.h"
+#include "engine/linalg/discrete_inertia.h"
 #include "engine/linalg/isa.h"
 #include "engine/simulation/scene.h"
 
 namespace stiefel {
 
-/// As many bodies in three dimensions as a vector register has lanes, advanced together. Each has
-/// the bits that it has alone, because lanes do not see each other and what is computed in them is
-/// the same source. A step that is not easy for some of them (an equation that converges slowly, a
-/// state that is not finite) is left to their own Simulations.
+/// As many bodies in three or four dimensions as a vector register has lanes, advanced together.
+/// Each has the bits that it has alone, because lanes do not see each other and what is computed in
+/// them is the same source. A step that is not easy for some of them (an equation that converges
+/// slowly, a state that is not finite) is left to their own Simulations.
 class PackedBodies {
  public:
   /// `steps` that all of them took, and the lanes that took one more.
@@ -30,20 +30,24 @@ class PackedBodies {
   virtual Progress advance(std::span<double> states, std::int64_t steps) = 0;
 };
 
-/// What bodies are made of that go together. One of the two is empty.
+/// What bodies are made of that go together. Of the last three two are empty.
 struct BodiesSideBySide {
+  int N;  ///< 3 or 4
   bool frame;
   Arithmetic arithmetic;
   int substeps;
   double h;
-  std::vector<Vector3<double>> lambda;                        ///< for rk4, lane by lane
-  std::vector<std::vector<DiscreteInertia3<double>>> stages;  ///< of the discrete body, by lanes
+  std::vector<Eigen::VectorXd> lambda;  ///< for rk4, lane by lane
+  template <class Inertia>
+  using Stages = std::vector<std::vector<Inertia>>;  ///< of the discrete body, by lanes
+  Stages<DiscreteInertia3<double>> stages_3;
+  Stages<DiscreteInertia4<double>> stages_4;
 };
 
 /// The lanes on this machine.
 int body_lanes();
 /// Whether a scene's method and size are among those that go together: rigid_body and moser_veselov
-/// with N = 3; rk4, variational, preprocessed_variational; numbers whose products stay normal.
+/// with N = 3 or 4; rk4, variational, preprocessed_variational; numbers whose products stay normal.
 bool can_be_packed(const Scene& scene);
 /// At most `body_lanes()` such bodies, of one ensemble; lanes that are left over repeat the last.
 std::unique_ptr<PackedBodies> pack_bodies(std::span<const Scene> bodies);

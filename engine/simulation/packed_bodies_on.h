@@ -1,6 +1,8 @@
 #pragma once
 
-#include "engine/maps/discrete_bodies_3.h"
+#include "engine/linalg/discrete_body_3.h"
+#include "engine/linalg/discrete_body_4.h"
+#include "engine/maps/discrete_bodies.h"
 #include "engine/methods/rk4.h"
 #include "engine/simulation/packed_bodies.h"
 #include "engine/systems/rigid_body.h"
@@ -55,37 +57,53 @@ class PackedBodiesOn final : public PackedBodies {
   int substeps_;
 };
 
+/// Bodies of packs P in N dimensions.
+template <class P, int N, bool frame, Arithmetic arithmetic>
+struct BodyOf;
+template <class P, bool frame, Arithmetic arithmetic>
+struct BodyOf<P, 3, frame, arithmetic> {
+  using Space = So3<P, frame>;
+  using Discrete = DiscreteBody3<P, frame, arithmetic>;
+  static const auto& stages(const BodiesSideBySide& bodies) { return bodies.stages_3; }
+};
+template <class P, bool frame, Arithmetic arithmetic>
+struct BodyOf<P, 4, frame, arithmetic> {
+  using Space = So4<P, frame>;
+  using Discrete = DiscreteBody4<P, frame, arithmetic>;
+  static const auto& stages(const BodiesSideBySide& bodies) { return bodies.stages_4; }
+};
+
+template <class P, int N, bool frame, Arithmetic arithmetic>
+std::unique_ptr<PackedBodies> pack_these(const BodiesSideBySide& bodies) {
+  using These = BodyOf<P, N, frame, arithmetic>;
+  if (!bodies.lambda.empty()) {
+    using Body = RigidBody<typename These::Space>;
+    using Map = Rk4::Map<Body, arithmetic>;
+    typename Body::Lambda lambda;
+    for (int i = 0; i < N; ++i)
+      lambda(i) = P::of_lanes([&](int k) { return bodies.lambda[k].data()[i]; });
+    return std::make_unique<PackedBodiesOn<P, Map>>(Map(Body(lambda), P(bodies.h), 4),
+                                                    bodies.substeps);
+  }
+  using Map = DiscreteBodies<typename These::Discrete>;
+  std::vector<typename Map::Inertia> stages;
+  for (const auto& stage : These::stages(bodies)) stages.emplace_back(stage.data());
+  return std::make_unique<PackedBodiesOn<P, Map>>(Map(std::move(stages)), bodies.substeps);
+}
+
 template <Isa isa>
 std::unique_ptr<PackedBodies> pack_bodies_on(const BodiesSideBySide& bodies) {
   using P = Pack<double, isa, vector_width(isa)>;
-  std::unique_ptr<PackedBodies> packed;
-  const auto make = [&]<bool frame, Arithmetic arithmetic>() {
-    if (!bodies.lambda.empty()) {
-      using Body = RigidBody<So3<P, frame>>;
-      using Map = Rk4::Map<Body, arithmetic>;
-      Vector3<P> lambda;
-      for (int i = 0; i < 3; ++i)
-        lambda(i) = P::of_lanes([&](int k) { return bodies.lambda[k].data()[i]; });
-      packed = std::make_unique<PackedBodiesOn<P, Map>>(Map(Body(lambda), P(bodies.h), 4),
-                                                        bodies.substeps);
-    } else {
-      using Map = DiscreteBodies3<P, frame, arithmetic>;
-      std::vector<DiscreteInertia3<P>> stages;
-      for (const auto& stage : bodies.stages) stages.emplace_back(stage.data());
-      packed = std::make_unique<PackedBodiesOn<P, Map>>(Map(std::move(stages)), bodies.substeps);
-    }
+  const auto in = [&]<int N, bool frame>() {
+    return bodies.arithmetic == Arithmetic::plain
+               ? pack_these<P, N, frame, Arithmetic::plain>(bodies)
+               : pack_these<P, N, frame, Arithmetic::compensated>(bodies);
   };
-  const auto with_frame = [&]<bool frame>() {
-    if (bodies.arithmetic == Arithmetic::plain)
-      make.template operator()<frame, Arithmetic::plain>();
-    else
-      make.template operator()<frame, Arithmetic::compensated>();
+  const auto in_dimension = [&]<int N>() {
+    return bodies.frame ? in.template operator()<N, true>() : in.template operator()<N, false>();
   };
-  if (bodies.frame)
-    with_frame.template operator()<true>();
-  else
-    with_frame.template operator()<false>();
-  return packed;
+  return bodies.N == 3 ? in_dimension.template operator()<3>()
+                       : in_dimension.template operator()<4>();
 }
 
 }  // namespace stiefel

@@ -1,5 +1,7 @@
 #include "engine/systems/rigid_body.h"
 
+#include "engine/simulation/in_float.h"
+#include "engine/simulation/in_four.h"
 #include "engine/simulation/rigid_body_data.h"
 #include "engine/simulation/rigid_body_readout.h"
 #include "engine/simulation/rigid_body_scene.h"
@@ -16,6 +18,8 @@ std::unique_ptr<Simulation> make_in(const Scene& scene) {
 }
 
 std::unique_ptr<Simulation> make(const Scene& scene) {
+  if (scene.in_float()) return rigid_body_in_float(scene);
+  if (goes_in_four(scene)) return rigid_body_in_four(scene);
   if (scene.dimension() != 3) return make_in<SoN<double>>(scene);
   if (scene.has_frame()) return make_in<So3<double, true>>(scene);
   return make_in<So3<double, false>>(scene);
@@ -31,6 +35,7 @@ SystemEntry rigid_body_entry() {
   info.source = "[RB] (2.2), (2.3)";
   info.file = "engine/systems/rigid_body.h";
   info.methods = methods_on<RigidBody<SoN<double>>, RigidBody<So3<double, true>>>(info);
+  offer_in_float(info);
   return {info, check_rigid_body_or_engineers, make};
 }
 

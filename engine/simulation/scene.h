@@ -37,6 +37,7 @@ struct MethodDescription {
   std::optional<int> substeps;
   std::string arithmetic;                ///< "compensated", "plain" or empty
   std::optional<double> tolerance = {};  ///< of methods that choose their own steps
+  std::string scalar = {};               ///< "double", "float" or empty
 };
 
 /// A body in three dimensions in engineers' terms and in the caller's axes.
@@ -112,6 +113,8 @@ class Scene {
                ? Arithmetic::plain
                : Arithmetic::compensated;
   }
+  /// The state and all that is computed with it are numbers of single precision.
+  bool in_float() const { return description_.method && description_.method->scalar == "float"; }
   double step() const { return description_.step; }
   double time(std::int64_t step) const { return static_cast<double>(step) * description_.step; }
   double epsilon() const { return description_.epsilon.value_or(1); }

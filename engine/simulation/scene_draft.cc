@@ -20,14 +20,20 @@ std::string listed(const Items& items, Name name) {
   return out;
 }
 
-/// Squares of numbers in between are numbers.
-constexpr double least_scale = 1e-153, largest_scale = 1e153;
+/// Numbers whose squares are numbers.
+struct Scales {
+  double least, largest;
 
-bool within_scales(double x) { return std::abs(x) >= least_scale && std::abs(x) <= largest_scale; }
+  bool contain(double x) const { return std::abs(x) >= least && std::abs(x) <= largest; }
+  std::string rule() const {
+    return "must be " + to_text(least) + " to " + to_text(largest) +
+           ": choose other units of mass, length and time";
+  }
+};
 
-std::string scale_rule() {
-  return "must be " + to_text(least_scale) + " to " + to_text(largest_scale) +
-         ": choose other units of mass, length and time";
+Scales scales(const SceneDescription& scene) {
+  if (scene.method && scene.method->scalar == "float") return {1e-18, 1e18};
+  return {1e-153, 1e153};
 }
 
 std::string element(const std::string& field, std::size_t k) {
@@ -64,8 +70,8 @@ std::expected<Scene, Violations> SceneDraft::resolve() {
   }
   if (!std::isfinite(given().step) || given().step == 0)
     refuse("step", to_text(given().step), "must be finite and not 0");
-  else if (!within_scales(given().step))
-    refuse("step", to_text(given().step), "|step| " + scale_rule());
+  else if (!scales(given()).contain(given().step))
+    refuse("step", to_text(given().step), "|step| " + scales(given()).rule());
   if (sound() && wants_choice()) choose();
   if (!sound()) return std::unexpected(std::move(violations_));
   return std::move(scene_);
@@ -145,6 +151,24 @@ void SceneDraft::check_method() {
   if (method->arithmetic.empty()) method->arithmetic = "compensated";
   if (method->arithmetic != "compensated" && method->arithmetic != "plain")
     refuse("method.arithmetic", '"' + method->arithmetic + '"', "must be compensated or plain");
+  check_scalar();
+}
+
+void SceneDraft::check_scalar() {
+  auto& method = *given().method;
+  if (method.scalar.empty()) method.scalar = "double";
+  if (method.scalar == "double") return;
+  const auto rule = [&](const std::string& text) {
+    refuse("method.scalar", '"' + method.scalar + '"', text);
+  };
+  if (method.scalar != "float") return rule("must be double or float");
+  std::vector<MethodOnSystem> offered;
+  std::ranges::copy_if(system_->methods, std::back_inserter(offered), &MethodOnSystem::in_float);
+  if (offered.empty())
+    rule("must be double: " + std::string(system_->name) + " is computed in nothing else");
+  else if (std::ranges::find(offered, method.name, &MethodOnSystem::method) == offered.end())
+    rule("of " + std::string(system_->name) + " is only for " +
+         listed(offered, [](auto& m) { return m.method; }));
 }
 
 namespace {
@@ -230,12 +254,12 @@ void SceneDraft::check_inertia_sums() {
            element("λ", least) + " + " + element("λ", second) + " = " +
                to_text(lambda[least] + lambda[second]),
            "λ_i + λ_j must be > 0 for i ≠ j");
-  else if (!within_scales(lambda[least] + lambda[second]) ||
-           !within_scales(*std::ranges::max_element(lambda)))
+  else if (!scales(given()).contain(lambda[least] + lambda[second]) ||
+           !scales(given()).contain(*std::ranges::max_element(lambda)))
     refuse("inertia",
            "λ_i + λ_j from " + to_text(lambda[least] + lambda[second]) + ", λ_i up to " +
                to_text(*std::ranges::max_element(lambda)),
-           scale_rule());
+           scales(given()).rule());
 }
 
 void SceneDraft::check_inertia_positive() {
@@ -244,8 +268,8 @@ void SceneDraft::check_inertia_positive() {
       return refuse(element("inertia", k), to_text(given().inertia[k]),
                     "every λ_i must be > 0 when n < N; at n = N the system rigid_body needs only "
                     "λ_i + λ_j > 0");
-    else if (!within_scales(given().inertia[k]))
-      return refuse(element("inertia", k), to_text(given().inertia[k]), scale_rule());
+    else if (!scales(given()).contain(given().inertia[k]))
+      return refuse(element("inertia", k), to_text(given().inertia[k]), scales(given()).rule());
 }
 
 void SceneDraft::check_block_names(bool complex) {
@@ -314,8 +338,9 @@ void SceneDraft::set_skew(const std::string& name, const RowMatrix& M) {
   const double defect = (M + M.transpose()).cwiseAbs().maxCoeff();
   if (!(defect <= Scene::skew_tolerance * M.cwiseAbs().maxCoeff()))
     return refuse("initial." + name, "max |M + Mᵀ| = " + to_text(defect), "must be skew-symmetric");
-  if (const double size = M.cwiseAbs().maxCoeff(); !(size <= largest_scale))
-    return refuse("initial." + name, "max |M| = " + to_text(size), "max |M| " + scale_rule());
+  if (const double size = M.cwiseAbs().maxCoeff(); !(size <= scales(given()).largest))
+    return refuse("initial." + name, "max |M| = " + to_text(size),
+                  "max |M| " + scales(given()).rule());
   set_block(name, M - (M + M.transpose()) / 2);  // M itself, denormal or not, if that is skew
 }
 

@@ -65,6 +65,7 @@ class SceneDraft {
   void check_order(const MethodInfo& info);
   void check_reach();
   void check_tolerance(const MethodInfo& info);
+  void check_scalar();
 
   Scene scene_;
   const SystemInfo* system_ = nullptr;

@@ -10,7 +10,7 @@ namespace stiefel {
 template <class Method, class S, class Readout>
 std::unique_ptr<Simulation> simulate_by(const Scene& scene, const S& system, const Readout& readout,
                                         double cost) {
-  const double h = scene.step() / scene.substeps();
+  const auto h = static_cast<typename S::Scalar>(scene.step() / scene.substeps());
   const auto make = [&]<class Map>(Map*) -> std::unique_ptr<Simulation> {
     using Made = SimulationOf<Map, Readout>;
     if constexpr (DirectMap<Map>) cost *= 10;  // of a closed form in extended precision
@@ -25,8 +25,9 @@ std::unique_ptr<Simulation> simulate_by(const Scene& scene, const S& system, con
   return make(static_cast<typename Method::template Map<S, Arithmetic::compensated>*>(nullptr));
 }
 
-/// `system` in the hands of the scene's method. `cost`: nanoseconds of a step, roughly.
-template <class S, class Readout>
+/// `system` in the hands of the scene's method, one of Among. `cost`: nanoseconds of a step,
+/// roughly.
+template <class Among = Methods, class S, class Readout>
 std::unique_ptr<Simulation> simulate(const Scene& scene, const S& system, const Readout& readout,
                                      double cost) {
   std::unique_ptr<Simulation> made;
@@ -35,7 +36,7 @@ std::unique_ptr<Simulation> simulate(const Scene& scene, const S& system, const 
       if (scene.method() == Method::traits.name)
         made = simulate_by<Method>(scene, system, readout, cost);
   };
-  for_each_type(Methods{}, attempt);
+  for_each_type(Among{}, attempt);
   return made;
 }
 

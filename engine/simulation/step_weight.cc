@@ -16,7 +16,7 @@ struct Counted {
 struct Weight {
   std::string_view system, method;
   int order;
-  std::string_view arithmetic;
+  std::string_view arithmetic, scalar;
   std::array<Counted, 8> sizes;  ///< then zeros
 };
 
@@ -29,10 +29,10 @@ constexpr double instructions = 5;
 
 /// Null if it is not there.
 const Weight* find(std::string_view system, std::string_view method, int order,
-                   std::string_view arithmetic) {
+                   std::string_view arithmetic, std::string_view scalar) {
   const auto found = std::ranges::find_if(weights, [&](const Weight& w) {
     return w.system == system && w.method == method && w.order == order &&
-           w.arithmetic == arithmetic;
+           w.arithmetic == arithmetic && w.scalar == scalar;
   });
   return found == std::end(weights) ? nullptr : found;
 }
@@ -46,14 +46,15 @@ double distance(const Counted& at, double n, double N) {
 }  // namespace
 
 bool is_weighed(std::string_view system, std::string_view method, int order,
-                std::string_view arithmetic) {
-  return find(system, method, order, arithmetic) != nullptr;
+                std::string_view arithmetic, std::string_view scalar) {
+  return find(system, method, order, arithmetic, scalar) != nullptr;
 }
 
 double step_weight(const Scene& scene) {
   const bool plain = scene.arithmetic() == Arithmetic::plain;
   const Weight* found =
-      find(scene.system(), scene.method(), scene.order(), plain ? "plain" : "compensated");
+      find(scene.system(), scene.method(), scene.order(), plain ? "plain" : "compensated",
+           scene.in_float() ? "float" : "double");
   if (found == nullptr)
     return instructions * make_simulation(scene)->step_cost() / scene.substeps();
   const auto& given = scene.description();

@@ -18,6 +18,6 @@ double step_weight(const Scene& scene);
 
 /// Whether the table has it; for what is not in it yet the weight is a rough guess.
 bool is_weighed(std::string_view system, std::string_view method, int order,
-                std::string_view arithmetic);
+                std::string_view arithmetic, std::string_view scalar);
 
 }  // namespace stiefel

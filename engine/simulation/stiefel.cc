@@ -1,6 +1,7 @@
 #include "engine/systems/stiefel.h"
 
 #include "engine/representations/stiefel_momenta.h"
+#include "engine/simulation/in_float.h"
 #include "engine/simulation/rigid_forms.h"
 #include "engine/simulation/simulate.h"
 #include "engine/simulation/stiefel_forms.h"
@@ -20,6 +21,7 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
     readout.field({"M", static_cast<int>(N), static_cast<int>(N)}, [n](const auto& x, auto out) {
       out = dense_M<double>(x.topRows(n), x.bottomRows(n));
     });
+  if (scene.in_float()) return stiefel_in_float(scene, readout);
   return simulate(scene, Stiefel<double>(scene.inertia(), n), readout, stiefel_cost(n, N));
 }
 
@@ -34,6 +36,7 @@ SystemEntry stiefel_entry() {
   info.source = "[ST] (37)-(39)";
   info.file = "engine/systems/stiefel.h";
   info.methods = methods_on<Stiefel<double>>(info);
+  offer_in_float(info);
   return {info,
           [](SceneDraft& draft) {
             if (check_stiefel_frame(draft)) set_tangent(draft, "S", false);

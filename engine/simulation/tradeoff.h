@@ -34,7 +34,6 @@ struct TradeoffSetup {
 /// those at the horizon, extrapolated if the run was cut short.
 struct TradeoffPoint {
   MethodDescription method;
-  std::string scalar = "double";
   std::optional<MotionError> error;  ///< nothing where the run stopped
   double drift = 0;                  ///< the worst of the invariants' over the run
   std::string drift_of;

@@ -54,6 +54,7 @@ void to_proto(const SystemInfo& system, v1::SystemInfo* out) {
     auto* to = out->add_methods();
     to->set_method(text(method.method));
     to->set_where(text(method.where));
+    to->set_in_float(method.in_float);
     for (const Preservation& preservation : method.preserves) {
       auto* preserves = to->add_preserves();
       preserves->set_invariant(text(preservation.invariant));

@@ -99,6 +99,7 @@ MethodDescription read_method(const v1::Method& method, Violations& violations) 
     read_count("method.substeps", method.substeps(), out.substeps, violations);
   }
   if (method.has_tolerance()) out.tolerance = method.tolerance();
+  out.scalar = method.scalar();
   return out;
 }
 
@@ -163,6 +164,7 @@ void to_proto(const MethodDescription& method, v1::Method* out) {
   if (method.substeps) out->set_substeps(static_cast<std::uint32_t>(*method.substeps));
   out->set_arithmetic(method.arithmetic);
   if (method.tolerance) out->set_tolerance(*method.tolerance);
+  out->set_scalar(method.scalar);
 }
 
 void to_proto(const SceneDescription& description, v1::Scene* out) {

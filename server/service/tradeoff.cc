@@ -37,7 +37,7 @@ void to_proto(const TradeoffSetup& setup, v1::TradeoffSetup* out) {
 
 void to_proto(const TradeoffPoint& point, v1::TradeoffPoint* out) {
   server::to_proto(point.method, out->mutable_method());
-  out->set_scalar(point.scalar);
+  out->set_scalar(point.method.scalar);
   if (point.error) {
     if (point.error->attitude) out->set_attitude_error(*point.error->attitude);
     out->set_momentum_error(point.error->momentum);

@@ -45,6 +45,7 @@ std::string identity_of(const Scene& scene) {
     out.number(static_cast<std::uint64_t>(method->substeps.value_or(1)));
     out.text(method->arithmetic);
     out.optional(method->tolerance);
+    out.text(method->scalar);
   }
   out.doubles(description.inertia);
   out.doubles(description.inertia_u);

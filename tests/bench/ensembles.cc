@@ -1,4 +1,4 @@
-// The processor time of a step of bodies that go together, N = 3, beside the same bodies one after
+// The processor time of a step of bodies that go together, N = 3 and 4, beside the same bodies one after
 // another: on each instruction set that this machine has, and as an ensemble's Simulation does it.
 // h‖Ω‖ = 0.1. Arguments: repeats, seconds to measure for.
 #include <stdexcept>
@@ -15,8 +15,8 @@ using namespace stiefel;
 
 constexpr int members = 1024;
 
-SceneDescription body(unsigned seed, const MethodDescription& method) {
-  auto scene = testing::description(testing::RandomBody(3, seed), 0.1, "");
+SceneDescription body(int N, unsigned seed, const MethodDescription& method) {
+  auto scene = testing::description(testing::RandomBody(N, seed), 0.1, "");
   scene.system = "rigid_body";
   scene.method = method;
   return scene;
@@ -66,9 +66,9 @@ double packed(PackedBodies& bodies, std::span<const Scene> scenes, double durati
   });
 }
 
-void compare(const std::string& name, const MethodDescription& method, int repeats,
+void compare(const std::string& name, int N, const MethodDescription& method, int repeats,
              double duration) {
-  const std::string what = name + ", " + method.arithmetic + ", N = 3, ";
+  const std::string what = name + ", " + method.arithmetic + ", N = " + std::to_string(N) + ", ";
   const auto comparison = [&](const std::string& on, std::optional<double> bound) {
     return bench::Comparison{what + on, "ns a body", "one by one", bound};
   };
@@ -78,7 +78,7 @@ void compare(const std::string& name, const MethodDescription& method, int repea
   for (int i = 0; i < repeats; ++i) {
     std::vector<SceneDescription> scenes;
     for (int b = 0; b < members; ++b)
-      scenes.push_back(body(static_cast<unsigned>(i * members + b + 1), method));
+      scenes.push_back(body(N, static_cast<unsigned>(i * members + b + 1), method));
     const Scene ensemble = Scene::resolve(testing::ensemble_of(scenes)).value();
     const auto some = ensemble.members().first(8);
     const BodiesSideBySide bodies = side_by_side(some, 8);
@@ -100,9 +100,11 @@ int main(int, char** argv) {
   const int repeats = std::stoi(argv[1]);
   const double duration = std::stod(argv[2]);
   for (const char* arithmetic : {"plain", "compensated"}) {
-    compare("rk4", {"rk4", {}, {}, arithmetic}, repeats, duration);
-    compare("variational", {"variational", 2, {}, arithmetic}, repeats, duration);
-    compare("preprocessed_variational, order 10", {"preprocessed_variational", 10, {}, arithmetic},
-            repeats, duration);
+    for (const int N : {3, 4}) {
+      compare("rk4", N, {"rk4", {}, {}, arithmetic}, repeats, duration);
+      compare("variational", N, {"variational", 2, {}, arithmetic}, repeats, duration);
+    }
+    compare("preprocessed_variational, order 10", 3,
+            {"preprocessed_variational", 10, {}, arithmetic}, repeats, duration);
   }
 }

@@ -1,5 +1,6 @@
 // Steps of every method on every system in several sizes, for callgrind to count one by one: before
-// each it prints "system method order arithmetic n N steps". tests/bench/weights.py reads both.
+// each it prints "system method order arithmetic scalar n N steps". tests/bench/weights.py reads
+// both.
 #include <iostream>
 
 #include "engine/simulation/catalogue.h"
@@ -65,16 +66,16 @@ void count(SceneDescription description, Size size) {
   const std::int64_t before = simulation->map_steps();
   measured_steps(*simulation, steps);
   std::cout << scene->system() << ' ' << scene->method() << ' ' << scene->order() << ' '
-            << scene->description().method->arithmetic << ' ' << size.n << ' ' << size.N << ' '
-            << simulation->map_steps() - before << '\n';
+            << scene->description().method->arithmetic << ' ' << scene->description().method->scalar
+            << ' ' << size.n << ' ' << size.N << ' ' << simulation->map_steps() - before << '\n';
 }
 
-/// In every order and arithmetic; a closed form has neither.
+/// In every order, arithmetic and scalar; a closed form has none.
 void count(std::string_view system, std::string_view method, std::optional<int> order,
-           const char* arithmetic) {
+           const char* arithmetic, const char* scalar) {
   for (const Size size : sizes(std::string(system))) {
     SceneDescription d = scene(std::string(system), method == "exact", size);
-    d.method = MethodDescription{std::string(method), order, 1, arithmetic, {}};
+    d.method = MethodDescription{std::string(method), order, 1, arithmetic, {}, scalar};
     count(std::move(d), size);
   }
 }
@@ -87,9 +88,11 @@ int main() {
     for (const auto& on : system.methods) {
       const auto& orders = catalogue().method(on.method)->orders;
       for (const int order : orders)
-        for (const char* arithmetic : {"compensated", "plain"})
-          count(system.name, on.method, order, arithmetic);
-      if (orders.empty()) count(system.name, on.method, std::nullopt, "compensated");
+        for (const char* arithmetic : {"compensated", "plain"}) {
+          count(system.name, on.method, order, arithmetic, "double");
+          if (on.in_float) count(system.name, on.method, order, arithmetic, "float");
+        }
+      if (orders.empty()) count(system.name, on.method, std::nullopt, "compensated", "double");
     }
   }
 }

@@ -17,7 +17,7 @@ from collections import defaultdict
 from pathlib import Path
 
 TABLE = Path(__file__).parents[2] / "engine/simulation/step_weights.inc"
-Key = tuple[str, str, int, str]
+Key = tuple[str, str, int, str, str]
 
 
 def count(program: Path) -> dict[Key, list[tuple[int, int, float]]]:
@@ -31,16 +31,16 @@ def count(program: Path) -> dict[Key, list[tuple[int, int, float]]]:
                   for k in range(len(lines))]
     found = defaultdict(list)
     for line, total in zip(lines, totals):
-        system, method, order, arithmetic, n, N, steps = line.split()
-        found[system, method, int(order), arithmetic].append((int(n), int(N), total / int(steps)))
+        system, method, order, arithmetic, scalar, n, N, steps = line.split()
+        found[system, method, int(order), arithmetic, scalar].append((int(n), int(N), total / int(steps)))
     return found
 
 
 def table(counts: dict[Key, list[tuple[int, int, float]]]) -> str:
     lines = ["// Written by tests/bench/weights.py: instructions a step at sizes n, N."]
-    for (system, method, order, arithmetic), sizes in counts.items():
+    for (system, method, order, arithmetic, scalar), sizes in counts.items():
         numbers = ", ".join(f"{{{n}, {N}, {w:.4g}}}" for n, N, w in sizes)
-        lines.append(f'{{"{system}", "{method}", {order}, "{arithmetic}", {{{{{numbers}}}}}}},')
+        lines.append(f'{{"{system}", "{method}", {order}, "{arithmetic}", "{scalar}", {{{{{numbers}}}}}}},')
     return "\n".join(lines) + "\n"
 
 
@@ -48,9 +48,10 @@ def read(text: str) -> dict[Key, list[tuple[int, int, float]]]:
     """The inverse of `table`."""
     found = {}
     for line in text.splitlines()[1:]:
-        system, method, order, arithmetic = re.match(r'\{"(\w+)", "(\w+)", (\d+), "(\w+)"', line).groups()
+        system, method, order, arithmetic, scalar = re.match(
+            r'\{"(\w+)", "(\w+)", (\d+), "(\w+)", "(\w+)"', line).groups()
         sizes = re.findall(r"\{(\d+), (\d+), ([\d.e+]+)\}", line)
-        found[system, method, int(order), arithmetic] = [(int(n), int(N), float(w)) for n, N, w in sizes]
+        found[system, method, int(order), arithmetic, scalar] = [(int(n), int(N), float(w)) for n, N, w in sizes]
     return found
 
 

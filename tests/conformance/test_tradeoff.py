@@ -47,7 +47,8 @@ def test_the_errors_are_those_of_a_run(client, measured):
     for point in measured.points:
         if point.extrapolated or point.error is None or point.error < 1e-12:
             continue
-        method = {"name": point.method, "order": point.order, "arithmetic": point.arithmetic}
+        method = {"name": point.method, "order": point.order, "arithmetic": point.arithmetic,
+                  "scalar": point.scalar}
         method.update({"tolerance": point.tolerance} if point.tolerance else {"substeps": point.substeps})
         with client.create(scene(method=method)) as session:
             state = session.step(20)
@@ -60,9 +61,15 @@ def test_the_errors_are_those_of_a_run(client, measured):
 def test_a_point_has_its_cost_and_its_times(measured):
     for point in measured.points:
         assert point.outcome == stiefel.Outcome.REACHED
-        assert point.work > 0 and point.scalar == "double" and point.measured_steps >= 1
+        assert point.work > 0 and point.scalar in ("double", "float") and point.measured_steps >= 1
         assert len(point.cpu_seconds_per_second) == 2 and min(point.cpu_seconds_per_second) > 0
         assert point.steps_per_second > 0 and math.isfinite(point.drift)
+
+
+def test_float_is_measured_too(measured):
+    floats = [point for point in measured.points if point.scalar == "float"]
+    assert {point.method for point in floats} == {"variational", "preprocessed_variational", "rk4"}
+    assert all(point.family.endswith(", float") and point.error > 1e-8 for point in floats)
 
 
 def test_the_front_falls(measured):

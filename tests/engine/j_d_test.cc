@@ -11,6 +11,7 @@ namespace {
 using testing::RandomBody;
 using MapN = MoserVeselov<SoN<double>, Arithmetic::compensated>;
 using Map3 = MoserVeselov<So3<double, true>, Arithmetic::compensated>;
+using Map4 = MoserVeselov<So4<double, true>, Arithmetic::compensated>;
 
 double largest(const Eigen::MatrixXd& A) { return A.cwiseAbs().maxCoeff(); }
 
@@ -43,6 +44,33 @@ Solved solve_3(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& M, double h
   return {ending, rotation_matrix<double>(state.x.value.head<4>()), hat(state.x.value.tail<3>())};
 }
 
+/// In the coordinates of So4.
+Map4::Point coordinates(const Eigen::MatrixXd& Q, const Eigen::MatrixXd& M) {
+  Map4::Point x;
+  x.head<16>() = Q.reshaped();
+  for (int k = 0; k < 6; ++k) x(16 + k) = M(skew4_rows[k], skew4_columns[k]);
+  return x;
+}
+
+Solved solve_4(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& M, double h) {
+  Map4 map(lambda, h);
+  auto state = map.start(coordinates(Eigen::Matrix4d::Identity(), M));
+  const Ending ending = map.step(state);
+  Solved out{ending, state.x.value.head<16>().reshaped(4, 4), Eigen::Matrix4d::Zero()};
+  for (int k = 0; k < 6; ++k) {
+    out.M(skew4_rows[k], skew4_columns[k]) = state.x.value(16 + k);
+    out.M(skew4_columns[k], skew4_rows[k]) = -state.x.value(16 + k);
+  }
+  return out;
+}
+
+/// By the solver that scenes of N dimensions go by.
+Solved solve(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& M, double h) {
+  if (lambda.size() == 3) return solve_3(lambda, M, h);
+  if (lambda.size() == 4) return solve_4(lambda, M, h);
+  return solve_n(lambda, M, h);
+}
+
 /// UΛ − ΛUᵀ = hM, UᵀU = I and M′ = UᵀMU, for what a step gave.
 void expect_solution(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& M, double h,
                      const Solved& s, double bound) {
@@ -66,10 +94,10 @@ TEST_P(JDInverse, AgreesWithTheSchurSolver) {
       if (!U) continue;
       expect_solution(body.lambda, body.M, h, fast, 2e-14);
       EXPECT_LT(largest(*U - fast.U), 1e-11);
-      if (N != 3) continue;
-      const Solved three = solve_3(body.lambda, body.M, h);
-      expect_solution(body.lambda, body.M, h, three, 4e-15);
-      EXPECT_LT(largest(*U - three.U), 1e-12);
+      if (N != 3 && N != 4) continue;
+      const Solved fixed = solve(body.lambda, body.M, h);
+      expect_solution(body.lambda, body.M, h, fixed, 4e-15);
+      EXPECT_LT(largest(*U - fixed.U), 1e-12);
     }
 }
 INSTANTIATE_TEST_SUITE_P(Dimensions, JDInverse, ::testing::Values(2, 3, 4, 7, 12));
@@ -79,14 +107,13 @@ TEST(JDInverseEdge, LeftDomainNamesTheLargestStep) {
   for (const int N : {3, 4, 6})
     for (unsigned seed = 1; seed <= 6; ++seed) {
       const RandomBody body(N, seed);
-      const Solved far = N == 3 ? solve_3(body.lambda, body.M, 3) : solve_n(body.lambda, body.M, 3);
+      const Solved far = solve(body.lambda, body.M, 3);
       if (far.ending.reached()) continue;
       ++left;
       ASSERT_EQ(far.ending.outcome, Outcome::left_domain);
       const double h = *far.ending.largest_step;
       EXPECT_LT(largest(far.M - body.M), 1e-15);  // nothing moved
-      const Solved inside =
-          N == 3 ? solve_3(body.lambda, body.M, h) : solve_n(body.lambda, body.M, h);
+      const Solved inside = solve(body.lambda, body.M, h);
       expect_solution(body.lambda, body.M, h, inside, 1e-12);
       EXPECT_TRUE(J_D_inverse_schur(body.lambda, 0.999 * h * body.M));
       EXPECT_FALSE(J_D_inverse_schur(body.lambda, 1.0015 * h * body.M)) << N << " " << seed;
@@ -96,12 +123,12 @@ TEST(JDInverseEdge, LeftDomainNamesTheLargestStep) {
 
 TEST(JDInverseEdge, PlatesAndSlightlyNegativeLambda) {
   for (const double least : {0.0, -0.3, 1e-9})
-    for (const int N : {3, 5}) {
+    for (const int N : {3, 4, 5}) {
       RandomBody body(N, 11);
       body.lambda(0) = least;
       for (const double h : {0.01, 0.2, 0.5}) {
         expect_solution(body.lambda, body.M, h, solve_n(body.lambda, body.M, h), 1e-14);
-        if (N == 3) expect_solution(body.lambda, body.M, h, solve_3(body.lambda, body.M, h), 1e-14);
+        expect_solution(body.lambda, body.M, h, solve(body.lambda, body.M, h), 1e-14);
       }
     }
 }
@@ -117,9 +144,11 @@ TEST(JDInverseEdge, WideInertiaKeepsOrthogonality) {
 TEST(JDInverseEdge, RestAndTinyMomenta) {
   for (const double scale : {0.0, 1e-200, 1e-30}) {
     const RandomBody body(4, 2);
-    const Solved s = solve_n(body.lambda, scale * body.M, 0.1);
-    ASSERT_TRUE(s.ending.reached());
-    EXPECT_LE(largest(s.M - scale * body.M), 0.2 * scale);
+    for (const auto& by : {solve_n, solve_4}) {
+      const Solved s = by(body.lambda, scale * body.M, 0.1);
+      ASSERT_TRUE(s.ending.reached());
+      EXPECT_LE(largest(s.M - scale * body.M), 0.2 * scale);
+    }
   }
 }
 
@@ -140,6 +169,20 @@ TEST(MoserVeselov, FixedAndDynamicSizeAgree) {
   EXPECT_LT(largest(Q - state_n.x.value.topRows(3)), ulps * 0x1p-52);
   EXPECT_LT(largest(hat(state_3.x.value.tail<3>()) - state_n.x.value.bottomRows(3)),
             ulps * 0x1p-52 * largest(body.M));
+}
+
+TEST(MoserVeselov, CoordinatesOfFourDimensionsAgree) {
+  const RandomBody body(4, 4);
+  MapN map_n(body.lambda, 0.1);
+  Map4 map_4(body.lambda, 0.1);
+  auto state_n = map_n.start(stacked(body.Q, body.M));
+  auto state_4 = map_4.start(coordinates(body.Q, body.M));
+  for (int k = 0; k < 1000; ++k) {
+    ASSERT_TRUE(map_n.step(state_n).reached());
+    ASSERT_TRUE(map_4.step(state_4).reached());
+  }
+  const auto& x = state_n.x.value;
+  EXPECT_LT(largest(state_4.x.value - coordinates(x.topRows(4), x.bottomRows(4))), 64 * 0x1p-52);
 }
 
 }  // namespace

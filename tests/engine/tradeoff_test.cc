@@ -222,9 +222,9 @@ TEST(Tradeoff, RefusesWhatHasNoMeaning) {
 
 TEST(StepWeight, IsMeasuredForEveryMethodOnEverySystem) {
   const auto expect = [](std::string_view system, std::string_view method, int order,
-                         const char* arithmetic) {
-    EXPECT_TRUE(is_weighed(system, method, order, arithmetic))
-        << system << " " << method << " " << order << " " << arithmetic
+                         const char* arithmetic, const char* scalar) {
+    EXPECT_TRUE(is_weighed(system, method, order, arithmetic, scalar))
+        << system << " " << method << " " << order << " " << arithmetic << " " << scalar
         << ": tests/bench/weights.py BUILD --write";
   };
   for (const auto& system : catalogue().systems) {
@@ -232,9 +232,11 @@ TEST(StepWeight, IsMeasuredForEveryMethodOnEverySystem) {
     for (const auto& on : system.methods) {
       const auto& orders = catalogue().method(on.method)->orders;
       for (const int order : orders)
-        for (const char* arithmetic : {"plain", "compensated"})
-          expect(system.name, on.method, order, arithmetic);
-      if (orders.empty()) expect(system.name, on.method, 0, "compensated");
+        for (const char* arithmetic : {"plain", "compensated"}) {
+          expect(system.name, on.method, order, arithmetic, "double");
+          if (on.in_float) expect(system.name, on.method, order, arithmetic, "float");
+        }
+      if (orders.empty()) expect(system.name, on.method, 0, "compensated", "double");
     }
   }
 }

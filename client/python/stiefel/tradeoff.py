@@ -42,8 +42,8 @@ class Point:
 
     @property
     def family(self) -> str:
-        """"variational 4, plain": what is one line of a diagram."""
-        return f"{self.entry}, {self.arithmetic}"
+        """"variational 4, plain" or "variational 4, plain, float": what is one line of a diagram."""
+        return f"{self.entry}, {self.arithmetic}" + (", float" if self.scalar == "float" else "")
 
     @property
     def entry(self) -> str:
@@ -108,7 +108,8 @@ class Tradeoff:
             colour = colours[first.entry]
             y = [max(getattr(p, error), known) for p in points]
             x = [p.work if cost == "work" else median(p.cpu_seconds_per_second) for p in points]
-            axes.plot(x, y, "--" if first.arithmetic == "plain" else "-", color=colour, lw=1)
+            style = ":" if first.scalar == "float" else "--" if first.arithmetic == "plain" else "-"
+            axes.plot(x, y, style, color=colour, lw=1)
             for p, a, b in zip(points, x, y):
                 axes.plot(a, b, "o", ms=4, color=colour, mfc="white" if p.extrapolated else colour)
                 if cost == "time":
@@ -127,6 +128,8 @@ class Tradeoff:
         axes.set_title(f"horizon {self.setup.horizon:g}, {self.setup.steps} steps; {self.setup.repeats} timed runs "
                        f"a point\n{self.setup.machine}\n{self.setup.build.split(', glibc')[0]}", fontsize=8, loc="left")
         axes.plot([], [], "k--", lw=1, label="plain arithmetic")
+        if any(point.scalar == "float" for point in self.points):
+            axes.plot([], [], "k:", lw=1, label="float")
         axes.plot([], [], "ko", ms=4, mfc="white", label="extrapolated")
         axes.legend(fontsize=8, frameon=False, loc="upper left", bbox_to_anchor=(1.01, 1), borderaxespad=0)
         return axes

@@ -3,17 +3,20 @@
 #include <algorithm>
 #include <vector>
 
-#include "engine/linalg/discrete_body_3.h"
+#include "engine/linalg/lanes.h"
 
 namespace stiefel {
 
 /// Discrete rigid bodies side by side, a lane each: the map of order 2, its symmetric compositions,
 /// and, with modified moments, PreprocessedMoserVeselov, where all of their stages are easy.
-template <class P, bool frame, Arithmetic arithmetic>
-class DiscreteBodies3 {
+/// `Body` is DiscreteBody3 or DiscreteBody4.
+template <class Body>
+class DiscreteBodies {
  public:
+  using Inertia = typename Body::Inertia;
+
   struct State {
-    Accumulator<typename So3<P, frame>::State, arithmetic> x;
+    typename Body::State x;
 
     template <class Visitor>
     void each(Visitor&& visit) {
@@ -22,14 +25,14 @@ class DiscreteBodies3 {
   };
 
   /// The first half of the palindrome of stages, the middle one included.
-  explicit DiscreteBodies3(std::vector<DiscreteInertia3<P>> stages) : stages_(std::move(stages)) {}
+  explicit DiscreteBodies(std::vector<Inertia> stages) : stages_(std::move(stages)) {}
 
   /// The step in the lanes where it is easy, and which those are; the others are spoilt.
-  Mask<P> step_where_easy(State& state) {
+  auto step_where_easy(State& state) {
     const std::size_t count = 2 * stages_.size() - 1;
-    Mask<P> easy = stages_.front().positive;
+    auto easy = stages_.front().positive;
     for (std::size_t stage = 0; stage < count; ++stage) {
-      const DiscreteInertia3<P>& I = stages_[std::min(stage, count - 1 - stage)];
+      const Inertia& I = stages_[std::min(stage, count - 1 - stage)];
       easy = easy & body_.solve_where_easy(state.x, I);
       body_.transport(state.x, I);
     }
@@ -37,8 +40,8 @@ class DiscreteBodies3 {
   }
 
  private:
-  std::vector<DiscreteInertia3<P>> stages_;
-  DiscreteBody3<P, frame, arithmetic> body_;
+  std::vector<Inertia> stages_;
+  Body body_;
 };
 
 }  // namespace stiefel

@@ -1,0 +1,38 @@
+#pragma once
+
+#include "engine/methods/preprocessed_variational.h"
+#include "engine/methods/rk4.h"
+#include "engine/methods/variational.h"
+#include "engine/simulation/catalogue.h"
+#include "engine/simulation/methods.h"
+#include "engine/simulation/simulation.h"
+#include "engine/simulation/stacked_readout.h"
+
+namespace stiefel {
+
+/// What is offered in single precision: these methods on rigid_body and stiefel. The state is
+/// rounded once, where it starts, and all that moves it are numbers of 24 bits; the carries of
+/// compensated arithmetic too.
+using MethodsInFloat = TypeList<Variational, PreprocessedVariational, Rk4>;
+
+std::unique_ptr<Simulation> rigid_body_in_float(const Scene& scene);
+std::unique_ptr<Simulation> stiefel_in_float(const Scene& scene, const StackedReadout& readout);
+
+/// Says so in the catalogue.
+inline void offer_in_float(SystemInfo& info) {
+  for_each_type(MethodsInFloat{}, [&]<class Method>(Method*) {
+    for (MethodOnSystem& on : info.methods)
+      if (on.method == Method::traits.name) on.in_float = true;
+  });
+}
+
+/// States in single precision, for HeldAs.
+template <class Wide_>
+struct SinglePrecision {
+  using Wide = Wide_;
+  using Point = Eigen::Matrix<float, Wide::RowsAtCompileTime, Wide::ColsAtCompileTime>;
+  static Point held(const Wide& x) { return x.template cast<float>(); }
+  static Wide wide(const Point& x) { return x.template cast<double>(); }
+};
+
+}  // namespace stiefel

@@ -1,0 +1,72 @@
+#include "engine/simulation/in_four.h"
+
+#include "engine/simulation/held_as.h"
+#include "engine/simulation/rigid_body_data.h"
+#include "engine/simulation/rigid_body_readout.h"
+#include "engine/simulation/simulate.h"
+
+namespace stiefel {
+namespace {
+
+/// For HeldAs.
+template <bool frame>
+struct Coordinates {
+  using Space = So4<double, frame>;
+  using Wide = Eigen::MatrixXd;  ///< Q over M
+  using Point = typename Space::State;
+
+  static Point held(const Wide& x) {
+    Point out;
+    if constexpr (frame) out.template head<16>() = x.topRows(4).reshaped();
+    for (int k = 0; k < 6; ++k)
+      out(Space::first + k) = x(x.rows() - 4 + skew4_rows[k], skew4_columns[k]);
+    return out;
+  }
+  static Wide wide(const Point& x) {
+    Wide out = Wide::Zero(frame ? 8 : 4, 4);
+    if constexpr (frame) out.topRows(4).reshaped() = x.template head<16>();
+    for (int k = 0; k < 6; ++k) {
+      const int i = skew4_rows[k], j = skew4_columns[k], top = frame ? 4 : 0;
+      out(top + i, j) = x(Space::first + k);
+      out(top + j, i) = -x(Space::first + k);
+    }
+    return out;
+  }
+};
+
+template <bool frame>
+HeldAs<Coordinates<frame>, RigidBodyReadout<SoN<double>>> readout(const Scene& scene) {
+  return HeldAs<Coordinates<frame>, RigidBodyReadout<SoN<double>>>(
+      RigidBodyReadout<SoN<double>>(scene));
+}
+
+template <bool frame>
+std::unique_ptr<Simulation> body(const Scene& scene) {
+  return simulate<TypeList<Variational, Rk4>>(scene, RigidBody<So4<double, frame>>(scene.inertia()),
+                                              readout<frame>(scene), rigid_body_cost(4));
+}
+
+template <bool frame>
+std::unique_ptr<Simulation> discrete_body(const Scene& scene) {
+  using Map = MoserVeselov<So4<double, frame>, Arithmetic::compensated>;
+  return simulate_map(scene, Map(scene.inertia(), scene.step()), readout<frame>(scene),
+                      rigid_body_cost(4));
+}
+
+}  // namespace
+
+bool goes_in_four(const Scene& scene) {
+  const std::string method = scene.method();
+  return scene.dimension() == 4 && !scene.in_float() &&
+         (method.empty() || method == Variational::traits.name || method == Rk4::traits.name);
+}
+
+std::unique_ptr<Simulation> rigid_body_in_four(const Scene& scene) {
+  return scene.has_frame() ? body<true>(scene) : body<false>(scene);
+}
+
+std::unique_ptr<Simulation> moser_veselov_in_four(const Scene& scene) {
+  return scene.has_frame() ? discrete_body<true>(scene) : discrete_body<false>(scene);
+}
+
+}  // namespace stiefel

@@ -1,0 +1,27 @@
+#include "engine/simulation/held_as.h"
+#include "engine/simulation/in_float.h"
+#include "engine/simulation/rigid_body_data.h"
+#include "engine/simulation/rigid_body_readout.h"
+#include "engine/simulation/simulate.h"
+#include "engine/systems/rigid_body.h"
+
+namespace stiefel {
+namespace {
+
+template <class Space, class Wide>
+std::unique_ptr<Simulation> make_in(const Scene& scene) {
+  using Readout = RigidBodyReadout<Wide>;
+  using Held = HeldAs<SinglePrecision<typename Readout::Point>, Readout>;
+  return simulate<MethodsInFloat>(scene, RigidBody<Space>(scene.inertia().cast<float>()),
+                                  Held(Readout(scene)), rigid_body_cost(scene.dimension()));
+}
+
+}  // namespace
+
+std::unique_ptr<Simulation> rigid_body_in_float(const Scene& scene) {
+  if (scene.dimension() != 3) return make_in<SoN<float>, SoN<double>>(scene);
+  if (scene.has_frame()) return make_in<So3<float, true>, So3<double, true>>(scene);
+  return make_in<So3<float, false>, So3<double, false>>(scene);
+}
+
+}  // namespace stiefel

@@ -1,0 +1,48 @@
+"""`method.scalar`: "double", or "float" where the catalogue offers it."""
+import numpy as np
+import pytest
+
+import scenes
+import stiefel
+
+SCENES = {"rigid_body": [scenes.free(3, 1, "variational"), scenes.free(5, 1, "variational")],
+          "stiefel": [scenes.frame(2, 5, 1)]}
+
+
+def in_float(scene):
+    return {**scene, "method": {**scene["method"], "scalar": "float"}}
+
+
+@pytest.mark.parametrize("system", SCENES)
+def test_a_float_stays_near_the_double(client, system):
+    for scene in SCENES[system]:
+        with client.create(scene) as double, client.create(in_float(scene)) as single:
+            assert double.scene["method"]["scalar"] == "double"
+            assert single.scene["method"]["scalar"] == "float"
+            one, other = single.step(50), double.step(50)
+            for name, values in one.fields.items():
+                np.testing.assert_allclose(values, other[name], atol=2e-5)
+            assert not np.array_equal(one["Q"], other["Q"])
+
+
+def test_the_catalogue_says_where(client):
+    offered = {system.name: {on.method for on in system.methods if on.in_float}
+               for system in client.describe().systems}
+    assert {name for name, methods in offered.items() if methods} == set(SCENES)
+    assert offered["stiefel"] == {"variational", "rk4"}
+
+
+def test_elsewhere_it_is_refused_with_a_rule(client):
+    scene = scenes.free(3, 1, "exact")
+    with pytest.raises(stiefel.InvalidArgument) as refused:
+        client.create(in_float(scene))
+    assert "method.scalar" in str(refused.value) and "only for" in str(refused.value)
+
+
+def test_a_fork_changes_the_scalar(client):
+    scene = SCENES["rigid_body"][0]
+    with client.create(scene) as session:
+        session.step(10)
+        with session.fork(at=10, method={"name": "variational", "scalar": "float"}) as fork:
+            assert fork.scene["method"]["scalar"] == "float"
+            np.testing.assert_allclose(fork.step(10)["M"], session.step(20)["M"], atol=1e-5)
