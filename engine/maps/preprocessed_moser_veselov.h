@@ -17,7 +17,7 @@ class ModifiedJDInverse3 {
   using Memory = DiscreteInertia3<Scalar>;
 
   ModifiedJDInverse3(const Vector<Scalar>& lambda, Scalar h, int order)
-      : h_(h), modified_(PrincipalMoments3<Wide>(lambda), order) {}
+      : h_(h), modified_(lambda, order) {}
 
   /// Of the motion through x, for the step t·h. Where the moments of a shorter step are not
   /// positive, those of this one are called so too: the series has left what it is good for.
