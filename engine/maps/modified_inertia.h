@@ -29,6 +29,12 @@ class ModifiedInertia {
     return {number(J.moments), number(J.differences)};
   }
 
+  /// |h||ω|.
+  Wide turn(const Vec& m, Wide h) const {
+    using std::abs;
+    return abs(h) * m.cwiseQuotient(moments_).norm();
+  }
+
  private:
   using Words = ThinInertia::Words;
 

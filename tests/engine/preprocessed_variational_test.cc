@@ -107,6 +107,25 @@ TEST(PreprocessedVariational, NamesTheLargestStep) {
   EXPECT_TRUE(inside.step(state).reached());
 }
 
+/// At h|ω| = 1.5 order 6 has no step, and from 1.7 on its equation is solvable again, on no branch
+/// that starts at the identity: there is no step of that length either.
+TEST(PreprocessedVariational, TakesNoStepBeyondAGap) {
+  using Space = So3<double, true>;
+  using Map = PreprocessedVariational::Map<RigidBody<Space>, Arithmetic::compensated>;
+  const testing::RandomBody body(3, 1);
+  const RigidBody<Space> system(body.lambda);
+  const auto start = testing::state_of<Space>(body);
+  const PrincipalMoments3<double> I(body.lambda);
+  const double omega = start.tail<3>().cwiseQuotient(I.moments).norm();
+  for (const double turn : {1.55, 2.0, 3.0, 3.5, -3.0}) {
+    Map map(system, turn / omega, 6);
+    auto state = map.start(start);
+    const Ending ending = map.step(state);
+    ASSERT_EQ(ending.outcome, Outcome::left_domain) << turn;
+    EXPECT_NEAR(ending.largest_step.value() * omega, 1.45, 0.05) << turn;
+  }
+}
+
 /// A rod whose moments differ by 7e-4 of themselves, turning fast: its energy stays.
 TEST(PreprocessedVariational, KeepsARod) {
   const Vector3<Quad> I(1.7231e-4, 6.58e-6, 1.7243e-4), omega(3, 40, -2);
