@@ -19,6 +19,18 @@ struct PrincipalMoments3 {
     moments << l(1) + l(2), l(2) + l(0), l(0) + l(1);
     differences << l(2) - l(1), l(0) - l(2), l(1) - l(0);
   }
+
+  /// Λ; the smaller two from the smallest moment, which is their sum.
+  Vector3<Scalar> lambda() const {
+    Eigen::Index i;
+    const Scalar least = moments.minCoeff(&i);
+    const Eigen::Index j = (i + 1) % 3, k = (i + 2) % 3;
+    Vector3<Scalar> l;
+    l(j) = (least - differences(i)) / 2;
+    l(k) = (least + differences(i)) / 2;
+    l(i) = moments(j) - l(k);
+    return l;
+  }
 };
 
 }  // namespace stiefel
