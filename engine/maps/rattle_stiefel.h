@@ -26,7 +26,9 @@ namespace stiefel {
 /// columns: O(Nn² + n³). It keeps QQᵀ = I and m = SQᵀ − QSᵀ exactly, is symplectic, time-symmetric
 /// and of second order; at n = N it is the Moser–Veselov map with M = QᵀS − SᵀQ. Every λ_i > 0.
 /// Where there is no Y on the principal branch: left_domain. ‖Q̇‖ varies up to √(2E/λ_min), so a
-/// step size that is safe at the start may fail later.
+/// step size that is safe at the start may fail later. The energy moves by (h²/24) tr(BKB), K =
+/// QΛ⁻¹Qᵀ, and keeps to that only while (h‖Q̇‖)² λ_max/λ_min stays well below 1; where the motion is
+/// chaotic too, longer steps let it wander.
 ///
 /// Inside, Λ is counted in a unit in which its largest λ is about 1, and over S so is h: the step
 /// depends on Λ : h only, and products of Λ with itself are in range.
