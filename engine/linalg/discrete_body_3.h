@@ -28,18 +28,17 @@ class DiscreteBody3 {
 
   /// Finds c; false where there is none.
   bool solve(const State& x, const Inertia& I) {
-    return I.positive && equation_.solve(n(x, I), I.kappa) && on_branch(x, I, I.h);
+    return I.positive && equation_.solve(n(x, I), I.kappa) && on_branch(I);
   }
   /// Finds c in the lanes where that is easy, and says in which.
   Mask<Scalar> solve_where_easy(const State& x, const Inertia& I) {
     const Mask<Scalar> found = equation_.chord(n(x, I), I.kappa);
-    return I.positive & found & (squared_norm(equation_.c) < Scalar(1));
+    return I.positive & found & (squared_norm(equation_.c) < I.near);
   }
   /// The same for the step t·h, from the solution found last.
   bool continue_to(const State& x, const Inertia& I, Scalar t = 1) {
     const Vector3<Scalar> found = equation_.c;
-    if (I.positive && equation_.newton(t * n(x, I), I.kappa) && on_branch(x, I, t * I.h))
-      return true;
+    if (I.positive && equation_.newton(t * n(x, I), I.kappa) && on_branch(I)) return true;
     equation_.c = found;
     return false;
   }
@@ -61,21 +60,23 @@ class DiscreteBody3 {
     return I.half_turn.cwiseProduct(m(x));
   }
 
-  /// With I∘c − (h/2)(m + m×c + (c·m) c) = 0, another form of the equation, whose derivative has
-  /// the eigenvalues w_i + w_j, w = spec(UΛ): they keep positive real parts as long as the branch
-  /// that starts at the identity lasts. Routh–Hurwitz.
-  [[gnu::always_inline]] bool on_branch(const State& x, const Inertia& I, Scalar h) const {
-    return squared_norm(equation_.c) < Scalar(1) || has_positive_spectrum(x, I, h);
+  /// Whether w_i + w_j, w = spec(UΛ), have positive real parts, as they have while the branch that
+  /// starts at the identity lasts. The coefficients of w's polynomial see of U its diagonal only,
+  ///
+  ///     e₁ = Σ λ_iU_ii,   e₂ = λ₂λ₃U₁₁ + …,   e₃ = λ₁λ₂λ₃;
+  ///
+  /// those of the sums' are 2e₁, e₁² + e₂ and e₁e₂ − e₃. Routh–Hurwitz.
+  [[gnu::always_inline]] bool on_branch(const Inertia& I) const {
+    return squared_norm(equation_.c) < I.near || has_positive_spectrum(I);
   }
-  bool has_positive_spectrum(const State& x, const Inertia& I, Scalar h) const {
-    const Vector3<Scalar>& c = equation_.c;
-    Eigen::Matrix<Scalar, 3, 3> F = (-h / 2) * (hat(m(x)) + c * m(x).transpose());
-    F.diagonal() += I.moments;
-    F.diagonal().array() -= (h / 2) * c.dot(m(x));
-    F /= static_cast<Scalar>(I.moments.maxCoeff());  // its cube is a number in all units
-    const Scalar trace = F.trace(), determinant = F.determinant();
-    const Scalar minors = (trace * trace - (F * F).trace()) / 2;
-    return trace > 0 && determinant > 0 && trace * minors > determinant;
+  bool has_positive_spectrum(const Inertia& I) const {
+    const Vector3<Scalar> lambda = I.lambda / I.lambda.maxCoeff();  // cubes are in range
+    const Vector3<Scalar> c2 = equation_.c.cwiseAbs2();
+    const Scalar all = 1 + c2.sum();
+    const Vector3<Scalar> U = (2 * (1 + c2.array()) / all - 1).matrix();
+    const Scalar e1 = lambda.dot(U), e2 = cyclic_product<Scalar>(lambda, lambda).dot(U);
+    const Scalar sums = 2 * e1, minors = e1 * e1 + e2, product = e1 * e2 - lambda.prod();
+    return sums > 0 && product > 0 && sums * minors > product;
   }
 
   void transport_plain(Point& x, const Inertia& I) const {

@@ -18,13 +18,12 @@ class DiscreteBody4 {
   using Wide = Doubled<Scalar>;
   using Inertia = DiscreteInertia4<Scalar>;
 
-  /// Finds C in the lanes where that is easy, and says in which. For Λ > 0 and ‖C‖ < 1 the spectrum
-  /// of UΛ has positive real parts: the branch is that which starts at the identity.
+  /// Finds C in the lanes where that is easy, and says in which.
   Mask<Scalar> solve_where_easy(const State& x, const Inertia& I) {
     Skew4<Scalar> n;
     for (int k = 0; k < 6; ++k) n(k) = I.half_turn(k) * x.value(first + k);
     const Mask<Scalar> found = equation_.solve(n, I.kappa);
-    return I.positive & found & (dot(equation_.c, equation_.c) < Scalar(1));
+    return I.positive & found & (dot(equation_.c, equation_.c) < I.near);
   }
 
   /// C found otherwise.

@@ -14,9 +14,9 @@ struct DiscreteInertia {
   template <class T>
   using Vec = std::conditional_t<pairs == 3, Vector3<T>, Skew4<T>>;
 
-  Scalar h;
-  Mask<Scalar> positive;    ///< what makes the short solution the wanted one
-  Vec<Scalar> moments;      ///< λ_i + λ_j
+  Mask<Scalar> positive;  ///< the sums
+  Scalar near;            ///< where |c|² is less, a solution is on the branch of the identity
+  Eigen::Matrix<Scalar, pairs == 3 ? 3 : 4, 1, Eigen::DontAlign> lambda;
   Vec<Scalar> half_turn;    ///< (h/2)/(λ_i + λ_j)
   Vec<Scalar> kappa;        ///< (λ_i − λ_j)/(λ_i + λ_j)
   Vec<Scalar> gain;         ///< (4/h)(λ_i − λ_j)
@@ -26,11 +26,11 @@ struct DiscreteInertia {
   /// Of PrincipalMoments3 or PairSums4.
   template <class Pairs>
   DiscreteInertia(const Pairs& I, Scalar step)
-      : h(step),
-        moments(I.moments.template cast<Scalar>()),
+      : near(static_cast<Scalar>(I.nearness())),
+        lambda(I.lambda().template cast<Scalar>()),
         kappa(I.differences.cwiseQuotient(I.moments).template cast<Scalar>()) {
     using Given = typename decltype(I.moments)::Scalar;
-    positive = I.positive();
+    positive = I.moments.minCoeff() > Given(0);
     half_turn = (Given(step) / 2 * I.moments.cwiseInverse()).template cast<Scalar>();
     gain = (4 / Given(step) * I.differences).template cast<Scalar>();
     moments_h = (I.moments / (Given(step) / 2)).template cast<Wide>();
@@ -43,10 +43,11 @@ struct DiscreteInertia {
     const auto lane = [&](auto&& number) {
       return Scalar::of_lanes([&](int k) { return number(bodies[k]); });
     };
-    h = lane([](const auto& I) { return I.h; });
     positive = Scalar(0) < lane([](const auto& I) { return I.positive ? 1 : -1; });
+    near = lane([](const auto& I) { return I.near; });
+    for (int i = 0; i < lambda.size(); ++i)
+      lambda(i) = lane([i](const auto& I) { return I.lambda(i); });
     for (int i = 0; i < pairs; ++i) {
-      moments(i) = lane([i](const auto& I) { return I.moments(i); });
       half_turn(i) = lane([i](const auto& I) { return I.half_turn(i); });
       kappa(i) = lane([i](const auto& I) { return I.kappa(i); });
       gain(i) = lane([i](const auto& I) { return I.gain(i); });

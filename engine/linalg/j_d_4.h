@@ -6,7 +6,7 @@
 namespace stiefel {
 
 /// U = J_D⁻¹(hM) in four dimensions, with the step that it makes: the counterpart of JDInverseN.
-/// Long steps, and those of Λ with a λ ≤ 0, are solved as for every N.
+/// Long steps, and those of Λ with a λ < 0, are solved as for every N.
 template <class Scalar, bool frame, Arithmetic arithmetic>
 class JDInverse4 {
  public:

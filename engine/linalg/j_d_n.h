@@ -9,7 +9,8 @@ namespace stiefel {
 /// U = J_D⁻¹(hM), that is UΛ − ΛUᵀ = hM on the branch that starts at the identity, in N dimensions:
 /// by sweeps in the deviation form, started from the extrapolated solution of the last steps; where
 /// those are slow, Newton in Cayley's form; where Λ is spread wide or not positive, Cayley's form
-/// alone.
+/// alone. Λ and h are counted in a unit in which the largest λ is about 1: U depends on Λ : h only,
+/// and products of Λ with itself are in range whatever the units of a scene.
 template <class Scalar, Arithmetic arithmetic>
 class JDInverseN {
  public:
@@ -17,7 +18,8 @@ class JDInverseN {
   /// At h‖Ω‖ = 0.2 each point of it saves half a sweep.
   using Memory = History<Scalar, 12>;
 
-  JDInverseN(const Vector<Scalar>& lambda, Scalar h);
+  JDInverseN(const Vector<Scalar>& lambda, Scalar h)
+      : JDInverseN(lambda, h, binary_unit<Scalar>(lambda.maxCoeff())) {}
 
   Memory memory() const { return wide_spread_ ? Memory(N_, N_) : Memory(N_ * (N_ + 1) / 2, 1); }
 
@@ -37,6 +39,8 @@ class JDInverseN {
   }
 
  private:
+  JDInverseN(const Vector<Scalar>& lambda, Scalar h, Scalar unit);
+
   static constexpr Scalar widest =
       64;  ///< λ_max/λ_min up to which the deviation form keeps its digits
 
@@ -45,7 +49,6 @@ class JDInverseN {
     return true;
   }
 
-  Vector<Scalar> lambda_;
   Scalar h_;
   Eigen::Index N_;
   bool wide_spread_;
@@ -55,13 +58,12 @@ class JDInverseN {
 };
 
 template <class Scalar, Arithmetic arithmetic>
-JDInverseN<Scalar, arithmetic>::JDInverseN(const Vector<Scalar>& lambda, Scalar h)
-    : lambda_(lambda),
-      h_(h),
+JDInverseN<Scalar, arithmetic>::JDInverseN(const Vector<Scalar>& lambda, Scalar h, Scalar unit)
+    : h_(h / unit),
       N_(lambda.size()),
       wide_spread_(!(lambda.minCoeff() * widest > lambda.maxCoeff())),
-      deviation_(lambda, h),
-      cayley_(lambda, h),
+      deviation_(lambda / unit, h_),
+      cayley_(lambda / unit, h_),
       K_(N_, N_),
       found_(N_, N_) {}
 

@@ -36,6 +36,15 @@ Scalar two_to(int k) {
   using std::ldexp;
   return ldexp(Scalar(1), k);
 }
+/// The power of two next below x > 0: in units of it products of numbers like x are in range, and
+/// no bit of theirs changes.
+template <class Scalar>
+Scalar binary_unit(const Scalar& x) {
+  using std::frexp;
+  int exponent = 0;
+  frexp(x, &exponent);
+  return two_to<Scalar>(exponent - 1);
+}
 template <class Scalar>
 inline constexpr int bits = std::numeric_limits<Scalar>::digits;
 

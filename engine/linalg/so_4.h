@@ -53,21 +53,26 @@ Skew4<Scalar> anticommutator(const Skew4<Scalar>& x, const Skew4<Scalar>& y) {
 /// λ_i + λ_j and λ_i − λ_j at the places of a and b.
 template <class Scalar>
 struct PairSums4 {
-  Eigen::Matrix<Scalar, 4, 1> lambda;
   Skew4<Scalar> moments, differences;
 
   template <class Derived>
-  explicit PairSums4(const Eigen::MatrixBase<Derived>& given)
-      : lambda(given.template cast<Scalar>()) {
+  explicit PairSums4(const Eigen::MatrixBase<Derived>& lambda)
+      : lambda_(lambda.template cast<Scalar>()) {
     for (int k = 0; k < 6; ++k) {
-      const Scalar &l = lambda(skew4_rows[k]), &r = lambda(skew4_columns[k]);
+      const Scalar &l = lambda_(skew4_rows[k]), &r = lambda_(skew4_columns[k]);
       moments(k) = l + r;
       differences(k) = l - r;
     }
   }
 
-  /// Λ > 0, which is more than that the sums are.
-  bool positive() const { return lambda.minCoeff() > Scalar(0); }
+  const Eigen::Matrix<Scalar, 4, 1>& lambda() const { return lambda_; }
+
+  /// |C|² below which a solution C is on the branch of the identity: as in three dimensions where
+  /// no λ_i < 0; else that is not known of any.
+  Scalar nearness() const { return lambda_.minCoeff() >= Scalar(0) ? Scalar(1) : Scalar(0); }
+
+ private:
+  Eigen::Matrix<Scalar, 4, 1> lambda_;
 };
 
 /// The pair (Q, M) in four dimensions, in coordinates: Q column after column, then m = (a, b) of M:

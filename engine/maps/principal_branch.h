@@ -47,7 +47,11 @@ class PrincipalBranch {
   template <class X>
   double follow(const X& x, double end) {
     J_D_inverse_.restart();
-    return follow_branch(end, [&](double t) { return J_D_inverse_.continue_to(x, t); });
+    const auto solve = [&](double t) { return J_D_inverse_.continue_to(x, t); };
+    if constexpr (requires { J_D_inverse_.longest_stride(x.value); })
+      return follow_branch(end, solve, J_D_inverse_.longest_stride(x.value));
+    else
+      return follow_branch(end, solve);
   }
 
   double h_;

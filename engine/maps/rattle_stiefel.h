@@ -26,7 +26,12 @@ namespace stiefel {
 /// columns: O(Nn² + n³). It keeps QQᵀ = I and m = SQᵀ − QSᵀ exactly, is symplectic, time-symmetric
 /// and of second order; at n = N it is the Moser–Veselov map with M = QᵀS − SᵀQ. Every λ_i > 0.
 /// Where there is no Y on the principal branch: left_domain. ‖Q̇‖ varies up to √(2E/λ_min), so a
-/// step size that is safe at the start may fail later.
+/// step size that is safe at the start may fail later. The energy moves by (h²/24) tr(BKB), K =
+/// QΛ⁻¹Qᵀ, and keeps to that only while (h‖Q̇‖)² λ_max/λ_min stays well below 1; where the motion is
+/// chaotic too, longer steps let it wander.
+///
+/// Inside, Λ is counted in a unit in which its largest λ is about 1, and over S so is h: the step
+/// depends on Λ : h only, and products of Λ with itself are in range.
 ///
 /// A state is Q over S, or, on request, Q over Q̇: 2n × N.
 template <class Scalar_, Arithmetic arithmetic, Under under = Under::S>
@@ -77,7 +82,7 @@ class RattleStiefel {
   void add_XX(const Matrix<Scalar>& VV, const Matrix<Scalar>& GV, const Matrix<Scalar>& GG,
               Scalar h, Matrix<Scalar>& sum);
 
-  Scalar h_;
+  Scalar h_, unit_;  ///< the unit in which h is counted
   Eigen::Index n_;
   Vector<Scalar> inverse_;  ///< Λ⁻¹, then zeros
   std::unique_ptr<FramePass<Scalar>> pass_;
@@ -90,6 +95,7 @@ template <class Scalar, Arithmetic arithmetic, Under under>
 RattleStiefel<Scalar, arithmetic, under>::RattleStiefel(const Vector<Scalar>& lambda,
                                                         Eigen::Index n, Scalar h)
     : h_(h),
+      unit_(under == Under::S ? binary_unit<Scalar>(lambda.maxCoeff()) : Scalar(1)),
       n_(n),
       inverse_(Vector<Scalar>::Zero(lambda.size() + FramePass<Scalar>::width)),
       pass_(make_frame_pass<Scalar, arithmetic, under>(n)),
@@ -101,7 +107,7 @@ RattleStiefel<Scalar, arithmetic, under>::RattleStiefel(const Vector<Scalar>& la
       Y1_(n, n),
       found_(n, n),
       product_(n, n) {
-  inverse_.head(lambda.size()) = lambda.cwiseInverse();
+  inverse_.head(lambda.size()) = (lambda / binary_unit<Scalar>(lambda.maxCoeff())).cwiseInverse();
 }
 
 template <class Scalar, Arithmetic arithmetic, Under under>
@@ -120,10 +126,11 @@ Ending RattleStiefel<Scalar, arithmetic, under>::step(State& state) {
 template <class Scalar, Arithmetic arithmetic, Under under>
 Ending RattleStiefel<Scalar, arithmetic, under>::step(State& state, Scalar h) {
   using std::abs;
+  const double size = static_cast<double>(abs(h));
+  h /= unit_;
   if (!state.moments.finite()) return {Outcome::not_finite, std::nullopt};
   Y_ = (h * h) * state.half_B;
   if (!solve(state.moments, h)) {
-    const double size = static_cast<double>(abs(h));
     const double reached = follow(state.moments, h, 1);
     if (reached == 0) return {Outcome::solver_stalled, std::nullopt};
     if (reached < 1) return {Outcome::left_domain, reached * size};
@@ -141,7 +148,7 @@ std::optional<double> RattleStiefel<Scalar, arithmetic, under>::largest_step(con
                                                                              double limit) {
   using std::abs;
   const double size = static_cast<double>(abs(h_));
-  return follow(state.moments, h_, limit / size) * size;
+  return follow(state.moments, h_ / unit_, limit / size) * size;
 }
 
 template <class Scalar, Arithmetic arithmetic, Under under>

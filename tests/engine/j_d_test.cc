@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
+
 #include "engine/linalg/j_d_schur.h"
 #include "engine/linalg/orthogonal.h"
 #include "engine/maps/moser_veselov.h"
@@ -131,6 +133,25 @@ TEST(JDInverseEdge, PlatesAndSlightlyNegativeLambda) {
         expect_solution(body.lambda, body.M, h, solve(body.lambda, body.M, h), 1e-14);
       }
     }
+}
+
+/// A negative λ: whatever |c| is, a step that is taken has w_i + w_j in Re > 0, w = spec(UΛ), or it
+/// is on another branch.
+TEST(JDInverseEdge, NegativeLambdaTakesNoOtherBranch) {
+  int taken = 0;
+  for (unsigned seed = 1; seed <= 200; ++seed)
+    for (const double h : {0.3, 1.0, 1.5, 2.0, 2.5}) {
+      const Eigen::Vector3d lambda(-0.6, 0.9, 1.2), I(2.1, 0.6, 0.3);
+      const Eigen::Vector3d omega = vee(RandomBody(3, seed).M).normalized();
+      const Solved s = solve_3(lambda, hat(I.cwiseProduct(omega)), h);
+      EXPECT_TRUE(s.ending.reached() || s.ending.outcome == Outcome::left_domain);
+      if (!s.ending.reached()) continue;
+      ++taken;
+      const Eigen::Matrix3d W = s.U * lambda.asDiagonal();
+      const Eigen::Matrix3d sums = W.trace() * Eigen::Matrix3d::Identity() - W;
+      EXPECT_GT(sums.eigenvalues().real().minCoeff(), -1e-6) << seed << " " << h;
+    }
+  EXPECT_GT(taken, 300);
 }
 
 TEST(JDInverseEdge, WideInertiaKeepsOrthogonality) {

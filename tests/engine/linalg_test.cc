@@ -169,6 +169,9 @@ TEST(FollowBranch, FindsTheEndToOnePerMille) {
     EXPECT_LE(found, end);
     EXPECT_GE(found, end * (1 - 1e-3));
   }
+  const auto with_gap = [](double t) { return t < 0.4 || t > 0.45; };
+  EXPECT_EQ(follow_branch(1, with_gap), 1);
+  EXPECT_NEAR(follow_branch(1, with_gap, 0.04), 0.4, 0.4e-3);
   EXPECT_EQ(follow_branch(1, [](double) { return true; }), 1);
   EXPECT_EQ(follow_branch(1, [](double) { return false; }), 0);
 }

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "engine/simulation/diagnosis.h"
+#include "tests/support/any_scene.h"
 #include "tests/support/random_scene.h"
 
 namespace stiefel {
@@ -42,6 +43,26 @@ TEST(Units, InvariantsAreNumbersFrom1eMinus150To1e150) {
       EXPECT_LT(invariant.drift(), 1e-14) << invariant.name;
     }
   }
+}
+
+/// Units of mass that differ by a power of two change no bit of a motion, near the ends of the
+/// range of numbers neither.
+TEST(Units, OfMassChangeNoBitOfTheVariationalStep) {
+  const auto Q_after = [](const SceneDescription& d) {
+    const auto simulation = make_simulation(Scene::resolve(d).value());
+    EXPECT_TRUE(simulation->advance(20).reached());
+    return simulation->get("Q");
+  };
+  for (const char* system : {"rigid_body", "stiefel"})
+    for (const char* arithmetic : {"compensated", "plain"})
+      for (const double unit : {0x1p-460, 0x1p460}) {
+        SceneDescription d = testing::any_scene(system, "variational", 1, 0.1);
+        d.method->arithmetic = arithmetic;
+        const Eigen::MatrixXd Q = Q_after(d);
+        for (double& lambda : d.inertia) lambda *= unit;
+        d.initial.at(d.system == "stiefel" ? "S" : "M").values *= unit;
+        EXPECT_EQ(Q_after(d), Q) << system << " " << arithmetic << " " << unit;
+      }
 }
 
 TEST(Units, WhatIsOutOfReachIsRefusedByRule) {

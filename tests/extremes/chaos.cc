@@ -25,7 +25,7 @@ struct Divergence {
 
 /// V(2,5) with Λ over 1 : 16 is chaotic: double and quadruple precision part at the rate at which
 /// two motions in quadruple precision do that start 1e-14 apart. Then the state means nothing, and
-/// what the map keeps is kept.
+/// what the map keeps is kept. (energy.cc has the energy, which it does not.)
 TEST(Chaos, TwoPrecisionsPart) {
   constexpr std::int64_t every = 20, most = 40'000;
   for (const unsigned seed : {1u, 2u, 3u}) {
@@ -71,10 +71,6 @@ TEST(Chaos, TwoPrecisionsPart) {
       if (invariant.kept == Kept::exact)
         say(invariant.name + " long after", invariant.drift(),
             rounding_bound(*done.scene, done.simulation->step(), 1), "100 u √steps");
-      else
-        say(invariant.name + " long after", invariant.drift(),
-            0.01 * 2 * static_cast<double>(invariant.initial),
-            "(h‖Q̇‖)², ‖Q̇‖² ≤ 2E/λ_min, and no drift");
     say("orthogonality long after", *diagnosis.orthogonality,
         rounding_bound(*done.scene, done.simulation->step(), 1), "100 u √steps");
   }

@@ -73,11 +73,6 @@ void measure_step(SceneDescription d, double h_omega, double h, std::int64_t ste
     say("orthogonality", *diagnosis.orthogonality, rounding_bound(*done.scene, steps, 1),
         rounding_reason(*done.scene, 1));
   if (!long_form() || steps != 1 || h < 0) return;
-  if (d.method && d.method->name == "preprocessed_variational" && r.order == 6 && h_omega > 2)
-    r.limit =
-        "the modified moments of order 6 are positive far beyond what their series in h is good "
-        "for: a "
-        "step is taken where LEFT_DOMAIN is due; shorter steps or another order are right";
   say("largest jump", largest_jump(d, h), 0.5,
       "the branch that starts at the identity: continuous in h, other branches are 1 away");
 }
