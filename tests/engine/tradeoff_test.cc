@@ -35,8 +35,10 @@ Table measure(SceneDescription scene, double horizon, double budget = 2e9) {
 bool same_entry(const TradeoffPoint& a, const TradeoffPoint& b) {
   return a.method.name == b.method.name && a.method.order == b.method.order &&
          a.method.substeps == b.method.substeps && a.method.tolerance == b.method.tolerance &&
-         a.method.arithmetic == b.method.arithmetic;
+         a.method.arithmetic == b.method.arithmetic && a.method.scalar == b.method.scalar;
 }
+
+double rounding(const TradeoffPoint& p) { return p.method.scalar == "float" ? 0x1p-24 : 0x1p-53; }
 
 /// Against Boost.odeint in extended precision, which shares no code with the reference.
 TEST(Tradeoff, MeasuresTheErrorsOfAttitudeAndMomentum) {
@@ -126,20 +128,20 @@ TEST(ParetoFront, HasNoPointThatIsBeatenOrIsNoNumber) {
   EXPECT_TRUE(pareto_front({{1, std::nan("")}}).empty());
 }
 
-/// With a fiftieth of the budget most runs are cut short: what is said of the horizon is near what
+/// With a fifth of the budget many runs are cut short: what is said of the horizon is near what
 /// is measured there.
 TEST(Tradeoff, ExtrapolatesWhatTheBudgetDoesNotReach) {
   int extrapolated = 0, near = 0;
   for (unsigned seed = 1; seed <= 4; ++seed) {
     const auto scene = testing::description(RandomBody(4, seed), 0.25, "rk4");
-    const Table whole = measure(scene, 100, 5e10), part = measure(scene, 100, 4e9);
+    const Table whole = measure(scene, 100, 5e10), part = measure(scene, 100, 1e10);
     for (const auto& p : part.points) {
       EXPECT_EQ(p.extrapolated, p.measured_steps < 400 && p.error);
       if (!p.extrapolated) continue;
       for (const auto& q : whole.points) {
         if (!same_entry(p, q) || q.extrapolated || !q.error) continue;
         EXPECT_NEAR(p.work / q.work, 1, 0.2);
-        if (q.error->largest() > 0.1 || q.error->largest() < 1e-12)
+        if (q.error->largest() > 0.1 || q.error->largest() < 1e4 * rounding(q))
           continue;  // saturated; rounding
         const double ratio = p.error->largest() / q.error->largest();
         ++extrapolated;
@@ -173,7 +175,7 @@ TEST(Tradeoff, LooksAtTheInvariantsOverTheRun) {
   for (const auto& p : table.points) {
     if (!p.error) continue;
     if (p.method.name == "variational") {
-      EXPECT_LT(p.drift, 1e-12) << to_text(p.method);
+      EXPECT_LT(p.drift, 1e4 * rounding(p)) << to_text(p.method);
     } else if (p.method.name == "rk4" && *p.method.substeps == 1) {
       EXPECT_GT(p.drift, 1e-5);
     }

@@ -29,7 +29,7 @@ def test_the_diagram_shows_every_point(tradeoff, cost, error):
     drawn = {tuple(np.round(np.log10(line.get_xydata()[0]), 9)) for line in axes.lines if len(line.get_xdata()) == 1}
     assert len(drawn) > 0.9 * len(tradeoff.points)
     labels = {text.get_text() for text in axes.get_legend().get_texts()}
-    assert labels == {point.entry for point in tradeoff.points} | {"plain arithmetic", "extrapolated"}
+    assert labels == {point.entry for point in tradeoff.points} | {"plain arithmetic", "extrapolated", "float"}
     title = axes.get_title(loc="left")
     assert tradeoff.setup.machine in title and "stiefel" in title and "2 timed runs" in title
     matplotlib.pyplot.close(axes.figure)
