@@ -7,7 +7,6 @@
 #include "engine/linalg/so_4.h"
 #include "engine/maps/preprocessed_moser_veselov.h"
 #include "engine/methods/symmetric_stages.h"
-#include "engine/simulation/packed_bodies_on.h"
 
 namespace stiefel {
 namespace {

@@ -54,13 +54,26 @@ std::unique_ptr<PackedBodies> pack_bodies(std::span<const Scene> bodies);
 /// What pack_bodies hands to one of the functions below.
 BodiesSideBySide side_by_side(std::span<const Scene> bodies, int lanes);
 
-/// Those compiled for `isa`, in packed_bodies_ISA.cc.
-template <Isa isa>
+/// Those compiled for `isa`, in packed_bodies_N_ISA.cc: a file each, because the compiler inlines
+/// only so much in one.
+template <Isa isa, int N>
 std::unique_ptr<PackedBodies> pack_bodies_on(const BodiesSideBySide& bodies);
+template <Isa isa>
+std::unique_ptr<PackedBodies> pack_bodies_on(const BodiesSideBySide& bodies) {
+  return bodies.N == 3 ? pack_bodies_on<isa, 3>(bodies) : pack_bodies_on<isa, 4>(bodies);
+}
 
+extern template std::unique_ptr<PackedBodies> pack_bodies_on<Isa::baseline, 3>(
+    const BodiesSideBySide&);
+extern template std::unique_ptr<PackedBodies> pack_bodies_on<Isa::baseline, 4>(
+    const BodiesSideBySide&);
 #ifdef STIEFEL_X86_64
-extern template std::unique_ptr<PackedBodies> pack_bodies_on<Isa::avx2>(const BodiesSideBySide&);
-extern template std::unique_ptr<PackedBodies> pack_bodies_on<Isa::avx512>(const BodiesSideBySide&);
+extern template std::unique_ptr<PackedBodies> pack_bodies_on<Isa::avx2, 3>(const BodiesSideBySide&);
+extern template std::unique_ptr<PackedBodies> pack_bodies_on<Isa::avx2, 4>(const BodiesSideBySide&);
+extern template std::unique_ptr<PackedBodies> pack_bodies_on<Isa::avx512, 3>(
+    const BodiesSideBySide&);
+extern template std::unique_ptr<PackedBodies> pack_bodies_on<Isa::avx512, 4>(
+    const BodiesSideBySide&);
 #endif
 
 }  // namespace stiefel

@@ -91,19 +91,15 @@ std::unique_ptr<PackedBodies> pack_these(const BodiesSideBySide& bodies) {
   return std::make_unique<PackedBodiesOn<P, Map>>(Map(std::move(stages)), bodies.substeps);
 }
 
-template <Isa isa>
+template <Isa isa, int N>
 std::unique_ptr<PackedBodies> pack_bodies_on(const BodiesSideBySide& bodies) {
   using P = Pack<double, isa, vector_width(isa)>;
-  const auto in = [&]<int N, bool frame>() {
+  const auto with = [&]<bool frame>() {
     return bodies.arithmetic == Arithmetic::plain
                ? pack_these<P, N, frame, Arithmetic::plain>(bodies)
                : pack_these<P, N, frame, Arithmetic::compensated>(bodies);
   };
-  const auto in_dimension = [&]<int N>() {
-    return bodies.frame ? in.template operator()<N, true>() : in.template operator()<N, false>();
-  };
-  return bodies.N == 3 ? in_dimension.template operator()<3>()
-                       : in_dimension.template operator()<4>();
+  return bodies.frame ? with.template operator()<true>() : with.template operator()<false>();
 }
 
 }  // namespace stiefel

@@ -4,6 +4,6 @@
 
 namespace stiefel {
 
-template std::unique_ptr<PackedBodies> pack_bodies_on<Isa::avx512>(const BodiesSideBySide&);
+template std::unique_ptr<PackedBodies> pack_bodies_on<Isa::avx512, 3>(const BodiesSideBySide&);
 
 }  // namespace stiefel

@@ -4,6 +4,6 @@
 
 namespace stiefel {
 
-template std::unique_ptr<PackedBodies> pack_bodies_on<Isa::avx2>(const BodiesSideBySide&);
+template std::unique_ptr<PackedBodies> pack_bodies_on<Isa::avx2, 3>(const BodiesSideBySide&);
 
 }  // namespace stiefel
