@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <type_traits>
 
@@ -11,8 +12,11 @@
 
 namespace stiefel {
 
-/// The doubles in a register.
-constexpr int vector_width(Isa isa) { return isa == Isa::avx512 ? 8 : isa == Isa::avx2 ? 4 : 2; }
+/// The Scalars in a register.
+template <class Scalar>
+constexpr int vector_width(Isa isa) {
+  return (isa == Isa::avx512 ? 64 : isa == Isa::avx2 ? 32 : 16) / static_cast<int>(sizeof(Scalar));
+}
 
 /// A few numbers that are computed with at once, element by element, in the compiler's own vectors:
 /// eight doubles are one register of AVX-512 or two of AVX2. Of a Scalar that no vector holds, one
@@ -22,7 +26,7 @@ struct Pack {
   using Scalar = Scalar_;
   static constexpr bool vectors = std::is_floating_point_v<Scalar>;
   static constexpr int lanes = vectors ? lanes_ : 1;
-  static constexpr int width = vectors ? vector_width(isa) : 1;
+  static constexpr int width = vectors ? std::min(vector_width<Scalar>(isa), lanes) : 1;
   static constexpr int parts = lanes / width;
 
   template <class T, int count>
@@ -77,6 +81,12 @@ struct Pack {
         return static_cast<unsigned>(__builtin_ia32_movmskpd256(reinterpret_cast<__v4df>(part)));
       else if constexpr (std::is_same_v<Scalar, double> && width == 2)
         return static_cast<unsigned>(__builtin_ia32_movmskpd(reinterpret_cast<__v2df>(part)));
+      else if constexpr (std::is_same_v<Scalar, float> && width == 16)
+        return __builtin_ia32_cvtd2mask512(reinterpret_cast<__v16si>(part));
+      else if constexpr (std::is_same_v<Scalar, float> && width == 8)
+        return static_cast<unsigned>(__builtin_ia32_movmskps256(reinterpret_cast<__v8sf>(part)));
+      else if constexpr (std::is_same_v<Scalar, float> && width == 4)
+        return static_cast<unsigned>(__builtin_ia32_movmskps(reinterpret_cast<__v4sf>(part)));
 #endif
       unsigned bits = 0;
       for (int k = 0; k < width; ++k) bits |= (part[k] < 0 ? 1u : 0u) << k;
@@ -122,13 +132,15 @@ struct Pack {
     return load(all);
   }
   /// One number of each of `lanes` columns that start `stride` numbers apart.
-  [[gnu::always_inline]] static Pack gather(const Scalar* x, std::ptrdiff_t stride) {
+  template <class T>
+  [[gnu::always_inline]] static Pack gather(const T* x, std::ptrdiff_t stride) {
     Scalar all[lanes];
-    for (int k = 0; k < lanes; ++k) all[k] = x[k * stride];
+    for (int k = 0; k < lanes; ++k) all[k] = static_cast<Scalar>(x[k * stride]);
     return load(all);
   }
   /// Back again, from the lanes whose bits are set.
-  [[gnu::always_inline]] void scatter(Scalar* x, std::ptrdiff_t stride,
+  template <class T>
+  [[gnu::always_inline]] void scatter(T* x, std::ptrdiff_t stride,
                                       unsigned set = Mask::every_lane) const {
     Scalar all[lanes];
     store(all);
@@ -164,13 +176,13 @@ struct Pack {
   [[gnu::always_inline]] Pack& operator*=(Pack b) { return *this = *this * b; }
   [[gnu::always_inline]] Pack& operator/=(Pack b) { return *this = *this / b; }
   [[gnu::always_inline]] friend Pack ldexp(Pack a, int k) {
-    return a * Pack(__builtin_ldexp(1, k));
+    return a * Pack(static_cast<Scalar>(__builtin_ldexp(1, k)));
   }
   [[gnu::always_inline]] friend Pack sqrt(Pack a) {
     return of_parts([&](int p) __attribute__((always_inline)) {
       Part root;
-#pragma GCC unroll 8
-      for (int k = 0; k < width; ++k) root[k] = __builtin_sqrt(a.v[p][k]);
+#pragma GCC unroll 16
+      for (int k = 0; k < width; ++k) root[k] = square_root(a.v[p][k]);
       return root;
     });
   }
@@ -179,8 +191,8 @@ struct Pack {
   [[gnu::always_inline]] friend Pack fused(Pack a, Pack b, Pack c) requires(isa != Isa::baseline) {
     return of_parts([&](int p) __attribute__((always_inline)) {
       Part sum;
-#pragma GCC unroll 8
-      for (int k = 0; k < width; ++k) sum[k] = __builtin_fma(a.v[p][k], b.v[p][k], c.v[p][k]);
+#pragma GCC unroll 16
+      for (int k = 0; k < width; ++k) sum[k] = fused_element(a.v[p][k], b.v[p][k], c.v[p][k]);
       return sum;
     });
   }
@@ -196,6 +208,17 @@ struct Pack {
     return of_parts([&](int p) __attribute__((always_inline))->Part {
       return m.v[p] ? a.v[p] : b.v[p];
     });
+  }
+
+ private:
+  // The compiler's own: a function of <cmath> that it does not inline would be everybody's.
+  [[gnu::always_inline]] static float square_root(float x) { return __builtin_sqrtf(x); }
+  [[gnu::always_inline]] static double square_root(double x) { return __builtin_sqrt(x); }
+  [[gnu::always_inline]] static float fused_element(float a, float b, float c) {
+    return __builtin_fmaf(a, b, c);
+  }
+  [[gnu::always_inline]] static double fused_element(double a, double b, double c) {
+    return __builtin_fma(a, b, c);
   }
 };
 

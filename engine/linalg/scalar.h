@@ -48,4 +48,12 @@ Scalar binary_unit(const Scalar& x) {
 template <class Scalar>
 inline constexpr int bits = std::numeric_limits<Scalar>::digits;
 
+/// x in a precision that may be lower. Not inlined, because g++ 12 at -O3 (its SLP vectoriser) was
+/// seen to leave the rounding out where double becomes float and double again.
+template <class Scalar, class Derived>
+[[gnu::noinline]] Eigen::Matrix<Scalar, Derived::RowsAtCompileTime, Derived::ColsAtCompileTime>
+rounded_to(const Eigen::MatrixBase<Derived>& x) {
+  return x.template cast<Scalar>();
+}
+
 }  // namespace stiefel

@@ -3,72 +3,89 @@
 #include <array>
 
 #include "engine/linalg/cayley_3.h"
+#include "engine/linalg/power_series.h"
 #include "engine/linalg/principal_moments_3.h"
 
 namespace stiefel {
 
-/// The moments with which the discrete rigid body of step h follows the continuous one to order 4,
-/// 6, 8 or 10 (Hairer and Vilmart 2006):
+/// The moments with which the discrete rigid body of step h follows the continuous one to an even
+/// order p (Hairer and Vilmart 2006):
 ///
-///     1/J_i = s/I_i + d,   C = (h²/2) Σ m_i²,   H = (h²/2) Σ m_i²/I_i,
+///     1/J_i = s/I_i + d,   s and d even polynomials in h of degree p − 2,
 ///
-/// s and d polynomials in C and H, which are constant along the motion, and so is J. Everything is
-/// counted in units of I₁ + I₂ + I₃. Where the step is too long for its order, J is not positive.
+/// constant along a motion. Their coefficients are found from the motion itself, whatever the
+/// order. Seen from one of its points, at t = 0, and with τ = t², p_i = m_i(0)², a_1 = 1/I_3 −
+/// 1/I_2,
+///
+///     m_1(t) = m_1(0) f_1(τ) + m_2(0)m_3(0) t a_1b_1(τ)   and cyclic,
+///     2f_1′ = a_1 (p_2 f_2a_3b_3 + p_3 f_3a_2b_2),   b_1 + 2τb_1′ = f_2f_3 + τp_1 a_2b_2a_3b_3,
+///
+/// and the quaternion of the rotation from −t to t is (e, m_1(0)tc_1(τ), …),
+///
+///     2e′ = −Σ p_ic_if_i/I_i,   c_1 + 2τc_1′ = ef_1/I_1 + τ(p_2c_2a_3b_3/I_3 − p_3c_3a_2b_2/I_2).
+///
+/// This is the step h = 2t of the discrete body with moments J where
+///
+///     m(−t) + m(t) = (4/h) e J∘(m_1(0)tc_1, …),   m_1(t) − m_1(−t) = (4/h)(J_2 − J_3)
+///     t²m_2(0)m_3(0)c_2c_3,
+///
+/// that is for 1/J_i = ec_i/f_i and s = e²b_1/(f_2f_3): nothing is divided by a momentum or by a
+/// difference of moments. Where h is too long for its order, J is not positive.
 template <class Wide>
 class ModifiedSeries {
  public:
   using Vec = Vector3<Wide>;
 
-  ModifiedSeries(const PrincipalMoments3<Wide>& body, int order)
+  /// Of the motion through m.
+  ModifiedSeries(const PrincipalMoments3<Wide>& body, const Vec& m, int order)
       : unit_(body.moments.sum()),
+        momentum_(m.cwiseAbs().maxCoeff()),
         I_(body.moments / unit_),
         differences_(body.differences / unit_) {
-    const auto S = [&](int k) { return power(0, k) + power(1, k) + power(2, k); };
-    const auto X = [&](int k) { return S(-k); };
-    const auto Y = [&](int a, int b) {
-      return (power(0, a) + power(1, a)) * power(2, -b) +
-             (power(1, a) + power(2, a)) * power(0, -b) +
-             (power(2, a) + power(0, a)) * power(1, -b);
-    };
-    const Wide D = I_.prod(), D2 = D * D, D3 = D2 * D, D4 = D3 * D, y = Y(1, 1);
-    const Wide S1 = S(1), S2 = S(2), S3 = S(3), S4 = S(4), X1 = X(1), X2 = X(2), X3 = X(3),
-               X4 = X(4), Y12 = Y(1, 2), Y13 = Y(1, 3), Y21 = Y(2, 1), Y22 = Y(2, 2), Y31 = Y(3, 1);
-    s_[0] = {1};
-    d_[0] = {0};
-    s_[1] = {S1 / (6 * D), -X1 / 3};
-    d_[1] = {-1 / (3 * D), S1 / (6 * D)};
-    if (order >= 6) {
-      s_[2] = {(S2 / D - X1) / (30 * D), (1 - y) / (30 * D), (3 * S1 / D + 2 * X2) / 60};
-      d_[2] = {-S1 / (60 * D2), X1 / (10 * D) - S2 / (60 * D2), -(9 + y) / (60 * D)};
+    const auto terms = static_cast<std::size_t>(order / 2);
+    const Vec p = momentum_ > Wide(0) ? Vec((m / momentum_).cwiseAbs2()) : Vec(Vec::Zero());
+    const Vec a = differences_.cwiseQuotient(cyclic_product<Wide>(I_, I_));
+    const Series zero(terms, Wide(0));
+    Series e = zero;
+    std::array<Series, 3> f = {zero, zero, zero}, b = f, c = f;
+    e[0] = f[0][0] = f[1][0] = f[2][0] = 1;
+    for (std::size_t k = 0; k < terms; ++k) {
+      for (int i = 0; i < 3; ++i) {
+        const int j = (i + 1) % 3, l = (i + 2) % 3;
+        b[i][k] = product_at(f[j], f[l], k);
+        c[i][k] = product_at(e, f[i], k) / I_(i);
+        if (k > 0) {
+          b[i][k] += p(i) * a(j) * a(l) * product_at(b[j], b[l], k - 1);
+          c[i][k] += p(j) * a(l) / I_(l) * product_at(c[j], b[l], k - 1) -
+                     p(l) * a(j) / I_(j) * product_at(c[l], b[j], k - 1);
+        }
+        b[i][k] /= Wide(2 * k + 1);
+        c[i][k] /= Wide(2 * k + 1);
+      }
+      if (k + 1 == terms) break;
+      for (int i = 0; i < 3; ++i) {
+        const int j = (i + 1) % 3, l = (i + 2) % 3;
+        f[i][k + 1] =
+            a(i) *
+            (p(j) * a(l) * product_at(f[j], b[l], k) + p(l) * a(j) * product_at(f[l], b[j], k)) /
+            Wide(2 * (k + 1));
+        e[k + 1] -= p(i) / I_(i) * product_at(c[i], f[i], k) / Wide(2 * (k + 1));
+      }
     }
-    if (order >= 8) {
-      s_[3] = {(4 * D + 17 * S3 - 15 * D * y) / (2520 * D3),
-               (9 * S1 + 10 * D * X2 - 6 * Y21) / (420 * D2),
-               ((6 * Y12 - 100 * X1) * D + 53 * S2) / (2520 * D2),
-               (15 - D * X3 - 2 * y) / (630 * D)};
-      d_[3] = {(34 * D * X1 - 19 * S2) / (2520 * D3), (S3 + 2 * D * y - 85 * D) / (1260 * D3),
-               (47 * S1 + 13 * Y21 - 38 * D * X2) / (2520 * D2),
-               (9 * D * X1 + D * Y12 - 11 * S2) / (1260 * D2)};
-    }
-    if (order >= 10) {
-      s_[4] = {(62 * S4 - 94 * D * Y21 + 66 * D2 * X2 + 81 * D * S1) / (45360 * D4),
-               (-77 * Y31 + 75 * D * Y12 + 214 * S2 - 240 * D * X1) / (22680 * D3),
-               (26 * D * Y22 + 55 * S3 + 204 * D - 50 * D2 * X3 - 59 * D * y) / (7560 * D3),
-               (137 * D * X2 - D * Y13 + 3 * S1 - 69 * Y21) / (11340 * D2),
-               (2 * D2 * X4 + 5 * D * Y12 - 171 * D * X1 + 159 * S2) / (45360 * D2)};
-      d_[4] = {(60 * D * y - 61 * S3 - 247 * D) / (45360 * D4),
-               (54 * D * S1 - S4 + 218 * D * Y21 - 426 * D2 * X2) / (45360 * D4),
-               (125 * D * X1 - 5 * Y31 - 130 * S2 + 4 * D * Y12) / (7560 * D3),
-               (67 * S3 - 735 * D - 15 * D * Y22 + 87 * D * y + 34 * D2 * X3) / (22680 * D3),
-               (165 * S1 - D * Y13 - 9 * Y21 - 145 * D * X2) / (45360 * D2)};
-    }
+    // The smallest 1/I_i cancels least.
+    int i = 0;
+    I_.maxCoeff(&i);
+    const int j = (i + 1) % 3, l = (i + 2) % 3;
+    s_ = quotient(product(product(e, e), b[i]), product(f[j], f[l]));
+    d_ = quotient(product(e, c[i]), f[i]);
+    for (std::size_t k = 0; k < terms; ++k) d_[k] -= s_[k] / I_(i);
+    d_[0] = 0;
   }
 
-  /// J for the motion that passes through m, with the step h.
-  PrincipalMoments3<Wide> operator()(const Vec& m, Wide h) const {
-    const Vec turn = (h / unit_) * m;
-    const Wide C = turn.squaredNorm() / 2, H = turn.cwiseAbs2().cwiseQuotient(I_).sum() / 2;
-    const Wide s = polynomial(s_, C, H), d = polynomial(d_, C, H);
+  /// J for the step h.
+  PrincipalMoments3<Wide> operator()(const Wide& h) const {
+    const Wide t = h * momentum_ / (2 * unit_), tau = t * t;
+    const Wide s = polynomial(s_, tau), d = polynomial(d_, tau);
     const Vec J = (s * I_.cwiseInverse().array() + d).inverse();
     // J₂ − J₃ = J₂J₃(1/J₃ − 1/J₂) without the cancellation
     const Vec dJ = s * differences_.cwiseProduct(cyclic_product<Wide>(J, J))
@@ -77,30 +94,11 @@ class ModifiedSeries {
   }
 
  private:
-  /// Coefficients of Cᵏ, Cᵏ⁻¹H, …, Hᵏ for every k.
-  using Coefficients = std::array<std::array<Wide, 5>, 5>;
+  using Series = PowerSeries<Wide>;
 
-  Wide power(int i, int k) const {
-    Wide p = 1;
-    for (int j = 0; j < (k < 0 ? -k : k); ++j) p *= I_(i);
-    return k < 0 ? 1 / p : p;
-  }
-
-  static Wide polynomial(const Coefficients& a, Wide C, Wide H) {
-    std::array<Wide, 5> C_to = {1}, H_to = {1};
-    for (std::size_t k = 1; k < 5; ++k) {
-      C_to[k] = C_to[k - 1] * C;
-      H_to[k] = H_to[k - 1] * H;
-    }
-    Wide sum = 0;
-    for (std::size_t k = 0; k < 5; ++k)
-      for (std::size_t j = 0; j <= k; ++j) sum += a[k][j] * C_to[k - j] * H_to[j];
-    return sum;
-  }
-
-  Wide unit_;
+  Wide unit_, momentum_;
   Vec I_, differences_;
-  Coefficients s_{}, d_{};
+  Series s_, d_;  ///< in τ
 };
 
 }  // namespace stiefel

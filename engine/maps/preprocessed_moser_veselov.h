@@ -1,12 +1,12 @@
 #pragma once
 
 #include "engine/linalg/discrete_body_3.h"
-#include "engine/maps/modified_inertia.h"
+#include "engine/maps/modified_series.h"
 #include "engine/maps/principal_branch.h"
 
 namespace stiefel {
 
-/// U = J_D⁻¹(hM) with the moments J that ModifiedInertia makes of those of Λ: the counterpart of
+/// U = J_D⁻¹(hM) with the moments J that ModifiedSeries makes of those of Λ: the counterpart of
 /// JDInverse3. What it remembers of a motion is J.
 template <class Scalar, bool frame, Arithmetic arithmetic>
 class ModifiedJDInverse3 {
@@ -17,7 +17,7 @@ class ModifiedJDInverse3 {
   using Memory = DiscreteInertia3<Scalar>;
 
   ModifiedJDInverse3(const Vector<Scalar>& lambda, Scalar h, int order)
-      : h_(h), modified_(lambda, order) {}
+      : h_(h), order_(order), body_moments_(lambda) {}
 
   /// Of the motion through x. It is called not positive where the branch of U from the identity
   /// ends at a shorter step t·h, t < 1: J(t·h) varies with t, and beyond a gap in which there is no
@@ -25,18 +25,21 @@ class ModifiedJDInverse3 {
   /// and the energy, so the first m of a motion decides for all of it. It was seen to end from
   /// h|ω| = 1.4 on, for rods and plates too.
   Memory J(const Point& x) const {
-    Memory whole = series(x, 1);
+    const Series series = through(x);
+    Memory whole = at(series, 1);
     if (turn(x) <= 1) return whole;
     Body body;
     const State first(x);
-    const auto solve = [&](double t) { return body.continue_to(first, series(x, t)); };
+    const auto solve = [&](double t) { return body.continue_to(first, at(series, t)); };
     whole.positive = whole.positive && !(follow_branch(1, solve, longest_stride(x)) < 1);
     return whole;
   }
 
   bool solve(const State& x, const Memory& J) { return body_.solve(x, J); }
   /// The same for the step t·h, from the solution found last; J goes over into I as t → 0.
-  bool continue_to(const State& x, double t) { return body_.continue_to(x, series(x.value, t)); }
+  bool continue_to(const State& x, double t) {
+    return body_.continue_to(x, at(through(x.value), t));
+  }
   /// In t, so that no gap is passed over.
   double longest_stride(const Point& x) const { return 1 / (32 * turn(x)); }
   void restart() { body_.restart(); }
@@ -44,22 +47,28 @@ class ModifiedJDInverse3 {
 
  private:
   using Wide = Extended<Scalar>;
+  using Series = ModifiedSeries<Wide>;
 
   static Vector3<Wide> m(const Point& x) { return x.template tail<3>().template cast<Wide>(); }
-  Memory series(const Point& x, double t) const {
+  Series through(const Point& x) const { return Series(body_moments_, m(x), order_); }
+  Memory at(const Series& series, double t) const {
     const Scalar h = static_cast<Scalar>(t) * h_;
-    return {modified_(m(x), h), h};
+    return {series(h), h};
   }
   /// h|ω|.
-  double turn(const Point& x) const { return static_cast<double>(modified_.turn(m(x), h_)); }
+  double turn(const Point& x) const {
+    using std::abs;
+    return static_cast<double>(abs(h_) * m(x).cwiseQuotient(body_moments_.moments).norm());
+  }
 
   Scalar h_;
-  ModifiedInertia<Wide> modified_;
+  int order_;
+  PrincipalMoments3<Wide> body_moments_;
   Body body_;
 };
 
 /// The discrete rigid body of Moser and Veselov in three dimensions, run with moments J so modified
-/// that it follows the continuous body to order 4, 6, 8 or 10 (Hairer and Vilmart 2006). The
+/// that it follows the continuous body to an even order (Hairer and Vilmart 2006). The
 /// integrals Σ m_i² and Σ m_i²/J_i that it keeps are those of the body, because 1/J_i = s/I_i + d.
 template <class Scalar_, bool frame, Arithmetic arithmetic>
 class PreprocessedMoserVeselov {

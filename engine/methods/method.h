@@ -17,7 +17,7 @@ struct MethodTraits {
   const char* summary;
   const char* source;
   const char* file;
-  std::array<int, 4> orders;  ///< ascending, 0 where there are fewer; none: exact
+  std::array<int, 7> orders;  ///< ascending, 0 where there are fewer; none: exact
   int default_order;
   bool reversible;               ///< the step by −h undoes the step by h
   double default_tolerance = 0;  ///< 0 for methods that take steps of a fixed size

@@ -6,15 +6,15 @@
 
 namespace stiefel {
 
-/// The variational integrator of the rigid body in three dimensions at the orders 4, 6, 8 and 10,
-/// for the price of order 2: the Moser–Veselov map with modified moments of inertia.
+/// The variational integrator of the rigid body in three dimensions at orders from 4 to 16, for the
+/// price of order 2: the Moser–Veselov map with modified moments of inertia.
 struct PreprocessedVariational {
   static constexpr MethodTraits traits = {
       .name = "preprocessed_variational",
       .summary = "Moser-Veselov map with modified moments of inertia, N = 3",
       .source = "Hairer and Vilmart 2006",
       .file = "engine/methods/preprocessed_variational.h",
-      .orders = {4, 6, 8, 10},
+      .orders = {4, 6, 8, 10, 12, 14, 16},
       .default_order = 4,
       .reversible = true,
   };

@@ -28,7 +28,7 @@ Ensemble::Ensemble(std::span<const Scene> scenes) {
 }
 
 void Ensemble::form_groups(std::span<const Scene> scenes) {
-  const auto lanes = static_cast<std::size_t>(body_lanes());
+  const auto lanes = static_cast<std::size_t>(body_lanes(scenes.front()));
   for (std::size_t at = 0; at < scenes.size();) {
     std::size_t count = 0;
     while (count < lanes && at + count < scenes.size() && can_be_packed(scenes[at + count]))

@@ -31,7 +31,7 @@ template <class Wide_>
 struct SinglePrecision {
   using Wide = Wide_;
   using Point = Eigen::Matrix<float, Wide::RowsAtCompileTime, Wide::ColsAtCompileTime>;
-  static Point held(const Wide& x) { return x.template cast<float>(); }
+  static Point held(const Wide& x) { return rounded_to<float>(x); }
   static Wide wide(const Point& x) { return x.template cast<double>(); }
 };
 

@@ -9,22 +9,22 @@ namespace stiefel {
 namespace {
 
 /// For HeldAs.
-template <bool frame>
+template <class Scalar, bool frame>
 struct Coordinates {
-  using Space = So4<double, frame>;
+  using Space = So4<Scalar, frame>;
   using Wide = Eigen::MatrixXd;  ///< Q over M
   using Point = typename Space::State;
 
   static Point held(const Wide& x) {
-    Point out;
+    Eigen::Matrix<double, Point::RowsAtCompileTime, 1> out;
     if constexpr (frame) out.template head<16>() = x.topRows(4).reshaped();
     for (int k = 0; k < 6; ++k)
       out(Space::first + k) = x(x.rows() - 4 + skew4_rows[k], skew4_columns[k]);
-    return out;
+    return rounded_to<Scalar>(out);
   }
   static Wide wide(const Point& x) {
     Wide out = Wide::Zero(frame ? 8 : 4, 4);
-    if constexpr (frame) out.topRows(4).reshaped() = x.template head<16>();
+    if constexpr (frame) out.topRows(4).reshaped() = x.template head<16>().template cast<double>();
     for (int k = 0; k < 6; ++k) {
       const int i = skew4_rows[k], j = skew4_columns[k], top = frame ? 4 : 0;
       out(top + i, j) = x(Space::first + k);
@@ -34,22 +34,23 @@ struct Coordinates {
   }
 };
 
-template <bool frame>
-HeldAs<Coordinates<frame>, RigidBodyReadout<SoN<double>>> readout(const Scene& scene) {
-  return HeldAs<Coordinates<frame>, RigidBodyReadout<SoN<double>>>(
-      RigidBodyReadout<SoN<double>>(scene));
+template <class Scalar, bool frame>
+auto readout(const Scene& scene) {
+  using Readout = RigidBodyReadout<SoN<double>>;
+  return HeldAs<Coordinates<Scalar, frame>, Readout>(Readout(scene));
 }
 
-template <bool frame>
+template <class Scalar, bool frame>
 std::unique_ptr<Simulation> body(const Scene& scene) {
-  return simulate<TypeList<Variational, Rk4>>(scene, RigidBody<So4<double, frame>>(scene.inertia()),
-                                              readout<frame>(scene), rigid_body_cost(4));
+  return simulate<TypeList<Variational, Rk4>>(
+      scene, RigidBody<So4<Scalar, frame>>(rounded_to<Scalar>(scene.inertia())),
+      readout<Scalar, frame>(scene), rigid_body_cost(4));
 }
 
 template <bool frame>
 std::unique_ptr<Simulation> discrete_body(const Scene& scene) {
   using Map = MoserVeselov<So4<double, frame>, Arithmetic::compensated>;
-  return simulate_map(scene, Map(scene.inertia(), scene.step()), readout<frame>(scene),
+  return simulate_map(scene, Map(scene.inertia(), scene.step()), readout<double, frame>(scene),
                       rigid_body_cost(4));
 }
 
@@ -57,12 +58,14 @@ std::unique_ptr<Simulation> discrete_body(const Scene& scene) {
 
 bool goes_in_four(const Scene& scene) {
   const std::string method = scene.method();
-  return scene.dimension() == 4 && !scene.in_float() &&
+  return scene.dimension() == 4 &&
          (method.empty() || method == Variational::traits.name || method == Rk4::traits.name);
 }
 
 std::unique_ptr<Simulation> rigid_body_in_four(const Scene& scene) {
-  return scene.has_frame() ? body<true>(scene) : body<false>(scene);
+  if (scene.in_float())
+    return scene.has_frame() ? body<float, true>(scene) : body<float, false>(scene);
+  return scene.has_frame() ? body<double, true>(scene) : body<double, false>(scene);
 }
 
 std::unique_ptr<Simulation> moser_veselov_in_four(const Scene& scene) {

@@ -30,50 +30,44 @@ class PackedBodies {
   virtual Progress advance(std::span<double> states, std::int64_t steps) = 0;
 };
 
-/// What bodies are made of that go together. Of the last three two are empty.
+/// What bodies are made of that go together in Scalars, double or float. Of the last three two are
+/// empty.
+template <class Scalar_>
 struct BodiesSideBySide {
+  using Scalar = Scalar_;
+
   int N;  ///< 3 or 4
   bool frame;
   Arithmetic arithmetic;
   int substeps;
-  double h;
-  std::vector<Eigen::VectorXd> lambda;  ///< for rk4, lane by lane
+  Scalar h;
+  std::vector<Vector<Scalar>> lambda;  ///< for rk4, lane by lane
   template <class Inertia>
   using Stages = std::vector<std::vector<Inertia>>;  ///< of the discrete body, by lanes
-  Stages<DiscreteInertia3<double>> stages_3;
-  Stages<DiscreteInertia4<double>> stages_4;
+  Stages<DiscreteInertia3<Scalar>> stages_3;
+  Stages<DiscreteInertia4<Scalar>> stages_4;
 };
 
-/// The lanes on this machine.
-int body_lanes();
+/// The lanes on this machine for bodies like this one.
+int body_lanes(const Scene& scene);
 /// Whether a scene's method and size are among those that go together: rigid_body and moser_veselov
 /// with N = 3 or 4; rk4, variational, preprocessed_variational; numbers whose products stay normal.
 bool can_be_packed(const Scene& scene);
-/// At most `body_lanes()` such bodies, of one ensemble; lanes that are left over repeat the last.
+/// At most `body_lanes` such bodies, of one ensemble; lanes that are left over repeat the last.
 std::unique_ptr<PackedBodies> pack_bodies(std::span<const Scene> bodies);
 /// What pack_bodies hands to one of the functions below.
-BodiesSideBySide side_by_side(std::span<const Scene> bodies, int lanes);
+template <class Scalar>
+BodiesSideBySide<Scalar> side_by_side(std::span<const Scene> bodies, int lanes);
+extern template BodiesSideBySide<float> side_by_side(std::span<const Scene>, int);
+extern template BodiesSideBySide<double> side_by_side(std::span<const Scene>, int);
 
-/// Those compiled for `isa`, in packed_bodies_N_ISA.cc: a file each, because the compiler inlines
-/// only so much in one.
-template <Isa isa, int N>
-std::unique_ptr<PackedBodies> pack_bodies_on(const BodiesSideBySide& bodies);
-template <Isa isa>
-std::unique_ptr<PackedBodies> pack_bodies_on(const BodiesSideBySide& bodies) {
+/// Those compiled for `isa`, each from packed_bodies.cc.in: a file for each, because the compiler
+/// inlines only so much in one.
+template <Isa isa, int N, class Scalar>
+std::unique_ptr<PackedBodies> pack_bodies_on(const BodiesSideBySide<Scalar>& bodies);
+template <Isa isa, class Scalar>
+std::unique_ptr<PackedBodies> pack_bodies_on(const BodiesSideBySide<Scalar>& bodies) {
   return bodies.N == 3 ? pack_bodies_on<isa, 3>(bodies) : pack_bodies_on<isa, 4>(bodies);
 }
-
-extern template std::unique_ptr<PackedBodies> pack_bodies_on<Isa::baseline, 3>(
-    const BodiesSideBySide&);
-extern template std::unique_ptr<PackedBodies> pack_bodies_on<Isa::baseline, 4>(
-    const BodiesSideBySide&);
-#ifdef STIEFEL_X86_64
-extern template std::unique_ptr<PackedBodies> pack_bodies_on<Isa::avx2, 3>(const BodiesSideBySide&);
-extern template std::unique_ptr<PackedBodies> pack_bodies_on<Isa::avx2, 4>(const BodiesSideBySide&);
-extern template std::unique_ptr<PackedBodies> pack_bodies_on<Isa::avx512, 3>(
-    const BodiesSideBySide&);
-extern template std::unique_ptr<PackedBodies> pack_bodies_on<Isa::avx512, 4>(
-    const BodiesSideBySide&);
-#endif
 
 }  // namespace stiefel

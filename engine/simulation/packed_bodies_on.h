@@ -64,17 +64,17 @@ template <class P, bool frame, Arithmetic arithmetic>
 struct BodyOf<P, 3, frame, arithmetic> {
   using Space = So3<P, frame>;
   using Discrete = DiscreteBody3<P, frame, arithmetic>;
-  static const auto& stages(const BodiesSideBySide& bodies) { return bodies.stages_3; }
+  static const auto& stages(const auto& bodies) { return bodies.stages_3; }
 };
 template <class P, bool frame, Arithmetic arithmetic>
 struct BodyOf<P, 4, frame, arithmetic> {
   using Space = So4<P, frame>;
   using Discrete = DiscreteBody4<P, frame, arithmetic>;
-  static const auto& stages(const BodiesSideBySide& bodies) { return bodies.stages_4; }
+  static const auto& stages(const auto& bodies) { return bodies.stages_4; }
 };
 
 template <class P, int N, bool frame, Arithmetic arithmetic>
-std::unique_ptr<PackedBodies> pack_these(const BodiesSideBySide& bodies) {
+std::unique_ptr<PackedBodies> pack_these(const BodiesSideBySide<typename P::Scalar>& bodies) {
   using These = BodyOf<P, N, frame, arithmetic>;
   if (!bodies.lambda.empty()) {
     using Body = RigidBody<typename These::Space>;
@@ -91,9 +91,9 @@ std::unique_ptr<PackedBodies> pack_these(const BodiesSideBySide& bodies) {
   return std::make_unique<PackedBodiesOn<P, Map>>(Map(std::move(stages)), bodies.substeps);
 }
 
-template <Isa isa, int N>
-std::unique_ptr<PackedBodies> pack_bodies_on(const BodiesSideBySide& bodies) {
-  using P = Pack<double, isa, vector_width(isa)>;
+template <Isa isa, int N, class Scalar>
+std::unique_ptr<PackedBodies> pack_bodies_on(const BodiesSideBySide<Scalar>& bodies) {
+  using P = Pack<Scalar, isa, vector_width<Scalar>(isa)>;
   const auto with = [&]<bool frame>() {
     return bodies.arithmetic == Arithmetic::plain
                ? pack_these<P, N, frame, Arithmetic::plain>(bodies)

@@ -18,8 +18,8 @@ std::unique_ptr<Simulation> make_in(const Scene& scene) {
 }
 
 std::unique_ptr<Simulation> make(const Scene& scene) {
-  if (scene.in_float()) return rigid_body_in_float(scene);
   if (goes_in_four(scene)) return rigid_body_in_four(scene);
+  if (scene.in_float()) return rigid_body_in_float(scene);
   if (scene.dimension() != 3) return make_in<SoN<double>>(scene);
   if (scene.has_frame()) return make_in<So3<double, true>>(scene);
   return make_in<So3<double, false>>(scene);

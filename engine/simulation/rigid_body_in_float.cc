@@ -12,7 +12,7 @@ template <class Space, class Wide>
 std::unique_ptr<Simulation> make_in(const Scene& scene) {
   using Readout = RigidBodyReadout<Wide>;
   using Held = HeldAs<SinglePrecision<typename Readout::Point>, Readout>;
-  return simulate<MethodsInFloat>(scene, RigidBody<Space>(scene.inertia().cast<float>()),
+  return simulate<MethodsInFloat>(scene, RigidBody<Space>(rounded_to<float>(scene.inertia())),
                                   Held(Readout(scene)), rigid_body_cost(scene.dimension()));
 }
 

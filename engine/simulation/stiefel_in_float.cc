@@ -9,7 +9,7 @@ namespace stiefel {
 std::unique_ptr<Simulation> stiefel_in_float(const Scene& scene, const StackedReadout& readout) {
   using Held = HeldAs<SinglePrecision<StackedReadout::Point>, StackedReadout>;
   const Eigen::Index n = scene.Q().rows(), N = scene.dimension();
-  return simulate<MethodsInFloat>(scene, Stiefel<float>(scene.inertia().cast<float>(), n),
+  return simulate<MethodsInFloat>(scene, Stiefel<float>(rounded_to<float>(scene.inertia()), n),
                                   Held(readout), stiefel_cost(n, N));
 }
 

@@ -3,7 +3,8 @@
 // does it. h‖Ω‖ = 0.1. Arguments: repeats, seconds to measure for.
 #include <stdexcept>
 
-#include "engine/simulation/packed_bodies_on.h"
+#include "engine/linalg/pack.h"
+#include "engine/simulation/packed_bodies.h"
 #include "engine/simulation/simulation.h"
 #include "tests/bench/measure.h"
 #include "tests/support/ensemble_of.h"
@@ -66,23 +67,29 @@ double packed(PackedBodies& bodies, std::span<const Scene> scenes, double durati
   });
 }
 
+template <class Scalar>
 void compare(const std::string& name, int N, const MethodDescription& method, int repeats,
              double duration) {
-  const std::string what = name + ", " + method.arithmetic + ", N = " + std::to_string(N) + ", ";
+  constexpr bool in_float = std::is_same_v<Scalar, float>;
+  const std::string what = name + ", " + method.arithmetic + (in_float ? ", float" : "") +
+                           ", N = " + std::to_string(N) + ", ";
   const auto comparison = [&](const std::string& on, std::optional<double> bound) {
     return bench::Comparison{what + on, "ns a body", "one by one", bound};
   };
-  const auto bound = [N](double ratio) { return N == 3 ? std::optional(1 / ratio) : std::nullopt; };
-  auto avx2 = comparison("packs of 4, AVX2", bound(3.5)),
-       avx512 = comparison("packs of 8, AVX-512", bound(6)),
+  const auto bound = [N](double ratio) {
+    return N == 3 && !in_float ? std::optional(1 / ratio) : std::nullopt;
+  };
+  constexpr int most = vector_width<Scalar>(Isa::avx512);
+  auto avx2 = comparison("packs of " + std::to_string(most / 2) + ", AVX2", bound(3.5)),
+       avx512 = comparison("packs of " + std::to_string(most) + ", AVX-512", bound(6)),
        whole = comparison("an ensemble of " + std::to_string(members), {});
   for (int i = 0; i < repeats; ++i) {
     std::vector<SceneDescription> scenes;
     for (int b = 0; b < members; ++b)
       scenes.push_back(body(N, static_cast<unsigned>(i * members + b + 1), method));
     const Scene ensemble = Scene::resolve(testing::ensemble_of(scenes)).value();
-    const auto some = ensemble.members().first(8);
-    const BodiesSideBySide bodies = side_by_side(some, 8);
+    const auto some = ensemble.members().first(most);
+    const auto bodies = side_by_side<Scalar>(some, most);
     const double alone = one_by_one(some, duration);
     if (widest_isa() != Isa::baseline)
       avx2.add(packed(*pack_bodies_on<Isa::avx2>(bodies), some, duration), alone);
@@ -100,12 +107,19 @@ void compare(const std::string& name, int N, const MethodDescription& method, in
 int main(int, char** argv) {
   const int repeats = std::stoi(argv[1]);
   const double duration = std::stod(argv[2]);
-  for (const char* arithmetic : {"plain", "compensated"}) {
+  const auto all = [&]<class Scalar>(const std::string& arithmetic, const std::string& scalar) {
+    const auto method = [&](const char* name, std::optional<int> order) {
+      return MethodDescription{name, order, {}, arithmetic, {}, scalar};
+    };
     for (const int N : {3, 4}) {
-      compare("rk4", N, {"rk4", {}, {}, arithmetic}, repeats, duration);
-      compare("variational", N, {"variational", 2, {}, arithmetic}, repeats, duration);
+      compare<Scalar>("rk4", N, method("rk4", {}), repeats, duration);
+      compare<Scalar>("variational", N, method("variational", 2), repeats, duration);
     }
-    compare("preprocessed_variational, order 10", 3,
-            {"preprocessed_variational", 10, {}, arithmetic}, repeats, duration);
+    compare<Scalar>("preprocessed_variational, order 10", 3, method("preprocessed_variational", 10),
+                    repeats, duration);
+  };
+  for (const char* arithmetic : {"plain", "compensated"}) {
+    all.operator()<double>(arithmetic, "double");
+    all.operator()<float>(arithmetic, "float");
   }
 }

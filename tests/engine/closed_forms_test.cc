@@ -85,7 +85,8 @@ TEST(ClosedForms, AreRefusedWhereThereAreNone) {
   const auto scene = Scene::resolve(d);
   ASSERT_FALSE(scene);
   EXPECT_EQ(scene.error().front().field, "method.name");
-  EXPECT_EQ(scene.error().front().rule, "is only for Lambda a multiple of the identity; variational takes every Lambda");
+  EXPECT_EQ(scene.error().front().rule,
+            "is only for Lambda a multiple of the identity; variational takes every Lambda");
 }
 
 }  // namespace

@@ -4,8 +4,9 @@
 
 #include <algorithm>
 
+#include "engine/linalg/pack.h"
 #include "engine/simulation/diagnosis.h"
-#include "engine/simulation/packed_bodies_on.h"
+#include "engine/simulation/packed_bodies.h"
 #include "tests/support/ensemble_of.h"
 #include "tests/support/random_scene.h"
 
@@ -63,37 +64,52 @@ const Way ways[] = {{"rk4", {}},
                     {"variational", 8},
                     {"preprocessed_variational", 4},
                     {"preprocessed_variational", 10},
+                    {"preprocessed_variational", 16},
                     {"rk4", {}, 4},
                     {"variational", 2, 4},
                     {"variational", 6, 4}};
 
+void expect_the_bits_that_they_have_alone(const Way& way, const char* arithmetic,
+                                          const char* scalar) {
+  for (const bool frame : {true, false})
+    for (const int substeps : {1, 3}) {
+      auto scenes = bodies(21, way.method, way.order, arithmetic, 0.3, frame, way.N);
+      for (auto& scene : scenes) {
+        scene.method->substeps = substeps;
+        scene.method->scalar = scalar;
+      }
+      const Scene together = resolved(ensemble_of(scenes));
+      ASSERT_TRUE(can_be_packed(together.members().front()));
+      const auto once = make_simulation(together), often = make_simulation(together);
+      ASSERT_TRUE(once->advance(50).reached());
+      for (int k = 0; k < 50; ++k) ASSERT_TRUE(often->advance(1).reached());
+      const auto expected = alone(scenes, 50);
+      EXPECT_EQ(saved(*once), expected);
+      EXPECT_EQ(saved(*often), expected);
+    }
+}
+
 TEST(Ensemble, BodiesThatGoTogetherHaveTheBitsThatTheyHaveAlone) {
-  for (const auto& [method, order, N] : ways)
+  for (const Way& way : ways)
     for (const char* arithmetic : {"plain", "compensated"})
-      for (const bool frame : {true, false})
-        for (const int substeps : {1, 3}) {
-          auto scenes = bodies(21, method, order, arithmetic, 0.3, frame, N);
-          for (auto& scene : scenes) scene.method->substeps = substeps;
-          const Scene together = resolved(ensemble_of(scenes));
-          ASSERT_TRUE(can_be_packed(together.members().front()));
-          const auto once = make_simulation(together), often = make_simulation(together);
-          ASSERT_TRUE(once->advance(50).reached());
-          for (int k = 0; k < 50; ++k) ASSERT_TRUE(often->advance(1).reached());
-          const auto expected = alone(scenes, 50);
-          EXPECT_EQ(saved(*once), expected) << method << order.value_or(0) << arithmetic;
-          EXPECT_EQ(saved(*often), expected) << method << order.value_or(0) << arithmetic;
-        }
+      for (const char* scalar : {"double", "float"}) {
+        SCOPED_TRACE(way.method + " " + std::to_string(way.order.value_or(0)) +
+                     " N = " + std::to_string(way.N) + " " + arithmetic + " " + scalar);
+        expect_the_bits_that_they_have_alone(way, arithmetic, scalar);
+      }
 }
 
 /// Steps so long that the equation's fast solver fails in some lanes and not in others.
 TEST(Ensemble, HardStepsAreTakenAlone) {
   for (const int N : {3, 4})
-    for (const char* arithmetic : {"plain", "compensated"}) {
-      const auto scenes = bodies(16, "variational", 2, arithmetic, 1.0, true, N);
-      const auto ensemble = make_simulation(resolved(ensemble_of(scenes)));
-      ASSERT_TRUE(ensemble->advance(200).reached());
-      EXPECT_EQ(saved(*ensemble), alone(scenes, 200));
-    }
+    for (const char* arithmetic : {"plain", "compensated"})
+      for (const char* scalar : {"double", "float"}) {
+        auto scenes = bodies(16, "variational", 2, arithmetic, 1.0, true, N);
+        for (auto& scene : scenes) scene.method->scalar = scalar;
+        const auto ensemble = make_simulation(resolved(ensemble_of(scenes)));
+        ASSERT_TRUE(ensemble->advance(200).reached());
+        EXPECT_EQ(saved(*ensemble), alone(scenes, 200));
+      }
 }
 
 /// Where a λ < 0 the short solution need not be the wanted one, and every step counts as hard.
@@ -108,7 +124,7 @@ TEST(Ensemble, NegativeLambdaInFourDimensionsIsTakenAlone) {
 void expect_hard_steps(int N) {
   const auto scenes = bodies(16, "variational", 2, "plain", 1.0, true, N);
   const Scene together = resolved(ensemble_of(scenes));
-  const auto lanes = static_cast<std::size_t>(body_lanes());
+  const auto lanes = static_cast<std::size_t>(body_lanes(together));
   int stopped = 0;
   for (std::size_t first = 0; first < scenes.size(); first += lanes) {
     const auto packed = pack_bodies(together.members().subspan(first, lanes));
@@ -126,13 +142,13 @@ TEST(Ensemble, SomeStepsOfThatAreHard) {
   for (const int N : {3, 4}) expect_hard_steps(N);
 }
 
-template <Isa isa>
-std::vector<double> after(const BodiesSideBySide& given, std::vector<double> states,
+template <Isa isa, class Scalar>
+std::vector<double> after(const BodiesSideBySide<Scalar>& given, std::vector<double> states,
                           std::int64_t steps) {
-  constexpr std::size_t lanes = vector_width(isa);
-  const auto each = states.size() / 8;
-  for (std::size_t k = 0; k < 8; k += lanes) {
-    BodiesSideBySide some = given;
+  constexpr std::size_t lanes = vector_width<Scalar>(isa);
+  const auto each = states.size() / 16;
+  for (std::size_t k = 0; k < 16; k += lanes) {
+    auto some = given;
     const auto rotate = [k](auto& stages) {
       for (auto& stage : stages)
         std::rotate(stage.begin(), stage.begin() + static_cast<std::ptrdiff_t>(k), stage.end());
@@ -145,23 +161,30 @@ std::vector<double> after(const BodiesSideBySide& given, std::vector<double> sta
   return states;
 }
 
+template <class Scalar>
+void expect_the_same_bits(int N, const char* arithmetic, const char* scalar) {
+  auto scenes = bodies(16, "variational", 4, arithmetic, 0.1, true, N);
+  for (auto& scene : scenes) scene.method->scalar = scalar;
+  const Scene together = resolved(ensemble_of(scenes));
+  const auto given = side_by_side<Scalar>(together.members(), 16);
+  std::vector<double> states;
+  for (const Scene& body : together.members()) {
+    const auto state = saved(*make_simulation(body));
+    states.insert(states.end(), state.begin(), state.end());
+  }
+  const auto expected = after<Isa::baseline>(given, states, 100);
+  EXPECT_EQ(after<Isa::avx2>(given, states, 100), expected) << N << arithmetic << scalar;
+  if (widest_isa() == Isa::avx512) {
+    EXPECT_EQ(after<Isa::avx512>(given, states, 100), expected) << N << arithmetic << scalar;
+  }
+}
+
 TEST(Ensemble, EveryInstructionSetGivesTheSameBits) {
   if (widest_isa() == Isa::baseline) GTEST_SKIP() << "a machine with the baseline alone";
   for (const int N : {3, 4})
     for (const char* arithmetic : {"plain", "compensated"}) {
-      const Scene together =
-          resolved(ensemble_of(bodies(8, "variational", 4, arithmetic, 0.1, true, N)));
-      const BodiesSideBySide given = side_by_side(together.members(), 8);
-      std::vector<double> states;
-      for (const Scene& body : together.members()) {
-        const auto state = saved(*make_simulation(body));
-        states.insert(states.end(), state.begin(), state.end());
-      }
-      const auto expected = after<Isa::baseline>(given, states, 100);
-      EXPECT_EQ(after<Isa::avx2>(given, states, 100), expected) << N << arithmetic;
-      if (widest_isa() == Isa::avx512) {
-        EXPECT_EQ(after<Isa::avx512>(given, states, 100), expected) << N << arithmetic;
-      }
+      expect_the_same_bits<double>(N, arithmetic, "double");
+      expect_the_same_bits<float>(N, arithmetic, "float");
     }
 }
 
@@ -171,6 +194,11 @@ TEST(Ensemble, ExtremeScalesGoAlone) {
   EXPECT_TRUE(can_be_packed(resolved(description(body, 0.1, "rk4"))));
   body.M *= 1e-150;
   EXPECT_FALSE(can_be_packed(resolved(description(body, 0.1, "rk4"))));
+  body.M *= 1e143;
+  auto in_float = description(body, 0.1, "rk4");
+  EXPECT_TRUE(can_be_packed(resolved(in_float)));
+  in_float.method->scalar = "float";
+  EXPECT_FALSE(can_be_packed(resolved(in_float)));
 }
 
 /// Where a scene ends, if it does within so many steps.

@@ -8,6 +8,7 @@
 #include "engine/methods/variational.h"
 #include "engine/simulation/simulation.h"
 #include "tests/support/body_state.h"
+#include "tests/support/printed_series.h"
 #include "tests/support/quadruple.h"
 
 namespace stiefel {
@@ -52,12 +53,60 @@ struct Start {
   }
 };
 
+const auto orders = PreprocessedVariational::traits.orders;
+
 TEST(PreprocessedVariational, HasItsOrders) {
   for (unsigned seed = 1; seed <= 4; ++seed)
-    for (const int order : {4, 6, 8, 10}) {
+    for (const int order : orders) {
       const Start start = Start::random(seed);
-      EXPECT_NEAR(std::log2(start.error(order, 80) / start.error(order, 160)), order, 0.05) << seed;
+      // Coarse enough for quadruple precision to see the errors.
+      const int steps = order > 14 ? 4 : order > 10 ? 10 : 80;
+      EXPECT_NEAR(std::log2(start.error(order, steps) / start.error(order, 2 * steps)), order, 0.05)
+          << seed;
     }
+}
+
+/// The series found from the motion is the published one, from whichever point of the motion.
+TEST(PreprocessedVariational, HasThePublishedSeries) {
+  const Quad h = 0.1;
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    const Start start = Start::random(seed);
+    const PrincipalMoments3<Quad> I(start.lambda);
+    const Vector3<Quad> m = start.x.tail<3>(), later = start.exact().tail<3>();
+    for (const int order : {4, 6, 8, 10}) {
+      const auto published = testing::PrintedSeries<Quad>(I, order).inverse(m, h);
+      for (const Vector3<Quad>& point : {m, later}) {
+        const auto J = ModifiedSeries<Quad>(I, point, order)(h);
+        EXPECT_LT(
+            static_cast<double>((J.moments.cwiseProduct(published).array() - 1).abs().maxCoeff()),
+            1e-31);
+        for (int i = 0; i < 3; ++i)
+          EXPECT_LT(static_cast<double>(
+                        abs(J.moments((i + 1) % 3) - J.moments((i + 2) % 3) - J.differences(i))),
+                    1e-31);
+      }
+    }
+  }
+}
+
+/// Its limit is no series any more: the discrete body takes exact steps.
+TEST(PreprocessedVariational, ConvergesToExactSteps) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    const Start start = Start::random(seed);
+    const PrincipalMoments3<Quad> I(start.lambda);
+    const Vector3<Quad> m = start.x.tail<3>();
+    const Quad h = Quad(0.5) / m.cwiseQuotient(I.moments).norm();
+    const auto twenty = ModifiedSeries<Quad>(I, m, 40)(h),
+               twice = ModifiedSeries<Quad>(I, m, 80)(h);
+    EXPECT_LT(static_cast<double>((twenty.moments - twice.moments).norm()), 1e-20);
+    DiscreteBody3<Quad, true, Arithmetic::compensated> body;
+    Accumulator<Body::State, Arithmetic::compensated> x(start.x);
+    const DiscreteInertia3<Quad> J(twice, h);
+    ASSERT_TRUE(body.solve(x, J));
+    body.transport(x, J);
+    const auto exact = Exact::MotionOf<Body>::make(Body(start.lambda), start.x).at(h);
+    EXPECT_LT(static_cast<double>((x.value - exact).norm()), 1e-30) << seed;
+  }
 }
 
 /// The example of Hairer and Vilmart 2006.
@@ -132,7 +181,7 @@ TEST(PreprocessedVariational, KeepsARod) {
   const Start start = Start::of(I, I.cwiseProduct(omega));
   using Space = So3<double, true>;
   const RigidBody<Space> body(start.lambda.cast<double>());
-  for (const int order : {4, 6, 8, 10}) {
+  for (const int order : orders) {
     PreprocessedVariational::Map<RigidBody<Space>, Arithmetic::compensated> map(body, 1e-3, order);
     auto state = map.start(start.x.cast<double>());
     const auto twice_energy = [&] {
@@ -148,7 +197,7 @@ TEST(PreprocessedVariational, KeepsARod) {
 /// J of rods of any thinness: a tumbling one follows the exact motion like any other body.
 TEST(PreprocessedVariational, FollowsThinRods) {
   for (const double thin : {1e-3, 1e-6, 1e-9, 1e-12})
-    for (const int order : {4, 6, 8, 10}) {
+    for (const int order : orders) {
       Start start = Start::of({1, 1 + Quad(thin) / 3, thin}, {0.5, -0.7, 0.8 * Quad(thin)});
       const Vector<double> lambda = start.lambda.cast<double>();
       start.lambda = lambda.cast<Quad>();

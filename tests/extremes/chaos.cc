@@ -45,13 +45,7 @@ TEST(Chaos, TwoPrecisionsPart) {
       of_precision.see(step, error_of(read_motion(*done.scene, *done.simulation), exact).largest());
     }
     Record r = record_of("chaos", "V(2,5), Λ over 1 : 16, seed " + std::to_string(seed), d, done);
-    const auto say = [&](std::string measure, double value, double bound, std::string why) {
-      r.measure = std::move(measure);
-      r.value = value;
-      r.bound = bound;
-      r.why = std::move(why);
-      report(r);
-    };
+    const auto say = [&](const auto&... what) { report(r.with(what...)); };
     std::ostringstream when;
     when.precision(3);
     when << "error e^{" << of_motions.rate() / 0.1 << " t} u; two precisions are 1e-2 apart from "

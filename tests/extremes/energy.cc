@@ -60,13 +60,7 @@ void measure_energy(unsigned seed, double h, std::int64_t steps, std::int64_t ev
   std::ostringstream name;
   name << "V(2,5), Λ over 1 : 16, seed " << seed << ", h = " << h << ", " << steps << " steps";
   Record r = record_of("energy", name.str(), d, done);
-  const auto say = [&](const char* measure, double value, double bound, std::string why) {
-    r.measure = measure;
-    r.value = value;
-    r.bound = bound;
-    r.why = std::move(why);
-    report(r);
-  };
+  const auto say = [&](const auto&... what) { report(r.with(what...)); };
   r.limit = limit;
   const double most = largest_modified_part(scene, E_0);
   say("energy moves", E_moves, most, "(h²/24) λ_max (2E/λ_min)², and no drift");

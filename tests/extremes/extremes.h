@@ -24,6 +24,15 @@ struct Record {
   double seconds = 0;
   /// Of a bound that is not met: what happens there.
   std::optional<std::string> limit = {};
+
+  Record with(std::string what, double is, double at_most, std::string because) const {
+    Record r = *this;
+    r.measure = std::move(what);
+    r.value = is;
+    r.bound = at_most;
+    r.why = std::move(because);
+    return r;
+  }
 };
 
 /// Writes a record where `--long FILE` says, and expects it to hold: value ≤ bound, and where

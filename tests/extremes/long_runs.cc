@@ -83,14 +83,8 @@ void run_for_long(const LongRun& what, const std::string& arithmetic) {
     }
   }
   const bool plain = arithmetic == "plain", frames = r.system == "stiefel";
-  const auto say = [&](const std::string& measure, double value, double bound, std::string why) {
-    r.measure = measure;
-    r.value = value;
-    r.bound = bound;
-    r.why = std::move(why);
-    r.seconds = seconds;
-    report(r);
-  };
+  r.seconds = seconds;
+  const auto say = [&](const auto&... found) { report(r.with(found...)); };
   std::ostringstream scenes;
   scenes << ", RMS of " << what.seeds << " scenes";
   const auto curve = [&](const std::string& name, const Growth& growth, double kappa) {

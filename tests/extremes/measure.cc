@@ -62,15 +62,12 @@ void measure(const Row& row) {
     const auto limit = row.limit(way);
     Record worst = r;  // of a way with a known limit, which is all that is reported of it
     worst.bound = 1;
-    const auto say = [&](const char* measure, double value, double bound, std::string why) {
-      r.measure = measure;
-      r.value = value;
-      r.bound = bound;
-      r.why = std::move(why);
+    const auto say = [&](const auto&... what) {
+      const Record said = r.with(what...);
       if (!limit)
-        report(r);
-      else if (!(value / bound <= worst.value / worst.bound))
-        worst = r;
+        report(said);
+      else if (!(said.value / said.bound <= worst.value / worst.bound))
+        worst = said;
     };
     const auto last = [&] {
       if (!limit) return;

@@ -45,13 +45,7 @@ void measure_step(SceneDescription d, double h_omega, double h, std::int64_t ste
   name << "h‖Ω‖ = " << h_omega << (h < 0 ? ", back" : "")
        << (d.inertia.size() == 3 ? ", N = 3" : "");
   Record r = record_of("steps", name.str(), d, done);
-  const auto say = [&](const char* measure, double value, double bound, std::string why) {
-    r.measure = measure;
-    r.value = value;
-    r.bound = bound;
-    r.why = std::move(why);
-    report(r);
-  };
+  const auto say = [&](const auto&... what) { report(r.with(what...)); };
   if (done.ending.outcome == Outcome::left_domain) {
     // From the state at which it ended.
     SceneDescription there = d;

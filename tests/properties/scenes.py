@@ -19,6 +19,7 @@ class Pair(NamedTuple):
     method: str = ""  # of a discrete system
     order: int = 0  # of a method that has none
     where: str = ""
+    in_float: bool = False
 
     def __str__(self):
         return "-".join([self.system, *([self.method] if self.method else []), *([str(self.order)] if self.order else [])])
@@ -33,7 +34,7 @@ def catalogue():
 @functools.cache
 def every_pair():
     orders = {method.name: method.orders or [0] for method in catalogue().methods} | {"": [0]}
-    return [Pair(system.name, on.method, order, on.where)
+    return [Pair(system.name, on.method, order, on.where, on.in_float)
             for system in catalogue().systems for on in system.methods for order in orders[on.method]]
 
 
@@ -118,8 +119,9 @@ def body_blocks(system, inertia, Q, Omega, h):
 
 
 @st.composite
-def scenes(draw, pair, sizes=(3, 4, 5)):
-    """A scene as its author would write it: method, order and arithmetic, blocks as arrays."""
+def scenes(draw, pair, sizes=(3, 4, 5), rows=None):
+    """A scene as its author would write it: method, order and arithmetic, blocks as arrays. `rows` of a frame, or any
+    number."""
     h = draw(st.sampled_from([1 / 16, 1 / 8, -1 / 16, 1 / 32]))
     scene = {"system": pair.system, "step": h}
     if pair.method:
@@ -127,6 +129,8 @@ def scenes(draw, pair, sizes=(3, 4, 5)):
                            "substeps": draw(st.sampled_from([1, 2]))}
         if pair.order and pair.method != "adaptive":
             scene["method"]["order"] = pair.order
+        if pair.in_float:
+            scene["method"]["scalar"] = draw(st.sampled_from(["double", "float"]))
     if pair.system == "double_bracket":
         return scene | double_bracket(draw)
     N = 3 if pair.where == "N = 3" else draw(st.sampled_from(sizes))
@@ -138,7 +142,7 @@ def scenes(draw, pair, sizes=(3, 4, 5)):
         scene["parameter"] = mu
         scene["initial"] = {"Q": Q, "P": parametric_P(Q, inertia, rate * momentum(inertia, U), mu)}
     elif "stiefel" in pair.system or pair.system == "ellipsoid":
-        n = 1 if pair.system == "ellipsoid" else draw(st.integers(1, N - 1))
+        n = 1 if pair.system == "ellipsoid" else rows or draw(st.integers(1, N - 1))
         scene["initial"] = frame_blocks(pair.system, inertia, Q[:n], U, h)
     else:
         scene["initial"] = body_blocks(pair.system, inertia, Q, U, h)
@@ -149,6 +153,28 @@ def double_bracket(draw):
     blocks = {name: (draw(matrices(2, 3)) + 1j * draw(matrices(2, 3))) / 2 for name in "QP"}
     return {"inertia_u": draw(st.lists(sixteenths(1, 2), min_size=2, max_size=2)),
             "inertia_v": draw(st.lists(sixteenths(1, 2), min_size=3, max_size=3)), "initial": blocks}
+
+
+@st.composite
+def ensembles(draw, pair):
+    """Scenes of one shape, method and step, and the same scenes as one with `members`."""
+    size, rows = draw(st.sampled_from([3, 4, 5])), draw(st.integers(1, 2))
+    alone = draw(st.lists(scenes(pair, (size,), rows), min_size=2, max_size=9))
+    together = dict(alone[0], members=len(alone))
+    for scene in alone[1:]:
+        scene.update({name: together[name] for name in ("method", "step") if name in together})
+    for name in together.keys() & {"inertia", "inertia_u", "inertia_v"}:
+        together[name] = np.concatenate([scene[name] for scene in alone])
+    together["initial"] = {name: np.stack([scene["initial"][name] for scene in alone]) for name in together["initial"]}
+    if "symmetric" in pair.system or pair.system == "reduced_rigid_body":
+        for scene in (*alone, together):  # one for all of them, with which epsilon ||M|| < 2
+            scene["epsilon"] = 1 / 16
+    return alone, together
+
+
+def unit(scene):
+    """The rounding of the numbers that the scene is computed in."""
+    return 2**-24 if scene.get("method", {}).get("scalar") == "float" else 2**-53
 
 
 def any_scenes(**options):

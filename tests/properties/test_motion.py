@@ -6,9 +6,12 @@ import scenes
 import stiefel
 from stiefel.v1 import catalogue_pb2
 
-# 100 u sqrt(steps), and condition numbers of up to about 10 (maps solved at h ||Omega|| <= 1/8).
 STEPS = 64
-ROUNDING = 100 * 2**-53 * STEPS**0.5 * 10
+
+
+def rounding(scene):
+    """100 u sqrt(steps), and condition numbers of up to about 10 (maps solved at h ||Omega|| <= 1/8)."""
+    return 100 * scenes.unit(scene) * STEPS**0.5 * 10
 
 
 @given(data=st.data())
@@ -23,15 +26,16 @@ def test_what_is_kept_is_kept(client, pair, data):
             family = invariant.name.partition("[")[0]
             assert invariant.kept == declared[family], invariant.name
             exact = invariant.kept == catalogue_pb2.KEPT_EXACT
-            assert invariant.drift <= (ROUNDING if exact else 1e-2), invariant.name
+            assert invariant.drift <= (rounding(scene) if exact else 1e-2), invariant.name
         if declared.get("orthogonality") == catalogue_pb2.KEPT_EXACT and diagnosis.HasField("orthogonality"):
-            assert diagnosis.orthogonality <= ROUNDING
+            assert diagnosis.orthogonality <= rounding(scene)
 
 
 @given(data=st.data())
 def test_forth_and_back(client, pair, data):
-    """A reversible method undoes its steps. The step of a discrete system is part of its state."""
-    scene = data.draw(scenes.scenes(pair))
+    """A reversible method undoes its steps. The step of a discrete system is part of its state; a frame in float may
+    be too far off to start from."""
+    scene = data.draw(scenes.scenes(pair._replace(in_float=False)))
     if not any(method.reversible for method in scenes.catalogue().methods if method.name == pair.method):
         return
     with client.create(scene) as session:
@@ -40,7 +44,7 @@ def test_forth_and_back(client, pair, data):
     with client.create(back) as session:
         home = session.step(to=STEPS)
     for name in start.fields:
-        np.testing.assert_allclose(home[name], start[name], rtol=0, atol=10 * ROUNDING)
+        np.testing.assert_allclose(home[name], start[name], rtol=0, atol=10 * rounding(scene))
 
 
 def outcome(diagnosis):

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 from pathlib import Path
 from typing import Any, Mapping, Union
@@ -36,7 +37,7 @@ def to_message(scene: SceneLike) -> scene_pb2.Scene:
         if isinstance(part, dict):
             part.update((name, np.ravel(part[name]).tolist()) for name in _LISTS & part.keys())
     try:
-        message = json_format.ParseDict(description, scene_pb2.Scene())
+        message = json_format.ParseDict(_in_json(description), scene_pb2.Scene())
         for name, block in tensors.items():
             _set_tensor(message.initial_tensors[name], block)
         return message
@@ -51,7 +52,7 @@ def to_dict(scene: SceneLike) -> dict[str, Any]:
 
 def to_matrix(block: Any) -> scene_pb2.Matrix:
     """The message of an array, nested list or mapping."""
-    return json_format.ParseDict(_matrix(_plain(block)), scene_pb2.Matrix())
+    return json_format.ParseDict(_in_json(_matrix(_plain(block))), scene_pb2.Matrix())
 
 
 def to_array(matrix: scene_pb2.Matrix) -> np.ndarray:
@@ -69,6 +70,17 @@ def _plain(value: Any) -> Any:
     if isinstance(value, np.ndarray):
         return value if np.iscomplexobj(value) else value.tolist()
     return value.item() if isinstance(value, np.generic) else value
+
+
+def _in_json(value: Any) -> Any:
+    """NaN and the infinities in protobuf's words for them: the server says where they stand and what is wrong."""
+    if isinstance(value, Mapping):
+        return {key: _in_json(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_in_json(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return "NaN" if math.isnan(value) else "Infinity" if value > 0 else "-Infinity"
+    return value
 
 
 def _is_large(block: Any) -> bool:

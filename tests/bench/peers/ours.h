@@ -54,31 +54,41 @@ inline Answer turn_adaptively(const Task& task, MethodDescription method) {
   return turn(task, method, task.time / rotations, static_cast<std::int64_t>(rotations));
 }
 
-/// Every method of the catalogue for rigid_body, in every order and arithmetic, without `exact`,
-/// which has no step to refine.
+/// `method` as it comes without further words, but for its order and arithmetic.
+inline Contestant contestant_of(const MethodInfo& method, int order, const std::string& arithmetic,
+                                bool in_float) {
+  const bool adaptive = method.default_tolerance > 0;
+  MethodDescription description{std::string(method.name), {}, {}, arithmetic, {}};
+  std::string name(method.name);
+  if (method.orders.size() > 1) {
+    description.order = order;
+    name.append(" ").append(std::to_string(order));
+  }
+  name.append(", ").append(arithmetic);
+  if (in_float) {
+    description.scalar = "float";
+    name.append(", float");
+  }
+  const auto run = [=](const Task& task) {
+    return adaptive ? turn_adaptively(task, description)
+                    : turn(task, description, task.time / task.setting,
+                           static_cast<std::int64_t>(task.setting));
+  };
+  return {"stiefel", name, adaptive ? "tolerance" : "steps", "steps", run};
+}
+
+/// Every method of the catalogue for rigid_body, in every order, arithmetic and scalar, without
+/// `exact`, which has no step to refine.
 inline std::vector<Contestant> our_contestants() {
   std::vector<Contestant> contestants;
   for (const MethodOnSystem& on_system : catalogue().system("rigid_body")->methods) {
     const MethodInfo& method = *catalogue().method(on_system.method);
     if (method.name == "exact") continue;
-    const bool adaptive = method.default_tolerance > 0;
-    for (const int order : method.orders) {
-      for (const char* arithmetic : {"plain", "compensated"}) {
-        MethodDescription description{std::string(method.name), {}, {}, arithmetic};
-        std::string name(method.name);
-        if (method.orders.size() > 1) {
-          description.order = order;
-          name.append(" ").append(std::to_string(order));
-        }
-        const auto run = [=](const Task& task) {
-          return adaptive ? turn_adaptively(task, description)
-                          : turn(task, description, task.time / task.setting,
-                                 static_cast<std::int64_t>(task.setting));
-        };
-        name.append(", ").append(arithmetic);
-        contestants.push_back({"stiefel", name, adaptive ? "tolerance" : "steps", "steps", run});
-      }
-    }
+    for (const int order : method.orders)
+      for (const char* arithmetic : {"plain", "compensated"})
+        for (const bool in_float : {false, true})
+          if (on_system.in_float || !in_float)
+            contestants.push_back(contestant_of(method, order, arithmetic, in_float));
   }
   return contestants;
 }
