@@ -38,7 +38,7 @@ class FramePass {
                        const Scalar* Y1_h, const FrameSums<Scalar>& moments) = 0;
 };
 
-/// The pass for n rows that is compiled for `isa`: that of doubles in frame_pass_ISA.cc.
+/// The pass for n rows that is compiled for `isa`: that of doubles from frame_pass.cc.in.
 template <class Scalar, Arithmetic arithmetic, Under under, Isa isa>
 std::unique_ptr<FramePass<Scalar>> make_frame_pass_on(std::ptrdiff_t n);
 

@@ -219,7 +219,7 @@ std::unique_ptr<FramePass<Scalar>> make_frame_pass_on(std::ptrdiff_t n) {
   }
 }
 
-// Compiled once, in frame_pass.cc, frame_pass_avx2.cc and frame_pass_avx512.cc.
+// Compiled once for each instruction set, from frame_pass.cc.in.
 extern template std::unique_ptr<FramePass<double>>
     make_frame_pass_on<double, Arithmetic::compensated, Under::S, Isa::baseline>(std::ptrdiff_t);
 extern template std::unique_ptr<FramePass<double>>

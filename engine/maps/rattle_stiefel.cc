@@ -2,6 +2,7 @@
 
 namespace stiefel {
 
+template class FramePass<double>;
 template class RattleStiefel<double, Arithmetic::compensated>;
 template class RattleStiefel<double, Arithmetic::plain>;
 template class RattleStiefel<double, Arithmetic::compensated, Under::Qdot>;

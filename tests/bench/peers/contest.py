@@ -32,10 +32,11 @@ class Counts:
     patience: float
     bodies: int
     steps: int
+    seconds: float
 
 
-FULL = Counts(rotations=1000, repeats=7, patience=8, bodies=256, steps=100)
-SMOKE = Counts(rotations=2, repeats=1, patience=0.05, bodies=4, steps=10)
+FULL = Counts(rotations=1000, repeats=7, patience=8, bodies=256, steps=2000, seconds=0.1)
+SMOKE = Counts(rotations=2, repeats=1, patience=0.05, bodies=4, steps=10, seconds=0)
 
 
 def measure(program: Path, python: Optional[Path], counts: Counts) -> tuple[list[dict], dict]:
@@ -58,7 +59,7 @@ def measure(program: Path, python: Optional[Path], counts: Counts) -> tuple[list
             "reference_uncertainty": motion.uncertainty,
             "reached": {c.title: asdict(point) for c, point in reached.items()},
             "curves": {title: [asdict(p) for p in points] for title, points in measured.items()}}
-    rows += ensemble.measure(contestants, counts.bodies, counts.steps, counts.repeats)
+    rows += ensemble.measure(contestants, counts.bodies, counts.steps, counts.seconds, counts.repeats)
     for contestant in (reference, *contestants):
         contestant.process.stop()
     return rows, {"target": TARGET, "rotations": counts.rotations, "contestants": [_about(c) for c in contestants],

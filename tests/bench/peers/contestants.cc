@@ -3,6 +3,7 @@
 #include <boost/version.hpp>
 #include <iostream>
 
+#include "engine/simulation/ensemble.h"
 #include "tests/bench/peers/odeint.h"
 #include "tests/bench/peers/ours.h"
 #include "tests/bench/peers/reference.h"
@@ -35,6 +36,7 @@ nlohmann::json answer(const std::vector<Contestant>& all, const nlohmann::json& 
 }  // namespace
 
 int main() {
+  limit_ensemble_threads(1);  // like MuJoCo's models: body-steps per core are compared
   const std::vector<Contestant> all = everybody();
   nlohmann::json who = nlohmann::json::array();
   for (const Contestant& c : all) {
