@@ -12,7 +12,7 @@ FORM = os.environ.get("HYPOTHESIS_PROFILE", "short")
 _SAME_EVERY_TIME = dict(derandomize=True, database=None, deadline=None, print_blob=False,
                         suppress_health_check=list(HealthCheck))
 settings.register_profile("short", max_examples=3, **_SAME_EVERY_TIME)
-settings.register_profile("long", max_examples=40, **_SAME_EVERY_TIME)
+settings.register_profile("long", max_examples=20, **_SAME_EVERY_TIME)
 settings.load_profile(FORM)
 
 
