@@ -100,8 +100,10 @@ bool CayleyN<Scalar, arithmetic>::fixed_point(const Matrix<Scalar>& K) {
   for (int k = 0; k < most; ++k) {
     const Scalar size = sweep_(hOmega_, C_);
     const Scalar ratio = k == 0 ? slow : size / last;
-    if (!(size <= last * slow) && k > 1) return size <= 16 * enough * C_.cwiseAbs().maxCoeff();
-    if (size * ratio <= enough * C_.cwiseAbs().maxCoeff()) return true;
+    // The angles of U, of which none is large however large C is.
+    const Scalar angle = std::min<Scalar>(1, C_.cwiseAbs().maxCoeff());
+    if (!(size <= last * slow) && k > 1) return size <= 16 * enough * angle;
+    if (size * ratio <= enough * angle) return true;
     last = size;
   }
   return false;

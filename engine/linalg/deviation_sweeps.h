@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/linalg/compensated.h"
+#include "engine/linalg/lagged_anderson.h"
 #include "engine/linalg/mirror.h"
 
 namespace stiefel {
@@ -13,9 +14,10 @@ namespace stiefel {
 ///
 ///     (Λ + X)ᵀ(Λ + X) = Λ²   ⟺   R_ij = −(XᵀX)_ij / (λ_i + λ_j),
 ///
-/// by the fixed point that this is, one symmetric product a sweep. Small quantities stay relatively
-/// accurate. Any symmetric R satisfies UΛ − ΛUᵀ = hM, so what is watched is Λ⁻¹(WᵀW − Λ²)Λ⁻¹ =
-/// UᵀU − I, W = Λ + X. For λ_i > 0 of moderate spread.
+/// by the fixed point that this is, one symmetric product a sweep; its derivative is a commutator
+/// with hΩ at Λ = I, whose eigenvalues are imaginary, hence LaggedAnderson. Small quantities stay
+/// relatively accurate. Any symmetric R satisfies UΛ − ΛUᵀ = hM, so what is watched is Λ⁻¹(WᵀW −
+/// Λ²)Λ⁻¹ = UᵀU − I, W = Λ + X. For λ_i > 0 of moderate spread.
 template <class Scalar>
 class DeviationSweeps {
  public:
@@ -44,13 +46,14 @@ class DeviationSweeps {
   void form_hOmegaLambda(const Matrix<Scalar>& K);
   void form_X();
 
-  /// R ← −XᵀX/(λ_i + λ_j); the largest change of UᵀU − I.
+  /// R ← −XᵀX/(λ_i + λ_j), accelerated; the largest change of UᵀU − I.
   Scalar correct();
 
   /// The largest element of U − I and of its transpose.
   Scalar size() const;
 
   Vector<Scalar> inverse_, next_;
+  LaggedAnderson<Scalar> accelerate_;
   Matrix<Scalar> hOmegaLambda_;
 };
 
@@ -62,7 +65,8 @@ DeviationSweeps<Scalar>::DeviationSweeps(const Vector<Scalar>& lambda)
       X_(Matrix<Scalar>::Zero(N_, N_)),
       G_(X_),
       inverse_(lambda.cwiseInverse()),
-      next_(N_),
+      next_(R_),
+      accelerate_(R_.size()),
       hOmegaLambda_(X_) {}
 
 template <class Scalar>
@@ -71,6 +75,7 @@ bool DeviationSweeps<Scalar>::sweep(const Matrix<Scalar>& K, bool to_its_last_bi
   constexpr int most = 40;
   form_hOmegaLambda(K);
   form_X();
+  accelerate_.restart();
   const Scalar size = this->size(), enough = unit * (to_its_last_bit ? size * size : size);
   if (!(size <= 1)) return false;
   Scalar last = 0;
@@ -103,11 +108,11 @@ Scalar DeviationSweeps<Scalar>::correct() {
   Scalar defect = 0;
   for (Eigen::Index j = 0; j < N_; ++j) {
     const auto inverse = inverse_.head(j + 1).array() + inverse_(j);
-    auto next = next_.head(j + 1);
+    auto next = next_.segment(j * (j + 1) / 2, j + 1);
     next = -G_.col(j).head(j + 1).array() / (lambda_.head(j + 1).array() + lambda_(j));
     defect = std::max<Scalar>(defect, ((next - R_column(j)).array().abs() * inverse).maxCoeff());
-    R_column(j) = next;
   }
+  accelerate_(R_, next_);
   return defect;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace stiefel {
@@ -12,17 +13,21 @@ namespace stiefel {
 template <class Solve>
 double follow_branch(double end, Solve&& solve,
                      double longest = std::numeric_limits<double>::infinity()) {
-  constexpr double accuracy = 0.5e-3, smallest = 1e-9;
+  constexpr double accuracy = 0.5e-3, smallest = 1e-300;
   double reached = 0, stride = end / 4;
+  int halvings = 0;
   while (reached < end) {
     stride = std::min(stride, longest);
     const double t = reached + stride < end ? reached + stride : end;
     if (solve(t)) {
       reached = t;
       stride *= 2;
+    } else if (reached == 0) {  // too far by any power of ten
+      stride = std::ldexp(t, -(halvings += 5));
+      if (stride < smallest * end) return 0;
     } else {
       stride = (t - reached) / 2;
-      if (stride < accuracy * reached || stride < smallest * end) return reached;
+      if (stride < accuracy * reached) return reached;
     }
   }
   return end;

@@ -15,8 +15,8 @@ template <class Scalar, Arithmetic arithmetic>
 class JDInverseN {
  public:
   using State = Accumulator<Matrix<Scalar>, arithmetic>;
-  /// At h‖Ω‖ = 0.2 each point of it saves half a sweep.
-  using Memory = History<Scalar, 12>;
+  /// At h‖Ω‖ = 0.2 each point of it saves half a sweep; more would only sum their roundings.
+  using Memory = History<Scalar, 14>;
 
   JDInverseN(const Vector<Scalar>& lambda, Scalar h)
       : JDInverseN(lambda, h, binary_unit<Scalar>(lambda.maxCoeff())) {}

@@ -29,7 +29,8 @@ class NewtonKrylov {
     for (int k = 0; k < most; ++k) {
       sweep(z, g_);
       f_ = g_ - z;
-      const Scalar scale = std::max<Scalar>(z.norm(), g_.norm());
+      // Of the solution; far from it g may be larger by powers of h.
+      const Scalar scale = z.norm() > Scalar(0) ? z.norm() : g_.norm();
       if (!f_.allFinite()) return false;
       if (f_.norm() == Scalar(0)) return true;
       find_delta(z, scale, sweep);

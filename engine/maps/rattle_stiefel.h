@@ -82,7 +82,7 @@ class RattleStiefel {
   void add_XX(const Matrix<Scalar>& VV, const Matrix<Scalar>& GV, const Matrix<Scalar>& GG,
               Scalar h, Matrix<Scalar>& sum);
 
-  Scalar h_, unit_;  ///< unit_: where S is carried h is counted in it, and so is Λ
+  Scalar h_, unit_;  ///< unit_ of h: Λ's under S, else 1
   Eigen::Index n_;
   Vector<Scalar> inverse_;  ///< Λ⁻¹, then zeros
   std::unique_ptr<FramePass<Scalar>> pass_;

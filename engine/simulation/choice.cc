@@ -6,7 +6,7 @@
 #include <limits>
 #include <optional>
 
-#include "engine/simulation/measurement.h"
+#include "engine/simulation/error_growth.h"
 #include "engine/simulation/scene_draft.h"
 
 namespace stiefel {
@@ -61,6 +61,7 @@ class Chooser {
   std::int64_t steps_;
   std::vector<Candidate> all_;
   Samples samples_;
+  ErrorGrowth growth_;  ///< of the candidate in hand
   double left_ = budget;
   std::optional<Trial> best_;  ///< the cheapest that meets the tolerance
   Trial nearest_;              ///< of all, the one with the least error
@@ -78,7 +79,8 @@ Chooser::Trial Chooser::attempt(const Candidate& candidate, const MethodDescript
   if (!result.ending.reached() || result.errors.empty()) return trial;
   const std::size_t samples = result.errors.size();
   double error = result.largest_error(samples) + samples_.answers[samples - 1].error;
-  if (result.steps < steps_) error *= caution * growth(candidate, result, samples_, steps_);
+  const double growth = growth_.beyond(candidate, result, samples_, steps_);
+  if (result.steps < steps_) error *= caution * growth;
   trial.error = std::isfinite(error) ? error / tolerance_ : infinity;
   trial.cost = result.work * static_cast<double>(steps_) / static_cast<double>(result.steps);
   if (trial.error < nearest_.error) nearest_ = trial;
@@ -171,6 +173,7 @@ std::expected<Choice, Violations> Chooser::choose() {
              other->weight <= candidate.weight;
     });
     if (sibling) continue;
+    growth_ = {};
     const auto trial =
         candidate.own_steps ? loosest_tolerance(candidate) : fewest_substeps(candidate);
     if (!trial) continue;

@@ -73,6 +73,12 @@ std::expected<Conversion, ConversionRefusal> convert(const Scene& scene,
     for (const char* name : other_targets) rule.append(" ").append(name);
     return refuse("to", target.name, rule);
   }
+  Conversion out;
+  if (target.name == scene.system() && !target.epsilon && !target.parameter &&
+      !scene.description().body) {
+    out.scene = scene;
+    return out;
+  }
   if (from == nullptr || from->read == nullptr)
     return refuse("scene.system", scene.system(), "has no other form");
   if (!scene.members().empty())
@@ -82,18 +88,12 @@ std::expected<Conversion, ConversionRefusal> convert(const Scene& scene,
   if (is_rigid(scene.system()) && !scene.has_frame())
     return refuse("scene.initial.Q", "absent", "must be there: other forms are of Q");
 
-  Conversion out;
   const auto phase = from->read(scene, out.margins);
   if (!phase) return std::unexpected(ConversionRefusal(phase.error()));
   if (is_rigid(target.name) && !phase->square())
     return refuse("to", target.name,
                   "needs n = N: Q is " + std::to_string(phase->Q.rows()) + " x " +
                       std::to_string(phase->Q.cols()));
-  if (target.name == scene.system() && !target.epsilon && !target.parameter &&
-      !scene.description().body) {
-    out.scene = scene;
-    return out;
-  }
   ConversionTarget wanted = target;
   if (!wanted.parameter) wanted.parameter = scene.description().parameter;
   auto expression = to->write(*phase, wanted, out.margins);
@@ -117,12 +117,12 @@ std::expected<Scene, Violations> scene_at(const Scene& scene, const Simulation& 
   if (out.body) {
     out.body->attitude = numbers("quaternion");
     out.body->angular_velocity = numbers("angular_velocity");
-    return Scene::resolve(std::move(out));
+    return Scene::resolve(std::move(out), Scene::drift_tolerance);
   }
   out.initial.clear();
   for (std::size_t i = 0; i < now.block_count(); ++i)
     out.initial[now.fields()[i].name] = block_of(now, i);
-  return Scene::resolve(std::move(out));
+  return Scene::resolve(std::move(out), Scene::drift_tolerance);
 }
 
 }  // namespace stiefel

@@ -52,6 +52,7 @@ std::expected<Conversion, ConversionRefusal> convert(const Scene& scene,
                                                      const ConversionTarget& target);
 
 /// The scene that starts where `now` is, a simulation of `scene`, without its solver's history.
+/// What the method has drifted off the manifold by is repaired up to Scene::drift_tolerance.
 std::expected<Scene, Violations> scene_at(const Scene& scene, const Simulation& now);
 
 }  // namespace stiefel

@@ -1,6 +1,7 @@
 #include "engine/systems/double_bracket.h"
 
 #include "engine/invariants/double_bracket.h"
+#include "engine/invariants/rigid_body.h"
 #include "engine/simulation/rigid_body_data.h"
 #include "engine/simulation/scene_draft.h"
 #include "engine/simulation/simulate.h"
@@ -47,6 +48,9 @@ void check(SceneDraft& draft) {
     const RowMatrix* real = draft.block(name, p, q);
     if (real == nullptr) continue;
     const RowMatrix& imaginary = given.initial.at(name).imaginary;
+    if (!draft.check_size(name, *real) ||
+        (imaginary.size() > 0 && !draft.check_size(name, imaginary)))
+      continue;
     Eigen::MatrixXd stored = Eigen::MatrixXd::Zero(2 * p, q);
     stored.topRows(p) = *real;
     if (imaginary.size() > 0) stored.bottomRows(p) = imaginary;
@@ -91,7 +95,7 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
     DoubleBracket<double> of = system;
     auto xi = of.zero();
     of.generator(x, xi);
-    return xi.operatorNorm();
+    return casimirs<double>(xi)(0);  // U and V as one real skew matrix
   };
   return simulate(scene, system, readout, 4 * rigid_body_cost(p + q + 1));
 }

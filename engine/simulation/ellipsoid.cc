@@ -76,7 +76,7 @@ void check(SceneDraft& draft) {
   if (const RowMatrix* p = draft.block("p", 1, N, false)) draft.set_block("p", *p);
   if (const RowMatrix* qdot = draft.block("qdot", 1, N, false)) {
     const double along = (*qdot * draft.scene().block("q").transpose())(0, 0);
-    if (!(std::abs(along) <= Scene::frame_tolerance * qdot->norm()))
+    if (!(std::abs(along) <= draft.largest_repair() * qdot->norm()))
       return draft.refuse("initial.qdot", "q·qdot = " + to_text(along), "must be orthogonal to q");
     draft.set_block("qdot", *qdot);
   }

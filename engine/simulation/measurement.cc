@@ -136,18 +136,4 @@ std::int64_t affordable_steps(const Samples& samples, double step_work, double w
   return longest == samples.steps.rend() ? samples.steps.front() : *longest;
 }
 
-double growth(const Candidate& candidate, const Run& run, const Samples& samples,
-              std::int64_t horizon_steps) {
-  const double ratio = static_cast<double>(horizon_steps) / static_cast<double>(run.steps);
-  if (ratio <= 1) return 1;
-  double power = 1;
-  if (!candidate.keeps_energy) {
-    const auto half = std::ranges::upper_bound(samples.steps, run.steps / 2);
-    const auto first = static_cast<std::size_t>(half - samples.steps.begin());
-    const double then = run.largest_error(first), now = run.largest_error(run.errors.size());
-    power = then > 0 && now > 0 ? std::clamp(std::log2(now / then), 1.0, 2.0) : 2;
-  }
-  return std::pow(ratio, power);
-}
-
 }  // namespace stiefel

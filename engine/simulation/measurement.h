@@ -25,6 +25,9 @@ struct Samples {
 Samples take_samples(const Scene& scene, std::int64_t steps, const ReferenceNeed& need,
                      const std::stop_token& stop);
 
+/// An error as large as what it is the error of: it grows no more, and does not fall yet.
+constexpr double saturated_error = 0.1;
+
 /// A run of a scene, and what it missed the reference by.
 struct Run {
   Ending ending;
@@ -47,10 +50,5 @@ Run run(const Scene& scene, double weight, const Samples& samples, std::int64_t 
 /// The largest sample whose run takes at most so much work when a step takes `step_work`; the first
 /// one at least.
 std::int64_t affordable_steps(const Samples& samples, double step_work, double work);
-
-/// How an error grows from a run of `steps` to the horizon: by the declared power of the time, and
-/// between linear and quadratic as the run's last half shows.
-double growth(const Candidate& candidate, const Run& run, const Samples& samples,
-              std::int64_t horizon_steps);
 
 }  // namespace stiefel

@@ -61,13 +61,14 @@ Violations check(const SceneDescription& all) {
 
 }  // namespace
 
-std::expected<std::vector<Scene>, Violations> resolve_members(SceneDescription& ensemble) {
+std::expected<std::vector<Scene>, Violations> resolve_members(SceneDescription& ensemble,
+                                                              double largest_repair) {
   Violations wrong = check(ensemble);
   if (!wrong.empty()) return std::unexpected(std::move(wrong));
   std::vector<Scene> members;
   members.reserve(static_cast<std::size_t>(*ensemble.members));
   for (int b = 0; b < *ensemble.members && wrong.size() < most_violations; ++b) {
-    auto resolved = Scene::resolve(member(ensemble, b));
+    auto resolved = Scene::resolve(member(ensemble, b), largest_repair);
     if (resolved) {
       members.push_back(*std::move(resolved));
       continue;

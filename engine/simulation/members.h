@@ -12,6 +12,7 @@ namespace stiefel {
 /// else is common to all. What it leaves open (order, epsilon, ...) is filled in, in `ensemble`
 /// too, the same for all members. The violations are of the first members that have any, at
 /// most 16.
-std::expected<std::vector<Scene>, Violations> resolve_members(SceneDescription& ensemble);
+std::expected<std::vector<Scene>, Violations> resolve_members(SceneDescription& ensemble,
+                                                              double largest_repair);
 
 }  // namespace stiefel

@@ -54,9 +54,9 @@ void check_body(SceneDraft& draft) {
   if (body.attitude.size() != 4)
     draft.refuse("body.attitude", to_text(body.attitude), "must have 4 numbers: w, x, y, z");
   else if (draft.all_finite("body.attitude", body.attitude) &&
-           !(std::abs(Eigen::Vector4d(body.attitude.data()).norm() - 1) <= Scene::frame_tolerance))
+           !(std::abs(Eigen::Vector4d(body.attitude.data()).norm() - 1) <= draft.largest_repair()))
     draft.refuse("body.attitude", to_text(body.attitude),
-                 "must have norm 1 to " + to_text(Scene::frame_tolerance));
+                 "must have norm 1 to " + to_text(draft.largest_repair()));
   if (!draft.sound()) return;
 
   const Eigen::Matrix3d& R = axes.rotation;

@@ -5,9 +5,10 @@
 
 namespace stiefel {
 
-std::expected<Scene, Violations> Scene::resolve(SceneDescription description) {
-  if (!description.members) return SceneDraft(std::move(description)).resolve();
-  auto members = resolve_members(description);
+std::expected<Scene, Violations> Scene::resolve(SceneDescription description,
+                                                double largest_repair) {
+  if (!description.members) return SceneDraft(std::move(description), largest_repair).resolve();
+  auto members = resolve_members(description, largest_repair);
   if (!members) return std::unexpected(std::move(members.error()));
   Scene ensemble = members->front();
   ensemble.description_ = std::move(description);

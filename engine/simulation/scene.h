@@ -89,14 +89,17 @@ class Scene {
   static constexpr int max_members = 1 << 16;
   /// Q is accepted, and repaired, up to this max |QQᵀ − I|; the same for | |attitude| − 1 |.
   static constexpr double frame_tolerance = 1e-6;
+  /// The same where a scene starts from a state that the engine reached: methods drift.
+  static constexpr double drift_tolerance = 1e-2;
   /// M is accepted, and its skew part taken, up to this max |M + Mᵀ| / max |M|.
   static constexpr double skew_tolerance = 1e-10;
   /// The least top-level `tolerance`: nothing in double precision is better.
   static constexpr double least_tolerance = 1e-15;
 
   /// Every violation at once, or the scene. With a tolerance instead of a method that takes a
-  /// measurement of about a second (choice.h).
-  static std::expected<Scene, Violations> resolve(SceneDescription description);
+  /// measurement of about a second (choice.h). Frames are repaired up to `largest_repair`.
+  static std::expected<Scene, Violations> resolve(SceneDescription description,
+                                                  double largest_repair = frame_tolerance);
 
   /// The resolved description: what the caller gave with every default filled in.
   const SceneDescription& description() const { return description_; }

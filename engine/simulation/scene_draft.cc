@@ -319,12 +319,20 @@ void SceneDraft::set_block(const std::string& name, Eigen::MatrixXd value) {
   scene_.blocks_[name] = std::move(value);
 }
 
+bool SceneDraft::check_size(const std::string& name, const RowMatrix& block) {
+  const double size = block.cwiseAbs().maxCoeff();
+  if (size <= scales(given()).largest) return true;
+  const std::string what = "max |" + name + "| ";
+  refuse("initial." + name, what + "= " + to_text(size), what + scales(given()).rule());
+  return false;
+}
+
 void SceneDraft::set_frame(const std::string& name, const RowMatrix& given_Q) {
   Eigen::MatrixXd Q = given_Q;
   const double defect = orthogonality_defect(Q);
-  if (!(defect <= Scene::frame_tolerance))
+  if (!(defect <= largest_repair_))
     return refuse("initial." + name, "max |QQᵀ - I| = " + to_text(defect),
-                  "must have orthonormal rows to " + to_text(Scene::frame_tolerance));
+                  "must have orthonormal rows to " + to_text(largest_repair_));
   const double rounding = 4 * static_cast<double>(Q.cols()) * 0x1p-53;
   if (defect > rounding) Q = nearest_orthogonal<double>(Q);
   if (Q.rows() == Q.cols()) {
@@ -338,9 +346,7 @@ void SceneDraft::set_skew(const std::string& name, const RowMatrix& M) {
   const double defect = (M + M.transpose()).cwiseAbs().maxCoeff();
   if (!(defect <= Scene::skew_tolerance * M.cwiseAbs().maxCoeff()))
     return refuse("initial." + name, "max |M + Mᵀ| = " + to_text(defect), "must be skew-symmetric");
-  if (const double size = M.cwiseAbs().maxCoeff(); !(size <= scales(given()).largest))
-    return refuse("initial." + name, "max |M| = " + to_text(size),
-                  "max |M| " + scales(given()).rule());
+  if (!check_size(name, M)) return;
   set_block(name, M - (M + M.transpose()) / 2);  // M itself, denormal or not, if that is skew
 }
 

@@ -18,7 +18,8 @@ std::string shape_text(Eigen::Index rows, Eigen::Index cols);
 /// `given()`, collects violations and fills in inertia and blocks; the rest is common.
 class SceneDraft {
  public:
-  explicit SceneDraft(SceneDescription description) {
+  SceneDraft(SceneDescription description, double largest_repair)
+      : largest_repair_(largest_repair) {
     scene_.description_ = std::move(description);
   }
   /// Checks system, method and step, and lets the system check what is its own.
@@ -26,6 +27,7 @@ class SceneDraft {
 
   SceneDescription& given() { return scene_.description_; }
   const Scene& scene() const { return scene_; }
+  double largest_repair() const { return largest_repair_; }
   bool sound() const { return violations_.empty(); }
   void refuse(std::string field, std::string value, std::string rule);
 
@@ -50,7 +52,9 @@ class SceneDraft {
                          bool required = true);
 
   void set_block(const std::string& name, Eigen::MatrixXd value);
-  /// A block with orthonormal rows, repaired within Scene::frame_tolerance.
+  /// Refuses a block with elements that are too large to compute with.
+  bool check_size(const std::string& name, const RowMatrix& block);
+  /// A block with orthonormal rows, repaired within largest_repair.
   void set_frame(const std::string& name, const RowMatrix& Q);
   /// A skew block, its skew part taken within Scene::skew_tolerance.
   void set_skew(const std::string& name, const RowMatrix& M);
@@ -68,6 +72,7 @@ class SceneDraft {
   void check_scalar();
 
   Scene scene_;
+  double largest_repair_;
   const SystemInfo* system_ = nullptr;
   Violations violations_;
 };

@@ -51,10 +51,10 @@ void set_tangent(SceneDraft& draft, const char* name, bool is_velocity) {
   if (!is_velocity) V *= lambda.cwiseInverse().asDiagonal();
   const Eigen::MatrixXd product = V * Q.transpose(), defect = product + product.transpose();
   const double size = defect.cwiseAbs().maxCoeff(), speed = V.norm();
-  if (!(size <= Scene::frame_tolerance * speed))
+  if (!(size <= draft.largest_repair() * speed))
     return draft.refuse(
         "initial." + std::string(name), "max |Q̇Qᵀ + QQ̇ᵀ| = " + to_text(size),
-        "must be tangent: Q̇Qᵀ skew-symmetric to " + to_text(Scene::frame_tolerance) + " ‖Q̇‖");
+        "must be tangent: Q̇Qᵀ skew-symmetric to " + to_text(draft.largest_repair()) + " ‖Q̇‖");
   if (size > 4 * static_cast<double>(Q.cols()) * 0x1p-53 * speed) {
     // V ← V − YQΛ⁻¹ with KY + YK = defect, K = QΛ⁻¹Qᵀ: the projection in the metric Λ.
     const Eigen::MatrixXd G = Q * lambda.cwiseInverse().asDiagonal();

@@ -13,8 +13,8 @@ SystemInfo stiefel_info(BlockInfo other);
 /// is wrong.
 bool check_stiefel_frame(SceneDraft& draft, const char* frame = "Q");
 
-/// A block n × N whose rows `velocity` makes tangent: QQ̇ᵀ + Q̇Qᵀ = 0 within Scene::frame_tolerance,
-/// and then exactly, by projection along the constraint's forces.
+/// A block n × N whose rows `velocity` makes tangent: QQ̇ᵀ + Q̇Qᵀ = 0 within the draft's
+/// largest_repair, and then exactly, by projection along the constraint's forces.
 void set_tangent(SceneDraft& draft, const char* name, bool is_velocity);
 
 /// m and the energy of (Q, S), QQᵀ − I and ‖Q̇‖, for states from which Q and S follow.

@@ -74,9 +74,9 @@ void check_mclachlan_scovel(SceneDraft& draft) {
   if (const RowMatrix* B = draft.block("B", N, N, false)) {
     const double defect = skewness_defect<double>(Q, *B);
     // No stricter than on Q, which may have been repaired.
-    if (!(defect <= Scene::frame_tolerance * B->cwiseAbs().maxCoeff()))
+    if (!(defect <= draft.largest_repair() * B->cwiseAbs().maxCoeff()))
       return draft.refuse("initial.B", "max |QᵀB + BᵀQ| = " + to_text(defect),
-                          "QᵀB must be skew-symmetric to " + to_text(Scene::frame_tolerance));
+                          "QᵀB must be skew-symmetric to " + to_text(draft.largest_repair()));
     draft.set_block("B", Q * M_of_B<double>(Q, *B));
   }
 }

@@ -19,8 +19,6 @@ constexpr int last_doubling = 16, last_decade = 11;
 /// A point that does not halve the error did not help; after so many in a row no other will.
 constexpr double helps = 0.5;
 constexpr int patience = 2;
-/// An error that is as large as what it is the error of does not fall yet.
-constexpr double saturated = 0.1;
 /// A run of less than this part of the horizon says too little of it.
 constexpr double least_part = 1.0 / 64;
 
@@ -143,12 +141,12 @@ TradeoffPoint Tradeoff::measure(const Candidate& candidate, const Scene& scene, 
   point.error = first.errors.back();
   point.below_reference = point.error->largest() <= reference.error;
   point.extrapolated = first.steps < steps_;
+  const double growth = growth_.beyond(candidate, first, samples_, steps_);
   if (point.extrapolated) {
     // What an error oscillates through is not what it grows from.
     const double envelope = first.largest_error(first.errors.size());
     const double least = point.error->largest();
-    const double factor = growth(candidate, first, samples_, steps_) *
-                          (least > 0 ? std::min(envelope / least, 4.0) : 1);
+    const double factor = growth * (least > 0 ? std::min(envelope / least, 4.0) : 1);
     if (point.error->attitude) *point.error->attitude *= factor;
     point.error->momentum *= factor;
     if (!candidate.keeps_energy) point.drift *= rest;
@@ -163,7 +161,7 @@ bool Tradeoff::advance_knob(const TradeoffPoint& point) {
   last_work_ = point.work;
   last_error_ = error;
   // A step too long for its method is no reason to give up the shorter ones.
-  const bool helped = error <= helps * best_ || error > saturated;
+  const bool helped = error <= helps * best_ || error > saturated_error;
   if (another) idle_ = helped ? 0 : idle_ + 1;
   best_ = std::min(best_, error);
   ++knob_;
@@ -177,6 +175,7 @@ void Tradeoff::next_candidate() {
   ++candidate_;
   knob_ = idle_ = 0;
   best_ = infinity;
+  growth_ = {};
   last_work_ = last_error_ = 0;
 }
 

@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "engine/simulation/measurement.h"
+#include "engine/simulation/error_growth.h"
 
 namespace stiefel {
 
@@ -85,6 +85,7 @@ class Tradeoff {
   int knob_ = 0;               ///< 2^knob substeps, or tolerance 10^{−3−knob}
   int idle_ = 0;               ///< knobs in a row that did not help
   double best_;                ///< the least error of the candidate
+  ErrorGrowth growth_;         ///< of the candidate
   double last_work_ = 0, last_error_ = 0;
   std::vector<double> costs_, errors_;
 };

@@ -123,6 +123,21 @@ TEST(JDInverseEdge, LeftDomainNamesTheLargestStep) {
   EXPECT_GE(left, 12);
 }
 
+/// By any factor, for alike and for unlike λ: never a step of NaN.
+TEST(JDInverseEdge, FarBeyondTheLargestStepThereIsNone) {
+  for (const int N : {3, 4, 5})
+    for (const double spread : {1.0, 4.0, 1e3})
+      for (const double factor : {1e1, 1e3, 1e6, 1e27, 1e140}) {
+        RandomBody body(N, 3, spread);
+        if (spread == 1) body.lambda.setOnes();
+        const Solved far = solve(body.lambda, factor * body.M, 1);
+        EXPECT_EQ(far.ending.outcome, Outcome::left_domain) << N << " " << spread << " " << factor;
+        const double h = far.ending.largest_step.value_or(0);
+        expect_solution(body.lambda, factor * body.M, h, solve(body.lambda, factor * body.M, h),
+                        1e-12);
+      }
+}
+
 TEST(JDInverseEdge, PlatesAndSlightlyNegativeLambda) {
   for (const double least : {0.0, -0.3, 1e-9})
     for (const int N : {3, 4, 5}) {

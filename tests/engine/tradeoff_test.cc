@@ -129,8 +129,7 @@ TEST(ParetoFront, HasNoPointThatIsBeatenOrIsNoNumber) {
 }
 
 /// With a twelfth of the budget many runs are cut short: what is said of the horizon is near what
-/// is measured there. Not always: where neighbouring motions part later than the run ended, by more
-/// than the square of the time, an error was seen to be twenty times what was said.
+/// is measured there.
 TEST(Tradeoff, ExtrapolatesWhatTheBudgetDoesNotReach) {
   int extrapolated = 0, near = 0;
   for (unsigned seed = 1; seed <= 4; ++seed) {
@@ -147,7 +146,7 @@ TEST(Tradeoff, ExtrapolatesWhatTheBudgetDoesNotReach) {
         const double ratio = p.error->largest() / q.error->largest();
         ++extrapolated;
         near += ratio > 0.25 && ratio < 4;
-        EXPECT_GT(ratio, 1.0 / 32) << to_text(p.method) << " from " << p.measured_steps << " steps";
+        EXPECT_GT(ratio, 1.0 / 16) << to_text(p.method) << " from " << p.measured_steps << " steps";
         EXPECT_LT(ratio, 16) << to_text(p.method);
       }
     }

@@ -74,6 +74,16 @@ TEST(Units, WhatIsOutOfReachIsRefusedByRule) {
   EXPECT_NE(refusal(d).find("inertia: must be 1e-153"), std::string::npos);
 }
 
+TEST(Units, DoubleBracketsOfLargeMatricesHaveARate) {
+  SceneDescription d = testing::any_scene("double_bracket", "rk4", 1, 0.1);
+  d.initial.at("P").values(0, 0) = 1e153;
+  const auto simulation = make_simulation(Scene::resolve(d).value());
+  EXPECT_TRUE(std::isfinite(simulation->rate()));
+  EXPECT_GT(simulation->rate(), 1e150);
+  d.initial.at("P").values(0, 0) = 1e154;
+  EXPECT_NE(refusal(d).find("initial.P: max |P| must be 1e-153"), std::string::npos) << refusal(d);
+}
+
 /// What cannot be done names what can.
 TEST(Units, RefusalsNameWhatWorks) {
   SceneDescription d = testing::description(RandomBody(4, 1), 0.1, "exact");

@@ -12,7 +12,7 @@
 namespace stiefel::extremes {
 namespace {
 
-constexpr double h_omegas[] = {0.5, 0.9, 0.99, 1, 1.2, 3};
+constexpr double h_omegas[] = {0.5, 0.9, 0.99, 1, 1.2, 3, 1e3, 1e9};
 
 std::string frame_field(const std::string& system) { return system == "ellipsoid" ? "q" : "Q"; }
 
@@ -66,7 +66,7 @@ void measure_step(SceneDescription d, double h_omega, double h, std::int64_t ste
   if (diagnosis.orthogonality)
     say("orthogonality", *diagnosis.orthogonality, rounding_bound(*done.scene, steps, 1),
         rounding_reason(*done.scene, 1));
-  if (!long_form() || steps != 1 || h < 0) return;
+  if (!long_form() || steps != 1 || h < 0 || h_omega > 3) return;
   say("largest jump", largest_jump(d, h), 0.5,
       "the branch that starts at the identity: continuous in h, other branches are 1 away");
 }

@@ -45,7 +45,8 @@ def test_the_energy_is_the_same(client, pair, data):
     except stiefel.InvalidArgument:
         return
     here = energies(client, given)
-    np.testing.assert_allclose(energies(client, there)[:len(here)], here, rtol=1e-11, atol=1e-13)
+    rounding = 1e5 * scenes.unit(given)  # in float each form rounds its own blocks
+    np.testing.assert_allclose(energies(client, there)[:len(here)], here, rtol=rounding, atol=rounding / 100)
 
 
 def energies(client, scene):

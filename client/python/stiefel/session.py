@@ -71,7 +71,10 @@ class Session:
     def fork(self, at: int, method: Optional[Mapping[str, Any]] = None, step: Optional[float] = None,
              system: Optional[str] = None, id: Optional[str] = None,
              timeout: Optional[float] = None) -> Session:
-        """A new session that starts where this one is at step `at`, with what is named changed."""
+        """A new session that starts where this one is at step `at`, with what is named changed.
+
+        What the method has drifted off the manifold by is repaired, up to 0.01.
+        """
         request = pb.ForkSessionRequest(session_id=str(uuid.uuid4()) if id is None else id,
                                         from_session_id=self.id, from_step=at, step=step, system=system)
         if method is not None:

@@ -37,13 +37,14 @@ class Answer:
 class Process:
     """A rival's, or contestants.cc's, that is started when first asked and again after it went silent."""
 
-    def __init__(self, command: list[str]):
+    def __init__(self, command: list[str], folder: Path):
         self._command = command
+        self._folder = folder  # MuJoCo writes its warnings to a file in the working folder
         self._process: Optional[subprocess.Popen] = None
 
     def start(self) -> list[dict]:
         """Who is there; nobody where the package is missing."""
-        self._process = subprocess.Popen(self._command, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+        self._process = subprocess.Popen(self._command, cwd=self._folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                          stderr=subprocess.DEVNULL, text=True)
         return self._read() or []
 
@@ -101,12 +102,12 @@ class Contestant:
 
 def everybody(program: Path, python: Optional[Path]) -> list[Contestant]:
     """Ours, Boost.odeint's, the reference; and where there is a Python with them, the packages."""
-    commands = [[str(program)]]
+    commands = [[str(program.absolute())]]
     if python is not None:
-        commands += [[str(python), str(rival)] for rival in sorted(Path(__file__).parent.glob("rival_*.py"))]
+        commands += [[str(python.absolute()), str(rival)] for rival in sorted(Path(__file__).parent.glob("rival_*.py"))]
     found = []
     for command in commands:
-        process = Process(command)
+        process = Process(command, program.parent)
         for c in process.start():
             found.append(Contestant(process, c["package"], c["version"], c["name"], c["setting"], c["work"]))
     return found
