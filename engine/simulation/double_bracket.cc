@@ -1,5 +1,7 @@
 #include "engine/systems/double_bracket.h"
 
+#include <limits>
+
 #include "engine/invariants/double_bracket.h"
 #include "engine/invariants/rigid_body.h"
 #include "engine/simulation/rigid_body_data.h"
@@ -95,6 +97,7 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
     DoubleBracket<double> of = system;
     auto xi = of.zero();
     of.generator(x, xi);
+    if (!xi.allFinite()) return std::numeric_limits<double>::infinity();
     return casimirs<double>(xi)(0);  // U and V as one real skew matrix
   };
   return simulate(scene, system, readout, 4 * rigid_body_cost(p + q + 1));
