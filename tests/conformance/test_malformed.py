@@ -58,7 +58,6 @@ MALFORMED = {
     # names
     "no system": (create(system=None), INVALID, "system", "must be one of"),
     "unknown system": (create(system="rigid_boddy"), INVALID, "system", "rigid_boddy.*must be one of"),
-    "no method": (create(method=None), INVALID, "method", "absent.*needs"),
     "unknown method": (create(method={"name": "euler"}), INVALID, "method.name", "euler.*must be one of"),
     "method of a discrete system": (create(system="moser_veselov"), INVALID, "method", "takes no method"),
     "unknown order": (method(order=3), INVALID, "method.order", "3.*must be one of"),
