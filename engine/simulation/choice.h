@@ -22,6 +22,7 @@ struct Choice {
 ///
 /// Expects a sound description with tolerance, horizon and step. When nothing meets the tolerance
 /// the refusal has reason TOLERANCE_NOT_MET, with the best that was found.
-std::expected<Choice, Violations> choose_method(const SceneDescription& description);
+std::expected<Choice, Violations> choose_method(const SceneDescription& description,
+                                                const Place& place = {});
 
 }  // namespace stiefel

@@ -40,6 +40,10 @@ struct ConversionTarget {
   std::string name;                      ///< a system, or one of `other_targets`
   std::optional<double> epsilon = {};    ///< of the symmetric systems; chosen when absent
   std::optional<double> parameter = {};  ///< μ of the parametric systems; the scene's when absent
+  /// Where violations are of: the scene that is converted, and `name`; "epsilon" and "parameter"
+  /// are at their own names.
+  Place scene = Place::inside("scene");
+  std::string to = "to";
 };
 
 using ConversionRefusal = std::variant<Violations, OutsideDomain>;
@@ -53,6 +57,7 @@ std::expected<Conversion, ConversionRefusal> convert(const Scene& scene,
 
 /// The scene that starts where `now` is, a simulation of `scene`, without its solver's history.
 /// What the method has drifted off the manifold by is repaired up to Scene::drift_tolerance.
-std::expected<Scene, Violations> scene_at(const Scene& scene, const Simulation& now);
+std::expected<Scene, Violations> scene_at(const Scene& scene, const Simulation& now,
+                                          const Place& place = {});
 
 }  // namespace stiefel

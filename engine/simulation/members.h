@@ -13,6 +13,7 @@ namespace stiefel {
 /// too, the same for all members. The violations are of the first members that have any, at
 /// most 16.
 std::expected<std::vector<Scene>, Violations> resolve_members(SceneDescription& ensemble,
-                                                              double largest_repair);
+                                                              double largest_repair,
+                                                              const Place& place);
 
 }  // namespace stiefel

@@ -17,7 +17,7 @@ SystemEntry parametric_moser_veselov_entry() {
   info.file = "engine/maps/parametric_moser_veselov.h";
   info.discrete = true;
   info.methods = keeps_all(info);
-  return {info, [](SceneDraft& draft) { check_parametric(draft, draft.given().step); },
+  return {info, [](SceneDraft& draft) { check_parametric(draft, draft.step()); },
           [](const Scene& scene) {
             return simulate_map(scene, Map(scene.inertia(), scene.step(), scene.parameter()),
                                 parametric_readout(scene, scene.step()),

@@ -1,6 +1,4 @@
-#include <iomanip>
-#include <sstream>
-
+#include "engine/linalg/to_text.h"
 #include "engine/simulation/catalogue.h"
 #include "engine/simulation/simulation.h"
 
@@ -33,13 +31,10 @@ std::string to_sentence(const Ending& ending) {
   switch (ending.outcome) {
     case Outcome::reached:
       return "";
-    case Outcome::left_domain: {
-      std::ostringstream sentence;
-      sentence << "the step has no solution on the principal branch; the largest |h| that has one "
-                  "here is "
-               << std::setprecision(4) << ending.largest_step.value_or(0);
-      return sentence.str();
-    }
+    case Outcome::left_domain:
+      return "the step has no solution on the principal branch; the largest |h| that has one here "
+             "is " +
+             to_text(ending.largest_step.value_or(0), 4);
     case Outcome::solver_stalled:
       return "the solver of the implicit step did not converge";
     case Outcome::not_finite:

@@ -46,7 +46,7 @@ SystemEntry symmetric_moser_veselov_entry() {
   info.discrete = true;
   info.invariants.push_back(discrete_hamiltonian_info);
   info.methods = keeps_all(info);
-  return {info, [](SceneDraft& draft) { check_symmetric(draft, false, draft.given().step); }, make};
+  return {info, [](SceneDraft& draft) { check_symmetric(draft, false, draft.step()); }, make};
 }
 
 }  // namespace stiefel

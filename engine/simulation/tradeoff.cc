@@ -37,16 +37,12 @@ std::expected<Tradeoff, Violations> Tradeoff::prepare(TradeoffRequest request) {
     wrong.push_back({"budget", to_text(request.budget), "must be finite and > 0"});
   if (request.repeats < 1 || request.repeats > 100)
     wrong.push_back({"repeats", std::to_string(request.repeats), "must be 1 to 100"});
+  const auto place = Place::inside("scene");
   if (request.scene.members)
-    wrong.push_back({"scene.members", std::to_string(*request.scene.members),
-                     "must be absent: measure one member"});
-  auto found = candidates(request.scene);
-  if (!found) {
-    for (auto& violation : found.error()) {
-      violation.field = "scene." + violation.field;
-      wrong.push_back(std::move(violation));
-    }
-  }
+    wrong.push_back(place.violation("members", std::to_string(*request.scene.members),
+                                    "must be absent: measure one member"));
+  auto found = candidates(request.scene, place);
+  if (!found) wrong.insert(wrong.end(), found.error().begin(), found.error().end());
   if (!wrong.empty()) return std::unexpected(std::move(wrong));
   return Tradeoff(std::move(request), *std::move(found));
 }
@@ -56,7 +52,7 @@ Tradeoff::Tradeoff(TradeoffRequest request, std::vector<Candidate> candidates)
       candidates_(std::move(candidates)),
       left_(request_.budget),
       best_(infinity) {
-  const double step = request_.scene.step;
+  const double step = *request_.scene.step;
   if (!request_.horizon) request_.horizon = request_.scene.horizon;
   steps_ = request_.horizon ? steps_to(*request_.horizon, step) : TradeoffRequest::default_steps;
 }
@@ -76,13 +72,13 @@ std::expected<TradeoffSetup, Violations> Tradeoff::solve_reference(const std::st
   setup.steps = steps_;
   setup.reference_steps = samples_.last();
   setup.budget = request_.budget;
-  setup.repeats = request_.repeats;
+  setup.repeats = static_cast<int>(request_.repeats);
   return setup;
 }
 
 double Tradeoff::share() const {
   const auto to_come = static_cast<double>(candidates_.size() - candidate_) * expected_points;
-  return std::max(0.0, left_) / (to_come * request_.repeats);
+  return std::max(0.0, left_) / (to_come * static_cast<double>(request_.repeats));
 }
 
 std::optional<TradeoffPoint> Tradeoff::next(const std::stop_token& stop) {
@@ -114,7 +110,7 @@ TradeoffPoint Tradeoff::measure(const Candidate& candidate, const Scene& scene, 
   TradeoffPoint point;
   point.method = *scene.description().method;
   const Run first = run(scene, candidate.weight, samples_, to, Watch::errors_and_invariants, stop);
-  left_ -= first.work * request_.repeats;
+  left_ -= first.work * static_cast<double>(request_.repeats);
   point.ending = first.ending;
   point.measured_steps = first.steps;
   point.drift = first.drift;

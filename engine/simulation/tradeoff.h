@@ -13,7 +13,7 @@ struct TradeoffRequest {
   SceneDescription scene;
   std::optional<double> horizon = {};  ///< else the scene's, else 100 steps
   double budget = default_budget;      ///< units of work; see step_weight.h
-  int repeats = 3;                     ///< timed runs of each point
+  std::int64_t repeats = 3;            ///< timed runs of each point, at most 100
 
   static constexpr double default_budget = 5e10;  ///< about ten seconds
   static constexpr std::int64_t default_steps = 100;
@@ -52,7 +52,7 @@ struct TradeoffPoint {
 /// every machine that runs the same build.
 class Tradeoff {
  public:
-  /// Checks the request; moves nothing.
+  /// Checks the request; moves nothing. The violations are of its fields: "scene.step", "budget".
   static std::expected<Tradeoff, Violations> prepare(TradeoffRequest request);
 
   /// Solves the reference, about half of the budget at most. First of all. A refusal where the

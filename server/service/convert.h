@@ -14,8 +14,13 @@
 /// Between the wire's types and the engine's; no other code sees both.
 namespace stiefel::server {
 
-/// Checks what only the wire can get wrong: shapes and numbers of values.
-std::expected<SceneDescription, Violations> from_proto(const v1::Scene& scene);
+/// Checks what only the wire can get wrong: shapes and numbers of values. The violations are of the
+/// fields of `place`. Every field of a description is read and written under its name, so that one
+/// that the messages lack is an error of every call (std::logic_error).
+std::expected<SceneDescription, Violations> from_proto(const v1::Scene& scene,
+                                                       const Place& place = {});
+std::expected<MethodDescription, Violations> from_proto(const v1::Method& method,
+                                                        const Place& place = {});
 void to_proto(const SceneDescription& description, v1::Scene* out);
 void to_proto(const MethodDescription& method, v1::Method* out);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "engine/simulation/near_name.h"
 #include "server/service/convert.h"
 
 namespace stiefel::server {
@@ -69,9 +70,9 @@ std::expected<std::vector<std::size_t>, Violations> select_fields(const Session&
     const auto found = std::ranges::find(offered, names[i], &Field::name);
     const auto index = static_cast<std::size_t>(found - offered.begin());
     if (found == offered.end()) {
-      std::string rule = "must be one of";
-      for (const Field& field : offered) rule += " " + field.name;
-      refuse(i, std::move(rule));
+      std::string rule;
+      for (const Field& field : offered) rule += (rule.empty() ? "" : ", ") + field.name;
+      refuse(i, "must be one of " + rule + did_you_mean(names[i], offered, &Field::name));
     } else if (std::ranges::find(selected, index) != selected.end()) {
       refuse(i, "is named twice");
     } else {

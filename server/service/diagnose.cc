@@ -1,6 +1,9 @@
 #include <cmath>
 
+#include "engine/linalg/to_text.h"
+#include "engine/simulation/catalogue.h"
 #include "engine/simulation/diagnosis.h"
+#include "engine/simulation/near_name.h"
 #include "engine/simulation/structure.h"
 #include "server/service/convert.h"
 #include "server/service/errors.h"
@@ -59,12 +62,18 @@ std::string indexed(const char* field, Index i) {
   return std::string(field) + "[" + std::to_string(i) + "]";
 }
 
+std::string near_invariant(const Scene& scene, const std::string& name) {
+  const SystemInfo& system = *catalogue().system(scene.system());
+  return did_you_mean(name, system.invariants, &InvariantInfo::name);
+}
+
 DiagnoseTask read(const Scene& scene, const v1::DiagnoseRequest& request) {
   DiagnoseTask task;
   for (int i = 0; i < request.invariants_size(); ++i) {
     const std::string& name = request.invariants(i);
     if (!is_invariant(scene, name))
-      task.take({{indexed("invariants", i), name, "must be an invariant of " + scene.system()}});
+      task.take({{indexed("invariants", i), '"' + name + '"',
+                  "must be an invariant of " + scene.system() + near_invariant(scene, name)}});
     task.invariants.push_back(name);
   }
   for (int i = 0; i < request.forms_size(); ++i) {
@@ -93,15 +102,12 @@ DiagnoseTask read(const Scene& scene, const v1::DiagnoseRequest& request) {
   return task;
 }
 
-/// The value of an element of a list, or its violations at their place.
+/// The value of an element of a list, or why there is none.
 OrStatus<double> number(const std::string& path, std::expected<double, Violations> value) {
-  if (!value) {
-    for (auto& violation : value.error()) violation.field = path + "." + violation.field;
-    return std::unexpected(errors::invalid(value.error()));
-  }
+  if (!value) return std::unexpected(errors::invalid(value.error()));
   if (!std::isfinite(*value))
     return std::unexpected(
-        errors::invalid(path, std::to_string(*value), "overflows: its arguments are too large"));
+        errors::invalid(path, to_text(*value), "overflows: its arguments are too large"));
   return *value;
 }
 
@@ -116,20 +122,23 @@ grpc::Status answer_diagnose(const Session& at, const Walk& walk, const Diagnose
   to_proto(diagnose(scene, now, task.invariants), response);
   for (std::size_t i = 0; i < task.forms.size(); ++i) {
     const auto& [name, first, second] = task.forms[i];
-    const auto value = number(indexed("forms", i), evaluate_form(scene, now, name, first, second));
+    const std::string path = indexed("forms", i);
+    const auto value =
+        number(path, evaluate_form(scene, now, name, first, second, Place::inside(path)));
     if (!value) return value.error();
     response->add_forms(*value);
   }
   for (std::size_t i = 0; i < task.brackets.size(); ++i) {
     const auto& [first, second] = task.brackets[i];
-    const auto value =
-        number(indexed("dirac_brackets", i), dirac_bracket(scene, now, first, second));
+    const std::string path = indexed("dirac_brackets", i);
+    const auto value = number(path, dirac_bracket(scene, now, first, second, Place::inside(path)));
     if (!value) return value.error();
     response->add_dirac_brackets(*value);
   }
   if (task.symplectic) {
     const auto defect = symplectic_defect(scene, now, static_cast<int>(task.symplectic->pairs()),
-                                          task.symplectic->seed());
+                                          task.symplectic->seed(),
+                                          Place::inside("symplectic_test"));
     if (!defect) return errors::invalid(defect.error());
     if (*defect) response->set_symplectic_defect(**defect);
   }
