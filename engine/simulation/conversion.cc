@@ -89,7 +89,7 @@ std::expected<Conversion, ConversionRefusal> convert(const Scene& scene,
   const Representation* to = representation(target.name);
   const SystemInfo* system = catalogue().system(target.name);
   if (to == nullptr && system == nullptr)
-    return refuse({target.to, '"' + target.name + '"', rule_of_targets(target.name)});
+    return refuse({target.to, target.name, rule_of_targets(target.name)});
   Conversion out;
   if (target.name == scene.system() && !target.epsilon && !target.parameter &&
       !scene.description().body) {

@@ -92,7 +92,7 @@ std::expected<double, Violations> evaluate_form(const Scene& scene, const Simula
   const auto found = std::ranges::find_if(has, [&](auto* s) { return s->info.name == form; });
   if (found == has.end() || (is_rigid_body(scene) && !scene.has_frame()))
     return std::unexpected(Violations{
-        place.violation("form", '"' + form + '"',
+        place.violation("form", form,
                         "is not a form of " + scene.system() +
                             did_you_mean(form, has, [](auto* s) { return s->info.name; }))});
   const FormSpace space = (*found)->space(scene);

@@ -72,7 +72,7 @@ DiagnoseTask read(const Scene& scene, const v1::DiagnoseRequest& request) {
   for (int i = 0; i < request.invariants_size(); ++i) {
     const std::string& name = request.invariants(i);
     if (!is_invariant(scene, name))
-      task.take({{indexed("invariants", i), '"' + name + '"',
+      task.take({{indexed("invariants", i), name,
                   "must be an invariant of " + scene.system() + near_invariant(scene, name)}});
     task.invariants.push_back(name);
   }

@@ -17,7 +17,7 @@ Place inherited() { return Place::made_of("from_session_id"); }
 OrStatus<Scene> in_system(const std::string& system, const Scene& scene) {
   if (catalogue().system(system) == nullptr)
     return std::unexpected(errors::invalid(
-        "system", '"' + system + '"',
+        "system", system,
         "must be a system" + did_you_mean(system, catalogue().systems, &SystemInfo::name)));
   ConversionTarget target{system};
   target.scene = inherited();

@@ -222,8 +222,13 @@ def changed(**changes):
     (changed(step=0), ["step: 0"]),
     (changed(step="NaN"), ["step: nan"]),
     (changed(step="soon"), ["step", "soon"]),
-    (changed(stepp=1), ["stepp"]),
-    (changed(system="rigidbody"), ["system: ", "rigidbody"]),
+    (lambda scene: {name: scene[name] for name in scene if name != "step"},
+     ["scene.json: step: absent: must be given, finite and not 0"]),
+    (changed(stepp=1), ["scene.json: stepp: unknown field; did you mean step?"]),
+    (changed(epsilon=0.5), ["scene.json: epsilon: given: must be absent"]),
+    (changed(parameter=0.5), ["scene.json: parameter: given: must be absent"]),
+    (changed(horizon=-1), ["scene.json: horizon: -1"]),
+    (changed(system="rigidbody"), ["scene.json: system: ", "rigidbody", "did you mean rigid_body?"]),
     (changed(inertia=[1, -1, 0.5]), ["inertia"]),
     (changed(step=0, inertia=[1, "NaN", 1]), ["step: 0", "inertia[1]: nan"]),
     (lambda scene: [scene], ["Root element must be a message"]),
@@ -264,6 +269,38 @@ def test_a_bad_argument_is_status_2(stiefel, write, scene, arguments, fault):
     assert result.status == 2
     assert fault in result.err
     assert result.out == ""
+
+
+@pytest.mark.parametrize("command", [["diagnose", "--to", 1], ["convert", "--to", "velocity"], ["tradeoff"]],
+                         ids=lambda command: command[0])
+@pytest.mark.parametrize("name", ["epsilon", "parameter", "horizon"])
+def test_a_fault_of_the_scene_is_the_scenes_in_every_command(stiefel, write, scene, command, name):
+    result = stiefel(command[0], write({**scene, name: -1}), *command[1:])
+    assert result.status == 2
+    assert f"scene.json: {name}: " in result.err and "--" + name not in result.err
+
+
+def test_a_fault_of_an_option_is_the_options(stiefel, write, scene):
+    result = stiefel("convert", write(scene), "--to", "parametric_rigid_body", "--parameter", "nan")
+    assert result.status == 2 and result.err.startswith("stiefel: --parameter: nan")
+    result = stiefel("convert", write(scene), "--to", "velocitty")
+    assert (result.status, result.err.startswith("stiefel: --to: velocitty: ")) == (2, True)
+    assert result.err.endswith("did you mean velocity?\n")
+
+
+@pytest.mark.parametrize("address", ["127.0.0.1:99999", "127.0.0.1:-1", "127.0.0.1", "not a host:1", "unix:"])
+def test_what_is_no_address_is_status_2(stiefel, write, scene, address):
+    result = stiefel("run", write(scene), "--to", 1, "--server", address)
+    assert result.status == 2 and result.err.startswith(f"stiefel: --server: {address}: ")
+
+
+@pytest.mark.parametrize("address", ["127.0.0.1:99999", "127.0.0.1:65536", "127.0.0.1:-1", "", "127.0.0.1",
+                                     "not a host:0", "unix:" + 108 * "x"])
+def test_a_server_listens_on_no_other_address(address):
+    server = subprocess.run([os.environ["STIEFEL_SERVER"], f"--listen={address}"], capture_output=True, text=True,
+                            timeout=60)
+    assert server.returncode != 0 and server.stdout == ""
+    assert f"--listen: {address}" in server.stderr
 
 
 def test_other_bad_input_is_status_2(stiefel, write, scene, tmp_path):
