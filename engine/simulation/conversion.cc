@@ -29,12 +29,12 @@ std::unexpected<ConversionRefusal> refuse(Violation violation) {
 std::string rule_of_targets(std::string_view given) {
   std::vector<std::string_view> known;
   for (const SystemInfo& system : catalogue().systems) known.push_back(system.name);
-  std::string rule = "must be a system or one of ";
+  std::string others;
   for (const char* name : other_targets) {
-    rule.append(name == other_targets[0] ? "" : ", ").append(name);
+    others.append(others.empty() ? "" : ", ").append(name);
     known.push_back(name);
   }
-  return rule + did_you_mean(given, known);
+  return "must be a system or one of " + others + did_you_mean(given, known);
 }
 
 /// The fields of a scene that a conversion makes come of the target, but for what was asked for.

@@ -83,7 +83,8 @@ grpc::ServerUnaryReactor* Service::ForkSession(Context* context,
                           if (!walk.ending().reached()) return grpc::Status::OK;
                           auto scene = forked(at.scene(), walk.simulation(), *request);
                           if (!scene) return scene.error();
-                          auto made = admit(host, request->session_id(), *std::move(scene), inherited());
+                          auto made = admit(host, request->session_id(), *std::move(scene),
+                                            inherited());
                           if (!made) return made.error();
                           to_proto(*made->session, host.registry, response->mutable_session());
                           response->set_created(made->created);

@@ -12,7 +12,8 @@ namespace stiefel::server {
 namespace {
 
 std::expected<TradeoffRequest, Violations> read(const v1::MeasureTradeoffRequest& request) {
-  if (!request.has_scene()) return std::unexpected(Violations{{"scene", "absent", "must be given"}});
+  if (!request.has_scene())
+    return std::unexpected(Violations{{"scene", "absent", "must be given"}});
   auto scene = from_proto(request.scene(), Place::inside("scene"));
   if (!scene) return std::unexpected(std::move(scene.error()));
   TradeoffRequest out{*std::move(scene)};

@@ -8,8 +8,8 @@
 
 namespace stiefel::server {
 
-/// A resolved description as bytes, the same exactly for the same scene: every field's names, shapes
-/// and the bits of its numbers.
+/// A resolved description as bytes, the same exactly for the same scene: of every field its names,
+/// its shapes and the bits of its numbers.
 std::string identity_of(const SceneDescription& resolved);
 
 /// FNV-1a, 64 bits. Changing one byte always changes it.

@@ -61,8 +61,9 @@ TEST(MessageFile, NamesWhatIsGivenTwiceByItsPath) {
 }
 
 TEST(MessageFile, LeavesWrongTypesToProtobuf) {
-  for (const char* text : {R"([1])", R"({"step": [1]})", R"({"body": [{"x": 1}]})", R"({"initial": 1})",
-                           R"({"inertia": {"x": 1}})", R"({"step": {"x": 1}})"}) {
+  for (const char* text :
+       {R"([1])", R"({"step": [1]})", R"({"body": [{"x": 1}]})", R"({"initial": 1})",
+        R"({"inertia": {"x": 1}})", R"({"step": {"x": 1}})"}) {
     const std::string told = fault<v1::Scene>(text);
     EXPECT_NE(told, "none") << text;
     EXPECT_EQ(told.find("unknown field"), std::string::npos) << told;

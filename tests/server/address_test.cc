@@ -16,12 +16,14 @@ TEST(Address, TakesHostsPortsAndPaths) {
         "[::1]:0", "[::]:50551", "[fe80::1%eth0]:5", "unix:/run/s.sock", "unix:s", "unix:///run/s"})
     EXPECT_EQ(address_fault(address), std::nullopt) << address;
   EXPECT_EQ(address_fault("unix:" + std::string(107, 'x')), std::nullopt);
-  EXPECT_EQ(address_fault("unix://" + std::string(107, '/')), std::nullopt) << "two are the scheme's";
+  EXPECT_EQ(address_fault("unix://" + std::string(107, '/')), std::nullopt)
+      << "two are the scheme's";
 }
 
 TEST(Address, RefusesWhatIsNoPort) {
-  for (const std::string port : {"65536", "99999", "-1", "-0", "+1", "", " 80", "80 ", "0x50", "1e3",
-                                 "http", "99999999999999999999", "1.5"}) {
+  for (const std::string port :
+       {"65536", "99999", "-1", "-0", "+1", "", " 80", "80 ", "0x50", "1e3", "http",
+        "99999999999999999999", "1.5"}) {
     const auto fault = address_fault("127.0.0.1:" + port);
     ASSERT_TRUE(fault) << port;
     EXPECT_NE(fault->find("'" + port + "'"), std::string::npos) << *fault;
