@@ -12,6 +12,7 @@ ExitStatus diagnose(const DiagnoseCommand& command) {
   const v1::Scene scene = read_scene(command.scene);
   const Endpoint endpoint(command.server);
   const auto session = endpoint.client().create(scene);
+  print_warnings(session.description());
   v1::DiagnoseRequest request;
   if (!command.structure.empty()) read_message(command.structure, &request);
   request.set_to(command.to);

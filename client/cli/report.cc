@@ -63,4 +63,8 @@ ExitStatus conclude(const v1::Ending& ending, std::int64_t last_step) {
   return numerical_stop;
 }
 
+void print_warnings(const v1::Session& session) {
+  for (const std::string& warning : session.warnings()) std::cerr << "warning: " << warning << '\n';
+}
+
 }  // namespace stiefel::cli

@@ -19,4 +19,7 @@ std::string to_string(v1::Kept kept);
 /// The exit status for this ending; what stopped the run goes to stderr.
 ExitStatus conclude(const v1::Ending& ending, std::int64_t last_step);
 
+/// Prints what the server finds doubtful about the session's scene to stderr.
+void print_warnings(const v1::Session& session);
+
 }  // namespace stiefel::cli

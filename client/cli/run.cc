@@ -28,6 +28,7 @@ ExitStatus run(const RunCommand& command) {
   const auto sink = make_sink(command.output);
   const Endpoint endpoint(command.server);
   const auto session = endpoint.client().create(scene);
+  print_warnings(session.description());
   auto stream = session.stream({command.from, command.to, every(command), command.fields});
   std::int64_t last = 0;
   v1::DiagnoseResponse diagnosis;

@@ -19,14 +19,24 @@ Eigen::MatrixXd momentum(const Eigen::VectorXd& lambda, double mu, const Eigen::
   return M;
 }
 
+/// ‖·‖_F of the matrices that it is a difference of, with what the solves add to their rounding.
+double parametric_terms(const Eigen::VectorXd& lambda, double mu, const Eigen::MatrixXd& Q,
+                        const Eigen::MatrixXd& P) {
+  const auto solved = [](const Eigen::MatrixXd& A, const Eigen::MatrixXd& B) {
+    const auto lu = A.partialPivLu();
+    return lu.solve(B).stableNorm() / lu.rcond();
+  };
+  return solved(Q, P) + solved(P, Q) + std::abs(mu) * lambda.cwiseAbs2().stableNorm();
+}
+
 }  // namespace
 
-SystemInfo parametric_info() {
+SystemInfo parametric_info(std::string_view momentum) {
   SystemInfo info{};
   info.blocks = {{"Q", "N x N", true, "invertible"}, {"P", "N x N", true, "invertible"}};
-  info.fields = {{"Q", "N x N", ""},
-                 {"P", "N x N", ""},
-                 {"M", "N x N", "Q^-1 P - P^-1 Q - mu Lambda^2, skew"}};
+  info.fields = {{"Q", "N x N", "invertible"},
+                 {"P", "N x N", "invertible"},
+                 {"M", "N x N", momentum}};
   for (const auto& invariant : rigid_body_invariant_infos())
     if (invariant.name != "spatial_momentum") info.invariants.push_back(invariant);
   info.invariants.push_back({"PQ_inverse", "P Q^-1", "[RB] section 8"});
@@ -76,7 +86,9 @@ StackedReadout parametric_readout(const Scene& scene, double h) {
   readout.field({"M", N, N}, [M](const auto& x, auto out) { out = M(x); });
   readout.invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
     // M is a difference of G = Q⁻¹P and G⁻¹, which are near 1 when it is small.
-    rigid_body_invariants(lambda, Eigen::MatrixXd(), M(x), out, 1 / std::abs(h));
+    const double terms = parametric_terms(lambda, mu, x.topRows(N), x.bottomRows(N));
+    rigid_body_invariants(Side::left, lambda, Eigen::MatrixXd(), M(x), out,
+                          {.terms = terms / std::abs(h), .least_norm = 1 / std::abs(h)});
     if (!out.wants("PQ_inverse")) return;
     const Eigen::MatrixXd A =
         x.topRows(N).transpose().partialPivLu().solve(x.bottomRows(N).transpose()).transpose();

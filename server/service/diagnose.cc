@@ -115,7 +115,7 @@ grpc::Status answer_diagnose(const Session& at, const Walk& walk, const Diagnose
                              v1::DiagnoseResponse* response) {
   const Scene& scene = at.scene();
   const Simulation& now = walk.simulation();
-  to_proto(walk.ending(), scene, response->mutable_ending());
+  to_proto(walk, scene, response->mutable_ending());
   response->set_step(walk.step());
   response->set_time(scene.time(walk.step()));
   response->set_computed_steps(walk.computed_steps());

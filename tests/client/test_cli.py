@@ -175,7 +175,30 @@ def test_diagnose_a_stop(stiefel, write, too_long):
     assert result.json["diagnosis"]["invariants"]
 
 
+def test_a_stop_says_by_which_angle_the_step_turns(stiefel, write, too_long):
+    """By 5 ‖Omega‖, Omega_ij = M_ij / (lambda_i + lambda_j)."""
+    for command in ("run", "diagnose"):
+        result = stiefel(command, write(too_long), "--to", 10)
+        angle = np.degrees(5.0 * np.hypot(3 / 3.0, np.hypot(0.01 / 4.0, 0.001 / 2.0)))
+        asked, largest = re.search(r"the step of 5 turns the body by (\d+)° and has no solution on the principal branch; "
+                                   r"the largest .* which turns it by ([\d.]+)°", result.json["message"]).groups()
+        assert float(asked) == pytest.approx(angle, rel=6e-3)
+        assert float(largest) == pytest.approx(result.json["largest_step"] / 5.0 * angle, rel=6e-3)
+        assert result.json["message"] in result.err
+
+
 # Diagnose and describe
+
+
+@pytest.mark.parametrize("command", ["run", "diagnose"])
+def test_moments_of_no_body_are_warned_of(stiefel, write, command):
+    body = {"moments": [1, 0.5, 2], "angular_velocity": [0.1, 0.2, 0.3]}
+    scene = {"system": "rigid_body", "method": {"name": "exact"}, "step": 0.1, "body": body}
+    result = stiefel(command, write(scene), "--to", 2)
+    assert result.status == 0
+    assert result.err == "warning: I1 + I2 = 1.5 < I3 = 2: no rigid body has these moments\n"
+    body["moments"] = [1, 0.5, 1.5]
+    assert stiefel(command, write(scene), "--to", 2).err == ""
 
 
 def test_diagnose_says_what_run_says(stiefel, write, scene):
