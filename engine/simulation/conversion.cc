@@ -45,13 +45,12 @@ Place place_of_result(const ConversionTarget& target) {
   return place;
 }
 
-/// The scene's method where the system takes it, else the system's first.
+/// The scene's method where the system takes it; else none, so that it gets the recommended one.
 std::optional<MethodDescription> method_on(const SystemInfo& system, const Scene& scene) {
-  if (system.discrete) return std::nullopt;
   const auto& given = scene.description().method;
   for (const auto& on : system.methods)
     if (given && on.method == given->name) return given;
-  return MethodDescription{std::string(system.methods.front().method), {}, {}, ""};
+  return std::nullopt;
 }
 
 SceneDescription describe(const Scene& scene, const SystemInfo& system, const Phase& phase,

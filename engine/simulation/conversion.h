@@ -49,7 +49,7 @@ struct ConversionTarget {
 using ConversionRefusal = std::variant<Violations, OutsideDomain>;
 
 /// The motion of `scene` as a scene of another system, through (Q, M) where n = N and (Q, S) where
-/// n < N. The step stays; the method too where it applies, else it is the system's first, and for
+/// n < N. The step stays; the method too where it applies, else it is the recommended one, and for
 /// a discrete system none. Scenes without Q, complex ones, and the discrete map of V(n, N), n < N,
 /// which is not the geodesic flow, have no other form. The scene's own system gives the scene.
 std::expected<Conversion, ConversionRefusal> convert(const Scene& scene,

@@ -1,5 +1,6 @@
 #include "engine/simulation/members.h"
 
+#include "engine/simulation/recommendation.h"
 #include "engine/simulation/scene_draft.h"
 #include "engine/simulation/scene_fields.h"
 
@@ -87,6 +88,14 @@ Violations check(const SceneDescription& all, const Place& place) {
   return wrong;
 }
 
+/// One method for all of them.
+MethodDescription recommended_method(std::span<const Scene> members) {
+  const Recommendation& one = recommendation_for(members);
+  MethodDescription method = one.description();
+  method.substeps = one.substeps(members);
+  return method;
+}
+
 }  // namespace
 
 std::expected<std::vector<Scene>, Violations> resolve_members(SceneDescription& ensemble,
@@ -108,6 +117,10 @@ std::expected<std::vector<Scene>, Violations> resolve_members(SceneDescription& 
     }
   }
   if (!wrong.empty()) return std::unexpected(std::move(wrong));
+  if (!ensemble.method && !members.front().method().empty()) {
+    ensemble.method = recommended_method(members);
+    return resolve_members(ensemble, largest_repair);
+  }
 
   const SceneDescription& first = members.front().description();
   for (const Scene& one : members)

@@ -1,3 +1,4 @@
+#include "engine/simulation/recommendation.h"
 #include "server/service/convert.h"
 
 namespace stiefel::server {
@@ -49,6 +50,13 @@ void to_proto(const SystemInfo& system, v1::SystemInfo* out) {
     to->set_blocks(text(form.blocks[0]) + ", " + text(form.blocks[1]));
     to->set_formula(text(form.formula));
     to->set_source(text(form.source));
+  }
+  for (const Recommendation& one : recommended(system.name)) {
+    auto* to = out->add_recommended();
+    to->set_where(text(one.where));
+    to_proto(one.description(), to->mutable_method());
+    to->set_largest_h_omega(one.largest_h_omega);
+    to->set_largest_h_momentum_rate(one.largest_h_momentum_rate);
   }
   for (const MethodOnSystem& method : system.methods) {
     auto* to = out->add_methods();
