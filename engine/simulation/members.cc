@@ -1,5 +1,7 @@
 #include "engine/simulation/members.h"
 
+#include <algorithm>
+
 #include "engine/simulation/scene_draft.h"
 
 namespace stiefel {
@@ -81,12 +83,10 @@ std::expected<std::vector<Scene>, Violations> resolve_members(SceneDescription& 
   if (!wrong.empty()) return std::unexpected(std::move(wrong));
 
   const SceneDescription& first = members.front().description();
-  for (const Scene& one : members)
-    if (one.description().epsilon != first.epsilon)
-      return std::unexpected(Violations{
-          {"epsilon", "absent", "must be given in an ensemble: its members need different ones"}});
   ensemble.method = first.method;
-  ensemble.epsilon = first.epsilon;
+  if (std::ranges::all_of(
+          members, [&](const Scene& one) { return one.description().epsilon == first.epsilon; }))
+    ensemble.epsilon = first.epsilon;  // else each chooses its own again
   if (ensemble.body && ensemble.body->attitude.empty())
     ensemble.body->attitude = first.body->attitude;
   return members;

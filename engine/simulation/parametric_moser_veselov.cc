@@ -9,7 +9,7 @@ namespace stiefel {
 
 SystemEntry parametric_moser_veselov_entry() {
   using Map = ParametricMoserVeselov<double, Arithmetic::compensated>;
-  SystemInfo info = parametric_info();
+  SystemInfo info = parametric_info(true);
   info.name = "parametric_moser_veselov";
   info.summary = "discrete rigid body in GL(N) with the spectral parameter mu";
   info.equations = "U = J_D^-1(M^mu - mu Lambda^2), Q_{k+1} = Q_k (U + mu Lambda), P likewise";
@@ -19,9 +19,9 @@ SystemEntry parametric_moser_veselov_entry() {
   info.methods = keeps_all(info);
   return {info, [](SceneDraft& draft) { check_parametric(draft, draft.given().step); },
           [](const Scene& scene) {
-            return simulate_map(scene, Map(scene.inertia(), scene.step(), scene.parameter()),
-                                parametric_readout(scene, scene.step()),
-                                2 * rigid_body_cost(scene.dimension()));
+            return simulate_map(
+                scene, Map(scene.inertia(), scene.step(), scene.parameter(), scene.epsilon()),
+                parametric_readout(scene, scene.step()), 2 * rigid_body_cost(scene.dimension()));
           }};
 }
 
