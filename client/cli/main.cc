@@ -133,7 +133,7 @@ int main(int argc, char** argv) {
       ->required()
       ->type_name("SYSTEM");
   convert_app->add_option("--epsilon", convert_command.epsilon,
-                          "of the symmetric systems; chosen by default");
+                          "of the symmetric and parametric systems; chosen by default");
   convert_app->add_option("--parameter", convert_command.parameter, "of the parametric systems");
   convert_app
       ->add_option("--output", convert_command.output, "writes the scene alone, ready to be run")

@@ -9,7 +9,8 @@ namespace stiefel {
 
 SystemEntry parametric_moser_veselov_entry() {
   using Map = ParametricMoserVeselov<double, Arithmetic::compensated>;
-  SystemInfo info = parametric_info("M = (Q^-1 P - P^-1 Q - mu Lambda^2) / h, skew");
+  SystemInfo info =
+      parametric_info("M = (Q^-1 P - P^-1 Q) / epsilon - mu Lambda^2 / h, skew");
   info.name = "parametric_moser_veselov";
   info.summary = "discrete rigid body in GL(N) with the spectral parameter mu";
   info.equations =
@@ -20,9 +21,9 @@ SystemEntry parametric_moser_veselov_entry() {
   info.methods = keeps_all(info);
   return {info, [](SceneDraft& draft) { check_parametric(draft, draft.step()); },
           [](const Scene& scene) {
-            return simulate_map(scene, Map(scene.inertia(), scene.step(), scene.parameter()),
-                                parametric_readout(scene, scene.step()),
-                                2 * rigid_body_cost(scene.dimension()));
+            return simulate_map(
+                scene, Map(scene.inertia(), scene.step(), scene.parameter(), scene.epsilon()),
+                parametric_readout(scene, scene.step()), 2 * rigid_body_cost(scene.dimension()));
           }};
 }
 
