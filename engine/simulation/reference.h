@@ -49,6 +49,11 @@ class Reference {
   virtual std::string description() const = 0;
   /// What it took so far, in units of work.
   virtual double work() const = 0;
+  /// What it will have taken at that time, judged by the start of the motion; never less than what
+  /// is known to be needed. Nothing where that cannot be told without going there.
+  virtual std::optional<double> predicted_work(double /*time*/, const std::stop_token& /*stop*/) {
+    return std::nullopt;
+  }
 };
 
 /// What a reference is wanted for.
@@ -58,14 +63,15 @@ struct ReferenceNeed {
   bool quadruple = true;  ///< else extended precision will do
 };
 
-/// The best reference there is for the scene within the budget: Taylor series of the same motion in
-/// (Q, M) or (Q, S), in quadruple precision where that can be afforded, else in extended; for what
-/// has no such form the scene's own system in small steps. A closed form, where there is one, goes
-/// before all of these.
+/// The best reference there is for the scene within the budget: a closed form where there is one
+/// that is well-conditioned up to that time; else Taylor series of the same motion in (Q, M) or
+/// (Q, S), in quadruple precision where that can be afforded, else in extended; for what has no such
+/// form the scene's own system in small steps.
 std::unique_ptr<Reference> make_reference(const Scene& scene, const ReferenceNeed& need);
 
-/// Those two, as make_reference chooses between them. Null where the motion has no (Q, M) or (Q,
-/// S).
+/// Those three, as make_reference chooses between them. Null where there is no closed form that
+/// holds, and where the motion has no (Q, M) or (Q, S).
+std::unique_ptr<Reference> make_exact_reference(const Scene& scene, const ReferenceNeed& need);
 std::unique_ptr<Reference> make_taylor_reference(const Scene& scene, const ReferenceNeed& need);
 std::unique_ptr<Reference> make_refined_reference(const Scene& scene, const ReferenceNeed& need);
 
