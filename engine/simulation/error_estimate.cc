@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "engine/simulation/catalogue.h"
 #include "engine/simulation/simulation.h"

@@ -64,18 +64,9 @@ class ExactReference final : public Reference {
   double budget_, work_ = 0, error_ = 0;
 };
 
-template <class Scalar>
-Scalar rounded(const Quad& x) {
-  return static_cast<Scalar>(x);
-}
-template <>
-double rounded<double>(const Quad& x) {
-  return static_cast<double>(static_cast<long double>(x));
-}
 template <class Scalar, class Derived>
 auto rounded(const Eigen::MatrixBase<Derived>& A) {
-  return Eigen::Matrix<Scalar, Derived::RowsAtCompileTime, Derived::ColsAtCompileTime>(
-      A.unaryExpr([](const Quad& x) { return rounded<Scalar>(x); }));
+  return A.template cast<Scalar>().eval();
 }
 
 /// Euler's top from Q = I, after Q_0.
@@ -125,10 +116,13 @@ Solution round_frames(const Scene& scene) {
   };
 }
 
-/// Units of work of a state in both precisions: Euler's top as callgrind counts it, the others by
-/// their eigenvectors in extended precision.
+/// Units of work of a state in both precisions, as callgrind counts them: Euler's top; and the
+/// eigenvectors of a complex n × n with what is multiplied by them, rows × n.
 constexpr double top_in_quadruple = 1.3e6, top_in_extended = 6e4;
-double eigenvectors_work(double N) { return 5e4 + 600 * N * N * N; }
+double eigenvectors_work(Eigen::Index n, Eigen::Index rows) {
+  const auto d = static_cast<double>(n), r = static_cast<double>(rows);
+  return 5e4 + 600 * d * d * d + 50 * r * d * d;
+}
 
 ClosedForm top_form(const RigidStart& start, bool quadruple) {
   if (quadruple)
@@ -149,9 +143,10 @@ std::unique_ptr<ExactReference> reference(ClosedForm form, const ReferenceNeed& 
 std::unique_ptr<Reference> make_exact_reference(const Scene& scene, const ReferenceNeed& need) {
   const double time = std::copysign(need.time, scene.step());
   if (scene.system() == "stiefel" && RoundFrames<double>::has(scene.inertia())) {
-    const double N = 2.0 * static_cast<double>(scene.Q().rows());
+    const double work = eigenvectors_work(2 * scene.Q().rows(), scene.Q().cols());
+    if (work > need.budget) return nullptr;
     return reference({round_frames<long double>(scene), round_frames<double>(scene), in_extended,
-                      eigenvectors_work(N), "closed form for round frames in extended precision"},
+                      work, "closed form for round frames in extended precision"},
                      need, time);
   }
   const auto start = rigid_start(scene);
@@ -161,9 +156,9 @@ std::unique_ptr<Reference> make_exact_reference(const Scene& scene, const Refere
       if (auto made = reference(top_form(*start, quadruple), need, time)) return made;
     return nullptr;
   }
-  if (!TwoValuedBody<double>::has(scene.inertia())) return nullptr;
-  return reference({two_valued<long double>(*start), two_valued<double>(*start), in_extended,
-                    eigenvectors_work(scene.dimension()),
+  const double work = eigenvectors_work(scene.dimension(), scene.dimension());
+  if (!TwoValuedBody<double>::has(scene.inertia()) || work > need.budget) return nullptr;
+  return reference({two_valued<long double>(*start), two_valued<double>(*start), in_extended, work,
                     "closed form for Lambda of two values in extended precision"},
                    need, time);
 }

@@ -17,6 +17,12 @@ Wide momentum_of_pair(const Wide& Q, const Wide& P, const Quad& epsilon) {
   return (R - R.transpose()) / epsilon;
 }
 
+/// M = Qᵀ(A − Aᵀ)Q/ε, A = PQᵀ: the other where Q is orthogonal, which a Q of doubles is not quite.
+Wide momentum_of_constant(const Wide& Q, const Wide& P, const Quad& epsilon) {
+  const Wide A = P * Q.transpose();
+  return Q.transpose() * (A - A.transpose()) * Q / epsilon;
+}
+
 Vector3<Quad> vector(const std::vector<double>& v) {
   return Vector3<Quad>(Quad(v[0]), Quad(v[1]), Quad(v[2]));
 }
@@ -81,9 +87,9 @@ MotionState RigidStart::presented(Matrix<long double> attitude, Matrix<long doub
 std::optional<RigidStart> rigid_start(const Scene& scene) {
   const std::string& system = scene.system();
   if (scene.description().body) return of_body(scene);
-  const bool pair = system.ends_with("symmetric_rigid_body") || system == "reduced_rigid_body";
-  const bool B = system == "mclachlan_scovel";
-  if (!pair && !B && system != "rigid_body" && system != "right_rigid_body") return std::nullopt;
+  const bool pair = system.ends_with("symmetric_rigid_body");
+  const bool reduced = system == "reduced_rigid_body", B = system == "mclachlan_scovel";
+  if (!pair && !reduced && !B && system != "rigid_body" && system != "right_rigid_body") return std::nullopt;
   RigidStart start;
   start.right = system.starts_with("right_");
   start.lambda = scene.inertia().cast<Quad>();
@@ -94,6 +100,8 @@ std::optional<RigidStart> rigid_start(const Scene& scene) {
     Wide P = quadruple(scene.block("P"));
     if (start.right) P.transposeInPlace();
     start.M = momentum_of_pair(start.Q, P, scene.epsilon());
+  } else if (reduced) {
+    start.M = momentum_of_constant(start.Q, quadruple(scene.block("P")), scene.epsilon());
   } else if (B) {
     start.M = M_of_B(start.Q, quadruple(scene.block("B")));
   } else {

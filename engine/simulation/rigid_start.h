@@ -12,7 +12,8 @@ namespace stiefel {
 /// the numbers that the scene was given by, in one rounding of 113 bits instead of several of 53.
 ///
 ///     right                 Qᵀ, −M                        [RB] Prop. 2.1
-///     symmetric, reduced    M = (QᵀP − PᵀQ)/ε              Ψ
+///     symmetric             M = (QᵀP − PᵀQ)/ε              Ψ
+///     reduced               M = Qᵀ(PQᵀ − QPᵀ)Q/ε           [RB] (8.2)
 ///     McLachlan–Scovel      M = QᵀB                        [RB] (5.5)
 ///     body                  M = hat(Rᵀ I ω), Q = Q(q) R    I = R diag(moments) Rᵀ
 struct RigidStart {
