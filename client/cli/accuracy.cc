@@ -11,13 +11,13 @@
 namespace stiefel::cli {
 namespace {
 
-std::string number(const char* format, double value) {
+std::string formatted(const char* format, double value) {
   char text[64];
   std::snprintf(text, sizeof text, format, value);
   return text;
 }
 
-std::string brief(double value) { return number("%.1e", value); }
+std::string brief(double value) { return formatted("%.1e", value); }
 
 std::string invariants_kept(const v1::DiagnoseResponse& diagnosis) {
   double drift = 0;
@@ -26,15 +26,16 @@ std::string invariants_kept(const v1::DiagnoseResponse& diagnosis) {
 }
 
 /// One of attitude and momentum; what is not told is bounded by the reference's error.
-std::string error_of(const char* what, bool told, double error, const v1::EstimatedError& of) {
-  return std::string(what) + (told ? " " + brief(error) : " below " + brief(2 * of.reference_error()));
+std::string error_of(const std::string& what, bool told, double error, const v1::EstimatedError& of) {
+  const std::string number = told ? " " + brief(error) : " below " + brief(2 * of.reference_error());
+  return what + number;
 }
 
 std::string estimated(const v1::EstimatedError& error) {
   std::string text;
   if (error.has_attitude()) text = error_of("attitude", true, error.attitude(), error);
   if (error.has_angle())
-    text += " (" + number("%.2g", error.angle() * 180 / std::numbers::pi) + "°)";
+    text += " (" + formatted("%.2g", error.angle() * 180 / std::numbers::pi) + "°)";
   if (!text.empty()) text += ", ";
   text += error_of("momentum", error.has_momentum(), error.momentum(), error);
   if (error.has_member()) text += ", of member " + std::to_string(error.member());
@@ -49,7 +50,7 @@ v1::ErrorEstimation error_estimation(std::optional<bool> asked) {
 }
 
 std::string summary(const v1::DiagnoseResponse& diagnosis) {
-  const std::string kept = invariants_kept(diagnosis), at = number("t = %.6g", diagnosis.time());
+  const std::string kept = invariants_kept(diagnosis), at = formatted("t = %.6g", diagnosis.time());
   if (!diagnosis.has_estimated_error()) return kept + "error at " + at + " not estimated";
   const auto& error = diagnosis.estimated_error();
   if (!error.missing().empty()) return kept + "error at " + at + " not known: " + error.missing();

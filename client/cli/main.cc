@@ -114,7 +114,7 @@ int main(int argc, char** argv) {
 
   DiagnoseCommand diagnose_command;
   auto* diagnose_app =
-      app.add_subcommand("diagnose", "Prints invariants, their drift, the error and the domain at a step");
+      app.add_subcommand("diagnose", "Prints invariants, drift, error and domain at a step");
   add_scene(diagnose_app, diagnose_command.scene, diagnose_command.to);
   diagnose_app
       ->add_option("--invariants", diagnose_command.invariants,

@@ -9,11 +9,10 @@
 namespace stiefel {
 
 /// How far a simulation is from the exact motion of its scene, as well as that can be told. What it
-/// says of attitude and momentum is never less than the difference from a reference: the reference's
-/// own error is added.
+/// says of attitude and momentum is the difference from a reference and that one's own error.
 struct ErrorEstimate {
-  /// max |Q − Q̂| + δ in the caller's axes, δ the reference's own error. Nothing without a frame, and
-  /// where the difference is below half of δ, which then is a bound of it.
+  /// max |Q − Q̂| + δ in the caller's axes, δ the reference's own error. Nothing without a frame,
+  /// and where the difference is below half of δ: then the error is below 2δ.
   std::optional<double> attitude;
   /// max |M − M̂| / max |M̂| + δ; of Q̇Λ on V(n, N), of P where there is no M.
   std::optional<double> momentum;
@@ -28,9 +27,8 @@ struct ErrorEstimate {
   std::optional<std::int64_t> member = {};  ///< of an ensemble: the one with the largest error
 };
 
-/// Units of work that it takes to come from step 0 to where `now` is: steps of the map times
-/// step_weight, of an ensemble those of all members; where every state comes from step 0 that of one
-/// state.
+/// Units of work from step 0 to where `now` is: steps of the map times step_weight, of an ensemble
+/// those of all members; where every state comes from the one at step 0, one step.
 double run_work(const Scene& scene, const Simulation& now);
 
 /// The estimate for `now`, a simulation of `scene`, at the step where it is: after a run that ended

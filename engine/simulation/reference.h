@@ -65,8 +65,8 @@ struct ReferenceNeed {
 
 /// The best reference there is for the scene within the budget: a closed form where there is one
 /// that is well-conditioned up to that time; else Taylor series of the same motion in (Q, M) or
-/// (Q, S), in quadruple precision where that can be afforded, else in extended; for what has no such
-/// form the scene's own system in small steps.
+/// (Q, S), in quadruple precision where that can be afforded, else in extended; for what has no
+/// such form the scene's own system in small steps.
 std::unique_ptr<Reference> make_reference(const Scene& scene, const ReferenceNeed& need);
 
 /// Those three, as make_reference chooses between them. Null where there is no closed form that

@@ -71,7 +71,8 @@ RigidStart of_body(const Scene& scene) {
 
 }  // namespace
 
-MotionState RigidStart::presented(Matrix<long double> attitude, Matrix<long double> momentum) const {
+MotionState RigidStart::presented(Matrix<long double> attitude,
+                                  Matrix<long double> momentum) const {
   if (axes.size() > 0) {
     const Matrix<long double> R = axes.cast<long double>();
     if (attitude.size() > 0) attitude = (attitude * R.transpose()).eval();
@@ -89,7 +90,8 @@ std::optional<RigidStart> rigid_start(const Scene& scene) {
   if (scene.description().body) return of_body(scene);
   const bool pair = system.ends_with("symmetric_rigid_body");
   const bool reduced = system == "reduced_rigid_body", B = system == "mclachlan_scovel";
-  if (!pair && !reduced && !B && system != "rigid_body" && system != "right_rigid_body") return std::nullopt;
+  const bool M = system == "rigid_body" || system == "right_rigid_body";
+  if (!pair && !reduced && !B && !M) return std::nullopt;
   RigidStart start;
   start.right = system.starts_with("right_");
   start.lambda = scene.inertia().cast<Quad>();

@@ -8,8 +8,8 @@
 
 namespace stiefel {
 
-/// A rigid body at step 0 in quadruple precision, as its scene means it: (Q, M) of `rigid_body` from
-/// the numbers that the scene was given by, in one rounding of 113 bits instead of several of 53.
+/// A rigid body at step 0 in quadruple precision, as its scene means it: (Q, M) of `rigid_body`
+/// from the numbers that the scene was given by, rounded to 113 bits instead of 53.
 ///
 ///     right                 Qᵀ, −M                        [RB] Prop. 2.1
 ///     symmetric             M = (QᵀP − PᵀQ)/ε              Ψ

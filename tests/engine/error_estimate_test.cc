@@ -38,7 +38,7 @@ Scene envisat(const std::string& method, std::optional<int> order) {
   return Scene::resolve(d).value();
 }
 
-/// Both keep every invariant to rounding; 100 minutes later one of them is off by more than a degree.
+/// Both keep every invariant to rounding; 6000 s later one of them is off by more than a degree.
 TEST(EstimatedError, IsNoDrift) {
   const ErrorEstimate second = after(envisat("variational", 2), 6000);
   EXPECT_NEAR(second.angle.value() * 57.29578, 1.2, 0.05);
@@ -102,7 +102,7 @@ TEST(ExactReference, IsThereForLambdaOfTwoValuesAndForRoundFrames) {
   EXPECT_FALSE(make_exact_reference(testing::random_scene(5, 1, 0.1, "rk4"), {1, 1e12}));
 }
 
-/// The start of other forms of the same motion is that of 113 bits, not that of rounded conversions.
+/// The start of other forms of the same motion is that of 113 bits, not of rounded conversions.
 TEST(ExactReference, OfOtherFormsStartsFromTheirOwnNumbers) {
   for (const char* system : {"right_rigid_body", "symmetric_rigid_body", "reduced_rigid_body",
                              "right_symmetric_rigid_body", "mclachlan_scovel"}) {

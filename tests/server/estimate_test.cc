@@ -89,7 +89,8 @@ TEST_F(Estimate, EndsWhenTheCallerLeaves) {
   std::chrono::steady_clock::time_point ended;
   std::jthread caller([&] {
     v1::DiagnoseResponse response;
-    status = harness_.stub->Diagnose(&context, request(500, v1::ERROR_ESTIMATION_ALWAYS), &response);
+    const auto asked = request(500, v1::ERROR_ESTIMATION_ALWAYS);
+    status = harness_.stub->Diagnose(&context, asked, &response);
     ended = std::chrono::steady_clock::now();
   });
   std::this_thread::sleep_for(400ms);

@@ -222,8 +222,8 @@ void expect_estimates(unsigned first, unsigned count) {
                     outcome.reference.c_str());
     }
   }
-  std::printf("%d errors of %u scenes: estimates of %.3g to %.3g times the true error, %d above 10; "
-              "%d scenes without\n",
+  std::printf("%d errors of %u scenes: estimates are %.3g to %.3g times the true error, %d above "
+              "10 times; %d scenes have none\n",
               judged, count, least, most, high, missing);
   for (const auto& [reference, scenes] : references)
     std::printf("%4d against %s\n", scenes, reference.c_str());

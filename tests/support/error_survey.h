@@ -14,12 +14,12 @@ struct ErrorOutcome {
   std::optional<double> attitude, momentum;
 };
 
-/// A random scene of any continuous system with any of its methods, orders, arithmetics and scalars,
-/// run over up to some tens of radians either way. The true error is that against Boost.odeint's
+/// A random scene of any continuous system with any of its methods, orders, arithmetics and
+/// scalars, run over up to some tens of radians either way. The true error is that against Boost.odeint's
 /// Bulirsch–Stoer in extended precision, in the scene's own variables.
 ErrorOutcome survey_error(unsigned seed);
 
-/// What a survey of many seeds says: none below half of the true error, at most 5 % above ten times.
+/// Of many seeds: no estimate is below half of the true error, and at most 5 % above ten times.
 void expect_estimates(unsigned first, unsigned count);
 
 }  // namespace stiefel::testing
