@@ -18,13 +18,17 @@ using Solution = std::function<MotionState(double)>;
 /// times that of the finer as their roundings are.
 struct ClosedForm {
   Solution fine, coarse;
-  double finer;  ///< error of the fine solution over their distance, with some bits to spare
-  double work;   ///< of a state in both
+  struct Precision {
+    double finer;  ///< error of the fine solution over their distance, with some bits to spare
+    double unit;   ///< what an angle of 1 is rounded by
+  } precision;
+  double rate;  ///< ‖Ω‖_F or ‖Q̇‖_F, 1/time
+  double work;  ///< of a state in both
   std::string description;
 };
 
-constexpr double in_quadruple = 0x1p-40;  // 113 bits against 64
-constexpr double in_extended = 0x1p-6;    // 64 against 53
+constexpr ClosedForm::Precision in_quadruple = {0x1p-40, 0x1p-111};  // 113 bits against 64
+constexpr ClosedForm::Precision in_extended = {0x1p-6, 0x1p-62};     // 64 against 53
 /// From this distance on it is not proportional to the rounding any more.
 constexpr double proportional = 0x1p-10;
 
@@ -48,8 +52,11 @@ class ExactReference final : public Reference {
     work_ += form_.work;
     MotionState state = form_.fine(time);
     if (!state.momentum.allFinite() || !state.attitude.allFinite()) return std::nullopt;
-    constexpr double rounding = std::numeric_limits<long double>::epsilon();
-    error_ = std::max({error_, rounding, form_.finer * distance(form_.coarse(time), state)});
+    // Rounded to be reported, and in every angle on the way.
+    constexpr double reported = std::numeric_limits<long double>::epsilon();
+    const double rounding = reported + form_.precision.unit * form_.rate * std::abs(time);
+    error_ = std::max(
+        {error_, rounding, form_.precision.finer * distance(form_.coarse(time), state)});
     return Answer{std::move(state), error_};
   }
 
@@ -124,11 +131,23 @@ double eigenvectors_work(Eigen::Index n, Eigen::Index rows) {
   return 5e4 + 600 * d * d * d + 50 * r * d * d;
 }
 
+/// ‖Ω‖_F, Ω_ij = M_ij/(λ_i + λ_j).
+double rate(const RigidStart& start) {
+  double sum = 0;
+  for (Eigen::Index j = 0; j < start.M.cols(); ++j)
+    for (Eigen::Index i = 0; i < j; ++i) {
+      const auto Omega =
+          static_cast<double>(start.M(i, j)) / static_cast<double>(start.lambda(i) + start.lambda(j));
+      sum += 2 * Omega * Omega;
+    }
+  return std::sqrt(sum);
+}
+
 ClosedForm top_form(const RigidStart& start, bool quadruple) {
   if (quadruple)
-    return {top<Quad>(start), top<long double>(start), in_quadruple, top_in_quadruple,
+    return {top<Quad>(start), top<long double>(start), in_quadruple, rate(start), top_in_quadruple,
             "Jacobi's closed form in quadruple precision"};
-  return {top<long double>(start), top<double>(start), in_extended, top_in_extended,
+  return {top<long double>(start), top<double>(start), in_extended, rate(start), top_in_extended,
           "Jacobi's closed form in extended precision"};
 }
 
@@ -145,8 +164,9 @@ std::unique_ptr<Reference> make_exact_reference(const Scene& scene, const Refere
   if (scene.system() == "stiefel" && RoundFrames<double>::has(scene.inertia())) {
     const double work = eigenvectors_work(2 * scene.Q().rows(), scene.Q().cols());
     if (work > need.budget) return nullptr;
+    const double rate = scene.block("S").norm() / scene.inertia()(0);
     return reference({round_frames<long double>(scene), round_frames<double>(scene), in_extended,
-                      work, "closed form for round frames in extended precision"},
+                      rate, work, "closed form for round frames in extended precision"},
                      need, time);
   }
   const auto start = rigid_start(scene);
@@ -158,8 +178,8 @@ std::unique_ptr<Reference> make_exact_reference(const Scene& scene, const Refere
   }
   const double work = eigenvectors_work(scene.dimension(), scene.dimension());
   if (!TwoValuedBody<double>::has(scene.inertia()) || work > need.budget) return nullptr;
-  return reference({two_valued<long double>(*start), two_valued<double>(*start), in_extended, work,
-                    "closed form for Lambda of two values in extended precision"},
+  return reference({two_valued<long double>(*start), two_valued<double>(*start), in_extended,
+                    rate(*start), work, "closed form for Lambda of two values in extended precision"},
                    need, time);
 }
 

@@ -4,11 +4,11 @@
 
 #include <cmath>
 
+#include "engine/linalg/so_3.h"
 #include "engine/simulation/simulation.h"
 #include "engine/simulation/step_weight.h"
 #include "tests/support/any_scene.h"
 #include "tests/support/error_survey.h"
-#include "tests/support/random_frame.h"
 #include "tests/support/random_scene.h"
 #include "tests/support/random_top.h"
 
@@ -57,9 +57,8 @@ TEST(EstimatedError, IsNoDrift) {
 /// and everywhere else.
 TEST(ExactReference, SaysHowFarItIsOff) {
   int made = 0, refused = 0;
-  for (unsigned seed = 1; seed <= 100; ++seed) {
+  for (unsigned seed = 1; seed <= 60; ++seed) {
     const testing::RandomTop top(seed);
-    if (top.lambda.minCoeff() < 1e-100) continue;
     SceneDescription d;
     d.system = "rigid_body";
     d.method = MethodDescription{"rk4", {}, {}, ""};
@@ -67,23 +66,23 @@ TEST(ExactReference, SaysHowFarItIsOff) {
     const Eigen::Vector3d m = top.x.tail<3>();
     d.initial["Q"] = RowMatrix(RowMatrix::Identity(3, 3));
     d.initial["M"] = RowMatrix(hat(m));
-    d.step = top.t * std::min(1.0, 40 / top.one_and_angle());
+    d.step = top.t * std::min(1.0, 20 / top.one_and_angle());
     const Scene scene = Scene::resolve(d).value();
+    const auto b = make_taylor_reference(scene, {std::abs(d.step), 1e12})->at(d.step, {});
     for (const bool quadruple : {false, true}) {
       const ReferenceNeed need{std::abs(d.step), 1e12, quadruple};
       const auto exact = make_exact_reference(scene, need);
       refused += exact == nullptr;
       if (!exact) continue;
       ++made;
-      const auto series = make_taylor_reference(scene, {std::abs(d.step), 1e12});
-      const auto a = exact->at(d.step, {}), b = series->at(d.step, {});
+      const auto a = exact->at(d.step, {});
       ASSERT_TRUE(a && b) << top.kind << " " << seed;
       EXPECT_LE(error_of(a->state, b->state).largest(), a->error + b->error)
           << top.kind << " " << seed << " " << exact->description();
       EXPECT_GT(a->error, 0);
     }
   }
-  EXPECT_GT(made, 180);
+  EXPECT_GT(made, 110);
   EXPECT_LT(refused, 10);
 }
 
@@ -124,15 +123,11 @@ TEST(EstimatedError, OfABodyIsAgainstItsTensorAndAngularVelocity) {
   const ErrorEstimate exact = after(Scene::resolve(d).value(), 20);
   EXPECT_LT(exact.attitude.value(), 1e-14);
   EXPECT_LT(exact.momentum.value(), 1e-14);
-  d.method = MethodDescription{"rk4", {}, 8, ""};
-  EXPECT_NEAR(after(Scene::resolve(d).value(), 20).attitude.value() /
-                  after(Scene::resolve([&] {
-                          d.method->substeps = 16;
-                          return d;
-                        }()).value(),
-                        20)
-                      .attitude.value(),
-              16, 3);
+  const auto by_rk4 = [&](int substeps) {
+    d.method = MethodDescription{"rk4", {}, substeps, ""};
+    return after(Scene::resolve(d).value(), 20).attitude.value();
+  };
+  EXPECT_NEAR(by_rk4(16) / by_rk4(32), 16, 3);
 }
 
 TEST(EstimatedError, TakesQuadruplePrecisionOnlyWhereItHasTo) {
@@ -151,7 +146,7 @@ TEST(EstimatedError, OfARunThatStoppedIsThatOfItsLastGoodState) {
   d.inertia = {1, 1.2, 1.4, 1.6};
   Scene scene = Scene::resolve(d).value();
   std::unique_ptr<Simulation> now;
-  for (double step = 0.9; step < 3; step += 0.05) {
+  for (double step = 0.9; step < 3; step += 0.005) {
     d.step = step;
     scene = Scene::resolve(d).value();
     now = make_simulation(scene);
@@ -198,8 +193,8 @@ TEST(EstimatedError, SaysWhyThereIsNone) {
   const ErrorEstimate cancelled = estimate_error(scene, *now, plenty, stop.get_token());
   EXPECT_NE(cancelled.missing.find("cancelled"), std::string::npos) << cancelled.missing;
 
-  // One series of N = 300 takes more than everything that is allowed: it is not begun.
-  SceneDescription large = testing::description(testing::RandomBody(300, 1), 0.1, "rk4");
+  // One series of N = 200 takes more than everything that is allowed: it is not begun.
+  SceneDescription large = testing::description(testing::RandomBody(200, 1), 0.1, "rk4");
   const ErrorEstimate never = after(Scene::resolve(large).value(), 1);
   EXPECT_NE(never.missing.find("would take"), std::string::npos) << never.missing;
   EXPECT_EQ(never.work, 0);

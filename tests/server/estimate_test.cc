@@ -49,7 +49,7 @@ TEST_F(Estimate, IsMadeOnRequestOnly) {
 }
 
 TEST_F(Estimate, IsMadeWhereItIsCheaperThanTheRun) {
-  harness_.create("s", test::wire_scene({.dimension = 5}));
+  harness_.create("s", test::wire_scene());
   const auto few = diagnose(2, v1::ERROR_ESTIMATION_IF_CHEAPER).estimated_error();
   EXPECT_FALSE(few.has_attitude());
   EXPECT_NE(few.missing().find("would take"), std::string::npos) << few.missing();
@@ -57,11 +57,10 @@ TEST_F(Estimate, IsMadeWhereItIsCheaperThanTheRun) {
   const auto many = diagnose(20'000, v1::ERROR_ESTIMATION_IF_CHEAPER).estimated_error();
   EXPECT_GT(many.attitude(), 0) << many.missing();
   EXPECT_LT(many.work(), many.run_work());
-  EXPECT_FALSE(many.has_angle());
 }
 
 TEST_F(Estimate, OfMoreWorkThanIsAllowedIsRefusedWithItsPrice) {
-  harness_.create("s", test::wire_scene({.dimension = 200}));
+  harness_.create("s", test::wire_scene({.method = "rk4", .dimension = 200}));
   const auto error = diagnose(1, v1::ERROR_ESTIMATION_ALWAYS).estimated_error();
   EXPECT_FALSE(error.has_attitude() || error.has_momentum());
   EXPECT_NE(error.missing().find("would take"), std::string::npos);
@@ -81,7 +80,7 @@ TEST_F(Estimate, RefusesAnUnknownWish) {
 /// Seconds of work end within a fraction of one when the caller leaves, and other calls go on.
 TEST_F(Estimate, EndsWhenTheCallerLeaves) {
   auto scene = test::wire_scene({.method = "rk4", .arithmetic = "plain", .dimension = 20});
-  scene.set_step(0.02);
+  scene.set_step(0.001);
   harness_.create("s", scene);
   harness_.step("s", 500);
   grpc::ClientContext context;
