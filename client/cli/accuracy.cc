@@ -27,8 +27,9 @@ std::string invariants_kept(const v1::DiagnoseResponse& diagnosis) {
 
 /// One of attitude and momentum; what is not told is bounded by the reference's error.
 std::string error_of(const std::string& what, bool told, double error, const v1::EstimatedError& of) {
-  const std::string number = told ? " " + brief(error) : " below " + brief(2 * of.reference_error());
-  return what + number;
+  std::string text = what;
+  text += told ? " " : " below ";
+  return text + brief(told ? error : 2 * of.reference_error());
 }
 
 std::string estimated(const v1::EstimatedError& error) {

@@ -151,6 +151,9 @@ ClosedForm top_form(const RigidStart& start, bool quadruple) {
           "Jacobi's closed form in extended precision"};
 }
 
+/// Eigenvectors cannot be stopped on the way to them: half a second at most.
+constexpr double at_once = 2.5e9;
+
 std::unique_ptr<ExactReference> reference(ClosedForm form, const ReferenceNeed& need,
                                           double time) {
   auto made = std::make_unique<ExactReference>(std::move(form), need.budget);
@@ -163,7 +166,7 @@ std::unique_ptr<Reference> make_exact_reference(const Scene& scene, const Refere
   const double time = std::copysign(need.time, scene.step());
   if (scene.system() == "stiefel" && RoundFrames<double>::has(scene.inertia())) {
     const double work = eigenvectors_work(2 * scene.Q().rows(), scene.Q().cols());
-    if (work > need.budget) return nullptr;
+    if (work > std::min(at_once, need.budget)) return nullptr;
     const double rate = scene.block("S").norm() / scene.inertia()(0);
     return reference({round_frames<long double>(scene), round_frames<double>(scene), in_extended,
                       rate, work, "closed form for round frames in extended precision"},
@@ -177,7 +180,8 @@ std::unique_ptr<Reference> make_exact_reference(const Scene& scene, const Refere
     return nullptr;
   }
   const double work = eigenvectors_work(scene.dimension(), scene.dimension());
-  if (!TwoValuedBody<double>::has(scene.inertia()) || work > need.budget) return nullptr;
+  const bool two_valued_body = TwoValuedBody<double>::has(scene.inertia());
+  if (!two_valued_body || work > std::min(at_once, need.budget)) return nullptr;
   return reference({two_valued<long double>(*start), two_valued<double>(*start), in_extended,
                     rate(*start), work, "closed form for Lambda of two values in extended precision"},
                    need, time);

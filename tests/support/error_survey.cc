@@ -184,7 +184,8 @@ ErrorOutcome survey_error(unsigned seed) {
   what << "seed " << seed << ": " << d.system << " by " << d.method->name << " "
        << d.method->order.value_or(0) << " " << d.method->arithmetic << " " << d.method->scalar
        << ", N = " << d.inertia.size() << ", " << steps << " steps of " << d.step;
-  ErrorOutcome out{what.str()};
+  ErrorOutcome out;
+  out.scene = what.str();
   const Scene scene = Scene::resolve(d).value();
   const auto now = make_simulation(scene);
   now->advance(steps);  // however far
