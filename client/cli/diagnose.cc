@@ -18,12 +18,14 @@ ExitStatus diagnose(const DiagnoseCommand& command) {
   request.set_to(command.to);
   request.mutable_invariants()->Add(command.invariants.begin(), command.invariants.end());
   if (command.symplectic) request.mutable_symplectic_test();
+  request.set_estimate_error(error_estimation(command.estimate_error));
   v1::DiagnoseResponse diagnosis;
   {
     const Progress progress(session, command.to);
     diagnosis = session.diagnose(request);
   }
   std::cout << report(diagnosis.ending(), diagnosis).dump(2) << '\n';
+  show_summary(diagnosis);
   return conclude(diagnosis.ending(), diagnosis.step());
 }
 

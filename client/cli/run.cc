@@ -39,7 +39,10 @@ ExitStatus run(const RunCommand& command) {
       last = batch->steps(batch->steps_size() - 1);
       progress.at(last);
     }
-    diagnosis = session.diagnose(command.to);
+    v1::DiagnoseRequest request;
+    request.set_to(command.to);
+    request.set_estimate_error(error_estimation(command.estimate_error));
+    diagnosis = session.diagnose(request);
   }
   if (!stream.ending()) throw std::runtime_error("the stream ended without an ending");
   const auto result = report(*stream.ending(), diagnosis);
@@ -48,6 +51,7 @@ ExitStatus run(const RunCommand& command) {
   if (!command.output.empty() && !command.output.ends_with(".json")) {
     std::cout << result.dump(2) << '\n';
   }
+  show_summary(diagnosis);
   return conclude(*stream.ending(), diagnosis.step());
 }
 

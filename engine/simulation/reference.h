@@ -51,6 +51,11 @@ class Reference {
   virtual std::string description() const = 0;
   /// What it took so far, in units of work.
   virtual double work() const = 0;
+  /// What it will have taken at that time, judged by the start of the motion; never less than what
+  /// is known to be needed. Nothing where that cannot be told without going there.
+  virtual std::optional<double> predicted_work(double /*time*/, const std::stop_token& /*stop*/) {
+    return std::nullopt;
+  }
 };
 
 /// What a reference is wanted for.
@@ -60,12 +65,14 @@ struct ReferenceNeed {
   bool quadruple = true;  ///< else extended precision will do
 };
 
-/// The best reference there is for the scene within the budget: Taylor series of the scene's motion
-/// from its own blocks, in quadruple precision where that can be afforded, else in extended. A closed
-/// form, where there is one, goes before all of these. Null for a discrete system whose start is not
-/// one of a rigid body's.
+/// The best reference there is for the scene within the budget: a closed form where there is one
+/// that is well-conditioned up to that time; else Taylor series of the scene's motion from its own
+/// blocks, in quadruple precision where that can be afforded, else in extended. Null for a discrete
+/// system whose start is not one of a rigid body's.
 std::unique_ptr<Reference> make_reference(const Scene& scene, const ReferenceNeed& need);
 
+/// Null where there is no closed form that holds.
+std::unique_ptr<Reference> make_exact_reference(const Scene& scene, const ReferenceNeed& need);
 /// The Taylor series of every continuous system: in (Q, M), (Q, M_μ), (Q, S) or (Q, P).
 std::unique_ptr<Reference> make_taylor_reference(const Scene& scene, const ReferenceNeed& need);
 

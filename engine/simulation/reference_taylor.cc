@@ -1,4 +1,5 @@
-// All that the library computes in quadruple precision.
+// Taylor series in quadruple and extended precision.
+#include <algorithm>
 #include <cmath>
 
 #include "engine/linalg/quadruple.h"
@@ -60,6 +61,18 @@ class TaylorReference final : public Reference {
   double work() const override {
     return static_cast<double>(fine_.series_count()) * work_ +
            static_cast<double>(coarse_.series_count()) * coarse_work_;
+  }
+
+  /// By the stretches that the first series span; before those, two series that are dearer than the
+  /// budget are dear enough.
+  std::optional<double> predicted_work(double time, const std::stop_token& stop) override {
+    const double first = work_ + coarse_work_;
+    const auto stopped = [&] { return stop.stop_requested(); };
+    if (first > budget_ || !fine_.go_to(0, stopped) || !coarse_.go_to(0, stopped)) return first;
+    const auto stretches = [&](const auto& motion) {
+      return std::max(1.0, std::ceil(std::abs(time) / motion.span()));
+    };
+    return stretches(fine_) * work_ + stretches(coarse_) * coarse_work_;
   }
 
  private:

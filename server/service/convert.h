@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "engine/simulation/diagnosis.h"
+#include "engine/simulation/error_estimate.h"
 #include "engine/simulation/scene.h"
 #include "engine/simulation/simulation.h"
 #include "server/sessions/registry.h"
@@ -35,6 +36,7 @@ void to_proto(const Ending& ending, v1::Ending* out);
 /// How a walk over states of `scene` ended, with the sentence for its last good state.
 void to_proto(const Walk& walk, const Scene& scene, v1::Ending* out);
 void to_proto(const Diagnosis& diagnosis, v1::DiagnoseResponse* out);
+void to_proto(const ErrorEstimate& estimate, v1::EstimatedError* out);
 
 using FieldNames = google::protobuf::RepeatedPtrField<std::string>;
 

@@ -4,7 +4,7 @@
         with client.create("scene.json") as session:
             run = session.trajectory(to=10_000, every=10)
 """
-from stiefel.answers import Conversion, Geodesic
+from stiefel.answers import Conversion, EstimatedError, Geodesic
 from stiefel.arrays import Batch, Ending, Outcome, State, Trajectory
 from stiefel.client import Client
 from stiefel.drive import Drive
@@ -18,7 +18,7 @@ from stiefel.tradeoff import Point, Tradeoff
 
 __all__ = [
     "AlreadyExists", "Batch", "Cancelled", "Client", "Conversion", "DeadlineExceeded", "Drive", "Ending",
-    "FailedPrecondition", "Geodesic", "Internal", "InvalidArgument", "NotFound", "Outcome", "Point",
+    "EstimatedError", "FailedPrecondition", "Geodesic", "Internal", "InvalidArgument", "NotFound", "Outcome", "Point",
     "ResourceExhausted", "SceneLike", "SceneWarning", "Server", "Session", "State", "StiefelError", "Tradeoff",
     "Trajectory", "Unavailable", "Unimplemented", "Violation", "to_dict", "to_message",
 ]
