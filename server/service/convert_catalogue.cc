@@ -105,4 +105,16 @@ void to_proto(const Diagnosis& diagnosis, v1::DiagnoseResponse* out) {
   if (diagnosis.largest_step) out->mutable_domain()->set_largest_step(*diagnosis.largest_step);
 }
 
+void to_proto(const ErrorEstimate& estimate, v1::EstimatedError* out) {
+  if (estimate.attitude) out->set_attitude(*estimate.attitude);
+  if (estimate.momentum) out->set_momentum(*estimate.momentum);
+  if (estimate.angle) out->set_angle(*estimate.angle);
+  out->set_reference_error(estimate.reference_error);
+  out->set_reference(estimate.reference);
+  out->set_work(estimate.work);
+  out->set_run_work(estimate.run_work);
+  out->set_missing(estimate.missing);
+  if (estimate.member) out->set_member(static_cast<std::uint32_t>(*estimate.member));
+}
+
 }  // namespace stiefel::server

@@ -195,7 +195,7 @@ def test_what_cannot_be_met_says_the_best_that_was_found(client):
     assert refused.value.reason == "TOLERANCE_NOT_MET"
     assert 1e-15 < float(refused.value.metadata["best_error"]) < 1e-10
     assert refused.value.metadata["best_method"] in str(refused.value)
-    assert refused.value.violations[0].field == "tolerance"
+    assert refused.value.violations[0].field == "scene.tolerance"
 
 
 def test_a_choice_holds_up_nobody(client):
