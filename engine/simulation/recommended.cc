@@ -26,7 +26,9 @@ bool of_two_values(const Scene& scene) {
 bool is_round(const Scene& scene) { return RoundFrames<long double>::has(scene.inertia()); }
 bool has_costate(const Scene& scene) { return scene.block("p").size() > 0; }
 
-constexpr Recommendation adaptive(double tolerance, double largest_h_omega = 0) {
+/// In longer steps rounding would exceed what the tolerance leaves to a stride.
+constexpr double longest = 0.5;
+constexpr Recommendation adaptive(double tolerance, double largest_h_omega = longest) {
   return {.method = "adaptive",
           .order = 8,
           .tolerance = tolerance,
@@ -71,7 +73,7 @@ constexpr std::array stiefel_frames = {Recommendation{.where = "Lambda a multipl
                                                       .takes = is_round,
                                                       .method = "exact",
                                                       .arithmetic = "compensated"},
-                                       adaptive(1e-13)};
+                                       adaptive(5e-14)};
 constexpr std::array costates = {adaptive(1e-11, 0.15)};
 constexpr std::array ellipsoid = {Recommendation{.where = "given p",
                                                  .takes = has_costate,
