@@ -82,7 +82,7 @@ constexpr std::array ellipsoid = {Recommendation{.where = "given p",
                                                  .tolerance = 1e-11,
                                                  .largest_h_omega = 0.15},
                                   adaptive(1e-13)};
-constexpr std::array double_bracket = {adaptive(1e-13)};
+constexpr std::array double_bracket = {adaptive(3e-13)};
 
 struct OfSystem {
   std::string_view system;
