@@ -58,7 +58,7 @@ constexpr std::array rigid_body = {
                    .takes = in_four_without_frame,
                    .method = "rk4",
                    .order = 4,
-                   .largest_h_momentum_rate = 0.004},
+                   .largest_h_momentum_rate = 0.0037},
     Recommendation{.where = "N = 4",
                    .takes = in_four,
                    .method = "variational",
