@@ -1,5 +1,5 @@
-// The recommended methods of every continuous system, as data; tests/engine/recommendation_*_test.cc
-// measure what recommendation.h says of them.
+// The recommended methods of every continuous system, as data. What recommendation.h says of them
+// is measured by tests/engine/recommendation_for_long_test.cc.
 #include <array>
 
 #include "engine/methods/round_frames.h"
