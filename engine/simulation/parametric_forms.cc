@@ -20,6 +20,17 @@ Eigen::MatrixXd momentum(const Eigen::VectorXd& lambda, double mu_over_h, double
   return M;
 }
 
+/// ‖·‖_F of the matrices that M is a difference of, with what the solves add to their rounding.
+double parametric_terms(const Eigen::VectorXd& lambda, double mu_over_h, double epsilon,
+                        const Eigen::MatrixXd& Q, const Eigen::MatrixXd& P) {
+  const auto solved = [](const Eigen::MatrixXd& A, const Eigen::MatrixXd& B) {
+    const auto lu = A.partialPivLu();
+    return lu.solve(B).stableNorm() / lu.rcond();
+  };
+  return (solved(Q, P) + solved(P, Q)) / std::abs(epsilon) +
+         std::abs(mu_over_h) * lambda.cwiseAbs2().stableNorm();
+}
+
 /// By how much the rounding of P can change M: εM_μ is the difference of G = Q⁻¹P and G⁻¹. At most
 /// `relative` to the sizes of these two.
 double rounding_of_momentum(const Eigen::MatrixXd& Q, const Eigen::MatrixXd& P, double epsilon,
@@ -32,14 +43,12 @@ double rounding_of_momentum(const Eigen::MatrixXd& Q, const Eigen::MatrixXd& P, 
 
 }  // namespace
 
-SystemInfo parametric_info(bool discrete) {
+SystemInfo parametric_info(std::string_view momentum) {
   SystemInfo info{};
   info.blocks = {{"Q", "N x N", true, "invertible"}, {"P", "N x N", true, "invertible"}};
-  info.fields = {{"Q", "N x N", ""},
-                 {"P", "N x N", ""},
-                 {"M", "N x N",
-                  discrete ? "(Q^-1 P - P^-1 Q) / epsilon - mu Lambda^2 / h, skew"
-                           : "(Q^-1 P - P^-1 Q) / epsilon - mu Lambda^2, skew"},
+  info.fields = {{"Q", "N x N", "invertible"},
+                 {"P", "N x N", "invertible"},
+                 {"M", "N x N", momentum},
                  {"epsilon", "1 x 1", "P belongs to epsilon M"}};
   for (const auto& invariant : rigid_body_invariant_infos())
     if (invariant.name != "spatial_momentum") info.invariants.push_back(invariant);
@@ -97,7 +106,10 @@ StackedReadout parametric_readout(const Scene& scene, double h) {
   readout.field({"epsilon", 1, 1}, [epsilon](const auto&, auto out) { out(0, 0) = epsilon; });
   readout.invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
     // εM is a difference of G = Q⁻¹P and G⁻¹, which are near 1 when it is small.
-    rigid_body_invariants(lambda, Eigen::MatrixXd(), M(x), out, 1 / std::abs(epsilon));
+    const double terms =
+        parametric_terms(lambda, mu_over_h, epsilon, x.topRows(N), x.bottomRows(N));
+    rigid_body_invariants(Side::left, lambda, Eigen::MatrixXd(), M(x), out,
+                          {.terms = terms, .least_norm = 1 / std::abs(epsilon)});
     if (!out.wants("PQ_inverse")) return;
     const Eigen::MatrixXd A =
         x.topRows(N).transpose().partialPivLu().solve(x.bottomRows(N).transpose()).transpose();
