@@ -38,7 +38,7 @@ SceneDescription body(const Scale& scale, const std::string& method, unsigned se
   SceneDescription d = testing::description(RandomBody(4, seed), 0.1, method);
   for (double& lambda : d.inertia) lambda *= scale.inertia;
   d.initial.at("M").values *= scale.momentum;
-  d.step *= scale.step();
+  *d.step *= scale.step();
   return d;
 }
 
@@ -308,7 +308,7 @@ TEST(MomentumScalesOfFrames, PowersOfTwoChangeNoBit) {
             std::string_view(system) == "ellipsoid" ? "ellipsoid" : "stiefel", "variational", 1,
             0.1);
         for (double& lambda : d.inertia) lambda *= scale.inertia;
-        d.step *= scale.step();
+        *d.step *= scale.step();
         if (d.system == "ellipsoid")
           d.initial.at("qdot").values /= scale.step();
         else
