@@ -1,5 +1,7 @@
 #include "client/cli/endpoint.h"
 
+#include "client/cli/interrupt.h"
+
 namespace stiefel::cli {
 namespace {
 
@@ -9,11 +11,17 @@ std::unique_ptr<server::Server> embed() {
   return std::make_unique<server::Server>(std::move(options));
 }
 
+client::Options options() {
+  client::Options options;
+  options.stop = interruption();
+  return options;
+}
+
 }  // namespace
 
 Endpoint::Endpoint(const std::string& address)
     : embedded_(address.empty() ? embed() : nullptr),
-      client_(embedded_ ? client::Client(embedded_->in_process_channel())
-                        : client::Client::connect(address)) {}
+      client_(embedded_ ? client::Client(embedded_->in_process_channel(), options())
+                        : client::Client::connect(address, options())) {}
 
 }  // namespace stiefel::cli

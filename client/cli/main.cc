@@ -1,10 +1,15 @@
 // The command `stiefel`: simulations from the command line, on a server of its own or another.
 #include <CLI/CLI.hpp>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
 #include <exception>
 #include <functional>
 #include <iostream>
 
 #include "client/cli/commands.h"
+#include "client/cli/interrupt.h"
+#include "client/cli/parse_error.h"
 #include "client/cpp/error.h"
 
 namespace {
@@ -25,27 +30,23 @@ void add_scene(CLI::App* app, std::string& scene, std::int64_t& to) {
   app->add_option("--to", to, "the last step")->required()->type_name("STEP");
 }
 
-/// The path of what is wrong: in the scene's file, or the option it came from. What is wrong in the
-/// scene of a larger request is under "scene".
-std::string place(const std::string& field, const std::string& scene, bool in_request) {
+/// The path of what is wrong: the option of the command that it came from, or in the scene's file.
+/// What is wrong in the scene of a larger request is under "scene".
+std::string place(const std::string& field, const std::string& scene, const CLI::App& command) {
   const std::string name = field.substr(0, field.find_first_of(".["));
-  for (const char* option :
-       {"from", "to", "every", "fields", "invariants", "epsilon", "budget", "repeats"}) {
-    if (name == option) return "--" + field;
-  }
-  if (in_request && name == "horizon") return "--" + field;
+  if (command.get_option_no_throw("--" + name) != nullptr) return "--" + field;
   if (name == "scene") return scene + ": " + field.substr(std::min(field.size(), name.size() + 1));
   if (name == "forms" || name == "dirac_brackets") return "--structure: " + field;
   return scene + ": " + field;
 }
 
+void say(const std::string& fault) { std::cerr << "stiefel: error: " + fault + '\n'; }
+
 /// One line a fault, on stderr.
-ExitStatus explain(const client::Error& error, const std::string& scene, bool in_request) {
-  for (const auto& violation : error.violations()) {
-    std::cerr << "stiefel: " << place(violation.field, scene, in_request) << ": "
-              << violation.description << '\n';
-  }
-  if (error.violations().empty()) std::cerr << "stiefel: " << error.what() << '\n';
+ExitStatus explain(const client::Error& error, const std::string& scene, const CLI::App& command) {
+  for (const auto& violation : error.violations())
+    say(place(violation.field, scene, command) + ": " + violation.description);
+  if (error.violations().empty()) say(error.what());
   if (error.code() == grpc::StatusCode::INVALID_ARGUMENT || !error.violations().empty()) {
     return bad_input;
   }
@@ -54,19 +55,28 @@ ExitStatus explain(const client::Error& error, const std::string& scene, bool in
   return unreachable ? no_server : failed;
 }
 
+/// What was printed may still have found no room.
+ExitStatus flushed(ExitStatus status) {
+  std::cout.flush();
+  if (std::cout && std::fflush(stdout) == 0) return status;
+  throw std::runtime_error("cannot write to stdout: " + std::string(std::strerror(errno)));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app(
       "Torque-free rigid bodies in any dimension and geodesics on Stiefel manifolds: runs scenes "
-      "and "
-      "tells how accurate they are.",
+      "and tells how accurate they are.",
       "stiefel");
   app.require_subcommand(1);
   app.set_version_flag("--version", STIEFEL_VERSION);
   app.footer(
       "Exit status: 0 reached, 2 bad input, 3 numerical stop (what was reached is still written),\n"
-      "4 the server of --server cannot be reached, 1 anything else.");
+      "4 the server of --server cannot be reached, 1 anything else. Interrupted by Ctrl-C or\n"
+      "SIGTERM, a command says how far it got, leaves no incomplete file and ends by the signal\n"
+      "(130, 143). While it runs it tells on stderr how far it is and how long it still takes,\n"
+      "every ten seconds where stderr is not a terminal.");
   std::function<ExitStatus()> command;
   std::string scene;
 
@@ -150,7 +160,9 @@ int main(int argc, char** argv) {
 
   TradeoffCommand tradeoff_command;
   auto* tradeoff_app = app.add_subcommand(
-      "tradeoff", "Measures what accuracy costs with each method; * marks what no other one beats");
+      "tradeoff",
+      "Measures what accuracy costs with each method and prints the Pareto front: the points that "
+      "no other one beats in both work and error");
   tradeoff_app->add_option("SCENE", tradeoff_command.scene, "a scene file; its method is ignored")
       ->required()
       ->type_name("FILE.json");
@@ -163,6 +175,8 @@ int main(int argc, char** argv) {
                    "units of work, instructions; 5e10, about ten seconds, by default. What would "
                    "take more is extrapolated from a part of the horizon (marked ~)")
       ->type_name("B");
+  tradeoff_app->add_flag("--all", tradeoff_command.all,
+                         "prints all the points, those of the front marked with *");
   tradeoff_app->add_option("--repeats", tradeoff_command.repeats, "timed runs a point; 3")
       ->type_name("R");
   tradeoff_app
@@ -190,16 +204,25 @@ int main(int argc, char** argv) {
 
   try {
     app.parse(argc, argv);
-    return command();
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? reached : bad_input;
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+    std::cerr << explain(app, error);
+    return bad_input;
+  }
+  catch_interrupts();
+  try {
+    return flushed(command());
+  } catch (const Interrupted& how_far) {
+    end_interrupted(how_far.what());
   } catch (const BadInput& error) {
-    std::cerr << "stiefel: " << error.what() << '\n';
+    say(error.what());
     return bad_input;
   } catch (const client::Error& error) {
-    return explain(error, scene, tradeoff_app->parsed());
+    if (interrupted()) end_interrupted("");
+    return explain(error, scene, *app.get_subcommands().front());
   } catch (const std::exception& error) {
-    std::cerr << "stiefel: " << error.what() << '\n';
+    if (interrupted()) end_interrupted("");
+    say(error.what());
     return failed;
   }
 }
