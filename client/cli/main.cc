@@ -10,6 +10,7 @@
 #include "client/cli/commands.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/parse_error.h"
+#include "client/cli/origin.h"
 #include "client/cpp/error.h"
 
 namespace {
@@ -30,22 +31,21 @@ void add_scene(CLI::App* app, std::string& scene, std::int64_t& to) {
   app->add_option("--to", to, "the last step")->required()->type_name("STEP");
 }
 
-/// The path of what is wrong: the option of the command that it came from, or in the scene's file.
-/// What is wrong in the scene of a larger request is under "scene".
-std::string place(const std::string& field, const std::string& scene, const CLI::App& command) {
-  const std::string name = field.substr(0, field.find_first_of(".["));
-  if (command.get_option_no_throw("--" + name) != nullptr) return "--" + field;
-  if (name == "scene") return scene + ": " + field.substr(std::min(field.size(), name.size() + 1));
-  if (name == "forms" || name == "dirac_brackets") return "--structure: " + field;
-  return scene + ": " + field;
+void add_error(CLI::App* app, std::optional<bool>& estimate_error) {
+  auto* always = app->add_flag_callback(
+      "--error", [&] { estimate_error = true; },
+      "estimate the error of attitude and momentum at the last step; by default only when that "
+      "takes less work than the run");
+  app->add_flag_callback("--no-error", [&] { estimate_error = false; }, "do not estimate the error")
+      ->excludes(always);
 }
 
 void say(const std::string& fault) { std::cerr << "stiefel: error: " + fault + '\n'; }
 
 /// One line a fault, on stderr.
-ExitStatus explain(const client::Error& error, const std::string& scene, const CLI::App& command) {
+ExitStatus explain(const client::Error& error, const Origin& origin) {
   for (const auto& violation : error.violations())
-    say(place(violation.field, scene, command) + ": " + violation.description);
+    say(origin.place(violation.field) + ": " + violation.description);
   if (error.violations().empty()) say(error.what());
   if (error.code() == grpc::StatusCode::INVALID_ARGUMENT || !error.violations().empty()) {
     return bad_input;
@@ -78,7 +78,7 @@ int main(int argc, char** argv) {
       "(130, 143). While it runs it tells on stderr how far it is and how long it still takes,\n"
       "every ten seconds where stderr is not a terminal.");
   std::function<ExitStatus()> command;
-  std::string scene;
+  Origin origin;
 
   DescribeCommand describe_command;
   auto* describe_app = app.add_subcommand("describe", "Lists systems, methods and limits");
@@ -106,15 +106,20 @@ int main(int argc, char** argv) {
                    "a .json, .csv or .npz file; JSON on stdout by default. Outcome and diagnosis "
                    "are part of the JSON; with the other formats they go to stdout")
       ->type_name("FILE");
+  add_error(run_app, run_command.estimate_error);
   add_server(run_app, run_command.server);
   run_app->callback([&] {
-    scene = run_command.scene;
+    origin = {.file = run_command.scene,
+              .options = {{"from", "--from"},
+                          {"to", "--to"},
+                          {"every", "--every"},
+                          {"fields", "--fields"}}};
     command = [&] { return run(run_command); };
   });
 
   DiagnoseCommand diagnose_command;
   auto* diagnose_app =
-      app.add_subcommand("diagnose", "Prints invariants, their drift and the domain at a step");
+      app.add_subcommand("diagnose", "Prints invariants, drift, error and domain at a step");
   add_scene(diagnose_app, diagnose_command.scene, diagnose_command.to);
   diagnose_app
       ->add_option("--invariants", diagnose_command.invariants,
@@ -129,9 +134,15 @@ int main(int argc, char** argv) {
                    "two-forms and Dirac brackets to evaluate: `forms` and `dirac_brackets` of "
                    "stiefel.v1.DiagnoseRequest")
       ->type_name("FILE.json");
+  add_error(diagnose_app, diagnose_command.estimate_error);
   add_server(diagnose_app, diagnose_command.server);
   diagnose_app->callback([&] {
-    scene = diagnose_command.scene;
+    origin = {.file = diagnose_command.scene,
+              .options = {{"to", "--to"},
+                          {"invariants", "--invariants"},
+                          {"symplectic_test", "--symplectic"},
+                          {"forms", "--structure: forms"},
+                          {"dirac_brackets", "--structure: dirac_brackets"}}};
     command = [&] { return diagnose(diagnose_command); };
   });
 
@@ -147,14 +158,16 @@ int main(int argc, char** argv) {
       ->required()
       ->type_name("SYSTEM");
   convert_app->add_option("--epsilon", convert_command.epsilon,
-                          "of the symmetric systems; chosen by default");
+                          "of the symmetric and parametric systems; chosen by default");
   convert_app->add_option("--parameter", convert_command.parameter, "of the parametric systems");
   convert_app
       ->add_option("--output", convert_command.output, "writes the scene alone, ready to be run")
       ->type_name("FILE.json");
   add_server(convert_app, convert_command.server);
   convert_app->callback([&] {
-    scene = convert_command.scene;
+    origin = {
+        .file = convert_command.scene,
+        .options = {{"to", "--to"}, {"epsilon", "--epsilon"}, {"parameter", "--parameter"}}};
     command = [&] { return convert(convert_command); };
   });
 
@@ -184,7 +197,9 @@ int main(int argc, char** argv) {
       ->type_name("FILE");
   add_server(tradeoff_app, tradeoff_command.server);
   tradeoff_app->callback([&] {
-    scene = tradeoff_command.scene;
+    origin = {
+        .file = tradeoff_command.scene,
+        .options = {{"horizon", "--horizon"}, {"budget", "--budget"}, {"repeats", "--repeats"}}};
     command = [&] { return tradeoff(tradeoff_command); };
   });
 
@@ -198,7 +213,7 @@ int main(int argc, char** argv) {
       ->type_name("FILE.json");
   add_server(connect_app, connect_command.server);
   connect_app->callback([&] {
-    scene = connect_command.file;
+    origin = {.file = connect_command.file, .whole_request = true};
     command = [&] { return connect(connect_command); };
   });
 
@@ -219,7 +234,7 @@ int main(int argc, char** argv) {
     return bad_input;
   } catch (const client::Error& error) {
     if (interrupted()) end_interrupted("");
-    return explain(error, scene, *app.get_subcommands().front());
+    return explain(error, origin);
   } catch (const std::exception& error) {
     if (interrupted()) end_interrupted("");
     say(error.what());

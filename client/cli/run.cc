@@ -38,6 +38,7 @@ ExitStatus run(const RunCommand& command) {
   const auto sink = make_sink(command.output);
   const Endpoint endpoint(command.server);
   const auto session = endpoint.client().create(scene);
+  print_warnings(session.description());
   auto stream = session.stream({command.from, command.to, every(command), command.fields});
   std::int64_t last = 0;
   v1::DiagnoseResponse diagnosis;
@@ -49,7 +50,10 @@ ExitStatus run(const RunCommand& command) {
         last = batch->steps(batch->steps_size() - 1);
         progress.at(last);
       }
-      diagnosis = session.diagnose(command.to);
+      v1::DiagnoseRequest request;
+      request.set_to(command.to);
+      request.set_estimate_error(error_estimation(command.estimate_error));
+      diagnosis = session.diagnose(request);
     } catch (const client::Error&) {
       if (interrupted()) give_up(command, progress, *sink);
       throw;
@@ -62,6 +66,7 @@ ExitStatus run(const RunCommand& command) {
   if (!command.output.empty() && !command.output.ends_with(".json")) {
     std::cout << result.dump(2) << '\n';
   }
+  show_summary(diagnosis);
   return conclude(*stream.ending(), diagnosis.step());
 }
 
