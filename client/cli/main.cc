@@ -26,6 +26,15 @@ void add_scene(CLI::App* app, std::string& scene, std::int64_t& to) {
   app->add_option("--to", to, "the last step")->required()->type_name("STEP");
 }
 
+void add_error(CLI::App* app, std::optional<bool>& estimate_error) {
+  auto* always = app->add_flag_callback(
+      "--error", [&] { estimate_error = true; },
+      "estimate the error of attitude and momentum at the last step; by default only when that "
+      "takes less work than the run");
+  app->add_flag_callback("--no-error", [&] { estimate_error = false; }, "do not estimate the error")
+      ->excludes(always);
+}
+
 /// One line a fault, on stderr.
 ExitStatus explain(const client::Error& error, const Origin& origin) {
   for (const auto& violation : error.violations()) {
@@ -83,6 +92,7 @@ int main(int argc, char** argv) {
                    "a .json, .csv or .npz file; JSON on stdout by default. Outcome and diagnosis "
                    "are part of the JSON; with the other formats they go to stdout")
       ->type_name("FILE");
+  add_error(run_app, run_command.estimate_error);
   add_server(run_app, run_command.server);
   run_app->callback([&] {
     origin = {.file = run_command.scene,
@@ -95,7 +105,7 @@ int main(int argc, char** argv) {
 
   DiagnoseCommand diagnose_command;
   auto* diagnose_app =
-      app.add_subcommand("diagnose", "Prints invariants, their drift and the domain at a step");
+      app.add_subcommand("diagnose", "Prints invariants, drift, error and domain at a step");
   add_scene(diagnose_app, diagnose_command.scene, diagnose_command.to);
   diagnose_app
       ->add_option("--invariants", diagnose_command.invariants,
@@ -110,6 +120,7 @@ int main(int argc, char** argv) {
                    "two-forms and Dirac brackets to evaluate: `forms` and `dirac_brackets` of "
                    "stiefel.v1.DiagnoseRequest")
       ->type_name("FILE.json");
+  add_error(diagnose_app, diagnose_command.estimate_error);
   add_server(diagnose_app, diagnose_command.server);
   diagnose_app->callback([&] {
     origin = {.file = diagnose_command.scene,
@@ -133,7 +144,7 @@ int main(int argc, char** argv) {
       ->required()
       ->type_name("SYSTEM");
   convert_app->add_option("--epsilon", convert_command.epsilon,
-                          "of the symmetric systems; chosen by default");
+                          "of the symmetric and parametric systems; chosen by default");
   convert_app->add_option("--parameter", convert_command.parameter, "of the parametric systems");
   convert_app
       ->add_option("--output", convert_command.output, "writes the scene alone, ready to be run")

@@ -80,7 +80,7 @@ void print(const Answer& answer) {
   for (const std::size_t i : order) rows.push_back(row(answer.points[i], answer.front[i]));
   print_table(rows);
   std::cout << "\n* no other one beats it in both work and error   ~ extrapolated from a part of "
-               "the horizon\n< not above the reference's own error\n";
+               "the horizon\n< at most: nothing was measured above the reference's own error\n";
 }
 
 nlohmann::ordered_json to_json(const v1::TradeoffPoint& point, bool front) {

@@ -70,6 +70,8 @@ Chooser::Trial Chooser::attempt(const Candidate& candidate, const MethodDescript
   const double allowed = std::min(run_share * budget, left_);
   const std::int64_t to = affordable_steps(samples_, step_work, allowed);
   const Scene scene = with_method(description_, method);
+  // What rounding in single precision becomes cannot be told from a part.
+  if (scene.in_float() && to < steps_) return Trial{*scene.description().method};
   const Run result = run(scene, candidate.weight, samples_, to, Watch::errors, {});
   left_ -= result.work;
   Trial trial{*scene.description().method};

@@ -45,13 +45,12 @@ Place place_of_result(const ConversionTarget& target) {
   return place;
 }
 
-/// The scene's method where the system takes it, else the system's first.
+/// The scene's method where the system takes it; else none, so that it gets the recommended one.
 std::optional<MethodDescription> method_on(const SystemInfo& system, const Scene& scene) {
-  if (system.discrete) return std::nullopt;
   const auto& given = scene.description().method;
   for (const auto& on : system.methods)
     if (given && on.method == given->name) return given;
-  return MethodDescription{std::string(system.methods.front().method), {}, {}, ""};
+  return std::nullopt;
 }
 
 SceneDescription describe(const Scene& scene, const SystemInfo& system, const Phase& phase,
@@ -65,6 +64,18 @@ SceneDescription describe(const Scene& scene, const SystemInfo& system, const Ph
   out.parameter = expression.parameter;
   out.step = scene.step();
   return out;
+}
+
+/// The index of the field that starts a scene in the place of field `i`: that of M instead of P in
+/// an ensemble that has no ε in common, since M chooses each member's.
+std::size_t starting(const Scene& scene, const Simulation& now, std::size_t i) {
+  const auto index = [&](std::string_view name) {
+    const auto found = std::ranges::find(now.fields(), name, &Field::name);
+    return static_cast<std::size_t>(found - now.fields().begin());
+  };
+  const bool own_epsilons = !scene.members().empty() && !scene.description().epsilon &&
+                            index("epsilon") < now.fields().size();
+  return own_epsilons && now.fields()[i].name == "P" ? index("M") : i;
 }
 
 Block block_of(const Simulation& now, std::size_t index) {
@@ -141,8 +152,10 @@ std::expected<Scene, Violations> scene_at(const Scene& scene, const Simulation& 
     return Scene::resolve(std::move(out), Scene::drift_tolerance, place);
   }
   out.initial.clear();
-  for (std::size_t i = 0; i < now.block_count(); ++i)
-    out.initial[now.fields()[i].name] = block_of(now, i);
+  for (std::size_t i = 0; i < now.block_count(); ++i) {
+    const std::size_t from = starting(scene, now, i);
+    out.initial[now.fields()[from].name] = block_of(now, from);
+  }
   return Scene::resolve(std::move(out), Scene::drift_tolerance, place);
 }
 

@@ -1,5 +1,8 @@
 #include "engine/simulation/members.h"
 
+#include <algorithm>
+
+#include "engine/simulation/recommendation.h"
 #include "engine/simulation/scene_draft.h"
 #include "engine/simulation/scene_fields.h"
 
@@ -87,6 +90,14 @@ Violations check(const SceneDescription& all, const Place& place) {
   return wrong;
 }
 
+/// One method for all of them.
+MethodDescription recommended_method(std::span<const Scene> members) {
+  const Recommendation& one = recommendation_for(members);
+  MethodDescription method = one.description();
+  method.substeps = one.substeps(members);
+  return method;
+}
+
 }  // namespace
 
 std::expected<std::vector<Scene>, Violations> resolve_members(SceneDescription& ensemble,
@@ -108,15 +119,16 @@ std::expected<std::vector<Scene>, Violations> resolve_members(SceneDescription& 
     }
   }
   if (!wrong.empty()) return std::unexpected(std::move(wrong));
+  if (!ensemble.method && !members.front().method().empty()) {
+    ensemble.method = recommended_method(members);
+    return resolve_members(ensemble, largest_repair, place);
+  }
 
   const SceneDescription& first = members.front().description();
-  for (const Scene& one : members)
-    if (one.description().epsilon != first.epsilon)
-      return std::unexpected(Violations{
-          place.violation("epsilon", "absent",
-                          "must be given in an ensemble: its members need different ones")});
   ensemble.method = first.method;
-  ensemble.epsilon = first.epsilon;
+  if (std::ranges::all_of(
+          members, [&](const Scene& one) { return one.description().epsilon == first.epsilon; }))
+    ensemble.epsilon = first.epsilon;  // else each chooses its own again
   if (ensemble.body && ensemble.body->attitude.empty())
     ensemble.body->attitude = first.body->attitude;
   return members;

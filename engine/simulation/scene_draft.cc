@@ -8,6 +8,7 @@
 #include "engine/linalg/so_3.h"
 #include "engine/simulation/choice.h"
 #include "engine/simulation/near_name.h"
+#include "engine/simulation/recommendation.h"
 #include "engine/simulation/system_entry.h"
 
 namespace stiefel {
@@ -61,6 +62,7 @@ std::expected<Scene, Violations> SceneDraft::resolve() {
   }
   check_step();
   if (sound() && wants_choice()) choose();
+  if (sound() && !given().method && !system_->discrete) recommend();
   if (!sound()) return std::unexpected(std::move(violations_));
   return std::move(scene_);
 }
@@ -122,6 +124,14 @@ void SceneDraft::choose() {
   }
 }
 
+void SceneDraft::recommend() {
+  const std::span<const Scene> alone(&scene_, 1);
+  const Recommendation& one = recommendation_for(alone);
+  given().method = one.description();
+  check_method();
+  given().method->substeps = one.substeps(alone);
+}
+
 void SceneDraft::check_method() {
   auto& method = given().method;
   check_choice();
@@ -132,10 +142,8 @@ void SceneDraft::check_method() {
              std::string(system_->name) + " is a discrete system and takes no method");
     return;
   }
+  if (!method) return;  // the recommended one, once the state is known
   const auto names = listed(system_->methods, [](auto& m) { return m.method; });
-  if (!method)
-    return refuse("method", "absent",
-                  "a continuous system needs one of " + names + ", or tolerance and horizon");
   const MethodInfo* info = nullptr;
   for (const auto& m : system_->methods)
     if (m.method == method->name) info = catalogue().method(m.method);

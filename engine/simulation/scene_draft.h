@@ -68,6 +68,7 @@ class SceneDraft {
   void check_choice();
   bool wants_choice() { return given().tolerance && !given().method && !system_->discrete; }
   void choose();
+  void recommend();
   void check_order(const MethodInfo& info);
   void check_reach();
   void check_tolerance(const MethodInfo& info);

@@ -21,6 +21,15 @@ constexpr double helps = 0.5;
 constexpr int patience = 2;
 /// A run of less than this part of the horizon says too little of it.
 constexpr double least_part = 1.0 / 64;
+/// In single precision of less than this: rounding may come up from below.
+constexpr double least_part_in_float = 1.0 / 8;
+
+/// The error where what was measured is less than can be known.
+MotionError at_least(double known, MotionError error) {
+  if (error.attitude) error.attitude = std::max(known, *error.attitude);
+  error.momentum = std::max(known, error.momentum);
+  return error;
+}
 
 double median(std::vector<double> values) {
   std::ranges::sort(values);
@@ -67,7 +76,7 @@ std::expected<TradeoffSetup, Violations> Tradeoff::solve_reference(const std::st
         {"budget", to_text(request_.budget),
          "must be larger: " + samples_.reference + " takes half of it to the first state"}});
   TradeoffSetup setup{machine(), build_fingerprint(), samples_.reference};
-  setup.reference_error = samples_.answers.empty() ? 0 : samples_.answers.back().error;
+  setup.reference_error = reference_error();
   setup.horizon = time;
   setup.steps = steps_;
   setup.reference_steps = samples_.last();
@@ -88,13 +97,16 @@ std::optional<TradeoffPoint> Tradeoff::next(const std::stop_token& stop) {
                                             : candidate.with_substeps(1 << knob_);
     const double step_work = candidate.weight * method.substeps.value_or(1);
     const std::int64_t to = affordable_steps(samples_, step_work, share());
-    const bool too_short = static_cast<double>(to) < least_part * static_cast<double>(steps_) ||
+    const Scene scene = with_method(request_.scene, method);
+    const double least = scene.in_float() ? least_part_in_float : least_part;
+    const bool too_short = static_cast<double>(to) < least * static_cast<double>(steps_) ||
                            static_cast<double>(to) * step_work > share();
-    if (knob_ > 0 && too_short) {
+    const auto first = knob_ > 0 && too_short ? std::nullopt : first_run(candidate, scene, to, stop);
+    if (!first) {
       next_candidate();
       continue;
     }
-    auto point = measure(candidate, with_method(request_.scene, method), to, stop);
+    auto point = measure(candidate, scene, *first, stop);
     if (point.ending.outcome == Outcome::cancelled) return std::nullopt;
     const bool another = advance_knob(point);
     if (!another) continue;
@@ -105,12 +117,29 @@ std::optional<TradeoffPoint> Tradeoff::next(const std::stop_token& stop) {
   return std::nullopt;
 }
 
-TradeoffPoint Tradeoff::measure(const Candidate& candidate, const Scene& scene, std::int64_t to,
+std::optional<Run> Tradeoff::first_run(const Candidate& candidate, const Scene& scene,
+                                       std::int64_t to, const std::stop_token& stop) {
+  const auto go_to = [&](std::int64_t steps) {
+    Run made = run(scene, candidate.weight, samples_, steps, Watch::errors_and_invariants, stop);
+    left_ -= made.work;
+    return made;
+  };
+  if (to == steps_ || !scene.in_float()) return go_to(to);
+  if (knob_ > 0) {
+    Run part = go_to(to);
+    if (!part.ending.reached() || growth_.falls_as_declared(candidate, 2, part, samples_))
+      return part;
+  }
+  const double whole = candidate.weight * scene.substeps() * static_cast<double>(steps_);
+  if (samples_.last() < steps_ || whole > expected_points * share()) return std::nullopt;
+  return go_to(steps_);
+}
+
+TradeoffPoint Tradeoff::measure(const Candidate& candidate, const Scene& scene, const Run& first,
                                 const std::stop_token& stop) {
   TradeoffPoint point;
   point.method = *scene.description().method;
-  const Run first = run(scene, candidate.weight, samples_, to, Watch::errors_and_invariants, stop);
-  left_ -= first.work * static_cast<double>(request_.repeats);
+  left_ -= first.work * (request_.repeats - 1);
   point.ending = first.ending;
   point.measured_steps = first.steps;
   point.drift = first.drift;
@@ -120,7 +149,7 @@ TradeoffPoint Tradeoff::measure(const Candidate& candidate, const Scene& scene, 
   const double time = std::abs(scene.time(first.steps));
   point.cpu_seconds_per_second.push_back(first.cpu_seconds / time);
   for (int k = 1; k < request_.repeats && first.ending.reached(); ++k) {
-    const Run again = run(scene, candidate.weight, samples_, to, Watch::time, stop);
+    const Run again = run(scene, candidate.weight, samples_, first.steps, Watch::time, stop);
     if (again.ending.outcome == Outcome::cancelled) {
       point.ending = again.ending;
       return point;
@@ -133,16 +162,15 @@ TradeoffPoint Tradeoff::measure(const Candidate& candidate, const Scene& scene, 
   point.work = first.work * rest;
   if (!first.ending.reached()) return point;
 
-  const Reference::Answer& reference = samples_.answers[first.errors.size() - 1];
-  point.error = first.errors.back();
-  point.below_reference = point.error->largest() <= reference.error;
+  const double known = reference_error();
+  point.error = at_least(known, first.errors.back());
+  point.below_reference = first.errors.back().largest() <= known;
   point.extrapolated = first.steps < steps_;
   const double growth = growth_.beyond(candidate, first, samples_, steps_);
   if (point.extrapolated) {
     // What an error oscillates through is not what it grows from.
-    const double envelope = first.largest_error(first.errors.size());
-    const double least = point.error->largest();
-    const double factor = growth * (least > 0 ? std::min(envelope / least, 4.0) : 1);
+    const double envelope = std::max(known, first.largest_error(first.errors.size()));
+    const double factor = growth * std::min(envelope / point.error->largest(), 4.0);
     if (point.error->attitude) *point.error->attitude *= factor;
     point.error->momentum *= factor;
     if (!candidate.keeps_energy) point.drift *= rest;
@@ -176,11 +204,8 @@ void Tradeoff::next_candidate() {
 }
 
 std::vector<std::size_t> Tradeoff::front() const {
-  const double known = samples_.answers.empty() ? 0 : samples_.answers.back().error;
   std::vector<CostAndError> points;
-  for (std::size_t i = 0; i < costs_.size(); ++i)
-    points.push_back(
-        {costs_[i], std::isnan(errors_[i]) ? errors_[i] : std::max(known, errors_[i])});
+  for (std::size_t i = 0; i < costs_.size(); ++i) points.push_back({costs_[i], errors_[i]});
   return pareto_front(points);
 }
 

@@ -5,10 +5,12 @@
 #include <vector>
 
 #include "engine/simulation/diagnosis.h"
+#include "engine/simulation/error_estimate.h"
 #include "engine/simulation/scene.h"
 #include "engine/simulation/simulation.h"
 #include "server/sessions/registry.h"
 #include "server/sessions/session.h"
+#include "server/sessions/walk.h"
 #include "stiefel/v1/simulation.pb.h"
 
 /// Between the wire's types and the engine's; no other code sees both.
@@ -31,8 +33,10 @@ void to_proto(const RowMatrix& values, v1::Matrix* out);
 void to_proto(const Catalogue& catalogue, v1::DescribeResponse* out);
 void to_proto(const Session& session, const Registry& registry, v1::Session* out);
 void to_proto(const Ending& ending, v1::Ending* out);
-void to_proto(const Ending& ending, const Scene& scene, v1::Ending* out);
+/// How a walk over states of `scene` ended, with the sentence for its last good state.
+void to_proto(const Walk& walk, const Scene& scene, v1::Ending* out);
 void to_proto(const Diagnosis& diagnosis, v1::DiagnoseResponse* out);
+void to_proto(const ErrorEstimate& estimate, v1::EstimatedError* out);
 
 using FieldNames = google::protobuf::RepeatedPtrField<std::string>;
 

@@ -3,6 +3,7 @@
 #include "engine/linalg/to_text.h"
 #include "engine/simulation/catalogue.h"
 #include "engine/simulation/diagnosis.h"
+#include "engine/simulation/error_estimate.h"
 #include "engine/simulation/near_name.h"
 #include "engine/simulation/structure.h"
 #include "server/service/convert.h"
@@ -16,6 +17,8 @@ namespace {
 
 constexpr std::uint32_t default_pairs = 8, max_pairs = 1000;
 constexpr int largest_symplectic = 32;
+/// Units of work that an estimate of the error may take: about ten seconds.
+constexpr double most_estimate_work = 5e10;
 
 struct Form {
   std::string name;
@@ -31,6 +34,7 @@ struct DiagnoseTask {
   std::vector<Form> forms;
   std::vector<Bracket> brackets;
   std::optional<v1::SymplecticTest> symplectic;
+  v1::ErrorEstimation estimate_error = v1::ERROR_ESTIMATION_UNSPECIFIED;
   Violations violations;
 
   void take(Violations more) { violations.insert(violations.end(), more.begin(), more.end()); }
@@ -99,6 +103,10 @@ DiagnoseTask read(const Scene& scene, const v1::DiagnoseRequest& request) {
       task.take({{"symplectic_test", "N = " + std::to_string(scene.dimension()),
                   "is for N up to " + std::to_string(largest_symplectic)}});
   }
+  task.estimate_error = request.estimate_error();
+  if (!v1::ErrorEstimation_IsValid(task.estimate_error))
+    task.take({{"estimate_error", std::to_string(task.estimate_error),
+                "must be a value of stiefel.v1.ErrorEstimation"}});
   return task;
 }
 
@@ -111,11 +119,19 @@ OrStatus<double> number(const std::string& path, std::expected<double, Violation
   return *value;
 }
 
+void estimate(const Scene& scene, const Simulation& now, v1::ErrorEstimation asked,
+              const std::stop_token& stop, v1::EstimatedError* out) {
+  const double budget = asked == v1::ERROR_ESTIMATION_IF_CHEAPER
+                            ? std::min(run_work(scene, now), most_estimate_work)
+                            : most_estimate_work;
+  to_proto(estimate_error(scene, now, budget, stop), out);
+}
+
 grpc::Status answer_diagnose(const Session& at, const Walk& walk, const DiagnoseTask& task,
-                             v1::DiagnoseResponse* response) {
+                             const std::stop_token& stop, v1::DiagnoseResponse* response) {
   const Scene& scene = at.scene();
   const Simulation& now = walk.simulation();
-  to_proto(walk.ending(), scene, response->mutable_ending());
+  to_proto(walk, scene, response->mutable_ending());
   response->set_step(walk.step());
   response->set_time(scene.time(walk.step()));
   response->set_computed_steps(walk.computed_steps());
@@ -142,6 +158,8 @@ grpc::Status answer_diagnose(const Session& at, const Walk& walk, const Diagnose
     if (!defect) return errors::invalid(defect.error());
     if (*defect) response->set_symplectic_defect(**defect);
   }
+  if (task.estimate_error != v1::ERROR_ESTIMATION_UNSPECIFIED)
+    estimate(scene, now, task.estimate_error, stop, response->mutable_estimated_error());
   return grpc::Status::OK;
 }
 
@@ -162,9 +180,16 @@ grpc::ServerUnaryReactor* Service::Diagnose(Context* context, const v1::Diagnose
     if (const auto status = check_step("to", request->to()); !status.ok()) return refuse(status);
     DiagnoseTask task = read((*session)->scene(), *request);
     if (!task.violations.empty()) return refuse(errors::invalid(task.violations));
-    return new WalkCall(host_, std::move(log), *std::move(session), request->to(),
+    const std::int64_t to = request->to();
+    if (task.estimate_error != v1::ERROR_ESTIMATION_UNSPECIFIED)
+      return new WalkCall(host_, std::move(log), *std::move(session), to,
+                          [task = std::move(task), response](const Session& at, const Walk& walk,
+                                                             const std::stop_token& stop) {
+                            return answer_diagnose(at, walk, task, stop, response);
+                          });
+    return new WalkCall(host_, std::move(log), *std::move(session), to,
                         [task = std::move(task), response](const Session& at, const Walk& walk) {
-                          return answer_diagnose(at, walk, task, response);
+                          return answer_diagnose(at, walk, task, {}, response);
                         });
   } catch (...) {
     return refuse(errors::from_current_exception());

@@ -79,7 +79,7 @@ grpc::ServerUnaryReactor* Service::ForkSession(Context* context,
       return refuse(status);
     return new WalkCall(host_, std::move(log), *std::move(from), request->from_step(),
                         [&host = host_, request, response](const Session& at, const Walk& walk) {
-                          to_proto(walk.ending(), at.scene(), response->mutable_ending());
+                          to_proto(walk, at.scene(), response->mutable_ending());
                           if (!walk.ending().reached()) return grpc::Status::OK;
                           auto scene = forked(at.scene(), walk.simulation(), *request);
                           if (!scene) return scene.error();

@@ -117,7 +117,7 @@ bool StreamCall::send() {
   pack(message_);
   if (sampling_->done()) {
     const Walk& walk = sampling_->walk();
-    to_proto(walk.ending(), (*session_)->scene(), message_.mutable_ending());
+    to_proto(walk, (*session_)->scene(), message_.mutable_ending());
     message_.set_computed_steps(walk.computed_steps());
     end(grpc::Status::OK);
     return false;

@@ -59,7 +59,6 @@ MALFORMED = {
     "no system": (create(system=None), INVALID, "scene.system", "must be one of"),
     "unknown system": (create(system="rigid_boddy"), INVALID, "scene.system",
                        "rigid_boddy.*must be one of.*; did you mean rigid_body\\?"),
-    "no method": (create(method=None), INVALID, "scene.method", "absent.*needs"),
     "unknown method": (create(method={"name": "euler"}), INVALID, "scene.method.name", "euler.*must be one of"),
     "method of a discrete system": (create(system="moser_veselov"), INVALID, "scene.method", "takes no method"),
     "unknown order": (method(order=3), INVALID, "scene.method.order", "3.*must be one of"),

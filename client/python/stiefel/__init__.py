@@ -4,13 +4,13 @@
         with client.create("scene.json") as session:
             run = session.trajectory(to=10_000, every=10)
 """
-from stiefel.answers import Conversion, Geodesic
+from stiefel.answers import Conversion, EstimatedError, Geodesic
 from stiefel.arrays import Batch, Ending, Outcome, State, Trajectory
 from stiefel.client import Client
 from stiefel.drive import Drive
 from stiefel.errors import (AlreadyExists, Cancelled, DeadlineExceeded, FailedPrecondition, Internal,
-                            InvalidArgument, NotFound, ResourceExhausted, StiefelError, Unavailable,
-                            Unimplemented, Violation)
+                            InvalidArgument, NotFound, ResourceExhausted, SceneWarning, StiefelError,
+                            Unavailable, Unimplemented, Violation)
 from stiefel.scenes import SceneLike, to_dict, to_message
 from stiefel.server import Server
 from stiefel.session import Session
@@ -18,7 +18,7 @@ from stiefel.tradeoff import Point, Tradeoff
 
 __all__ = [
     "AlreadyExists", "Batch", "Cancelled", "Client", "Conversion", "DeadlineExceeded", "Drive", "Ending",
-    "FailedPrecondition", "Geodesic", "Internal", "InvalidArgument", "NotFound", "Outcome", "Point",
-    "ResourceExhausted", "SceneLike", "Server", "Session", "State", "StiefelError", "Tradeoff", "Trajectory",
-    "Unavailable", "Unimplemented", "Violation", "to_dict", "to_message",
+    "EstimatedError", "FailedPrecondition", "Geodesic", "Internal", "InvalidArgument", "NotFound", "Outcome", "Point",
+    "ResourceExhausted", "SceneLike", "SceneWarning", "Server", "Session", "State", "StiefelError", "Tradeoff",
+    "Trajectory", "Unavailable", "Unimplemented", "Violation", "to_dict", "to_message",
 ]
