@@ -61,7 +61,7 @@ double error_over_tolerance(const SceneDescription& d, const auto& exact) {
     return 0;
   }
   const auto now = make_simulation(*scene);
-  EXPECT_TRUE(now->advance(std::llround(*d.horizon / d.step)).reached());
+  EXPECT_TRUE(now->advance(std::llround(*d.horizon / scene->step())).reached());
   const MotionState state = read_motion(*scene, *now);
   const double error = error_of(state, exact(*scene)).largest();
   EXPECT_LE(error, *d.tolerance) << scene->description().choice;
