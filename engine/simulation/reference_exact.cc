@@ -6,7 +6,7 @@
 #include "engine/methods/euler_top.h"
 #include "engine/methods/round_frames.h"
 #include "engine/methods/two_valued_body.h"
-#include "engine/simulation/reference.h"
+#include "engine/simulation/reference_start.h"
 #include "engine/simulation/rigid_start.h"
 
 namespace stiefel {
@@ -112,12 +112,11 @@ Solution two_valued(const RigidStart& start) {
 }
 
 template <class Scalar>
-Solution round_frames(const Scene& scene) {
-  const Eigen::Index n = scene.Q().rows();
-  Matrix<Scalar> x(2 * n, scene.Q().cols());
-  x.topRows(n) = scene.Q().cast<Scalar>();
-  x.bottomRows(n) = scene.block("S").cast<Scalar>();
-  return [n, motion = RoundFrames<Scalar>(scene.inertia().cast<Scalar>(), x)](double t) mutable {
+Solution round_frames(double lambda_of_all, const Matrix<long double>& x) {
+  const Eigen::Index n = x.rows() / 2;
+  const Matrix<Scalar> start = rounded<Scalar>(x);
+  const Vector<Scalar> lambda = Vector<Scalar>::Constant(x.cols(), Scalar(lambda_of_all));
+  return [n, motion = RoundFrames<Scalar>(lambda, start)](double t) mutable {
     const Matrix<long double> at = motion.at(Scalar(t)).template cast<long double>();
     return MotionState{at.topRows(n), at.bottomRows(n)};
   };
@@ -160,18 +159,30 @@ std::unique_ptr<ExactReference> reference(ClosedForm form, const ReferenceNeed& 
   return made->holds_at(time) ? std::move(made) : nullptr;
 }
 
+std::unique_ptr<Reference> exact_frames(const Scene& scene, const Matrix<long double>& x,
+                                        const ReferenceNeed& need, double time) {
+  const double lambda = scene.inertia()(0);
+  const Eigen::Index n = x.rows() / 2;
+  const double work = eigenvectors_work(2 * n, x.cols());
+  if (work > std::min(at_once, need.budget)) return nullptr;
+  const auto speed = static_cast<double>(x.bottomRows(n).norm()) / lambda;
+  return reference({round_frames<long double>(lambda, x), round_frames<double>(lambda, x),
+                    in_extended, speed, work, "closed form for round frames in extended precision"},
+                   need, time);
+}
+
 }  // namespace
 
 std::unique_ptr<Reference> make_exact_reference(const Scene& scene, const ReferenceNeed& need) {
   const double time = std::copysign(need.time, scene.step());
-  if (scene.system() == "stiefel" && RoundFrames<double>::has(scene.inertia())) {
-    const double work = eigenvectors_work(2 * scene.Q().rows(), scene.Q().cols());
-    if (work > std::min(at_once, need.budget)) return nullptr;
-    const double rate = scene.block("S").norm() / scene.inertia()(0);
-    return reference({round_frames<long double>(scene), round_frames<double>(scene), in_extended,
-                      rate, work, "closed form for round frames in extended precision"},
-                     need, time);
-  }
+  const Eigen::VectorXd& lambda = scene.inertia();
+  const bool two_values = lambda.size() > 0 && TwoValuedBody<double>::has(lambda);
+  if (lambda.size() != 3 && !two_values) return nullptr;
+  if (RoundFrames<double>::has(lambda))
+    if (const auto series = start_of<long double>(scene))
+      if (series->kind == SeriesKind::stiefel) return exact_frames(scene, series->x, need, time);
+  const double work = eigenvectors_work(lambda.size(), lambda.size());
+  if (work > std::min(at_once, need.budget)) return nullptr;
   const auto start = rigid_start(scene);
   if (!start) return nullptr;
   if (start->moments) {
@@ -179,9 +190,6 @@ std::unique_ptr<Reference> make_exact_reference(const Scene& scene, const Refere
       if (auto made = reference(top_form(*start, quadruple), need, time)) return made;
     return nullptr;
   }
-  const double work = eigenvectors_work(scene.dimension(), scene.dimension());
-  const bool two_valued_body = TwoValuedBody<double>::has(scene.inertia());
-  if (!two_valued_body || work > std::min(at_once, need.budget)) return nullptr;
   return reference({two_valued<long double>(*start), two_valued<double>(*start), in_extended,
                     rate(*start), work, "closed form for Lambda of two values in extended precision"},
                    need, time);

@@ -3,25 +3,10 @@
 #include <Eigen/Eigenvalues>
 
 #include "engine/linalg/so_3.h"
-#include "engine/representations/mclachlan_scovel.h"
+#include "engine/simulation/reference_start.h"
 
 namespace stiefel {
 namespace {
-
-using Wide = Matrix<Quad>;
-
-Wide quadruple(const Eigen::MatrixXd& A) { return A.cast<Quad>(); }
-
-Wide momentum_of_pair(const Wide& Q, const Wide& P, const Quad& epsilon) {
-  const Wide R = Q.transpose() * P;
-  return (R - R.transpose()) / epsilon;
-}
-
-/// M = Qᵀ(A − Aᵀ)Q/ε, A = PQᵀ: the other where Q is orthogonal, which a Q of doubles is not quite.
-Wide momentum_of_constant(const Wide& Q, const Wide& P, const Quad& epsilon) {
-  const Wide A = P * Q.transpose();
-  return Q.transpose() * (A - A.transpose()) * Q / epsilon;
-}
 
 Vector3<Quad> vector(const std::vector<double>& v) {
   return Vector3<Quad>(Quad(v[0]), Quad(v[1]), Quad(v[2]));
@@ -86,30 +71,16 @@ MotionState RigidStart::presented(Matrix<long double> attitude,
 }
 
 std::optional<RigidStart> rigid_start(const Scene& scene) {
-  const std::string& system = scene.system();
   if (scene.description().body) return of_body(scene);
-  const bool pair = system.ends_with("symmetric_rigid_body");
-  const bool reduced = system == "reduced_rigid_body", B = system == "mclachlan_scovel";
-  const bool M = system == "rigid_body" || system == "right_rigid_body";
-  if (!pair && !reduced && !B && !M) return std::nullopt;
+  const auto series = start_of<Quad>(scene);
+  if (!series || series->kind != SeriesKind::rigid_body) return std::nullopt;
+  const Eigen::Index N = series->x.cols();
   RigidStart start;
-  start.right = system.starts_with("right_");
-  start.lambda = scene.inertia().cast<Quad>();
-  if (scene.dimension() == 3) start.moments.emplace(scene.inertia());
-  start.Q = quadruple(scene.Q());
-  if (start.right) start.Q.transposeInPlace();
-  if (pair) {
-    Wide P = quadruple(scene.block("P"));
-    if (start.right) P.transposeInPlace();
-    start.M = momentum_of_pair(start.Q, P, scene.epsilon());
-  } else if (reduced) {
-    start.M = momentum_of_constant(start.Q, quadruple(scene.block("P")), scene.epsilon());
-  } else if (B) {
-    start.M = M_of_B(start.Q, quadruple(scene.block("B")));
-  } else {
-    start.M = quadruple(scene.M());
-    if (start.right) start.M *= Quad(-1);
-  }
+  start.lambda = series->lambda;
+  if (N == 3) start.moments.emplace(series->lambda);
+  start.Q = series->x.topRows(series->x.rows() - N);
+  start.M = series->x.bottomRows(N);
+  start.right = series->presentation.right;
   return start;
 }
 

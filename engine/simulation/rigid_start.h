@@ -9,13 +9,9 @@
 namespace stiefel {
 
 /// A rigid body at step 0 in quadruple precision, as its scene means it: (Q, M) of `rigid_body`
-/// from the numbers that the scene was given by, rounded to 113 bits instead of 53.
-///
-///     right                 Qᵀ, −M                        [RB] Prop. 2.1
-///     symmetric             M = (QᵀP − PᵀQ)/ε              Ψ
-///     reduced               M = Qᵀ(PQᵀ − QPᵀ)Q/ε           [RB] (8.2)
-///     McLachlan–Scovel      M = QᵀB                        [RB] (5.5)
-///     body                  M = hat(Rᵀ I ω), Q = Q(q) R    I = R diag(moments) Rᵀ
+/// from the numbers that the scene was given by, rounded to 113 bits instead of 53. Of a body
+/// with I = R diag(moments) Rᵀ, attitude q and angular velocity ω these are Q(q) R and
+/// hat(Rᵀ I ω); of other forms what the Taylor series start from.
 struct RigidStart {
   Vector<Quad> lambda;                              ///< N
   std::optional<PrincipalMoments3<Quad>> moments;   ///< where N = 3
