@@ -110,7 +110,8 @@ std::optional<SeriesStart<Scalar>> start_of(const Scene& scene) {
   const Dense Q = block(system == "ellipsoid" ? "q" : "Q");
   if (system == "parametric_rigid_body") {
     start.presentation.diagonal = start.mu * lambda.cwiseAbs2();
-    return with(SeriesKind::parametric_rigid_body, Q, parametric_momentum<Scalar>(Q, block("P")));
+    const Dense M = parametric_momentum<Scalar>(Q, block("P")) / Scalar(scene.epsilon());
+    return with(SeriesKind::parametric_rigid_body, Q, M);
   }
 
   const auto frame = [&](const Dense& S) { return with(SeriesKind::stiefel, Q, S); };
