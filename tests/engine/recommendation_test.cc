@@ -126,7 +126,7 @@ TEST(Recommendation, DoesNotDependOnUnits) {
     auto other = metres;
     for (double& l : other.inertia) l *= 1e100;
     other.initial["M"].values *= 1e140;
-    other.step *= 1e-40;
+    other.step = 1e-40 * *other.step;
     EXPECT_EQ(method_of(metres).substeps, method_of(other).substeps);
   }
 }
