@@ -73,7 +73,10 @@ class Comparison {
   std::optional<Measured> measure(bool quadruple) {
     const double time = scene_.time(now_.step()), before = out_.work, left = budget_ - before;
     const auto reference = make_reference(scene_, {std::abs(time), left, quadruple});
-    if (!reference) return refuse("has no reference, at 0");
+    if (!reference) {
+      out_.missing = "there is no reference for " + scene_.system();
+      return std::nullopt;
+    }
     if (reference->description() == out_.reference) return std::nullopt;
     const auto predicted = prediction(*reference, time);
     if (predicted && !(*predicted <= left)) {
