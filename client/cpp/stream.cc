@@ -19,7 +19,9 @@ Stream::~Stream() {
 }
 
 void Stream::open() {
+  cancel_.reset();
   context_ = std::make_unique<grpc::ClientContext>();
+  cancel_ = std::make_unique<CancelOnStop>(connection_->options.stop, *context_);
   reader_ = connection_->stub->Stream(context_.get(), request_);
 }
 
@@ -44,7 +46,7 @@ const v1::StreamResponse* Stream::next_batch() {
     const grpc::Status status = reader_->Finish();
     reader_.reset();
     if (status.ok()) break;
-    if (!patience.allows_another(status)) throw Error(status);
+    if (!patience.allows_another(status)) throw connection_->error(status);
     if (last_step_) {
       resume_after(*last_step_);
     } else {

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
+#include "engine/linalg/to_text.h"
 #include "engine/simulation/catalogue.h"
 #include "engine/simulation/simulation.h"
 #include "engine/simulation/step_weight.h"
@@ -20,11 +20,7 @@ constexpr double rounding = 2e-15;
 /// Units of work in quadruple precision over those in extended, at least.
 constexpr double quadruple_over_extended = 12;
 
-std::string short_text(double x) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.1e", x);
-  return text;
-}
+std::string short_text(double x) { return scientific_text(x, 2); }
 
 std::string work_text(double work) { return short_text(work) + " units of work"; }
 
