@@ -184,11 +184,13 @@ std::unique_ptr<Reference> make_exact_reference(const Scene& scene, const Refere
   const Eigen::VectorXd& lambda = scene.inertia();
   const auto n = static_cast<double>(scene.Q().rows());
   const double least_work = 80 * n * n * static_cast<double>(lambda.size());  // of the start
-  if (!may_have_closed_form(lambda) || least_work > std::min(at_once, need.budget)) return nullptr;
+  // One that is too dear but cheap to make tells its price.
+  const double allowed = std::min(at_once, std::max(need.budget, top_in_extended));
+  if (!may_have_closed_form(lambda) || least_work > allowed) return nullptr;
   const auto start = start_of<Quad>(scene);
   if (!start) return nullptr;
   const double time = std::copysign(need.time, scene.step()), work = closed_form_work(*start);
-  if (work > std::min(at_once, need.budget)) return nullptr;
+  if (work > allowed) return nullptr;
   if (start->kind == SeriesKind::rigid_body) {
     if (start->x.cols() == 3) {
       for (const bool quadruple : {need.quadruple, true})
