@@ -7,9 +7,10 @@
 from stiefel.answers import Conversion, Geodesic
 from stiefel.arrays import Batch, Ending, Outcome, State, Trajectory
 from stiefel.client import Client
+from stiefel.diagnosis import Conservation, Diagnosis, Domain, Invariant
 from stiefel.drive import Drive
-from stiefel.errors import (AlreadyExists, Cancelled, DeadlineExceeded, FailedPrecondition, Internal,
-                            InvalidArgument, NotFound, ResourceExhausted, StiefelError, Unavailable,
+from stiefel.errors import (AlreadyExists, Cancelled, Closed, DeadlineExceeded, FailedPrecondition, Internal,
+                            InvalidArgument, NotFound, NotStarted, ResourceExhausted, StiefelError, Unavailable,
                             Unimplemented, Violation)
 from stiefel.scenes import SceneLike, to_dict, to_message
 from stiefel.server import Server
@@ -17,8 +18,9 @@ from stiefel.session import Session
 from stiefel.tradeoff import Point, Tradeoff
 
 __all__ = [
-    "AlreadyExists", "Batch", "Cancelled", "Client", "Conversion", "DeadlineExceeded", "Drive", "Ending",
-    "FailedPrecondition", "Geodesic", "Internal", "InvalidArgument", "NotFound", "Outcome", "Point",
-    "ResourceExhausted", "SceneLike", "Server", "Session", "State", "StiefelError", "Tradeoff", "Trajectory",
-    "Unavailable", "Unimplemented", "Violation", "to_dict", "to_message",
+    "AlreadyExists", "Batch", "Cancelled", "Client", "Closed", "Conservation", "Conversion", "DeadlineExceeded",
+    "Diagnosis", "Domain", "Drive", "Ending", "FailedPrecondition", "Geodesic", "Internal", "Invariant",
+    "InvalidArgument", "NotFound", "NotStarted", "Outcome", "Point", "ResourceExhausted", "SceneLike", "Server",
+    "Session", "State", "StiefelError", "Tradeoff", "Trajectory", "Unavailable", "Unimplemented", "Violation",
+    "to_dict", "to_message",
 ]
