@@ -18,7 +18,7 @@ def test_a_trajectory_is_arrays(session):
     run = session.trajectory(to=1000, every=7, fields=["Q", "quaternion"])
     assert list(run.step) == [*range(0, 1000, 7), 1000] and run.step.dtype == np.int64
     assert (run.time == run.step * 0.01).all()
-    assert run["Q"].shape == (len(run), 3, 3) and run["quaternion"].shape == (len(run), 1, 4)
+    assert run["Q"].shape == (run.samples, 3, 3) and run["quaternion"].shape == (run.samples, 1, 4)
     assert run.outcome is stiefel.Outcome.REACHED and run.computed_steps == 1000
     assert (run["Q"][-1] == session.step(to=1000)["Q"]).all()
 

@@ -39,7 +39,7 @@ class Client:
         self.address = address or os.environ.get("STIEFEL_ADDRESS", "127.0.0.1:50551")
         self.timeout = timeout
         self.channel = grpc.insecure_channel(self.address, options=_OPTIONS)
-        self._stub = SimulationServiceStub(self.channel)
+        self._stub = SimulationServiceStub(self.channel)  # type: ignore[no-untyped-call]
         self._closed = False
 
     @property
@@ -51,7 +51,8 @@ class Client:
 
     def describe(self) -> pb.DescribeResponse:
         """Systems, methods, limits, versions."""
-        return self.call("Describe", pb.DescribeRequest())
+        reply: pb.DescribeResponse = self.call("Describe", pb.DescribeRequest())
+        return reply
 
     def create(self, scene: SceneLike, id: Optional[str] = None, checkpoint: bytes = b"") -> Session:
         """A session of `scene`; the existing one if `id` names one of the same scene.

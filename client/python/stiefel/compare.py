@@ -28,4 +28,4 @@ class ByValue:
         if type(other) is not type(self):
             return NotImplemented
         return all(same(getattr(self, field.name), getattr(other, field.name))
-                   for field in dataclasses.fields(self) if field.compare)  # type: ignore[arg-type]
+                   for field in dataclasses.fields(self) if field.compare)

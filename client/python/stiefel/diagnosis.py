@@ -22,7 +22,7 @@ class Conservation(str, enum.Enum):
         return self.value
 
     @staticmethod
-    def of(kept: catalogue_pb2.Kept.ValueType) -> Conservation:
+    def of(kept: int) -> Conservation:
         """From the number on the wire, which `Client.describe` has too. One that is not known is UNSPECIFIED."""
         if kept not in catalogue_pb2.Kept.values():
             return Conservation.UNSPECIFIED

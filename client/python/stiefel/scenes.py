@@ -77,7 +77,8 @@ def _wrong(path: str, value: Any, rule: str) -> InvalidArgument:
 
 def to_dict(scene: SceneLike) -> dict[str, Any]:
     """The JSON form, with the proto's field names."""
-    return json_format.MessageToDict(to_message(scene), preserving_proto_field_name=True)
+    description: dict[str, Any] = json_format.MessageToDict(to_message(scene), preserving_proto_field_name=True)
+    return description
 
 
 def to_matrix(block: Any, path: str = "matrix") -> scene_pb2.Matrix:
@@ -88,10 +89,12 @@ def to_matrix(block: Any, path: str = "matrix") -> scene_pb2.Matrix:
 
 
 def to_array(matrix: scene_pb2.Matrix) -> NDArray[Any]:
-    values = np.array(matrix.values).reshape(matrix.rows, matrix.cols)
+    values: NDArray[Any] = np.array(matrix.values).reshape(matrix.rows, matrix.cols)
     if not matrix.imaginary:
         return values
-    return values + 1j * np.array(matrix.imaginary).reshape(matrix.rows, matrix.cols)
+    imaginary: NDArray[Any] = np.array(matrix.imaginary).reshape(matrix.rows, matrix.cols)
+    numbers: NDArray[Any] = values + 1j * imaginary
+    return numbers
 
 
 def _plain(value: Any) -> Any:

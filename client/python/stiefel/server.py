@@ -18,13 +18,11 @@ _READY = b"listening on "
 _GRACE = 5.0
 _KEPT = 65536  # bytes of stderr that an error may show
 
-Process = "subprocess.Popen[bytes]"
-
 
 class Server:
     """Made by `Server.start()`. `address` is what `Client` takes. As a context manager it stops at the end."""
 
-    def __init__(self, process: Process, address: str, folder: str):
+    def __init__(self, process: "subprocess.Popen[bytes]", address: str, folder: str):
         self.address = address
         self.process = process
         self._stop = weakref.finalize(self, _stop, process, folder)
@@ -94,7 +92,7 @@ def find_server() -> str:
             raise FileNotFoundError(f"STIEFEL_SERVER is {given}: there is no such program")
         return found
     built = Path(__file__).resolve().parents[2] / "bin" / "stiefel-server"
-    found = shutil.which(built) or shutil.which("stiefel-server")
+    found = shutil.which(str(built)) or shutil.which("stiefel-server")
     if not found:
         raise FileNotFoundError(
             f"no stiefel-server: STIEFEL_SERVER is not set, {built} does not exist, and none of the folders of PATH "
@@ -157,7 +155,7 @@ def _first_line(pipe: IO[bytes], timeout: float) -> Optional[bytes]:
     return line.strip()
 
 
-def _end(process: Process, grace: float) -> Optional[int]:
+def _end(process: "subprocess.Popen[bytes]", grace: float) -> Optional[int]:
     """The exit status, or None if it had to be killed after `grace` seconds."""
     try:
         return process.wait(grace)
@@ -174,7 +172,7 @@ def _not_started(command: Sequence[str], what: str, status: Optional[int], stder
     return error
 
 
-def _stop(process: Process, folder: str) -> None:
+def _stop(process: "subprocess.Popen[bytes]", folder: str) -> None:
     if process.poll() is None:
         process.terminate()
         _end(process, _GRACE)

@@ -64,8 +64,8 @@ class Session:
                                      symplectic_test=pb.SymplecticTest() if symplectic else None)
         for name, first, second in forms:
             request.forms.add(form=name, first=_blocks(first, "first"), second=_blocks(second, "second"))
-        for first, second in dirac_brackets:
-            request.dirac_brackets.add(first=_factors(first), second=_factors(second))
+        for one, other in dirac_brackets:
+            request.dirac_brackets.add(first=_factors(one), second=_factors(other))
         return Diagnosis.of(self._client.call("Diagnose", request, timeout))
 
     def fork(self, at: int, method: Optional[Mapping[str, Any]] = None, step: Optional[float] = None,

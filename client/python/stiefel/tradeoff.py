@@ -73,7 +73,8 @@ class Tradeoff:
 
     @staticmethod
     def of(messages: Iterator[pb.MeasureTradeoffResponse]) -> Tradeoff:
-        setup, points, front = pb.TradeoffSetup(), [], ()
+        setup, points = pb.TradeoffSetup(), []
+        front: tuple[Point, ...] = ()
         for message in messages:
             if message.HasField("setup"):
                 setup = message.setup
@@ -119,7 +120,7 @@ class Tradeoff:
                 axes.plot([], [], "o-", color=colour, ms=4, lw=1, label=first.entry)
                 named.add(first.entry)
         if cost == "work" and error == "error":
-            axes.plot([p.work for p in self.front], [max(p.error, known) for p in self.front], color="0.8",
+            axes.plot([p.work for p in self.front], [max(p.error or 0.0, known) for p in self.front], color="0.8",
                       lw=6, zorder=0, solid_capstyle="round")
         if error != "drift":
             axes.axhline(known, color="0.4", ls=":", lw=1)
@@ -142,7 +143,7 @@ def _colours(points: Sequence[Point]) -> dict[str, Any]:
     orders: dict[str, set[int]] = {}
     for p in points:
         orders.setdefault(p.method, set()).add(p.order)
-    colours = {}
+    colours: dict[str, Any] = {}
     hues = iter(range(len(orders)))
     for method, of in orders.items():
         if of == {0}:
