@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "grpc/health/v1/health.grpc.pb.h"
+#include "server/address.h"
 #include "server/server.h"
 
 namespace {
@@ -19,7 +20,17 @@ std::chrono::milliseconds milliseconds(double seconds) {
   return std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1000));
 }
 
+/// What CLI11 puts after "--listen: ".
+std::string sound_address(const std::string& address) {
+  const auto fault = stiefel::server::address_fault(address);
+  return fault ? address + ": " + *fault : "";
+}
+
 int health_check(const std::string& address, const std::string& service) {
+  if (const std::string fault = sound_address(address); !fault.empty()) {
+    std::cerr << "--address: " << fault << '\n';
+    return 1;
+  }
   const auto stub = grpc::health::v1::Health::NewStub(
       grpc::CreateChannel(address, grpc::InsecureChannelCredentials()));
   grpc::ClientContext context;
@@ -89,6 +100,7 @@ int main(int argc, char** argv) {
                  "host:port (0: any free port) or unix:PATH; repeatable")
       ->envname("STIEFEL_LISTEN")
       ->delimiter(',')
+      ->check(sound_address)
       ->capture_default_str();
   app.add_option("--threads", options.threads, "Threads that compute; 0: one a core")
       ->envname("STIEFEL_THREADS")

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "engine/simulation/ensemble.h"
+#include "server/address.h"
 #include "server/service/limits.h"
 #include "server/service/service.h"
 
@@ -56,6 +57,10 @@ Server::Server(Options options) : parts_(std::make_unique<Parts>(options)) {
   // Otherwise a second server on the same port would share its connections.
   builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
   std::vector<int> ports(options.listen.size());
+  // gRPC takes ports beyond 65535 modulo 65536.
+  for (const std::string& address : options.listen)
+    if (const auto fault = address_fault(address))
+      throw std::runtime_error("cannot listen on " + address + ": " + *fault);
   for (std::size_t i = 0; i < ports.size(); ++i) {
     builder.AddListeningPort(options.listen[i], grpc::InsecureServerCredentials(), &ports[i]);
   }

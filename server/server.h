@@ -33,7 +33,7 @@ struct Options {
 /// one of these; a program can hold its own. Thread-safe.
 class Server {
  public:
-  /// Throws std::runtime_error when an address cannot be listened on.
+  /// Throws std::runtime_error when an address is none (address.h) or cannot be listened on.
   explicit Server(Options options);
   /// Shuts down, without grace if `shutdown` was not called.
   ~Server();

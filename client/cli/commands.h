@@ -9,7 +9,8 @@
 
 namespace stiefel::cli {
 
-/// Each command throws BadInput or client::Error for what is not its outcome.
+/// Each command throws BadInput or client::Error for what is not its outcome. `estimate_error`:
+/// always or never; by default when it takes less work than the run.
 
 struct DescribeCommand {
   std::string server;
@@ -25,6 +26,7 @@ struct RunCommand {
   std::optional<std::int64_t> every;
   std::vector<std::string> fields;
   std::string output;
+  std::optional<bool> estimate_error;
 };
 ExitStatus run(const RunCommand& command);
 
@@ -40,6 +42,7 @@ struct DiagnoseCommand {
   /// A file with `forms` and `dirac_brackets`, as in stiefel.v1.DiagnoseRequest.
   std::string structure;
   bool symplectic = false;
+  std::optional<bool> estimate_error;
 };
 ExitStatus diagnose(const DiagnoseCommand& command);
 

@@ -20,6 +20,21 @@ std::string preserves(const v1::MethodOnSystem& method) {
   return text;
 }
 
+/// "variational of order 8, plain, h|Omega| of a substep up to 0.15".
+std::string text(const v1::Recommendation& recommended) {
+  const v1::Method& method = recommended.method();
+  std::ostringstream out;
+  out << method.name();
+  if (method.has_order()) out << " of order " << method.order();
+  if (method.has_tolerance()) out << " with tolerance " << method.tolerance();
+  out << ", " << method.arithmetic();
+  if (recommended.largest_h_omega() > 0)
+    out << ", h|Omega| of a substep up to " << recommended.largest_h_omega();
+  if (recommended.largest_h_momentum_rate() > 0)
+    out << ", h(|M''|/|M|)^1/2 of a substep up to " << recommended.largest_h_momentum_rate();
+  return out.str();
+}
+
 void print(const v1::SystemInfo& system) {
   std::cout << '\n'
             << system.name() << (system.discrete() ? " (discrete)" : "") << ": " << system.summary()
@@ -45,6 +60,11 @@ void print(const v1::SystemInfo& system) {
     if (!method.where().empty()) name += " (" + method.where() + ")";
     if (method.in_float()) name += ", float too";
     rows.push_back({"keeps", name, preserves(method)});
+  }
+  for (const auto& recommended : system.recommended()) {
+    rows.push_back({"recommended",
+                    recommended.where().empty() ? "(every scene)" : recommended.where(),
+                    text(recommended)});
   }
   print_table(rows, "  ");
 }

@@ -12,17 +12,20 @@ ExitStatus diagnose(const DiagnoseCommand& command) {
   const v1::Scene scene = read_scene(command.scene);
   const Endpoint endpoint(command.server);
   const auto session = endpoint.client().create(scene);
+  print_warnings(session.description());
   v1::DiagnoseRequest request;
   if (!command.structure.empty()) read_message(command.structure, &request);
   request.set_to(command.to);
   request.mutable_invariants()->Add(command.invariants.begin(), command.invariants.end());
   if (command.symplectic) request.mutable_symplectic_test();
+  request.set_estimate_error(error_estimation(command.estimate_error));
   v1::DiagnoseResponse diagnosis;
   {
     const Progress progress(session, command.to);
     diagnosis = session.diagnose(request);
   }
   std::cout << report(diagnosis.ending(), diagnosis).dump(2) << '\n';
+  show_summary(diagnosis);
   return conclude(diagnosis.ending(), diagnosis.step());
 }
 

@@ -5,6 +5,7 @@
 #include <iostream>
 
 #include "client/cli/commands.h"
+#include "client/cli/origin.h"
 #include "client/cpp/error.h"
 
 namespace {
@@ -25,25 +26,20 @@ void add_scene(CLI::App* app, std::string& scene, std::int64_t& to) {
   app->add_option("--to", to, "the last step")->required()->type_name("STEP");
 }
 
-/// The path of what is wrong: in the scene's file, or the option it came from. What is wrong in the
-/// scene of a larger request is under "scene".
-std::string place(const std::string& field, const std::string& scene, bool in_request) {
-  const std::string name = field.substr(0, field.find_first_of(".["));
-  for (const char* option :
-       {"from", "to", "every", "fields", "invariants", "epsilon", "budget", "repeats"}) {
-    if (name == option) return "--" + field;
-  }
-  if (in_request && name == "horizon") return "--" + field;
-  if (name == "scene") return scene + ": " + field.substr(std::min(field.size(), name.size() + 1));
-  if (name == "forms" || name == "dirac_brackets") return "--structure: " + field;
-  return scene + ": " + field;
+void add_error(CLI::App* app, std::optional<bool>& estimate_error) {
+  auto* always = app->add_flag_callback(
+      "--error", [&] { estimate_error = true; },
+      "estimate the error of attitude and momentum at the last step; by default only when that "
+      "takes less work than the run");
+  app->add_flag_callback("--no-error", [&] { estimate_error = false; }, "do not estimate the error")
+      ->excludes(always);
 }
 
 /// One line a fault, on stderr.
-ExitStatus explain(const client::Error& error, const std::string& scene, bool in_request) {
+ExitStatus explain(const client::Error& error, const Origin& origin) {
   for (const auto& violation : error.violations()) {
-    std::cerr << "stiefel: " << place(violation.field, scene, in_request) << ": "
-              << violation.description << '\n';
+    std::cerr << "stiefel: " << origin.place(violation.field) << ": " << violation.description
+              << '\n';
   }
   if (error.violations().empty()) std::cerr << "stiefel: " << error.what() << '\n';
   if (error.code() == grpc::StatusCode::INVALID_ARGUMENT || !error.violations().empty()) {
@@ -68,7 +64,7 @@ int main(int argc, char** argv) {
       "Exit status: 0 reached, 2 bad input, 3 numerical stop (what was reached is still written),\n"
       "4 the server of --server cannot be reached, 1 anything else.");
   std::function<ExitStatus()> command;
-  std::string scene;
+  Origin origin;
 
   DescribeCommand describe_command;
   auto* describe_app = app.add_subcommand("describe", "Lists systems, methods and limits");
@@ -96,15 +92,20 @@ int main(int argc, char** argv) {
                    "a .json, .csv or .npz file; JSON on stdout by default. Outcome and diagnosis "
                    "are part of the JSON; with the other formats they go to stdout")
       ->type_name("FILE");
+  add_error(run_app, run_command.estimate_error);
   add_server(run_app, run_command.server);
   run_app->callback([&] {
-    scene = run_command.scene;
+    origin = {.file = run_command.scene,
+              .options = {{"from", "--from"},
+                          {"to", "--to"},
+                          {"every", "--every"},
+                          {"fields", "--fields"}}};
     command = [&] { return run(run_command); };
   });
 
   DiagnoseCommand diagnose_command;
   auto* diagnose_app =
-      app.add_subcommand("diagnose", "Prints invariants, their drift and the domain at a step");
+      app.add_subcommand("diagnose", "Prints invariants, drift, error and domain at a step");
   add_scene(diagnose_app, diagnose_command.scene, diagnose_command.to);
   diagnose_app
       ->add_option("--invariants", diagnose_command.invariants,
@@ -119,9 +120,15 @@ int main(int argc, char** argv) {
                    "two-forms and Dirac brackets to evaluate: `forms` and `dirac_brackets` of "
                    "stiefel.v1.DiagnoseRequest")
       ->type_name("FILE.json");
+  add_error(diagnose_app, diagnose_command.estimate_error);
   add_server(diagnose_app, diagnose_command.server);
   diagnose_app->callback([&] {
-    scene = diagnose_command.scene;
+    origin = {.file = diagnose_command.scene,
+              .options = {{"to", "--to"},
+                          {"invariants", "--invariants"},
+                          {"symplectic_test", "--symplectic"},
+                          {"forms", "--structure: forms"},
+                          {"dirac_brackets", "--structure: dirac_brackets"}}};
     command = [&] { return diagnose(diagnose_command); };
   });
 
@@ -137,14 +144,16 @@ int main(int argc, char** argv) {
       ->required()
       ->type_name("SYSTEM");
   convert_app->add_option("--epsilon", convert_command.epsilon,
-                          "of the symmetric systems; chosen by default");
+                          "of the symmetric and parametric systems; chosen by default");
   convert_app->add_option("--parameter", convert_command.parameter, "of the parametric systems");
   convert_app
       ->add_option("--output", convert_command.output, "writes the scene alone, ready to be run")
       ->type_name("FILE.json");
   add_server(convert_app, convert_command.server);
   convert_app->callback([&] {
-    scene = convert_command.scene;
+    origin = {
+        .file = convert_command.scene,
+        .options = {{"to", "--to"}, {"epsilon", "--epsilon"}, {"parameter", "--parameter"}}};
     command = [&] { return convert(convert_command); };
   });
 
@@ -170,7 +179,9 @@ int main(int argc, char** argv) {
       ->type_name("FILE");
   add_server(tradeoff_app, tradeoff_command.server);
   tradeoff_app->callback([&] {
-    scene = tradeoff_command.scene;
+    origin = {
+        .file = tradeoff_command.scene,
+        .options = {{"horizon", "--horizon"}, {"budget", "--budget"}, {"repeats", "--repeats"}}};
     command = [&] { return tradeoff(tradeoff_command); };
   });
 
@@ -184,7 +195,7 @@ int main(int argc, char** argv) {
       ->type_name("FILE.json");
   add_server(connect_app, connect_command.server);
   connect_app->callback([&] {
-    scene = connect_command.file;
+    origin = {.file = connect_command.file, .whole_request = true};
     command = [&] { return connect(connect_command); };
   });
 
@@ -197,7 +208,7 @@ int main(int argc, char** argv) {
     std::cerr << "stiefel: " << error.what() << '\n';
     return bad_input;
   } catch (const client::Error& error) {
-    return explain(error, scene, tradeoff_app->parsed());
+    return explain(error, origin);
   } catch (const std::exception& error) {
     std::cerr << "stiefel: " << error.what() << '\n';
     return failed;

@@ -1,5 +1,6 @@
 #include "client/cli/message_file.h"
 
+#include <google/protobuf/descriptor.h>
 #include <google/protobuf/util/json_util.h>
 
 #include <cerrno>
@@ -13,6 +14,7 @@
 #include <vector>
 
 #include "client/cli/exit_status.h"
+#include "engine/simulation/near_name.h"
 
 namespace stiefel::cli {
 namespace {
@@ -20,27 +22,58 @@ namespace {
 constexpr std::size_t max_bytes = std::size_t{256} << 20;
 constexpr std::size_t max_depth = 16;
 
-/// Checks what protobuf's parser lets pass or reports without a place: syntax, and names given
-/// twice (it would join the two arrays).
+using google::protobuf::Descriptor;
+using google::protobuf::FieldDescriptor;
+
+/// The name of a field in files: the proto's own, or the one that the proto gives JSON.
+std::string name_of(const FieldDescriptor* field) {
+  return field->has_json_name() ? field->json_name() : field->name();
+}
+
+/// Null for a name that the message has not. protobuf reads a field by its lowerCamelCase too.
+const FieldDescriptor* find_field(const Descriptor& type, const std::string& name) {
+  for (int i = 0; i < type.field_count(); ++i)
+    if (type.field(i)->name() == name || type.field(i)->json_name() == name) return type.field(i);
+  return nullptr;
+}
+
+std::string near_field(const Descriptor& type, const std::string& name) {
+  std::vector<std::string> known;
+  for (int i = 0; i < type.field_count(); ++i) known.push_back(name_of(type.field(i)));
+  return did_you_mean(name, known);
+}
+
+/// Checks what protobuf's parser lets pass or reports without a place: syntax, names that the
+/// message has not, and names given twice (it would join the two arrays). What has the wrong type
+/// is left to protobuf.
 class StrictSyntax : public nlohmann::json_sax<nlohmann::json> {
  public:
+  explicit StrictSyntax(const Descriptor* type) : type_(type) {}
+
   std::string fault;
 
-  bool null() override { return true; }
-  bool boolean(bool) override { return true; }
-  bool number_integer(number_integer_t) override { return true; }
-  bool number_unsigned(number_unsigned_t) override { return true; }
-  bool number_float(number_float_t, const string_t&) override { return true; }
-  bool string(string_t&) override { return true; }
-  bool binary(binary_t&) override { return true; }
-  bool start_object(std::size_t) override { return enter(); }
+  bool null() override { return value(); }
+  bool boolean(bool) override { return value(); }
+  bool number_integer(number_integer_t) override { return value(); }
+  bool number_unsigned(number_unsigned_t) override { return value(); }
+  bool number_float(number_float_t, const string_t&) override { return value(); }
+  bool string(string_t&) override { return value(); }
+  bool binary(binary_t&) override { return value(); }
+  bool start_object(std::size_t) override { return enter(false); }
   bool end_object() override { return leave(); }
-  bool start_array(std::size_t) override { return enter(); }
+  bool start_array(std::size_t) override { return enter(true); }
   bool end_array() override { return leave(); }
   bool key(string_t& name) override {
-    if (names_.back().insert(name).second) return true;
-    fault = name + ": given twice";
-    return false;
+    Level& here = levels_.back();
+    here.at = name;
+    if (!here.names.insert(name).second) return refuse("given twice");
+    if (here.map != nullptr) {
+      here.next = here.map->message_type()->map_value();
+    } else if (here.type != nullptr) {
+      here.next = find_field(*here.type, name);
+      if (here.next == nullptr) return refuse("unknown field" + near_field(*here.type, name));
+    }
+    return true;
   }
   bool parse_error(std::size_t, const std::string&, const nlohmann::json::exception& e) override {
     const std::string what =
@@ -50,23 +83,62 @@ class StrictSyntax : public nlohmann::json_sax<nlohmann::json> {
   }
 
  private:
-  bool enter() {
-    names_.emplace_back();
-    if (names_.size() <= max_depth) return true;
+  /// An object or array that is open. Without type, map and next: of what protobuf will refuse.
+  struct Level {
+    const Descriptor* type = nullptr;      ///< of an object that is a message
+    const FieldDescriptor* map = nullptr;  ///< of an object that is a map
+    const FieldDescriptor* next = nullptr; ///< what the next value belongs to
+    bool array = false;
+    std::size_t index = 0;  ///< of an array's next element
+    std::string at;         ///< an object's last name
+    std::set<std::string> names = {};
+  };
+
+  bool value() {
+    if (!levels_.empty()) ++levels_.back().index;
+    return true;
+  }
+  bool enter(bool array) {
+    Level inner;
+    inner.array = array;
+    if (levels_.empty()) {
+      if (!array) inner.type = type_;
+    } else if (const FieldDescriptor* field = levels_.back().next) {
+      const bool element = levels_.back().array;
+      if (array)
+        inner.next = field->is_repeated() && !field->is_map() && !element ? field : nullptr;
+      else if (field->is_map())
+        inner.map = field;
+      else if (field->is_repeated() == element)
+        inner.type = field->message_type();
+    }
+    levels_.push_back(std::move(inner));
+    if (levels_.size() <= max_depth) return true;
     fault = "nested deeper than " + std::to_string(max_depth) + " levels";
     return false;
   }
   bool leave() {
-    names_.pop_back();
-    return true;
+    levels_.pop_back();
+    return value();
+  }
+  /// At the path of the last name: "forms[0].first.Q".
+  bool refuse(const std::string& rule) {
+    for (const Level& level : levels_)
+      if (level.array)
+        fault += "[" + std::to_string(level.index) + "]";
+      else
+        fault += (fault.empty() ? "" : ".") + level.at;
+    fault += ": " + rule;
+    return false;
   }
 
-  std::vector<std::set<std::string>> names_;
+  const Descriptor* type_;
+  std::vector<Level> levels_;
 };
 
 /// The members of maps by their names; protobuf prints them in an order that changes from run to
 /// run.
-void sort_maps(const google::protobuf::Descriptor& type, nlohmann::ordered_json& json) {
+void sort_maps(const Descriptor& type, nlohmann::ordered_json& json) {
   for (int i = 0; i < type.field_count(); ++i) {
     const auto* field = type.field(i);
     const auto found = json.find(field->name());
@@ -104,7 +176,7 @@ void read_message(const std::string& path, google::protobuf::Message* message) {
 
 void parse_message(const std::string& name, const std::string& text,
                    google::protobuf::Message* message) {
-  StrictSyntax syntax;
+  StrictSyntax syntax(message->GetDescriptor());
   if (!nlohmann::json::sax_parse(text, &syntax)) throw BadInput(name + ": " + syntax.fault);
   const auto status = google::protobuf::util::JsonStringToMessage(text, message);
   if (!status.ok()) {

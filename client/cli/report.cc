@@ -3,12 +3,30 @@
 #include <algorithm>
 #include <cctype>
 #include <iostream>
+#include <numbers>
 
 namespace stiefel::cli {
 namespace {
 
 std::string without(std::string_view prefix, std::string name) {
   return name.starts_with(prefix) ? name.substr(prefix.size()) : name;
+}
+
+/// What is known of the error, or why nothing is.
+nlohmann::ordered_json to_json(const v1::EstimatedError& error) {
+  nlohmann::ordered_json out = nlohmann::ordered_json::object();
+  if (error.has_attitude()) out["attitude"] = error.attitude();
+  if (error.has_angle()) out["attitude_degrees"] = error.angle() * 180 / std::numbers::pi;
+  if (error.has_momentum()) out["momentum"] = error.momentum();
+  if (!error.missing().empty()) out["missing"] = error.missing();
+  if (error.has_member()) out["member"] = error.member();
+  if (!error.reference().empty()) {
+    out["reference"] = error.reference();
+    out["reference_error"] = error.reference_error();
+  }
+  out["work"] = error.work();
+  out["run_work"] = error.run_work();
+  return out;
 }
 
 }  // namespace
@@ -46,8 +64,11 @@ nlohmann::ordered_json report(const v1::Ending& ending, const v1::DiagnoseRespon
     report["message"] = ending.message();
   }
   auto& accuracy = report["diagnosis"];
+  accuracy["summary"] = summary(diagnosis);
   accuracy["invariants"] = std::move(invariants);
   if (diagnosis.has_orthogonality()) accuracy["orthogonality"] = diagnosis.orthogonality();
+  if (diagnosis.has_estimated_error())
+    accuracy["estimated_error"] = to_json(diagnosis.estimated_error());
   accuracy["domain"] = std::move(domain);
   if (diagnosis.forms_size() > 0) accuracy["forms"] = diagnosis.forms();
   if (diagnosis.dirac_brackets_size() > 0) accuracy["dirac_brackets"] = diagnosis.dirac_brackets();
@@ -61,6 +82,10 @@ ExitStatus conclude(const v1::Ending& ending, std::int64_t last_step) {
   std::cerr << "stiefel: " << to_string(ending.outcome()) << " after step " << last_step << ": "
             << ending.message() << '\n';
   return numerical_stop;
+}
+
+void print_warnings(const v1::Session& session) {
+  for (const std::string& warning : session.warnings()) std::cerr << "warning: " << warning << '\n';
 }
 
 }  // namespace stiefel::cli

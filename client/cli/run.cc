@@ -28,6 +28,7 @@ ExitStatus run(const RunCommand& command) {
   const auto sink = make_sink(command.output);
   const Endpoint endpoint(command.server);
   const auto session = endpoint.client().create(scene);
+  print_warnings(session.description());
   auto stream = session.stream({command.from, command.to, every(command), command.fields});
   std::int64_t last = 0;
   v1::DiagnoseResponse diagnosis;
@@ -38,7 +39,10 @@ ExitStatus run(const RunCommand& command) {
       last = batch->steps(batch->steps_size() - 1);
       progress.at(last);
     }
-    diagnosis = session.diagnose(command.to);
+    v1::DiagnoseRequest request;
+    request.set_to(command.to);
+    request.set_estimate_error(error_estimation(command.estimate_error));
+    diagnosis = session.diagnose(request);
   }
   if (!stream.ending()) throw std::runtime_error("the stream ended without an ending");
   const auto result = report(*stream.ending(), diagnosis);
@@ -47,6 +51,7 @@ ExitStatus run(const RunCommand& command) {
   if (!command.output.empty() && !command.output.ends_with(".json")) {
     std::cout << result.dump(2) << '\n';
   }
+  show_summary(diagnosis);
   return conclude(*stream.ending(), diagnosis.step());
 }
 

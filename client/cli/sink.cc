@@ -1,10 +1,9 @@
 #include "client/cli/sink.h"
 
-#include <charconv>
 #include <filesystem>
-#include <string_view>
 
 #include "client/cli/exit_status.h"
+#include "engine/linalg/to_text.h"
 
 namespace stiefel::cli {
 
@@ -18,11 +17,9 @@ std::unique_ptr<Sink> make_sink(const std::string& path) {
 }
 
 void append_number(std::string& text, double number) {
-  char digits[32];
-  const char* end = std::to_chars(digits, digits + sizeof digits, number).ptr;
-  const std::string_view written(digits, end);
+  const std::string written = stiefel::to_text(number);
   text += written;
-  if (written.find_first_of(".en") == std::string_view::npos) text += ".0";
+  if (written.find_first_of(".en") == std::string::npos) text += ".0";
 }
 
 }  // namespace stiefel::cli

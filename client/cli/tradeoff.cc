@@ -1,9 +1,7 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <iomanip>
 #include <iostream>
-#include <sstream>
 
 #include "client/cli/commands.h"
 #include "client/cli/destination.h"
@@ -12,6 +10,7 @@
 #include "client/cli/report.h"
 #include "client/cli/sink.h"
 #include "client/cli/table.h"
+#include "engine/linalg/to_text.h"
 
 namespace stiefel::cli {
 namespace {
@@ -27,11 +26,8 @@ struct Answer {
   }
 };
 
-std::string brief(double value, int digits = 2) {
-  std::ostringstream text;
-  text << std::setprecision(digits) << std::scientific << value;
-  return text.str();
-}
+/// `decimals` after the first digit: "1.23e-09".
+std::string brief(double value, int decimals = 2) { return scientific_text(value, decimals + 1); }
 
 double median(const v1::TradeoffPoint& point) {
   std::vector<double> times(point.cpu_seconds_per_second().begin(),
@@ -84,7 +80,7 @@ void print(const Answer& answer) {
   for (const std::size_t i : order) rows.push_back(row(answer.points[i], answer.front[i]));
   print_table(rows);
   std::cout << "\n* no other one beats it in both work and error   ~ extrapolated from a part of "
-               "the horizon\n< not above the reference's own error\n";
+               "the horizon\n< at most: nothing was measured above the reference's own error\n";
 }
 
 nlohmann::ordered_json to_json(const v1::TradeoffPoint& point, bool front) {

@@ -9,7 +9,8 @@
 
 namespace stiefel::client {
 
-/// One field of a request that breaks a rule: its path ("initial.Q"), and its value with the rule.
+/// One field of a request that breaks a rule: its path ("scene.initial.Q"), and its value with the
+/// rule.
 struct FieldViolation {
   std::string field;
   std::string description;

@@ -5,14 +5,14 @@
 
 namespace stiefel {
 
-/// M_μ = Q_μ⁻¹P_μ − P_μ⁻¹Q_μ, [RB] (8.5) and (8.10): μΛ² plus M, which must be skew. tr(M_μ^k) and
-/// every eigenvalue of it are constant.
+/// εM_μ = Q_μ⁻¹P_μ − P_μ⁻¹Q_μ, [RB] (8.5) and (8.10) with the scaling of Prop. 3.13: ε times μΛ²
+/// plus M, which must be skew. tr((εM_μ)^k) and every eigenvalue of it are constant.
 template <class Scalar>
 Matrix<Scalar> parametric_momentum(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
   return Q.partialPivLu().solve(P) - P.partialPivLu().solve(Q);
 }
 
-/// m_μ = P_μQ_μ⁻¹ − Q_μP_μ⁻¹, constant; [RB] after (8.6). P_μQ_μ⁻¹ is too.
+/// εm_μ = P_μQ_μ⁻¹ − Q_μP_μ⁻¹, constant; [RB] after (8.6). P_μQ_μ⁻¹ is too.
 template <class Scalar>
 Matrix<Scalar> parametric_spatial_momentum(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
   const Matrix<Scalar> A = Q.transpose().partialPivLu().solve(P.transpose()).transpose();

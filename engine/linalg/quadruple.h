@@ -10,7 +10,13 @@ using Quad = boost::multiprecision::float128;
 
 }  // namespace stiefel
 
-/// Without the compiler's extensions Boost's own definitions of these two do not compile.
+/// Without the compiler's extensions Boost's own definitions of these three do not compile.
+namespace boost::multiprecision {
+inline float128 asinh(const float128& x) {
+  return float128(backends::float128_backend(asinhq(x.backend().value())));
+}
+}  // namespace boost::multiprecision
+
 template <>
 constexpr stiefel::Quad std::numeric_limits<stiefel::Quad>::min() noexcept {
   return boost::multiprecision::backends::float128_backend(

@@ -6,9 +6,10 @@
 
 namespace stiefel {
 
-/// The symmetric representation of the discrete rigid body with parameter μ, [RB] (8.10), in GL(N):
+/// The symmetric representation of the discrete rigid body with parameter μ, [RB] (8.10), in GL(N),
+/// with P carried for ε/h times the paper's M^μ (Prop. 3.13; ε = h gives the paper's P):
 ///
-///     M^μ = (Q^μ)⁻¹P^μ − (P^μ)⁻¹Q^μ = hM + μΛ²,   U = J_D⁻¹(M^μ − μΛ²),
+///     M^μ = (h/ε)((Q^μ)⁻¹P^μ − (P^μ)⁻¹Q^μ) = hM + μΛ²,   U = J_D⁻¹(M^μ − μΛ²),
 ///     Q^μ_{k+1} = Q^μ_k(U + μΛ),   P^μ_{k+1} = P^μ_k(U + μΛ),
 ///
 /// J_D(U) = UΛ − ΛUᵀ (erratum: with the printed ΩᵀΛ − ΛΩ, M^μ − μΛ² does not stay skew). Then
@@ -24,7 +25,9 @@ class ParametricMoserVeselov {
   using State = typename DiscreteInverse<Scalar, arithmetic>::State;
 
   ParametricMoserVeselov(const Vector<Scalar>& lambda, Scalar h, Scalar mu)
-      : h_(h),
+      : ParametricMoserVeselov(lambda, h, mu, h) {}
+  ParametricMoserVeselov(const Vector<Scalar>& lambda, Scalar h, Scalar mu, Scalar epsilon)
+      : epsilon_(epsilon),
         N_(lambda.size()),
         mu_lambda_(mu * lambda),
         growth_(static_cast<Scalar>(N_) * (2 + mu_lambda_.cwiseAbs().maxCoeff())),
@@ -52,18 +55,19 @@ class ParametricMoserVeselov {
   }
 
  private:
-  /// M, the skew part of M^μ over h; μΛ² is symmetric.
+  /// M, the skew part of M^μ/h; μΛ² is symmetric.
   void form_momentum(const Point& x) {
     lu_.compute(x.topRows(N_));
     inverse_.M() = lu_.solve(x.bottomRows(N_));
     lu_.compute(x.bottomRows(N_));
     product_ = lu_.solve(x.topRows(N_));
     inverse_.M() -= product_;
-    inverse_.M() /= 2 * h_;
+    inverse_.M() /= 2;  // 2ε need not be a number
+    inverse_.M() /= epsilon_;
     take_twice_skew_part(inverse_.M());
   }
 
-  Scalar h_;
+  Scalar epsilon_;
   Eigen::Index N_;
   Vector<Scalar> mu_lambda_;
   Scalar growth_;  ///< more than a step can multiply an element by

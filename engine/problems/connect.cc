@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "engine/linalg/lu.h"
+#include "engine/linalg/to_text.h"
 #include "engine/problems/path.h"
 #include "engine/problems/shoot.h"
 #include "engine/problems/starts.h"
@@ -38,22 +39,34 @@ double defect(const MatrixXd& Q) {
 MatrixXd repaired(const MatrixXd& Q) { return defect(Q) > 1e-15 ? polar(Q) : Q; }
 
 std::optional<ConnectRefusal> refused(const TwoPointProblem& p) {
-  const auto invalid = [](const char* field, const char* rule) -> ConnectRefusal {
-    return refusal::Invalid{field, rule};
+  const auto invalid = [](std::string field, std::string value, std::string rule) {
+    return ConnectRefusal(refusal::Invalid{std::move(field), std::move(value), std::move(rule)});
+  };
+  const auto shape = [](const MatrixXd& Q) {
+    return std::to_string(Q.rows()) + " x " + std::to_string(Q.cols());
   };
   const Index n = p.Q_0.rows(), N = p.Q_0.cols();
   if (n < 1 || n > N || N < 2)
-    return invalid("Q_0", "must have 1 <= n <= N rows of N >= 2 numbers");
-  if (p.Q_T.rows() != n || p.Q_T.cols() != N) return invalid("Q_T", "must have the shape of Q_0");
-  if (p.inertia.size() != N) return invalid("inertia", "must have N numbers");
-  if (!p.inertia.allFinite()) return invalid("inertia", "must be finite");
+    return invalid("Q_0", shape(p.Q_0), "must have 1 <= n <= N rows of N >= 2 numbers");
+  if (p.Q_T.rows() != n || p.Q_T.cols() != N)
+    return invalid("Q_T", shape(p.Q_T), "must have the shape of Q_0, " + shape(p.Q_0));
+  if (p.inertia.size() != N)
+    return invalid("inertia", std::to_string(p.inertia.size()) + " numbers",
+                   "must have " + std::to_string(N));
+  for (Index k = 0; k < N; ++k)
+    if (!std::isfinite(p.inertia(k)))
+      return invalid("inertia[" + std::to_string(k) + "]", to_text(p.inertia(k)), "must be finite");
   VectorXd sorted = p.inertia;
   std::sort(sorted.begin(), sorted.end());
-  if (n < N && !(sorted(0) > 0)) return invalid("inertia", "must be positive for n < N");
+  if (n < N && !(sorted(0) > 0))
+    return invalid("inertia", "smallest " + to_text(sorted(0)), "must be positive for n < N");
   if (n == N && !(sorted(0) + sorted(1) > 0))
-    return invalid("inertia", "every two must have a positive sum");
-  if (!(std::isfinite(p.time) && p.time > 0)) return invalid("time", "must be positive and finite");
-  if (p.restarts < 0) return invalid("restarts", "must not be negative");
+    return invalid("inertia", "the two smallest add up to " + to_text(sorted(0) + sorted(1)),
+                   "every two must have a positive sum");
+  if (!(std::isfinite(p.time) && p.time > 0))
+    return invalid("time", to_text(p.time), "must be positive and finite");
+  if (p.restarts < 0)
+    return invalid("restarts", std::to_string(p.restarts), "must not be negative");
   for (const auto& [field, Q] : {std::pair("Q_0", &p.Q_0), std::pair("Q_T", &p.Q_T)})
     if (const double error = defect(*Q); !(error <= TwoPointProblem::frame_tolerance))
       return refusal::NotOrthonormal{field, error};
@@ -183,7 +196,7 @@ std::expected<Geodesic, ConnectRefusal> connect(const TwoPointProblem& problem) 
 
 std::expected<DiscreteGeodesic, ConnectRefusal> connect(const TwoPointProblem& problem, int K) {
   if (const auto refusal = refused(problem)) return std::unexpected(*refusal);
-  if (K < 1) return std::unexpected(refusal::Invalid{"K", "must be at least 1"});
+  if (K < 1) return std::unexpected(refusal::Invalid{"K", std::to_string(K), "must be at least 1"});
   constexpr double tolerance = 1e-10, stationary = 1e-12;
   const Posed p = posed(problem);
   const std::vector<Candidate> all = relaxed(p, problem, K, tolerance);

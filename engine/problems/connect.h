@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <expected>
 #include <stop_token>
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -64,9 +65,9 @@ struct DiscreteGeodesic {
 };
 
 namespace refusal {
-/// The problem has no meaning: which field breaks which rule.
+/// The problem has no meaning: which field, its value, and the rule it breaks.
 struct Invalid {
-  const char *field, *rule;
+  std::string field, value, rule;
 };
 /// Q_0 or Q_T is no frame: max |QQᵀ − I|.
 struct NotOrthonormal {

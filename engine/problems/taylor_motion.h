@@ -19,7 +19,8 @@ inline int taylor_order(double epsilon) {
 /// that what is cut off stays below ε relative to the frame and to the momentum. Evaluated at any
 /// time on the way, ascending in |t|.
 ///
-/// `Series` is TaylorRigidBody or TaylorStiefel, in any Scalar.
+/// `Series` is TaylorRigidBody, TaylorParametricRigidBody, TaylorStiefel or TaylorDoubleBracket, in
+/// any Scalar.
 template <class Series>
 class TaylorMotion {
  public:

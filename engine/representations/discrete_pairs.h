@@ -17,6 +17,13 @@ Matrix<Scalar> Sigma_L(const Vector<Scalar>& lambda, const Matrix<Scalar>& Q_pre
   return (W - W.transpose()) / h;
 }
 
+/// 1/condition of M as a function of two frames: h‖M‖_op/(2 max|λ|). The frames hold M to 2⁻⁵³
+/// divided by this number; they are near one another where h‖Ω‖ is small.
+inline double inverse_condition_Sigma_L(const Vector<double>& lambda, const Matrix<double>& M,
+                                        double h) {
+  return std::abs(h) * skew_norm(M) / (2 * lambda.cwiseAbs().maxCoeff());
+}
+
 /// Σ_L⁻¹: Q_{k−1} = Q_kJ_D⁻¹(−hM_k), since J_D(U_{k−1}ᵀ) = −hM_k; of the pairs that Σ_L takes to
 /// (Q, M) the one with spec(UΛ) in Re > 0.
 MatrixWithin<double> Sigma_L_inverse(const Vector<double>& lambda, const Matrix<double>& Q,

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <complex>
+#include <limits>
 
 #include "engine/representations/outside_domain.h"
 #include "engine/representations/skew_norm.h"
@@ -50,12 +51,22 @@ double condition_Psi_inverse(const Matrix<Scalar>& M, Scalar epsilon = 1) {
   return 2 / std::sqrt(margin * (4 - margin));
 }
 
+/// 1/condition of M as a function of P: ‖εM‖_op/2. P is of size 1, so that it holds M to 2⁻⁵³
+/// divided by this number.
+template <class Scalar>
+double inverse_condition_Psi(const Matrix<Scalar>& M, Scalar epsilon = 1) {
+  using std::abs;
+  return static_cast<double>(abs(epsilon) * skew_norm(M)) / 2;
+}
+
 /// (I + A²)^{1/2} of a skew A, ‖A‖_op < 1. With iA = ZwZ†, w real, it is Z(1 − w²)^{1/2}Z†: it
 /// commutes with A to rounding however near the edge, so that A + (I + A²)^{1/2} is orthogonal.
 template <class Scalar>
 MatrixWithin<Scalar> root_of_one_plus_square(const Matrix<Scalar>& A) {
   using Complex = std::complex<Scalar>;
   using std::sqrt;
+  if (!A.allFinite())
+    return std::unexpected(OutsideDomain{"S_M", std::numeric_limits<double>::infinity(), 2});
   const Matrix<Complex> H = Complex(0, 1) * A.template cast<Complex>();
   const Eigen::SelfAdjointEigenSolver<Matrix<Complex>> solver(H);
   const Vector<Scalar>& w = solver.eigenvalues();

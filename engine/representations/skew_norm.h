@@ -7,8 +7,8 @@
 
 namespace stiefel {
 
-/// ‖M‖_op of a skew N × N matrix, the largest |eigenvalue|, to rounding: the square root of the
-/// largest eigenvalue of MᵀM, once M is scaled so that its square neither overflows nor vanishes.
+/// ‖M‖_op of an N × N matrix to rounding, the largest |eigenvalue| of a skew one: the square root of
+/// the largest eigenvalue of MᵀM, once M is scaled so that its square neither overflows nor vanishes.
 template <class Scalar>
 Scalar skew_norm(const Matrix<Scalar>& M) {
   using std::sqrt;

@@ -36,26 +36,30 @@ MethodDescription Candidate::with_tolerance(double tolerance) const {
   return made;
 }
 
-std::expected<std::vector<Candidate>, Violations> candidates(const SceneDescription& description) {
+std::expected<std::vector<Candidate>, Violations> candidates(const SceneDescription& description,
+                                                             const Place& place) {
   const SystemInfo* system = catalogue().system(description.system);
   if (system != nullptr && system->discrete)
-    return std::unexpected(Violations{
-        {"system", '"' + description.system + '"',
-         "is a discrete system: its map is its motion, and no method can do it better"}});
+    return std::unexpected(Violations{place.violation(
+        "system", '"' + description.system + '"',
+        "is a discrete system: its map is its motion, and no method can do it better")});
   Violations refused;
   std::vector<Candidate> all;
   const auto consider = [&](const MethodOnSystem& on, std::optional<int> order,
                             const char* arithmetic, const char* scalar) {
     const MethodInfo& info = *catalogue().method(on.method);
     const MethodDescription method{std::string(on.method), order, 1, arithmetic, {}, scalar};
-    auto scene = Scene::resolve(in_the_hands_of(description, method));
+    auto scene =
+        Scene::resolve(in_the_hands_of(description, method), Scene::frame_tolerance, place);
     if (scene)
       all.push_back({method, order.value_or(0), info.default_tolerance > 0,
                      keeps_energy(on) && !scene->in_float(), step_weight(*scene)});
     else if (refused.empty())
       refused = std::move(scene.error());
   };
-  if (system == nullptr) return std::unexpected(Scene::resolve(description).error());
+  if (system == nullptr)
+    return std::unexpected(
+        Scene::resolve(description, Scene::frame_tolerance, place).error());
   for (const auto& on : system->methods) {
     const auto& orders = catalogue().method(on.method)->orders;
     for (const int order : orders)

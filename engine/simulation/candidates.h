@@ -24,7 +24,8 @@ struct Candidate {
 
 /// Every method of the system that takes this scene, in each order, arithmetic and scalar; or what
 /// is wrong with the scene.
-std::expected<std::vector<Candidate>, Violations> candidates(const SceneDescription& description);
+std::expected<std::vector<Candidate>, Violations> candidates(const SceneDescription& description,
+                                                             const Place& place = {});
 
 /// The scene in the hands of a method; throws std::bad_expected_access for one it does not take.
 Scene with_method(const SceneDescription& description, const MethodDescription& method);

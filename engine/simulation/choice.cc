@@ -1,7 +1,6 @@
 #include "engine/simulation/choice.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -23,17 +22,15 @@ constexpr int most_substeps = 1 << 20;
 constexpr double caution = 2;
 
 /// "2.1e-09".
-std::string short_text(double x) {
-  char text[32];
-  return {text, std::to_chars(text, text + sizeof text, x, std::chars_format::scientific, 1).ptr};
-}
+std::string short_text(double x) { return scientific_text(x, 2); }
 
 class Chooser {
  public:
-  Chooser(const SceneDescription& description, std::vector<Candidate> all)
+  Chooser(const SceneDescription& description, const Place& place, std::vector<Candidate> all)
       : description_(description),
+        place_(place),
         tolerance_(*description.tolerance),
-        steps_(steps_to(*description.horizon, description.step)),
+        steps_(steps_to(*description.horizon, *description.step)),
         all_(std::move(all)) {}
 
   std::expected<Choice, Violations> choose();
@@ -57,6 +54,7 @@ class Chooser {
   std::string reason(const Trial& trial) const;
 
   const SceneDescription& description_;
+  const Place& place_;
   double tolerance_;
   std::int64_t steps_;
   std::vector<Candidate> all_;
@@ -72,6 +70,8 @@ Chooser::Trial Chooser::attempt(const Candidate& candidate, const MethodDescript
   const double allowed = std::min(run_share * budget, left_);
   const std::int64_t to = affordable_steps(samples_, step_work, allowed);
   const Scene scene = with_method(description_, method);
+  // What rounding in single precision becomes cannot be told from a part.
+  if (scene.in_float() && to < steps_) return Trial{*scene.description().method};
   const Run result = run(scene, candidate.weight, samples_, to, Watch::errors, {});
   left_ -= result.work;
   Trial trial{*scene.description().method};
@@ -187,12 +187,13 @@ std::expected<Choice, Violations> Chooser::choose() {
 Violations Chooser::nothing() const {
   const bool any = std::isfinite(nearest_.error);
   const double error = nearest_.error * tolerance_;
-  Violation refusal{"tolerance", to_text(tolerance_),
-                    any ? "cannot be met up to t = " + to_text(*description_.horizon) +
-                              ": the best that was found errs by " + short_text(error) + " (" +
-                              to_text(nearest_.method) + ")"
-                        : "cannot be met: no method got to a first measurement within the effort "
-                          "that a choice may take; name a method"};
+  Violation refusal = place_.violation(
+      "tolerance", to_text(tolerance_),
+      any ? "cannot be met up to t = " + to_text(*description_.horizon) +
+                ": the best that was found errs by " + short_text(error) + " (" +
+                to_text(nearest_.method) + ")"
+          : "cannot be met: no method got to a first measurement within the effort "
+            "that a choice may take; name a method");
   refusal.reason = "TOLERANCE_NOT_MET";
   refusal.metadata = {{"tolerance", to_text(tolerance_)}};
   if (any) {
@@ -203,7 +204,7 @@ Violations Chooser::nothing() const {
 }
 
 std::string Chooser::reason(const Trial& trial) const {
-  const double measured = static_cast<double>(trial.steps) * std::abs(description_.step);
+  const double measured = static_cast<double>(trial.steps) * std::abs(*description_.step);
   std::string text = to_text(trial.method) + ": error " + short_text(trial.error * tolerance_) +
                      " up to t = " + to_text(*description_.horizon) + " at " +
                      short_text(trial.cost) + " units of work, the least of " +
@@ -216,10 +217,11 @@ std::string Chooser::reason(const Trial& trial) const {
 
 }  // namespace
 
-std::expected<Choice, Violations> choose_method(const SceneDescription& description) {
-  auto all = candidates(description);
+std::expected<Choice, Violations> choose_method(const SceneDescription& description,
+                                                const Place& place) {
+  auto all = candidates(description, place);
   if (!all) return std::unexpected(std::move(all.error()));
-  return Chooser(description, *std::move(all)).choose();
+  return Chooser(description, place, *std::move(all)).choose();
 }
 
 }  // namespace stiefel

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "engine/simulation/catalogue.h"
+#include "engine/simulation/near_name.h"
 #include "engine/simulation/phase.h"
 #include "engine/simulation/simulation.h"
 
@@ -20,18 +21,36 @@ bool is_rigid(std::string_view name) {
                              [&](const auto& r) { return r.name == name; });
 }
 
-std::unexpected<ConversionRefusal> refuse(std::string field, std::string value, std::string rule) {
-  return std::unexpected(
-      ConversionRefusal(Violations{{std::move(field), std::move(value), std::move(rule)}}));
+std::unexpected<ConversionRefusal> refuse(Violation violation) {
+  return std::unexpected(ConversionRefusal(Violations{std::move(violation)}));
 }
 
-/// The scene's method where the system takes it, else the system's first.
+/// "must be a system or one of velocity, ...", with the near name.
+std::string rule_of_targets(std::string_view given) {
+  std::vector<std::string_view> known;
+  for (const SystemInfo& system : catalogue().systems) known.push_back(system.name);
+  std::string others;
+  for (const char* name : other_targets) {
+    others.append(others.empty() ? "" : ", ").append(name);
+    known.push_back(name);
+  }
+  return "must be a system or one of " + others + did_you_mean(given, known);
+}
+
+/// The fields of a scene that a conversion makes come of the target, but for what was asked for.
+Place place_of_result(const ConversionTarget& target) {
+  Place place = Place::made_of(target.to);
+  if (target.epsilon) place.with("epsilon", "epsilon");
+  if (target.parameter) place.with("parameter", "parameter");
+  return place;
+}
+
+/// The scene's method where the system takes it; else none, so that it gets the recommended one.
 std::optional<MethodDescription> method_on(const SystemInfo& system, const Scene& scene) {
-  if (system.discrete) return std::nullopt;
   const auto& given = scene.description().method;
   for (const auto& on : system.methods)
     if (given && on.method == given->name) return given;
-  return MethodDescription{std::string(system.methods.front().method), {}, {}, ""};
+  return std::nullopt;
 }
 
 SceneDescription describe(const Scene& scene, const SystemInfo& system, const Phase& phase,
@@ -45,6 +64,18 @@ SceneDescription describe(const Scene& scene, const SystemInfo& system, const Ph
   out.parameter = expression.parameter;
   out.step = scene.step();
   return out;
+}
+
+/// The index of the field that starts a scene in the place of field `i`: that of M instead of P in
+/// an ensemble that has no ε in common, since M chooses each member's.
+std::size_t starting(const Scene& scene, const Simulation& now, std::size_t i) {
+  const auto index = [&](std::string_view name) {
+    const auto found = std::ranges::find(now.fields(), name, &Field::name);
+    return static_cast<std::size_t>(found - now.fields().begin());
+  };
+  const bool own_epsilons = !scene.members().empty() && !scene.description().epsilon &&
+                            index("epsilon") < now.fields().size();
+  return own_epsilons && now.fields()[i].name == "P" ? index("M") : i;
 }
 
 Block block_of(const Simulation& now, std::size_t index) {
@@ -68,11 +99,8 @@ std::expected<Conversion, ConversionRefusal> convert(const Scene& scene,
   const Representation* from = representation(scene.system());
   const Representation* to = representation(target.name);
   const SystemInfo* system = catalogue().system(target.name);
-  if (to == nullptr && system == nullptr) {
-    std::string rule = "must be a system or one of";
-    for (const char* name : other_targets) rule.append(" ").append(name);
-    return refuse("to", target.name, rule);
-  }
+  if (to == nullptr && system == nullptr)
+    return refuse({target.to, target.name, rule_of_targets(target.name)});
   Conversion out;
   if (target.name == scene.system() && !target.epsilon && !target.parameter &&
       !scene.description().body) {
@@ -80,20 +108,22 @@ std::expected<Conversion, ConversionRefusal> convert(const Scene& scene,
     return out;
   }
   if (from == nullptr || from->read == nullptr)
-    return refuse("scene.system", scene.system(), "has no other form");
+    return refuse(target.scene.violation("system", scene.system(), "has no other form"));
   if (!scene.members().empty())
-    return refuse("scene.members", std::to_string(scene.members().size()),
-                  "must be absent: convert the members one by one");
-  if (to == nullptr) return refuse("to", target.name, "cannot be reached from " + scene.system());
+    return refuse(target.scene.violation("members", std::to_string(scene.members().size()),
+                                         "must be absent: convert the members one by one"));
+  if (to == nullptr)
+    return refuse({target.to, target.name, "cannot be reached from " + scene.system()});
   if (is_rigid(scene.system()) && !scene.has_frame())
-    return refuse("scene.initial.Q", "absent", "must be there: other forms are of Q");
+    return refuse(target.scene.violation("initial.Q", "absent",
+                                         "must be given: other forms are of Q"));
 
   const auto phase = from->read(scene, out.margins);
   if (!phase) return std::unexpected(ConversionRefusal(phase.error()));
   if (is_rigid(target.name) && !phase->square())
-    return refuse("to", target.name,
-                  "needs n = N: Q is " + std::to_string(phase->Q.rows()) + " x " +
-                      std::to_string(phase->Q.cols()));
+    return refuse({target.to, target.name,
+                   "needs n = N: Q is " + std::to_string(phase->Q.rows()) + " x " +
+                       std::to_string(phase->Q.cols())});
   ConversionTarget wanted = target;
   if (!wanted.parameter) wanted.parameter = scene.description().parameter;
   auto expression = to->write(*phase, wanted, out.margins);
@@ -102,13 +132,15 @@ std::expected<Conversion, ConversionRefusal> convert(const Scene& scene,
     out.blocks = std::move(expression->blocks);
     return out;
   }
-  auto made = Scene::resolve(describe(scene, *system, *phase, *expression));
+  auto made = Scene::resolve(describe(scene, *system, *phase, *expression),
+                             Scene::frame_tolerance, place_of_result(target));
   if (!made) return std::unexpected(ConversionRefusal(std::move(made.error())));
   out.scene = *std::move(made);
   return out;
 }
 
-std::expected<Scene, Violations> scene_at(const Scene& scene, const Simulation& now) {
+std::expected<Scene, Violations> scene_at(const Scene& scene, const Simulation& now,
+                                          const Place& place) {
   SceneDescription out = scene.description();
   const auto numbers = [&](const char* field) {
     const RowMatrix v = now.get(field);
@@ -117,12 +149,14 @@ std::expected<Scene, Violations> scene_at(const Scene& scene, const Simulation& 
   if (out.body) {
     out.body->attitude = numbers("quaternion");
     out.body->angular_velocity = numbers("angular_velocity");
-    return Scene::resolve(std::move(out), Scene::drift_tolerance);
+    return Scene::resolve(std::move(out), Scene::drift_tolerance, place);
   }
   out.initial.clear();
-  for (std::size_t i = 0; i < now.block_count(); ++i)
-    out.initial[now.fields()[i].name] = block_of(now, i);
-  return Scene::resolve(std::move(out), Scene::drift_tolerance);
+  for (std::size_t i = 0; i < now.block_count(); ++i) {
+    const std::size_t from = starting(scene, now, i);
+    out.initial[now.fields()[from].name] = block_of(now, from);
+  }
+  return Scene::resolve(std::move(out), Scene::drift_tolerance, place);
 }
 
 }  // namespace stiefel

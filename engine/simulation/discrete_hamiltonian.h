@@ -9,7 +9,8 @@ namespace stiefel {
 
 /// What the discrete rigid bodies keep beside the continuous one's invariants.
 inline constexpr InvariantInfo discrete_hamiltonian_info = {
-    "discrete_hamiltonian", "tr exp(asinh(h M / 2)) - tr(Lambda U)", "[RB] (6.17)"};
+    "discrete_hamiltonian", "tr exp(asinh(h M / 2)) - tr(Lambda U), U Lambda - Lambda U^T = h M",
+    "[RB] (6.17)"};
 
 /// Adds it, where h‖M‖_op ≤ 2 and J_D⁻¹(hM) is on the principal branch; elsewhere nothing. Last of
 /// all families.

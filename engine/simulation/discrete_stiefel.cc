@@ -62,10 +62,14 @@ SystemEntry discrete_stiefel_entry() {
   SystemInfo info{};
   info.blocks = {{"Q_prev", "n x N", true, "frame one step before, orthonormal rows"},
                  {"Q", "n x N", true, "frame, orthonormal rows"}};
-  info.fields = {{"Q_prev", "n x N", "frame one step before"}, {"Q", "n x N", "frame"}};
+  info.fields = {{"Q_prev", "n x N", "frame one step before"},
+                 {"Q", "n x N", "frame, orthonormal rows"}};
   info.invariants = {
-      {"spatial_momentum", "m_k = Q_k Lambda Q_{k-1}^T - Q_{k-1} Lambda Q_k^T", "[ST] (57)"},
-      {"lax", "coefficients of mu^j in tr L(mu)^k", "[ST] (61)"},
+      {"spatial_momentum", "Q Lambda Q_prev^T - Q_prev Lambda Q^T, n x n", "[ST] (57)"},
+      {"lax",
+       "coefficients of mu^j in tr L(mu)^k, "
+       "L(mu) = Lambda^2 + mu (Q_prev^T Q Lambda - Lambda Q^T Q_prev) - mu^2 Q_prev^T Q_prev",
+       "[ST] (61)"},
       {"orthogonality", "Q Q^T = I", ""},
   };
   info.name = "discrete_stiefel";

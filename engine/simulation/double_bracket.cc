@@ -1,9 +1,12 @@
 #include "engine/systems/double_bracket.h"
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "engine/invariants/double_bracket.h"
 #include "engine/invariants/rigid_body.h"
+#include "engine/simulation/at_rest.h"
 #include "engine/simulation/rigid_body_data.h"
 #include "engine/simulation/scene_draft.h"
 #include "engine/simulation/simulate.h"
@@ -81,15 +84,23 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
     const Eigen::MatrixXcd Q = complex_block(x, 0, p), P = complex_block(x, 2 * p, p);
     if (out.wants("hamiltonian")) {
       const double H = double_bracket_hamiltonian<double>(lambda_u, lambda_v, Q, P);
-      out.add("hamiltonian", "hamiltonian", H, H);
+      // √H is a norm of PQ† − QP† and P†Q − Q†P; of_terms is that of their terms.
+      const double least = std::min(lambda_u.minCoeff(), lambda_v.minCoeff());
+      const long double of_terms = Q.stableNorm() * P.stableNorm() / std::sqrt(8 * least);
+      const bool at_rest = is_rounding(std::sqrt(H), static_cast<double>(of_terms));
+      out.add("hamiltonian", "hamiltonian", H, at_rest ? of_terms * of_terms : H);
     }
     const std::pair<Complex, Complex> combinations[] = {{1, 0}, {0, 1}, {1, 1}, {1, {0, 1}}};
     if (!out.wants("singular_values")) return;
+    double largest[2] = {0, 0};  // ‖Q‖ and ‖P‖
     for (int c = 0; c < 4; ++c) {
       const auto [a, b] = combinations[c];
       const Eigen::VectorXd s = singular_values<double>(Q, P, a, b);
+      if (c < 2) largest[c] = s(0);
+      // Q + P may be small, or 0: what changes its singular values is the rounding of Q and P.
+      const double scale = std::abs(a) * largest[0] + std::abs(b) * largest[1];
       for (Eigen::Index i = 0; i < s.size(); ++i)
-        out.add("singular_values", indexed("singular_values", c + 1, i + 1), s(i), s(0));
+        out.add("singular_values", indexed("singular_values", c + 1, i + 1), s(i), scale);
     }
   };
   const DoubleBracket<double> system(lambda_u, lambda_v);
@@ -110,8 +121,12 @@ SystemEntry double_bracket_entry() {
   info.blocks = {{"Q", "p x q, complex", true, ""}, {"P", "p x q, complex", true, ""}};
   info.fields = {{"Q", "p x q, complex", ""}, {"P", "p x q, complex", ""}};
   info.invariants = {
-      {"hamiltonian", "1/4 <U, J_U U> + 1/4 <V, J_V V>", "[RB] (5.6)"},
-      {"singular_values", "of Q, P, Q + P and Q + i P", "[RB] section 5"},
+      {"hamiltonian",
+       "1/4 <U, J_U U> + 1/4 <V, J_V V>, <A, B> = 1/2 tr(A^+ B), J_U U = Lambda_U U + U Lambda_U, "
+       "J_V V = Lambda_V V + V Lambda_V",
+       "[RB] (5.6)"},
+      {"singular_values", "[c, k]: the k-th singular value of Q, P, Q + P and Q + i P for c = 1 to 4",
+       "[RB] section 5"},
   };
   info.name = "double_bracket";
   info.summary = "coupled double bracket on U(p) x U(q); its limits are the rigid bodies";

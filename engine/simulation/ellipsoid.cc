@@ -1,6 +1,7 @@
 #include "engine/systems/ellipsoid.h"
 
 #include "engine/invariants/ellipsoid.h"
+#include "engine/simulation/at_rest.h"
 #include "engine/simulation/rigid_forms.h"
 #include "engine/simulation/simulate.h"
 #include "engine/simulation/stiefel_forms.h"
@@ -25,16 +26,24 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
   const Eigen::VectorXd lambda = scene.inertia();
   StackedReadout readout(stacked(scene, "q", costate ? "p" : "qdot"));
   readout.block("q", 0, 1).block(costate ? "p" : "qdot", 1, 1);
-  report_geodesic(readout, scene, 1, [=](const Eigen::MatrixXd& x) -> Eigen::MatrixXd {
-    return velocity(lambda, x, costate).cwiseProduct(lambda).transpose();
-  });
+  const SizeOf terms = momentum_terms(scene, 1, costate);
+  report_geodesic(
+      readout, scene, 1,
+      [=](const Eigen::MatrixXd& x) -> Eigen::MatrixXd {
+        return velocity(lambda, x, costate).cwiseProduct(lambda).transpose();
+      },
+      terms);
   const auto energy = std::move(readout.invariants);
   readout.invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
     energy(x, out);
     const Eigen::VectorXd q = x.row(0), qdot = velocity(lambda, x, costate);
     if (out.wants("joachimsthal")) {
       const Wide J = joachimsthal<Wide>(lambda.cast<Wide>(), q.cast<Wide>(), qdot.cast<Wide>());
-      out.add("joachimsthal", "joachimsthal", J, J);
+      // (qᵀΛ⁻¹q)‖q̇‖², and what that would be for a q̇ of the size of its terms.
+      const Wide of_terms = terms(x) / lambda.minCoeff();
+      const bool at_rest = is_rounding(qdot.stableNorm(), static_cast<double>(of_terms));
+      out.add("joachimsthal", "joachimsthal", J,
+              at_rest ? of_terms * of_terms / lambda.maxCoeff() : J);
     }
     if (!out.wants("lax", lambda.size() <= largest_lax_unasked)) return;
     const Vector<Wide> wide_q = q.cast<Wide>();
@@ -76,7 +85,7 @@ void check(SceneDraft& draft) {
   if (const RowMatrix* p = draft.block("p", 1, N, false)) draft.set_block("p", *p);
   if (const RowMatrix* qdot = draft.block("qdot", 1, N, false)) {
     const double along = (*qdot * draft.scene().block("q").transpose())(0, 0);
-    if (!(std::abs(along) <= draft.largest_repair() * qdot->norm()))
+    if (!(std::abs(along) <= draft.largest_repair() * qdot->stableNorm()))
       return draft.refuse("initial.qdot", "q·qdot = " + to_text(along), "must be orthogonal to q");
     draft.set_block("qdot", *qdot);
   }
@@ -89,17 +98,22 @@ SystemEntry ellipsoid_entry() {
   info.blocks = {{"q", "1 x N", true, "unit vector"},
                  {"qdot", "1 x N", false, "velocity, orthogonal to q; exactly one of qdot and p"},
                  {"p", "1 x N", false, "costate"}};
-  info.fields = {{"q", "1 x N", "unit vector; Lambda^1/2 q is on the ellipsoid"},
-                 {"qdot", "1 x N", "velocity, if given"},
+  info.fields = {{"q", "1 x N", "unit vector; x = Lambda^1/2 q has x^T Lambda^-1 x = 1"},
+                 {"qdot", "1 x N", "q', velocity, if given"},
                  {"p", "1 x N", "costate, if given"},
-                 {"Qdot", "1 x N", "velocity"}};
+                 {"Qdot", "1 x N", "q', velocity"}};
   info.invariants = {{"energy", "1/2 q'^T Lambda q'", "[ST] (3)"},
                      {"joachimsthal", "(q^T Lambda^-1 q) (q'^T q')", ""},
-                     {"lax", "coefficients of mu^j in tr M(mu)^k", "[ST] (17)-(19)"},
+                     {"lax",
+                      "coefficients of mu^j in tr M(mu)^k, M(mu) = q p^T - p q^T + mu Lambda + "
+                      "q q^T D / (mu q^T Lambda^-1 q), "
+                      "D = (p^T Lambda^-1 q)^2 - (p^T Lambda^-1 p) (q^T Lambda^-1 q), "
+                      "p = Lambda q' if not given",
+                      "[ST] (17)-(19)"},
                      {"orthogonality", "q^T q = 1", ""}};
   info.name = "ellipsoid";
   info.summary = "geodesics on the ellipsoid with semi-axes lambda_i^1/2, n = 1";
-  info.equations = "q'' = -(q'^T q' / q^T Lambda^-1 q) Lambda^-1 q";
+  info.equations = "q'' = -((q'^T q') / (q^T Lambda^-1 q)) Lambda^-1 q";
   info.source = "[ST] (9), (14), (16)";
   info.file = "engine/systems/ellipsoid.h";
   info.methods = methods_on<Ellipsoid<double>>(info);

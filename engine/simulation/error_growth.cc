@@ -14,6 +14,11 @@ double power_of(const std::vector<double>& course, const Samples& samples) {
   return then > 0 ? std::clamp(std::log2(course.back() / then), 1.0, 2.0) : 2;
 }
 
+/// How much more than declared an error may be.
+constexpr double about = 1.25;
+/// The part of a run from whose end on it is looked at.
+constexpr double early = 1.0 / 8;
+
 }  // namespace
 
 double ErrorGrowth::beyond(const Candidate& candidate, const Run& run, const Samples& samples,
@@ -31,6 +36,18 @@ double ErrorGrowth::beyond(const Candidate& candidate, const Run& run, const Sam
   const double at_horizon = course.back() * std::pow(rest, power);
   course_.assign(course.begin(), std::ranges::lower_bound(course, saturated_error));
   return end > 0 ? at_horizon / end : std::pow(rest, power);
+}
+
+bool ErrorGrowth::falls_as_declared(const Candidate& candidate, double shorter, const Run& run,
+                                    const Samples& samples) const {
+  const std::size_t n = run.errors.size();
+  if (n == 0 || n > course_.size() || candidate.own_steps) return false;
+  const double from = early * static_cast<double>(samples.steps[n - 1]);
+  for (std::size_t i = 0; i < n; ++i)
+    if (static_cast<double>(samples.steps[i]) >= from &&
+        !(run.largest_error(i + 1) <= about * course_[i] * std::pow(shorter, -candidate.order)))
+      return false;
+  return true;
 }
 
 }  // namespace stiefel

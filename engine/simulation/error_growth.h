@@ -17,6 +17,13 @@ class ErrorGrowth {
   double beyond(const Candidate& candidate, const Run& run, const Samples& samples,
                 std::int64_t horizon_steps);
 
+  /// Whether the last three doublings of a run's time have the errors that the run before it has
+  /// there, over `shorter`^order, `shorter` being how many of this run's steps are one of its: then
+  /// they are the method's and not rounding, and go on as the earlier ones did. Errors of rounding
+  /// are a walk: in single precision what follows is off by up to 100 x when foretold from a part.
+  bool falls_as_declared(const Candidate& candidate, double shorter, const Run& run,
+                         const Samples& samples) const;
+
  private:
   std::vector<double> course_;  ///< the largest error up to each sample
 };

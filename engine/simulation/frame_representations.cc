@@ -78,6 +78,12 @@ WithinDomain<Expression> write_angular_velocity(const Phase& x, const Conversion
   return Expression{{{"Q", x.Q}, {"U", AngularVelocity<double>(x.lambda, x.Q, x.S).dense()}}};
 }
 
+/// What two frames hold of M ≠ 0.
+void add_condition(const Phase& x, Margins& margins) {
+  if (!x.M.isZero(0))
+    margins.push_back({"1/condition of M", inverse_condition_Sigma_L(x.lambda, x.M, x.step)});
+}
+
 /// n = N, where (55) is Moser and Veselov's; for n < N it is a motion of its own.
 WithinDomain<Phase> read_two_frames(const Scene& scene, Margins& margins) {
   const Dense &Q_prev = scene.block("Q_prev"), &Q = scene.Q();
@@ -87,6 +93,7 @@ WithinDomain<Phase> read_two_frames(const Scene& scene, Margins& margins) {
   margins.push_back({"S_L", margin_S_L(scene.inertia(), Q_prev, Q)});
   Phase x{scene.inertia(), scene.step(), Q, {}, {}};
   x.M = Sigma_L(x.lambda, Q_prev, Q, x.step);
+  add_condition(x, margins);
   return x;
 }
 WithinDomain<Expression> write_two_frames(const Phase& x, const ConversionTarget&,
@@ -97,6 +104,7 @@ WithinDomain<Expression> write_two_frames(const Phase& x, const ConversionTarget
   auto Q_prev = Sigma_L_inverse(x.lambda, x.Q, x.M, x.step);
   if (!Q_prev) return std::unexpected(Q_prev.error());
   margins.push_back({"S_L", margin_S_L(x.lambda, *Q_prev, x.Q)});
+  add_condition(x, margins);
   return Expression{{{"Q_prev", std::move(*Q_prev)}, {"Q", x.Q}}};
 }
 

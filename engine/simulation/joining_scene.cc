@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/linalg/to_text.h"
 #include "engine/simulation/simulation.h"
 
 namespace stiefel {
@@ -24,7 +25,8 @@ std::expected<Scene, ConnectRefusal> scene_of(const TwoPointProblem& problem, co
   d.step = step;
   auto made = Scene::resolve(std::move(d));
   if (made) return *std::move(made);
-  return std::unexpected(refusal::Invalid{"time", "makes numbers that no scene can hold"});
+  return std::unexpected(
+      refusal::Invalid{"time", to_text(problem.time), "makes numbers that no scene can hold"});
 }
 
 /// Q at step 0 and at `samples` steps after it.

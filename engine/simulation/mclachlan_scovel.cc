@@ -26,7 +26,7 @@ SystemEntry mclachlan_scovel_entry() {
   SystemInfo info = rigid_form_info({"B", "N x N", false, "B = Q M, so that Q^T B is skew"}, false);
   info.name = "mclachlan_scovel";
   info.summary = "rigid body in the variables of McLachlan and Scovel";
-  info.equations = "Q' = Q J^-1(Q^T B), B' = B J^-1(Q^T B)";
+  info.equations = "Q' = Q J^-1(Q^T B), B' = B J^-1(Q^T B), M = Q^T B";
   info.source = "[RB] (5.5)";
   info.file = "engine/systems/mclachlan_scovel.h";
   info.methods = methods_on<McLachlanScovel<double>>(info);

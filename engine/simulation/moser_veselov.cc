@@ -31,7 +31,7 @@ SystemEntry moser_veselov_entry() {
   SystemInfo info = rigid_body_family();
   info.name = "moser_veselov";
   info.summary = "discrete rigid body of Moser and Veselov, its own step as the time";
-  info.equations = "U Lambda - Lambda U^T = h M, Q_{k+1} = Q_k U, M_{k+1} = U^T M_k U";
+  info.equations = "U Lambda - Lambda U^T = h M_k, Q_{k+1} = Q_k U, M_{k+1} = U^T M_k U";
   info.source = "[RB] (4.5)";
   info.file = "engine/maps/moser_veselov.h";
   info.discrete = true;

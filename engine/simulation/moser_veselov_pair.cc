@@ -1,5 +1,7 @@
 #include "engine/maps/moser_veselov_pair.h"
 
+#include <cmath>
+
 #include "engine/representations/discrete_pairs.h"
 #include "engine/simulation/discrete_hamiltonian.h"
 #include "engine/simulation/rigid_body_data.h"
@@ -34,6 +36,10 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
                      .M =
                          [=](const auto& x) {
                            return Sigma_L<double>(lambda, x.topRows(N), x.bottomRows(N), h);
+                         },
+                     .terms =
+                         [terms = lambda.stableNorm() / std::abs(h)](const auto&) {
+                           return terms;
                          }});
   readout.invariants = [=, of_body = std::move(readout.invariants)](const Eigen::MatrixXd& x,
                                                                     InvariantList& out) {
@@ -51,12 +57,14 @@ SystemEntry moser_veselov_pair_entry() {
   info.blocks = {{"Q_prev", "N x N", true, "frame one step before"},
                  {"Q", "N x N", true, "frame, orthogonal"}};
   info.fields = {{"Q_prev", "N x N", "frame one step before"},
-                 {"Q", "N x N", "frame"},
-                 {"M", "N x N", "body momentum"},
-                 {"Omega", "N x N", "J^-1(M)"}};
+                 {"Q", "N x N", "frame, orthogonal"},
+                 {"M", "N x N", "body momentum, M = (Lambda U - U^T Lambda) / h, U = Q_prev^T Q"},
+                 {"Omega", "N x N", "J^-1(M): Omega_ij = M_ij / (lambda_i + lambda_j)"}};
   info.name = "moser_veselov_pair";
   info.summary = "discrete rigid body of Moser and Veselov on pairs of frames";
-  info.equations = "M = J_D(Q_{k-1}^T Q_k), M' = U^T M U, U = J_D^-1(M'), Q_{k+1} = Q_k U";
+  info.equations =
+      "h M_k = Lambda V - V^T Lambda, V = Q_{k-1}^T Q_k, U Lambda - Lambda U^T = h M_k, "
+      "Q_{k+1} = Q_k U";
   info.source = "[RB] (4.4)";
   info.file = "engine/maps/moser_veselov_pair.h";
   info.discrete = true;

@@ -1,5 +1,6 @@
 #include "engine/simulation/parametric_forms.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "engine/invariants/parametric_rigid_body.h"
@@ -11,22 +12,44 @@
 namespace stiefel {
 namespace {
 
-/// hM = M_μ − μΛ².
-Eigen::MatrixXd momentum(const Eigen::VectorXd& lambda, double mu, const Eigen::MatrixXd& Q,
-                         const Eigen::MatrixXd& P) {
-  Eigen::MatrixXd M = parametric_momentum<double>(Q, P);
-  M.diagonal() -= mu * lambda.cwiseAbs2();
+/// M, skew but for rounding.
+Eigen::MatrixXd momentum(const Eigen::VectorXd& lambda, double mu_over_h, double epsilon,
+                         const Eigen::MatrixXd& Q, const Eigen::MatrixXd& P) {
+  Eigen::MatrixXd M = parametric_momentum<double>(Q, P) / epsilon;
+  M.diagonal() -= mu_over_h * lambda.cwiseAbs2();
   return M;
+}
+
+/// ‖·‖_F of the matrices that M is a difference of, with what the solves add to their rounding.
+double parametric_terms(const Eigen::VectorXd& lambda, double mu_over_h, double epsilon,
+                        const Eigen::MatrixXd& Q, const Eigen::MatrixXd& P) {
+  const auto solved = [](const Eigen::MatrixXd& A, const Eigen::MatrixXd& B) {
+    const auto lu = A.partialPivLu();
+    return lu.solve(B).stableNorm() / lu.rcond();
+  };
+  return (solved(Q, P) + solved(P, Q)) / std::abs(epsilon) +
+         std::abs(mu_over_h) * lambda.cwiseAbs2().stableNorm();
+}
+
+/// By how much the rounding of P can change M: εM_μ is the difference of G = Q⁻¹P and G⁻¹. At most
+/// `relative` to the sizes of these two.
+double rounding_of_momentum(const Eigen::MatrixXd& Q, const Eigen::MatrixXd& P, double epsilon,
+                            double relative) {
+  const double G = Q.partialPivLu().solve(P).norm(), inverse = P.partialPivLu().solve(Q).norm();
+  const double rounding = 4 * static_cast<double>(Q.cols()) * 0x1p-53;
+  return std::min(rounding * G * (1 + inverse * inverse), relative * (G + inverse)) /
+         std::abs(epsilon);
 }
 
 }  // namespace
 
-SystemInfo parametric_info() {
+SystemInfo parametric_info(std::string_view momentum) {
   SystemInfo info{};
   info.blocks = {{"Q", "N x N", true, "invertible"}, {"P", "N x N", true, "invertible"}};
-  info.fields = {{"Q", "N x N", ""},
-                 {"P", "N x N", ""},
-                 {"M", "N x N", "Q^-1 P - P^-1 Q - mu Lambda^2, skew"}};
+  info.fields = {{"Q", "N x N", "invertible"},
+                 {"P", "N x N", "invertible"},
+                 {"M", "N x N", momentum},
+                 {"epsilon", "1 x 1", "P belongs to epsilon M"}};
   for (const auto& invariant : rigid_body_invariant_infos())
     if (invariant.name != "spatial_momentum") info.invariants.push_back(invariant);
   info.invariants.push_back({"PQ_inverse", "P Q^-1", "[RB] section 8"});
@@ -36,12 +59,15 @@ SystemInfo parametric_info() {
 void check_parametric(SceneDraft& draft, double h) {
   auto& given = draft.given();
   draft.refuse_if(given.body.has_value(), "body");
-  draft.refuse_if(given.epsilon.has_value(), "epsilon");
   draft.refuse_if(!given.inertia_u.empty(), "inertia_u");
   draft.refuse_if(!given.inertia_v.empty(), "inertia_v");
   if (!std::isfinite(given.parameter.value_or(0)))
     draft.refuse("parameter", to_text(*given.parameter), "must be finite");
   given.parameter = given.parameter.value_or(0);
+  if (!(std::isfinite(h) && h != 0)) return;  // the step, refused as such
+  given.epsilon = given.epsilon.value_or(h);
+  if (!(std::isfinite(*given.epsilon) && *given.epsilon != 0))
+    return draft.refuse("epsilon", to_text(*given.epsilon), "must be finite and not 0");
   if (!draft.set_inertia()) return;
   draft.check_inertia_sums();
   draft.check_block_names();
@@ -55,28 +81,35 @@ void check_parametric(SceneDraft& draft, double h) {
     draft.set_block(name, *block);
   }
   if (!draft.sound()) return;
-  const Eigen::MatrixXd M = momentum(draft.scene().inertia(), *given.parameter, draft.scene().Q(),
-                                     draft.scene().block("P"));
+  const Eigen::MatrixXd &Q = draft.scene().Q(), &P = draft.scene().block("P");
+  const double mu_over_h = *given.parameter / h;
+  const Eigen::MatrixXd M = momentum(draft.scene().inertia(), mu_over_h, *given.epsilon, Q, P);
   const double defect = (M + M.transpose()).cwiseAbs().maxCoeff();
-  const double size = M.cwiseAbs().maxCoeff() + std::abs(*given.parameter);
-  if (!(defect <= 1e-8 * size))
-    draft.refuse("initial", "max |M + Mᵀ| = " + to_text(defect / std::abs(h)),
-                 "M = Q⁻¹P − P⁻¹Q − μΛ² must be skew-symmetric");
+  const double size = M.cwiseAbs().maxCoeff() + std::abs(mu_over_h);
+  constexpr double relative = 1e-8;
+  if (!M.allFinite() ||
+      !(defect <= relative * size + rounding_of_momentum(Q, P, *given.epsilon, relative)))
+    draft.refuse("initial", "max |M + Mᵀ| = " + to_text(defect),
+                 "M = (Q⁻¹P − P⁻¹Q)/ε − (μ/h)Λ², h = 1 for the flow, must be skew-symmetric");
 }
 
 StackedReadout parametric_readout(const Scene& scene, double h) {
   const int N = scene.dimension();
   const Eigen::VectorXd lambda = scene.inertia();
-  const double mu = scene.parameter();
+  const double mu_over_h = scene.parameter() / h, epsilon = scene.epsilon();
   const auto M = [=](const Eigen::MatrixXd& x) -> Eigen::MatrixXd {
-    return momentum(lambda, mu, x.topRows(N), x.bottomRows(N)) / h;
+    return momentum(lambda, mu_over_h, epsilon, x.topRows(N), x.bottomRows(N));
   };
   StackedReadout readout(stacked(scene, "Q", "P"));
   readout.block("Q", 0, N).block("P", N, N);
   readout.field({"M", N, N}, [M](const auto& x, auto out) { out = M(x); });
+  readout.field({"epsilon", 1, 1}, [epsilon](const auto&, auto out) { out(0, 0) = epsilon; });
   readout.invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
-    // M is a difference of G = Q⁻¹P and G⁻¹, which are near 1 when it is small.
-    rigid_body_invariants(lambda, Eigen::MatrixXd(), M(x), out, 1 / std::abs(h));
+    // εM is a difference of G = Q⁻¹P and G⁻¹, which are near 1 when it is small.
+    const double terms =
+        parametric_terms(lambda, mu_over_h, epsilon, x.topRows(N), x.bottomRows(N));
+    rigid_body_invariants(Side::left, lambda, Eigen::MatrixXd(), M(x), out,
+                          {.terms = terms, .least_norm = 1 / std::abs(epsilon)});
     if (!out.wants("PQ_inverse")) return;
     const Eigen::MatrixXd A =
         x.topRows(N).transpose().partialPivLu().solve(x.bottomRows(N).transpose()).transpose();

@@ -6,13 +6,14 @@
 namespace stiefel {
 
 /// What parametric_rigid_body and parametric_moser_veselov have in common; [RB] (8.4)–(8.6),
-/// (8.10).
-SystemInfo parametric_info();
+/// (8.10). `momentum` is the formula of the field M.
+SystemInfo parametric_info(std::string_view momentum);
 
-/// Λ, Q and P invertible with M = M_μ − μΛ² skew, `parameter`. `h`: what M stands multiplied by.
+/// Λ; Q and P invertible with M = (Q⁻¹P − P⁻¹Q)/ε − (μ/h)Λ² skew; `parameter` μ, 0 if absent;
+/// `epsilon`, that of the paper's own variables, h, if absent. h = 1 for the flow.
 void check_parametric(SceneDraft& draft, double h);
 
-/// Q over P, and M = (M_μ − μΛ²)/h with the invariants.
+/// Q over P, M and epsilon, with the invariants.
 StackedReadout parametric_readout(const Scene& scene, double h);
 
 }  // namespace stiefel

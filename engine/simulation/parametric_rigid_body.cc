@@ -7,17 +7,19 @@
 namespace stiefel {
 
 SystemEntry parametric_rigid_body_entry() {
-  SystemInfo info = parametric_info();
+  SystemInfo info = parametric_info("M = (Q^-1 P - P^-1 Q) / epsilon - mu Lambda^2, skew");
   info.name = "parametric_rigid_body";
   info.summary = "rigid body in GL(N) with the spectral parameter mu";
-  info.equations = "Q' = Q (Omega + mu Lambda), P' = P (Omega + mu Lambda)";
+  info.equations = "Q' = Q (Omega + mu Lambda), P' = P (Omega + mu Lambda), Omega = J^-1(M)";
   info.source = "[RB] (8.4)-(8.6)";
   info.file = "engine/systems/parametric_rigid_body.h";
   info.methods = methods_on<ParametricRigidBody<double>>(info);
   return {info, [](SceneDraft& draft) { check_parametric(draft, 1); },
           [](const Scene& scene) {
-            return simulate(scene, ParametricRigidBody<double>(scene.inertia(), scene.parameter()),
-                            parametric_readout(scene, 1), 2 * rigid_body_cost(scene.dimension()));
+            return simulate(
+                scene,
+                ParametricRigidBody<double>(scene.inertia(), scene.parameter(), scene.epsilon()),
+                parametric_readout(scene, 1), 2 * rigid_body_cost(scene.dimension()));
           }};
 }
 

@@ -1,5 +1,7 @@
 #include "engine/systems/reduced_rigid_body.h"
 
+#include <cmath>
+
 #include "engine/invariants/symmetric_rigid_body.h"
 #include "engine/simulation/rigid_body_data.h"
 #include "engine/simulation/rigid_forms.h"
@@ -21,7 +23,11 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
                      .M = [=](const auto& Q) -> Eigen::MatrixXd {
                        return Q.transpose() * (A - A.transpose()) * Q / epsilon;
                      },
-                     .scaled = true});
+                     .scaled = true,
+                     .terms =
+                         [terms = A.stableNorm() / std::abs(epsilon)](const auto&) {
+                           return terms;
+                         }});
   return simulate(scene, ReducedRigidBody<double>(scene.inertia(), A, epsilon), readout,
                   rigid_body_cost(N));
 }
@@ -29,7 +35,7 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
 }  // namespace
 
 SystemEntry reduced_rigid_body_entry() {
-  SystemInfo info = rigid_form_info({"P", "N x N", false, "costate of epsilon M"}, true);
+  SystemInfo info = rigid_form_info(costate_block(), true);
   info.name = "reduced_rigid_body";
   info.summary = "symmetric representation with its constant P Q^T taken out";
   info.equations = "Q' = Q J^-1(Q^T (A - A^T) Q) / epsilon, A = P Q^T constant, P = A Q";

@@ -1,43 +1,28 @@
-// All that the library computes in quadruple precision.
+// Taylor series in quadruple and extended precision.
+#include <algorithm>
+#include <cmath>
+
 #include "engine/linalg/quadruple.h"
+#include "engine/problems/taylor_double_bracket.h"
 #include "engine/problems/taylor_motion.h"
+#include "engine/problems/taylor_parametric_rigid_body.h"
 #include "engine/problems/taylor_rigid_body.h"
 #include "engine/problems/taylor_stiefel.h"
-#include "engine/simulation/conversion.h"
-#include "engine/simulation/reference.h"
+#include "engine/simulation/reference_start.h"
 
 namespace stiefel {
 namespace {
-
-/// How the same motion is reported by the scene it is a reference for.
-struct Presentation {
-  bool right = false;  ///< Qᵀ and −M, [RB] Prop. 2.1
-  std::optional<PrincipalAxes> axes = {};
-  double start_error = 0;  ///< of the conversion to (Q, M) or (Q, S)
-
-  /// A state in rows: the frame, then the momentum.
-  MotionState of(const Matrix<long double>& x, Eigen::Index momentum_rows) const {
-    MotionState state{x.topRows(x.rows() - momentum_rows), x.bottomRows(momentum_rows)};
-    if (right) {
-      state.attitude.transposeInPlace();
-      state.momentum *= -1;
-    }
-    if (axes) {
-      const Matrix<long double> R = axes->rotation.cast<long double>();
-      state.attitude = (state.attitude * R.transpose()).eval();
-      state.momentum = (R * state.momentum * R.transpose()).eval();
-    }
-    return state;
-  }
-};
 
 /// Units of work an operation takes: instructions of the software that adds or multiplies.
 template <class Scalar>
 constexpr double operation_work = std::is_same_v<Scalar, Quad> ? 80 : 8;
 /// What a series may leave out in each precision.
 constexpr double quadruple_epsilon = 1e-26, extended_epsilon = 1e-18;
-/// How much coarser the second solution is, whose distance from the first is the error.
-constexpr double coarser = 1e4;
+/// How much more the second solution leaves out, whose distance from the first is the error. It has
+/// series of a lower order, and of another length. In extended precision little more, so that over
+/// thousands of series the estimate stays below the tolerances that double precision can meet.
+template <class Scalar>
+constexpr double coarser = std::is_same_v<Scalar, Quad> ? 1e4 : 1e2;
 
 template <class Series>
 class TaylorReference final : public Reference {
@@ -46,29 +31,26 @@ class TaylorReference final : public Reference {
 
   /// `make(order)` is the series.
   template <class Make>
-  TaylorReference(Make make, const Matrix<double>& x, double epsilon, double budget,
-                  Presentation presentation)
-      : presentation_(std::move(presentation)),
+  TaylorReference(Make make, const SeriesStart<Scalar>& start, double epsilon, double budget)
+      : presentation_(start.presentation),
         budget_(budget),
         order_(taylor_order(epsilon)),
-        work_(series_work(x, order_)),
-        coarse_work_(series_work(x, taylor_order(coarser * epsilon))),
+        work_(series_work(start.x.rows(), start.x.cols(), order_)),
+        coarse_work_(series_work(start.x.rows(), start.x.cols(), coarse_order(epsilon))),
         momentum_rows_(make(order_).momentum_rows()),
-        fine_(make(order_), x.template cast<Scalar>(), epsilon),
-        coarse_(make(taylor_order(coarser * epsilon)), x.template cast<Scalar>(),
-                coarser * epsilon) {}
+        fine_(make(order_), start.x, epsilon),
+        coarse_(make(coarse_order(epsilon)), start.x, coarser<Scalar> * epsilon) {}
 
-  static double series_work(const Matrix<double>& x, int order) {
-    return operation_work<Scalar> * Series::operations(x.rows(), x.cols(), order);
+  static double series_work(Eigen::Index rows, Eigen::Index cols, int order) {
+    return operation_work<Scalar> * Series::operations(rows, cols, order);
   }
 
   std::optional<Answer> at(double time, const std::stop_token& stop) override {
     const auto stopped = [&] { return stop.stop_requested() || work() > budget_; };
     if (!fine_.go_to(time, stopped) || !coarse_.go_to(time, stopped)) return std::nullopt;
     MotionState state = present(fine_);
-    constexpr double rounding = std::numeric_limits<long double>::epsilon();
-    error_ = std::max({error_, rounding, error_of(present(coarse_), state).largest()});
-    return Answer{std::move(state), error_ + presentation_.start_error};
+    error_ = std::max({error_, rounding(state), error_of(present(coarse_), state).largest()});
+    return Answer{std::move(state), error_};
   }
 
   std::string description() const override {
@@ -81,12 +63,41 @@ class TaylorReference final : public Reference {
            static_cast<double>(coarse_.series_count()) * coarse_work_;
   }
 
- private:
-  MotionState present(const TaylorMotion<Series>& motion) const {
-    return presentation_.of(motion.state().template cast<long double>(), momentum_rows_);
+  /// By the stretches that the first series span; before those, two series that are dearer than the
+  /// budget are dear enough.
+  std::optional<double> predicted_work(double time, const std::stop_token& stop) override {
+    const double first = work_ + coarse_work_;
+    const auto stopped = [&] { return stop.stop_requested(); };
+    if (first > budget_ || !fine_.go_to(0, stopped) || !coarse_.go_to(0, stopped)) return first;
+    const auto stretches = [&](const auto& motion) {
+      return std::max(1.0, std::ceil(std::abs(time) / motion.span()));
+    };
+    return stretches(fine_) * work_ + stretches(coarse_) * coarse_work_;
   }
 
-  Presentation presentation_;
+ private:
+  static int coarse_order(double epsilon) { return taylor_order(coarser<Scalar> * epsilon); }
+
+  MotionState present(const TaylorMotion<Series>& motion) const {
+    return presentation_.of(motion.state(), momentum_rows_);
+  }
+
+  /// What rounding alone may do, which two solutions may have in common: a series in extended
+  /// precision is a sum of `order` rounded terms, one in quadruple precision is rounded once, when
+  /// it is reported; each relative to the largest number on the way to the result.
+  double rounding(const MotionState& state) const {
+    constexpr double unit = std::numeric_limits<long double>::epsilon();
+    const double terms = std::is_same_v<Scalar, Quad> ? 1 : order_;
+    const auto largest = [](const auto& A) {
+      return A.size() > 0 ? static_cast<double>(A.cwiseAbs().maxCoeff()) : 0;
+    };
+    const double momentum = largest(state.momentum),
+                 computed = largest(fine_.state().bottomRows(momentum_rows_));
+    const double part = momentum > 0 ? computed / momentum : 1;
+    return terms * unit * std::max({1.0, largest(state.attitude), part});
+  }
+
+  Presentation<Scalar> presentation_;
   double budget_;
   int order_;
   double work_, coarse_work_;
@@ -95,69 +106,63 @@ class TaylorReference final : public Reference {
   double error_ = 0;
 };
 
-/// A scene of rigid_body or stiefel with the same motion, and how to go back.
-struct Canonical {
-  Scene scene;
-  Presentation presentation;
-};
-
-std::optional<Canonical> canonical(const Scene& scene) {
-  const std::string& system = scene.system();
-  Presentation presentation{system.starts_with("right_"), scene.axes()};
-  if (system == "rigid_body" || system == "stiefel") return Canonical{scene, presentation};
-  if (system.starts_with("parametric")) return std::nullopt;  // its Q is not orthogonal for long
-  const bool frames = system.starts_with("stiefel") || system == "ellipsoid";
-  auto converted = convert(scene, {frames ? "stiefel" : "rigid_body"});
-  if (!converted || !converted->scene) return std::nullopt;
-  presentation.start_error = 0x1p-51;
-  return Canonical{*std::move(converted->scene), presentation};
-}
-
-/// The same in quadruple precision if that stays within the budget, else in extended.
-template <template <class> class Series, class Make>
-std::unique_ptr<Reference> affordable(const Make& make, const Matrix<double>& x,
-                                      const ReferenceNeed& need, const Presentation& presentation) {
-  const auto made = [&]<class Scalar>(Scalar, double epsilon) {
-    return std::make_unique<TaylorReference<Series<Scalar>>>(
-        [&](int order) { return make(Scalar(), order); }, x, epsilon, need.budget, presentation);
+/// In quadruple precision if that stays within the budget, else in extended. `make(start, order)`
+/// is the series of a start in either.
+template <class Make>
+std::unique_ptr<Reference> affordable(const Make& make, const Scene& scene,
+                                      const SeriesStart<long double>& start,
+                                      const ReferenceNeed& need) {
+  const auto made = [&](const auto& from, double epsilon) -> std::unique_ptr<Reference> {
+    using Series = decltype(make(from, 1));
+    return std::make_unique<TaylorReference<Series>>(
+        [&](int order) { return make(from, order); }, from, epsilon, need.budget);
   };
-  if (need.quadruple) {
+  const int order = taylor_order(quadruple_epsilon);
+  using QuadrupleSeries = decltype(make(SeriesStart<Quad>(), 1));
+  const double work = 2 * TaylorReference<QuadrupleSeries>::series_work(start.x.rows(),
+                                                                        start.x.cols(), order);
+  if (need.quadruple && work <= need.budget) {
     // Extended precision says how far a series reaches.
-    const int order = taylor_order(quadruple_epsilon);
-    TaylorMotion<Series<long double>> probe(make(0.0L, order), x.cast<long double>(),
-                                            quadruple_epsilon);
+    TaylorMotion probe(make(start, order), start.x, quadruple_epsilon);
     probe.go_to(0, [] { return false; });
-    const double stretches = std::ceil(std::abs(need.time) / probe.span());
-    if (2 * stretches * TaylorReference<Series<Quad>>::series_work(x, order) <= need.budget)
-      return made(Quad(), quadruple_epsilon);
+    if (std::ceil(std::abs(need.time) / probe.span()) * work <= need.budget)
+      return made(start_of<Quad>(scene).value(), quadruple_epsilon);
   }
-  return made(0.0L, extended_epsilon);
+  return made(start, extended_epsilon);
 }
 
 }  // namespace
 
 std::unique_ptr<Reference> make_taylor_reference(const Scene& scene, const ReferenceNeed& need) {
-  const auto same = canonical(scene);
-  if (!same) return nullptr;
-  const auto& [body, presentation] = *same;
-  const Eigen::VectorXd& lambda = body.inertia();
-  const Matrix<double>& Q = body.Q();
-  if (body.system() == "stiefel") {
-    const Matrix<double>& S = body.block("S");
-    Matrix<double> x(2 * Q.rows(), Q.cols());
-    x << Q, S;
-    const auto make = [&]<class Scalar>(Scalar, int order) {
-      return TaylorStiefel<Scalar>(lambda.cast<Scalar>(), Q.rows(), order);
-    };
-    return affordable<TaylorStiefel>(make, x, need, presentation);
+  const auto start = start_of<long double>(scene);
+  if (!start) return nullptr;
+  switch (start->kind) {
+    case SeriesKind::rigid_body:
+      return affordable(
+          []<class Scalar>(const SeriesStart<Scalar>& s, int order) {
+            return TaylorRigidBody<Scalar>(s.lambda, order);
+          },
+          scene, *start, need);
+    case SeriesKind::parametric_rigid_body:
+      return affordable(
+          []<class Scalar>(const SeriesStart<Scalar>& s, int order) {
+            return TaylorParametricRigidBody<Scalar>(s.lambda, s.mu, order);
+          },
+          scene, *start, need);
+    case SeriesKind::stiefel:
+      return affordable(
+          []<class Scalar>(const SeriesStart<Scalar>& s, int order) {
+            return TaylorStiefel<Scalar>(s.lambda, s.x.rows() / 2, order);
+          },
+          scene, *start, need);
+    case SeriesKind::double_bracket:
+      return affordable(
+          []<class Scalar>(const SeriesStart<Scalar>& s, int order) {
+            return TaylorDoubleBracket<Scalar>(s.lambda, s.lambda_v, order);
+          },
+          scene, *start, need);
   }
-  const Matrix<double>& M = body.M();
-  Matrix<double> x(Q.rows() + M.rows(), M.cols());
-  x << Q, M;
-  const auto make = [&]<class Scalar>(Scalar, int order) {
-    return TaylorRigidBody<Scalar>(lambda.cast<Scalar>(), order);
-  };
-  return affordable<TaylorRigidBody>(make, x, need, presentation);
+  return nullptr;
 }
 
 }  // namespace stiefel

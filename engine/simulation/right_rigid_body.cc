@@ -15,14 +15,14 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
   report_rigid_form(readout, scene,
                     {.Q = [N](const auto& x) { return x.topRows(N).eval(); },
                      .M = [N](const auto& x) { return x.bottomRows(N).eval(); },
-                     .right = true});
+                     .side = Side::right});
   return simulate(scene, RightRigidBody<double>(scene.inertia()), readout, rigid_body_cost(N));
 }
 
 }  // namespace
 
 SystemEntry right_rigid_body_entry() {
-  SystemInfo info = rigid_form_info({"M", "N x N", true, "body momentum, skew"}, false);
+  SystemInfo info = rigid_form_info({"M", "N x N", true, "momentum, skew"}, false, Side::right);
   info.name = "right_rigid_body";
   info.summary = "free rigid body in N dimensions, right-invariant";
   info.equations = "Q' = Omega Q, M' = [Omega, M], M = Lambda Omega + Omega Lambda";

@@ -19,11 +19,12 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
       {.Q = [N](const auto& x) { return x.topRows(N).eval(); },
        .M =
            [=](const auto& x) { return Psi_right<double>(x.topRows(N), x.bottomRows(N), epsilon); },
-       .right = true,
+       .side = Side::right,
        .A = [N](const auto& x) -> Eigen::MatrixXd {
          return x.bottomRows(N).transpose() * x.topRows(N);
        },
-       .scaled = true});
+       .scaled = true,
+       .terms = costate_terms(N, epsilon)});
   return simulate(scene, RightSymmetricRigidBody<double>(scene.inertia(), epsilon), readout,
                   rigid_body_cost(N));
 }
@@ -31,7 +32,7 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
 }  // namespace
 
 SystemEntry right_symmetric_rigid_body_entry() {
-  SystemInfo info = rigid_form_info({"P", "N x N", false, "costate of epsilon M"}, true);
+  SystemInfo info = rigid_form_info(costate_block(Side::right), true, Side::right);
   info.name = "right_symmetric_rigid_body";
   info.summary = "symmetric representation of the rigid body, right-invariant";
   info.equations = "Q' = Omega Q, P' = Omega P, M = (P Q^T - Q P^T) / epsilon";

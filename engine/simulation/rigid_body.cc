@@ -1,5 +1,6 @@
 #include "engine/systems/rigid_body.h"
 
+#include "engine/simulation/exact_body.h"
 #include "engine/simulation/in_float.h"
 #include "engine/simulation/in_four.h"
 #include "engine/simulation/rigid_body_data.h"
@@ -20,6 +21,7 @@ std::unique_ptr<Simulation> make_in(const Scene& scene) {
 std::unique_ptr<Simulation> make(const Scene& scene) {
   if (goes_in_four(scene)) return rigid_body_in_four(scene);
   if (scene.in_float()) return rigid_body_in_float(scene);
+  if (scene.axes() && scene.method() == Exact::traits.name) return exact_body(scene);
   if (scene.dimension() != 3) return make_in<SoN<double>>(scene);
   if (scene.has_frame()) return make_in<So3<double, true>>(scene);
   return make_in<So3<double, false>>(scene);

@@ -11,14 +11,15 @@ SystemInfo rigid_body_family() {
       {"M", "N x N", true, "body momentum, skew"},
   };
   info.fields = {
-      {"Q", "N x N", "frame"},
-      {"M", "N x N", "body momentum"},
-      {"Omega", "N x N", "body angular velocity, Omega_ij = M_ij / (lambda_i + lambda_j)"},
+      {"Q", "N x N", "frame, orthogonal"},
+      {"M", "N x N", "body momentum, skew"},
+      {"Omega", "N x N",
+       "body angular velocity: Omega_ij = M_ij / (lambda_i + lambda_j) in principal axes"},
       {"quaternion", "1 x 4", "N = 3, det Q = 1: w, x, y, z, body to space; sign continuous"},
       {"angular_velocity", "1 x 3", "N = 3: the vector of Omega"},
   };
   info.invariants = rigid_body_invariant_infos();
-  info.invariants.push_back({"orthogonality", "Q^T Q = I", ""});
+  info.invariants.push_back({"orthogonality", "Q Q^T = I", ""});
   return info;
 }
 

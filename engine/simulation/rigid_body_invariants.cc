@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "engine/invariants/rigid_body.h"
+#include "engine/invariants/symmetric_rigid_body.h"
+#include "engine/simulation/at_rest.h"
 
 namespace stiefel {
 namespace {
@@ -30,29 +32,32 @@ void manakov_coefficients(const Vector<Wide>& lambda, const Matrix<Wide>& M, Wid
 
 }  // namespace
 
-std::vector<InvariantInfo> rigid_body_invariant_infos() {
+std::vector<InvariantInfo> rigid_body_invariant_infos(Side side) {
   return {
       {"energy", "1/2 tr(Lambda Omega^T Omega)", "[RB] section 2"},
-      {"spatial_momentum", "Q M Q^T", "[RB] Prop. 2.1"},
-      {"casimirs", "eigenvalues of M", "[RB] section 2"},
+      {"spatial_momentum", side == Side::left ? "Q M Q^T" : "Q^T M Q", "[RB] Prop. 2.1"},
+      {"casimirs", "w_1 >= w_2 >= ... >= 0 of the eigenvalues +-i w_k of M", "[RB] section 2"},
       {"manakov", "coefficients of mu^j in tr((M + mu Lambda^2)^k), k = 2..N", "[RB] (2.4)"},
   };
 }
 
-void rigid_body_invariants(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& Q,
-                           const Eigen::MatrixXd& M, InvariantList& out, double least_norm) {
+void rigid_body_invariants(Side side, const Eigen::VectorXd& lambda, const Eigen::MatrixXd& Q,
+                           const Eigen::MatrixXd& M, InvariantList& out, Rounding rounding) {
   const Vector<Wide> wide_lambda = lambda.cast<Wide>();
   const Matrix<Wide> wide_M = M.cast<Wide>();
+  const bool at_rest = is_rounding(M.stableNorm(), rounding.terms);
   if (out.wants("energy")) {
-    const Wide E = energy<Wide>(wide_lambda, wide_M);
-    out.add("energy", "energy", E, E);
+    const Wide E = energy<Wide>(wide_lambda, wide_M), of_terms = rounding.terms;
+    out.add("energy", "energy", E,
+            at_rest ? of_terms * of_terms / (2 * wide_lambda.maxCoeff()) : E);
   }
   const bool manakov_wanted = out.wants("manakov", M.cols() <= largest_manakov_unasked);
   if (!manakov_wanted && !out.wants("spatial_momentum") && !out.wants("casimirs")) return;
   const Eigen::VectorXd w = casimirs<double>(M);
-  const double norm = std::max(w(0), least_norm);
+  const double norm = std::max(at_rest ? rounding.terms : w(0), rounding.least_norm);
   if (out.wants("spatial_momentum") && Q.size() > 0) {
-    const Eigen::MatrixXd m = spatial_momentum<double>(Q, M);
+    const Eigen::MatrixXd m =
+        side == Side::left ? spatial_momentum<double>(Q, M) : right_momentum<double>(Q, M);
     for (Eigen::Index i = 0; i < m.rows(); ++i)
       for (Eigen::Index j = i + 1; j < m.cols(); ++j)
         out.add("spatial_momentum", indexed("spatial_momentum", i + 1, j + 1), m(i, j), norm);

@@ -42,7 +42,7 @@ class RigidBodyReadout {
     return x;
   }
   void invariants(const Point& x, InvariantList& out) const {
-    rigid_body_invariants(lambda_, x.topRows(x.rows() - N_), x.bottomRows(N_), out);
+    rigid_body_invariants(Side::left, lambda_, x.topRows(x.rows() - N_), x.bottomRows(N_), out);
     if (offered_.map_step)
       add_discrete_hamiltonian(lambda_, x.bottomRows(N_), *offered_.map_step, out);
   }
@@ -114,7 +114,7 @@ class RigidBodyReadout<So3<double, frame>> {
   }
   void invariants(const Point& x, InvariantList& out) const {
     const Eigen::Matrix3d M = hat(x.template tail<3>());
-    rigid_body_invariants(lambda_, Q(x), M, out);
+    rigid_body_invariants(Side::left, lambda_, Q(x), M, out);
     if (offered_.map_step) add_discrete_hamiltonian(lambda_, M, *offered_.map_step, out);
   }
   std::optional<double> orthogonality(const Point& x) const {

@@ -1,7 +1,8 @@
 #include "engine/simulation/rigid_forms.h"
 
+#include <cmath>
+
 #include "engine/linalg/orthogonal.h"
-#include "engine/simulation/rigid_body_invariants.h"
 
 namespace stiefel {
 namespace {
@@ -16,21 +17,36 @@ Eigen::MatrixXd angular_velocity(const Eigen::VectorXd& lambda, Eigen::MatrixXd 
 
 }  // namespace
 
-SystemInfo rigid_form_info(BlockInfo other, bool has_P) {
+BlockInfo costate_block(Side side) {
+  return {"P", "N x N", false,
+          side == Side::left ? "costate, Q^T P - P^T Q = epsilon M"
+                             : "costate, P Q^T - Q P^T = epsilon M"};
+}
+
+std::function<double(const Eigen::MatrixXd& x)> costate_terms(int N, double epsilon) {
+  return [=](const Eigen::MatrixXd& x) { return x.bottomRows(N).stableNorm() / std::abs(epsilon); };
+}
+
+SystemInfo rigid_form_info(BlockInfo other, bool has_P, Side side) {
+  const bool left = side == Side::left;
   SystemInfo info{};
   info.blocks = {{"Q", "N x N", true, "frame, orthogonal"}, other};
   if (other.name != "M")
     info.blocks.push_back(
-        {"M", "N x N", false, "body momentum, skew: may be given instead of the block before it"});
-  info.fields = {{"Q", "N x N", "frame"},
+        {"M", "N x N", false, "momentum, skew: may be given instead of the block before it"});
+  info.fields = {{"Q", "N x N", "frame, orthogonal"},
                  {other.name, other.shape, other.description},
-                 {"M", "N x N", "body momentum"},
-                 {"Omega", "N x N", "body angular velocity"}};
+                 {"M", "N x N", left ? "body momentum, skew" : "momentum, skew"},
+                 {"Omega", "N x N",
+                  left ? "body angular velocity: Omega_ij = M_ij / (lambda_i + lambda_j)"
+                       : "angular velocity: Omega_ij = M_ij / (lambda_i + lambda_j)"}};
   if (other.name == "M") info.fields.erase(info.fields.begin() + 1);
-  info.invariants = rigid_body_invariant_infos();
+  info.invariants = rigid_body_invariant_infos(side);
   if (has_P) {
-    info.fields.push_back({"epsilon", "1 x 1", "M = (Q^T P - P^T Q) / epsilon"});
-    info.invariants.push_back({"PQt", "P Q^T", "[RB] (8.2)"});
+    info.fields.push_back({"epsilon", "1 x 1",
+                           left ? "M = (Q^T P - P^T Q) / epsilon"
+                                : "M = (P Q^T - Q P^T) / epsilon"});
+    info.invariants.push_back({"PQt", left ? "P Q^T" : "P^T Q", "[RB] (8.2)"});
   }
   info.invariants.push_back({"orthogonality", "Q Q^T = I", ""});
   return info;
@@ -49,10 +65,8 @@ void report_rigid_form(StackedReadout& readout, const Scene& scene, RigidForm fo
 
   readout.invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
     const Eigen::MatrixXd Q = form.Q(x), M = form.M(x);
-    if (form.right)
-      rigid_body_invariants(lambda, Q.transpose(), -M, out);
-    else
-      rigid_body_invariants(lambda, Q, M, out);
+    rigid_body_invariants(form.side, lambda, Q, M, out,
+                          {.terms = form.terms ? form.terms(x) : 0});
     if (!form.A || !out.wants("PQt")) return;
     const Eigen::MatrixXd A = form.A(x);
     for (Eigen::Index i = 0; i < N; ++i)

@@ -1,12 +1,10 @@
-#include "engine/invariants/parametric_rigid_body.h"
 #include "engine/linalg/orthogonal.h"
-#include "engine/linalg/principal_root.h"
-#include "engine/linalg/spectrum.h"
 #include "engine/representations/discrete_pairs.h"
 #include "engine/representations/interpolation.h"
 #include "engine/representations/j_d_inverse.h"
 #include "engine/representations/left_right.h"
 #include "engine/representations/mclachlan_scovel.h"
+#include "engine/representations/parametric_psi.h"
 #include "engine/representations/psi.h"
 #include "engine/representations/rigid_velocity.h"
 #include "engine/representations/scaling.h"
@@ -19,6 +17,11 @@ using Dense = Eigen::MatrixXd;
 
 Phase phase(const Scene& scene, Dense Q, Dense M) {
   return {scene.inertia(), scene.step(), std::move(Q), std::move(M), {}};
+}
+
+/// What the blocks hold of M ≠ 0: M has their rounding divided by this. 0 has no digits to lose.
+void add_condition(const Dense& M, double inverse_condition, Margins& margins) {
+  if (!M.isZero(0)) margins.push_back({"1/condition of M", inverse_condition});
 }
 
 WithinDomain<Phase> read_momentum(const Scene& scene, Margins&) {
@@ -41,7 +44,9 @@ WithinDomain<Phase> read_pair(const Scene& scene, const Dense& Q, const Dense& P
                               Margins& margins) {
   margins.push_back({"S", margin_S(Q, P)});
   margins.push_back({"Re spec(Q^T P) > 0", principal_cosine(Q, P)});
-  return phase(scene, Q, Psi(Q, P, scene.epsilon()));
+  Dense M = Psi(Q, P, scene.epsilon());
+  add_condition(M, inverse_condition_Psi(M, scene.epsilon()), margins);
+  return phase(scene, Q, std::move(M));
 }
 WithinDomain<Phase> read_symmetric(const Scene& scene, Margins& margins) {
   return read_pair(scene, scene.Q(), scene.block("P"), margins);
@@ -50,27 +55,19 @@ WithinDomain<Phase> read_right_symmetric(const Scene& scene, Margins& margins) {
   return read_pair(scene, scene.Q().transpose(), scene.block("P").transpose(), margins);
 }
 
-/// Ψ⁻¹ with the ε that is asked for, or preferred where it is well inside S_M, or chosen.
-WithinDomain<Expression> write_pair(const Phase& x, const ConversionTarget& target,
-                                    double preferred, Margins& margins) {
-  const double chosen = margin_S_M(x.M, preferred) >= 1 ? preferred : scaling_epsilon(x.M);
-  const double epsilon = target.epsilon.value_or(chosen);
+/// Ψ⁻¹ with the ε that is asked for, or chosen.
+WithinDomain<Expression> write_symmetric(const Phase& x, const ConversionTarget& target,
+                                         Margins& margins) {
+  const double epsilon = target.epsilon.value_or(unit_epsilon(x.M));
   auto P = Psi_inverse(x.Q, x.M, epsilon);
   if (!P) return std::unexpected(P.error());
   margins.push_back({"S_M", margin_S_M(x.M, epsilon)});
+  add_condition(x.M, inverse_condition_Psi(x.M, epsilon), margins);
   return Expression{{{"Q", x.Q}, {"P", std::move(*P)}}, epsilon};
-}
-WithinDomain<Expression> write_symmetric(const Phase& x, const ConversionTarget& target,
-                                         Margins& margins) {
-  return write_pair(x, target, 1, margins);
-}
-WithinDomain<Expression> write_discrete_symmetric(const Phase& x, const ConversionTarget& target,
-                                                  Margins& margins) {
-  return write_pair(x, target, x.step, margins);
 }
 WithinDomain<Expression> write_right_symmetric(const Phase& x, const ConversionTarget& target,
                                                Margins& margins) {
-  auto out = write_pair(x, target, 1, margins);
+  auto out = write_symmetric(x, target, margins);
   if (out)
     for (auto& [name, block] : out->blocks) block.transposeInPlace();
   return out;
@@ -89,7 +86,9 @@ WithinDomain<Phase> read_two_frames(const Scene& scene, Margins& margins) {
   const Dense &Q_prev = scene.block("Q_prev"), &Q = scene.Q();
   margins.push_back({"S_L", margin_S_L(scene.inertia(), Q_prev, Q)});
   margins.push_back({"E_L", margin_E_L(scene.inertia(), Q_prev.transpose() * Q)});
-  return phase(scene, Q, Sigma_L(scene.inertia(), Q_prev, Q, scene.step()));
+  Dense M = Sigma_L(scene.inertia(), Q_prev, Q, scene.step());
+  add_condition(M, inverse_condition_Sigma_L(scene.inertia(), M, scene.step()), margins);
+  return phase(scene, Q, std::move(M));
 }
 WithinDomain<Expression> write_two_frames(const Phase& x, const ConversionTarget&,
                                           Margins& margins) {
@@ -97,40 +96,29 @@ WithinDomain<Expression> write_two_frames(const Phase& x, const ConversionTarget
   if (!Q_prev) return std::unexpected(Q_prev.error());
   margins.push_back({"S_L", margin_S_L(x.lambda, *Q_prev, x.Q)});
   margins.push_back({"E_L", margin_E_L(x.lambda, Q_prev->transpose() * x.Q)});
+  add_condition(x.M, inverse_condition_Sigma_L(x.lambda, x.M, x.step), margins);
   return Expression{{{"Q_prev", std::move(*Q_prev)}, {"Q", x.Q}}};
 }
 
-/// [RB] (8.5): M_μ = Q⁻¹P − P⁻¹Q = hM + μΛ², h = 1 for the flow.
-WithinDomain<Phase> read_parametric_with(double h, const Scene& scene) {
-  const Dense& Q = scene.Q();
+/// [RB] (8.5), (8.10). h = 1 for the flow.
+WithinDomain<Phase> read_parametric(const Scene& scene, Margins& margins) {
+  const Dense &Q = scene.Q(), &P = scene.block("P");
   const double defect = orthogonality_defect(Q);
   if (!(defect <= Scene::frame_tolerance))
     return std::unexpected(OutsideDomain{"O(N)", defect, Scene::frame_tolerance});
-  Dense M = parametric_momentum<double>(Q, scene.block("P"));
-  M.diagonal() -= scene.parameter() * scene.inertia().cwiseAbs2();
-  return phase(scene, Q, M / h);
+  Dense M = parametric_Psi(Q, P, scene.epsilon());
+  add_condition(M, inverse_condition_parametric(Q, P, M, scene.epsilon()), margins);
+  return phase(scene, Q, std::move(M));
 }
-WithinDomain<Phase> read_parametric(const Scene& scene, Margins&) {
-  return read_parametric_with(1, scene);
-}
-WithinDomain<Phase> read_discrete_parametric(const Scene& scene, Margins&) {
-  return read_parametric_with(scene.step(), scene);
-}
-/// P = Q(W + (I + W²)^{1/2}), W = ½M_μ, where spec(I + W²) is off (−∞, 0].
 WithinDomain<Expression> write_parametric_with(double h, const Phase& x,
                                                const ConversionTarget& target, Margins& margins) {
   const double mu = target.parameter.value_or(0);
-  Dense W = h * x.M;
-  W.diagonal() += mu * x.lambda.cwiseAbs2();
-  W /= 2;
-  const Dense square = Dense::Identity(W.rows(), W.cols()) + W * W;
-  double margin = std::numeric_limits<double>::infinity();
-  const auto eigenvalues = spectrum(square);
-  for (const std::complex<double> z : eigenvalues)
-    margin = std::min(margin, z.real() > 0 ? std::abs(z) : std::abs(z.imag()));
-  if (!(margin > 1e-12)) return std::unexpected(OutsideDomain{"S_M^mu", margin, 0});
-  margins.push_back({"S_M^mu", margin});
-  return Expression{{{"Q", x.Q}, {"P", x.Q * (W + principal_root(square))}}, {}, mu};
+  const double epsilon = target.epsilon.value_or(parametric_epsilon(x.lambda, x.M, mu / h));
+  auto P = parametric_Psi_inverse(x.lambda, x.Q, x.M, mu / h, epsilon);
+  if (!P) return std::unexpected(P.error());
+  margins.push_back({"S_M^mu", margin_parametric(x.lambda, x.M, mu / h, epsilon)});
+  add_condition(x.M, inverse_condition_parametric(x.Q, *P, x.M, epsilon), margins);
+  return Expression{{{"Q", x.Q}, {"P", std::move(*P)}}, epsilon, mu};
 }
 WithinDomain<Expression> write_parametric(const Phase& x, const ConversionTarget& target,
                                           Margins& margins) {
@@ -170,12 +158,12 @@ const std::vector<Representation>& rigid_representations() {
       {"right_rigid_body", read_right, write_right},
       {"symmetric_rigid_body", read_symmetric, write_symmetric},
       {"reduced_rigid_body", read_symmetric, write_symmetric},
-      {"symmetric_moser_veselov", read_symmetric, write_discrete_symmetric},
+      {"symmetric_moser_veselov", read_symmetric, write_symmetric},
       {"right_symmetric_rigid_body", read_right_symmetric, write_right_symmetric},
       {"mclachlan_scovel", read_mclachlan_scovel, write_mclachlan_scovel},
       {"moser_veselov_pair", read_two_frames, write_two_frames},
       {"parametric_rigid_body", read_parametric, write_parametric},
-      {"parametric_moser_veselov", read_discrete_parametric, write_discrete_parametric},
+      {"parametric_moser_veselov", read_parametric, write_discrete_parametric},
       {"interpolation", nullptr, write_interpolation},
   };
   return all;

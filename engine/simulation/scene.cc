@@ -6,9 +6,10 @@
 namespace stiefel {
 
 std::expected<Scene, Violations> Scene::resolve(SceneDescription description,
-                                                double largest_repair) {
-  if (!description.members) return SceneDraft(std::move(description), largest_repair).resolve();
-  auto members = resolve_members(description, largest_repair);
+                                                double largest_repair, const Place& place) {
+  if (!description.members)
+    return SceneDraft(std::move(description), largest_repair, place).resolve();
+  auto members = resolve_members(description, largest_repair, place);
   if (!members) return std::unexpected(std::move(members.error()));
   Scene ensemble = members->front();
   ensemble.description_ = std::move(description);

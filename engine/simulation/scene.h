@@ -13,22 +13,11 @@
 
 #include "engine/linalg/compensated.h"
 #include "engine/simulation/principal_axes.h"
+#include "engine/simulation/violation.h"
 
 namespace stiefel {
 
 using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-/// What is wrong with a scene: the path of the field ("initial.Q"), its value and the rule it
-/// breaks.
-struct Violation {
-  std::string field;
-  std::string value;
-  std::string rule;
-  /// A constant in UPPER_SNAKE_CASE with its numbers, where a program may want to tell it apart.
-  std::string reason = {};
-  std::map<std::string, std::string> metadata = {};
-};
-using Violations = std::vector<Violation>;
 
 /// A method as asked for; what is absent is filled in by Scene::resolve.
 struct MethodDescription {
@@ -61,7 +50,7 @@ struct Block {
   RowMatrix values, imaginary;
 };
 
-/// A scene as a caller writes it; nothing is checked.
+/// A scene as a caller writes it; nothing is checked. Its fields as data: scene_fields.h.
 struct SceneDescription {
   std::string system;
   std::optional<MethodDescription> method;
@@ -70,7 +59,7 @@ struct SceneDescription {
   std::optional<BodyDescription> body;
   std::optional<double> epsilon;    ///< of the symmetric systems
   std::optional<double> parameter;  ///< μ of the parametric systems
-  double step = 0;
+  std::optional<double> step;
   std::optional<double> tolerance = {};  ///< instead of a method: of the error up to `horizon`
   std::optional<double> horizon = {};    ///< the time of interest, > 0 whatever the step's sign
   std::string choice = {};               ///< of a resolved scene: why it has the method that it has
@@ -97,9 +86,11 @@ class Scene {
   static constexpr double least_tolerance = 1e-15;
 
   /// Every violation at once, or the scene. With a tolerance instead of a method that takes a
-  /// measurement of about a second (choice.h). Frames are repaired up to `largest_repair`.
+  /// measurement of about a second (choice.h). Frames are repaired up to `largest_repair`. The
+  /// violations are of the fields of `place`.
   static std::expected<Scene, Violations> resolve(SceneDescription description,
-                                                  double largest_repair = frame_tolerance);
+                                                  double largest_repair = frame_tolerance,
+                                                  const Place& place = {});
 
   /// The resolved description: what the caller gave with every default filled in.
   const SceneDescription& description() const { return description_; }
@@ -118,8 +109,8 @@ class Scene {
   }
   /// The state and all that is computed with it are numbers of single precision.
   bool in_float() const { return description_.method && description_.method->scalar == "float"; }
-  double step() const { return description_.step; }
-  double time(std::int64_t step) const { return static_cast<double>(step) * description_.step; }
+  double step() const { return *description_.step; }
+  double time(std::int64_t step) const { return static_cast<double>(step) * *description_.step; }
   double epsilon() const { return description_.epsilon.value_or(1); }
   double parameter() const { return description_.parameter.value_or(0); }
   /// N.

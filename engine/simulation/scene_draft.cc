@@ -2,12 +2,13 @@
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
 #include "engine/linalg/orthogonal.h"
 #include "engine/linalg/so_3.h"
 #include "engine/simulation/choice.h"
+#include "engine/simulation/near_name.h"
+#include "engine/simulation/recommendation.h"
 #include "engine/simulation/system_entry.h"
 
 namespace stiefel {
@@ -16,7 +17,8 @@ namespace {
 template <class Items, class Name>
 std::string listed(const Items& items, Name name) {
   std::string out;
-  for (const auto& item : items) out += (out.empty() ? "" : ", ") + std::string(name(item));
+  for (const auto& item : items)
+    out += (out.empty() ? "" : ", ") + std::string(std::invoke(name, item));
   return out;
 }
 
@@ -42,17 +44,6 @@ std::string element(const std::string& field, std::size_t k) {
 
 }  // namespace
 
-std::string to_text(double x) {
-  char text[32];
-  return {text, std::to_chars(text, text + sizeof text, x).ptr};
-}
-
-std::string to_text(const std::vector<double>& v) {
-  std::string out = "[";
-  for (std::size_t k = 0; k < v.size() && k < 8; ++k) out += (k > 0 ? ", " : "") + to_text(v[k]);
-  return out + (v.size() > 8 ? ", …]" : "]");
-}
-
 std::string shape_text(Eigen::Index rows, Eigen::Index cols) {
   return std::to_string(rows) + " x " + std::to_string(cols);
 }
@@ -61,24 +52,33 @@ std::expected<Scene, Violations> SceneDraft::resolve() {
   const SystemEntry* entry = system_entry(given().system);
   if (entry == nullptr) {
     refuse("system", '"' + given().system + '"',
-           "must be one of " + listed(catalogue().systems, [](auto& s) { return s.name; }));
+           "must be one of " + listed(catalogue().systems, &SystemInfo::name) +
+               did_you_mean(given().system, catalogue().systems, &SystemInfo::name));
   } else {
     system_ = &entry->info;
     check_method();
     entry->check(*this);
     check_reach();
   }
-  if (!std::isfinite(given().step) || given().step == 0)
-    refuse("step", to_text(given().step), "must be finite and not 0");
-  else if (!scales(given()).contain(given().step))
-    refuse("step", to_text(given().step), "|step| " + scales(given()).rule());
+  check_step();
   if (sound() && wants_choice()) choose();
+  if (sound() && !given().method && !system_->discrete) recommend();
   if (!sound()) return std::unexpected(std::move(violations_));
   return std::move(scene_);
 }
 
-void SceneDraft::refuse(std::string field, std::string value, std::string rule) {
-  violations_.push_back({std::move(field), std::move(value), std::move(rule)});
+void SceneDraft::refuse(const std::string& field, std::string value, std::string rule) {
+  violations_.push_back(place_.violation(field, std::move(value), std::move(rule)));
+}
+
+void SceneDraft::check_step() {
+  const auto& h = given().step;
+  if (!h)
+    refuse("step", "absent", "must be given, finite and not 0");
+  else if (!std::isfinite(*h) || *h == 0)
+    refuse("step", to_text(*h), "must be finite and not 0");
+  else if (!scales(given()).contain(*h))
+    refuse("step", to_text(*h), "|step| " + scales(given()).rule());
 }
 
 bool SceneDraft::all_finite(const std::string& field, const std::vector<double>& values) {
@@ -115,13 +115,21 @@ void SceneDraft::check_choice() {
 }
 
 void SceneDraft::choose() {
-  auto chosen = choose_method(given());
+  auto chosen = choose_method(given(), place_);
   if (chosen) {
     given().method = std::move(chosen->method);
     given().choice = std::move(chosen->reason);
   } else {
     for (Violation& violation : chosen.error()) violations_.push_back(std::move(violation));
   }
+}
+
+void SceneDraft::recommend() {
+  const std::span<const Scene> alone(&scene_, 1);
+  const Recommendation& one = recommendation_for(alone);
+  given().method = one.description();
+  check_method();
+  given().method->substeps = one.substeps(alone);
 }
 
 void SceneDraft::check_method() {
@@ -134,15 +142,15 @@ void SceneDraft::check_method() {
              std::string(system_->name) + " is a discrete system and takes no method");
     return;
   }
+  if (!method) return;  // the recommended one, once the state is known
   const auto names = listed(system_->methods, [](auto& m) { return m.method; });
-  if (!method)
-    return refuse("method", "absent",
-                  "a continuous system needs one of " + names + ", or tolerance and horizon");
   const MethodInfo* info = nullptr;
   for (const auto& m : system_->methods)
     if (m.method == method->name) info = catalogue().method(m.method);
   if (info == nullptr)
-    return refuse("method.name", '"' + method->name + '"', "must be one of " + names);
+    return refuse("method.name", '"' + method->name + '"',
+                  "must be one of " + names +
+                      did_you_mean(method->name, system_->methods, &MethodOnSystem::method));
   check_order(*info);
   check_tolerance(*info);
   if (method->substeps.value_or(1) < 1 || method->substeps.value_or(1) > 1'000'000)
@@ -279,7 +287,8 @@ void SceneDraft::check_block_names(bool complex) {
     if (!known)
       refuse("initial." + name, shape_text(block.values.rows(), block.values.cols()),
              "the blocks of " + std::string(system_->name) + " are " +
-                 listed(system_->blocks, [](auto& b) { return b.name; }));
+                 listed(system_->blocks, &BlockInfo::name) +
+                 did_you_mean(name, system_->blocks, &BlockInfo::name));
     if (!complex && block.imaginary.size() > 0)
       refuse("initial." + name + ".imaginary", std::to_string(block.imaginary.size()) + " values",
              "must be absent: the blocks of " + std::string(system_->name) + " are real");

@@ -3,14 +3,12 @@
 #include <expected>
 #include <limits>
 
+#include "engine/linalg/to_text.h"
 #include "engine/simulation/catalogue.h"
 #include "engine/simulation/scene.h"
 
 namespace stiefel {
 
-/// A number as it is written in a violation: all its digits.
-std::string to_text(double x);
-std::string to_text(const std::vector<double>& values);
 /// "3 x 4".
 std::string shape_text(Eigen::Index rows, Eigen::Index cols);
 
@@ -18,8 +16,8 @@ std::string shape_text(Eigen::Index rows, Eigen::Index cols);
 /// `given()`, collects violations and fills in inertia and blocks; the rest is common.
 class SceneDraft {
  public:
-  SceneDraft(SceneDescription description, double largest_repair)
-      : largest_repair_(largest_repair) {
+  SceneDraft(SceneDescription description, double largest_repair, const Place& place)
+      : largest_repair_(largest_repair), place_(place) {
     scene_.description_ = std::move(description);
   }
   /// Checks system, method and step, and lets the system check what is its own.
@@ -28,8 +26,11 @@ class SceneDraft {
   SceneDescription& given() { return scene_.description_; }
   const Scene& scene() const { return scene_; }
   double largest_repair() const { return largest_repair_; }
+  /// 0, which is refused, when the description has none.
+  double step() { return given().step.value_or(0); }
   bool sound() const { return violations_.empty(); }
-  void refuse(std::string field, std::string value, std::string rule);
+  /// `field` is the description's own: "initial.Q".
+  void refuse(const std::string& field, std::string value, std::string rule);
 
   /// False, with a violation at the element, unless all are finite.
   bool all_finite(const std::string& field, const std::vector<double>& values);
@@ -62,10 +63,12 @@ class SceneDraft {
                 const Eigen::VectorXd& inertia, const Eigen::MatrixXd& M);
 
  private:
+  void check_step();
   void check_method();
   void check_choice();
   bool wants_choice() { return given().tolerance && !given().method && !system_->discrete; }
   void choose();
+  void recommend();
   void check_order(const MethodInfo& info);
   void check_reach();
   void check_tolerance(const MethodInfo& info);
@@ -73,6 +76,7 @@ class SceneDraft {
 
   Scene scene_;
   double largest_repair_;
+  const Place& place_;
   const SystemInfo* system_ = nullptr;
   Violations violations_;
 };

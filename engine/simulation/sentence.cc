@@ -1,11 +1,40 @@
-#include <iomanip>
-#include <sstream>
+#include "engine/simulation/sentence.h"
 
+#include <cmath>
+#include <numbers>
+
+#include "engine/linalg/to_text.h"
 #include "engine/simulation/catalogue.h"
-#include "engine/simulation/simulation.h"
 
 namespace stiefel {
 namespace {
+
+/// |ω| of a scene whose frames are rotations of three dimensions and whose steps are times.
+std::optional<double> angular_speed(const Scene& scene, double rate) {
+  const std::string& system = scene.system();
+  if (scene.dimension() != 3 || system.starts_with("parametric") || system == "discrete_stiefel")
+    return std::nullopt;
+  const bool frames = system.starts_with("stiefel") || system == "ellipsoid";
+  if (!frames) return rate;
+  // There the rate is ‖Q̇‖_F = ‖Ω‖_F = √2 |ω| if Q is 3 × 3, and else the frame is no rotation.
+  if (scene.Q().rows() != 3) return std::nullopt;
+  return rate / std::numbers::sqrt2;
+}
+
+/// What the domain's edge is in degrees: "the step of 0.5 turns the body by 143° and has ...".
+std::string left_domain(const Ending& ending, const Scene& scene, double speed) {
+  const double h = std::abs(scene.step()) / scene.substeps();
+  const auto degrees = [&](double time) {
+    const double angle = time * speed * 180 / std::numbers::pi;
+    return (angle < 100 ? to_text(angle, 3) : to_text(std::round(angle), 6)) + "°";
+  };
+  std::string sentence = scene.substeps() > 1 ? "the substep of " : "the step of ";
+  sentence += to_text(h, 4) + " turns the body by " + degrees(h) +
+              " and has no solution on the principal branch; the largest |h| that has one here is " +
+              to_text(ending.largest_step.value_or(0), 4);
+  if (ending.largest_step) sentence += ", which turns it by " + degrees(*ending.largest_step);
+  return sentence;
+}
 
 /// What takes the scene where its own method does not: the closed form where there is one, else the
 /// method that chooses its own steps; of a discrete body the continuous one.
@@ -33,13 +62,10 @@ std::string to_sentence(const Ending& ending) {
   switch (ending.outcome) {
     case Outcome::reached:
       return "";
-    case Outcome::left_domain: {
-      std::ostringstream sentence;
-      sentence << "the step has no solution on the principal branch; the largest |h| that has one "
-                  "here is "
-               << std::setprecision(4) << ending.largest_step.value_or(0);
-      return sentence.str();
-    }
+    case Outcome::left_domain:
+      return "the step has no solution on the principal branch; the largest |h| that has one here "
+             "is " +
+             to_text(ending.largest_step.value_or(0), 4);
     case Outcome::solver_stalled:
       return "the solver of the implicit step did not converge";
     case Outcome::not_finite:
@@ -53,6 +79,22 @@ std::string to_sentence(const Ending& ending) {
 std::string to_sentence(const Ending& ending, const Scene& scene) {
   const bool stopped = !ending.reached() && ending.outcome != Outcome::cancelled;
   return to_sentence(ending) + (stopped ? neighbour(scene) : "");
+}
+
+double rate_at(const Ending& ending, const Simulation& last) {
+  const auto members = last.members();
+  if (!ending.member || static_cast<std::size_t>(*ending.member) >= members.size())
+    return last.rate();
+  return members[static_cast<std::size_t>(*ending.member)]->rate();
+}
+
+std::string to_sentence(const Ending& ending, const Scene& scene, double rate) {
+  if (ending.outcome != Outcome::left_domain) return to_sentence(ending, scene);
+  const auto speed = angular_speed(scene, rate);
+  if (!speed || !std::isfinite(*speed)) return to_sentence(ending, scene);
+  const std::string member =
+      ending.member ? "member " + std::to_string(*ending.member) + ": " : "";
+  return member + left_domain(ending, scene, *speed) + neighbour(scene);
 }
 
 }  // namespace stiefel

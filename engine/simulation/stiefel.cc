@@ -16,7 +16,9 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
   StackedReadout readout(stacked(scene, "Q", "S"));
   readout.block("Q", 0, static_cast<int>(n));
   readout.block("S", static_cast<int>(n), static_cast<int>(n));
-  report_geodesic(readout, scene, n, [n](const auto& x) { return x.bottomRows(n).eval(); });
+  report_geodesic(
+      readout, scene, n, [n](const auto& x) { return x.bottomRows(n).eval(); },
+      momentum_terms(scene, n, false));
   if (N <= largest_written_M)
     readout.field({"M", static_cast<int>(N), static_cast<int>(N)}, [n](const auto& x, auto out) {
       out = dense_M<double>(x.topRows(n), x.bottomRows(n));
@@ -29,7 +31,7 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
 
 SystemEntry stiefel_entry() {
   SystemInfo info = stiefel_info({"S", "n x N", true, "S = Q' Lambda"});
-  info.fields.push_back({"M", "N x N", "Q^T S - S^T Q, N <= 4096"});
+  info.fields.push_back({"M", "N x N", "M = Q^T S - S^T Q, N <= 4096"});
   info.name = "stiefel";
   info.summary = "geodesics on the Stiefel manifold V(n, N) with the metric of Lambda";
   info.equations = "Q' = S Lambda^-1, S' = B Q, K B + B K = -2 Q' Q'^T, K = Q Lambda^-1 Q^T";

@@ -25,9 +25,12 @@ std::unique_ptr<Simulation> make(const Scene& scene, const Eigen::MatrixXd& star
     readout.computed_block({"M", columns, columns}, M);
   else
     readout.block("P", rows, rows);
-  report_geodesic(readout, scene, n, [=](const Eigen::MatrixXd& x) {
-    return Legendre_inverse<double>(lambda, x.topRows(n), x.bottomRows(n));
-  });
+  report_geodesic(
+      readout, scene, n,
+      [=](const Eigen::MatrixXd& x) {
+        return Legendre_inverse<double>(lambda, x.topRows(n), x.bottomRows(n));
+      },
+      momentum_terms(scene, n, true));
   if (!with_M && N <= largest_written_M) readout.field({"M", columns, columns}, M);
   const auto of_S = std::move(readout.invariants);
   readout.invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
@@ -68,12 +71,16 @@ void check_momentum(SceneDraft& draft) {
 }  // namespace
 
 SystemEntry stiefel_costate_entry() {
-  SystemInfo info = stiefel_info({"P", "n x N", true, "costate, any with Q^T P - P^T Q = M"});
-  info.fields.push_back({"M", "N x N", "Q^T P - P^T Q, N <= 4096"});
-  info.invariants.push_back({"PQt", "P Q^T = (k + m) / 2", "[ST] (76)"});
+  SystemInfo info = stiefel_info(
+      {"P", "n x N", true,
+       "costate, any with Q^T P - P^T Q = M = Q^T Q U Lambda + Lambda U Q^T Q, Q' = Q U"});
+  info.fields.push_back({"M", "N x N", "M = Q^T P - P^T Q, N <= 4096"});
+  info.invariants.push_back(
+      {"PQt", "P Q^T = (k + m) / 2, k = P Q^T + Q P^T, m = P Q^T - Q P^T", "[ST] (76)"});
   info.name = "stiefel_costate";
   info.summary = "geodesics on V(n, N) as optimal control; P = P_0: generalised McLachlan-Scovel";
-  info.equations = "Q' = Q U, P' = P U - Q A, A = [Q^T Q, U Lambda U]";
+  info.equations =
+      "Q' = Q U, P' = P U - Q A, A = [Q^T Q, U Lambda U], Q^T Q U Lambda + Lambda U Q^T Q = M";
   info.source = "[ST] (68)-(69)";
   info.file = "engine/systems/stiefel_costate.h";
   info.methods = methods_on<StiefelCostate<double>>(info);
@@ -82,10 +89,12 @@ SystemEntry stiefel_costate_entry() {
 }
 
 SystemEntry stiefel_momentum_entry() {
-  SystemInfo info = stiefel_info({"M", "N x N", true, "Q^T P - P^T Q for some P, skew"});
+  SystemInfo info = stiefel_info(
+      {"M", "N x N", true, "momentum, skew: M = Q^T Q U Lambda + Lambda U Q^T Q, Q' = Q U"});
   info.name = "stiefel_momentum";
   info.summary = "geodesics on V(n, N) by the momentum M, held as factors Q and P_0";
-  info.equations = "Q' = Q U, M' = [M, U] - A, A = [Q^T Q, U Lambda U]";
+  info.equations =
+      "Q' = Q U, M' = [M, U] - A, A = [Q^T Q, U Lambda U], Q^T Q U Lambda + Lambda U Q^T Q = M";
   info.source = "[ST] (46)";
   info.file = "engine/systems/stiefel_costate.h";
   info.methods = methods_on<StiefelCostate<double>>(info);

@@ -5,6 +5,7 @@
 #include "engine/invariants/stiefel.h"
 #include "engine/linalg/orthogonal.h"
 #include "engine/linalg/symmetric_lyapunov.h"
+#include "engine/simulation/at_rest.h"
 #include "engine/simulation/rigid_body_scene.h"
 
 namespace stiefel {
@@ -12,12 +13,12 @@ namespace stiefel {
 SystemInfo stiefel_info(BlockInfo other) {
   SystemInfo info{};
   info.blocks = {{"Q", "n x N", true, "frame, orthonormal rows"}, other};
-  info.fields = {{"Q", "n x N", "frame"},
+  info.fields = {{"Q", "n x N", "frame, orthonormal rows"},
                  {other.name, other.shape, other.description},
-                 {"Qdot", "n x N", "velocity of the frame"}};
+                 {"Qdot", "n x N", "Q', velocity of the frame"}};
   info.invariants = {
       {"energy", "1/2 tr(S Lambda^-1 S^T), S = Q' Lambda", "[ST] (3)"},
-      {"spatial_momentum", "m = S Q^T - Q S^T, n x n", "[ST] (44)"},
+      {"spatial_momentum", "S Q^T - Q S^T, n x n", "[ST] (44)"},
       {"orthogonality", "Q Q^T = I", ""},
   };
   return info;
@@ -50,7 +51,7 @@ void set_tangent(SceneDraft& draft, const char* name, bool is_velocity) {
   Eigen::MatrixXd V = *given;
   if (!is_velocity) V *= lambda.cwiseInverse().asDiagonal();
   const Eigen::MatrixXd product = V * Q.transpose(), defect = product + product.transpose();
-  const double size = defect.cwiseAbs().maxCoeff(), speed = V.norm();
+  const double size = defect.cwiseAbs().maxCoeff(), speed = V.stableNorm();
   if (!(size <= draft.largest_repair() * speed))
     return draft.refuse(
         "initial." + std::string(name), "max |Q̇Qᵀ + QQ̇ᵀ| = " + to_text(size),
@@ -71,7 +72,8 @@ void set_tangent(SceneDraft& draft, const char* name, bool is_velocity) {
 }
 
 void report_geodesic(StackedReadout& readout, const Scene& scene, Eigen::Index n,
-                     std::function<Eigen::MatrixXd(const Eigen::MatrixXd& x)> S) {
+                     std::function<Eigen::MatrixXd(const Eigen::MatrixXd& x)> S,
+                     SizeOf terms) {
   const Eigen::VectorXd lambda = scene.inertia();
   const auto Qdot = [=](const Eigen::MatrixXd& x) -> Eigen::MatrixXd {
     return S(x) * lambda.cwiseInverse().asDiagonal();
@@ -81,21 +83,34 @@ void report_geodesic(StackedReadout& readout, const Scene& scene, Eigen::Index n
   readout.invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
     using Wide = long double;
     const Matrix<Wide> wide_Q = x.topRows(n).cast<Wide>(), wide_S = S(x).cast<Wide>();
+    const Wide of_terms = terms(x), of_S = wide_S.stableNorm();
+    const bool at_rest = is_rounding(static_cast<double>(of_S), static_cast<double>(of_terms));
     if (out.wants("energy")) {
       const Wide E = stiefel_energy<Wide>(lambda.cast<Wide>(), wide_S);
-      out.add("energy", "energy", E, E);
+      out.add("energy", "energy", E,
+              at_rest ? of_terms * of_terms / (2 * lambda.maxCoeff()) : E);
     }
     if (!out.wants("spatial_momentum")) return;
     const Matrix<Wide> m = frame_momentum<Wide>(wide_Q, wide_S);
     for (Eigen::Index i = 0; i < n; ++i)
       for (Eigen::Index j = i + 1; j < n; ++j)
         out.add("spatial_momentum", indexed("spatial_momentum", i + 1, j + 1), m(i, j),
-                wide_S.norm());
+                at_rest ? of_terms : of_S);
   };
   readout.orthogonality = [n](const Eigen::MatrixXd& x) {
     return std::optional(orthogonality_defect(x.topRows(n)));
   };
   readout.rate = [Qdot](const Eigen::MatrixXd& x) { return Qdot(x).stableNorm(); };
+}
+
+SizeOf momentum_terms(const Scene& scene, Eigen::Index n, bool costate) {
+  const double largest = scene.inertia().maxCoeff();
+  const double h = std::abs(scene.step()) / scene.substeps();
+  const double of_frames = largest * std::sqrt(static_cast<double>(n)) / h;
+  const double kappa = costate ? largest / scene.inertia().minCoeff() : 0;
+  return [=](const Eigen::MatrixXd& x) {
+    return of_frames + (costate ? kappa * x.bottomRows(n).stableNorm() : 0);
+  };
 }
 
 double stiefel_cost(Eigen::Index n, Eigen::Index N) {

@@ -5,6 +5,8 @@
 #include "engine/invariants/dirac_bracket.h"
 #include "engine/invariants/symplectic_defect.h"
 #include "engine/invariants/tangent_spaces.h"
+#include "engine/simulation/near_name.h"
+#include "engine/simulation/scene_draft.h"
 #include "engine/simulation/simulation.h"
 #include "engine/simulation/two_forms.h"
 
@@ -19,10 +21,17 @@ Dense state_of(const TwoForm& form, const Simulation& now) {
   return stacked_pair<double>(now.get(form.blocks[0]), now.get(form.blocks[1]));
 }
 
+/// "3 x 4", and what else is wrong with it.
+std::string value_of(const Block& block) {
+  return shape_text(block.values.rows(), block.values.cols()) +
+         (block.imaginary.size() > 0 ? ", complex" : "") +
+         (block.values.allFinite() ? "" : ", not finite");
+}
+
 /// Stacks the blocks of these names; empty with a violation if they are not as the state's.
 Dense stacked_vector(const std::string& field, const TangentVector& u,
                      const std::array<std::string_view, 2>& names, const Dense& x,
-                     Violations& violations) {
+                     const Place& place, Violations& violations) {
   const Eigen::Index rows = x.rows() / 2;
   Dense out(x.rows(), x.cols());
   const std::string name[] = {std::string(names[0]), std::string(names[1])};
@@ -32,22 +41,25 @@ Dense stacked_vector(const std::string& field, const TangentVector& u,
                       found->second.values.cols() == x.cols() &&
                       found->second.imaginary.size() == 0;
     if (!fits || !found->second.values.allFinite()) {
-      violations.push_back({field + "." + name[k], found == u.end() ? "absent" : "",
-                            "must be there, real, finite and " + std::to_string(rows) + " x " +
-                                std::to_string(x.cols())});
+      violations.push_back(place.violation(
+          field + "." + name[k], found == u.end() ? "absent" : value_of(found->second),
+          "must be given, real, finite and " + shape_text(rows, x.cols())));
       continue;
     }
     out.middleRows(k * rows, rows) = found->second.values;
   }
   for (const auto& [other, block] : u)
     if (other != name[0] && other != name[1])
-      violations.push_back({field + "." + other, "", "the blocks are " + name[0] + ", " + name[1]});
+      violations.push_back(place.violation(field + "." + other, value_of(block),
+                                           "the blocks are " + name[0] + ", " + name[1] +
+                                               did_you_mean(other, names)));
   return out;
 }
 
-std::unexpected<Violations> refuse_ensemble(const Scene& scene) {
-  return std::unexpected(Violations{{"members", std::to_string(scene.members().size()),
-                                     "two-forms and brackets are of single scenes"}});
+std::unexpected<Violations> refuse_ensemble(const Scene& scene, const Place& place) {
+  return std::unexpected(
+      Violations{place.violation("", std::to_string(scene.members().size()) + " members",
+                                 "two-forms and brackets are of single scenes")});
 }
 
 /// Those may be without a frame.
@@ -74,22 +86,27 @@ std::vector<FormInfo> forms_of(std::string_view system) {
 
 std::expected<double, Violations> evaluate_form(const Scene& scene, const Simulation& now,
                                                 const std::string& form, const TangentVector& u,
-                                                const TangentVector& v) {
-  if (!scene.members().empty()) return refuse_ensemble(scene);
+                                                const TangentVector& v, const Place& place) {
+  if (!scene.members().empty()) return refuse_ensemble(scene, place);
   const auto has = two_forms_of(scene.system());
   const auto found = std::ranges::find_if(has, [&](auto* s) { return s->info.name == form; });
   if (found == has.end() || (is_rigid_body(scene) && !scene.has_frame()))
-    return std::unexpected(Violations{{"form", form, "is not a form of " + scene.system()}});
+    return std::unexpected(Violations{
+        place.violation("form", form,
+                        "is not a form of " + scene.system() +
+                            did_you_mean(form, has, [](auto* s) { return s->info.name; }))});
   const FormSpace space = (*found)->space(scene);
   const Dense x = state_of(**found, now);
   Violations violations;
   const auto read = [&](const char* field, const TangentVector& given) {
     const std::size_t before = violations.size();
-    const Dense w = stacked_vector(field, given, (*found)->info.blocks, x, violations);
+    const Dense w = stacked_vector(field, given, (*found)->info.blocks, x, place, violations);
     if (violations.size() > before) return w;
     const double off = (space.tangent(x, w) - w).norm();
     if (!(off <= tangency * w.norm()))
-      violations.push_back({field, "off by " + std::to_string(off), "must be tangent"});
+      violations.push_back(place.violation(
+          field, "off by " + to_text(off) + " at norm " + to_text(w.norm()),
+          "must be tangent to " + to_text(tangency) + " of its norm"));
     return w;
   };
   const Dense first = read("first", u), second = read("second", v);
@@ -99,13 +116,14 @@ std::expected<double, Violations> evaluate_form(const Scene& scene, const Simula
 
 std::expected<std::optional<double>, Violations> symplectic_defect(const Scene& scene,
                                                                    const Simulation& now, int pairs,
-                                                                   unsigned seed) {
-  if (!scene.members().empty()) return refuse_ensemble(scene);
+                                                                   unsigned seed,
+                                                                   const Place& place) {
+  if (!scene.members().empty()) return refuse_ensemble(scene, place);
   const auto has = two_forms_of(scene.system());
   const bool no_frame = is_rigid_body(scene) && !scene.has_frame();
   if (has.empty() || no_frame)
     return std::unexpected(
-        Violations{{"symplectic_test", scene.system(), "this system's states have no two-form"}});
+        Violations{place.violation("", scene.system(), "this system's states have no two-form")});
   const auto map = make_simulation(scene);
   const auto phi = [&](const Dense& x) { return map->image(x); };
   const Dense x = in_principal_axes(scene, state_of(*has.front(), now));
@@ -113,20 +131,23 @@ std::expected<std::optional<double>, Violations> symplectic_defect(const Scene& 
 }
 
 std::expected<double, Violations> dirac_bracket(const Scene& scene, const Simulation& now,
-                                                const PairFactors& F, const PairFactors& K) {
-  if (!scene.members().empty()) return refuse_ensemble(scene);
+                                                const PairFactors& F, const PairFactors& K,
+                                                const Place& place) {
+  if (!scene.members().empty()) return refuse_ensemble(scene, place);
   const int N = scene.dimension();
   Violations violations;
   if (scene.system() != "symmetric_rigid_body" && scene.system() != "symmetric_moser_veselov")
-    violations.push_back({"system", scene.system(), "must be a symmetric rigid body, (Q, P)"});
-  const auto function = [&](const char* field, const PairFactors& given) {
+    violations.push_back(place.violation(
+        "", scene.system(), "brackets are of symmetric rigid bodies, with a state (Q, P)"));
+  const auto function = [&](const std::string& field, const PairFactors& given) {
     PairFunction out;
-    for (const auto& [A, B] : given.factors) {
-      for (const RowMatrix* matrix : {&A, &B})
+    for (std::size_t k = 0; k < given.factors.size(); ++k) {
+      const auto& [A, B] = given.factors[k];
+      for (const auto& [name, matrix] : {std::pair(".A", &A), std::pair(".B", &B)})
         if (matrix->rows() != N || matrix->cols() != N || !matrix->allFinite())
-          violations.push_back(
-              {field, std::to_string(matrix->rows()) + " x " + std::to_string(matrix->cols()),
-               "A and B must be finite and N x N"});
+          violations.push_back(place.violation(field + "[" + std::to_string(k) + "]" + name,
+                                               value_of(*matrix),
+                                               "must be finite and " + shape_text(N, N)));
       out.factors.push_back({A, B});
     }
     return out;

@@ -23,7 +23,8 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
       {.Q = [N](const auto& x) { return x.topRows(N).eval(); },
        .M = [=](const auto& x) { return Psi<double>(x.topRows(N), x.bottomRows(N), epsilon); },
        .A = [N](const auto& x) { return constant_A<double>(x.topRows(N), x.bottomRows(N)); },
-       .scaled = true});
+       .scaled = true,
+       .terms = costate_terms(N, epsilon)});
   readout.invariants = [=, lambda = scene.inertia(), h = scene.step(),
                         of_body = std::move(readout.invariants)](const Eigen::MatrixXd& x,
                                                                  InvariantList& out) {
@@ -37,16 +38,16 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
 }  // namespace
 
 SystemEntry symmetric_moser_veselov_entry() {
-  SystemInfo info = rigid_form_info({"P", "N x N", false, "costate of epsilon M"}, true);
+  SystemInfo info = rigid_form_info(costate_block(), true);
   info.name = "symmetric_moser_veselov";
   info.summary = "symmetric representation of the discrete rigid body";
-  info.equations = "U Lambda - Lambda U^T = h M, Q_{k+1} = Q_k U, P_{k+1} = P_k U";
+  info.equations = "U Lambda - Lambda U^T = h M_k, Q_{k+1} = Q_k U, P_{k+1} = P_k U";
   info.source = "[RB] (4.7)";
   info.file = "engine/maps/symmetric_moser_veselov.h";
   info.discrete = true;
   info.invariants.push_back(discrete_hamiltonian_info);
   info.methods = keeps_all(info);
-  return {info, [](SceneDraft& draft) { check_symmetric(draft, false, draft.given().step); }, make};
+  return {info, [](SceneDraft& draft) { check_symmetric(draft, false, draft.step()); }, make};
 }
 
 }  // namespace stiefel

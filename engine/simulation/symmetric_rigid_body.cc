@@ -20,7 +20,8 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
       {.Q = [N](const auto& x) { return x.topRows(N).eval(); },
        .M = [=](const auto& x) { return Psi<double>(x.topRows(N), x.bottomRows(N), epsilon); },
        .A = [N](const auto& x) { return constant_A<double>(x.topRows(N), x.bottomRows(N)); },
-       .scaled = true});
+       .scaled = true,
+       .terms = costate_terms(N, epsilon)});
   return simulate(scene, SymmetricRigidBody<double>(scene.inertia(), epsilon), readout,
                   rigid_body_cost(N));
 }
@@ -28,7 +29,7 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
 }  // namespace
 
 SystemEntry symmetric_rigid_body_entry() {
-  SystemInfo info = rigid_form_info({"P", "N x N", false, "costate of epsilon M"}, true);
+  SystemInfo info = rigid_form_info(costate_block(), true);
   info.name = "symmetric_rigid_body";
   info.summary = "symmetric representation of the rigid body";
   info.equations = "Q' = Q Omega, P' = P Omega, M = (Q^T P - P^T Q) / epsilon";

@@ -37,12 +37,12 @@ void set_P_of_M(SceneDraft& draft, const RowMatrix& given_M, bool right) {
   if (!draft.sound()) return;
   const Eigen::MatrixXd &Q = draft.scene().Q(), &M = draft.scene().M();
   auto& epsilon = draft.given().epsilon;
-  if (!epsilon) epsilon = scaling_epsilon(M);
+  if (!epsilon) epsilon = unit_epsilon(M);
   auto P = right ? Psi_right_inverse(Q, M, *epsilon) : Psi_inverse(Q, M, *epsilon);
   if (!P)
     return draft.refuse("epsilon", to_text(*epsilon),
                         "epsilon ‖M‖_op = " + to_text(P.error().value) + " must be < 2; without " +
-                            "epsilon the scene takes " + to_text(scaling_epsilon(M)));
+                            "epsilon the scene takes " + to_text(unit_epsilon(M)));
   draft.set_block("P", std::move(*P));
 }
 

@@ -21,6 +21,15 @@ constexpr double helps = 0.5;
 constexpr int patience = 2;
 /// A run of less than this part of the horizon says too little of it.
 constexpr double least_part = 1.0 / 64;
+/// In single precision of less than this: rounding may come up from below.
+constexpr double least_part_in_float = 1.0 / 8;
+
+/// The error where what was measured is less than can be known.
+MotionError at_least(double known, MotionError error) {
+  if (error.attitude) error.attitude = std::max(known, *error.attitude);
+  error.momentum = std::max(known, error.momentum);
+  return error;
+}
 
 double median(std::vector<double> values) {
   std::ranges::sort(values);
@@ -37,16 +46,12 @@ std::expected<Tradeoff, Violations> Tradeoff::prepare(TradeoffRequest request) {
     wrong.push_back({"budget", to_text(request.budget), "must be finite and > 0"});
   if (request.repeats < 1 || request.repeats > 100)
     wrong.push_back({"repeats", std::to_string(request.repeats), "must be 1 to 100"});
+  const auto place = Place::inside("scene");
   if (request.scene.members)
-    wrong.push_back({"scene.members", std::to_string(*request.scene.members),
-                     "must be absent: measure one member"});
-  auto found = candidates(request.scene);
-  if (!found) {
-    for (auto& violation : found.error()) {
-      violation.field = "scene." + violation.field;
-      wrong.push_back(std::move(violation));
-    }
-  }
+    wrong.push_back(place.violation("members", std::to_string(*request.scene.members),
+                                    "must be absent: measure one member"));
+  auto found = candidates(request.scene, place);
+  if (!found) wrong.insert(wrong.end(), found.error().begin(), found.error().end());
   if (!wrong.empty()) return std::unexpected(std::move(wrong));
   return Tradeoff(std::move(request), *std::move(found));
 }
@@ -56,7 +61,7 @@ Tradeoff::Tradeoff(TradeoffRequest request, std::vector<Candidate> candidates)
       candidates_(std::move(candidates)),
       left_(request_.budget),
       best_(infinity) {
-  const double step = request_.scene.step;
+  const double step = *request_.scene.step;
   if (!request_.horizon) request_.horizon = request_.scene.horizon;
   steps_ = request_.horizon ? steps_to(*request_.horizon, step) : TradeoffRequest::default_steps;
 }
@@ -71,18 +76,18 @@ std::expected<TradeoffSetup, Violations> Tradeoff::solve_reference(const std::st
         {"budget", to_text(request_.budget),
          "must be larger: " + samples_.reference + " takes half of it to the first state"}});
   TradeoffSetup setup{machine(), build_fingerprint(), samples_.reference};
-  setup.reference_error = samples_.answers.empty() ? 0 : samples_.answers.back().error;
+  setup.reference_error = reference_error();
   setup.horizon = time;
   setup.steps = steps_;
   setup.reference_steps = samples_.last();
   setup.budget = request_.budget;
-  setup.repeats = request_.repeats;
+  setup.repeats = static_cast<int>(request_.repeats);
   return setup;
 }
 
 double Tradeoff::share() const {
   const auto to_come = static_cast<double>(candidates_.size() - candidate_) * expected_points;
-  return std::max(0.0, left_) / (to_come * request_.repeats);
+  return std::max(0.0, left_) / (to_come * static_cast<double>(request_.repeats));
 }
 
 std::optional<TradeoffPoint> Tradeoff::next(const std::stop_token& stop) {
@@ -92,13 +97,16 @@ std::optional<TradeoffPoint> Tradeoff::next(const std::stop_token& stop) {
                                             : candidate.with_substeps(1 << knob_);
     const double step_work = candidate.weight * method.substeps.value_or(1);
     const std::int64_t to = affordable_steps(samples_, step_work, share());
-    const bool too_short = static_cast<double>(to) < least_part * static_cast<double>(steps_) ||
+    const Scene scene = with_method(request_.scene, method);
+    const double least = scene.in_float() ? least_part_in_float : least_part;
+    const bool too_short = static_cast<double>(to) < least * static_cast<double>(steps_) ||
                            static_cast<double>(to) * step_work > share();
-    if (knob_ > 0 && too_short) {
+    const auto first = knob_ > 0 && too_short ? std::nullopt : first_run(candidate, scene, to, stop);
+    if (!first) {
       next_candidate();
       continue;
     }
-    auto point = measure(candidate, with_method(request_.scene, method), to, stop);
+    auto point = measure(candidate, scene, *first, stop);
     if (point.ending.outcome == Outcome::cancelled) return std::nullopt;
     const bool another = advance_knob(point);
     if (!another) continue;
@@ -109,12 +117,29 @@ std::optional<TradeoffPoint> Tradeoff::next(const std::stop_token& stop) {
   return std::nullopt;
 }
 
-TradeoffPoint Tradeoff::measure(const Candidate& candidate, const Scene& scene, std::int64_t to,
+std::optional<Run> Tradeoff::first_run(const Candidate& candidate, const Scene& scene,
+                                       std::int64_t to, const std::stop_token& stop) {
+  const auto go_to = [&](std::int64_t steps) {
+    Run made = run(scene, candidate.weight, samples_, steps, Watch::errors_and_invariants, stop);
+    left_ -= made.work;
+    return made;
+  };
+  if (to == steps_ || !scene.in_float()) return go_to(to);
+  if (knob_ > 0) {
+    Run part = go_to(to);
+    if (!part.ending.reached() || growth_.falls_as_declared(candidate, 2, part, samples_))
+      return part;
+  }
+  const double whole = candidate.weight * scene.substeps() * static_cast<double>(steps_);
+  if (samples_.last() < steps_ || whole > expected_points * share()) return std::nullopt;
+  return go_to(steps_);
+}
+
+TradeoffPoint Tradeoff::measure(const Candidate& candidate, const Scene& scene, const Run& first,
                                 const std::stop_token& stop) {
   TradeoffPoint point;
   point.method = *scene.description().method;
-  const Run first = run(scene, candidate.weight, samples_, to, Watch::errors_and_invariants, stop);
-  left_ -= first.work * request_.repeats;
+  left_ -= first.work * (request_.repeats - 1);
   point.ending = first.ending;
   point.measured_steps = first.steps;
   point.drift = first.drift;
@@ -124,7 +149,7 @@ TradeoffPoint Tradeoff::measure(const Candidate& candidate, const Scene& scene, 
   const double time = std::abs(scene.time(first.steps));
   point.cpu_seconds_per_second.push_back(first.cpu_seconds / time);
   for (int k = 1; k < request_.repeats && first.ending.reached(); ++k) {
-    const Run again = run(scene, candidate.weight, samples_, to, Watch::time, stop);
+    const Run again = run(scene, candidate.weight, samples_, first.steps, Watch::time, stop);
     if (again.ending.outcome == Outcome::cancelled) {
       point.ending = again.ending;
       return point;
@@ -137,16 +162,15 @@ TradeoffPoint Tradeoff::measure(const Candidate& candidate, const Scene& scene, 
   point.work = first.work * rest;
   if (!first.ending.reached()) return point;
 
-  const Reference::Answer& reference = samples_.answers[first.errors.size() - 1];
-  point.error = first.errors.back();
-  point.below_reference = point.error->largest() <= reference.error;
+  const double known = reference_error();
+  point.error = at_least(known, first.errors.back());
+  point.below_reference = first.errors.back().largest() <= known;
   point.extrapolated = first.steps < steps_;
   const double growth = growth_.beyond(candidate, first, samples_, steps_);
   if (point.extrapolated) {
     // What an error oscillates through is not what it grows from.
-    const double envelope = first.largest_error(first.errors.size());
-    const double least = point.error->largest();
-    const double factor = growth * (least > 0 ? std::min(envelope / least, 4.0) : 1);
+    const double envelope = std::max(known, first.largest_error(first.errors.size()));
+    const double factor = growth * std::min(envelope / point.error->largest(), 4.0);
     if (point.error->attitude) *point.error->attitude *= factor;
     point.error->momentum *= factor;
     if (!candidate.keeps_energy) point.drift *= rest;
@@ -180,11 +204,8 @@ void Tradeoff::next_candidate() {
 }
 
 std::vector<std::size_t> Tradeoff::front() const {
-  const double known = samples_.answers.empty() ? 0 : samples_.answers.back().error;
   std::vector<CostAndError> points;
-  for (std::size_t i = 0; i < costs_.size(); ++i)
-    points.push_back(
-        {costs_[i], std::isnan(errors_[i]) ? errors_[i] : std::max(known, errors_[i])});
+  for (std::size_t i = 0; i < costs_.size(); ++i) points.push_back({costs_[i], errors_[i]});
   return pareto_front(points);
 }
 

@@ -13,7 +13,7 @@ struct TradeoffRequest {
   SceneDescription scene;
   std::optional<double> horizon = {};  ///< else the scene's, else 100 steps
   double budget = default_budget;      ///< units of work; see step_weight.h
-  int repeats = 3;                     ///< timed runs of each point
+  std::int64_t repeats = 3;            ///< timed runs of each point, at most 100
 
   static constexpr double default_budget = 5e10;  ///< about ten seconds
   static constexpr std::int64_t default_steps = 100;
@@ -34,7 +34,9 @@ struct TradeoffSetup {
 /// those at the horizon, extrapolated if the run was cut short.
 struct TradeoffPoint {
   MethodDescription method;
-  std::optional<MotionError> error;  ///< nothing where the run stopped
+  /// Nothing where the run stopped; else no part of it is below `reference_error`, which stands for
+  /// what is.
+  std::optional<MotionError> error;
   double drift = 0;                  ///< the worst of the invariants' over the run
   std::string drift_of;
   double work = 0;
@@ -42,17 +44,18 @@ struct TradeoffPoint {
   double steps_per_second = 0;                 ///< the median's
   std::int64_t measured_steps = 0;
   bool extrapolated = false;
-  bool below_reference = false;  ///< not above the reference's own error
+  bool below_reference = false;  ///< what was measured is not above `reference_error`
   Ending ending;
 };
 
 /// Error against work on one scene, for each method, order and arithmetic with 1, 2, 4, ...
 /// substeps, or with the tolerances 1e-3, 1e-4, ..., until the error falls no more or the point's
-/// share of the budget is used up. Points come one by one. Everything but the times is the same on
-/// every machine that runs the same build.
+/// share of the budget is used up. Runs in single precision whose error is rounding are measured
+/// whole or left out. Points come one by one. Everything but the times is the same on every machine
+/// that runs the same build.
 class Tradeoff {
  public:
-  /// Checks the request; moves nothing.
+  /// Checks the request; moves nothing. The violations are of its fields: "scene.step", "budget".
   static std::expected<Tradeoff, Violations> prepare(TradeoffRequest request);
 
   /// Solves the reference, about half of the budget at most. First of all. A refusal where the
@@ -62,19 +65,25 @@ class Tradeoff {
   /// The next point; nothing when there are no more, or the token asks to stop.
   std::optional<TradeoffPoint> next(const std::stop_token& stop);
 
-  /// Indices of the points so far that no other one beats in both work and error, where no error
-  /// counts as less than the reference's.
+  /// Indices of the points so far that no other one beats in both work and error.
   std::vector<std::size_t> front() const;
 
  private:
   Tradeoff(TradeoffRequest request, std::vector<Candidate> candidates);
 
-  TradeoffPoint measure(const Candidate& candidate, const Scene& scene, std::int64_t to,
+  /// The run that a point is of, up to `to`; in single precision up to the horizon unless its error
+  /// falls with its steps as declared. Nothing where the candidate's share does not pay for that.
+  std::optional<Run> first_run(const Candidate& candidate, const Scene& scene, std::int64_t to,
+                               const std::stop_token& stop);
+  TradeoffPoint measure(const Candidate& candidate, const Scene& scene, const Run& first,
                         const std::stop_token& stop);
+  double reference_error() const {
+    return samples_.answers.empty() ? 0 : samples_.answers.back().error;
+  }
   /// True if the point is another one than the last.
   bool advance_knob(const TradeoffPoint& point);
   void next_candidate();
-  double share() const;
+  double share() const;  ///< of what is left, for one run
 
   TradeoffRequest request_;
   std::vector<Candidate> candidates_;

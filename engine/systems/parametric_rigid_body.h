@@ -11,13 +11,14 @@
 
 namespace stiefel {
 
-/// The symmetric representation with parameter μ, [RB] (8.4)–(8.6), in GL(N):
+/// The symmetric representation with parameter μ, [RB] (8.4)–(8.6), in GL(N), with the scaling of
+/// Prop. 3.13 (ε = 1 gives the paper's):
 ///
 ///     Q̇_μ = Q_μ(Ω + μΛ),   Ṗ_μ = P_μ(Ω + μΛ),
-///     Ω = J⁻¹(M_μ − μΛ²),   M_μ = Q_μ⁻¹P_μ − P_μ⁻¹Q_μ,
+///     Ω = J⁻¹(M_μ − μΛ²),   M_μ = (Q_μ⁻¹P_μ − P_μ⁻¹Q_μ)/ε,
 ///
 /// on the invariant manifold where M = M_μ − μΛ² is skew; there M moves as the rigid body. Off it
-/// the skew part is taken. It keeps m_μ = P_μQ_μ⁻¹ − Q_μP_μ⁻¹, P_μQ_μ⁻¹, and all that M keeps.
+/// the skew part is taken. It keeps εm_μ = P_μQ_μ⁻¹ − Q_μP_μ⁻¹, P_μQ_μ⁻¹, and all that M keeps.
 /// State: Q_μ over P_μ, 2N × N, both invertible. GL(N) acts from the right on both at once.
 template <class Scalar_>
 class ParametricRigidBody {
@@ -41,9 +42,10 @@ class ParametricRigidBody {
     return std::nullopt;
   }
 
-  ParametricRigidBody(Vector<Scalar> lambda, Scalar mu)
+  ParametricRigidBody(Vector<Scalar> lambda, Scalar mu, Scalar epsilon = 1)
       : lambda_(std::move(lambda)),
         mu_(mu),
+        epsilon_(epsilon),
         exponential_(lambda_.size()),
         lu_(lambda_.size()),
         xi_(zero()),
@@ -52,6 +54,7 @@ class ParametricRigidBody {
 
   const Vector<Scalar>& lambda() const { return lambda_; }
   Scalar mu() const { return mu_; }
+  Scalar epsilon() const { return epsilon_; }
 
   void field(const State& x, State& dx) {
     generator(x, xi_);
@@ -68,7 +71,8 @@ class ParametricRigidBody {
     lu_.compute(x.bottomRows(N));
     D_ = lu_.solve(x.topRows(N));
     M_ -= D_;
-    inverse_inertia(lambda_, M_, Scalar(2), xi);
+    M_ /= 2;  // 2ε need not be a number
+    inverse_inertia(lambda_, M_, epsilon_, xi);
     xi.diagonal() = mu_ * lambda_;
   }
 
@@ -83,7 +87,7 @@ class ParametricRigidBody {
 
  private:
   Vector<Scalar> lambda_;
-  Scalar mu_;
+  Scalar mu_, epsilon_;
   GeneralExponential<Scalar> exponential_;
   Eigen::PartialPivLU<Matrix<Scalar>> lu_;
   Algebra xi_, M_, D_;

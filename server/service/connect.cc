@@ -1,3 +1,4 @@
+#include "engine/linalg/to_text.h"
 #include "engine/simulation/joining_scene.h"
 #include "server/service/convert.h"
 #include "server/service/errors.h"
@@ -30,7 +31,7 @@ struct Frames {
 
   Eigen::MatrixXd frame(const char* field, bool present, const v1::Matrix& given) {
     if (!present) {
-      violations.push_back({field, "", "must be there"});
+      violations.push_back({field, "absent", "must be given"});
       return {};
     }
     auto block = from_proto(field, given);
@@ -68,10 +69,11 @@ Frames read(const v1::ConnectRequest& request) {
 /// A refusal is an error, but for a search that did not succeed.
 grpc::Status refused(const ConnectRefusal& refusal, bool stopping, v1::ConnectResponse* response) {
   if (const auto* invalid = std::get_if<refusal::Invalid>(&refusal))
-    return errors::invalid(invalid->field, "", invalid->rule);
+    return errors::invalid(invalid->field, invalid->value, invalid->rule);
   if (const auto* frame = std::get_if<refusal::NotOrthonormal>(&refusal))
-    return errors::invalid(frame->field, "max |QQᵀ − I| = " + std::to_string(frame->defect),
-                           "must have orthonormal rows");
+    return errors::invalid(frame->field, "max |QQᵀ − I| = " + to_text(frame->defect),
+                           "must have orthonormal rows to " +
+                               to_text(TwoPointProblem::frame_tolerance));
   if (const auto* signs = std::get_if<refusal::UnequalDeterminants>(&refusal))
     return errors::unequal_determinants(signs->Q_0, signs->Q_T);
   Ending ending{Outcome::cancelled, std::nullopt};

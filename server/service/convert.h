@@ -5,17 +5,24 @@
 #include <vector>
 
 #include "engine/simulation/diagnosis.h"
+#include "engine/simulation/error_estimate.h"
 #include "engine/simulation/scene.h"
 #include "engine/simulation/simulation.h"
 #include "server/sessions/registry.h"
 #include "server/sessions/session.h"
+#include "server/sessions/walk.h"
 #include "stiefel/v1/simulation.pb.h"
 
 /// Between the wire's types and the engine's; no other code sees both.
 namespace stiefel::server {
 
-/// Checks what only the wire can get wrong: shapes and numbers of values.
-std::expected<SceneDescription, Violations> from_proto(const v1::Scene& scene);
+/// Checks what only the wire can get wrong: shapes and numbers of values. The violations are of the
+/// fields of `place`. Every field of a description is read and written under its name, so that one
+/// that the messages lack is an error of every call (std::logic_error).
+std::expected<SceneDescription, Violations> from_proto(const v1::Scene& scene,
+                                                       const Place& place = {});
+std::expected<MethodDescription, Violations> from_proto(const v1::Method& method,
+                                                        const Place& place = {});
 void to_proto(const SceneDescription& description, v1::Scene* out);
 void to_proto(const MethodDescription& method, v1::Method* out);
 
@@ -26,8 +33,10 @@ void to_proto(const RowMatrix& values, v1::Matrix* out);
 void to_proto(const Catalogue& catalogue, v1::DescribeResponse* out);
 void to_proto(const Session& session, const Registry& registry, v1::Session* out);
 void to_proto(const Ending& ending, v1::Ending* out);
-void to_proto(const Ending& ending, const Scene& scene, v1::Ending* out);
+/// How a walk over states of `scene` ended, with the sentence for its last good state.
+void to_proto(const Walk& walk, const Scene& scene, v1::Ending* out);
 void to_proto(const Diagnosis& diagnosis, v1::DiagnoseResponse* out);
+void to_proto(const ErrorEstimate& estimate, v1::EstimatedError* out);
 
 using FieldNames = google::protobuf::RepeatedPtrField<std::string>;
 

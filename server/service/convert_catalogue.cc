@@ -1,3 +1,4 @@
+#include "engine/simulation/recommendation.h"
 #include "server/service/convert.h"
 
 namespace stiefel::server {
@@ -50,6 +51,13 @@ void to_proto(const SystemInfo& system, v1::SystemInfo* out) {
     to->set_formula(text(form.formula));
     to->set_source(text(form.source));
   }
+  for (const Recommendation& one : recommended(system.name)) {
+    auto* to = out->add_recommended();
+    to->set_where(text(one.where));
+    to_proto(one.description(), to->mutable_method());
+    to->set_largest_h_omega(one.largest_h_omega);
+    to->set_largest_h_momentum_rate(one.largest_h_momentum_rate);
+  }
   for (const MethodOnSystem& method : system.methods) {
     auto* to = out->add_methods();
     to->set_method(text(method.method));
@@ -95,6 +103,18 @@ void to_proto(const Diagnosis& diagnosis, v1::DiagnoseResponse* out) {
   if (diagnosis.orthogonality) out->set_orthogonality(*diagnosis.orthogonality);
   out->mutable_domain()->set_h_omega(diagnosis.h_omega);
   if (diagnosis.largest_step) out->mutable_domain()->set_largest_step(*diagnosis.largest_step);
+}
+
+void to_proto(const ErrorEstimate& estimate, v1::EstimatedError* out) {
+  if (estimate.attitude) out->set_attitude(*estimate.attitude);
+  if (estimate.momentum) out->set_momentum(*estimate.momentum);
+  if (estimate.angle) out->set_angle(*estimate.angle);
+  out->set_reference_error(estimate.reference_error);
+  out->set_reference(estimate.reference);
+  out->set_work(estimate.work);
+  out->set_run_work(estimate.run_work);
+  out->set_missing(estimate.missing);
+  if (estimate.member) out->set_member(static_cast<std::uint32_t>(*estimate.member));
 }
 
 }  // namespace stiefel::server

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 
+#include "engine/simulation/near_name.h"
+#include "engine/simulation/sentence.h"
+#include "engine/simulation/warnings.h"
 #include "server/service/convert.h"
 
 namespace stiefel::server {
@@ -39,6 +42,7 @@ void to_proto(const Session& session, const Registry& registry, v1::Session* out
   out->set_cursor(session.cursor());
   *out->mutable_create_time() = timestamp(session.create_time());
   *out->mutable_expire_time() = timestamp(registry.expire_time(session));
+  for (std::string& warning : warnings(session.scene())) out->add_warnings(std::move(warning));
 }
 
 void to_proto(const Ending& ending, v1::Ending* out) {
@@ -48,9 +52,9 @@ void to_proto(const Ending& ending, v1::Ending* out) {
   if (!ending.reached()) out->set_message(to_sentence(ending));
 }
 
-void to_proto(const Ending& ending, const Scene& scene, v1::Ending* out) {
-  to_proto(ending, out);
-  if (!ending.reached()) out->set_message(to_sentence(ending, scene));
+void to_proto(const Walk& walk, const Scene& scene, v1::Ending* out) {
+  to_proto(walk.ending(), out);
+  if (!walk.ending().reached()) out->set_message(to_sentence(walk.ending(), scene, walk.rate()));
 }
 
 std::expected<std::vector<std::size_t>, Violations> select_fields(const Session& session,
@@ -69,9 +73,9 @@ std::expected<std::vector<std::size_t>, Violations> select_fields(const Session&
     const auto found = std::ranges::find(offered, names[i], &Field::name);
     const auto index = static_cast<std::size_t>(found - offered.begin());
     if (found == offered.end()) {
-      std::string rule = "must be one of";
-      for (const Field& field : offered) rule += " " + field.name;
-      refuse(i, std::move(rule));
+      std::string rule;
+      for (const Field& field : offered) rule += (rule.empty() ? "" : ", ") + field.name;
+      refuse(i, "must be one of " + rule + did_you_mean(names[i], offered, &Field::name));
     } else if (std::ranges::find(selected, index) != selected.end()) {
       refuse(i, "is named twice");
     } else {

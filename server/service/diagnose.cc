@@ -1,6 +1,10 @@
 #include <cmath>
 
+#include "engine/linalg/to_text.h"
+#include "engine/simulation/catalogue.h"
 #include "engine/simulation/diagnosis.h"
+#include "engine/simulation/error_estimate.h"
+#include "engine/simulation/near_name.h"
 #include "engine/simulation/structure.h"
 #include "server/service/convert.h"
 #include "server/service/errors.h"
@@ -13,6 +17,8 @@ namespace {
 
 constexpr std::uint32_t default_pairs = 8, max_pairs = 1000;
 constexpr int largest_symplectic = 32;
+/// Units of work that an estimate of the error may take: about ten seconds.
+constexpr double most_estimate_work = 5e10;
 
 struct Form {
   std::string name;
@@ -28,6 +34,7 @@ struct DiagnoseTask {
   std::vector<Form> forms;
   std::vector<Bracket> brackets;
   std::optional<v1::SymplecticTest> symplectic;
+  v1::ErrorEstimation estimate_error = v1::ERROR_ESTIMATION_UNSPECIFIED;
   Violations violations;
 
   void take(Violations more) { violations.insert(violations.end(), more.begin(), more.end()); }
@@ -59,12 +66,18 @@ std::string indexed(const char* field, Index i) {
   return std::string(field) + "[" + std::to_string(i) + "]";
 }
 
+std::string near_invariant(const Scene& scene, const std::string& name) {
+  const SystemInfo& system = *catalogue().system(scene.system());
+  return did_you_mean(name, system.invariants, &InvariantInfo::name);
+}
+
 DiagnoseTask read(const Scene& scene, const v1::DiagnoseRequest& request) {
   DiagnoseTask task;
   for (int i = 0; i < request.invariants_size(); ++i) {
     const std::string& name = request.invariants(i);
     if (!is_invariant(scene, name))
-      task.take({{indexed("invariants", i), name, "must be an invariant of " + scene.system()}});
+      task.take({{indexed("invariants", i), name,
+                  "must be an invariant of " + scene.system() + near_invariant(scene, name)}});
     task.invariants.push_back(name);
   }
   for (int i = 0; i < request.forms_size(); ++i) {
@@ -90,49 +103,63 @@ DiagnoseTask read(const Scene& scene, const v1::DiagnoseRequest& request) {
       task.take({{"symplectic_test", "N = " + std::to_string(scene.dimension()),
                   "is for N up to " + std::to_string(largest_symplectic)}});
   }
+  task.estimate_error = request.estimate_error();
+  if (!v1::ErrorEstimation_IsValid(task.estimate_error))
+    task.take({{"estimate_error", std::to_string(task.estimate_error),
+                "must be a value of stiefel.v1.ErrorEstimation"}});
   return task;
 }
 
-/// The value of an element of a list, or its violations at their place.
+/// The value of an element of a list, or why there is none.
 OrStatus<double> number(const std::string& path, std::expected<double, Violations> value) {
-  if (!value) {
-    for (auto& violation : value.error()) violation.field = path + "." + violation.field;
-    return std::unexpected(errors::invalid(value.error()));
-  }
+  if (!value) return std::unexpected(errors::invalid(value.error()));
   if (!std::isfinite(*value))
     return std::unexpected(
-        errors::invalid(path, std::to_string(*value), "overflows: its arguments are too large"));
+        errors::invalid(path, to_text(*value), "overflows: its arguments are too large"));
   return *value;
 }
 
+void estimate(const Scene& scene, const Simulation& now, v1::ErrorEstimation asked,
+              const std::stop_token& stop, v1::EstimatedError* out) {
+  const double budget = asked == v1::ERROR_ESTIMATION_IF_CHEAPER
+                            ? std::min(run_work(scene, now), most_estimate_work)
+                            : most_estimate_work;
+  to_proto(estimate_error(scene, now, budget, stop), out);
+}
+
 grpc::Status answer_diagnose(const Session& at, const Walk& walk, const DiagnoseTask& task,
-                             v1::DiagnoseResponse* response) {
+                             const std::stop_token& stop, v1::DiagnoseResponse* response) {
   const Scene& scene = at.scene();
   const Simulation& now = walk.simulation();
-  to_proto(walk.ending(), scene, response->mutable_ending());
+  to_proto(walk, scene, response->mutable_ending());
   response->set_step(walk.step());
   response->set_time(scene.time(walk.step()));
   response->set_computed_steps(walk.computed_steps());
   to_proto(diagnose(scene, now, task.invariants), response);
   for (std::size_t i = 0; i < task.forms.size(); ++i) {
     const auto& [name, first, second] = task.forms[i];
-    const auto value = number(indexed("forms", i), evaluate_form(scene, now, name, first, second));
+    const std::string path = indexed("forms", i);
+    const auto value =
+        number(path, evaluate_form(scene, now, name, first, second, Place::inside(path)));
     if (!value) return value.error();
     response->add_forms(*value);
   }
   for (std::size_t i = 0; i < task.brackets.size(); ++i) {
     const auto& [first, second] = task.brackets[i];
-    const auto value =
-        number(indexed("dirac_brackets", i), dirac_bracket(scene, now, first, second));
+    const std::string path = indexed("dirac_brackets", i);
+    const auto value = number(path, dirac_bracket(scene, now, first, second, Place::inside(path)));
     if (!value) return value.error();
     response->add_dirac_brackets(*value);
   }
   if (task.symplectic) {
     const auto defect = symplectic_defect(scene, now, static_cast<int>(task.symplectic->pairs()),
-                                          task.symplectic->seed());
+                                          task.symplectic->seed(),
+                                          Place::inside("symplectic_test"));
     if (!defect) return errors::invalid(defect.error());
     if (*defect) response->set_symplectic_defect(**defect);
   }
+  if (task.estimate_error != v1::ERROR_ESTIMATION_UNSPECIFIED)
+    estimate(scene, now, task.estimate_error, stop, response->mutable_estimated_error());
   return grpc::Status::OK;
 }
 
@@ -153,9 +180,16 @@ grpc::ServerUnaryReactor* Service::Diagnose(Context* context, const v1::Diagnose
     if (const auto status = check_step("to", request->to()); !status.ok()) return refuse(status);
     DiagnoseTask task = read((*session)->scene(), *request);
     if (!task.violations.empty()) return refuse(errors::invalid(task.violations));
-    return new WalkCall(host_, std::move(log), *std::move(session), request->to(),
+    const std::int64_t to = request->to();
+    if (task.estimate_error != v1::ERROR_ESTIMATION_UNSPECIFIED)
+      return new WalkCall(host_, std::move(log), *std::move(session), to,
+                          [task = std::move(task), response](const Session& at, const Walk& walk,
+                                                             const std::stop_token& stop) {
+                            return answer_diagnose(at, walk, task, stop, response);
+                          });
+    return new WalkCall(host_, std::move(log), *std::move(session), to,
                         [task = std::move(task), response](const Session& at, const Walk& walk) {
-                          return answer_diagnose(at, walk, task, response);
+                          return answer_diagnose(at, walk, task, {}, response);
                         });
   } catch (...) {
     return refuse(errors::from_current_exception());

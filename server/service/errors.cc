@@ -1,12 +1,12 @@
 #include "server/service/errors.h"
 
 #include <algorithm>
-#include <charconv>
 #include <exception>
 #include <initializer_list>
 #include <new>
 #include <utility>
 
+#include "engine/linalg/to_text.h"
 #include "stiefel/v1/error.pb.h"
 
 namespace stiefel::server::errors {
@@ -47,12 +47,6 @@ void add_reason(const Violations& violations, v1::Status& status) {
   info.set_domain("stiefel");
   for (const auto& [key, value] : found->metadata) (*info.mutable_metadata())[key] = value;
   add_detail("ErrorInfo", info, status);
-}
-
-/// Its digits, all of them.
-std::string number(double value) {
-  char text[32];
-  return {text, std::to_chars(text, text + sizeof text, value).ptr};
 }
 
 using Metadata = std::initializer_list<std::pair<const char*, std::string_view>>;
@@ -125,7 +119,7 @@ grpc::Status checkpoint_of_other_build(std::string_view theirs, std::string_view
 }
 
 grpc::Status outside_domain(const OutsideDomain& outside) {
-  const std::string value = number(outside.value), bound = number(outside.bound);
+  const std::string value = to_text(outside.value), bound = to_text(outside.bound);
   return info(grpc::INVALID_ARGUMENT,
               "outside the domain " + std::string(outside.domain) + ": " + value +
                   ", where the bound is " + bound,

@@ -1,4 +1,6 @@
+#include "engine/simulation/catalogue.h"
 #include "engine/simulation/conversion.h"
+#include "engine/simulation/near_name.h"
 #include "server/service/convert.h"
 #include "server/service/errors.h"
 #include "server/service/requests.h"
@@ -8,27 +10,52 @@
 namespace stiefel::server {
 namespace {
 
+/// What the request does not change comes of the session it names.
+Place inherited() { return Place::made_of("from_session_id"); }
+
+/// The scene as a scene of another system.
+OrStatus<Scene> in_system(const std::string& system, const Scene& scene) {
+  if (catalogue().system(system) == nullptr)
+    return std::unexpected(errors::invalid(
+        "system", system,
+        "must be a system" + did_you_mean(system, catalogue().systems, &SystemInfo::name)));
+  ConversionTarget target{system};
+  target.scene = inherited();
+  target.to = "system";
+  auto converted = convert(scene, target);
+  if (!converted) return std::unexpected(refused(converted.error()));
+  return *std::move(converted->scene);
+}
+
 /// The scene at the state of `now` with what the request changes.
 OrStatus<Scene> forked(const Scene& from, const Simulation& now,
                        const v1::ForkSessionRequest& request) {
-  auto scene = scene_at(from, now);
+  auto scene = scene_at(from, now, Place::made_of("from_step"));
   if (!scene) return std::unexpected(errors::invalid(scene.error()));
   if (request.has_system() && request.system() != from.system()) {
-    auto converted = convert(*scene, {request.system()});
-    if (!converted) return std::unexpected(refused(converted.error()));
-    if (!converted->scene)
-      return std::unexpected(errors::invalid("system", request.system(), "must be a system"));
-    scene = *std::move(converted->scene);
+    auto converted = in_system(request.system(), *scene);
+    if (!converted) return converted;
+    scene = *std::move(converted);
   }
   if (!request.has_method() && !request.has_step()) return *std::move(scene);
-  v1::Scene changed;
-  to_proto(scene->description(), &changed);
+  Place place = inherited();
+  SceneDescription changed = scene->description();
   // What was chosen was chosen for what it was.
-  changed.clear_tolerance();
-  changed.clear_choice();
-  if (request.has_method()) *changed.mutable_method() = request.method();
-  if (request.has_step()) changed.set_step(request.step());
-  return read_scene(true, changed);
+  changed.tolerance.reset();
+  changed.choice.clear();
+  if (request.has_method()) {
+    auto method = from_proto(request.method(), Place::inside("method"));
+    if (!method) return std::unexpected(errors::invalid(method.error()));
+    changed.method = *std::move(method);
+    place.with("method", "method");
+  }
+  if (request.has_step()) {
+    changed.step = request.step();
+    place.with("step", "step");
+  }
+  auto resolved = Scene::resolve(std::move(changed), Scene::frame_tolerance, place);
+  if (!resolved) return std::unexpected(errors::invalid(resolved.error()));
+  return *std::move(resolved);
 }
 
 }  // namespace
@@ -52,11 +79,12 @@ grpc::ServerUnaryReactor* Service::ForkSession(Context* context,
       return refuse(status);
     return new WalkCall(host_, std::move(log), *std::move(from), request->from_step(),
                         [&host = host_, request, response](const Session& at, const Walk& walk) {
-                          to_proto(walk.ending(), at.scene(), response->mutable_ending());
+                          to_proto(walk, at.scene(), response->mutable_ending());
                           if (!walk.ending().reached()) return grpc::Status::OK;
                           auto scene = forked(at.scene(), walk.simulation(), *request);
                           if (!scene) return scene.error();
-                          auto made = admit(host, request->session_id(), *std::move(scene));
+                          auto made = admit(host, request->session_id(), *std::move(scene),
+                                            inherited());
                           if (!made) return made.error();
                           to_proto(*made->session, host.registry, response->mutable_session());
                           response->set_created(made->created);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string>
 
+#include "engine/linalg/to_text.h"
 #include "server/service/convert.h"
 #include "server/service/errors.h"
 
@@ -33,10 +34,11 @@ grpc::Status check_step(const char* field, std::int64_t value, std::int64_t low)
 }
 
 OrStatus<Scene> read_scene(bool present, const v1::Scene& scene, const char* field) {
-  if (!present) return std::unexpected(errors::invalid(field, "", "must be there"));
-  auto description = from_proto(scene);
+  if (!present) return std::unexpected(errors::invalid(field, "absent", "must be given"));
+  const auto place = Place::inside(field);
+  auto description = from_proto(scene, place);
   if (!description) return std::unexpected(errors::invalid(description.error()));
-  auto resolved = Scene::resolve(*std::move(description));
+  auto resolved = Scene::resolve(*std::move(description), Scene::frame_tolerance, place);
   if (!resolved) return std::unexpected(errors::invalid(resolved.error()));
   return *std::move(resolved);
 }
@@ -44,7 +46,7 @@ OrStatus<Scene> read_scene(bool present, const v1::Scene& scene, const char* fie
 bool wants_choice(const v1::Scene& scene) { return scene.has_tolerance() && !scene.has_method(); }
 
 OrStatus<Registry::Created> admit(Host& host, const std::string& id, Scene scene,
-                                  std::string_view checkpoint) {
+                                  const Place& place, std::string_view checkpoint) {
   auto created = host.registry.create(id, std::move(scene), checkpoint);
   if (created) return *std::move(created);
   if (const auto* conflict = std::get_if<Registry::Conflict>(&created.error())) {
@@ -52,8 +54,10 @@ OrStatus<Registry::Created> admit(Host& host, const std::string& id, Scene scene
                                ? errors::session_has_other_scene(id)
                                : errors::too_many_sessions(host.registry.max_sessions()));
   }
-  if (const auto* overflow = std::get_if<Violation>(&created.error()))
-    return std::unexpected(errors::invalid({*overflow}));
+  if (const auto* overflow = std::get_if<Overflow>(&created.error()))
+    return std::unexpected(errors::invalid({place.violation(
+        "", overflow->field + " = " + to_text(overflow->value) + " at step 0",
+        "numbers are so large or so small that a field overflows")}));
   const auto& refusal = std::get<CheckpointRefusal>(created.error());
   const std::string value = std::to_string(checkpoint.size()) + " bytes";
   switch (refusal.fault) {

@@ -20,7 +20,8 @@ grpc::Status create(Host& host, const v1::CreateSessionRequest& request,
                     v1::CreateSessionResponse* response) {
   auto scene = read_scene(request.has_scene(), request.scene());
   if (!scene) return scene.error();
-  auto admitted = admit(host, request.session_id(), *std::move(scene), request.checkpoint());
+  auto admitted = admit(host, request.session_id(), *std::move(scene), Place::inside("scene"),
+                        request.checkpoint());
   if (!admitted) return admitted.error();
   to_proto(*admitted->session, host.registry, response->mutable_session());
   response->set_created(admitted->created);

@@ -11,7 +11,7 @@ namespace stiefel::server {
 
 void answer_step(const Session& session, const Walk& walk, const StepTask& task,
                  v1::StepResponse* response) {
-  to_proto(walk.ending(), session.scene(), response->mutable_ending());
+  to_proto(walk, session.scene(), response->mutable_ending());
   to_proto(session, walk.simulation(), task.fields, response->mutable_sample());
   response->set_computed_steps(walk.computed_steps());
   if (task.checkpoint) response->set_checkpoint(encode_checkpoint(session, walk.simulation()));

@@ -118,7 +118,7 @@ bool StreamCall::send() {
   const Walk& walk = sampling_->walk();
   message_.set_computed_steps(walk.computed_steps());
   if (sampling_->done()) {
-    to_proto(walk.ending(), (*session_)->scene(), message_.mutable_ending());
+    to_proto(walk, (*session_)->scene(), message_.mutable_ending());
     end(grpc::Status::OK);
     return false;
   }

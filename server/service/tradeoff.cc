@@ -12,14 +12,14 @@ namespace stiefel::server {
 namespace {
 
 std::expected<TradeoffRequest, Violations> read(const v1::MeasureTradeoffRequest& request) {
-  if (!request.has_scene()) return std::unexpected(Violations{{"scene", "", "must be there"}});
-  auto scene = from_proto(request.scene());
+  if (!request.has_scene())
+    return std::unexpected(Violations{{"scene", "absent", "must be given"}});
+  auto scene = from_proto(request.scene(), Place::inside("scene"));
   if (!scene) return std::unexpected(std::move(scene.error()));
   TradeoffRequest out{*std::move(scene)};
   if (request.has_horizon()) out.horizon = request.horizon();
   if (request.has_budget()) out.budget = request.budget();
-  if (request.has_repeats())
-    out.repeats = static_cast<int>(std::min<std::uint32_t>(request.repeats(), 1000));
+  if (request.has_repeats()) out.repeats = request.repeats();
   return out;
 }
 

@@ -6,22 +6,42 @@
 
 namespace stiefel::server {
 
-WalkCall::WalkCall(Host& host, CallLog log, Hold session, std::int64_t to, Answer answer)
+WalkCall::WalkCall(Host& host, CallLog log, Hold session, std::int64_t to, Search search,
+                   bool long_search)
     : host_(host),
       log_(std::move(log)),
       session_(std::move(session)),
       to_(to),
-      answer_(std::move(answer)) {
+      answer_(std::move(search)),
+      search_ahead_(long_search),
+      shutdown_(host.lifecycle.stop_token(), RequestStop{stop_}) {
   host_.lifecycle.enter();
   host_.pool_for((*session_)->step_cost()).submit(this);
 }
 
+WalkCall::WalkCall(Host& host, CallLog log, Hold session, std::int64_t to, Answer answer)
+    : WalkCall(
+          host, std::move(log), std::move(session), to,
+          [answer = std::move(answer)](const Session& at, const Walk& walk,
+                                       const std::stop_token&) { return answer(at, walk); },
+          false) {}
+
+WalkCall::WalkCall(Host& host, CallLog log, Hold session, std::int64_t to, Search search)
+    : WalkCall(host, std::move(log), std::move(session), to, std::move(search), true) {}
+
 bool WalkCall::run_slice() noexcept {
   try {
-    if (cancelled_) {
+    if (stop_.stop_requested() && !host_.lifecycle.stopping()) {
       finish(errors::cancelled());
-    } else if (walk_on()) {
-      finish(answer_(**session_, *walk_));
+    } else if (walked_ || walk_on()) {
+      walked_ = true;
+      if (std::exchange(search_ahead_, false)) {
+        host_.searches.submit(this);
+        return false;
+      }
+      const grpc::Status status = answer_(**session_, *walk_, stop_.get_token());
+      const bool left = stop_.stop_requested() && !host_.lifecycle.stopping();
+      finish(left ? errors::cancelled() : status);
     } else {
       return true;
     }

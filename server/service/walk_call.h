@@ -2,7 +2,6 @@
 
 #include <grpcpp/support/server_callback.h>
 
-#include <atomic>
 #include <functional>
 #include <optional>
 #include <stop_token>
@@ -17,15 +16,20 @@ class WalkCall final : public grpc::ServerUnaryReactor, private Job {
  public:
   /// Writes the reply from where the walk ended.
   using Answer = std::function<grpc::Status(const Session&, const Walk&)>;
+  /// The same by more work, on the pool for what has no slices. The token asks it to stop when the
+  /// caller cancels or the server goes down.
+  using Search = std::function<grpc::Status(const Session&, const Walk&, const std::stop_token&)>;
 
   WalkCall(Host& host, CallLog log, Hold session, std::int64_t to, Answer answer);
+  WalkCall(Host& host, CallLog log, Hold session, std::int64_t to, Search search);
 
-  void OnCancel() override { cancelled_ = true; }
+  void OnCancel() override { stop_.request_stop(); }
   void OnDone() override;
 
  private:
+  WalkCall(Host& host, CallLog log, Hold session, std::int64_t to, Search search, bool long_search);
   bool run_slice() noexcept override;
-  /// True when there is nothing left to do.
+  /// True when there is nothing left to walk.
   bool walk_on();
   void finish(const grpc::Status& status);
 
@@ -33,9 +37,12 @@ class WalkCall final : public grpc::ServerUnaryReactor, private Job {
   CallLog log_;
   std::optional<Hold> session_;
   const std::int64_t to_;
-  const Answer answer_;
+  const Search answer_;
+  bool search_ahead_;  ///< what is still to go to the other pool
+  bool walked_ = false;
   std::optional<Walk> walk_;
-  std::atomic<bool> cancelled_ = false;
+  std::stop_source stop_;
+  std::stop_callback<RequestStop> shutdown_;
 };
 
 /// Runs `work` on a pool and answers with what it returns. The token asks it to stop when the

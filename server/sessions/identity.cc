@@ -2,73 +2,64 @@
 
 #include <span>
 
+#include "engine/simulation/scene_fields.h"
+
 namespace stiefel::server {
 namespace {
 
+/// Each value begins with what tells how long it is.
 class Writer {
  public:
-  void number(std::uint64_t value) {
+  void put(std::uint64_t value) {
     bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
   }
-  void text(std::string_view value) {
-    number(value.size());
+  void put(int value) { put(static_cast<std::uint64_t>(value)); }
+  void put(double value) { doubles({&value, 1}); }
+  void put(const std::string& value) {
+    put(value.size());
     bytes_.append(value);
   }
-  void doubles(std::span<const double> values) {
-    number(values.size());
-    bytes_.append(reinterpret_cast<const char*>(values.data()), values.size_bytes());
+  void put(const std::vector<double>& values) {
+    put(values.size());
+    doubles(values);
   }
-  void optional(const std::optional<double>& value) {
-    number(value.has_value());
-    if (value) doubles({&*value, 1});
-  }
-  void matrix(const RowMatrix& value) {
-    number(static_cast<std::uint64_t>(value.rows()));
+  void put(const RowMatrix& value) {
+    put(static_cast<std::uint64_t>(value.rows()));
+    put(static_cast<std::uint64_t>(value.cols()));
     doubles({value.data(), static_cast<std::size_t>(value.size())});
+  }
+  void put(const std::map<std::string, Block>& blocks) {
+    put(blocks.size());
+    for (const auto& [name, block] : blocks) {
+      put(name);
+      put(block.values);
+      put(block.imaginary);
+    }
+  }
+  template <class Value>
+  void put(const std::optional<Value>& value) {
+    put(std::uint64_t{value.has_value()});
+    if (value) put(*value);
+  }
+  template <Description T>
+  void put(const T& description) {
+    for_each_field<T>([&](const auto& field) { put(description.*field.member); });
   }
   std::string take() { return std::move(bytes_); }
 
  private:
+  void doubles(std::span<const double> values) {
+    bytes_.append(reinterpret_cast<const char*>(values.data()), values.size_bytes());
+  }
+
   std::string bytes_;
 };
 
 }  // namespace
 
-std::string identity_of(const Scene& scene) {
-  const SceneDescription& description = scene.description();
+std::string identity_of(const SceneDescription& resolved) {
   Writer out;
-  out.text(description.system);
-  out.number(description.method.has_value());
-  if (const auto& method = description.method) {
-    out.text(method->name);
-    out.number(static_cast<std::uint64_t>(method->order.value_or(0)));
-    out.number(static_cast<std::uint64_t>(method->substeps.value_or(1)));
-    out.text(method->arithmetic);
-    out.optional(method->tolerance);
-    out.text(method->scalar);
-  }
-  out.doubles(description.inertia);
-  out.doubles(description.inertia_u);
-  out.doubles(description.inertia_v);
-  out.optional(description.epsilon);
-  out.optional(description.parameter);
-  out.number(description.initial.size());
-  for (const auto& [name, block] : description.initial) {
-    out.text(name);
-    out.matrix(block.values);
-    out.matrix(block.imaginary);
-  }
-  out.number(description.body.has_value());
-  if (const auto& body = description.body) {
-    out.doubles(body->inertia_tensor);
-    out.doubles(body->moments);
-    out.doubles(body->attitude);
-    out.doubles(body->angular_velocity);
-  }
-  out.doubles({&description.step, 1});
-  out.optional(description.tolerance);
-  out.optional(description.horizon);
-  out.text(description.choice);
+  out.put(resolved);
   return out.take();
 }
 

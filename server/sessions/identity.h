@@ -8,9 +8,9 @@
 
 namespace stiefel::server {
 
-/// The resolved scene as bytes, the same exactly for the same scene: names, shapes and the bits of
-/// every number.
-std::string identity_of(const Scene& scene);
+/// A resolved description as bytes, the same exactly for the same scene: of every field its names,
+/// its shapes and the bits of its numbers.
+std::string identity_of(const SceneDescription& resolved);
 
 /// FNV-1a, 64 bits. Changing one byte always changes it.
 std::uint64_t hash(std::string_view bytes);

@@ -31,7 +31,7 @@ class Registry {
     bool created;
   };
   enum class Conflict { other_scene, too_many };
-  using CreateError = std::variant<Conflict, CheckpointRefusal, Violation>;
+  using CreateError = std::variant<Conflict, CheckpointRefusal, Overflow>;
 
   /// A new session, with what `checkpoint` holds in its cache unless that is empty; or the one of
   /// that id, if its scene is the same. The checkpoint is checked in any case, and that the fields

@@ -26,7 +26,7 @@ std::int64_t first_spacing(double step_cost, std::size_t bytes) {
 /// Fields with more numbers are copies of the state or cost more than the session.
 constexpr int largest_checked = Scene::max_dimension * Scene::max_dimension;
 
-std::optional<Violation> find_overflow(const Simulation& simulation) {
+std::optional<Overflow> find_overflow(const Simulation& simulation) {
   std::vector<double> numbers;
   for (std::size_t i = 0; i < simulation.fields().size(); ++i) {
     const Field& field = simulation.fields()[i];
@@ -34,9 +34,7 @@ std::optional<Violation> find_overflow(const Simulation& simulation) {
     numbers.resize(static_cast<std::size_t>(field.size()));
     simulation.write(i, numbers);
     const auto bad = std::ranges::find_if(numbers, [](double x) { return !std::isfinite(x); });
-    if (bad != numbers.end())
-      return Violation{"scene", field.name + " = " + std::to_string(*bad) + " at step 0",
-                       "numbers are so large or so small that a field overflows"};
+    if (bad != numbers.end()) return Overflow{field.name, *bad};
   }
   return std::nullopt;
 }
@@ -52,7 +50,7 @@ Saved save(const Simulation& simulation) {
 Session::Session(std::string id, Scene scene, std::shared_ptr<const Clock> clock)
     : id_(std::move(id)),
       scene_(std::move(scene)),
-      identity_(identity_of(scene_)),
+      identity_(identity_of(scene_.description())),
       clock_(std::move(clock)),
       checkpoints_(1) {
   auto simulation = make_simulation(scene_);

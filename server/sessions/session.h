@@ -20,6 +20,12 @@ namespace stiefel::server {
 
 using Clock = std::function<std::chrono::steady_clock::time_point()>;
 
+/// A field that is not finite at step 0.
+struct Overflow {
+  std::string field;
+  double value;
+};
+
 /// A pure function from step index to state: the scene, and a cache of places to start from. No
 /// lock is held while anybody computes: a caller leases a Simulation, advances it and gives it
 /// back, so many may use one session at once. Thread-safe.
@@ -39,7 +45,7 @@ class Session {
   double step_cost() const { return step_cost_; }
   /// A field that is not finite at step 0, if there is one: 1/λ or λ_i + λ_j of numbers that were
   /// themselves in order.
-  const std::optional<Violation>& overflow() const { return overflow_; }
+  const std::optional<Overflow>& overflow() const { return overflow_; }
 
   /// A Simulation at the nearest state at or before `step`, for the caller alone.
   std::unique_ptr<Simulation> lease(std::int64_t step);
@@ -78,7 +84,7 @@ class Session {
   std::size_t block_count_ = 0;
   std::size_t saved_size_ = 0;
   double step_cost_ = 1;
-  std::optional<Violation> overflow_;
+  std::optional<Overflow> overflow_;
 
   std::atomic<std::int64_t> cursor_ = 0;
   std::atomic<std::int64_t> spacing_ = 1;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "engine/simulation/sentence.h"
+
 namespace stiefel::server {
 
 namespace {
@@ -25,12 +27,17 @@ void Walk::wake() {
   rested_ = {};
 }
 
+void Walk::end(const Ending& ending) {
+  ending_ = ending;
+  if (ending.outcome == Outcome::left_domain) rate_ = rate_at(ending, *simulation_);
+}
+
 bool Walk::advance(std::int64_t to, std::int64_t& budget) {
   wake();
   std::int64_t at = simulation_->step();
   if (simulation_->direct() && at < to && ending_.reached()) {  // no checkpoint would be nearer
     if (budget <= 0) return false;
-    ending_ = simulation_->advance(to - at);
+    end(simulation_->advance(to - at));
     ++computed_;
     --budget;
     return true;
@@ -39,7 +46,7 @@ bool Walk::advance(std::int64_t to, std::int64_t& budget) {
     if (!ending_.reached()) return true;
     if (budget <= 0) return false;
     const std::int64_t steps = std::min({to - at, budget, mark_ - at});
-    ending_ = simulation_->advance(steps);
+    end(simulation_->advance(steps));
     const std::int64_t done = simulation_->step() - at;
     at += done;
     computed_ += done;

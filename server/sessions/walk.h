@@ -28,7 +28,7 @@ class Walk {
   /// Ends the walk where it is.
   void cancel() {
     wake();
-    ending_ = Ending{Outcome::cancelled, std::nullopt};
+    end(Ending{Outcome::cancelled, std::nullopt});
   }
 
   /// Gives the simulation back while nobody takes what it computes, and keeps its state alone: a
@@ -39,6 +39,8 @@ class Walk {
   const Ending& ending() const { return ending_; }
   const Simulation& simulation() const { return *simulation_; }
   std::int64_t step() const { return simulation_->step(); }
+  /// `Simulation::rate` at the last good state of a walk that left the domain; else 0.
+  double rate() const { return rate_; }
   std::int64_t computed_steps() const { return computed_; }
   /// A rough guess, from the scene alone.
   double nanoseconds_to(std::int64_t to) const {
@@ -48,6 +50,7 @@ class Walk {
 
  private:
   void wake();
+  void end(const Ending& ending);
 
   Session* session_;
   std::unique_ptr<Simulation> simulation_;
@@ -56,6 +59,7 @@ class Walk {
   std::int64_t mark_;
   std::int64_t computed_ = 0;
   Ending ending_;
+  double rate_ = 0;
 };
 
 }  // namespace stiefel::server

@@ -123,7 +123,7 @@ TEST_F(SessionTest, AWrongSceneNamesEveryField) {
   EXPECT_EQ(error.code(), grpc::StatusCode::INVALID_ARGUMENT);
   std::vector<std::string> fields;
   for (const auto& violation : error.violations()) fields.push_back(violation.field);
-  EXPECT_THAT(fields, testing::UnorderedElementsAre("step", "method.order"));
+  EXPECT_THAT(fields, testing::UnorderedElementsAre("scene.step", "scene.method.order"));
 }
 
 TEST_F(SessionTest, SessionsGoWithTheirHandleUnlessKept) {

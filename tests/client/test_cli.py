@@ -61,7 +61,7 @@ def test_the_json_is_the_documented_one(stiefel, write, scene):
     assert sample["fields"]["quaternion"]["rows"] == 1
     assert sample["fields"]["quaternion"]["cols"] == len(sample["fields"]["quaternion"]["values"]) == 4
     diagnosis = result["diagnosis"]
-    assert set(diagnosis) == {"invariants", "orthogonality", "domain"}
+    assert set(diagnosis) == {"summary", "invariants", "orthogonality", "estimated_error", "domain"}
     for invariant in diagnosis["invariants"]:
         assert set(invariant) == {"name", "initial", "value", "drift", "scale", "kept"}
         assert invariant["kept"] in ("exact", "bounded", "drifts")
@@ -80,8 +80,9 @@ def test_examples_run_and_keep_what_they_should(stiefel, name):
     result = stiefel("run", EXAMPLES / f"{name}.json", "--to", 2000, "--every", 500)
     assert result.status == 0, result.err
     diagnosis = result.json["diagnosis"]
-    assert diagnosis["orthogonality"] < 1e-13
-    assert all(i["drift"] < 1e-13 for i in diagnosis["invariants"] if i["kept"] == "exact")
+    exact = all(i["kept"] == "exact" for i in diagnosis["invariants"])
+    assert diagnosis["orthogonality"] < (1e-13 if exact else 1e-9)
+    assert all(i["drift"] < (1e-13 if i["kept"] == "exact" else 1e-9) for i in diagnosis["invariants"])
 
 
 # Formats
@@ -175,7 +176,30 @@ def test_diagnose_a_stop(stiefel, write, too_long):
     assert result.json["diagnosis"]["invariants"]
 
 
+def test_a_stop_says_by_which_angle_the_step_turns(stiefel, write, too_long):
+    """By 5 ‖Omega‖, Omega_ij = M_ij / (lambda_i + lambda_j)."""
+    for command in ("run", "diagnose"):
+        result = stiefel(command, write(too_long), "--to", 10)
+        angle = np.degrees(5.0 * np.hypot(3 / 3.0, np.hypot(0.01 / 4.0, 0.001 / 2.0)))
+        asked, largest = re.search(r"the step of 5 turns the body by (\d+)° and has no solution on the principal branch; "
+                                   r"the largest .* which turns it by ([\d.]+)°", result.json["message"]).groups()
+        assert float(asked) == pytest.approx(angle, rel=6e-3)
+        assert float(largest) == pytest.approx(result.json["largest_step"] / 5.0 * angle, rel=6e-3)
+        assert result.json["message"] in result.err
+
+
 # Diagnose and describe
+
+
+@pytest.mark.parametrize("command", ["run", "diagnose"])
+def test_moments_of_no_body_are_warned_of(stiefel, write, command):
+    body = {"moments": [1, 0.5, 2], "angular_velocity": [0.1, 0.2, 0.3]}
+    scene = {"system": "rigid_body", "method": {"name": "exact"}, "step": 0.1, "body": body}
+    result = stiefel(command, write(scene), "--to", 2)
+    assert result.status == 0
+    assert result.err == "warning: I1 + I2 = 1.5 < I3 = 2: no rigid body has these moments\n"
+    body["moments"] = [1, 0.5, 1.5]
+    assert stiefel(command, write(scene), "--to", 2).err == ""
 
 
 def test_diagnose_says_what_run_says(stiefel, write, scene):
@@ -207,8 +231,55 @@ def test_describe_lists_what_the_json_lists(stiefel):
         assert f"\n{system['name']}" in table.out
         for item in system["fields"] + system["invariants"] + system.get("forms", []):
             assert f" {item['name']} " in table.out
+        recommended = [line for line in table.out.split(f"\n{system['name']}")[1].split("\n\n")[0].splitlines()
+                       if line.startswith("  recommended")]
+        assert len(recommended) == len(system.get("recommended", [])) and bool(recommended) != system["discrete"]
+        for line, item in zip(recommended, system.get("recommended", [])):
+            assert item["method"]["name"] in line and (item["where"] or "(every scene)") in line
     for method in description["methods"]:
         assert f"\n  {method['name']} " in table.out
+
+
+# The estimated error
+
+
+def test_invariants_kept_is_not_attitude_accurate(stiefel, write):
+    """Envisat after 6000 s: order 2 is off by more than a degree, order 10 by nothing; both keep everything."""
+    second = stiefel("run", EXAMPLES / "envisat.json", "--to", 6000, "--every", 6000).json["diagnosis"]
+    error = second["estimated_error"]
+    assert error["attitude_degrees"] == pytest.approx(1.2, abs=0.05)
+    assert error["attitude"] == pytest.approx(2.1e-2, rel=0.1) and error["momentum"] > 1e-5
+    assert max(i["drift"] for i in second["invariants"]) < 1e-13
+    assert error["work"] < error["run_work"] and "closed form" in error["reference"]
+    assert re.fullmatch(r"invariants kept to \d.\de-1\d; estimated error at t = 6000: "
+                        r"attitude 2.\de-02 \(1.2°\), momentum \d.\de-0\d", second["summary"])
+    scene = json.loads((EXAMPLES / "envisat.json").read_text())
+    scene["method"] = {"name": "preprocessed_variational", "order": 10}
+    tenth = stiefel("diagnose", write(scene), "--to", 6000).json["diagnosis"]["estimated_error"]
+    assert 1e-14 < tenth["attitude"] < 2e-12
+
+
+def test_an_estimate_that_costs_more_than_the_run_is_for_those_who_ask(stiefel, write, scene):
+    path = write(scene)
+    for command in ("run", "diagnose"):
+        shy, asked, never = (stiefel(command, path, "--to", 2, *more).json["diagnosis"]
+                             for more in ([], ["--error"], ["--no-error"]))
+        assert "attitude" not in shy["estimated_error"]
+        assert "would take" in shy["estimated_error"]["missing"] and "would take" in shy["summary"]
+        assert 0 < asked["estimated_error"]["attitude"] < 1e-3
+        assert asked["estimated_error"]["work"] > asked["estimated_error"]["run_work"]
+        assert "estimated_error" not in never and never["summary"].endswith("error at t = 0.02 not estimated")
+    assert stiefel("run", path, "--to", 2, "--error", "--no-error").status == 2
+
+
+def test_the_error_of_a_run_that_stopped_is_that_of_its_last_state(stiefel, write, too_long):
+    diagnosis = stiefel("diagnose", write(too_long), "--to", 10, "--error").json["diagnosis"]
+    assert diagnosis["estimated_error"]["attitude"] < 1e-15 and "at t = 0:" in diagnosis["summary"]
+
+
+def test_a_discrete_system_has_no_error(stiefel):
+    diagnosis = stiefel("diagnose", EXAMPLES / "moser_veselov.json", "--to", 5, "--error").json["diagnosis"]
+    assert "discrete system" in diagnosis["estimated_error"]["missing"]
 
 
 # Bad input
@@ -222,8 +293,13 @@ def changed(**changes):
     (changed(step=0), ["step: 0"]),
     (changed(step="NaN"), ["step: nan"]),
     (changed(step="soon"), ["step", "soon"]),
-    (changed(stepp=1), ["stepp"]),
-    (changed(system="rigidbody"), ["system: ", "rigidbody"]),
+    (lambda scene: {name: scene[name] for name in scene if name != "step"},
+     ["scene.json: step: absent: must be given, finite and not 0"]),
+    (changed(stepp=1), ["scene.json: stepp: unknown field; did you mean step?"]),
+    (changed(epsilon=0.5), ["scene.json: epsilon: given: must be absent"]),
+    (changed(parameter=0.5), ["scene.json: parameter: given: must be absent"]),
+    (changed(horizon=-1), ["scene.json: horizon: -1"]),
+    (changed(system="rigidbody"), ["scene.json: system: ", "rigidbody", "did you mean rigid_body?"]),
     (changed(inertia=[1, -1, 0.5]), ["inertia"]),
     (changed(step=0, inertia=[1, "NaN", 1]), ["step: 0", "inertia[1]: nan"]),
     (lambda scene: [scene], ["Root element must be a message"]),
@@ -264,6 +340,38 @@ def test_a_bad_argument_is_status_2(stiefel, write, scene, arguments, fault):
     assert result.status == 2
     assert fault in result.err
     assert result.out == ""
+
+
+@pytest.mark.parametrize("command", [["diagnose", "--to", 1], ["convert", "--to", "velocity"], ["tradeoff"]],
+                         ids=lambda command: command[0])
+@pytest.mark.parametrize("name", ["epsilon", "parameter", "horizon"])
+def test_a_fault_of_the_scene_is_the_scenes_in_every_command(stiefel, write, scene, command, name):
+    result = stiefel(command[0], write({**scene, name: -1}), *command[1:])
+    assert result.status == 2
+    assert f"scene.json: {name}: " in result.err and "--" + name not in result.err
+
+
+def test_a_fault_of_an_option_is_the_options(stiefel, write, scene):
+    result = stiefel("convert", write(scene), "--to", "parametric_rigid_body", "--parameter", "nan")
+    assert result.status == 2 and result.err.startswith("stiefel: --parameter: nan")
+    result = stiefel("convert", write(scene), "--to", "velocitty")
+    assert (result.status, result.err.startswith("stiefel: --to: velocitty: ")) == (2, True)
+    assert result.err.endswith("did you mean velocity?\n")
+
+
+@pytest.mark.parametrize("address", ["127.0.0.1:99999", "127.0.0.1:-1", "127.0.0.1", "not a host:1", "unix:"])
+def test_what_is_no_address_is_status_2(stiefel, write, scene, address):
+    result = stiefel("run", write(scene), "--to", 1, "--server", address)
+    assert result.status == 2 and result.err.startswith(f"stiefel: --server: {address}: ")
+
+
+@pytest.mark.parametrize("address", ["127.0.0.1:99999", "127.0.0.1:65536", "127.0.0.1:-1", "", "127.0.0.1",
+                                     "not a host:0", "unix:" + 108 * "x"])
+def test_a_server_listens_on_no_other_address(address):
+    server = subprocess.run([os.environ["STIEFEL_SERVER"], f"--listen={address}"], capture_output=True, text=True,
+                            timeout=60)
+    assert server.returncode != 0 and server.stdout == ""
+    assert f"--listen: {address}" in server.stderr
 
 
 def test_other_bad_input_is_status_2(stiefel, write, scene, tmp_path):

@@ -113,6 +113,18 @@ def test_what_is_wrong_is_named(client, changes, fault):
         client.create(scene)
 
 
+def test_the_same_numbers_in_other_members_are_another_scene(client):
+    one = scenes.free(3)
+    with client.create(one, id="one-or-none"):
+        with pytest.raises(stiefel.AlreadyExists):
+            client.create({**one, "members": 1}, id="one-or-none")
+    four = scenes.frame(4, 6)
+    four["initial"]["S"] = np.zeros((4, 6))
+    with client.create(four, id="four-or-two"):
+        with pytest.raises(stiefel.AlreadyExists):
+            client.create({**four, "members": 2}, id="four-or-two")
+
+
 def test_what_is_of_single_scenes_is_refused(client):
     scene = ensemble(spinning(3))
     with pytest.raises(stiefel.InvalidArgument, match="scene.members: 3"):

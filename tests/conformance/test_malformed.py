@@ -22,7 +22,7 @@ def poked(matrix, i, j, value):
 def message(scene):
     """As a client without any checks would send it."""
     out = scene_pb2.Scene(system=scene.get("system", ""), inertia=scene.get("inertia", []),
-                          step=scene.get("step", 0), method=scene.get("method"), body=scene.get("body"))
+                          step=scene.get("step"), method=scene.get("method"), body=scene.get("body"))
     for name, block in scene.get("initial", {}).items():
         if isinstance(block, scene_pb2.Matrix):
             out.initial[name].CopyFrom(block)
@@ -56,66 +56,70 @@ def stream(**range_):
 # (request, exception, field path, words of the rule)
 MALFORMED = {
     # names
-    "no system": (create(system=None), INVALID, "system", "must be one of"),
-    "unknown system": (create(system="rigid_boddy"), INVALID, "system", "rigid_boddy.*must be one of"),
-    "no method": (create(method=None), INVALID, "method", "absent.*needs"),
-    "unknown method": (create(method={"name": "euler"}), INVALID, "method.name", "euler.*must be one of"),
-    "method of a discrete system": (create(system="moser_veselov"), INVALID, "method", "takes no method"),
-    "unknown order": (method(order=3), INVALID, "method.order", "3.*must be one of"),
-    "order of a method of one order": (create(method={"name": "rk4", "order": 2}), INVALID, "method.order", "one of 4"),
-    "order of an exact method": (create(method={"name": "exact", "order": 4}), INVALID, "method.order", "must be absent"),
+    "no system": (create(system=None), INVALID, "scene.system", "must be one of"),
+    "unknown system": (create(system="rigid_boddy"), INVALID, "scene.system",
+                       "rigid_boddy.*must be one of.*; did you mean rigid_body\\?"),
+    "unknown method": (create(method={"name": "euler"}), INVALID, "scene.method.name", "euler.*must be one of"),
+    "method of a discrete system": (create(system="moser_veselov"), INVALID, "scene.method", "takes no method"),
+    "unknown order": (method(order=3), INVALID, "scene.method.order", "3.*must be one of"),
+    "order of a method of one order": (create(method={"name": "rk4", "order": 2}), INVALID, "scene.method.order",
+                                       "one of 4"),
+    "order of an exact method": (create(method={"name": "exact", "order": 4}), INVALID, "scene.method.order",
+                                 "must be absent"),
     "method of three dimensions": (create(method={"name": "exact"}, inertia=[1, 2, 3, 4], initial={"M": np.zeros((4, 4))}),
-                                   INVALID, "method.name", "exact.*N = 4: is only for N = 3, or Lambda of at most two values"),
-    "no substeps": (method(substeps=0), INVALID, "method.substeps", "0.*must be 1"),
-    "huge substeps": (method(substeps=2**32 - 1), INVALID, "method.substeps", "4294967295"),
-    "unknown arithmetic": (method(arithmetic="exact"), INVALID, "method.arithmetic", "compensated or plain"),
+                                   INVALID, "scene.method.name",
+                                   "exact.*N = 4: is only for N = 3, or Lambda of at most two values"),
+    "no substeps": (method(substeps=0), INVALID, "scene.method.substeps", "0.*must be 1"),
+    "huge substeps": (method(substeps=2**32 - 1), INVALID, "scene.method.substeps", "4294967295"),
+    "unknown arithmetic": (method(arithmetic="exact"), INVALID, "scene.method.arithmetic", "compensated or plain"),
     # the step
-    "zero step": (create(step=0.0), INVALID, "step", "not 0"),
-    "NaN step": (create(step=NAN), INVALID, "step", "nan.*finite"),
-    "infinite step": (create(step=-INF), INVALID, "step", "inf.*finite"),
+    "no step": (create(step=None), INVALID, "scene.step", "absent: must be given, finite and not 0"),
+    "zero step": (create(step=0.0), INVALID, "scene.step", "step: 0: must be finite and not 0"),
+    "NaN step": (create(step=NAN), INVALID, "scene.step", "nan.*finite"),
+    "infinite step": (create(step=-INF), INVALID, "scene.step", "inf.*finite"),
     # inertia
-    "no inertia": (create(inertia=None), INVALID, "inertia", "0 numbers"),
-    "inertia of one": (create(inertia=[1]), INVALID, "inertia", "must have 2 to"),
-    "too large a dimension": (create(inertia=np.ones(5000)), INVALID, "inertia", "5000 numbers"),
-    "NaN inertia": (create(inertia=[1, NAN, 2]), INVALID, "inertia[1]", "finite"),
-    "a sum that is zero": (create(inertia=[1, -1, 2]), INVALID, "inertia", "= 0.*must be > 0"),
-    "a sum that is negative": (create(inertia=[-2, 1, 3]), INVALID, "inertia", "= -1.*must be > 0"),
-    "inertia of another size": (create(inertia=[1, 2, 3, 4]), INVALID, "initial.M", "must be 4 x 4"),
+    "no inertia": (create(inertia=None), INVALID, "scene.inertia", "0 numbers"),
+    "inertia of one": (create(inertia=[1]), INVALID, "scene.inertia", "must have 2 to"),
+    "too large a dimension": (create(inertia=np.ones(5000)), INVALID, "scene.inertia", "5000 numbers"),
+    "NaN inertia": (create(inertia=[1, NAN, 2]), INVALID, "scene.inertia[1]", "finite"),
+    "a sum that is zero": (create(inertia=[1, -1, 2]), INVALID, "scene.inertia", "= 0.*must be > 0"),
+    "a sum that is negative": (create(inertia=[-2, 1, 3]), INVALID, "scene.inertia", "= -1.*must be > 0"),
+    "inertia of another size": (create(inertia=[1, 2, 3, 4]), INVALID, "scene.initial.M", "must be 4 x 4"),
     # blocks
-    "no momentum": (create(initial={"Q": Q}), INVALID, "initial.M", "absent"),
-    "unknown block": (blocks(P=Q), INVALID, "initial.P", "blocks of rigid_body are Q, M"),
-    "Q of another shape": (blocks(Q=np.eye(4)), INVALID, "initial.Q", "4 x 4.*must be 3 x 3"),
-    "M that is a vector": (blocks(M=[[1, 2, 3]]), INVALID, "initial.M", "1 x 3.*must be 3 x 3"),
-    "too few values": (blocks(Q=scene_pb2.Matrix(rows=3, cols=3, values=[1, 0, 0])), INVALID, "initial.Q.values",
+    "no momentum": (create(initial={"Q": Q}), INVALID, "scene.initial.M", "absent"),
+    "unknown block": (blocks(P=Q), INVALID, "scene.initial.P", "blocks of rigid_body are Q, M"),
+    "Q of another shape": (blocks(Q=np.eye(4)), INVALID, "scene.initial.Q", "4 x 4.*must be 3 x 3"),
+    "M that is a vector": (blocks(M=[[1, 2, 3]]), INVALID, "scene.initial.M", "1 x 3.*must be 3 x 3"),
+    "too few values": (blocks(Q=scene_pb2.Matrix(rows=3, cols=3, values=[1, 0, 0])), INVALID, "scene.initial.Q.values",
                        "3 values.*= 9"),
     "a shape of 10^9 elements": (blocks(Q=scene_pb2.Matrix(rows=31623, cols=31623, values=[1])), INVALID,
-                                 "initial.Q", "31623 x 31623.*at most"),
+                                 "scene.initial.Q", "31623 x 31623.*at most"),
     "a shape that overflows": (blocks(M=scene_pb2.Matrix(rows=2**32 - 1, cols=2**32 - 1)), INVALID,
-                               "initial.M.cols", "4294967295"),
-    "an empty block": (blocks(M=scene_pb2.Matrix()), INVALID, "initial.M.rows", "0.*must be 1 to"),
-    "NaN in Q": (blocks(Q=poked(Q, 1, 2, NAN)), INVALID, "initial.Q[1,2]", "nan.*finite"),
-    "infinity in M": (blocks(M=poked(scenes.M3, 0, 1, INF)), INVALID, "initial.M[0,1]", "inf.*finite"),
-    "Q that is not orthogonal": (blocks(Q=SHEAR), INVALID, "initial.Q", "0.001.*orthonormal"),
-    "Q that is zero": (blocks(Q=np.zeros((3, 3))), INVALID, "initial.Q", "orthonormal"),
-    "M that is not skew": (blocks(M=poked(scenes.M3, 0, 1, 1)), INVALID, "initial.M", "skew"),
-    "M with a diagonal": (blocks(M=poked(scenes.M3, 0, 0, 1e-3)), INVALID, "initial.M", "skew"),
+                               "scene.initial.M.cols", "4294967295"),
+    "an empty block": (blocks(M=scene_pb2.Matrix()), INVALID, "scene.initial.M.rows", "0.*must be 1 to"),
+    "NaN in Q": (blocks(Q=poked(Q, 1, 2, NAN)), INVALID, "scene.initial.Q[1,2]", "nan.*finite"),
+    "infinity in M": (blocks(M=poked(scenes.M3, 0, 1, INF)), INVALID, "scene.initial.M[0,1]", "inf.*finite"),
+    "Q that is not orthogonal": (blocks(Q=SHEAR), INVALID, "scene.initial.Q", "0.001.*orthonormal"),
+    "Q that is zero": (blocks(Q=np.zeros((3, 3))), INVALID, "scene.initial.Q", "orthonormal"),
+    "M that is not skew": (blocks(M=poked(scenes.M3, 0, 1, 1)), INVALID, "scene.initial.M", "skew"),
+    "M with a diagonal": (blocks(M=poked(scenes.M3, 0, 0, 1e-3)), INVALID, "scene.initial.M", "skew"),
     # bodies
-    "a body and inertia": (create(body={"moments": [1, 2, 3], "angular_velocity": [1, 0, 0]}), INVALID, "inertia",
+    "a body and inertia": (create(body={"moments": [1, 2, 3], "angular_velocity": [1, 0, 0]}), INVALID, "scene.inertia",
                            "absent when `body`"),
-    "no moments": (create_body(moments=None), INVALID, "body", "exactly one"),
-    "moments and tensor": (create_body(inertia_tensor=[1, 2, 3, 0, 0, 0]), INVALID, "body", "exactly one"),
-    "two moments": (create_body(moments=[1, 2]), INVALID, "body.moments", "3 numbers"),
-    "a tensor of nine": (create_body(moments=None, inertia_tensor=range(9)), INVALID, "body.inertia_tensor",
+    "no moments": (create_body(moments=None), INVALID, "scene.body", "exactly one"),
+    "moments and tensor": (create_body(inertia_tensor=[1, 2, 3, 0, 0, 0]), INVALID, "scene.body", "exactly one"),
+    "two moments": (create_body(moments=[1, 2]), INVALID, "scene.body.moments", "3 numbers"),
+    "a tensor of nine": (create_body(moments=None, inertia_tensor=range(9)), INVALID, "scene.body.inertia_tensor",
                          "6 numbers"),
     "an indefinite tensor": (create_body(moments=None, inertia_tensor=[1, 1, 1, 2, 0, 0]), INVALID,
-                             "body.inertia_tensor", "moment.*> 0"),
-    "a negative moment": (create_body(moments=[1, 2, -3]), INVALID, "body.moments", "-3.*> 0"),
-    "NaN moment": (create_body(moments=[1, NAN, 3]), INVALID, "body.moments[1]", "finite"),
-    "no angular velocity": (create_body(angular_velocity=None), INVALID, "body.angular_velocity", "3 numbers"),
-    "infinite angular velocity": (create_body(angular_velocity=[0, INF, 0]), INVALID, "body.angular_velocity[1]",
+                             "scene.body.inertia_tensor", "moment.*> 0"),
+    "a negative moment": (create_body(moments=[1, 2, -3]), INVALID, "scene.body.moments", "-3.*> 0"),
+    "NaN moment": (create_body(moments=[1, NAN, 3]), INVALID, "scene.body.moments[1]", "finite"),
+    "no angular velocity": (create_body(angular_velocity=None), INVALID, "scene.body.angular_velocity", "3 numbers"),
+    "infinite angular velocity": (create_body(angular_velocity=[0, INF, 0]), INVALID, "scene.body.angular_velocity[1]",
                                   "finite"),
-    "a quaternion of three": (create_body(attitude=[1, 0, 0]), INVALID, "body.attitude", "4 numbers"),
-    "a quaternion that is not a unit": (create_body(attitude=[1, 1, 0, 0]), INVALID, "body.attitude", "norm 1"),
+    "a quaternion of three": (create_body(attitude=[1, 0, 0]), INVALID, "scene.body.attitude", "4 numbers"),
+    "a quaternion that is not a unit": (create_body(attitude=[1, 1, 0, 0]), INVALID, "scene.body.attitude", "norm 1"),
     # sessions
     "no id": (create(id=""), INVALID, "session_id", "1 to 128"),
     "a long id": (create(id="x" * 129), INVALID, "session_id", "1 to 128"),
@@ -186,7 +190,8 @@ def test_every_violation_is_told_at_once(client):
     scene = message(scenes.rigid_body(step=0.0, inertia=[1, -1, 2], initial={"Q": SHEAR, "M": scenes.M3}))
     with pytest.raises(INVALID) as caught:
         client.create(scene)
-    assert {violation.field for violation in caught.value.violations} == {"step", "inertia", "initial.Q"}
+    fields = {violation.field for violation in caught.value.violations}
+    assert fields == {"scene.step", "scene.inertia", "scene.initial.Q"}
 
 
 def test_a_bad_request_does_not_end_a_drive(good):

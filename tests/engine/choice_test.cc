@@ -4,17 +4,22 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "engine/simulation/catalogue.h"
+#include "engine/simulation/reference.h"
 #include "engine/simulation/simulation.h"
 #include "tests/support/any_scene.h"
 #include "tests/support/choice_survey.h"
 #include "tests/support/exact_motion.h"
+#include "tests/support/extrapolation.h"
+#include "tests/support/random_matrices.h"
 #include "tests/support/random_scene.h"
 
 namespace stiefel {
 namespace {
 
+using testing::Quad;
 using testing::RandomBody;
 
 SceneDescription asked(double tolerance, double horizon, int N = 4, double step = 0.25) {
@@ -45,6 +50,77 @@ TEST(Choice, FixesTheMethodAndKeepsTheStep) {
   EXPECT_EQ(d.horizon, 10);
   EXPECT_NE(d.choice.find(d.method->name), std::string::npos) << d.choice;
   EXPECT_NE(d.choice.find("Taylor series"), std::string::npos) << d.choice;
+}
+
+/// The error of a chosen scene at its horizon over its tolerance, `exact` being blocks that its
+/// simulation reports; 0 where the tolerance is refused as one that cannot be met.
+double error_over_tolerance(const SceneDescription& d, const auto& exact) {
+  const auto scene = Scene::resolve(d);
+  if (!scene) {
+    EXPECT_EQ(scene.error().front().reason, "TOLERANCE_NOT_MET") << scene.error().front().rule;
+    return 0;
+  }
+  const auto now = make_simulation(*scene);
+  EXPECT_TRUE(now->advance(std::llround(*d.horizon / d.step)).reached());
+  const MotionState state = read_motion(*scene, *now);
+  const double error = error_of(state, exact(*scene)).largest();
+  EXPECT_LE(error, *d.tolerance) << scene->description().choice;
+  return error / *d.tolerance;
+}
+
+/// Where one substep of `adaptive` is as good as it gets, and the same at every tolerance.
+TEST(Choice, OfADoubleBracketStaysWithinItsTolerance) {
+  int made = 0;
+  for (const auto& [seed, tolerance, horizon] :
+       {std::tuple{1u, 1e-12, 400.0}, {2u, 1e-12, 400.0}, {3u, 1e-12, 100.0}, {4u, 1e-9, 100.0}}) {
+    testing::RandomMatrices<double> random(seed);
+    SceneDescription d;
+    d.system = "double_bracket";
+    d.inertia_u = {1, 1.7, 2.5};
+    d.inertia_v = {0.8, 1.9};
+    for (const char* name : {"Q", "P"})
+      d.initial[name] =
+          Block(RowMatrix(random.matrix(3, 2) / 2), RowMatrix(random.matrix(3, 2) / 2));
+    d.step = 0.05;
+    d.tolerance = tolerance;
+    d.horizon = horizon;
+    made += error_over_tolerance(d, [&](const Scene& scene) {
+      const auto lambda = [](const std::vector<double>& l) -> Vector<Quad> {
+        return Eigen::Map<const Eigen::VectorXd>(l.data(), std::ssize(l)).cast<Quad>();
+      };
+      Matrix<Quad> x(12, 2);
+      x << scene.block("Q").cast<Quad>(), scene.block("P").cast<Quad>();
+      x = testing::extrapolate(
+          testing::PrintedDoubleBracket(lambda(d.inertia_u), lambda(d.inertia_v)), x, Quad(horizon),
+          static_cast<int>(horizon));
+      MotionState exact{Matrix<long double>(3, 4), Matrix<long double>(3, 4), true};
+      for (int j = 0; j < 2; ++j)
+        for (int part = 0; part < 2; ++part) {
+          exact.attitude.col(2 * j + part) = x.col(j).segment(3 * part, 3).cast<long double>();
+          exact.momentum.col(2 * j + part) = x.col(j).segment(6 + 3 * part, 3).cast<long double>();
+        }
+      return exact;
+    }) > 0;
+  }
+  EXPECT_GE(made, 2);
+}
+
+TEST(Choice, OfAParametricRigidBodyStaysWithinItsTolerance) {
+  int made = 0;
+  for (const auto& [seed, tolerance] : {std::pair{1u, 1e-12}, {2u, 1e-11}, {3u, 1e-8}}) {
+    SceneDescription d = testing::any_scene("parametric_rigid_body", "", seed, 0.05);
+    d.tolerance = tolerance;
+    d.horizon = 100;
+    made += error_over_tolerance(d, [&](const Scene& scene) {
+      const testing::PrintedParametricRigidBody printed(scene.inertia().cast<Quad>(),
+                                                        scene.parameter());
+      Matrix<Quad> x(8, 4);
+      x << scene.Q().cast<Quad>(), scene.block("P").cast<Quad>();
+      x = testing::extrapolate(printed, x, Quad(*d.horizon), 200);
+      return MotionState{x.topRows(4).cast<long double>(), printed.M(x).cast<long double>()};
+    }) > 0;
+  }
+  EXPECT_GE(made, 2);
 }
 
 TEST(Choice, OfAResolvedSceneIsWhatItIs) {

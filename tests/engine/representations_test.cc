@@ -120,27 +120,25 @@ TEST(Psi, IsOneToOneOnThePrincipalBranchOnly) {
   EXPECT_GT(largest(*Psi_inverse(Q, Psi(Q, P)) - P), 0.5);
 }
 
-TEST(Scaling, IsOneUpToNormOneAndAPowerOfTwoBeyond) {
+TEST(Scaling, IsThePowerOfTwoThatMakesTheNormHalfToOne) {
   Random random(7);
   const D Q = random.frame(5, 5);
-  for (const double norm : {1e-3, 0.3, 0.999, 1.001, 1.7, 2.1, 63.0, 1e9}) {
+  for (const double norm : {1e-300, 1e-17, 1e-8, 0.3, 0.999, 1.001, 1.7, 2.1, 63.0, 1e9, 1e150}) {
     const D M = skew_of_norm(random, 5, norm);
-    const double epsilon = scaling_epsilon(M);
+    const double epsilon = unit_epsilon(M);
     int exponent;
     EXPECT_EQ(std::frexp(epsilon, &exponent), 0.5);
     EXPECT_LE(epsilon * norm, 1);
-    if (norm <= 1) {
-      EXPECT_EQ(epsilon, 1);
-    } else {
-      EXPECT_GT(2 * epsilon * norm, 1);
-    }
+    EXPECT_GT(2 * epsilon * norm, 1);
     const auto scaled = scaled_Psi_inverse(Q, M);
     ASSERT_TRUE(scaled);
     EXPECT_LT(largest(Psi(Q, scaled->P, scaled->epsilon) - M), 4e-15 / epsilon);
     EXPECT_LT(largest(scaled->P.transpose() * scaled->P - identity(5)), 1e-14);
   }
   const D M = 4 * hat(Eigen::Vector3d(0, 0, 1));  // ‖M‖_op a power of two: ε‖M‖_op = 1
-  EXPECT_EQ(scaling_epsilon(M), 0.25);
+  EXPECT_EQ(unit_epsilon(M), 0.25);
+  EXPECT_EQ(unit_epsilon<double>(D::Zero(3, 3)), 1);
+  EXPECT_EQ(unit_epsilon_of(0x1p-1074), 0x1p1023);
 }
 
 /// Prop. 3.4 and 3.3: the right pair has M_r = −M, the same through Ψ on either side.

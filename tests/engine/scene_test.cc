@@ -38,14 +38,17 @@ TEST(Scene, RefusesByFieldValueAndRule) {
   const double nan = std::nan(""), infinity = std::numeric_limits<double>::infinity();
   const std::vector<Bad> cases = {
       {"system", "must be one of rigid_body", [](auto& d) { d.system = "rigid_boy"; }},
-      {"method", "needs one of", [](auto& d) { d.method.reset(); }},
+      {"system", "; did you mean rigid_body?", [](auto& d) { d.system = "rigid_boy"; }},
+      {"method.name", "; did you mean munthe_kaas4?",
+       [](auto& d) { d.method->name = "munte_kaas4"; }},
       {"method.name", "must be one of", [](auto& d) { d.method->name = "euler"; }},
       {"method.order", "must be one of 2", [](auto& d) { d.method->order = 3; }},
       {"method.substeps", "1 to", [](auto& d) { d.method->substeps = 0; }},
       {"method.arithmetic", "compensated or plain",
        [](auto& d) { d.method->arithmetic = "exact"; }},
       {"method", "discrete", [](auto& d) { d.system = "moser_veselov"; }},
-      {"step", "not 0", [](auto& d) { d.step = 0; }},
+      {"step", "must be finite and not 0", [](auto& d) { d.step = 0; }},
+      {"step", "must be given", [](auto& d) { d.step.reset(); }},
       {"step", "finite", [=](auto& d) { d.step = nan; }},
       {"inertia", "2 to", [](auto& d) { d.inertia = {1}; }},
       {"inertia[1]", "finite", [=](auto& d) { d.inertia[1] = infinity; }},
@@ -103,6 +106,54 @@ TEST(Scene, RefusesBodies) {
     EXPECT_EQ(scene.error()[0].field, bad.field);
     EXPECT_NE(scene.error()[0].rule.find(bad.rule), std::string::npos) << scene.error()[0].rule;
   }
+}
+
+TEST(Scene, AMissingStepIsAbsentAndNot0) {
+  for (const char* system : {"rigid_body", "symmetric_moser_veselov", "parametric_moser_veselov"}) {
+    SceneDescription d = good();
+    d.system = system;
+    d.step.reset();
+    const auto scene = Scene::resolve(d);
+    ASSERT_FALSE(scene) << system;
+    const auto found = std::ranges::find(scene.error(), "step", &Violation::field);
+    ASSERT_NE(found, scene.error().end()) << system;
+    EXPECT_EQ(found->value, "absent");
+    EXPECT_EQ(found->rule, "must be given, finite and not 0");
+  }
+}
+
+TEST(Scene, ViolationsAreAtThePlaceOfTheDescription) {
+  SceneDescription d = good();
+  d.step = 0;
+  d.method->order = 3;
+  d.initial["Q"].values *= 2;
+  const auto fields = [&](const Place& place) {
+    std::vector<std::string> out;
+    for (const auto& v : Scene::resolve(d, Scene::frame_tolerance, place).error())
+      out.push_back(v.field);
+    return out;
+  };
+  using Fields = std::vector<std::string>;
+  EXPECT_EQ(fields({}), (Fields{"method.order", "initial.Q", "step"}));
+  EXPECT_EQ(fields(Place::inside("scene")),
+            (Fields{"scene.method.order", "scene.initial.Q", "scene.step"}));
+  EXPECT_EQ(fields(Place::made_of("from").with("method", "method").with("step", "new.step")),
+            (Fields{"method.order", "from", "new.step"}));
+  d.members = 1;
+  EXPECT_EQ(fields(Place::inside("scene")),
+            (Fields{"scene.method.order", "scene.initial.Q", "scene.step"}));
+}
+
+TEST(Place, AViolationOfWhatHasNoFieldThereTellsTheFieldInItsValue) {
+  const Violation inherited = Place::made_of("from_session_id").violation("initial.Q", "2", "rule");
+  EXPECT_EQ(inherited.field, "from_session_id");
+  EXPECT_EQ(inherited.value, "initial.Q: 2");
+  const Violation whole = Place::inside("scene").violation("", "2", "rule");
+  EXPECT_EQ(whole.field, "scene");
+  EXPECT_EQ(whole.value, "2");
+  Place elsewhere = Place::inside("scene");
+  elsewhere.with("step", "step");
+  EXPECT_EQ(elsewhere.violation("steps", "", "").field, "scene.steps") << "a name is a whole name";
 }
 
 TEST(Scene, ReportsEveryViolationAtOnce) {

@@ -9,6 +9,7 @@
 #include <limits>
 #include <sstream>
 
+#include "engine/linalg/to_text.h"
 #include "engine/simulation/catalogue.h"
 
 namespace stiefel::extremes {
@@ -26,10 +27,7 @@ std::string quoted(const std::string& text) {
 /// What JSON has no numbers for is a string.
 std::string number(double x) {
   if (!std::isfinite(x)) return std::isnan(x) ? "\"nan\"" : "\"inf\"";
-  std::ostringstream text;
-  text.precision(6);
-  text << x;
-  return text.str();
+  return to_text(x, 6);
 }
 
 void write(const Record& r) {

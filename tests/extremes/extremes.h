@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -35,8 +36,12 @@ struct Record {
   }
 };
 
+/// The bound of a measure that is only shown.
+inline constexpr double no_bound = std::numeric_limits<double>::infinity();
+
 /// Writes a record where `--long FILE` says, and expects it to hold: value ≤ bound, and where
-/// there is a known limit value > bound, so that the limit is one.
+/// there is a known limit value > bound, so that the limit is one. A relative error bounded by 1 or
+/// more has passed no test: report.py counts and prints it as one without a bound.
 void report(const Record& record);
 
 /// The whole suite is run, and not its short form.
@@ -80,7 +85,8 @@ inline std::optional<std::string> no_limit(const SceneDescription&) { return std
 
 /// One row by every way: it must be REACHED; its state must be that of the same map in quadruple
 /// precision (twin.h), its frame orthonormal, and what its method declares exact kept, all up to
-/// rounding; and it must be as near to the exact motion as the map itself is.
+/// rounding. How far that map in quadruple precision is from the exact motion is its truncation,
+/// which is shown and has no bound. Methods without such a map are compared with the exact motion.
 struct Row {
   std::string extreme, name;
   SceneDescription scene;  ///< without a method

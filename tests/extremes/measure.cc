@@ -88,15 +88,17 @@ void measure(const Row& row) {
     const double kappa = ideal.state ? ideal.condition : flow_condition;
     const double bound = row.unit * rounding_bound(scene, row.steps, kappa);
     const MotionState state = read_motion(scene, *done.simulation);
-    if (ideal.state)
+    if (ideal.state) {
       say("rounding", error_of(state, *ideal.state).largest(), bound,
           rounding_reason(scene, kappa) + "; against the same map in quadruple precision");
-    if (*motion && !r.method.empty()) {
-      const double substeps = scene.method() == "adaptive" ? static_cast<double>(row.steps) : 0;
+      if (*motion)
+        say("truncation", ideal.truncation, no_bound,
+            "no bound; the same map in quadruple precision against the exact motion");
+    } else if (*motion && !r.method.empty()) {
+      const double attempts = scene.method() == "adaptive" ? static_cast<double>(row.steps) : 0;
       say("error", error_of(state, (*motion)->state).largest(),
-          2 * ideal.truncation + 10 * substeps * scene.tolerance() * kappa + bound +
-              10 * (*motion)->error,
-          "that of the map itself, or κ steps tolerance, and rounding; against the exact motion");
+          10 * attempts * scene.tolerance() * kappa + bound + 10 * (*motion)->error,
+          "10 κ steps tolerance, and rounding; against the exact motion");
     }
     const Diagnosis diagnosis = diagnose(scene, *done.simulation);
     say("drift", largest_drift(diagnosis), row.unit * rounding_bound(scene, row.steps, row.kappa),

@@ -24,7 +24,7 @@ void forth_and_back(const std::string& name, const SceneDescription& scene, cons
     r.value = 1;
     if (forth.reached()) {
       SceneDescription back = way;
-      back.step = -way.step;
+      back.step = -*way.step;
       for (const char* block : {"Q", momentum})
         back.initial[block] = RowMatrix(forth.simulation->get(block));
       const Trial there = run(back, count);

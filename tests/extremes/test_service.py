@@ -215,7 +215,7 @@ def test_max_dimension(client, limits, record):
     with client.create(large(limits.max_dimension)) as session:
         assert session.step(to=1).outcome == "REACHED"
     past = limits.max_dimension + 1
-    refused(lambda: client.create(large(past)), "inertia", f"{past} numbers", f"2 to {limits.max_dimension}")
+    refused(lambda: client.create(large(past)), "scene.inertia", f"{past} numbers", f"2 to {limits.max_dimension}")
     record("limit: max_dimension", "N", limits.max_dimension, limits.max_dimension, "Describe", method="rk4")
 
 
@@ -303,14 +303,14 @@ def test_pages(client):
 def test_substeps(client):
     with client.create(with_method(substeps=10**6)) as session:
         assert session.step(to=0).step == 0
-    refused(lambda: client.create(with_method(substeps=10**6 + 1)), "method.substeps", 10**6 + 1, "1 to 1000000")
+    refused(lambda: client.create(with_method(substeps=10**6 + 1)), "scene.method.substeps", 10**6 + 1, "1 to 1000000")
 
 
 @pytest.mark.parametrize("tolerance, past", [(1e-15, 0.99e-15), (1.0, 1.01)])
 def test_tolerances(client, tolerance, past):
     with client.create(with_method(name="adaptive", tolerance=tolerance)) as session:
         assert session.scene["method"]["tolerance"] == tolerance
-    refused(lambda: client.create(with_method(name="adaptive", tolerance=past)), "method.tolerance", past, "1e-15 to 1")
+    refused(lambda: client.create(with_method(name="adaptive", tolerance=past)), "scene.method.tolerance", past, "1e-15 to 1")
 
 
 def resting_frame(n, N):
@@ -322,7 +322,7 @@ def test_frames_of_too_many_rows(client, limits):
     n = limits.max_dimension
     if LONG:
         client.create(resting_frame(n, n + 1)).delete()
-    refused(lambda: client.create(resting_frame(n + 1, n + 2)), "initial.Q", f"{n + 1} x {n + 2}", f"n ≤ {n}")
+    refused(lambda: client.create(resting_frame(n + 1, n + 2)), "scene.initial.Q", f"{n + 1} x {n + 2}", f"n ≤ {n}")
 
 
 def test_pairs(session):

@@ -68,7 +68,8 @@ void run(const google::protobuf::Message& message) {
   v1::Scene printed;
   server::to_proto(once->description(), &printed);
   const auto twice = resolved(printed);
-  require(twice && server::identity_of(*once) == server::identity_of(*twice),
+  require(twice && server::identity_of(once->description()) ==
+                       server::identity_of(twice->description()),
           "a resolved scene resolves to itself");
   walk(*once);
 }

@@ -166,9 +166,6 @@ def ensembles(draw, pair):
     for name in together.keys() & {"inertia", "inertia_u", "inertia_v"}:
         together[name] = np.concatenate([scene[name] for scene in alone])
     together["initial"] = {name: np.stack([scene["initial"][name] for scene in alone]) for name in together["initial"]}
-    if "symmetric" in pair.system or pair.system == "reduced_rigid_body":
-        for scene in (*alone, together):  # one for all of them, with which epsilon ||M|| < 2
-            scene["epsilon"] = 1 / 16
     return alone, together
 
 

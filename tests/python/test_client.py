@@ -85,3 +85,14 @@ def test_drive_has_the_bits_of_step(session):
         states = [drive.step(k) for k in range(50)]
     assert [state.step for state in states] == list(range(50))
     assert (states[-1]["Q"] == session.step(to=49)["Q"]).all() and set(states[-1].fields) == {"Q"}
+
+
+def test_the_estimated_error_is_that_of_the_closed_form(session):
+    assert session.diagnose(to=1000).estimated_error is None
+    error = session.diagnose(to=1000, estimate_error=True).estimated_error
+    with session._client.create({**SCENE, "method": {"name": "exact"}}) as exact:
+        ours, theirs = (each.step(to=1000)["Q"] for each in (session, exact))
+    assert error.attitude == pytest.approx(np.abs(ours - theirs).max(), rel=1e-6) and error.attitude > 1e-5
+    assert error.angle == pytest.approx(np.arccos((np.trace(ours.T @ theirs) - 1) / 2), rel=1e-4)
+    assert error.momentum > 0 and error.missing == "" and error.member is None
+    assert "closed form" in error.reference and error.reference_error < 1e-12

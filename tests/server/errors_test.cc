@@ -98,6 +98,7 @@ TEST_F(Errors, OfScenes) {
       {"method.substeps", [](auto& s) { s.mutable_method()->set_substeps(4'000'000'000); }},
       {"method.arithmetic", [](auto& s) { s.mutable_method()->set_arithmetic("exact"); }},
       {"method", [](auto& s) { s.set_system("moser_veselov"); }},
+      {"step", [](auto& s) { s.clear_step(); }},
       {"step", [](auto& s) { s.set_step(0); }},
       {"step", [](auto& s) { s.set_step(nan); }},
       {"step", [](auto& s) { s.set_step(infinity); }},
@@ -122,7 +123,7 @@ TEST_F(Errors, OfScenes) {
     const auto status = create_scene(change);
     EXPECT_EQ(status.error_code(), grpc::INVALID_ARGUMENT) << field;
     // A body's complaint may stand at any of the fields that contradict each other.
-    if (std::string(field) != "body") expect_invalid(status, field);
+    if (std::string(field) != "body") expect_invalid(status, std::string("scene.") + field);
   }
 }
 
@@ -131,8 +132,8 @@ TEST_F(Errors, AllAtOnce) {
     scene.set_step(0);
     scene.mutable_method()->set_name("euler");
   });
-  expect_invalid(status, "step");
-  expect_invalid(status, "method.name");
+  expect_invalid(status, "scene.step");
+  expect_invalid(status, "scene.method.name");
 }
 
 TEST_F(Errors, AFloodOfViolationsFitsInTheTrailers) {

@@ -39,7 +39,7 @@ TEST_F(RegistryTest, TheResolvedSceneIsTheSameSession) {
 TEST_F(RegistryTest, AnotherSceneIsAConflict) {
   registry_.create("a", test::scene(), "");
   auto other = test::description();
-  other.step = std::nextafter(other.step, 1);
+  other.step = std::nextafter(*other.step, 1);
   const auto result = registry_.create("a", Scene::resolve(other).value(), "");
   ASSERT_FALSE(result);
   EXPECT_EQ(std::get<Registry::Conflict>(result.error()), Registry::Conflict::other_scene);

@@ -37,7 +37,7 @@ void fill_rigid(SceneDescription& d, unsigned seed, int N) {
   d.initial["Q"] = rows(body.Q);
   if (d.system == "moser_veselov_pair") {
     d.initial["Q_prev"] = rows(body.Q);
-    d.initial["Q"] = rows(moved(body.Q, body.Q * Omega, d.step));
+    d.initial["Q"] = rows(moved(body.Q, body.Q * Omega, *d.step));
   } else {
     d.initial["M"] = rows(body.M);
   }
@@ -48,7 +48,7 @@ void fill_parametric(SceneDescription& d, unsigned seed) {
   const RandomBody body(4, seed);
   const bool discrete = d.system == "parametric_moser_veselov";
   const double mu = discrete ? 0.0005 : 0.0002;  // it grows like e^μλt
-  const double h = discrete ? d.step : 2 / body.M.norm();
+  const double h = discrete ? *d.step : 2 / body.M.norm();
   Eigen::MatrixXd W = h * body.M;
   W.diagonal() += mu * body.lambda.cwiseAbs2();
   W /= 2;
@@ -74,7 +74,7 @@ void fill_frames(SceneDescription& d, unsigned seed) {
     d.initial["M"] = rows(frame.Q.transpose() * frame.S - frame.S.transpose() * frame.Q);
   if (d.system == "discrete_stiefel") {
     d.initial["Q_prev"] = rows(frame.Q);
-    d.initial["Q"] = rows(moved(frame.Q, Qdot, d.step));
+    d.initial["Q"] = rows(moved(frame.Q, Qdot, *d.step));
   }
 }
 
@@ -96,7 +96,7 @@ SceneDescription any_scene(const std::string& system, const std::string& method,
   d.step = step;
   if (method == "adaptive") {  // coarse, so that its errors are seen
     d.method->tolerance = 1e-5;
-    d.step *= 10;
+    *d.step *= 10;
   }
   if (system == "double_bracket")
     fill_double_bracket(d, seed);

@@ -64,7 +64,7 @@ double best_of_table(const SceneDescription& description) {
 ChoiceOutcome survey_choice(unsigned seed) {
   const SceneDescription d = random_description(seed);
   std::ostringstream what;
-  what << "seed " << seed << ": " << d.system << " N=" << d.inertia.size() << " step " << d.step
+  what << "seed " << seed << ": " << d.system << " N=" << d.inertia.size() << " step " << *d.step
        << " horizon " << *d.horizon << " tolerance " << *d.tolerance;
   ChoiceOutcome out{what.str(), {}};
   const auto scene = Scene::resolve(d);
@@ -75,7 +75,7 @@ ChoiceOutcome survey_choice(unsigned seed) {
   out.made = true;
   out.chosen = scene->description().choice;
   const auto now = make_simulation(*scene);
-  const std::int64_t steps = steps_to(*d.horizon, d.step);
+  const std::int64_t steps = steps_to(*d.horizon, *d.step);
   if (!now->advance(steps).reached()) return out;
   out.error = error_of(read_motion(*scene, *now), exact(*scene, scene->time(steps))).largest() /
               *d.tolerance;

@@ -4,14 +4,14 @@
         with client.create("scene.json") as session:
             run = session.trajectory(to=10_000, every=10)
 """
-from stiefel.answers import Conversion, Geodesic
+from stiefel.answers import Conversion, EstimatedError, Geodesic
 from stiefel.arrays import Batch, Ending, Outcome, State, Trajectory
 from stiefel.client import Client
 from stiefel.diagnosis import Conservation, Diagnosis, Domain, Invariant
 from stiefel.drive import Drive
 from stiefel.errors import (AlreadyExists, Cancelled, Closed, DeadlineExceeded, FailedPrecondition, Internal,
-                            InvalidArgument, NotFound, NotStarted, ResourceExhausted, StiefelError, Unavailable,
-                            Unimplemented, Violation)
+                            InvalidArgument, NotFound, NotStarted, ResourceExhausted, SceneWarning, StiefelError,
+                            Unavailable, Unimplemented, Violation)
 from stiefel.scenes import SceneLike, to_dict, to_message
 from stiefel.server import Server
 from stiefel.session import Session
@@ -19,8 +19,8 @@ from stiefel.tradeoff import Point, Tradeoff
 
 __all__ = [
     "AlreadyExists", "Batch", "Cancelled", "Client", "Closed", "Conservation", "Conversion", "DeadlineExceeded",
-    "Diagnosis", "Domain", "Drive", "Ending", "FailedPrecondition", "Geodesic", "Internal", "Invariant",
-    "InvalidArgument", "NotFound", "NotStarted", "Outcome", "Point", "ResourceExhausted", "SceneLike", "Server",
-    "Session", "State", "StiefelError", "Tradeoff", "Trajectory", "Unavailable", "Unimplemented", "Violation",
-    "to_dict", "to_message",
+    "Diagnosis", "Domain", "Drive", "Ending", "EstimatedError", "FailedPrecondition", "Geodesic", "Internal",
+    "Invariant", "InvalidArgument", "NotFound", "NotStarted", "Outcome", "Point", "ResourceExhausted", "SceneLike",
+    "SceneWarning", "Server", "Session", "State", "StiefelError", "Tradeoff", "Trajectory", "Unavailable",
+    "Unimplemented", "Violation", "to_dict", "to_message",
 ]

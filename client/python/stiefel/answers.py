@@ -1,4 +1,4 @@
-"""What Convert and Connect answer."""
+"""What Convert, Connect and an estimate of the error answer."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -48,3 +48,26 @@ class Geodesic(ByValue):
         trajectory = decode(message.trajectory) if message.HasField("trajectory") else None
         return Geodesic(scene, message.energy, message.residual, shortest, message.distinct, trajectory,
                         Ending.of(message.ending))
+
+
+@dataclass(frozen=True)
+class EstimatedError:
+    """How far a state is from the exact motion. Not a drift: that says nothing of the error."""
+
+    attitude: Optional[float]  #: max |Q - Q_exact|; None without a frame or below the reference's error
+    momentum: Optional[float]  #: max |M - M_exact| / max |M_exact|; None below the reference's error
+    angle: Optional[float]  #: in three dimensions, between the attitudes, radians
+    reference_error: float  #: that of the reference itself, which is part of the others
+    reference: str  #: what it is measured against
+    work: float  #: units of work that it took
+    run_work: float  #: and that the run takes
+    missing: str  #: why there is neither attitude nor momentum, else ""
+    member: Optional[int]  #: of an ensemble: whose error this is, the largest of all
+
+    @staticmethod
+    def of(message: pb.EstimatedError) -> EstimatedError:
+        def known(name: str) -> Any:
+            return getattr(message, name) if message.HasField(name) else None
+
+        return EstimatedError(known("attitude"), known("momentum"), known("angle"), message.reference_error,
+                              message.reference, message.work, message.run_work, message.missing, known("member"))

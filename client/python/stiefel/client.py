@@ -3,13 +3,14 @@ from __future__ import annotations
 
 import os
 import uuid
+import warnings
 from typing import Any, Iterator, Optional
 
 import grpc
 
 from stiefel import calls
 from stiefel.answers import Conversion, Geodesic
-from stiefel.errors import Closed, StiefelError, from_rpc_error
+from stiefel.errors import Closed, SceneWarning, StiefelError, from_rpc_error
 from stiefel.scenes import SceneLike, to_matrix, to_message
 from stiefel.session import Session
 from stiefel.tradeoff import Tradeoff
@@ -57,11 +58,14 @@ class Client:
     def create(self, scene: SceneLike, id: Optional[str] = None, checkpoint: bytes = b"") -> Session:
         """A session of `scene`; the existing one if `id` names one of the same scene.
 
-        `checkpoint` is a `State.checkpoint` of the same scene, possibly from another server.
+        `checkpoint` is a `State.checkpoint` of the same scene, possibly from another server. What the
+        server finds doubtful about the scene is issued as `SceneWarning`.
         """
         request = pb.CreateSessionRequest(session_id=str(uuid.uuid4()) if id is None else id,
                                           scene=to_message(scene), checkpoint=checkpoint)
         reply = self.call("CreateSession", request)
+        for text in reply.session.warnings:
+            warnings.warn(text, SceneWarning, stacklevel=2)
         return Session(self, reply.session, reply.created)
 
     def get(self, id: str) -> Session:

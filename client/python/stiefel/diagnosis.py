@@ -5,6 +5,7 @@ import enum
 from dataclasses import dataclass, field
 from typing import Optional
 
+from stiefel.answers import EstimatedError
 from stiefel.arrays import Ending, Outcome
 from stiefel.v1 import catalogue_pb2
 from stiefel.v1 import simulation_pb2 as pb
@@ -36,7 +37,7 @@ class Invariant:
     name: str  #: "energy", "spatial_momentum[1,2]", "manakov[3,1]"
     initial: float
     value: float
-    drift: float  #: |value - initial| / scale, before they are rounded to doubles, or overflow
+    drift: float  #: |value - initial| / scale, before they are rounded to doubles, or overflow; scale 0: without it
     scale: float
     kept: Conservation  #: what the method declares
     member: Optional[int] = None  #: of an ensemble: whose drift this is, the largest of all
@@ -69,6 +70,7 @@ class Diagnosis:
     dirac_brackets: tuple[float, ...]  #: one for each bracket asked for
     #: The largest |omega(T phi u, T phi v) - omega(u, v)| / |u||v|.
     symplectic_defect: Optional[float]
+    estimated_error: Optional[EstimatedError]
     ending: Ending
     computed_steps: int = field(compare=False, repr=False)
 
@@ -85,6 +87,7 @@ class Diagnosis:
             Domain(domain.h_omega, domain.largest_step if domain.HasField("largest_step") else None),
             tuple(message.forms), tuple(message.dirac_brackets),
             message.symplectic_defect if message.HasField("symplectic_defect") else None,
+            EstimatedError.of(message.estimated_error) if message.HasField("estimated_error") else None,
             Ending.of(message.ending), message.computed_steps)
 
     def __str__(self) -> str:

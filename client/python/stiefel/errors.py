@@ -22,6 +22,10 @@ class Violation(NamedTuple):
     description: str  #: its value and the rule it breaks
 
 
+class SceneWarning(UserWarning):
+    """What the server finds doubtful about a scene that it takes: moments that no rigid body can have."""
+
+
 class StiefelError(Exception):
     """The base of all of them."""
 

@@ -53,15 +53,17 @@ class Session:
 
     def diagnose(self, to: int, invariants: Names = (), forms: Sequence[Form] = (),
                  dirac_brackets: Sequence[Bracket] = (), symplectic: bool = False,
-                 timeout: Optional[float] = None) -> Diagnosis:
+                 timeout: Optional[float] = None, estimate_error: bool = False) -> Diagnosis:
         """The invariants at step `to` beside their values at step 0.
 
         A form is its name and two tangent vectors, each a mapping from block to array; a bracket two
         products, each a list of pairs (A, B) for tr A^T Q + tr B^T P. `symplectic` asks how far a step
-        is from keeping the system's two-form.
+        is from keeping the system's two-form, `estimate_error` for `estimated_error`: how far the state
+        is from the exact motion, if that can be told in about ten seconds.
         """
         request = pb.DiagnoseRequest(session_id=self.id, to=to, invariants=names("invariants", invariants),
-                                     symplectic_test=pb.SymplecticTest() if symplectic else None)
+                                     symplectic_test=pb.SymplecticTest() if symplectic else None,
+                                     estimate_error=pb.ERROR_ESTIMATION_ALWAYS if estimate_error else None)
         for name, first, second in forms:
             request.forms.add(form=name, first=_blocks(first, "first"), second=_blocks(second, "second"))
         for one, other in dirac_brackets:

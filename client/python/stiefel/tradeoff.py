@@ -19,8 +19,8 @@ class Point:
     tolerance: Optional[float]
     arithmetic: str
     scalar: str
-    attitude_error: Optional[float]  #: max |Q - Q_exact|; None without a frame, and where the run stopped
-    momentum_error: Optional[float]  #: max |M - M_exact| / max |M_exact|
+    attitude_error: Optional[float]  #: max |Q - Q_exact|, moduli; None without a frame, and where the run stopped
+    momentum_error: Optional[float]  #: max |M - M_exact| / max |M_exact|; neither is below `setup.reference_error`
     drift: float  #: the worst of the invariants' over the run
     drift_of: str
     work: float  #: units: steps of the method times its weight
@@ -28,7 +28,7 @@ class Point:
     steps_per_second: float
     measured_steps: int
     extrapolated: bool
-    below_reference: bool  #: not above the reference's own error
+    below_reference: bool  #: neither was measured above `setup.reference_error`, which stands for both
     ending: Ending
 
     @property

@@ -1,0 +1,65 @@
+// What a diagnosis says about accuracy, in words.
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <iostream>
+#include <numbers>
+
+#include "client/cli/report.h"
+
+namespace stiefel::cli {
+namespace {
+
+std::string formatted(const char* format, double value) {
+  char text[64];
+  std::snprintf(text, sizeof text, format, value);
+  return text;
+}
+
+std::string brief(double value) { return formatted("%.1e", value); }
+
+std::string invariants_kept(const v1::DiagnoseResponse& diagnosis) {
+  double drift = 0;
+  for (const auto& invariant : diagnosis.invariants()) drift = std::max(drift, invariant.drift());
+  return diagnosis.invariants().empty() ? "" : "invariants kept to " + brief(drift) + "; ";
+}
+
+/// One of attitude and momentum; what is not told is bounded by the reference's error.
+std::string error_of(const std::string& what, bool told, double error, const v1::EstimatedError& of) {
+  std::string text = what;
+  text += told ? " " : " below ";
+  return text + brief(told ? error : 2 * of.reference_error());
+}
+
+std::string estimated(const v1::EstimatedError& error) {
+  std::string text;
+  if (error.has_attitude()) text = error_of("attitude", true, error.attitude(), error);
+  if (error.has_angle())
+    text += " (" + formatted("%.2g", error.angle() * 180 / std::numbers::pi) + "°)";
+  if (!text.empty()) text += ", ";
+  text += error_of("momentum", error.has_momentum(), error.momentum(), error);
+  if (error.has_member()) text += ", of member " + std::to_string(error.member());
+  return text;
+}
+
+}  // namespace
+
+v1::ErrorEstimation error_estimation(std::optional<bool> asked) {
+  if (!asked) return v1::ERROR_ESTIMATION_IF_CHEAPER;
+  return *asked ? v1::ERROR_ESTIMATION_ALWAYS : v1::ERROR_ESTIMATION_UNSPECIFIED;
+}
+
+std::string summary(const v1::DiagnoseResponse& diagnosis) {
+  const std::string kept = invariants_kept(diagnosis), at = formatted("t = %.6g", diagnosis.time());
+  if (!diagnosis.has_estimated_error()) return kept + "error at " + at + " not estimated";
+  const auto& error = diagnosis.estimated_error();
+  if (!error.missing().empty()) return kept + "error at " + at + " not known: " + error.missing();
+  return kept + "estimated error at " + at + ": " + estimated(error);
+}
+
+void show_summary(const v1::DiagnoseResponse& diagnosis) {
+  if (isatty(STDERR_FILENO)) std::cerr << "stiefel: " << summary(diagnosis) << '\n';
+}
+
+}  // namespace stiefel::cli

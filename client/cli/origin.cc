@@ -1,0 +1,14 @@
+#include "client/cli/origin.h"
+
+namespace stiefel::cli {
+
+std::string Origin::place(const std::string& field) const {
+  const std::string name = field.substr(0, field.find_first_of(".["));
+  if (const auto option = options.find(name); option != options.end())
+    return option->second + field.substr(name.size());
+  if (whole_request) return file + ": " + field;
+  if (field == "scene") return file;
+  return name == "scene" ? file + ": " + field.substr(name.size() + 1) : field;
+}
+
+}  // namespace stiefel::cli

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <algorithm>
+#include <functional>
+#include <optional>
+#include <ranges>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace stiefel {
+
+/// Damerau–Levenshtein distance: the least number of insertions, deletions, substitutions and
+/// exchanges of neighbours (no character edited twice) that make `b` of `a`. ASCII upper and lower
+/// case are the same, and so are '-' and '_'.
+constexpr std::size_t name_distance(std::string_view a, std::string_view b) {
+  const auto folded = [](char c) {
+    return c == '-' ? '_' : c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  };
+  const auto same = [&](std::size_t i, std::size_t j) { return folded(a[i]) == folded(b[j]); };
+  std::vector<std::size_t> two_above, above(b.size() + 1), row(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    two_above = std::exchange(above, row);
+    row[0] = i + 1;
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      row[j + 1] = std::min({above[j + 1] + 1, row[j] + 1, above[j] + !same(i, j)});
+      if (i > 0 && j > 0 && same(i, j - 1) && same(i - 1, j))
+        row[j + 1] = std::min(row[j + 1], two_above[j - 1] + 1);
+    }
+  }
+  return row[b.size()];
+}
+
+/// The name of a list (of items whose name is `name(item)`) that `given` most likely stands for: at
+/// a distance of at most 2 and less than half the longer name, or sharing a beginning of 3 or more
+/// characters that is the whole of one of them. The nearest, the first of several; none when all
+/// are far. `given` may be of any length: only its first 64 characters count.
+template <std::ranges::input_range Items, class Name = std::identity>
+constexpr std::optional<std::string> near_name(std::string_view given, const Items& known,
+                                               Name name = {}) {
+  constexpr std::size_t most = 2, least_beginning = 3, longest = 64;
+  given = given.substr(0, longest);
+  std::optional<std::string> nearest;
+  std::size_t least = longest;
+  for (const auto& item : known) {
+    const auto candidate = std::string(std::invoke(name, item));
+    const std::size_t shorter = std::min(given.size(), candidate.size());
+    const std::size_t longer = std::max(given.size(), candidate.size());
+    const std::size_t distance = name_distance(given, candidate);
+    const bool close = distance <= most && 2 * distance < longer;
+    const bool beginning = shorter >= least_beginning && distance == longer - shorter &&
+                           name_distance(given.substr(0, shorter),
+                                         std::string_view(candidate).substr(0, shorter)) == 0;
+    if (!(close || beginning) || distance >= least) continue;
+    least = distance;
+    nearest = candidate;
+  }
+  return nearest;
+}
+
+/// "; did you mean NAME?", to be put at the end of a rule, or nothing when no name is near.
+template <std::ranges::input_range Items, class Name = std::identity>
+std::string did_you_mean(std::string_view given, const Items& known, Name name = {}) {
+  const auto nearest = near_name(given, known, std::move(name));
+  return nearest ? "; did you mean " + *nearest + "?" : "";
+}
+
+}  // namespace stiefel

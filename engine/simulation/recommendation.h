@@ -1,0 +1,37 @@
+#pragma once
+
+#include <span>
+#include <string_view>
+
+namespace stiefel {
+
+class Scene;
+struct MethodDescription;
+
+/// A method, and the scenes of a system that get it when they name neither a method nor a
+/// tolerance: attitude and momentum then stay within 1e-8 relative over 100 rotations (on V(n, N)
+/// times the condition of the motion), at a few times the least work that any method needs for it.
+struct Recommendation {
+  std::string_view where = {};            ///< "N = 3"; empty: every scene
+  bool (*takes)(const Scene&) = nullptr;  ///< the same; null: every one
+  std::string_view method;
+  int order = 0;  ///< 0 of a closed form
+  std::string_view arithmetic = "plain";
+  double tolerance = 0;        ///< of methods that choose their own steps, else 0
+  /// Of a substep, |h|‖Ω‖ and |h|(‖M̈‖/‖M‖)^{1/2} in the initial state: substeps are as many as keep
+  /// within them. 0: nothing is asked of it.
+  double largest_h_omega = 0, largest_h_momentum_rate = 0;
+
+  /// The method with one substep.
+  MethodDescription description() const;
+  /// As few substeps as do for all of these scenes, each in the hands of some method.
+  int substeps(std::span<const Scene> scenes) const;
+};
+
+/// Those of a continuous system, in order; the last takes every scene. None of another name.
+std::span<const Recommendation> recommended(std::string_view system);
+
+/// The first that takes all of these scenes of one continuous system, with or without a method.
+const Recommendation& recommendation_for(std::span<const Scene> scenes);
+
+}  // namespace stiefel

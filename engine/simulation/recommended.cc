@@ -1,0 +1,111 @@
+// The recommended methods of every continuous system, as data; tests/engine/recommendation_*_test.cc
+// measure what recommendation.h says of them.
+#include <array>
+
+#include "engine/methods/round_frames.h"
+#include "engine/methods/two_valued_body.h"
+#include "engine/simulation/recommendation.h"
+#include "engine/simulation/scene.h"
+
+namespace stiefel {
+namespace {
+
+bool in_three(const Scene& scene) { return scene.dimension() == 3; }
+bool in_four(const Scene& scene) { return scene.dimension() == 4; }
+bool in_four_without_frame(const Scene& scene) { return in_four(scene) && !scene.has_frame(); }
+
+/// Ω is constant: a step by the exponential is exact.
+bool turns_evenly(const Scene& scene) {
+  const Eigen::VectorXd& lambda = scene.inertia();
+  return lambda.size() == 2 || (lambda.array() == lambda(0)).all();
+}
+bool stands_still(const Scene& scene) { return turns_evenly(scene) && !scene.has_frame(); }
+bool of_two_values(const Scene& scene) {
+  return TwoValuedBody<long double>::has(scene.inertia());
+}
+bool is_round(const Scene& scene) { return RoundFrames<long double>::has(scene.inertia()); }
+bool has_costate(const Scene& scene) { return scene.block("p").size() > 0; }
+
+constexpr Recommendation adaptive(double tolerance, double largest_h_omega = 0) {
+  return {.method = "adaptive",
+          .order = 8,
+          .tolerance = tolerance,
+          .largest_h_omega = largest_h_omega};
+}
+constexpr Recommendation at_constant_Omega = {
+    .where = "N = 2, or Lambda a multiple of the identity",
+    .takes = turns_evenly,
+    .method = "munthe_kaas4",
+    .order = 4};
+
+constexpr std::array rigid_body = {
+    Recommendation{.where = "N = 3",
+                   .takes = in_three,
+                   .method = "preprocessed_variational",
+                   .order = 14,
+                   .largest_h_omega = 0.3},
+    Recommendation{.where = "without Q, N = 2 or Lambda a multiple of the identity",
+                   .takes = stands_still,
+                   .method = "variational",
+                   .order = 2},
+    Recommendation{.where = "Lambda of at most two values",
+                   .takes = of_two_values,
+                   .method = "exact",
+                   .arithmetic = "compensated"},
+    Recommendation{.where = "N = 4, without Q",
+                   .takes = in_four_without_frame,
+                   .method = "rk4",
+                   .order = 4,
+                   .largest_h_momentum_rate = 0.004},
+    Recommendation{.where = "N = 4",
+                   .takes = in_four,
+                   .method = "variational",
+                   .order = 8,
+                   .largest_h_omega = 0.15},
+    adaptive(1e-12, 0.15)};
+
+constexpr std::array right_rigid_body = {at_constant_Omega, adaptive(1e-12, 0.15)};
+/// M is a product of what is moved: its error grows with the square of the time.
+constexpr std::array other_forms = {at_constant_Omega, adaptive(2e-13)};
+constexpr std::array parametric = {adaptive(2e-13)};
+constexpr std::array stiefel_frames = {Recommendation{.where = "Lambda a multiple of the identity",
+                                                      .takes = is_round,
+                                                      .method = "exact",
+                                                      .arithmetic = "compensated"},
+                                       adaptive(1e-13)};
+constexpr std::array costates = {adaptive(1e-11, 0.15)};
+constexpr std::array ellipsoid = {Recommendation{.where = "given p",
+                                                 .takes = has_costate,
+                                                 .method = "adaptive",
+                                                 .order = 8,
+                                                 .tolerance = 1e-11,
+                                                 .largest_h_omega = 0.15},
+                                  adaptive(1e-13)};
+constexpr std::array double_bracket = {adaptive(1e-13)};
+
+struct OfSystem {
+  std::string_view system;
+  std::span<const Recommendation> recommended;
+};
+constexpr OfSystem table[] = {{"rigid_body", rigid_body},
+                              {"right_rigid_body", right_rigid_body},
+                              {"symmetric_rigid_body", other_forms},
+                              {"right_symmetric_rigid_body", other_forms},
+                              {"reduced_rigid_body", other_forms},
+                              {"mclachlan_scovel", other_forms},
+                              {"parametric_rigid_body", parametric},
+                              {"stiefel", stiefel_frames},
+                              {"stiefel_momentum", costates},
+                              {"stiefel_costate", costates},
+                              {"ellipsoid", ellipsoid},
+                              {"double_bracket", double_bracket}};
+
+}  // namespace
+
+std::span<const Recommendation> recommended(std::string_view system) {
+  for (const OfSystem& entry : table)
+    if (entry.system == system) return entry.recommended;
+  return {};
+}
+
+}  // namespace stiefel

@@ -1,0 +1,190 @@
+// The closed forms as references.
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "engine/methods/euler_top.h"
+#include "engine/methods/round_frames.h"
+#include "engine/methods/two_valued_body.h"
+#include "engine/simulation/reference.h"
+#include "engine/simulation/rigid_start.h"
+
+namespace stiefel {
+namespace {
+
+using Solution = std::function<MotionState(double)>;
+
+/// One closed form in two precisions: their distance is the error of the coarser, which is as many
+/// times that of the finer as their roundings are.
+struct ClosedForm {
+  Solution fine, coarse;
+  struct Precision {
+    double finer;  ///< error of the fine solution over their distance, with some bits to spare
+    double unit;   ///< what an angle of 1 is rounded by
+  } precision;
+  double rate;  ///< ‖Ω‖_F or ‖Q̇‖_F, 1/time
+  double work;  ///< of a state in both
+  std::string description;
+};
+
+constexpr ClosedForm::Precision in_quadruple = {0x1p-40, 0x1p-111};  // 113 bits against 64
+constexpr ClosedForm::Precision in_extended = {0x1p-6, 0x1p-62};     // 64 against 53
+/// From this distance on it is not proportional to the rounding any more.
+constexpr double proportional = 0x1p-10;
+
+double distance(const MotionState& a, const MotionState& b) {
+  const bool finite = a.attitude.allFinite() && b.attitude.allFinite() && a.momentum.allFinite() &&
+                      b.momentum.allFinite();
+  return finite ? error_of(a, b).largest() : std::numeric_limits<double>::infinity();
+}
+
+class ExactReference final : public Reference {
+ public:
+  ExactReference(ClosedForm form, double budget) : form_(std::move(form)), budget_(budget) {}
+
+  /// Whether the estimate of its error holds at the time.
+  bool holds_at(double time) const {
+    return distance(form_.coarse(time), form_.fine(time)) < proportional;
+  }
+
+  std::optional<Answer> at(double time, const std::stop_token& stop) override {
+    if (stop.stop_requested() || work_ + form_.work > budget_) return std::nullopt;
+    work_ += form_.work;
+    MotionState state = form_.fine(time);
+    if (!state.momentum.allFinite() || !state.attitude.allFinite()) return std::nullopt;
+    // Rounded to be reported, and in every angle on the way.
+    constexpr double reported = std::numeric_limits<long double>::epsilon();
+    const double rounding = reported + form_.precision.unit * form_.rate * std::abs(time);
+    error_ = std::max(
+        {error_, rounding, form_.precision.finer * distance(form_.coarse(time), state)});
+    return Answer{std::move(state), error_};
+  }
+
+  std::string description() const override { return form_.description; }
+  double work() const override { return work_; }
+  std::optional<double> predicted_work(double, const std::stop_token&) override {
+    return work_ + form_.work;
+  }
+
+ private:
+  ClosedForm form_;
+  double budget_, work_ = 0, error_ = 0;
+};
+
+template <class Scalar, class Derived>
+auto rounded(const Eigen::MatrixBase<Derived>& A) {
+  return A.template cast<Scalar>().eval();
+}
+
+/// Euler's top from Q = I, after Q_0.
+template <class Scalar, bool frame>
+Solution top(const RigidStart& start) {
+  typename So3<Scalar, frame>::State x;
+  x.setZero();
+  if constexpr (frame) x(0) = 1;
+  x.template tail<3>() = vee(rounded<Scalar>(start.M));
+  const PrincipalMoments3<Scalar> moments(rounded<Scalar>(start.moments->moments),
+                                          rounded<Scalar>(start.moments->differences));
+  return [start, motion = EulerTop<Scalar, frame>(moments, x)](double t) {
+    const auto at = motion.at(Scalar(t));
+    Matrix<Scalar> Q, M = hat(Vector3<Scalar>(at.template tail<3>()));
+    if constexpr (frame)
+      Q = rounded<Scalar>(start.Q) * rotation_matrix<Scalar>(at.template head<4>());
+    return start.presented(Q.template cast<long double>(), M.template cast<long double>());
+  };
+}
+template <class Scalar>
+Solution top(const RigidStart& start) {
+  return start.Q.size() > 0 ? top<Scalar, true>(start) : top<Scalar, false>(start);
+}
+
+template <class Scalar>
+Solution two_valued(const RigidStart& start) {
+  const Eigen::Index N = start.M.rows(), frame = start.Q.rows();
+  Matrix<Scalar> x(frame + N, N);
+  x.topRows(frame) = rounded<Scalar>(start.Q);
+  x.bottomRows(N) = rounded<Scalar>(start.M);
+  return [start, N, frame, motion = TwoValuedBody<Scalar>(rounded<Scalar>(start.lambda), x)](
+             double t) mutable {
+    const Matrix<long double> at = motion.at(Scalar(t)).template cast<long double>();
+    return start.presented(at.topRows(frame), at.bottomRows(N));
+  };
+}
+
+template <class Scalar>
+Solution round_frames(const Scene& scene) {
+  const Eigen::Index n = scene.Q().rows();
+  Matrix<Scalar> x(2 * n, scene.Q().cols());
+  x.topRows(n) = scene.Q().cast<Scalar>();
+  x.bottomRows(n) = scene.block("S").cast<Scalar>();
+  return [n, motion = RoundFrames<Scalar>(scene.inertia().cast<Scalar>(), x)](double t) mutable {
+    const Matrix<long double> at = motion.at(Scalar(t)).template cast<long double>();
+    return MotionState{at.topRows(n), at.bottomRows(n)};
+  };
+}
+
+/// Units of work of a state in both precisions, as callgrind counts them: Euler's top; and the
+/// eigenvectors of a complex n × n with what is multiplied by them, rows × n.
+constexpr double top_in_quadruple = 1.3e6, top_in_extended = 6e4;
+double eigenvectors_work(Eigen::Index n, Eigen::Index rows) {
+  const auto d = static_cast<double>(n), r = static_cast<double>(rows);
+  return 5e4 + 600 * d * d * d + 50 * r * d * d;
+}
+
+/// ‖Ω‖_F, Ω_ij = M_ij/(λ_i + λ_j).
+double rate(const RigidStart& start) {
+  double sum = 0;
+  for (Eigen::Index j = 0; j < start.M.cols(); ++j)
+    for (Eigen::Index i = 0; i < j; ++i) {
+      const auto Omega =
+          static_cast<double>(start.M(i, j)) / static_cast<double>(start.lambda(i) + start.lambda(j));
+      sum += 2 * Omega * Omega;
+    }
+  return std::sqrt(sum);
+}
+
+ClosedForm top_form(const RigidStart& start, bool quadruple) {
+  if (quadruple)
+    return {top<Quad>(start), top<long double>(start), in_quadruple, rate(start), top_in_quadruple,
+            "Jacobi's closed form in quadruple precision"};
+  return {top<long double>(start), top<double>(start), in_extended, rate(start), top_in_extended,
+          "Jacobi's closed form in extended precision"};
+}
+
+/// Eigenvectors cannot be stopped on the way to them: half a second at most.
+constexpr double at_once = 2.5e9;
+
+std::unique_ptr<ExactReference> reference(ClosedForm form, const ReferenceNeed& need,
+                                          double time) {
+  auto made = std::make_unique<ExactReference>(std::move(form), need.budget);
+  return made->holds_at(time) ? std::move(made) : nullptr;
+}
+
+}  // namespace
+
+std::unique_ptr<Reference> make_exact_reference(const Scene& scene, const ReferenceNeed& need) {
+  const double time = std::copysign(need.time, scene.step());
+  if (scene.system() == "stiefel" && RoundFrames<double>::has(scene.inertia())) {
+    const double work = eigenvectors_work(2 * scene.Q().rows(), scene.Q().cols());
+    if (work > std::min(at_once, need.budget)) return nullptr;
+    const double rate = scene.block("S").norm() / scene.inertia()(0);
+    return reference({round_frames<long double>(scene), round_frames<double>(scene), in_extended,
+                      rate, work, "closed form for round frames in extended precision"},
+                     need, time);
+  }
+  const auto start = rigid_start(scene);
+  if (!start) return nullptr;
+  if (start->moments) {
+    for (const bool quadruple : {need.quadruple, true})
+      if (auto made = reference(top_form(*start, quadruple), need, time)) return made;
+    return nullptr;
+  }
+  const double work = eigenvectors_work(scene.dimension(), scene.dimension());
+  const bool two_valued_body = TwoValuedBody<double>::has(scene.inertia());
+  if (!two_valued_body || work > std::min(at_once, need.budget)) return nullptr;
+  return reference({two_valued<long double>(*start), two_valued<double>(*start), in_extended,
+                    rate(*start), work, "closed form for Lambda of two values in extended precision"},
+                   need, time);
+}
+
+}  // namespace stiefel

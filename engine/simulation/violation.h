@@ -1,0 +1,63 @@
+#pragma once
+
+#include <algorithm>
+#include <functional>
+#include <map>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace stiefel {
+
+/// What is wrong with a request: the path of the field ("scene.initial.Q"), its value and the rule
+/// it breaks.
+struct Violation {
+  std::string field;
+  std::string value;
+  std::string rule;
+  /// A constant in UPPER_SNAKE_CASE with its numbers, where a program may want to tell it apart.
+  std::string reason = {};
+  std::map<std::string, std::string> metadata = {};
+};
+using Violations = std::vector<Violation>;
+
+/// Where the fields of a description stand in what its author wrote. A check of a description names
+/// the description's fields ("initial.Q"); its place turns that into the field that the author can
+/// change.
+class Place {
+ public:
+  /// The description is all there is: "initial.Q" is at "initial.Q".
+  Place() = default;
+  /// The description is the message at `path`: of "scene", "initial.Q" is at "scene.initial.Q".
+  static Place inside(std::string path) { return Place(std::move(path), true); }
+  /// The description was made of what `path` names, and has no fields there: everything is at
+  /// `path`, and the value begins with "initial.Q: ".
+  static Place made_of(std::string path) { return Place(std::move(path), false); }
+
+  /// Except for `field` ("method") and what is in it, which are at `path`.
+  Place& with(std::string field, std::string path) {
+    elsewhere_[std::move(field)] = std::move(path);
+    return *this;
+  }
+
+  /// Of a field, or of the whole description when `field` is empty.
+  Violation violation(std::string_view field, std::string value, std::string rule) const {
+    const std::size_t end = std::min(field.find_first_of(".["), field.size());
+    if (const auto found = elsewhere_.find(field.substr(0, end)); found != elsewhere_.end())
+      return {found->second + std::string(field.substr(end)), std::move(value), std::move(rule)};
+    if (path_.empty()) return {std::string(field), std::move(value), std::move(rule)};
+    if (field.empty()) return {path_, std::move(value), std::move(rule)};
+    if (message_) return {path_ + "." + std::string(field), std::move(value), std::move(rule)};
+    return {path_, std::string(field) + ": " + value, std::move(rule)};
+  }
+
+ private:
+  Place(std::string path, bool message) : path_(std::move(path)), message_(message) {}
+
+  std::string path_;
+  bool message_ = true;
+  std::map<std::string, std::string, std::less<>> elsewhere_;
+};
+
+}  // namespace stiefel

@@ -1,0 +1,78 @@
+#include "server/address.h"
+
+#include <arpa/inet.h>
+#include <sys/un.h>
+
+#include <algorithm>
+#include <charconv>
+
+namespace stiefel::server {
+namespace {
+
+constexpr std::size_t longest_path = sizeof(sockaddr_un::sun_path) - 1;
+constexpr std::size_t longest_host = 253;
+constexpr int largest_port = 65535;
+
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
+
+bool is_ip(int family, std::string_view host) {
+  unsigned char address[sizeof(in6_addr)];
+  return inet_pton(family, std::string(host).c_str(), address) == 1;
+}
+
+/// Labels of letters, digits, '-' and '_', with dots between them; not one of digits at the end, as
+/// only IPv4 addresses have.
+bool is_name(std::string_view host) {
+  std::string_view label;
+  for (std::string_view rest = host; !rest.empty();) {
+    label = rest.substr(0, rest.find('.'));
+    const bool sound = std::ranges::all_of(
+        label, [](char c) { return is_letter(c) || is_digit(c) || c == '-' || c == '_'; });
+    if (!sound || label.empty() || label.front() == '-' || label.back() == '-') return false;
+    rest.remove_prefix(std::min(label.size() + 1, rest.size()));
+  }
+  return !host.empty() && host.size() <= longest_host && !std::ranges::all_of(label, is_digit);
+}
+
+bool is_host(std::string_view host) {
+  if (!host.starts_with('[')) return is_ip(AF_INET, host) || is_name(host);
+  if (!host.ends_with(']')) return false;
+  host = host.substr(1, host.size() - 2);
+  return is_ip(AF_INET6, host.substr(0, host.find('%')));
+}
+
+bool is_port(std::string_view port) {
+  int value = -1;
+  const auto [end, error] = std::from_chars(port.data(), port.data() + port.size(), value);
+  return error == std::errc() && end == port.data() + port.size() && value >= 0 &&
+         value <= largest_port && port.front() != '-';
+}
+
+std::optional<std::string> path_fault(std::string_view path) {
+  if (path.starts_with("///")) path.remove_prefix(2);
+  if (path.empty()) return "must have a path after unix:";
+  if (path.size() > longest_path)
+    return "the path of " + std::to_string(path.size()) + " bytes must have at most " +
+           std::to_string(longest_path);
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<std::string> address_fault(std::string_view address) {
+  if (address.starts_with("unix:")) return path_fault(address.substr(5));
+  const std::size_t colon = address.rfind(':');
+  const bool in_brackets = address.find(']', std::min(colon, address.size())) != address.npos;
+  if (colon == address.npos || in_brackets) return "must be host:port or unix:PATH: has no port";
+  const std::string host(address.substr(0, colon)), port(address.substr(colon + 1));
+  if (!is_port(port))
+    return "the port '" + port + "' must be a number of 0 to " + std::to_string(largest_port);
+  if (is_ip(AF_INET6, host))
+    return "the host '" + host + "' is an IPv6 address and must be in brackets";
+  if (!is_host(host))
+    return "the host '" + host + "' must be a name, an IPv4 address or an IPv6 address in brackets";
+  return std::nullopt;
+}
+
+}  // namespace stiefel::server

@@ -1,0 +1,74 @@
+// What is wrong in a file is told by its path, with the name that was meant.
+#include "client/cli/message_file.h"
+
+#include <gtest/gtest.h>
+
+#include "client/cli/exit_status.h"
+#include "stiefel/v1/simulation.pb.h"
+
+namespace stiefel::cli {
+namespace {
+
+template <class Message>
+std::string fault(const std::string& text) {
+  Message message;
+  try {
+    parse_message("f", text, &message);
+    return "none";
+  } catch (const BadInput& bad) {
+    return bad.what();
+  }
+}
+
+TEST(MessageFile, NamesAnUnknownFieldByItsPathAndTheNearOne) {
+  using S = v1::Scene;
+  EXPECT_EQ(fault<S>(R"({"stepp": 1})"), "f: stepp: unknown field; did you mean step?");
+  EXPECT_EQ(fault<S>(R"({"body": {"inertia_tensr": []}})"),
+            "f: body.inertia_tensr: unknown field; did you mean inertia_tensor?");
+  EXPECT_EQ(fault<S>(R"({"initial": {"Q": {"rows": 1, "value": [1]}}})"),
+            "f: initial.Q.value: unknown field; did you mean values?");
+  EXPECT_EQ(fault<S>(R"({"method": {"nme": "rk4"}})"),
+            "f: method.nme: unknown field; did you mean name?");
+  EXPECT_EQ(fault<S>(R"({"mass": 1})"), "f: mass: unknown field");
+  EXPECT_EQ(fault<S>(R"({"step": 1, "Step": 2})"), "f: Step: unknown field; did you mean step?");
+}
+
+TEST(MessageFile, NamesTheElementOfAList) {
+  using R = v1::DiagnoseRequest;
+  EXPECT_EQ(fault<R>(R"({"forms": [{"form": "omega"}, {"frist": {}}]})"),
+            "f: forms[1].frist: unknown field; did you mean first?");
+  EXPECT_EQ(fault<R>(R"({"forms": [{"first": {"Q": {"colls": 3}}}]})"),
+            "f: forms[0].first.Q.colls: unknown field; did you mean cols?");
+  EXPECT_EQ(fault<R>(R"({"dirac_brackets": [{"first": [{"A": {}}, {"C": {}}]}]})"),
+            "f: dirac_brackets[0].first[1].C: unknown field");
+}
+
+TEST(MessageFile, TakesBlocksOfAnyName) {
+  EXPECT_EQ(fault<v1::Scene>(R"({"initial": {"anything": {"rows": 1, "cols": 1}}})"), "none");
+}
+
+TEST(MessageFile, TakesTheNamesOfProtoAndOfJson) {
+  using R = v1::ConnectRequest;
+  EXPECT_EQ(fault<R>(R"({"Q_0": {"rows": 1}, "q_t": {"rows": 1}})"), "none");
+  EXPECT_EQ(fault<R>(R"({"Q_1": {}})"), "f: Q_1: unknown field; did you mean Q_0?");
+  EXPECT_EQ(fault<v1::Scene>(R"({"inertiaU": [1]})"), "none");
+}
+
+TEST(MessageFile, NamesWhatIsGivenTwiceByItsPath) {
+  EXPECT_EQ(fault<v1::Scene>(R"({"initial": {"Q": {"rows": 1, "rows": 1}}})"),
+            "f: initial.Q.rows: given twice");
+  EXPECT_EQ(fault<v1::Scene>(R"({"initial": {"Q": {}, "Q": {}}})"), "f: initial.Q: given twice");
+}
+
+TEST(MessageFile, LeavesWrongTypesToProtobuf) {
+  for (const char* text :
+       {R"([1])", R"({"step": [1]})", R"({"body": [{"x": 1}]})", R"({"initial": 1})",
+        R"({"inertia": {"x": 1}})", R"({"step": {"x": 1}})"}) {
+    const std::string told = fault<v1::Scene>(text);
+    EXPECT_NE(told, "none") << text;
+    EXPECT_EQ(told.find("unknown field"), std::string::npos) << told;
+  }
+}
+
+}  // namespace
+}  // namespace stiefel::cli

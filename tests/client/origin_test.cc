@@ -1,0 +1,25 @@
+// Where the command says that a fault is: in the file, or in the option that was given.
+#include "client/cli/origin.h"
+
+#include <gtest/gtest.h>
+
+namespace stiefel::cli {
+namespace {
+
+TEST(Origin, AFieldOfTheSceneIsInTheFile) {
+  const Origin run{.file = "a.json", .options = {{"to", "--to"}, {"fields", "--fields"}}};
+  EXPECT_EQ(run.place("scene.initial.Q[0,1]"), "a.json: initial.Q[0,1]");
+  EXPECT_EQ(run.place("scene.to"), "a.json: to") << "no option of that name is meant";
+  EXPECT_EQ(run.place("scene"), "a.json");
+  EXPECT_EQ(run.place("to"), "--to");
+  EXPECT_EQ(run.place("fields[1]"), "--fields[1]");
+  EXPECT_EQ(run.place("epsilon"), "epsilon") << "of the request, and of no option";
+}
+
+TEST(Origin, AFieldOfAWholeRequestIsInTheFile) {
+  const Origin connect{.file = "a.json", .whole_request = true};
+  EXPECT_EQ(connect.place("Q_0.rows"), "a.json: Q_0.rows");
+}
+
+}  // namespace
+}  // namespace stiefel::cli

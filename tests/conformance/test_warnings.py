@@ -1,0 +1,78 @@
+"""Moments that no rigid body has are taken, with a warning."""
+import warnings
+
+import numpy as np
+import pytest
+
+import scenes
+import stiefel
+
+
+def texts(client, scene):
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        with client.create(scene) as session:
+            said = list(session.message.warnings)
+            again = list(client.get(session.id).message.warnings)
+    assert said == again == [str(w.message) for w in caught]
+    assert all(w.category is stiefel.SceneWarning for w in caught)
+    return said
+
+
+def inertia(*lam, **changes):
+    N = len(lam)
+    A = np.random.default_rng(1).standard_normal((N, N))
+    return scenes.rigid_body(inertia=list(lam), method={"name": "rk4"}, initial={"Q": np.eye(N), "M": A - A.T}, **changes)
+
+
+@pytest.mark.parametrize("moments, text", [
+    ([1, 0.5, 2], "I1 + I2 = 1.5 < I3 = 2: no rigid body has these moments"),
+    ([7, 1, 2.5], "I2 + I3 = 3.5 < I1 = 7: no rigid body has these moments"),
+    ([0.25, 4, 0.5], "I1 + I3 = 0.75 < I2 = 4: no rigid body has these moments"),
+])
+def test_moments_that_break_the_triangle_inequality(client, moments, text):
+    assert texts(client, scenes.body(moments=moments)) == [text]
+
+
+def test_a_tensor_is_judged_by_its_principal_moments(client):
+    R = np.linalg.qr(np.random.default_rng(2).standard_normal((3, 3)))[0]
+    tensor = lambda I: [(R * I @ R.T)[i] for i in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
+    [text] = texts(client, scenes.body(moments=None, inertia_tensor=tensor([1.0, 2.0, 3.5])))
+    assert text.startswith("I1 + I2 = ") and text.endswith("no rigid body has these moments")
+    sum_, _, rest = text.removeprefix("I1 + I2 = ").partition(" < I3 = ")
+    assert float(sum_) == pytest.approx(3) and float(rest.partition(":")[0]) == pytest.approx(3.5)
+    assert texts(client, scenes.body(moments=None, inertia_tensor=tensor([1.0, 2.0, 2.9]))) == []
+
+
+@pytest.mark.parametrize("moments", [[1, 2, 3], [0.1, 0.7, 0.8], [0.7, 0.1, 0.7 + 0.1], [1e-30, 2e-30, 3e-30], [2, 2, 2],
+                                     [1, 1, 0.001]])
+def test_bodies_that_exist(client, moments):
+    """Flat ones too, whose moments are equal to a sum but for rounding."""
+    assert texts(client, scenes.body(moments=moments)) == []
+
+
+def test_a_flat_tensor(client):
+    for seed in range(5):
+        R = np.linalg.qr(np.random.default_rng(seed).standard_normal((3, 3)))[0]
+        I = R * [1.3, 2.9, 1.3 + 2.9] @ R.T
+        given = [I[i] for i in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
+        assert texts(client, scenes.body(moments=None, inertia_tensor=given)) == []
+
+
+def test_negative_lambda(client):
+    assert texts(client, inertia(2.0, 1.0, -0.25)) == [
+        "lambda3 = -0.25 < 0, I1 + I2 = 2.5 < I3 = 3: no rigid body has these moments"]
+    assert texts(client, inertia(2.0, 1.0, 0.0)) == []
+    assert texts(client, inertia(1.0, -0.5, 2.0, 3.0)) == [
+        "lambda2 = -0.5 < 0: no rigid body has this second moment of mass"]
+    assert texts(client, scenes.moser_veselov()) == []
+
+
+def test_members_of_an_ensemble(client):
+    scene = scenes.BIT_SCENES["ensemble"]
+    assert texts(client, scene) == []
+    every = np.tile([2.5, 1.5, 0.5], (5, 1))
+    every[3] = every[4] = [2.5, 1.5, -0.5]
+    assert texts(client, {**scene, "inertia": every}) == [
+        "member 3: lambda3 = -0.5 < 0, I1 + I2 = 3 < I3 = 4: no rigid body has these moments "
+        "(2 members have a warning like this)"]

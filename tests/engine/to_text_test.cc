@@ -1,0 +1,42 @@
+#include "engine/linalg/to_text.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+
+namespace stiefel {
+namespace {
+
+TEST(ToText, IsTheShortestThatReadsBack) {
+  EXPECT_EQ(to_text(0.1), "0.1");
+  EXPECT_EQ(to_text(1e-9), "1e-09");
+  EXPECT_EQ(to_text(1e-8), "1e-08");
+  EXPECT_EQ(to_text(-0.0), "-0");
+  EXPECT_EQ(to_text(100.0), "100");
+  EXPECT_EQ(to_text(std::nan("")), "nan");
+  EXPECT_EQ(to_text(-std::numeric_limits<double>::infinity()), "-inf");
+  for (double x = 1 / 3.0; std::isnormal(x); x *= -0.0123) {
+    EXPECT_EQ(std::strtod(to_text(x).c_str(), nullptr), x);
+    EXPECT_LE(to_text(x).size(), 24u);
+  }
+}
+
+TEST(ToText, HasAsManyDigitsAsAskedFor) {
+  EXPECT_EQ(to_text(2 / 3.0, 4), "0.6667");
+  EXPECT_EQ(to_text(0.5, 4), "0.5");
+  EXPECT_EQ(to_text(2e-7 / 3, 4), "6.667e-08");
+  EXPECT_EQ(scientific_text(2 / 3.0, 2), "6.7e-01");
+  EXPECT_EQ(scientific_text(1e-300, 1), "1e-300");
+  EXPECT_EQ(scientific_text(std::numeric_limits<double>::max(), 50).size(), 50u + 6);
+}
+
+TEST(ToText, OfListsHasTheFirstEight) {
+  EXPECT_EQ(to_text(std::vector<double>{}), "[]");
+  EXPECT_EQ(to_text(std::vector<double>{1, 2.5}), "[1, 2.5]");
+  EXPECT_EQ(to_text(std::vector<double>(9, 0.0)), "[0, 0, 0, 0, 0, 0, 0, 0, …]");
+}
+
+}  // namespace
+}  // namespace stiefel

@@ -1,0 +1,62 @@
+// Addresses: what is none is refused before anything listens on a port near it.
+#include "server/address.h"
+
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+
+#include "server/server.h"
+
+namespace stiefel::server {
+namespace {
+
+TEST(Address, TakesHostsPortsAndPaths) {
+  for (const std::string address :
+       {"127.0.0.1:0", "127.0.0.1:65535", "0.0.0.0:50551", "localhost:1", "a-b_c.example:80",
+        "[::1]:0", "[::]:50551", "[fe80::1%eth0]:5", "unix:/run/s.sock", "unix:s", "unix:///run/s"})
+    EXPECT_EQ(address_fault(address), std::nullopt) << address;
+  EXPECT_EQ(address_fault("unix:" + std::string(107, 'x')), std::nullopt);
+  EXPECT_EQ(address_fault("unix://" + std::string(107, '/')), std::nullopt)
+      << "two are the scheme's";
+}
+
+TEST(Address, RefusesWhatIsNoPort) {
+  for (const std::string port :
+       {"65536", "99999", "-1", "-0", "+1", "", " 80", "80 ", "0x50", "1e3", "http",
+        "99999999999999999999", "1.5"}) {
+    const auto fault = address_fault("127.0.0.1:" + port);
+    ASSERT_TRUE(fault) << port;
+    EXPECT_NE(fault->find("'" + port + "'"), std::string::npos) << *fault;
+    EXPECT_NE(fault->find("0 to 65535"), std::string::npos) << *fault;
+  }
+}
+
+TEST(Address, RefusesWhatIsNoAddress) {
+  for (const std::string address :
+       {"", ":", "127.0.0.1", "localhost", "[::1]", ":80", "a b:80", "256.0.0.1:80", "1.2.3:80",
+        "1.2.3.4.5:80", "a..b:80", "-a:80", "::1:80", "[::1:80", "[::x]:80", "[127.0.0.1]:80",
+        "http://x:80", "unix:", "host/path:80"})
+    EXPECT_TRUE(address_fault(address)) << address;
+  EXPECT_TRUE(address_fault(std::string(254, 'x') + ":80"));
+}
+
+TEST(Address, RefusesPathsThatNoSocketHolds) {
+  const auto fault = address_fault("unix:/" + std::string(107, 'x'));
+  ASSERT_TRUE(fault);
+  EXPECT_EQ(*fault, "the path of 108 bytes must have at most 107");
+}
+
+TEST(Address, AServerListensOnNothingElse) {
+  for (const std::string address : {"127.0.0.1:99999", "127.0.0.1:65536", "127.0.0.1:-1"}) {
+    try {
+      const Server server({.listen = {address}});
+      ADD_FAILURE() << address << " became " << server.addresses()[0];
+    } catch (const std::runtime_error& error) {
+      EXPECT_NE(std::string(error.what()).find(address), std::string::npos) << error.what();
+      EXPECT_NE(std::string(error.what()).find("0 to 65535"), std::string::npos) << error.what();
+    }
+  }
+}
+
+}  // namespace
+}  // namespace stiefel::server
