@@ -6,7 +6,6 @@ import scenes
 import stiefel
 from stiefel.scenes import to_array, to_message
 
-
 STEPS = 32
 # Two changes of variables in up to 5 dimensions, each some ten roundings of numbers near 1.
 ROUNDING = 64 * 2**-53

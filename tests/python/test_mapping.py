@@ -130,5 +130,10 @@ def test_an_error_can_be_sent_to_another_process(kind):
     assert (again.violations, again.reason, again.metadata) == (error.violations, "BECAUSE", {"a": "b"})
 
 
+def test_completion_offers_what_is_public(session):
+    assert dir(stiefel) == sorted(stiefel.__all__) and all(hasattr(stiefel, name) for name in stiefel.__all__)
+    assert session.step(to=1)._ipython_key_completions_() == ["Q", "M"]
+
+
 def test_errors_are_python_s_too():
     assert issubclass(stiefel.DeadlineExceeded, TimeoutError) and issubclass(stiefel.InvalidArgument, ValueError)

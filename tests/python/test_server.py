@@ -140,14 +140,10 @@ def test_what_is_no_program(tmp_path, monkeypatch):
 
 def test_what_it_writes_to_stderr_is_seen(capfd, program):
     program("echo early >&2; echo listening on nowhere; echo late >&2; read line; echo last >&2")
-    with stiefel.Server.start():
-        pass
-    for _ in range(100):
-        seen = locals().get("seen", "") + capfd.readouterr().err
-        if "late" in seen:
-            break
-        time.sleep(0.01)
-    assert seen.startswith("early\nlate\n")
+    with stiefel.Server.start() as server:
+        server.process.stdin.close()
+        server.process.wait(10)
+    assert capfd.readouterr().err == "early\nlate\nlast\n"
 
 
 def test_a_server_that_is_nowhere(monkeypatch, tmp_path):

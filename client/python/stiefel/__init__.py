@@ -4,6 +4,8 @@
         with client.create("scene.json") as session:
             run = session.trajectory(to=10_000, every=10)
 """
+from __future__ import annotations
+
 from stiefel.answers import Conversion, EstimatedError, Geodesic
 from stiefel.arrays import Batch, Ending, Outcome, State, Trajectory
 from stiefel.client import Client
@@ -24,3 +26,8 @@ __all__ = [
     "SceneWarning", "Server", "Session", "State", "StiefelError", "Tradeoff", "Trajectory", "Unavailable",
     "Unimplemented", "Violation", "to_dict", "to_message",
 ]
+
+
+def __dir__() -> list[str]:
+    """What completion offers: no submodules."""
+    return __all__

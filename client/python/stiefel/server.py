@@ -22,10 +22,10 @@ _KEPT = 65536  # bytes of stderr that an error may show
 class Server:
     """Made by `Server.start()`. `address` is what `Client` takes. As a context manager it stops at the end."""
 
-    def __init__(self, process: "subprocess.Popen[bytes]", address: str, folder: str):
+    def __init__(self, process: "subprocess.Popen[bytes]", address: str, folder: str, errors: _Errors):
         self.address = address
         self.process = process
-        self._stop = weakref.finalize(self, _stop, process, folder)
+        self._stop = weakref.finalize(self, _stop, process, folder, errors)
 
     @classmethod
     def start(cls, listen: Optional[str] = None, arguments: Sequence[str] = (), timeout: float = 30.0) -> Server:
@@ -51,15 +51,14 @@ class Server:
             line = _first_line(process.stdout, timeout)
             if line is not None and line.startswith(_READY):
                 errors.forward()
-                return cls(process, os.fsdecode(line[len(_READY):]), folder)
+                return cls(process, os.fsdecode(line[len(_READY):]), folder, errors)
             status = _end(process, _GRACE if line == b"" else 0)
         except BaseException:
             _end(process, 0)
             raise
         finally:
             if process.poll() is not None:
-                errors.join(1.0)
-                _stop(process, folder)
+                _stop(process, folder, errors)
         if line is None:
             what = f"did not say within {timeout:g} s where it listens, and was killed"
         else:
@@ -172,10 +171,11 @@ def _not_started(command: Sequence[str], what: str, status: Optional[int], stder
     return error
 
 
-def _stop(process: "subprocess.Popen[bytes]", folder: str) -> None:
+def _stop(process: "subprocess.Popen[bytes]", folder: str, errors: _Errors) -> None:
     if process.poll() is None:
         process.terminate()
         _end(process, _GRACE)
+    errors.join(1.0)  # its last words; a child of its own may hold the pipe longer
     for pipe in (process.stdin, process.stdout):
         if pipe is not None:
             pipe.close()
