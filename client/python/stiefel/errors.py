@@ -44,7 +44,7 @@ class StiefelError(Exception):
 
     def __str__(self) -> str:
         lines = [f"{v.field}: {v.description}" for v in self.violations]
-        if self.partial is not None:
+        if self.partial is not None and self.partial.samples:
             lines.append(f"{self.partial.samples} samples had arrived; they are in `partial`")
         return "\n  ".join([self.message] + [line for line in lines if line not in self.message])
 
