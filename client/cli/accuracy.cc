@@ -2,22 +2,16 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <iostream>
 #include <numbers>
 
 #include "client/cli/report.h"
+#include "engine/linalg/to_text.h"
 
 namespace stiefel::cli {
 namespace {
 
-std::string formatted(const char* format, double value) {
-  char text[64];
-  std::snprintf(text, sizeof text, format, value);
-  return text;
-}
-
-std::string brief(double value) { return formatted("%.1e", value); }
+std::string brief(double value) { return scientific_text(value, 2); }
 
 std::string invariants_kept(const v1::DiagnoseResponse& diagnosis) {
   double drift = 0;
@@ -36,7 +30,7 @@ std::string estimated(const v1::EstimatedError& error) {
   std::string text;
   if (error.has_attitude()) text = error_of("attitude", true, error.attitude(), error);
   if (error.has_angle())
-    text += " (" + formatted("%.2g", error.angle() * 180 / std::numbers::pi) + "°)";
+    text += " (" + stiefel::to_text(error.angle() * 180 / std::numbers::pi, 2) + "°)";
   if (!text.empty()) text += ", ";
   text += error_of("momentum", error.has_momentum(), error.momentum(), error);
   if (error.has_member()) text += ", of member " + std::to_string(error.member());
@@ -51,7 +45,8 @@ v1::ErrorEstimation error_estimation(std::optional<bool> asked) {
 }
 
 std::string summary(const v1::DiagnoseResponse& diagnosis) {
-  const std::string kept = invariants_kept(diagnosis), at = formatted("t = %.6g", diagnosis.time());
+  const std::string kept = invariants_kept(diagnosis);
+  const std::string at = "t = " + stiefel::to_text(diagnosis.time(), 6);
   if (!diagnosis.has_estimated_error()) return kept + "error at " + at + " not estimated";
   const auto& error = diagnosis.estimated_error();
   if (!error.missing().empty()) return kept + "error at " + at + " not known: " + error.missing();

@@ -62,6 +62,7 @@ struct TradeoffCommand {
   std::optional<double> horizon;
   std::optional<double> budget;
   std::optional<std::uint32_t> repeats;
+  bool all = false;  ///< prints all the points, not only the front
   std::string output;
 };
 ExitStatus tradeoff(const TradeoffCommand& command);

@@ -8,6 +8,7 @@
 #include "client/cli/endpoint.h"
 #include "client/cli/report.h"
 #include "client/cli/table.h"
+#include "engine/linalg/to_text.h"
 
 namespace stiefel::cli {
 namespace {
@@ -26,12 +27,13 @@ std::string text(const v1::Recommendation& recommended) {
   std::ostringstream out;
   out << method.name();
   if (method.has_order()) out << " of order " << method.order();
-  if (method.has_tolerance()) out << " with tolerance " << method.tolerance();
+  if (method.has_tolerance()) out << " with tolerance " << stiefel::to_text(method.tolerance());
   out << ", " << method.arithmetic();
   if (recommended.largest_h_omega() > 0)
-    out << ", h|Omega| of a substep up to " << recommended.largest_h_omega();
+    out << ", h|Omega| of a substep up to " << stiefel::to_text(recommended.largest_h_omega());
   if (recommended.largest_h_momentum_rate() > 0)
-    out << ", h(|M''|/|M|)^1/2 of a substep up to " << recommended.largest_h_momentum_rate();
+    out << ", h(|M''|/|M|)^1/2 of a substep up to "
+        << stiefel::to_text(recommended.largest_h_momentum_rate());
   return out.str();
 }
 

@@ -25,6 +25,10 @@ class Destination {
   bool committed_ = false;
 };
 
+/// Removes the PATH.part of every Destination that is not complete, for a process that ends without
+/// unwinding. From any thread.
+void remove_partial_files();
+
 struct CloseFile {
   void operator()(std::FILE* file) const { std::fclose(file); }
 };

@@ -2,6 +2,7 @@
 
 #include "client/cli/commands.h"
 #include "client/cli/endpoint.h"
+#include "client/cli/interrupt.h"
 #include "client/cli/message_file.h"
 #include "client/cli/progress.h"
 #include "client/cli/report.h"
@@ -22,7 +23,12 @@ ExitStatus diagnose(const DiagnoseCommand& command) {
   v1::DiagnoseResponse diagnosis;
   {
     const Progress progress(session, command.to);
-    diagnosis = session.diagnose(request);
+    try {
+      diagnosis = session.diagnose(request);
+    } catch (const client::Error&) {
+      if (interrupted()) throw Interrupted(progress.how_far());
+      throw;
+    }
   }
   std::cout << report(diagnosis.ending(), diagnosis).dump(2) << '\n';
   show_summary(diagnosis);

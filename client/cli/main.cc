@@ -1,10 +1,15 @@
 // The command `stiefel`: simulations from the command line, on a server of its own or another.
 #include <CLI/CLI.hpp>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
 #include <exception>
 #include <functional>
 #include <iostream>
 
 #include "client/cli/commands.h"
+#include "client/cli/interrupt.h"
+#include "client/cli/parse_error.h"
 #include "client/cli/origin.h"
 #include "client/cpp/error.h"
 
@@ -35,13 +40,13 @@ void add_error(CLI::App* app, std::optional<bool>& estimate_error) {
       ->excludes(always);
 }
 
+void say(const std::string& fault) { std::cerr << "stiefel: error: " + fault + '\n'; }
+
 /// One line a fault, on stderr.
 ExitStatus explain(const client::Error& error, const Origin& origin) {
-  for (const auto& violation : error.violations()) {
-    std::cerr << "stiefel: " << origin.place(violation.field) << ": " << violation.description
-              << '\n';
-  }
-  if (error.violations().empty()) std::cerr << "stiefel: " << error.what() << '\n';
+  for (const auto& violation : error.violations())
+    say(origin.place(violation.field) + ": " + violation.description);
+  if (error.violations().empty()) say(error.what());
   if (error.code() == grpc::StatusCode::INVALID_ARGUMENT || !error.violations().empty()) {
     return bad_input;
   }
@@ -50,19 +55,28 @@ ExitStatus explain(const client::Error& error, const Origin& origin) {
   return unreachable ? no_server : failed;
 }
 
+/// What was printed may still have found no room.
+ExitStatus flushed(ExitStatus status) {
+  std::cout.flush();
+  if (std::cout && std::fflush(stdout) == 0) return status;
+  throw std::runtime_error("cannot write to stdout: " + std::string(std::strerror(errno)));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app(
       "Torque-free rigid bodies in any dimension and geodesics on Stiefel manifolds: runs scenes "
-      "and "
-      "tells how accurate they are.",
+      "and tells how accurate they are.",
       "stiefel");
   app.require_subcommand(1);
   app.set_version_flag("--version", STIEFEL_VERSION);
   app.footer(
       "Exit status: 0 reached, 2 bad input, 3 numerical stop (what was reached is still written),\n"
-      "4 the server of --server cannot be reached, 1 anything else.");
+      "4 the server of --server cannot be reached, 1 anything else. Interrupted by Ctrl-C or\n"
+      "SIGTERM, a command says how far it got, leaves no incomplete file and ends by the signal\n"
+      "(130, 143). While it runs it tells on stderr how far it is and how long it still takes,\n"
+      "every ten seconds where stderr is not a terminal.");
   std::function<ExitStatus()> command;
   Origin origin;
 
@@ -159,7 +173,9 @@ int main(int argc, char** argv) {
 
   TradeoffCommand tradeoff_command;
   auto* tradeoff_app = app.add_subcommand(
-      "tradeoff", "Measures what accuracy costs with each method; * marks what no other one beats");
+      "tradeoff",
+      "Measures what accuracy costs with each method and prints the Pareto front: the points that "
+      "no other one beats in both work and error");
   tradeoff_app->add_option("SCENE", tradeoff_command.scene, "a scene file; its method is ignored")
       ->required()
       ->type_name("FILE.json");
@@ -172,6 +188,8 @@ int main(int argc, char** argv) {
                    "units of work, instructions; 5e10, about ten seconds, by default. What would "
                    "take more is extrapolated from a part of the horizon (marked ~)")
       ->type_name("B");
+  tradeoff_app->add_flag("--all", tradeoff_command.all,
+                         "prints all the points, those of the front marked with *");
   tradeoff_app->add_option("--repeats", tradeoff_command.repeats, "timed runs a point; 3")
       ->type_name("R");
   tradeoff_app
@@ -201,16 +219,25 @@ int main(int argc, char** argv) {
 
   try {
     app.parse(argc, argv);
-    return command();
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? reached : bad_input;
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+    std::cerr << explain(app, error);
+    return bad_input;
+  }
+  catch_interrupts();
+  try {
+    return flushed(command());
+  } catch (const Interrupted& how_far) {
+    end_interrupted(how_far.what());
   } catch (const BadInput& error) {
-    std::cerr << "stiefel: " << error.what() << '\n';
+    say(error.what());
     return bad_input;
   } catch (const client::Error& error) {
+    if (interrupted()) end_interrupted("");
     return explain(error, origin);
   } catch (const std::exception& error) {
-    std::cerr << "stiefel: " << error.what() << '\n';
+    if (interrupted()) end_interrupted("");
+    say(error.what());
     return failed;
   }
 }

@@ -1,37 +1,42 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <string>
-#include <thread>
 
+#include "client/cli/status_line.h"
 #include "client/cpp/session.h"
 
 namespace stiefel::cli {
 
-/// "[=====     ]  50 %  step 500 of 1000  250 steps/s"; `width` is the bar's.
-std::string progress_line(std::int64_t step, std::int64_t to, double steps_per_second,
-                          int width = 30);
+/// "[=====     ]  50 %  step 500 of 1000  250 steps/s  ETA 0:02" after that many seconds, without
+/// the bar "50 %, step 500 of 1000, ...". Where the columns do not suffice, "of 1000" goes first,
+/// then the rate and the step; percentage and ETA stay. No ETA before the first step.
+std::string progress_line(std::int64_t step, std::int64_t to, double seconds, const Room& room);
 
-/// A progress bar on stderr while a call runs, if that is a terminal and the call takes longer than
-/// a second. How far the server has come it reads off the session's checkpoints.
+/// A status line while a call computes the states of a session up to `to`. How far the server has
+/// come it reads off the session's checkpoints.
 class Progress {
  public:
   Progress(const client::Session& session, std::int64_t to);
-  ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
   /// The caller knows more: a sample has arrived.
-  void at(std::int64_t step) { step_.store(step, std::memory_order_relaxed); }
+  void at(std::int64_t step);
+
+  /// "at step 500 of 1000", as far as is known.
+  std::string how_far() const;
 
  private:
-  void watch(const std::stop_token& stop);
+  void ask();
 
   const client::Session& session_;
   std::int64_t to_;
   std::atomic<std::int64_t> step_ = 0;
-  std::jthread watcher_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  StatusLine line_;  // last: its thread uses the others
 };
 
 }  // namespace stiefel::cli

@@ -2,6 +2,7 @@
 
 #include "client/cli/commands.h"
 #include "client/cli/endpoint.h"
+#include "client/cli/interrupt.h"
 #include "client/cli/message_file.h"
 #include "client/cli/progress.h"
 #include "client/cli/report.h"
@@ -16,6 +17,15 @@ std::int64_t every(const RunCommand& command) {
   if (command.from < 0 || command.to <= command.from) return 1;
   const std::int64_t steps = command.to - command.from;
   return steps < max_default_samples ? 1 : steps;
+}
+
+/// A file appears only when it is complete; JSON that has begun on stdout is completed, without a
+/// diagnosis.
+[[noreturn]] void give_up(const RunCommand& command, const Progress& progress, Sink& sink) {
+  const bool to_stdout = command.output.empty();
+  if (to_stdout) sink.finish({{"outcome", "CANCELLED"}, {"message", "interrupted"}});
+  throw Interrupted(progress.how_far() + (to_stdout ? "; the samples up to there are on stdout"
+                                                    : "; nothing was written"));
 }
 
 }  // namespace
@@ -34,15 +44,20 @@ ExitStatus run(const RunCommand& command) {
   v1::DiagnoseResponse diagnosis;
   {
     Progress progress(session, command.to);
-    while (const auto* batch = stream.next_batch()) {
-      sink->write(*batch);
-      last = batch->steps(batch->steps_size() - 1);
-      progress.at(last);
+    try {
+      while (const auto* batch = stream.next_batch()) {
+        sink->write(*batch);
+        last = batch->steps(batch->steps_size() - 1);
+        progress.at(last);
+      }
+      v1::DiagnoseRequest request;
+      request.set_to(command.to);
+      request.set_estimate_error(error_estimation(command.estimate_error));
+      diagnosis = session.diagnose(request);
+    } catch (const client::Error&) {
+      if (interrupted()) give_up(command, progress, *sink);
+      throw;
     }
-    v1::DiagnoseRequest request;
-    request.set_to(command.to);
-    request.set_estimate_error(error_estimation(command.estimate_error));
-    diagnosis = session.diagnose(request);
   }
   if (!stream.ending()) throw std::runtime_error("the stream ended without an ending");
   const auto result = report(*stream.ending(), diagnosis);

@@ -1,15 +1,15 @@
-#include <unistd.h>
-
 #include <algorithm>
 #include <iostream>
 
 #include "client/cli/commands.h"
 #include "client/cli/destination.h"
 #include "client/cli/endpoint.h"
+#include "client/cli/interrupt.h"
 #include "client/cli/message_file.h"
 #include "client/cli/report.h"
 #include "client/cli/sink.h"
 #include "client/cli/table.h"
+#include "client/cli/tradeoff_progress.h"
 #include "engine/linalg/to_text.h"
 
 namespace stiefel::cli {
@@ -45,9 +45,9 @@ std::string arithmetic(const v1::Method& method) {
   return method.arithmetic() + (method.scalar() == "float" ? ", float" : "");
 }
 
-std::vector<std::string> row(const v1::TradeoffPoint& point, bool front) {
+std::vector<std::string> row(const v1::TradeoffPoint& point, bool marked) {
   const auto& method = point.method();
-  const std::string mark = std::string(front ? "*" : " ") + (point.extrapolated() ? "~" : "");
+  const std::string mark = std::string(marked ? "*" : " ") + (point.extrapolated() ? "~" : "");
   const std::vector<std::string> name = {mark, method.name(), std::to_string(method.order()),
                                          knob(method), arithmetic(method)};
   std::vector<std::string> out = name;
@@ -65,22 +65,34 @@ std::vector<std::string> row(const v1::TradeoffPoint& point, bool front) {
   return out;
 }
 
-void print(const Answer& answer) {
+/// The points of the front, or all of them with those of the front marked, the least work first.
+void print(const Answer& answer, bool all) {
   const auto& setup = answer.setup;
   std::cout << "machine: " << setup.machine() << "\nbuild: " << setup.build()
             << "\nreference: " << setup.reference() << ", its own error "
             << brief(setup.reference_error(), 1) << "\nhorizon: " << setup.horizon() << " ("
             << setup.steps() << " steps)\nbudget: " << setup.budget() << " units of work, "
             << setup.repeats() << " timed runs a point\n\n";
-  std::vector<std::size_t> order(answer.points.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < answer.points.size(); ++i) {
+    if (all || answer.front[i]) order.push_back(i);
+  }
   std::ranges::stable_sort(order, {}, [&](std::size_t i) { return answer.points[i].work(); });
   Rows rows = {{"", "method", "order", "", "arithmetic", "attitude", "momentum", "drift", "work",
                 "CPU s/s", "steps/s"}};
-  for (const std::size_t i : order) rows.push_back(row(answer.points[i], answer.front[i]));
+  for (const std::size_t i : order)
+    rows.push_back(row(answer.points[i], all && answer.front[i]));
   print_table(rows);
-  std::cout << "\n* no other one beats it in both work and error   ~ extrapolated from a part of "
-               "the horizon\n< at most: nothing was measured above the reference's own error\n";
+  std::cout << '\n';
+  if (all) {
+    std::cout << "* the Pareto front: no other point beats it in both work and error\n";
+  } else {
+    std::cout << "The Pareto front, " << order.size() << " of " << answer.points.size()
+              << " points: no other point beats one of them in both work and error. --all prints "
+                 "the rest.\n";
+  }
+  std::cout << "~ extrapolated from a part of the horizon   "
+               "< at most: nothing was measured above the reference's own error\n";
 }
 
 nlohmann::ordered_json to_json(const v1::TradeoffPoint& point, bool front) {
@@ -150,6 +162,24 @@ std::string csv_text(const Answer& answer) {
   return text;
 }
 
+Answer measure(const v1::MeasureTradeoffRequest& request, const std::string& server) {
+  Answer answer;
+  MeasuringLine line;
+  try {
+    Endpoint(server).client().tradeoff(request, [&](const auto& part) {
+      if (part.has_setup()) answer.setup = part.setup();
+      if (part.has_point()) answer.points.push_back(part.point());
+      if (part.has_front()) answer.mark(part.front());
+      line.take(part);
+      return true;
+    });
+  } catch (const client::Error&) {
+    if (interrupted()) throw Interrupted(line.how_far() + "; nothing was written");
+    throw;
+  }
+  return answer;
+}
+
 }  // namespace
 
 ExitStatus tradeoff(const TradeoffCommand& command) {
@@ -162,17 +192,8 @@ ExitStatus tradeoff(const TradeoffCommand& command) {
   if (command.budget) request.set_budget(*command.budget);
   if (command.repeats) request.set_repeats(*command.repeats);
 
-  Answer answer;
-  const bool terminal = isatty(STDERR_FILENO) != 0;
-  Endpoint(command.server).client().tradeoff(request, [&](const auto& part) {
-    if (part.has_setup()) answer.setup = part.setup();
-    if (part.has_point()) answer.points.push_back(part.point());
-    if (part.has_front()) answer.mark(part.front());
-    if (terminal) std::cerr << "\r" << answer.points.size() << " points " << std::flush;
-    return true;
-  });
-  if (terminal) std::cerr << "\r            \r";
-  print(answer);
+  const Answer answer = measure(request, command.server);
+  print(answer, command.all);
   if (!command.output.empty()) {
     Destination destination(command.output);
     const File file = open_for_writing(destination.working_path());

@@ -10,6 +10,8 @@ namespace stiefel::client {
 using Stub = v1::SimulationService::Stub;
 
 Client Client::connect(const std::string& address, Options options) {
+  if (const auto fault = fault_of_address(address))
+    throw Error(grpc::StatusCode::INVALID_ARGUMENT, "cannot reach " + address + ": " + *fault, "");
   grpc::ChannelArguments arguments;
   arguments.SetMaxReceiveMessageSize(-1);
   arguments.SetMaxSendMessageSize(-1);
@@ -17,7 +19,7 @@ Client Client::connect(const std::string& address, Options options) {
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 50);
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 500);
   auto channel = grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
-  return Client(Connection{v1::SimulationService::NewStub(channel), options, channel});
+  return Client(Connection{v1::SimulationService::NewStub(channel), options, channel, address});
 }
 
 Client::Client(std::shared_ptr<grpc::Channel> channel, Options options)
@@ -78,6 +80,7 @@ void Client::tradeoff(const v1::MeasureTradeoffRequest& request,
   for (auto waiting = connection_->patience(deadline);;) {
     grpc::ClientContext context;
     deadline.limit(context);
+    const CancelOnStop cancel(connection_->options.stop, context);
     const auto reader = connection_->stub->MeasureTradeoff(&context, request);
     v1::MeasureTradeoffResponse part;
     bool begun = false, wanted = true;
@@ -89,7 +92,7 @@ void Client::tradeoff(const v1::MeasureTradeoffRequest& request,
     const grpc::Status status = reader->Finish();
     if (status.ok() || !wanted) return;
     // What has begun would begin anew, with other times.
-    if (begun || !waiting.allows_another(status)) throw Error(status);
+    if (begun || !waiting.allows_another(status)) throw connection_->error(status);
   }
 }
 

@@ -17,7 +17,8 @@ namespace stiefel::client {
 ///     for (const SampleView sample : session.stream({.to = 1000, .every = 10})) ...
 class Client {
  public:
-  /// "host:port" or "unix:/path". Returns at once; the first call connects.
+  /// "host:port" or "unix:/path". Returns at once; the first call connects. Throws Error of the
+  /// code INVALID_ARGUMENT for what is no address, such as a port above 65535.
   static Client connect(const std::string& address, Options options = {});
   /// Over a channel of the caller's, such as a server's in-process one.
   explicit Client(std::shared_ptr<grpc::Channel> channel, Options options = {});

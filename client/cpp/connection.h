@@ -5,12 +5,15 @@
 
 #include <algorithm>
 #include <chrono>
+#include <condition_variable>
 #include <memory>
+#include <mutex>
 #include <optional>
+#include <stop_token>
 #include <string>
-#include <thread>
 
 #include "client/cpp/error.h"
+#include "client/cpp/unreachable.h"
 #include "stiefel/v1/simulation.grpc.pb.h"
 
 namespace stiefel::client {
@@ -25,6 +28,23 @@ struct Options {
   /// How long a call is repeated while the server is UNAVAILABLE. Every call is idempotent, so this
   /// is safe.
   std::chrono::milliseconds patience = std::chrono::seconds(2);
+  /// Its stop cancels every call that runs and every later one but the deletion of a session; they
+  /// throw Error.
+  std::stop_token stop = {};
+};
+
+/// Cancels the call of a context, which outlives it, when a stop is requested.
+class CancelOnStop {
+ public:
+  CancelOnStop(const std::stop_token& stop, grpc::ClientContext& context)
+      : callback_(stop, Cancel{&context}) {}
+
+ private:
+  struct Cancel {
+    grpc::ClientContext* context;
+    void operator()() const { context->TryCancel(); }
+  };
+  std::stop_callback<Cancel> callback_;
 };
 
 /// The end of a call and of all its repetitions, on a clock that nobody sets.
@@ -58,10 +78,12 @@ class Patience {
  public:
   /// `channel`: what to wait for besides the time; null if there is nothing to connect.
   /// No pause goes beyond the deadline; the attempt after it then fails with DEADLINE_EXCEEDED.
-  Patience(grpc::Channel* channel, std::chrono::milliseconds limit, Deadline deadline)
-      : channel_(channel), limit_(limit), deadline_(deadline) {}
+  Patience(grpc::Channel* channel, std::chrono::milliseconds limit,
+           Deadline deadline = Deadline(std::nullopt), std::stop_token stop = {})
+      : channel_(channel), limit_(limit), deadline_(deadline), stop_(std::move(stop)) {}
 
-  /// True after a pause; false at once if the status is not UNAVAILABLE or patience has run out.
+  /// True after a pause; false at once if the status is not UNAVAILABLE or patience has run out,
+  /// and when a stop is requested.
   bool allows_another(const grpc::Status& status) {
     if (status.error_code() != grpc::StatusCode::UNAVAILABLE || waited_ >= limit_) return false;
     const auto until = std::chrono::system_clock::now() + deadline_.at_most(pause_);
@@ -69,17 +91,20 @@ class Patience {
       // gRPC connects only while somebody waits in it, so sleeping would not do.
       channel_->WaitForConnected(until);
     } else {
-      std::this_thread::sleep_until(until);
+      std::mutex mutex;
+      std::unique_lock lock(mutex);
+      std::condition_variable_any().wait_until(lock, stop_, until, [] { return false; });
     }
     waited_ += pause_;
     pause_ = std::min(2 * pause_, std::chrono::milliseconds(400));
-    return true;
+    return !stop_.stop_requested();
   }
 
  private:
   grpc::Channel* channel_;
   std::chrono::milliseconds limit_;
   Deadline deadline_;
+  std::stop_token stop_;
   std::chrono::milliseconds waited_{0};
   std::chrono::milliseconds pause_{25};
 };
@@ -90,9 +115,17 @@ struct Connection {
   Options options;
   /// Null if the caller brought the channel: an in-process one cannot be asked for its state.
   std::shared_ptr<grpc::Channel> channel = nullptr;
+  /// What the channel leads to; empty if the caller brought it.
+  std::string address = {};
 
   Patience patience(Deadline deadline) const {
-    return {channel.get(), options.patience, deadline};
+    return {channel.get(), options.patience, deadline, options.stop};
+  }
+
+  /// The error of a call; of a server that cannot be reached in plain words.
+  Error error(const grpc::Status& status) const {
+    const bool connected = !channel || channel->GetState(false) == GRPC_CHANNEL_READY;
+    return Error(in_plain_words(status, address, connected));
   }
 
   using Stub = v1::SimulationService::Stub;
@@ -107,10 +140,11 @@ struct Connection {
     for (auto waiting = patience(deadline);;) {
       grpc::ClientContext context;
       deadline.limit(context);
+      const CancelOnStop cancel(options.stop, context);
       Reply reply;
       const grpc::Status status = (stub.get()->*method)(&context, request, &reply);
       if (status.ok()) return reply;
-      if (!waiting.allows_another(status)) throw Error(status);
+      if (!waiting.allows_another(status)) throw error(status);
     }
   }
 };

@@ -3,7 +3,9 @@
 namespace stiefel::client {
 
 Drive::Drive(std::shared_ptr<const Connection> connection, std::string session_id)
-    : connection_(std::move(connection)), context_(std::make_unique<grpc::ClientContext>()) {
+    : connection_(std::move(connection)),
+      context_(std::make_unique<grpc::ClientContext>()),
+      cancel_(std::make_unique<CancelOnStop>(connection_->options.stop, *context_)) {
   request_.set_session_id(std::move(session_id));
   call_ = connection_->stub->Drive(context_.get());
 }
@@ -32,7 +34,7 @@ void Drive::fail() {
   const grpc::Status status = call_->Finish();
   call_.reset();
   if (status.ok()) throw Error(grpc::StatusCode::UNAVAILABLE, "the server ended the drive", "");
-  throw Error(status);
+  throw connection_->error(status);
 }
 
 }  // namespace stiefel::client

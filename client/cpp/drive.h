@@ -26,6 +26,7 @@ class Drive {
 
   std::shared_ptr<const Connection> connection_;
   std::unique_ptr<grpc::ClientContext> context_;
+  std::unique_ptr<CancelOnStop> cancel_;
   std::unique_ptr<grpc::ClientReaderWriter<v1::DriveRequest, v1::DriveResponse>> call_;
   v1::DriveRequest request_;
 };

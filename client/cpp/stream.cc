@@ -24,8 +24,10 @@ Stream::~Stream() {
 }
 
 void Stream::open() {
+  cancel_.reset();
   context_ = std::make_unique<grpc::ClientContext>();
   deadline_.limit(*context_);
+  cancel_ = std::make_unique<CancelOnStop>(connection_->options.stop, *context_);
   reader_ = connection_->stub->Stream(context_.get(), request_);
 }
 
@@ -52,7 +54,7 @@ const v1::StreamResponse* Stream::next_batch() {
     reader_.reset();
     computed_before_ += std::exchange(computed_, 0);
     if (status.ok()) break;
-    if (!patience.allows_another(status)) throw Error(status);
+    if (!patience.allows_another(status)) throw connection_->error(status);
     if (last_step_) {
       resume_after(*last_step_);
     } else {

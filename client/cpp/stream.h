@@ -82,6 +82,7 @@ class Stream {
   v1::StreamRequest request_;
   std::int64_t every_;
   std::unique_ptr<grpc::ClientContext> context_;
+  std::unique_ptr<CancelOnStop> cancel_;
   std::unique_ptr<grpc::ClientReader<v1::StreamResponse>> reader_;
   v1::StreamResponse batch_;
   std::optional<std::int64_t> last_step_;

@@ -8,9 +8,10 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
-from PIL import Image
+from matplotlib.legend_handler import HandlerTuple
 
-BLUE, ORANGE, GREEN, GREY = "#2b6cb0", "#dd6b20", "#2f855a", "#718096"
+from stiefel import diagram
+
 FLOOR = 2.0**-53  # rounding; a drift of less is drawn as this
 
 plt.rcParams.update({
@@ -28,42 +29,39 @@ def toutatis(file: Any, run: Any, comparisons: Any, methods: dict[str, Any]) -> 
     observed = np.array([comparison.observed for comparison in comparisons])
     observed_days = np.array([comparison.step for comparison in comparisons]) / 86400
     for axis, panel in enumerate(panels[:3]):
-        for component, colour in enumerate((BLUE, ORANGE, GREEN)):
-            panel.plot(days, run["Q"][:, component, axis], color=colour, lw=1.2)
-            panel.plot(observed_days, observed[:, component, axis], "o", color=colour, ms=5, mec="white", mew=0.7)
+        for component in range(3):
+            look = diagram.style(component)
+            panel.plot(days, run["Q"][:, component, axis], lw=1.2, **diagram.line(component))
+            panel.plot(observed_days, observed[:, component, axis], ls="", marker=look["marker"], color=look["color"],
+                       ms=5.5, mec="white", mew=0.7)
         panel.set(ylim=(-1.15, 1.15), yticks=(-1, 0, 1), ylabel=("middle axis", "short axis", "long axis")[axis])
     panels[0].set_title("Toutatis: its axes in space, from the state of 9 November 1992")
-    keys = [plt.Line2D([], [], color=colour) for colour in (BLUE, ORANGE, GREEN)]
-    keys.append(plt.Line2D([], [], color=GREY, marker="o", ls="", ms=5))
+    keys = [plt.Line2D([], [], **diagram.line(component)) for component in range(3)]
+    keys.append(tuple(plt.Line2D([], [], **{**diagram.style(component), "linestyle": ""}, ms=5.5)
+                      for component in range(3)))
     panels[0].legend(keys, ["x", "y", "z", "radar"], ncols=4, loc="lower right", bbox_to_anchor=(1, 0.97),
-                     borderpad=0, columnspacing=1.2, handlelength=1.4)
-    for (method, (time, drift)), colour in zip(methods.items(), (BLUE, ORANGE)):
-        panels[3].semilogy(time, np.maximum(drift, FLOOR), color=colour, label=method)
+                     borderpad=0, columnspacing=1.2, handlelength=2.4, handler_map={tuple: HandlerTuple(None)})
+    for k, (method, (time, drift)) in enumerate(methods.items()):
+        panels[3].semilogy(time, np.maximum(drift, FLOOR), label=method, **diagram.line(k))
     panels[3].set(ylim=(FLOOR / 4, None), xlim=(0, days[-1]), xlabel="days", ylabel="relative")
     panels[3].set_title("energy drift, both methods in steps of one hour")
     panels[3].legend(loc="center right")
-    save(figure, file)
+    diagram.save(figure, file)
+    plt.close(figure)
 
 
 def scene(file: Any, title: str, run: Any, name: str, drift_time: Any, drifts: dict[str, Any]) -> None:
     """The entries of the field `name` over time, above the drift of each family of invariants."""
     figure, (entries, drift) = plt.subplots(2, 1, figsize=(9, 6.5), sharex=True, layout="constrained")
     rows, cols = run[name].shape[1:]
-    for i, j in list(np.ndindex(rows, cols))[:9]:
-        entries.plot(run.time, run[name][:, i, j], lw=1, label=f"{name}[{i + 1},{j + 1}]")
+    for k, (i, j) in enumerate(list(np.ndindex(rows, cols))[:9]):
+        entries.plot(run.time, run[name][:, i, j], lw=1.2, label=f"{name}[{i + 1},{j + 1}]", **diagram.line(k))
     entries.set_title(title)
     entries.legend(loc="center left", bbox_to_anchor=(1, 0.5))
-    for family, values in drifts.items():
-        drift.semilogy(drift_time, np.maximum(values, FLOOR), label=family)
+    for k, (family, values) in enumerate(drifts.items()):
+        drift.semilogy(drift_time, np.maximum(values, FLOOR), label=family, **diagram.line(k))
     drift.set_title("largest drift in each family of invariants")
     drift.set(xlabel="time", ylim=(FLOOR / 4, None))
     drift.legend(loc="center left", bbox_to_anchor=(1, 0.5))
-    save(figure, file)
-
-
-def save(figure: Any, file: Any) -> None:
-    """A PNG of 64 colours, a third of the size."""
-    figure.savefig(file)
+    diagram.save(figure, file)
     plt.close(figure)
-    with Image.open(file) as image:
-        image.convert("RGB").quantize(64).save(file, optimize=True)

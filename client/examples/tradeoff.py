@@ -13,6 +13,7 @@ import matplotlib
 
 matplotlib.use("Agg")
 import stiefel
+from stiefel import diagram
 
 
 def table(tradeoff: stiefel.Tradeoff) -> str:
@@ -44,7 +45,7 @@ def main() -> int:
     setup = tradeoff.setup
     print(f"{len(tradeoff.points)} points at t = {setup.horizon:g} ({setup.steps} steps) against {setup.reference}, "
           f"its own error {setup.reference_error:.0e}\n\n{table(tradeoff)}")
-    tradeoff.plot().figure.savefig(arguments.output / "tradeoff.png")
+    diagram.save(tradeoff.plot().figure, arguments.output / "tradeoff.png")
     print(f"\nwrote {arguments.output}/tradeoff.png")
     return 0
 

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
+#include "engine/linalg/to_text.h"
 #include "engine/simulation/catalogue.h"
 #include "engine/simulation/simulation.h"
 #include "engine/simulation/step_weight.h"
@@ -20,11 +20,7 @@ constexpr double rounding = 2e-15;
 /// Units of work in quadruple precision over those in extended, at least.
 constexpr double quadruple_over_extended = 12;
 
-std::string short_text(double x) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.1e", x);
-  return text;
-}
+std::string short_text(double x) { return scientific_text(x, 2); }
 
 struct Measured {
   MotionError error;
@@ -73,6 +69,7 @@ class Comparison {
   std::optional<Measured> measure(bool quadruple) {
     const double time = scene_.time(now_.step()), before = out_.work, left = budget_ - before;
     const auto reference = make_reference(scene_, {std::abs(time), left, quadruple});
+    if (!reference) return refuse("has no reference, at 0");
     if (reference->description() == out_.reference) return std::nullopt;
     const auto predicted = prediction(*reference, time);
     if (predicted && !(*predicted <= left)) {

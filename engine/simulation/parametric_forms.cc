@@ -49,7 +49,7 @@ SystemInfo parametric_info(std::string_view momentum) {
   info.fields = {{"Q", "N x N", "invertible"},
                  {"P", "N x N", "invertible"},
                  {"M", "N x N", momentum},
-                 {"epsilon", "1 x 1", "P belongs to epsilon M"}};
+                 {"epsilon", "1 x 1", momentum}};
   for (const auto& invariant : rigid_body_invariant_infos())
     if (invariant.name != "spatial_momentum") info.invariants.push_back(invariant);
   info.invariants.push_back({"PQ_inverse", "P Q^-1", "[RB] section 8"});

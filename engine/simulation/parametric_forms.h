@@ -6,7 +6,8 @@
 namespace stiefel {
 
 /// What parametric_rigid_body and parametric_moser_veselov have in common; [RB] (8.4)–(8.6),
-/// (8.10). `momentum` is the formula of the field M.
+/// (8.10). `momentum` is the formula of the field M, which
+/// says what epsilon is too.
 SystemInfo parametric_info(std::string_view momentum);
 
 /// Λ; Q and P invertible with M = (Q⁻¹P − P⁻¹Q)/ε − (μ/h)Λ² skew; `parameter` μ, 0 if absent;

@@ -9,8 +9,7 @@ namespace stiefel {
 
 SystemEntry parametric_moser_veselov_entry() {
   using Map = ParametricMoserVeselov<double, Arithmetic::compensated>;
-  SystemInfo info =
-      parametric_info("M = (Q^-1 P - P^-1 Q) / epsilon - mu Lambda^2 / h, skew");
+  SystemInfo info = parametric_info("M = (Q^-1 P - P^-1 Q) / epsilon - mu Lambda^2 / h, skew");
   info.name = "parametric_moser_veselov";
   info.summary = "discrete rigid body in GL(N) with the spectral parameter mu";
   info.equations =

@@ -26,7 +26,9 @@ bool of_two_values(const Scene& scene) {
 bool is_round(const Scene& scene) { return RoundFrames<long double>::has(scene.inertia()); }
 bool has_costate(const Scene& scene) { return scene.block("p").size() > 0; }
 
-constexpr Recommendation adaptive(double tolerance, double largest_h_omega = 0) {
+/// In longer steps rounding would exceed what the tolerance leaves to a stride.
+constexpr double longest = 0.5;
+constexpr Recommendation adaptive(double tolerance, double largest_h_omega = longest) {
   return {.method = "adaptive",
           .order = 8,
           .tolerance = tolerance,
@@ -56,7 +58,7 @@ constexpr std::array rigid_body = {
                    .takes = in_four_without_frame,
                    .method = "rk4",
                    .order = 4,
-                   .largest_h_momentum_rate = 0.004},
+                   .largest_h_momentum_rate = 0.0037},
     Recommendation{.where = "N = 4",
                    .takes = in_four,
                    .method = "variational",
@@ -67,12 +69,11 @@ constexpr std::array rigid_body = {
 constexpr std::array right_rigid_body = {at_constant_Omega, adaptive(1e-12, 0.15)};
 /// M is a product of what is moved: its error grows with the square of the time.
 constexpr std::array other_forms = {at_constant_Omega, adaptive(2e-13)};
-constexpr std::array parametric = {adaptive(2e-13)};
 constexpr std::array stiefel_frames = {Recommendation{.where = "Lambda a multiple of the identity",
                                                       .takes = is_round,
                                                       .method = "exact",
                                                       .arithmetic = "compensated"},
-                                       adaptive(1e-13)};
+                                       adaptive(5e-14)};
 constexpr std::array costates = {adaptive(1e-11, 0.15)};
 constexpr std::array ellipsoid = {Recommendation{.where = "given p",
                                                  .takes = has_costate,
@@ -81,7 +82,7 @@ constexpr std::array ellipsoid = {Recommendation{.where = "given p",
                                                  .tolerance = 1e-11,
                                                  .largest_h_omega = 0.15},
                                   adaptive(1e-13)};
-constexpr std::array double_bracket = {adaptive(1e-13)};
+constexpr std::array double_bracket = {adaptive(3e-13)};
 
 struct OfSystem {
   std::string_view system;
@@ -93,7 +94,7 @@ constexpr OfSystem table[] = {{"rigid_body", rigid_body},
                               {"right_symmetric_rigid_body", other_forms},
                               {"reduced_rigid_body", other_forms},
                               {"mclachlan_scovel", other_forms},
-                              {"parametric_rigid_body", parametric},
+                              {"parametric_rigid_body", other_forms},
                               {"stiefel", stiefel_frames},
                               {"stiefel_momentum", costates},
                               {"stiefel_costate", costates},

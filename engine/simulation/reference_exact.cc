@@ -3,11 +3,11 @@
 #include <cmath>
 #include <functional>
 
+#include "engine/linalg/quadruple.h"
 #include "engine/methods/euler_top.h"
 #include "engine/methods/round_frames.h"
 #include "engine/methods/two_valued_body.h"
-#include "engine/simulation/reference.h"
-#include "engine/simulation/rigid_start.h"
+#include "engine/simulation/reference_start.h"
 
 namespace stiefel {
 namespace {
@@ -76,50 +76,51 @@ auto rounded(const Eigen::MatrixBase<Derived>& A) {
   return A.template cast<Scalar>().eval();
 }
 
+using Start = SeriesStart<Quad>;
+
+MotionState presented(const Start& start, const Matrix<Quad>& x, Eigen::Index momentum_rows) {
+  return start.presentation.of(x, momentum_rows);
+}
+
 /// Euler's top from Q = I, after Q_0.
 template <class Scalar, bool frame>
-Solution top(const RigidStart& start) {
+Solution top(const Start& start) {
   typename So3<Scalar, frame>::State x;
   x.setZero();
   if constexpr (frame) x(0) = 1;
-  x.template tail<3>() = vee(rounded<Scalar>(start.M));
-  const PrincipalMoments3<Scalar> moments(rounded<Scalar>(start.moments->moments),
-                                          rounded<Scalar>(start.moments->differences));
+  const Matrix<Quad> M = start.x.bottomRows(3);
+  x.template tail<3>() = vee(rounded<Scalar>(M));
+  const PrincipalMoments3<Quad> I(start.lambda);
+  const PrincipalMoments3<Scalar> moments(rounded<Scalar>(I.moments),
+                                          rounded<Scalar>(I.differences));
   return [start, motion = EulerTop<Scalar, frame>(moments, x)](double t) {
     const auto at = motion.at(Scalar(t));
-    Matrix<Scalar> Q, M = hat(Vector3<Scalar>(at.template tail<3>()));
+    Matrix<Quad> now(frame ? 6 : 3, 3);
     if constexpr (frame)
-      Q = rounded<Scalar>(start.Q) * rotation_matrix<Scalar>(at.template head<4>());
-    return start.presented(Q.template cast<long double>(), M.template cast<long double>());
+      now.topRows(3) = start.x.topRows(3) *
+                       rounded<Quad>(rotation_matrix<Scalar>(at.template head<4>()));
+    now.bottomRows(3) = rounded<Quad>(hat(Vector3<Scalar>(at.template tail<3>())));
+    return presented(start, now, 3);
   };
 }
 template <class Scalar>
-Solution top(const RigidStart& start) {
-  return start.Q.size() > 0 ? top<Scalar, true>(start) : top<Scalar, false>(start);
+Solution top(const Start& start) {
+  return start.x.rows() > 3 ? top<Scalar, true>(start) : top<Scalar, false>(start);
 }
 
 template <class Scalar>
-Solution two_valued(const RigidStart& start) {
-  const Eigen::Index N = start.M.rows(), frame = start.Q.rows();
-  Matrix<Scalar> x(frame + N, N);
-  x.topRows(frame) = rounded<Scalar>(start.Q);
-  x.bottomRows(N) = rounded<Scalar>(start.M);
-  return [start, N, frame, motion = TwoValuedBody<Scalar>(rounded<Scalar>(start.lambda), x)](
-             double t) mutable {
-    const Matrix<long double> at = motion.at(Scalar(t)).template cast<long double>();
-    return start.presented(at.topRows(frame), at.bottomRows(N));
+Solution two_valued(const Start& start) {
+  return [start, motion = TwoValuedBody<Scalar>(rounded<Scalar>(start.lambda),
+                                                rounded<Scalar>(start.x))](double t) mutable {
+    return presented(start, rounded<Quad>(motion.at(Scalar(t))), start.x.cols());
   };
 }
 
 template <class Scalar>
-Solution round_frames(const Scene& scene) {
-  const Eigen::Index n = scene.Q().rows();
-  Matrix<Scalar> x(2 * n, scene.Q().cols());
-  x.topRows(n) = scene.Q().cast<Scalar>();
-  x.bottomRows(n) = scene.block("S").cast<Scalar>();
-  return [n, motion = RoundFrames<Scalar>(scene.inertia().cast<Scalar>(), x)](double t) mutable {
-    const Matrix<long double> at = motion.at(Scalar(t)).template cast<long double>();
-    return MotionState{at.topRows(n), at.bottomRows(n)};
+Solution round_frames(const Start& start) {
+  return [start, motion = RoundFrames<Scalar>(rounded<Scalar>(start.lambda),
+                                              rounded<Scalar>(start.x))](double t) mutable {
+    return presented(start, rounded<Quad>(motion.at(Scalar(t))), start.x.rows() / 2);
   };
 }
 
@@ -132,22 +133,26 @@ double eigenvectors_work(Eigen::Index n, Eigen::Index rows) {
 }
 
 /// ‖Ω‖_F, Ω_ij = M_ij/(λ_i + λ_j).
-double rate(const RigidStart& start) {
+double body_rate(const Start& start) {
+  const Eigen::Index N = start.x.cols();
+  const auto M = start.x.bottomRows(N);
   double sum = 0;
-  for (Eigen::Index j = 0; j < start.M.cols(); ++j)
+  for (Eigen::Index j = 0; j < N; ++j)
     for (Eigen::Index i = 0; i < j; ++i) {
-      const auto Omega =
-          static_cast<double>(start.M(i, j)) / static_cast<double>(start.lambda(i) + start.lambda(j));
+      const auto Omega = static_cast<double>(M(i, j)) /
+                         static_cast<double>(start.lambda(i) + start.lambda(j));
       sum += 2 * Omega * Omega;
     }
   return std::sqrt(sum);
 }
 
-ClosedForm top_form(const RigidStart& start, bool quadruple) {
+ClosedForm top_form(const Start& start, bool quadruple) {
   if (quadruple)
-    return {top<Quad>(start), top<long double>(start), in_quadruple, rate(start), top_in_quadruple,
+    return {top<Quad>(start), top<long double>(start), in_quadruple, body_rate(start),
+            top_in_quadruple,
             "Jacobi's closed form in quadruple precision"};
-  return {top<long double>(start), top<double>(start), in_extended, rate(start), top_in_extended,
+  return {top<long double>(start), top<double>(start), in_extended, body_rate(start),
+          top_in_extended,
           "Jacobi's closed form in extended precision"};
 }
 
@@ -160,31 +165,49 @@ std::unique_ptr<ExactReference> reference(ClosedForm form, const ReferenceNeed& 
   return made->holds_at(time) ? std::move(made) : nullptr;
 }
 
+/// Whether the scene may have one, told by Λ alone: the start takes products of matrices.
+bool may_have_closed_form(const Eigen::VectorXd& lambda) {
+  return lambda.size() == 3 || (lambda.size() > 1 && (TwoValuedBody<double>::has(lambda) ||
+                                                      RoundFrames<double>::has(lambda)));
+}
+
+/// Units of work of a state in both precisions.
+double closed_form_work(const Start& start) {
+  const Eigen::Index rows = start.x.rows(), N = start.x.cols();
+  if (start.kind != SeriesKind::rigid_body) return eigenvectors_work(rows, N);
+  return N == 3 ? top_in_extended : eigenvectors_work(N, N);
+}
+
 }  // namespace
 
 std::unique_ptr<Reference> make_exact_reference(const Scene& scene, const ReferenceNeed& need) {
-  const double time = std::copysign(need.time, scene.step());
-  if (scene.system() == "stiefel" && RoundFrames<double>::has(scene.inertia())) {
-    const double work = eigenvectors_work(2 * scene.Q().rows(), scene.Q().cols());
-    if (work > std::min(at_once, need.budget)) return nullptr;
-    const double rate = scene.block("S").norm() / scene.inertia()(0);
-    return reference({round_frames<long double>(scene), round_frames<double>(scene), in_extended,
-                      rate, work, "closed form for round frames in extended precision"},
-                     need, time);
-  }
-  const auto start = rigid_start(scene);
+  const Eigen::VectorXd& lambda = scene.inertia();
+  const auto n = static_cast<double>(scene.Q().rows());
+  const double least_work = 80 * n * n * static_cast<double>(lambda.size());  // of the start
+  if (!may_have_closed_form(lambda) || least_work > std::min(at_once, need.budget)) return nullptr;
+  const auto start = start_of<Quad>(scene);
   if (!start) return nullptr;
-  if (start->moments) {
-    for (const bool quadruple : {need.quadruple, true})
-      if (auto made = reference(top_form(*start, quadruple), need, time)) return made;
-    return nullptr;
+  const double time = std::copysign(need.time, scene.step()), work = closed_form_work(*start);
+  if (work > std::min(at_once, need.budget)) return nullptr;
+  if (start->kind == SeriesKind::rigid_body) {
+    if (start->x.cols() == 3) {
+      for (const bool quadruple : {need.quadruple, true})
+        if (auto made = reference(top_form(*start, quadruple), need, time)) return made;
+    } else if (TwoValuedBody<double>::has(lambda)) {
+      return reference(
+          {two_valued<long double>(*start), two_valued<double>(*start), in_extended,
+           body_rate(*start), work, "closed form for Lambda of two values in extended precision"},
+          need, time);
+    }
+  } else if (start->kind == SeriesKind::stiefel && RoundFrames<double>::has(lambda)) {
+    const double S = start->x.bottomRows(start->x.rows() / 2).cast<double>().norm();
+    return reference(
+        {round_frames<long double>(*start), round_frames<double>(*start), in_extended,
+         S / lambda(0), work,
+         "closed form for Lambda a multiple of the identity in extended precision"},
+        need, time);
   }
-  const double work = eigenvectors_work(scene.dimension(), scene.dimension());
-  const bool two_valued_body = TwoValuedBody<double>::has(scene.inertia());
-  if (!two_valued_body || work > std::min(at_once, need.budget)) return nullptr;
-  return reference({two_valued<long double>(*start), two_valued<double>(*start), in_extended,
-                    rate(*start), work, "closed form for Lambda of two values in extended precision"},
-                   need, time);
+  return nullptr;
 }
 
 }  // namespace stiefel

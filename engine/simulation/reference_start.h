@@ -3,19 +3,22 @@
 #include <optional>
 
 #include "engine/invariants/parametric_rigid_body.h"
+#include "engine/linalg/principal_moments_3.h"
+#include "engine/linalg/so_3.h"
 #include "engine/representations/mclachlan_scovel.h"
 #include "engine/representations/stiefel_legendre.h"
+#include "engine/simulation/given_axes.h"
 #include "engine/simulation/reference.h"
 
 namespace stiefel {
 
-/// How a scene reports a motion that a Taylor series has in variables of its own.
+/// How a scene reports a motion that a reference has in variables of its own.
 template <class Scalar>
 struct Presentation {
   bool right = false;            ///< Qᵀ and −M, [RB] Prop. 2.1
   bool complex = false;          ///< each block is its real part over its imaginary one
   Vector<Scalar> diagonal = {};  ///< μΛ², which M_μ = M + μΛ² has more than M
-  std::optional<PrincipalAxes> axes = {};
+  Matrix<Scalar> axes = {};      ///< R of a body: Q_caller = QRᵀ, M_caller = RMRᵀ; else 0 × 0
 
   /// A state in rows: the frame, then the momentum.
   MotionState of(const Matrix<Scalar>& x, Eigen::Index momentum_rows) const {
@@ -27,9 +30,9 @@ struct Presentation {
       state.attitude.transposeInPlace();
       state.momentum *= -1;
     }
-    if (axes) {
-      const Matrix<long double> R = axes->rotation.cast<long double>();
-      state.attitude = (state.attitude * R.transpose()).eval();
+    if (axes.size() > 0) {
+      const Matrix<long double> R = axes.template cast<long double>();
+      if (state.attitude.size() > 0) state.attitude = (state.attitude * R.transpose()).eval();
       state.momentum = (R * state.momentum * R.transpose()).eval();
     }
     return state;
@@ -51,9 +54,16 @@ struct Presentation {
 enum class SeriesKind { rigid_body, parametric_rigid_body, stiefel, double_bracket };
 
 /// A scene's motion at time 0 in the variables of a series, the frame over the momentum, computed
-/// in Scalar from the blocks that the scene's own equations start from: along those equations Q and
-/// these variables obey the series' ones whether or not rounding left Q orthogonal, so the start
-/// has no error but that of Scalar.
+/// in Scalar from the numbers that the scene was given by:
+///
+///     right                 Qᵀ, −M                      [RB] Prop. 2.1
+///     symmetric             M = (QᵀP − PᵀQ)/ε            Ψ
+///     reduced               M = Qᵀ(PQᵀ − QPᵀ)Q/ε         [RB] (8.2)
+///     McLachlan–Scovel      M = QᵀB                      [RB] (5.5)
+///     body                  M = hat(I Rᵀω), Q = Q(q)R    I_caller = R I Rᵀ
+///
+/// Along the scene's own equations Q and these variables obey the series' ones whether or not
+/// rounding left Q orthogonal, so the start has no error but that of Scalar.
 template <class Scalar_>
 struct SeriesStart {
   using Scalar = Scalar_;
@@ -100,7 +110,8 @@ std::optional<SeriesStart<Scalar>> start_of(const Scene& scene) {
   const Dense Q = block(system == "ellipsoid" ? "q" : "Q");
   if (system == "parametric_rigid_body") {
     start.presentation.diagonal = start.mu * lambda.cwiseAbs2();
-    return with(SeriesKind::parametric_rigid_body, Q, parametric_momentum<Scalar>(Q, block("P")));
+    const Dense M = parametric_momentum<Scalar>(Q, block("P")) / Scalar(scene.epsilon());
+    return with(SeriesKind::parametric_rigid_body, Q, M);
   }
 
   const auto frame = [&](const Dense& S) { return with(SeriesKind::stiefel, Q, S); };
@@ -111,7 +122,21 @@ std::optional<SeriesStart<Scalar>> start_of(const Scene& scene) {
     return frame(scene.block("p").size() > 0 ? Legendre_inverse<Scalar>(lambda, Q, block("p"))
                                              : S_of_Qdot<Scalar>(lambda, block("qdot")));
 
-  start.presentation.axes = scene.axes();
+  if (const auto& given = scene.description().body) {
+    const auto [I, R] = given_axes<Scalar>(*given);
+    start.lambda = PrincipalMoments3<Scalar>(
+                       I, Vector3<Scalar>(I(1) - I(2), I(2) - I(0), I(0) - I(1)))
+                       .lambda();
+    start.presentation.axes = R;
+    const auto vector = [](const auto& v) { return v.template cast<Scalar>().eval(); };
+    const auto q = vector(Eigen::Vector4d(given->attitude.data()));
+    const auto omega = vector(Eigen::Vector3d(given->angular_velocity.data()));
+    const Vector3<Scalar> m = I.cwiseProduct(R.transpose() * omega);
+    using std::sqrt;
+    const Dense attitude =
+        rotation_matrix<Scalar>((q / sqrt(Scalar(q.squaredNorm()))).eval()) * R;
+    return with(SeriesKind::rigid_body, attitude, hat(m));
+  }
   const auto body = [&](const Dense& of, const Dense& M) {
     return with(SeriesKind::rigid_body, of, M);
   };

@@ -82,6 +82,7 @@ std::expected<TradeoffSetup, Violations> Tradeoff::solve_reference(const std::st
   setup.reference_steps = samples_.last();
   setup.budget = request_.budget;
   setup.repeats = static_cast<int>(request_.repeats);
+  setup.curves = candidates_.size();
   return setup;
 }
 

@@ -28,6 +28,7 @@ struct TradeoffSetup {
   std::int64_t reference_steps = 0;  ///< of them the reference went so many
   double budget = 0;
   int repeats = 0;
+  std::size_t curves = 0;  ///< candidates, each of which gives one point or more
 };
 
 /// One method with its order, arithmetic, and substeps or tolerance. Errors, drift and work are

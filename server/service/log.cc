@@ -50,7 +50,7 @@ std::string new_request_id() {
   return fmt::format("{:016x}", random());
 }
 
-std::string as_json(std::string_view message, Log::Facts facts) {
+std::string as_json(std::string_view message, const Log::Facts& facts) {
   nlohmann::ordered_json line{{"message", message}};
   for (const auto& [key, value] : facts) {
     std::visit([&, name = key](const auto& x) { line[name] = x; }, value);
@@ -59,7 +59,7 @@ std::string as_json(std::string_view message, Log::Facts facts) {
   return line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace).substr(1);
 }
 
-std::string as_text(std::string_view message, Log::Facts facts) {
+std::string as_text(std::string_view message, const Log::Facts& facts) {
   std::string line(message);
   for (const auto& [key, value] : facts) {
     line += fmt::format(" {}=", key);
@@ -95,7 +95,7 @@ Log::~Log() = default;
 
 bool Log::enabled(Level level) const { return logger_->should_log(to_spdlog(level)); }
 
-void Log::line(Level level, std::string_view message, Facts facts) const {
+void Log::line(Level level, std::string_view message, const Facts& facts) const {
   if (!enabled(level)) return;
   logger_->log(to_spdlog(level), "{}", json_ ? as_json(message, facts) : as_text(message, facts));
 }
@@ -115,19 +115,19 @@ CallLog::CallLog(const Log& log, const grpc::CallbackServerContext& context, con
 void CallLog::finish(const grpc::Status& status, std::int64_t steps) {
   const bool ours = status.error_code() == grpc::INTERNAL;
   if (!details_ && !ours) return;
-  if (!details_) {
-    return log_->line(Log::Level::error, status.error_message(), {{"method", method_}});
+  std::vector<Log::Fact> facts;
+  if (details_) facts.push_back({"request_id", details_->request_id});
+  facts.push_back({"method", method_});
+  if (details_) facts.push_back({"session", details_->session_id});
+  facts.push_back({"code", code_name(status.error_code())});
+  if (!status.ok()) facts.push_back({"error", status.error_message()});
+  if (details_) {
+    const std::chrono::duration<double, std::milli> took =
+        std::chrono::steady_clock::now() - details_->start;
+    facts.push_back({"milliseconds", took.count()});
+    facts.push_back({"steps", steps});
   }
-  const std::chrono::duration<double, std::milli> took =
-      std::chrono::steady_clock::now() - details_->start;
-  log_->line(ours ? Log::Level::error : Log::Level::info,
-             status.ok() ? "rpc" : status.error_message(),
-             {{"request_id", details_->request_id},
-              {"method", method_},
-              {"session", details_->session_id},
-              {"code", code_name(status.error_code())},
-              {"milliseconds", took.count()},
-              {"steps", steps}});
+  log_->line(ours ? Log::Level::error : Log::Level::info, "rpc", facts);
   details_.reset();
 }
 

@@ -3,12 +3,12 @@
 #include <grpcpp/server_context.h>
 
 #include <chrono>
-#include <initializer_list>
 #include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <variant>
+#include <vector>
 
 namespace spdlog {
 class logger;
@@ -21,29 +21,30 @@ class Log {
  public:
   enum class Level { debug, info, warn, error };
   using Value = std::variant<std::string, std::int64_t, double>;
-  using Facts = std::initializer_list<std::pair<const char*, Value>>;
+  using Fact = std::pair<const char*, Value>;
+  using Facts = std::vector<Fact>;
 
   /// Throws std::runtime_error for an unknown level.
   Log(const std::string& level, bool json);
   ~Log();
 
   bool enabled(Level level) const;
-  void line(Level level, std::string_view message, Facts facts = {}) const;
+  void line(Level level, std::string_view message, const Facts& facts = {}) const;
 
  private:
   std::unique_ptr<spdlog::logger> logger_;
   bool json_;
 };
 
-/// One RPC's line: request id (the caller's `x-request-id`, or a new one), method, session, code,
-/// duration, steps.
+/// One RPC's line, whose message is "rpc" however the call ended: request id (the caller's
+/// `x-request-id`, or a new one), method, session, code, where it failed the error, duration, steps.
 class CallLog {
  public:
   CallLog(const Log& log, const grpc::CallbackServerContext& context, const char* method,
           std::string_view session_id = {});
   CallLog(CallLog&&) = default;
 
-  /// Once; costs nothing when the level is above info.
+  /// Once; costs nothing when the level is above info. An INTERNAL error is a line of level error.
   void finish(const grpc::Status& status, std::int64_t steps = 0);
 
  private:

@@ -33,6 +33,7 @@ void to_proto(const TradeoffSetup& setup, v1::TradeoffSetup* out) {
   out->set_reference_steps(setup.reference_steps);
   out->set_budget(setup.budget);
   out->set_repeats(static_cast<std::uint32_t>(setup.repeats));
+  out->set_curves(static_cast<std::uint32_t>(setup.curves));
 }
 
 void to_proto(const TradeoffPoint& point, v1::TradeoffPoint* out) {

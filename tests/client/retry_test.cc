@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 #include <grpcpp/grpcpp.h>
 
+#include <thread>
+
 #include "client/cpp/client.h"
 #include "stiefel/v1/error.pb.h"
 

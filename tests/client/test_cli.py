@@ -4,8 +4,8 @@ import io
 import json
 import os
 import pathlib
-import pty
 import re
+import socket
 import subprocess
 
 import numpy as np
@@ -315,7 +315,7 @@ def test_a_bad_scene_is_status_2_a_line_a_fault(stiefel, write, scene, change, f
     assert result.status == 2
     assert result.out == ""
     lines = result.err.splitlines()
-    assert all(line.startswith("stiefel: ") and "scene.json: " in line for line in lines)
+    assert all(line.startswith("stiefel: error: ") and "scene.json: " in line for line in lines)
     assert all(fault in result.err for fault in faults)
     assert len(lines) >= len([fault for fault in faults if ": " in fault])
 
@@ -379,15 +379,55 @@ def test_other_bad_input_is_status_2(stiefel, write, scene, tmp_path):
     assert stiefel("dance").status == 2
     assert stiefel("diagnose", write(scene), "--to", 5, "--invariants", "luck").status == 2
     missing = stiefel("run", "missing.json", "--to", 5)
-    assert (missing.status, missing.err) == (2, "stiefel: missing.json: No such file or directory\n")
+    assert (missing.status, missing.err) == (2, "stiefel: error: missing.json: No such file or directory\n")
     assert stiefel("run", tmp_path, "--to", 5).status == 2
+
+
+@pytest.mark.parametrize("arguments, faults", [
+    (["runn", "scene.json", "--to", "5"], ["unknown command runn; did you mean run?"]),
+    (["Run"], ["unknown command Run; did you mean run?"]),
+    (["trade-off", "scene.json"], ["unknown command trade-off; did you mean tradeoff?"]),
+    (["diagnos", "scene.json"], ["unknown command diagnos; did you mean diagnose?"]),
+    (["dance"], ["unknown command dance; the commands are describe, run, diagnose, convert, tradeoff, connect"]),
+    ([], ["a command is required: describe, run, diagnose, convert, tradeoff, connect"]),
+    (["run", "scene.json", "--to", "5", "--evry", "2"], ["unknown option --evry; did you mean --every?"]),
+    (["run", "scene.json", "--too=5"], ["unknown option --too; did you mean --to?"]),
+    (["run", "scene.json", "--to", "5", "--form", "1", "--outptu", "x"],
+     ["unknown option --form; did you mean --from?", "unknown option --outptu; did you mean --output?"]),
+    (["run", "scene.json", "-to", "5"], ["unknown option -to; did you mean --to?"]),
+    (["run", "scene.json", "--to", "5", "--sideways"], ["unknown option --sideways"]),
+    (["--versoin"], ["unknown option --versoin; did you mean --version?"]),
+    (["run", "scene.json", "other.json", "--to", "5"], ["unexpected argument other.json"]),
+    (["run", "--to", "5"], ["SCENE is required"]),
+])
+def test_a_misspelt_word_is_told_with_its_neighbour(stiefel, arguments, faults):
+    result = stiefel(*arguments)
+    assert result.status == 2 and result.out == ""
+    *lines, hint = result.err.splitlines()
+    assert lines == [f"stiefel: error: {fault}" for fault in faults]
+    command = arguments[0] + " " if arguments and arguments[0] == "run" else ""
+    assert hint == f"See stiefel {command}--help"
+
+
+def test_a_fault_of_the_scene_is_not_called_an_option(stiefel, write, scene):
+    scene["initial"]["P"] = scene["initial"].pop("M")
+    result = stiefel("run", write({**scene, "system": "symmetric_rigid_body", "epsilon": -1}), "--to", 5)
+    assert result.status == 2
+    assert "scene.json: epsilon: -1" in result.err and "--epsilon" not in result.err
+
+
+def test_a_full_disk_behind_stdout_is_noticed(stiefel):
+    with open("/dev/full", "w") as full:
+        done = subprocess.run([os.environ["STIEFEL_CLI"], "describe"], stdout=full, stderr=subprocess.PIPE, text=True)
+    assert done.returncode == 1
+    assert done.stderr == "stiefel: error: cannot write to stdout: No space left on device\n"
 
 
 def test_help_is_status_0_and_tells_the_statuses(stiefel):
     result = stiefel("--help")
     assert result.status == 0
     assert "Exit status: 0 reached, 2 bad input, 3 numerical stop" in result.out
-    for command in ("describe", "run", "diagnose", "convert", "connect"):
+    for command in ("describe", "run", "diagnose", "convert", "tradeoff", "connect"):
         assert stiefel(command, "--help").status == 0
 
 
@@ -395,9 +435,27 @@ def test_help_is_status_0_and_tells_the_statuses(stiefel):
 
 
 def test_a_server_that_is_not_there_is_status_4(stiefel, write, scene, tmp_path):
-    result = stiefel("run", write(scene), "--to", 5, "--server", f"unix:{tmp_path}/none")
-    assert result.status == 4
-    assert result.err.startswith("stiefel: ")
+    with socket.socket() as silent:  # bound, so that nobody else gets it
+        silent.bind(("127.0.0.1", 0))
+        for address, reason in [(f"unix:{tmp_path}/none", "there is no such socket"),
+                                (f"127.0.0.1:{silent.getsockname()[1]}", "the connection is refused"),
+                                ("no-such-host.invalid:50551", "")]:
+            result = stiefel("run", write(scene), "--to", 5, "--server", address)
+            assert result.status == 4
+            assert result.err.startswith(f"stiefel: error: cannot reach {address}: {reason}")
+            assert len(result.err.splitlines()) == 1
+            assert not re.search("ares|DNS|addresses|UNKNOWN", result.err, re.IGNORECASE)
+
+
+@pytest.mark.parametrize("address, reason", [
+    ("localhost:99999", "the port 99999 is not between 1 and 65535"), ("localhost:0", "the port 0 is not between"),
+    ("localhost", "the port is missing"), ("localhost:http", "the port 'http' is not a number"),
+    ("::1:50551", "[IPv6]:PORT"), ("http://localhost:50551", "without 'http://'"),
+])
+def test_an_address_that_is_none_is_status_2(stiefel, address, reason):
+    result = stiefel("describe", "--server", address)
+    assert result.status == 2
+    assert result.err.startswith(f"stiefel: error: cannot reach {address}: ") and reason in result.err
 
 
 def test_another_server_gives_the_same_bytes(stiefel, write, scene, tmp_path):
@@ -412,23 +470,6 @@ def test_another_server_gives_the_same_bytes(stiefel, write, scene, tmp_path):
     finally:
         server.terminate()
         assert server.wait(timeout=30) == 0
-
-
-def test_progress_is_for_terminals(write, scene):
-    """A run long enough for a bar, ended when the bar has been seen."""
-    terminal, theirs = pty.openpty()
-    command = [os.environ["STIEFEL_CLI"], "run", write(scene), "--to", str(10**12)]
-    run = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=theirs)
-    os.close(theirs)
-    try:
-        seen = b""
-        while b"steps/s" not in seen:
-            seen += os.read(terminal, 1000)
-    finally:
-        run.kill()
-        run.wait()
-        os.close(terminal)
-    assert re.match(rb"\r\[ +\]   0 %  step [1-9]\d+ of 1000000000000  \S+ steps/s", seen)
 
 
 # Other variables, two frames, structure

@@ -6,18 +6,44 @@ import json
 import pytest
 
 
-def test_tradeoff_prints_a_table_with_its_front(stiefel, write, scene, tmp_path):
-    result = stiefel("tradeoff", write({**scene, "step": 0.1}), "--horizon", 1, "--budget", 2e8, "--repeats", 1,
-                     "--output", "points.json")
-    assert result.status == 0 and result.err == ""
-    head, table = result.out.split("\n\n", 1)
-    assert "closed form" in head and "machine: " in head and "build: stiefel" in head
-    rows = table.splitlines()
-    assert rows[0].split() == ["method", "order", "arithmetic", "attitude", "momentum", "drift", "work", "CPU", "s/s",
-                               "steps/s"]
-    points = json.loads((tmp_path / "points.json").read_text())["points"]
-    assert sum(row.startswith("*") for row in rows if row.split()[1:2] != ["no"]) == sum(p["front"] for p in points)
-    assert len([row for row in rows if "substep" in row or "tolerance" in row]) == len(points) > 20
+HEAD = ["method", "order", "arithmetic", "attitude", "momentum", "drift", "work", "CPU", "s/s", "steps/s"]
+
+
+def is_point(row):
+    return "substep" in row or "tolerance" in row
+
+
+@pytest.fixture
+def measured(stiefel, write, scene, tmp_path):
+    """What is printed, and the points of its JSON."""
+    def measured(*more):
+        result = stiefel("tradeoff", write({**scene, "step": 0.1}), "--horizon", 1, "--budget", 2e8, "--repeats", 1,
+                         "--output", "points.json", *more)
+        assert result.status == 0 and result.err == ""
+        head, table = result.out.split("\n\n", 1)
+        assert "closed form" in head and "machine: " in head and "build: stiefel" in head
+        rows = table.splitlines()
+        assert rows[0].split() == HEAD
+        return rows[1:], json.loads((tmp_path / "points.json").read_text())["points"]
+    return measured
+
+
+def test_tradeoff_prints_its_front(measured):
+    rows, points = measured()
+    front = sorted((p for p in points if p["front"]), key=lambda p: p["work"])
+    shown = [row.removeprefix(" ~").split() for row in rows if is_point(row)]
+    assert len(shown) == len(front) < len(points)
+    for row, point in zip(shown, front):
+        assert row[0] == point["method"]["name"] and f"{point['work']:.2e}" in row
+    assert f"The Pareto front, {len(front)} of {len(points)} points" in "\n".join(rows)
+    assert "--all" in rows[-2] and not any(row.startswith("*") for row in rows)
+
+
+def test_tradeoff_prints_all_with_the_front_marked(measured):
+    rows, points = measured("--all")
+    assert sum(row.startswith("*") for row in rows if is_point(row)) == sum(p["front"] for p in points)
+    assert len([row for row in rows if is_point(row)]) == len(points) > 20
+    assert [row for row in rows if row.startswith("* the Pareto front")]
     best = min(points, key=lambda p: p["attitude_error"])
     assert best["attitude_error"] < 1e-14 and best["scalar"] == "double" and best["outcome"] == "REACHED"
 

@@ -165,8 +165,9 @@ def invertible(A):
     return [(np.linalg.inv(A) @ A, np.eye(len(A)))]
 
 
-def in_GL_momentum(x):
-    return np.linalg.inv(x.Q) @ x.P - np.linalg.inv(x.P) @ x.Q - x.mu * x.Lam @ x.Lam
+def in_GL_momentum(x, h):
+    G = np.linalg.inv(x.Q) @ x.P
+    return [(x.M, (G - np.linalg.inv(G)) / x.epsilon - x.mu * x.Lam @ x.Lam / h)] + skew(x.M)
 
 
 def left_costate(x):
@@ -206,8 +207,8 @@ FIELDS = {
     "B = Q M, so that Q^T B is skew": lambda x, A: [(A, x.Q @ x.M)] + skew(x.Q.T @ A),
     "body momentum, M = (Lambda U - U^T Lambda) / h, U = Q_prev^T Q":
         lambda x, A: [(A, (x.Lam @ x.Q_prev.T @ x.Q - x.Q.T @ x.Q_prev @ x.Lam) / x.h)],
-    "M = Q^-1 P - P^-1 Q - mu Lambda^2, skew": lambda x, A: [(A, in_GL_momentum(x))] + skew(A),
-    "M = (Q^-1 P - P^-1 Q - mu Lambda^2) / h, skew": lambda x, A: [(A, in_GL_momentum(x) / x.h)] + skew(A),
+    "M = (Q^-1 P - P^-1 Q) / epsilon - mu Lambda^2, skew": lambda x, A: in_GL_momentum(x, 1),
+    "M = (Q^-1 P - P^-1 Q) / epsilon - mu Lambda^2 / h, skew": lambda x, A: in_GL_momentum(x, x.h),
     "S = Q' Lambda": lambda x, A: [(A, x.dot("Q") * x.lam)],
     "Q', velocity of the frame": lambda x, A: [(A, x.dot("Q"))],
     "M = Q^T S - S^T Q, N <= 4096": lambda x, A: [(A, x.Q.T @ x.S - x.S.T @ x.Q)],

@@ -39,17 +39,18 @@ def body(system, seed, N=4, **changes):
     return {**scene, **changes}
 
 
-def in_GL(system, seed, h):
-    """G - G^-1 = h M + mu Lambda^2 for G = Q^-1 P."""
+def in_GL(system, seed, h, epsilon=None):
+    """G - G^-1 = epsilon (M + mu/h Lambda^2) for G = Q^-1 P; h = 1 for the flow, and epsilon = h if it is not given."""
     random = np.random.default_rng(seed)
     lam, mu, M = random.uniform(0.5, 2, 4), 0.05, skew(random, 4, 0.3)
-    W = (h * M + mu * np.diag(lam**2)) / 2
+    W = (epsilon or h) * (M + mu / h * np.diag(lam**2)) / 2
     root = np.eye(4)
     for _ in range(60):
         root = (root + np.linalg.solve(root, np.eye(4) + W @ W)) / 2
     Q = np.eye(4) + 0.3 * random.standard_normal((4, 4))
-    return {"system": system, "inertia": lam, "parameter": mu, "step": h if h < 1 else 1e-3,
+    made = {"system": system, "inertia": lam, "parameter": mu, "step": h if h < 1 else 1e-3,
             "initial": {"Q": Q, "P": Q @ (W + root)}}
+    return {**made, "epsilon": epsilon} if epsilon else made
 
 
 def frames(system, seed, n=2, N=5):
@@ -119,8 +120,9 @@ def cases():
         for epsilon in (0.3, -2.0):
             for system in ("symmetric_rigid_body", "reduced_rigid_body", "right_symmetric_rigid_body"):
                 yield f"{system} epsilon {epsilon} {seed}", with_P(body(system, seed), epsilon)
-        yield f"parametric_rigid_body {seed}", in_GL("parametric_rigid_body", seed, 1)
-        yield f"parametric_moser_veselov {seed}", in_GL("parametric_moser_veselov", seed, 0.1)
+        for epsilon in (None, 0.25, -0.5):
+            yield f"parametric_rigid_body {epsilon} {seed}", in_GL("parametric_rigid_body", seed, 1, epsilon)
+            yield f"parametric_moser_veselov {epsilon} {seed}", in_GL("parametric_moser_veselov", seed, 0.1, epsilon)
         for n, N in ((2, 5), (1, 3), (3, 3)):
             for system in ("stiefel", "stiefel_costate", "stiefel_momentum", "discrete_stiefel"):
                 yield f"{system} {n} {N} {seed}", frames(system, seed, n, N)

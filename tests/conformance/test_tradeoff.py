@@ -179,10 +179,11 @@ def test_a_fork_with_another_method_is_not_what_was_chosen(client):
 
 
 @pytest.mark.parametrize("change, fault", [
-    ({"horizon": None}, "^horizon: absent"), ({"horizon": 0.0}, "^horizon: 0"), ({"tolerance": 0.0}, "^tolerance: 0"),
-    ({"tolerance": 3.0}, "^tolerance: 3"), ({"method": {"name": "rk4"}}, "^tolerance.*method"),
-    ({"choice": "mine"}, "^choice"),
-    ({"system": "moser_veselov"}, "^tolerance.*discrete"),
+    ({"horizon": None}, "^scene.horizon: absent"), ({"horizon": 0.0}, "^scene.horizon: 0"),
+    ({"tolerance": 0.0}, "^scene.tolerance: 0"), ({"tolerance": 3.0}, "^scene.tolerance: 3"),
+    ({"method": {"name": "rk4"}}, "^scene.tolerance.*method"),
+    ({"choice": "mine"}, "^scene.choice"),
+    ({"system": "moser_veselov"}, "^scene.tolerance.*discrete"),
 ], ids=lambda value: None if isinstance(value, str) else "".join(value))
 def test_half_a_choice_names_the_field(client, change, fault):
     with pytest.raises(stiefel.InvalidArgument, match=fault):

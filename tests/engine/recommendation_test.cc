@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "engine/simulation/catalogue.h"
 #include "engine/simulation/conversion.h"
@@ -80,6 +81,14 @@ TEST_P(RecommendedMethod, IsOneOfTheSystemAndTheLastTakesEveryScene) {
     EXPECT_EQ(one.tolerance > 0, one.method == "adaptive");
   }
   EXPECT_TRUE(all.back().takes == nullptr);
+}
+
+/// h‖Ω‖ = 20: no solver stalls.
+TEST_P(RecommendedMethod, ReachesTheEndOfALongStep) {
+  auto given = testing::scene_without_method(GetParam(), 5, 4);
+  given.step *= 20 / (std::abs(given.step) * make_simulation(Scene::resolve(given).value())->rate());
+  const auto simulation = make_simulation(Scene::resolve(given).value());
+  EXPECT_TRUE(simulation->advance(5).reached());
 }
 
 TEST(Recommendation, DependsOnTheShape) {

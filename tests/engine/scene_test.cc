@@ -128,9 +128,9 @@ TEST(Scene, ViolationsAreAtThePlaceOfTheDescription) {
   d.method->order = 3;
   d.initial["Q"].values *= 2;
   const auto fields = [&](const Place& place) {
+    const auto scene = Scene::resolve(d, Scene::frame_tolerance, place);
     std::vector<std::string> out;
-    for (const auto& v : Scene::resolve(d, Scene::frame_tolerance, place).error())
-      out.push_back(v.field);
+    for (const auto& violation : scene.error()) out.push_back(violation.field);
     return out;
   };
   using Fields = std::vector<std::string>;

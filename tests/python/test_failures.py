@@ -1,4 +1,5 @@
 """Retries, resumption, deadlines and exceptions, against a server that fails on purpose."""
+import socket
 import time
 
 import grpc
@@ -7,6 +8,7 @@ import pytest
 import fake
 import stiefel
 from stiefel import calls
+from stiefel.errors import in_plain_words
 
 UNAVAILABLE, EXHAUSTED = grpc.StatusCode.UNAVAILABLE, grpc.StatusCode.RESOURCE_EXHAUSTED
 
@@ -63,6 +65,30 @@ def test_nobody_there(tmp_path, monkeypatch):
     monkeypatch.setattr(calls.time, "sleep", lambda seconds: None)
     with stiefel.Client(f"unix:{tmp_path}/nobody") as client, pytest.raises(stiefel.Unavailable):
         client.describe()
+
+
+def test_who_cannot_be_reached_is_told_in_plain_words(tmp_path, monkeypatch):
+    monkeypatch.setattr(calls.time, "sleep", lambda seconds: None)
+    with socket.socket() as silent:  # bound, so that nobody else gets it
+        silent.bind(("127.0.0.1", 0))
+        refused = f"127.0.0.1:{silent.getsockname()[1]}"
+        for address in (refused, "no-such-host.invalid:50551", f"unix:{tmp_path}/nobody"):
+            with stiefel.Client(address) as client, pytest.raises(stiefel.Unavailable) as caught:
+                client.describe()
+            assert str(caught.value).startswith(f"cannot reach {address}: ")
+            assert not any(word in str(caught.value) for word in ("ares", "ARES", "DNS", "addresses", "UNKNOWN"))
+
+
+@pytest.mark.parametrize("grpc_says, plain", [
+    ("DNS resolution failed for host:1: C-ares status is not ARES_SUCCESS qtype=A name=host is_balancer=0: "
+     "Domain name not found", "cannot reach host:1: the name is unknown"),
+    ("failed to connect to all addresses; last error: UNKNOWN: ipv6:%5B::1%5D:7: Failed to connect to remote host: "
+     "Connection refused", "cannot reach [::1]:7: the connection is refused, nothing listens there"),
+    ("failed to connect to all addresses", "cannot reach the server: failed to connect to all addresses"),
+    ("session_id: x: there is no such session", "session_id: x: there is no such session"),
+])
+def test_grpcs_words_are_translated(grpc_says, plain):
+    assert in_plain_words(grpc_says) == plain
 
 
 @pytest.mark.parametrize("breaks", [[2], [1, 1, 1], [0, 0, 3], [UNAVAILABLE, 2, UNAVAILABLE, 1], [-1]],

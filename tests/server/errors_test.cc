@@ -90,7 +90,6 @@ TEST_F(Errors, OfScenes) {
   const std::pair<const char*, Change> table[] = {
       {"system", [](auto& s) { s.clear_system(); }},
       {"system", [](auto& s) { s.set_system("rigid_boby"); }},
-      {"method", [](auto& s) { s.clear_method(); }},
       {"method.name", [](auto& s) { s.mutable_method()->set_name("euler"); }},
       {"method.order", [](auto& s) { s.mutable_method()->set_order(3); }},
       {"method.order", [](auto& s) { s.mutable_method()->set_order(4'000'000'000); }},

@@ -4,7 +4,9 @@ A numerical stop is not among them: it is an `Outcome` in the reply.
 """
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, Any, NamedTuple, Optional
+from urllib.parse import unquote
 
 import grpc
 from google.protobuf.message import DecodeError
@@ -130,7 +132,35 @@ def _details(details: bytes) -> list[Any]:
         return []
 
 
+# What gRPC says of a server that it does not find; the address is the first group.
+_UNREACHABLE = re.compile(r"DNS resolution failed for (\S+): |failed to connect to all addresses(?:; last error: \w+: "
+                          r"(?:ipv4:|ipv6:)?(\S+): )?")
+_REASONS = {  # the first that occurs in gRPC's message
+    "Connection refused": "the connection is refused, nothing listens there",
+    "No such file or directory": "there is no such socket",
+    "Permission denied": "permission is denied",
+    "No route to host": "there is no route to this host",
+    "Network is unreachable": "its network cannot be reached",
+    "handshaker shutdown": "nothing that speaks gRPC answers there",
+    "Timeout occurred": "nobody answers",
+    "contacting DNS servers": "no name server answers",
+    "contact DNS servers": "no name server answers",
+    "DNS resolution failed": "the name is unknown",
+}
+
+
+def in_plain_words(message: str) -> str:
+    """"cannot reach HOST:PORT: the name is unknown" in place of what gRPC says of a server that it does not find;
+    any other message as it is."""
+    found = _UNREACHABLE.match(message)
+    if not found:
+        return message
+    address = unquote(found.group(1) or found.group(2) or "the server")
+    reason = next((plain for grpc_says, plain in _REASONS.items() if grpc_says in message), message.split(": ")[-1])
+    return f"cannot reach {address}: {reason}"
+
+
 def from_rpc_error(error: grpc.RpcError) -> StiefelError:
     trailing = dict(error.trailing_metadata() or ())
     details = trailing.get("grpc-status-details-bin", b"")
-    return make_error(error.code().value[0], error.details() or "", details)
+    return make_error(error.code().value[0], in_plain_words(error.details() or ""), details)

@@ -3,8 +3,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from statistics import median
-from typing import Any, Iterator, Optional, Sequence
+from typing import Any, Iterator, Optional
 
+from stiefel import diagram
 from stiefel.arrays import Ending, Outcome
 from stiefel.v1 import tradeoff_pb2 as pb
 
@@ -88,69 +89,76 @@ class Tradeoff:
         """The work-precision diagram, log-log, error over cost; the axes.
 
         `cost` is "work" or "time" (CPU seconds a simulated second: median, and a bar over the
-        repeats); `error` "error", "attitude_error", "momentum_error" or "drift". The front is grey, the
-        reference's error dotted.
+        repeats); `error` "error", "attitude_error", "momentum_error" or "drift". The Pareto front is
+        in front, in black; of each method the best order and arithmetic is a curve with its name at
+        its end, the rest is grey. The best is what beats the largest part of the picture.
         """
         import matplotlib.pyplot as plt  # only those who want a picture need it
 
         if cost not in ("work", "time"):
             raise ValueError(f'cost: {cost!r}: must be "work" or "time"')
         if axes is None:
-            _, axes = plt.subplots(figsize=(11, 6), layout="constrained")
+            _, axes = plt.subplots(figsize=(11, 6.5), layout="constrained")
         known = self.setup.reference_error
-        families: dict[str, list[Point]] = {}
+        families: dict[str, _Curve] = {}
         for point in self.points:
-            if getattr(point, error) is not None and point.outcome == Outcome.REACHED:
-                families.setdefault(point.family, []).append(point)
-        colours = _colours(self.points)
-        named = set()
-        for points in families.values():
-            first = points[0]
-            colour = colours[first.entry]
-            y = [max(getattr(p, error), known) for p in points]
-            x = [p.work if cost == "work" else median(p.cpu_seconds_per_second) for p in points]
-            style = ":" if first.scalar == "float" else "--" if first.arithmetic == "plain" else "-"
-            axes.plot(x, y, style, color=colour, lw=1)
-            for p, a, b in zip(points, x, y):
-                axes.plot(a, b, "o", ms=4, color=colour, mfc="white" if p.extrapolated else colour)
-                if cost == "time":
-                    axes.plot([min(p.cpu_seconds_per_second), max(p.cpu_seconds_per_second)], [b, b],
-                              color=colour, lw=1)
-            if first.entry not in named:
-                axes.plot([], [], "o-", color=colour, ms=4, lw=1, label=first.entry)
-                named.add(first.entry)
+            if (value := getattr(point, error)) is not None and point.outcome == Outcome.REACHED:
+                x = point.work if cost == "work" else median(point.cpu_seconds_per_second)
+                families.setdefault(point.family, []).append((x, max(value, known), point))
+        best = _best_of_each_method(families)
+        ends = []
+        for name, curve in families.items():
+            look = diagram.style(best[name]) if name in best else None
+            _draw(axes, curve, look, cost == "time")
+            if look:
+                ends.append(diagram.End(*curve[-1][:2], name, look["color"]))
         if cost == "work" and error == "error":
-            axes.plot([p.work for p in self.front], [max(p.error or 0.0, known) for p in self.front], color="0.8",
-                      lw=6, zorder=0, solid_capstyle="round")
-        if error != "drift":
-            axes.axhline(known, color="0.4", ls=":", lw=1)
+            front = [(p.work, max(p.error, known)) for p in self.front if p.error is not None]
+        else:
+            front = diagram.pareto_front((x, y) for curve in families.values() for x, y, _ in curve)
+        if front:
+            axes.plot(*zip(*front), color="black", lw=2.5, marker="o", ms=9, mfc="none", mew=1.5, zorder=6,
+                      label="Pareto front: no point beats these in both")
+        axes.plot([], [], color=diagram.GREY, marker="o", ms=3, lw=0.8, label="other orders and arithmetics")
+        axes.plot([], [], "ko", ms=5, mfc="white", label="extrapolated")
+        if error != "drift" and any(y <= known for curve in families.values() for _, y, _ in curve):
+            axes.axhline(known, color="0.4", ls=":", lw=1, label="error of the reference")
         axes.set(xscale="log", yscale="log", ylabel=error.replace("_", " ") + " at the horizon",
                  xlabel="work, instructions" if cost == "work" else "CPU seconds a simulated second")
         axes.set_title(f"horizon {self.setup.horizon:g}, {self.setup.steps} steps; {self.setup.repeats} timed runs "
-                       f"a point\n{self.setup.machine}\n{self.setup.build.split(', glibc')[0]}", fontsize=8, loc="left")
-        axes.plot([], [], "k--", lw=1, label="plain arithmetic")
-        if any(point.scalar == "float" for point in self.points):
-            axes.plot([], [], "k:", lw=1, label="float")
-        axes.plot([], [], "ko", ms=4, mfc="white", label="extrapolated")
-        axes.legend(fontsize=8, frameon=False, loc="upper left", bbox_to_anchor=(1.01, 1), borderaxespad=0)
+                       f"a point; error of the reference {known:.0e}\n{self.setup.machine}\n"
+                       f"{self.setup.build.split(', glibc')[0]}", fontsize=8, loc="left")
+        left, right = axes.get_xlim()
+        axes.set_xlim(right=right * (right / left) ** 0.25)  # for the names
+        axes.legend(fontsize=8, loc="upper right", framealpha=0.9, edgecolor="none").set_zorder(20)
+        diagram.label_ends(axes, ends, [[(x, y) for x, y, _ in families[name]] for name in best])
         return axes
 
 
-def _colours(points: Sequence[Point]) -> dict[str, Any]:
-    """A hue for each method, the deeper the higher the order; black for a closed form."""
-    import matplotlib.pyplot as plt
+_Curve = list[tuple[float, float, Point]]  # cost, error
 
-    orders: dict[str, set[int]] = {}
-    for p in points:
-        orders.setdefault(p.method, set()).add(p.order)
-    colours: dict[str, Any] = {}
-    hues = iter(range(len(orders)))
-    for method, of in orders.items():
-        if of == {0}:
-            colours[method] = (0, 0, 0)
-            continue
-        hue = plt.get_cmap("tab10")(next(hues) % 10)[:3]
-        for place, order in enumerate(sorted(of, reverse=True)):
-            white = 0.65 * place / len(of)
-            colours[f"{method} {order}"] = tuple(c + (1 - c) * white for c in hue)
-    return colours
+
+def _best_of_each_method(families: dict[str, _Curve]) -> dict[str, int]:
+    """The families that beat most of the picture, one for each method, in the order of the methods."""
+    drawn = [(x, y) for curve in families.values() for x, y, _ in curve]
+    corner = (2 * max((x for x, _ in drawn), default=1), 2 * max((y for _, y in drawn), default=1))
+    best: dict[str, tuple[float, str]] = {}
+    for name, curve in families.items():
+        method = curve[0][2].method
+        area = diagram.dominated_area(((x, y) for x, y, _ in curve), corner)
+        best[method] = max(best.get(method, (-1.0, name)), (area, name), key=lambda found: found[0])
+    return {name: k for k, (_, name) in enumerate(best.values())}
+
+
+def _draw(axes: Any, curve: _Curve, look: Optional[dict[str, Any]], spread: bool) -> None:
+    """In its style, or grey and behind the others without one; hollow marks where it is extrapolated."""
+    colour = look["color"] if look else diagram.GREY
+    width, size, order = (1.4, 5, 4) if look else (0.8, 2.5, 1)
+    axes.plot([x for x, _, _ in curve], [y for _, y, _ in curve], lw=width, color=colour, zorder=order,
+              ls=look["linestyle"] if look else "-")
+    for x, y, point in curve:
+        axes.plot(x, y, ls="", marker=look["marker"] if look else "o", ms=size, color=colour, zorder=order + 0.5,
+                  mfc="white" if point.extrapolated else colour)
+        if spread:
+            times = point.cpu_seconds_per_second
+            axes.plot([min(times), max(times)], [y, y], color=colour, lw=width, zorder=order)

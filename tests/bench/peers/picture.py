@@ -1,13 +1,28 @@
-"""The work-precision picture: error over cost, log-log, a panel for each body."""
+"""The work-precision picture: error over cost, log-log, a panel for each body.
+
+Of each of our methods and of each package the best is a curve with its name at its end, ours solid, the packages'
+dashed; their other orders, arithmetics and settings are grey. In front, in black, is the Pareto front: the points that
+no other one beats.
+"""
 from __future__ import annotations
 
+import importlib.util
 from pathlib import Path
+from typing import Any
 
-_RIVALS = {"odeint": "#c03028", "heyoka": "#e08020", "SciPy": "#7a5195", "MuJoCo": "#2f8f4e", "Drake": "#8c6d31",
-           "Basilisk": "#5f5f5f"}
-_MARKS = "os^Dv*Px"
-_DASHES = ("--", ":", "-.")
-_LEGEND = 2.4  # inches
+_SOURCE = Path(__file__).parents[3] / "client/python/stiefel/diagram.py"
+_Curve = list[tuple[float, float]]  # seconds, error
+
+
+def _diagram() -> Any:
+    """The client's colours and labels, from its source: it needs nothing else of that package."""
+    spec = importlib.util.spec_from_file_location("diagram", _SOURCE)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+diagram = _diagram()
 
 
 def draw(data: dict, facts: dict[str, str], path: Path) -> None:
@@ -16,45 +31,62 @@ def draw(data: dict, facts: dict[str, str], path: Path) -> None:
     from matplotlib import pyplot
 
     bodies = data["bodies"]
-    width = 6 * len(bodies) + _LEGEND
-    figure, panels = pyplot.subplots(1, len(bodies), figsize=(width, 6.4), sharey=True, squeeze=False)
-    figure.subplots_adjust(left=0.7 / width, right=1 - _LEGEND / width, top=0.88, bottom=0.09, wspace=0.04)
-    styles = _styles(data["contestants"])
+    figure, panels = pyplot.subplots(1, len(bodies), figsize=(8 * len(bodies), 6.8), sharey=True, squeeze=False,
+                                     layout="constrained")
+    families = _families(data["contestants"])
+    looks = _looks(data["contestants"], families)
+    labels = []
     for axes, (body, found) in zip(panels[0], bodies.items()):
-        for title, style in styles.items():
-            # Before it converges an error says nothing.
-            points = [p for p in found["curves"].get(title, []) if 0 < p["attitude"] < 1]
-            if points:
-                axes.plot([p["seconds"] for p in points], [p["attitude"] for p in points],
-                          label=title.removesuffix(", compensated"), **style)
+        # Before it converges an error says nothing.
+        curves = {title: points for title in families
+                  if (points := [(p["seconds"], p["attitude"]) for p in found["curves"].get(title, [])
+                                 if 0 < p["attitude"] < 1])}
         axes.axhline(data["target"], color="black", linewidth=0.8)
-        axes.set_xscale("log")
-        axes.set_yscale("log")
-        axes.set_ylim(1e-13, 1)
-        axes.grid(alpha=0.25)
-        axes.set_title(body)
-        axes.set_xlabel("processor time, s")
+        axes.set(xscale="log", yscale="log", ylim=(1e-13, 1), title=body, xlabel="processor time, s")
+        labels.append((axes, *_panel(axes, curves, families, looks)))
     panels[0][0].set_ylabel(f"attitude error after {data['rotations']} rotations, rad")
-    entries = {label: line for axes in panels[0] for line, label in zip(*axes.get_legend_handles_labels())}
-    figure.legend(entries.values(), entries.keys(), loc="center right", fontsize=8, frameon=False)
+    panels[0][0].plot([], [], color=diagram.GREY, lw=0.8, label="other orders and settings")
+    panels[0][0].legend(fontsize=8, loc="upper right", framealpha=0.9, edgecolor="none")
     figure.suptitle(f"{facts['machine']}, commit {facts['commit']}\n{facts['build']}", fontsize=8)
-    figure.savefig(path, dpi=130)
+    for axes, ends, drawn in labels:
+        diagram.label_ends(axes, ends, drawn)
+    diagram.save(figure, path, dpi=95)
     pyplot.close(figure)
 
 
-def _styles(contestants: list[dict]) -> dict[str, dict]:
-    """Ours solid and blue, in compensated arithmetic, the default; a package's in its colour, dashed."""
-    from matplotlib import colormaps
+def _families(contestants: list[dict]) -> dict[str, str]:
+    """By a contestant's title, what it is one of: our method, or the package."""
+    return {c["title"]: c["title"].split()[0].rstrip(",") if c["package"] == "stiefel" else c["package"]
+            for c in contestants if "rollout" not in c["title"]}
 
-    ours = [c["title"] for c in contestants if c["package"] == "stiefel" and c["title"].endswith(", compensated")]
-    blues = colormaps["YlGnBu"]
-    styles = {title: {"color": blues(0.45 + 0.55 * k / max(1, len(ours) - 1)), "marker": _MARKS[k % len(_MARKS)],
-                      "markersize": 3.5, "linewidth": 1.2} for k, title in enumerate(ours)}
-    seen: dict[str, int] = {}
-    for c in contestants:
-        if c["package"] == "stiefel" or "rollout" in c["title"]:
-            continue
-        k = seen[c["package"]] = seen.get(c["package"], -1) + 1
-        styles[c["title"]] = {"color": _RIVALS.get(c["package"], "black"), "linestyle": _DASHES[k % len(_DASHES)],
-                              "marker": _MARKS[k], "markersize": 3, "linewidth": 1.4}
-    return styles
+
+def _looks(contestants: list[dict], families: dict[str, str]) -> dict[str, dict]:
+    """By family; marks and colours as in the diagrams of the client."""
+    ours = {families[c["title"]] for c in contestants if c["package"] == "stiefel" and c["title"] in families}
+    return {family: {**diagram.style(k), "linestyle": "-" if family in ours else (0, (4, 1.5))}
+            for k, family in enumerate(dict.fromkeys(families.values()))}
+
+
+def _panel(axes: Any, curves: dict[str, _Curve], families: dict[str, str], looks: dict[str, dict]) -> tuple:
+    """The ends of the curves that have names, and these curves."""
+    everywhere = [point for points in curves.values() for point in points]
+    corner = (2 * max((x for x, _ in everywhere), default=1), 1)
+    best: dict[str, tuple[float, str]] = {}
+    for title, points in curves.items():
+        found = diagram.dominated_area(points, corner), title
+        best[families[title]] = max(best.get(families[title], found), found, key=lambda f: f[0])
+    named = [title for _, title in best.values()]
+    for title, points in curves.items():
+        if title in named:
+            axes.plot(*zip(*points), markersize=4, linewidth=1.4, zorder=4, **looks[families[title]])
+        else:
+            axes.plot(*zip(*points), color=diagram.GREY, linewidth=0.8, marker="o", markersize=2, zorder=1)
+    if front := diagram.pareto_front(everywhere):
+        axes.plot(*zip(*front), color="black", lw=2, marker="o", ms=7, mfc="none", mew=1.2, zorder=6,
+                  label="Pareto front: no point beats these in both")
+    left, right = axes.get_xlim()
+    axes.set_xlim(right=right * (right / left) ** 0.22)  # for the names
+    axes.grid(alpha=0.25)
+    ends = [diagram.End(*curves[title][-1], title.removesuffix(", compensated"), looks[families[title]]["color"])
+            for title in named]
+    return ends, [curves[title] for title in named]

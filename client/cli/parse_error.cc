@@ -1,0 +1,80 @@
+#include "client/cli/parse_error.h"
+
+#include <vector>
+
+#include "engine/simulation/near_name.h"
+
+namespace stiefel::cli {
+namespace {
+
+using Names = std::vector<std::string>;
+
+Names commands(const CLI::App& app) {
+  Names names;
+  for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
+  return names;
+}
+
+Names options(const CLI::App& app) {
+  Names names;
+  for (const CLI::Option* option : app.get_options()) {
+    for (const std::string& name : option->get_lnames()) names.push_back(name);
+  }
+  return names;
+}
+
+std::string listed(const Names& names) {
+  std::string text;
+  for (const std::string& name : names) text.append(text.empty() ? "" : ", ").append(name);
+  return text;
+}
+
+std::string unknown_command(const std::string& word, const Names& known) {
+  const std::string fault = "unknown command " + word;
+  if (const auto near = near_name(word, known)) return fault + "; did you mean " + *near + "?";
+  return fault + "; the commands are " + listed(known);
+}
+
+std::string unknown_option(const std::string& word, const Names& known) {
+  const std::string name = word.substr(0, word.find('='));
+  const auto near = near_name(name.substr(name.find_first_not_of('-')), known);
+  const std::string fault = "unknown option " + name;
+  return near ? fault + "; did you mean --" + *near + "?" : fault;
+}
+
+bool is_option(const std::string& word) {
+  return word.starts_with("-") && word.find_first_not_of('-') != std::string::npos;
+}
+
+Names faults(const CLI::App& app, const CLI::App& command, const CLI::ParseError& error) {
+  const Names words = app.remaining(true);
+  if (&command == &app) {
+    for (const std::string& word : words) {
+      if (!is_option(word)) return {unknown_command(word, commands(app))};
+    }
+  }
+  Names out;
+  for (const std::string& word : words) {
+    if (is_option(word)) out.push_back(unknown_option(word, options(command)));
+  }
+  if (out.empty() && dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr) {
+    for (const std::string& word : words) out.push_back("unexpected argument " + word);
+  }
+  if (out.empty() && &command == &app)
+    out.push_back(std::string("a command is required: ") + listed(commands(app)));
+  if (out.empty()) out.push_back(error.what());
+  return out;
+}
+
+}  // namespace
+
+std::string explain(const CLI::App& app, const CLI::ParseError& error) {
+  const auto parsed = app.get_subcommands();
+  const CLI::App& command = parsed.empty() ? app : *parsed.front();
+  std::string text;
+  for (const std::string& fault : faults(app, command, error))
+    text += "stiefel: error: " + fault + '\n';
+  return text + "See stiefel " + (parsed.empty() ? "" : command.get_name() + " ") + "--help\n";
+}
+
+}  // namespace stiefel::cli

@@ -1,0 +1,105 @@
+#include "client/cpp/unreachable.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+
+namespace stiefel::client {
+namespace {
+
+constexpr std::size_t longest_socket_path = 107;  // sun_path's 108 with the final 0
+constexpr std::array other_schemes = {"unix-abstract:", "dns:",   "ipv4:",        "ipv6:",
+                                      "vsock:",         "xds:",   "passthrough:", "google-c2p:"};
+
+std::optional<std::string> fault_of_port(std::string_view port) {
+  if (port.empty()) return "the port is missing";
+  unsigned number = 0;
+  const auto [end, error] = std::from_chars(port.data(), port.data() + port.size(), number);
+  if (end != port.data() + port.size() || error == std::errc::invalid_argument)
+    return "the port '" + std::string(port) + "' is not a number";
+  if (error != std::errc() || number < 1 || number > 65535)
+    return "the port " + std::string(port) + " is not between 1 and 65535";
+  return std::nullopt;
+}
+
+struct Reason {
+  std::string_view grpc;  ///< a part of gRPC's message
+  std::string_view plain;
+};
+
+// The first that fits: what the last address said before what is said of all of them.
+constexpr std::array reasons = {
+    Reason{"Connection refused", "the connection is refused, nothing listens there"},
+    Reason{"No such file or directory", "there is no such socket"},
+    Reason{"Permission denied", "permission is denied"},
+    Reason{"No route to host", "there is no route to this host"},
+    Reason{"Network is unreachable", "its network cannot be reached"},
+    Reason{"Connection reset", "the connection broke"},
+    Reason{"Broken pipe", "the connection broke"},
+    Reason{"Socket closed", "the connection broke"},
+    Reason{"handshaker shutdown", "nothing that speaks gRPC answers there"},
+    Reason{"http1.x server", "nothing that speaks gRPC answers there"},
+    Reason{"Timeout occurred", "nobody answers"},
+    Reason{"timed out", "nobody answers"},
+    Reason{"Could not contact DNS servers", "no name server answers"},
+    Reason{"Timeout while contacting DNS servers", "no name server answers"},
+    Reason{"DNS server returned general failure", "the name server fails"},
+    Reason{"DNS resolution failed", "the name is unknown"},
+    Reason{"Name or service not known", "the name is unknown"},
+};
+
+/// Without the layers that say whose error it is: "failed to connect to all addresses; last error:
+/// UNKNOWN: ipv4:10.0.0.1:50551: REASON".
+std::string innermost(const std::string& message) {
+  const std::size_t last = message.rfind(": ");
+  return last == std::string::npos ? message : message.substr(last + 2);
+}
+
+}  // namespace
+
+std::optional<std::string> fault_of_address(std::string_view address) {
+  if (address.empty()) return "the address is empty";
+  if (address.starts_with("unix:")) {
+    const std::string_view path = address.substr(address.starts_with("unix://") ? 7 : 5);
+    if (path.empty()) return "the socket's path is missing";
+    if (path.size() > longest_socket_path)
+      return "the socket's path is longer than " + std::to_string(longest_socket_path) + " bytes";
+    return std::nullopt;
+  }
+  if (std::ranges::any_of(other_schemes, [&](auto scheme) { return address.starts_with(scheme); }))
+    return std::nullopt;
+  if (address.find("://") != std::string_view::npos)
+    return "it must be HOST:PORT, without '" +
+           std::string(address.substr(0, address.find("://") + 3)) + "'";
+  if (address.find_first_of(" \t\r\n/") != std::string_view::npos)
+    return "it must be HOST:PORT or unix:PATH";
+  if (address.front() == '[') {
+    const std::size_t close = address.find(']');
+    if (close == std::string_view::npos || close == 1) return "it must be [IPv6]:PORT";
+    if (close + 1 == address.size()) return "the port is missing";
+    if (address[close + 1] != ':') return "it must be [IPv6]:PORT";
+    return fault_of_port(address.substr(close + 2));
+  }
+  const std::size_t colon = address.find(':');
+  if (colon == std::string_view::npos) return "the port is missing";
+  if (colon == 0) return "the host is missing";
+  if (address.find(':', colon + 1) != std::string_view::npos)
+    return "an IPv6 address is written in brackets, [IPv6]:PORT";
+  return fault_of_port(address.substr(colon + 1));
+}
+
+grpc::Status in_plain_words(const grpc::Status& status, const std::string& address,
+                            bool connected) {
+  if (address.empty() || !status.error_details().empty()) return status;
+  const std::string cannot = "cannot reach " + address + ": ";
+  if (status.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED && !connected)
+    return {status.error_code(), cannot + "nobody answers"};
+  if (status.error_code() != grpc::StatusCode::UNAVAILABLE) return status;
+  const std::string& message = status.error_message();
+  const auto found = std::ranges::find_if(
+      reasons, [&](const Reason& r) { return message.find(r.grpc) != std::string::npos; });
+  return {status.error_code(),
+          cannot + (found != reasons.end() ? std::string(found->plain) : innermost(message))};
+}
+
+}  // namespace stiefel::client

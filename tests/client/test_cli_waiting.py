@@ -1,0 +1,223 @@
+"""What the command `stiefel` says while it runs, and how it ends when it is interrupted."""
+import fcntl
+import json
+import os
+import pty
+import re
+import select
+import signal
+import struct
+import subprocess
+import termios
+import time
+
+import pytest
+
+FAR = 10**12
+SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
+
+
+@pytest.fixture
+def start(tmp_path):
+    """Starts the command; what is still there at the end is killed."""
+    running = []
+
+    def start(*arguments, **files):
+        files = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **files}
+        # Without a buffer `readline` takes nothing from `communicate`.
+        running.append(subprocess.Popen([os.environ["STIEFEL_CLI"], *map(str, arguments)], cwd=tmp_path, bufsize=0,
+                                        **files))
+        return running[-1]
+    yield start
+    for process in running:
+        process.kill()
+        process.wait()
+
+
+@pytest.fixture
+def terminal():
+    """The two ends of a terminal of the given width."""
+    ends = []
+
+    def terminal(columns):
+        ours, theirs = pty.openpty()
+        fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
+        ends.append(ours)
+        return ours, theirs
+    yield terminal
+    for end in ends:
+        os.close(end)
+
+
+def read_until(end, pattern, seconds=60):
+    seen, deadline = b"", time.monotonic() + seconds
+    while not re.search(pattern, seen):
+        assert select.select([end], [], [], max(0, deadline - time.monotonic()))[0], seen
+        seen += os.read(end, 1000)
+    return seen.decode()
+
+
+def wait_for(path, seconds=30):
+    deadline = time.monotonic() + seconds
+    while not path.exists():
+        assert time.monotonic() < deadline, path
+        time.sleep(0.01)
+
+
+# Interrupted
+
+
+@pytest.mark.parametrize("how", SIGNALS)
+@pytest.mark.parametrize("extension", ["json", "csv", "npz"])
+def test_an_interrupted_run_leaves_no_file_and_says_how_far_it_got(start, write, scene, tmp_path, extension, how):
+    (tmp_path / f"out.{extension}").write_text("before")
+    run = start("run", write(scene), "--to", FAR, "--every", 10**6, "--output", f"out.{extension}")
+    wait_for(tmp_path / f"out.{extension}.part")
+    time.sleep(2.5)
+    run.send_signal(how)
+    out, err = run.communicate(timeout=30)
+    assert run.returncode == -how  # by the signal: 128 + signal to a shell
+    said = re.fullmatch(rf"stiefel: interrupted at step (\d+) of {FAR}; nothing was written\n", err.decode())
+    assert said and 0 < int(said[1]) < FAR
+    assert out == b""
+    assert sorted(path.name for path in tmp_path.iterdir()) == [f"out.{extension}", "scene.json"]
+    assert (tmp_path / f"out.{extension}").read_text() == "before"
+
+
+def test_a_shell_sees_130(write, scene):
+    command = f"{os.environ['STIEFEL_CLI']} run {write(scene)} --to {FAR} & sleep 1; kill -INT $!; wait $!; echo $?"
+    done = subprocess.run(["bash", "-mc", command], capture_output=True, text=True, timeout=60)
+    assert done.stdout.splitlines()[-1] == "130"
+
+
+def test_interrupted_json_on_stdout_is_whole(start, write, scene):
+    run = start("run", write(scene), "--to", FAR, "--every", 10**5)
+    first = run.stdout.readline() + run.stdout.readline()
+    run.send_signal(signal.SIGINT)
+    out, err = run.communicate(timeout=30)
+    assert run.returncode == -signal.SIGINT
+    result = json.loads(first + out)
+    assert result["outcome"] == "CANCELLED" and result["message"] == "interrupted"
+    steps = [sample["step"] for sample in result["samples"]]
+    assert steps == list(range(0, 10**5 * len(steps), 10**5)) and len(steps) > 1
+    said = re.fullmatch(rf"stiefel: interrupted at step (\d+) of {FAR}; the samples up to there are on stdout\n",
+                        err.decode())
+    assert said and int(said[1]) >= steps[-1]
+
+
+@pytest.mark.parametrize("how", SIGNALS)
+def test_other_commands_are_interrupted_too(start, write, scene, tmp_path, how):
+    diagnose = start("diagnose", write(scene), "--to", FAR)
+    tradeoff = start("tradeoff", write({**scene, "step": 0.1}, "other.json"), "--budget", "1e13", "--output", "p.json")
+    time.sleep(1.5)
+    for command, said in [(diagnose, rf"at step \d+ of {FAR}"),
+                          (tradeoff, r"(before the first point|after \d+ of about \d+ points); nothing was written")]:
+        command.send_signal(how)
+        out, err = command.communicate(timeout=30)
+        assert command.returncode == -how
+        assert re.fullmatch(f"stiefel: interrupted {said}\n", err.decode())
+        assert out == b""
+    assert not list(tmp_path.glob("p.json*"))
+
+
+def test_an_interrupt_ends_a_command_that_waits_for_its_reader(start, write, scene):
+    """The pipe of stdout is full, so that the command cannot stop by itself."""
+    run = start("run", write(scene), "--to", 10**9, "--every", 1)
+    time.sleep(1.5)
+    run.send_signal(signal.SIGINT)
+    assert run.wait(timeout=30) == -signal.SIGINT
+    assert run.stderr.read().startswith(b"stiefel: interrupted")
+
+
+def test_a_second_interrupt_ends_it_at_once(start, write, scene, tmp_path):
+    scene_file, fifo = write(scene), tmp_path / "fifo"
+    os.mkfifo(fifo)
+    run = start("run", fifo, "--to", 10)  # waits for who writes the scene
+    time.sleep(0.5)
+    begun = time.monotonic()
+    run.send_signal(signal.SIGTERM)
+    time.sleep(0.1)
+    run.send_signal(signal.SIGTERM)
+    assert run.wait(timeout=30) == -signal.SIGTERM
+    assert time.monotonic() - begun < 1
+    assert run.stderr.read() == b"stiefel: interrupted\n"
+    assert scene_file.exists()
+
+
+def test_what_the_caller_ignores_stays_ignored(start, write, scene):
+    """As nohup does."""
+    run = start("run", write(scene), "--to", 10**7, "--every", 10**7,
+                preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
+    time.sleep(0.5)
+    run.send_signal(signal.SIGHUP)
+    out, _ = run.communicate(timeout=120)
+    assert run.returncode == 0 and json.loads(out)["outcome"] == "REACHED"
+
+
+def test_the_session_on_a_server_is_deleted(start, write, scene, tmp_path):
+    address = f"unix:{tmp_path}/server"
+    server = subprocess.Popen([os.environ["STIEFEL_SERVER"], "--listen", address, "--log-format", "json"],
+                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        assert server.stdout.readline().startswith("listening")
+        run = start("run", write(scene), "--to", FAR, "--output", "out.csv", "--server", address)
+        time.sleep(1.5)
+        run.send_signal(signal.SIGINT)
+        assert run.wait(timeout=30) == -signal.SIGINT
+    finally:
+        server.terminate()
+        log = [json.loads(line) for line in server.communicate(timeout=30)[1].splitlines()]
+    assert [line["code"] for line in log if line.get("method") == "DeleteSession"] == ["OK"]
+    assert {line["code"] for line in log if line.get("method") == "Stream"} == {"CANCELLED"}
+    assert all(line["message"] == "rpc" for line in log if "method" in line)
+
+
+# Progress
+
+
+@pytest.mark.parametrize("columns", [200, 80, 60, 40])
+def test_progress_on_a_terminal_fits_it(start, terminal, write, scene, columns):
+    ours, theirs = terminal(columns)
+    run = start("run", write(scene), "--to", FAR, "--every", FAR, stderr=theirs)
+    os.close(theirs)
+    seen = read_until(ours, rb"(?s)(ETA.*){3}")
+    run.kill()
+    lines = [line.removesuffix("\x1b[K") for line in seen.split("\r") if line.endswith("\x1b[K")]
+    assert len(lines) >= 2
+    for line in lines:
+        assert len(line) <= min(79, columns - 1)
+        assert re.search(r" 0 %.*  ETA \S+", line)
+        if columns >= 80:
+            assert re.match(rf"\[ +\]   0 %  step [1-9]\d+ of {FAR}  \S+ steps/s  ETA \S+", line)
+
+
+def test_without_a_terminal_there_is_a_line_every_ten_seconds(start, write, scene):
+    begun = time.monotonic()
+    run = start("run", write(scene), "--to", FAR, "--every", FAR)
+    tradeoff = start("tradeoff", write({**scene, "step": 0.1}, "other.json"), "--budget", "1e13")
+    diagnose = start("diagnose", write(scene), "--to", FAR)
+    lines = {}
+    for command in (run, tradeoff, diagnose):
+        lines[command] = command.stderr.readline().decode()
+        assert 9 < time.monotonic() - begun < 20
+    step = rf"stiefel: 0 %, step [1-9]\d+ of {FAR}, \S+ steps/s, ETA .+\n"
+    assert re.fullmatch(step, lines[run]) and re.fullmatch(step, lines[diagnose])
+    assert re.fullmatch(r"stiefel: (solving the reference, 0:\d\d|\d+ %, \d+ of about \d+ points.*)\n", lines[tradeoff])
+    assert all(len(line) <= 80 for line in lines.values())
+    second = run.stderr.readline().decode()
+    assert re.fullmatch(step, second) and 19 < time.monotonic() - begun < 35
+
+
+def test_a_short_command_says_nothing(stiefel, write, scene):
+    result = stiefel("run", write(scene), "--to", 1000)
+    assert (result.status, result.err) == (0, "")
+
+
+def test_a_trade_off_tells_its_progress(start, terminal, write, scene):
+    ours, theirs = terminal(80)
+    tradeoff = start("tradeoff", write({**scene, "step": 0.1}), "--budget", "1e11", "--horizon", 3, stderr=theirs)
+    os.close(theirs)
+    line = read_until(ours, rb"points, curve [1-9]\d* of \d+  ETA")
+    tradeoff.kill()
+    assert re.search(r"\d+ %  [1-9]\d* of about \d+ points, curve [1-9]\d* of \d+  ETA \S+", line)
+    assert all(len(one) <= 79 + len("\x1b[K") for one in line.split("\r"))

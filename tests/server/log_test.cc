@@ -1,0 +1,77 @@
+// The line that a call leaves in the log.
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "server/service/log.h"
+#include "tests/server/harness.h"
+
+namespace stiefel {
+namespace {
+
+using Lines = std::vector<nlohmann::json>;
+
+/// What `work` logs as JSON, a line an element.
+template <class Work>
+Lines logged(Work work) {
+  testing::internal::CaptureStderr();
+  work();
+  std::istringstream text(testing::internal::GetCapturedStderr());
+  Lines lines;
+  for (std::string line; std::getline(text, line);) lines.push_back(nlohmann::json::parse(line));
+  return lines;
+}
+
+nlohmann::json only(const Lines& lines, const std::string& method) {
+  nlohmann::json found;
+  for (const auto& line : lines) {
+    if (line.value("method", "") != method) continue;
+    EXPECT_TRUE(found.is_null()) << "more than one line of " << method;
+    found = line;
+  }
+  return found;
+}
+
+TEST(Log, ACallIsALineOfTheSameMessageHoweverItEnds) {
+  const Lines lines = logged([] {
+    test::Harness harness({.log_level = "info", .log_json = true});
+    harness.create("s", test::wire_scene());
+    grpc::ClientContext context;
+    v1::GetSessionRequest request;
+    request.set_session_id("nobody");
+    v1::GetSessionResponse response;
+    EXPECT_EQ(harness.stub->GetSession(&context, request, &response).error_code(),
+              grpc::NOT_FOUND);
+  });
+  const auto good = only(lines, "CreateSession"), bad = only(lines, "GetSession");
+  EXPECT_EQ(good["message"], "rpc");
+  EXPECT_EQ(good["code"], "OK");
+  EXPECT_EQ(good["session"], "s");
+  EXPECT_FALSE(good.contains("error"));
+  EXPECT_EQ(bad["message"], "rpc");
+  EXPECT_EQ(bad["level"], "info");
+  EXPECT_EQ(bad["code"], "NOT_FOUND");
+  EXPECT_EQ(bad["session"], "nobody");
+  EXPECT_EQ(bad["error"], "session_id: nobody: there is no such session");
+  for (const char* key : {"time", "request_id", "milliseconds", "steps"})
+    EXPECT_TRUE(bad.contains(key)) << key;
+}
+
+TEST(Log, AnInternalErrorIsToldAtEveryLevel) {
+  for (const char* level : {"info", "error"}) {
+    const Lines lines = logged([&] {
+      const server::Log log(level, true);
+      const grpc::CallbackServerContext context;
+      server::CallLog(log, context, "Step", "s").finish({grpc::INTERNAL, "out of \"luck\""});
+      server::CallLog(log, context, "Describe").finish(grpc::Status::OK);
+    });
+    const auto line = only(lines, "Step");
+    EXPECT_EQ(line["message"], "rpc");
+    EXPECT_EQ(line["level"], "error");
+    EXPECT_EQ(line["code"], "INTERNAL");
+    EXPECT_EQ(line["error"], "out of \"luck\"");
+    EXPECT_EQ(only(lines, "Describe").is_null(), std::string(level) == "error");
+  }
+}
+
+}  // namespace
+}  // namespace stiefel
