@@ -42,7 +42,7 @@ Scene envisat(const std::string& method, std::optional<int> order) {
 TEST(EstimatedError, IsNoDrift) {
   const ErrorEstimate second = after(envisat("variational", 2), 6000);
   EXPECT_NEAR(second.angle.value() * 57.29578, 1.2, 0.05);
-  EXPECT_NEAR(second.attitude.value(), 2.1e-2, 2e-3);
+  EXPECT_NEAR(second.attitude.value(), 1.59e-2, 1e-3);
   EXPECT_EQ(second.missing, "");
   const ErrorEstimate tenth = after(envisat("preprocessed_variational", 10), 6000);
   EXPECT_LT(tenth.attitude.value(), 2e-12);
