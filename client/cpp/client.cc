@@ -76,10 +76,10 @@ v1::ConnectResponse Client::geodesic(const v1::ConnectRequest& request) const {
 
 void Client::tradeoff(const v1::MeasureTradeoffRequest& request,
                       const TradeoffReceiver& receive) const {
-  for (auto waiting = connection_->patience();;) {
+  const Deadline deadline(connection_->options.compute_timeout);
+  for (auto waiting = connection_->patience(deadline);;) {
     grpc::ClientContext context;
-    const auto& timeout = connection_->options.compute_timeout;
-    if (timeout) context.set_deadline(std::chrono::system_clock::now() + *timeout);
+    deadline.limit(context);
     const CancelOnStop cancel(connection_->options.stop, context);
     const auto reader = connection_->stub->MeasureTradeoff(&context, request);
     v1::MeasureTradeoffResponse part;

@@ -21,7 +21,9 @@ namespace stiefel::client {
 struct Options {
   /// Deadline of calls that compute nothing.
   std::chrono::milliseconds timeout = std::chrono::seconds(30);
-  /// Deadline of Step and Diagnose; none by default, because only the caller knows how far he goes.
+  /// Deadline of what computes: Step, Diagnose, ForkSession, Connect, MeasureTradeoff, and a whole
+  /// Stream with its resumptions and pauses. None by default, because only the caller knows how far
+  /// he goes.
   std::optional<std::chrono::milliseconds> compute_timeout = std::nullopt;
   /// How long a call is repeated while the server is UNAVAILABLE. Every call is idempotent, so this
   /// is safe.
@@ -45,18 +47,46 @@ class CancelOnStop {
   std::stop_callback<Cancel> callback_;
 };
 
+/// The end of a call and of all its repetitions, on a clock that nobody sets.
+class Deadline {
+ public:
+  using Timeout = std::optional<std::chrono::milliseconds>;
+
+  explicit Deadline(Timeout timeout)
+      : end_(timeout ? std::optional(std::chrono::steady_clock::now() + *timeout) : std::nullopt) {}
+
+  /// Gives an attempt the time that is left.
+  void limit(grpc::ClientContext& context) const {
+    if (end_) context.set_deadline(std::chrono::system_clock::now() + left());
+  }
+  /// The pause, or what is left if that is less.
+  std::chrono::milliseconds at_most(std::chrono::milliseconds pause) const {
+    return end_ ? std::min(pause, std::chrono::ceil<std::chrono::milliseconds>(left())) : pause;
+  }
+
+ private:
+  std::chrono::steady_clock::duration left() const {
+    return std::max(*end_ - std::chrono::steady_clock::now(),
+                    std::chrono::steady_clock::duration::zero());
+  }
+
+  std::optional<std::chrono::steady_clock::time_point> end_;
+};
+
 /// Whether to try again, and the pause before. Starts anew after every success.
 class Patience {
  public:
   /// `channel`: what to wait for besides the time; null if there is nothing to connect.
-  Patience(grpc::Channel* channel, std::chrono::milliseconds limit, std::stop_token stop = {})
-      : channel_(channel), limit_(limit), stop_(std::move(stop)) {}
+  /// No pause goes beyond the deadline; the attempt after it then fails with DEADLINE_EXCEEDED.
+  Patience(grpc::Channel* channel, std::chrono::milliseconds limit,
+           Deadline deadline = Deadline(std::nullopt), std::stop_token stop = {})
+      : channel_(channel), limit_(limit), deadline_(deadline), stop_(std::move(stop)) {}
 
   /// True after a pause; false at once if the status is not UNAVAILABLE or patience has run out,
   /// and when a stop is requested.
   bool allows_another(const grpc::Status& status) {
     if (status.error_code() != grpc::StatusCode::UNAVAILABLE || waited_ >= limit_) return false;
-    const auto until = std::chrono::system_clock::now() + pause_;
+    const auto until = std::chrono::system_clock::now() + deadline_.at_most(pause_);
     if (channel_ && channel_->GetState(true) != GRPC_CHANNEL_READY) {
       // gRPC connects only while somebody waits in it, so sleeping would not do.
       channel_->WaitForConnected(until);
@@ -73,6 +103,7 @@ class Patience {
  private:
   grpc::Channel* channel_;
   std::chrono::milliseconds limit_;
+  Deadline deadline_;
   std::stop_token stop_;
   std::chrono::milliseconds waited_{0};
   std::chrono::milliseconds pause_{25};
@@ -87,7 +118,9 @@ struct Connection {
   /// What the channel leads to; empty if the caller brought it.
   std::string address = {};
 
-  Patience patience() const { return {channel.get(), options.patience, options.stop}; }
+  Patience patience(Deadline deadline) const {
+    return {channel.get(), options.patience, deadline, options.stop};
+  }
 
   /// The error of a call; of a server that cannot be reached in plain words.
   Error error(const grpc::Status& status) const {
@@ -103,10 +136,10 @@ struct Connection {
   template <class Request, class Reply>
   Reply call(Method<Request, Reply> method, const Request& request,
              std::optional<std::chrono::milliseconds> timeout) const {
-    const auto start = std::chrono::system_clock::now();
-    for (auto waiting = patience();;) {
+    const Deadline deadline(timeout);
+    for (auto waiting = patience(deadline);;) {
       grpc::ClientContext context;
-      if (timeout) context.set_deadline(start + *timeout);
+      deadline.limit(context);
       const CancelOnStop cancel(options.stop, context);
       Reply reply;
       const grpc::Status status = (stub.get()->*method)(&context, request, &reply);

@@ -1,9 +1,14 @@
 #include "client/cpp/stream.h"
 
+#include <algorithm>
+#include <utility>
+
 namespace stiefel::client {
 
 Stream::Stream(std::shared_ptr<const Connection> connection, std::string session_id, Range range)
-    : connection_(std::move(connection)), every_(range.every) {
+    : connection_(std::move(connection)),
+      deadline_(connection_->options.compute_timeout),
+      every_(range.every) {
   request_.set_session_id(std::move(session_id));
   request_.set_from(range.from);
   request_.set_to(range.to);
@@ -21,6 +26,7 @@ Stream::~Stream() {
 void Stream::open() {
   cancel_.reset();
   context_ = std::make_unique<grpc::ClientContext>();
+  deadline_.limit(*context_);
   cancel_ = std::make_unique<CancelOnStop>(connection_->options.stop, *context_);
   reader_ = connection_->stub->Stream(context_.get(), request_);
 }
@@ -34,8 +40,9 @@ void Stream::resume_after(std::int64_t step) {
 }
 
 const v1::StreamResponse* Stream::next_batch() {
-  for (auto patience = connection_->patience(); reader_;) {
+  for (auto patience = connection_->patience(deadline_); reader_;) {
     if (reader_->Read(&batch_)) {
+      computed_ = std::max(computed_, batch_.computed_steps());
       if (batch_.has_ending()) ending_ = batch_.ending();
       const int size = batch_.steps_size();
       // After a break between the last sample and the end, the last sample comes once more.
@@ -45,6 +52,7 @@ const v1::StreamResponse* Stream::next_batch() {
     }
     const grpc::Status status = reader_->Finish();
     reader_.reset();
+    computed_before_ += std::exchange(computed_, 0);
     if (status.ok()) break;
     if (!patience.allows_another(status)) throw connection_->error(status);
     if (last_step_) {

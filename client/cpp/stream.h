@@ -26,7 +26,8 @@ struct Range {
 ///     for (const SampleView sample : stream) use(sample.step(), sample.field("Q").values);
 ///
 /// or message by message with `next_batch`. A stream that breaks because the server is UNAVAILABLE
-/// goes on where it broke. Destroying it cancels it. Not thread-safe.
+/// goes on where it broke; Options::compute_timeout bounds it from its construction to its end,
+/// whatever the number of streams. Destroying it cancels it. Not thread-safe.
 class Stream {
  public:
   Stream(std::shared_ptr<const Connection> connection, std::string session_id, Range range);
@@ -40,6 +41,9 @@ class Stream {
 
   /// How the run ended; empty before the end.
   const std::optional<v1::Ending>& ending() const { return ending_; }
+
+  /// Steps computed so far, by all the streams that it took; the rest came from a cache.
+  std::int64_t computed_steps() const { return computed_before_ + computed_; }
 
   class Iterator {
    public:
@@ -74,6 +78,7 @@ class Stream {
   void resume_after(std::int64_t step);
 
   std::shared_ptr<const Connection> connection_;
+  Deadline deadline_;
   v1::StreamRequest request_;
   std::int64_t every_;
   std::unique_ptr<grpc::ClientContext> context_;
@@ -82,6 +87,8 @@ class Stream {
   v1::StreamResponse batch_;
   std::optional<std::int64_t> last_step_;
   std::optional<v1::Ending> ending_;
+  std::int64_t computed_before_ = 0;  // by the streams before this one
+  std::int64_t computed_ = 0;         // by this one
 };
 
 }  // namespace stiefel::client

@@ -29,7 +29,7 @@ def families(session: stiefel.Session, steps: int) -> tuple[list[float], dict[st
         for invariant in diagnosis.invariants:
             family = invariant.name.split("[")[0]
             largest[family] = max(largest.get(family, 0.0), invariant.drift)
-        if diagnosis.HasField("orthogonality"):
+        if diagnosis.orthogonality is not None:
             largest["orthogonality"] = diagnosis.orthogonality
         times.append(diagnosis.time)
         for family, drift in largest.items():
@@ -55,7 +55,7 @@ def main() -> int:
         reached = int(run.step[-1])
         times, drifts = families(session, reached)
 
-    print(f"{run.outcome} at step {reached}, time {run.time[-1]:.6g}: {len(run)} samples, "
+    print(f"{run.outcome} at step {reached}, time {run.time[-1]:.6g}: {run.samples} samples, "
           f"{run.computed_steps / seconds:.2e} steps/s")
     if run.ending.message:
         print(run.ending.message)

@@ -124,7 +124,7 @@ def main() -> None:
         run = session.trajectory(to=DAYS * DAY, every=SAMPLE, fields=["Q", "M"], progress=True)
         seconds = time.perf_counter() - start
         print(f"{run.computed_steps} steps in {seconds:.2f} s: {run.computed_steps / seconds:.2e} steps/s, "
-              f"{len(run)} samples streamed\n")
+              f"{run.samples} samples streamed\n")
         comparisons = list(compare(session, data))
         methods = {method: hourly(client, data, method) for method in ("variational", "rk4")}
 

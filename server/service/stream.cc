@@ -115,10 +115,10 @@ bool StreamCall::send() {
     return false;
   }
   pack(message_);
+  const Walk& walk = sampling_->walk();
+  message_.set_computed_steps(walk.computed_steps());
   if (sampling_->done()) {
-    const Walk& walk = sampling_->walk();
     to_proto(walk, (*session_)->scene(), message_.mutable_ending());
-    message_.set_computed_steps(walk.computed_steps());
     end(grpc::Status::OK);
     return false;
   }

@@ -19,6 +19,7 @@ class Unreliable : public v1::SimulationService::Service {
   int messages_a_stream = 1'000'000;
   int streams_to_break = 1'000'000;
   int calls = 0;
+  std::chrono::milliseconds pause_a_message{0};
 
   grpc::Status Describe(grpc::ServerContext*, const v1::DescribeRequest*,
                         v1::DescribeResponse* reply) override {
@@ -42,6 +43,8 @@ class Unreliable : public v1::SimulationService::Service {
       const bool last = step == request->to();
       if (last || message.steps_size() == 2) {
         if (breaks && sent == messages_a_stream) return unavailable;
+        std::this_thread::sleep_for(pause_a_message);
+        message.set_computed_steps(step - request->from());
         writer->Write(message);
         message.Clear();
         ++sent;
@@ -50,6 +53,7 @@ class Unreliable : public v1::SimulationService::Service {
       step = std::min(step + request->every(), request->to());
     }
     if (breaks && sent == messages_a_stream) return unavailable;
+    message.set_computed_steps(request->to() - request->from());
     message.mutable_ending()->set_outcome(v1::OUTCOME_REACHED);
     writer->Write(message);
     return grpc::Status::OK;
@@ -65,10 +69,12 @@ class RetryTest : public testing::Test {
     channel_ = server_->InProcessChannel({});
   }
 
+  std::shared_ptr<const Connection> connection(Options options = {}) {
+    return std::make_shared<const Connection>(v1::SimulationService::NewStub(channel_), options);
+  }
+
   std::vector<std::int64_t> steps(Range range) {
-    auto connection =
-        std::make_shared<const Connection>(v1::SimulationService::NewStub(channel_), Options());
-    client::Stream stream(connection, "any", std::move(range));
+    client::Stream stream(connection(), "any", std::move(range));
     std::vector<std::int64_t> steps;
     for (const SampleView sample : stream) steps.push_back(sample.step());
     EXPECT_TRUE(stream.ending());
@@ -132,6 +138,47 @@ TEST_F(RetryTest, ABrokenStreamGoesOnWhereItBroke) {
       service_.streams_to_break = static_cast<int>(whole.size() / 2 + 1);
       EXPECT_EQ(steps(range), whole) << range.from << ' ' << range.to << ' ' << range.every;
     }
+  }
+}
+
+TEST_F(RetryTest, TheStepsOfEveryStreamAreCounted) {
+  service_.messages_a_stream = 1;  // two samples: 0 and 1, 2 and 3, 4 and 5, and the rest at once
+  service_.streams_to_break = 3;
+  Stream stream(connection(), "any", {0, 9, 1});
+  while (stream.next_batch()) {
+  }
+  EXPECT_EQ(service_.calls, 4);
+  EXPECT_EQ(stream.computed_steps(), 1 + 1 + 1 + 3);
+}
+
+TEST_F(RetryTest, TheDeadlineIsThatOfAllStreamsTogether) {
+  service_.messages_a_stream = 1;
+  service_.pause_a_message = std::chrono::milliseconds(30);
+  Options options;
+  options.compute_timeout = std::chrono::milliseconds(300);
+  const auto start = std::chrono::steady_clock::now();
+  Stream stream(connection(options), "any", {0, 1'000'000, 1});
+  int batches = 0;
+  try {
+    while (stream.next_batch()) ++batches;
+    ADD_FAILURE() << "no Error was thrown";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), grpc::StatusCode::DEADLINE_EXCEEDED) << error.what();
+  }
+  EXPECT_GE(batches, 1);
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(10));
+}
+
+TEST_F(RetryTest, APauseEndsWithTheDeadline) {
+  service_.failures = 1'000'000;
+  Options options;
+  options.timeout = std::chrono::milliseconds(100);
+  options.patience = std::chrono::hours(1);
+  try {
+    Client(channel_, options).describe();
+    ADD_FAILURE() << "no Error was thrown";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), grpc::StatusCode::DEADLINE_EXCEEDED) << error.what();
   }
 }
 

@@ -177,7 +177,7 @@ class Reported:
             self.x = State(self.scene, self.fields, AT)
             diagnosis = session.diagnose(AT)
             self.invariants = {i.name: i for i in diagnosis.invariants}
-            self.orthogonality = diagnosis.orthogonality if diagnosis.HasField("orthogonality") else None
+            self.orthogonality = diagnosis.orthogonality
             self.forms = [(form, *self.evaluated(session, form)) for form in system.forms]
 
     @staticmethod

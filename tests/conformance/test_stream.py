@@ -18,6 +18,15 @@ def messages(session, **request):
     return list(session._client.stub.Stream(pb.StreamRequest(session_id=session.id, **request), timeout=60))
 
 
+def test_every_message_tells_what_the_stream_has_cost(client):
+    """So that a client whose stream breaks knows it."""
+    with client.create(scenes.rigid_body()) as fresh:
+        replies = messages(fresh, to=20_000)
+    costs = [reply.computed_steps for reply in replies]
+    assert len(costs) > 2 and costs == sorted(costs) and costs[-1] == 20_000
+    assert all(reply.computed_steps >= reply.steps[-1] for reply in replies if reply.steps)
+
+
 @pytest.mark.parametrize("request_, steps", [
     (dict(to=0), [0]),
     (dict(to=4), [0, 1, 2, 3, 4]),

@@ -4,7 +4,6 @@ from hypothesis import given, strategies as st
 
 import scenes
 import stiefel
-from stiefel.v1 import catalogue_pb2
 
 STEPS = 64
 
@@ -21,13 +20,13 @@ def test_what_is_kept_is_kept(client, pair, data):
     declared = scenes.preserved(pair)
     with client.create(scene) as session:
         diagnosis = session.diagnose(to=STEPS)
-        assert stiefel.Outcome.REACHED == outcome(diagnosis)
+        assert diagnosis.outcome is stiefel.Outcome.REACHED
         for invariant in diagnosis.invariants:
             family = invariant.name.partition("[")[0]
             assert invariant.kept == declared[family], invariant.name
-            exact = invariant.kept == catalogue_pb2.KEPT_EXACT
+            exact = invariant.kept == stiefel.Conservation.EXACT
             assert invariant.drift <= (rounding(scene) if exact else 1e-2), invariant.name
-        if declared.get("orthogonality") == catalogue_pb2.KEPT_EXACT and diagnosis.HasField("orthogonality"):
+        if declared.get("orthogonality") == stiefel.Conservation.EXACT and diagnosis.orthogonality is not None:
             assert diagnosis.orthogonality <= rounding(scene)
 
 
@@ -45,7 +44,3 @@ def test_forth_and_back(client, pair, data):
         home = session.step(to=STEPS)
     for name in start.fields:
         np.testing.assert_allclose(home[name], start[name], rtol=0, atol=10 * rounding(scene))
-
-
-def outcome(diagnosis):
-    return stiefel.arrays.Ending.of(diagnosis.ending).outcome

@@ -92,7 +92,7 @@ def test_a_fork_goes_on_as_the_old_one_would(client, pair, data):
     motion to rounding and drift."""
     scene, k, on = data.draw(scenes.scenes(pair)), data.draw(st.integers(0, 40)), data.draw(st.integers(0, 20))
     with client.create(scene) as session:
-        here, drift = session.step(to=k), session.diagnose(to=k).orthogonality
+        here, drift = session.step(to=k), session.diagnose(to=k).orthogonality or 0.0
         try:
             fork = session.fork(at=k)
         except stiefel.InvalidArgument as refused:

@@ -3,8 +3,8 @@ import numpy as np
 from hypothesis import given, strategies as st
 
 import scenes
+import stiefel
 from stiefel.scenes import to_array, to_message
-from stiefel.v1 import catalogue_pb2
 
 STEPS = 32
 # Two changes of variables in up to 5 dimensions, each some ten roundings of numbers near 1.
@@ -57,7 +57,7 @@ def test_what_is_kept_is_kept_at_every_scale(client, pair, data):
     with client.create(scene) as session:
         diagnosis = session.diagnose(to=STEPS)
     for invariant in diagnosis.invariants:
-        if invariant.kept == catalogue_pb2.KEPT_EXACT:
+        if invariant.kept == stiefel.Conservation.EXACT:
             assert invariant.drift <= DRIFT, invariant.name
 
 

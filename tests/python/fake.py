@@ -1,4 +1,5 @@
 """A server that fails on purpose, and otherwise knows one session whose field x is its step."""
+import threading
 from concurrent.futures import ThreadPoolExecutor
 
 import grpc
@@ -20,7 +21,9 @@ def field(steps):
 
 class Fake(SimulationServiceServicer):
     """`failures` is how the next calls fail, first come first served; a number breaks a stream after
-    so many messages."""
+    so many messages. A stream computes what it tells of, and waits `pause` seconds before each message."""
+
+    pause = 0.0
 
     def __init__(self):
         self.failures = []
@@ -64,10 +67,12 @@ class Fake(SimulationServiceServicer):
             if count == breaks:
                 context.abort(grpc.StatusCode.UNAVAILABLE, "on purpose")
             part = steps[begin:begin + 10]
-            yield pb.StreamResponse(steps=part, times=[step * 0.5 for step in part], fields=[field(part)])
+            threading.Event().wait(self.pause)  # which nobody patches
+            yield pb.StreamResponse(steps=part, times=[step * 0.5 for step in part], fields=[field(part)],
+                                    computed_steps=part[-1] - start)
         if breaks == -1:
             context.abort(grpc.StatusCode.UNAVAILABLE, "on purpose")
-        yield pb.StreamResponse(ending=REACHED, computed_steps=request.to)
+        yield pb.StreamResponse(ending=REACHED, computed_steps=request.to - start)
 
 
 def serve(folder):

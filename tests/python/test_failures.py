@@ -1,5 +1,6 @@
 """Retries, resumption, deadlines and exceptions, against a server that fails on purpose."""
 import socket
+import time
 
 import grpc
 import pytest
@@ -100,6 +101,69 @@ def test_a_broken_stream_resumes_where_it_stopped(service, session, breaks):
     assert list(run["x"].ravel()) == list(run.step) and list(run.time) == [step * 0.5 for step in run.step]
     assert run.outcome == "REACHED"
     assert len(service.requests) == len(breaks) + 1
+
+
+def test_the_steps_of_all_streams_are_counted(service, session):
+    """With every = 1: 0 to 19, 20 to 29, 30 to 155."""
+    service.failures = [2, 1]
+    assert session.trajectory(to=155).computed_steps == 19 + 9 + 125
+
+
+def test_a_timeout_is_that_of_the_whole_trajectory(service, session):
+    """Every stream breaks after its first message, so each by itself is short."""
+    service.failures, service.pause = [1] * 1000, 0.03
+    start = time.monotonic()
+    with pytest.raises(stiefel.DeadlineExceeded) as caught:
+        session.trajectory(to=10**4, timeout=0.4)
+    assert 0.3 < time.monotonic() - start < 5
+    partial = caught.value.partial
+    assert f"{partial.samples} samples had arrived" in str(caught.value)
+    assert partial.outcome is stiefel.Outcome.CANCELLED and partial.ending.message
+    assert 10 <= partial.samples < 10**4 and list(partial.step) == list(range(partial.samples))
+    assert list(partial["x"].ravel()) == list(partial.step)
+    assert partial.computed_steps == 9 * len(partial.step) // 10
+
+
+def test_pauses_count(service):
+    with stiefel.Client(service.address) as client:
+        session, start = client.get("fake"), time.monotonic()
+        service.failures = [1] + [UNAVAILABLE] * 100
+        with pytest.raises(stiefel.DeadlineExceeded, match="0.3 s: on purpose") as caught:
+            session.trajectory(to=100, timeout=0.3)
+        assert time.monotonic() - start < 1
+    assert list(caught.value.partial.step) == list(range(10))
+    service.failures.clear()
+
+
+def test_a_timeout_bounds_an_iteration(service, session):
+    service.failures, service.pause = [1] * 1000, 0.03
+    with pytest.raises(stiefel.DeadlineExceeded):
+        for _ in session.stream(to=10**4, timeout=0.3):
+            pass
+
+
+def test_without_one_a_stream_that_brings_something_goes_on(service, session):
+    """The client's deadline comes several times in 0.6 s."""
+    session._client.timeout, service.pause = 0.2, 0.06
+    run = session.trajectory(to=99)
+    assert run.outcome == "REACHED" and run.samples == 100
+    assert len([request for request in service.requests if hasattr(request, "every")]) > 2
+
+
+def test_other_errors_have_what_arrived_too(service, session):
+    service.failures = [2, EXHAUSTED]
+    with pytest.raises(stiefel.ResourceExhausted) as caught:
+        session.trajectory(to=100)
+    assert list(caught.value.partial.step) == list(range(20))
+    with pytest.raises(stiefel.ResourceExhausted) as caught:
+        service.failures = [EXHAUSTED]
+        session.step(to=5)
+    assert caught.value.partial is None
+
+
+def test_details_that_cannot_be_read_are_left_out():
+    error = stiefel.errors.make_error(13, "told", b"\xff\xff no message")
+    assert isinstance(error, stiefel.Internal) and str(error) == "told" and error.violations == ()
 
 
 def test_a_stream_that_never_begins_gives_up(service, session):

@@ -35,16 +35,49 @@ def test_the_json_form_reads_back_the_same():
     assert stiefel.to_message(json.loads(json.dumps(stiefel.to_dict(message)))) == message
 
 
-@pytest.mark.parametrize("scene, word", [
-    ({**SCENE, "steps": 3}, "steps"),
-    ({**SCENE, "method": {"nmae": "rk4"}}, "nmae"),
-    ({**SCENE, "step": "soon"}, "step"),
-    ({**SCENE, "inertia": "heavy"}, "inertia"),
+BODY = {"moments": [1, 2, 3]}
+
+
+@pytest.mark.parametrize("scene, path, description", [
+    ({**SCENE, "steps": 3}, "scene.steps", "unknown field; did you mean step? It is 3"),
+    ({**SCENE, "method": {"nmae": "rk4"}}, "scene.method.nmae", "unknown field; did you mean name? It is 'rk4'"),
+    ({"body": {**BODY, "inertia_tensr": [1, 2]}}, "scene.body.inertia_tensr",
+     "unknown field; did you mean inertia_tensor? It is [1, 2]"),
+    ({"initial": {"M": {"rows": 1, "colums": 1}}}, "scene.initial.M.colums",
+     "unknown field; did you mean cols? It is 1"),
+    ({"zzz": 1}, "scene.zzz", "unknown field; the fields are system, method, "),
+    ({**SCENE, "step": "soon"}, "scene.step", "'soon': must be a number"),
+    ({**SCENE, "inertia": "heavy"}, "scene.inertia", "['heavy']: must be numbers"),
+    ({**SCENE, "inertia": [[1, 2], [3]]}, "scene.inertia", "[[1, 2], [3]]: must be numbers"),
+    ({**SCENE, "members": -1}, "scene.members", "-1: must be a whole number of at least 0"),
+    ({**SCENE, "method": "rk4"}, "scene.method", "'rk4': must be a mapping with the fields name, order"),
+    ({**SCENE, "method": ["rk4"]}, "scene.method", "['rk4']: must be a mapping"),
+    ({**SCENE, "system": 3}, "scene.system", "3: must be a text"),
+    ({**SCENE, "initial": {"M": [[1, 2], [3]]}}, "scene.initial.M", "[[1, 2], [3]]: must be a matrix"),
+    ({**SCENE, "initial": {"M": "M"}}, "scene.initial.M", "'M': must be a matrix"),
+    ({**SCENE, "initial": [1]}, "scene.initial", "[1]: must be a mapping"),
+    (3, "scene", "3: must be a dict"),
 ])
-def test_unknown_fields_and_wrong_types_are_errors(scene, word):
-    with pytest.raises(stiefel.InvalidArgument, match=word) as caught:
+def test_unknown_fields_and_wrong_types_are_errors(scene, path, description):
+    with pytest.raises(stiefel.InvalidArgument) as caught:
         stiefel.to_message(scene)
-    assert caught.value.violations[0].field == "scene"
+    violation, = caught.value.violations
+    assert violation.field == path and violation.description.startswith(description)
+    assert f"{path}: {description}" in str(caught.value)
+
+
+def test_every_unknown_field_is_named():
+    with pytest.raises(stiefel.InvalidArgument) as caught:
+        stiefel.to_message({"sistem": "rigid_body", "method": {"nmae": "rk4", "ordr": 2}})
+    fields = {violation.field for violation in caught.value.violations}
+    assert fields == {"scene.sistem", "scene.method.nmae", "scene.method.ordr"}
+
+
+@pytest.mark.parametrize("text", ["{", "[1]", "\"scene\""])
+def test_a_file_that_holds_no_scene(tmp_path, text):
+    (tmp_path / "scene.json").write_text(text)
+    with pytest.raises(stiefel.InvalidArgument):
+        stiefel.to_message(tmp_path / "scene.json")
 
 
 def test_a_scene_is_not_changed_by_reading_it():

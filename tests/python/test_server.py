@@ -1,12 +1,16 @@
 """stiefel.Server: it starts, it stops, and it never outlives the one who started it."""
 import os
+import re
 import subprocess
 import sys
+import tempfile
 import time
+from pathlib import Path
 
 import pytest
 
 import stiefel
+from stiefel.server import find_server
 
 
 def is_running(process_id):
@@ -66,13 +70,116 @@ def test_it_outlives_the_thread_that_started_it():
 
 
 def test_arguments_it_does_not_know():
-    with pytest.raises(RuntimeError, match="--no-such-flag"):
+    with pytest.raises(stiefel.NotStarted, match="--no-such-flag") as caught:
         stiefel.Server.start(arguments=["--no-such-flag"])
+    assert caught.value.status > 0 and caught.value.stderr and caught.value.stderr in str(caught.value).replace("\n  ", "\n")
+
+
+@pytest.fixture
+def program(tmp_path, monkeypatch):
+    """Makes a shell script the server."""
+    def program(text):
+        path = tmp_path / "stiefel-server"
+        path.write_text(f"#!/bin/sh\n{text}\n")
+        path.chmod(0o755)
+        monkeypatch.setenv("STIEFEL_SERVER", str(path))
+        return path
+    return program
+
+
+def folders():
+    return set(Path(tempfile.gettempdir()).glob("stiefel-*"))
+
+
+def test_a_program_that_says_nothing_is_killed(program, tmp_path):
+    program(f"echo $$ > {tmp_path}/pid; echo loading >&2; trap '' TERM; while :; do sleep 0.05; done")
+    before, start = folders(), time.monotonic()
+    with pytest.raises(stiefel.NotStarted, match="did not say within 0.5 s where it listens.*\n  loading") as caught:
+        stiefel.Server.start(timeout=0.5)
+    assert time.monotonic() - start < 4
+    assert caught.value.status is None and caught.value.stderr == "loading"
+    assert not is_running(int((tmp_path / "pid").read_text())) and folders() == before
+
+
+def test_half_a_line_is_nothing(program):
+    program("printf 'listening on '; exec sleep 100")
+    with pytest.raises(stiefel.NotStarted, match="did not say"):
+        stiefel.Server.start(timeout=0.3)
+
+
+def test_a_program_that_ends_at_once(program):
+    program("echo one >&2; echo two >&2; exit 7")
+    with pytest.raises(stiefel.NotStarted, match="exit status 7 before it listened.*\n  one\n  two") as caught:
+        stiefel.Server.start()
+    assert (caught.value.status, caught.value.stderr) == (7, "one\ntwo")
+    program("kill -9 $$")
+    with pytest.raises(stiefel.NotStarted, match="exit status -9 .* it wrote nothing to stderr"):
+        stiefel.Server.start()
+
+
+def test_a_program_that_says_something_else(program):
+    program("echo hello")
+    with pytest.raises(stiefel.NotStarted, match="it said 'hello'"):
+        stiefel.Server.start()
+
+
+def test_a_program_that_writes_much_before_it_listens(program):
+    program("head -c 1000000 /dev/zero | tr '\\0' x >&2; echo the end >&2; exit 3")
+    with pytest.raises(stiefel.NotStarted) as caught:
+        stiefel.Server.start(timeout=10)
+    assert caught.value.status == 3 and caught.value.stderr.endswith("the end") and len(caught.value.stderr) <= 65536
+
+
+def test_what_is_no_program(tmp_path, monkeypatch):
+    (tmp_path / "text").write_bytes(b"\x7fELF no program")
+    (tmp_path / "text").chmod(0o755)
+    monkeypatch.setenv("STIEFEL_SERVER", str(tmp_path / "text"))
+    with pytest.raises(stiefel.NotStarted, match="cannot be run: Exec format error"):
+        stiefel.Server.start()
+
+
+def test_what_it_writes_to_stderr_is_seen(capfd, program):
+    program("echo early >&2; echo listening on nowhere; echo late >&2; read line; echo last >&2")
+    with stiefel.Server.start() as server:
+        server.process.stdin.close()
+        server.process.wait(10)
+    assert capfd.readouterr().err == "early\nlate\nlast\n"
 
 
 def test_a_server_that_is_nowhere(monkeypatch, tmp_path):
-    monkeypatch.setattr("stiefel.server.__file__", str(tmp_path / "server.py"))
+    """The error names every place where it looked."""
+    monkeypatch.setattr("stiefel.server.__file__", str(tmp_path / "lib/stiefel/server.py"))
     monkeypatch.delenv("STIEFEL_SERVER", raising=False)
     monkeypatch.setenv("PATH", str(tmp_path))
-    with pytest.raises(FileNotFoundError, match="STIEFEL_SERVER"):
+    with pytest.raises(FileNotFoundError) as caught:
         stiefel.Server.start()
+    for place in ("STIEFEL_SERVER", f"{tmp_path}/bin/stiefel-server", f"PATH ({tmp_path})"):
+        assert place in str(caught.value)
+    monkeypatch.setenv("STIEFEL_SERVER", "/no/such/program")
+    with pytest.raises(FileNotFoundError, match="STIEFEL_SERVER is /no/such/program"):
+        stiefel.Server.start()
+
+
+def test_where_it_is_looked_for(monkeypatch, tmp_path):
+    """STIEFEL_SERVER, then the build tree around the package, then PATH."""
+    for name in ("given", "bin", "path"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "stiefel-server").write_text("#!/bin/sh")
+        (tmp_path / name / "stiefel-server").chmod(0o755)
+    monkeypatch.setattr("stiefel.server.__file__", str(tmp_path / "python/stiefel/server.py"))
+    monkeypatch.setenv("PATH", str(tmp_path / "path"))
+    monkeypatch.setenv("STIEFEL_SERVER", str(tmp_path / "given/stiefel-server"))
+    assert find_server() == str(tmp_path / "given/stiefel-server")
+    monkeypatch.delenv("STIEFEL_SERVER")
+    assert find_server() == str(tmp_path / "bin/stiefel-server")
+    (tmp_path / "bin/stiefel-server").unlink()
+    assert find_server() == str(tmp_path / "path/stiefel-server")
+
+
+def test_the_package_holds_no_program():
+    """Its wheel is for every platform."""
+    package = Path(stiefel.__file__).parent
+    project = (package.parent / "pyproject.toml").read_text(encoding="utf-8")
+    patterns = re.search(r"^stiefel = \[(.*)\]$", project, re.MULTILINE)[1].replace('"', "").split(", ")
+    files = {file for pattern in patterns for file in package.glob(pattern)}
+    assert {file.suffix for file in files} == {".typed", ".pyi"}

@@ -4,12 +4,15 @@
         with client.create("scene.json") as session:
             run = session.trajectory(to=10_000, every=10)
 """
+from __future__ import annotations
+
 from stiefel.answers import Conversion, EstimatedError, Geodesic
 from stiefel.arrays import Batch, Ending, Outcome, State, Trajectory
 from stiefel.client import Client
+from stiefel.diagnosis import Conservation, Diagnosis, Domain, Invariant
 from stiefel.drive import Drive
-from stiefel.errors import (AlreadyExists, Cancelled, DeadlineExceeded, FailedPrecondition, Internal,
-                            InvalidArgument, NotFound, ResourceExhausted, SceneWarning, StiefelError,
+from stiefel.errors import (AlreadyExists, Cancelled, Closed, DeadlineExceeded, FailedPrecondition, Internal,
+                            InvalidArgument, NotFound, NotStarted, ResourceExhausted, SceneWarning, StiefelError,
                             Unavailable, Unimplemented, Violation)
 from stiefel.scenes import SceneLike, to_dict, to_message
 from stiefel.server import Server
@@ -17,8 +20,14 @@ from stiefel.session import Session
 from stiefel.tradeoff import Point, Tradeoff
 
 __all__ = [
-    "AlreadyExists", "Batch", "Cancelled", "Client", "Conversion", "DeadlineExceeded", "Drive", "Ending",
-    "EstimatedError", "FailedPrecondition", "Geodesic", "Internal", "InvalidArgument", "NotFound", "Outcome", "Point",
-    "ResourceExhausted", "SceneLike", "SceneWarning", "Server", "Session", "State", "StiefelError", "Tradeoff",
-    "Trajectory", "Unavailable", "Unimplemented", "Violation", "to_dict", "to_message",
+    "AlreadyExists", "Batch", "Cancelled", "Client", "Closed", "Conservation", "Conversion", "DeadlineExceeded",
+    "Diagnosis", "Domain", "Drive", "Ending", "EstimatedError", "FailedPrecondition", "Geodesic", "Internal",
+    "Invariant", "InvalidArgument", "NotFound", "NotStarted", "Outcome", "Point", "ResourceExhausted", "SceneLike",
+    "SceneWarning", "Server", "Session", "State", "StiefelError", "Tradeoff", "Trajectory", "Unavailable",
+    "Unimplemented", "Violation", "to_dict", "to_message",
 ]
+
+
+def __dir__() -> list[str]:
+    """What completion offers: no submodules."""
+    return __all__

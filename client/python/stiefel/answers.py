@@ -5,12 +5,13 @@ from dataclasses import dataclass
 from typing import Any, Optional
 
 from stiefel.arrays import Array, Ending, Outcome, decode
+from stiefel.compare import ByValue
 from stiefel.scenes import to_array, to_dict
 from stiefel.v1 import simulation_pb2 as pb
 
 
-@dataclass(frozen=True)
-class Conversion:
+@dataclass(frozen=True, eq=False)
+class Conversion(ByValue):
     """The same motion in other variables."""
 
     scene: Optional[dict[str, Any]]  #: resolved; None if what was asked for is not a system
@@ -24,8 +25,8 @@ class Conversion:
                           {margin.domain: margin.margin for margin in message.margins})
 
 
-@dataclass(frozen=True)
-class Geodesic:
+@dataclass(frozen=True, eq=False)
+class Geodesic(ByValue):
     """The geodesic that joins two frames; if `outcome` is not REACHED none was found."""
 
     scene: Optional[dict[str, Any]]  #: starts at Q_0 and is at Q_T at the time asked for

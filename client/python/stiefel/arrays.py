@@ -3,12 +3,14 @@ from __future__ import annotations
 
 import enum
 import os
-from dataclasses import dataclass
-from typing import Any, Iterable, Optional
+from dataclasses import dataclass, field
+from typing import Any, Iterable, Iterator, Mapping, Optional
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stiefel import save
+from stiefel.compare import ByValue
 from stiefel.v1 import outcome_pb2, scene_pb2, simulation_pb2
 
 Array = NDArray[Any]  # float64, or complex128
@@ -30,6 +32,8 @@ class Outcome(str, enum.Enum):
 
 @dataclass(frozen=True)
 class Ending:
+    """An outcome, and what is known of its reason."""
+
     outcome: Outcome
     #: LEFT_DOMAIN: the largest |h| that has a solution from the last good state.
     largest_step: Optional[float] = None
@@ -45,25 +49,49 @@ class Ending:
         return Ending(Outcome(name[len("OUTCOME_"):]), largest, message.message, member)
 
 
-class _Fields:
-    """Anything with `fields`, read as `thing["Q"]`."""
+class _Fields(ByValue, Mapping[str, Array]):
+    """A mapping from the names of fields to arrays, read as `thing["Q"]`."""
 
     fields: dict[str, Array]
 
     def __getitem__(self, name: str) -> Array:
-        return self.fields[name]
+        try:
+            return self.fields[name]
+        except KeyError:
+            there = ", ".join(self.fields) or "none"
+            raise KeyError(f"no field {name!r}; the fields are {there}") from None
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.fields
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.fields)
+
+    def __len__(self) -> int:
+        """The number of fields."""
+        return len(self.fields)
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self.fields)
+
+    def _shapes(self) -> str:
+        return ", ".join(f"{name} {values.shape}" for name, values in self.fields.items()) or "no fields"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class State(_Fields):
-    """The state at `step`, each field (rows, cols), of an ensemble (members, rows, cols); the last good one if `outcome` is not REACHED."""
+    """The state at `step`, each field (rows, cols), of an ensemble (members, rows, cols); the last good one if `outcome` is not REACHED.
+
+    A mapping from field names to read-only arrays; `copy()` one to change it. Two states are equal
+    if their steps, times, fields and endings are, whatever they cost.
+    """
 
     step: int
     time: float
     fields: dict[str, Array]
     ending: Ending
-    computed_steps: int  #: the steps computed for this reply; the rest came from a cache
-    checkpoint: bytes  #: what `Client.create` accepts, if it was asked for
+    computed_steps: int = field(compare=False)  #: the steps computed for this reply; the rest came from a cache
+    checkpoint: bytes = field(compare=False)  #: what `Client.create` accepts, if it was asked for
 
     @property
     def outcome(self) -> Outcome:
@@ -75,16 +103,24 @@ class State(_Fields):
         return State(sample.step, sample.time, decode_fields(sample.fields), Ending.of(message.ending),
                      message.computed_steps, message.checkpoint)
 
+    def __repr__(self) -> str:
+        return f"<stiefel.State {self.outcome} at step {self.step}, time {self.time!r}: {self._shapes()}>"
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Batch(_Fields):
-    """Consecutive samples: every field is (samples, rows, cols), of an ensemble (samples, members, rows, cols)."""
+    """Consecutive samples: every field is (samples, rows, cols), of an ensemble (samples, members, rows, cols).
+
+    A mapping from field names to arrays, beside `step` and `time` of every sample.
+    """
 
     step: NDArray[np.int64]
     time: Array
     fields: dict[str, Array]
 
-    def __len__(self) -> int:
+    @property
+    def samples(self) -> int:
+        """How many there are."""
         return len(self.step)
 
     @staticmethod
@@ -101,21 +137,39 @@ class Batch(_Fields):
             steps = np.fromiter(message.steps, np.int64, count)
         return Batch(steps, steps * step, decode_fields(message.fields))
 
+    def __repr__(self) -> str:
+        return f"<stiefel.Batch {self._extent()}: {self._shapes()}>"
 
-@dataclass(frozen=True)
+    def _extent(self) -> str:
+        if not self.samples:
+            return "of no samples"
+        samples = f"{self.samples} sample" + ("s" if self.samples > 1 else "")
+        return f"of {samples}, steps {self.step[0]} to {self.step[-1]}"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Trajectory(Batch):
-    """All samples of a run."""
+    """All samples of a run; the arrays belong to the caller. Compared as states are."""
 
     ending: Ending
-    computed_steps: int
+    #: The steps computed for it, by all the streams that it took; the rest came from a cache.
+    computed_steps: int = field(compare=False)
 
     @property
     def outcome(self) -> Outcome:
         return self.ending.outcome
 
     def save(self, file: "str | os.PathLike[str]") -> None:
-        """Writes an .npz with `step`, `time` and the fields by name."""
-        np.savez_compressed(file, step=self.step, time=self.time, **self.fields)
+        """Writes what `stiefel run --output` writes, by the name's end.
+
+        .npz: `step`, `time` and the fields by name, as `numpy.load` opens them. .csv: a line a
+        sample. .json: the samples and the outcome. Another end is a ValueError. The file appears
+        under its name when it is complete.
+        """
+        save.save(self, file)
+
+    def __repr__(self) -> str:
+        return f"<stiefel.Trajectory {self.outcome} {self._extent()}: {self._shapes()}>"
 
 
 class Collector:
@@ -127,18 +181,18 @@ class Collector:
         self._arrays: dict[str, NDArray[Any]] = {}
 
     def add(self, batch: Batch) -> None:
-        end = self._done + len(batch)
+        end = self._done + batch.samples
         for name, part in {_STEP: batch.step, _TIME: batch.time, **batch.fields}.items():
             if name not in self._arrays:
                 self._arrays[name] = np.empty((self._count, *part.shape[1:]), part.dtype)
             self._arrays[name][self._done:end] = part
         self._done = end
 
-    def trajectory(self, last: simulation_pb2.StreamResponse) -> Trajectory:
-        """What was added, with the ending that the last message tells."""
+    def trajectory(self, ending: Ending, computed_steps: int) -> Trajectory:
+        """What was added."""
         fields = {name: values[:self._done] for name, values in self._arrays.items()}
         step, time = fields.pop(_STEP, np.empty(0, np.int64)), fields.pop(_TIME, np.empty(0))
-        return Trajectory(step, time, fields, Ending.of(last.ending), last.computed_steps)
+        return Trajectory(step, time, fields, ending, computed_steps)
 
 
 def decode(tensor: scene_pb2.Tensor) -> Array:

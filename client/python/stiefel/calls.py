@@ -6,7 +6,7 @@ from typing import Any, Callable, Iterator, Optional
 
 import grpc
 
-from stiefel.errors import StiefelError, Unavailable, from_rpc_error
+from stiefel.errors import DeadlineExceeded, StiefelError, Unavailable
 
 ATTEMPTS = 6
 
@@ -16,22 +16,46 @@ def pauses() -> Iterator[float]:
     return (0.05 * 2**attempt for attempt in range(ATTEMPTS - 1))
 
 
-def call(method: Callable[..., Any], request: Any, timeout: Optional[float]) -> Any:
-    """One unary call: at most `timeout` seconds, retries included."""
-    deadline = None if timeout is None else time.monotonic() + timeout
-    waits = pauses()
+class Deadline:
+    """The end of a call that may take `timeout` seconds, on a clock that nobody sets; None: no end."""
+
+    def __init__(self, timeout: Optional[float]):
+        self.timeout = timeout
+        self._end = None if timeout is None else time.monotonic() + timeout
+
+    def left(self) -> Optional[float]:
+        """Seconds, at least 0."""
+        return None if self._end is None else max(self._end - time.monotonic(), 0.0)
+
+    def comes_within(self, seconds: float) -> bool:
+        left = self.left()
+        return left is not None and left < seconds
+
+
+def call(method: Callable[[Optional[float]], Any], translate: Callable[[Exception], StiefelError],
+         timeout: Optional[float]) -> Any:
+    """One unary call: at most `timeout` seconds, retries included.
+
+    `method` gets the seconds left; `translate` makes this package's exception of gRPC's.
+    """
+    deadline, waits = Deadline(timeout), pauses()
     while True:
-        left = None if deadline is None else max(deadline - time.monotonic(), 0.0)
         try:
-            return method(request, timeout=left)
-        except grpc.RpcError as rpc_error:
-            error = from_rpc_error(rpc_error)
+            return method(deadline.left())
+        except (grpc.RpcError, ValueError) as failure:
+            error = translate(failure)
         pause_or_raise(error, waits, deadline)
 
 
-def pause_or_raise(error: StiefelError, waits: Iterator[float], deadline: Optional[float] = None) -> None:
-    """Sleeps before the next attempt, or raises `error` if there is to be none."""
+def pause_or_raise(error: StiefelError, waits: Iterator[float], deadline: Optional[Deadline] = None,
+                   late: bool = False) -> None:
+    """Sleeps before the next attempt, or raises `error` if there is to be none; with `late`
+    DeadlineExceeded if that is because the deadline comes first."""
     wait = next(waits, None) if isinstance(error, Unavailable) else None
-    if wait is None or (deadline is not None and time.monotonic() + wait > deadline):
+    if wait is None:
+        raise error from None
+    if deadline is not None and deadline.comes_within(wait):
+        if late:
+            raise DeadlineExceeded(f"no time is left of {deadline.timeout:g} s: {error.message}") from error
         raise error from None
     time.sleep(wait)

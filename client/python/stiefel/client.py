@@ -10,7 +10,7 @@ import grpc
 
 from stiefel import calls
 from stiefel.answers import Conversion, Geodesic
-from stiefel.errors import SceneWarning, from_rpc_error
+from stiefel.errors import Closed, SceneWarning, StiefelError, from_rpc_error
 from stiefel.scenes import SceneLike, to_matrix, to_message
 from stiefel.session import Session
 from stiefel.tradeoff import Tradeoff
@@ -31,18 +31,29 @@ class Client:
     """A connection to the server at `address`: "host:port" or "unix:/path".
 
     `timeout` is the deadline of every call in seconds, unless the call is given its own; None waits
-    for ever. Safe to use from many threads.
+    for ever. Of a stream or a trajectory, which may be long, it bounds what comes at a time: one that
+    has brought something in `timeout` seconds goes on. As a context manager it closes itself at the
+    end; what is called after that raises `Closed`. Safe to use from many threads.
     """
 
     def __init__(self, address: Optional[str] = None, timeout: Optional[float] = 60.0):
         self.address = address or os.environ.get("STIEFEL_ADDRESS", "127.0.0.1:50551")
         self.timeout = timeout
         self.channel = grpc.insecure_channel(self.address, options=_OPTIONS)
-        self.stub = SimulationServiceStub(self.channel)
+        self._stub = SimulationServiceStub(self.channel)  # type: ignore[no-untyped-call]
+        self._closed = False
+
+    @property
+    def stub(self) -> SimulationServiceStub:
+        """The calls as gRPC makes them. Raises `Closed`."""
+        if self._closed:
+            raise self._closed_error()
+        return self._stub
 
     def describe(self) -> pb.DescribeResponse:
         """Systems, methods, limits, versions."""
-        return self.call("Describe", pb.DescribeRequest())
+        reply: pb.DescribeResponse = self.call("Describe", pb.DescribeRequest())
+        return reply
 
     def create(self, scene: SceneLike, id: Optional[str] = None, checkpoint: bytes = b"") -> Session:
         """A session of `scene`; the existing one if `id` names one of the same scene.
@@ -58,6 +69,7 @@ class Client:
         return Session(self, reply.session, reply.created)
 
     def get(self, id: str) -> Session:
+        """The session of that id; NotFound if there is none."""
         reply = self.call("GetSession", pb.GetSessionRequest(session_id=id))
         return Session(self, reply.session, created=False)
 
@@ -87,7 +99,7 @@ class Client:
                  timeout: Optional[float] = None) -> Geodesic:
         """The geodesic from the frame Q_0 to the frame Q_T in that time; with `steps` the discrete one."""
         return Geodesic.of(self.call("Connect", pb.ConnectRequest(
-            inertia=inertia, q_0=to_matrix(Q_0), q_t=to_matrix(Q_T), time=time, steps=steps,
+            inertia=inertia, q_0=to_matrix(Q_0, "Q_0"), q_t=to_matrix(Q_T, "Q_T"), time=time, steps=steps,
             samples=samples, seed=seed, restarts=restarts), timeout))
 
     def tradeoff(self, scene: SceneLike, horizon: Optional[float] = None, budget: Optional[float] = None,
@@ -108,23 +120,44 @@ class Client:
         stream = self.stub.MeasureTradeoff(request, timeout=self.deadline(timeout))
         try:
             yield from stream
-        except grpc.RpcError as rpc_error:
-            raise from_rpc_error(rpc_error) from None
+        except grpc.RpcError as failure:
+            raise self.error(failure) from None
         finally:
             stream.cancel()
 
     def call(self, method: str, request: Any, timeout: Optional[float] = None) -> Any:
         """One unary call by name, with the deadline, the retries and the exceptions of this package."""
-        return calls.call(getattr(self.stub, method), request, self.deadline(timeout))
+        return calls.call(lambda left: getattr(self.stub, method)(request, timeout=left), self.error,
+                          self.deadline(timeout))
+
+    def error(self, failure: Exception) -> StiefelError:
+        """This package's exception for gRPC's."""
+        if self._closed:  # gRPC says so with a ValueError or CANCELLED
+            return self._closed_error()
+        if isinstance(failure, grpc.RpcError):
+            return from_rpc_error(failure)
+        raise failure
+
+    def _closed_error(self) -> Closed:
+        return Closed(f"the client of {self.address} is closed")
 
     def deadline(self, timeout: Optional[float]) -> Optional[float]:
         return self.timeout if timeout is None else timeout
 
     def close(self) -> None:
+        """Ends what is still running. Sessions stay on the server."""
+        self._closed = True
         self.channel.close()
+
+    @property
+    def closed(self) -> bool:
+        return self._closed
 
     def __enter__(self) -> Client:
         return self
 
     def __exit__(self, *exception: object) -> None:
         self.close()
+
+    def __repr__(self) -> str:
+        return f"<stiefel.Client of {self.address}{', closed' if self._closed else ''}>"

@@ -78,8 +78,8 @@ def label_ends(axes: Any, ends: Sequence[End], curves: Iterable[Sequence[tuple[f
         outside = box.x0 < frame.x0 or box.x1 > frame.x1 or box.y0 < frame.y0 or box.y1 > frame.y1
         covered = np.count_nonzero((abs(inked - [(box.x0 + box.x1) / 2, (box.y0 + box.y1) / 2])
                                     < [box.width / 2, box.height / 2]).all(axis=1))
-        return (1e6 * outside + 1e4 * sum(box.overlaps(other) for other in taken) + 2 * covered
-                + abs(dy) + (25 if side < 0 else 0))
+        return float(1e6 * outside + 1e4 * sum(box.overlaps(other) for other in taken) + 2 * covered
+                     + abs(dy) + (25 if side < 0 else 0))
 
     for end in sorted(ends, key=lambda e: (-e.y, e.x)):
         label = axes.annotate(

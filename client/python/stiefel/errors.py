@@ -5,12 +5,16 @@ A numerical stop is not among them: it is an `Outcome` in the reply.
 from __future__ import annotations
 
 import re
-from typing import NamedTuple, Optional
+from typing import TYPE_CHECKING, Any, NamedTuple, Optional
 from urllib.parse import unquote
 
 import grpc
+from google.protobuf.message import DecodeError
 
 from stiefel.v1 import error_pb2
+
+if TYPE_CHECKING:
+    from stiefel.arrays import Trajectory
 
 
 class Violation(NamedTuple):
@@ -28,6 +32,9 @@ class StiefelError(Exception):
     """The base of all of them."""
 
     code: grpc.StatusCode = grpc.StatusCode.UNKNOWN
+    #: Of `Session.trajectory`: the samples that had arrived, as a trajectory with the outcome
+    #: CANCELLED. None of every other call.
+    partial: Optional[Trajectory] = None
 
     def __init__(self, message: str, violations: tuple[Violation, ...] = (), reason: str = "",
                  metadata: Optional[dict[str, str]] = None):
@@ -39,10 +46,12 @@ class StiefelError(Exception):
 
     def __str__(self) -> str:
         lines = [f"{v.field}: {v.description}" for v in self.violations]
+        if self.partial is not None and self.partial.samples:
+            lines.append(f"{self.partial.samples} samples had arrived; they are in `partial`")
         return "\n  ".join([self.message] + [line for line in lines if line not in self.message])
 
 
-class InvalidArgument(StiefelError):
+class InvalidArgument(StiefelError, ValueError):
     code = grpc.StatusCode.INVALID_ARGUMENT
 
 
@@ -62,7 +71,9 @@ class FailedPrecondition(StiefelError):
     code = grpc.StatusCode.FAILED_PRECONDITION
 
 
-class DeadlineExceeded(StiefelError):
+class DeadlineExceeded(StiefelError, TimeoutError):
+    """The time given to a call is over. `partial` has what a trajectory had got by then."""
+
     code = grpc.StatusCode.DEADLINE_EXCEEDED
 
 
@@ -82,6 +93,17 @@ class Internal(StiefelError):
     code = grpc.StatusCode.INTERNAL
 
 
+class Closed(FailedPrecondition):
+    """A call of a client that is closed, or of one of its sessions, streams or drives."""
+
+
+class NotStarted(Unavailable, RuntimeError):
+    """A server of one's own that ended, or said nothing in time, before it listened."""
+
+    status: Optional[int] = None  #: its exit status, negative a signal; None if it had to be killed
+    stderr: str = ""  #: the end of what it wrote there
+
+
 _BY_CODE = {kind.code.value[0]: kind for kind in StiefelError.__subclasses__()}
 
 
@@ -89,7 +111,7 @@ def make_error(code: int, message: str, details: bytes = b"") -> StiefelError:
     """The exception for a status code, with what `grpc-status-details-bin` says."""
     violations: list[Violation] = []
     info = error_pb2.ErrorInfo()
-    for detail in error_pb2.Status.FromString(details).details:
+    for detail in _details(details):
         if detail.type_url.endswith("/google.rpc.BadRequest"):
             request = error_pb2.BadRequest.FromString(detail.value)
             violations += [Violation(v.field, v.description) for v in request.field_violations]
@@ -100,6 +122,14 @@ def make_error(code: int, message: str, details: bytes = b"") -> StiefelError:
     if kind is StiefelError:
         error.code = next((c for c in grpc.StatusCode if c.value[0] == code), kind.code)
     return error
+
+
+def _details(details: bytes) -> list[Any]:
+    """None if they cannot be read: the message says what is wrong without them."""
+    try:
+        return list(error_pb2.Status.FromString(details).details)
+    except DecodeError:
+        return []
 
 
 # What gRPC says of a server that it does not find; the address is the first group.

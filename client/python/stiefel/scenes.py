@@ -4,13 +4,16 @@ from __future__ import annotations
 import json
 import math
 import os
+import reprlib
 from pathlib import Path
 from typing import Any, Mapping, Union
 
 import numpy as np
 from google.protobuf import json_format
+from numpy.typing import NDArray
 
 from stiefel.errors import InvalidArgument, Violation
+from stiefel.mappings import parse
 from stiefel.v1 import scene_pb2
 
 _LISTS = {"inertia", "inertia_u", "inertia_v", "inertia_tensor", "moments", "attitude",
@@ -22,44 +25,76 @@ SceneLike = Union[Mapping[str, Any], str, "os.PathLike[str]", scene_pb2.Scene]
 
 def to_message(scene: SceneLike) -> scene_pb2.Scene:
     """The message of a scene. In a dict, matrices may be arrays and numbers numpy's; of an ensemble
-    blocks may be (members, n, N), and what each member has of its own (members, ...)."""
+    blocks may be (members, n, N), and what each member has of its own (members, ...).
+
+    An unknown key or a value of another kind is InvalidArgument, which names its path.
+    """
     if isinstance(scene, scene_pb2.Scene):
         return scene
     if not isinstance(scene, Mapping):
-        scene = json.loads(Path(scene).read_text(encoding="utf-8"))
+        scene = _read(scene)
     tensors = {}
     if isinstance(scene.get("initial"), Mapping):
         tensors = {name: block for name, block in scene["initial"].items() if _is_large(block)}
         small = {name: block for name, block in scene["initial"].items() if name not in tensors}
-        scene = {**scene, "initial": {name: _matrix(_plain(block)) for name, block in small.items()}}
+        scene = {**scene, "initial": {name: _matrix(_plain(block), f"scene.initial.{name}")
+                                      for name, block in small.items()}}
     description = _plain(scene)
-    for part in (description, description.get("body")):
+    for path, part in (("scene", description), ("scene.body", description.get("body"))):
         if isinstance(part, dict):
-            part.update((name, np.ravel(part[name]).tolist()) for name in _LISTS & part.keys())
+            part.update((name, _ravel(part[name], f"{path}.{name}")) for name in _LISTS & part.keys())
+    message = scene_pb2.Scene()
+    parse(_in_json(description), message, "scene")
+    for name, block in tensors.items():
+        _set_tensor(message.initial_tensors[name], block)
+    return message
+
+
+def to_method(method: Mapping[str, Any]) -> scene_pb2.Method:
+    """The message of a scene's `method`."""
+    message = scene_pb2.Method()
+    parse(_in_json(_plain(method)), message, "method")
+    return message
+
+
+def _read(file: "str | os.PathLike[str]") -> Mapping[str, Any]:
+    """A scene file. OSError if it cannot be read."""
+    if not isinstance(file, (str, os.PathLike)):
+        raise _wrong("scene", file, "must be a dict, the path of a scene file or a Scene message")
     try:
-        message = json_format.ParseDict(_in_json(description), scene_pb2.Scene())
-        for name, block in tensors.items():
-            _set_tensor(message.initial_tensors[name], block)
-        return message
-    except json_format.ParseError as error:
-        raise InvalidArgument(f"not a scene: {error}", (Violation("scene", str(error)),)) from None
+        scene = json.loads(Path(file).read_text(encoding="utf-8"))
+    except ValueError as error:  # of UTF-8 or of JSON
+        raise InvalidArgument(f"{file}: not JSON: {error}", (Violation("scene", f"not JSON: {error}"),)) from None
+    if not isinstance(scene, dict):
+        raise _wrong("scene", scene, "must be an object")
+    return scene
+
+
+def _wrong(path: str, value: Any, rule: str) -> InvalidArgument:
+    description = f"{reprlib.repr(value)}: {rule}"
+    return InvalidArgument(f"{path}: {description}", (Violation(path, description),))
 
 
 def to_dict(scene: SceneLike) -> dict[str, Any]:
     """The JSON form, with the proto's field names."""
-    return json_format.MessageToDict(to_message(scene), preserving_proto_field_name=True)
+    description: dict[str, Any] = json_format.MessageToDict(to_message(scene), preserving_proto_field_name=True)
+    return description
 
 
-def to_matrix(block: Any) -> scene_pb2.Matrix:
-    """The message of an array, nested list or mapping."""
-    return json_format.ParseDict(_in_json(_matrix(_plain(block))), scene_pb2.Matrix())
+def to_matrix(block: Any, path: str = "matrix") -> scene_pb2.Matrix:
+    """The message of an array, nested list or mapping; `path` is its name in errors."""
+    message = scene_pb2.Matrix()
+    parse(_in_json(_matrix(_plain(block), path)), message, path)
+    return message
 
 
-def to_array(matrix: scene_pb2.Matrix) -> np.ndarray:
-    values = np.array(matrix.values).reshape(matrix.rows, matrix.cols)
+def to_array(matrix: scene_pb2.Matrix) -> NDArray[Any]:
+    values: NDArray[Any] = np.array(matrix.values).reshape(matrix.rows, matrix.cols)
     if not matrix.imaginary:
         return values
-    return values + 1j * np.array(matrix.imaginary).reshape(matrix.rows, matrix.cols)
+    imaginary: NDArray[Any] = np.array(matrix.imaginary).reshape(matrix.rows, matrix.cols)
+    numbers: NDArray[Any] = values + 1j * imaginary
+    return numbers
 
 
 def _plain(value: Any) -> Any:
@@ -87,7 +122,7 @@ def _is_large(block: Any) -> bool:
     return isinstance(block, np.ndarray) and block.ndim in (2, 3) and block.size > _LARGE
 
 
-def _set_tensor(tensor: scene_pb2.Tensor, block: np.ndarray) -> None:
+def _set_tensor(tensor: scene_pb2.Tensor, block: NDArray[Any]) -> None:
     is_complex = np.iscomplexobj(block)
     tensor.shape.extend(block.shape)
     tensor.data_type = (scene_pb2.DATA_TYPE_COMPLEX128 if is_complex
@@ -95,14 +130,24 @@ def _set_tensor(tensor: scene_pb2.Tensor, block: np.ndarray) -> None:
     tensor.data = np.ascontiguousarray(block, "<c16" if is_complex else "<f8").tobytes()
 
 
-def _matrix(block: Any) -> Any:
+def _matrix(block: Any, path: str) -> Any:
     """A nested list, or a flat one for a vector, as a Matrix."""
     if isinstance(block, Mapping):
         return block
-    rows = np.atleast_2d(np.asarray(block))
+    try:
+        rows = np.atleast_2d(np.asarray(block))
+        values = rows.real.astype(float).ravel().tolist()
+    except (ValueError, TypeError):
+        raise _wrong(path, block, "must be a matrix of numbers, its rows of one length") from None
     rows = rows.reshape(-1, rows.shape[-1])
-    matrix = {"rows": rows.shape[0], "cols": rows.shape[1],
-              "values": rows.real.astype(float).ravel().tolist()}
+    matrix = {"rows": rows.shape[0], "cols": rows.shape[1], "values": values}
     if np.iscomplexobj(rows):
         matrix["imaginary"] = rows.imag.ravel().tolist()
     return matrix
+
+
+def _ravel(numbers: Any, path: str) -> Any:
+    try:
+        return np.ravel(numbers).tolist()
+    except ValueError:
+        raise _wrong(path, numbers, "must be numbers, of every member as many") from None

@@ -2,43 +2,69 @@
 from __future__ import annotations
 
 import os
+import selectors
 import shutil
 import subprocess
 import tempfile
+import threading
+import time
 import weakref
 from pathlib import Path
-from typing import Optional, Sequence
+from typing import IO, Optional, Sequence
 
-_READY = "listening on "
+from stiefel.errors import NotStarted
+
+_READY = b"listening on "
 _GRACE = 5.0
+_KEPT = 65536  # bytes of stderr that an error may show
 
 
 class Server:
-    """Made by `Server.start()`. `address` is what `Client` takes."""
+    """Made by `Server.start()`. `address` is what `Client` takes. As a context manager it stops at the end."""
 
-    def __init__(self, process: "subprocess.Popen[str]", address: str, folder: str):
+    def __init__(self, process: "subprocess.Popen[bytes]", address: str, folder: str, errors: _Errors):
         self.address = address
         self.process = process
-        self._stop = weakref.finalize(self, _stop, process, folder)
+        self._stop = weakref.finalize(self, _stop, process, folder, errors)
 
     @classmethod
-    def start(cls, listen: Optional[str] = None, arguments: Sequence[str] = ()) -> Server:
+    def start(cls, listen: Optional[str] = None, arguments: Sequence[str] = (), timeout: float = 30.0) -> Server:
         """Starts a server on a Unix socket that only this user can reach, or on `listen`.
 
-        "127.0.0.1:0" is a free port. `arguments` go to the command as they are.
+        "127.0.0.1:0" is a free port. `arguments` go to the command as they are. A program that ends,
+        or has not said after `timeout` seconds where it listens, is killed: NotStarted, with what
+        it wrote to stderr. FileNotFoundError if there is no program.
         """
         program = find_server()
         folder = tempfile.mkdtemp(prefix="stiefel-")
         command = [program, "--listen", listen or f"unix:{folder}/socket", "--exit-with-parent", *arguments]
-        # It stops when its stdin ends, which happens however this process does.
-        process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-                                   env={"STIEFEL_LOG_LEVEL": "warn", **os.environ})
-        assert process.stdout is not None
-        line = process.stdout.readline().strip()
-        if not line.startswith(_READY):
-            _stop(process, folder)
-            raise RuntimeError(f"{' '.join(command)}: exit status {process.returncode}; it said {line!r}")
-        return cls(process, line[len(_READY):], folder)
+        try:
+            # It stops when its stdin ends, which happens however this process does.
+            process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                       bufsize=0, env={"STIEFEL_LOG_LEVEL": "warn", **os.environ})
+        except OSError as error:
+            shutil.rmtree(folder, ignore_errors=True)
+            raise _not_started(command, f"cannot be run: {error.strerror}", None, "") from error
+        assert process.stdout is not None and process.stderr is not None
+        errors = _Errors(process.stderr)
+        try:
+            line = _first_line(process.stdout, timeout)
+            if line is not None and line.startswith(_READY):
+                errors.forward()
+                return cls(process, os.fsdecode(line[len(_READY):]), folder, errors)
+            status = _end(process, _GRACE if line == b"" else 0)
+        except BaseException:
+            _end(process, 0)
+            raise
+        finally:
+            if process.poll() is not None:
+                _stop(process, folder, errors)
+        if line is None:
+            what = f"did not say within {timeout:g} s where it listens, and was killed"
+        else:
+            what = f"exit status {status} before it listened" if status is not None else "closed its stdout, and was killed"
+            what += f"; it said {os.fsdecode(line)!r}" if line else ""
+        raise _not_started(command, what, status, errors.text())
 
     def stop(self) -> int:
         """Asks it to end, and waits; the exit status."""
@@ -51,26 +77,105 @@ class Server:
     def __exit__(self, *exception: object) -> None:
         self.stop()
 
+    def __repr__(self) -> str:
+        state = "running" if self.process.poll() is None else f"ended with {self.process.returncode}"
+        return f"<stiefel.Server at {self.address}, process {self.process.pid}, {state}>"
+
 
 def find_server() -> str:
-    """`stiefel-server`: what STIEFEL_SERVER names, beside this package, or on PATH."""
+    """`stiefel-server`: what STIEFEL_SERVER names, that of the build tree around this package, or on PATH."""
     given = os.environ.get("STIEFEL_SERVER")
-    beside = Path(__file__).parent / "bin" / "stiefel-server"
-    found = given or (str(beside) if beside.exists() else shutil.which("stiefel-server"))
+    if given:
+        found = shutil.which(given)
+        if not found:
+            raise FileNotFoundError(f"STIEFEL_SERVER is {given}: there is no such program")
+        return found
+    built = Path(__file__).resolve().parents[2] / "bin" / "stiefel-server"
+    found = shutil.which(str(built)) or shutil.which("stiefel-server")
     if not found:
-        raise FileNotFoundError("no stiefel-server: not beside this package and not on PATH; "
-                                "STIEFEL_SERVER can name it")
+        raise FileNotFoundError(
+            f"no stiefel-server: STIEFEL_SERVER is not set, {built} does not exist, and none of the folders of PATH "
+            f"({os.environ.get('PATH', '')}) has one. The installed package does not hold the program: name the "
+            "one that was built in STIEFEL_SERVER, such as build/release/bin/stiefel-server")
     return found
 
 
-def _stop(process: "subprocess.Popen[str]", folder: str) -> None:
+class _Errors(threading.Thread):
+    """Reads a child's stderr: keeps its end until `forward`, from then on passes it to this process's."""
+
+    def __init__(self, pipe: IO[bytes]):
+        super().__init__(name="stiefel-server stderr", daemon=True)
+        self._pipe = pipe
+        self._lock = threading.Lock()
+        self._kept = b""
+        self._forwards = False
+        self.start()
+
+    def run(self) -> None:
+        with self._pipe:
+            while part := os.read(self._pipe.fileno(), 4096):
+                with self._lock:
+                    if self._forwards:
+                        _write(part)
+                    else:
+                        self._kept = (self._kept + part)[-_KEPT:]
+
+    def forward(self) -> None:
+        with self._lock:
+            self._forwards = True
+            _write(self._kept)
+
+    def text(self) -> str:
+        with self._lock:
+            return self._kept.decode("utf-8", "replace").strip()
+
+
+def _write(text: bytes) -> None:
+    """To the descriptor, where the child would write by itself: sys.stderr may be gone at exit."""
+    try:
+        while text:
+            text = text[os.write(2, text):]
+    except OSError:
+        pass
+
+
+def _first_line(pipe: IO[bytes], timeout: float) -> Optional[bytes]:
+    """Without its end; what there was if the pipe ended before; None if neither came in time."""
+    end, line = time.monotonic() + timeout, b""
+    with selectors.DefaultSelector() as selector:
+        selector.register(pipe, selectors.EVENT_READ)
+        while not line.endswith(b"\n"):
+            if not selector.select(max(end - time.monotonic(), 0)):
+                return None
+            part = os.read(pipe.fileno(), 1)
+            if not part:
+                break
+            line += part
+    return line.strip()
+
+
+def _end(process: "subprocess.Popen[bytes]", grace: float) -> Optional[int]:
+    """The exit status, or None if it had to be killed after `grace` seconds."""
+    try:
+        return process.wait(grace)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+        return None
+
+
+def _not_started(command: Sequence[str], what: str, status: Optional[int], stderr: str) -> NotStarted:
+    wrote = "it wrote to stderr:\n  " + stderr.replace("\n", "\n  ") if stderr else "it wrote nothing to stderr"
+    error = NotStarted(f"{' '.join(command)}: {what}; {wrote}")
+    error.status, error.stderr = status, stderr
+    return error
+
+
+def _stop(process: "subprocess.Popen[bytes]", folder: str, errors: _Errors) -> None:
     if process.poll() is None:
         process.terminate()
-        try:
-            process.wait(_GRACE)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
+        _end(process, _GRACE)
+    errors.join(1.0)  # its last words; a child of its own may hold the pipe longer
     for pipe in (process.stdin, process.stdout):
         if pipe is not None:
             pipe.close()

@@ -5,14 +5,14 @@ import uuid
 from typing import TYPE_CHECKING, Any, Iterator, Mapping, Optional, Sequence
 
 import grpc
-from google.protobuf import json_format
 
 from stiefel import calls
-from stiefel.arrays import Batch, Collector, State, Trajectory
+from stiefel.arrays import Batch, Collector, Ending, Outcome, State, Trajectory
+from stiefel.diagnosis import Diagnosis
 from stiefel.drive import Drive
-from stiefel.errors import (DeadlineExceeded, FailedPrecondition, Internal, StiefelError, Unavailable,
-                            from_rpc_error)
-from stiefel.scenes import to_dict, to_matrix
+from stiefel.errors import DeadlineExceeded, FailedPrecondition, Internal, StiefelError, Unavailable
+from stiefel.names import Names, names
+from stiefel.scenes import to_dict, to_matrix, to_method
 from stiefel.v1 import scene_pb2
 from stiefel.v1 import simulation_pb2 as pb
 
@@ -41,19 +41,19 @@ class Session:
         """The resolved scene, every default filled in."""
         return to_dict(self.message.scene)
 
-    def step(self, to: int, fields: Optional[Sequence[str]] = None, checkpoint: bool = False,
+    def step(self, to: int, fields: Optional[Names] = None, checkpoint: bool = False,
              timeout: Optional[float] = None) -> State:
-        """The state at step `to`, or the last good one before it."""
-        request = pb.StepRequest(session_id=self.id, to=to, fields=fields, checkpoint=checkpoint)
+        """The state at step `to`, or the last good one before it. `fields`: a name or several; the system's blocks if none."""
+        request = pb.StepRequest(session_id=self.id, to=to, fields=names("fields", fields), checkpoint=checkpoint)
         return State.of(self._client.call("Step", request, timeout))
 
-    def drive(self, fields: Optional[Sequence[str]] = None) -> Drive:
+    def drive(self, fields: Optional[Names] = None) -> Drive:
         """`step` for tight loops, over one stream: `with session.drive() as drive: drive.step(k)`."""
-        return Drive(self._client.stub.Drive, self.id, fields)
+        return Drive(self._client, self.id, fields)
 
-    def diagnose(self, to: int, invariants: Sequence[str] = (), forms: Sequence[Form] = (),
+    def diagnose(self, to: int, invariants: Names = (), forms: Sequence[Form] = (),
                  dirac_brackets: Sequence[Bracket] = (), symplectic: bool = False,
-                 timeout: Optional[float] = None, estimate_error: bool = False) -> pb.DiagnoseResponse:
+                 timeout: Optional[float] = None, estimate_error: bool = False) -> Diagnosis:
         """The invariants at step `to` beside their values at step 0.
 
         A form is its name and two tangent vectors, each a mapping from block to array; a bracket two
@@ -61,14 +61,14 @@ class Session:
         is from keeping the system's two-form, `estimate_error` for `estimated_error`: how far the state
         is from the exact motion, if that can be told in about ten seconds.
         """
-        request = pb.DiagnoseRequest(session_id=self.id, to=to, invariants=invariants,
+        request = pb.DiagnoseRequest(session_id=self.id, to=to, invariants=names("invariants", invariants),
                                      symplectic_test=pb.SymplecticTest() if symplectic else None,
                                      estimate_error=pb.ERROR_ESTIMATION_ALWAYS if estimate_error else None)
         for name, first, second in forms:
-            request.forms.add(form=name, first=_blocks(first), second=_blocks(second))
-        for first, second in dirac_brackets:
-            request.dirac_brackets.add(first=_factors(first), second=_factors(second))
-        return self._client.call("Diagnose", request, timeout)
+            request.forms.add(form=name, first=_blocks(first, "first"), second=_blocks(second, "second"))
+        for one, other in dirac_brackets:
+            request.dirac_brackets.add(first=_factors(one), second=_factors(other))
+        return Diagnosis.of(self._client.call("Diagnose", request, timeout))
 
     def fork(self, at: int, method: Optional[Mapping[str, Any]] = None, step: Optional[float] = None,
              system: Optional[str] = None, id: Optional[str] = None,
@@ -80,7 +80,7 @@ class Session:
         request = pb.ForkSessionRequest(session_id=str(uuid.uuid4()) if id is None else id,
                                         from_session_id=self.id, from_step=at, step=step, system=system)
         if method is not None:
-            json_format.ParseDict(method, request.method)
+            request.method.CopyFrom(to_method(method))
         reply = self._client.call("ForkSession", request, timeout)
         if not reply.HasField("session"):
             raise FailedPrecondition(f"step {at} cannot be reached: {reply.ending.message}")
@@ -90,11 +90,12 @@ class Session:
         self._client.call("DeleteSession", pb.DeleteSessionRequest(session_id=self.id))
 
     def stream(self, to: int, start: int = 0, every: int = 1,
-               fields: Optional[Sequence[str]] = None, timeout: Optional[float] = None) -> Iterator[Batch]:
+               fields: Optional[Names] = None, timeout: Optional[float] = None) -> Iterator[Batch]:
         """The samples at start, start + every, ... and at `to`, batch by batch.
 
         A stream that breaks goes on at the sample where it stopped. A run that ends early ends the
-        iteration; `trajectory` says why.
+        iteration; `trajectory` says why. `timeout` bounds the whole iteration, its resumptions,
+        pauses and the caller's own time included: DeadlineExceeded.
         """
         every = every or 1  # as on the wire
         for message in self._messages(to, start, every, fields, timeout):
@@ -102,67 +103,95 @@ class Session:
                 yield Batch.of(message, every, self.message.scene.step)
 
     def trajectory(self, to: int, start: int = 0, every: int = 1,
-                   fields: Optional[Sequence[str]] = None, progress: bool = False,
+                   fields: Optional[Names] = None, progress: bool = False,
                    timeout: Optional[float] = None) -> Trajectory:
-        """The same samples as whole arrays, each allocated once."""
+        """The same samples as whole arrays, each allocated once.
+
+        `timeout` bounds the whole call, its resumptions and pauses included. An exception has what
+        had arrived in `partial`:
+
+            try:
+                run = session.trajectory(to=10**9, every=1000, timeout=10)
+            except stiefel.DeadlineExceeded as late:
+                run = late.partial
+        """
         every = every or 1
         collector = Collector(max(-(-(to - start) // every), 0) + 1)
-        with _progress_bar(to - start, progress) as bar:
-            for message in self._messages(to, start, every, fields, timeout):
-                if message.steps:
-                    collector.add(Batch.of(message, every, self.message.scene.step))
-                    bar.update(message.steps[-1] - start - bar.n)
-        return collector.trajectory(message)
+        computed, ending = 0, Ending(Outcome.CANCELLED)
+        try:
+            with _progress_bar(to - start, progress) as bar:
+                for message in self._messages(to, start, every, fields, timeout):
+                    if message.steps:
+                        collector.add(Batch.of(message, every, self.message.scene.step))
+                        bar.update(message.steps[-1] - start - bar.n)
+                    computed = message.computed_steps
+                    if message.HasField("ending"):
+                        ending = Ending.of(message.ending)
+        except StiefelError as error:
+            error.partial = collector.trajectory(Ending(Outcome.CANCELLED, message=error.message), computed)
+            raise
+        return collector.trajectory(ending, computed)
 
-    def _messages(self, to: int, start: int, every: int, fields: Optional[Sequence[str]],
+    def _messages(self, to: int, start: int, every: int, fields: Optional[Names],
                   timeout: Optional[float]) -> Iterator[pb.StreamResponse]:
-        """Messages, the last one with the ending, over as many streams as it takes.
+        """Messages, the last one with the ending, over as many streams as it takes; `computed_steps`
+        of each is that of all streams so far.
 
-        Each stream has the deadline of a call. One that brought something is followed by another.
+        `timeout` is the deadline of all of them together. Without it each has the client's, and one
+        that brought something is followed by another.
         """
-        waits = calls.pauses()
+        deadline, waits = calls.Deadline(timeout), calls.pauses()
+        wanted = names("fields", fields)
         last: Optional[int] = None
+        before = 0  # computed by the streams before this one
         while True:
             begin = start if last is None else min(last + every, to)
-            request = pb.StreamRequest(session_id=self.id, to=to, every=every, fields=fields, **{"from": begin})
-            stream = self._client.stub.Stream(request, timeout=self._client.deadline(timeout))
-            progress = False
+            request = pb.StreamRequest(session_id=self.id, to=to, every=every, fields=wanted, **{"from": begin})
+            stream = self._client.stub.Stream(request, timeout=self._client.deadline(deadline.left()))
+            progress, computed = False, 0
             try:
                 for message in stream:
                     if last == to:  # only the ending was missing
                         message.ClearField("steps")
                     if message.steps:
                         progress, last = True, message.steps[-1]
+                    computed = max(computed, message.computed_steps)
+                    message.computed_steps = before + computed
                     yield message
                     if message.HasField("ending"):
                         return
                 error: StiefelError = Internal("the stream ended without saying how")
-            except grpc.RpcError as rpc_error:
-                error = from_rpc_error(rpc_error)
+            except grpc.RpcError as failure:
+                error = self._client.error(failure)
             finally:
                 stream.cancel()
-            if progress and isinstance(error, (DeadlineExceeded, Unavailable)):
+            before += computed
+            if progress and isinstance(error, Unavailable if timeout is not None else (DeadlineExceeded, Unavailable)):
                 waits = calls.pauses()
             else:
-                calls.pause_or_raise(error, waits)
+                calls.pause_or_raise(error, waits, deadline, late=True)
 
     def __enter__(self) -> Session:
         return self
 
-    def __exit__(self, *exception: object) -> None:
-        self.delete()
+    def __exit__(self, kind: Optional[type[BaseException]], *exception: object) -> None:
+        try:
+            self.delete()
+        except StiefelError:
+            if kind is None:  # else what ended the block is what matters; the server drops idle sessions
+                raise
 
     def __repr__(self) -> str:
         scene = self.message.scene
-        return f"<stiefel.Session {self.id}: {scene.system} {scene.method.name}>"
+        return f"<stiefel.Session {self.id}: {f'{scene.system} {scene.method.name}'.rstrip()}, step {scene.step!r}>"
 
 
-def _blocks(vector: TangentVector) -> dict[str, scene_pb2.Matrix]:
-    return {name: to_matrix(block) for name, block in vector.items()}
+def _blocks(vector: TangentVector, path: str) -> dict[str, scene_pb2.Matrix]:
+    return {name: to_matrix(block, f"{path}.{name}") for name, block in vector.items()}
 
 
 def _factors(factors: Sequence[tuple[Any, Any]]) -> list[pb.LinearFunction]:
-    return [pb.LinearFunction(a=to_matrix(A), b=to_matrix(B)) for A, B in factors]
+    return [pb.LinearFunction(a=to_matrix(A, "A"), b=to_matrix(B, "B")) for A, B in factors]
 
 
 class _NoBar:

@@ -74,7 +74,8 @@ class Tradeoff:
 
     @staticmethod
     def of(messages: Iterator[pb.MeasureTradeoffResponse]) -> Tradeoff:
-        setup, points, front = pb.TradeoffSetup(), [], ()
+        setup, points = pb.TradeoffSetup(), []
+        front: tuple[Point, ...] = ()
         for message in messages:
             if message.HasField("setup"):
                 setup = message.setup

@@ -1,0 +1,31 @@
+"""Equality of what holds arrays: by value, so that two answers can be compared with `==`."""
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+
+def same(first: Any, second: Any) -> bool:
+    """Whether both hold the same numbers. A NaN is the same as a NaN, -0.0 the same as 0.0."""
+    if isinstance(first, np.ndarray) or isinstance(second, np.ndarray):
+        return np.array_equal(first, second, equal_nan=True)
+    if isinstance(first, dict) and isinstance(second, dict):
+        return first.keys() == second.keys() and all(same(first[key], second[key]) for key in first)
+    return bool(first == second)
+
+
+class ByValue:
+    """A dataclass whose fields are compared one by one, those with `compare=False` left out.
+
+    What may hold arrays cannot be hashed. The dataclass is to be made with eq=False.
+    """
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __eq__(self, other: object) -> bool:
+        if type(other) is not type(self):
+            return NotImplemented
+        return all(same(getattr(self, field.name), getattr(other, field.name))
+                   for field in dataclasses.fields(self) if field.compare)

@@ -1,0 +1,100 @@
+"""What Diagnose answers: the invariants at a step beside their values at step 0."""
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass, field
+from typing import Optional
+
+from stiefel.answers import EstimatedError
+from stiefel.arrays import Ending, Outcome
+from stiefel.v1 import catalogue_pb2
+from stiefel.v1 import simulation_pb2 as pb
+
+
+class Conservation(str, enum.Enum):
+    """How a method keeps an invariant of the exact motion. Each is equal to its name in lower case."""
+
+    EXACT = "exact"  #: to rounding, whatever the step
+    BOUNDED = "bounded"  #: the error oscillates and does not grow
+    DRIFTS = "drifts"  #: the error grows with time
+    UNSPECIFIED = "unspecified"  #: the server does not say
+
+    def __str__(self) -> str:
+        return self.value
+
+    @staticmethod
+    def of(kept: int) -> Conservation:
+        """From the number on the wire, which `Client.describe` has too. One that is not known is UNSPECIFIED."""
+        if kept not in catalogue_pb2.Kept.values():
+            return Conservation.UNSPECIFIED
+        return Conservation(catalogue_pb2.Kept.Name(kept)[len("KEPT_"):].lower())
+
+
+@dataclass(frozen=True)
+class Invariant:
+    """One number that the exact motion keeps."""
+
+    name: str  #: "energy", "spatial_momentum[1,2]", "manakov[3,1]"
+    initial: float
+    value: float
+    drift: float  #: |value - initial| / scale, before they are rounded to doubles, or overflow; scale 0: without it
+    scale: float
+    kept: Conservation  #: what the method declares
+    member: Optional[int] = None  #: of an ensemble: whose drift this is, the largest of all
+
+    @staticmethod
+    def of(message: pb.Invariant) -> Invariant:
+        return Invariant(message.name, message.initial, message.value, message.drift, message.scale,
+                         Conservation.of(message.kept), message.member if message.HasField("member") else None)
+
+
+@dataclass(frozen=True)
+class Domain:
+    """How near the edge of the map's domain the state is."""
+
+    h_omega: float  #: |h| times the operator norm of Omega
+    #: The largest |h| for which a step from this state exists; of implicit maps and N <= 32.
+    largest_step: Optional[float] = None
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The state at `step`, measured. What was not asked for or does not exist is None or empty."""
+
+    step: int
+    time: float
+    invariants: tuple[Invariant, ...]
+    orthogonality: Optional[float]  #: max |Q^T Q - I|; None in momentum-only scenes
+    domain: Domain
+    forms: tuple[float, ...]  #: one for each form asked for
+    dirac_brackets: tuple[float, ...]  #: one for each bracket asked for
+    #: The largest |omega(T phi u, T phi v) - omega(u, v)| / |u||v|.
+    symplectic_defect: Optional[float]
+    estimated_error: Optional[EstimatedError]
+    ending: Ending
+    computed_steps: int = field(compare=False, repr=False)
+
+    @property
+    def outcome(self) -> Outcome:
+        return self.ending.outcome
+
+    @staticmethod
+    def of(message: pb.DiagnoseResponse) -> Diagnosis:
+        domain = message.domain
+        return Diagnosis(
+            message.step, message.time, tuple(map(Invariant.of, message.invariants)),
+            message.orthogonality if message.HasField("orthogonality") else None,
+            Domain(domain.h_omega, domain.largest_step if domain.HasField("largest_step") else None),
+            tuple(message.forms), tuple(message.dirac_brackets),
+            message.symplectic_defect if message.HasField("symplectic_defect") else None,
+            EstimatedError.of(message.estimated_error) if message.HasField("estimated_error") else None,
+            Ending.of(message.ending), message.computed_steps)
+
+    def __str__(self) -> str:
+        """A line an invariant, aligned."""
+        width = max((len(invariant.name) for invariant in self.invariants), default=0)
+        lines = [f"{self.outcome} at step {self.step}, time {self.time!r}"]
+        lines += [f"  {i.name:{width}}  {i.value:< .12g}  drift {i.drift:.1e}  {i.kept}" for i in self.invariants]
+        if self.orthogonality is not None:
+            lines.append(f"  orthogonality {self.orthogonality:.1e}")
+        return "\n".join(lines)

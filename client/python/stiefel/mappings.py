@@ -1,0 +1,67 @@
+"""A dict as a message, with errors that say where it is none."""
+from __future__ import annotations
+
+import difflib
+import reprlib
+from typing import Any, Iterator, Mapping
+
+from google.protobuf import json_format
+from google.protobuf.descriptor import Descriptor, FieldDescriptor
+from google.protobuf.message import Message
+
+from stiefel.errors import InvalidArgument, Violation
+
+_KINDS = {
+    FieldDescriptor.CPPTYPE_DOUBLE: ("a number", "numbers"),
+    FieldDescriptor.CPPTYPE_STRING: ("a text", "texts"),
+    FieldDescriptor.CPPTYPE_UINT32: ("a whole number of at least 0", "whole numbers of at least 0"),
+    FieldDescriptor.CPPTYPE_UINT64: ("a whole number of at least 0", "whole numbers of at least 0"),
+}
+
+
+def parse(mapping: Any, message: Message, path: str) -> None:
+    """Fills the message. InvalidArgument with every unknown key, and every value of another kind."""
+    try:
+        json_format.ParseDict(mapping, message)
+    except (json_format.ParseError, ValueError, TypeError, AttributeError) as error:
+        found = tuple(violations(mapping, type(message), path)) or (Violation(path, str(error)),)
+        raise InvalidArgument(f"{found[0].field}: {found[0].description}", found) from None
+
+
+def violations(mapping: Any, kind: type[Message], path: str) -> Iterator[Violation]:
+    """What keeps `mapping` from being a message of that kind, all of it."""
+    descriptor = kind.DESCRIPTOR
+    if not isinstance(mapping, Mapping):
+        known = ", ".join(descriptor.fields_by_name)
+        yield Violation(path, f"{reprlib.repr(mapping)}: must be a mapping with the fields {known}")
+        return
+    known_fields = {**{field.json_name: field for field in descriptor.fields}, **descriptor.fields_by_name}
+    for key, value in mapping.items():
+        field = known_fields.get(key)
+        if field is None:
+            yield Violation(f"{path}.{key}", _unknown(str(key), value, descriptor))
+        elif field.message_type is None:
+            yield from _of_scalar(key, value, kind, field, path)
+        elif field.message_type.GetOptions().map_entry and isinstance(value, Mapping):
+            of = field.message_type.fields_by_name["value"].message_type._concrete_class
+            for name, item in value.items():
+                yield from violations(item, of, f"{path}.{key}.{name}")
+        else:
+            yield from violations(value, field.message_type._concrete_class, f"{path}.{key}")
+
+
+def _of_scalar(key: str, value: Any, kind: type[Message], field: FieldDescriptor, path: str) -> Iterator[Violation]:
+    try:
+        json_format.ParseDict({key: value}, kind())
+    except (json_format.ParseError, ValueError, TypeError, AttributeError) as error:
+        repeated = field.label == FieldDescriptor.LABEL_REPEATED
+        what = _KINDS.get(field.cpp_type)
+        rule = f"must be {what[repeated]}" if what else str(error)
+        yield Violation(f"{path}.{key}", f"{reprlib.repr(value)}: {rule}")
+
+
+def _unknown(key: str, value: Any, descriptor: Descriptor) -> str:
+    """The nearest name, or all there are."""
+    near = difflib.get_close_matches(key, descriptor.fields_by_name, n=1)
+    hint = f"did you mean {near[0]}?" if near else f"the fields are {', '.join(descriptor.fields_by_name)}."
+    return f"unknown field; {hint} It is {reprlib.repr(value)}"

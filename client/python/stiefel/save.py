@@ -1,0 +1,117 @@
+"""A trajectory as a file, in the formats of `stiefel run --output`."""
+from __future__ import annotations
+
+import json
+import os
+from decimal import Decimal
+from typing import IO, TYPE_CHECKING, Any, Callable, Iterable, Iterator
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from stiefel.arrays import Array, Trajectory
+
+
+def save(run: Trajectory, file: "str | os.PathLike[str]") -> None:
+    """By the end of the file's name; ValueError if it is none of .npz, .csv, .json."""
+    path = os.path.realpath(os.fspath(file))
+    write = _WRITERS.get(os.path.splitext(path)[1].lower())
+    if write is None:
+        raise ValueError(f"{os.fspath(file)}: must end in {', '.join(list(_WRITERS)[:-1])} or {list(_WRITERS)[-1]}")
+    part = path + ".part"
+    try:
+        with open(part, "wb") as out:
+            write(run, out)
+        os.replace(part, path)
+    except BaseException:
+        if os.path.exists(part):
+            os.remove(part)
+        raise
+
+
+def number(value: float) -> str:
+    """The shortest decimal that reads back to the same bits, fixed where that is not longer than
+    scientific, and always with a point or an exponent: std::to_chars and the command's numbers."""
+    text = repr(value)
+    if 1e-3 <= abs(value) < 1e5 or value == 0 or not np.isfinite(value):
+        return text
+    sign, digits, exponent = Decimal(text).normalize().as_tuple()
+    assert isinstance(exponent, int)
+    mantissa = "".join(map(str, digits))
+    power = exponent + len(mantissa) - 1
+    minus = "-" if sign else ""
+    scientific = f"{minus}{mantissa[0]}{'.' if mantissa[1:] else ''}{mantissa[1:]}e{power:+03d}"
+    fixed = f"{value:.0f}" if exponent >= 0 else f"{value:.{-exponent}f}"
+    if len(fixed) > len(scientific):
+        return scientific
+    return fixed if exponent < 0 else fixed + ".0"
+
+
+def _npz(run: Trajectory, out: IO[bytes]) -> None:
+    arrays: dict[str, Any] = {"step": run.step, "time": run.time, **run.fields}
+    np.savez_compressed(out, **arrays)
+
+
+def _csv(run: Trajectory, out: IO[bytes]) -> None:
+    """Names are quoted, because they hold commas. Outcome and ending have no place in it."""
+    names = [name for field, values in run.items() for name in _columns(field, values)]
+    out.write((",".join(["step", "time", *names]) + "\n").encode())
+    for step, time, fields in _samples(run):
+        numbers = [number(value) for values in fields.values() for value in _flat(values)]
+        out.write((",".join([str(step), number(time), *numbers]) + "\n").encode())
+
+
+def _columns(field: str, values: Array) -> Iterator[str]:
+    """'"Q[1,1]"', of an ensemble '"Q[0][1,1]"', of complex blocks a real and an imaginary part."""
+    rows, cols = values.shape[-2:]
+    members = [f"{field}[{member}]" for member in range(values.shape[1])] if values.ndim == 4 else [field]
+    parts = ("Re ", "Im ") if np.iscomplexobj(values) else ("",)
+    for name in members:
+        for row in range(1, rows + 1):
+            for col in range(1, cols + 1):
+                yield from (f'"{part}{name}[{row},{col}]"' for part in parts)
+
+
+def _json(run: Trajectory, out: IO[bytes]) -> None:
+    """{"samples": [...], "outcome": ...} and what is known of an outcome that is not REACHED."""
+    out.write(b'{"samples": [')
+    separator = "\n"
+    for step, time, fields in _samples(run):
+        blocks = ", ".join(f"{json.dumps(name)}: {_block(values)}" for name, values in fields.items())
+        line = f'{{"step": {step}, "time": {number(time)}, "fields": {{{blocks}}}}}'
+        out.write((separator + line).encode())
+        separator = ",\n"
+    report: dict[str, Any] = {"outcome": run.outcome.value}
+    if run.outcome != "REACHED":
+        known = {"largest_step": run.ending.largest_step, "member": run.ending.member}
+        report.update((name, value) for name, value in known.items() if value is not None)
+        report["message"] = run.ending.message
+    out.write(("],\n" + json.dumps(report, indent=2)[2:] + "\n").encode())
+
+
+def _block(values: Array) -> str:
+    """One field of one sample as a Matrix; of an ensemble with the number of members before it."""
+    members = f'"members": {values.shape[0]}, ' if values.ndim == 3 else ""
+    rows, cols = values.shape[-2:]
+    parts = {"values": values.real, "imaginary": values.imag} if np.iscomplexobj(values) else {"values": values}
+    lists = ", ".join(f'"{name}": [{_join(part)}]' for name, part in parts.items())
+    return f'{{{members}"rows": {rows}, "cols": {cols}, {lists}}}'
+
+
+def _join(values: Array) -> str:
+    return ", ".join(map(number, values.ravel().tolist()))
+
+
+def _samples(run: Trajectory) -> Iterator[tuple[int, float, dict[str, Array]]]:
+    for k, (step, time) in enumerate(zip(run.step.tolist(), run.time.tolist())):
+        yield step, time, {name: values[k] for name, values in run.items()}
+
+
+def _flat(values: Array) -> Iterable[float]:
+    """Row by row; of complex numbers the real part and the imaginary part."""
+    flat = np.ascontiguousarray(values).ravel()
+    numbers: list[float] = (flat.view(np.float64) if np.iscomplexobj(flat) else flat).tolist()
+    return numbers
+
+
+_WRITERS: dict[str, Callable[[Trajectory, IO[bytes]], None]] = {".npz": _npz, ".csv": _csv, ".json": _json}

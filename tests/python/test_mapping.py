@@ -1,0 +1,139 @@
+"""What comes back is a mapping, comes with a short repr, and is compared by value."""
+import copy
+import pickle
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+
+import stiefel
+from stiefel.v1 import catalogue_pb2
+
+SCENE = {"system": "rigid_body", "method": {"name": "variational"}, "step": 0.01,
+         "body": {"moments": [1, 2, 3], "angular_velocity": [0.1, 2, 0.1]}}
+
+
+@pytest.fixture(scope="module")
+def session(client):
+    with client.create(SCENE) as session:
+        yield session
+
+
+@pytest.fixture(params=["state", "trajectory", "batch"])
+def answer(session, request):
+    return {"state": lambda: session.step(to=40), "trajectory": lambda: session.trajectory(to=40),
+            "batch": lambda: next(session.stream(to=40))}[request.param]
+
+
+def test_it_is_a_mapping_of_its_fields(answer):
+    fields = answer()
+    assert isinstance(fields, Mapping) and list(fields) == ["Q", "M"] == list(fields.keys()) and len(fields) == 2
+    assert "Q" in fields and "quaternion" not in fields and 0 not in fields
+    assert [name for name, _ in fields.items()] == ["Q", "M"]
+    assert all(one is other for one, other in zip(fields.values(), fields.fields.values()))
+    assert fields.get("Q") is fields["Q"] and fields.get("Omega") is None and fields.get("Omega", 3) == 3
+    assert dict(fields).keys() == {"Q", "M"} and (np.asarray({**fields}["M"]) == fields["M"]).all()
+    with pytest.raises(KeyError, match="no field 'Omega'; the fields are Q, M"):
+        fields["Omega"]
+    with pytest.raises(KeyError):
+        fields[0]
+
+
+def test_equal_are_those_with_the_same_numbers(answer, session):
+    first, second = answer(), answer()
+    assert first == second and not first != second and first == first
+    assert copy.deepcopy(first) == first == pickle.loads(pickle.dumps(first))
+    changed = copy.deepcopy(first)
+    changed.fields["M"] = changed["M"] + 1e-16
+    assert changed != first
+    assert first != dict(first.fields) and first != session.step(to=39) and first != session.trajectory(to=39)
+    with pytest.raises(TypeError, match="unhashable"):
+        hash(first)
+
+
+def test_what_it_cost_is_no_part_of_a_state(client):
+    with client.create(SCENE) as session:
+        first, second = session.step(to=50, checkpoint=True), session.step(to=50)
+    assert (first.computed_steps, second.computed_steps) == (50, 0) and first == second
+
+
+def test_not_a_number_is_what_it_is():
+    ending = stiefel.Ending(stiefel.Outcome.REACHED)
+    first, second = (stiefel.State(1, 0.5, {"x": np.array([[value]])}, ending, 0, b"") for value in (np.nan, np.nan))
+    assert first == second
+    assert first != stiefel.State(1, 0.5, {"x": np.array([[0.0]])}, ending, 0, b"")
+    assert first != stiefel.State(1, 0.5, {"y": np.array([[np.nan]])}, ending, 0, b"")
+    assert first != stiefel.State(1, 0.5, {"x": np.full((1, 2), np.nan)}, ending, 0, b"")
+
+
+def test_other_answers_are_compared_too(client, session):
+    def way():
+        return client.geodesic([1, 2, 3], [[1, 0, 0]], [[0, 1, 0]], samples=3)
+
+    assert way() == way() != client.geodesic([1, 2, 3], [[1, 0, 0]], [[0, 0, 1]], samples=3)
+    assert client.convert(session.scene, "velocity") == client.convert(session.scene, "velocity")
+
+
+def test_a_repr_is_a_line(session, client):
+    run, state = session.trajectory(to=40, every=10), session.step(to=40)
+    assert repr(run) == "<stiefel.Trajectory REACHED of 5 samples, steps 0 to 40: Q (5, 3, 3), M (5, 3, 3)>"
+    assert repr(state) == "<stiefel.State REACHED at step 40, time 0.4: Q (3, 3), M (3, 3)>"
+    assert repr(next(session.stream(to=0))) == "<stiefel.Batch of 1 sample, steps 0 to 0: Q (1, 3, 3), M (1, 3, 3)>"
+    assert repr(session) == f"<stiefel.Session {session.id}: rigid_body variational, step 0.01>"
+    assert repr(client) == f"<stiefel.Client of {client.address}>"
+
+
+def test_a_text_is_one_name(session):
+    for fields in ("quaternion", ["quaternion"], ("quaternion",), iter(["quaternion"])):
+        assert list(session.step(to=3, fields=fields)) == ["quaternion"]
+    assert list(session.trajectory(to=3, fields="angular_velocity")) == ["angular_velocity"]
+    assert list(next(session.stream(to=3, fields="M"))) == ["M"]
+    with session.drive(fields="M") as drive:
+        assert list(drive.step(1)) == ["M"] and list(drive.step(1, fields="Q")) == ["Q"]
+    assert [i.name for i in session.diagnose(to=3, invariants="energy").invariants] == ["energy"]
+    with pytest.raises(stiefel.InvalidArgument, match="fields: 3: must be a name"):
+        session.step(to=3, fields=["Q", 3])
+
+
+def test_kept_is_a_word(client):
+    with client.create({**SCENE, "method": {"name": "splitting"}}) as session:
+        diagnosis = session.diagnose(to=100)
+        declared = {p.invariant: stiefel.Conservation.of(p.kept) for system in client.describe().systems
+                    for on in system.methods if (system.name, on.method) == ("rigid_body", "splitting")
+                    for p in on.preserves}
+    kept = {invariant.name.partition("[")[0]: invariant.kept for invariant in diagnosis.invariants}
+    assert kept.items() <= declared.items()
+    assert kept["energy"] is stiefel.Conservation.BOUNDED == "bounded"
+    assert kept["casimirs" if "casimirs" in kept else "spatial_momentum"] == stiefel.Conservation.EXACT
+    assert f"{kept['energy']}" == str(kept["energy"]) == "bounded"
+    assert [stiefel.Conservation.of(number) for number in catalogue_pb2.Kept.values()] == [
+        "unspecified", "exact", "bounded", "drifts"]
+    assert stiefel.Conservation.of(99) is stiefel.Conservation.UNSPECIFIED
+
+
+def test_a_diagnosis_is_typed(session):
+    diagnosis = session.diagnose(to=100, invariants=["energy"])
+    assert diagnosis == session.diagnose(to=100, invariants=["energy"])
+    assert diagnosis.outcome is stiefel.Outcome.REACHED and (diagnosis.step, diagnosis.time) == (100, 1.0)
+    assert diagnosis.orthogonality < 1e-13 and diagnosis.symplectic_defect is None and diagnosis.forms == ()
+    assert diagnosis.domain.h_omega == pytest.approx(0.02, rel=0.1) and diagnosis.invariants[0].member is None
+    assert repr(diagnosis.invariants[0]).startswith("Invariant(name='energy', initial=")
+    assert "energy" in str(diagnosis) and "exact" in str(diagnosis)
+
+
+@pytest.mark.parametrize("kind", [stiefel.InvalidArgument, stiefel.DeadlineExceeded, stiefel.Closed,
+                                  stiefel.NotStarted, stiefel.StiefelError])
+def test_an_error_can_be_sent_to_another_process(kind):
+    error = kind("told", (stiefel.Violation("initial.Q", "1: must be 2"),), "BECAUSE", {"a": "b"})
+    again = pickle.loads(pickle.dumps(error))
+    assert type(again) is kind and str(again) == str(error) == "told\n  initial.Q: 1: must be 2"
+    assert (again.violations, again.reason, again.metadata) == (error.violations, "BECAUSE", {"a": "b"})
+
+
+def test_completion_offers_what_is_public(session):
+    assert dir(stiefel) == sorted(stiefel.__all__) and all(hasattr(stiefel, name) for name in stiefel.__all__)
+    assert session.step(to=1)._ipython_key_completions_() == ["Q", "M"]
+
+
+def test_errors_are_python_s_too():
+    assert issubclass(stiefel.DeadlineExceeded, TimeoutError) and issubclass(stiefel.InvalidArgument, ValueError)
