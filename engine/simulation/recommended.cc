@@ -74,7 +74,7 @@ constexpr std::array stiefel_frames = {Recommendation{.where = "Lambda a multipl
                                                       .takes = is_round,
                                                       .method = "exact",
                                                       .arithmetic = "compensated"},
-                                       adaptive(5e-14)};
+                                       adaptive(5e-14, 0.1)};
 constexpr std::array costates = {adaptive(1e-11, 0.15)};
 constexpr std::array ellipsoid = {Recommendation{.where = "given p",
                                                  .takes = has_costate,
