@@ -22,6 +22,8 @@ constexpr double quadruple_over_extended = 12;
 
 std::string short_text(double x) { return scientific_text(x, 2); }
 
+std::string work_text(double work) { return short_text(work) + " units of work"; }
+
 struct Measured {
   MotionError error;
   std::optional<double> angle;
@@ -69,24 +71,28 @@ class Comparison {
   std::optional<Measured> measure(bool quadruple) {
     const double time = scene_.time(now_.step()), before = out_.work, left = budget_ - before;
     const auto reference = make_reference(scene_, {std::abs(time), left, quadruple});
-    if (!reference) return refuse("has no reference, at 0");
+    if (!reference) {
+      out_.missing = "there is no reference for " + scene_.system();
+      return std::nullopt;
+    }
     if (reference->description() == out_.reference) return std::nullopt;
     const auto predicted = prediction(*reference, time);
     if (predicted && !(*predicted <= left)) {
       out_.work = before + reference->work();
-      return refuse("would take " + short_text(*predicted));
+      return refuse("would take " + work_text(*predicted) + " or more");
     }
     auto answer = reference->at(time, stop_);
     out_.work = before + reference->work();
-    if (!answer)
-      return refuse(stop_.stop_requested()       ? "was cancelled after " + short_text(out_.work)
-                    : reference->work() >= left ? "takes more than " + short_text(left)
-                                                : "found no reference up to there after " +
-                                                       short_text(out_.work));
+    if (!answer) {
+      const bool dear = reference->work() >= left;
+      return refuse(stop_.stop_requested() ? "was cancelled after " + work_text(out_.work)
+                    : dear                 ? "takes more than " + work_text(left)
+                                           : "ended early, after " + work_text(out_.work));
+    }
     const MotionState state = read_motion(scene_, now_);
     const MotionError error = error_of(state, answer->state);
     if (!std::isfinite(error.largest()) || !std::isfinite(answer->error))
-      return refuse("overflows, after " + short_text(out_.work));
+      return refuse("overflows, after " + work_text(out_.work));
     out_.reference = reference->description();
     out_.reference_error = answer->error;
     return Measured{error, angle_between(state, answer->state), answer->error};
@@ -100,9 +106,8 @@ class Comparison {
   }
 
   std::nullopt_t refuse(const std::string& what) {
-    out_.missing = "an estimate " + what + " units of work; the run takes " +
-                   short_text(out_.run_work) + ", and at most " + short_text(budget_) +
-                   " are allowed";
+    out_.missing = "an estimate " + what + "; the run takes " + short_text(out_.run_work) +
+                   ", and at most " + short_text(budget_) + " are allowed";
     return std::nullopt;
   }
 

@@ -17,9 +17,9 @@ struct Recommendation {
   std::string_view method;
   int order = 0;  ///< 0 of a closed form
   std::string_view arithmetic = "plain";
-  double tolerance = 0;        ///< of methods that choose their own steps, else 0
-  /// Of a substep, |h|‖Ω‖ and |h|(‖M̈‖/‖M‖)^{1/2} in the initial state: substeps are as many as keep
-  /// within them. 0: nothing is asked of it.
+  double tolerance = 0;  ///< of methods that choose their own steps, else 0
+  /// Of a substep, |h|‖Ω‖ and |h|(‖M̈‖/‖M‖)^{1/2} in the initial state: there are as many substeps
+  /// as that takes. 0: no bound.
   double largest_h_omega = 0, largest_h_momentum_rate = 0;
 
   /// The method with one substep.

@@ -54,7 +54,7 @@ void to_proto(const SystemInfo& system, v1::SystemInfo* out) {
   for (const Recommendation& one : recommended(system.name)) {
     auto* to = out->add_recommended();
     to->set_where(text(one.where));
-    to_proto(one.description(), to->mutable_method());
+    server::to_proto(one.description(), to->mutable_method());
     to->set_largest_h_omega(one.largest_h_omega);
     to->set_largest_h_momentum_rate(one.largest_h_momentum_rate);
   }

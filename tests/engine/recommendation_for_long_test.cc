@@ -42,7 +42,7 @@ TEST_P(RecommendedMethodSurvey, IsAccurateAndCheap) {
               << outcome.error << " (reference " << outcome.reference_error << "), condition "
               << outcome.condition << ", cost " << outcome.cost << " x " << outcome.cheapest
               << std::endl;
-    EXPECT_LE(outcome.error, 1e-8 * outcome.condition + outcome.reference_error);
+    EXPECT_LE(outcome.error, 1e-8 * outcome.condition);
     EXPECT_LE(outcome.cost, 3);
   }
 }

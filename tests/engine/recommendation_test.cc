@@ -41,13 +41,13 @@ INSTANTIATE_TEST_SUITE_P(Catalogue, RecommendedMethod, ::testing::ValuesIn(conti
 /// Seeds that the long survey has too, in small dimensions.
 TEST_P(RecommendedMethod, IsAccurateAndCheap) {
   const std::string& system = GetParam();
-  const bool frames = system.starts_with("stiefel") || system == "ellipsoid";
+  const bool slow = system.find("rigid_body") == std::string::npos && system != "mclachlan_scovel";
   for (unsigned seed = 1; seed <= 8; ++seed) {
     const auto outcome =
-        testing::survey_recommendation(testing::scene_without_method(system, seed, frames ? 3 : 5));
-    SCOPED_TRACE(std::to_string(seed) + ": " + outcome.scene + ", " + outcome.method + ", against " +
-                 outcome.cheapest);
-    EXPECT_LE(outcome.error, 1e-8 * outcome.condition + outcome.reference_error);
+        testing::survey_recommendation(testing::scene_without_method(system, seed, slow ? 3 : 5));
+    SCOPED_TRACE(std::to_string(seed) + ": " + outcome.scene + ", " + outcome.method +
+                 ", against " + outcome.cheapest);
+    EXPECT_LE(outcome.error, 1e-8 * outcome.condition);
     EXPECT_LE(outcome.cost, 3);
   }
 }
@@ -86,7 +86,8 @@ TEST_P(RecommendedMethod, IsOneOfTheSystemAndTheLastTakesEveryScene) {
 /// h‖Ω‖ = 20: no solver stalls.
 TEST_P(RecommendedMethod, ReachesTheEndOfALongStep) {
   auto given = testing::scene_without_method(GetParam(), 5, 4);
-  given.step *= 20 / (std::abs(given.step) * make_simulation(Scene::resolve(given).value())->rate());
+  const double rate = make_simulation(Scene::resolve(given).value())->rate();
+  given.step = 20 / rate;
   const auto simulation = make_simulation(Scene::resolve(given).value());
   EXPECT_TRUE(simulation->advance(5).reached());
 }
@@ -125,7 +126,7 @@ TEST(Recommendation, DoesNotDependOnUnits) {
     auto other = metres;
     for (double& l : other.inertia) l *= 1e100;
     other.initial["M"].values *= 1e140;
-    other.step *= 1e-40;
+    other.step = 1e-40 * *other.step;
     EXPECT_EQ(method_of(metres).substeps, method_of(other).substeps);
   }
 }

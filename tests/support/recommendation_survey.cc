@@ -146,8 +146,8 @@ double relative_error(const MotionState& state, const MotionState& exact) {
   return std::isfinite(error) ? error : std::numeric_limits<double>::infinity();
 }
 
-/// Error and work of a run over all samples; it ends at once where the error is above `limit` or the
-/// work above `bound`.
+/// Error and work of a run over all samples; it ends, with an infinite error, where the error is
+/// above `limit` or the work above `bound`.
 struct Judged {
   double error = 0, work = 0;
 };
@@ -196,7 +196,8 @@ double condition_of(const Scene& scene, const Samples& samples) {
       const RowMatrix cross = change * frame.transpose();
       change -= (cross + cross.transpose()) / 2 * frame;
     }
-    block.values += tiny * block.values.cwiseAbs().maxCoeff() / change.cwiseAbs().maxCoeff() * change;
+    change *= block.values.cwiseAbs().maxCoeff() / change.cwiseAbs().maxCoeff();
+    block.values += tiny * change;
   }
   const auto other = Scene::resolve(moved);
   if (!other) return 1;
