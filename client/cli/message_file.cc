@@ -125,7 +125,7 @@ class StrictSyntax : public nlohmann::json_sax<nlohmann::json> {
   bool refuse(const std::string& rule) {
     for (const Level& level : levels_)
       if (level.array)
-        fault += "[" + std::to_string(level.index) + "]";
+        fault.append("[").append(std::to_string(level.index)).append("]");
       else
         fault += (fault.empty() ? "" : ".") + level.at;
     fault += ": " + rule;

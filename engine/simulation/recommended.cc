@@ -69,6 +69,7 @@ constexpr std::array rigid_body = {
 constexpr std::array right_rigid_body = {at_constant_Omega, adaptive(1e-12, 0.15)};
 /// M is a product of what is moved: its error grows with the square of the time.
 constexpr std::array other_forms = {at_constant_Omega, adaptive(2e-13)};
+constexpr std::array parametric = {at_constant_Omega, adaptive(5e-14, 0.1)};
 constexpr std::array stiefel_frames = {Recommendation{.where = "Lambda a multiple of the identity",
                                                       .takes = is_round,
                                                       .method = "exact",
@@ -94,7 +95,7 @@ constexpr OfSystem table[] = {{"rigid_body", rigid_body},
                               {"right_symmetric_rigid_body", other_forms},
                               {"reduced_rigid_body", other_forms},
                               {"mclachlan_scovel", other_forms},
-                              {"parametric_rigid_body", other_forms},
+                              {"parametric_rigid_body", parametric},
                               {"stiefel", stiefel_frames},
                               {"stiefel_momentum", costates},
                               {"stiefel_costate", costates},

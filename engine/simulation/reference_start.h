@@ -51,6 +51,17 @@ struct Presentation {
   }
 };
 
+/// The frame nearest to a Q whose rows are orthonormal to rounding in double precision: Newton and
+/// Schulz's iteration, twice, squares the defect of 1e-16 each time.
+template <class Scalar>
+Matrix<Scalar> orthonormal(Matrix<Scalar> Q) {
+  for (int k = 0; k < 2; ++k) {
+    const Matrix<Scalar> defect = Matrix<Scalar>::Identity(Q.rows(), Q.rows()) - Q * Q.transpose();
+    Q += (defect * Q / 2).eval();
+  }
+  return Q;
+}
+
 enum class SeriesKind { rigid_body, parametric_rigid_body, stiefel, double_bracket };
 
 /// A scene's motion at time 0 in the variables of a series, the frame over the momentum, computed
@@ -63,7 +74,8 @@ enum class SeriesKind { rigid_body, parametric_rigid_body, stiefel, double_brack
 ///     body                  M = hat(I Rᵀω), Q = Q(q)R    I_caller = R I Rᵀ
 ///
 /// Along the scene's own equations Q and these variables obey the series' ones whether or not
-/// rounding left Q orthogonal, so the start has no error but that of Scalar.
+/// rounding left Q orthogonal, so the start has no error but that of Scalar. The equations of a
+/// costate on V(n, N) are a geodesic's where QQᵀ = I alone, so there Q is made orthonormal first.
 template <class Scalar_>
 struct SeriesStart {
   using Scalar = Scalar_;
@@ -116,11 +128,14 @@ std::optional<SeriesStart<Scalar>> start_of(const Scene& scene) {
 
   const auto frame = [&](const Dense& S) { return with(SeriesKind::stiefel, Q, S); };
   if (system == "stiefel") return frame(block("S"));
-  if (system == "stiefel_momentum" || system == "stiefel_costate")
-    return frame(Legendre_inverse<Scalar>(lambda, Q, block("P")));
+  const auto costate = [&](const char* name) {
+    const Dense on = orthonormal<Scalar>(Q);
+    return with(SeriesKind::stiefel, on, Legendre_inverse<Scalar>(lambda, on, block(name)));
+  };
+  if (system == "stiefel_momentum" || system == "stiefel_costate") return costate("P");
   if (system == "ellipsoid")
-    return frame(scene.block("p").size() > 0 ? Legendre_inverse<Scalar>(lambda, Q, block("p"))
-                                             : S_of_Qdot<Scalar>(lambda, block("qdot")));
+    return scene.block("p").size() > 0 ? costate("p")
+                                       : frame(S_of_Qdot<Scalar>(lambda, block("qdot")));
 
   if (const auto& given = scene.description().body) {
     const auto [I, R] = given_axes<Scalar>(*given);

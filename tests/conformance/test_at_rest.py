@@ -80,7 +80,7 @@ def at_rest():
     for mu in (0.0, 0.05):
         yield f"parametric_rigid_body {mu}", in_GL("parametric_rigid_body", mu, 1)
         yield f"parametric_moser_veselov {mu}", in_GL("parametric_moser_veselov", mu, 0.1)
-    for size in (0.0, 1.0, 1e5):
+    for size in (0.0, 1.0, 1e3):
         yield f"stiefel_costate {size}", scene("stiefel_costate", {"Q": F, "P": size * symmetric(2) @ F}, "rk4")
     yield "stiefel_momentum", scene("stiefel_momentum", {"Q": F, "M": np.zeros((4, 4))}, "rk4")
     yield "ellipsoid p", scene("ellipsoid", {"q": q, "p": 3.3 * q}, "rk4")
@@ -92,8 +92,7 @@ def at_rest():
 
 def hardly_moving():
     for size in (1e-100, 1e-300):
-        yield from ((f"{name} {size}", scene) for name, scene in bodies(size * SKEW)
-                    if not name.startswith(("symmetric", "right_symmetric", "reduced")))
+        yield from ((f"{name} {size}", scene) for name, scene in bodies(size * SKEW))
         U = size * SKEW
         S = np.vstack([F, Q[2:]]) @ U * INERTIA
         yield from ((f"{name} {size}", scene) for name, scene in frames(S))

@@ -295,7 +295,8 @@ TEST(Reference, OfACostateIsTheMotionOfItsOwnEquations) {
     return rate;
   };
   Matrix<Quad> x(2, 4);
-  x << scene.block("q").cast<Quad>(), scene.block("p").cast<Quad>();
+  const Vector<Quad> q = scene.block("q").row(0).transpose().cast<Quad>();
+  x << (q / sqrt(Quad(q.squaredNorm()))).transpose(), scene.block("p").cast<Quad>();
   const double t = 20;
   x = testing::extrapolate(field, x, Quad(t), 200);
   const Matrix<Quad> velocity = field(x).topRows(1) * lambda.asDiagonal();

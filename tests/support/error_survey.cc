@@ -183,7 +183,7 @@ ErrorOutcome survey_error(unsigned seed) {
   std::ostringstream what;
   what << "seed " << seed << ": " << d.system << " by " << d.method->name << " "
        << d.method->order.value_or(0) << " " << d.method->arithmetic << " " << d.method->scalar
-       << ", N = " << d.inertia.size() << ", " << steps << " steps of " << d.step;
+       << ", N = " << d.inertia.size() << ", " << steps << " steps of " << *d.step;
   ErrorOutcome out;
   out.scene = what.str();
   const Scene scene = Scene::resolve(d).value();
