@@ -31,13 +31,15 @@ struct Nearest {
   std::complex<double> z;
 };
 
-/// The eigenvalue of I + W² that is nearest to (−∞, 0].
+/// The eigenvalue of I + W² that is nearest to (−∞, 0]; of those upon it the farthest out.
 Nearest nearest_to_the_cut(const Matrix<double>& square) {
   Nearest nearest;
   const auto eigenvalues = spectrum(square);
   for (const std::complex<double> z : eigenvalues) {
-    const double margin = z.real() > 0 ? std::abs(z) : std::abs(z.imag());
-    if (!(margin >= nearest.margin)) nearest = {margin, z};
+    const double distance = z.real() > 0 ? std::abs(z) : std::abs(z.imag());
+    const double margin = distance > on_the_cut ? distance : 0;
+    const bool farther = margin == 0 && z.real() < nearest.z.real();
+    if (margin < nearest.margin || farther) nearest = {margin, z};
   }
   return nearest;
 }
@@ -55,7 +57,7 @@ MatrixWithin<double> parametric_Psi_inverse(const Vector<double>& lambda, const 
   if (!square.allFinite())
     return std::unexpected(OutsideDomain{"S_M^mu", 2 * W.cwiseAbs().maxCoeff(), 2});
   const Nearest nearest = nearest_to_the_cut(square);
-  if (!(nearest.margin > on_the_cut))  // z = 1 − (w/2)²
+  if (!(nearest.margin > 0))  // z = 1 − (w/2)²
     return std::unexpected(OutsideDomain{"S_M^mu", 2 * std::sqrt(std::abs(1.0 - nearest.z)), 2});
   return Matrix<double>(Q * (W + principal_root(square)));
 }

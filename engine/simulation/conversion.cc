@@ -1,7 +1,9 @@
 #include "engine/simulation/conversion.h"
 
 #include <algorithm>
+#include <cmath>
 
+#include "engine/linalg/to_text.h"
 #include "engine/simulation/catalogue.h"
 #include "engine/simulation/near_name.h"
 #include "engine/simulation/phase.h"
@@ -101,6 +103,10 @@ std::expected<Conversion, ConversionRefusal> convert(const Scene& scene,
   const SystemInfo* system = catalogue().system(target.name);
   if (to == nullptr && system == nullptr)
     return refuse({target.to, target.name, rule_of_targets(target.name)});
+  if (const auto& epsilon = target.epsilon; epsilon && !(std::isfinite(*epsilon) && *epsilon != 0))
+    return refuse({"epsilon", to_text(*epsilon), "must be finite and not 0"});
+  if (const auto& mu = target.parameter; mu && !std::isfinite(*mu))
+    return refuse({"parameter", to_text(*mu), "must be finite"});
   Conversion out;
   if (target.name == scene.system() && !target.epsilon && !target.parameter &&
       !scene.description().body) {

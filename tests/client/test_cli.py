@@ -354,6 +354,8 @@ def test_a_fault_of_the_scene_is_the_scenes_in_every_command(stiefel, write, sce
 def test_a_fault_of_an_option_is_the_options(stiefel, write, scene):
     result = stiefel("convert", write(scene), "--to", "parametric_rigid_body", "--parameter", "nan")
     assert result.status == 2 and result.err.startswith("stiefel: --parameter: nan")
+    result = stiefel("convert", write(scene), "--to", "symmetric_rigid_body", "--epsilon", 0)
+    assert result.status == 2 and result.err.startswith("stiefel: --epsilon: 0: must be finite and not 0")
     result = stiefel("convert", write(scene), "--to", "velocitty")
     assert (result.status, result.err.startswith("stiefel: --to: velocitty: ")) == (2, True)
     assert result.err.endswith("did you mean velocity?\n")

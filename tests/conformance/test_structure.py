@@ -62,8 +62,8 @@ def test_whether_a_step_is_symplectic(client, scene, symplectic):
 @pytest.mark.parametrize("form, first, fault", [
     ("Omega_gl", {"Q": np.zeros((3, 3)), "M": np.zeros((3, 3))}, r"forms\[0\].form: Omega_gl: is not a form of rigid_body"),
     ("omega", {"Q": np.zeros((3, 3))}, r"forms\[0\].first.M: absent"),
-    ("omega", {"Q": np.zeros((2, 3)), "M": np.zeros((3, 3))}, r"forms\[0\].first.Q: must be"),
-    ("omega", {"Q": np.zeros((3, 3)), "M": np.zeros((3, 3)), "P": np.zeros((3, 3))}, r"first.P: the blocks are Q, M"),
+    ("omega", {"Q": np.zeros((2, 3)), "M": np.zeros((3, 3))}, r"forms\[0\].first.Q: 2 x 3: must be given"),
+    ("omega", {"Q": np.zeros((3, 3)), "M": np.zeros((3, 3)), "P": np.zeros((3, 3))}, r"first.P: 3 x 3: the blocks are Q, M"),
     ("omega", {"Q": np.eye(3), "M": np.zeros((3, 3))}, r"forms\[0\].first: off by .* must be tangent"),
 ])
 def test_what_is_no_tangent_vector_is_refused(client, form, first, fault):

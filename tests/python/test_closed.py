@@ -70,3 +70,11 @@ def test_a_fork_s_method_is_checked_here(client):
             session.fork(at=1, method={"name": "rk4", "order": "two"})
         with session.fork(at=1, method={"name": "variational", "order": 4}) as fork:
             assert fork.scene["method"]["order"] == 4
+
+
+def test_a_matrix_that_is_none_is_named(client):
+    with client.create(SCENE) as session:
+        with pytest.raises(stiefel.InvalidArgument, match=r"^forms\[0\].second.M: 'M': must be a matrix"):
+            session.diagnose(1, forms=[("omega", {}, {"M": "M"})])
+        with pytest.raises(stiefel.InvalidArgument, match=r"^dirac_brackets\[0\].second\[1\].B: \[\[1, 2\], \[3\]\]: must"):
+            session.diagnose(1, dirac_brackets=[([], [([[1]], [[1]]), ([[1]], [[1, 2], [3]])])])

@@ -14,7 +14,7 @@ BODY = {"system": "rigid_body", "method": {"name": "variational"}, "step": 0.01,
         "body": {"moments": [1, 2, 3], "angular_velocity": [0.1, 2, 0.1]}}
 SCENES = {
     "body": BODY,
-    "ensemble": {**BODY, "members": 2, "body": {"moments": [1, 2, 3], "angular_velocity": [0.1, 2, 0.1, 3e5, 1, 0.25]}},
+    "ensemble": {**BODY, "members": 2, "body": {"moments": [1, 2, 3], "angular_velocity": [0.1, 2, 0.1, 30, 1, 0.25]}},
     "complex": {"system": "double_bracket", "method": {"name": "rk4"}, "step": 0.01, "inertia_u": [1, 2], "inertia_v": [3],
                 "initial": {"Q": np.array([[1], [0.5j]]), "P": np.array([[0.2j], [1 + 1e-7j]])}},
     "stopped": {**BODY, "step": 5.0},

@@ -163,7 +163,12 @@ TEST_F(Paths, OfConvert) {
   expect_field(convert(request), "to", "cannot be reached");
   request.set_to("parametric_rigid_body");
   request.set_parameter(nan);
-  expect_field(convert(request), "parameter", "nan");
+  expect_field(convert(request), "parameter", "nan: must be finite");
+  request.clear_parameter();
+  request.set_to("symmetric_rigid_body");
+  request.set_epsilon(0);
+  expect_field(convert(request), "epsilon", "0: must be finite and not 0");
+  request.clear_epsilon();
   *request.mutable_scene() = changed([](auto& s) { s.mutable_initial()->erase("Q"); });
   request.set_to("velocity");
   expect_field(convert(request), "scene.initial.Q", "absent");

@@ -64,10 +64,12 @@ class Session:
         request = pb.DiagnoseRequest(session_id=self.id, to=to, invariants=names("invariants", invariants),
                                      symplectic_test=pb.SymplecticTest() if symplectic else None,
                                      estimate_error=pb.ERROR_ESTIMATION_ALWAYS if estimate_error else None)
-        for name, first, second in forms:
-            request.forms.add(form=name, first=_blocks(first, "first"), second=_blocks(second, "second"))
-        for one, other in dirac_brackets:
-            request.dirac_brackets.add(first=_factors(one), second=_factors(other))
+        for i, (name, first, second) in enumerate(forms):
+            request.forms.add(form=name, first=_blocks(first, f"forms[{i}].first"),
+                              second=_blocks(second, f"forms[{i}].second"))
+        for i, (one, other) in enumerate(dirac_brackets):
+            request.dirac_brackets.add(first=_factors(one, f"dirac_brackets[{i}].first"),
+                                       second=_factors(other, f"dirac_brackets[{i}].second"))
         return Diagnosis.of(self._client.call("Diagnose", request, timeout))
 
     def fork(self, at: int, method: Optional[Mapping[str, Any]] = None, step: Optional[float] = None,
@@ -190,8 +192,9 @@ def _blocks(vector: TangentVector, path: str) -> dict[str, scene_pb2.Matrix]:
     return {name: to_matrix(block, f"{path}.{name}") for name, block in vector.items()}
 
 
-def _factors(factors: Sequence[tuple[Any, Any]]) -> list[pb.LinearFunction]:
-    return [pb.LinearFunction(a=to_matrix(A, "A"), b=to_matrix(B, "B")) for A, B in factors]
+def _factors(factors: Sequence[tuple[Any, Any]], path: str) -> list[pb.LinearFunction]:
+    return [pb.LinearFunction(a=to_matrix(A, f"{path}[{i}].A"), b=to_matrix(B, f"{path}[{i}].B"))
+            for i, (A, B) in enumerate(factors)]
 
 
 class _NoBar:
