@@ -39,7 +39,8 @@ class TaylorReference final : public Reference {
         coarse_work_(series_work(start.x.rows(), start.x.cols(), coarse_order(epsilon))),
         momentum_rows_(make(order_).momentum_rows()),
         fine_(make(order_), start.x, epsilon),
-        coarse_(make(coarse_order(epsilon)), start.x, coarser<Scalar> * epsilon) {}
+        coarse_(make(coarse_order(epsilon)), a_rounding_away(start.x, momentum_rows_, order_),
+                coarser<Scalar> * epsilon) {}
 
   static double series_work(Eigen::Index rows, Eigen::Index cols, int order) {
     return operation_work<Scalar> * Series::operations(rows, cols, order);
@@ -76,6 +77,14 @@ class TaylorReference final : public Reference {
   }
 
  private:
+  /// Where the second solution starts. In extended precision the start is rounded too, and so is
+  /// its first series, the same in both solutions; what the motion makes of that shows in a momentum
+  /// that is as much larger.
+  static Matrix<Scalar> a_rounding_away(Matrix<Scalar> x, Eigen::Index momentum_rows, int order) {
+    if constexpr (std::is_same_v<Scalar, long double>)
+      x.bottomRows(momentum_rows) *= 1 + order * std::numeric_limits<Scalar>::epsilon();
+    return x;
+  }
   static int coarse_order(double epsilon) { return taylor_order(coarser<Scalar> * epsilon); }
 
   MotionState present(const TaylorMotion<Series>& motion) const {
