@@ -5,6 +5,7 @@
 
 #include "engine/linalg/to_text.h"
 #include "engine/simulation/catalogue.h"
+#include "engine/simulation/measurement.h"
 #include "engine/simulation/simulation.h"
 #include "engine/simulation/step_weight.h"
 
@@ -113,6 +114,11 @@ class Comparison {
 
   void report(const Measured& measured) {
     const double delta = measured.reference_error;
+    if (delta > saturated_error) {
+      out_.missing = "the reference itself is off by " + short_text(delta) +
+                     " by then: the motion may be chaotic";
+      return;
+    }
     const auto told = [&](double error) {
       return delta <= std::max(blunt * error, rounding) ? std::optional(error + delta)
                                                         : std::nullopt;

@@ -1,11 +1,34 @@
 #include <gtest/gtest.h>
 
+#include "engine/simulation/error_estimate.h"
+#include "engine/simulation/simulation.h"
 #include "tests/support/error_survey.h"
+#include "tests/support/random_frame.h"
 
 namespace stiefel {
 namespace {
 
 TEST(EstimatedError, OfAThousandScenesIsTheTrueOne) { testing::expect_estimates(10'001, 1000); }
+
+/// Two geodesics on V(2, 5) that start 1e-18 apart are far from each other at t = 600; so are the
+/// two solutions of the reference, and nothing is said of the error.
+TEST(EstimatedError, IsNotToldOnceTheReferenceIsLostToChaos) {
+  const testing::RandomFrame<double> frame(2, 5, 3, 30);
+  SceneDescription d;
+  d.system = "stiefel";
+  d.method = MethodDescription{"variational", 6, {}, ""};
+  d.inertia = {frame.lambda.begin(), frame.lambda.end()};
+  d.initial = {{"Q", Block(frame.Q)}, {"S", Block(frame.S)}};
+  d.step = 0.02;
+  const Scene scene = Scene::resolve(d).value();
+  const auto now = make_simulation(scene);
+  ASSERT_TRUE(now->advance(500).reached());
+  EXPECT_TRUE(estimate_error(scene, *now, 2e10, {}).attitude);
+  ASSERT_TRUE(now->advance(29'500).reached());
+  const ErrorEstimate late = estimate_error(scene, *now, 2e10, {});
+  EXPECT_FALSE(late.attitude || late.momentum);
+  EXPECT_NE(late.missing.find("chaotic"), std::string::npos) << late.missing;
+}
 
 }  // namespace
 }  // namespace stiefel
