@@ -82,9 +82,9 @@ std::optional<std::string> fault_of_address(std::string_view address) {
   }
   const std::size_t colon = address.find(':');
   if (colon == std::string_view::npos) return "the port is missing";
-  if (colon == 0) return "the host is missing";
   if (address.find(':', colon + 1) != std::string_view::npos)
     return "an IPv6 address is written in brackets, [IPv6]:PORT";
+  if (colon == 0) return "the host is missing";
   return fault_of_port(address.substr(colon + 1));
 }
 

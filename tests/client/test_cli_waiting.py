@@ -85,9 +85,11 @@ def test_an_interrupted_run_leaves_no_file_and_says_how_far_it_got(start, write,
 
 
 def test_a_shell_sees_130(write, scene):
-    command = f"{os.environ['STIEFEL_CLI']} run {write(scene)} --to {FAR} & sleep 1; kill -INT $!; wait $!; echo $?"
-    done = subprocess.run(["bash", "-mc", command], capture_output=True, text=True, timeout=60)
-    assert done.stdout.splitlines()[-1] == "130"
+    command = f"trap : INT; {os.environ['STIEFEL_CLI']} run {write(scene)} --to {FAR}; echo $?"
+    shell = subprocess.Popen(["bash", "-c", command], stdout=subprocess.PIPE, text=True, start_new_session=True)
+    shell.stdout.readline()  # the command has begun
+    os.killpg(shell.pid, signal.SIGINT)
+    assert shell.communicate(timeout=30)[0].splitlines()[-1] == "130"
 
 
 def test_interrupted_json_on_stdout_is_whole(start, write, scene):
