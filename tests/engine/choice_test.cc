@@ -156,12 +156,9 @@ TEST(Choice, CostsMoreForMoreAccuracy) {
   EXPECT_GT(last, 4 * first);
 }
 
-/// Longer than can be run whole: measured on a part of it.
-TEST(Choice, OfALongHorizonIsExtrapolatedWithinTheTolerance) {
+TEST(Choice, OfALongHorizonStaysWithinTheTolerance) {
   SceneDescription d = asked(1e-5, 20000, 3);
   const Scene scene = Scene::resolve(d).value();
-  EXPECT_NE(scene.description().choice.find("extrapolated"), std::string::npos)
-      << scene.description().choice;
   const auto now = make_simulation(scene);
   ASSERT_TRUE(now->advance(80000).reached());
   const RandomBody body(3, 6);
@@ -186,7 +183,7 @@ TEST(Choice, OfEverySystemThatTakesAMethod) {
 }
 
 TEST(Choice, ThatCannotBeMadeSaysTheBestThatWasFound) {
-  const auto refused = Scene::resolve(asked(1e-15, 50));
+  const auto refused = Scene::resolve(asked(1e-15, 400));
   ASSERT_FALSE(refused);
   const Violation& violation = refused.error().front();
   EXPECT_EQ(violation.field, "tolerance");
@@ -217,7 +214,7 @@ TEST(Choice, NeedsToleranceAndHorizonAndNoMethod) {
   d.tolerance.reset();
   EXPECT_EQ(fault(d), "");  // a horizon may stay: MeasureTradeoff reads it
   d.method.reset();
-  EXPECT_EQ(fault(d), "method");
+  EXPECT_EQ(fault(d), "");  // the recommended one
   d = asked(1e-6, 10);
   d.choice = "mine";
   EXPECT_EQ(fault(d), "choice");

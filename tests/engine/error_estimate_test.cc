@@ -9,6 +9,7 @@
 #include "engine/simulation/step_weight.h"
 #include "tests/support/any_scene.h"
 #include "tests/support/error_survey.h"
+#include "tests/support/random_frame.h"
 #include "tests/support/random_scene.h"
 #include "tests/support/random_top.h"
 
@@ -24,7 +25,7 @@ ErrorEstimate after(const Scene& scene, std::int64_t steps, double budget = plen
 }
 
 /// Every continuous system, method, order and arithmetic, against Bulirsch–Stoer.
-TEST(EstimatedError, OfTwoHundredScenesIsTheTrueOne) { testing::expect_estimates(1, 200); }
+TEST(EstimatedError, OfRandomScenesIsTheTrueOne) { testing::expect_estimates(1, 20); }
 
 Scene envisat(const std::string& method, std::optional<int> order) {
   SceneDescription d;
@@ -131,30 +132,35 @@ TEST(EstimatedError, OfABodyIsAgainstItsTensorAndAngularVelocity) {
   EXPECT_NEAR(by_rk4(16) / by_rk4(32), 16, 3);
 }
 
-TEST(EstimatedError, TakesQuadruplePrecisionOnlyWhereItHasTo) {
+/// Extended precision tells every error of doubles apart over a hundred steps.
+TEST(EstimatedError, TakesExtendedPrecisionWhereThatIsEnough) {
   const ErrorEstimate rough = after(testing::random_scene(5, 1, 0.1, "rk4"), 100);
   EXPECT_NE(rough.reference.find("extended"), std::string::npos) << rough.reference;
   auto d = testing::description(testing::RandomBody(5, 1), 0.01, "variational");
   d.method->order = 8;
   const ErrorEstimate fine = after(Scene::resolve(d).value(), 100);
-  EXPECT_NE(fine.reference.find("quadruple"), std::string::npos) << fine.reference;
   EXPECT_LT(fine.attitude.value(), 1e-14);
-  EXPECT_LT(fine.reference_error, 1e-18);
+  EXPECT_LT(fine.reference_error, 1e-16);
 }
 
+/// ‖Q̇‖ varies along a geodesic, so a step that is safe at the start leaves the domain later.
 TEST(EstimatedError, OfARunThatStoppedIsThatOfItsLastGoodState) {
-  SceneDescription d = testing::description(testing::RandomBody(4, 3), 0.9, "variational");
-  d.inertia = {1, 1.2, 1.4, 1.6};
-  Scene scene = Scene::resolve(d).value();
+  const testing::RandomFrame<double> frame(2, 5, 3, 30);
+  SceneDescription d;
+  d.system = "stiefel";
+  d.method = MethodDescription{"variational", 2, {}, ""};
+  d.inertia = {frame.lambda.begin(), frame.lambda.end()};
+  d.initial = {{"Q", Block(frame.Q)}, {"S", Block(frame.S)}};
   std::unique_ptr<Simulation> now;
-  for (double step = 0.9; step < 3; step += 0.005) {
+  for (double step = 0.5; step < 20 && !(now && now->step() > 0 && now->step() < 50);
+       step *= 1.02) {
     d.step = step;
-    scene = Scene::resolve(d).value();
-    now = make_simulation(scene);
-    if (!now->advance(50).reached() && now->step() > 0) break;
+    now = make_simulation(Scene::resolve(d).value());
+    now->advance(50);
   }
   ASSERT_GT(now->step(), 0);
   ASSERT_LT(now->step(), 50);
+  const Scene scene = Scene::resolve(d).value();
   const ErrorEstimate stopped = estimate_error(scene, *now, plenty, {});
   EXPECT_EQ(stopped.missing, "");
   EXPECT_EQ(stopped.attitude, after(scene, now->step()).attitude);

@@ -9,6 +9,7 @@
 #include <random>
 #include <sstream>
 
+#include "engine/invariants/parametric_rigid_body.h"
 #include "engine/representations/left_right.h"
 #include "engine/representations/mclachlan_scovel.h"
 #include "engine/simulation/catalogue.h"
@@ -104,8 +105,14 @@ Truth truth(const Scene& scene, double t) {
     const auto [Q, B] = halves(moved(McLachlanScovel<Wide>(lambda), scene, "Q", "B", t));
     return {Q, M_of_B<Wide>(Q, B)};
   }
-  if (system == "parametric_rigid_body")
-    return halves(moved(ParametricRigidBody<Wide>(lambda, scene.parameter()), scene, "Q", "P", t));
+  if (system == "parametric_rigid_body") {
+    const Wide mu = scene.parameter();
+    const auto [Q, P] =
+        halves(moved(ParametricRigidBody<Wide>(lambda, mu, epsilon), scene, "Q", "P", t));
+    Dense M = parametric_momentum<Wide>(Q, P) / epsilon;
+    M.diagonal() -= mu * lambda.cwiseAbs2();
+    return {Q, M};
+  }
   if (system == "ellipsoid") {
     const bool costate = scene.block("p").size() > 0;
     const EllipsoidCostate<Wide> with_p(lambda);
