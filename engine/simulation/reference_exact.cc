@@ -25,6 +25,7 @@ struct ClosedForm {
   double rate;  ///< ‖Ω‖_F or ‖Q̇‖_F, 1/time
   double work;  ///< of a state in both
   std::string description;
+  double start = 0;  ///< what Q misses its manifold by, on which the closed form is the motion
 };
 
 constexpr ClosedForm::Precision in_quadruple = {0x1p-40, 0x1p-111};  // 113 bits against 64
@@ -54,7 +55,8 @@ class ExactReference final : public Reference {
     if (!state.momentum.allFinite() || !state.attitude.allFinite()) return std::nullopt;
     // Rounded to be reported, and in every angle on the way.
     constexpr double reported = std::numeric_limits<long double>::epsilon();
-    const double rounding = reported + form_.precision.unit * form_.rate * std::abs(time);
+    const double angle = form_.rate * std::abs(time);
+    const double rounding = reported + form_.precision.unit * angle + form_.start * (1 + angle);
     error_ = std::max(
         {error_, rounding, form_.precision.finer * distance(form_.coarse(time), state)});
     return Answer{std::move(state), error_};
@@ -202,11 +204,15 @@ std::unique_ptr<Reference> make_exact_reference(const Scene& scene, const Refere
           need, time);
     }
   } else if (start->kind == SeriesKind::stiefel && RoundFrames<double>::has(lambda)) {
-    const double S = start->x.bottomRows(start->x.rows() / 2).cast<double>().norm();
+    const Eigen::Index rows = start->x.rows() / 2;
+    const Matrix<Quad> Q = start->x.topRows(rows);
+    const Matrix<Quad> defect = Q * Q.transpose() - Matrix<Quad>::Identity(rows, rows);
+    const double S = start->x.bottomRows(rows).cast<double>().norm();
     return reference(
         {round_frames<long double>(*start), round_frames<double>(*start), in_extended,
          S / lambda(0), work,
-         "closed form for Lambda a multiple of the identity in extended precision"},
+         "closed form for Lambda a multiple of the identity in extended precision",
+         defect.cast<double>().norm()},
         need, time);
   }
   return nullptr;
