@@ -97,7 +97,7 @@ TEST(ExactReference, IsThereForLambdaOfTwoValuesAndForRoundFrames) {
       ASSERT_TRUE(exact) << system;
       const auto a = exact->at(7, {}), b = make_taylor_reference(scene, {7, 1e12})->at(7, {});
       EXPECT_LE(error_of(a->state, b->state).largest(), a->error + b->error) << system << seed;
-      EXPECT_LT(a->error, 1e-15);
+      EXPECT_LT(a->error, 1e-14);  // a frame of doubles is not quite orthonormal
     }
   }
   EXPECT_FALSE(make_exact_reference(testing::random_scene(5, 1, 0.1, "rk4"), {1, 1e12}));
