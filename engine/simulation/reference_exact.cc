@@ -56,7 +56,7 @@ class ExactReference final : public Reference {
     // Rounded to be reported, and in every angle on the way.
     constexpr double reported = std::numeric_limits<long double>::epsilon();
     const double angle = form_.rate * std::abs(time);
-    const double rounding = reported + form_.precision.unit * angle + form_.start * (1 + angle);
+    const double rounding = reported + form_.precision.unit * angle + 2 * form_.start * (1 + angle);
     error_ = std::max(
         {error_, rounding, form_.precision.finer * distance(form_.coarse(time), state)});
     return Answer{std::move(state), error_};
