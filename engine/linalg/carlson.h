@@ -24,15 +24,15 @@ Scalar R_C(Scalar x, Scalar y) {
   return (y > x ? atan2(d, sqrt(x)) : asinh(d / sqrt(y))) / d;
 }
 
-/// R_F(x, y, z) = ½ ∫₀^∞ ((t + x)(t + y)(t + z))^−½ dt; all ≥ 0, at most one of them 0.
+/// R_F(x, y, z) = ½ ∫₀^∞ ((t + x)(t + y)(t + z))^−½ dt; all ≥ 0, at most one of them 0. NaN of NaN.
 template <class Scalar>
 Scalar R_F(Scalar x, Scalar y, Scalar z) {
   using std::abs, std::sqrt;
   for (;;) {
     const Scalar mean = (x + y + z) / 3;
     const Scalar X = 1 - x / mean, Y = 1 - y / mean, Z = -X - Y;
-    if (abs(X) < close_enough<Scalar>() && abs(Y) < close_enough<Scalar>() &&
-        abs(Z) < close_enough<Scalar>()) {
+    if (!(abs(X) >= close_enough<Scalar>()) && !(abs(Y) >= close_enough<Scalar>()) &&
+        !(abs(Z) >= close_enough<Scalar>())) {
       const Scalar E2 = X * Y - Z * Z, E3 = X * Y * Z;
       return (1 - E2 / 10 + E3 / 14 + E2 * E2 / 24 - 3 * E2 * E3 / 44 - 5 * E2 * E2 * E2 / 208 +
               3 * E3 * E3 / 104 + E2 * E2 * E3 / 16) /
@@ -45,7 +45,8 @@ Scalar R_F(Scalar x, Scalar y, Scalar z) {
   }
 }
 
-/// R_J(x, y, z, p) = 3/2 ∫₀^∞ ((t + x)(t + y)(t + z))^−½ (t + p)⁻¹ dt; x, y, z as in R_F, p > 0.
+/// R_J(x, y, z, p) = 3/2 ∫₀^∞ ((t + x)(t + y)(t + z))^−½ (t + p)⁻¹ dt; x, y, z as in R_F, p > 0. NaN of
+/// NaN.
 template <class Scalar>
 Scalar R_J(Scalar x, Scalar y, Scalar z, Scalar p) {
   using std::abs, std::sqrt;
@@ -53,8 +54,8 @@ Scalar R_J(Scalar x, Scalar y, Scalar z, Scalar p) {
   for (;;) {
     const Scalar mean = (x + y + z + 2 * p) / 5;
     const Scalar X = 1 - x / mean, Y = 1 - y / mean, Z = 1 - z / mean, P = -(X + Y + Z) / 2;
-    if (abs(X) < close_enough<Scalar>() && abs(Y) < close_enough<Scalar>() &&
-        abs(Z) < close_enough<Scalar>() && abs(P) < close_enough<Scalar>()) {
+    if (!(abs(X) >= close_enough<Scalar>()) && !(abs(Y) >= close_enough<Scalar>()) &&
+        !(abs(Z) >= close_enough<Scalar>()) && !(abs(P) >= close_enough<Scalar>())) {
       const Scalar XYZ = X * Y * Z, P2 = P * P;
       const Scalar E2 = X * Y + X * Z + Y * Z - 3 * P2, E3 = XYZ + 2 * E2 * P + 4 * P2 * P,
                    E4 = (2 * XYZ + E2 * P + 3 * P2 * P) * P, E5 = XYZ * P2;
