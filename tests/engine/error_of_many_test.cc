@@ -10,8 +10,9 @@ namespace {
 
 TEST(EstimatedError, OfTwoHundredScenesIsTheTrueOne) { testing::expect_estimates(10'001, 200); }
 
-/// Two geodesics on V(2, 5) that start 1e-18 apart are far from each other at t = 600; so are the
-/// two solutions of the reference, and nothing is said of the error.
+/// Two geodesics on V(2, 5) that start 1e-18 apart are far from each other at t = 600. So are two
+/// solutions in extended precision, and nothing is said of the error unless quadruple precision,
+/// where it can be afforded, still tells it.
 TEST(EstimatedError, IsNotToldOnceTheReferenceIsLostToChaos) {
   const testing::RandomFrame<double> frame(2, 5, 3, 30);
   SceneDescription d;
@@ -26,8 +27,12 @@ TEST(EstimatedError, IsNotToldOnceTheReferenceIsLostToChaos) {
   EXPECT_TRUE(estimate_error(scene, *now, 2e10, {}).attitude);
   ASSERT_TRUE(now->advance(29'500).reached());
   const ErrorEstimate late = estimate_error(scene, *now, 2e10, {});
-  EXPECT_FALSE(late.attitude || late.momentum);
-  EXPECT_NE(late.missing.find("chaotic"), std::string::npos) << late.missing;
+  if (late.attitude) {
+    EXPECT_LT(late.reference_error, 0.1) << late.reference;
+    EXPECT_GT(*late.attitude, 0.01);
+  } else {
+    EXPECT_NE(late.missing.find("chaotic"), std::string::npos) << late.missing;
+  }
 }
 
 }  // namespace
