@@ -16,7 +16,7 @@ nlohmann::ordered_json report(const v1::Ending& ending, const v1::DiagnoseRespon
 /// "invariants kept to 2.1e-16; estimated error at t = 6000: attitude 1.6e-02 (1.2°), momentum
 /// 3.2e-03", so that nobody takes the one for the other.
 std::string summary(const v1::DiagnoseResponse& diagnosis);
-/// The same on stderr if that is a terminal.
+/// Writes `summary` to stderr if stderr is a terminal.
 void show_summary(const v1::DiagnoseResponse& diagnosis);
 
 /// Always, never, or when it takes less work than the run.

@@ -47,7 +47,7 @@ class CancelOnStop {
   std::stop_callback<Cancel> callback_;
 };
 
-/// The end of a call and of all its repetitions, on a clock that nobody sets.
+/// The deadline of a call with all its repetitions, on the monotonic clock.
 class Deadline {
  public:
   using Timeout = std::optional<std::chrono::milliseconds>;

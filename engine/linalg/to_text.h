@@ -13,8 +13,7 @@ inline std::string to_text(double x) {
   return {text, std::to_chars(text, text + sizeof text, x).ptr};
 }
 
-/// The same to `digits` significant digits, where a reader needs no more: to_text(2 / 3., 2) is
-/// "0.67".
+/// A number rounded to `digits` significant digits: to_text(2 / 3., 2) is "0.67".
 inline std::string to_text(double x, int digits) {
   char text[64];
   return {text,

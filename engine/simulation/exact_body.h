@@ -6,8 +6,8 @@
 
 namespace stiefel {
 
-/// The scene, given by `body`, in the hands of the method `exact`: the motion of the body as it was
-/// given, not of the rounded Λ and M that other methods start from.
+/// The simulation of a scene given by `body` with the method `exact`. It moves the body as it was
+/// given; other methods start from Λ and M rounded to doubles.
 std::unique_ptr<Simulation> exact_body(const Scene& scene);
 
 }  // namespace stiefel

@@ -24,7 +24,8 @@ struct Recommendation {
 
   /// The method with one substep.
   MethodDescription description() const;
-  /// As few substeps as do for all of these scenes, each in the hands of some method.
+  /// The least number of substeps that keeps each of these scenes, which have a method, within the
+  /// bounds above.
   int substeps(std::span<const Scene> scenes) const;
 };
 

@@ -17,7 +17,7 @@ def pauses() -> Iterator[float]:
 
 
 class Deadline:
-    """The end of a call that may take `timeout` seconds, on a clock that nobody sets; None: no end."""
+    """The monotonic time at which a call of `timeout` seconds ends; None for no end."""
 
     def __init__(self, timeout: Optional[float]):
         self.timeout = timeout
