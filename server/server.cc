@@ -9,10 +9,10 @@
 #include <stdexcept>
 #include <utility>
 
-#include "engine/simulation/ensemble.h"
+#include "engine/simulation/run/ensemble.h"
 #include "server/address.h"
-#include "server/service/limits.h"
-#include "server/service/service.h"
+#include "server/calls/limits.h"
+#include "server/calls/service.h"
 
 namespace stiefel::server {
 namespace {

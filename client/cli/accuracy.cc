@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "client/cli/report.h"
-#include "engine/linalg/to_text.h"
+#include "engine/linalg/arithmetic/to_text.h"
 
 namespace stiefel::cli {
 namespace {
@@ -20,7 +20,8 @@ std::string invariants_kept(const v1::DiagnoseResponse& diagnosis) {
 }
 
 /// One of attitude and momentum; what is not told is bounded by the reference's error.
-std::string error_of(const std::string& what, bool told, double error, const v1::EstimatedError& of) {
+std::string error_of(const std::string& what, bool told, double error,
+                     const v1::EstimatedError& of) {
   std::string text = what;
   text += told ? " " : " below ";
   return text + brief(told ? error : 2 * of.reference_error());

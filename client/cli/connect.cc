@@ -23,7 +23,7 @@ ExitStatus connect(const ConnectCommand& command) {
   read_message(command.file, &request);
   const auto reply = Endpoint(command.server).client().geodesic(request);
 
-  nlohmann::ordered_json out = {{"outcome", cli::to_string(reply.ending().outcome())}};
+  nlohmann::ordered_json out = {{"outcome", cli::to_string(reply.run_status().outcome())}};
   if (reply.has_scene()) {
     const auto scene = to_json(reply.scene());
     out["initial"] = scene["initial"];
@@ -34,10 +34,10 @@ ExitStatus connect(const ConnectCommand& command) {
     out["scene"] = scene;
   } else {
     out["residual"] = reply.residual();
-    out["message"] = reply.ending().message();
+    out["message"] = reply.run_status().message();
   }
   std::cout << to_text(out) << '\n';
-  return conclude(reply.ending(), 0);
+  return conclude(reply.run_status(), 0);
 }
 
 }  // namespace stiefel::cli

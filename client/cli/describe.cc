@@ -8,7 +8,7 @@
 #include "client/cli/endpoint.h"
 #include "client/cli/report.h"
 #include "client/cli/table.h"
-#include "engine/linalg/to_text.h"
+#include "engine/linalg/arithmetic/to_text.h"
 
 namespace stiefel::cli {
 namespace {
@@ -16,7 +16,7 @@ namespace {
 std::string preserves(const v1::MethodOnSystem& method) {
   std::string text;
   for (const auto& p : method.preserves()) {
-    text += (text.empty() ? "" : ", ") + p.invariant() + " " + to_string(p.kept());
+    text += (text.empty() ? "" : ", ") + p.invariant() + " " + to_string(p.conservation());
   }
   return text;
 }

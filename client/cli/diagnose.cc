@@ -30,9 +30,9 @@ ExitStatus diagnose(const DiagnoseCommand& command) {
       throw;
     }
   }
-  std::cout << report(diagnosis.ending(), diagnosis).dump(2) << '\n';
+  std::cout << report(diagnosis.run_status(), diagnosis).dump(2) << '\n';
   show_summary(diagnosis);
-  return conclude(diagnosis.ending(), diagnosis.step());
+  return conclude(diagnosis.run_status(), diagnosis.step());
 }
 
 }  // namespace stiefel::cli

@@ -24,8 +24,8 @@ std::stop_source& source() {
 
 /// Only one thread gets through.
 void end(int signal, const std::string& how_far) {
-  static std::atomic<bool> ending = false;
-  if (ending.exchange(true)) {
+  static std::atomic<bool> run_status = false;
+  if (run_status.exchange(true)) {
     while (true) pause();
   }
   remove_partial_files();

@@ -9,8 +9,8 @@
 
 #include "client/cli/commands.h"
 #include "client/cli/interrupt.h"
-#include "client/cli/parse_error.h"
 #include "client/cli/origin.h"
+#include "client/cli/parse_error.h"
 #include "client/cpp/error.h"
 
 namespace {
@@ -36,7 +36,8 @@ void add_error(CLI::App* app, std::optional<bool>& estimate_error) {
       "--error", [&] { estimate_error = true; },
       "estimate the error of attitude and momentum at the last step; by default only when that "
       "takes less work than the run");
-  app->add_flag_callback("--no-error", [&] { estimate_error = false; }, "do not estimate the error")
+  app->add_flag_callback(
+         "--no-error", [&] { estimate_error = false; }, "do not estimate the error")
       ->excludes(always);
 }
 
@@ -109,11 +110,10 @@ int main(int argc, char** argv) {
   add_error(run_app, run_command.estimate_error);
   add_server(run_app, run_command.server);
   run_app->callback([&] {
-    origin = {.file = run_command.scene,
-              .options = {{"from", "--from"},
-                          {"to", "--to"},
-                          {"every", "--every"},
-                          {"fields", "--fields"}}};
+    origin = {
+        .file = run_command.scene,
+        .options = {
+            {"from", "--from"}, {"to", "--to"}, {"every", "--every"}, {"fields", "--fields"}}};
     command = [&] { return run(run_command); };
   });
 
@@ -165,9 +165,8 @@ int main(int argc, char** argv) {
       ->type_name("FILE.json");
   add_server(convert_app, convert_command.server);
   convert_app->callback([&] {
-    origin = {
-        .file = convert_command.scene,
-        .options = {{"to", "--to"}, {"epsilon", "--epsilon"}, {"parameter", "--parameter"}}};
+    origin = {.file = convert_command.scene,
+              .options = {{"to", "--to"}, {"epsilon", "--epsilon"}, {"parameter", "--parameter"}}};
     command = [&] { return convert(convert_command); };
   });
 

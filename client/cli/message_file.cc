@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "client/cli/exit_status.h"
-#include "engine/simulation/near_name.h"
+#include "engine/simulation/scene/near_name.h"
 
 namespace stiefel::cli {
 namespace {
@@ -85,9 +85,9 @@ class StrictSyntax : public nlohmann::json_sax<nlohmann::json> {
  private:
   /// An object or array that is open. Without type, map and next: of what protobuf will refuse.
   struct Level {
-    const Descriptor* type = nullptr;      ///< of an object that is a message
-    const FieldDescriptor* map = nullptr;  ///< of an object that is a map
-    const FieldDescriptor* next = nullptr; ///< what the next value belongs to
+    const Descriptor* type = nullptr;       ///< of an object that is a message
+    const FieldDescriptor* map = nullptr;   ///< of an object that is a map
+    const FieldDescriptor* next = nullptr;  ///< what the next value belongs to
     bool array = false;
     std::size_t index = 0;  ///< of an array's next element
     std::string at;         ///< an object's last name

@@ -7,8 +7,8 @@ namespace stiefel::cli {
 
 /// Where the user wrote what a command asks of the server.
 struct Origin {
-  std::string file;             ///< of the scene, or of the whole request
-  bool whole_request = false;   ///< the file is the request's
+  std::string file;            ///< of the scene, or of the whole request
+  bool whole_request = false;  ///< the file is the request's
   /// What else the request's fields come from: {"fields", "--fields"}.
   std::map<std::string, std::string> options = {};
 

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "engine/simulation/near_name.h"
+#include "engine/simulation/scene/near_name.h"
 
 namespace stiefel::cli {
 namespace {

@@ -35,13 +35,14 @@ std::string to_string(v1::Outcome outcome) {
   return without("OUTCOME_", v1::Outcome_Name(outcome));
 }
 
-std::string to_string(v1::Kept kept) {
-  std::string name = without("KEPT_", v1::Kept_Name(kept));
+std::string to_string(v1::Conservation conservation) {
+  std::string name = without("CONSERVATION_", v1::Conservation_Name(conservation));
   std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
   return name;
 }
 
-nlohmann::ordered_json report(const v1::Ending& ending, const v1::DiagnoseResponse& diagnosis) {
+nlohmann::ordered_json report(const v1::RunStatus& run_status,
+                              const v1::DiagnoseResponse& diagnosis) {
   nlohmann::ordered_json invariants = nlohmann::ordered_json::array();
   for (const auto& invariant : diagnosis.invariants()) {
     invariants.push_back({{"name", invariant.name()},
@@ -49,7 +50,7 @@ nlohmann::ordered_json report(const v1::Ending& ending, const v1::DiagnoseRespon
                           {"value", invariant.value()},
                           {"drift", invariant.drift()},
                           {"scale", invariant.scale()},
-                          {"kept", to_string(invariant.kept())}});
+                          {"conservation", to_string(invariant.conservation())}});
     if (invariant.has_member()) invariants.back()["member"] = invariant.member();
   }
   nlohmann::ordered_json domain = {{"h_omega", diagnosis.domain().h_omega()}};
@@ -57,11 +58,11 @@ nlohmann::ordered_json report(const v1::Ending& ending, const v1::DiagnoseRespon
     domain["largest_step"] = diagnosis.domain().largest_step();
   }
 
-  nlohmann::ordered_json report = {{"outcome", to_string(ending.outcome())}};
-  if (ending.outcome() != v1::OUTCOME_REACHED) {
-    if (ending.has_largest_step()) report["largest_step"] = ending.largest_step();
-    if (ending.has_member()) report["member"] = ending.member();
-    report["message"] = ending.message();
+  nlohmann::ordered_json report = {{"outcome", to_string(run_status.outcome())}};
+  if (run_status.outcome() != v1::OUTCOME_REACHED) {
+    if (run_status.has_largest_step()) report["largest_step"] = run_status.largest_step();
+    if (run_status.has_member()) report["member"] = run_status.member();
+    report["message"] = run_status.message();
   }
   auto& accuracy = report["diagnosis"];
   accuracy["summary"] = summary(diagnosis);
@@ -77,10 +78,10 @@ nlohmann::ordered_json report(const v1::Ending& ending, const v1::DiagnoseRespon
   return report;
 }
 
-ExitStatus conclude(const v1::Ending& ending, std::int64_t last_step) {
-  if (ending.outcome() == v1::OUTCOME_REACHED) return reached;
-  std::cerr << "stiefel: " << to_string(ending.outcome()) << " after step " << last_step << ": "
-            << ending.message() << '\n';
+ExitStatus conclude(const v1::RunStatus& run_status, std::int64_t last_step) {
+  if (run_status.outcome() == v1::OUTCOME_REACHED) return reached;
+  std::cerr << "stiefel: " << to_string(run_status.outcome()) << " after step " << last_step << ": "
+            << run_status.message() << '\n';
   return numerical_stop;
 }
 

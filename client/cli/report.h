@@ -11,7 +11,8 @@ namespace stiefel::cli {
 /// How the run ended and what is known about its accuracy: {"outcome", "diagnosis"}, and after a
 /// numerical stop "largest_step" (where there is one) and "message". The diagnosis starts with its
 /// summary.
-nlohmann::ordered_json report(const v1::Ending& ending, const v1::DiagnoseResponse& diagnosis);
+nlohmann::ordered_json report(const v1::RunStatus& run_status,
+                              const v1::DiagnoseResponse& diagnosis);
 
 /// "invariants kept to 2.1e-16; estimated error at t = 6000: attitude 1.6e-02 (1.2°), momentum
 /// 3.2e-03", so that nobody takes the one for the other.
@@ -25,10 +26,10 @@ v1::ErrorEstimation error_estimation(std::optional<bool> asked);
 /// "OUTCOME_LEFT_DOMAIN" is "LEFT_DOMAIN" to people.
 std::string to_string(v1::Outcome outcome);
 /// "exact", "bounded" or "drifts".
-std::string to_string(v1::Kept kept);
+std::string to_string(v1::Conservation conservation);
 
-/// The exit status for this ending; what stopped the run goes to stderr.
-ExitStatus conclude(const v1::Ending& ending, std::int64_t last_step);
+/// The exit status for this run status; what stopped the run goes to stderr.
+ExitStatus conclude(const v1::RunStatus& run_status, std::int64_t last_step);
 
 /// Prints what the server finds doubtful about the session's scene to stderr.
 void print_warnings(const v1::Session& session);

@@ -59,15 +59,15 @@ ExitStatus run(const RunCommand& command) {
       throw;
     }
   }
-  if (!stream.ending()) throw std::runtime_error("the stream ended without an ending");
-  const auto result = report(*stream.ending(), diagnosis);
+  if (!stream.run_status()) throw std::runtime_error("the stream ended without a run status");
+  const auto result = report(*stream.run_status(), diagnosis);
   sink->finish(result);
   // Outcome and diagnosis have no place in the other formats.
   if (!command.output.empty() && !command.output.ends_with(".json")) {
     std::cout << result.dump(2) << '\n';
   }
   show_summary(diagnosis);
-  return conclude(*stream.ending(), diagnosis.step());
+  return conclude(*stream.run_status(), diagnosis.step());
 }
 
 }  // namespace stiefel::cli

@@ -10,7 +10,7 @@
 #include "client/cli/sink.h"
 #include "client/cli/table.h"
 #include "client/cli/tradeoff_progress.h"
-#include "engine/linalg/to_text.h"
+#include "engine/linalg/arithmetic/to_text.h"
 
 namespace stiefel::cli {
 namespace {
@@ -51,8 +51,8 @@ std::vector<std::string> row(const v1::TradeoffPoint& point, bool marked) {
   const std::vector<std::string> name = {mark, method.name(), std::to_string(method.order()),
                                          knob(method), arithmetic(method)};
   std::vector<std::string> out = name;
-  if (point.ending().outcome() != v1::OUTCOME_REACHED) {
-    out.push_back(to_string(point.ending().outcome()));
+  if (point.run_status().outcome() != v1::OUTCOME_REACHED) {
+    out.push_back(to_string(point.run_status().outcome()));
     return out;
   }
   const std::string below = point.below_reference() ? "<" : "";
@@ -80,8 +80,7 @@ void print(const Answer& answer, bool all) {
   std::ranges::stable_sort(order, {}, [&](std::size_t i) { return answer.points[i].work(); });
   Rows rows = {{"", "method", "order", "", "arithmetic", "attitude", "momentum", "drift", "work",
                 "CPU s/s", "steps/s"}};
-  for (const std::size_t i : order)
-    rows.push_back(row(answer.points[i], all && answer.front[i]));
+  for (const std::size_t i : order) rows.push_back(row(answer.points[i], all && answer.front[i]));
   print_table(rows);
   std::cout << '\n';
   if (all) {
@@ -98,7 +97,7 @@ void print(const Answer& answer, bool all) {
 nlohmann::ordered_json to_json(const v1::TradeoffPoint& point, bool front) {
   nlohmann::ordered_json out = {{"method", cli::to_json(point.method())},
                                 {"scalar", point.scalar()},
-                                {"outcome", to_string(point.ending().outcome())}};
+                                {"outcome", to_string(point.run_status().outcome())}};
   if (point.has_attitude_error()) out["attitude_error"] = point.attitude_error();
   if (point.has_momentum_error()) out["momentum_error"] = point.momentum_error();
   out["drift"] = point.drift();
@@ -145,8 +144,8 @@ std::string csv_text(const Answer& answer) {
     text += method.name() + ',' + std::to_string(method.order()) + ',' +
             std::to_string(method.substeps()) + ',';
     number(method.has_tolerance(), method.tolerance());
-    text += method.arithmetic() + ',' + point.scalar() + ',' + to_string(point.ending().outcome()) +
-            ',';
+    text += method.arithmetic() + ',' + point.scalar() + ',' +
+            to_string(point.run_status().outcome()) + ',';
     number(point.has_attitude_error(), point.attitude_error());
     number(point.has_momentum_error(), point.momentum_error());
     number(true, point.drift());

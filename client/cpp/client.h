@@ -37,7 +37,7 @@ class Client {
 
   /// The same motion in the variables of another system. Throws Error.
   v1::ConvertResponse convert(const v1::ConvertRequest& request) const;
-  /// The geodesic that joins two frames; see the reply's ending. Throws Error.
+  /// The geodesic that joins two frames; see the reply's run status. Throws Error.
   v1::ConnectResponse geodesic(const v1::ConnectRequest& request) const;
   /// Error against cost: `receive` gets each part of the answer as it arrives, and ends the
   /// measurement by returning false. Throws Error.

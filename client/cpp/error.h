@@ -17,7 +17,7 @@ struct FieldViolation {
 };
 
 /// A call that failed: a wrong request, or a server that cannot be reached. Numerical stops are not
-/// errors; they are the `ending` of a reply.
+/// errors; they are the `run_status` of a reply.
 class Error : public std::runtime_error {
  public:
   explicit Error(const grpc::Status& status);

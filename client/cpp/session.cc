@@ -65,7 +65,7 @@ Session Session::fork(v1::ForkSessionRequest request) const {
   if (request.session_id().empty()) request.set_session_id(make_uuid());
   auto reply = connection_->call(&Stub::ForkSession, request, connection_->options.compute_timeout);
   if (!reply.has_session())
-    throw Error(grpc::Status(grpc::StatusCode::FAILED_PRECONDITION, reply.ending().message()));
+    throw Error(grpc::Status(grpc::StatusCode::FAILED_PRECONDITION, reply.run_status().message()));
   return Session(connection_, std::move(*reply.mutable_session()), false);
 }
 

@@ -27,7 +27,7 @@ class Session {
   /// As it is now. Throws Error.
   v1::Session refresh() const;
 
-  /// The state at step `to`, or the last good one before; see the reply's ending. Throws Error.
+  /// The state at step `to`, or the last good one before; see the reply's run status. Throws Error.
   v1::StepResponse step(std::int64_t to, const std::vector<std::string>& fields = {}) const;
   /// The same, and a checkpoint that Client::create accepts.
   v1::StepResponse checkpoint(std::int64_t to) const;

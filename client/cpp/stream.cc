@@ -32,7 +32,7 @@ void Stream::open() {
 }
 
 /// What is left when everything up to `step` has arrived: the same grid from its next point, or
-/// only the last sample when that is due or merely its ending is missing.
+/// only the last sample when that is due or merely its run status is missing.
 void Stream::resume_after(std::int64_t step) {
   const std::int64_t every = every_ == 0 ? 1 : every_;
   request_.set_from(every > request_.to() - step ? request_.to() : step + every);
@@ -43,7 +43,7 @@ const v1::StreamResponse* Stream::next_batch() {
   for (auto patience = connection_->patience(deadline_); reader_;) {
     if (reader_->Read(&batch_)) {
       computed_ = std::max(computed_, batch_.computed_steps());
-      if (batch_.has_ending()) ending_ = batch_.ending();
+      if (batch_.has_run_status()) run_status_ = batch_.run_status();
       const int size = batch_.steps_size();
       // After a break between the last sample and the end, the last sample comes once more.
       if (size == 0 || (last_step_ && batch_.steps(0) <= *last_step_)) continue;

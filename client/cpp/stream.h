@@ -40,7 +40,7 @@ class Stream {
   const v1::StreamResponse* next_batch();
 
   /// How the run ended; empty before the end.
-  const std::optional<v1::Ending>& ending() const { return ending_; }
+  const std::optional<v1::RunStatus>& run_status() const { return run_status_; }
 
   /// Steps computed so far, by all the streams that it took; the rest came from a cache.
   std::int64_t computed_steps() const { return computed_before_ + computed_; }
@@ -86,7 +86,7 @@ class Stream {
   std::unique_ptr<grpc::ClientReader<v1::StreamResponse>> reader_;
   v1::StreamResponse batch_;
   std::optional<std::int64_t> last_step_;
-  std::optional<v1::Ending> ending_;
+  std::optional<v1::RunStatus> run_status_;
   std::int64_t computed_before_ = 0;  // by the streams before this one
   std::int64_t computed_ = 0;         // by this one
 };

@@ -8,8 +8,8 @@ namespace stiefel::client {
 namespace {
 
 constexpr std::size_t longest_socket_path = 107;  // sun_path's 108 with the final 0
-constexpr std::array other_schemes = {"unix-abstract:", "dns:",   "ipv4:",        "ipv6:",
-                                      "vsock:",         "xds:",   "passthrough:", "google-c2p:"};
+constexpr std::array other_schemes = {
+    "unix-abstract:", "dns:", "ipv4:", "ipv6:", "vsock:", "xds:", "passthrough:", "google-c2p:"};
 
 std::optional<std::string> fault_of_port(std::string_view port) {
   if (port.empty()) return "the port is missing";

@@ -57,8 +57,8 @@ def main() -> int:
 
     print(f"{run.outcome} at step {reached}, time {run.time[-1]:.6g}: {run.samples} samples, "
           f"{run.computed_steps / seconds:.2e} steps/s")
-    if run.ending.message:
-        print(run.ending.message)
+    if run.run_status.message:
+        print(run.run_status.message)
     print("\nlargest drift over the run")
     for family, values in drifts.items():
         print(f"  {family:<20}{max(values):.1e}")

@@ -5,7 +5,7 @@
 #include <limits>
 #include <optional>
 
-#include "engine/linalg/scalar.h"
+#include "engine/linalg/arithmetic/scalar.h"
 
 namespace stiefel {
 

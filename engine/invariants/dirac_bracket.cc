@@ -1,6 +1,6 @@
 #include "engine/invariants/dirac_bracket.h"
 
-#include "engine/linalg/one_product.h"
+#include "engine/linalg/matrix_equations/stein.h"
 
 namespace stiefel {
 PairFunction::Jet PairFunction::at(const Matrix<double>& Q, const Matrix<double>& P) const {
@@ -24,7 +24,7 @@ double dirac_bracket(const Matrix<double>& Q, const Matrix<double>& P, const Pai
     return X + X.transpose();
   };
   const Matrix<double> R = Q * P.transpose();
-  const OneProductEquation equation(R);
+  const SteinEquation equation(R);
   return inner(k.by_P, f.by_Q) - inner(k.by_Q, f.by_P) -
          inner(twice_symmetric(k.by_P * Q.transpose()),
                equation.solve(R * twice_symmetric(f.by_Q * P.transpose()))) /

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "engine/invariants/rigid_body.h"
-#include "engine/linalg/j_n.h"
+#include "engine/linalg/matrix_equations/inertia_operator.h"
 
 namespace stiefel {
 

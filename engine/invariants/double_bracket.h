@@ -3,7 +3,7 @@
 #include <Eigen/SVD>
 #include <complex>
 
-#include "engine/linalg/scalar.h"
+#include "engine/linalg/arithmetic/scalar.h"
 
 namespace stiefel {
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "engine/linalg/lu.h"
-#include "engine/linalg/scalar.h"
+#include "engine/linalg/arithmetic/scalar.h"
+#include "engine/linalg/matrix_equations/lu.h"
 
 namespace stiefel {
 

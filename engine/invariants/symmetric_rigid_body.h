@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "engine/linalg/scalar.h"
+#include "engine/linalg/arithmetic/scalar.h"
 
 namespace stiefel {
 

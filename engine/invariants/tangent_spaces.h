@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "engine/invariants/forms.h"
-#include "engine/linalg/symmetric_lyapunov.h"
+#include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
 
 namespace stiefel {
 

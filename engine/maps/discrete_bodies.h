@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "engine/linalg/lanes.h"
+#include "engine/linalg/arithmetic/lanes.h"
 
 namespace stiefel {
 

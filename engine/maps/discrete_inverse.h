@@ -1,7 +1,7 @@
 #pragma once
 
-#include "engine/linalg/j_d_n.h"
 #include "engine/maps/principal_branch.h"
+#include "engine/moser_veselov/j_d_n.h"
 
 namespace stiefel {
 
@@ -34,12 +34,12 @@ class DiscreteInverse {
   Matrix<Scalar>& M() { return M_.value; }
 
   /// Finds U; on success the history takes it in and `U_minus_I` is its.
-  Ending solve(typename JDInverse::Memory& memory) {
+  RunStatus solve(typename JDInverse::Memory& memory) {
     if (!M_.value.allFinite()) return {Outcome::not_finite, std::nullopt};
     if constexpr (arithmetic == Arithmetic::compensated) M_.carry.setZero();
-    const Ending ending = branch_.solve(M_, memory);
-    if (ending.reached()) branch_.inverse().transport(M_, memory);
-    return ending;
+    const RunStatus status = branch_.solve(M_, memory);
+    if (status.reached()) branch_.inverse().transport(M_, memory);
+    return status;
   }
   const Matrix<Scalar>& U_minus_I() { return branch_.inverse().U_minus_I(); }
 

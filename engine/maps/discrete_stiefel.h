@@ -2,9 +2,9 @@
 
 #include <type_traits>
 
-#include "engine/linalg/compensated.h"
-#include "engine/linalg/lu.h"
-#include "engine/linalg/lyapunov.h"
+#include "engine/linalg/arithmetic/compensated.h"
+#include "engine/linalg/matrix_equations/lu.h"
+#include "engine/linalg/matrix_equations/lyapunov.h"
 #include "engine/maps/map.h"
 
 namespace stiefel {
@@ -57,7 +57,7 @@ class DiscreteStiefel {
 
   State start(const Point& x) const { return {Accumulator<Point, arithmetic>(x)}; }
 
-  Ending step(State& state) {
+  RunStatus step(State& state) {
     if (!state.x.value.allFinite()) return {Outcome::not_finite, std::nullopt};
     if (!find_B(state.x)) return {Outcome::solver_stalled, std::nullopt};
     for (Eigen::Index j = 0; j < state.x.value.cols(); ++j) {

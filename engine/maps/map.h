@@ -3,14 +3,14 @@
 #include <cstdint>
 #include <optional>
 
-#include "engine/linalg/scalar.h"
+#include "engine/linalg/arithmetic/scalar.h"
 
 namespace stiefel {
 
 /// How a run ended. Anything but `reached` leaves the last good state in place.
 enum class Outcome { reached, left_domain, solver_stalled, not_finite, cancelled };
 
-struct Ending {
+struct RunStatus {
   Outcome outcome = Outcome::reached;
   /// left_domain: the largest |h| that has a solution from the last good state, to 1e-3.
   std::optional<double> largest_step;
@@ -25,7 +25,7 @@ struct Ending {
 /// of numbers. A step that does not end `reached` leaves the state as it was.
 template <class F>
 concept Map = requires(F map, typename F::State& state, const typename F::Point& start) {
-  { map.step(state) } -> std::same_as<Ending>;
+  { map.step(state) } -> std::same_as<RunStatus>;
   { map.start(start) } -> std::same_as<typename F::State>;
   { map.largest_step(state, 1.0) } -> std::same_as<std::optional<double>>;
   state.x.value;
@@ -35,7 +35,7 @@ concept Map = requires(F map, typename F::State& state, const typename F::Point&
 /// A map that gives the state k steps after the one it was started from directly, whatever k.
 template <class F>
 concept DirectMap = Map<F> && requires(F map, typename F::State& state) {
-  { map.at(state, Extended<typename F::Point::Scalar>(1)) } -> std::same_as<Ending>;
+  { map.at(state, Extended<typename F::Point::Scalar>(1)) } -> std::same_as<RunStatus>;
 };
 
 }  // namespace stiefel

@@ -1,10 +1,10 @@
 #pragma once
 
-#include "engine/linalg/j_d_3.h"
-#include "engine/linalg/j_d_4.h"
-#include "engine/linalg/j_d_n.h"
-#include "engine/linalg/so_n.h"
+#include "engine/linalg/lie/so_n.h"
 #include "engine/maps/principal_branch.h"
+#include "engine/moser_veselov/j_d_3.h"
+#include "engine/moser_veselov/j_d_4.h"
+#include "engine/moser_veselov/j_d_n.h"
 
 namespace stiefel {
 
@@ -56,10 +56,10 @@ class MoserVeselov {
     return {Accumulator<Point, arithmetic>(x), branch_.memory()};
   }
 
-  Ending step(State& state) {
-    const Ending ending = branch_.solve(state.x, state.memory);
-    if (ending.reached()) branch_.inverse().transport(state.x, state.memory);
-    return ending;
+  RunStatus step(State& state) {
+    const RunStatus status = branch_.solve(state.x, state.memory);
+    if (status.reached()) branch_.inverse().transport(state.x, state.memory);
+    return status;
   }
 
   /// The largest |h| up to `limit` for which a step from here exists, to 1e-3.

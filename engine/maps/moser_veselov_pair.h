@@ -1,7 +1,7 @@
 #pragma once
 
-#include "engine/linalg/j_d_n.h"
 #include "engine/maps/principal_branch.h"
+#include "engine/moser_veselov/j_d_n.h"
 
 namespace stiefel {
 
@@ -42,10 +42,10 @@ class MoserVeselovPair {
     return {Accumulator<Point, arithmetic>(x), M(momentum(x)), branch_.memory()};
   }
 
-  Ending step(State& state) {
+  RunStatus step(State& state) {
     if (!state.M.value.allFinite()) return {Outcome::not_finite, std::nullopt};
-    const Ending ending = branch_.solve(state.M, state.memory);
-    if (!ending.reached()) return ending;
+    const RunStatus status = branch_.solve(state.M, state.memory);
+    if (!status.reached()) return status;
     branch_.inverse().transport(state.M, state.memory);
     increment_.noalias() = state.x.value.bottomRows(N_) * branch_.inverse().U_minus_I();
     shift(state.x.value);

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "engine/linalg/j_n.h"
-#include "engine/linalg/lu.h"
+#include "engine/linalg/matrix_equations/inertia_operator.h"
+#include "engine/linalg/matrix_equations/lu.h"
 #include "engine/maps/discrete_inverse.h"
 
 namespace stiefel {
@@ -38,11 +38,11 @@ class ParametricMoserVeselov {
 
   State start(const Point& x) const { return inverse_.start(x); }
 
-  Ending step(State& state) {
+  RunStatus step(State& state) {
     if (!(state.x.value * growth_).allFinite()) return {Outcome::not_finite, std::nullopt};
     form_momentum(state.x.value);
-    const Ending ending = inverse_.solve(state.memory);
-    if (!ending.reached()) return ending;
+    const RunStatus status = inverse_.solve(state.memory);
+    if (!status.reached()) return status;
     moved_.noalias() = state.x.value * inverse_.U_minus_I();
     moved_ += state.x.value * mu_lambda_.asDiagonal();
     state.x.add(moved_);

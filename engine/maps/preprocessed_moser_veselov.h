@@ -1,8 +1,8 @@
 #pragma once
 
-#include "engine/linalg/discrete_body_3.h"
-#include "engine/maps/modified_series.h"
 #include "engine/maps/principal_branch.h"
+#include "engine/moser_veselov/discrete_body_3.h"
+#include "engine/moser_veselov/modified_series.h"
 
 namespace stiefel {
 
@@ -31,7 +31,7 @@ class ModifiedJDInverse3 {
     Body body;
     const State first(x);
     const auto solve = [&](double t) { return body.continue_to(first, at(series, t)); };
-    whole.positive = whole.positive && !(follow_branch(1, solve, longest_stride(x)) < 1);
+    whole.positive = whole.positive && !(continuation(1, solve, longest_stride(x)) < 1);
     return whole;
   }
 
@@ -94,10 +94,10 @@ class PreprocessedMoserVeselov {
     return {Accumulator<Point, arithmetic>(x), branch_.inverse().J(x)};
   }
 
-  Ending step(State& state) {
-    const Ending ending = branch_.solve(state.x, state.J);
-    if (ending.reached()) branch_.inverse().transport(state.x, state.J);
-    return ending;
+  RunStatus step(State& state) {
+    const RunStatus status = branch_.solve(state.x, state.J);
+    if (status.reached()) branch_.inverse().transport(state.x, state.J);
+    return status;
   }
 
   /// The largest |h| up to `limit` for which a step from here exists, and all shorter ones, to

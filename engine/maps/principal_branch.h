@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "engine/linalg/compensated.h"
-#include "engine/linalg/follow_branch.h"
+#include "engine/linalg/arithmetic/compensated.h"
+#include "engine/linalg/iteration/continuation.h"
 #include "engine/maps/map.h"
 
 namespace stiefel {
@@ -25,7 +25,7 @@ class PrincipalBranch {
 
   /// Finds U, which the inverse then holds; or says why not, with the largest step that has one.
   template <class X>
-  Ending solve(const X& x, const Memory& memory) {
+  RunStatus solve(const X& x, const Memory& memory) {
     if (J_D_inverse_.solve(x, memory)) return {};
     if (!x.value.allFinite()) return {Outcome::not_finite, std::nullopt};
     const double reached = follow(x, 1);
@@ -49,9 +49,9 @@ class PrincipalBranch {
     J_D_inverse_.restart();
     const auto solve = [&](double t) { return J_D_inverse_.continue_to(x, t); };
     if constexpr (requires { J_D_inverse_.longest_stride(x.value); })
-      return follow_branch(end, solve, J_D_inverse_.longest_stride(x.value));
+      return continuation(end, solve, J_D_inverse_.longest_stride(x.value));
     else
-      return follow_branch(end, solve);
+      return continuation(end, solve);
   }
 
   double h_;

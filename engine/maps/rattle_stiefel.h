@@ -3,10 +3,10 @@
 #include <cmath>
 #include <memory>
 
-#include "engine/linalg/constraint_riccati.h"
-#include "engine/linalg/follow_branch.h"
-#include "engine/linalg/symmetric_lyapunov.h"
-#include "engine/maps/frame_pass_on.h"
+#include "engine/linalg/iteration/continuation.h"
+#include "engine/linalg/matrix_equations/constraint_riccati.h"
+#include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
+#include "engine/maps/frames/frame_pass_on.h"
 #include "engine/maps/map.h"
 
 namespace stiefel {
@@ -57,10 +57,10 @@ class RattleStiefel {
 
   State start(const Point& x);
 
-  Ending step(State& state);
+  RunStatus step(State& state);
 
   /// A step of another size: compositions of steps share a state.
-  Ending step(State& state, Scalar h);
+  RunStatus step(State& state, Scalar h);
 
   /// The largest |h| up to `limit` for which a step from here exists, to 1e-3.
   std::optional<double> largest_step(const State& state, double limit);
@@ -119,12 +119,12 @@ auto RattleStiefel<Scalar, arithmetic, under>::start(const Point& x) -> State {
 }
 
 template <class Scalar, Arithmetic arithmetic, Under under>
-Ending RattleStiefel<Scalar, arithmetic, under>::step(State& state) {
+RunStatus RattleStiefel<Scalar, arithmetic, under>::step(State& state) {
   return step(state, h_);
 }
 
 template <class Scalar, Arithmetic arithmetic, Under under>
-Ending RattleStiefel<Scalar, arithmetic, under>::step(State& state, Scalar h) {
+RunStatus RattleStiefel<Scalar, arithmetic, under>::step(State& state, Scalar h) {
   using std::abs;
   const double size = static_cast<double>(abs(h));
   h /= unit_;
@@ -163,7 +163,7 @@ template <class Scalar, Arithmetic arithmetic, Under under>
 double RattleStiefel<Scalar, arithmetic, under>::follow(const FrameMoments<Scalar>& at, Scalar h,
                                                         double end) {
   Y_.setZero();
-  return follow_branch(end, [&](double t) {
+  return continuation(end, [&](double t) {
     found_ = Y_;
     if (solve(at, static_cast<Scalar>(t) * h)) return true;
     Y_ = found_;

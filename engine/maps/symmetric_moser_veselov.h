@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/linalg/j_n.h"
+#include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/maps/discrete_inverse.h"
 
 namespace stiefel {
@@ -26,10 +26,10 @@ class SymmetricMoserVeselov {
 
   State start(const Point& x) const { return inverse_.start(x); }
 
-  Ending step(State& state) {
+  RunStatus step(State& state) {
     form_momentum(state.x.value);
-    const Ending ending = inverse_.solve(state.memory);
-    if (!ending.reached()) return ending;
+    const RunStatus status = inverse_.solve(state.memory);
+    if (!status.reached()) return status;
     moved_.noalias() = state.x.value * inverse_.U_minus_I();
     state.x.add(moved_);
     return {};

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "engine/methods/method.h"
+#include "engine/methods/support/method.h"
 #include "engine/systems/concepts.h"
 
 namespace stiefel {
@@ -33,8 +33,8 @@ struct Adaptive {
   template <class S>
   static constexpr bool applies = System<S>;
   template <class>
-  static constexpr Kept kept(std::string_view) {
-    return Kept::drifts;
+  static constexpr Conservation conservation(std::string_view) {
+    return Conservation::drifts;
   }
 
   template <System S, Arithmetic arithmetic>
@@ -52,7 +52,7 @@ struct Adaptive {
       return State{Accumulator<Point, arithmetic>(x)};
     }
 
-    Ending step(State& state) {
+    RunStatus step(State& state) {
       prepare(state.x.value);
       std::copy_n(state.x.value.data(), x_.size(), x_.data());
       const Outcome outcome = integrate();

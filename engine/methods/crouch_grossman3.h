@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/methods/method.h"
+#include "engine/methods/support/method.h"
 #include "engine/systems/concepts.h"
 
 namespace stiefel {
@@ -25,8 +25,8 @@ struct CrouchGrossman3 {
   template <class S>
   static constexpr bool applies = LieSystem<S>;
   template <class S>
-  static constexpr Kept kept(std::string_view invariant) {
-    return S::kept_on_orbits(invariant) ? Kept::exact : Kept::drifts;
+  static constexpr Conservation conservation(std::string_view invariant) {
+    return S::conserved_on_orbits(invariant) ? Conservation::exact : Conservation::drifts;
   }
 
   template <LieSystem S, Arithmetic arithmetic>

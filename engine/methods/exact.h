@@ -1,9 +1,9 @@
 #pragma once
 
-#include "engine/methods/euler_top.h"
-#include "engine/methods/method.h"
-#include "engine/methods/round_frames.h"
-#include "engine/methods/two_valued_body.h"
+#include "engine/methods/closed_forms/euler_top.h"
+#include "engine/methods/closed_forms/isotropic_geodesic.h"
+#include "engine/methods/closed_forms/two_valued_body.h"
+#include "engine/methods/support/method.h"
 #include "engine/systems/rigid_body.h"
 #include "engine/systems/stiefel.h"
 
@@ -18,7 +18,7 @@ namespace stiefel {
 ///
 ///     rigid body, N = 3              EulerTop
 ///     rigid body, Λ of two values    TwoValuedBody
-///     V(n, N), Λ = λI                RoundFrames
+///     V(n, N), Λ = λI                IsotropicGeodesic
 struct Exact {
   static constexpr MethodTraits traits = {
       .name = "exact",
@@ -42,8 +42,8 @@ struct Exact {
     return MotionOf<S>::takes(lambda);
   }
   template <class>
-  static constexpr Kept kept(std::string_view) {
-    return Kept::exact;
+  static constexpr Conservation conservation(std::string_view) {
+    return Conservation::exact;
   }
 
   template <class S, Arithmetic>
@@ -76,10 +76,10 @@ struct Exact {
               MotionOf<S>::make(system_, x)};
     }
 
-    Ending step(State& state) const { return at(state, Wide(state.steps(0)) + 1); }
+    RunStatus step(State& state) const { return at(state, Wide(state.steps(0)) + 1); }
 
     /// The state k steps after the one that was started from.
-    Ending at(State& state, Wide k) const {
+    RunStatus at(State& state, Wide k) const {
       const auto& x = state.motion.at(k * Wide(h_));
       if (!x.allFinite()) return {Outcome::not_finite, std::nullopt};
       state.x.value = x.template cast<Scalar>();
@@ -121,8 +121,8 @@ template <class Scalar>
 struct Exact::MotionOf<Stiefel<Scalar>> {
   using Wide = Extended<Scalar>;
   static constexpr std::string_view where = "Lambda a multiple of the identity";
-  static bool takes(const Eigen::VectorXd& lambda) { return RoundFrames<Wide>::has(lambda); }
-  static RoundFrames<Wide> make(const Stiefel<Scalar>& system, const Matrix<Scalar>& start) {
+  static bool takes(const Eigen::VectorXd& lambda) { return IsotropicGeodesic<Wide>::has(lambda); }
+  static IsotropicGeodesic<Wide> make(const Stiefel<Scalar>& system, const Matrix<Scalar>& start) {
     return {system.lambda().template cast<Wide>(), start.template cast<Wide>()};
   }
 };

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "engine/maps/through_psi.h"
-#include "engine/maps/transposed.h"
-#include "engine/methods/implicit_map.h"
+#include "engine/methods/support/implicit_map.h"
+#include "engine/methods/support/through_psi.h"
+#include "engine/methods/support/transposed.h"
 #include "engine/systems/right_rigid_body.h"
 #include "engine/systems/rigid_body.h"
 
@@ -38,11 +38,11 @@ struct Gauss4 {
   static constexpr bool applies = System<S> && (through_psi<S> ||
                                                 requires(std::string_view v) { S::quadratic(v); });
   template <class S>
-  static constexpr Kept kept(std::string_view invariant) {
+  static constexpr Conservation conservation(std::string_view invariant) {
     if constexpr (through_psi<S>)
-      return kept<typename InQAndP<S>::Symmetric>(invariant);
+      return conservation<typename InQAndP<S>::Symmetric>(invariant);
     else
-      return S::quadratic(invariant) ? Kept::exact : Kept::bounded;
+      return S::quadratic(invariant) ? Conservation::exact : Conservation::bounded;
   }
 
   template <System S, Arithmetic arithmetic>

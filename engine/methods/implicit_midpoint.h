@@ -1,7 +1,7 @@
 #pragma once
 
-#include "engine/linalg/cayley_midpoint.h"
-#include "engine/methods/implicit_map.h"
+#include "engine/linalg/lie/cayley_midpoint.h"
+#include "engine/methods/support/implicit_map.h"
 #include "engine/systems/rigid_body.h"
 
 namespace stiefel {
@@ -35,8 +35,8 @@ struct ImplicitMidpoint {
     typename CayleyOf<S>::type;
   };
   template <class S>
-  static constexpr Kept kept(std::string_view invariant) {
-    return S::kept_on_orbits(invariant) ? Kept::exact : Kept::bounded;
+  static constexpr Conservation conservation(std::string_view invariant) {
+    return S::conserved_on_orbits(invariant) ? Conservation::exact : Conservation::bounded;
   }
 
   template <LieSystem S, Arithmetic arithmetic>

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "engine/maps/preprocessed_moser_veselov.h"
-#include "engine/methods/method.h"
+#include "engine/methods/support/method.h"
 #include "engine/systems/rigid_body.h"
 
 namespace stiefel {
@@ -22,8 +22,8 @@ struct PreprocessedVariational {
   template <class S>
   static constexpr bool applies = rigid_body_in_3d<S>;
   template <class>
-  static constexpr Kept kept(std::string_view) {
-    return Kept::exact;
+  static constexpr Conservation conservation(std::string_view) {
+    return Conservation::exact;
   }
 
   template <class S, Arithmetic arithmetic>

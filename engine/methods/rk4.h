@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/methods/method.h"
+#include "engine/methods/support/method.h"
 #include "engine/systems/concepts.h"
 
 namespace stiefel {
@@ -22,8 +22,8 @@ struct Rk4 {
   template <class S>
   static constexpr bool applies = System<S>;
   template <class>
-  static constexpr Kept kept(std::string_view) {
-    return Kept::drifts;
+  static constexpr Conservation conservation(std::string_view) {
+    return Conservation::drifts;
   }
 
   template <System S, Arithmetic arithmetic>

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "engine/linalg/principal_moments_3.h"
-#include "engine/methods/method.h"
+#include "engine/linalg/lie/principal_moments_3.h"
+#include "engine/methods/support/method.h"
 #include "engine/systems/rigid_body.h"
 
 namespace stiefel {
@@ -30,8 +30,8 @@ struct Splitting {
   template <class S>
   static constexpr bool applies = rigid_body_in_3d<S>;
   template <class S>
-  static constexpr Kept kept(std::string_view invariant) {
-    return S::kept_on_orbits(invariant) ? Kept::exact : Kept::bounded;
+  static constexpr Conservation conservation(std::string_view invariant) {
+    return S::conserved_on_orbits(invariant) ? Conservation::exact : Conservation::bounded;
   }
 
   template <class S, Arithmetic arithmetic>
@@ -49,7 +49,7 @@ struct Splitting {
 
     State start(const Point& x) const { return State{Accumulator<Point, arithmetic>(x)}; }
 
-    Ending step(State& state) const {
+    RunStatus step(State& state) const {
       Turned x;
       for (Eigen::Index i = 0; i < x.size(); ++i) x(i) = now(state.x, i);
       turn<0>(x, Working(1) / 2);

@@ -3,9 +3,9 @@
 #include "engine/maps/moser_veselov.h"
 #include "engine/maps/rattle_stiefel.h"
 #include "engine/maps/symmetric_moser_veselov.h"
-#include "engine/maps/transposed.h"
-#include "engine/methods/composition.h"
-#include "engine/methods/method.h"
+#include "engine/methods/support/composition.h"
+#include "engine/methods/support/method.h"
+#include "engine/methods/support/transposed.h"
 #include "engine/systems/ellipsoid.h"
 #include "engine/systems/right_rigid_body.h"
 #include "engine/systems/right_symmetric_rigid_body.h"
@@ -37,8 +37,8 @@ struct Variational {
   };
   /// The discrete rigid body keeps every integral; on V(n, N) the energy oscillates.
   template <class S>
-  static constexpr Kept kept(std::string_view invariant) {
-    return MapOf<S>::keeps(invariant) ? Kept::exact : Kept::bounded;
+  static constexpr Conservation conservation(std::string_view invariant) {
+    return MapOf<S>::keeps(invariant) ? Conservation::exact : Conservation::bounded;
   }
 
   template <class S, Arithmetic arithmetic>

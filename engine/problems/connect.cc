@@ -6,8 +6,8 @@
 #include <numbers>
 #include <optional>
 
-#include "engine/linalg/lu.h"
-#include "engine/linalg/to_text.h"
+#include "engine/linalg/arithmetic/to_text.h"
+#include "engine/linalg/matrix_equations/lu.h"
 #include "engine/problems/path.h"
 #include "engine/problems/shoot.h"
 #include "engine/problems/starts.h"

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "engine/linalg/scalar.h"
+#include "engine/linalg/arithmetic/scalar.h"
 
 namespace stiefel {
 

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "engine/linalg/symmetric_lyapunov.h"
+#include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
 
 namespace stiefel {
 namespace {

@@ -28,7 +28,7 @@ struct PlaneRotations {
     const Eigen::RealSchur<MatrixXd> schur(R);
     const MatrixXd& T = schur.matrixT();
     Z = schur.matrixU();
-    std::vector<Index> kept, flipped;
+    std::vector<Index> conservation, flipped;
     for (Index i = 0; i < T.rows();) {
       if (i + 1 < T.rows() && T(i + 1, i) != 0) {
         const double sine = (T(i + 1, i) - T(i, i + 1)) / 2,
@@ -36,14 +36,14 @@ struct PlaneRotations {
         planes.push_back({i, i + 1, std::atan2(sine, cosine)});
         i += 2;
       } else {
-        (T(i, i) > 0 ? kept : flipped).push_back(i);
+        (T(i, i) > 0 ? conservation : flipped).push_back(i);
         ++i;
       }
     }
     for (std::size_t i = 0; i + 1 < flipped.size(); i += 2)
       planes.push_back({flipped[i], flipped[i + 1], pi});
-    for (std::size_t i = 0; i + 1 < kept.size(); i += 2)
-      planes.push_back({kept[i], kept[i + 1], 0.0});
+    for (std::size_t i = 0; i + 1 < conservation.size(); i += 2)
+      planes.push_back({conservation[i], conservation[i + 1], 0.0});
   }
 
   /// Zexp(sW)Zᵀ.

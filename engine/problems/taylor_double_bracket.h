@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "engine/linalg/complex_as_real.h"
-#include "engine/linalg/j_n.h"
+#include "engine/linalg/arithmetic/complex_as_real.h"
+#include "engine/linalg/matrix_equations/inertia_operator.h"
 
 namespace stiefel {
 

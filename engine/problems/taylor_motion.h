@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "engine/linalg/scalar.h"
+#include "engine/linalg/arithmetic/scalar.h"
 
 namespace stiefel {
 

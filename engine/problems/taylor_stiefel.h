@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "engine/linalg/symmetric_lyapunov.h"
+#include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
 
 namespace stiefel {
 

@@ -2,7 +2,7 @@
 
 #include <Eigen/Cholesky>
 
-#include "engine/linalg/symmetric_lyapunov.h"
+#include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
 
 namespace stiefel {
 

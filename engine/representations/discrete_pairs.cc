@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "engine/linalg/spectrum.h"
+#include "engine/linalg/matrix_equations/spectrum.h"
 #include "engine/representations/j_d_inverse.h"
 
 namespace stiefel {

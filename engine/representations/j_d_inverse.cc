@@ -1,7 +1,7 @@
 #include "engine/representations/j_d_inverse.h"
 
-#include "engine/linalg/cayley_n.h"
-#include "engine/linalg/follow_branch.h"
+#include "engine/linalg/iteration/continuation.h"
+#include "engine/moser_veselov/cayley_n.h"
 #include "engine/representations/skew_norm.h"
 
 namespace stiefel {
@@ -12,7 +12,7 @@ MatrixWithin<double> J_D_inverse(const Vector<double>& lambda, const Matrix<doub
   if (!cayley.newton(K)) {
     cayley.C().setZero();
     Matrix<double> last = cayley.C();
-    const double reached = follow_branch(1, [&](double t) {
+    const double reached = continuation(1, [&](double t) {
       cayley.C() = last;
       const bool found = cayley.newton(t * K);
       if (found) last = cayley.C();

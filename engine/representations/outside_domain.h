@@ -3,7 +3,7 @@
 #include <expected>
 #include <string_view>
 
-#include "engine/linalg/scalar.h"
+#include "engine/linalg/arithmetic/scalar.h"
 
 namespace stiefel {
 

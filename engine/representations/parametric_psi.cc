@@ -5,9 +5,9 @@
 #include <limits>
 
 #include "engine/invariants/parametric_rigid_body.h"
-#include "engine/linalg/lu.h"
-#include "engine/linalg/principal_root.h"
-#include "engine/linalg/spectrum.h"
+#include "engine/linalg/matrix_equations/lu.h"
+#include "engine/linalg/matrix_equations/principal_root.h"
+#include "engine/linalg/matrix_equations/spectrum.h"
 #include "engine/representations/scaling.h"
 
 namespace stiefel {

@@ -3,12 +3,13 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 
-#include "engine/linalg/scalar.h"
+#include "engine/linalg/arithmetic/scalar.h"
 
 namespace stiefel {
 
-/// ‖M‖_op of an N × N matrix to rounding, the largest |eigenvalue| of a skew one: the square root of
-/// the largest eigenvalue of MᵀM, once M is scaled so that its square neither overflows nor vanishes.
+/// ‖M‖_op of an N × N matrix to rounding, the largest |eigenvalue| of a skew one: the square root
+/// of the largest eigenvalue of MᵀM, once M is scaled so that its square neither overflows nor
+/// vanishes.
 template <class Scalar>
 Scalar skew_norm(const Matrix<Scalar>& M) {
   using std::sqrt;

@@ -2,7 +2,7 @@
 
 #include <concepts>
 
-#include "engine/linalg/scalar.h"
+#include "engine/linalg/arithmetic/scalar.h"
 
 namespace stiefel {
 

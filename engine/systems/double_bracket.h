@@ -2,10 +2,10 @@
 
 #include <string_view>
 
-#include "engine/linalg/complex_as_real.h"
-#include "engine/linalg/exponential.h"
-#include "engine/linalg/j_n.h"
-#include "engine/linalg/so_n.h"
+#include "engine/linalg/arithmetic/complex_as_real.h"
+#include "engine/linalg/lie/exponential.h"
+#include "engine/linalg/lie/so_n.h"
+#include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/systems/concepts.h"
 
 namespace stiefel {
@@ -31,7 +31,7 @@ class DoubleBracket {
   using Algebra = Matrix<Scalar>;
 
   /// Whether an invariant is constant along the group's orbits.
-  static constexpr bool kept_on_orbits(std::string_view invariant) {
+  static constexpr bool conserved_on_orbits(std::string_view invariant) {
     return invariant == "singular_values";
   }
 

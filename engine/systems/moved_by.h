@@ -2,7 +2,7 @@
 
 #include <string_view>
 
-#include "engine/linalg/multiplication.h"
+#include "engine/linalg/lie/multiplication.h"
 #include "engine/systems/concepts.h"
 
 namespace stiefel {
@@ -19,11 +19,13 @@ class MovedBy {
 
   /// Whether an invariant is constant along the group's orbits: what is made of PQᵀ (or BQᵀ) and of
   /// QQᵀ. All of it is quadratic in the state, or a function of what is.
-  static constexpr bool kept_on_orbits(std::string_view invariant) {
+  static constexpr bool conserved_on_orbits(std::string_view invariant) {
     return invariant == "spatial_momentum" || invariant == "casimirs" ||
            invariant == "orthogonality" || invariant == "PQt";
   }
-  static constexpr bool quadratic(std::string_view invariant) { return kept_on_orbits(invariant); }
+  static constexpr bool quadratic(std::string_view invariant) {
+    return conserved_on_orbits(invariant);
+  }
 
   const Vector<Scalar>& lambda() const { return lambda_; }
 

@@ -3,11 +3,11 @@
 #include <optional>
 #include <string_view>
 
-#include "engine/linalg/general_exponential.h"
-#include "engine/linalg/j_n.h"
-#include "engine/linalg/lu.h"
+#include "engine/linalg/lie/general_exponential.h"
+#include "engine/linalg/matrix_equations/inertia_operator.h"
+#include "engine/linalg/matrix_equations/lu.h"
 #include "engine/systems/concepts.h"
-#include "engine/systems/kept.h"
+#include "engine/systems/conservation.h"
 
 namespace stiefel {
 
@@ -29,16 +29,17 @@ class ParametricRigidBody {
   using Algebra = Matrix<Scalar>;
 
   /// Whether an invariant is constant along the group's orbits.
-  static constexpr bool kept_on_orbits(std::string_view invariant) {
+  static constexpr bool conserved_on_orbits(std::string_view invariant) {
     return invariant == "PQ_inverse";
   }
 
   /// What methods keep here beyond what they declare of all systems. Each multiplies Q and P by the
   /// same matrix, so that P = AQ is kept, and tr M_μᵏ: the Casimirs of M err like μ, and with rk4
   /// show no trend.
-  static constexpr std::optional<Kept> kept(std::string_view method, std::string_view invariant) {
-    if (invariant == "PQ_inverse") return Kept::exact;
-    if (invariant == "casimirs" && method == "rk4") return Kept::bounded;
+  static constexpr std::optional<Conservation> conservation(std::string_view method,
+                                                            std::string_view invariant) {
+    if (invariant == "PQ_inverse") return Conservation::exact;
+    if (invariant == "casimirs" && method == "rk4") return Conservation::bounded;
     return std::nullopt;
   }
 

@@ -2,8 +2,8 @@
 
 #include <string_view>
 
-#include "engine/linalg/j_n.h"
-#include "engine/linalg/multiplication.h"
+#include "engine/linalg/lie/multiplication.h"
+#include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/systems/concepts.h"
 
 namespace stiefel {
@@ -25,7 +25,7 @@ class RightRigidBody {
   using Algebra = Matrix<Scalar>;
 
   /// Whether an invariant is constant along the group's orbits.
-  static constexpr bool kept_on_orbits(std::string_view invariant) {
+  static constexpr bool conserved_on_orbits(std::string_view invariant) {
     return invariant == "spatial_momentum" || invariant == "casimirs" ||
            invariant == "orthogonality";
   }

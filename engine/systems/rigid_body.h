@@ -2,8 +2,8 @@
 
 #include <string_view>
 
-#include "engine/linalg/so_3.h"
-#include "engine/linalg/so_n.h"
+#include "engine/linalg/lie/so_3.h"
+#include "engine/linalg/lie/so_n.h"
 #include "engine/systems/concepts.h"
 
 namespace stiefel {
@@ -29,7 +29,7 @@ class RigidBody {
   using Lambda = typename Space::Lambda;
 
   /// Whether an invariant is constant along the group's orbits.
-  static constexpr bool kept_on_orbits(std::string_view invariant) {
+  static constexpr bool conserved_on_orbits(std::string_view invariant) {
     return invariant == "spatial_momentum" || invariant == "casimirs" ||
            invariant == "orthogonality";
   }

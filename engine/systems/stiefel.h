@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/linalg/symmetric_lyapunov.h"
+#include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
 #include "engine/systems/concepts.h"
 
 namespace stiefel {

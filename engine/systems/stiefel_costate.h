@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/linalg/optimal_control.h"
+#include "engine/linalg/matrix_equations/optimal_control.h"
 #include "engine/systems/concepts.h"
 
 namespace stiefel {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/linalg/j_n.h"
+#include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/systems/moved_by.h"
 
 namespace stiefel {

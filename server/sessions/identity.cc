@@ -2,7 +2,7 @@
 
 #include <span>
 
-#include "engine/simulation/scene_fields.h"
+#include "engine/simulation/scene/scene_fields.h"
 
 namespace stiefel::server {
 namespace {

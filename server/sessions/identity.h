@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "engine/simulation/scene.h"
+#include "engine/simulation/scene/scene.h"
 
 namespace stiefel::server {
 

@@ -25,18 +25,18 @@ std::expected<Registry::Created, Registry::CreateError> Registry::create(
   if (found != sessions_.end()) {
     if (found->second->identity() != fresh->identity())
       return std::unexpected(Conflict::other_scene);
-    return Created{Hold(found->second), false};
+    return Created{SessionLease(found->second), false};
   }
   if (sessions_.size() >= max_sessions_) return std::unexpected(Conflict::too_many);
   sessions_.emplace(id, fresh);
-  return Created{Hold(fresh), true};
+  return Created{SessionLease(fresh), true};
 }
 
-std::optional<Hold> Registry::find(std::string_view id) const {
+std::optional<SessionLease> Registry::find(std::string_view id) const {
   const std::shared_lock lock(mutex_);
   const auto found = sessions_.find(id);
   if (found == sessions_.end()) return std::nullopt;
-  return Hold(found->second);
+  return SessionLease(found->second);
 }
 
 bool Registry::erase(std::string_view id) {

@@ -27,7 +27,7 @@ class Registry {
   Registry(std::uint32_t max_sessions, std::chrono::milliseconds idle_timeout, Clock clock);
 
   struct Created {
-    Hold session;
+    SessionLease session;
     bool created;
   };
   enum class Conflict { other_scene, too_many };
@@ -38,7 +38,7 @@ class Registry {
   /// at step 0 are finite numbers: no other is ever sent.
   std::expected<Created, CreateError> create(const std::string& id, Scene scene,
                                              std::string_view checkpoint);
-  std::optional<Hold> find(std::string_view id) const;
+  std::optional<SessionLease> find(std::string_view id) const;
   /// False if there was none.
   bool erase(std::string_view id);
   /// At most `count` in the order of their ids, the first one after `id`. Looking renews nothing.

@@ -25,7 +25,7 @@ Sampling::Sampling(Session& session, std::vector<std::size_t> fields, Range rang
     : session_(session),
       fields_(std::move(fields)),
       range_(range),
-      walk_(session, range.from),
+      cursor_(session, range.from),
       capacity_(std::max<std::size_t>(1, batch_bytes / sample_bytes(session, fields_))),
       next_(range.from) {
   const auto samples = (range.to - range.from) / range.every + 2;
@@ -34,8 +34,8 @@ Sampling::Sampling(Session& session, std::vector<std::size_t> fields, Range rang
 
 void Sampling::fill(Batch& batch) {
   std::int64_t budget = slice_steps(session_.step_cost());
-  while (!done_ && !full(batch) && walk_.advance(next_, budget)) {
-    if (!walk_.ending().reached()) {
+  while (!done_ && !full(batch) && cursor_.advance(next_, budget)) {
+    if (!cursor_.run_status().reached()) {
       done_ = true;
       return sample(batch);
     }
@@ -47,13 +47,13 @@ void Sampling::fill(Batch& batch) {
 
 void Sampling::cancel(Batch& batch) {
   if (done_) return;
-  walk_.cancel();
+  cursor_.cancel();
   done_ = true;
   sample(batch);
 }
 
 void Sampling::sample(Batch& batch) {
-  const Simulation& simulation = walk_.simulation();
+  const Simulation& simulation = cursor_.simulation();
   if (simulation.step() == last_) return;
   last_ = simulation.step();
   const std::size_t index = batch.size();

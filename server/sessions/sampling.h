@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "server/sessions/walk.h"
+#include "server/sessions/cursor.h"
 
 namespace stiefel::server {
 
@@ -33,10 +33,10 @@ class Sampling {
   /// One slice: goes on until the batch is full, all is sampled or the slice is over.
   void fill(Batch& batch);
   bool full(const Batch& batch) const { return batch.size() >= capacity_; }
-  /// Nothing comes after what is in the batch: `to` is reached, or see `walk().ending()`.
+  /// Nothing comes after what is in the batch: `to` is reached, or see `cursor().run_status()`.
   bool done() const { return done_; }
-  /// Until the next `fill`: see Walk.
-  void rest() { walk_.rest(); }
+  /// Until the next `fill`: see Cursor.
+  void rest() { cursor_.rest(); }
   /// Ends with the last good state.
   void cancel(Batch& batch);
 
@@ -45,7 +45,7 @@ class Sampling {
   /// Cuts the bytes to the samples there are. Before sending.
   void trim(Batch& batch) const;
 
-  const Walk& walk() const { return walk_; }
+  const Cursor& cursor() const { return cursor_; }
   /// The samples a batch holds at most.
   std::size_t capacity() const { return capacity_; }
 
@@ -55,7 +55,7 @@ class Sampling {
   Session& session_;
   const std::vector<std::size_t> fields_;
   const Range range_;
-  Walk walk_;
+  Cursor cursor_;
   std::size_t capacity_;
   std::int64_t next_;
   std::int64_t last_ = -1;

@@ -12,8 +12,8 @@
 #include <string_view>
 #include <vector>
 
-#include "engine/simulation/scene.h"
-#include "engine/simulation/simulation.h"
+#include "engine/simulation/run/simulation.h"
+#include "engine/simulation/scene/scene.h"
 #include "server/sessions/checkpoints.h"
 
 namespace stiefel::server {
@@ -72,7 +72,7 @@ class Session {
   void close() { closed_ = true; }
 
  private:
-  friend class Hold;
+  friend class SessionLease;
   void touch() { last_use_ = (*clock_)().time_since_epoch().count(); }
 
   const std::string id_;
@@ -99,18 +99,18 @@ class Session {
 
 /// A session in use: it does not expire while anybody holds it, and its idle time starts again
 /// after.
-class Hold {
+class SessionLease {
  public:
-  explicit Hold(std::shared_ptr<Session> session) : session_(std::move(session)) {
+  explicit SessionLease(std::shared_ptr<Session> session) : session_(std::move(session)) {
     ++session_->uses_;
     session_->touch();
   }
-  Hold(Hold&&) = default;
-  Hold& operator=(Hold&& other) noexcept {
+  SessionLease(SessionLease&&) = default;
+  SessionLease& operator=(SessionLease&& other) noexcept {
     std::swap(session_, other.session_);
     return *this;
   }
-  ~Hold() {
+  ~SessionLease() {
     if (!session_) return;
     session_->touch();
     --session_->uses_;

@@ -3,9 +3,9 @@
 // does it. h‖Ω‖ = 0.1. Arguments: repeats, seconds to measure for.
 #include <stdexcept>
 
-#include "engine/linalg/pack.h"
-#include "engine/simulation/packed_bodies.h"
-#include "engine/simulation/simulation.h"
+#include "engine/linalg/simd/pack.h"
+#include "engine/simulation/run/packed_bodies.h"
+#include "engine/simulation/run/simulation.h"
 #include "tests/bench/measure.h"
 #include "tests/support/ensemble_of.h"
 #include "tests/support/random_scene.h"
@@ -36,8 +36,8 @@ double step_nanoseconds(double duration, int count, Advance&& advance) {
   return bench::median(times);
 }
 
-void check(const Ending& ending) {
-  if (!ending.reached()) throw std::runtime_error(to_sentence(ending));
+void check(const RunStatus& run_status) {
+  if (!run_status.reached()) throw std::runtime_error(to_sentence(run_status));
 }
 
 double one_by_one(std::span<const Scene> scenes, double duration) {

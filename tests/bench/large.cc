@@ -2,8 +2,8 @@
 // of rk4, and in calls of the Schur solver. Arguments: repeats, N, seconds to measure for.
 #include <stdexcept>
 
-#include "engine/linalg/j_d_schur.h"
-#include "engine/simulation/simulation.h"
+#include "engine/moser_veselov/j_d_schur.h"
+#include "engine/simulation/run/simulation.h"
 #include "tests/bench/measure.h"
 #include "tests/support/random_scene.h"
 
@@ -50,8 +50,7 @@ int main(int, char** argv) {
   const testing::RandomBody reference(N, 1);
 
   for (const double h : {0.05, 0.2}) {
-    const std::string of =
-        "N = " + std::to_string(N) + ", h‖Ω‖ = " + (h < 0.1 ? "0.05" : "0.2");
+    const std::string of = "N = " + std::to_string(N) + ", h‖Ω‖ = " + (h < 0.1 ? "0.05" : "0.2");
     const auto row = [&](const char* what, const char* rival, double bound) {
       return bench::Comparison{.name = std::string(what) + ", plain, " + of,
                                .unit = "ms",

@@ -21,8 +21,8 @@ double seconds(Work&& work) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// Seconds of processor time that `work` takes, on all threads of this program: what others run does
-/// not count.
+/// Seconds of processor time that `work` takes, on all threads of this program: what others run
+/// does not count.
 template <class Work>
 double processor_seconds(Work&& work) {
   const auto now = [] {

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "server/service/convert.h"
+#include "server/convert/convert.h"
 #include "stiefel/v1/scene.pb.h"
 #include "tests/support/random_scene.h"
 

@@ -29,7 +29,7 @@ class Unreliable : public v1::SimulationService::Service {
     return grpc::Status::OK;
   }
 
-  /// Two samples a message, then a message with the ending alone.
+  /// Two samples a message, then a message with the run status alone.
   grpc::Status Stream(grpc::ServerContext*, const v1::StreamRequest* request,
                       grpc::ServerWriter<v1::StreamResponse>* writer) override {
     ++calls;
@@ -54,7 +54,7 @@ class Unreliable : public v1::SimulationService::Service {
     }
     if (breaks && sent == messages_a_stream) return unavailable;
     message.set_computed_steps(request->to() - request->from());
-    message.mutable_ending()->set_outcome(v1::OUTCOME_REACHED);
+    message.mutable_run_status()->set_outcome(v1::OUTCOME_REACHED);
     writer->Write(message);
     return grpc::Status::OK;
   }
@@ -77,7 +77,7 @@ class RetryTest : public testing::Test {
     client::Stream stream(connection(), "any", std::move(range));
     std::vector<std::int64_t> steps;
     for (const SampleView sample : stream) steps.push_back(sample.step());
-    EXPECT_TRUE(stream.ending());
+    EXPECT_TRUE(stream.run_status());
     return steps;
   }
 
@@ -133,7 +133,7 @@ TEST_F(RetryTest, ABrokenStreamGoesOnWhereItBroke) {
     service_.streams_to_break = 1'000'000;
     for (const int messages : {1, 2, 3}) {
       service_.messages_a_stream = messages;
-      // Every stream breaks after so many messages; the one that only lacks its ending must not
+      // Every stream breaks after so many messages; the one that only lacks its run status must not
       // break for ever.
       service_.streams_to_break = static_cast<int>(whole.size() / 2 + 1);
       EXPECT_EQ(steps(range), whole) << range.from << ' ' << range.to << ' ' << range.every;

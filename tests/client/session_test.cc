@@ -77,8 +77,8 @@ TEST_F(SessionTest, StreamsTheGridAndTheLastSample) {
     EXPECT_THROW(sample.field("Q"), std::out_of_range);
   }
   EXPECT_THAT(steps, ElementsAre(2, 6, 10, 11));
-  ASSERT_TRUE(stream.ending());
-  EXPECT_EQ(stream.ending()->outcome(), v1::OUTCOME_REACHED);
+  ASSERT_TRUE(stream.run_status());
+  EXPECT_EQ(stream.run_status()->outcome(), v1::OUTCOME_REACHED);
 }
 
 TEST_F(SessionTest, AStreamCanBeDroppedInTheMiddle) {
@@ -111,7 +111,7 @@ TEST_F(SessionTest, DiagnosesOnlyWhatIsNamed) {
   EXPECT_EQ(diagnosis.step(), 100);
   ASSERT_EQ(diagnosis.invariants_size(), 1);
   EXPECT_EQ(diagnosis.invariants(0).name(), "energy");
-  EXPECT_EQ(diagnosis.invariants(0).kept(), v1::KEPT_EXACT);
+  EXPECT_EQ(diagnosis.invariants(0).conservation(), v1::CONSERVATION_EXACT);
   EXPECT_LT(diagnosis.invariants(0).drift(), 1e-14);
 }
 

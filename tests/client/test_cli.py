@@ -63,8 +63,8 @@ def test_the_json_is_the_documented_one(stiefel, write, scene):
     diagnosis = result["diagnosis"]
     assert set(diagnosis) == {"summary", "invariants", "orthogonality", "estimated_error", "domain"}
     for invariant in diagnosis["invariants"]:
-        assert set(invariant) == {"name", "initial", "value", "drift", "scale", "kept"}
-        assert invariant["kept"] in ("exact", "bounded", "drifts")
+        assert set(invariant) == {"name", "initial", "value", "drift", "scale", "conservation"}
+        assert invariant["conservation"] in ("exact", "bounded", "drifts")
     assert set(diagnosis["domain"]) == {"h_omega", "largest_step"}
 
 
@@ -80,9 +80,9 @@ def test_examples_run_and_keep_what_they_should(stiefel, name):
     result = stiefel("run", EXAMPLES / f"{name}.json", "--to", 2000, "--every", 500)
     assert result.status == 0, result.err
     diagnosis = result.json["diagnosis"]
-    exact = all(i["kept"] == "exact" for i in diagnosis["invariants"])
+    exact = all(i["conservation"] == "exact" for i in diagnosis["invariants"])
     assert diagnosis["orthogonality"] < (1e-13 if exact else 1e-9)
-    assert all(i["drift"] < (1e-13 if i["kept"] == "exact" else 1e-9) for i in diagnosis["invariants"])
+    assert all(i["drift"] < (1e-13 if i["conservation"] == "exact" else 1e-9) for i in diagnosis["invariants"])
 
 
 # Formats

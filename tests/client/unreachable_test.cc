@@ -137,8 +137,7 @@ TEST(Stop, CancelsWhatRunsAndWhatIsYetToBegin) {
     }
   });
   EXPECT_EQ(error.code(), grpc::StatusCode::CANCELLED);
-  EXPECT_EQ(error_of([&] { session.step(1'000'000'000'000); }).code(),
-            grpc::StatusCode::CANCELLED);
+  EXPECT_EQ(error_of([&] { session.step(1'000'000'000'000); }).code(), grpc::StatusCode::CANCELLED);
   EXPECT_EQ(error_of([&] { client.describe(); }).code(), grpc::StatusCode::CANCELLED);
 }
 

@@ -106,7 +106,7 @@ def test_drift_is_rounding(client, name):
     steps = 20 if name.startswith("parametric") else 100  # it grows like e^(mu lambda t)
     with client.create(CASES[name]) as session:
         diagnosis = session.diagnose(steps)
-    assert diagnosis.ending.message == "" and diagnosis.invariants
+    assert diagnosis.run_status.message == "" and diagnosis.invariants
     for invariant in diagnosis.invariants:
         assert math.isfinite(invariant.scale) and invariant.scale >= 0
         assert invariant.drift < 1e-12, (invariant.name, invariant.initial, invariant.value, invariant.scale)

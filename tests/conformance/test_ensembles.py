@@ -87,7 +87,7 @@ def test_the_member_that_stops_is_named(client):
     with client.create(ensemble(parts)) as together:
         state = together.step(10)
         assert state.outcome == stiefel.Outcome.LEFT_DOMAIN and state.step == 0
-        assert state.ending.member == 1 and state.ending.message.startswith("member 1: ")
+        assert state.run_status.member == 1 and state.run_status.message.startswith("member 1: ")
 
 
 def test_engineers_may_have_many_bodies(client):

@@ -18,12 +18,12 @@ def test_step(session):
     state = session.step(to=10)
     assert state.outcome is Outcome.LEFT_DOMAIN
     assert state.step == 0 and (state["Q"] == [[1, 0, 0], [0, 1, 0], [0, 0, 1]]).all()
-    assert 0 < state.ending.largest_step < 5
-    assert state.ending.message
+    assert 0 < state.run_status.largest_step < 5
+    assert state.run_status.message
 
 
 def test_the_largest_step_works_and_a_little_more_does_not(client, session):
-    largest = session.step(to=1).ending.largest_step
+    largest = session.step(to=1).run_status.largest_step
     for factor, outcome in ((0.99, Outcome.REACHED), (1.01, Outcome.LEFT_DOMAIN)):
         with client.create(scenes.rigid_body(step=largest * factor)) as other:
             assert other.step(to=1).outcome is outcome
@@ -44,7 +44,7 @@ def test_drive_goes_on(session):
 def test_diagnose(session):
     diagnosis = session.diagnose(to=10)
     assert diagnosis.step == 0
-    assert diagnosis.ending.largest_step > 0
+    assert diagnosis.run_status.largest_step > 0
 
 
 def test_a_motion_that_overflows(client):
@@ -86,9 +86,9 @@ def in_three_dimensions():
 def test_in_three_dimensions_it_says_by_which_angle_a_step_turns(client, scene):
     """h |omega| at the last good state, of the step and of the largest one that works."""
     with client.create(scene) as session:
-        ending = session.step(to=10).ending
+        run_status = session.step(to=10).run_status
         last = session.step(to=10)
-        assert ending.outcome is Outcome.LEFT_DOMAIN
+        assert run_status.outcome is Outcome.LEFT_DOMAIN
         if scene["system"] == "stiefel":
             Q, Qdot = (session.step(last.step, fields=[name])[name] for name in ("Q", "Qdot"))
             Omega = Q.T @ Qdot
@@ -96,28 +96,28 @@ def test_in_three_dimensions_it_says_by_which_angle_a_step_turns(client, scene):
             Omega = session.step(last.step, fields=["Omega"])["Omega"]
         speed = np.linalg.norm(Omega, 2)
         h = abs(scene["step"]) / scene.get("method", {}).get("substeps", 1)
-        asked, largest = angles(ending.message)
+        asked, largest = angles(run_status.message)
         assert asked == pytest.approx(np.degrees(h * speed), rel=6e-3)
-        assert largest == pytest.approx(np.degrees(ending.largest_step * speed), rel=6e-3)
+        assert largest == pytest.approx(np.degrees(run_status.largest_step * speed), rel=6e-3)
         # and by every way
-        assert session.trajectory(to=10).ending.message == ending.message
-        assert session.diagnose(10).ending.message == ending.message
+        assert session.trajectory(to=10).run_status.message == run_status.message
+        assert session.diagnose(10).run_status.message == run_status.message
         with session.drive() as drive:
-            assert drive.step(10).ending.message == ending.message
+            assert drive.step(10).run_status.message == run_status.message
 
 
 def test_the_angle_of_an_ensemble_is_that_of_the_member_that_ended_it(client):
     M = np.asarray(scenes.M3) * np.array([0.01, 0.02, 1, 0.03])[:, None, None]
     scene = scenes.rigid_body(members=4, step=5.0, initial={"Q": np.stack([np.eye(3)] * 4), "M": M})
     with client.create(scene) as session, client.create(scenes.left_domain()) as alone:
-        together = session.step(to=1).ending
+        together = session.step(to=1).run_status
         assert together.member == 2
-        assert angles(together.message) == angles(alone.step(to=1).ending.message)
+        assert angles(together.message) == angles(alone.step(to=1).run_status.message)
 
 
 def test_in_other_dimensions_there_is_no_angle(client):
     for scene in (scenes.free(4, step=4.0), {**scenes.frame(2, 5), "step": 20.0}):
         with client.create(scene) as session:
-            ending = session.step(to=10).ending
-            assert ending.outcome is Outcome.LEFT_DOMAIN
-            assert "°" not in ending.message and "the largest |h| that has one here is" in ending.message
+            run_status = session.step(to=10).run_status
+            assert run_status.outcome is Outcome.LEFT_DOMAIN
+            assert "°" not in run_status.message and "the largest |h| that has one here is" in run_status.message

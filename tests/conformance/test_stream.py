@@ -40,8 +40,8 @@ def test_from_every_and_always_the_last(session, request_, steps):
     replies = messages(session, **request_)
     assert [step for reply in replies for step in reply.steps] == steps
     assert [time for reply in replies for time in reply.times] == [step * 0.01 for step in steps]
-    assert [reply.HasField("ending") for reply in replies] == [False] * (len(replies) - 1) + [True]
-    assert replies[-1].ending.outcome == outcome_pb2.OUTCOME_REACHED
+    assert [reply.HasField("run_status") for reply in replies] == [False] * (len(replies) - 1) + [True]
+    assert replies[-1].run_status.outcome == outcome_pb2.OUTCOME_REACHED
 
 
 def test_blocks_are_the_default_fields(session):

@@ -1,14 +1,14 @@
 // A scene with a tolerance instead of a method.
-#include "engine/simulation/choice.h"
+#include "engine/simulation/accuracy/choice.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "engine/simulation/catalogue.h"
-#include "engine/simulation/reference.h"
-#include "engine/simulation/simulation.h"
+#include "engine/simulation/accuracy/reference.h"
+#include "engine/simulation/catalogue/catalogue.h"
+#include "engine/simulation/run/simulation.h"
 #include "tests/support/any_scene.h"
 #include "tests/support/choice_survey.h"
 #include "tests/support/exact_motion.h"
@@ -85,22 +85,24 @@ TEST(Choice, OfADoubleBracketStaysWithinItsTolerance) {
     d.tolerance = tolerance;
     d.horizon = horizon;
     made += error_over_tolerance(d, [&](const Scene& scene) {
-      const auto lambda = [](const std::vector<double>& l) -> Vector<Quad> {
-        return Eigen::Map<const Eigen::VectorXd>(l.data(), std::ssize(l)).cast<Quad>();
-      };
-      Matrix<Quad> x(12, 2);
-      x << scene.block("Q").cast<Quad>(), scene.block("P").cast<Quad>();
-      x = testing::extrapolate(
-          testing::PrintedDoubleBracket(lambda(d.inertia_u), lambda(d.inertia_v)), x, Quad(horizon),
-          static_cast<int>(4 * horizon));
-      MotionState exact{Matrix<long double>(3, 4), Matrix<long double>(3, 4), true};
-      for (int j = 0; j < 2; ++j)
-        for (int part = 0; part < 2; ++part) {
-          exact.attitude.col(2 * j + part) = x.col(j).segment(3 * part, 3).cast<long double>();
-          exact.momentum.col(2 * j + part) = x.col(j).segment(6 + 3 * part, 3).cast<long double>();
-        }
-      return exact;
-    }) > 0;
+              const auto lambda = [](const std::vector<double>& l) -> Vector<Quad> {
+                return Eigen::Map<const Eigen::VectorXd>(l.data(), std::ssize(l)).cast<Quad>();
+              };
+              Matrix<Quad> x(12, 2);
+              x << scene.block("Q").cast<Quad>(), scene.block("P").cast<Quad>();
+              x = testing::extrapolate(
+                  testing::PrintedDoubleBracket(lambda(d.inertia_u), lambda(d.inertia_v)), x,
+                  Quad(horizon), static_cast<int>(4 * horizon));
+              MotionState exact{Matrix<long double>(3, 4), Matrix<long double>(3, 4), true};
+              for (int j = 0; j < 2; ++j)
+                for (int part = 0; part < 2; ++part) {
+                  exact.attitude.col(2 * j + part) =
+                      x.col(j).segment(3 * part, 3).cast<long double>();
+                  exact.momentum.col(2 * j + part) =
+                      x.col(j).segment(6 + 3 * part, 3).cast<long double>();
+                }
+              return exact;
+            }) > 0;
   }
   EXPECT_GE(made, 2);
 }
@@ -111,14 +113,15 @@ TEST(Choice, OfAParametricRigidBodyStaysWithinItsTolerance) {
     SceneDescription d = testing::any_scene("parametric_rigid_body", "", seed, 0.05);
     d.tolerance = tolerance;
     d.horizon = 100;
-    made += error_over_tolerance(d, [&](const Scene& scene) {
-      const testing::PrintedParametricRigidBody printed(scene.inertia().cast<Quad>(),
-                                                        scene.parameter());
-      Matrix<Quad> x(8, 4);
-      x << scene.Q().cast<Quad>(), scene.block("P").cast<Quad>();
-      x = testing::extrapolate(printed, x, Quad(*d.horizon), 400);
-      return MotionState{x.topRows(4).cast<long double>(), printed.M(x).cast<long double>()};
-    }) > 0;
+    made +=
+        error_over_tolerance(d, [&](const Scene& scene) {
+          const testing::PrintedParametricRigidBody printed(scene.inertia().cast<Quad>(),
+                                                            scene.parameter());
+          Matrix<Quad> x(8, 4);
+          x << scene.Q().cast<Quad>(), scene.block("P").cast<Quad>();
+          x = testing::extrapolate(printed, x, Quad(*d.horizon), 400);
+          return MotionState{x.topRows(4).cast<long double>(), printed.M(x).cast<long double>()};
+        }) > 0;
   }
   EXPECT_GE(made, 2);
 }

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "engine/linalg/orthogonal.h"
-#include "engine/simulation/simulation.h"
+#include "engine/linalg/lie/orthogonal.h"
+#include "engine/simulation/run/simulation.h"
 #include "engine/systems/stiefel.h"
 #include "tests/support/exact_motion.h"
 #include "tests/support/flow.h"
@@ -49,7 +49,7 @@ TEST(TwoValuedBody, IsTheMotion) {
   }
 }
 
-TEST(RoundFrames, AreTheGeodesics) {
+TEST(IsotropicGeodesic, AreTheGeodesics) {
   for (const auto& [n, N] : {std::pair{1, 3}, {2, 5}, {3, 5}, {3, 4}, {4, 4}}) {
     const Scene scene = Scene::resolve(frames(n, N, 3)).value();
     const auto simulation = make_simulation(scene);

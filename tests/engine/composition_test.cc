@@ -1,4 +1,4 @@
-#include "engine/methods/composition.h"
+#include "engine/methods/support/composition.h"
 
 #include <gtest/gtest.h>
 
@@ -82,10 +82,10 @@ void expect_typed_failure(int N, int order) {
   auto state = small.start(testing::state_of<Space>(body));
   for (int k = 0; k < 6; ++k) ASSERT_TRUE(small.step(state).reached());
   const auto before = testing::numbers_of(state);
-  const Ending ending = large.step(state);
-  EXPECT_EQ(ending.outcome, Outcome::left_domain);
+  const RunStatus status = large.step(state);
+  EXPECT_EQ(status.outcome, Outcome::left_domain);
   EXPECT_EQ(testing::numbers_of(state), before);
-  const double largest = ending.largest_step.value();
+  const double largest = status.largest_step.value();
   EXPECT_NEAR(small.largest_step(state, 20).value(), largest, 4e-3 * largest);
   const auto exists = [&](double h) {
     auto copy = large.start(state.x.value);

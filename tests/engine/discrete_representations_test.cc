@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
 #include "engine/invariants/dirac_bracket.h"
-#include "engine/linalg/lu.h"
-#include "engine/linalg/one_product.h"
+#include "engine/linalg/matrix_equations/lu.h"
+#include "engine/linalg/matrix_equations/stein.h"
 #include "engine/representations/interpolation.h"
 #include "engine/representations/j_d_inverse.h"
 #include "tests/support/j_d_inverse.h"
@@ -215,7 +215,7 @@ TEST(DiracBracket, SolvesTheEquation) {
     for (int j = 0; j < N; ++j) big.block(i * N, j * N, N, N) += R(j, i) * R;
   const Vector<double> y =
       big.partialPivLu().solve(Eigen::Map<const Vector<double>>(G.data(), N * N));
-  const D Y = OneProductEquation(R).solve(G);
+  const D Y = SteinEquation(R).solve(G);
   EXPECT_LT(largest(Y - Eigen::Map<const D>(y.data(), N, N)), 1e-12);
   EXPECT_LT(largest(Y + R * Y * R - G), 1e-13);
 }

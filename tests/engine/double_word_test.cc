@@ -1,4 +1,4 @@
-#include "engine/linalg/double_word.h"
+#include "engine/linalg/arithmetic/double_word.h"
 
 #include <gtest/gtest.h>
 

@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdio>
 
-#include "engine/simulation/diagnosis.h"
+#include "engine/simulation/diagnosis/diagnosis.h"
 #include "tests/support/random_scene.h"
 
 namespace stiefel {

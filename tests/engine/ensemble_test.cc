@@ -1,12 +1,12 @@
-#include "engine/simulation/ensemble.h"
+#include "engine/simulation/run/ensemble.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "engine/linalg/pack.h"
-#include "engine/simulation/diagnosis.h"
-#include "engine/simulation/packed_bodies.h"
+#include "engine/linalg/simd/pack.h"
+#include "engine/simulation/diagnosis/diagnosis.h"
+#include "engine/simulation/run/packed_bodies.h"
 #include "tests/support/ensemble_of.h"
 #include "tests/support/random_scene.h"
 
@@ -202,10 +202,10 @@ TEST(Ensemble, ExtremeScalesGoAlone) {
 }
 
 /// Where a scene ends, if it does within so many steps.
-std::pair<std::int64_t, Ending> stop_of(const SceneDescription& scene, std::int64_t steps) {
+std::pair<std::int64_t, RunStatus> stop_of(const SceneDescription& scene, std::int64_t steps) {
   const auto simulation = make_simulation(resolved(scene));
-  const Ending ending = simulation->advance(steps);
-  return {simulation->step(), ending};
+  const RunStatus status = simulation->advance(steps);
+  return {simulation->step(), status};
 }
 
 /// A body whose rk4 diverges, after some steps.
@@ -217,8 +217,8 @@ SceneDescription diverging(const SceneDescription& like, std::int64_t steps) {
       SceneDescription scene = like;
       scene.inertia = {body.lambda.begin(), body.lambda.end()};
       scene.initial["M"] = body.M;
-      const auto [step, ending] = stop_of(scene, steps);
-      if (!ending.reached() && step >= 3) return scene;
+      const auto [step, status] = stop_of(scene, steps);
+      if (!status.reached() && step >= 3) return scene;
     }
   throw std::logic_error("none of them diverges");
 }
@@ -229,7 +229,7 @@ TEST(Ensemble, AllStopWhereTheFirstMemberStops) {
   scenes[7] = diverging(scenes[7], steps);
   const std::int64_t step = stop_of(scenes[7], steps).first;
   const auto ensemble = make_simulation(resolved(ensemble_of(scenes)));
-  const Ending together = ensemble->advance(steps);
+  const RunStatus together = ensemble->advance(steps);
   EXPECT_EQ(together.outcome, Outcome::not_finite);
   EXPECT_EQ(together.member, 7);
   EXPECT_EQ(ensemble->step(), step);

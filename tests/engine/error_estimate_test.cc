@@ -1,12 +1,12 @@
-#include "engine/simulation/error_estimate.h"
+#include "engine/simulation/accuracy/error_estimate.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "engine/linalg/so_3.h"
-#include "engine/simulation/simulation.h"
-#include "engine/simulation/step_weight.h"
+#include "engine/linalg/lie/so_3.h"
+#include "engine/simulation/catalogue/step_weight.h"
+#include "engine/simulation/run/simulation.h"
 #include "tests/support/any_scene.h"
 #include "tests/support/error_survey.h"
 #include "tests/support/random_frame.h"

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "engine/simulation/diagnosis.h"
+#include "engine/simulation/diagnosis/diagnosis.h"
 #include "tests/support/any_scene.h"
 #include "tests/support/every_pair.h"
 
@@ -22,7 +22,7 @@ TEST_P(EverySystemForLong, KeepsExactlyWhatItDeclares) {
   const auto on = std::ranges::find(methods, method, &MethodOnSystem::method);
   const auto exact = [&](std::string_view invariant) {
     const auto found = std::ranges::find(on->preserves, invariant, &Preservation::invariant);
-    return found != on->preserves.end() && found->kept == Kept::exact;
+    return found != on->preserves.end() && found->conservation == Conservation::exact;
   };
   if (std::ranges::none_of(on->preserves, exact, &Preservation::invariant)) return;
   if (system.starts_with("parametric")) return;
@@ -34,7 +34,7 @@ TEST_P(EverySystemForLong, KeepsExactlyWhatItDeclares) {
     ASSERT_TRUE(simulation->advance(steps).reached());
     const Diagnosis diagnosis = diagnose(scene, *simulation);
     for (const auto& invariant : diagnosis.invariants) {
-      if (invariant.kept != Kept::exact) continue;
+      if (invariant.conservation != Conservation::exact) continue;
       EXPECT_LE(invariant.drift(), 1e-12) << invariant.name;
     }
     if (exact("orthogonality")) {

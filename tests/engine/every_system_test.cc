@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-#include "engine/simulation/diagnosis.h"
+#include "engine/simulation/diagnosis/diagnosis.h"
 #include "tests/support/any_scene.h"
 #include "tests/support/ensemble_of.h"
 #include "tests/support/every_pair.h"
@@ -127,15 +127,15 @@ TEST_P(EverySystem, KeepsWhatItDeclares) {
   auto drifts = drifts_over(1000, 32, [&](unsigned seed) { return scene(seed, h); });
   for (const auto& on : catalogue().system(system)->methods) {
     if (on.method != method) continue;
-    for (const auto& [invariant, kept] : on.preserves) {
+    for (const auto& [invariant, conservation] : on.preserves) {
       const std::string name(invariant);
       ASSERT_TRUE(drifts.contains(name)) << name;
       const auto [early, late, worst] = drifts[name];
       const auto where = ::testing::Message()
                          << name << ": " << early << " -> " << late << ", at worst " << worst;
-      if (kept == Kept::exact) {
+      if (conservation == Conservation::exact) {
         EXPECT_LE(worst, 1e-12) << where;
-      } else if (kept == Kept::drifts) {
+      } else if (conservation == Conservation::drifts) {
         EXPECT_GE(late, 1.5 * early) << where;
         EXPECT_GE(late, 1e-11) << where;
       } else {

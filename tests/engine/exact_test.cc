@@ -5,10 +5,10 @@
 #include <cmath>
 #include <random>
 
-#include "engine/linalg/carlson.h"
-#include "engine/linalg/jacobi_elliptic.h"
+#include "engine/linalg/special_functions/carlson.h"
+#include "engine/linalg/special_functions/jacobi_elliptic.h"
 #include "engine/methods/variational.h"
-#include "engine/simulation/simulation.h"
+#include "engine/simulation/run/simulation.h"
 #include "tests/support/exact_survey.h"
 #include "tests/support/quadruple.h"
 #include "tests/support/random_scene.h"

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "engine/maps/frame_pass_on.h"
+#include "engine/maps/frames/frame_pass_on.h"
 #include "tests/support/random_frame.h"
 
 namespace stiefel {

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <random>
 
-#include "engine/methods/euler_top.h"
-#include "engine/simulation/extended_body.h"
-#include "engine/simulation/simulation.h"
+#include "engine/methods/closed_forms/euler_top.h"
+#include "engine/simulation/run/simulation.h"
+#include "engine/simulation/scene/extended_body.h"
 #include "tests/support/quadruple.h"
 
 namespace stiefel {
@@ -75,8 +75,7 @@ struct Oracle {
     const EulerTop<Quad, true> top(
         PrincipalMoments3<Quad>(I, Vec(I(1) - I(2), I(2) - I(0), I(0) - I(1))), start);
     const auto x = top.at(t);
-    return {rotation_matrix<Quad>(x.head<4>()) * R.transpose(),
-            R * x.tail<3>().cwiseQuotient(I)};
+    return {rotation_matrix<Quad>(x.head<4>()) * R.transpose(), R * x.tail<3>().cwiseQuotient(I)};
   }
 };
 

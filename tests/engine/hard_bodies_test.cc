@@ -3,11 +3,11 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "engine/linalg/cayley_n.h"
-#include "engine/linalg/exponential.h"
-#include "engine/linalg/newton_krylov.h"
-#include "engine/linalg/orthogonal.h"
-#include "engine/simulation/diagnosis.h"
+#include "engine/linalg/iteration/newton_krylov.h"
+#include "engine/linalg/lie/exponential.h"
+#include "engine/linalg/lie/orthogonal.h"
+#include "engine/moser_veselov/cayley_n.h"
+#include "engine/simulation/diagnosis/diagnosis.h"
 #include "engine/systems/rigid_body.h"
 #include "tests/support/random_scene.h"
 

@@ -1,10 +1,10 @@
-#include "engine/simulation/in_float.h"
+#include "engine/simulation/catalogue/families/in_float.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "engine/simulation/diagnosis.h"
+#include "engine/simulation/diagnosis/diagnosis.h"
 #include "tests/support/any_scene.h"
 #include "tests/support/random_scene.h"
 
@@ -85,7 +85,7 @@ TEST(InFloat, CompensatedArithmeticKeepsInvariantsForLong) {
     ASSERT_TRUE(single->advance(steps).reached()) << text;
     const auto diagnosis = diagnose(Scene::resolve(scene).value(), *single);
     for (const auto& invariant : diagnosis.invariants) {
-      if (invariant.kept != Kept::exact) continue;
+      if (invariant.conservation != Conservation::exact) continue;
       EXPECT_LT(invariant.drift(), 10 * u * std::sqrt(steps)) << text << " " << invariant.name;
     }
   }
@@ -106,10 +106,10 @@ TEST(InFloat, AStateIsSavedWhole) {
 
 TEST(InFloat, EndsWhereTheBranchDoes) {
   SceneDescription scene = testing::description(testing::RandomBody(3, 1), 3, "variational");
-  const Ending in_double = made(scene)->advance(1);
-  const Ending ending = made(with_scalar(scene, "float"))->advance(1);
-  EXPECT_EQ(ending.outcome, Outcome::left_domain);
-  EXPECT_NEAR(ending.largest_step.value(), in_double.largest_step.value(), 0.01);
+  const RunStatus in_double = made(scene)->advance(1);
+  const RunStatus status = made(with_scalar(scene, "float"))->advance(1);
+  EXPECT_EQ(status.outcome, Outcome::left_domain);
+  EXPECT_NEAR(status.largest_step.value(), in_double.largest_step.value(), 0.01);
 }
 
 TEST(InFloat, IsRefusedWithARuleWhereItIsNot) {

@@ -2,9 +2,9 @@
 
 #include <Eigen/Eigenvalues>
 
-#include "engine/linalg/j_d_schur.h"
-#include "engine/linalg/orthogonal.h"
+#include "engine/linalg/lie/orthogonal.h"
 #include "engine/maps/moser_veselov.h"
+#include "engine/moser_veselov/j_d_schur.h"
 #include "tests/support/random_scene.h"
 
 namespace stiefel {
@@ -25,7 +25,7 @@ Eigen::MatrixXd stacked(const Eigen::MatrixXd& Q, const Eigen::MatrixXd& M) {
 
 /// U of one step from Q = I.
 struct Solved {
-  Ending ending;
+  RunStatus status;
   Eigen::MatrixXd U, M;
 };
 
@@ -33,8 +33,8 @@ Solved solve_n(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& M, double h
   const Eigen::Index N = lambda.size();
   MapN map(lambda, h);
   auto state = map.start(stacked(Eigen::MatrixXd::Identity(N, N), M));
-  const Ending ending = map.step(state);
-  return {ending, state.x.value.topRows(N), state.x.value.bottomRows(N)};
+  const RunStatus status = map.step(state);
+  return {status, state.x.value.topRows(N), state.x.value.bottomRows(N)};
 }
 
 Solved solve_3(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& M, double h) {
@@ -42,8 +42,8 @@ Solved solve_3(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& M, double h
   Map3::Point x;
   x << 1, 0, 0, 0, vee(M);
   auto state = map.start(x);
-  const Ending ending = map.step(state);
-  return {ending, rotation_matrix<double>(state.x.value.head<4>()), hat(state.x.value.tail<3>())};
+  const RunStatus status = map.step(state);
+  return {status, rotation_matrix<double>(state.x.value.head<4>()), hat(state.x.value.tail<3>())};
 }
 
 /// In the coordinates of So4.
@@ -57,8 +57,8 @@ Map4::Point coordinates(const Eigen::MatrixXd& Q, const Eigen::MatrixXd& M) {
 Solved solve_4(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& M, double h) {
   Map4 map(lambda, h);
   auto state = map.start(coordinates(Eigen::Matrix4d::Identity(), M));
-  const Ending ending = map.step(state);
-  Solved out{ending, state.x.value.head<16>().reshaped(4, 4), Eigen::Matrix4d::Zero()};
+  const RunStatus status = map.step(state);
+  Solved out{status, state.x.value.head<16>().reshaped(4, 4), Eigen::Matrix4d::Zero()};
   for (int k = 0; k < 6; ++k) {
     out.M(skew4_rows[k], skew4_columns[k]) = state.x.value(16 + k);
     out.M(skew4_columns[k], skew4_rows[k]) = -state.x.value(16 + k);
@@ -76,7 +76,7 @@ Solved solve(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& M, double h) 
 /// UΛ − ΛUᵀ = hM, UᵀU = I and M′ = UᵀMU, for what a step gave.
 void expect_solution(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& M, double h,
                      const Solved& s, double bound) {
-  ASSERT_TRUE(s.ending.reached());
+  ASSERT_TRUE(s.status.reached());
   const Eigen::MatrixXd L = lambda.asDiagonal();
   EXPECT_LT(largest(s.U * L - L * s.U.transpose() - h * M), bound * lambda.maxCoeff());
   EXPECT_LT(orthogonality_defect(s.U), bound);
@@ -92,7 +92,7 @@ TEST_P(JDInverse, AgreesWithTheSchurSolver) {
       const RandomBody body(N, seed);
       const auto U = J_D_inverse_schur(body.lambda, h * body.M);
       const Solved fast = solve_n(body.lambda, body.M, h);
-      ASSERT_EQ(U.has_value(), fast.ending.reached()) << N << " " << seed << " " << h;
+      ASSERT_EQ(U.has_value(), fast.status.reached()) << N << " " << seed << " " << h;
       if (!U) continue;
       expect_solution(body.lambda, body.M, h, fast, 2e-14);
       EXPECT_LT(largest(*U - fast.U), 1e-11);
@@ -110,10 +110,10 @@ TEST(JDInverseEdge, LeftDomainNamesTheLargestStep) {
     for (unsigned seed = 1; seed <= 6; ++seed) {
       const RandomBody body(N, seed);
       const Solved far = solve(body.lambda, body.M, 3);
-      if (far.ending.reached()) continue;
+      if (far.status.reached()) continue;
       ++left;
-      ASSERT_EQ(far.ending.outcome, Outcome::left_domain);
-      const double h = *far.ending.largest_step;
+      ASSERT_EQ(far.status.outcome, Outcome::left_domain);
+      const double h = *far.status.largest_step;
       EXPECT_LT(largest(far.M - body.M), 1e-15);  // nothing moved
       const Solved inside = solve(body.lambda, body.M, h);
       expect_solution(body.lambda, body.M, h, inside, 1e-12);
@@ -131,8 +131,8 @@ TEST(JDInverseEdge, FarBeyondTheLargestStepThereIsNone) {
         RandomBody body(N, 3, spread);
         if (spread == 1) body.lambda.setOnes();
         const Solved far = solve(body.lambda, factor * body.M, 1);
-        EXPECT_EQ(far.ending.outcome, Outcome::left_domain) << N << " " << spread << " " << factor;
-        const double h = far.ending.largest_step.value_or(0);
+        EXPECT_EQ(far.status.outcome, Outcome::left_domain) << N << " " << spread << " " << factor;
+        const double h = far.status.largest_step.value_or(0);
         expect_solution(body.lambda, factor * body.M, h, solve(body.lambda, factor * body.M, h),
                         1e-12);
       }
@@ -159,8 +159,8 @@ TEST(JDInverseEdge, NegativeLambdaTakesNoOtherBranch) {
       const Eigen::Vector3d lambda(-0.6, 0.9, 1.2), I(2.1, 0.6, 0.3);
       const Eigen::Vector3d omega = vee(RandomBody(3, seed).M).normalized();
       const Solved s = solve_3(lambda, hat(I.cwiseProduct(omega)), h);
-      EXPECT_TRUE(s.ending.reached() || s.ending.outcome == Outcome::left_domain);
-      if (!s.ending.reached()) continue;
+      EXPECT_TRUE(s.status.reached() || s.status.outcome == Outcome::left_domain);
+      if (!s.status.reached()) continue;
       ++taken;
       const Eigen::Matrix3d W = s.U * lambda.asDiagonal();
       const Eigen::Matrix3d sums = W.trace() * Eigen::Matrix3d::Identity() - W;
@@ -182,7 +182,7 @@ TEST(JDInverseEdge, RestAndTinyMomenta) {
     const RandomBody body(4, 2);
     for (const auto& by : {solve_n, solve_4}) {
       const Solved s = by(body.lambda, scale * body.M, 0.1);
-      ASSERT_TRUE(s.ending.reached());
+      ASSERT_TRUE(s.status.reached());
       EXPECT_LE(largest(s.M - scale * body.M), 0.2 * scale);
     }
   }

@@ -2,15 +2,15 @@
 
 #include <random>
 
-#include "engine/linalg/compensated.h"
-#include "engine/linalg/follow_branch.h"
-#include "engine/linalg/history.h"
-#include "engine/linalg/lagged_anderson.h"
-#include "engine/linalg/lyapunov.h"
-#include "engine/linalg/orthogonal.h"
-#include "engine/linalg/so_3.h"
-#include "engine/linalg/so_n.h"
-#include "engine/linalg/split_product.h"
+#include "engine/linalg/arithmetic/compensated.h"
+#include "engine/linalg/arithmetic/split_product.h"
+#include "engine/linalg/iteration/continuation.h"
+#include "engine/linalg/iteration/history.h"
+#include "engine/linalg/iteration/lagged_anderson.h"
+#include "engine/linalg/lie/orthogonal.h"
+#include "engine/linalg/lie/so_3.h"
+#include "engine/linalg/lie/so_n.h"
+#include "engine/linalg/matrix_equations/lyapunov.h"
 #include "tests/support/random_scene.h"
 
 namespace stiefel {
@@ -191,15 +191,15 @@ TEST(LaggedAnderson, TakesErrorsAwayThatTurnAndEnlargesNoOthers) {
 
 TEST(FollowBranch, FindsTheEndToOnePerMille) {
   for (const double end : {1e-5, 0.01, 0.3337, 0.99}) {
-    const double found = follow_branch(1, [&](double t) { return t <= end; });
+    const double found = continuation(1, [&](double t) { return t <= end; });
     EXPECT_LE(found, end);
     EXPECT_GE(found, end * (1 - 1e-3));
   }
   const auto with_gap = [](double t) { return t < 0.4 || t > 0.45; };
-  EXPECT_EQ(follow_branch(1, with_gap), 1);
-  EXPECT_NEAR(follow_branch(1, with_gap, 0.04), 0.4, 0.4e-3);
-  EXPECT_EQ(follow_branch(1, [](double) { return true; }), 1);
-  EXPECT_EQ(follow_branch(1, [](double) { return false; }), 0);
+  EXPECT_EQ(continuation(1, with_gap), 1);
+  EXPECT_NEAR(continuation(1, with_gap, 0.04), 0.4, 0.4e-3);
+  EXPECT_EQ(continuation(1, [](double) { return true; }), 1);
+  EXPECT_EQ(continuation(1, [](double) { return false; }), 0);
 }
 
 }  // namespace

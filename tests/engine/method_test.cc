@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "engine/invariants/rigid_body.h"
-#include "engine/linalg/orthogonal.h"
+#include "engine/linalg/lie/orthogonal.h"
 #include "engine/methods/crouch_grossman3.h"
 #include "engine/methods/gauss4.h"
 #include "engine/methods/implicit_midpoint.h"
@@ -124,10 +124,10 @@ struct Growth {
   }
 };
 
-void expect_kept(Kept kept, const Growth& growth, int i, const char* name) {
-  if (kept == Kept::exact) {
+void expect_conservation(Conservation conservation, const Growth& growth, int i, const char* name) {
+  if (conservation == Conservation::exact) {
     EXPECT_LE(growth.second(i), 1e-12) << name;
-  } else if (kept == Kept::drifts) {
+  } else if (conservation == Conservation::drifts) {
     EXPECT_GE(growth.second(i), 3 * growth.tenth(i)) << name;
     EXPECT_GE(growth.second(i), 1e-9) << name;
   } else {
@@ -154,7 +154,8 @@ TYPED_TEST(OnBodies, KeepsWhatItDeclares) {
     }
   }
   for (int i = 0; i < 5; ++i)
-    expect_kept(Method::template kept<Body>(invariants[i]), growth, i, invariants[i]);
+    expect_conservation(Method::template conservation<Body>(invariants[i]), growth, i,
+                        invariants[i]);
 }
 
 /// [RB] (3.1): Q̇ = QΩ, Ṗ = PΩ, M = QᵀP − PᵀQ.
@@ -197,7 +198,8 @@ TEST(Gauss4, KeepsQuadraticInvariants) {
     }
   }
   for (int i = 0; i < 5; ++i)
-    expect_kept(Gauss4::kept<QuadraticBody>(invariants[i]), growth, i, invariants[i]);
+    expect_conservation(Gauss4::conservation<QuadraticBody>(invariants[i]), growth, i,
+                        invariants[i]);
 }
 
 /// A step that no solver reaches, of a body whose λ spread over 1 : 1e10, leaves every bit, solver
@@ -209,12 +211,12 @@ void expect_untouched(double small, double h) {
   auto state = map.start(testing::state_of<typename T::Space>(body));
   advance(map, state, 6);
   const auto before = testing::numbers_of(state);
-  const Ending ending = large.step(state);
-  ASSERT_TRUE(ending.outcome == Outcome::left_domain || ending.outcome == Outcome::solver_stalled);
+  const RunStatus status = large.step(state);
+  ASSERT_TRUE(status.outcome == Outcome::left_domain || status.outcome == Outcome::solver_stalled);
   EXPECT_EQ(testing::numbers_of(state), before);
-  EXPECT_EQ(ending.outcome == Outcome::left_domain, ending.largest_step.has_value());
-  if (ending.largest_step) {
-    EXPECT_LT(*ending.largest_step, h);
+  EXPECT_EQ(status.outcome == Outcome::left_domain, status.largest_step.has_value());
+  if (status.largest_step) {
+    EXPECT_LT(*status.largest_step, h);
   }
 }
 TEST(ImplicitMethods, LeaveTheStateWhenTheyFail) {

@@ -5,9 +5,9 @@
 #include <map>
 
 #include "engine/representations/scaling.h"
-#include "engine/simulation/conversion.h"
-#include "engine/simulation/diagnosis.h"
-#include "engine/simulation/reference.h"
+#include "engine/simulation/accuracy/reference.h"
+#include "engine/simulation/conversion/conversion.h"
+#include "engine/simulation/diagnosis/diagnosis.h"
 #include "tests/support/any_scene.h"
 #include "tests/support/ensemble_of.h"
 #include "tests/support/random_scene.h"
@@ -26,12 +26,12 @@ struct Scale {
 };
 
 /// Λ is scaled too where the step alone would leave 1e-153 … 1e153.
-const Scale by_tens[] = {{1e-300, 1e-150}, {1e-200, 1e-60}, {1e-100, 1}, {1e-30, 1}, {1e-17, 1},
-                         {1e-14, 1},       {1e-8, 1},       {0.3, 1},    {1, 1},     {1e8, 1},
-                         {1e100, 1},       {1e150, 1}};
-const Scale by_twos[] = {{0x1p-996, 0x1p-498}, {0x1p-664, 0x1p-199}, {0x1p-332, 1}, {0x1p-47, 1},
-                         {0x1p-27, 1},         {0x1p-2, 1},          {0x1p5, 1},    {0x1p332, 1},
-                         {0x1p498, 1}};
+const Scale by_tens[] = {{1e-300, 1e-150}, {1e-200, 1e-60}, {1e-100, 1}, {1e-30, 1},
+                         {1e-17, 1},       {1e-14, 1},      {1e-8, 1},   {0.3, 1},
+                         {1, 1},           {1e8, 1},        {1e100, 1},  {1e150, 1}};
+const Scale by_twos[] = {{0x1p-996, 0x1p-498}, {0x1p-664, 0x1p-199}, {0x1p-332, 1},
+                         {0x1p-47, 1},         {0x1p-27, 1},         {0x1p-2, 1},
+                         {0x1p5, 1},           {0x1p332, 1},         {0x1p498, 1}};
 
 /// A body of 4 dimensions with h‖Ω‖ = 0.1.
 SceneDescription body(const Scale& scale, const std::string& method, unsigned seed = 1) {
@@ -67,7 +67,9 @@ double relative(const Eigen::MatrixXd& found, const Eigen::MatrixXd& wanted) {
 /// A system that holds a P for εM, or (Q, B), in the hands of a method.
 struct Way {
   std::string system, method;
-  friend void PrintTo(const Way& way, std::ostream* out) { *out << way.system << " " << way.method; }
+  friend void PrintTo(const Way& way, std::ostream* out) {
+    *out << way.system << " " << way.method;
+  }
 };
 
 bool has_epsilon(const SystemInfo& system) {
@@ -130,7 +132,7 @@ class MomentumScales : public ::testing::TestWithParam<Way> {
     const MotionError error = error_of(found, exact->state);
     Errors out{error.attitude.value_or(0), error.momentum, {}};
     for (const auto& invariant : diagnose(here, *simulation).invariants)
-      if (invariant.kept == Kept::exact)
+      if (invariant.conservation == Conservation::exact)
         out.exact[invariant.name] = std::max(out.exact[invariant.name], invariant.drift());
     return out;
   }
@@ -287,9 +289,8 @@ TEST(MomentumScalesConversion, RestAndDenormalNumbers) {
 
 /// Where its members have different ‖M‖ an ensemble has no ε in common: each has its own, as alone.
 TEST(MomentumScalesEnsemble, EachMemberChoosesItsOwnEpsilon) {
-  for (const char* system :
-       {"symmetric_rigid_body", "right_symmetric_rigid_body", "reduced_rigid_body",
-        "symmetric_moser_veselov"}) {
+  for (const char* system : {"symmetric_rigid_body", "right_symmetric_rigid_body",
+                             "reduced_rigid_body", "symmetric_moser_veselov"}) {
     std::vector<SceneDescription> alone;
     for (const double momentum : {1.0, 1e-8, 1e4, 0.0}) {
       SceneDescription d = body({1, 1}, "munthe_kaas4");
@@ -324,9 +325,9 @@ TEST(MomentumScalesOfFrames, PowersOfTwoChangeNoBit) {
     for (const auto& on : catalogue().system(system)->methods) {
       if (on.method == "exact") continue;  // Λ = I
       const auto at = [&](const Scale& scale) {
-        SceneDescription d = testing::any_scene(
-            std::string_view(system) == "ellipsoid" ? "ellipsoid" : "stiefel", "variational", 1,
-            0.1);
+        SceneDescription d =
+            testing::any_scene(std::string_view(system) == "ellipsoid" ? "ellipsoid" : "stiefel",
+                               "variational", 1, 0.1);
         for (double& lambda : d.inertia) lambda *= scale.inertia;
         *d.step *= scale.step();
         if (d.system == "ellipsoid")

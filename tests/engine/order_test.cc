@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "engine/simulation/methods.h"
+#include "engine/simulation/catalogue/methods.h"
 #include "tests/support/exact_motion.h"
 #include "tests/support/random_scene.h"
 

@@ -4,7 +4,7 @@
 
 #include "engine/invariants/parametric_rigid_body.h"
 #include "engine/invariants/symmetric_rigid_body.h"
-#include "engine/linalg/general_exponential.h"
+#include "engine/linalg/lie/general_exponential.h"
 #include "engine/maps/moser_veselov.h"
 #include "engine/maps/parametric_moser_veselov.h"
 #include "engine/methods/munthe_kaas4.h"
@@ -183,10 +183,10 @@ TEST(ParametricMoserVeselov, EdgesOfItsDomain) {
   const MatrixXd x = start_of(body, h * body.M, mu);
   Parametric map(body.lambda, h, mu);
   auto state = map.start(x);
-  const Ending ending = map.step(state);
-  ASSERT_EQ(ending.outcome, Outcome::left_domain);
+  const RunStatus status = map.step(state);
+  ASSERT_EQ(status.outcome, Outcome::left_domain);
   EXPECT_EQ(state.x.value, x);
-  const double largest = *ending.largest_step;
+  const double largest = *status.largest_step;
   Plain inside(body.lambda, 0.999 * largest), outside(body.lambda, 1.002 * largest);
   auto in = inside.start(body.M), out = outside.start(body.M);
   EXPECT_TRUE(inside.step(in).reached());

@@ -6,7 +6,7 @@
 
 #include "engine/methods/exact.h"
 #include "engine/methods/variational.h"
-#include "engine/simulation/simulation.h"
+#include "engine/simulation/run/simulation.h"
 #include "tests/support/body_state.h"
 #include "tests/support/printed_series.h"
 #include "tests/support/quadruple.h"
@@ -146,10 +146,10 @@ TEST(PreprocessedVariational, NamesTheLargestStep) {
   PreprocessedVariational::Map<RigidBody<Space>, Arithmetic::compensated> far(system, 10, 10);
   auto state = far.start(testing::state_of<Space>(body));
   const auto before = testing::numbers_of(state);
-  const Ending ending = far.step(state);
-  ASSERT_EQ(ending.outcome, Outcome::left_domain);
+  const RunStatus status = far.step(state);
+  ASSERT_EQ(status.outcome, Outcome::left_domain);
   EXPECT_EQ(testing::numbers_of(state), before);
-  const double h = ending.largest_step.value();
+  const double h = status.largest_step.value();
   EXPECT_GT(h, 0.5);
   PreprocessedVariational::Map<RigidBody<Space>, Arithmetic::compensated> inside(system, h, 10);
   state = inside.start(testing::state_of<Space>(body));
@@ -169,9 +169,9 @@ TEST(PreprocessedVariational, TakesNoStepBeyondAGap) {
   for (const double turn : {1.55, 2.0, 3.0, 3.5, -3.0}) {
     Map map(system, turn / omega, 6);
     auto state = map.start(start);
-    const Ending ending = map.step(state);
-    ASSERT_EQ(ending.outcome, Outcome::left_domain) << turn;
-    EXPECT_NEAR(ending.largest_step.value() * omega, 1.45, 0.05) << turn;
+    const RunStatus status = map.step(state);
+    ASSERT_EQ(status.outcome, Outcome::left_domain) << turn;
+    EXPECT_NEAR(status.largest_step.value() * omega, 1.45, 0.05) << turn;
   }
 }
 

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/invariants/stiefel.h"
-#include "engine/linalg/constraint_riccati_spectral.h"
+#include "engine/linalg/matrix_equations/constraint_riccati_spectral.h"
 #include "engine/methods/variational.h"
 #include "tests/support/exact_motion.h"
 #include "tests/support/integrate.h"
@@ -127,9 +127,9 @@ TEST(RattleStiefel, FindsTheSolutionUpToTheEdgeOfTheDomainAndNamesTheEdge) {
       auto beyond = map_of(frame, 1.05 * edge);
       auto state = beyond.start(frame.state());
       const Matrix<double> before = state.x.value;
-      const Ending ending = beyond.step(state);
-      EXPECT_EQ(ending.outcome, Outcome::left_domain);
-      EXPECT_NEAR(ending.largest_step.value_or(0), edge, 2e-3 * edge) << n << " " << N;
+      const RunStatus status = beyond.step(state);
+      EXPECT_EQ(status.outcome, Outcome::left_domain);
+      EXPECT_NEAR(status.largest_step.value_or(0), edge, 2e-3 * edge) << n << " " << N;
       EXPECT_NEAR(beyond.largest_step(state, 100).value_or(0), edge, 2e-3 * edge);
       EXPECT_EQ(state.x.value, before);
 

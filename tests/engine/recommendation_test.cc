@@ -1,13 +1,13 @@
-#include "engine/simulation/recommendation.h"
+#include "engine/simulation/catalogue/recommendation.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "engine/simulation/catalogue.h"
-#include "engine/simulation/conversion.h"
-#include "engine/simulation/simulation.h"
+#include "engine/simulation/catalogue/catalogue.h"
+#include "engine/simulation/conversion/conversion.h"
+#include "engine/simulation/run/simulation.h"
 #include "tests/support/any_scene.h"
 #include "tests/support/random_scene.h"
 #include "tests/support/recommendation_survey.h"

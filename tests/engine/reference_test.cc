@@ -1,5 +1,5 @@
 // The solutions that errors are measured against.
-#include "engine/simulation/reference.h"
+#include "engine/simulation/accuracy/reference.h"
 
 #include <gtest/gtest.h>
 
@@ -11,8 +11,8 @@
 #include "engine/problems/taylor_parametric_rigid_body.h"
 #include "engine/problems/taylor_rigid_body.h"
 #include "engine/problems/taylor_stiefel.h"
-#include "engine/simulation/catalogue.h"
-#include "engine/simulation/simulation.h"
+#include "engine/simulation/catalogue/catalogue.h"
+#include "engine/simulation/run/simulation.h"
 #include "tests/support/any_scene.h"
 #include "tests/support/body_state.h"
 #include "tests/support/extrapolation.h"
@@ -58,7 +58,8 @@ TEST(TaylorMotion, IsWhatTheVariationalMethodConvergesTo) {
   }
 }
 
-/// Every element at several times, forwards and back, against the printed equations by extrapolation.
+/// Every element at several times, forwards and back, against the printed equations by
+/// extrapolation.
 template <class Series, class Field>
 void expect_the_flow(const Series& series, const Field& field, const Matrix<Quad>& start,
                      const auto& in_the_series) {

@@ -2,8 +2,8 @@
 
 #include <Eigen/Eigenvalues>
 
-#include "engine/linalg/lu.h"
-#include "engine/linalg/so_3.h"
+#include "engine/linalg/lie/so_3.h"
+#include "engine/linalg/matrix_equations/lu.h"
 #include "engine/representations/left_right.h"
 #include "engine/representations/mclachlan_scovel.h"
 #include "engine/representations/rigid_velocity.h"

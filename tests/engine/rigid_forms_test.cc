@@ -4,7 +4,7 @@
 
 #include "engine/invariants/rigid_body.h"
 #include "engine/invariants/symmetric_rigid_body.h"
-#include "engine/linalg/orthogonal.h"
+#include "engine/linalg/lie/orthogonal.h"
 #include "engine/methods/munthe_kaas4.h"
 #include "engine/systems/mclachlan_scovel.h"
 #include "engine/systems/reduced_rigid_body.h"

@@ -4,10 +4,10 @@
 
 #include "engine/invariants/discrete_rigid_body.h"
 #include "engine/invariants/symmetric_rigid_body.h"
-#include "engine/linalg/j_d_schur.h"
-#include "engine/linalg/orthogonal.h"
+#include "engine/linalg/lie/orthogonal.h"
 #include "engine/maps/moser_veselov_pair.h"
 #include "engine/methods/variational.h"
+#include "engine/moser_veselov/j_d_schur.h"
 #include "tests/support/random_scene.h"
 #include "tests/support/reference_cases.h"
 #include "tests/support/rigid_forms.h"
@@ -149,16 +149,16 @@ TEST(DiscreteRigidBodies, EdgesOfTheirDomain) {
       Symmetric symmetric(body.lambda, h, epsilon);
       auto state = plain.start(stacked(body.Q, body.M));
       auto other = symmetric.start(x);
-      const Ending wanted = plain.step(state), ending = symmetric.step(other);
-      ASSERT_EQ(wanted.outcome, ending.outcome);
+      const RunStatus wanted = plain.step(state), status = symmetric.step(other);
+      ASSERT_EQ(wanted.outcome, status.outcome);
       if (wanted.reached()) continue;
       ++left;
-      EXPECT_NEAR(*ending.largest_step, *wanted.largest_step, 1e-3 * *wanted.largest_step);
+      EXPECT_NEAR(*status.largest_step, *wanted.largest_step, 1e-3 * *wanted.largest_step);
       EXPECT_EQ(other.x.value, x);
-      Symmetric inside(body.lambda, *ending.largest_step, epsilon);
+      Symmetric inside(body.lambda, *status.largest_step, epsilon);
       auto in = inside.start(x);
       EXPECT_TRUE(inside.step(in).reached());
-      EXPECT_FALSE(J_D_inverse_schur(body.lambda, 1.0015 * *ending.largest_step * body.M));
+      EXPECT_FALSE(J_D_inverse_schur(body.lambda, 1.0015 * *status.largest_step * body.M));
     }
   EXPECT_GE(left, 6);
 }

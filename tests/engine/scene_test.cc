@@ -1,4 +1,4 @@
-#include "engine/simulation/scene.h"
+#include "engine/simulation/scene/scene.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <functional>
 #include <limits>
 
-#include "engine/linalg/so_3.h"
-#include "engine/simulation/simulation.h"
+#include "engine/linalg/lie/so_3.h"
+#include "engine/simulation/run/simulation.h"
 #include "tests/support/random_scene.h"
 
 namespace stiefel {

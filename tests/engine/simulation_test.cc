@@ -1,10 +1,10 @@
-#include "engine/simulation/simulation.h"
+#include "engine/simulation/run/simulation.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "engine/simulation/diagnosis.h"
+#include "engine/simulation/diagnosis/diagnosis.h"
 #include "tests/support/exact_motion.h"
 #include "tests/support/random_scene.h"
 
@@ -93,11 +93,11 @@ TEST(Simulation, ReflectedFramesMoveToo) {
 TEST(Simulation, StopsAtTheLastGoodState) {
   SceneDescription d = testing::description(RandomBody(4, 1), 3, "variational");
   const auto simulation = make_simulation(Scene::resolve(d).value());
-  const Ending ending = simulation->advance(10);
-  EXPECT_EQ(ending.outcome, Outcome::left_domain);
-  EXPECT_GT(*ending.largest_step, 0.2);
+  const RunStatus status = simulation->advance(10);
+  EXPECT_EQ(status.outcome, Outcome::left_domain);
+  EXPECT_GT(*status.largest_step, 0.2);
   EXPECT_EQ(simulation->step(), 0);
-  EXPECT_NE(to_sentence(ending).find("largest"), std::string::npos);
+  EXPECT_NE(to_sentence(status).find("largest"), std::string::npos);
 
   d = testing::description(RandomBody(4, 1), 50, "rk4");
   const auto wild = make_simulation(Scene::resolve(d).value());

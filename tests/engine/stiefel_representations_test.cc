@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "engine/linalg/lu.h"
+#include "engine/linalg/matrix_equations/lu.h"
 #include "engine/representations/rigid_velocity.h"
 #include "engine/representations/stiefel_legendre.h"
 #include "tests/support/random_matrices.h"

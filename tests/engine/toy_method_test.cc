@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "engine/methods/method.h"
-#include "engine/simulation/methods.h"
+#include "engine/methods/support/method.h"
+#include "engine/simulation/catalogue/methods.h"
 #include "tests/support/random_scene.h"
 
 namespace stiefel {
@@ -19,8 +19,8 @@ struct ExplicitEuler {
   template <class S>
   static constexpr bool applies = System<S>;
   template <class>
-  static constexpr Kept kept(std::string_view) {
-    return Kept::drifts;
+  static constexpr Conservation conservation(std::string_view) {
+    return Conservation::drifts;
   }
 
   template <System S, Arithmetic arithmetic>

@@ -1,13 +1,13 @@
 // Error against cost, measured.
-#include "engine/simulation/tradeoff.h"
+#include "engine/simulation/accuracy/tradeoff.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "engine/simulation/catalogue.h"
-#include "engine/simulation/pareto_front.h"
-#include "engine/simulation/step_weight.h"
+#include "engine/simulation/accuracy/pareto_front.h"
+#include "engine/simulation/catalogue/catalogue.h"
+#include "engine/simulation/catalogue/step_weight.h"
 #include "tests/support/any_scene.h"
 #include "tests/support/exact_motion.h"
 #include "tests/support/random_scene.h"
@@ -224,7 +224,7 @@ TEST(Tradeoff, LooksAtTheInvariantsOverTheRun) {
 TEST(Tradeoff, OfAStepTooLongSaysSoAndGoesOn) {
   const Table table = measure(testing::description(RandomBody(4, 3), 3, "rk4"), 30);
   const auto stopped = std::ranges::count_if(table.points, [](const TradeoffPoint& p) {
-    return p.ending.outcome == Outcome::left_domain && !p.error;
+    return p.status.outcome == Outcome::left_domain && !p.error;
   });
   EXPECT_GT(stopped, 0);
   EXPECT_TRUE(std::ranges::any_of(table.points, [](const TradeoffPoint& p) {

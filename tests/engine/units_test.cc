@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "engine/simulation/diagnosis.h"
+#include "engine/simulation/diagnosis/diagnosis.h"
 #include "tests/support/any_scene.h"
 #include "tests/support/random_scene.h"
 
@@ -99,9 +99,9 @@ TEST(Units, RefusalsNameWhatWorks) {
 
   d = testing::description(RandomBody(3, 1), 3, "variational");
   const Scene long_step = Scene::resolve(d).value();
-  const Ending ending = make_simulation(long_step)->advance(1);
-  ASSERT_EQ(ending.outcome, Outcome::left_domain);
-  EXPECT_NE(to_sentence(ending, long_step).find("exact takes every step"), std::string::npos);
+  const RunStatus status = make_simulation(long_step)->advance(1);
+  ASSERT_EQ(status.outcome, Outcome::left_domain);
+  EXPECT_NE(to_sentence(status, long_step).find("exact takes every step"), std::string::npos);
   d.method->name = "exact";
   EXPECT_TRUE(make_simulation(Scene::resolve(d).value())->advance(1).reached());
 }

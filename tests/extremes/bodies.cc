@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "engine/linalg/so_3.h"
+#include "engine/linalg/lie/so_3.h"
 
 namespace stiefel::extremes {
 namespace {

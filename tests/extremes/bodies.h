@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "engine/simulation/scene.h"
+#include "engine/simulation/scene/scene.h"
 
 namespace stiefel::extremes {
 

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <sstream>
 
-#include "engine/simulation/diagnosis.h"
-#include "engine/simulation/reference.h"
+#include "engine/simulation/accuracy/reference.h"
+#include "engine/simulation/diagnosis/diagnosis.h"
 #include "tests/extremes/bodies.h"
 #include "tests/extremes/extremes.h"
 #include "tests/extremes/twin.h"
@@ -62,7 +62,7 @@ TEST(Chaos, TwoPrecisionsPart) {
     ASSERT_TRUE(done.simulation->advance(beyond - step > 0 ? beyond - step : 0).reached());
     const Diagnosis diagnosis = diagnose(*done.scene, *done.simulation);
     for (const auto& invariant : diagnosis.invariants)
-      if (invariant.kept == Kept::exact)
+      if (invariant.conservation == Conservation::exact)
         say(invariant.name + " long after", invariant.drift(),
             rounding_bound(*done.scene, done.simulation->step(), 1), "100 u √steps");
     say("orthogonality long after", *diagnosis.orthogonality,

@@ -47,7 +47,7 @@ void measure_energy(unsigned seed, double h, std::int64_t steps, std::int64_t ev
   const Scene& scene = *done.scene;
   const Eigen::VectorXd lambda = scene.inertia(), inverse = lambda.cwiseInverse();
   double E_0 = 0, rest_0 = 0, E_moves = 0, rest_moves = 0, fastest = 0;
-  for (std::int64_t k = 0; k < steps && done.ending.reached(); k += every) {
+  for (std::int64_t k = 0; k < steps && done.run_status.reached(); k += every) {
     const Eigen::MatrixXd S = done.simulation->get("S");
     const double E = (S * inverse.asDiagonal() * S.transpose()).trace() / 2;
     const double rest = E + modified_part(scene, *done.simulation);
@@ -55,7 +55,7 @@ void measure_energy(unsigned seed, double h, std::int64_t steps, std::int64_t ev
     E_moves = std::max(E_moves, std::abs(E - E_0));
     rest_moves = std::max(rest_moves, std::abs(rest - rest_0));
     fastest = std::max(fastest, (S * inverse.asDiagonal()).norm());
-    done.ending = done.simulation->advance(every);
+    done.run_status = done.simulation->advance(every);
   }
   std::ostringstream name;
   name << "V(2,5), Λ over 1 : 16, seed " << seed << ", h = " << h << ", " << steps << " steps";

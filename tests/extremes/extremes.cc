@@ -9,8 +9,8 @@
 #include <limits>
 #include <sstream>
 
-#include "engine/linalg/to_text.h"
-#include "engine/simulation/catalogue.h"
+#include "engine/linalg/arithmetic/to_text.h"
+#include "engine/simulation/catalogue/catalogue.h"
 
 namespace stiefel::extremes {
 namespace {
@@ -99,7 +99,7 @@ std::vector<SceneDescription> every_way(const SceneDescription& description) {
 
 std::string Trial::outcome() const {
   if (!scene) return "REFUSED";
-  switch (ending.outcome) {
+  switch (run_status.outcome) {
     case Outcome::reached:
       return "REACHED";
     case Outcome::left_domain:
@@ -115,7 +115,7 @@ std::string Trial::outcome() const {
 }
 
 std::string Trial::sentence() const {
-  if (scene) return to_sentence(ending, *scene);
+  if (scene) return to_sentence(run_status, *scene);
   std::string all;
   for (const auto& v : refusals) all += v.field + " = " + v.value + ": " + v.rule + "; ";
   return all;
@@ -128,7 +128,7 @@ Trial run(const SceneDescription& description, std::int64_t steps) {
   if (scene) {
     done.scene = std::make_unique<Scene>(*std::move(scene));
     done.simulation = make_simulation(*done.scene);
-    done.ending = done.simulation->advance(steps);
+    done.run_status = done.simulation->advance(steps);
   } else {
     done.refusals = std::move(scene.error());
   }

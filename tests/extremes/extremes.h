@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "engine/simulation/scene.h"
-#include "engine/simulation/simulation.h"
+#include "engine/simulation/run/simulation.h"
+#include "engine/simulation/scene/scene.h"
 
 namespace stiefel::extremes {
 
@@ -64,13 +64,13 @@ struct Trial {
   std::unique_ptr<Scene> scene;  ///< null when it was refused
   std::unique_ptr<Simulation> simulation;
   Violations refusals;
-  Ending ending;
+  RunStatus run_status;
   double seconds = 0;
 
-  bool reached() const { return scene && ending.reached(); }
+  bool reached() const { return scene && run_status.reached(); }
   /// "REACHED", "LEFT_DOMAIN", ..., "REFUSED".
   std::string outcome() const;
-  /// The refusal or the ending in words.
+  /// The refusal or the run status in words.
   std::string sentence() const;
 };
 Trial run(const SceneDescription& description, std::int64_t steps);

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "engine/linalg/orthogonal.h"
-#include "engine/simulation/catalogue.h"
+#include "engine/linalg/lie/orthogonal.h"
+#include "engine/simulation/catalogue/catalogue.h"
 #include "tests/extremes/bodies.h"
 #include "tests/extremes/extremes.h"
 

@@ -4,8 +4,8 @@
 #include <ctime>
 #include <sstream>
 
-#include "engine/simulation/diagnosis.h"
-#include "engine/simulation/reference.h"
+#include "engine/simulation/accuracy/reference.h"
+#include "engine/simulation/diagnosis/diagnosis.h"
 #include "tests/extremes/extremes.h"
 #include "tests/extremes/growth.h"
 #include "tests/extremes/twin.h"

@@ -2,9 +2,9 @@
 #include <cmath>
 #include <map>
 
-#include "engine/simulation/catalogue.h"
-#include "engine/simulation/diagnosis.h"
-#include "engine/simulation/reference.h"
+#include "engine/simulation/accuracy/reference.h"
+#include "engine/simulation/catalogue/catalogue.h"
+#include "engine/simulation/diagnosis/diagnosis.h"
 #include "tests/extremes/extremes.h"
 #include "tests/extremes/twin.h"
 
@@ -38,7 +38,7 @@ bool keeps_orthogonality(const Scene& scene) {
   for (const auto& on : catalogue().system(scene.system())->methods)
     if (on.method == scene.method())
       for (const auto& p : on.preserves)
-        if (p.invariant == "orthogonality") return p.kept == Kept::exact;
+        if (p.invariant == "orthogonality") return p.conservation == Conservation::exact;
   return false;
 }
 
@@ -46,7 +46,7 @@ bool keeps_orthogonality(const Scene& scene) {
 double largest_drift(const Diagnosis& diagnosis) {
   double drift = 0;
   for (const auto& invariant : diagnosis.invariants)
-    if (invariant.kept == Kept::exact) drift = std::max(drift, invariant.drift());
+    if (invariant.conservation == Conservation::exact) drift = std::max(drift, invariant.drift());
   return drift;
 }
 

@@ -4,10 +4,10 @@
 #include <limits>
 #include <sstream>
 
-#include "engine/linalg/so_3.h"
+#include "engine/linalg/lie/so_3.h"
 #include "engine/representations/psi.h"
-#include "engine/simulation/catalogue.h"
-#include "engine/simulation/reference.h"
+#include "engine/simulation/accuracy/reference.h"
+#include "engine/simulation/catalogue/catalogue.h"
 #include "tests/extremes/bodies.h"
 #include "tests/extremes/extremes.h"
 #include "tests/extremes/twin.h"

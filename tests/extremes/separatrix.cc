@@ -3,7 +3,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "engine/simulation/catalogue.h"
+#include "engine/simulation/catalogue/catalogue.h"
 #include "tests/extremes/bodies.h"
 #include "tests/extremes/extremes.h"
 #include "tests/extremes/twin.h"
@@ -93,7 +93,7 @@ bool keeps_energy(const std::string& method) {
   for (const auto& on_system : catalogue().system("rigid_body")->methods)
     if (on_system.method == method)
       for (const auto& p : on_system.preserves)
-        if (p.invariant == "energy") return p.kept == Kept::exact;
+        if (p.invariant == "energy") return p.conservation == Conservation::exact;
   return false;
 }
 

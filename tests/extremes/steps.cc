@@ -3,8 +3,8 @@
 #include <cmath>
 #include <sstream>
 
-#include "engine/simulation/catalogue.h"
-#include "engine/simulation/diagnosis.h"
+#include "engine/simulation/catalogue/catalogue.h"
+#include "engine/simulation/diagnosis/diagnosis.h"
 #include "tests/extremes/extremes.h"
 #include "tests/support/any_scene.h"
 #include "tests/support/every_pair.h"
@@ -46,13 +46,13 @@ void measure_step(SceneDescription d, double h_omega, double h, std::int64_t ste
        << (d.inertia.size() == 3 ? ", N = 3" : "");
   Record r = record_of("steps", name.str(), d, done);
   const auto say = [&](const auto&... what) { report(r.with(what...)); };
-  if (done.ending.outcome == Outcome::left_domain) {
+  if (done.run_status.outcome == Outcome::left_domain) {
     // From the state at which it ended.
     SceneDescription there = d;
     for (auto& [block, values] : there.initial)
       values = Block(RowMatrix(done.simulation->get(block)));
     if (done.simulation->step() > 0 && d.system.starts_with("symmetric")) return;  // P drifts off
-    const double largest = std::copysign(*done.ending.largest_step, h);
+    const double largest = std::copysign(*done.run_status.largest_step, h);
     const bool below = one_step(there, 0.998 * largest).has_value();
     const bool above = one_step(there, 1.004 * largest).has_value();
     const bool missed = !below || above;
@@ -62,7 +62,8 @@ void measure_step(SceneDescription d, double h_omega, double h, std::int64_t ste
           "h‖Ω‖ of 1e9: gauss4's equations have no edge there, and how far they are solved is what "
           "the solver can";
     report(edge.with("edge", missed, 0, "0.998 of the largest step is solved, 1.004 of it is not"));
-    const bool advised = to_sentence(done.ending, *done.scene).find("method") != std::string::npos;
+    const bool advised =
+        to_sentence(done.run_status, *done.scene).find("method") != std::string::npos;
     if (!d.system.starts_with("symmetric_moser"))
       say("message", !advised, 0, "names a method that goes on");
     return;

@@ -3,7 +3,7 @@
 #include <memory>
 
 #include "engine/maps/map.h"
-#include "engine/simulation/reference.h"
+#include "engine/simulation/accuracy/reference.h"
 
 namespace stiefel::extremes {
 
@@ -15,7 +15,7 @@ class Twin {
   static constexpr int wide_from = 16;
 
   virtual ~Twin() = default;
-  virtual Ending advance(std::int64_t steps) = 0;
+  virtual RunStatus advance(std::int64_t steps) = 0;
   virtual MotionState state() const = 0;
   /// Energy relative to that at the start, minus 1.
   virtual double energy_error() const = 0;

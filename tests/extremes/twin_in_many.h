@@ -1,7 +1,7 @@
 #pragma once
 
 #include "engine/invariants/rigid_body.h"
-#include "engine/linalg/orthogonal.h"
+#include "engine/linalg/lie/orthogonal.h"
 #include "tests/extremes/twin_of.h"
 
 namespace stiefel::extremes {

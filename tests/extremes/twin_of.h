@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/simulation/methods.h"
+#include "engine/simulation/catalogue/methods.h"
 #include "tests/extremes/twin.h"
 
 namespace stiefel::extremes {
@@ -16,9 +16,9 @@ class TwinOf final : public Twin {
         energy_(std::move(energy)),
         energy_at_start_(energy_(start)) {}
 
-  Ending advance(std::int64_t steps) override {
+  RunStatus advance(std::int64_t steps) override {
     for (; steps > 0; --steps)
-      if (const Ending ending = map_.step(state_); !ending.reached()) return ending;
+      if (const RunStatus run_status = map_.step(state_); !run_status.reached()) return run_status;
     return {};
   }
   MotionState state() const override { return read_(state_.x.value); }

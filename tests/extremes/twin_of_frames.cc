@@ -1,6 +1,6 @@
 #include "engine/invariants/stiefel.h"
-#include "engine/linalg/orthogonal.h"
-#include "engine/maps/frame_pass_on.h"
+#include "engine/linalg/lie/orthogonal.h"
+#include "engine/maps/frames/frame_pass_on.h"
 #include "tests/extremes/twin_of.h"
 #include "tests/support/quadruple.h"
 

@@ -1,9 +1,9 @@
 // A scene in other variables, and back: a refusal that says why, or finite numbers.
-#include "engine/simulation/conversion.h"
+#include "engine/simulation/conversion/conversion.h"
 
 #include <cmath>
 
-#include "server/service/convert.h"
+#include "server/convert/convert.h"
 #include "tests/fuzz/small.h"
 #include "tests/fuzz/target.h"
 

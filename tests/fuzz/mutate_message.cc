@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "engine/simulation/catalogue.h"
-#include "engine/simulation/conversion.h"
+#include "engine/simulation/catalogue/catalogue.h"
+#include "engine/simulation/conversion/conversion.h"
 
 namespace stiefel::fuzz {
 namespace {

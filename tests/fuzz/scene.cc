@@ -2,8 +2,8 @@
 // at a step is one.
 #include <cmath>
 
-#include "engine/simulation/diagnosis.h"
-#include "server/service/convert.h"
+#include "engine/simulation/diagnosis/diagnosis.h"
+#include "server/convert/convert.h"
 #include "server/sessions/identity.h"
 #include "tests/fuzz/small.h"
 #include "tests/fuzz/target.h"
@@ -68,8 +68,8 @@ void run(const google::protobuf::Message& message) {
   v1::Scene printed;
   server::to_proto(once->description(), &printed);
   const auto twice = resolved(printed);
-  require(twice && server::identity_of(once->description()) ==
-                       server::identity_of(twice->description()),
+  require(twice &&
+              server::identity_of(once->description()) == server::identity_of(twice->description()),
           "a resolved scene resolves to itself");
   walk(*once);
 }

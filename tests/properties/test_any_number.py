@@ -45,7 +45,7 @@ def answers(client, scene):
         for k in (1, 3):
             state = session.step(to=k, fields=offered(session))
             for name, values in state.fields.items():
-                assert np.isfinite(values).all(), (k, name, values, state.ending)
+                assert np.isfinite(values).all(), (k, name, values, state.run_status)
         diagnosis = session.diagnose(to=3)
         for invariant in diagnosis.invariants:  # a power of M need not fit into a double, but what it drifts does
             assert not np.isnan(invariant.value) and np.isfinite(invariant.drift), invariant

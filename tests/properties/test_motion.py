@@ -23,8 +23,8 @@ def test_what_is_kept_is_kept(client, pair, data):
         assert diagnosis.outcome is stiefel.Outcome.REACHED
         for invariant in diagnosis.invariants:
             family = invariant.name.partition("[")[0]
-            assert invariant.kept == declared[family], invariant.name
-            exact = invariant.kept == stiefel.Conservation.EXACT
+            assert invariant.conservation == declared[family], invariant.name
+            exact = invariant.conservation == stiefel.Conservation.EXACT
             assert invariant.drift <= (rounding(scene) if exact else 1e-2), invariant.name
         if declared.get("orthogonality") == stiefel.Conservation.EXACT and diagnosis.orthogonality is not None:
             assert diagnosis.orthogonality <= rounding(scene)

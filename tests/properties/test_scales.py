@@ -57,7 +57,7 @@ def test_what_is_kept_is_kept_at_every_scale(client, pair, data):
     with client.create(scene) as session:
         diagnosis = session.diagnose(to=STEPS)
     for invariant in diagnosis.invariants:
-        if invariant.kept == stiefel.Conservation.EXACT:
+        if invariant.conservation == stiefel.Conservation.EXACT:
             assert invariant.drift <= DRIFT, invariant.name
 
 

@@ -12,7 +12,7 @@ HEAD = """# Catalogue
 A *system* is a motion. A *method* turns a continuous system into a map from step to step. A discrete system is a map
 already. `stiefel describe` prints the same from a running server.
 
-*Kept to rounding* is said of invariants. It says nothing about the accuracy of the attitude: see
+*Conservation to rounding* is said of invariants. It says nothing about the accuracy of the attitude: see
 [accuracy.md](accuracy.md). [RB] and [ST] are in [references.md](references.md).
 """
 
@@ -37,8 +37,8 @@ def kept(system: catalogue_pb2.SystemInfo) -> str:
     """What each method keeps to rounding, and within bounds."""
     lines = []
     for method in system.methods:
-        names = {kind: [p.invariant.replace("_", " ") for p in method.preserves if p.kept == kind]
-                 for kind in (catalogue_pb2.KEPT_EXACT, catalogue_pb2.KEPT_BOUNDED)}
+        names = {kind: [p.invariant.replace("_", " ") for p in method.preserves if p.conservation == kind]
+                 for kind in (catalogue_pb2.CONSERVATION_EXACT, catalogue_pb2.CONSERVATION_BOUNDED)}
         exact, bounded = names.values()
         what = "all" if len(exact) == len(method.preserves) else ", ".join(exact)
         if bounded:

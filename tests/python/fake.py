@@ -8,7 +8,7 @@ import numpy as np
 from stiefel.v1 import error_pb2, outcome_pb2, scene_pb2, simulation_pb2 as pb
 from stiefel.v1.simulation_pb2_grpc import SimulationServiceServicer, add_SimulationServiceServicer_to_server
 
-REACHED = outcome_pb2.Ending(outcome=outcome_pb2.OUTCOME_REACHED)
+REACHED = outcome_pb2.RunStatus(outcome=outcome_pb2.OUTCOME_REACHED)
 
 SESSION = pb.Session(session_id="fake", scene=scene_pb2.Scene(system="rigid_body", step=0.5))
 
@@ -51,7 +51,7 @@ class Fake(SimulationServiceServicer):
 
     def Step(self, request, context):
         self._receive(request, context)
-        return pb.StepResponse(ending=REACHED, sample=pb.Sample(step=request.to))
+        return pb.StepResponse(run_status=REACHED, sample=pb.Sample(step=request.to))
 
     def Drive(self, requests, context):
         for request in requests:
@@ -72,7 +72,7 @@ class Fake(SimulationServiceServicer):
                                     computed_steps=part[-1] - start)
         if breaks == -1:
             context.abort(grpc.StatusCode.UNAVAILABLE, "on purpose")
-        yield pb.StreamResponse(ending=REACHED, computed_steps=request.to - start)
+        yield pb.StreamResponse(run_status=REACHED, computed_steps=request.to - start)
 
 
 def serve(folder):

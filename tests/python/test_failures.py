@@ -118,7 +118,7 @@ def test_a_timeout_is_that_of_the_whole_trajectory(service, session):
     assert 0.3 < time.monotonic() - start < 5
     partial = caught.value.partial
     assert f"{partial.samples} samples had arrived" in str(caught.value)
-    assert partial.outcome is stiefel.Outcome.CANCELLED and partial.ending.message
+    assert partial.outcome is stiefel.Outcome.CANCELLED and partial.run_status.message
     assert 10 <= partial.samples < 10**4 and list(partial.step) == list(range(partial.samples))
     assert list(partial["x"].ravel()) == list(partial.step)
     assert partial.computed_steps == 9 * len(partial.step) // 10

@@ -58,12 +58,12 @@ def test_what_it_cost_is_no_part_of_a_state(client):
 
 
 def test_not_a_number_is_what_it_is():
-    ending = stiefel.Ending(stiefel.Outcome.REACHED)
-    first, second = (stiefel.State(1, 0.5, {"x": np.array([[value]])}, ending, 0, b"") for value in (np.nan, np.nan))
+    run_status = stiefel.RunStatus(stiefel.Outcome.REACHED)
+    first, second = (stiefel.State(1, 0.5, {"x": np.array([[value]])}, run_status, 0, b"") for value in (np.nan, np.nan))
     assert first == second
-    assert first != stiefel.State(1, 0.5, {"x": np.array([[0.0]])}, ending, 0, b"")
-    assert first != stiefel.State(1, 0.5, {"y": np.array([[np.nan]])}, ending, 0, b"")
-    assert first != stiefel.State(1, 0.5, {"x": np.full((1, 2), np.nan)}, ending, 0, b"")
+    assert first != stiefel.State(1, 0.5, {"x": np.array([[0.0]])}, run_status, 0, b"")
+    assert first != stiefel.State(1, 0.5, {"y": np.array([[np.nan]])}, run_status, 0, b"")
+    assert first != stiefel.State(1, 0.5, {"x": np.full((1, 2), np.nan)}, run_status, 0, b"")
 
 
 def test_other_answers_are_compared_too(client, session):
@@ -98,15 +98,15 @@ def test_a_text_is_one_name(session):
 def test_kept_is_a_word(client):
     with client.create({**SCENE, "method": {"name": "splitting"}}) as session:
         diagnosis = session.diagnose(to=100)
-        declared = {p.invariant: stiefel.Conservation.of(p.kept) for system in client.describe().systems
+        declared = {p.invariant: stiefel.Conservation.of(p.conservation) for system in client.describe().systems
                     for on in system.methods if (system.name, on.method) == ("rigid_body", "splitting")
                     for p in on.preserves}
-    kept = {invariant.name.partition("[")[0]: invariant.kept for invariant in diagnosis.invariants}
+    kept = {invariant.name.partition("[")[0]: invariant.conservation for invariant in diagnosis.invariants}
     assert kept.items() <= declared.items()
     assert kept["energy"] is stiefel.Conservation.BOUNDED == "bounded"
     assert kept["casimirs" if "casimirs" in kept else "spatial_momentum"] == stiefel.Conservation.EXACT
     assert f"{kept['energy']}" == str(kept["energy"]) == "bounded"
-    assert [stiefel.Conservation.of(number) for number in catalogue_pb2.Kept.values()] == [
+    assert [stiefel.Conservation.of(number) for number in catalogue_pb2.Conservation.values()] == [
         "unspecified", "exact", "bounded", "drifts"]
     assert stiefel.Conservation.of(99) is stiefel.Conservation.UNSPECIFIED
 

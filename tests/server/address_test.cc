@@ -21,9 +21,8 @@ TEST(Address, TakesHostsPortsAndPaths) {
 }
 
 TEST(Address, RefusesWhatIsNoPort) {
-  for (const std::string port :
-       {"65536", "99999", "-1", "-0", "+1", "", " 80", "80 ", "0x50", "1e3", "http",
-        "99999999999999999999", "1.5"}) {
+  for (const std::string port : {"65536", "99999", "-1", "-0", "+1", "", " 80", "80 ", "0x50",
+                                 "1e3", "http", "99999999999999999999", "1.5"}) {
     const auto fault = address_fault("127.0.0.1:" + port);
     ASSERT_TRUE(fault) << port;
     EXPECT_NE(fault->find("'" + port + "'"), std::string::npos) << *fault;

@@ -27,7 +27,7 @@ INSTANTIATE_TEST_SUITE_P(Service, Bits, testing::ValuesIn(test::cases()),
 TEST_P(Bits, OneStepPastItAndBack) {
   const auto reply = harness_.step("s", last);
   EXPECT_EQ(test::bytes_of(reply.sample()), expected_);
-  EXPECT_EQ(reply.ending().outcome(), v1::OUTCOME_REACHED);
+  EXPECT_EQ(reply.run_status().outcome(), v1::OUTCOME_REACHED);
   EXPECT_EQ(reply.computed_steps(), computed(last));
   EXPECT_EQ(reply.sample().time(), last * 0.01);
   harness_.step("s", last + 777);
@@ -78,7 +78,7 @@ TEST_P(Bits, Stream) {
   EXPECT_TRUE(stream->Finish().ok());
   EXPECT_EQ(next, last + 1);
   EXPECT_EQ(bytes, expected_);
-  EXPECT_EQ(message.ending().outcome(), v1::OUTCOME_REACHED);
+  EXPECT_EQ(message.run_status().outcome(), v1::OUTCOME_REACHED);
   EXPECT_EQ(message.computed_steps(), last);
 }
 

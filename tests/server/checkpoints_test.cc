@@ -5,7 +5,7 @@
 #include <random>
 
 #include "server/sessions/checkpoint_bytes.h"
-#include "server/sessions/walk.h"
+#include "server/sessions/cursor.h"
 #include "tests/server/scenes.h"
 
 namespace stiefel::server {
@@ -51,15 +51,15 @@ class CheckpointBytes : public testing::Test {
  protected:
   CheckpointBytes() {
     std::int64_t budget = 1000;
-    walk_.advance(500, budget);
-    bytes_ = encode_checkpoint(session_, walk_.simulation());
+    cursor_.advance(500, budget);
+    bytes_ = encode_checkpoint(session_, cursor_.simulation());
   }
   static Session session_of(Scene scene) {
     return {"s", std::move(scene), std::make_shared<const Clock>(&std::chrono::steady_clock::now)};
   }
 
   Session session_ = session_of(test::scene());
-  Walk walk_{session_, 500};
+  Cursor cursor_{session_, 500};
   std::string bytes_;
 };
 
@@ -67,7 +67,7 @@ TEST_F(CheckpointBytes, ComeBack) {
   const auto checkpoint = decode_checkpoint(session_, bytes_);
   ASSERT_TRUE(checkpoint);
   EXPECT_EQ(checkpoint->step, 500);
-  EXPECT_EQ(checkpoint->saved, test::saved(walk_.simulation()));
+  EXPECT_EQ(checkpoint->saved, test::saved(cursor_.simulation()));
 }
 
 TEST_F(CheckpointBytes, AnotherServerGoesOn) {
@@ -75,7 +75,7 @@ TEST_F(CheckpointBytes, AnotherServerGoesOn) {
   auto checkpoint = decode_checkpoint(other, bytes_);
   ASSERT_TRUE(checkpoint);
   other.adopt(checkpoint->step, std::move(checkpoint->saved));
-  Walk walk(other, 700);
+  Cursor walk(other, 700);
   EXPECT_EQ(walk.step(), 500);
   std::int64_t budget = 1000;
   walk.advance(700, budget);

@@ -4,8 +4,8 @@
 
 #include <set>
 
-#include "engine/simulation/scene_fields.h"
-#include "server/service/convert.h"
+#include "engine/simulation/scene/scene_fields.h"
+#include "server/convert/convert.h"
 #include "server/sessions/identity.h"
 
 namespace stiefel {
@@ -47,10 +47,10 @@ v1::Scene filled() {
   method.set_scalar("d");
   auto& body = *scene.mutable_body();
   double next = 1;
-  for (auto* numbers : {scene.mutable_inertia(), scene.mutable_inertia_u(),
-                        scene.mutable_inertia_v(), body.mutable_inertia_tensor(),
-                        body.mutable_moments(), body.mutable_attitude(),
-                        body.mutable_angular_velocity()})
+  for (auto* numbers :
+       {scene.mutable_inertia(), scene.mutable_inertia_u(), scene.mutable_inertia_v(),
+        body.mutable_inertia_tensor(), body.mutable_moments(), body.mutable_attitude(),
+        body.mutable_angular_velocity()})
     for (int k = 0; k < 3; ++k) numbers->Add(next++);
   for (const char* name : {"P", "Q"}) {
     auto& block = (*scene.mutable_initial())[name];

@@ -71,8 +71,8 @@ TEST_F(Estimate, RefusesAnUnknownWish) {
   harness_.create("s", test::wire_scene());
   grpc::ClientContext context;
   v1::DiagnoseResponse response;
-  const auto status = harness_.stub->Diagnose(
-      &context, request(1, static_cast<v1::ErrorEstimation>(7)), &response);
+  const auto status =
+      harness_.stub->Diagnose(&context, request(1, static_cast<v1::ErrorEstimation>(7)), &response);
   EXPECT_EQ(status.error_code(), grpc::INVALID_ARGUMENT);
   EXPECT_NE(status.error_message().find("estimate_error"), std::string::npos);
 }

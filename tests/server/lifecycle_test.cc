@@ -62,7 +62,7 @@ TEST(Lifecycle, AStepWithoutEndStopsWithTheServer) {
   }
   harness.server.shutdown();
   caller.join();
-  EXPECT_EQ(reply.ending().outcome(), v1::OUTCOME_CANCELLED);
+  EXPECT_EQ(reply.run_status().outcome(), v1::OUTCOME_CANCELLED);
   EXPECT_GT(reply.sample().step(), 0);
   EXPECT_LT(reply.sample().step(), forever);
   EXPECT_EQ(reply.sample().step(), reply.computed_steps());
@@ -78,11 +78,11 @@ TEST(Lifecycle, AStreamWithoutEndGetsALastMessage) {
   const auto stream = harness.stub->Stream(&context, request);
   v1::StreamResponse message;
   ASSERT_TRUE(stream->Read(&message));
-  EXPECT_FALSE(message.has_ending());
+  EXPECT_FALSE(message.has_run_status());
   std::jthread stopper([&] { harness.server.shutdown(); });
   while (stream->Read(&message)) continue;
   EXPECT_TRUE(stream->Finish().ok());
-  EXPECT_EQ(message.ending().outcome(), v1::OUTCOME_CANCELLED);
+  EXPECT_EQ(message.run_status().outcome(), v1::OUTCOME_CANCELLED);
 }
 
 TEST(Lifecycle, NewWorkIsRefused) {

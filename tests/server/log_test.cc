@@ -2,7 +2,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "server/service/log.h"
+#include "server/calls/log.h"
 #include "tests/server/harness.h"
 
 namespace stiefel {
@@ -39,8 +39,7 @@ TEST(Log, ACallIsALineOfTheSameMessageHoweverItEnds) {
     v1::GetSessionRequest request;
     request.set_session_id("nobody");
     v1::GetSessionResponse response;
-    EXPECT_EQ(harness.stub->GetSession(&context, request, &response).error_code(),
-              grpc::NOT_FOUND);
+    EXPECT_EQ(harness.stub->GetSession(&context, request, &response).error_code(), grpc::NOT_FOUND);
   });
   const auto good = only(lines, "CreateSession"), bad = only(lines, "GetSession");
   EXPECT_EQ(good["message"], "rpc");

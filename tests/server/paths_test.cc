@@ -44,9 +44,7 @@ class Paths : public testing::Test {
     *request.mutable_scene() = scene;
     return ask(&test::Stub::CreateSession, request);
   }
-  Faults convert(const v1::ConvertRequest& request) {
-    return ask(&test::Stub::Convert, request);
-  }
+  Faults convert(const v1::ConvertRequest& request) { return ask(&test::Stub::Convert, request); }
   Faults fork(const v1::ForkSessionRequest& request) {
     return ask(&test::Stub::ForkSession, request);
   }

@@ -95,10 +95,10 @@ TEST_F(Rpcs, ANumericalStopIsAnOutcome) {
   wild.set_step(40);
   harness_.create("s", wild);
   const auto reply = harness_.step("s", 100);
-  EXPECT_EQ(reply.ending().outcome(), v1::OUTCOME_LEFT_DOMAIN);
-  EXPECT_GT(reply.ending().largest_step(), 0);
-  EXPECT_LT(reply.ending().largest_step(), 40);
-  EXPECT_FALSE(reply.ending().message().empty());
+  EXPECT_EQ(reply.run_status().outcome(), v1::OUTCOME_LEFT_DOMAIN);
+  EXPECT_GT(reply.run_status().largest_step(), 0);
+  EXPECT_LT(reply.run_status().largest_step(), 40);
+  EXPECT_FALSE(reply.run_status().message().empty());
   EXPECT_LT(reply.sample().step(), 100);
   EXPECT_EQ(reply.sample().fields_size(), 2);
 }
@@ -111,7 +111,7 @@ TEST_F(Rpcs, DiagnoseComparesWithStepZero) {
   request.add_invariants("energy");
   v1::DiagnoseResponse response;
   ASSERT_TRUE(harness_.stub->Diagnose(&context_, request, &response).ok());
-  EXPECT_EQ(response.ending().outcome(), v1::OUTCOME_REACHED);
+  EXPECT_EQ(response.run_status().outcome(), v1::OUTCOME_REACHED);
   EXPECT_EQ(response.step(), 1000);
   EXPECT_EQ(response.time(), 10.0);
   EXPECT_EQ(response.computed_steps(), 1000);

@@ -65,7 +65,7 @@ TEST_F(SamplingTest, GoesOnAfterARestWithTheSameBits) {
   stopped.clear(batch);
   stopped.rest();
   stopped.cancel(batch);
-  EXPECT_EQ(stopped.walk().ending().outcome, Outcome::cancelled);
+  EXPECT_EQ(stopped.walk().run_status().outcome, Outcome::cancelled);
   EXPECT_EQ(batch.steps, std::vector<std::int64_t>{0});
 }
 
@@ -95,7 +95,7 @@ TEST_F(SamplingTest, CancelSendsTheLastGoodState) {
   sampling.fill(batch);
   sampling.cancel(batch);
   EXPECT_TRUE(sampling.done());
-  EXPECT_EQ(sampling.walk().ending().outcome, Outcome::cancelled);
+  EXPECT_EQ(sampling.walk().run_status().outcome, Outcome::cancelled);
   EXPECT_EQ(batch.steps, (std::vector<std::int64_t>{0, sampling.walk().step()}));
 }
 
@@ -108,7 +108,7 @@ TEST_F(SamplingTest, ANumericalStopEndsWithTheLastGoodState) {
   sampling.clear(batch);
   sampling.fill(batch);
   EXPECT_TRUE(sampling.done());
-  EXPECT_EQ(sampling.walk().ending().outcome, Outcome::left_domain);
+  EXPECT_EQ(sampling.walk().run_status().outcome, Outcome::left_domain);
   EXPECT_EQ(batch.steps, (std::vector<std::int64_t>{sampling.walk().step()}));
 }
 

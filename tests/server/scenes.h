@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "engine/simulation/scene.h"
-#include "engine/simulation/simulation.h"
+#include "engine/simulation/run/simulation.h"
+#include "engine/simulation/scene/scene.h"
 
 namespace stiefel::test {
 

@@ -6,8 +6,8 @@
 #include <limits>
 #include <thread>
 
+#include "server/sessions/cursor.h"
 #include "server/sessions/pool.h"
-#include "server/sessions/walk.h"
 #include "tests/server/scenes.h"
 
 namespace stiefel::server {
@@ -24,7 +24,7 @@ std::shared_ptr<Session> session_of(const test::Case& which = {}) {
 /// The state at `to`, a slice of `budget` steps at a time.
 std::vector<double> state_at(Session& session, std::int64_t to,
                              std::int64_t budget = std::numeric_limits<std::int64_t>::max()) {
-  Walk walk(session, to);
+  Cursor walk(session, to);
   while (true) {
     std::int64_t left = budget;
     if (walk.advance(to, left)) break;
@@ -68,14 +68,14 @@ TEST_P(Purity, EightThreadsAtOnce) {
 TEST(Session, GoesOnFromWhereItWas) {
   const auto session = session_of();
   state_at(*session, 100);
-  Walk walk(*session, 150);
+  Cursor walk(*session, 150);
   EXPECT_EQ(walk.step(), 100);
   EXPECT_EQ(session->cursor(), 100);
 }
 
 TEST(Session, ALongWalkHoldsNobodyUp) {
   const auto session = session_of();
-  Walk long_walk(*session, 1'000'000'000'000);
+  Cursor long_walk(*session, 1'000'000'000'000);
   std::int64_t budget = slice_steps(session->step_cost());
   const std::int64_t slice = budget;
   EXPECT_FALSE(long_walk.advance(1'000'000'000'000, budget));
@@ -86,7 +86,7 @@ TEST(Session, ALongWalkHoldsNobodyUp) {
 TEST(Session, AClosedFormGoesAnywhereAtOnce) {
   constexpr std::int64_t far = 1'000'000'000'000'000;
   const auto session = session_of({.method = "exact"});
-  Walk walk(*session, far);
+  Cursor walk(*session, far);
   std::int64_t budget = 1;
   EXPECT_TRUE(walk.advance(far, budget));
   EXPECT_EQ(walk.step(), far);
@@ -97,11 +97,11 @@ TEST(Session, AClosedFormGoesAnywhereAtOnce) {
 
 TEST(Session, ACancelledWalkStaysAtItsLastGoodState) {
   const auto session = session_of();
-  Walk walk(*session, 1000);
+  Cursor walk(*session, 1000);
   std::int64_t budget = 10;
   EXPECT_FALSE(walk.advance(1000, budget));
   walk.cancel();
-  EXPECT_EQ(walk.ending().outcome, Outcome::cancelled);
+  EXPECT_EQ(walk.run_status().outcome, Outcome::cancelled);
   budget = 10;
   EXPECT_TRUE(walk.advance(1000, budget));
   EXPECT_EQ(saved(walk.simulation()), expected_state(session->scene(), 10));
@@ -113,13 +113,13 @@ TEST(Session, GoesBackFromACheckpoint) {
   state_at(*session, 3 * spacing + 7);
   EXPECT_EQ(session->checkpoints(),
             (std::vector<std::int64_t>{0, spacing, 2 * spacing, 3 * spacing}));
-  Walk walk(*session, 2 * spacing + 5);
+  Cursor walk(*session, 2 * spacing + 5);
   EXPECT_EQ(walk.step(), 2 * spacing);
 }
 
 TEST(Session, AWalkWithoutALimitStartsAnywhere) {
   const auto session = session_of();
-  Walk walk(*session, 50);
+  Cursor walk(*session, 50);
   for (const std::int64_t to : {20, 50}) {
     std::int64_t unlimited = std::numeric_limits<std::int64_t>::max();
     EXPECT_TRUE(walk.advance(to, unlimited));
@@ -145,10 +145,10 @@ TEST(Session, TheWrongStepEndsTheWalk) {
   Session session("s", *std::move(scene),
                   std::make_shared<const Clock>(&std::chrono::steady_clock::now));
   for (int i = 0; i < 2; ++i) {
-    Walk walk(session, 100);
+    Cursor walk(session, 100);
     std::int64_t budget = 1000;
     EXPECT_TRUE(walk.advance(100, budget));
-    EXPECT_EQ(walk.ending().outcome, Outcome::left_domain);
+    EXPECT_EQ(walk.run_status().outcome, Outcome::left_domain);
     EXPECT_LT(walk.step(), 100);
   }
 }

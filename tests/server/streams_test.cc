@@ -49,7 +49,7 @@ TEST(Streams, ALargeSampleTravelsAlone) {
     ASSERT_EQ(message.steps_size(), 1);
     EXPECT_EQ(message.steps(0), step);
   }
-  EXPECT_EQ(message.ending().outcome(), v1::OUTCOME_REACHED);
+  EXPECT_EQ(message.run_status().outcome(), v1::OUTCOME_REACHED);
 }
 
 TEST(Streams, NobodyReads) {

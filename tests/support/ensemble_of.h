@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "engine/simulation/scene.h"
+#include "engine/simulation/scene/scene.h"
 
 namespace stiefel::testing {
 

@@ -12,9 +12,9 @@
 #include "engine/invariants/parametric_rigid_body.h"
 #include "engine/representations/left_right.h"
 #include "engine/representations/mclachlan_scovel.h"
-#include "engine/simulation/catalogue.h"
-#include "engine/simulation/error_estimate.h"
-#include "engine/simulation/simulation.h"
+#include "engine/simulation/accuracy/error_estimate.h"
+#include "engine/simulation/catalogue/catalogue.h"
+#include "engine/simulation/run/simulation.h"
 #include "engine/systems/double_bracket.h"
 #include "engine/systems/ellipsoid.h"
 #include "engine/systems/mclachlan_scovel.h"
@@ -169,8 +169,7 @@ SceneDescription random_description(unsigned seed, std::int64_t& steps) {
   const bool only_3 = on.where == "N = 3";
   const int N = only_3 ? 3 : static_cast<int>(uniform(3, 7));
   const double step = (uniform(0, 1) < 0.2 ? -1 : 1) * 0.01 * std::pow(20, uniform(0, 1));
-  SceneDescription d =
-      any_scene(std::string(system.name), std::string(on.method), seed, step, N);
+  SceneDescription d = any_scene(std::string(system.name), std::string(on.method), seed, step, N);
   const auto& orders = catalogue().method(on.method)->orders;
   if (!orders.empty()) d.method->order = any_of(orders);
   if (uniform(0, 1) < 0.5) d.method->arithmetic = "plain";
@@ -200,8 +199,8 @@ ErrorOutcome survey_error(unsigned seed) {
   out.reference = estimate.reference;
   out.missing = estimate.missing;
   const Truth exact = truth(scene, scene.time(now->step()));
-  const Dense Q = field(*now, scene.system() == "ellipsoid" ? "q" : "Q",
-                        scene.system() == "double_bracket");
+  const Dense Q =
+      field(*now, scene.system() == "ellipsoid" ? "q" : "Q", scene.system() == "double_bracket");
   const Dense M = momentum(scene, *now);
   out.attitude = ratio(estimate.attitude, (Q - exact.attitude).cwiseAbs().maxCoeff());
   out.momentum = ratio(estimate.momentum, (M - exact.momentum).cwiseAbs().maxCoeff() /
@@ -231,9 +230,10 @@ void expect_estimates(unsigned first, unsigned count) {
                     outcome.reference.c_str());
     }
   }
-  std::printf("%d errors of %u scenes: estimates are %.3g to %.3g times the true error, %d above "
-              "10 times; %d scenes have none\n",
-              judged, count, least, most, high, missing);
+  std::printf(
+      "%d errors of %u scenes: estimates are %.3g to %.3g times the true error, %d above "
+      "10 times; %d scenes have none\n",
+      judged, count, least, most, high, missing);
   for (const auto& [reference, scenes] : references)
     std::printf("%4d against %s\n", scenes, reference.c_str());
   EXPECT_GT(judged, static_cast<int>(count));  // two a scene, where they are above 1e-14

@@ -15,8 +15,8 @@ struct ErrorOutcome {
 };
 
 /// A random scene of any continuous system with any of its methods, orders, arithmetics and
-/// scalars, run over up to some tens of radians either way. The true error is that against Boost.odeint's
-/// Bulirsch–Stoer in extended precision, in the scene's own variables.
+/// scalars, run over up to some tens of radians either way. The true error is that against
+/// Boost.odeint's Bulirsch–Stoer in extended precision, in the scene's own variables.
 ErrorOutcome survey_error(unsigned seed);
 
 /// Of many seeds: no estimate is below half of the true error, and at most 5 % above ten times.

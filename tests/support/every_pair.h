@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/simulation/catalogue.h"
+#include "engine/simulation/catalogue/catalogue.h"
 
 namespace stiefel::testing {
 

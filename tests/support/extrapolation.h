@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "engine/linalg/lu.h"
-#include "engine/linalg/scalar.h"
+#include "engine/linalg/arithmetic/scalar.h"
+#include "engine/linalg/matrix_equations/lu.h"
 #include "tests/support/quadruple.h"
 
 namespace stiefel::testing {
@@ -50,7 +50,8 @@ class PrintedDoubleBracket {
     const Complex Q{x.topRows(p), x.middleRows(p, p)}, P{x.middleRows(2 * p, p), x.bottomRows(p)};
     const Complex U = solved(lambda_u_, minus(product(P, adjoint(Q)), product(Q, adjoint(P))));
     const Complex V = solved(lambda_v_, minus(product(adjoint(P), Q), product(adjoint(Q), P)));
-    const Complex dQ = minus(product(U, Q), product(Q, V)), dP = minus(product(U, P), product(P, V));
+    const Complex dQ = minus(product(U, Q), product(Q, V)),
+                  dP = minus(product(U, P), product(P, V));
     Matrix<Quad> rate(x.rows(), x.cols());
     rate << dQ.real, dQ.imaginary, dP.real, dP.imaginary;
     return rate;
@@ -60,7 +61,9 @@ class PrintedDoubleBracket {
   struct Complex {
     Matrix<Quad> real, imaginary;
   };
-  static Complex adjoint(const Complex& A) { return {A.real.transpose(), -A.imaginary.transpose()}; }
+  static Complex adjoint(const Complex& A) {
+    return {A.real.transpose(), -A.imaginary.transpose()};
+  }
   static Complex minus(const Complex& A, const Complex& B) {
     return {A.real - B.real, A.imaginary - B.imaginary};
   }

@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "engine/linalg/principal_moments_3.h"
+#include "engine/linalg/lie/principal_moments_3.h"
 
 namespace stiefel::testing {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/linalg/quadruple.h"
+#include "engine/linalg/arithmetic/quadruple.h"
 
 namespace stiefel::testing {
 

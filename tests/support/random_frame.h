@@ -4,7 +4,7 @@
 #include <cmath>
 #include <random>
 
-#include "engine/linalg/symmetric_lyapunov.h"
+#include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
 
 namespace stiefel::testing {
 

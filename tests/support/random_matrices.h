@@ -3,8 +3,8 @@
 #include <Eigen/QR>
 #include <random>
 
-#include "engine/linalg/lu.h"
-#include "engine/linalg/scalar.h"
+#include "engine/linalg/arithmetic/scalar.h"
+#include "engine/linalg/matrix_equations/lu.h"
 
 namespace stiefel::testing {
 

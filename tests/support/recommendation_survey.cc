@@ -7,8 +7,8 @@
 #include <random>
 #include <sstream>
 
-#include "engine/simulation/measurement.h"
-#include "engine/simulation/step_weight.h"
+#include "engine/simulation/accuracy/measurement.h"
+#include "engine/simulation/catalogue/step_weight.h"
 #include "tests/support/random_frame.h"
 #include "tests/support/random_matrices.h"
 #include "tests/support/random_scene.h"
@@ -187,8 +187,8 @@ double condition_of(const Scene& scene, const Samples& samples) {
     std::normal_distribution<double> normal;
     RowMatrix change(block.values.rows(), block.values.cols());
     for (double& x : change.reshaped()) x = normal(generator);
-    const RowMatrix& frame = moved.initial.contains("q") ? moved.initial.at("q").values
-                                                         : moved.initial.at("Q").values;
+    const RowMatrix& frame =
+        moved.initial.contains("q") ? moved.initial.at("q").values : moved.initial.at("Q").values;
     if (name == "M") {
       const RowMatrix X = change.topRows(frame.rows());
       change = frame.transpose() * X - X.transpose() * frame;

@@ -3,7 +3,7 @@
 #include <optional>
 #include <string>
 
-#include "engine/simulation/scene.h"
+#include "engine/simulation/scene/scene.h"
 
 namespace stiefel::testing {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/linalg/scalar.h"
+#include "engine/linalg/arithmetic/scalar.h"
 
 namespace stiefel::testing {
 

@@ -7,7 +7,7 @@
 from __future__ import annotations
 
 from stiefel.answers import Conversion, EstimatedError, Geodesic
-from stiefel.arrays import Batch, Ending, Outcome, State, Trajectory
+from stiefel.arrays import Batch, RunStatus, Outcome, State, Trajectory
 from stiefel.client import Client
 from stiefel.diagnosis import Conservation, Diagnosis, Domain, Invariant
 from stiefel.drive import Drive
@@ -21,7 +21,7 @@ from stiefel.tradeoff import Point, Tradeoff
 
 __all__ = [
     "AlreadyExists", "Batch", "Cancelled", "Client", "Closed", "Conservation", "Conversion", "DeadlineExceeded",
-    "Diagnosis", "Domain", "Drive", "Ending", "EstimatedError", "FailedPrecondition", "Geodesic", "Internal",
+    "Diagnosis", "Domain", "Drive", "RunStatus", "EstimatedError", "FailedPrecondition", "Geodesic", "Internal",
     "Invariant", "InvalidArgument", "NotFound", "NotStarted", "Outcome", "Point", "ResourceExhausted", "SceneLike",
     "SceneWarning", "Server", "Session", "State", "StiefelError", "Tradeoff", "Trajectory", "Unavailable",
     "Unimplemented", "Violation", "to_dict", "to_message",

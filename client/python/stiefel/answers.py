@@ -4,7 +4,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Optional
 
-from stiefel.arrays import Array, Ending, Outcome, decode
+from stiefel.arrays import Array, RunStatus, Outcome, decode
 from stiefel.compare import ByValue
 from stiefel.scenes import to_array, to_dict
 from stiefel.v1 import simulation_pb2 as pb
@@ -35,11 +35,11 @@ class Geodesic(ByValue):
     shortest: str  #: "yes", "no" or "unknown"
     distinct: int  #: different geodesics seen
     trajectory: Optional[Array]  #: (samples + 1, n, N), if samples were asked for
-    ending: Ending
+    run_status: RunStatus
 
     @property
     def outcome(self) -> Outcome:
-        return self.ending.outcome
+        return self.run_status.outcome
 
     @staticmethod
     def of(message: pb.ConnectResponse) -> Geodesic:
@@ -47,7 +47,7 @@ class Geodesic(ByValue):
         shortest = pb.Shortest.Name(message.shortest)[len("SHORTEST_"):].lower()
         trajectory = decode(message.trajectory) if message.HasField("trajectory") else None
         return Geodesic(scene, message.energy, message.residual, shortest, message.distinct, trajectory,
-                        Ending.of(message.ending))
+                        RunStatus.of(message.run_status))
 
 
 @dataclass(frozen=True)

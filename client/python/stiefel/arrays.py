@@ -31,7 +31,7 @@ class Outcome(str, enum.Enum):
 
 
 @dataclass(frozen=True)
-class Ending:
+class RunStatus:
     """An outcome, and what is known of its reason."""
 
     outcome: Outcome
@@ -42,11 +42,11 @@ class Ending:
     member: Optional[int] = None
 
     @staticmethod
-    def of(message: outcome_pb2.Ending) -> Ending:
+    def of(message: outcome_pb2.RunStatus) -> RunStatus:
         name = outcome_pb2.Outcome.Name(message.outcome)
         largest = message.largest_step if message.HasField("largest_step") else None
         member = message.member if message.HasField("member") else None
-        return Ending(Outcome(name[len("OUTCOME_"):]), largest, message.message, member)
+        return RunStatus(Outcome(name[len("OUTCOME_"):]), largest, message.message, member)
 
 
 class _Fields(ByValue, Mapping[str, Array]):
@@ -89,18 +89,18 @@ class State(_Fields):
     step: int
     time: float
     fields: dict[str, Array]
-    ending: Ending
+    run_status: RunStatus
     computed_steps: int = field(compare=False)  #: the steps computed for this reply; the rest came from a cache
     checkpoint: bytes = field(compare=False)  #: what `Client.create` accepts, if it was asked for
 
     @property
     def outcome(self) -> Outcome:
-        return self.ending.outcome
+        return self.run_status.outcome
 
     @staticmethod
     def of(message: simulation_pb2.StepResponse) -> State:
         sample = message.sample
-        return State(sample.step, sample.time, decode_fields(sample.fields), Ending.of(message.ending),
+        return State(sample.step, sample.time, decode_fields(sample.fields), RunStatus.of(message.run_status),
                      message.computed_steps, message.checkpoint)
 
     def __repr__(self) -> str:
@@ -151,13 +151,13 @@ class Batch(_Fields):
 class Trajectory(Batch):
     """All samples of a run; the arrays belong to the caller. Compared as states are."""
 
-    ending: Ending
+    run_status: RunStatus
     #: The steps computed for it, by all the streams that it took; the rest came from a cache.
     computed_steps: int = field(compare=False)
 
     @property
     def outcome(self) -> Outcome:
-        return self.ending.outcome
+        return self.run_status.outcome
 
     def save(self, file: "str | os.PathLike[str]") -> None:
         """Writes what `stiefel run --output` writes, by the name's end.
@@ -188,11 +188,11 @@ class Collector:
             self._arrays[name][self._done:end] = part
         self._done = end
 
-    def trajectory(self, ending: Ending, computed_steps: int) -> Trajectory:
+    def trajectory(self, run_status: RunStatus, computed_steps: int) -> Trajectory:
         """What was added."""
         fields = {name: values[:self._done] for name, values in self._arrays.items()}
         step, time = fields.pop(_STEP, np.empty(0, np.int64)), fields.pop(_TIME, np.empty(0))
-        return Trajectory(step, time, fields, ending, computed_steps)
+        return Trajectory(step, time, fields, run_status, computed_steps)
 
 
 def decode(tensor: scene_pb2.Tensor) -> Array:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Optional
 
 from stiefel.answers import EstimatedError
-from stiefel.arrays import Ending, Outcome
+from stiefel.arrays import RunStatus, Outcome
 from stiefel.v1 import catalogue_pb2
 from stiefel.v1 import simulation_pb2 as pb
 
@@ -23,11 +23,11 @@ class Conservation(str, enum.Enum):
         return self.value
 
     @staticmethod
-    def of(kept: int) -> Conservation:
+    def of(value: int) -> Conservation:
         """From the number on the wire, which `Client.describe` has too. One that is not known is UNSPECIFIED."""
-        if kept not in catalogue_pb2.Kept.values():
+        if value not in catalogue_pb2.Conservation.values():
             return Conservation.UNSPECIFIED
-        return Conservation(catalogue_pb2.Kept.Name(kept)[len("KEPT_"):].lower())
+        return Conservation(catalogue_pb2.Conservation.Name(value)[len("CONSERVATION_"):].lower())
 
 
 @dataclass(frozen=True)
@@ -39,13 +39,13 @@ class Invariant:
     value: float
     drift: float  #: |value - initial| / scale, before they are rounded to doubles, or overflow; scale 0: without it
     scale: float
-    kept: Conservation  #: what the method declares
+    conservation: Conservation  #: what the method declares
     member: Optional[int] = None  #: of an ensemble: whose drift this is, the largest of all
 
     @staticmethod
     def of(message: pb.Invariant) -> Invariant:
         return Invariant(message.name, message.initial, message.value, message.drift, message.scale,
-                         Conservation.of(message.kept), message.member if message.HasField("member") else None)
+                         Conservation.of(message.conservation), message.member if message.HasField("member") else None)
 
 
 @dataclass(frozen=True)
@@ -71,12 +71,12 @@ class Diagnosis:
     #: The largest |omega(T phi u, T phi v) - omega(u, v)| / |u||v|.
     symplectic_defect: Optional[float]
     estimated_error: Optional[EstimatedError]
-    ending: Ending
+    run_status: RunStatus
     computed_steps: int = field(compare=False, repr=False)
 
     @property
     def outcome(self) -> Outcome:
-        return self.ending.outcome
+        return self.run_status.outcome
 
     @staticmethod
     def of(message: pb.DiagnoseResponse) -> Diagnosis:
@@ -88,13 +88,13 @@ class Diagnosis:
             tuple(message.forms), tuple(message.dirac_brackets),
             message.symplectic_defect if message.HasField("symplectic_defect") else None,
             EstimatedError.of(message.estimated_error) if message.HasField("estimated_error") else None,
-            Ending.of(message.ending), message.computed_steps)
+            RunStatus.of(message.run_status), message.computed_steps)
 
     def __str__(self) -> str:
         """A line an invariant, aligned."""
         width = max((len(invariant.name) for invariant in self.invariants), default=0)
         lines = [f"{self.outcome} at step {self.step}, time {self.time!r}"]
-        lines += [f"  {i.name:{width}}  {i.value:< .12g}  drift {i.drift:.1e}  {i.kept}" for i in self.invariants]
+        lines += [f"  {i.name:{width}}  {i.value:< .12g}  drift {i.drift:.1e}  {i.conservation}" for i in self.invariants]
         if self.orthogonality is not None:
             lines.append(f"  orthogonality {self.orthogonality:.1e}")
         return "\n".join(lines)

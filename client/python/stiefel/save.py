@@ -83,9 +83,9 @@ def _json(run: Trajectory, out: IO[bytes]) -> None:
         separator = ",\n"
     report: dict[str, Any] = {"outcome": run.outcome.value}
     if run.outcome != "REACHED":
-        known = {"largest_step": run.ending.largest_step, "member": run.ending.member}
+        known = {"largest_step": run.run_status.largest_step, "member": run.run_status.member}
         report.update((name, value) for name, value in known.items() if value is not None)
-        report["message"] = run.ending.message
+        report["message"] = run.run_status.message
     out.write(("],\n" + json.dumps(report, indent=2)[2:] + "\n").encode())
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Iterator, Mapping, Optional, Sequence
 import grpc
 
 from stiefel import calls
-from stiefel.arrays import Batch, Collector, Ending, Outcome, State, Trajectory
+from stiefel.arrays import Batch, Collector, RunStatus, Outcome, State, Trajectory
 from stiefel.diagnosis import Diagnosis
 from stiefel.drive import Drive
 from stiefel.errors import DeadlineExceeded, FailedPrecondition, Internal, StiefelError, Unavailable
@@ -85,7 +85,7 @@ class Session:
             request.method.CopyFrom(to_method(method))
         reply = self._client.call("ForkSession", request, timeout)
         if not reply.HasField("session"):
-            raise FailedPrecondition(f"step {at} cannot be reached: {reply.ending.message}")
+            raise FailedPrecondition(f"step {at} cannot be reached: {reply.run_status.message}")
         return Session(self._client, reply.session, reply.created)
 
     def delete(self) -> None:
@@ -119,7 +119,7 @@ class Session:
         """
         every = every or 1
         collector = Collector(max(-(-(to - start) // every), 0) + 1)
-        computed, ending = 0, Ending(Outcome.CANCELLED)
+        computed, run_status = 0, RunStatus(Outcome.CANCELLED)
         try:
             with _progress_bar(to - start, progress) as bar:
                 for message in self._messages(to, start, every, fields, timeout):
@@ -127,16 +127,16 @@ class Session:
                         collector.add(Batch.of(message, every, self.message.scene.step))
                         bar.update(message.steps[-1] - start - bar.n)
                     computed = message.computed_steps
-                    if message.HasField("ending"):
-                        ending = Ending.of(message.ending)
+                    if message.HasField("run_status"):
+                        run_status = RunStatus.of(message.run_status)
         except StiefelError as error:
-            error.partial = collector.trajectory(Ending(Outcome.CANCELLED, message=error.message), computed)
+            error.partial = collector.trajectory(RunStatus(Outcome.CANCELLED, message=error.message), computed)
             raise
-        return collector.trajectory(ending, computed)
+        return collector.trajectory(run_status, computed)
 
     def _messages(self, to: int, start: int, every: int, fields: Optional[Names],
                   timeout: Optional[float]) -> Iterator[pb.StreamResponse]:
-        """Messages, the last one with the ending, over as many streams as it takes; `computed_steps`
+        """Messages, the last one with the run status, over as many streams as it takes; `computed_steps`
         of each is that of all streams so far.
 
         `timeout` is the deadline of all of them together. Without it each has the client's, and one
@@ -153,14 +153,14 @@ class Session:
             progress, computed = False, 0
             try:
                 for message in stream:
-                    if last == to:  # only the ending was missing
+                    if last == to:  # only the run status was missing
                         message.ClearField("steps")
                     if message.steps:
                         progress, last = True, message.steps[-1]
                     computed = max(computed, message.computed_steps)
                     message.computed_steps = before + computed
                     yield message
-                    if message.HasField("ending"):
+                    if message.HasField("run_status"):
                         return
                 error: StiefelError = Internal("the stream ended without saying how")
             except grpc.RpcError as failure:

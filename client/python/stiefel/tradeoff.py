@@ -6,7 +6,7 @@ from statistics import median
 from typing import Any, Iterator, Optional
 
 from stiefel import diagram
-from stiefel.arrays import Ending, Outcome
+from stiefel.arrays import RunStatus, Outcome
 from stiefel.v1 import tradeoff_pb2 as pb
 
 
@@ -30,11 +30,11 @@ class Point:
     measured_steps: int
     extrapolated: bool
     below_reference: bool  #: neither was measured above `setup.reference_error`, which stands for both
-    ending: Ending
+    run_status: RunStatus
 
     @property
     def outcome(self) -> Outcome:
-        return self.ending.outcome
+        return self.run_status.outcome
 
     @property
     def error(self) -> Optional[float]:
@@ -61,7 +61,7 @@ class Point:
                      message.momentum_error if message.HasField("momentum_error") else None,
                      message.drift, message.drift_of, message.work, tuple(message.cpu_seconds_per_second),
                      message.steps_per_second, message.measured_steps, message.extrapolated,
-                     message.below_reference, Ending.of(message.ending))
+                     message.below_reference, RunStatus.of(message.run_status))
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,8 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "engine/simulation/catalogue.h"
-#include "engine/simulation/simulation.h"
+#include "engine/simulation/catalogue/catalogue.h"
+#include "engine/simulation/run/simulation.h"
 #include "tests/bench/measure.h"
 #include "tests/bench/peers/contestant.h"
 
@@ -36,8 +36,8 @@ inline Answer turn(const Task& task, const MethodDescription& method, double ste
   const auto simulation = make_simulation(Scene::resolve(std::move(scene)).value());
   Answer answer{};
   answer.seconds = processor_seconds([&] {
-    const Ending ending = simulation->advance(steps);
-    if (!ending.reached()) throw std::runtime_error(to_sentence(ending));
+    const RunStatus run_status = simulation->advance(steps);
+    if (!run_status.reached()) throw std::runtime_error(to_sentence(run_status));
   });
   answer.work = steps * static_cast<std::int64_t>(task.bodies.size());
   if (simulation->members().empty()) answer.ends.push_back(end_of(*simulation));

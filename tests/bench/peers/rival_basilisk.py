@@ -47,7 +47,7 @@ def integrator(name: str, stages: int, adaptive: bool) -> Contestant:
                 raise RuntimeError("not finite")
             return [End([float(x) for x in attitude], [x * stretch for x in state.omega_BN_B])]
 
-        # Kept alive: C++ holds them by address.
+        # Conservation alive: C++ holds them by address.
         kept = (craft, scheme)
         return Run(advance=simulation.ExecuteSimulation, work=lambda: stages * steps if kept and not adaptive else 0,
                    ends=ends)

@@ -2,9 +2,9 @@
 #include <cstdlib>
 #include <iostream>
 
-#include "engine/simulation/diagnosis.h"
-#include "engine/simulation/scene.h"
-#include "engine/simulation/simulation.h"
+#include "engine/simulation/diagnosis/diagnosis.h"
+#include "engine/simulation/run/simulation.h"
+#include "engine/simulation/scene/scene.h"
 
 int main() {
   stiefel::SceneDescription description;

@@ -1,0 +1,21 @@
+#pragma once
+
+#include "engine/linalg/arithmetic/scalar.h"
+
+namespace stiefel {
+
+/// Complex matrices in real numbers. Z = X + iY, p × q, is held as X over Y, 2p × q, and acts as
+///
+///     R(Z) = [[X, −Y], [Y, X]],   R(WZ) = R(W)R(Z),   R(Z†) = R(Z)ᵀ,
+///
+/// of which the stored form is the left half: R(W)·stored(Z) = stored(WZ). So every scalar that has
+/// real matrices has complex ones, and a state is a block of real numbers like all others.
+template <class Stored, class Real>
+void complex_as_real(const Eigen::MatrixBase<Stored>& stored, Eigen::MatrixBase<Real>& R) {
+  const Eigen::Index p = stored.rows() / 2, q = stored.cols();
+  R.leftCols(q) = stored;
+  R.topRightCorner(p, q) = -stored.bottomRows(p);
+  R.bottomRightCorner(p, q) = stored.topRows(p);
+}
+
+}  // namespace stiefel

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "engine/linalg/arithmetic/scalar.h"
+#include "engine/linalg/simd/pack.h"
+
+namespace stiefel {
+
+/// For code that is one source for numbers and for packs of them: what a comparison of Scalars
+/// gives, bool or a truth for each lane, and branches by it.
+template <class Scalar>
+struct MaskOf {
+  using type = bool;
+};
+template <class Scalar, Isa isa, int lanes>
+struct MaskOf<Pack<Scalar, isa, lanes>> {
+  using type = typename Pack<Scalar, isa, lanes>::Mask;
+};
+template <class Scalar>
+using Mask = typename MaskOf<Scalar>::type;
+
+/// Whether it holds in every lane.
+[[gnu::always_inline]] inline bool all(bool condition) { return condition; }
+template <class LaneMask>
+[[gnu::always_inline]] inline bool all(const LaneMask& mask) {
+  return mask.lanes_set() == LaneMask::every_lane;
+}
+
+/// a where the condition holds, else b.
+template <class T>
+[[gnu::always_inline]] inline T select(bool condition, const T& a, const T& b) {
+  return condition ? a : b;
+}
+template <class Scalar, Isa isa, int lanes>
+[[gnu::always_inline]] inline auto select(const typename Pack<Scalar, isa, lanes>::Mask& mask,
+                                          const Vector3<Pack<Scalar, isa, lanes>>& a,
+                                          const Vector3<Pack<Scalar, isa, lanes>>& b) {
+  return Vector3<Pack<Scalar, isa, lanes>>(select(mask, a(0), b(0)), select(mask, a(1), b(1)),
+                                           select(mask, a(2), b(2)));
+}
+
+/// The number of bits of each number in a pack.
+template <class Scalar, Isa isa, int lanes>
+inline constexpr int bits<Pack<Scalar, isa, lanes>> = bits<Scalar>;
+
+}  // namespace stiefel
+
+/// Packs as Eigen's scalars.
+template <class Scalar_, stiefel::Isa isa, int lanes>
+struct Eigen::NumTraits<stiefel::Pack<Scalar_, isa, lanes>> {
+  using Real = stiefel::Pack<Scalar_, isa, lanes>;
+  using NonInteger = Real;
+  using Nested = Real;
+  using Literal = Real;
+  enum {
+    IsComplex = 0,
+    IsInteger = 0,
+    IsSigned = 1,
+    RequireInitialization = 0,
+    ReadCost = 1,
+    AddCost = 1,
+    MulCost = 1,
+  };
+};

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <charconv>
+#include <string>
+#include <vector>
+
+namespace stiefel {
+
+/// A number as it is written in every text: the shortest decimal that reads back to the same bits,
+/// "0.1", "1e-09", "inf", "nan".
+inline std::string to_text(double x) {
+  char text[32];
+  return {text, std::to_chars(text, text + sizeof text, x).ptr};
+}
+
+/// A number rounded to `digits` significant digits: to_text(2 / 3., 2) is "0.67".
+inline std::string to_text(double x, int digits) {
+  char text[64];
+  return {text, std::to_chars(text, text + sizeof text, x, std::chars_format::general, digits).ptr};
+}
+
+/// "2.1e-09": `digits` significant digits and always an exponent. At most 50 digits.
+inline std::string scientific_text(double x, int digits) {
+  char text[64];
+  return {
+      text,
+      std::to_chars(text, text + sizeof text, x, std::chars_format::scientific, digits - 1).ptr};
+}
+
+/// The first 8: "[1, 2.5, 0.1]".
+inline std::string to_text(const std::vector<double>& v) {
+  std::string out = "[";
+  for (std::size_t k = 0; k < v.size() && k < 8; ++k) out += (k > 0 ? ", " : "") + to_text(v[k]);
+  return out + (v.size() > 8 ? ", …]" : "]");
+}
+
+}  // namespace stiefel

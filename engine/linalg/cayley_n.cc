@@ -1,8 +1,0 @@
-#include "engine/linalg/cayley_n.h"
-
-namespace stiefel {
-
-template class CayleyN<double, Arithmetic::compensated>;
-template class CayleyN<double, Arithmetic::plain>;
-
-}  // namespace stiefel

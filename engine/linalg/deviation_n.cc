@@ -1,9 +1,0 @@
-#include "engine/linalg/deviation_n.h"
-
-namespace stiefel {
-
-template class DeviationSweeps<double>;
-template class DeviationN<double, Arithmetic::compensated>;
-template class DeviationN<double, Arithmetic::plain>;
-
-}  // namespace stiefel

@@ -1,8 +1,0 @@
-#include "engine/linalg/exponential.h"
-
-namespace stiefel {
-
-template class SkewExponential<double>;
-template class SkewExponential<long double>;
-
-}  // namespace stiefel

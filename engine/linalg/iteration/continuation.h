@@ -1,0 +1,36 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace stiefel {
+
+/// Follows a solution from t = 0 to `end` along its branch: `solve(t)` starts from the solution it
+/// last found and says whether it found the one at t. Returns the largest t reached: `end`, or
+/// where the branch ends, to 1e-3; 0 if not even a tiny t has a solution. No stride is longer than
+/// `longest`, for equations that may have a solution again beyond the end of the branch.
+template <class Solve>
+double continuation(double end, Solve&& solve,
+                    double longest = std::numeric_limits<double>::infinity()) {
+  constexpr double accuracy = 0.5e-3, smallest = 1e-300;
+  double reached = 0, stride = end / 4;
+  int halvings = 0;
+  while (reached < end) {
+    stride = std::min(stride, longest);
+    const double t = reached + stride < end ? reached + stride : end;
+    if (solve(t)) {
+      reached = t;
+      stride *= 2;
+    } else if (reached == 0) {  // too far by any power of ten
+      stride = std::ldexp(t, -(halvings += 5));
+      if (stride < smallest * end) return 0;
+    } else {
+      stride = (t - reached) / 2;
+      if (stride < accuracy * reached) return reached;
+    }
+  }
+  return end;
+}
+
+}  // namespace stiefel

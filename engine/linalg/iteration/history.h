@@ -1,0 +1,82 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+
+#include "engine/linalg/arithmetic/scalar.h"
+
+namespace stiefel {
+
+/// The solutions of the last steps, from which the next one is extrapolated by a polynomial through
+/// the last p of them, p ≤ depth: as many as make it better, which their differences tell. Part of
+/// the state, because it decides bits. No allocation.
+template <class Scalar, int depth>
+class History {
+ public:
+  History(Eigen::Index rows, Eigen::Index cols) : count_(Matrix<Scalar>::Zero(1, 1)) {
+    past_.fill(Matrix<Scalar>::Zero(rows, cols));
+  }
+
+  /// next = Σ_k (−1)^k C(p, k + 1) past_k, k < p. False when nothing better than 0 is known.
+  template <class Block>
+  bool predict(Block& next) const {
+    const int p = points();
+    if (p == 0) return false;
+    constexpr Eigen::Index chunk = 1024;  // so that it stays in the cache
+    for (Eigen::Index start = 0; start < next.size(); start += chunk) {
+      const Eigen::Index length = std::min(chunk, next.size() - start);
+      Eigen::Map<Vector<Scalar>> sum(next.data() + start, length);
+      Scalar coefficient = Scalar(p);
+      sum = coefficient * numbers(0, start, length);
+      for (int k = 1; k < p; ++k) {
+        coefficient = -coefficient * Scalar(p - k) / Scalar(k + 1);
+        sum += coefficient * numbers(k, start, length);
+      }
+    }
+    return true;
+  }
+
+  template <class Block>
+  void push(const Block& solution) {
+    for (std::size_t k = depth - 1; k > 0; --k) past_[k].swap(past_[k - 1]);
+    std::copy_n(solution.data(), solution.size(), past_[0].data());
+    if (count_(0, 0) < Scalar(depth)) count_(0, 0) += 1;
+  }
+
+  template <class Visitor>
+  void each(Visitor&& visit) {
+    visit(count_);
+    for (auto& block : past_) visit(block);
+  }
+
+ private:
+  Eigen::Map<const Vector<Scalar>> numbers(int k, Eigen::Index start, Eigen::Index length) const {
+    return {past_[static_cast<std::size_t>(k)].data() + start, length};
+  }
+
+  /// The p with the smallest p-th difference, which is about what p points err by; of a sample. All
+  /// there are while the differences still fall.
+  int points() const {
+    constexpr Eigen::Index most = 16;
+    const int count = static_cast<int>(count_(0, 0));
+    if (count < 2) return count;
+    const Eigen::Index size = past_[0].size(), length = std::min(size, most);
+    Eigen::Matrix<Scalar, Eigen::Dynamic, depth, 0, most, depth> difference(length, +depth);
+    for (int k = 0; k < count; ++k) difference.col(k) = numbers(k, (size - length) / 2, length);
+    Scalar least = difference.col(0).cwiseAbs().maxCoeff();
+    int best = 0;
+    for (int p = 1; p < count; ++p) {
+      for (int k = 0; k < count - p; ++k) difference.col(k) -= difference.col(k + 1);
+      const Scalar size_of_p = difference.col(0).cwiseAbs().maxCoeff();
+      if (!(size_of_p < least)) continue;
+      least = size_of_p;
+      best = p;
+    }
+    return best == count - 1 ? count : best;
+  }
+
+  Matrix<Scalar> count_;
+  std::array<Matrix<Scalar>, depth> past_;
+};
+
+}  // namespace stiefel

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+
+#include "engine/linalg/arithmetic/scalar.h"
+
+namespace stiefel {
+
+/// Anderson's acceleration of a fixed point x = g(x) where the eigenvalues of g′ lie about the
+/// imaginary axis. There the errors of x_k and x_{k−2} point against each other, and theirs is the
+/// one difference that helps:
+///
+///     x_{k+1} = g_k − γ(g_k − g_{k−2}),    γ = argmin ‖f_k − γ(f_k − f_{k−2})‖,    f = g(x) − x,
+///
+/// by which every iteration takes away about a third more of the error. Allocates at construction
+/// only.
+template <class Scalar>
+class LaggedAnderson {
+ public:
+  explicit LaggedAnderson(Eigen::Index size) {
+    f_.fill(Vector<Scalar>::Zero(size));
+    g_ = f_;
+  }
+
+  void restart() { k_ = 0; }
+
+  /// x ← the next iterate; `g` is g(x), and its numbers are lost.
+  void operator()(Vector<Scalar>& x, Vector<Scalar>& g) {
+    Vector<Scalar>&f = f_[k_ % 2], &earlier = g_[k_ % 2];
+    Scalar along = 0, square = 0;
+    by_chunks(x.size(), [&](auto here) {
+      const auto now = here(g) - here(x);
+      along += now.dot(now - here(f));
+      square += (now - here(f)).squaredNorm();
+      here(f) = now;
+    });
+    if (k_ < 2 || !(square > 0)) {
+      x = g;
+    } else {
+      const Scalar gamma = along / square;
+      by_chunks(x.size(),
+                [&](auto here) { here(x) = here(g) - gamma * (here(g) - here(earlier)); });
+    }
+    earlier.swap(g);
+    ++k_;
+  }
+
+ private:
+  /// So that they stay in the cache.
+  template <class Work>
+  static void by_chunks(Eigen::Index size, Work&& work) {
+    constexpr Eigen::Index chunk = 512;
+    for (Eigen::Index start = 0; start < size; start += chunk)
+      work([start, length = std::min(chunk, size - start)](Vector<Scalar>& v) {
+        return v.segment(start, length);
+      });
+  }
+
+  std::size_t k_ = 0;
+  std::array<Vector<Scalar>, 2> f_, g_;  ///< of the last two iterations
+};
+
+}  // namespace stiefel

@@ -1,0 +1,128 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cmath>
+#include <vector>
+
+#include "engine/linalg/arithmetic/scalar.h"
+
+namespace stiefel {
+
+/// Solves z = g(z) to rounding by Newton's method where no fixed point converges,
+///
+///     (I − g′)δ = g(z) − z,   z ← z + δ,
+///
+/// with g′v by differences and δ by GMRES (Saad and Schultz 1986; Knoll and Keyes 2004). Each δ
+/// must be less than half the last one: the start is near the solution that is found, or none is.
+/// Allocates when it is first used.
+template <class Scalar>
+class NewtonKrylov {
+ public:
+  /// From the z that is there; `sweep(z, g)` sets g = g(z). False where it is not led to a
+  /// solution: z is lost then.
+  template <class Sweep>
+  bool solve(Matrix<Scalar>& z, Sweep&& sweep) {
+    const Scalar unit = two_to<Scalar>(1 - bits<Scalar>);
+    constexpr int most = 30;
+    prepare(z);
+    Scalar last = std::numeric_limits<Scalar>::infinity();
+    for (int k = 0; k < most; ++k) {
+      sweep(z, g_);
+      f_ = g_ - z;
+      // Of the solution; far from it g may be larger by powers of h.
+      const Scalar scale = z.norm() > Scalar(0) ? z.norm() : g_.norm();
+      if (!f_.allFinite()) return false;
+      if (f_.norm() == Scalar(0)) return true;
+      find_delta(z, scale, sweep);
+      const Scalar size = delta_.norm();
+      if (!(size < last / 2)) return last <= 64 * unit * scale;
+      z += delta_;
+      if (size <= unit / 4 * scale) return true;
+      last = size;
+    }
+    return false;
+  }
+
+ private:
+  static constexpr Eigen::Index most_directions = 120;
+
+  void prepare(const Matrix<Scalar>& z) {
+    if (g_.size() == z.size()) return;
+    const Eigen::Index directions = std::min(most_directions, z.size());
+    g_ = f_ = delta_ = moved_ = z;
+    basis_.resize(z.size(), directions + 1);
+    hessenberg_.resize(directions + 1, directions);
+    rotations_.resize(static_cast<std::size_t>(directions));
+    right_.resize(directions + 1);
+  }
+
+  /// δ, by as many directions of the Krylov space as it takes.
+  template <class Sweep>
+  void find_delta(const Matrix<Scalar>& z, Scalar scale, Sweep& sweep) {
+    using std::sqrt;
+    const Scalar step = sqrt(two_to<Scalar>(-bits<Scalar>)) * scale;
+    const Scalar enough = two_to<Scalar>(-bits<Scalar> / 2 - 6);
+    const Scalar size = f_.norm();
+    basis_.col(0) = f_.reshaped() / size;
+    right_.setZero();
+    right_(0) = size;
+    Eigen::Index used = 0;
+    while (used < hessenberg_.cols()) {
+      const Eigen::Index k = used++;
+      moved_.reshaped() = z.reshaped() + step * basis_.col(k);
+      sweep(moved_, delta_);
+      auto next = basis_.col(k + 1);
+      next = basis_.col(k) - (delta_ - g_).reshaped() / step;
+      orthogonalise(k);
+      rotate(k);
+      using std::abs;
+      if (!(abs(right_(k + 1)) > enough * size)) break;
+    }
+    const auto R = hessenberg_.topLeftCorner(used, used).template triangularView<Eigen::Upper>();
+    auto y = right_.head(used);
+    R.solveInPlace(y);
+    delta_.reshaped() = basis_.leftCols(used) * y;
+  }
+
+  /// Column k + 1 of the basis against those before, twice, because once is not enough.
+  void orthogonalise(Eigen::Index k) {
+    auto next = basis_.col(k + 1);
+    auto column = hessenberg_.col(k);
+    column.setZero();
+    for (int pass = 0; pass < 2; ++pass)
+      for (Eigen::Index i = 0; i <= k; ++i) {
+        const Scalar along = basis_.col(i).dot(next);
+        column(i) += along;
+        next -= along * basis_.col(i);
+      }
+    column(k + 1) = next.norm();
+    if (column(k + 1) > Scalar(0)) next /= column(k + 1);
+  }
+
+  /// Givens rotations, so that the Hessenberg matrix becomes triangular.
+  void rotate(Eigen::Index k) {
+    using std::sqrt;
+    auto column = hessenberg_.col(k);
+    for (Eigen::Index i = 0; i < k; ++i) rotations_[std::size_t(i)].apply(column(i), column(i + 1));
+    const Scalar r = sqrt(column(k) * column(k) + column(k + 1) * column(k + 1));
+    Rotation& last = rotations_[std::size_t(k)];
+    last = {column(k) / r, column(k + 1) / r};
+    last.apply(column(k), column(k + 1));
+    last.apply(right_(k), right_(k + 1));
+  }
+
+  struct Rotation {
+    Scalar c = 1, s = 0;
+    void apply(Scalar& a, Scalar& b) const {
+      const Scalar turned = c * a + s * b;
+      b = c * b - s * a;
+      a = turned;
+    }
+  };
+
+  Matrix<Scalar> g_, f_, delta_, moved_, basis_, hessenberg_;
+  std::vector<Rotation> rotations_;
+  Vector<Scalar> right_;
+};
+
+}  // namespace stiefel

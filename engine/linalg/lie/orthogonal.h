@@ -1,0 +1,23 @@
+#pragma once
+
+#include "engine/linalg/arithmetic/scalar.h"
+
+namespace stiefel {
+
+/// max |QQᵀ − I|: how far the rows of Q, n × N, are from orthonormal.
+template <class Derived>
+typename Derived::Scalar orthogonality_defect(const Eigen::MatrixBase<Derived>& Q) {
+  using Scalar = typename Derived::Scalar;
+  return (Q * Q.transpose() - Matrix<Scalar>::Identity(Q.rows(), Q.rows())).cwiseAbs().maxCoeff();
+}
+
+/// The frame nearest to an almost orthonormal Q, its polar factor: Q ← (3I − QQᵀ)Q/2 until the
+/// defect is at rounding level (Newton–Schulz; quadratic).
+template <class Scalar>
+Matrix<Scalar> nearest_orthogonal(Matrix<Scalar> Q) {
+  const Matrix<Scalar> three = Scalar(3) * Matrix<Scalar>::Identity(Q.rows(), Q.rows());
+  for (int k = 0; k < 3; ++k) Q = ((three - Q * Q.transpose()) * Q / Scalar(2)).eval();
+  return Q;
+}
+
+}  // namespace stiefel

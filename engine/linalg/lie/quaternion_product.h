@@ -1,0 +1,42 @@
+#pragma once
+
+#include "engine/linalg/arithmetic/double_word.h"
+#include "engine/linalg/lie/so_3.h"
+
+namespace stiefel {
+
+/// (q + ε)∘(w, v) with |q|, |(w, v)| ≤ 1, ε what rounding took from q, and (w, v) double words, to
+/// about 2^(−3/2 bits): with the high halves q₁, p₁ rounded to multiples of 2^−r, 2r < bits, the
+/// sums of q₁∘p₁ are exact, and what is left, (q − q₁ + ε)∘p₁ + q∘(p − p₁), is small.
+template <class X, class Wide>
+Eigen::Matrix<Wide, 4, 1> quaternion_product(const X& q, const X& epsilon, const Wide& w,
+                                             const Vector3<Wide>& v) {
+  using T = typename X::Scalar;
+  if constexpr (std::is_same_v<T, Wide>) {
+    return So3<T, true>::quaternion_times(q + epsilon, w, v);
+  } else {
+    using Space = So3<T, true>;
+    using Quaternion = Eigen::Matrix<T, 4, 1>;
+    constexpr int r = (bits<T> - 1) / 2;
+    const T shift = T(3) * two_to<T>(bits<T> - 2 - r);
+    const auto rounded = [&](const T& x) { return (x + shift) - shift; };
+    Quaternion q1, q2;
+    for (int i = 0; i < 4; ++i) {
+      q1(i) = rounded(q(i));
+      q2(i) = (q(i) - q1(i)) + epsilon(i);
+    }
+    const T w1 = rounded(w.high), w2 = (w.high - w1) + w.low;
+    Vector3<T> v1, v2;
+    for (int i = 0; i < 3; ++i) {
+      v1(i) = rounded(v(i).high);
+      v2(i) = (v(i).high - v1(i)) + v(i).low;
+    }
+    const Quaternion high = Space::quaternion_times(q1, w1, v1);
+    const Quaternion low = Space::quaternion_times(q2, w1, v1) + Space::quaternion_times(q, w2, v2);
+    Eigen::Matrix<Wide, 4, 1> product;
+    for (int i = 0; i < 4; ++i) product(i) = Wide(high(i), low(i));
+    return product;
+  }
+}
+
+}  // namespace stiefel

@@ -1,0 +1,85 @@
+#pragma once
+
+#include "engine/linalg/arithmetic/scalar.h"
+#include "engine/linalg/lie/exponential.h"
+#include "engine/linalg/matrix_equations/inertia_operator.h"
+
+namespace stiefel {
+
+/// The pair (Q, M) in N dimensions as matrices. A state is Q over M, 2N × N, or M alone, N × N.
+/// The algebra so(N) is the skew N × N matrices. So3 offers the same functions in coordinates.
+template <class Scalar_>
+struct SoN {
+  using Scalar = Scalar_;
+  using State = Matrix<Scalar>;
+  using Algebra = Matrix<Scalar>;
+  using Lambda = Vector<Scalar>;
+
+  explicit SoN(Eigen::Index N) : N_(N), exponential_(N), D_(N, N), product_(N, N) {}
+
+  Algebra zero() const { return Algebra::Zero(N_, N_); }
+  static auto M(const State& x) { return x.bottomRows(x.cols()); }
+
+  /// J⁻¹: Ω_ij = M_ij / (λ_i + λ_j).
+  static void inverse_inertia(const Lambda& lambda, const State& x, Algebra& Omega) {
+    const Eigen::Index N = x.cols(), top = x.rows() - N;
+    for (Eigen::Index j = 0; j < N; ++j) {
+      Omega(j, j) = 0;
+      for (Eigen::Index i = 0; i < j; ++i) {
+        Omega(i, j) = x(top + i, j) / (lambda(i) + lambda(j));
+        Omega(j, i) = -Omega(i, j);
+      }
+    }
+  }
+
+  class InverseInertia {
+   public:
+    explicit InverseInertia(Lambda lambda) : lambda_(std::move(lambda)) {}
+    void operator()(const State& x, Algebra& Omega) const { inverse_inertia(lambda_, x, Omega); }
+
+   private:
+    Lambda lambda_;
+  };
+
+  /// (QΩ, [M, Ω]) for M = J(Ω).
+  static void velocity(const Lambda& lambda, const State& x, const Algebra& Omega, State& dx) {
+    const Eigen::Index N = x.cols(), top = x.rows() - N;
+    dx.topRows(top).noalias() = x.topRows(top) * Omega;
+    inertia_bracket(lambda, Omega, dx.bottomRows(N));
+  }
+
+  /// [A, B] = AB − BA = AB − (AB)ᵀ.
+  static void bracket(const Algebra& A, const Algebra& B, Algebra& C) {
+    C.noalias() = A * B;
+    take_twice_skew_part(C);
+  }
+
+  /// (Q exp Θ − Q, exp(Θ)ᵀ M exp(Θ) − M): with D = exp Θ − I and Y = MD the second is
+  /// Y − Yᵀ + DᵀY.
+  void displacement(const State& x, const Algebra& Theta, State& dx) {
+    exponential_(Theta, D_);
+    dx.noalias() = x * D_;
+    product_.noalias() = D_.transpose() * dx.bottomRows(N_);
+    dx.bottomRows(N_) += product_ / 2;
+    take_twice_skew_part(dx);
+  }
+
+ private:
+  /// The bottom N × N block Y becomes Y − Yᵀ.
+  static void take_twice_skew_part(State& x) {
+    const Eigen::Index N = x.cols(), top = x.rows() - N;
+    for (Eigen::Index j = 0; j < N; ++j) {
+      x(top + j, j) = 0;
+      for (Eigen::Index i = 0; i < j; ++i) {
+        x(top + i, j) -= x(top + j, i);
+        x(top + j, i) = -x(top + i, j);
+      }
+    }
+  }
+
+  Eigen::Index N_;
+  SkewExponential<Scalar> exponential_;
+  Algebra D_, product_;
+};
+
+}  // namespace stiefel

@@ -1,9 +1,0 @@
-#pragma once
-
-#include <Eigen/LU>
-
-#include "engine/linalg/scalar.h"
-
-/// Eigen's LU with partial pivoting, compiled once, in lu.cc.
-extern template class Eigen::PartialPivLU<stiefel::Matrix<double>>;
-extern template class Eigen::PartialPivLU<stiefel::Matrix<long double>>;

@@ -1,8 +1,0 @@
-#include "engine/linalg/lyapunov.h"
-
-namespace stiefel {
-
-template class Lyapunov<double>;
-template class Lyapunov<long double>;
-
-}  // namespace stiefel

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <Eigen/Householder>
+
+#include "engine/linalg/arithmetic/scalar.h"
+
+namespace stiefel {
+
+/// The orthogonal H = H_1 ⋯ H_{n−1} of a reduction to Hessenberg or tridiagonal form, written out:
+/// reflections as Eigen packs them, below the first subdiagonal of `packed`. Eigen's own product
+/// allocates, this does not. `workspace` has n numbers.
+template <class Scalar, class Coefficients>
+void write_householder_product(const Matrix<Scalar>& packed, const Coefficients& coefficients,
+                               Vector<Scalar>& workspace, Matrix<Scalar>& H) {
+  const Eigen::Index n = packed.rows();
+  H.setIdentity(n, n);
+  for (Eigen::Index k = n - 2; k >= 0; --k)
+    H.bottomRightCorner(n - k - 1, n - k - 1)
+        .applyHouseholderOnTheLeft(packed.col(k).tail(n - k - 2),
+                                   Eigen::numext::conj(coefficients.coeff(k)), workspace.data());
+}
+
+}  // namespace stiefel

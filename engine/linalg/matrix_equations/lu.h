@@ -1,0 +1,9 @@
+#pragma once
+
+#include <Eigen/LU>
+
+#include "engine/linalg/arithmetic/scalar.h"
+
+/// Eigen's LU with partial pivoting, compiled once, in lu.cc.
+extern template class Eigen::PartialPivLU<stiefel::Matrix<double>>;
+extern template class Eigen::PartialPivLU<stiefel::Matrix<long double>>;

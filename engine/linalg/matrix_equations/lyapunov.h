@@ -1,0 +1,101 @@
+#pragma once
+
+#include <Eigen/Eigenvalues>
+#include <complex>
+
+#include "engine/linalg/matrix_equations/householder.h"
+
+namespace stiefel {
+
+/// Solves AᵀY + YA = G for real N × N matrices by the complex Schur form A = ZTZᴴ (Bartels and
+/// Stewart 1972): Tᴴ Ŷ + Ŷ T = Zᴴ G Z, column by column. Unique when no two eigenvalues of A sum to
+/// 0.
+template <class Scalar>
+class Lyapunov {
+ public:
+  using Complex = std::complex<Scalar>;
+
+  explicit Lyapunov(Eigen::Index N);
+
+  void factor(const Matrix<Scalar>& A);
+
+  /// The smallest Re(w_i + w_j), i < j, over the eigenvalues w of A.
+  Scalar smallest_pair_sum() const;
+
+  /// The smallest Re w over the eigenvalues w of A.
+  Scalar smallest_real_part() const;
+
+  /// Y may be G.
+  void solve(const Matrix<Scalar>& G, Matrix<Scalar>& Y);
+
+ private:
+  Eigen::HessenbergDecomposition<Matrix<Complex>> hessenberg_;
+  Eigen::ComplexSchur<Matrix<Complex>> schur_;
+  Matrix<Complex> Y_, product_;
+  Vector<Complex> workspace_;
+};
+
+template <class Scalar>
+Lyapunov<Scalar>::Lyapunov(Eigen::Index N)
+    : hessenberg_(N), schur_(N), Y_(N, N), product_(N, N), workspace_(N) {
+  // Of the identity, so that a copy made before `factor` copies nothing that was never set.
+  Y_.setIdentity();
+  schur_.computeFromHessenberg(Y_, Y_, false);
+}
+
+template <class Scalar>
+void Lyapunov<Scalar>::factor(const Matrix<Scalar>& A) {
+  Y_ = A.template cast<Complex>();
+  hessenberg_.compute(Y_);
+  write_householder_product(hessenberg_.packedMatrix(), hessenberg_.householderCoefficients(),
+                            workspace_, product_);
+  Y_ = hessenberg_.matrixH();
+  schur_.computeFromHessenberg(Y_, product_);
+}
+
+template <class Scalar>
+Scalar Lyapunov<Scalar>::smallest_pair_sum() const {
+  Scalar least = std::numeric_limits<Scalar>::infinity(), second = least;
+  for (Eigen::Index i = 0; i < Y_.rows(); ++i) {
+    const Scalar w = schur_.matrixT()(i, i).real();
+    if (w < least) {
+      second = least;
+      least = w;
+    } else if (w < second) {
+      second = w;
+    }
+  }
+  return least + second;
+}
+
+template <class Scalar>
+Scalar Lyapunov<Scalar>::smallest_real_part() const {
+  return schur_.matrixT().diagonal().real().minCoeff();
+}
+
+template <class Scalar>
+void Lyapunov<Scalar>::solve(const Matrix<Scalar>& G, Matrix<Scalar>& Y) {
+  const auto& Z = schur_.matrixU();
+  const auto& T = schur_.matrixT();
+  const Eigen::Index N = Y_.rows();
+  Y_ = G.template cast<Complex>();
+  product_.noalias() = Z.adjoint() * Y_;
+  Y_.noalias() = product_ * Z;
+  for (Eigen::Index j = 0; j < N; ++j) {
+    for (Eigen::Index k = 0; k < j; ++k) Y_.col(j) -= T(k, j) * Y_.col(k);
+    for (Eigen::Index i = 0; i < N; ++i) {
+      Complex sum = Y_(i, j);
+      for (Eigen::Index k = 0; k < i; ++k) sum -= std::conj(T(k, i)) * Y_(k, j);
+      Y_(i, j) = sum / (std::conj(T(i, i)) + T(j, j));
+    }
+  }
+  product_.noalias() = Z * Y_;
+  Y_.noalias() = product_ * Z.adjoint();
+  Y = Y_.real();
+}
+
+// Compiled once, in lyapunov.cc.
+extern template class Lyapunov<double>;
+extern template class Lyapunov<long double>;
+
+}  // namespace stiefel

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <Eigen/Cholesky>
+
+#include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
+
+namespace stiefel {
+
+/// The optimal control U ∈ so(N) of [ST] Theorem 2, from a frame Q and any costate P (n × N) with
+/// QᵀP − PᵀQ = M. It solves QᵀQUΛ + ΛUQᵀQ = M, and with K = QΛ⁻¹Qᵀ and QQᵀ = I it is
+///
+///     U = Λ⁻¹(QᵀK⁻¹P − PᵀK⁻¹Q + QᵀXQ)Λ⁻¹,   KX + XK = (QΛ⁻¹Pᵀ)K⁻¹ − K⁻¹(PΛ⁻¹Qᵀ).
+///
+/// X is skew, so U = Λ⁻¹(QᵀL − LᵀQ)Λ⁻¹ with L = K⁻¹P + ½XQ: rank 2n at most, never written out but
+/// applied to n × N factors, in O(Nn²). No allocation after construction.
+template <class Scalar>
+class OptimalControl {
+ public:
+  OptimalControl(const Vector<Scalar>& lambda, Eigen::Index n)
+      : inverse_(lambda.cwiseInverse()),
+        lyapunov_(n),
+        cholesky_(n),
+        Q_bar_(n, lambda.size()),
+        L_bar_(Q_bar_),
+        K_(n, n),
+        X_(n, n) {}
+
+  template <class Frame, class Costate>
+  void set(const Eigen::MatrixBase<Frame>& Q, const Eigen::MatrixBase<Costate>& P) {
+    Q_bar_ = Q * inverse_.asDiagonal();
+    K_.noalias() = Q_bar_ * Q.transpose();
+    cholesky_.compute(K_);
+    lyapunov_.factor(K_);
+    K_.noalias() = P * Q_bar_.transpose();
+    cholesky_.solveInPlace(K_);
+    X_ = K_.transpose() - K_;
+    lyapunov_.solve(X_, X_);
+
+    L_bar_ = P;
+    cholesky_.solveInPlace(L_bar_);
+    L_bar_.noalias() += Scalar(0.5) * X_ * Q;
+    L_bar_ = L_bar_ * inverse_.asDiagonal();
+  }
+
+  /// FU = (FΛ⁻¹Qᵀ)LΛ⁻¹ − (FΛ⁻¹Lᵀ)QΛ⁻¹; `FU` may not be F.
+  template <class Factor, class Product>
+  void apply(const Eigen::MatrixBase<Factor>& F, Product&& FU) {
+    K_.noalias() = F * Q_bar_.transpose();
+    X_.noalias() = F * L_bar_.transpose();
+    FU.noalias() = K_ * L_bar_;
+    FU.noalias() -= X_ * Q_bar_;
+  }
+
+ private:
+  Vector<Scalar> inverse_;
+  SymmetricLyapunov<Scalar> lyapunov_;
+  Eigen::LLT<Matrix<Scalar>> cholesky_;
+  Matrix<Scalar> Q_bar_, L_bar_, K_, X_;  ///< QΛ⁻¹, LΛ⁻¹
+};
+
+}  // namespace stiefel

@@ -1,0 +1,21 @@
+#include "engine/linalg/matrix_equations/principal_root.h"
+
+#include "engine/linalg/matrix_equations/lu.h"
+
+namespace stiefel {
+
+Matrix<double> principal_root(const Matrix<double>& A) {
+  constexpr int most = 60;
+  const Matrix<double> I = Matrix<double>::Identity(A.rows(), A.cols());
+  Matrix<double> X = A, Y = I;
+  for (int k = 0; k < most; ++k) {
+    const Matrix<double> next = (X + Eigen::PartialPivLU<Matrix<double>>(Y).solve(I)) / 2;
+    Y = ((Y + Eigen::PartialPivLU<Matrix<double>>(X).solve(I)) / 2).eval();
+    const double change = (next - X).cwiseAbs().maxCoeff();
+    X = next;
+    if (!(change > 1e-15 * X.cwiseAbs().maxCoeff())) break;
+  }
+  return X;
+}
+
+}  // namespace stiefel

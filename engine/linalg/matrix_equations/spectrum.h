@@ -1,0 +1,12 @@
+#pragma once
+
+#include <complex>
+
+#include "engine/linalg/arithmetic/scalar.h"
+
+namespace stiefel {
+
+/// The eigenvalues of a real N × N matrix.
+Vector<std::complex<double>> spectrum(const Matrix<double>& A);
+
+}  // namespace stiefel

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <complex>
+
+#include "engine/linalg/arithmetic/scalar.h"
+
+namespace stiefel {
+
+/// Y + RYR = G for an orthogonal N × N matrix R: (I + R ⊗ Rᵀ)⁻¹ of [RB] (3.15), by R = ZdZ†, |d_i|
+/// = 1, as in Lemma 3.10: Ŷ_ij = Ĝ_ij/(1 + d_id_j). Unique where no two d_i multiply to −1, which
+/// is so on S. O(N³).
+class SteinEquation {
+ public:
+  explicit SteinEquation(const Matrix<double>& R);
+  Matrix<double> solve(const Matrix<double>& G) const;
+
+ private:
+  Matrix<std::complex<double>> Z_;
+  Vector<std::complex<double>> d_;
+};
+
+}  // namespace stiefel

@@ -1,8 +1,0 @@
-#include "engine/linalg/symmetric_lyapunov.h"
-
-namespace stiefel {
-
-template class SymmetricLyapunov<double>;
-template class SymmetricLyapunov<long double>;
-
-}  // namespace stiefel

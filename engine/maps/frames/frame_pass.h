@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+
+#include "engine/linalg/arithmetic/compensated.h"
+#include "engine/linalg/simd/isa.h"
+#include "engine/maps/frames/frame_moments.h"
+
+namespace stiefel {
+
+/// What stands under Q in a state: S = Q̇Λ or Q̇ itself.
+enum class Under { S, Qdot };
+
+/// The columns of a state on V(n, N) as they lie in memory, 2n numbers each.
+template <class Scalar>
+struct FrameColumns {
+  Scalar* value;
+  Scalar* carry;          ///< null in plain arithmetic
+  const Scalar* inverse;  ///< Λ⁻¹, followed by `FramePass::width` zeros
+  std::ptrdiff_t count;   ///< N
+};
+
+/// The one pass over the columns of a state that a step of RattleStiefel makes, a few columns at a
+/// time: from Y/h and Y′/h the new state, and at once the moments of it,
+///
+///     Q′ = Q + h(S + (Y/h)Q)Λ⁻¹,   S′ = S + (Y/h)Q + (Y′/h)Q′.
+///
+/// Nothing of size N lives here.
+template <class Scalar>
+class FramePass {
+ public:
+  static constexpr std::ptrdiff_t width = 64;
+
+  virtual ~FramePass() = default;
+  virtual void measure(const FrameColumns<Scalar>& x, const FrameSums<Scalar>& moments) = 0;
+  virtual void advance(const FrameColumns<Scalar>& x, Scalar h, const Scalar* Y_h,
+                       const Scalar* Y1_h, const FrameSums<Scalar>& moments) = 0;
+};
+
+/// The pass for n rows that is compiled for `isa`: that of doubles from frame_pass.cc.in.
+template <class Scalar, Arithmetic arithmetic, Under under, Isa isa>
+std::unique_ptr<FramePass<Scalar>> make_frame_pass_on(std::ptrdiff_t n);
+
+/// The pass for n rows on this machine.
+template <class Scalar, Arithmetic arithmetic, Under under>
+std::unique_ptr<FramePass<Scalar>> make_frame_pass(std::ptrdiff_t n) {
+#ifdef STIEFEL_X86_64
+  if constexpr (std::is_same_v<Scalar, double>) {
+    if (widest_isa() == Isa::avx512)
+      return make_frame_pass_on<Scalar, arithmetic, under, Isa::avx512>(n);
+    if (widest_isa() == Isa::avx2)
+      return make_frame_pass_on<Scalar, arithmetic, under, Isa::avx2>(n);
+  }
+#endif
+  return make_frame_pass_on<Scalar, arithmetic, under, Isa::baseline>(n);
+}
+
+extern template class FramePass<double>;
+
+}  // namespace stiefel

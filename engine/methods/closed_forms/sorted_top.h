@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cmath>
+
+#include "engine/linalg/arithmetic/scalar.h"
+
+namespace stiefel {
+
+/// A free rigid body at time 0 along its principal axes, I₁ ≤ I₂ ≤ I₃, with what its motion keeps:
+/// G = |m|, 2E = Σ m_i²/I_i and Δ_j = G² − 2E I_j, written so that nothing cancels but Δ₂ itself.
+template <class Scalar>
+struct SortedTop {
+  using Vec = Vector3<Scalar>;
+  Vec I, m, Delta;
+  Eigen::Matrix<Scalar, 3, 3> difference;  ///< I_j − I_k
+  Scalar G, two_E;
+
+  /// With I₂ − I₁ and I₃ − I₂, which may be more accurate than those of I.
+  SortedTop(const Vec& moments, Scalar I_21, Scalar I_32, const Vec& momentum)
+      : I(moments), m(momentum) {
+    using std::sqrt;
+    const Scalar I_31 = I_21 + I_32;
+    difference << 0, -I_21, -I_31, I_21, 0, -I_32, I_31, I_32, 0;
+    const Vec twice_energies = m.cwiseAbs2().cwiseQuotient(I);
+    G = sqrt(m.squaredNorm());
+    two_E = twice_energies.sum();
+    Delta = difference.transpose() * twice_energies;
+    // Where it cancels, by as few roundings as can be: on the separatrix it is 0.
+    Delta(1) = (m(2) * m(2) * (I_32 * I(0)) - m(0) * m(0) * (I_21 * I(2))) / (I(0) * I(2));
+  }
+};
+
+}  // namespace stiefel

@@ -1,0 +1,113 @@
+#pragma once
+
+#include <cmath>
+
+#include "engine/linalg/iteration/continuation.h"
+#include "engine/linalg/iteration/fixed_point.h"
+#include "engine/linalg/iteration/history.h"
+#include "engine/linalg/iteration/newton_krylov.h"
+#include "engine/methods/support/method.h"
+
+namespace stiefel {
+
+/// A map x ← x + Δ(x, z) with z the solution of z = g(x, z, h) that goes over continuously into the
+/// one of h = 0: implicit methods. `Derived` offers
+///
+///     begin(x, z)            the solution of h = 0, with the unknown's shape,
+///     sweep(x, z, h, g)      g = g(x, z, h),
+///     displacement(x, z, dx) Δ.
+///
+/// z starts from the extrapolated solutions of the last steps and is solved to rounding, by
+/// Newton's method where the fixed point does not converge: Λ spread wide makes the equation stiff.
+/// Where it is not found, the solution is followed from h = 0: left_domain where it cannot be.
+template <class Derived, class S, Arithmetic arithmetic>
+class ImplicitMap {
+ public:
+  using Point = typename S::State;
+  using Scalar = typename S::Scalar;
+
+  using Memory = History<Scalar, 4>;
+
+  struct State {
+    Accumulator<Point, arithmetic> x;
+    Memory memory;
+
+    template <class Visitor>
+    void each(Visitor&& visit) {
+      x.each(visit);
+      memory.each(visit);
+    }
+  };
+
+  ImplicitMap(S system, Scalar h) : system_(std::move(system)), h_(h), solver_(0, 0) {}
+
+  State start(const Point& x) {
+    prepare(x);
+    return {Accumulator<Point, arithmetic>(x), Memory(z_.rows(), z_.cols())};
+  }
+
+  RunStatus step(State& state) {
+    const Point& x = state.x.value;
+    prepare(x);
+    if (!state.memory.predict(z_)) derived().begin(x, z_);
+    found_ = z_;
+    if (!solve(x, h_)) {
+      if (!x.allFinite()) return {Outcome::not_finite, std::nullopt};
+      const double reached = follow(x, 1);
+      if (reached == 0) return {Outcome::solver_stalled, std::nullopt};
+      if (reached < 1) return {Outcome::left_domain, reached * length()};
+    }
+    derived().displacement(x, z_, dx_);
+    if (!(x + dx_).allFinite()) return {Outcome::not_finite, std::nullopt};
+    state.x.add(dx_);
+    state.memory.push(z_);
+    return {};
+  }
+
+  /// The largest |h| up to `limit` to which the solution can be followed from here, to 1e-3.
+  std::optional<double> largest_step(const State& state, double limit) {
+    prepare(state.x.value);
+    return follow(state.x.value, limit / length()) * length();
+  }
+
+ protected:
+  S system_;
+  Scalar h_;
+
+ private:
+  Derived& derived() { return static_cast<Derived&>(*this); }
+  double length() const { return std::abs(static_cast<double>(h_)); }
+
+  /// The first time only: the unknown's shape is the Derived's.
+  void prepare(const Point& x) {
+    if (z_.size() > 0) return;
+    dx_ = x;
+    derived().begin(x, z_);
+    solver_ = FixedPoint<Scalar>(z_.rows(), z_.cols());
+  }
+
+  /// From found_, which z_ is.
+  bool solve(const Point& x, Scalar h) {
+    const auto sweep = [&](const auto& z, auto& g) { derived().sweep(x, z, h, g); };
+    if (solver_.solve(z_, sweep)) return true;
+    z_ = found_;
+    return newton_.solve(z_, sweep);
+  }
+
+  double follow(const Point& x, double end) {
+    derived().begin(x, z_);
+    return continuation(end, [&](double t) {
+      found_ = z_;
+      if (solve(x, static_cast<Scalar>(t) * h_)) return true;
+      z_ = found_;
+      return false;
+    });
+  }
+
+  FixedPoint<Scalar> solver_;
+  NewtonKrylov<Scalar> newton_;
+  Matrix<Scalar> z_, found_;
+  Point dx_;
+};
+
+}  // namespace stiefel

@@ -1,0 +1,86 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string_view>
+
+#include "engine/linalg/arithmetic/compensated.h"
+#include "engine/linalg/arithmetic/lanes.h"
+#include "engine/maps/map.h"
+#include "engine/systems/conservation.h"
+
+namespace stiefel {
+
+/// What a method declares of itself, as data: tests, Diagnose and the documentation read it.
+struct MethodTraits {
+  const char* name;
+  const char* summary;
+  const char* source;
+  const char* file;
+  std::array<int, 7> orders;  ///< ascending, 0 where there are fewer; none: exact
+  int default_order;
+  bool reversible;               ///< the step by −h undoes the step by h
+  double default_tolerance = 0;  ///< 0 for methods that take steps of a fixed size
+};
+
+/// A Method turns a System into a Map: `Method::traits`, `Method::applies<System>`,
+/// `Method::conservation<System>(invariant)` and `Method::Map<System, arithmetic>(system, h,
+/// order)`. One that applies to a system in three dimensions only is in the catalogue for N = 3.
+template <class M>
+concept Method = requires {
+  { M::traits } -> std::convertible_to<MethodTraits>;
+};
+
+/// The state of a map that carries nothing from step to step but the system's state.
+template <class S, Arithmetic arithmetic>
+struct PlainState {
+  Accumulator<typename S::State, arithmetic> x;
+
+  template <class Visitor>
+  void each(Visitor&& visit) {
+    x.each(visit);
+  }
+};
+
+/// A map x ← x + Δ(x) defined by its displacement Δ for every h: explicit methods.
+template <class Derived, class S, Arithmetic arithmetic>
+class ExplicitMap {
+ public:
+  using Point = typename S::State;
+  using State = PlainState<S, arithmetic>;
+
+  ExplicitMap(S system, typename S::Scalar h) : system_(std::move(system)), h_(h) {}
+
+  State start(const Point& x) {
+    dx_ = x;
+    return State{Accumulator<Point, arithmetic>(x)};
+  }
+
+  RunStatus step(State& state) {
+    static_cast<Derived*>(this)->displacement(state.x.value, dx_);
+    if (!(state.x.value + dx_).allFinite()) return {Outcome::not_finite, std::nullopt};
+    state.x.add(dx_);
+    return {};
+  }
+
+  /// The step in the lanes where it ends finite, and which those are; the others are spoilt.
+  Mask<typename S::Scalar> step_where_easy(State& state) {
+    using Scalar = typename S::Scalar;
+    static_cast<Derived*>(this)->displacement(state.x.value, dx_);
+    state.x.add(dx_);
+    Scalar sum(0);
+    for (Eigen::Index i = 0; i < dx_.size(); ++i) sum += state.x.value(i);
+    return Scalar(0) * sum <= Scalar(0);
+  }
+
+  std::optional<double> largest_step(const State&, double) const { return std::nullopt; }
+
+ protected:
+  S system_;
+  typename S::Scalar h_;
+
+ private:
+  Point dx_;
+};
+
+}  // namespace stiefel

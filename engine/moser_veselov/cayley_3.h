@@ -1,0 +1,114 @@
+#pragma once
+
+#include "engine/linalg/arithmetic/lanes.h"
+#include "engine/linalg/lie/vector_3.h"
+
+namespace stiefel {
+
+/// The inverse of a 3 × 3 matrix by its cofactors: one division, no branch.
+template <class Scalar>
+class Inverse3 {
+ public:
+  Inverse3() = default;
+  /// The matrix by its rows.
+  Inverse3(const Vector3<Scalar>& a, const Vector3<Scalar>& b, const Vector3<Scalar>& c)
+      : bc_(b.cross(c)), ca_(c.cross(a)), ab_(a.cross(b)), reciprocal_(1 / dot(a, bc_)) {}
+
+  Vector3<Scalar> operator*(const Vector3<Scalar>& v) const {
+    return reciprocal_ * (v(0) * bc_ + v(1) * ca_ + v(2) * ab_);
+  }
+
+ private:
+  Vector3<Scalar> bc_, ca_, ab_;
+  Scalar reciprocal_;
+};
+
+/// The discrete rigid body's equation in three dimensions,
+///
+///     c = (1 + |c|²) n + κ∘(c₂c₃, c₃c₁, c₁c₂)
+///
+/// for the vector c of U = (I − ĉ)⁻¹(I + ĉ): U = J_D⁻¹(hM) with n = (h/2) m/I and κ₁ =
+/// (I₂ − I₃)/I₁, cyclic (Hairer and Vilmart 2006). What is wanted is the solution that goes
+/// to 0 with n.
+template <class Scalar>
+class CayleyEquation3 {
+ public:
+  using Vec = Vector3<Scalar>;
+
+  Vec c = Vec::Zero();
+
+  /// By the chord method and, where that fails, by Newton's. False: no solution was found.
+  bool solve(const Vec& n, const Vec& kappa) {
+    if (chord(n, kappa)) return true;
+    c = n;
+    return newton(n, kappa);
+  }
+
+  /// Two sweeps of the fixed point, then the chord method: since the equation is quadratic, c − Δ
+  /// solves it when Δ = G′⁻¹(G − |Δ|² n − κ∘(Δ₂Δ₃, …)), G and G′ at c. Each round of that gains as
+  /// many digits as the sweeps found. Where it holds the solution was found.
+  Mask<Scalar> chord(const Vec& n, const Vec& kappa) {
+    c = n;
+    c = image(n, kappa);
+    c = image(n, kappa);
+    const Vec G = c - image(n, kappa);
+    differentiate(n, kappa);
+    const Vec newton_step = inverse_ * G;
+    const Scalar small = two_to<Scalar>(-2 * bits<Scalar>) * squared_norm(c);
+    Vec delta = newton_step;
+    Scalar first = 1;  // the square of the first change, relative to Δ
+    Mask<Scalar> found{};
+    constexpr int most = 5;
+    for (int k = 0; k < most; ++k) {
+      const Vec next = newton_step + inverse_ * curvature(n, kappa, delta);
+      const Scalar change = squared_norm<Scalar>(next - delta);
+      delta = select(found, delta, next);
+      if (k == 0) first = change;
+      // The next change is smaller by first / |Δ|.
+      found = found | (change * first <= small * squared_norm(delta));
+      if (all(found)) break;
+    }
+    c -= delta;
+    return found;
+  }
+
+  /// From c as it is.
+  bool newton(const Vec& n, const Vec& kappa) {
+    // The iteration that follows a correction of relative size ε is left with about ε².
+    const Scalar enough = two_to<Scalar>(-(bits<Scalar> + 1) / 2);
+    constexpr int most = 20;
+    using std::isfinite;
+    for (int k = 0; k < most; ++k) {
+      differentiate(n, kappa);
+      const Vec delta = inverse_ * Vec(c - image(n, kappa));
+      c -= delta;
+      const Scalar size = delta.cwiseAbs().maxCoeff();
+      if (!isfinite(size)) return false;
+      if (size <= enough * c.cwiseAbs().maxCoeff()) return true;
+    }
+    return false;
+  }
+
+  /// G′⁻¹ r, with G′ as it was last formed.
+  Vec correction(const Vec& r) const { return inverse_ * r; }
+
+ private:
+  /// The right side.
+  Vec image(const Vec& n, const Vec& kappa) const {
+    return n + squared_norm(c) * n + kappa.cwiseProduct(cyclic_product<Scalar>(c, c));
+  }
+  static Vec curvature(const Vec& n, const Vec& kappa, const Vec& delta) {
+    return -squared_norm(delta) * n - kappa.cwiseProduct(cyclic_product<Scalar>(delta, delta));
+  }
+  [[gnu::always_inline]] void differentiate(const Vec& n, const Vec& kappa) {
+    const Vec d = 2 * c, k = kappa;
+    inverse_ =
+        Inverse3<Scalar>({1 - n(0) * d(0), -n(0) * d(1) - k(0) * c(2), -n(0) * d(2) - k(0) * c(1)},
+                         {-n(1) * d(0) - k(1) * c(2), 1 - n(1) * d(1), -n(1) * d(2) - k(1) * c(0)},
+                         {-n(2) * d(0) - k(2) * c(1), -n(2) * d(1) - k(2) * c(0), 1 - n(2) * d(2)});
+  }
+
+  Inverse3<Scalar> inverse_;
+};
+
+}  // namespace stiefel

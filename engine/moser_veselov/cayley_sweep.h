@@ -1,0 +1,77 @@
+#pragma once
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "engine/linalg/arithmetic/scalar.h"
+
+namespace stiefel {
+
+/// A sweep of the fixed point that finds the Cayley transform U = (I − C)⁻¹(I + C) of J_D⁻¹(hM).
+/// With q = C(I − C²)⁻¹ and D = Cq, the skew and the symmetric part of ½(U − I),
+///
+///     C ← C + ½ (I + C)ω(I − C),   ω = hΩ − 2q + 2 D∘(λ_i − λ_j)/(λ_i + λ_j),
+///
+/// which turns U into U(I + ω) to first order. ω is −(UΛ − ΛUᵀ − hM)_ij/(λ_i + λ_j), with
+/// everything divided by λ_i + λ_j before anything is added: Ω and ratios of at most 1 are all it
+/// sees of Λ, so the error shrinks by about h‖Ω‖ a sweep, and C keeps its digits, however wide Λ is
+/// spread.
+template <class Scalar>
+class CayleySweep {
+ public:
+  explicit CayleySweep(const Vector<Scalar>& lambda)
+      : lambda_(lambda),
+        ratio_(lambda.size(), lambda.size()),
+        q_(ratio_),
+        D_(ratio_),
+        product_(ratio_),
+        llt_(lambda.size()) {
+    for (Eigen::Index j = 0; j < ratio_.cols(); ++j)
+      for (Eigen::Index i = 0; i < ratio_.rows(); ++i)
+        ratio_(i, j) = i == j ? Scalar(0) : (lambda(i) - lambda(j)) / (lambda(i) + lambda(j));
+  }
+
+  const Vector<Scalar>& lambda() const { return lambda_; }
+
+  /// The largest element of ω.
+  Scalar operator()(const Matrix<Scalar>& hOmega, Matrix<Scalar>& C) {
+    evaluate(C);
+    q_ = hOmega - Scalar(2) * (q_ - ratio_.cwiseProduct(D_));  // ω
+    const Scalar size = q_.cwiseAbs().maxCoeff();
+    product_ = q_;
+    product_.noalias() -= q_ * C;
+    q_ = product_;
+    q_.noalias() += C * product_;
+    for (Eigen::Index j = 0; j < C.cols(); ++j)
+      for (Eigen::Index i = 0; i < j; ++i) {
+        C(i, j) += (q_(i, j) - q_(j, i)) / 4;
+        C(j, i) = -C(i, j);
+      }
+    return size;
+  }
+
+  /// q and D.
+  void evaluate(const Matrix<Scalar>& C) {
+    product_.noalias() = C.transpose() * C;
+    product_.diagonal().array() += Scalar(1);
+    llt_.compute(product_);
+    q_ = C;
+    llt_.solveInPlace(q_);
+    D_.noalias() = C * q_;
+  }
+
+  /// Of the C last given to `evaluate`.
+  const Matrix<Scalar>& D() const { return D_; }
+  const Matrix<Scalar>& U_minus_I() {
+    product_ = Scalar(2) * (q_ + D_);
+    return product_;
+  }
+
+ private:
+  Vector<Scalar> lambda_;
+  Matrix<Scalar> ratio_, q_, D_, product_;
+  Eigen::LLT<Matrix<Scalar>> llt_;
+};
+
+}  // namespace stiefel

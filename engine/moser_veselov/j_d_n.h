@@ -1,0 +1,111 @@
+#pragma once
+
+#include "engine/linalg/iteration/history.h"
+#include "engine/moser_veselov/cayley_n.h"
+#include "engine/moser_veselov/deviation_n.h"
+
+namespace stiefel {
+
+/// U = J_D⁻¹(hM), that is UΛ − ΛUᵀ = hM on the branch that starts at the identity, in N dimensions:
+/// by sweeps in the deviation form, started from the extrapolated solution of the last steps; where
+/// those are slow, Newton in Cayley's form; where Λ is spread wide or not positive, Cayley's form
+/// alone. Λ and h are counted in a unit in which the largest λ is about 1: U depends on Λ : h only,
+/// and products of Λ with itself are in range whatever the units of a scene.
+template <class Scalar, Arithmetic arithmetic>
+class JDInverseN {
+ public:
+  using State = Accumulator<Matrix<Scalar>, arithmetic>;
+  /// At h‖Ω‖ = 0.2 each point of it saves half a sweep; more would only sum their roundings.
+  using Memory = History<Scalar, 14>;
+
+  JDInverseN(const Vector<Scalar>& lambda, Scalar h)
+      : JDInverseN(lambda, h, binary_unit<Scalar>(lambda.maxCoeff())) {}
+
+  Memory memory() const { return wide_spread_ ? Memory(N_, N_) : Memory(N_ * (N_ + 1) / 2, 1); }
+
+  /// Finds U; false where the branch has none, or is not found from here.
+  bool solve(const State& x, const Memory& memory);
+
+  /// The same for the step t·h, from the solution found last; after `restart` from none.
+  bool continue_to(const State& x, double t);
+  void restart() { cayley_.C().setZero(); }
+
+  /// Q ← QU, M ← UᵀMU.
+  void transport(State& x, Memory& memory);
+
+  /// U − I of the last `transport`, relatively accurate.
+  const Matrix<Scalar>& U_minus_I() {
+    return wide_spread_ ? cayley_.U_minus_I() : deviation_.U_minus_I();
+  }
+
+ private:
+  JDInverseN(const Vector<Scalar>& lambda, Scalar h, Scalar unit);
+
+  static constexpr Scalar widest =
+      64;  ///< λ_max/λ_min up to which the deviation form keeps its digits
+
+  bool take_over() {
+    if (!wide_spread_) deviation_.set(cayley_.deviation(), K_);
+    return true;
+  }
+
+  Scalar h_;
+  Eigen::Index N_;
+  bool wide_spread_;
+  DeviationN<Scalar, arithmetic> deviation_;
+  CayleyN<Scalar, arithmetic> cayley_;
+  Matrix<Scalar> K_, found_;
+};
+
+template <class Scalar, Arithmetic arithmetic>
+JDInverseN<Scalar, arithmetic>::JDInverseN(const Vector<Scalar>& lambda, Scalar h, Scalar unit)
+    : h_(h / unit),
+      N_(lambda.size()),
+      wide_spread_(!(lambda.minCoeff() * widest > lambda.maxCoeff())),
+      deviation_(lambda / unit, h_),
+      cayley_(lambda / unit, h_),
+      K_(N_, N_),
+      found_(N_, N_) {}
+
+template <class Scalar, Arithmetic arithmetic>
+bool JDInverseN<Scalar, arithmetic>::solve(const State& x, const Memory& memory) {
+  K_ = h_ * x.value.bottomRows(N_);
+  if (!K_.allFinite()) return false;
+  if (wide_spread_) {
+    if (!memory.predict(cayley_.C())) cayley_.start(K_);
+    if (cayley_.fixed_point(K_)) return true;
+  } else {
+    if (!memory.predict(deviation_.R())) deviation_.R().setZero();
+    if (deviation_.sweep(K_)) return true;
+  }
+  cayley_.start(K_);
+  return cayley_.newton(K_) && take_over();
+}
+
+template <class Scalar, Arithmetic arithmetic>
+bool JDInverseN<Scalar, arithmetic>::continue_to(const State& x, double t) {
+  K_ = (static_cast<Scalar>(t) * h_) * x.value.bottomRows(N_);
+  found_ = cayley_.C();
+  if (cayley_.newton(K_)) return take_over();
+  cayley_.C() = found_;
+  return false;
+}
+
+template <class Scalar, Arithmetic arithmetic>
+void JDInverseN<Scalar, arithmetic>::transport(State& x, Memory& memory) {
+  const auto with = [&](auto& form, const auto& solution) {
+    form.transport_momentum(x);
+    if (x.value.rows() > N_) form.transport_frame(x);
+    memory.push(solution);
+  };
+  if (wide_spread_)
+    with(cayley_, cayley_.C());
+  else
+    with(deviation_, deviation_.R());
+}
+
+// Compiled once, in j_d_n.cc.
+extern template class JDInverseN<double, Arithmetic::compensated>;
+extern template class JDInverseN<double, Arithmetic::plain>;
+
+}  // namespace stiefel

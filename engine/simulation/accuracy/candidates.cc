@@ -1,0 +1,91 @@
+#include "engine/simulation/accuracy/candidates.h"
+
+#include <algorithm>
+
+#include "engine/simulation/catalogue/catalogue.h"
+#include "engine/simulation/catalogue/step_weight.h"
+#include "engine/simulation/scene/scene_draft.h"
+
+namespace stiefel {
+namespace {
+
+SceneDescription in_the_hands_of(SceneDescription description, const MethodDescription& method) {
+  description.method = method;
+  description.tolerance.reset();
+  description.choice.clear();
+  return description;
+}
+
+bool keeps_energy(const MethodOnSystem& on) {
+  return std::ranges::none_of(on.preserves, [](const Preservation& p) {
+    return p.invariant == "energy" && p.conservation == Conservation::drifts;
+  });
+}
+
+}  // namespace
+
+MethodDescription Candidate::with_substeps(int m) const {
+  MethodDescription made = method;
+  made.substeps = m;
+  return made;
+}
+
+MethodDescription Candidate::with_tolerance(double tolerance) const {
+  MethodDescription made = method;
+  made.tolerance = tolerance;
+  return made;
+}
+
+std::expected<std::vector<Candidate>, Violations> candidates(const SceneDescription& description,
+                                                             const Place& place) {
+  const SystemInfo* system = catalogue().system(description.system);
+  if (system != nullptr && system->discrete)
+    return std::unexpected(Violations{place.violation(
+        "system", '"' + description.system + '"',
+        "is a discrete system: its map is its motion, and no method can do it better")});
+  Violations refused;
+  std::vector<Candidate> all;
+  const auto consider = [&](const MethodOnSystem& on, std::optional<int> order,
+                            const char* arithmetic, const char* scalar) {
+    const MethodInfo& info = *catalogue().method(on.method);
+    const MethodDescription method{std::string(on.method), order, 1, arithmetic, {}, scalar};
+    auto scene =
+        Scene::resolve(in_the_hands_of(description, method), Scene::frame_tolerance, place);
+    if (scene)
+      all.push_back({method, order.value_or(0), info.default_tolerance > 0,
+                     keeps_energy(on) && !scene->in_float(), step_weight(*scene)});
+    else if (refused.empty())
+      refused = std::move(scene.error());
+  };
+  if (system == nullptr)
+    return std::unexpected(Scene::resolve(description, Scene::frame_tolerance, place).error());
+  for (const auto& on : system->methods) {
+    const auto& orders = catalogue().method(on.method)->orders;
+    for (const int order : orders)
+      for (const char* arithmetic : {"plain", "compensated"}) {
+        consider(on, order, arithmetic, "double");
+        if (on.in_float) consider(on, order, arithmetic, "float");
+      }
+    if (orders.empty()) consider(on, std::nullopt, "compensated", "double");
+  }
+  if (all.empty()) return std::unexpected(std::move(refused));
+  return all;
+}
+
+Scene with_method(const SceneDescription& description, const MethodDescription& method) {
+  return Scene::resolve(in_the_hands_of(description, method)).value();
+}
+
+std::string to_text(const MethodDescription& method) {
+  std::string text = method.name;
+  const MethodInfo* info = catalogue().method(method.name);
+  if (info->orders.size() > 1)
+    text += " of order " + std::to_string(method.order.value_or(info->default_order));
+  if (method.tolerance) text += " with tolerance " + to_text(*method.tolerance);
+  const int m = method.substeps.value_or(1);
+  if (m > 1) text += ", " + std::to_string(m) + " substeps";
+  text += ", " + method.arithmetic;
+  return method.scalar == "float" ? text + ", in float" : text;
+}
+
+}  // namespace stiefel

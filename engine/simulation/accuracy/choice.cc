@@ -1,0 +1,227 @@
+#include "engine/simulation/accuracy/choice.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "engine/simulation/accuracy/error_growth.h"
+#include "engine/simulation/scene/scene_draft.h"
+
+namespace stiefel {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+/// Units of work: about a second, of which the reference may take a third.
+constexpr double budget = 4e9, reference_share = 1.0 / 3;
+/// Of the budget for one run, and for all of one candidate.
+constexpr double run_share = 1.0 / 20;
+constexpr int most_runs = 14;
+constexpr int most_substeps = 1 << 20;
+/// What an extrapolated error is multiplied with.
+constexpr double caution = 2;
+
+/// "2.1e-09".
+std::string short_text(double x) { return scientific_text(x, 2); }
+
+class Chooser {
+ public:
+  Chooser(const SceneDescription& description, const Place& place, std::vector<Candidate> all)
+      : description_(description),
+        place_(place),
+        tolerance_(*description.tolerance),
+        steps_(steps_to(*description.horizon, *description.step)),
+        all_(std::move(all)) {}
+
+  std::expected<Choice, Violations> choose();
+
+ private:
+  struct Trial {
+    MethodDescription method;
+    double error = infinity;  ///< up to the horizon, in units of the tolerance
+    double cost = infinity;
+    std::int64_t steps = 0;
+    bool good() const { return error <= 1; }
+  };
+
+  Trial attempt(const Candidate& candidate, const MethodDescription& method);
+  std::optional<Trial> fewest_substeps(const Candidate& candidate);
+  std::optional<Trial> loosest_tolerance(const Candidate& candidate);
+  double whole_cost(const Candidate& candidate, double substeps) const {
+    return candidate.weight * substeps * static_cast<double>(steps_);
+  }
+  Violations nothing() const;
+  std::string reason(const Trial& trial) const;
+
+  const SceneDescription& description_;
+  const Place& place_;
+  double tolerance_;
+  std::int64_t steps_;
+  std::vector<Candidate> all_;
+  Samples samples_;
+  ErrorGrowth growth_;  ///< of the candidate in hand
+  double left_ = budget;
+  std::optional<Trial> best_;  ///< the cheapest that meets the tolerance
+  Trial nearest_;              ///< of all, the one with the least error
+};
+
+Chooser::Trial Chooser::attempt(const Candidate& candidate, const MethodDescription& method) {
+  const double step_work = candidate.weight * method.substeps.value_or(1);
+  const double allowed = std::min(run_share * budget, left_);
+  const std::int64_t to = affordable_steps(samples_, step_work, allowed);
+  const Scene scene = with_method(description_, method);
+  // What rounding in single precision becomes cannot be told from a part.
+  if (scene.in_float() && to < steps_) return Trial{*scene.description().method};
+  const Run result = run(scene, candidate.weight, samples_, to, Watch::errors, {});
+  left_ -= result.work;
+  Trial trial{*scene.description().method};
+  trial.steps = result.steps;
+  if (!result.status.reached() || result.errors.empty()) return trial;
+  const std::size_t samples = result.errors.size();
+  double error = result.largest_error(samples) + samples_.answers[samples - 1].error;
+  const double growth = growth_.beyond(candidate, result, samples_, steps_);
+  if (result.steps < steps_) error *= caution * growth;
+  trial.error = std::isfinite(error) ? error / tolerance_ : infinity;
+  trial.cost = result.work * static_cast<double>(steps_) / static_cast<double>(result.steps);
+  if (trial.error < nearest_.error) nearest_ = trial;
+  return trial;
+}
+
+/// By the order p: m ← m (error)^{1/p}, up until the error is small enough and then down again, as
+/// long as what comes of it can still be the cheapest.
+std::optional<Chooser::Trial> Chooser::fewest_substeps(const Candidate& candidate) {
+  const double p = candidate.order;
+  std::optional<Trial> found;
+  double failed = 0, m = 1, last_error = infinity;
+  int idle = 0;
+  for (int k = 0; k < most_runs && left_ > 0 && m <= most_substeps; ++k) {
+    const double bound = best_ ? best_->cost : infinity;
+    if (whole_cost(candidate, m) >= bound) break;
+    Trial trial = attempt(candidate, candidate.with_substeps(static_cast<int>(m)));
+    const double predicted = m * std::pow(trial.error, 1 / p);
+    if (trial.good()) {
+      found = std::move(trial);
+      const double fewer = std::ceil(std::max(predicted * 1.01, failed + 1));
+      if (!(fewer < 0.95 * m)) break;
+      m = fewer;
+      continue;
+    }
+    failed = m;
+    if (found) {  // between what fails and what does not
+      const double between = std::ceil(std::sqrt(m * *found->method.substeps));
+      if (!(between > m && between < 0.95 * *found->method.substeps)) break;
+      m = between;
+      continue;
+    }
+    if (std::isinf(trial.error)) {  // a step too long for the method
+      m *= 2;
+      continue;
+    }
+    // Rounding: shorter steps do not help any more.
+    idle = trial.error > 0.6 * last_error ? idle + 1 : 0;
+    if (idle >= 2) break;
+    last_error = trial.error;
+    m = std::ceil(std::clamp(1.02 * predicted, m + 1, 16 * m));
+  }
+  return found;
+}
+
+/// The tolerance of a method that chooses its own steps, per step of the scene. First the loosest
+/// of all, a step at once: between it and the tightest the error does not always fall.
+std::optional<Chooser::Trial> Chooser::loosest_tolerance(const Candidate& candidate) {
+  constexpr double finest = 1e-15, coarsest = 1;
+  const Trial at_once = attempt(candidate, candidate.with_tolerance(coarsest));
+  if (at_once.good()) return at_once;
+  std::optional<Trial> found;
+  double epsilon = std::clamp(tolerance_, finest, coarsest), last_error = infinity;
+  double last_cost = at_once.cost;
+  for (int k = 0; k < most_runs && left_ > 0; ++k) {
+    Trial trial = attempt(candidate, candidate.with_tolerance(epsilon));
+    double next = std::clamp(0.5 * epsilon / trial.error, finest, coarsest);
+    if (trial.good()) {
+      if (!found || trial.cost < found->cost) found = trial;
+      if (next <= 2 * epsilon || (best_ && trial.cost > 4 * best_->cost)) break;
+    } else {
+      // The same strides as before: too loose still to change anything.
+      const bool same = trial.cost == last_cost;
+      if (found || epsilon == finest || (!same && trial.error > 0.6 * last_error)) break;
+      if (!same) last_error = trial.error;
+      last_cost = trial.cost;
+      next = std::max(finest, std::min(next, epsilon / 10));
+    }
+    epsilon = next;
+  }
+  return found;
+}
+
+std::expected<Choice, Violations> Chooser::choose() {
+  const Scene scene = with_method(description_, all_.front().method);
+  const double time = std::abs(scene.time(steps_));
+  samples_ = take_samples(scene, steps_, {time, reference_share * budget, false}, {});
+  if (samples_.steps.empty()) return std::unexpected(nothing());
+  left_ -= samples_.work;
+  // The high orders first: what they cost bounds what the others need to try.
+  std::ranges::stable_sort(all_, [](const Candidate& a, const Candidate& b) {
+    if (a.order != b.order) return a.order > b.order;
+    return a.weight < b.weight;
+  });
+  std::vector<const Candidate*> met;
+  for (const Candidate& candidate : all_) {
+    // The same method in cheaper arithmetic.
+    const bool sibling = std::ranges::any_of(met, [&](const Candidate* other) {
+      return other->method.name == candidate.method.name && other->order == candidate.order &&
+             other->weight <= candidate.weight;
+    });
+    if (sibling) continue;
+    growth_ = {};
+    const auto trial =
+        candidate.own_steps ? loosest_tolerance(candidate) : fewest_substeps(candidate);
+    if (!trial) continue;
+    met.push_back(&candidate);
+    if (!best_ || trial->cost < best_->cost) best_ = trial;
+  }
+  if (!best_) return std::unexpected(nothing());
+  return Choice{best_->method, reason(*best_)};
+}
+
+Violations Chooser::nothing() const {
+  const bool any = std::isfinite(nearest_.error);
+  const double error = nearest_.error * tolerance_;
+  Violation refusal = place_.violation(
+      "tolerance", to_text(tolerance_),
+      any ? "cannot be met up to t = " + to_text(*description_.horizon) +
+                ": the best that was found errs by " + short_text(error) + " (" +
+                to_text(nearest_.method) + ")"
+          : "cannot be met: no method got to a first measurement within the effort "
+            "that a choice may take; name a method");
+  refusal.reason = "TOLERANCE_NOT_MET";
+  refusal.metadata = {{"tolerance", to_text(tolerance_)}};
+  if (any) {
+    refusal.metadata["best_error"] = to_text(error);
+    refusal.metadata["best_method"] = to_text(nearest_.method);
+  }
+  return {refusal};
+}
+
+std::string Chooser::reason(const Trial& trial) const {
+  const double measured = static_cast<double>(trial.steps) * std::abs(*description_.step);
+  std::string text = to_text(trial.method) + ": error " + short_text(trial.error * tolerance_) +
+                     " up to t = " + to_text(*description_.horizon) + " at " +
+                     short_text(trial.cost) + " units of work, the least of " +
+                     std::to_string(all_.size()) + " entries that stay within " +
+                     to_text(tolerance_) + "; against " + samples_.reference + " (its error " +
+                     short_text(samples_.answers.back().error) + ")";
+  if (trial.steps < steps_) text += ", measured to t = " + to_text(measured) + " and extrapolated";
+  return text;
+}
+
+}  // namespace
+
+std::expected<Choice, Violations> choose_method(const SceneDescription& description,
+                                                const Place& place) {
+  auto all = candidates(description, place);
+  if (!all) return std::unexpected(std::move(all.error()));
+  return Chooser(description, place, *std::move(all)).choose();
+}
+
+}  // namespace stiefel

@@ -1,0 +1,139 @@
+#include "engine/simulation/accuracy/measurement.h"
+
+#include <ctime>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "engine/simulation/catalogue/catalogue.h"
+
+namespace stiefel {
+namespace {
+
+/// Of the runs' length; with its halves, where runs may end that are cut short.
+constexpr std::int64_t evenly = 8;
+/// Manakov's coefficients cost N⁵ operations at every sample.
+constexpr int largest_with_manakov = 8;
+/// Between two looks at the token.
+constexpr double slice_work = 5e6;
+
+double thread_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+std::vector<std::string> watched(const Scene& scene) {
+  std::vector<std::string> families;
+  if (scene.dimension() <= largest_with_manakov) return families;  // all that are cheap
+  for (const auto& invariant : catalogue().system(scene.system())->invariants)
+    if (invariant.name != "manakov" && invariant.name != "lax")
+      families.emplace_back(invariant.name);
+  return families;
+}
+
+class InvariantWatch {
+ public:
+  InvariantWatch(const Scene& scene, const Simulation& start)
+      : only_(watched(scene)), before_(only_) {
+    start.invariants(before_);
+  }
+  void look(const Simulation& now, Run& run) const {
+    InvariantList after(only_);
+    now.invariants(after);
+    for (std::size_t i = 0; i < std::min(before_.entries().size(), after.entries().size()); ++i) {
+      const auto& start = before_.entries()[i];
+      const double drift = drift_of(start.value, after.entries()[i].value, start.scale);
+      if (drift > run.drift || run.drift_of.empty()) {
+        run.drift = drift;
+        run.drift_of = start.name;
+      }
+    }
+    if (const auto defect = now.orthogonality(); defect && *defect > run.drift) {
+      run.drift = *defect;
+      run.drift_of = "orthogonality";
+    }
+  }
+
+ private:
+  std::vector<std::string> only_;
+  InvariantList before_;
+};
+
+}  // namespace
+
+std::int64_t steps_to(double horizon, double step) {
+  const double steps = horizon / std::abs(step);
+  const double whole = std::round(steps);
+  const double up = std::abs(steps - whole) <= 1e-9 * whole ? whole : std::ceil(steps);
+  return std::max<std::int64_t>(1, static_cast<std::int64_t>(std::min(up, 1e15)));
+}
+
+Samples take_samples(const Scene& scene, std::int64_t steps, const ReferenceNeed& need,
+                     const std::stop_token& stop) {
+  std::set<std::int64_t> wanted;
+  for (std::int64_t k = steps; k >= 1; k /= 2) wanted.insert(k);
+  for (std::int64_t i = 1; i <= evenly; ++i)
+    wanted.insert(std::max<std::int64_t>(1, steps / evenly * i + steps % evenly * i / evenly));
+  const auto reference = make_reference(scene, need);
+  Samples samples;
+  samples.reference = reference->description();
+  for (const std::int64_t step : wanted) {
+    auto answer = reference->at(scene.time(step), stop);
+    if (!answer) break;
+    samples.steps.push_back(step);
+    samples.answers.push_back(*std::move(answer));
+  }
+  samples.work = reference->work();
+  return samples;
+}
+
+double Run::largest_error(std::size_t samples) const {
+  double largest = 0;
+  for (std::size_t i = 0; i < std::min(samples, errors.size()); ++i)
+    largest = std::max(largest, errors[i].largest());
+  return largest;
+}
+
+Run run(const Scene& scene, double weight, const Samples& samples, std::int64_t to, Watch watch,
+        const std::stop_token& stop) {
+  const auto now = make_simulation(scene);
+  Run out;
+  std::optional<InvariantWatch> invariants;
+  if (watch == Watch::errors_and_invariants) invariants.emplace(scene, *now);
+  // Of a closed form every state, like of the others: it is all states that a method is compared
+  // by.
+  const double steps = now->direct() ? 1 : slice_work / (weight * scene.substeps());
+  const auto slice = static_cast<std::int64_t>(std::max(1.0, std::floor(steps)));
+  const auto go_to = [&](std::int64_t step) {
+    const double start = thread_seconds();
+    while (now->step() < step && out.status.reached()) {
+      out.status = stop.stop_requested() ? RunStatus{Outcome::cancelled, std::nullopt}
+                                         : now->advance(std::min(slice, step - now->step()));
+    }
+    out.cpu_seconds += thread_seconds() - start;
+    return out.status.reached();
+  };
+  for (std::size_t i = 0; i < samples.steps.size() && samples.steps[i] <= to; ++i) {
+    if (watch == Watch::time && samples.steps[i] < to) continue;
+    if (!go_to(samples.steps[i])) break;
+    if (watch == Watch::time) continue;
+    out.errors.push_back(error_of(read_motion(scene, *now), samples.answers[i].state));
+    if (invariants) invariants->look(*now, out);
+  }
+  out.steps = now->step();
+  out.work = weight * static_cast<double>(now->map_steps());
+  return out;
+}
+
+std::int64_t affordable_steps(const Samples& samples, double step_work, double work) {
+  const auto affordable = [&](std::int64_t steps) {
+    return static_cast<double>(steps) * step_work <= work;
+  };
+  const auto longest =
+      std::ranges::find_if(samples.steps.rbegin(), samples.steps.rend(), affordable);
+  return longest == samples.steps.rend() ? samples.steps.front() : *longest;
+}
+
+}  // namespace stiefel

@@ -1,0 +1,219 @@
+// The closed forms as references.
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "engine/linalg/arithmetic/quadruple.h"
+#include "engine/methods/closed_forms/euler_top.h"
+#include "engine/methods/closed_forms/isotropic_geodesic.h"
+#include "engine/methods/closed_forms/two_valued_body.h"
+#include "engine/simulation/accuracy/reference_start.h"
+
+namespace stiefel {
+namespace {
+
+using Solution = std::function<MotionState(double)>;
+
+/// One closed form in two precisions: their distance is the error of the coarser, which is as many
+/// times that of the finer as their roundings are.
+struct ClosedForm {
+  Solution fine, coarse;
+  struct Precision {
+    double finer;  ///< error of the fine solution over their distance, with some bits to spare
+    double unit;   ///< what an angle of 1 is rounded by
+  } precision;
+  double rate;  ///< ‖Ω‖_F or ‖Q̇‖_F, 1/time
+  double work;  ///< of a state in both
+  std::string description;
+  double start = 0;  ///< what Q misses its manifold by, on which the closed form is the motion
+};
+
+constexpr ClosedForm::Precision in_quadruple = {0x1p-40, 0x1p-111};  // 113 bits against 64
+constexpr ClosedForm::Precision in_extended = {0x1p-6, 0x1p-62};     // 64 against 53
+/// From this distance on it is not proportional to the rounding any more.
+constexpr double proportional = 0x1p-10;
+
+double distance(const MotionState& a, const MotionState& b) {
+  const bool finite = a.attitude.allFinite() && b.attitude.allFinite() && a.momentum.allFinite() &&
+                      b.momentum.allFinite();
+  return finite ? error_of(a, b).largest() : std::numeric_limits<double>::infinity();
+}
+
+class ExactReference final : public Reference {
+ public:
+  ExactReference(ClosedForm form, double budget) : form_(std::move(form)), budget_(budget) {}
+
+  /// Whether the estimate of its error holds at the time.
+  bool holds_at(double time) const {
+    return distance(form_.coarse(time), form_.fine(time)) < proportional;
+  }
+
+  std::optional<Answer> at(double time, const std::stop_token& stop) override {
+    if (stop.stop_requested() || work_ + form_.work > budget_) return std::nullopt;
+    work_ += form_.work;
+    MotionState state = form_.fine(time);
+    if (!state.momentum.allFinite() || !state.attitude.allFinite()) return std::nullopt;
+    // Rounded to be reported, and in every angle on the way.
+    constexpr double reported = std::numeric_limits<long double>::epsilon();
+    const double angle = form_.rate * std::abs(time);
+    const double rounding = reported + form_.precision.unit * angle + 2 * form_.start * (1 + angle);
+    error_ =
+        std::max({error_, rounding, form_.precision.finer * distance(form_.coarse(time), state)});
+    return Answer{std::move(state), error_};
+  }
+
+  std::string description() const override { return form_.description; }
+  double work() const override { return work_; }
+  std::optional<double> predicted_work(double, const std::stop_token&) override {
+    return work_ + form_.work;
+  }
+
+ private:
+  ClosedForm form_;
+  double budget_, work_ = 0, error_ = 0;
+};
+
+template <class Scalar, class Derived>
+auto rounded(const Eigen::MatrixBase<Derived>& A) {
+  return A.template cast<Scalar>().eval();
+}
+
+using Start = SeriesStart<Quad>;
+
+MotionState presented(const Start& start, const Matrix<Quad>& x, Eigen::Index momentum_rows) {
+  return start.presentation.of(x, momentum_rows);
+}
+
+/// Euler's top from Q = I, after Q_0.
+template <class Scalar, bool frame>
+Solution top(const Start& start) {
+  typename So3<Scalar, frame>::State x;
+  x.setZero();
+  if constexpr (frame) x(0) = 1;
+  const Matrix<Quad> M = start.x.bottomRows(3);
+  x.template tail<3>() = vee(rounded<Scalar>(M));
+  const PrincipalMoments3<Quad> I(start.lambda);
+  const PrincipalMoments3<Scalar> moments(rounded<Scalar>(I.moments),
+                                          rounded<Scalar>(I.differences));
+  return [start, motion = EulerTop<Scalar, frame>(moments, x)](double t) {
+    const auto at = motion.at(Scalar(t));
+    Matrix<Quad> now(frame ? 6 : 3, 3);
+    if constexpr (frame)
+      now.topRows(3) =
+          start.x.topRows(3) * rounded<Quad>(rotation_matrix<Scalar>(at.template head<4>()));
+    now.bottomRows(3) = rounded<Quad>(hat(Vector3<Scalar>(at.template tail<3>())));
+    return presented(start, now, 3);
+  };
+}
+template <class Scalar>
+Solution top(const Start& start) {
+  return start.x.rows() > 3 ? top<Scalar, true>(start) : top<Scalar, false>(start);
+}
+
+template <class Scalar>
+Solution two_valued(const Start& start) {
+  return [start, motion = TwoValuedBody<Scalar>(rounded<Scalar>(start.lambda),
+                                                rounded<Scalar>(start.x))](double t) mutable {
+    return presented(start, rounded<Quad>(motion.at(Scalar(t))), start.x.cols());
+  };
+}
+
+template <class Scalar>
+Solution isotropic_geodesic(const Start& start) {
+  return [start, motion = IsotropicGeodesic<Scalar>(rounded<Scalar>(start.lambda),
+                                                    rounded<Scalar>(start.x))](double t) mutable {
+    return presented(start, rounded<Quad>(motion.at(Scalar(t))), start.x.rows() / 2);
+  };
+}
+
+/// Units of work of a state in both precisions, as callgrind counts them: Euler's top; and the
+/// eigenvectors of a complex n × n with what is multiplied by them, rows × n.
+constexpr double top_in_quadruple = 1.4e6, top_in_extended = 8e4;
+double eigenvectors_work(Eigen::Index n, Eigen::Index rows) {
+  const auto d = static_cast<double>(n), r = static_cast<double>(rows);
+  return 5e4 + 600 * d * d * d + 50 * r * d * d;
+}
+
+/// ‖Ω‖_F, Ω_ij = M_ij/(λ_i + λ_j).
+double body_rate(const Start& start) {
+  const Eigen::Index N = start.x.cols();
+  const auto M = start.x.bottomRows(N);
+  double sum = 0;
+  for (Eigen::Index j = 0; j < N; ++j)
+    for (Eigen::Index i = 0; i < j; ++i) {
+      const auto Omega =
+          static_cast<double>(M(i, j)) / static_cast<double>(start.lambda(i) + start.lambda(j));
+      sum += 2 * Omega * Omega;
+    }
+  return std::sqrt(sum);
+}
+
+ClosedForm top_form(const Start& start, bool quadruple) {
+  if (quadruple)
+    return {top<Quad>(start), top<long double>(start),
+            in_quadruple,     body_rate(start),
+            top_in_quadruple, "Jacobi's closed form in quadruple precision"};
+  return {
+      top<long double>(start), top<double>(start), in_extended,
+      body_rate(start),        top_in_extended,    "Jacobi's closed form in extended precision"};
+}
+
+/// Eigenvectors cannot be stopped on the way to them: half a second at most.
+constexpr double at_once = 2.5e9;
+
+std::unique_ptr<ExactReference> reference(ClosedForm form, const ReferenceNeed& need, double time) {
+  auto made = std::make_unique<ExactReference>(std::move(form), need.budget);
+  return made->holds_at(time) ? std::move(made) : nullptr;
+}
+
+/// Whether the scene may have one, told by Λ alone: the start takes products of matrices.
+bool may_have_closed_form(const Eigen::VectorXd& lambda) {
+  return lambda.size() == 3 || (lambda.size() > 1 && (TwoValuedBody<double>::has(lambda) ||
+                                                      IsotropicGeodesic<double>::has(lambda)));
+}
+
+/// Units of work of a state in both precisions.
+double closed_form_work(const Start& start) {
+  const Eigen::Index rows = start.x.rows(), N = start.x.cols();
+  if (start.kind != SeriesKind::rigid_body) return eigenvectors_work(rows, N);
+  return N == 3 ? top_in_extended : eigenvectors_work(N, N);
+}
+
+}  // namespace
+
+std::unique_ptr<Reference> make_exact_reference(const Scene& scene, const ReferenceNeed& need) {
+  const Eigen::VectorXd& lambda = scene.inertia();
+  const auto n = static_cast<double>(scene.Q().rows());
+  const double least_work = 80 * n * n * static_cast<double>(lambda.size());  // of the start
+  // One that is too dear but cheap to make tells its price.
+  const double allowed = std::min(at_once, std::max(need.budget, top_in_extended));
+  if (!may_have_closed_form(lambda) || least_work > allowed) return nullptr;
+  const auto start = start_of<Quad>(scene);
+  if (!start) return nullptr;
+  const double time = std::copysign(need.time, scene.step()), work = closed_form_work(*start);
+  if (work > allowed) return nullptr;
+  if (start->kind == SeriesKind::rigid_body) {
+    if (start->x.cols() == 3) {
+      for (const bool quadruple : {need.quadruple, true})
+        if (auto made = reference(top_form(*start, quadruple), need, time)) return made;
+    } else if (TwoValuedBody<double>::has(lambda)) {
+      return reference(
+          {two_valued<long double>(*start), two_valued<double>(*start), in_extended,
+           body_rate(*start), work, "closed form for Lambda of two values in extended precision"},
+          need, time);
+    }
+  } else if (start->kind == SeriesKind::stiefel && IsotropicGeodesic<double>::has(lambda)) {
+    const Eigen::Index rows = start->x.rows() / 2;
+    const Matrix<Quad> Q = start->x.topRows(rows);
+    const Matrix<Quad> defect = Q * Q.transpose() - Matrix<Quad>::Identity(rows, rows);
+    const double S = start->x.bottomRows(rows).cast<double>().norm();
+    return reference({isotropic_geodesic<long double>(*start), isotropic_geodesic<double>(*start),
+                      in_extended, S / lambda(0), work,
+                      "closed form for Lambda a multiple of the identity in extended precision",
+                      defect.cast<double>().norm()},
+                     need, time);
+  }
+  return nullptr;
+}
+
+}  // namespace stiefel

@@ -1,0 +1,177 @@
+// Taylor series in quadruple and extended precision.
+#include <algorithm>
+#include <cmath>
+
+#include "engine/linalg/arithmetic/quadruple.h"
+#include "engine/problems/taylor_double_bracket.h"
+#include "engine/problems/taylor_motion.h"
+#include "engine/problems/taylor_parametric_rigid_body.h"
+#include "engine/problems/taylor_rigid_body.h"
+#include "engine/problems/taylor_stiefel.h"
+#include "engine/simulation/accuracy/reference_start.h"
+
+namespace stiefel {
+namespace {
+
+/// Units of work an operation takes: instructions of the software that adds or multiplies.
+template <class Scalar>
+constexpr double operation_work = std::is_same_v<Scalar, Quad> ? 80 : 8;
+/// What a series may leave out in each precision.
+constexpr double quadruple_epsilon = 1e-26, extended_epsilon = 1e-18;
+/// How much more the second solution leaves out, whose distance from the first is the error. It has
+/// series of a lower order, and of another length. In extended precision little more, so that over
+/// thousands of series the estimate stays below the tolerances that double precision can meet.
+template <class Scalar>
+constexpr double coarser = std::is_same_v<Scalar, Quad> ? 1e4 : 1e2;
+
+template <class Series>
+class TaylorReference final : public Reference {
+ public:
+  using Scalar = typename Series::Scalar;
+
+  /// `make(order)` is the series.
+  template <class Make>
+  TaylorReference(Make make, const SeriesStart<Scalar>& start, double epsilon, double budget)
+      : presentation_(start.presentation),
+        budget_(budget),
+        order_(taylor_order(epsilon)),
+        work_(series_work(start.x.rows(), start.x.cols(), order_)),
+        coarse_work_(series_work(start.x.rows(), start.x.cols(), coarse_order(epsilon))),
+        momentum_rows_(make(order_).momentum_rows()),
+        fine_(make(order_), start.x, epsilon),
+        coarse_(make(coarse_order(epsilon)), a_rounding_away(start.x, momentum_rows_, order_),
+                coarser<Scalar> * epsilon) {}
+
+  static double series_work(Eigen::Index rows, Eigen::Index cols, int order) {
+    return operation_work<Scalar> * Series::operations(rows, cols, order);
+  }
+
+  std::optional<Answer> at(double time, const std::stop_token& stop) override {
+    const auto stopped = [&] { return stop.stop_requested() || work() > budget_; };
+    if (!fine_.go_to(time, stopped) || !coarse_.go_to(time, stopped)) return std::nullopt;
+    MotionState state = present(fine_);
+    error_ = std::max({error_, rounding(state), error_of(present(coarse_), state).largest()});
+    return Answer{std::move(state), error_};
+  }
+
+  std::string description() const override {
+    return "Taylor series of order " + std::to_string(order_) +
+           (std::is_same_v<Scalar, Quad> ? " in quadruple precision" : " in extended precision");
+  }
+
+  double work() const override {
+    return static_cast<double>(fine_.series_count()) * work_ +
+           static_cast<double>(coarse_.series_count()) * coarse_work_;
+  }
+
+  /// By the stretches that the first series span; before those, two series that are dearer than the
+  /// budget are dear enough.
+  std::optional<double> predicted_work(double time, const std::stop_token& stop) override {
+    const double first = work_ + coarse_work_;
+    const auto stopped = [&] { return stop.stop_requested(); };
+    if (first > budget_ || !fine_.go_to(0, stopped) || !coarse_.go_to(0, stopped)) return first;
+    const auto stretches = [&](const auto& motion) {
+      return std::max(1.0, std::ceil(std::abs(time) / motion.span()));
+    };
+    return stretches(fine_) * work_ + stretches(coarse_) * coarse_work_;
+  }
+
+ private:
+  /// Where the second solution starts. In extended precision the start is rounded too, and so is
+  /// its first series, the same in both solutions; what the motion makes of that shows in a
+  /// momentum that is as much larger.
+  static Matrix<Scalar> a_rounding_away(Matrix<Scalar> x, Eigen::Index momentum_rows, int order) {
+    if constexpr (std::is_same_v<Scalar, long double>)
+      x.bottomRows(momentum_rows) *= 1 + order * std::numeric_limits<Scalar>::epsilon();
+    return x;
+  }
+  static int coarse_order(double epsilon) { return taylor_order(coarser<Scalar> * epsilon); }
+
+  MotionState present(const TaylorMotion<Series>& motion) const {
+    return presentation_.of(motion.state(), momentum_rows_);
+  }
+
+  /// What rounding alone may do, which two solutions may have in common: a series in extended
+  /// precision is a sum of `order` rounded terms, one in quadruple precision is rounded once, when
+  /// it is reported; each relative to the largest number on the way to the result.
+  double rounding(const MotionState& state) const {
+    constexpr double unit = std::numeric_limits<long double>::epsilon();
+    const double terms = std::is_same_v<Scalar, Quad> ? 1 : order_;
+    const auto largest = [](const auto& A) {
+      return A.size() > 0 ? static_cast<double>(A.cwiseAbs().maxCoeff()) : 0;
+    };
+    const double momentum = largest(state.momentum),
+                 computed = largest(fine_.state().bottomRows(momentum_rows_));
+    const double part = momentum > 0 ? computed / momentum : 1;
+    return terms * unit * std::max({1.0, largest(state.attitude), part});
+  }
+
+  Presentation<Scalar> presentation_;
+  double budget_;
+  int order_;
+  double work_, coarse_work_;
+  Eigen::Index momentum_rows_;
+  TaylorMotion<Series> fine_, coarse_;
+  double error_ = 0;
+};
+
+/// In quadruple precision if that stays within the budget, else in extended. `make(start, order)`
+/// is the series of a start in either.
+template <class Make>
+std::unique_ptr<Reference> affordable(const Make& make, const Scene& scene,
+                                      const SeriesStart<long double>& start,
+                                      const ReferenceNeed& need) {
+  const auto made = [&](const auto& from, double epsilon) -> std::unique_ptr<Reference> {
+    using Series = decltype(make(from, 1));
+    return std::make_unique<TaylorReference<Series>>([&](int order) { return make(from, order); },
+                                                     from, epsilon, need.budget);
+  };
+  const int order = taylor_order(quadruple_epsilon);
+  using QuadrupleSeries = decltype(make(SeriesStart<Quad>(), 1));
+  const double work =
+      2 * TaylorReference<QuadrupleSeries>::series_work(start.x.rows(), start.x.cols(), order);
+  if (need.quadruple && work <= need.budget) {
+    // Extended precision says how far a series reaches.
+    TaylorMotion probe(make(start, order), start.x, quadruple_epsilon);
+    probe.go_to(0, [] { return false; });
+    if (std::ceil(std::abs(need.time) / probe.span()) * work <= need.budget)
+      return made(start_of<Quad>(scene).value(), quadruple_epsilon);
+  }
+  return made(start, extended_epsilon);
+}
+
+}  // namespace
+
+std::unique_ptr<Reference> make_taylor_reference(const Scene& scene, const ReferenceNeed& need) {
+  const auto start = start_of<long double>(scene);
+  if (!start) return nullptr;
+  switch (start->kind) {
+    case SeriesKind::rigid_body:
+      return affordable(
+          []<class Scalar>(const SeriesStart<Scalar>& s, int order) {
+            return TaylorRigidBody<Scalar>(s.lambda, order);
+          },
+          scene, *start, need);
+    case SeriesKind::parametric_rigid_body:
+      return affordable(
+          []<class Scalar>(const SeriesStart<Scalar>& s, int order) {
+            return TaylorParametricRigidBody<Scalar>(s.lambda, s.mu, order);
+          },
+          scene, *start, need);
+    case SeriesKind::stiefel:
+      return affordable(
+          []<class Scalar>(const SeriesStart<Scalar>& s, int order) {
+            return TaylorStiefel<Scalar>(s.lambda, s.x.rows() / 2, order);
+          },
+          scene, *start, need);
+    case SeriesKind::double_bracket:
+      return affordable(
+          []<class Scalar>(const SeriesStart<Scalar>& s, int order) {
+            return TaylorDoubleBracket<Scalar>(s.lambda, s.lambda_v, order);
+          },
+          scene, *start, need);
+  }
+  return nullptr;
+}
+
+}  // namespace stiefel

@@ -1,0 +1,214 @@
+#include "engine/simulation/accuracy/tradeoff.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "engine/simulation/accuracy/pareto_front.h"
+#include "engine/simulation/scene/scene_draft.h"
+
+namespace stiefel {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+/// Of the budget.
+constexpr double reference_share = 0.5;
+/// Of a candidate, for sharing what is left among those to come.
+constexpr int expected_points = 12;
+constexpr int last_doubling = 16, last_decade = 11;
+/// A point that does not halve the error did not help; after so many in a row no other will.
+constexpr double helps = 0.5;
+constexpr int patience = 2;
+/// A run of less than this part of the horizon says too little of it.
+constexpr double least_part = 1.0 / 64;
+/// In single precision of less than this: rounding may come up from below.
+constexpr double least_part_in_float = 1.0 / 8;
+
+/// The error where what was measured is less than can be known.
+MotionError at_least(double known, MotionError error) {
+  if (error.attitude) error.attitude = std::max(known, *error.attitude);
+  error.momentum = std::max(known, error.momentum);
+  return error;
+}
+
+double median(std::vector<double> values) {
+  std::ranges::sort(values);
+  return values[values.size() / 2];
+}
+
+}  // namespace
+
+std::expected<Tradeoff, Violations> Tradeoff::prepare(TradeoffRequest request) {
+  Violations wrong;
+  if (request.horizon && !(std::isfinite(*request.horizon) && *request.horizon > 0))
+    wrong.push_back({"horizon", to_text(*request.horizon), "must be finite and > 0"});
+  if (!(std::isfinite(request.budget) && request.budget > 0))
+    wrong.push_back({"budget", to_text(request.budget), "must be finite and > 0"});
+  if (request.repeats < 1 || request.repeats > 100)
+    wrong.push_back({"repeats", std::to_string(request.repeats), "must be 1 to 100"});
+  const auto place = Place::inside("scene");
+  if (request.scene.members)
+    wrong.push_back(place.violation("members", std::to_string(*request.scene.members),
+                                    "must be absent: measure one member"));
+  auto found = candidates(request.scene, place);
+  if (!found) wrong.insert(wrong.end(), found.error().begin(), found.error().end());
+  if (!wrong.empty()) return std::unexpected(std::move(wrong));
+  return Tradeoff(std::move(request), *std::move(found));
+}
+
+Tradeoff::Tradeoff(TradeoffRequest request, std::vector<Candidate> candidates)
+    : request_(std::move(request)),
+      candidates_(std::move(candidates)),
+      left_(request_.budget),
+      best_(infinity) {
+  const double step = *request_.scene.step;
+  if (!request_.horizon) request_.horizon = request_.scene.horizon;
+  steps_ = request_.horizon ? steps_to(*request_.horizon, step) : TradeoffRequest::default_steps;
+}
+
+std::expected<TradeoffSetup, Violations> Tradeoff::solve_reference(const std::stop_token& stop) {
+  const Scene scene = with_method(request_.scene, candidates_.front().method);
+  const double time = std::abs(scene.time(steps_));
+  samples_ = take_samples(scene, steps_, {time, reference_share * request_.budget}, stop);
+  left_ -= samples_.work;
+  if (samples_.steps.empty() && !stop.stop_requested())
+    return std::unexpected(Violations{
+        {"budget", to_text(request_.budget),
+         "must be larger: " + samples_.reference + " takes half of it to the first state"}});
+  TradeoffSetup setup{machine(), build_fingerprint(), samples_.reference};
+  setup.reference_error = reference_error();
+  setup.horizon = time;
+  setup.steps = steps_;
+  setup.reference_steps = samples_.last();
+  setup.budget = request_.budget;
+  setup.repeats = static_cast<int>(request_.repeats);
+  setup.curves = candidates_.size();
+  return setup;
+}
+
+double Tradeoff::share() const {
+  const auto to_come = static_cast<double>(candidates_.size() - candidate_) * expected_points;
+  return std::max(0.0, left_) / (to_come * static_cast<double>(request_.repeats));
+}
+
+std::optional<TradeoffPoint> Tradeoff::next(const std::stop_token& stop) {
+  while (candidate_ < candidates_.size() && !stop.stop_requested()) {
+    const Candidate& candidate = candidates_[candidate_];
+    const auto method = candidate.own_steps ? candidate.with_tolerance(std::pow(10, -3 - knob_))
+                                            : candidate.with_substeps(1 << knob_);
+    const double step_work = candidate.weight * method.substeps.value_or(1);
+    const std::int64_t to = affordable_steps(samples_, step_work, share());
+    const Scene scene = with_method(request_.scene, method);
+    const double least = scene.in_float() ? least_part_in_float : least_part;
+    const bool too_short = static_cast<double>(to) < least * static_cast<double>(steps_) ||
+                           static_cast<double>(to) * step_work > share();
+    const auto first =
+        knob_ > 0 && too_short ? std::nullopt : first_run(candidate, scene, to, stop);
+    if (!first) {
+      next_candidate();
+      continue;
+    }
+    auto point = measure(candidate, scene, *first, stop);
+    if (point.status.outcome == Outcome::cancelled) return std::nullopt;
+    const bool another = advance_knob(point);
+    if (!another) continue;
+    costs_.push_back(point.work);
+    errors_.push_back(point.error ? point.error->largest() : std::nan(""));
+    return point;
+  }
+  return std::nullopt;
+}
+
+std::optional<Run> Tradeoff::first_run(const Candidate& candidate, const Scene& scene,
+                                       std::int64_t to, const std::stop_token& stop) {
+  const auto go_to = [&](std::int64_t steps) {
+    Run made = run(scene, candidate.weight, samples_, steps, Watch::errors_and_invariants, stop);
+    left_ -= made.work;
+    return made;
+  };
+  if (to == steps_ || !scene.in_float()) return go_to(to);
+  if (knob_ > 0) {
+    Run part = go_to(to);
+    if (!part.status.reached() || growth_.falls_as_declared(candidate, 2, part, samples_))
+      return part;
+  }
+  const double whole = candidate.weight * scene.substeps() * static_cast<double>(steps_);
+  if (samples_.last() < steps_ || whole > expected_points * share()) return std::nullopt;
+  return go_to(steps_);
+}
+
+TradeoffPoint Tradeoff::measure(const Candidate& candidate, const Scene& scene, const Run& first,
+                                const std::stop_token& stop) {
+  TradeoffPoint point;
+  point.method = *scene.description().method;
+  left_ -= first.work * (request_.repeats - 1);
+  point.status = first.status;
+  point.measured_steps = first.steps;
+  point.drift = first.drift;
+  point.drift_of = first.drift_of;
+  if (first.steps == 0 || point.status.outcome == Outcome::cancelled) return point;
+
+  const double time = std::abs(scene.time(first.steps));
+  point.cpu_seconds_per_second.push_back(first.cpu_seconds / time);
+  for (int k = 1; k < request_.repeats && first.status.reached(); ++k) {
+    const Run again = run(scene, candidate.weight, samples_, first.steps, Watch::time, stop);
+    if (again.status.outcome == Outcome::cancelled) {
+      point.status = again.status;
+      return point;
+    }
+    point.cpu_seconds_per_second.push_back(again.cpu_seconds / time);
+  }
+  const double seconds = median(point.cpu_seconds_per_second);
+  point.steps_per_second = seconds > 0 ? 1 / (seconds * std::abs(scene.step())) : infinity;
+  const double rest = static_cast<double>(steps_) / static_cast<double>(first.steps);
+  point.work = first.work * rest;
+  if (!first.status.reached()) return point;
+
+  const double known = reference_error();
+  point.error = at_least(known, first.errors.back());
+  point.below_reference = first.errors.back().largest() <= known;
+  point.extrapolated = first.steps < steps_;
+  const double growth = growth_.beyond(candidate, first, samples_, steps_);
+  if (point.extrapolated) {
+    // What an error oscillates through is not what it grows from.
+    const double envelope = std::max(known, first.largest_error(first.errors.size()));
+    const double factor = growth * std::min(envelope / point.error->largest(), 4.0);
+    if (point.error->attitude) *point.error->attitude *= factor;
+    point.error->momentum *= factor;
+    if (!candidate.keeps_energy) point.drift *= rest;
+  }
+  return point;
+}
+
+bool Tradeoff::advance_knob(const TradeoffPoint& point) {
+  const double error = point.error ? point.error->largest() : infinity;
+  // One step at least: a tighter tolerance may change nothing yet.
+  const bool another = point.work != last_work_ || error != last_error_;
+  last_work_ = point.work;
+  last_error_ = error;
+  // A step too long for its method is no reason to give up the shorter ones.
+  const bool helped = error <= helps * best_ || error > saturated_error;
+  if (another) idle_ = helped ? 0 : idle_ + 1;
+  best_ = std::min(best_, error);
+  ++knob_;
+  const Candidate& candidate = candidates_[candidate_];
+  const int last = candidate.order == 0 ? 0 : candidate.own_steps ? last_decade : last_doubling;
+  if (idle_ >= patience || knob_ > last) next_candidate();
+  return another;
+}
+
+void Tradeoff::next_candidate() {
+  ++candidate_;
+  knob_ = idle_ = 0;
+  best_ = infinity;
+  growth_ = {};
+  last_work_ = last_error_ = 0;
+}
+
+std::vector<std::size_t> Tradeoff::front() const {
+  std::vector<CostAndError> points;
+  for (std::size_t i = 0; i < costs_.size(); ++i) points.push_back({costs_[i], errors_[i]});
+  return pareto_front(points);
+}
+
+}  // namespace stiefel

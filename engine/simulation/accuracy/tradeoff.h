@@ -1,0 +1,103 @@
+#pragma once
+
+#include <expected>
+#include <optional>
+#include <vector>
+
+#include "engine/simulation/accuracy/error_growth.h"
+
+namespace stiefel {
+
+/// What is asked for. The scene's method is not looked at.
+struct TradeoffRequest {
+  SceneDescription scene;
+  std::optional<double> horizon = {};  ///< else the scene's, else 100 steps
+  double budget = default_budget;      ///< units of work; see step_weight.h
+  std::int64_t repeats = 3;            ///< timed runs of each point, at most 100
+
+  static constexpr double default_budget = 5e10;  ///< about ten seconds
+  static constexpr std::int64_t default_steps = 100;
+};
+
+struct TradeoffSetup {
+  std::string machine, build;
+  std::string reference;
+  double reference_error = 0;  ///< at the end of its run
+  double horizon = 0;
+  std::int64_t steps = 0;            ///< to the horizon
+  std::int64_t reference_steps = 0;  ///< of them the reference went so many
+  double budget = 0;
+  int repeats = 0;
+  std::size_t curves = 0;  ///< candidates, each of which gives one point or more
+};
+
+/// One method with its order, arithmetic, and substeps or tolerance. Errors, drift and work are
+/// those at the horizon, extrapolated if the run was cut short.
+struct TradeoffPoint {
+  MethodDescription method;
+  /// Nothing where the run stopped; else no part of it is below `reference_error`, which stands for
+  /// what is.
+  std::optional<MotionError> error;
+  double drift = 0;  ///< the worst of the invariants' over the run
+  std::string drift_of;
+  double work = 0;
+  std::vector<double> cpu_seconds_per_second;  ///< of each timed run
+  double steps_per_second = 0;                 ///< the median's
+  std::int64_t measured_steps = 0;
+  bool extrapolated = false;
+  bool below_reference = false;  ///< what was measured is not above `reference_error`
+  RunStatus status;
+};
+
+/// Error against work on one scene, for each method, order and arithmetic with 1, 2, 4, ...
+/// substeps, or with the tolerances 1e-3, 1e-4, ..., until the error falls no more or the point's
+/// share of the budget is used up. Runs in single precision whose error is rounding are measured
+/// whole or left out. Points come one by one. Everything but the times is the same on every machine
+/// that runs the same build.
+class Tradeoff {
+ public:
+  /// Checks the request; moves nothing. The violations are of its fields: "scene.step", "budget".
+  static std::expected<Tradeoff, Violations> prepare(TradeoffRequest request);
+
+  /// Solves the reference, about half of the budget at most. First of all. A refusal where the
+  /// budget does not reach to the first state.
+  std::expected<TradeoffSetup, Violations> solve_reference(const std::stop_token& stop);
+
+  /// The next point; nothing when there are no more, or the token asks to stop.
+  std::optional<TradeoffPoint> next(const std::stop_token& stop);
+
+  /// Indices of the points so far that no other one beats in both work and error.
+  std::vector<std::size_t> front() const;
+
+ private:
+  Tradeoff(TradeoffRequest request, std::vector<Candidate> candidates);
+
+  /// The run that a point is of, up to `to`; in single precision up to the horizon unless its error
+  /// falls with its steps as declared. Nothing where the candidate's share does not pay for that.
+  std::optional<Run> first_run(const Candidate& candidate, const Scene& scene, std::int64_t to,
+                               const std::stop_token& stop);
+  TradeoffPoint measure(const Candidate& candidate, const Scene& scene, const Run& first,
+                        const std::stop_token& stop);
+  double reference_error() const {
+    return samples_.answers.empty() ? 0 : samples_.answers.back().error;
+  }
+  /// True if the point is another one than the last.
+  bool advance_knob(const TradeoffPoint& point);
+  void next_candidate();
+  double share() const;  ///< of what is left, for one run
+
+  TradeoffRequest request_;
+  std::vector<Candidate> candidates_;
+  std::int64_t steps_;
+  Samples samples_;
+  double left_;                ///< of the budget
+  std::size_t candidate_ = 0;  ///< the one in hand
+  int knob_ = 0;               ///< 2^knob substeps, or tolerance 10^{−3−knob}
+  int idle_ = 0;               ///< knobs in a row that did not help
+  double best_;                ///< the least error of the candidate
+  ErrorGrowth growth_;         ///< of the candidate
+  double last_work_ = 0, last_error_ = 0;
+  std::vector<double> costs_, errors_;
+};
+
+}  // namespace stiefel

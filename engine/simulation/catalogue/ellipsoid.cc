@@ -1,0 +1,123 @@
+#include "engine/systems/ellipsoid.h"
+
+#include "engine/invariants/ellipsoid.h"
+#include "engine/simulation/catalogue/families/rigid_forms.h"
+#include "engine/simulation/catalogue/families/stiefel_forms.h"
+#include "engine/simulation/run/at_rest.h"
+#include "engine/simulation/run/simulate.h"
+
+namespace stiefel {
+namespace {
+
+constexpr int largest_lax_unasked = 8;
+using Wide = long double;
+
+/// q and p, or q and q̇, as columns: the momentum Λq̇, from a costate the part of p that is tangent.
+Eigen::VectorXd velocity(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& x, bool costate) {
+  if (!costate) return x.row(1);
+  EllipsoidCostate<double> system(lambda);
+  Eigen::MatrixXd dx = x;
+  system.field(x, dx);
+  return dx.row(0);
+}
+
+std::unique_ptr<Simulation> make(const Scene& scene) {
+  const bool costate = scene.block("p").size() > 0;
+  const Eigen::VectorXd lambda = scene.inertia();
+  StackedObservables observables(stacked(scene, "q", costate ? "p" : "qdot"));
+  observables.block("q", 0, 1).block(costate ? "p" : "qdot", 1, 1);
+  const SizeOf terms = momentum_terms(scene, 1, costate);
+  report_geodesic(
+      observables, scene, 1,
+      [=](const Eigen::MatrixXd& x) -> Eigen::MatrixXd {
+        return velocity(lambda, x, costate).cwiseProduct(lambda).transpose();
+      },
+      terms);
+  const auto energy = std::move(observables.invariants);
+  observables.invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
+    energy(x, out);
+    const Eigen::VectorXd q = x.row(0), qdot = velocity(lambda, x, costate);
+    if (out.wants("joachimsthal")) {
+      const Wide J = joachimsthal<Wide>(lambda.cast<Wide>(), q.cast<Wide>(), qdot.cast<Wide>());
+      // (qᵀΛ⁻¹q)‖q̇‖², and what that would be for a q̇ of the size of its terms.
+      const Wide of_terms = terms(x) / lambda.minCoeff();
+      const bool at_rest = is_rounding(qdot.stableNorm(), static_cast<double>(of_terms));
+      out.add("joachimsthal", "joachimsthal", J,
+              at_rest ? of_terms * of_terms / lambda.maxCoeff() : J);
+    }
+    if (!out.wants("lax", lambda.size() <= largest_lax_unasked)) return;
+    const Vector<Wide> wide_q = q.cast<Wide>();
+    const Vector<Wide> p = costate ? Vector<Wide>(x.row(1).transpose().cast<Wide>())
+                                   : Vector<Wide>(lambda.cwiseProduct(qdot).cast<Wide>());
+    const int K = static_cast<int>(lambda.size());
+    const auto coefficients = lax_coefficients<Wide>(lambda.cast<Wide>(), wide_q, p, K);
+    for (int k = 1; k <= K; ++k) {
+      Wide size = 0;
+      for (const Wide c : coefficients[k - 1]) size = std::max(size, std::abs(c));
+      for (std::size_t j = 0; j < coefficients[k - 1].size(); ++j)
+        out.add("lax", indexed("lax", k, static_cast<long>(j) - k), coefficients[k - 1][j], size);
+    }
+  };
+  const double cost = 300 + 20 * static_cast<double>(lambda.size());
+  if (costate) return simulate(scene, EllipsoidCostate<double>(lambda), observables, cost);
+  return simulate(scene, Ellipsoid<double>(lambda), observables, cost);
+}
+
+bool moves_costates(std::string_view method) {
+  for (const auto& on : methods_on<EllipsoidCostate<double>>({}))
+    if (on.method == method) return true;
+  return false;
+}
+
+void check(SceneDraft& draft) {
+  if (!check_stiefel_frame(draft, "q")) return;
+  if (draft.scene().block("q").rows() != 1)
+    return draft.refuse("initial.q", shape_text(draft.scene().block("q").rows(), 0),
+                        "must be 1 x N");
+  if (draft.has_block("p") == draft.has_block("qdot"))
+    return draft.refuse("initial", draft.has_block("p") ? "p and qdot" : "neither",
+                        "must hold exactly one of p and qdot");
+  const auto& method = draft.given().method;
+  if (draft.has_block("p") && method && !moves_costates(method->name))
+    return draft.refuse("method.name", '"' + method->name + '"',
+                        "is not for p, which rk4 and adaptive move: give qdot instead");
+  const Eigen::Index N = draft.scene().dimension();
+  if (const RowMatrix* p = draft.block("p", 1, N, false)) draft.set_block("p", *p);
+  if (const RowMatrix* qdot = draft.block("qdot", 1, N, false)) {
+    const double along = (*qdot * draft.scene().block("q").transpose())(0, 0);
+    if (!(std::abs(along) <= draft.largest_repair() * qdot->stableNorm()))
+      return draft.refuse("initial.qdot", "q·qdot = " + to_text(along), "must be orthogonal to q");
+    draft.set_block("qdot", *qdot);
+  }
+}
+
+}  // namespace
+
+SystemEntry ellipsoid_entry() {
+  SystemInfo info = stiefel_info({"qdot", "1 x N", false, "velocity; or give p"});
+  info.blocks = {{"q", "1 x N", true, "unit vector"},
+                 {"qdot", "1 x N", false, "velocity, orthogonal to q; exactly one of qdot and p"},
+                 {"p", "1 x N", false, "costate"}};
+  info.fields = {{"q", "1 x N", "unit vector; x = Lambda^1/2 q has x^T Lambda^-1 x = 1"},
+                 {"qdot", "1 x N", "q', velocity, if given"},
+                 {"p", "1 x N", "costate, if given"},
+                 {"Qdot", "1 x N", "q', velocity"}};
+  info.invariants = {{"energy", "1/2 q'^T Lambda q'", "[ST] (3)"},
+                     {"joachimsthal", "(q^T Lambda^-1 q) (q'^T q')", ""},
+                     {"lax",
+                      "coefficients of mu^j in tr M(mu)^k, M(mu) = q p^T - p q^T + mu Lambda + "
+                      "q q^T D / (mu q^T Lambda^-1 q), "
+                      "D = (p^T Lambda^-1 q)^2 - (p^T Lambda^-1 p) (q^T Lambda^-1 q), "
+                      "p = Lambda q' if not given",
+                      "[ST] (17)-(19)"},
+                     {"orthogonality", "q^T q = 1", ""}};
+  info.name = "ellipsoid";
+  info.summary = "geodesics on the ellipsoid with semi-axes lambda_i^1/2, n = 1";
+  info.equations = "q'' = -((q'^T q') / (q^T Lambda^-1 q)) Lambda^-1 q";
+  info.source = "[ST] (9), (14), (16)";
+  info.file = "engine/systems/ellipsoid.h";
+  info.methods = methods_on<Ellipsoid<double>>(info);
+  return {info, check, make};
+}
+
+}  // namespace stiefel

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "engine/simulation/catalogue/catalogue.h"
+#include "engine/simulation/run/invariant_list.h"
+
+namespace stiefel {
+
+/// What the discrete rigid bodies keep beside the continuous one's invariants.
+inline constexpr InvariantInfo discrete_hamiltonian_info = {
+    "discrete_hamiltonian", "tr exp(asinh(h M / 2)) - tr(Lambda U), U Lambda - Lambda U^T = h M",
+    "[RB] (6.17)"};
+
+/// Adds it, where h‖M‖_op ≤ 2 and J_D⁻¹(hM) is on the principal branch; elsewhere nothing. Last of
+/// all families.
+void add_discrete_hamiltonian(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& M, double h,
+                              InvariantList& out);
+
+}  // namespace stiefel

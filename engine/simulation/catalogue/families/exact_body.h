@@ -1,0 +1,13 @@
+#pragma once
+
+#include <memory>
+
+#include "engine/simulation/run/simulation.h"
+
+namespace stiefel {
+
+/// The simulation of a scene given by `body` with the method `exact`. It moves the body as it was
+/// given; other methods start from Λ and M rounded to doubles.
+std::unique_ptr<Simulation> exact_body(const Scene& scene);
+
+}  // namespace stiefel

@@ -1,0 +1,39 @@
+#pragma once
+
+#include "engine/methods/preprocessed_variational.h"
+#include "engine/methods/rk4.h"
+#include "engine/methods/variational.h"
+#include "engine/simulation/catalogue/catalogue.h"
+#include "engine/simulation/catalogue/methods.h"
+#include "engine/simulation/run/simulation.h"
+#include "engine/simulation/run/stacked_observables.h"
+
+namespace stiefel {
+
+/// What is offered in single precision: these methods on rigid_body and stiefel. The state is
+/// rounded once, where it starts, and all that moves it are numbers of 24 bits; the carries of
+/// compensated arithmetic too.
+using MethodsInFloat = TypeList<Variational, PreprocessedVariational, Rk4>;
+
+std::unique_ptr<Simulation> rigid_body_in_float(const Scene& scene);
+std::unique_ptr<Simulation> stiefel_in_float(const Scene& scene,
+                                             const StackedObservables& observables);
+
+/// Says so in the catalogue.
+inline void offer_in_float(SystemInfo& info) {
+  for_each_type(MethodsInFloat{}, [&]<class Method>(Method*) {
+    for (MethodOnSystem& on : info.methods)
+      if (on.method == Method::traits.name) on.in_float = true;
+  });
+}
+
+/// States in single precision, for HeldAs.
+template <class Wide_>
+struct SinglePrecision {
+  using Wide = Wide_;
+  using Point = Eigen::Matrix<float, Wide::RowsAtCompileTime, Wide::ColsAtCompileTime>;
+  static Point held(const Wide& x) { return rounded_to<float>(x); }
+  static Wide wide(const Point& x) { return x.template cast<double>(); }
+};
+
+}  // namespace stiefel

@@ -1,0 +1,124 @@
+#include "engine/simulation/catalogue/families/parametric_forms.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/invariants/parametric_rigid_body.h"
+#include "engine/linalg/matrix_equations/lu.h"
+#include "engine/simulation/catalogue/families/rigid_body_invariants.h"
+#include "engine/simulation/catalogue/families/rigid_forms.h"
+#include "engine/simulation/scene/scene_draft.h"
+
+namespace stiefel {
+namespace {
+
+/// M, skew but for rounding.
+Eigen::MatrixXd momentum(const Eigen::VectorXd& lambda, double mu_over_h, double epsilon,
+                         const Eigen::MatrixXd& Q, const Eigen::MatrixXd& P) {
+  Eigen::MatrixXd M = parametric_momentum<double>(Q, P) / epsilon;
+  M.diagonal() -= mu_over_h * lambda.cwiseAbs2();
+  return M;
+}
+
+/// ‖·‖_F of the matrices that M is a difference of, with what the solves add to their rounding.
+double parametric_terms(const Eigen::VectorXd& lambda, double mu_over_h, double epsilon,
+                        const Eigen::MatrixXd& Q, const Eigen::MatrixXd& P) {
+  const auto solved = [](const Eigen::MatrixXd& A, const Eigen::MatrixXd& B) {
+    const auto lu = A.partialPivLu();
+    return lu.solve(B).stableNorm() / lu.rcond();
+  };
+  return (solved(Q, P) + solved(P, Q)) / std::abs(epsilon) +
+         std::abs(mu_over_h) * lambda.cwiseAbs2().stableNorm();
+}
+
+/// By how much the rounding of P can change M: εM_μ is the difference of G = Q⁻¹P and G⁻¹. At most
+/// `relative` to the sizes of these two.
+double rounding_of_momentum(const Eigen::MatrixXd& Q, const Eigen::MatrixXd& P, double epsilon,
+                            double relative) {
+  const double G = Q.partialPivLu().solve(P).norm(), inverse = P.partialPivLu().solve(Q).norm();
+  const double rounding = 4 * static_cast<double>(Q.cols()) * 0x1p-53;
+  return std::min(rounding * G * (1 + inverse * inverse), relative * (G + inverse)) /
+         std::abs(epsilon);
+}
+
+}  // namespace
+
+SystemInfo parametric_info(std::string_view momentum) {
+  SystemInfo info{};
+  info.blocks = {{"Q", "N x N", true, "invertible"}, {"P", "N x N", true, "invertible"}};
+  info.fields = {{"Q", "N x N", "invertible"},
+                 {"P", "N x N", "invertible"},
+                 {"M", "N x N", momentum},
+                 {"epsilon", "1 x 1", momentum}};
+  for (const auto& invariant : rigid_body_invariant_infos())
+    if (invariant.name != "spatial_momentum") info.invariants.push_back(invariant);
+  info.invariants.push_back({"PQ_inverse", "P Q^-1", "[RB] section 8"});
+  return info;
+}
+
+void check_parametric(SceneDraft& draft, double h) {
+  auto& given = draft.given();
+  draft.refuse_if(given.body.has_value(), "body");
+  draft.refuse_if(!given.inertia_u.empty(), "inertia_u");
+  draft.refuse_if(!given.inertia_v.empty(), "inertia_v");
+  if (!std::isfinite(given.parameter.value_or(0)))
+    draft.refuse("parameter", to_text(*given.parameter), "must be finite");
+  given.parameter = given.parameter.value_or(0);
+  if (!(std::isfinite(h) && h != 0)) return;  // the step, refused as such
+  given.epsilon = given.epsilon.value_or(h);
+  if (!(std::isfinite(*given.epsilon) && *given.epsilon != 0))
+    return draft.refuse("epsilon", to_text(*given.epsilon), "must be finite and not 0");
+  if (!draft.set_inertia()) return;
+  draft.check_inertia_sums();
+  draft.check_block_names();
+  const Eigen::Index N = draft.scene().dimension();
+  for (const char* name : {"Q", "P"}) {
+    const RowMatrix* block = draft.block(name, N, N);
+    if (block == nullptr) continue;
+    if (!(block->partialPivLu().rcond() > 1e-12))
+      draft.refuse("initial." + std::string(name),
+                   "1/condition " + to_text(block->partialPivLu().rcond()), "must be invertible");
+    draft.set_block(name, *block);
+  }
+  if (!draft.sound()) return;
+  const Eigen::MatrixXd &Q = draft.scene().Q(), &P = draft.scene().block("P");
+  const double mu_over_h = *given.parameter / h;
+  const Eigen::MatrixXd M = momentum(draft.scene().inertia(), mu_over_h, *given.epsilon, Q, P);
+  const double defect = (M + M.transpose()).cwiseAbs().maxCoeff();
+  const double size = M.cwiseAbs().maxCoeff() + std::abs(mu_over_h);
+  constexpr double relative = 1e-8;
+  if (!M.allFinite() ||
+      !(defect <= relative * size + rounding_of_momentum(Q, P, *given.epsilon, relative)))
+    draft.refuse("initial", "max |M + Mᵀ| = " + to_text(defect),
+                 "M = (Q⁻¹P − P⁻¹Q)/ε − (μ/h)Λ², h = 1 for the flow, must be skew-symmetric");
+}
+
+StackedObservables parametric_observables(const Scene& scene, double h) {
+  const int N = scene.dimension();
+  const Eigen::VectorXd lambda = scene.inertia();
+  const double mu_over_h = scene.parameter() / h, epsilon = scene.epsilon();
+  const auto M = [=](const Eigen::MatrixXd& x) -> Eigen::MatrixXd {
+    return momentum(lambda, mu_over_h, epsilon, x.topRows(N), x.bottomRows(N));
+  };
+  StackedObservables observables(stacked(scene, "Q", "P"));
+  observables.block("Q", 0, N).block("P", N, N);
+  observables.field({"M", N, N}, [M](const auto& x, auto out) { out = M(x); });
+  observables.field({"epsilon", 1, 1}, [epsilon](const auto&, auto out) { out(0, 0) = epsilon; });
+  observables.invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
+    // εM is a difference of G = Q⁻¹P and G⁻¹, which are near 1 when it is small.
+    const double terms =
+        parametric_terms(lambda, mu_over_h, epsilon, x.topRows(N), x.bottomRows(N));
+    rigid_body_invariants(Side::left, lambda, Eigen::MatrixXd(), M(x), out,
+                          {.terms = terms, .least_norm = 1 / std::abs(epsilon)});
+    if (!out.wants("PQ_inverse")) return;
+    const Eigen::MatrixXd A =
+        x.topRows(N).transpose().partialPivLu().solve(x.bottomRows(N).transpose()).transpose();
+    for (Eigen::Index i = 0; i < N; ++i)
+      for (Eigen::Index j = 0; j < N; ++j)
+        out.add("PQ_inverse", indexed("PQ_inverse", i + 1, j + 1), A(i, j), A.norm());
+  };
+  observables.rate = [=](const Eigen::MatrixXd& x) { return angular_velocity_norm(lambda, M(x)); };
+  return observables;
+}
+
+}  // namespace stiefel

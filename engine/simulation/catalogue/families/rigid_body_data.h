@@ -1,0 +1,13 @@
+#pragma once
+
+#include "engine/simulation/catalogue/catalogue.h"
+
+namespace stiefel {
+
+/// What rigid_body and moser_veselov have in common: blocks, fields and invariants of (Q, M).
+SystemInfo rigid_body_family();
+
+/// A step of the rigid body in nanoseconds, roughly.
+inline double rigid_body_cost(double N) { return N == 3 ? 300 : 1000 + 50 * N * N + 5 * N * N * N; }
+
+}  // namespace stiefel

@@ -1,0 +1,43 @@
+#include "engine/maps/moser_veselov.h"
+
+#include "engine/simulation/catalogue/families/discrete_hamiltonian.h"
+#include "engine/simulation/catalogue/families/rigid_body_4d.h"
+#include "engine/simulation/catalogue/families/rigid_body_data.h"
+#include "engine/simulation/catalogue/families/rigid_body_observables.h"
+#include "engine/simulation/catalogue/families/rigid_body_scene.h"
+#include "engine/simulation/catalogue/system_entry.h"
+#include "engine/simulation/run/simulate.h"
+
+namespace stiefel {
+namespace {
+
+template <class Space>
+std::unique_ptr<Simulation> make_in(const Scene& scene) {
+  using Map = MoserVeselov<Space, Arithmetic::compensated>;
+  return simulate_map(scene, Map(scene.inertia(), scene.step()), RigidBodyObservables<Space>(scene),
+                      rigid_body_cost(scene.dimension()));
+}
+
+std::unique_ptr<Simulation> make(const Scene& scene) {
+  if (is_rigid_body_4d(scene)) return moser_veselov_4d(scene);
+  if (scene.dimension() != 3) return make_in<SoN<double>>(scene);
+  if (scene.has_frame()) return make_in<So3<double, true>>(scene);
+  return make_in<So3<double, false>>(scene);
+}
+
+}  // namespace
+
+SystemEntry moser_veselov_entry() {
+  SystemInfo info = rigid_body_family();
+  info.name = "moser_veselov";
+  info.summary = "discrete rigid body of Moser and Veselov, its own step as the time";
+  info.equations = "U Lambda - Lambda U^T = h M_k, Q_{k+1} = Q_k U, M_{k+1} = U^T M_k U";
+  info.source = "[RB] (4.5)";
+  info.file = "engine/maps/moser_veselov.h";
+  info.discrete = true;
+  info.invariants.push_back(discrete_hamiltonian_info);
+  info.methods = keeps_all(info);
+  return {info, check_rigid_body_or_engineers, make};
+}
+
+}  // namespace stiefel

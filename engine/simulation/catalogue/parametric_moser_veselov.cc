@@ -1,0 +1,30 @@
+#include "engine/maps/parametric_moser_veselov.h"
+
+#include "engine/simulation/catalogue/families/parametric_forms.h"
+#include "engine/simulation/catalogue/families/rigid_body_data.h"
+#include "engine/simulation/run/simulate.h"
+#include "engine/simulation/scene/scene_draft.h"
+
+namespace stiefel {
+
+SystemEntry parametric_moser_veselov_entry() {
+  using Map = ParametricMoserVeselov<double, Arithmetic::compensated>;
+  SystemInfo info = parametric_info("M = (Q^-1 P - P^-1 Q) / epsilon - mu Lambda^2 / h, skew");
+  info.name = "parametric_moser_veselov";
+  info.summary = "discrete rigid body in GL(N) with the spectral parameter mu";
+  info.equations =
+      "U Lambda - Lambda U^T = h M_k, Q_{k+1} = Q_k (U + mu Lambda), P_{k+1} = P_k (U + mu Lambda)";
+  info.source = "[RB] (8.10)-(8.11)";
+  info.file = "engine/maps/parametric_moser_veselov.h";
+  info.discrete = true;
+  info.methods = keeps_all(info);
+  return {info, [](SceneDraft& draft) { check_parametric(draft, draft.step()); },
+          [](const Scene& scene) {
+            return simulate_map(
+                scene, Map(scene.inertia(), scene.step(), scene.parameter(), scene.epsilon()),
+                parametric_observables(scene, scene.step()),
+                2 * rigid_body_cost(scene.dimension()));
+          }};
+}
+
+}  // namespace stiefel

@@ -1,0 +1,26 @@
+#include "engine/systems/parametric_rigid_body.h"
+
+#include "engine/simulation/catalogue/families/parametric_forms.h"
+#include "engine/simulation/catalogue/families/rigid_body_data.h"
+#include "engine/simulation/run/simulate.h"
+
+namespace stiefel {
+
+SystemEntry parametric_rigid_body_entry() {
+  SystemInfo info = parametric_info("M = (Q^-1 P - P^-1 Q) / epsilon - mu Lambda^2, skew");
+  info.name = "parametric_rigid_body";
+  info.summary = "rigid body in GL(N) with the spectral parameter mu";
+  info.equations = "Q' = Q (Omega + mu Lambda), P' = P (Omega + mu Lambda), Omega = J^-1(M)";
+  info.source = "[RB] (8.4)-(8.6)";
+  info.file = "engine/systems/parametric_rigid_body.h";
+  info.methods = methods_on<ParametricRigidBody<double>>(info);
+  return {info, [](SceneDraft& draft) { check_parametric(draft, 1); },
+          [](const Scene& scene) {
+            return simulate(
+                scene,
+                ParametricRigidBody<double>(scene.inertia(), scene.parameter(), scene.epsilon()),
+                parametric_observables(scene, 1), 2 * rigid_body_cost(scene.dimension()));
+          }};
+}
+
+}  // namespace stiefel

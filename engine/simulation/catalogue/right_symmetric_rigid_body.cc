@@ -1,0 +1,45 @@
+#include "engine/systems/right_symmetric_rigid_body.h"
+
+#include "engine/representations/left_right.h"
+#include "engine/simulation/catalogue/families/rigid_body_data.h"
+#include "engine/simulation/catalogue/families/rigid_forms.h"
+#include "engine/simulation/catalogue/families/symmetric_scene.h"
+#include "engine/simulation/run/simulate.h"
+
+namespace stiefel {
+namespace {
+
+std::unique_ptr<Simulation> make(const Scene& scene) {
+  const int N = scene.dimension();
+  const double epsilon = scene.epsilon();
+  StackedObservables observables(stacked(scene, "Q", "P"));
+  observables.block("Q", 0, N).block("P", N, N);
+  report_rigid_form(
+      observables, scene,
+      {.Q = [N](const auto& x) { return x.topRows(N).eval(); },
+       .M =
+           [=](const auto& x) { return Psi_right<double>(x.topRows(N), x.bottomRows(N), epsilon); },
+       .side = Side::right,
+       .A = [N](const auto& x) -> Eigen::MatrixXd {
+         return x.bottomRows(N).transpose() * x.topRows(N);
+       },
+       .scaled = true,
+       .terms = costate_terms(N, epsilon)});
+  return simulate(scene, RightSymmetricRigidBody<double>(scene.inertia(), epsilon), observables,
+                  rigid_body_cost(N));
+}
+
+}  // namespace
+
+SystemEntry right_symmetric_rigid_body_entry() {
+  SystemInfo info = rigid_form_info(costate_block(Side::right), true, Side::right);
+  info.name = "right_symmetric_rigid_body";
+  info.summary = "symmetric representation of the rigid body, right-invariant";
+  info.equations = "Q' = Omega Q, P' = Omega P, M = (P Q^T - Q P^T) / epsilon";
+  info.source = "[RB] Prop. 3.4";
+  info.file = "engine/systems/right_symmetric_rigid_body.h";
+  info.methods = methods_on<RightSymmetricRigidBody<double>>(info);
+  return {info, [](SceneDraft& draft) { check_symmetric(draft, true); }, make};
+}
+
+}  // namespace stiefel

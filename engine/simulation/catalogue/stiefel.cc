@@ -1,0 +1,49 @@
+#include "engine/systems/stiefel.h"
+
+#include "engine/representations/stiefel_momenta.h"
+#include "engine/simulation/catalogue/families/in_float.h"
+#include "engine/simulation/catalogue/families/rigid_forms.h"
+#include "engine/simulation/catalogue/families/stiefel_forms.h"
+#include "engine/simulation/run/simulate.h"
+
+namespace stiefel {
+namespace {
+
+constexpr Eigen::Index largest_written_M = 4096;
+
+std::unique_ptr<Simulation> make(const Scene& scene) {
+  const Eigen::Index n = scene.Q().rows(), N = scene.dimension();
+  StackedObservables observables(stacked(scene, "Q", "S"));
+  observables.block("Q", 0, static_cast<int>(n));
+  observables.block("S", static_cast<int>(n), static_cast<int>(n));
+  report_geodesic(
+      observables, scene, n, [n](const auto& x) { return x.bottomRows(n).eval(); },
+      momentum_terms(scene, n, false));
+  if (N <= largest_written_M)
+    observables.field(
+        {"M", static_cast<int>(N), static_cast<int>(N)},
+        [n](const auto& x, auto out) { out = dense_M<double>(x.topRows(n), x.bottomRows(n)); });
+  if (scene.in_float()) return stiefel_in_float(scene, observables);
+  return simulate(scene, Stiefel<double>(scene.inertia(), n), observables, stiefel_cost(n, N));
+}
+
+}  // namespace
+
+SystemEntry stiefel_entry() {
+  SystemInfo info = stiefel_info({"S", "n x N", true, "S = Q' Lambda"});
+  info.fields.push_back({"M", "N x N", "M = Q^T S - S^T Q, N <= 4096"});
+  info.name = "stiefel";
+  info.summary = "geodesics on the Stiefel manifold V(n, N) with the metric of Lambda";
+  info.equations = "Q' = S Lambda^-1, S' = B Q, K B + B K = -2 Q' Q'^T, K = Q Lambda^-1 Q^T";
+  info.source = "[ST] (37)-(39)";
+  info.file = "engine/systems/stiefel.h";
+  info.methods = methods_on<Stiefel<double>>(info);
+  offer_in_float(info);
+  return {info,
+          [](SceneDraft& draft) {
+            if (check_stiefel_frame(draft)) set_tangent(draft, "S", false);
+          },
+          make};
+}
+
+}  // namespace stiefel

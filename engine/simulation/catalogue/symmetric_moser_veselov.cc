@@ -1,0 +1,53 @@
+#include "engine/maps/symmetric_moser_veselov.h"
+
+#include "engine/invariants/symmetric_rigid_body.h"
+#include "engine/representations/psi.h"
+#include "engine/simulation/catalogue/families/discrete_hamiltonian.h"
+#include "engine/simulation/catalogue/families/rigid_body_data.h"
+#include "engine/simulation/catalogue/families/rigid_forms.h"
+#include "engine/simulation/catalogue/families/symmetric_scene.h"
+#include "engine/simulation/run/simulate.h"
+
+namespace stiefel {
+namespace {
+
+using Map = SymmetricMoserVeselov<double, Arithmetic::compensated>;
+
+std::unique_ptr<Simulation> make(const Scene& scene) {
+  const int N = scene.dimension();
+  const double epsilon = scene.epsilon();
+  StackedObservables observables(stacked(scene, "Q", "P"));
+  observables.block("Q", 0, N).block("P", N, N);
+  report_rigid_form(
+      observables, scene,
+      {.Q = [N](const auto& x) { return x.topRows(N).eval(); },
+       .M = [=](const auto& x) { return Psi<double>(x.topRows(N), x.bottomRows(N), epsilon); },
+       .A = [N](const auto& x) { return constant_A<double>(x.topRows(N), x.bottomRows(N)); },
+       .scaled = true,
+       .terms = costate_terms(N, epsilon)});
+  observables.invariants = [=, lambda = scene.inertia(), h = scene.step(),
+                            of_body = std::move(observables.invariants)](const Eigen::MatrixXd& x,
+                                                                         InvariantList& out) {
+    of_body(x, out);
+    add_discrete_hamiltonian(lambda, Psi<double>(x.topRows(N), x.bottomRows(N), epsilon), h, out);
+  };
+  return simulate_map(scene, Map(scene.inertia(), scene.step(), epsilon), observables,
+                      rigid_body_cost(N));
+}
+
+}  // namespace
+
+SystemEntry symmetric_moser_veselov_entry() {
+  SystemInfo info = rigid_form_info(costate_block(), true);
+  info.name = "symmetric_moser_veselov";
+  info.summary = "symmetric representation of the discrete rigid body";
+  info.equations = "U Lambda - Lambda U^T = h M_k, Q_{k+1} = Q_k U, P_{k+1} = P_k U";
+  info.source = "[RB] (4.7)";
+  info.file = "engine/maps/symmetric_moser_veselov.h";
+  info.discrete = true;
+  info.invariants.push_back(discrete_hamiltonian_info);
+  info.methods = keeps_all(info);
+  return {info, [](SceneDraft& draft) { check_symmetric(draft, false, draft.step()); }, make};
+}
+
+}  // namespace stiefel

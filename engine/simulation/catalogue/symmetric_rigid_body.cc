@@ -1,0 +1,42 @@
+#include "engine/systems/symmetric_rigid_body.h"
+
+#include "engine/invariants/symmetric_rigid_body.h"
+#include "engine/representations/psi.h"
+#include "engine/simulation/catalogue/families/rigid_body_data.h"
+#include "engine/simulation/catalogue/families/rigid_forms.h"
+#include "engine/simulation/catalogue/families/symmetric_scene.h"
+#include "engine/simulation/run/simulate.h"
+
+namespace stiefel {
+namespace {
+
+std::unique_ptr<Simulation> make(const Scene& scene) {
+  const int N = scene.dimension();
+  const double epsilon = scene.epsilon();
+  StackedObservables observables(stacked(scene, "Q", "P"));
+  observables.block("Q", 0, N).block("P", N, N);
+  report_rigid_form(
+      observables, scene,
+      {.Q = [N](const auto& x) { return x.topRows(N).eval(); },
+       .M = [=](const auto& x) { return Psi<double>(x.topRows(N), x.bottomRows(N), epsilon); },
+       .A = [N](const auto& x) { return constant_A<double>(x.topRows(N), x.bottomRows(N)); },
+       .scaled = true,
+       .terms = costate_terms(N, epsilon)});
+  return simulate(scene, SymmetricRigidBody<double>(scene.inertia(), epsilon), observables,
+                  rigid_body_cost(N));
+}
+
+}  // namespace
+
+SystemEntry symmetric_rigid_body_entry() {
+  SystemInfo info = rigid_form_info(costate_block(), true);
+  info.name = "symmetric_rigid_body";
+  info.summary = "symmetric representation of the rigid body";
+  info.equations = "Q' = Q Omega, P' = P Omega, M = (Q^T P - P^T Q) / epsilon";
+  info.source = "[RB] (3.1), Prop. 3.13";
+  info.file = "engine/systems/symmetric_rigid_body.h";
+  info.methods = methods_on<SymmetricRigidBody<double>>(info);
+  return {info, [](SceneDraft& draft) { check_symmetric(draft, false); }, make};
+}
+
+}  // namespace stiefel

@@ -1,0 +1,59 @@
+#include "engine/simulation/catalogue/warnings.h"
+
+#include "engine/simulation/scene/scene_draft.h"
+
+namespace stiefel {
+namespace {
+
+/// Of the largest moment: what a triangle inequality may fail by when the moments, or the tensor
+/// that they come from, were rounded.
+constexpr double rounding = 16 * 0x1p-53;
+
+std::string numbered(const char* name, Eigen::Index i) { return name + std::to_string(i + 1); }
+
+std::string of_moments(const Eigen::Vector3d& I) {
+  Eigen::Index k;
+  const double largest = I.maxCoeff(&k);
+  const Eigen::Index i = k == 0 ? 1 : 0, j = k == 2 ? 1 : 2;
+  const double sum = I(i) + I(j);
+  if (!(sum < largest * (1 - rounding))) return "";
+  return numbered("I", i) + " + " + numbered("I", j) + " = " + to_text(sum) + " < " +
+         numbered("I", k) + " = " + to_text(largest) + ": no rigid body has these moments";
+}
+
+std::string of_inertia(const Eigen::VectorXd& lambda) {
+  if (lambda.size() == 0) return "";
+  Eigen::Index k;
+  const double least = lambda.minCoeff(&k);
+  if (!(least < -rounding * lambda.maxCoeff())) return "";
+  const std::string name = numbered("lambda", k) + " = " + to_text(least) + " < 0";
+  if (lambda.size() != 3) return name + ": no rigid body has this second moment of mass";
+  const std::string moments =
+      of_moments({lambda(1) + lambda(2), lambda(2) + lambda(0), lambda(0) + lambda(1)});
+  return moments.empty() ? "" : name + ", " + moments;
+}
+
+std::string of_body(const Scene& scene) {
+  return scene.axes() ? of_moments(scene.axes()->moments) : of_inertia(scene.inertia());
+}
+
+}  // namespace
+
+std::vector<std::string> warnings(const Scene& scene) {
+  if (scene.members().empty()) {
+    const std::string text = of_body(scene);
+    return text.empty() ? std::vector<std::string>() : std::vector{text};
+  }
+  std::string first;
+  std::size_t count = 0;
+  for (std::size_t b = 0; b < scene.members().size(); ++b) {
+    const std::string text = of_body(scene.members()[b]);
+    if (text.empty()) continue;
+    if (++count == 1) first = "member " + std::to_string(b) + ": " + text;
+  }
+  if (count == 0) return {};
+  if (count > 1) first += " (" + std::to_string(count) + " members have a warning like this)";
+  return {first};
+}
+
+}  // namespace stiefel

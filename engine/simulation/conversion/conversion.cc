@@ -1,0 +1,168 @@
+#include "engine/simulation/conversion/conversion.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/linalg/arithmetic/to_text.h"
+#include "engine/simulation/catalogue/catalogue.h"
+#include "engine/simulation/conversion/phase.h"
+#include "engine/simulation/run/simulation.h"
+#include "engine/simulation/scene/near_name.h"
+
+namespace stiefel {
+namespace {
+
+const Representation* representation(std::string_view name) {
+  for (const auto* family : {&rigid_representations(), &frame_representations()})
+    for (const auto& candidate : *family)
+      if (candidate.name == name) return &candidate;
+  return nullptr;
+}
+bool is_rigid(std::string_view name) {
+  return std::ranges::any_of(rigid_representations(),
+                             [&](const auto& r) { return r.name == name; });
+}
+
+std::unexpected<ConversionRefusal> refuse(Violation violation) {
+  return std::unexpected(ConversionRefusal(Violations{std::move(violation)}));
+}
+
+/// "must be a system or one of velocity, ...", with the near name.
+std::string rule_of_targets(std::string_view given) {
+  std::vector<std::string_view> known;
+  for (const SystemInfo& system : catalogue().systems) known.push_back(system.name);
+  std::string others;
+  for (const char* name : other_targets) {
+    others.append(others.empty() ? "" : ", ").append(name);
+    known.push_back(name);
+  }
+  return "must be a system or one of " + others + did_you_mean(given, known);
+}
+
+/// The fields of a scene that a conversion makes come of the target, but for what was asked for.
+Place place_of_result(const ConversionTarget& target) {
+  Place place = Place::made_of(target.to);
+  if (target.epsilon) place.with("epsilon", "epsilon");
+  if (target.parameter) place.with("parameter", "parameter");
+  return place;
+}
+
+/// The scene's method where the system takes it; else none, so that it gets the recommended one.
+std::optional<MethodDescription> method_on(const SystemInfo& system, const Scene& scene) {
+  const auto& given = scene.description().method;
+  for (const auto& on : system.methods)
+    if (given && on.method == given->name) return given;
+  return std::nullopt;
+}
+
+SceneDescription describe(const Scene& scene, const SystemInfo& system, const Phase& phase,
+                          const Expression& expression) {
+  SceneDescription out;
+  out.system = system.name;
+  out.method = method_on(system, scene);
+  out.inertia = {phase.lambda.begin(), phase.lambda.end()};
+  for (const auto& [name, block] : expression.blocks) out.initial[name] = Block(block);
+  out.epsilon = expression.epsilon;
+  out.parameter = expression.parameter;
+  out.step = scene.step();
+  return out;
+}
+
+/// The index of the field that starts a scene in the place of field `i`: that of M instead of P in
+/// an ensemble that has no ε in common, since M chooses each member's.
+std::size_t starting(const Scene& scene, const Simulation& now, std::size_t i) {
+  const auto index = [&](std::string_view name) {
+    const auto found = std::ranges::find(now.fields(), name, &Field::name);
+    return static_cast<std::size_t>(found - now.fields().begin());
+  };
+  const bool own_epsilons = !scene.members().empty() && !scene.description().epsilon &&
+                            index("epsilon") < now.fields().size();
+  return own_epsilons && now.fields()[i].name == "P" ? index("M") : i;
+}
+
+Block block_of(const Simulation& now, std::size_t index) {
+  const Field& field = now.fields()[index];
+  const int rows = field.rows * std::max(1, field.members);
+  RowMatrix numbers(rows, field.size() / rows);
+  now.write(index, {numbers.data(), static_cast<std::size_t>(numbers.size())});
+  if (!field.complex) return numbers;
+  RowMatrix real(rows, field.cols), imaginary(rows, field.cols);
+  for (Eigen::Index j = 0; j < field.cols; ++j) {
+    real.col(j) = numbers.col(2 * j);
+    imaginary.col(j) = numbers.col(2 * j + 1);
+  }
+  return {real, imaginary};
+}
+
+}  // namespace
+
+std::expected<Conversion, ConversionRefusal> convert(const Scene& scene,
+                                                     const ConversionTarget& target) {
+  const Representation* from = representation(scene.system());
+  const Representation* to = representation(target.name);
+  const SystemInfo* system = catalogue().system(target.name);
+  if (to == nullptr && system == nullptr)
+    return refuse({target.to, target.name, rule_of_targets(target.name)});
+  if (const auto& epsilon = target.epsilon; epsilon && !(std::isfinite(*epsilon) && *epsilon != 0))
+    return refuse({"epsilon", to_text(*epsilon), "must be finite and not 0"});
+  if (const auto& mu = target.parameter; mu && !std::isfinite(*mu))
+    return refuse({"parameter", to_text(*mu), "must be finite"});
+  Conversion out;
+  if (target.name == scene.system() && !target.epsilon && !target.parameter &&
+      !scene.description().body) {
+    out.scene = scene;
+    return out;
+  }
+  if (from == nullptr || from->read == nullptr)
+    return refuse(target.scene.violation("system", scene.system(), "has no other form"));
+  if (!scene.members().empty())
+    return refuse(target.scene.violation("members", std::to_string(scene.members().size()),
+                                         "must be absent: convert the members one by one"));
+  if (to == nullptr)
+    return refuse({target.to, target.name, "cannot be reached from " + scene.system()});
+  if (is_rigid(scene.system()) && !scene.has_frame())
+    return refuse(
+        target.scene.violation("initial.Q", "absent", "must be given: other forms are of Q"));
+
+  const auto phase = from->read(scene, out.margins);
+  if (!phase) return std::unexpected(ConversionRefusal(phase.error()));
+  if (is_rigid(target.name) && !phase->square())
+    return refuse({target.to, target.name,
+                   "needs n = N: Q is " + std::to_string(phase->Q.rows()) + " x " +
+                       std::to_string(phase->Q.cols())});
+  ConversionTarget wanted = target;
+  if (!wanted.parameter) wanted.parameter = scene.description().parameter;
+  auto expression = to->write(*phase, wanted, out.margins);
+  if (!expression) return std::unexpected(ConversionRefusal(expression.error()));
+  if (system == nullptr) {
+    out.blocks = std::move(expression->blocks);
+    return out;
+  }
+  auto made = Scene::resolve(describe(scene, *system, *phase, *expression), Scene::frame_tolerance,
+                             place_of_result(target));
+  if (!made) return std::unexpected(ConversionRefusal(std::move(made.error())));
+  out.scene = *std::move(made);
+  return out;
+}
+
+std::expected<Scene, Violations> scene_at(const Scene& scene, const Simulation& now,
+                                          const Place& place) {
+  SceneDescription out = scene.description();
+  const auto numbers = [&](const char* field) {
+    const RowMatrix v = now.get(field);
+    return std::vector<double>(v.data(), v.data() + v.size());
+  };
+  if (out.body) {
+    out.body->attitude = numbers("quaternion");
+    out.body->angular_velocity = numbers("angular_velocity");
+    return Scene::resolve(std::move(out), Scene::drift_tolerance, place);
+  }
+  out.initial.clear();
+  for (std::size_t i = 0; i < now.block_count(); ++i) {
+    const std::size_t from = starting(scene, now, i);
+    out.initial[now.fields()[from].name] = block_of(now, from);
+  }
+  return Scene::resolve(std::move(out), Scene::drift_tolerance, place);
+}
+
+}  // namespace stiefel

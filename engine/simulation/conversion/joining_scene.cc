@@ -1,0 +1,72 @@
+#include "engine/simulation/conversion/joining_scene.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/linalg/arithmetic/to_text.h"
+#include "engine/simulation/run/simulation.h"
+
+namespace stiefel {
+namespace {
+
+constexpr double turn_per_step = 0.02;
+
+/// Refused when the time is so short that step or velocity is no number.
+template <class Answer>
+std::expected<Scene, ConnectRefusal> scene_of(const TwoPointProblem& problem, const Answer& answer,
+                                              MethodDescription method, double step) {
+  const bool body = answer.M.size() > 0;
+  SceneDescription d;
+  d.system = body ? "rigid_body" : "stiefel";
+  d.method = std::move(method);
+  d.inertia = {problem.inertia.begin(), problem.inertia.end()};
+  d.initial["Q"] = problem.Q_0;
+  d.initial[body ? "M" : "S"] = body ? answer.M : answer.S;
+  d.step = step;
+  auto made = Scene::resolve(std::move(d));
+  if (made) return *std::move(made);
+  return std::unexpected(
+      refusal::Invalid{"time", to_text(problem.time), "makes numbers that no scene can hold"});
+}
+
+/// Q at step 0 and at `samples` steps after it.
+std::vector<Eigen::MatrixXd> followed(const Scene& scene, int samples) {
+  std::vector<Eigen::MatrixXd> frames;
+  if (samples == 0) return frames;
+  const auto simulation = make_simulation(scene);
+  frames.push_back(simulation->get("Q"));
+  for (int k = 0; k < samples && simulation->advance(1).reached(); ++k)
+    frames.push_back(simulation->get("Q"));
+  return frames;
+}
+
+std::expected<JoiningScene, ConnectRefusal> discrete(const TwoPointProblem& problem, int steps) {
+  const auto answer = connect(problem, steps);
+  if (!answer) return std::unexpected(answer.error());
+  auto scene = scene_of(problem, *answer, {"variational", 2, 1, ""}, problem.time / steps);
+  if (!scene) return std::unexpected(std::move(scene.error()));
+  return JoiningScene{*std::move(scene), answer->energy,   answer->residual,
+                      Shortest::unknown, answer->distinct, answer->Q};
+}
+
+std::expected<JoiningScene, ConnectRefusal> continuous(const TwoPointProblem& problem,
+                                                       int samples) {
+  const auto answer = connect(problem);
+  if (!answer) return std::unexpected(answer.error());
+  const double step = problem.time / std::max(samples, 1);
+  const double wanted = std::ceil(answer->Qdot.norm() * step / turn_per_step);
+  const int substeps = static_cast<int>(std::clamp(wanted, 1.0, 1e6));
+  const auto scene = scene_of(problem, *answer, {"variational", 8, substeps, ""}, step);
+  if (!scene) return std::unexpected(scene.error());
+  return JoiningScene{*scene,           answer->energy,   answer->residual,
+                      answer->shortest, answer->distinct, followed(*scene, samples)};
+}
+
+}  // namespace
+
+std::expected<JoiningScene, ConnectRefusal> joining_scene(const TwoPointProblem& problem, int steps,
+                                                          int samples) {
+  return steps > 0 ? discrete(problem, steps) : continuous(problem, samples);
+}
+
+}  // namespace stiefel

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <functional>
+#include <string_view>
+#include <vector>
+
+#include "engine/simulation/catalogue/catalogue.h"
+#include "engine/simulation/scene/scene.h"
+
+namespace stiefel {
+
+/// A tangent space with its two-form: one of tangent_spaces.h.
+struct FormSpace {
+  using Dense = Eigen::MatrixXd;
+  /// The part of G that is tangent at x.
+  std::function<Dense(const Dense& x, const Dense& G)> tangent;
+  std::function<double(const Dense& x, const Dense& u, const Dense& v)> form;
+};
+
+/// A two-form of the papers: what is said of it, the systems it is a form of, the blocks of their
+/// state that it reads, and itself.
+struct TwoForm {
+  FormInfo info;
+  std::vector<std::string_view> systems;
+  std::array<std::string_view, 2> blocks;
+  FormSpace (*space)(const Scene&);
+};
+
+/// Those on the states of a system, the first its symplectic one.
+std::vector<const TwoForm*> two_forms_of(std::string_view system);
+
+}  // namespace stiefel

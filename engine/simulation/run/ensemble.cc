@@ -1,0 +1,185 @@
+#include "engine/simulation/run/ensemble.h"
+
+#include <algorithm>
+#include <execution>
+#include <utility>
+
+#include <tbb/global_control.h>
+
+namespace stiefel {
+namespace {
+
+/// What a step costs a body that goes together with others, roughly, on all cores, for slicing.
+constexpr double packed_nanoseconds = 5;
+
+}  // namespace
+
+Ensemble::Ensemble(std::span<const Scene> scenes) {
+  members_.reserve(scenes.size());
+  for (const Scene& scene : scenes) {
+    members_.push_back(make_simulation(scene));
+    step_cost_ += members_.back()->step_cost();
+  }
+  fields_ = members_.front()->fields();
+  for (Field& field : fields_) field.members = static_cast<int>(scenes.size());
+  block_count_ = members_.front()->block_count();
+  each_saved_ = members_.front()->saved_size();
+  form_groups(scenes);
+}
+
+void Ensemble::form_groups(std::span<const Scene> scenes) {
+  const auto lanes = static_cast<std::size_t>(body_lanes(scenes.front()));
+  for (std::size_t at = 0; at < scenes.size();) {
+    std::size_t count = 0;
+    while (count < lanes && at + count < scenes.size() && can_be_packed(scenes[at + count]))
+      ++count;
+    Group& group = groups_.emplace_back(at, std::max<std::size_t>(count, 1));
+    group.states.resize(each_saved_ * (count > 1 ? lanes : 1));
+    for (std::size_t k = 0; k < group.count; ++k) members_[at + k]->save(state(group, k));
+    if (count > 1) {
+      group.packed = pack_bodies(scenes.subspan(at, count));
+      fill_lanes(group);
+      for (std::size_t k = 0; k < count; ++k)
+        step_cost_ +=
+            packed_nanoseconds * scenes[at + k].substeps() - members_[at + k]->step_cost();
+    }
+    at += groups_.back().count;
+  }
+}
+
+std::int64_t Ensemble::map_steps() const {
+  std::int64_t all = 0;
+  for (const auto& member : members_) all += member->map_steps();
+  for (const Group& group : groups_) all += group.packed_steps;
+  return all;
+}
+
+RunStatus Ensemble::advance(std::int64_t steps) {
+  if (steps == 0) return {};
+  go(steps);
+  const auto first = std::ranges::min_element(groups_, {}, &Group::reached);
+  if (first->reached == steps) {
+    step_ += steps;
+    return {};
+  }
+  const RunStatus status = first->status;
+  const std::int64_t reached = first->reached;
+  for (Group& group : groups_) put_back(group, group.before);
+  go(reached);
+  step_ += reached;
+  return status;
+}
+
+void Ensemble::go(std::int64_t steps) {
+  std::for_each(std::execution::par, groups_.begin(), groups_.end(), [&](Group& group) {
+    group.reached = steps;
+    if (group.packed) {
+      group.before = group.states;
+      go_packed(group, steps);
+    } else {
+      group.before.resize(each_saved_);
+      members_[group.first]->save(group.before);
+      if (!go_alone(group, group.first, steps))
+        group.reached = members_[group.first]->step() - step_;
+    }
+  });
+}
+
+void Ensemble::go_packed(Group& group, std::int64_t steps) {
+  group.stale = true;
+  for (std::int64_t done = 0; done < steps; ++done) {
+    const auto [taken, further] = group.packed->advance(group.states, steps - done);
+    done += taken;
+    group.packed_steps += taken * static_cast<std::int64_t>(group.count);
+    if (done == steps) return;
+    for (std::size_t k = 0; k < group.count; ++k) {
+      if (further >> k & 1) continue;
+      Simulation& member = *members_[group.first + k];
+      member.restore(step_ + done, state(group, k));
+      if (!go_alone(group, group.first + k, 1)) {
+        group.reached = done;
+        return;
+      }
+      member.save(state(group, k));
+    }
+    fill_lanes(group);
+  }
+}
+
+bool Ensemble::go_alone(Group& group, std::size_t index, std::int64_t steps) {
+  group.status = members_[index]->advance(steps);
+  if (group.status.reached()) return true;
+  group.status.member = static_cast<std::int64_t>(index);
+  return false;
+}
+
+std::span<double> Ensemble::state(Group& group, std::size_t lane) const {
+  return std::span(group.states).subspan(each_saved_ * lane, each_saved_);
+}
+
+void Ensemble::fill_lanes(Group& group) const {
+  for (std::size_t k = group.count; k * each_saved_ < group.states.size(); ++k)
+    std::ranges::copy(state(group, group.count - 1), state(group, k).begin());
+}
+
+void Ensemble::put_back(Group& group, std::span<const double> states) {
+  if (!group.packed) return members_[group.first]->restore(step_, states);
+  std::ranges::copy(states, group.states.begin());
+  fill_lanes(group);
+  group.stale = true;
+}
+
+void Ensemble::bring_up_to_date() const {
+  for (const Group& group : groups_) {
+    if (!std::exchange(group.stale, false)) continue;
+    const auto states = std::span(group.states);
+    for (std::size_t k = 0; k < group.count; ++k)
+      members_[group.first + k]->restore(step_, states.subspan(each_saved_ * k, each_saved_));
+  }
+}
+
+void Ensemble::save(std::span<double> out) const {
+  for (const Group& group : groups_) {
+    const auto theirs = out.subspan(each_saved_ * group.first, each_saved_ * group.count);
+    if (group.packed)
+      std::copy_n(group.states.begin(), theirs.size(), theirs.begin());
+    else
+      members_[group.first]->save(theirs);
+  }
+}
+
+void Ensemble::restore(std::int64_t step, std::span<const double> saved) {
+  step_ = step;
+  for (Group& group : groups_)
+    put_back(group, saved.subspan(each_saved_ * group.first, each_saved_ * group.count));
+}
+
+void Ensemble::write(std::size_t index, std::span<double> out) const {
+  const auto each = static_cast<std::size_t>(members_.front()->fields()[index].size());
+  std::size_t b = 0;
+  for (const auto& member : members()) member->write(index, out.subspan(each * b++, each));
+}
+
+std::optional<double> Ensemble::orthogonality() const {
+  std::optional<double> worst;
+  for (const auto& member : members()) worst = std::max(worst, member->orthogonality());
+  return worst;
+}
+
+double Ensemble::rate() const { return fastest().rate(); }
+
+std::optional<double> Ensemble::largest_step(double limit) const {
+  return fastest().largest_step(limit);
+}
+
+void limit_ensemble_threads(int threads) {
+  static std::unique_ptr<tbb::global_control> limit;
+  limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
+                                                static_cast<std::size_t>(threads));
+}
+
+const Simulation& Ensemble::fastest() const {
+  return **std::ranges::max_element(members(), {}, [](const auto& one) { return one->rate(); });
+}
+
+}  // namespace stiefel

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "engine/linalg/simd/isa.h"
+#include "engine/moser_veselov/discrete_inertia.h"
+#include "engine/simulation/scene/scene.h"
+
+namespace stiefel {
+
+/// As many bodies in three or four dimensions as a vector register has lanes, advanced together.
+/// Each has the bits that it has alone, because lanes do not see each other and what is computed in
+/// them is the same source. A step that is not easy for some of them (an equation that converges
+/// slowly, a state that is not finite) is left to their own Simulations.
+class PackedBodies {
+ public:
+  /// `steps` that all of them took, and the lanes that took one more.
+  struct Progress {
+    std::int64_t steps;
+    unsigned further;
+  };
+
+  virtual ~PackedBodies();
+  virtual int lanes() const = 0;
+  /// Up to `steps`, and no further than a step that is not easy for all. `states` is what
+  /// Simulation::save gives of each, one after another.
+  virtual Progress advance(std::span<double> states, std::int64_t steps) = 0;
+};
+
+/// What bodies are made of that go together in Scalars, double or float. Of the last three two are
+/// empty.
+template <class Scalar_>
+struct BodiesSideBySide {
+  using Scalar = Scalar_;
+
+  int N;  ///< 3 or 4
+  bool frame;
+  Arithmetic arithmetic;
+  int substeps;
+  Scalar h;
+  std::vector<Vector<Scalar>> lambda;  ///< for rk4, lane by lane
+  template <class Inertia>
+  using Stages = std::vector<std::vector<Inertia>>;  ///< of the discrete body, by lanes
+  Stages<DiscreteInertia3<Scalar>> stages_3;
+  Stages<DiscreteInertia4<Scalar>> stages_4;
+};
+
+/// The lanes on this machine for bodies like this one.
+int body_lanes(const Scene& scene);
+/// Whether a scene's method and size are among those that go together: rigid_body and moser_veselov
+/// with N = 3 or 4; rk4, variational, preprocessed_variational; numbers whose products stay normal.
+bool can_be_packed(const Scene& scene);
+/// At most `body_lanes` such bodies, of one ensemble; lanes that are left over repeat the last.
+std::unique_ptr<PackedBodies> pack_bodies(std::span<const Scene> bodies);
+/// What pack_bodies hands to one of the functions below.
+template <class Scalar>
+BodiesSideBySide<Scalar> side_by_side(std::span<const Scene> bodies, int lanes);
+extern template BodiesSideBySide<float> side_by_side(std::span<const Scene>, int);
+extern template BodiesSideBySide<double> side_by_side(std::span<const Scene>, int);
+
+/// Those compiled for `isa`, each from packed_bodies.cc.in: a file for each, because the compiler
+/// inlines only so much in one.
+template <Isa isa, int N, class Scalar>
+std::unique_ptr<PackedBodies> pack_bodies_on(const BodiesSideBySide<Scalar>& bodies);
+template <Isa isa, class Scalar>
+std::unique_ptr<PackedBodies> pack_bodies_on(const BodiesSideBySide<Scalar>& bodies) {
+  return bodies.N == 3 ? pack_bodies_on<isa, 3>(bodies) : pack_bodies_on<isa, 4>(bodies);
+}
+
+}  // namespace stiefel

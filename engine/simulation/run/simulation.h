@@ -1,0 +1,108 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/maps/map.h"
+#include "engine/simulation/run/invariant_list.h"
+#include "engine/simulation/scene/scene.h"
+
+namespace stiefel {
+
+/// One sentence for people; empty when reached.
+std::string to_sentence(const RunStatus& status);
+/// The same, with what takes the scene where its method does not.
+std::string to_sentence(const RunStatus& status, const Scene& scene);
+
+/// What can be sampled: "Q", "M", "Omega", "quaternion", ...; written rows × cols, and where it is
+/// complex every element as real and imaginary part.
+struct Field {
+  std::string name;
+  int rows = 0;
+  int cols = 0;
+  bool complex = false;
+  int members = 0;  ///< of an ensemble, whose fields are written one member after another; else 0
+  /// Numbers.
+  int size() const { return rows * cols * (complex ? 2 : 1) * (members > 0 ? members : 1); }
+};
+
+/// A Map with its current State and step index. The state at step k has the same bits however it
+/// was reached: by one call or many, or by `restore` of what `save` gave at some step before.
+/// Not thread-safe; different simulations may run on different threads.
+class Simulation {
+ public:
+  virtual ~Simulation() = default;
+
+  std::int64_t step() const { return step_; }
+  /// Steps of the map taken so far, substeps each for itself, and where a method chooses its own
+  /// those that it rejected too: what `step_weight` is a weight of.
+  virtual std::int64_t map_steps() const = 0;
+
+  /// Goes `steps` ≥ 0 further, or to the last good state before. No allocation after the first
+  /// step.
+  virtual RunStatus advance(std::int64_t steps) = 0;
+
+  /// Whether each state comes from the one at step 0, so that `advance` takes one time however far.
+  virtual bool direct() const { return false; }
+
+  /// The complete state, solver history and round-off carries included, and back again.
+  /// `restore` expects exactly `saved_size()` numbers from a simulation of the same scene and
+  /// build.
+  virtual std::size_t saved_size() const = 0;
+  virtual void save(std::span<double> out) const = 0;
+  virtual void restore(std::int64_t step, std::span<const double> saved) = 0;
+
+  /// The fields this scene offers, its system's blocks first.
+  const std::vector<Field>& fields() const { return fields_; }
+  /// How many of them are the blocks.
+  std::size_t block_count() const { return block_count_; }
+  /// Writes field `index`, row by row, in the caller's axes.
+  virtual void write(std::size_t index, std::span<double> out) const = 0;
+
+  /// A field by its name, which must be one of `fields()`; of an ensemble the members' on top of
+  /// each other.
+  Eigen::MatrixXd get(std::string_view name) const;
+
+  /// The invariants at the current state, computed in extended precision where that is cheap.
+  virtual void invariants(InvariantList& out) const = 0;
+  /// max |QQᵀ − I|; nothing for a state without a frame.
+  virtual std::optional<double> orthogonality() const = 0;
+  /// How fast it turns, 1/time: ‖Ω‖, or ‖Q̇‖ where n < N.
+  virtual double rate() const = 0;
+
+  /// LEFT_DOMAIN's number for the current state: the largest |h| ≤ limit with a solution, to 1e-3;
+  /// nothing for a map that is defined for every step.
+  virtual std::optional<double> largest_step(double limit) const = 0;
+
+  /// One step of the map, without its history, from any state x near the manifold, blocks stacked
+  /// by rows; nothing where it has none, and for states that are no matrices of blocks.
+  virtual std::optional<Eigen::MatrixXd> image(const Eigen::MatrixXd& x) const = 0;
+
+  /// Of an ensemble, at the same step; else none.
+  virtual std::span<const std::unique_ptr<Simulation>> members() const { return {}; }
+
+  /// A rough count of nanoseconds a step takes (`direct`: an advance), from N and the method alone:
+  /// for slicing, not timing.
+  virtual double step_cost() const = 0;
+
+ protected:
+  std::int64_t step_ = 0;
+  std::vector<Field> fields_;
+  std::size_t block_count_ = 0;
+};
+
+/// The simulation of a scene, at step 0.
+std::unique_ptr<Simulation> make_simulation(const Scene& scene);
+
+/// Everything that could change bits between two processes: version, compiler, flags, C library,
+/// CPU features. Two processes with equal fingerprints compute the same states.
+const std::string& build_fingerprint();
+
+/// What measured times are times of: CPU and number of cores.
+const std::string& machine();
+
+}  // namespace stiefel

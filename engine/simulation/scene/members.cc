@@ -1,0 +1,136 @@
+#include "engine/simulation/scene/members.h"
+
+#include <algorithm>
+
+#include "engine/simulation/catalogue/recommendation.h"
+#include "engine/simulation/scene/scene_draft.h"
+#include "engine/simulation/scene/scene_fields.h"
+
+namespace stiefel {
+namespace {
+
+constexpr std::size_t most_violations = 16;
+
+/// Of a member: its index among `count`, and the shape of its blocks.
+struct Member {
+  int index, count;
+  std::size_t rows = 0, cols = 0;
+};
+
+/// The member's part of a field of all, by how the field is shared.
+template <class Value>
+Value part(const Value& all, share::Common, const Member&) {
+  return all;
+}
+std::optional<int> part(const std::optional<int>&, share::Ensemble, const Member&) {
+  return std::nullopt;
+}
+std::vector<double> part(const std::vector<double>& all, share::Numbers numbers, const Member& of) {
+  if (all.size() != numbers.each * static_cast<std::size_t>(of.count)) return all;
+  const auto from = all.begin() + static_cast<std::ptrdiff_t>(numbers.each) * of.index;
+  return {from, from + static_cast<std::ptrdiff_t>(numbers.each)};
+}
+std::vector<double> part(const std::vector<double>& all, share::NumberPerRow, const Member& of) {
+  return of.rows > 0 ? part(all, share::Numbers{of.rows}, of) : all;
+}
+std::vector<double> part(const std::vector<double>& all, share::NumberPerColumn, const Member& of) {
+  return of.cols > 0 ? part(all, share::Numbers{of.cols}, of) : all;
+}
+RowMatrix rows_of(const RowMatrix& all, const Member& of) {
+  const Eigen::Index rows = all.rows() / of.count;
+  return all.middleRows(rows * of.index, all.size() > 0 ? rows : 0);
+}
+std::map<std::string, Block> part(const std::map<std::string, Block>& all, share::Rows,
+                                  const Member& of) {
+  std::map<std::string, Block> one;
+  for (const auto& [name, block] : all)
+    one.emplace(name, Block(rows_of(block.values, of), rows_of(block.imaginary, of)));
+  return one;
+}
+
+template <Description T>
+T part(const T& all, const Member& of) {
+  T one;
+  for_each_field<T>(
+      [&](const auto& field) { one.*field.member = part(all.*field.member, field.shared, of); });
+  return one;
+}
+std::optional<BodyDescription> part(const std::optional<BodyDescription>& all, share::Common,
+                                    const Member& of) {
+  if (!all) return std::nullopt;
+  return part(*all, of);
+}
+
+SceneDescription member(const SceneDescription& all, int b) {
+  Member one{b, *all.members};
+  if (!all.initial.empty()) {
+    const RowMatrix& block = all.initial.begin()->second.values;
+    one.rows = static_cast<std::size_t>(block.rows() / one.count);
+    one.cols = static_cast<std::size_t>(block.cols());
+  }
+  return part(all, one);
+}
+
+Violations check(const SceneDescription& all, const Place& place) {
+  const int count = *all.members;
+  if (count < 1 || count > Scene::max_members)
+    return {place.violation("members", std::to_string(count),
+                            "must be 1 to " + std::to_string(Scene::max_members))};
+  Violations wrong;
+  for (const auto& [name, block] : all.initial)
+    if (block.values.rows() % count != 0 || block.imaginary.rows() % count != 0)
+      wrong.push_back(place.violation(
+          "initial." + name, shape_text(block.values.rows(), block.values.cols()),
+          "must have as many rows for each of " + std::to_string(count) + " members"));
+  if (all.tolerance && !all.method)
+    wrong.push_back(place.violation("tolerance", to_text(*all.tolerance),
+                                    "must be absent in an ensemble: name a method (stiefel "
+                                    "tradeoff measures one member)"));
+  return wrong;
+}
+
+/// One method for all of them.
+MethodDescription recommended_method(std::span<const Scene> members) {
+  const Recommendation& one = recommendation_for(members);
+  MethodDescription method = one.description();
+  method.substeps = one.substeps(members);
+  return method;
+}
+
+}  // namespace
+
+std::expected<std::vector<Scene>, Violations> resolve_members(SceneDescription& ensemble,
+                                                              double largest_repair,
+                                                              const Place& place) {
+  Violations wrong = check(ensemble, place);
+  if (!wrong.empty()) return std::unexpected(std::move(wrong));
+  std::vector<Scene> members;
+  members.reserve(static_cast<std::size_t>(*ensemble.members));
+  for (int b = 0; b < *ensemble.members && wrong.size() < most_violations; ++b) {
+    auto resolved = Scene::resolve(member(ensemble, b), largest_repair, place);
+    if (resolved) {
+      members.push_back(*std::move(resolved));
+      continue;
+    }
+    for (Violation& violation : resolved.error()) {
+      violation.value += " (member " + std::to_string(b) + ")";
+      wrong.push_back(std::move(violation));
+    }
+  }
+  if (!wrong.empty()) return std::unexpected(std::move(wrong));
+  if (!ensemble.method && !members.front().method().empty()) {
+    ensemble.method = recommended_method(members);
+    return resolve_members(ensemble, largest_repair, place);
+  }
+
+  const SceneDescription& first = members.front().description();
+  ensemble.method = first.method;
+  if (std::ranges::all_of(
+          members, [&](const Scene& one) { return one.description().epsilon == first.epsilon; }))
+    ensemble.epsilon = first.epsilon;  // else each chooses its own again
+  if (ensemble.body && ensemble.body->attitude.empty())
+    ensemble.body->attitude = first.body->attitude;
+  return members;
+}
+
+}  // namespace stiefel

@@ -1,0 +1,149 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <expected>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "engine/linalg/arithmetic/compensated.h"
+#include "engine/simulation/scene/principal_axes.h"
+#include "engine/simulation/scene/violation.h"
+
+namespace stiefel {
+
+using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// A method as asked for; what is absent is filled in by Scene::resolve.
+struct MethodDescription {
+  std::string name;
+  std::optional<int> order;
+  std::optional<int> substeps;
+  std::string arithmetic;                ///< "compensated", "plain" or empty
+  std::optional<double> tolerance = {};  ///< of methods that choose their own steps
+  std::string scalar = {};               ///< "double", "float" or empty
+};
+
+/// A body in three dimensions in engineers' terms and in the caller's axes.
+/// Inertia tensor (Ixx, Iyy, Izz, Ixy, Ixz, Iyz: matrix entries) or principal moments, in kg m²;
+/// the attitude is Hamilton's quaternion w, x, y, z, body to space; rad/s in body axes.
+struct BodyDescription {
+  std::vector<double> inertia_tensor;
+  std::vector<double> moments;
+  std::vector<double> attitude;
+  std::vector<double> angular_velocity;
+};
+
+/// A block of the initial state. Real when `imaginary` is empty, else of the same shape.
+struct Block {
+  Block() = default;
+  Block(RowMatrix real, RowMatrix imaginary_part = {})
+      : values(std::move(real)), imaginary(std::move(imaginary_part)) {}
+  template <class Derived>
+  Block(const Eigen::MatrixBase<Derived>& real) : values(real) {}
+
+  RowMatrix values, imaginary;
+};
+
+/// A scene as a caller writes it; nothing is checked. Its fields as data: scene_fields.h.
+struct SceneDescription {
+  std::string system;
+  std::optional<MethodDescription> method;
+  std::vector<double> inertia, inertia_u, inertia_v;
+  std::map<std::string, Block> initial;
+  std::optional<BodyDescription> body;
+  std::optional<double> epsilon;    ///< of the symmetric systems
+  std::optional<double> parameter;  ///< μ of the parametric systems
+  std::optional<double> step;
+  std::optional<double> tolerance = {};  ///< instead of a method: of the error up to `horizon`
+  std::optional<double> horizon = {};    ///< the time of interest, > 0 whatever the step's sign
+  std::string choice = {};               ///< of a resolved scene: why it has the method that it has
+  std::optional<int> members = {};       ///< of an ensemble
+};
+
+/// Everything that determines a motion; immutable, and valid because only `resolve` makes one.
+/// Resolving a resolved description gives the same scene, bit for bit.
+class Scene {
+ public:
+  /// N when n = N, and n.
+  static constexpr int max_dimension = 512;
+  /// n·N when n < N.
+  static constexpr int max_elements = 1 << 24;
+  /// Of an ensemble.
+  static constexpr int max_members = 1 << 16;
+  /// Q is accepted, and repaired, up to this max |QQᵀ − I|; the same for | |attitude| − 1 |.
+  static constexpr double frame_tolerance = 1e-6;
+  /// The same where a scene starts from a state that the engine reached: methods drift.
+  static constexpr double drift_tolerance = 1e-2;
+  /// M is accepted, and its skew part taken, up to this max |M + Mᵀ| / max |M|.
+  static constexpr double skew_tolerance = 1e-10;
+  /// The least top-level `tolerance`: nothing in double precision is better.
+  static constexpr double least_tolerance = 1e-15;
+
+  /// Every violation at once, or the scene. With a tolerance instead of a method that takes a
+  /// measurement of about a second (choice.h). Frames are repaired up to `largest_repair`. The
+  /// violations are of the fields of `place`.
+  static std::expected<Scene, Violations> resolve(SceneDescription description,
+                                                  double largest_repair = frame_tolerance,
+                                                  const Place& place = {});
+
+  /// The resolved description: what the caller gave with every default filled in.
+  const SceneDescription& description() const { return description_; }
+  const std::string& system() const { return description_.system; }
+  /// Empty for a discrete system.
+  std::string method() const { return description_.method ? description_.method->name : ""; }
+  int order() const { return description_.method ? description_.method->order.value_or(0) : 0; }
+  int substeps() const {
+    return description_.method ? description_.method->substeps.value_or(1) : 1;
+  }
+  double tolerance() const { return description_.method->tolerance.value_or(0); }
+  Arithmetic arithmetic() const {
+    return description_.method && description_.method->arithmetic == "plain"
+               ? Arithmetic::plain
+               : Arithmetic::compensated;
+  }
+  /// The state and all that is computed with it are numbers of single precision.
+  bool in_float() const { return description_.method && description_.method->scalar == "float"; }
+  double step() const { return *description_.step; }
+  double time(std::int64_t step) const { return static_cast<double>(step) * *description_.step; }
+  double epsilon() const { return description_.epsilon.value_or(1); }
+  double parameter() const { return description_.parameter.value_or(0); }
+  /// N.
+  int dimension() const { return static_cast<int>(inertia_.size()); }
+  /// λ_1..λ_N, in principal axes for a body.
+  const Eigen::VectorXd& inertia() const { return inertia_; }
+
+  /// A block of the initial state of the system, in principal axes, repaired; 0 × 0 if the scene
+  /// goes without.
+  const Eigen::MatrixXd& block(const std::string& name) const;
+  const Eigen::MatrixXd& Q() const { return block("Q"); }
+  const Eigen::MatrixXd& M() const { return block("M"); }
+  bool has_frame() const { return Q().size() > 0; }
+  /// N = 3 with a frame: the quaternion of Q, or of −Q when det Q = −1.
+  const Eigen::Vector4d& attitude() const { return attitude_; }
+  /// det Q = ±1.
+  int determinant() const { return determinant_; }
+  /// Only for a scene given by `body`.
+  const std::optional<PrincipalAxes>& axes() const { return axes_; }
+  /// Of an ensemble, each a scene of its own; the rest of this class then speaks of the first.
+  std::span<const Scene> members() const;
+
+ private:
+  Scene() = default;
+  friend class SceneDraft;
+
+  SceneDescription description_;
+  Eigen::VectorXd inertia_;
+  std::map<std::string, Eigen::MatrixXd> blocks_;
+  Eigen::Vector4d attitude_ = Eigen::Vector4d::UnitX();
+  int determinant_ = 1;
+  std::optional<PrincipalAxes> axes_;
+  std::shared_ptr<const std::vector<Scene>> members_;
+};
+
+}  // namespace stiefel

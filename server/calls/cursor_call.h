@@ -1,0 +1,69 @@
+#pragma once
+
+#include <grpcpp/support/server_callback.h>
+
+#include <functional>
+#include <optional>
+#include <stop_token>
+
+#include "server/calls/host.h"
+#include "server/sessions/cursor.h"
+
+namespace stiefel::server {
+
+/// A unary call that walks to a step on the pool and then answers. Deletes itself.
+class CursorCall final : public grpc::ServerUnaryReactor, private Job {
+ public:
+  /// Writes the reply from where the cursor ended.
+  using Answer = std::function<grpc::Status(const Session&, const Cursor&)>;
+  /// The same by more work, on the pool for what has no slices. The token asks it to stop when the
+  /// caller cancels or the server goes down.
+  using Search = std::function<grpc::Status(const Session&, const Cursor&, const std::stop_token&)>;
+
+  CursorCall(Host& host, CallLog log, SessionLease session, std::int64_t to, Answer answer);
+  CursorCall(Host& host, CallLog log, SessionLease session, std::int64_t to, Search search);
+
+  void OnCancel() override { stop_.request_stop(); }
+  void OnDone() override;
+
+ private:
+  CursorCall(Host& host, CallLog log, SessionLease session, std::int64_t to, Search search,
+             bool long_search);
+  bool run_slice() noexcept override;
+  /// True when there is nothing left to advance.
+  bool advance_cursor();
+  void finish(const grpc::Status& status);
+
+  Host& host_;
+  CallLog log_;
+  std::optional<SessionLease> session_;
+  const std::int64_t to_;
+  const Search answer_;
+  bool search_ahead_;  ///< what is still to go to the other pool
+  bool walked_ = false;
+  std::optional<Cursor> cursor_;
+  std::stop_source stop_;
+  std::stop_callback<RequestStop> shutdown_;
+};
+
+/// Runs `work` on a pool and answers with what it returns. The token asks it to stop when the
+/// caller cancels or the server goes down. Deletes itself.
+class PooledCall final : public grpc::ServerUnaryReactor, private Job {
+ public:
+  using Work = std::function<grpc::Status(std::stop_token)>;
+
+  PooledCall(Host& host, Pool& pool, CallLog log, Work work);
+  void OnCancel() override { stop_.request_stop(); }
+  void OnDone() override;
+
+ private:
+  bool run_slice() noexcept override;
+
+  Host& host_;
+  CallLog log_;
+  const Work work_;
+  std::stop_source stop_;
+  std::stop_callback<RequestStop> shutdown_;
+};
+
+}  // namespace stiefel::server

@@ -1,0 +1,132 @@
+#include <atomic>
+#include <optional>
+#include <utility>
+
+#include "server/calls/cursor_call.h"
+#include "server/calls/service.h"
+#include "server/calls/step.h"
+#include "server/convert/errors.h"
+#include "server/convert/requests.h"
+
+namespace stiefel::server {
+namespace {
+
+/// Reads a request, answers it, reads the next. Deletes itself.
+class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::DriveResponse>,
+                        private Job {
+ public:
+  DriveCall(Host& host, CallLog log) : host_(host), log_(std::move(log)) { StartRead(&request_); }
+
+  void OnReadDone(bool ok) override {
+    if (!ok) return end(cancelled_ ? errors::cancelled() : grpc::Status::OK);
+    try {
+      clear();
+      if (const auto status = prepare(); !status.ok()) return reply(status);
+      if (step_inline(**session_, task_, response_.mutable_step())) return reply(grpc::Status::OK);
+    } catch (...) {
+      return reply(errors::from_current_exception());
+    }
+    running_ = true;
+    host_.lifecycle.enter();
+    host_.pool_for((*session_)->step_cost()).submit(this);
+  }
+  void OnWriteDone(bool ok) override {
+    if (std::exchange(running_, false)) host_.lifecycle.leave();
+    ok ? StartRead(&request_) : end(errors::cancelled());
+  }
+  void OnCancel() override { cancelled_ = true; }
+  void OnDone() override { delete this; }
+
+ private:
+  grpc::Status prepare();
+  bool run_slice() noexcept override;
+
+  /// Keeps the memory of the reply before.
+  void clear() {
+    if (response_.has_step()) {
+      response_.mutable_step()->Clear();
+    } else {
+      response_.Clear();
+    }
+  }
+  void reply(const grpc::Status& status) {
+    if (status.ok()) {
+      steps_ += response_.step().computed_steps();
+    } else {
+      auto* error = response_.mutable_error();
+      error->set_code(status.error_code());
+      error->set_message(status.error_message());
+      error->set_details(status.error_details());
+    }
+    StartWrite(&response_);
+  }
+  void reply_from_pool(const grpc::Status& status) {
+    cursor_.reset();
+    reply(status);
+  }
+  void end(const grpc::Status& status) {
+    log_.finish(status, steps_);
+    session_.reset();
+    Finish(status);
+  }
+
+  Host& host_;
+  CallLog log_;
+  v1::DriveRequest request_;
+  v1::DriveResponse response_;
+  std::optional<SessionLease> session_;
+  StepTask task_;
+  std::optional<Cursor> cursor_;
+  std::int64_t steps_ = 0;
+  bool running_ = false;  // counted by the lifecycle
+  std::atomic<bool> cancelled_ = false;
+};
+
+/// Checks the request and makes the task of it.
+grpc::Status DriveCall::prepare() {
+  if (host_.lifecycle.refusing()) return errors::shutting_down();
+  const std::string& id = request_.session_id();
+  if (session_ && !id.empty() && id != (*session_)->id()) {
+    return errors::invalid("session_id", id, "must be empty or '" + (*session_)->id() + "'");
+  }
+  if (!session_ || (*session_)->closed()) {
+    auto found = find_session(host_, session_ ? (*session_)->id() : id);
+    if (!found) return found.error();
+    session_.emplace(*std::move(found));
+    task_.fields = *select_fields(**session_, {});
+  }
+  if (const auto status = check_step("to", request_.to()); !status.ok()) return status;
+  if (request_.fields_size() > 0) {
+    auto fields = select_fields(**session_, request_.fields());
+    if (!fields) return errors::invalid(fields.error());
+    task_.fields = *std::move(fields);
+  }
+  task_.to = request_.to();
+  task_.checkpoint = request_.checkpoint();
+  return grpc::Status::OK;
+}
+
+bool DriveCall::run_slice() noexcept {
+  try {
+    if (!cursor_) cursor_.emplace(**session_, task_.to);
+    std::int64_t budget = slice_steps((*session_)->step_cost());
+    if (cancelled_ || host_.lifecycle.stopping()) {
+      if (cursor_->step() < task_.to) cursor_->cancel();
+    } else if (!cursor_->advance(task_.to, budget)) {
+      return true;
+    }
+    answer_step(**session_, *cursor_, task_, response_.mutable_step());
+    reply_from_pool(grpc::Status::OK);
+  } catch (...) {
+    reply_from_pool(errors::from_current_exception());
+  }
+  return false;
+}
+
+}  // namespace
+
+grpc::ServerBidiReactor<v1::DriveRequest, v1::DriveResponse>* Service::Drive(Context* context) {
+  return new DriveCall(host_, CallLog(host_.log, *context, "Drive"));
+}
+
+}  // namespace stiefel::server

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <stop_token>
+
+#include "server/calls/log.h"
+#include "server/sessions/pool.h"
+#include "server/sessions/registry.h"
+
+namespace stiefel::server {
+
+/// From serving over refusing (new work gets UNAVAILABLE) to stopping (what runs ends at its next
+/// slice), and the count of what runs: calls that compute, until their reply is delivered.
+class Lifecycle {
+ public:
+  bool refusing() const { return refusing_.load(std::memory_order_relaxed); }
+  bool stopping() const { return stop_.stop_requested(); }
+  std::stop_token stop_token() const { return stop_.get_token(); }
+  void refuse() { refusing_ = true; }
+  void stop() { stop_.request_stop(); }
+
+  void enter() { ++running_; }
+  void leave() {
+    const std::lock_guard lock(mutex_);
+    if (--running_ == 0) idle_.notify_all();
+  }
+  /// True when nothing runs any more.
+  bool wait_idle(std::chrono::milliseconds patience) {
+    std::unique_lock lock(mutex_);
+    return idle_.wait_for(lock, patience, [this] { return running_ == 0; });
+  }
+
+ private:
+  std::atomic<bool> refusing_ = false;
+  std::stop_source stop_;
+  std::atomic<int> running_ = 0;
+  std::mutex mutex_;
+  std::condition_variable idle_;
+};
+
+/// What a call's stop callback does.
+struct RequestStop {
+  std::stop_source stop;
+  void operator()() { stop.request_stop(); }
+};
+
+/// What every call works with. The pools come last: they are gone before anything their jobs use.
+struct Host {
+  Log log;
+  Registry registry;
+  Lifecycle lifecycle;
+  Pool pool;
+  /// For work that has no slices, or long ones, so that it is not in the way of what has short
+  /// ones.
+  Pool searches;
+
+  /// Where steps of that cost, in nanoseconds, belong: a slice is at least one of them.
+  Pool& pool_for(double step_cost) { return step_cost > 10 * slice_nanoseconds ? searches : pool; }
+};
+
+}  // namespace stiefel::server

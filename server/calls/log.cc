@@ -1,0 +1,134 @@
+#include "server/calls/log.h"
+
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <nlohmann/json.hpp>
+#include <random>
+#include <stdexcept>
+
+namespace stiefel::server {
+namespace {
+
+spdlog::level::level_enum to_spdlog(Log::Level level) {
+  switch (level) {
+    case Log::Level::debug:
+      return spdlog::level::debug;
+    case Log::Level::info:
+      return spdlog::level::info;
+    case Log::Level::warn:
+      return spdlog::level::warn;
+    case Log::Level::error:
+      return spdlog::level::err;
+  }
+  return spdlog::level::err;
+}
+
+const char* code_name(grpc::StatusCode code) {
+  static constexpr const char* names[] = {"OK",
+                                          "CANCELLED",
+                                          "UNKNOWN",
+                                          "INVALID_ARGUMENT",
+                                          "DEADLINE_EXCEEDED",
+                                          "NOT_FOUND",
+                                          "ALREADY_EXISTS",
+                                          "PERMISSION_DENIED",
+                                          "RESOURCE_EXHAUSTED",
+                                          "FAILED_PRECONDITION",
+                                          "ABORTED",
+                                          "OUT_OF_RANGE",
+                                          "UNIMPLEMENTED",
+                                          "INTERNAL",
+                                          "UNAVAILABLE",
+                                          "DATA_LOSS",
+                                          "UNAUTHENTICATED"};
+  return names[code];
+}
+
+std::string new_request_id() {
+  thread_local std::mt19937_64 random(std::random_device{}());
+  return fmt::format("{:016x}", random());
+}
+
+std::string as_json(std::string_view message, const Log::Facts& facts) {
+  nlohmann::ordered_json line{{"message", message}};
+  for (const auto& [key, value] : facts) {
+    std::visit([&, name = key](const auto& x) { line[name] = x; }, value);
+  }
+  // Without the opening brace: the pattern puts time and level before it.
+  return line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace).substr(1);
+}
+
+std::string as_text(std::string_view message, const Log::Facts& facts) {
+  std::string line(message);
+  for (const auto& [key, value] : facts) {
+    line += fmt::format(" {}=", key);
+    if (const auto* text = std::get_if<std::string>(&value)) {
+      // Quoted, so that what a caller sends cannot look like another line.
+      line += nlohmann::json(*text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+    } else {
+      std::visit([&](const auto& x) { line += fmt::format("{}", x); }, value);
+    }
+  }
+  return line;
+}
+
+}  // namespace
+
+Log::Log(const std::string& level, bool json)
+    : logger_(std::make_unique<spdlog::logger>("stiefel",
+                                               std::make_shared<spdlog::sinks::stderr_sink_mt>())),
+      json_(json) {
+  const auto parsed = spdlog::level::from_str(level);
+  if (parsed == spdlog::level::off && level != "off") {
+    throw std::runtime_error("log level: '" + level +
+                             "': must be trace, debug, info, warn, error, critical or off");
+  }
+  logger_->set_level(parsed);
+  logger_->flush_on(spdlog::level::trace);
+  logger_->set_pattern(
+      json ? R"({"time":"%Y-%m-%dT%H:%M:%S.%eZ","level":"%l",%v)" : "%Y-%m-%dT%H:%M:%S.%eZ %l %v",
+      spdlog::pattern_time_type::utc);
+}
+
+Log::~Log() = default;
+
+bool Log::enabled(Level level) const { return logger_->should_log(to_spdlog(level)); }
+
+void Log::line(Level level, std::string_view message, const Facts& facts) const {
+  if (!enabled(level)) return;
+  logger_->log(to_spdlog(level), "{}", json_ ? as_json(message, facts) : as_text(message, facts));
+}
+
+CallLog::CallLog(const Log& log, const grpc::CallbackServerContext& context, const char* method,
+                 std::string_view session_id)
+    : log_(&log), method_(method) {
+  if (!log.enabled(Log::Level::info)) return;
+  const auto sent = context.client_metadata().find("x-request-id");
+  details_ = std::make_unique<Details>(Details{
+      sent == context.client_metadata().end()
+          ? new_request_id()
+          : std::string(sent->second.data(), std::min<std::size_t>(sent->second.size(), 128)),
+      std::string(session_id.substr(0, 128)), std::chrono::steady_clock::now()});
+}
+
+void CallLog::finish(const grpc::Status& status, std::int64_t steps) {
+  const bool ours = status.error_code() == grpc::INTERNAL;
+  if (!details_ && !ours) return;
+  std::vector<Log::Fact> facts;
+  if (details_) facts.push_back({"request_id", details_->request_id});
+  facts.push_back({"method", method_});
+  if (details_) facts.push_back({"session", details_->session_id});
+  facts.push_back({"code", code_name(status.error_code())});
+  if (!status.ok()) facts.push_back({"error", status.error_message()});
+  if (details_) {
+    const std::chrono::duration<double, std::milli> took =
+        std::chrono::steady_clock::now() - details_->start;
+    facts.push_back({"milliseconds", took.count()});
+    facts.push_back({"steps", steps});
+  }
+  log_->line(ours ? Log::Level::error : Log::Level::info, "rpc", facts);
+  details_.reset();
+}
+
+}  // namespace stiefel::server

@@ -1,0 +1,47 @@
+#pragma once
+
+#include "server/calls/host.h"
+#include "stiefel/v1/simulation.grpc.pb.h"
+
+namespace stiefel::server {
+
+/// The RPCs. Each has its own file, but for the short ones. Calls that compute longer than
+/// `inline_nanoseconds` do so on the host's pool.
+class Service final : public v1::SimulationService::CallbackService {
+ public:
+  explicit Service(Host& host) : host_(host) {}
+
+  using Context = grpc::CallbackServerContext;
+  grpc::ServerUnaryReactor* Describe(Context*, const v1::DescribeRequest*,
+                                     v1::DescribeResponse*) override;
+  grpc::ServerUnaryReactor* CreateSession(Context*, const v1::CreateSessionRequest*,
+                                          v1::CreateSessionResponse*) override;
+  grpc::ServerUnaryReactor* GetSession(Context*, const v1::GetSessionRequest*,
+                                       v1::GetSessionResponse*) override;
+  grpc::ServerUnaryReactor* ListSessions(Context*, const v1::ListSessionsRequest*,
+                                         v1::ListSessionsResponse*) override;
+  grpc::ServerUnaryReactor* DeleteSession(Context*, const v1::DeleteSessionRequest*,
+                                          v1::DeleteSessionResponse*) override;
+  grpc::ServerUnaryReactor* Step(Context*, const v1::StepRequest*, v1::StepResponse*) override;
+  grpc::ServerBidiReactor<v1::DriveRequest, v1::DriveResponse>* Drive(Context*) override;
+  grpc::ServerWriteReactor<v1::StreamResponse>* Stream(Context*, const v1::StreamRequest*) override;
+  grpc::ServerUnaryReactor* Diagnose(Context*, const v1::DiagnoseRequest*,
+                                     v1::DiagnoseResponse*) override;
+  grpc::ServerUnaryReactor* ForkSession(Context*, const v1::ForkSessionRequest*,
+                                        v1::ForkSessionResponse*) override;
+  grpc::ServerUnaryReactor* Convert(Context*, const v1::ConvertRequest*,
+                                    v1::ConvertResponse*) override;
+  grpc::ServerUnaryReactor* Connect(Context*, const v1::ConnectRequest*,
+                                    v1::ConnectResponse*) override;
+  grpc::ServerWriteReactor<v1::MeasureTradeoffResponse>* MeasureTradeoff(
+      Context*, const v1::MeasureTradeoffRequest*) override;
+
+ private:
+  /// Answers at once.
+  template <class Work>
+  grpc::ServerUnaryReactor* answer(Context* context, CallLog log, Work work);
+
+  Host& host_;
+};
+
+}  // namespace stiefel::server

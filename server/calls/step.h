@@ -1,0 +1,25 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "server/convert/convert.h"
+#include "server/sessions/cursor.h"
+
+namespace stiefel::server {
+
+/// What a Step asks for, once it is checked.
+struct StepTask {
+  std::int64_t to = 0;
+  std::vector<std::size_t> fields;
+  bool checkpoint = false;
+};
+
+/// The reply from where the cursor ended.
+void answer_step(const Session& session, const Cursor& cursor, const StepTask& task,
+                 v1::StepResponse* response);
+
+/// Does it here and now if that is expected to take less than `inline_nanoseconds`.
+bool step_inline(Session& session, const StepTask& task, v1::StepResponse* response);
+
+}  // namespace stiefel::server

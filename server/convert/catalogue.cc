@@ -1,0 +1,120 @@
+#include "engine/simulation/catalogue/recommendation.h"
+#include "server/convert/convert.h"
+
+namespace stiefel::server {
+namespace {
+
+std::string text(std::string_view view) { return std::string(view); }
+
+v1::Conservation conservation(Conservation value) {
+  switch (value) {
+    case Conservation::exact:
+      return v1::CONSERVATION_EXACT;
+    case Conservation::bounded:
+      return v1::CONSERVATION_BOUNDED;
+    case Conservation::drifts:
+      return v1::CONSERVATION_DRIFTS;
+  }
+  return v1::CONSERVATION_UNSPECIFIED;
+}
+
+void to_proto(const SystemInfo& system, v1::SystemInfo* out) {
+  out->set_name(text(system.name));
+  out->set_summary(text(system.summary));
+  out->set_equations(text(system.equations));
+  out->set_source(text(system.source));
+  out->set_file(text(system.file));
+  out->set_discrete(system.discrete);
+  for (const BlockInfo& block : system.blocks) {
+    auto* to = out->add_blocks();
+    to->set_name(text(block.name));
+    to->set_shape(text(block.shape));
+    to->set_required(block.required);
+    to->set_description(text(block.description));
+  }
+  for (const FieldInfo& field : system.fields) {
+    auto* to = out->add_fields();
+    to->set_name(text(field.name));
+    to->set_shape(text(field.shape));
+    to->set_description(text(field.description));
+  }
+  for (const InvariantInfo& invariant : system.invariants) {
+    auto* to = out->add_invariants();
+    to->set_name(text(invariant.name));
+    to->set_formula(text(invariant.formula));
+    to->set_source(text(invariant.source));
+  }
+  for (const FormInfo& form : system.forms) {
+    auto* to = out->add_forms();
+    to->set_name(text(form.name));
+    to->set_blocks(text(form.blocks[0]) + ", " + text(form.blocks[1]));
+    to->set_formula(text(form.formula));
+    to->set_source(text(form.source));
+  }
+  for (const Recommendation& one : recommended(system.name)) {
+    auto* to = out->add_recommended();
+    to->set_where(text(one.where));
+    server::to_proto(one.description(), to->mutable_method());
+    to->set_largest_h_omega(one.largest_h_omega);
+    to->set_largest_h_momentum_rate(one.largest_h_momentum_rate);
+  }
+  for (const MethodOnSystem& method : system.methods) {
+    auto* to = out->add_methods();
+    to->set_method(text(method.method));
+    to->set_where(text(method.where));
+    to->set_in_float(method.in_float);
+    for (const Preservation& preservation : method.preserves) {
+      auto* preserves = to->add_preserves();
+      preserves->set_invariant(text(preservation.invariant));
+      preserves->set_conservation(conservation(preservation.conservation));
+    }
+  }
+}
+
+void to_proto(const MethodInfo& method, v1::MethodInfo* out) {
+  out->set_name(text(method.name));
+  out->set_summary(text(method.summary));
+  out->set_source(text(method.source));
+  out->set_file(text(method.file));
+  for (const int order : method.orders) out->add_orders(static_cast<std::uint32_t>(order));
+  out->set_default_order(static_cast<std::uint32_t>(method.default_order));
+  out->set_reversible(method.reversible);
+  out->set_default_tolerance(method.default_tolerance);
+}
+
+}  // namespace
+
+void to_proto(const Catalogue& catalogue, v1::DescribeResponse* out) {
+  for (const SystemInfo& system : catalogue.systems) to_proto(system, out->add_systems());
+  for (const MethodInfo& method : catalogue.methods) to_proto(method, out->add_methods());
+}
+
+void to_proto(const Diagnosis& diagnosis, v1::DiagnoseResponse* out) {
+  for (const InvariantDrift& drift : diagnosis.invariants) {
+    auto* to = out->add_invariants();
+    to->set_name(drift.name);
+    to->set_initial(static_cast<double>(drift.initial));
+    to->set_value(static_cast<double>(drift.value));
+    to->set_drift(drift.drift());
+    to->set_scale(static_cast<double>(drift.scale));
+    to->set_conservation(conservation(drift.conservation));
+    if (drift.member) to->set_member(static_cast<std::uint32_t>(*drift.member));
+  }
+  if (diagnosis.orthogonality) out->set_orthogonality(*diagnosis.orthogonality);
+  out->mutable_domain()->set_h_omega(diagnosis.h_omega);
+  if (diagnosis.largest_step) out->mutable_domain()->set_largest_step(*diagnosis.largest_step);
+}
+
+void to_proto(const ErrorEstimate& estimate, v1::EstimatedError* out) {
+  if (estimate.attitude) out->set_attitude(*estimate.attitude);
+  if (estimate.momentum) out->set_momentum(*estimate.momentum);
+  if (estimate.angle) out->set_angle(*estimate.angle);
+  out->set_reference_error(estimate.reference_error);
+  out->set_reference(estimate.reference);
+  out->set_work(estimate.work);
+  out->set_run_work(estimate.run_work);
+  out->set_missing(estimate.missing);
+  if (estimate.member) out->set_member(static_cast<std::uint32_t>(*estimate.member));
+}
+
+}  // namespace stiefel::server

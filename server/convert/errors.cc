@@ -1,0 +1,161 @@
+#include "server/convert/errors.h"
+
+#include <algorithm>
+#include <exception>
+#include <initializer_list>
+#include <new>
+#include <utility>
+
+#include "engine/linalg/arithmetic/to_text.h"
+#include "stiefel/v1/error.pb.h"
+
+namespace stiefel::server::errors {
+namespace {
+
+// Status and details travel in trailers, of which clients accept 8 KiB.
+constexpr std::size_t max_text = 200;
+constexpr std::size_t max_total = 2000;
+
+/// Cuts at a character, never inside one.
+std::string shortened(std::string_view text) {
+  if (text.size() <= max_text) return std::string(text);
+  std::size_t end = max_text;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) --end;
+  return std::string(text.substr(0, end)) + "...";
+}
+
+void add_detail(std::string_view type, const google::protobuf::Message& detail,
+                v1::Status& status) {
+  auto* any = status.add_details();
+  any->set_type_url("type.googleapis.com/google.rpc." + std::string(type));
+  any->set_value(detail.SerializeAsString());
+}
+
+grpc::Status make(grpc::StatusCode code, const std::string& message, v1::Status status) {
+  status.set_code(code);
+  status.set_message(message);
+  return {code, message, status.SerializeAsString()};
+}
+
+/// The reason of the first fault that has one.
+void add_reason(const Violations& violations, v1::Status& status) {
+  const auto found =
+      std::ranges::find_if(violations, [](const Violation& v) { return !v.reason.empty(); });
+  if (found == violations.end()) return;
+  v1::ErrorInfo info;
+  info.set_reason(found->reason);
+  info.set_domain("stiefel");
+  for (const auto& [key, value] : found->metadata) (*info.mutable_metadata())[key] = value;
+  add_detail("ErrorInfo", info, status);
+}
+
+using Metadata = std::initializer_list<std::pair<const char*, std::string_view>>;
+
+grpc::Status info(grpc::StatusCode code, const std::string& message, const char* reason,
+                  Metadata metadata = {}) {
+  v1::ErrorInfo detail;
+  detail.set_reason(reason);
+  detail.set_domain("stiefel");
+  for (const auto& [key, value] : metadata) (*detail.mutable_metadata())[key] = shortened(value);
+  v1::Status status;
+  add_detail("ErrorInfo", detail, status);
+  return make(code, message, std::move(status));
+}
+
+}  // namespace
+
+grpc::Status invalid(const Violations& violations) {
+  v1::BadRequest detail;
+  std::string message;
+  std::size_t told = 0;
+  for (const Violation& violation : violations) {
+    const std::string field = shortened(violation.field);
+    const std::string value = shortened(violation.value);
+    const std::string description = value.empty() ? violation.rule : value + ": " + violation.rule;
+    if (message.size() + field.size() + description.size() > max_total) break;
+    if (told++ > 0) message += "; ";
+    message += field + ": " + description;
+    auto* entry = detail.add_field_violations();
+    entry->set_field(field);
+    entry->set_description(description);
+  }
+  if (told < violations.size()) {
+    message += "; and " + std::to_string(violations.size() - told) + " more";
+  }
+  v1::Status status;
+  add_detail("BadRequest", detail, status);
+  add_reason(violations, status);
+  return make(grpc::INVALID_ARGUMENT, message, std::move(status));
+}
+
+grpc::Status invalid(std::string field, std::string value, std::string rule) {
+  return invalid({{std::move(field), std::move(value), std::move(rule)}});
+}
+
+grpc::Status session_not_found(std::string_view id, const char* field) {
+  return info(grpc::NOT_FOUND,
+              std::string(field) + ": " + shortened(id) + ": there is no such session",
+              "SESSION_NOT_FOUND", {{"session_id", id}});
+}
+
+grpc::Status session_has_other_scene(std::string_view id) {
+  return info(grpc::ALREADY_EXISTS,
+              "session_id: " + shortened(id) + ": there is a session of this id with another scene",
+              "SESSION_HAS_OTHER_SCENE", {{"session_id", id}});
+}
+
+grpc::Status too_many_sessions(std::uint32_t max_sessions) {
+  const std::string limit = std::to_string(max_sessions);
+  return info(grpc::RESOURCE_EXHAUSTED,
+              "this server holds at most " + limit + " sessions: delete one or wait",
+              "TOO_MANY_SESSIONS", {{"max_sessions", limit}});
+}
+
+grpc::Status checkpoint_of_other_build(std::string_view theirs, std::string_view ours) {
+  return info(grpc::FAILED_PRECONDITION,
+              "checkpoint: written by build '" + shortened(theirs) + "', this is build '" +
+                  shortened(ours) + "': the bits could differ",
+              "CHECKPOINT_OF_OTHER_BUILD", {{"checkpoint_build", theirs}, {"server_build", ours}});
+}
+
+grpc::Status outside_domain(const OutsideDomain& outside) {
+  const std::string value = to_text(outside.value), bound = to_text(outside.bound);
+  return info(grpc::INVALID_ARGUMENT,
+              "outside the domain " + std::string(outside.domain) + ": " + value +
+                  ", where the bound is " + bound,
+              "OUTSIDE_DOMAIN", {{"domain", outside.domain}, {"value", value}, {"bound", bound}});
+}
+
+grpc::Status unequal_determinants(int Q_0, int Q_T) {
+  const std::string first = std::to_string(Q_0), last = std::to_string(Q_T);
+  return info(
+      grpc::INVALID_ARGUMENT,
+      "Q_T: det Q_0 = " + first + " and det Q_T = " + last + ": no path of frames joins them",
+      "UNEQUAL_DETERMINANTS", {{"Q_0", first}, {"Q_T", last}});
+}
+
+grpc::Status shutting_down() {
+  return info(grpc::UNAVAILABLE, "the server is shutting down", "SHUTTING_DOWN");
+}
+
+grpc::Status cancelled() { return {grpc::CANCELLED, "the caller cancelled"}; }
+
+grpc::Status out_of_memory() {
+  return info(grpc::RESOURCE_EXHAUSTED, "out of memory", "OUT_OF_MEMORY");
+}
+
+grpc::Status internal(std::string_view what) {
+  return info(grpc::INTERNAL, shortened(what), "INTERNAL_ERROR");
+}
+
+grpc::Status from_current_exception() {
+  try {
+    throw;
+  } catch (const std::bad_alloc&) {
+    return out_of_memory();
+  } catch (const std::exception& exception) {
+    return internal(exception.what());
+  }
+}
+
+}  // namespace stiefel::server::errors

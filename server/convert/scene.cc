@@ -1,0 +1,146 @@
+#include <google/protobuf/descriptor.h>
+#include <google/protobuf/message.h>
+#include <google/protobuf/reflection.h>
+
+#include <limits>
+#include <stdexcept>
+
+#include "engine/simulation/scene/scene_fields.h"
+#include "server/convert/block.h"
+#include "server/convert/convert.h"
+
+namespace stiefel::server {
+namespace {
+
+using google::protobuf::FieldDescriptor;
+using google::protobuf::Message;
+
+const FieldDescriptor* field_of(const Message& message, std::string_view name) {
+  const auto* found = message.GetDescriptor()->FindFieldByName(std::string(name));
+  if (found == nullptr)
+    throw std::logic_error(message.GetTypeName() + " has no field " + std::string(name));
+  return found;
+}
+
+/// Reads a description's fields by their names: one overload for each type that they have.
+class Reader {
+ public:
+  explicit Reader(const Place& place) : faults_{place} {}
+
+  /// `within`: where `from` is in the description, "" or "method.".
+  template <Description T>
+  void read(const Message& from, const std::string& within, T& out) {
+    for_each_field<T>([&](const auto& field) {
+      read(from, field_of(from, field.name), within + std::string(field.name), out.*field.member);
+    });
+  }
+  template <class T>
+  std::expected<T, Violations> result(T out) {
+    if (!faults_.violations.empty()) return std::unexpected(std::move(faults_.violations));
+    return out;
+  }
+
+ private:
+  using Field = const FieldDescriptor*;
+  using Path = const std::string&;
+
+  void read(const Message& from, Field field, Path, std::string& out) {
+    out = from.GetReflection()->GetString(from, field);
+  }
+  void read(const Message& from, Field field, Path, std::optional<double>& out) {
+    const auto& reflection = *from.GetReflection();
+    if (reflection.HasField(from, field)) out = reflection.GetDouble(from, field);
+  }
+  void read(const Message& from, Field field, Path, std::vector<double>& out) {
+    const auto numbers = from.GetReflection()->GetRepeatedFieldRef<double>(from, field);
+    out.assign(numbers.begin(), numbers.end());
+  }
+  void read(const Message& from, Field field, Path path, std::optional<int>& out) {
+    const auto& reflection = *from.GetReflection();
+    if (!reflection.HasField(from, field)) return;
+    const std::uint32_t value = reflection.GetUInt32(from, field);
+    if (value > static_cast<std::uint32_t>(std::numeric_limits<int>::max()))
+      faults_.add(path, std::to_string(value), "is too large");
+    else
+      out = static_cast<int>(value);
+  }
+  template <Description T>
+  void read(const Message& from, Field field, Path path, std::optional<T>& out) {
+    const auto& reflection = *from.GetReflection();
+    if (reflection.HasField(from, field))
+      read(reflection.GetMessage(from, field), path + ".", out.emplace());
+  }
+  /// Of a scene, whose large blocks stand in a field of their own.
+  void read(const Message& from, Field, Path path, std::map<std::string, Block>& out) {
+    const auto& scene = dynamic_cast<const v1::Scene&>(from);
+    for (const auto& [name, matrix] : scene.initial())
+      read_block(path + "." + name, matrix, out[name], faults_);
+    for (const auto& [name, tensor] : scene.initial_tensors())
+      if (scene.initial().contains(name))
+        faults_.add(path + "_tensors." + name, "given", "must be absent: it is in " + path);
+      else
+        read_block(path + "_tensors." + name, tensor, out[name], faults_);
+  }
+
+  Faults faults_;
+};
+
+/// Writes a description's fields by their names, those that are there.
+struct Writer {
+  template <Description T>
+  static void write(const T& description, Message* to) {
+    for_each_field<T>([&](const auto& field) {
+      write(description.*field.member, to, field_of(*to, field.name));
+    });
+  }
+
+ private:
+  using Field = const FieldDescriptor*;
+
+  static void write(const std::string& value, Message* to, Field field) {
+    to->GetReflection()->SetString(to, field, value);
+  }
+  static void write(const std::optional<double>& value, Message* to, Field field) {
+    if (value) to->GetReflection()->SetDouble(to, field, *value);
+  }
+  static void write(const std::optional<int>& value, Message* to, Field field) {
+    if (value) to->GetReflection()->SetUInt32(to, field, static_cast<std::uint32_t>(*value));
+  }
+  static void write(const std::vector<double>& values, Message* to, Field field) {
+    const auto numbers = to->GetReflection()->GetMutableRepeatedFieldRef<double>(to, field);
+    for (const double value : values) numbers.Add(value);
+  }
+  static void write(const std::map<std::string, Block>& blocks, Message* to, Field) {
+    auto& initial = *dynamic_cast<v1::Scene&>(*to).mutable_initial();
+    for (const auto& [name, block] : blocks) write_block(block, &initial[name]);
+  }
+  template <Description T>
+  static void write(const std::optional<T>& value, Message* to, Field field) {
+    if (value) write(*value, to->GetReflection()->MutableMessage(to, field));
+  }
+};
+
+}  // namespace
+
+std::expected<MethodDescription, Violations> from_proto(const v1::Method& method,
+                                                        const Place& place) {
+  Reader reader(place);
+  MethodDescription out;
+  reader.read(method, "", out);
+  return reader.result(std::move(out));
+}
+
+std::expected<SceneDescription, Violations> from_proto(const v1::Scene& scene, const Place& place) {
+  Reader reader(place);
+  SceneDescription out;
+  reader.read(scene, "", out);
+  return reader.result(std::move(out));
+}
+
+void to_proto(const MethodDescription& method, v1::Method* out) { Writer::write(method, out); }
+
+void to_proto(const SceneDescription& description, v1::Scene* out) {
+  Writer::write(description, out);
+}
+
+}  // namespace stiefel::server

@@ -1,0 +1,62 @@
+#include "server/sessions/cursor.h"
+
+#include <algorithm>
+
+#include "engine/simulation/run/sentence.h"
+
+namespace stiefel::server {
+
+namespace {
+
+/// Smaller states are not worth making the simulation anew.
+constexpr std::size_t least_to_rest = 8192;
+
+}  // namespace
+
+void Cursor::rest() {
+  if (!simulation_ || session_->saved_size() < least_to_rest) return;
+  rested_at_ = simulation_->step();
+  rested_.resize(session_->saved_size());
+  simulation_->save(rested_);
+  session_->give_back(std::move(simulation_));
+}
+
+void Cursor::wake() {
+  if (simulation_) return;
+  simulation_ = session_->lease_at(rested_at_, rested_);
+  rested_ = {};
+}
+
+void Cursor::end(const RunStatus& run_status) {
+  run_status_ = run_status;
+  if (run_status.outcome == Outcome::left_domain) rate_ = rate_at(run_status, *simulation_);
+}
+
+bool Cursor::advance(std::int64_t to, std::int64_t& budget) {
+  wake();
+  std::int64_t at = simulation_->step();
+  if (simulation_->direct() && at < to && run_status_.reached()) {  // no checkpoint would be nearer
+    if (budget <= 0) return false;
+    end(simulation_->advance(to - at));
+    ++computed_;
+    --budget;
+    return true;
+  }
+  while (at < to) {
+    if (!run_status_.reached()) return true;
+    if (budget <= 0) return false;
+    const std::int64_t steps = std::min({to - at, budget, mark_ - at});
+    end(simulation_->advance(steps));
+    const std::int64_t done = simulation_->step() - at;
+    at += done;
+    computed_ += done;
+    budget -= std::max<std::int64_t>(done, 1);
+    if (at == mark_) {
+      session_->deposit(*simulation_);
+      mark_ = session_->next_checkpoint(at);
+    }
+  }
+  return true;
+}
+
+}  // namespace stiefel::server
