@@ -11,6 +11,7 @@
 #include "client/cli/table.h"
 #include "client/cli/tradeoff_progress.h"
 #include "engine/linalg/arithmetic/to_text.h"
+#include "stiefel/diagnosis.h"
 
 namespace stiefel::cli {
 namespace {

@@ -4,21 +4,9 @@
 #include <optional>
 
 #include "engine/linalg/arithmetic/scalar.h"
+#include "stiefel/run_status.h"
 
 namespace stiefel {
-
-/// How a run ended. Anything but `reached` leaves the last good state in place.
-enum class Outcome { reached, left_domain, solver_stalled, not_finite, cancelled };
-
-struct RunStatus {
-  Outcome outcome = Outcome::reached;
-  /// left_domain: the largest |h| that has a solution from the last good state, to 1e-3.
-  std::optional<double> largest_step;
-  /// Of an ensemble: the member that ended it.
-  std::optional<std::int64_t> member = {};
-
-  bool reached() const { return outcome == Outcome::reached; }
-};
 
 /// One step of size h. The state holds everything the next step depends on, solver history and
 /// round-off carries included; `x.value` in it is the system's state, and `each` visits every block

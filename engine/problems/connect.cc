@@ -1,4 +1,4 @@
-#include "engine/problems/connect.h"
+#include "stiefel/connect.h"
 
 #include <algorithm>
 #include <cmath>

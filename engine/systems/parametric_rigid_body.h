@@ -7,7 +7,7 @@
 #include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/linalg/matrix_equations/lu.h"
 #include "engine/systems/concepts.h"
-#include "engine/systems/conservation.h"
+#include "stiefel/conservation.h"
 
 namespace stiefel {
 

@@ -1,5 +1,5 @@
+#include "stiefel/connect.h"
 #include "engine/linalg/arithmetic/to_text.h"
-#include "engine/simulation/conversion/joining_scene.h"
 #include "server/calls/cursor_call.h"
 #include "server/calls/service.h"
 #include "server/convert/convert.h"

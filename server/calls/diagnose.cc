@@ -1,16 +1,17 @@
 #include <cmath>
 
 #include "engine/linalg/arithmetic/to_text.h"
-#include "engine/simulation/accuracy/error_estimate.h"
-#include "engine/simulation/catalogue/catalogue.h"
-#include "engine/simulation/diagnosis/diagnosis.h"
 #include "engine/simulation/diagnosis/structure.h"
+#include "engine/simulation/run/invariant_list.h"
 #include "engine/simulation/scene/near_name.h"
 #include "server/calls/cursor_call.h"
 #include "server/calls/service.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
 #include "server/convert/requests.h"
+#include "stiefel/catalogue.h"
+#include "stiefel/diagnosis.h"
+#include "stiefel/error_estimate.h"
 
 namespace stiefel::server {
 namespace {

@@ -1,11 +1,11 @@
-#include "engine/simulation/catalogue/catalogue.h"
-#include "engine/simulation/conversion/conversion.h"
 #include "engine/simulation/scene/near_name.h"
 #include "server/calls/cursor_call.h"
 #include "server/calls/service.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
 #include "server/convert/requests.h"
+#include "stiefel/catalogue.h"
+#include "stiefel/conversion.h"
 
 namespace stiefel::server {
 namespace {

@@ -1,4 +1,5 @@
 #include "server/calls/service.h"
+#include "stiefel/version.h"
 
 #include <google/protobuf/util/time_util.h>
 

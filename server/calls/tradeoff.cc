@@ -1,4 +1,4 @@
-#include "engine/simulation/accuracy/tradeoff.h"
+#include "stiefel/tradeoff.h"
 
 #include <limits>
 #include <utility>

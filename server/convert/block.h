@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "engine/simulation/scene/scene.h"
+#include "stiefel/scene.h"
 #include "stiefel/v1/scene.pb.h"
 
 namespace stiefel::server {

@@ -1,9 +1,9 @@
-#include "engine/simulation/conversion/conversion.h"
 #include "server/calls/cursor_call.h"
 #include "server/calls/service.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
 #include "server/convert/requests.h"
+#include "stiefel/conversion.h"
 
 namespace stiefel::server {
 

@@ -4,13 +4,13 @@
 #include <string>
 #include <vector>
 
-#include "engine/simulation/accuracy/error_estimate.h"
-#include "engine/simulation/diagnosis/diagnosis.h"
-#include "engine/simulation/run/simulation.h"
-#include "engine/simulation/scene/scene.h"
 #include "server/sessions/cursor.h"
 #include "server/sessions/registry.h"
 #include "server/sessions/session.h"
+#include "stiefel/diagnosis.h"
+#include "stiefel/error_estimate.h"
+#include "stiefel/scene.h"
+#include "stiefel/simulation.h"
 #include "stiefel/v1/simulation.pb.h"
 
 /// Between the wire's types and the engine's; no other code sees both.

@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "engine/representations/outside_domain.h"
-#include "engine/simulation/scene/scene.h"
+#include "stiefel/scene.h"
 
 /// Every error the service answers with, and nothing else does. The message is for people; the
 /// details say the same to programs (error.proto).

@@ -1,4 +1,5 @@
 #include "server/convert/requests.h"
+#include "stiefel/version.h"
 
 #include <algorithm>
 #include <string>

@@ -7,9 +7,9 @@
 #include <string_view>
 #include <vector>
 
-#include "engine/simulation/conversion/conversion.h"
 #include "server/calls/host.h"
 #include "server/convert/convert.h"
+#include "stiefel/conversion.h"
 
 /// What is checked before anything moves.
 namespace stiefel::server {

@@ -2,10 +2,11 @@
 
 #include <algorithm>
 
-#include "engine/simulation/catalogue/warnings.h"
-#include "engine/simulation/run/sentence.h"
 #include "engine/simulation/scene/near_name.h"
 #include "server/convert/convert.h"
+#include "stiefel/scene.h"
+#include "stiefel/simulation.h"
+#include "stiefel/version.h"
 
 namespace stiefel::server {
 namespace {

@@ -1,4 +1,5 @@
 #include "server/sessions/checkpoint_bytes.h"
+#include "stiefel/version.h"
 
 #include <bit>
 #include <cstring>

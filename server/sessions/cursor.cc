@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "engine/simulation/run/sentence.h"
+#include "stiefel/simulation.h"
 
 namespace stiefel::server {
 

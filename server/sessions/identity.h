@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "engine/simulation/scene/scene.h"
+#include "stiefel/scene.h"
 
 namespace stiefel::server {
 

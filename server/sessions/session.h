@@ -12,9 +12,9 @@
 #include <string_view>
 #include <vector>
 
-#include "engine/simulation/run/simulation.h"
-#include "engine/simulation/scene/scene.h"
 #include "server/sessions/checkpoints.h"
+#include "stiefel/scene.h"
+#include "stiefel/simulation.h"
 
 namespace stiefel::server {
 

@@ -5,7 +5,7 @@
 
 #include "engine/linalg/simd/pack.h"
 #include "engine/simulation/run/packed_bodies.h"
-#include "engine/simulation/run/simulation.h"
+#include "stiefel/simulation.h"
 #include "tests/bench/measure.h"
 #include "tests/support/ensemble_of.h"
 #include "tests/support/random_scene.h"

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "engine/simulation/run/simulation.h"
+#include "stiefel/simulation.h"
 #include "tests/bench/measure.h"
 #include "tests/bench/process.h"
 #include "tests/support/random_frame.h"

@@ -1,6 +1,6 @@
 // So many steps and nothing else, for valgrind to count. Arguments: method, N, steps; or "frames"
 // for a variational step on V(4, N).
-#include "engine/simulation/run/simulation.h"
+#include "stiefel/simulation.h"
 #include "tests/support/random_frame.h"
 #include "tests/support/random_scene.h"
 

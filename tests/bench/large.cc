@@ -3,7 +3,7 @@
 #include <stdexcept>
 
 #include "engine/moser_veselov/j_d_schur.h"
-#include "engine/simulation/run/simulation.h"
+#include "stiefel/simulation.h"
 #include "tests/bench/measure.h"
 #include "tests/support/random_scene.h"
 

@@ -2,7 +2,7 @@
 // 0.05; 0.1 for the one of order 10. Arguments: repeats, seconds to measure for, the largest N.
 #include <stdexcept>
 
-#include "engine/simulation/run/simulation.h"
+#include "stiefel/simulation.h"
 #include "tests/bench/measure.h"
 #include "tests/support/random_scene.h"
 

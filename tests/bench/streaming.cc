@@ -7,7 +7,7 @@
 
 #include "client/cpp/client.h"
 #include "echo.grpc.pb.h"
-#include "engine/simulation/run/simulation.h"
+#include "stiefel/simulation.h"
 #include "tests/bench/measure.h"
 #include "tests/bench/scenes.h"
 

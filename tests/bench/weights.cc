@@ -3,8 +3,8 @@
 // both.
 #include <iostream>
 
-#include "engine/simulation/catalogue/catalogue.h"
-#include "engine/simulation/run/simulation.h"
+#include "stiefel/catalogue.h"
+#include "stiefel/simulation.h"
 #include "tests/support/any_scene.h"
 #include "tests/support/random_frame.h"
 

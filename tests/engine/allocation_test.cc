@@ -4,8 +4,8 @@
 #include <atomic>
 #include <cstdlib>
 
-#include "engine/simulation/catalogue/catalogue.h"
-#include "engine/simulation/run/simulation.h"
+#include "stiefel/catalogue.h"
+#include "stiefel/simulation.h"
 #include "tests/support/any_scene.h"
 #include "tests/support/random_scene.h"
 

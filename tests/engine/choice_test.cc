@@ -7,8 +7,8 @@
 #include <cmath>
 
 #include "engine/simulation/accuracy/reference.h"
-#include "engine/simulation/catalogue/catalogue.h"
-#include "engine/simulation/run/simulation.h"
+#include "stiefel/catalogue.h"
+#include "stiefel/simulation.h"
 #include "tests/support/any_scene.h"
 #include "tests/support/choice_survey.h"
 #include "tests/support/exact_motion.h"

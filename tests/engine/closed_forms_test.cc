@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
 #include "engine/linalg/lie/orthogonal.h"
-#include "engine/simulation/run/simulation.h"
 #include "engine/systems/stiefel.h"
+#include "stiefel/simulation.h"
 #include "tests/support/exact_motion.h"
 #include "tests/support/flow.h"
 #include "tests/support/random_frame.h"

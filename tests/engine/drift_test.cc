@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdio>
 
-#include "engine/simulation/diagnosis/diagnosis.h"
+#include "stiefel/diagnosis.h"
 #include "tests/support/random_scene.h"
 
 namespace stiefel {

@@ -5,8 +5,8 @@
 #include <algorithm>
 
 #include "engine/linalg/simd/pack.h"
-#include "engine/simulation/diagnosis/diagnosis.h"
 #include "engine/simulation/run/packed_bodies.h"
+#include "stiefel/diagnosis.h"
 #include "tests/support/ensemble_of.h"
 #include "tests/support/random_scene.h"
 

@@ -1,4 +1,4 @@
-#include "engine/simulation/accuracy/error_estimate.h"
+#include "stiefel/error_estimate.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 
 #include "engine/linalg/lie/so_3.h"
 #include "engine/simulation/catalogue/step_weight.h"
-#include "engine/simulation/run/simulation.h"
+#include "stiefel/simulation.h"
 #include "tests/support/any_scene.h"
 #include "tests/support/error_survey.h"
 #include "tests/support/random_frame.h"

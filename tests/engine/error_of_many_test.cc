@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "engine/simulation/accuracy/error_estimate.h"
-#include "engine/simulation/run/simulation.h"
+#include "stiefel/error_estimate.h"
+#include "stiefel/simulation.h"
 #include "tests/support/error_survey.h"
 #include "tests/support/random_frame.h"
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "engine/simulation/diagnosis/diagnosis.h"
+#include "stiefel/diagnosis.h"
 #include "tests/support/any_scene.h"
 #include "tests/support/every_pair.h"
 

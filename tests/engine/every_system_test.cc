@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-#include "engine/simulation/diagnosis/diagnosis.h"
+#include "stiefel/diagnosis.h"
 #include "tests/support/any_scene.h"
 #include "tests/support/ensemble_of.h"
 #include "tests/support/every_pair.h"

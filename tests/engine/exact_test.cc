@@ -8,7 +8,7 @@
 #include "engine/linalg/special_functions/carlson.h"
 #include "engine/linalg/special_functions/jacobi_elliptic.h"
 #include "engine/methods/variational.h"
-#include "engine/simulation/run/simulation.h"
+#include "stiefel/simulation.h"
 #include "tests/support/exact_survey.h"
 #include "tests/support/quadruple.h"
 #include "tests/support/random_scene.h"

@@ -7,8 +7,8 @@
 #include <random>
 
 #include "engine/methods/closed_forms/euler_top.h"
-#include "engine/simulation/run/simulation.h"
 #include "engine/simulation/scene/extended_body.h"
+#include "stiefel/simulation.h"
 #include "tests/support/quadruple.h"
 
 namespace stiefel {

@@ -7,8 +7,8 @@
 #include "engine/linalg/lie/exponential.h"
 #include "engine/linalg/lie/orthogonal.h"
 #include "engine/moser_veselov/cayley_n.h"
-#include "engine/simulation/diagnosis/diagnosis.h"
 #include "engine/systems/rigid_body.h"
+#include "stiefel/diagnosis.h"
 #include "tests/support/random_scene.h"
 
 namespace stiefel {

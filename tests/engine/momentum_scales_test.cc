@@ -6,8 +6,8 @@
 
 #include "engine/representations/scaling.h"
 #include "engine/simulation/accuracy/reference.h"
-#include "engine/simulation/conversion/conversion.h"
-#include "engine/simulation/diagnosis/diagnosis.h"
+#include "stiefel/conversion.h"
+#include "stiefel/diagnosis.h"
 #include "tests/support/any_scene.h"
 #include "tests/support/ensemble_of.h"
 #include "tests/support/random_scene.h"

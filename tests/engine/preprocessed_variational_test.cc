@@ -6,7 +6,7 @@
 
 #include "engine/methods/exact.h"
 #include "engine/methods/variational.h"
-#include "engine/simulation/run/simulation.h"
+#include "stiefel/simulation.h"
 #include "tests/support/body_state.h"
 #include "tests/support/printed_series.h"
 #include "tests/support/quadruple.h"

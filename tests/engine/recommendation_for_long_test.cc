@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <iostream>
 
-#include "engine/simulation/catalogue/catalogue.h"
+#include "stiefel/catalogue.h"
 #include "tests/support/recommendation_survey.h"
 
 namespace stiefel {

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/simulation/catalogue/catalogue.h"
-#include "engine/simulation/conversion/conversion.h"
-#include "engine/simulation/run/simulation.h"
+#include "stiefel/catalogue.h"
+#include "stiefel/conversion.h"
+#include "stiefel/simulation.h"
 #include "tests/support/any_scene.h"
 #include "tests/support/random_scene.h"
 #include "tests/support/recommendation_survey.h"

@@ -1,4 +1,4 @@
-#include "engine/simulation/scene/scene.h"
+#include "stiefel/scene.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "engine/linalg/lie/so_3.h"
-#include "engine/simulation/run/simulation.h"
+#include "stiefel/simulation.h"
 #include "tests/support/random_scene.h"
 
 namespace stiefel {

@@ -1,10 +1,10 @@
-#include "engine/simulation/run/simulation.h"
+#include "stiefel/simulation.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "engine/simulation/diagnosis/diagnosis.h"
+#include "stiefel/diagnosis.h"
 #include "tests/support/exact_motion.h"
 #include "tests/support/random_scene.h"
 

@@ -1,13 +1,13 @@
 // Error against cost, measured.
-#include "engine/simulation/accuracy/tradeoff.h"
+#include "stiefel/tradeoff.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "engine/simulation/accuracy/pareto_front.h"
-#include "engine/simulation/catalogue/catalogue.h"
 #include "engine/simulation/catalogue/step_weight.h"
+#include "stiefel/catalogue.h"
 #include "tests/support/any_scene.h"
 #include "tests/support/exact_motion.h"
 #include "tests/support/random_scene.h"

@@ -4,7 +4,7 @@
 #include <sstream>
 
 #include "engine/simulation/accuracy/reference.h"
-#include "engine/simulation/diagnosis/diagnosis.h"
+#include "stiefel/diagnosis.h"
 #include "tests/extremes/bodies.h"
 #include "tests/extremes/extremes.h"
 #include "tests/extremes/twin.h"

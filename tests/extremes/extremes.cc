@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "engine/linalg/arithmetic/to_text.h"
-#include "engine/simulation/catalogue/catalogue.h"
+#include "stiefel/catalogue.h"
 
 namespace stiefel::extremes {
 namespace {

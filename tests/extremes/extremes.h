@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "engine/simulation/run/simulation.h"
-#include "engine/simulation/scene/scene.h"
+#include "stiefel/scene.h"
+#include "stiefel/simulation.h"
 
 namespace stiefel::extremes {
 

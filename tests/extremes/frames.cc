@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "engine/linalg/lie/orthogonal.h"
-#include "engine/simulation/catalogue/catalogue.h"
+#include "stiefel/catalogue.h"
 #include "tests/extremes/bodies.h"
 #include "tests/extremes/extremes.h"
 

@@ -5,7 +5,7 @@
 #include <sstream>
 
 #include "engine/simulation/accuracy/reference.h"
-#include "engine/simulation/diagnosis/diagnosis.h"
+#include "stiefel/diagnosis.h"
 #include "tests/extremes/extremes.h"
 #include "tests/extremes/growth.h"
 #include "tests/extremes/twin.h"

@@ -3,8 +3,8 @@
 #include <map>
 
 #include "engine/simulation/accuracy/reference.h"
-#include "engine/simulation/catalogue/catalogue.h"
-#include "engine/simulation/diagnosis/diagnosis.h"
+#include "stiefel/catalogue.h"
+#include "stiefel/diagnosis.h"
 #include "tests/extremes/extremes.h"
 #include "tests/extremes/twin.h"
 

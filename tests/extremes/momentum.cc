@@ -7,7 +7,7 @@
 #include "engine/linalg/lie/so_3.h"
 #include "engine/representations/psi.h"
 #include "engine/simulation/accuracy/reference.h"
-#include "engine/simulation/catalogue/catalogue.h"
+#include "stiefel/catalogue.h"
 #include "tests/extremes/bodies.h"
 #include "tests/extremes/extremes.h"
 #include "tests/extremes/twin.h"

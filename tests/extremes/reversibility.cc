@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/simulation/accuracy/reference.h"
-#include "engine/simulation/catalogue/catalogue.h"
+#include "stiefel/catalogue.h"
 #include "tests/extremes/bodies.h"
 #include "tests/extremes/extremes.h"
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "engine/simulation/catalogue/catalogue.h"
+#include "stiefel/catalogue.h"
 #include "tests/extremes/bodies.h"
 #include "tests/extremes/extremes.h"
 #include "tests/extremes/twin.h"

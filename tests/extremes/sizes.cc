@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "engine/simulation/diagnosis/diagnosis.h"
+#include "stiefel/diagnosis.h"
 #include "tests/extremes/bodies.h"
 #include "tests/extremes/side_by_side.h"
 #include "tests/extremes/twin.h"

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <sstream>
 
-#include "engine/simulation/catalogue/catalogue.h"
-#include "engine/simulation/diagnosis/diagnosis.h"
+#include "stiefel/catalogue.h"
+#include "stiefel/diagnosis.h"
 #include "tests/extremes/extremes.h"
 #include "tests/support/any_scene.h"
 #include "tests/support/every_pair.h"

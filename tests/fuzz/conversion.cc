@@ -1,5 +1,5 @@
 // A scene in other variables, and back: a refusal that says why, or finite numbers.
-#include "engine/simulation/conversion/conversion.h"
+#include "stiefel/conversion.h"
 
 #include <cmath>
 

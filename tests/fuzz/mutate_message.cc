@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "engine/simulation/catalogue/catalogue.h"
-#include "engine/simulation/conversion/conversion.h"
+#include "stiefel/catalogue.h"
+#include "stiefel/conversion.h"
 
 namespace stiefel::fuzz {
 namespace {

@@ -2,9 +2,9 @@
 // at a step is one.
 #include <cmath>
 
-#include "engine/simulation/diagnosis/diagnosis.h"
 #include "server/convert/convert.h"
 #include "server/sessions/identity.h"
+#include "stiefel/diagnosis.h"
 #include "tests/fuzz/small.h"
 #include "tests/fuzz/target.h"
 

@@ -7,9 +7,9 @@
 #include <memory>
 #include <string>
 
-#include "engine/simulation/run/simulation.h"
 #include "server/convert/convert.h"
 #include "server/server.h"
+#include "stiefel/simulation.h"
 #include "stiefel/v1/error.pb.h"
 #include "stiefel/v1/simulation.grpc.pb.h"
 #include "tests/server/scenes.h"

@@ -1,3 +1,4 @@
+#include "stiefel/version.h"
 #include "tests/server/harness.h"
 
 namespace stiefel {

@@ -5,8 +5,8 @@
 #include <random>
 #include <sstream>
 
-#include "engine/simulation/accuracy/tradeoff.h"
 #include "engine/simulation/catalogue/step_weight.h"
+#include "stiefel/tradeoff.h"
 #include "tests/support/exact_motion.h"
 #include "tests/support/random_frame.h"
 #include "tests/support/random_scene.h"

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "engine/simulation/scene/scene.h"
+#include "stiefel/scene.h"
 
 namespace stiefel::testing {
 

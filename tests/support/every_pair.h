@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/simulation/catalogue/catalogue.h"
+#include "stiefel/catalogue.h"
 
 namespace stiefel::testing {
 

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "engine/simulation/scene/scene.h"
+#include "stiefel/scene.h"
 
 namespace stiefel::testing {
 

@@ -3,7 +3,7 @@
 #include <optional>
 #include <string>
 
-#include "engine/simulation/scene/scene.h"
+#include "stiefel/scene.h"
 
 namespace stiefel::testing {
 

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <random>
 
-#include "engine/problems/connect.h"
 #include "engine/problems/path.h"
+#include "stiefel/connect.h"
 
 namespace stiefel::testing {
 

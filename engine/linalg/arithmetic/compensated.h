@@ -1,10 +1,9 @@
 #pragma once
 
 #include "engine/linalg/arithmetic/double_word.h"
+#include "stiefel/arithmetic.h"
 
 namespace stiefel {
-
-enum class Arithmetic { compensated, plain };
 
 /// A sum over many steps: value, or value + carry with the carry holding what rounding took away.
 /// `Block` is any dense Eigen type.

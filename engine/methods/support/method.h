@@ -7,7 +7,7 @@
 #include "engine/linalg/arithmetic/compensated.h"
 #include "engine/linalg/arithmetic/lanes.h"
 #include "engine/maps/map.h"
-#include "engine/systems/conservation.h"
+#include "stiefel/conservation.h"
 
 namespace stiefel {
 

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "engine/simulation/catalogue/catalogue.h"
 #include "engine/simulation/catalogue/step_weight.h"
 #include "engine/simulation/scene/scene_draft.h"
+#include "stiefel/catalogue.h"
 
 namespace stiefel {
 namespace {

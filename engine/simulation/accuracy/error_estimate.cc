@@ -1,13 +1,13 @@
-#include "engine/simulation/accuracy/error_estimate.h"
+#include "stiefel/error_estimate.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "engine/linalg/arithmetic/to_text.h"
 #include "engine/simulation/accuracy/measurement.h"
-#include "engine/simulation/catalogue/catalogue.h"
 #include "engine/simulation/catalogue/step_weight.h"
-#include "engine/simulation/run/simulation.h"
+#include "stiefel/catalogue.h"
+#include "stiefel/simulation.h"
 
 namespace stiefel {
 namespace {

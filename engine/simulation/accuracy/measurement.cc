@@ -1,4 +1,6 @@
 #include "engine/simulation/accuracy/measurement.h"
+#include "engine/simulation/run/invariant_list.h"
+#include "stiefel/diagnosis.h"
 
 #include <ctime>
 
@@ -6,7 +8,7 @@
 #include <cmath>
 #include <set>
 
-#include "engine/simulation/catalogue/catalogue.h"
+#include "stiefel/catalogue.h"
 
 namespace stiefel {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "engine/simulation/accuracy/candidates.h"
 #include "engine/simulation/accuracy/reference.h"
-#include "engine/simulation/run/simulation.h"
+#include "stiefel/simulation.h"
 
 namespace stiefel {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/simulation/run/simulation.h"
+#include "stiefel/simulation.h"
 
 namespace stiefel {
 namespace {

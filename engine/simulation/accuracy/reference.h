@@ -7,7 +7,7 @@
 #include <string>
 
 #include "engine/linalg/arithmetic/scalar.h"
-#include "engine/simulation/scene/scene.h"
+#include "stiefel/tradeoff.h"
 
 namespace stiefel {
 
@@ -24,13 +24,7 @@ struct MotionState {
 /// Where a simulation is.
 MotionState read_motion(const Scene& scene, const Simulation& now);
 
-/// max |Q − Q̂|, and max |M − M̂| / max |M̂| (max |M| where M̂ = 0), over the elements, of complex
-/// matrices their moduli.
-struct MotionError {
-  std::optional<double> attitude;
-  double momentum = 0;
-  double largest() const { return std::max(attitude.value_or(0), momentum); }
-};
+/// Of a state beside the exact one.
 MotionError error_of(const MotionState& state, const MotionState& exact);
 
 /// The exact motion of a scene as well as it is known: a function from time to its attitude and

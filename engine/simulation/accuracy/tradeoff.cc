@@ -1,11 +1,13 @@
-#include "engine/simulation/accuracy/tradeoff.h"
+#include "stiefel/tradeoff.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "engine/simulation/accuracy/error_growth.h"
 #include "engine/simulation/accuracy/pareto_front.h"
 #include "engine/simulation/scene/scene_draft.h"
+#include "stiefel/version.h"
 
 namespace stiefel {
 namespace {
@@ -38,25 +40,44 @@ double median(std::vector<double> values) {
 
 }  // namespace
 
-std::expected<Tradeoff, Violations> Tradeoff::prepare(TradeoffRequest request) {
-  Violations wrong;
-  if (request.horizon && !(std::isfinite(*request.horizon) && *request.horizon > 0))
-    wrong.push_back({"horizon", to_text(*request.horizon), "must be finite and > 0"});
-  if (!(std::isfinite(request.budget) && request.budget > 0))
-    wrong.push_back({"budget", to_text(request.budget), "must be finite and > 0"});
-  if (request.repeats < 1 || request.repeats > 100)
-    wrong.push_back({"repeats", std::to_string(request.repeats), "must be 1 to 100"});
-  const auto place = Place::inside("scene");
-  if (request.scene.members)
-    wrong.push_back(place.violation("members", std::to_string(*request.scene.members),
-                                    "must be absent: measure one member"));
-  auto found = candidates(request.scene, place);
-  if (!found) wrong.insert(wrong.end(), found.error().begin(), found.error().end());
-  if (!wrong.empty()) return std::unexpected(std::move(wrong));
-  return Tradeoff(std::move(request), *std::move(found));
-}
+class Tradeoff::Survey {
+ public:
+  Survey(TradeoffRequest request, std::vector<Candidate> candidates);
 
-Tradeoff::Tradeoff(TradeoffRequest request, std::vector<Candidate> candidates)
+  std::expected<TradeoffSetup, Violations> solve_reference(const std::stop_token& stop);
+  std::optional<TradeoffPoint> next(const std::stop_token& stop);
+  std::vector<std::size_t> front() const;
+
+ private:
+  /// The run that a point is of, up to `to`; in single precision up to the horizon unless its error
+  /// falls with its steps as declared. Nothing where the candidate's share does not pay for that.
+  std::optional<Run> first_run(const Candidate& candidate, const Scene& scene, std::int64_t to,
+                               const std::stop_token& stop);
+  TradeoffPoint measure(const Candidate& candidate, const Scene& scene, const Run& first,
+                        const std::stop_token& stop);
+  double reference_error() const {
+    return samples_.answers.empty() ? 0 : samples_.answers.back().error;
+  }
+  /// True if the point is another one than the last.
+  bool advance_knob(const TradeoffPoint& point);
+  void next_candidate();
+  double share() const;  ///< of what is left, for one run
+
+  TradeoffRequest request_;
+  std::vector<Candidate> candidates_;
+  std::int64_t steps_;
+  Samples samples_;
+  double left_;                ///< of the budget
+  std::size_t candidate_ = 0;  ///< the one in hand
+  int knob_ = 0;               ///< 2^knob substeps, or tolerance 10^{−3−knob}
+  int idle_ = 0;               ///< knobs in a row that did not help
+  double best_;                ///< the least error of the candidate
+  ErrorGrowth growth_;         ///< of the candidate
+  double last_work_ = 0, last_error_ = 0;
+  std::vector<double> costs_, errors_;
+};
+
+Tradeoff::Survey::Survey(TradeoffRequest request, std::vector<Candidate> candidates)
     : request_(std::move(request)),
       candidates_(std::move(candidates)),
       left_(request_.budget),
@@ -66,7 +87,8 @@ Tradeoff::Tradeoff(TradeoffRequest request, std::vector<Candidate> candidates)
   steps_ = request_.horizon ? steps_to(*request_.horizon, step) : TradeoffRequest::default_steps;
 }
 
-std::expected<TradeoffSetup, Violations> Tradeoff::solve_reference(const std::stop_token& stop) {
+std::expected<TradeoffSetup, Violations> Tradeoff::Survey::solve_reference(
+    const std::stop_token& stop) {
   const Scene scene = with_method(request_.scene, candidates_.front().method);
   const double time = std::abs(scene.time(steps_));
   samples_ = take_samples(scene, steps_, {time, reference_share * request_.budget}, stop);
@@ -86,12 +108,12 @@ std::expected<TradeoffSetup, Violations> Tradeoff::solve_reference(const std::st
   return setup;
 }
 
-double Tradeoff::share() const {
+double Tradeoff::Survey::share() const {
   const auto to_come = static_cast<double>(candidates_.size() - candidate_) * expected_points;
   return std::max(0.0, left_) / (to_come * static_cast<double>(request_.repeats));
 }
 
-std::optional<TradeoffPoint> Tradeoff::next(const std::stop_token& stop) {
+std::optional<TradeoffPoint> Tradeoff::Survey::next(const std::stop_token& stop) {
   while (candidate_ < candidates_.size() && !stop.stop_requested()) {
     const Candidate& candidate = candidates_[candidate_];
     const auto method = candidate.own_steps ? candidate.with_tolerance(std::pow(10, -3 - knob_))
@@ -119,8 +141,8 @@ std::optional<TradeoffPoint> Tradeoff::next(const std::stop_token& stop) {
   return std::nullopt;
 }
 
-std::optional<Run> Tradeoff::first_run(const Candidate& candidate, const Scene& scene,
-                                       std::int64_t to, const std::stop_token& stop) {
+std::optional<Run> Tradeoff::Survey::first_run(const Candidate& candidate, const Scene& scene,
+                                               std::int64_t to, const std::stop_token& stop) {
   const auto go_to = [&](std::int64_t steps) {
     Run made = run(scene, candidate.weight, samples_, steps, Watch::errors_and_invariants, stop);
     left_ -= made.work;
@@ -137,8 +159,8 @@ std::optional<Run> Tradeoff::first_run(const Candidate& candidate, const Scene& 
   return go_to(steps_);
 }
 
-TradeoffPoint Tradeoff::measure(const Candidate& candidate, const Scene& scene, const Run& first,
-                                const std::stop_token& stop) {
+TradeoffPoint Tradeoff::Survey::measure(const Candidate& candidate, const Scene& scene,
+                                        const Run& first, const std::stop_token& stop) {
   TradeoffPoint point;
   point.method = *scene.description().method;
   left_ -= first.work * (request_.repeats - 1);
@@ -180,7 +202,7 @@ TradeoffPoint Tradeoff::measure(const Candidate& candidate, const Scene& scene, 
   return point;
 }
 
-bool Tradeoff::advance_knob(const TradeoffPoint& point) {
+bool Tradeoff::Survey::advance_knob(const TradeoffPoint& point) {
   const double error = point.error ? point.error->largest() : infinity;
   // One step at least: a tighter tolerance may change nothing yet.
   const bool another = point.work != last_work_ || error != last_error_;
@@ -197,7 +219,7 @@ bool Tradeoff::advance_knob(const TradeoffPoint& point) {
   return another;
 }
 
-void Tradeoff::next_candidate() {
+void Tradeoff::Survey::next_candidate() {
   ++candidate_;
   knob_ = idle_ = 0;
   best_ = infinity;
@@ -205,10 +227,40 @@ void Tradeoff::next_candidate() {
   last_work_ = last_error_ = 0;
 }
 
-std::vector<std::size_t> Tradeoff::front() const {
+std::vector<std::size_t> Tradeoff::Survey::front() const {
   std::vector<CostAndError> points;
   for (std::size_t i = 0; i < costs_.size(); ++i) points.push_back({costs_[i], errors_[i]});
   return pareto_front(points);
 }
+
+std::expected<Tradeoff, Violations> Tradeoff::prepare(TradeoffRequest request) {
+  Violations wrong;
+  if (request.horizon && !(std::isfinite(*request.horizon) && *request.horizon > 0))
+    wrong.push_back({"horizon", to_text(*request.horizon), "must be finite and > 0"});
+  if (!(std::isfinite(request.budget) && request.budget > 0))
+    wrong.push_back({"budget", to_text(request.budget), "must be finite and > 0"});
+  if (request.repeats < 1 || request.repeats > 100)
+    wrong.push_back({"repeats", std::to_string(request.repeats), "must be 1 to 100"});
+  const auto place = Place::inside("scene");
+  if (request.scene.members)
+    wrong.push_back(place.violation("members", std::to_string(*request.scene.members),
+                                    "must be absent: measure one member"));
+  auto found = candidates(request.scene, place);
+  if (!found) wrong.insert(wrong.end(), found.error().begin(), found.error().end());
+  if (!wrong.empty()) return std::unexpected(std::move(wrong));
+  return Tradeoff(std::make_unique<Survey>(std::move(request), *std::move(found)));
+}
+
+Tradeoff::Tradeoff(std::unique_ptr<Survey> survey) : survey_(std::move(survey)) {}
+Tradeoff::Tradeoff(Tradeoff&&) noexcept = default;
+Tradeoff::~Tradeoff() = default;
+
+std::expected<TradeoffSetup, Violations> Tradeoff::solve_reference(const std::stop_token& stop) {
+  return survey_->solve_reference(stop);
+}
+std::optional<TradeoffPoint> Tradeoff::next(const std::stop_token& stop) {
+  return survey_->next(stop);
+}
+std::vector<std::size_t> Tradeoff::front() const { return survey_->front(); }
 
 }  // namespace stiefel

@@ -1,4 +1,4 @@
-#include "engine/simulation/catalogue/catalogue.h"
+#include "stiefel/catalogue.h"
 
 #include <algorithm>
 

@@ -1,4 +1,5 @@
 #include "engine/maps/discrete_stiefel.h"
+#include "engine/simulation/run/invariant_list.h"
 
 #include "engine/invariants/stiefel.h"
 #include "engine/linalg/lie/orthogonal.h"

@@ -1,4 +1,5 @@
 #include "engine/systems/double_bracket.h"
+#include "engine/simulation/run/invariant_list.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,5 @@
 #include "engine/systems/ellipsoid.h"
+#include "engine/simulation/run/invariant_list.h"
 
 #include "engine/invariants/ellipsoid.h"
 #include "engine/simulation/catalogue/families/rigid_forms.h"

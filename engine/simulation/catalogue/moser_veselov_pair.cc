@@ -1,4 +1,5 @@
 #include "engine/maps/moser_veselov_pair.h"
+#include "engine/simulation/run/invariant_list.h"
 
 #include <cmath>
 

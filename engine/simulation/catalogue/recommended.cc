@@ -5,7 +5,7 @@
 #include "engine/methods/closed_forms/isotropic_geodesic.h"
 #include "engine/methods/closed_forms/two_valued_body.h"
 #include "engine/simulation/catalogue/recommendation.h"
-#include "engine/simulation/scene/scene.h"
+#include "stiefel/scene.h"
 
 namespace stiefel {
 namespace {

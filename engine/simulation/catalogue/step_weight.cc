@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "engine/simulation/run/simulation.h"
+#include "stiefel/simulation.h"
 
 namespace stiefel {
 namespace {

@@ -1,4 +1,5 @@
 #include "engine/systems/stiefel_costate.h"
+#include "engine/simulation/run/invariant_list.h"
 
 #include "engine/invariants/stiefel.h"
 #include "engine/representations/stiefel_legendre.h"

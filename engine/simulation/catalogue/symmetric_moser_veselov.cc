@@ -1,4 +1,5 @@
 #include "engine/maps/symmetric_moser_veselov.h"
+#include "engine/simulation/run/invariant_list.h"
 
 #include "engine/invariants/symmetric_rigid_body.h"
 #include "engine/representations/psi.h"

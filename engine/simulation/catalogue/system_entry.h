@@ -2,8 +2,8 @@
 
 #include <memory>
 
-#include "engine/simulation/catalogue/catalogue.h"
-#include "engine/simulation/run/simulation.h"
+#include "stiefel/catalogue.h"
+#include "stiefel/simulation.h"
 
 namespace stiefel {
 

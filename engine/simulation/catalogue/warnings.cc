@@ -1,4 +1,4 @@
-#include "engine/simulation/catalogue/warnings.h"
+#include "stiefel/scene.h"
 
 #include "engine/simulation/scene/scene_draft.h"
 

@@ -1,13 +1,13 @@
-#include "engine/simulation/conversion/conversion.h"
+#include "stiefel/conversion.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "engine/linalg/arithmetic/to_text.h"
-#include "engine/simulation/catalogue/catalogue.h"
 #include "engine/simulation/conversion/phase.h"
-#include "engine/simulation/run/simulation.h"
 #include "engine/simulation/scene/near_name.h"
+#include "stiefel/catalogue.h"
+#include "stiefel/simulation.h"
 
 namespace stiefel {
 namespace {

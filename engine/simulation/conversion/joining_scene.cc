@@ -1,10 +1,10 @@
-#include "engine/simulation/conversion/joining_scene.h"
+#include "stiefel/connect.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "engine/linalg/arithmetic/to_text.h"
-#include "engine/simulation/run/simulation.h"
+#include "stiefel/simulation.h"
 
 namespace stiefel {
 namespace {

@@ -2,8 +2,9 @@
 
 #include <map>
 #include <vector>
+#include "engine/representations/outside_domain.h"
 
-#include "engine/simulation/conversion/conversion.h"
+#include "stiefel/conversion.h"
 
 namespace stiefel {
 

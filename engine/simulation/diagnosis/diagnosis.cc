@@ -1,4 +1,5 @@
-#include "engine/simulation/diagnosis/diagnosis.h"
+#include "stiefel/diagnosis.h"
+#include "engine/simulation/run/invariant_list.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,5 @@
 #include "engine/simulation/diagnosis/structure.h"
+#include "stiefel/diagnosis.h"
 
 #include <algorithm>
 
@@ -6,9 +7,9 @@
 #include "engine/invariants/symplectic_defect.h"
 #include "engine/invariants/tangent_spaces.h"
 #include "engine/simulation/diagnosis/two_forms.h"
-#include "engine/simulation/run/simulation.h"
 #include "engine/simulation/scene/near_name.h"
 #include "engine/simulation/scene/scene_draft.h"
+#include "stiefel/simulation.h"
 
 namespace stiefel {
 namespace {

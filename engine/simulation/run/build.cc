@@ -4,7 +4,8 @@
 #include <fstream>
 #include <thread>
 
-#include "engine/simulation/run/simulation.h"
+#include "stiefel/simulation.h"
+#include "stiefel/version.h"
 
 namespace stiefel {
 

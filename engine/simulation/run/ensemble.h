@@ -1,7 +1,8 @@
 #pragma once
 
+#include "engine/simulation/run/invariant_list.h"
 #include "engine/simulation/run/packed_bodies.h"
-#include "engine/simulation/run/simulation.h"
+#include "stiefel/simulation.h"
 
 namespace stiefel {
 

@@ -4,8 +4,9 @@
 #include <span>
 #include <vector>
 
-#include "engine/simulation/run/simulation.h"
-#include "engine/simulation/scene/scene.h"
+#include "engine/simulation/run/invariant_list.h"
+#include "stiefel/scene.h"
+#include "stiefel/simulation.h"
 
 namespace stiefel {
 

@@ -17,12 +17,6 @@ inline std::string indexed(std::string_view family, long i, long j) {
   return std::string(family) + "[" + std::to_string(i) + "," + std::to_string(j) + "]";
 }
 
-/// |value − initial| / scale; at rest, where there is nothing to measure it against, the change.
-inline double drift_of(long double initial, long double value, long double scale) {
-  const long double change = std::abs(value - initial);
-  return static_cast<double>(scale > 0 || scale < 0 ? change / scale : change);
-}
-
 /// The values of a state's invariants, those that are asked for: families ("manakov") or single
 /// ones ("manakov[3,1]"); when none is named every family that is cheap.
 class InvariantList {

@@ -7,7 +7,7 @@
 
 #include "engine/linalg/simd/isa.h"
 #include "engine/moser_veselov/discrete_inertia.h"
-#include "engine/simulation/scene/scene.h"
+#include "stiefel/scene.h"
 
 namespace stiefel {
 

@@ -1,10 +1,10 @@
-#include "engine/simulation/run/sentence.h"
+#include "stiefel/simulation.h"
 
 #include <cmath>
 #include <numbers>
 
 #include "engine/linalg/arithmetic/to_text.h"
-#include "engine/simulation/catalogue/catalogue.h"
+#include "stiefel/catalogue.h"
 
 namespace stiefel {
 namespace {

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 
-#include "engine/simulation/run/simulation.h"
-#include "engine/simulation/scene/scene.h"
+#include "engine/simulation/run/invariant_list.h"
+#include "stiefel/scene.h"
+#include "stiefel/simulation.h"
 
 namespace stiefel {
 

@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "engine/linalg/lie/principal_moments_3.h"
-#include "engine/simulation/scene/scene.h"
+#include "stiefel/scene.h"
 
 namespace stiefel {
 

@@ -3,7 +3,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "engine/linalg/arithmetic/scalar.h"
-#include "engine/simulation/scene/scene.h"
+#include "stiefel/scene.h"
 
 namespace stiefel {
 

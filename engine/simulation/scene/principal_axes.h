@@ -1,16 +1,10 @@
 #pragma once
 
-#include <Eigen/Core>
+#include "stiefel/scene.h"
 
 namespace stiefel {
 
-/// A 3D body brought to its principal axes: I = R diag(moments) Rᵀ, det R = +1.
-/// Q_caller = Q Rᵀ, M_caller = R M Rᵀ. A diagonal tensor keeps its axes and their order, R = I.
-struct PrincipalAxes {
-  Eigen::Vector3d moments;
-  Eigen::Matrix3d rotation;
-};
-
+/// Of the inertia tensor, kg m².
 PrincipalAxes principal_axes(const Eigen::Matrix3d& inertia_tensor);
 
 /// λ_i = ½ tr(I) − I_i, so that I_1 = λ_2 + λ_3 and cyclic.

@@ -1,4 +1,4 @@
-#include "engine/simulation/scene/scene.h"
+#include "stiefel/scene.h"
 
 #include "engine/simulation/scene/members.h"
 #include "engine/simulation/scene/scene_draft.h"

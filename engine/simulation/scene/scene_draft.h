@@ -4,8 +4,8 @@
 #include <limits>
 
 #include "engine/linalg/arithmetic/to_text.h"
-#include "engine/simulation/catalogue/catalogue.h"
-#include "engine/simulation/scene/scene.h"
+#include "stiefel/catalogue.h"
+#include "stiefel/scene.h"
 
 namespace stiefel {
 

@@ -3,7 +3,7 @@
 #include <tuple>
 #include <type_traits>
 
-#include "engine/simulation/scene/scene.h"
+#include "stiefel/scene.h"
 
 namespace stiefel {
 

@@ -4,8 +4,8 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "engine/simulation/catalogue/catalogue.h"
-#include "engine/simulation/run/simulation.h"
+#include "stiefel/catalogue.h"
+#include "stiefel/simulation.h"
 #include "tests/bench/measure.h"
 #include "tests/bench/peers/contestant.h"
 

@@ -2,9 +2,9 @@
 #include <cstdlib>
 #include <iostream>
 
-#include "engine/simulation/diagnosis/diagnosis.h"
-#include "engine/simulation/run/simulation.h"
-#include "engine/simulation/scene/scene.h"
+#include "stiefel/diagnosis.h"
+#include "stiefel/scene.h"
+#include "stiefel/simulation.h"
 
 int main() {
   stiefel::SceneDescription description;

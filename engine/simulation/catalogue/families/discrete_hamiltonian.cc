@@ -1,4 +1,5 @@
 #include "engine/simulation/catalogue/families/discrete_hamiltonian.h"
+#include "engine/simulation/run/invariant_list.h"
 
 #include "engine/invariants/discrete_rigid_body.h"
 #include "engine/representations/j_d_inverse.h"

@@ -2,8 +2,8 @@
 
 #include <Eigen/Core>
 
-#include "engine/simulation/catalogue/catalogue.h"
 #include "engine/simulation/run/invariant_list.h"
+#include "stiefel/catalogue.h"
 
 namespace stiefel {
 

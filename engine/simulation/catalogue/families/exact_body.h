@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "engine/simulation/run/simulation.h"
+#include "stiefel/simulation.h"
 
 namespace stiefel {
 

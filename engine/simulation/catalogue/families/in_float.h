@@ -3,10 +3,10 @@
 #include "engine/methods/preprocessed_variational.h"
 #include "engine/methods/rk4.h"
 #include "engine/methods/variational.h"
-#include "engine/simulation/catalogue/catalogue.h"
 #include "engine/simulation/catalogue/methods.h"
-#include "engine/simulation/run/simulation.h"
 #include "engine/simulation/run/stacked_observables.h"
+#include "stiefel/catalogue.h"
+#include "stiefel/simulation.h"
 
 namespace stiefel {
 

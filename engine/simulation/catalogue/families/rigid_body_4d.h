@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/simulation/run/simulation.h"
+#include "stiefel/simulation.h"
 
 namespace stiefel {
 

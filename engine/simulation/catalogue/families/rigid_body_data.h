@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/simulation/catalogue/catalogue.h"
+#include "stiefel/catalogue.h"
 
 namespace stiefel {
 

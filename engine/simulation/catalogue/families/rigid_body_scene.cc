@@ -1,4 +1,5 @@
 #include "engine/simulation/catalogue/families/rigid_body_scene.h"
+#include "engine/simulation/scene/principal_axes.h"
 
 #include <cmath>
 

@@ -1,4 +1,5 @@
 #include "engine/simulation/catalogue/families/rigid_forms.h"
+#include "engine/simulation/run/invariant_list.h"
 
 #include <cmath>
 

@@ -7,16 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "engine/maps/map.h"
-#include "engine/simulation/run/invariant_list.h"
-#include "engine/simulation/scene/scene.h"
+#include "stiefel/run_status.h"
+#include "stiefel/scene.h"
 
 namespace stiefel {
 
-/// One sentence for people; empty when reached.
-std::string to_sentence(const RunStatus& status);
-/// The same, with what takes the scene where its method does not.
-std::string to_sentence(const RunStatus& status, const Scene& scene);
+class InvariantList;
 
 /// What can be sampled: "Q", "M", "Omega", "quaternion", ...; written rows × cols, and where it is
 /// complex every element as real and imaginary part.
@@ -98,11 +94,19 @@ class Simulation {
 /// The simulation of a scene, at step 0.
 std::unique_ptr<Simulation> make_simulation(const Scene& scene);
 
-/// Everything that could change bits between two processes: version, compiler, flags, C library,
-/// CPU features. Two processes with equal fingerprints compute the same states.
-const std::string& build_fingerprint();
+/// One sentence for people; empty when reached.
+std::string to_sentence(const RunStatus& status);
+/// One sentence for people, empty when reached, with what takes the scene where its method does
+/// not.
+std::string to_sentence(const RunStatus& status, const Scene& scene);
 
-/// What measured times are times of: CPU and number of cores.
-const std::string& machine();
+/// The rate (`Simulation::rate`) at the last good state, where `last` is; of an ensemble that of
+/// the member that ended the run.
+double rate_at(const RunStatus& status, const Simulation& last);
+
+/// One sentence for people, empty when reached: with what takes the scene where its method does not
+/// and, where a step left the domain of a body in three dimensions, by how many degrees it turns
+/// the body at that rate.
+std::string to_sentence(const RunStatus& status, const Scene& scene, double rate);
 
 }  // namespace stiefel

@@ -11,9 +11,8 @@
 #include <string_view>
 #include <vector>
 
-#include "engine/linalg/arithmetic/compensated.h"
-#include "engine/simulation/scene/principal_axes.h"
-#include "engine/simulation/scene/violation.h"
+#include "stiefel/arithmetic.h"
+#include "stiefel/violation.h"
 
 namespace stiefel {
 
@@ -64,6 +63,13 @@ struct SceneDescription {
   std::optional<double> horizon = {};    ///< the time of interest, > 0 whatever the step's sign
   std::string choice = {};               ///< of a resolved scene: why it has the method that it has
   std::optional<int> members = {};       ///< of an ensemble
+};
+
+/// A 3D body brought to its principal axes: I = R diag(moments) Rᵀ, det R = +1.
+/// Q_caller = Q Rᵀ, M_caller = R M Rᵀ. A diagonal tensor keeps its axes and their order, R = I.
+struct PrincipalAxes {
+  Eigen::Vector3d moments;
+  Eigen::Matrix3d rotation;
 };
 
 /// Everything that determines a motion; immutable, and valid because only `resolve` makes one.
@@ -145,5 +151,12 @@ class Scene {
   std::optional<PrincipalAxes> axes_;
   std::shared_ptr<const std::vector<Scene>> members_;
 };
+
+/// What is doubtful about a scene that is accepted, one sentence each; mostly none.
+///
+/// The motion is defined wherever λ_i + λ_j > 0, but λ_i is a second moment of mass: below 0 it
+/// belongs to no rigid body. In three dimensions λ_3 < 0 is I_1 + I_2 < I_3. Roundings of the
+/// moments of a flat body, where λ_3 = 0, are none.
+std::vector<std::string> warnings(const Scene& scene);
 
 }  // namespace stiefel

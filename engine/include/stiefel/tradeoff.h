@@ -1,12 +1,26 @@
 #pragma once
 
+#include <algorithm>
+#include <cstdint>
 #include <expected>
+#include <memory>
 #include <optional>
+#include <stop_token>
+#include <string>
 #include <vector>
 
-#include "engine/simulation/accuracy/error_growth.h"
+#include "stiefel/scene.h"
+#include "stiefel/simulation.h"
 
 namespace stiefel {
+
+/// max |Q − Q̂|, and max |M − M̂| / max |M̂| (max |M| where M̂ = 0), over the elements, of complex
+/// matrices their moduli.
+struct MotionError {
+  std::optional<double> attitude;
+  double momentum = 0;
+  double largest() const { return std::max(attitude.value_or(0), momentum); }
+};
 
 /// What is asked for. The scene's method is not looked at.
 struct TradeoffRequest {
@@ -56,6 +70,9 @@ struct TradeoffPoint {
 /// that runs the same build.
 class Tradeoff {
  public:
+  ~Tradeoff();
+  Tradeoff(Tradeoff&&) noexcept;
+
   /// Checks the request; moves nothing. The violations are of its fields: "scene.step", "budget".
   static std::expected<Tradeoff, Violations> prepare(TradeoffRequest request);
 
@@ -70,34 +87,9 @@ class Tradeoff {
   std::vector<std::size_t> front() const;
 
  private:
-  Tradeoff(TradeoffRequest request, std::vector<Candidate> candidates);
-
-  /// The run that a point is of, up to `to`; in single precision up to the horizon unless its error
-  /// falls with its steps as declared. Nothing where the candidate's share does not pay for that.
-  std::optional<Run> first_run(const Candidate& candidate, const Scene& scene, std::int64_t to,
-                               const std::stop_token& stop);
-  TradeoffPoint measure(const Candidate& candidate, const Scene& scene, const Run& first,
-                        const std::stop_token& stop);
-  double reference_error() const {
-    return samples_.answers.empty() ? 0 : samples_.answers.back().error;
-  }
-  /// True if the point is another one than the last.
-  bool advance_knob(const TradeoffPoint& point);
-  void next_candidate();
-  double share() const;  ///< of what is left, for one run
-
-  TradeoffRequest request_;
-  std::vector<Candidate> candidates_;
-  std::int64_t steps_;
-  Samples samples_;
-  double left_;                ///< of the budget
-  std::size_t candidate_ = 0;  ///< the one in hand
-  int knob_ = 0;               ///< 2^knob substeps, or tolerance 10^{−3−knob}
-  int idle_ = 0;               ///< knobs in a row that did not help
-  double best_;                ///< the least error of the candidate
-  ErrorGrowth growth_;         ///< of the candidate
-  double last_work_ = 0, last_error_ = 0;
-  std::vector<double> costs_, errors_;
+  class Survey;
+  explicit Tradeoff(std::unique_ptr<Survey> survey);
+  std::unique_ptr<Survey> survey_;
 };
 
 }  // namespace stiefel

@@ -8,6 +8,8 @@
 #include <variant>
 #include <vector>
 
+#include "stiefel/scene.h"
+
 namespace stiefel {
 
 /// Given two frames and a time, find the geodesic that joins them: the minimum of
@@ -94,5 +96,21 @@ using ConnectRefusal =
 /// O(K d³) a start, d = nN − n(n+1)/2: meant for frames of up to a few hundred numbers.
 std::expected<Geodesic, ConnectRefusal> connect(const TwoPointProblem& problem);
 std::expected<DiscreteGeodesic, ConnectRefusal> connect(const TwoPointProblem& problem, int K);
+
+/// The geodesic between two frames as a scene that anybody can run.
+struct JoiningScene {
+  Scene scene;  ///< from Q_0: `rigid_body` where n = N, else `stiefel`; `variational`
+  double energy;
+  double residual;
+  Shortest shortest;
+  int distinct;
+  std::vector<Eigen::MatrixXd> trajectory;  ///< Q at `samples` + 1 equal times; empty for 0
+};
+
+/// The problem's answer; for steps > 0 that of its discrete form, whose scene takes `steps` steps
+/// of order 2 to Q_T. Else the scene's step is time / max(samples, 1), of order 8 with as many
+/// substeps as make h‖Q̇‖ 0.02.
+std::expected<JoiningScene, ConnectRefusal> joining_scene(const TwoPointProblem& problem, int steps,
+                                                          int samples);
 
 }  // namespace stiefel

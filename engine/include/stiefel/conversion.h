@@ -7,8 +7,8 @@
 #include <variant>
 #include <vector>
 
-#include "engine/representations/outside_domain.h"
-#include "engine/simulation/scene/scene.h"
+#include "stiefel/outside_domain.h"
+#include "stiefel/scene.h"
 
 namespace stiefel {
 

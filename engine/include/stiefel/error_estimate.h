@@ -1,10 +1,11 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <stop_token>
 #include <string>
 
-#include "engine/simulation/accuracy/reference.h"
+#include "stiefel/simulation.h"
 
 namespace stiefel {
 

@@ -1,11 +1,12 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <span>
 #include <string_view>
 #include <vector>
 
-#include "engine/methods/support/method.h"
+#include "stiefel/conservation.h"
 
 namespace stiefel {
 
