@@ -8,6 +8,7 @@
 #include "engine/linalg/matrix_equations/lu.h"
 #include "engine/systems/concepts.h"
 #include "stiefel/conservation.h"
+#include "stiefel/invariant_names.h"
 
 namespace stiefel {
 
@@ -30,17 +31,19 @@ class ParametricRigidBody {
 
   /// Whether an invariant is constant along the group's orbits.
   static constexpr bool conserved_on_orbits(std::string_view invariant) {
-    return invariant == "PQ_inverse";
+    return invariant == family::PQ_inverse;
   }
 
   /// What methods keep here beyond what they declare of all systems. Each multiplies Q and P by the
-  /// same matrix, so that P = AQ is kept, and tr M_μᵏ: the Casimirs of M err like μ, and with rk4
-  /// show no trend.
-  static constexpr std::optional<Conservation> conservation(std::string_view method,
-                                                            std::string_view invariant) {
-    if (invariant == "PQ_inverse") return Conservation::exact;
-    if (invariant == "casimirs" && method == "rk4") return Conservation::bounded;
+  /// same matrix, so that P = AQ is kept.
+  static constexpr std::optional<Conservation> conservation(std::string_view invariant) {
+    if (invariant == family::PQ_inverse) return Conservation::exact;
     return std::nullopt;
+  }
+  /// What shows no trend under Runge-Kutta steps of a fixed size. They keep tr M_μᵏ, and the
+  /// Casimirs of M err like μ.
+  static constexpr bool without_trend(std::string_view invariant) {
+    return invariant == family::casimirs;
   }
 
   ParametricRigidBody(Vector<Scalar> lambda, Scalar mu, Scalar epsilon = 1)

@@ -3,7 +3,7 @@
     /usr/bin/python3 tests/bench/weights.py build/release            (compares; make bench does)
     /usr/bin/python3 tests/bench/weights.py build/release --write    (rewrites the table)
 
-The table is engine/simulation/catalogue/step_weights.inc; engine/simulation/catalogue/step_weight.h says how it is read.
+The table is engine/simulation/catalogue/methods/step_weights.inc; engine/simulation/catalogue/methods/step_weight.h says how it is read.
 """
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ import tempfile
 from collections import defaultdict
 from pathlib import Path
 
-TABLE = Path(__file__).parents[2] / "engine/simulation/catalogue/step_weights.inc"
+TABLE = Path(__file__).parents[2] / "engine/simulation/catalogue/methods/step_weights.inc"
 Key = tuple[str, str, int, str, str]
 
 

@@ -1,4 +1,4 @@
-#include "engine/simulation/catalogue/families/in_float.h"
+#include "engine/simulation/catalogue/coordinates/in_float.h"
 
 #include <gtest/gtest.h>
 

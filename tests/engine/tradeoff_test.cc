@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "engine/simulation/accuracy/pareto_front.h"
-#include "engine/simulation/catalogue/step_weight.h"
+#include "engine/simulation/catalogue/methods/step_weight.h"
 #include "stiefel/catalogue.h"
 #include "tests/support/any_scene.h"
 #include "tests/support/exact_motion.h"

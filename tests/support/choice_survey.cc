@@ -5,7 +5,7 @@
 #include <random>
 #include <sstream>
 
-#include "engine/simulation/catalogue/step_weight.h"
+#include "engine/simulation/catalogue/methods/step_weight.h"
 #include "stiefel/tradeoff.h"
 #include "tests/support/exact_motion.h"
 #include "tests/support/random_frame.h"

@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include "engine/simulation/accuracy/measurement.h"
-#include "engine/simulation/catalogue/step_weight.h"
+#include "engine/simulation/catalogue/methods/step_weight.h"
 #include "tests/support/random_frame.h"
 #include "tests/support/random_matrices.h"
 #include "tests/support/random_scene.h"

@@ -1,0 +1,96 @@
+#pragma once
+
+#include "engine/simulation/stepping/methods.h"
+#include "engine/simulation/stepping/simulation_of.h"
+#include "stiefel/catalogue.h"
+
+namespace stiefel {
+
+/// `system` in the hands of one method, in the arithmetic the scene asks for.
+template <class Method, class S, class Observables>
+std::unique_ptr<Simulation> simulate_by(const Scene& scene, const S& system,
+                                        const Observables& observables, double cost) {
+  const auto h = static_cast<typename S::Scalar>(scene.step() / scene.substeps());
+  const auto make = [&]<class Map>(Map*) -> std::unique_ptr<Simulation> {
+    using Made = SimulationOf<Map, Observables>;
+    if constexpr (DirectMap<Map>) cost *= 10;  // of a closed form in extended precision
+    if constexpr (Method::traits.default_tolerance > 0)
+      return std::make_unique<Made>(scene, Map(system, h, scene.order(), scene.tolerance()),
+                                    observables, cost);
+    else
+      return std::make_unique<Made>(scene, Map(system, h, scene.order()), observables, cost);
+  };
+  if (scene.arithmetic() == Arithmetic::plain)
+    return make(static_cast<typename Method::template Map<S, Arithmetic::plain>*>(nullptr));
+  return make(static_cast<typename Method::template Map<S, Arithmetic::compensated>*>(nullptr));
+}
+
+/// `system` in the hands of the scene's method, one of Among. `cost`: nanoseconds of a step,
+/// roughly.
+template <class Among = Methods, class S, class Observables>
+std::unique_ptr<Simulation> simulate(const Scene& scene, const S& system,
+                                     const Observables& observables, double cost) {
+  std::unique_ptr<Simulation> made;
+  const auto attempt = [&]<class Method>(Method*) {
+    if constexpr (Method::template applies<S>)
+      if (scene.method() == Method::traits.name)
+        made = simulate_by<Method>(scene, system, observables, cost);
+  };
+  for_each_type(Among{}, attempt);
+  return made;
+}
+
+/// A discrete system, which is a map already.
+template <class Map, class Observables>
+std::unique_ptr<Simulation> simulate_map(const Scene& scene, Map map,
+                                         const Observables& observables, double cost) {
+  return std::make_unique<SimulationOf<Map, Observables>>(scene, std::move(map), observables, cost);
+}
+
+/// What `conservation` says of each of a system's invariants.
+template <class ConservationOf>
+std::vector<Preservation> preservations(const SystemInfo& info, ConservationOf conservation) {
+  std::vector<Preservation> all;
+  for (const auto& invariant : info.invariants)
+    all.push_back({invariant.name, conservation(invariant.name)});
+  return all;
+}
+
+/// Of a discrete system that keeps all its invariants.
+inline std::vector<MethodOnSystem> keeps_all(const SystemInfo& info) {
+  return {{"", preservations(info, [](auto) { return Conservation::exact; })}};
+}
+
+/// What Method keeps of an invariant of S: as S says of it, else as it says of all systems.
+template <class Method, class S>
+Conservation conservation_by(std::string_view invariant) {
+  if constexpr (requires { S::conservation(invariant); })
+    if (const auto conservation = S::conservation(invariant)) return *conservation;
+  return Method::template conservation<S>(invariant);
+}
+
+/// The methods that apply to S, and what they keep of the invariants that `info` lists; and those
+/// that apply only to `InThree`, the form that the system takes in three dimensions.
+template <class S, class InThree = S>
+std::vector<MethodOnSystem> methods_on(const SystemInfo& info) {
+  std::vector<MethodOnSystem> all;
+  const auto attempt = [&]<class Method>(Method*) {
+    constexpr bool any = Method::template applies<S>;
+    if constexpr (any || Method::template applies<InThree>) {
+      using Form = std::conditional_t<any, S, InThree>;
+      MethodOnSystem on{Method::traits.name, preservations(info, conservation_by<Method, Form>)};
+      if constexpr (!any) {
+        on.where = "N = 3";
+        on.takes = [](const Eigen::VectorXd& lambda) { return lambda.size() == 3; };
+      } else if constexpr (requires { Method::template MotionOf<Form>::where; }) {
+        on.where = Method::template MotionOf<Form>::where;
+        on.takes = Method::template takes<Form>;
+      }
+      all.push_back(std::move(on));
+    }
+  };
+  for_each_type(Methods{}, attempt);
+  return all;
+}
+
+}  // namespace stiefel
