@@ -67,7 +67,7 @@ ChoiceOutcome survey_choice(unsigned seed) {
   what << "seed " << seed << ": " << d.system << " N=" << d.inertia.size() << " step " << *d.step
        << " horizon " << *d.horizon << " tolerance " << *d.tolerance;
   ChoiceOutcome out{what.str(), {}};
-  const auto scene = Scene::resolve(d);
+  const auto scene = resolve_choosing(d);
   if (!scene) {
     out.chosen = scene.error().front().rule;
     return out;

@@ -119,7 +119,7 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
   return simulate(scene, system, observables, 4 * rigid_body_cost(p + q + 1));
 }
 
-constexpr std::array recommended = {with_error_control(3e-13)};
+constexpr std::array recommendations = {with_error_control(3e-13)};
 
 FrameSize size(const Scene& scene) {
   const SceneDescription& given = scene.description();
@@ -151,7 +151,7 @@ SystemEntry double_bracket_entry() {
   return {.info = info,
           .check = check,
           .make = make,
-          .recommended = recommended,
+          .recommended = recommendations,
           .motion = &motion_start::double_bracket,
           .size = size};
 }

@@ -86,7 +86,7 @@ constexpr Recommendation for_p() {
   one.takes = has_costate;
   return one;
 }
-constexpr std::array recommended = {for_p(), with_error_control(1e-13)};
+constexpr std::array recommendations = {for_p(), with_error_control(1e-13)};
 
 void check(SceneDraft& draft) {
   if (!check_stiefel_frame(draft, "q")) return;
@@ -135,7 +135,7 @@ SystemEntry ellipsoid_entry() {
   return {.info = info,
           .check = check,
           .make = make,
-          .recommended = recommended,
+          .recommended = recommendations,
           .refusal = refusal,
           .representation = &representation::vector,
           .motion = &motion_start::vector};

@@ -10,7 +10,7 @@
 namespace stiefel {
 namespace {
 
-constexpr std::array recommended = {at_constant_Omega, with_error_control(5e-14, 0.1)};
+constexpr std::array recommendations = {at_constant_Omega, with_error_control(5e-14, 0.1)};
 
 std::unique_ptr<Simulation> make(const Scene& scene) {
   return simulate(scene,
@@ -31,7 +31,7 @@ SystemEntry parametric_rigid_body_entry() {
   return {.info = info,
           .check = [](SceneDraft& draft) { check_parametric(draft, 1); },
           .make = make,
-          .recommended = recommended,
+          .recommended = recommendations,
           .representation = &representation::parametric_body,
           .motion = &motion_start::parametric_body};
 }

@@ -22,7 +22,7 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
   return simulate(scene, RightRigidBody<double>(scene.inertia()), observables, rigid_body_cost(N));
 }
 
-constexpr std::array recommended = {at_constant_Omega, with_error_control(1e-12, 0.15)};
+constexpr std::array recommendations = {at_constant_Omega, with_error_control(1e-12, 0.15)};
 
 }  // namespace
 
@@ -37,7 +37,7 @@ SystemEntry right_rigid_body_entry() {
   return {.info = info,
           .check = [](SceneDraft& draft) { check_rigid_body(draft, true); },
           .make = make,
-          .recommended = recommended,
+          .recommended = recommendations,
           .representation = &representation::right_body,
           .motion = &motion_start::right_body,
           .rate = Rate::angular_speed};

@@ -37,7 +37,7 @@ bool in_four_without_frame(const Scene& scene) { return in_four(scene) && !scene
 bool stands_still(const Scene& scene) { return turns_evenly(scene) && !scene.has_frame(); }
 bool of_two_values(const Scene& scene) { return TwoValuedBody<long double>::has(scene.inertia()); }
 
-constexpr std::array recommended = {
+constexpr std::array recommendations = {
     Recommendation{.where = "N = 3",
                    .takes = in_three,
                    .method = PreprocessedVariational::traits.name,
@@ -77,7 +77,7 @@ SystemEntry rigid_body_entry() {
   return {.info = info,
           .check = check_rigid_body_or_engineers,
           .make = make,
-          .recommended = recommended,
+          .recommended = recommendations,
           .two_forms = {&two_form::of_bodies},
           .representation = &representation::body,
           .motion = &motion_start::body,

@@ -38,11 +38,11 @@ void check(SceneDraft& draft) {
 bool is_isotropic(const Scene& scene) {
   return IsotropicGeodesic<long double>::has(scene.inertia());
 }
-constexpr std::array recommended = {Recommendation{.where = "Lambda a multiple of the identity",
-                                                   .takes = is_isotropic,
-                                                   .method = Exact::traits.name,
-                                                   .arithmetic = "compensated"},
-                                    with_error_control(5e-14, 0.1)};
+constexpr std::array recommendations = {Recommendation{.where = "Lambda a multiple of the identity",
+                                                       .takes = is_isotropic,
+                                                       .method = Exact::traits.name,
+                                                       .arithmetic = "compensated"},
+                                        with_error_control(5e-14, 0.1)};
 
 }  // namespace
 
@@ -59,7 +59,7 @@ SystemEntry stiefel_entry() {
   return {.info = info,
           .check = check,
           .make = make,
-          .recommended = recommended,
+          .recommended = recommendations,
           .two_forms = {&two_form::of_tangent_pairs, &two_form::of_cotangent_pairs},
           .representation = &representation::tangent,
           .motion = &motion_start::tangent,
