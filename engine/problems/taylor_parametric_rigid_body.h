@@ -8,8 +8,8 @@ namespace stiefel {
 /// M_μ = Q_μ⁻¹P_μ − P_μ⁻¹Q_μ, which take no inverse along the way. With ξ = Ω + μΛ, Ω = J⁻¹ of the
 /// skew part of M_μ,
 ///
-///     (k+1) Q_{k+1} = Σ_{j ≤ k} Q_j ξ_{k−j},   (k+1) M_{k+1} = Σ_{j ≤ k} (M_j ξ_{k−j} − ξ_j
-///     M_{k−j}).
+///     (k+1) Q_{k+1} = Σ_{j ≤ k} Q_j ξ_{k−j},
+///     (k+1) M_{k+1} = Σ_{j ≤ k} (M_j ξ_{k−j} − ξ_j M_{k−j}).
 ///
 /// A state is Q over M_μ, 2N × N.
 template <class Scalar_>
