@@ -9,7 +9,7 @@ namespace stiefel {
 
 /// Discrete rigid bodies in the lanes of vector registers, one in each lane: the map of order 2,
 /// its symmetric compositions, and, with modified moments, PreprocessedMoserVeselov. A lane is easy
-/// when every stage finds its solution without Newton's method. `Body` is DiscreteBody3 or
+/// when every stage finds its solution in the iteration for packs. `Body` is DiscreteBody3 or
 /// DiscreteBody4.
 template <class Body>
 class DiscreteBodies {
