@@ -9,15 +9,16 @@
 
 namespace stiefel {
 
-/// The Gauss method of two stages (Kuntzmann 1961, Butcher 1964), on the state as it stands:
+/// The Gauss method of two stages (Kuntzmann 1961, Butcher 1964), applied to the state as a vector:
 ///
 ///     K_1 = X(x + h(¼K_1 + (¼ − √3/6)K_2)),   K_2 = X(x + h((¼ + √3/6)K_1 + ¼K_2)),
 ///     x′ = x + (h/2)(K_1 + K_2).
 ///
-/// Order 4, time-symmetric, symplectic; it keeps every quadratic invariant (Cooper 1987): QQᵀ and
-/// PQᵀ in the variables (Q, P). It applies to systems that name their quadratic invariants, and the
-/// functions of those, by `quadratic(invariant)`: the forms of the rigid body in (Q, P) or (Q, B).
-/// In (Q, M) it would lose QMQᵀ, so there it works on (Q, P), through Ψ.
+/// Order 4, time-symmetric, symplectic. The method keeps every quadratic invariant (Cooper 1987):
+/// QQᵀ and PQᵀ in the variables (Q, P). It applies to systems whose `quadratic(invariant)` names
+/// the invariants that are quadratic or functions of quadratic ones: the forms of the rigid body in
+/// (Q, P) or (Q, B). In (Q, M) the method would lose QMQᵀ, so for these systems it works on (Q, P),
+/// through Ψ.
 struct Gauss4 {
   static constexpr MethodTraits traits = {
       .name = "gauss4",
@@ -30,7 +31,7 @@ struct Gauss4 {
   };
 
   template <class S>
-  struct InQAndP;  ///< the map of a body given by (Q, M)
+  struct InQAndP;  ///< the map for a body given by (Q, M)
   template <class S>
   static constexpr bool through_psi = requires {
     typename InQAndP<S>::Symmetric;
