@@ -44,7 +44,7 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
   const double cost = 500 + 5.0 * N * N * N;
   const Brockett<double> system(scene.inertia());
   if (scene.method() == Heun::traits.name)
-    return simulate<TypeList<Heun>>(scene, system, observables, cost);
+    return make_map<Heun>(scene, system, observables, cost);
   return simulate(scene, system, observables, cost);
 }
 

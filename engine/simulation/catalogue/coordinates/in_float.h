@@ -7,10 +7,6 @@
 
 namespace stiefel {
 
-/// What moves the systems that are offered in single precision. The state is rounded once, where it
-/// starts, and all that moves it are numbers of 24 bits; the carries of compensated arithmetic too.
-using MethodsInFloat = MethodsThat<&MethodTraits::in_float>;
-
 std::unique_ptr<Simulation> rigid_body_in_float(const Scene& scene);
 std::unique_ptr<Simulation> stiefel_in_float(const Scene& scene,
                                              const StackedObservables& observables);
