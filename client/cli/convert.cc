@@ -1,7 +1,7 @@
 #include <iostream>
 
 #include "client/cli/commands.h"
-#include "client/cli/destination.h"
+#include "client/cli/sinks/destination.h"
 #include "client/cli/endpoint.h"
 #include "client/cli/message_file.h"
 

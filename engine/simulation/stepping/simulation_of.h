@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "engine/maps/map.h"
 #include "engine/simulation/stepping/invariant_list.h"
 #include "stiefel/scene.h"
 #include "stiefel/simulation.h"

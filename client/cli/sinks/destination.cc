@@ -1,4 +1,4 @@
-#include "client/cli/destination.h"
+#include "client/cli/sinks/destination.h"
 
 #include <cerrno>
 #include <cstring>

@@ -1,4 +1,4 @@
-#include "client/cli/status_line.h"
+#include "client/cli/progress/status_line.h"
 
 #include <sys/ioctl.h>
 #include <unistd.h>

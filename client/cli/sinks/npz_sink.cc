@@ -6,9 +6,9 @@
 #include <stdexcept>
 #include <vector>
 
-#include "client/cli/destination.h"
+#include "client/cli/sinks/destination.h"
 #include "client/cli/exit_status.h"
-#include "client/cli/sink.h"
+#include "client/cli/sinks/sink.h"
 
 namespace stiefel::cli {
 namespace {

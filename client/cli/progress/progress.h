@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-#include "client/cli/status_line.h"
+#include "client/cli/progress/status_line.h"
 #include "client/cpp/session.h"
 
 namespace stiefel::cli {

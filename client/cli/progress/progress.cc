@@ -1,4 +1,4 @@
-#include "client/cli/progress.h"
+#include "client/cli/progress/progress.h"
 
 #include <algorithm>
 #include <cstdio>

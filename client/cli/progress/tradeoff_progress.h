@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "client/cli/status_line.h"
+#include "client/cli/progress/status_line.h"
 #include "stiefel/v1/tradeoff.pb.h"
 
 namespace stiefel::cli {

@@ -1,7 +1,7 @@
 #include <algorithm>
 
-#include "client/cli/destination.h"
-#include "client/cli/sink.h"
+#include "client/cli/sinks/destination.h"
+#include "client/cli/sinks/sink.h"
 #include "client/cpp/samples.h"
 
 namespace stiefel::cli {

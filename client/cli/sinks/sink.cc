@@ -1,4 +1,4 @@
-#include "client/cli/sink.h"
+#include "client/cli/sinks/sink.h"
 
 #include <filesystem>
 

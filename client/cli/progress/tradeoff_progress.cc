@@ -1,4 +1,4 @@
-#include "client/cli/tradeoff_progress.h"
+#include "client/cli/progress/tradeoff_progress.h"
 
 #include <algorithm>
 #include <cmath>

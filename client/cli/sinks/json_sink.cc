@@ -1,5 +1,5 @@
-#include "client/cli/destination.h"
-#include "client/cli/sink.h"
+#include "client/cli/sinks/destination.h"
+#include "client/cli/sinks/sink.h"
 #include "client/cpp/samples.h"
 
 namespace stiefel::cli {
