@@ -40,12 +40,9 @@ double error(const Simulation& now, double t) {
 }
 
 SceneDescription larger() {
-  SceneDescription d = toy_scene("", 0, 0.02);
-  d.inertia = {4, 3, 2, 1};
-  RowMatrix H(4, 4);
-  for (int i = 0; i < 4; ++i)
-    for (int j = 0; j < 4; ++j) H(i, j) = 1.0 / (1 + i + j) - (i == j ? 0.3 * i : 0);
-  d.initial["H"] = H;
+  SceneDescription d = system_entry("brockett")->example(1);
+  d.system = "brockett";
+  d.step = 0.02;
   return d;
 }
 

@@ -3,12 +3,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "engine/simulation/accuracy/pareto_front.h"
 #include "engine/simulation/catalogue/methods/step_weight.h"
 #include "stiefel/catalogue.h"
 #include "tests/support/any_scene.h"
+#include "tests/support/every_pair.h"
 #include "tests/support/exact_motion.h"
 #include "tests/support/random_scene.h"
 

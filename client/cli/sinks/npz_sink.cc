@@ -6,8 +6,8 @@
 #include <stdexcept>
 #include <vector>
 
-#include "client/cli/sinks/destination.h"
 #include "client/cli/exit_status.h"
+#include "client/cli/sinks/destination.h"
 #include "client/cli/sinks/sink.h"
 
 namespace stiefel::cli {

@@ -33,7 +33,8 @@ SystemEntry parametric_rigid_body_entry() {
           .make = make,
           .recommended = recommendations,
           .representation = &representation::parametric_body,
-          .motion = &motion_start::parametric_body};
+          .motion = &motion_start::parametric_body,
+          .example_step = 0.4};
 }
 
 }  // namespace stiefel

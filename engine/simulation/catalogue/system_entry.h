@@ -59,8 +59,12 @@ struct SystemEntry {
   std::string_view continuous = {};
   /// Its bodies of three and four dimensions go together in vector registers.
   bool packed = false;
-  /// Null: the rows of its first block, or N where the scene goes without, and N.
+  /// The size of a scene for step_weight.h. Null: the rows of its first block, or N where the scene goes without, and N.
   FrameSize (*size)(const Scene&) = nullptr;
+  /// For tests and weights: a seeded scene without method and step, and the step at which the errors
+  /// of a method of order 4 are small but seen. Null: tests/support/any_scene.cc has scenes of it.
+  SceneDescription (*example)(unsigned seed) = nullptr;
+  double example_step = 0.1;
 };
 
 /// All systems, those of systems.inc first. Built once.

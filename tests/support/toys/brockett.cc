@@ -1,6 +1,7 @@
 #include "tests/support/toys/brockett.h"
 
 #include <Eigen/Eigenvalues>
+#include <cmath>
 
 #include "engine/simulation/catalogue/families/rigid_body_scene.h"
 #include "engine/simulation/catalogue/methods/method_traits.h"
@@ -43,13 +44,22 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
   observables.rate = [D](const Eigen::MatrixXd& H) { return (D * H - H * D).norm(); };
   const double cost = 500 + 5.0 * N * N * N;
   const Brockett<double> system(scene.inertia());
-  if (scene.method() == Heun::traits.name)
-    return make_map<Heun>(scene, system, observables, cost);
+  if (scene.method() == Heun::traits.name) return make_map<Heun>(scene, system, observables, cost);
   return simulate(scene, system, observables, cost);
 }
 
 VectorField equations(const Scene& scene) {
   return vector_field(Brockett<long double>(scene.inertia().cast<long double>()), scene.block("H"));
+}
+
+SceneDescription example(unsigned seed) {
+  SceneDescription d;
+  d.inertia = {4, 3, 2, 1};
+  RowMatrix H(4, 4);
+  for (int i = 0; i < 4; ++i)
+    for (int j = 0; j <= i; ++j) H(i, j) = H(j, i) = std::sin(seed + 3.0 * i + 5.0 * j * j);
+  d.initial["H"] = H / 2;
+  return d;
 }
 
 }  // namespace
@@ -67,7 +77,8 @@ SystemEntry brockett_entry() {
   info.methods = methods_on<Brockett<double>>(info);
   info.methods.push_back(
       {Heun::traits.name, preservations(info, conservation_by<Heun, Brockett<double>>)});
-  return {.info = info, .check = check, .make = make, .vector_field = equations};
+  return {
+      .info = info, .check = check, .make = make, .vector_field = equations, .example = example};
 }
 
 void register_toys() {

@@ -50,13 +50,14 @@ double distance(const Counted& at, double n, double N) {
   return std::abs(std::log(n / at.n)) + std::abs(std::log(N / at.N));
 }
 
-FrameSize size_of(const Scene& scene, const SystemInfo& system) {
+}  // namespace
+
+FrameSize frame_size(const Scene& scene) {
+  const SystemInfo& system = system_entry(scene.system())->info;
   const Eigen::MatrixXd& frame = scene.block(std::string(system.blocks.front().name));
   const double N = scene.dimension();
   return {frame.size() > 0 ? static_cast<double>(frame.rows()) : N, N};
 }
-
-}  // namespace
 
 bool is_weighed(std::string_view system, std::string_view method, int order,
                 std::string_view arithmetic, std::string_view scalar) {
@@ -69,7 +70,7 @@ double step_weight(const Scene& scene) {
   const SystemEntry& system = *system_entry(scene.system());
   const Weight* found = find(scene);
   if (found == nullptr) return instructions * system.make(scene)->step_cost() / scene.substeps();
-  const auto [n, N] = system.size ? system.size(scene) : size_of(scene, system.info);
+  const auto [n, N] = system.size ? system.size(scene) : frame_size(scene);
   const Counted* nearest = &found->sizes.front();
   for (const Counted& size : found->sizes)
     if (size.n > 0 && distance(size, n, N) < distance(*nearest, n, N)) nearest = &size;

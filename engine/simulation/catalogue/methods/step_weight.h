@@ -2,6 +2,7 @@
 
 #include <string_view>
 
+#include "engine/simulation/catalogue/system_entry.h"
 #include "stiefel/scene.h"
 
 namespace stiefel {
@@ -15,6 +16,10 @@ namespace stiefel {
 /// The same for every CPU of a build, so that what is decided by it is decided alike everywhere.
 /// Work is `Simulation::map_steps()` times this.
 double step_weight(const Scene& scene);
+
+/// The rows of the first block of the scene's state, or N where it goes without, and N; what n and
+/// N are above unless the system says otherwise (SystemEntry::size).
+FrameSize frame_size(const Scene& scene);
 
 /// Whether the table has it. The weight of what it has not is estimated: five instructions for each
 /// nanosecond that the system's `make` says a step takes. warnings.cc says so.
