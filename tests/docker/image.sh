@@ -1,5 +1,6 @@
-# !/bin/bash Builds the image and tests the running container: with the Docker engine if one
-# answers, else with buildah and podman from Debian, as root, on a base made from Debian's packages.
+#!/bin/bash
+# Builds the image and tests the running container: with the Docker engine if one answers, else with
+# buildah and podman from Debian, as root, on a base made from Debian's packages.
 # Usage: tests/docker/image.sh [pytest arguments]
 set -euo pipefail
 cd "$(dirname "$0")/../.."
