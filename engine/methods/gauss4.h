@@ -3,6 +3,7 @@
 #include "engine/methods/support/implicit_map.h"
 #include "engine/methods/support/through_psi.h"
 #include "engine/methods/support/transposed.h"
+#include "engine/systems/matrix_system.h"
 #include "engine/systems/right_rigid_body.h"
 #include "engine/systems/rigid_body.h"
 
@@ -38,6 +39,9 @@ struct Gauss4 {
   template <class S>
   static constexpr bool applies = System<S> && (through_psi<S> ||
                                                 requires(std::string_view v) { S::quadratic(v); });
+  /// It needs no more of the system than its vector field.
+  template <class S>
+  static constexpr bool by_field_alone = !through_psi<S>;
   template <class S>
   static constexpr Conservation conservation(std::string_view invariant) {
     if constexpr (through_psi<S>)
@@ -109,7 +113,8 @@ template <class Space>
 struct Gauss4::InQAndP<RigidBody<Space>> {
   using Symmetric = SymmetricRigidBody<typename Space::Scalar>;
   template <Arithmetic arithmetic>
-  using Map = ThroughPsi<Space, Stages<Symmetric, arithmetic>, arithmetic>;
+  using Map =
+      ThroughPsi<Space, Stages<MatrixSystem<typename Space::Scalar>, arithmetic>, arithmetic>;
 };
 template <class Scalar>
 struct Gauss4::InQAndP<RightRigidBody<Scalar>> {
@@ -118,5 +123,8 @@ struct Gauss4::InQAndP<RightRigidBody<Scalar>> {
   using Map =
       Transposed<typename InQAndP<RigidBody<SoN<Scalar>>>::template Map<arithmetic>, arithmetic>;
 };
+
+extern template class Gauss4::Stages<MatrixSystem<double>, Arithmetic::compensated>;
+extern template class Gauss4::Stages<MatrixSystem<double>, Arithmetic::plain>;
 
 }  // namespace stiefel

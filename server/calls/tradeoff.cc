@@ -52,7 +52,7 @@ void to_proto(const TradeoffPoint& point, v1::TradeoffPoint* out) {
   out->set_measured_steps(point.measured_steps);
   out->set_extrapolated(point.extrapolated);
   out->set_below_reference(point.below_reference);
-  server::to_proto(point.run_status, out->mutable_run_status());
+  server::to_proto(point.status, out->mutable_run_status());
 }
 
 /// A part of the answer in each slice: the reference, a point, at last the front. While a part is

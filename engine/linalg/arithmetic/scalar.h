@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/linalg/arithmetic/eigen_products.h"
+
 namespace stiefel {
 
 template <class Scalar>
