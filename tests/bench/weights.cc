@@ -50,7 +50,7 @@ std::vector<Size> sizes(const std::string& system) {
   return {{3, 3}, {4, 4}, {6, 6}, {12, 12}, {32, 32}};
 }
 
-/// A closed form exists only for Λ of at most two values.
+/// A closed form is there for Λ of few values.
 SceneDescription scene(const std::string& system, bool closed_form, Size size) {
   if (system == "ellipsoid" || system.starts_with("stiefel"))
     return frames(system, size, closed_form);
