@@ -9,10 +9,10 @@
 #include <stdexcept>
 #include <utility>
 
-#include "engine/simulation/run/ensemble.h"
 #include "server/address.h"
 #include "server/calls/limits.h"
 #include "server/calls/service.h"
+#include "stiefel/simulation.h"
 
 namespace stiefel::server {
 namespace {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/simulation/catalogue/methods.h"
+#include "engine/simulation/stepping/methods.h"
 #include "tests/extremes/twin.h"
 
 namespace stiefel::extremes {

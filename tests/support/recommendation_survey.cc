@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include "engine/simulation/accuracy/measurement.h"
-#include "engine/simulation/catalogue/step_weight.h"
+#include "engine/simulation/catalogue/methods/step_weight.h"
 #include "tests/support/random_frame.h"
 #include "tests/support/random_matrices.h"
 #include "tests/support/random_scene.h"
@@ -246,7 +246,7 @@ RecommendationOutcome survey_recommendation(const SceneDescription& description,
   double best = own.work;
   SceneDescription open = description;
   open.method.reset();
-  auto all = candidates(open).value();
+  auto [start, all] = candidates(open).value();
   std::ranges::stable_sort(all, {}, &Candidate::weight);
   for (const Candidate& candidate : all)
     for (int knob = 0; knob < (candidate.order == 0 ? 1 : candidate.own_steps ? 12 : 17); ++knob) {
@@ -254,7 +254,7 @@ RecommendationOutcome survey_recommendation(const SceneDescription& description,
                                             : candidate.with_substeps(1 << knob);
       const double least = candidate.weight * with.substeps.value_or(1);
       if (least * static_cast<double>(steps) >= best) break;
-      const Judged judged = judge(with_method(open, with), samples, limit, best);
+      const Judged judged = judge(start.with(with).value(), samples, limit, best);
       if (!(judged.error <= limit)) continue;
       if (judged.work < best) {
         best = judged.work;

@@ -59,8 +59,8 @@ class Simulation {
   /// Writes field `index`, row by row, in the caller's axes.
   virtual void write(std::size_t index, std::span<double> out) const = 0;
 
-  /// A field by its name, which must be one of `fields()`; of an ensemble the members' on top of
-  /// each other.
+  /// A field by its name, of an ensemble the members' on top of each other. Throws
+  /// std::invalid_argument for one that is not among `fields()`.
   Eigen::MatrixXd get(std::string_view name) const;
 
   /// The invariants at the current state, computed in extended precision where that is cheap.
@@ -93,6 +93,9 @@ class Simulation {
 
 /// The simulation of a scene, at step 0.
 std::unique_ptr<Simulation> make_simulation(const Scene& scene);
+
+/// How many threads all ensembles of this process may use; all cores unless told.
+void limit_ensemble_threads(int threads);
 
 /// One sentence for people; empty when reached.
 std::string to_sentence(const RunStatus& status);

@@ -6,6 +6,8 @@
 
 #include <tbb/global_control.h>
 
+#include "engine/simulation/catalogue/system_entry.h"
+
 namespace stiefel {
 namespace {
 
@@ -13,6 +15,11 @@ namespace {
 constexpr double packed_nanoseconds = 5;
 
 }  // namespace
+
+std::unique_ptr<Simulation> make_simulation(const Scene& scene) {
+  if (!scene.members().empty()) return std::make_unique<Ensemble>(scene.members());
+  return system_entry(scene.system())->make(scene);
+}
 
 Ensemble::Ensemble(std::span<const Scene> scenes) {
   members_.reserve(scenes.size());
