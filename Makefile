@@ -10,12 +10,12 @@ STEPS ?= 10000
 PREFIX ?= /usr/local
 # Debian's, whose packages are the ones installed; another may stand first on PATH.
 PYTHON := /usr/bin/python3
-# Without a terminal ninja would print a line for every file.
-QUIET := $(shell [ -t 1 ] || echo --quiet)
 
-cmake_build = cmake --build --preset $(1) --target $(2) -j $(JOBS) -- $(QUIET)
+# $(call cmake_build,PRESET,TARGETS)
+cmake_build = $(PYTHON) docker/build.py $(1) $(JOBS) $(2)
 
-.PHONY: help packages packages-fuzz build build-tests run test test-long fuzz bench bench-peers image sanitize format install bare clean
+.PHONY: help packages packages-fuzz build build-run build-programs build-python build-tests build-bench run test test-long \
+        fuzz bench bench-peers bench-build image sanitize format install bare clean
 
 help: ## what there is (this text)
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-11s %s\n", $$1, $$2 }' Makefile
@@ -36,10 +36,24 @@ build/%/build.ninja: | packages
 build: build/release/build.ninja ## compile library, server and clients into build/release
 	@$(call cmake_build,release,all)
 
+# The engine with its server, and the Python client: neither the command nor the C++ client.
+build-run: build/release/build.ninja
+	@$(call cmake_build,release,stiefel-server stiefel_python)
+
+# What a container holds, and what tests it.
+build-programs: build/release/build.ninja
+	@$(call cmake_build,release,stiefel-server stiefel stiefel_python)
+
+build-python: build/release/build.ninja
+	@$(call cmake_build,release,stiefel_python)
+
 build-tests: build/release/build.ninja
 	@$(call cmake_build,release,all stiefel_tests)
 
-run: build ## simulate asteroid Toutatis, or SCENE=file.json STEPS=10000; writes build/run
+build-bench: build/release/build.ninja
+	@$(call cmake_build,release,all stiefel_bench)
+
+run: build-run ## simulate asteroid Toutatis, or SCENE=file.json STEPS=10000; writes build/run
 	@export PYTHONPATH=build/release/python STIEFEL_SERVER=build/release/bin/stiefel-server; \
 	if [ -n "$(SCENE)" ]; then \
 	  $(PYTHON) client/examples/run_scene.py "$(SCENE)" --steps $(STEPS) --output build/run; \
@@ -50,7 +64,7 @@ run: build ## simulate asteroid Toutatis, or SCENE=file.json STEPS=10000; writes
 test: build-tests ## compile and run the tests
 	@ctest --preset release -j $(JOBS)
 
-test-long: build-tests ## the tests that take minutes, too, and the fuzz targets
+test-long: build-bench build-tests ## the tests that take minutes, too, and the fuzz targets
 	@ctest --preset long -j $(JOBS)
 	@$(MAKE) --no-print-directory fuzz
 
@@ -58,13 +72,16 @@ fuzz: build/fuzz/build.ninja ## a minute of libFuzzer on each target, under the 
 	@$(call cmake_build,fuzz,stiefel_fuzz)
 	@ctest --preset fuzz
 
-bench: build-tests ## measure, every figure beside a rival in the same run
+bench: build-bench ## measure, every figure beside a rival in the same run
 	@$(PYTHON) tests/bench/run.py build/release
 
-bench-peers: build-tests ## and beside MuJoCo, heyoka, Drake, Basilisk and SciPy, fetched from PyPI into build/peers
+bench-peers: build-bench ## and beside MuJoCo, heyoka, Drake, Basilisk and SciPy, fetched from PyPI into build/peers
 	@docker/packages.sh peers
 	@$(PYTHON) tests/bench/peers/environment.py build/peers
 	@$(PYTHON) tests/bench/run.py build/release --peers
+
+bench-build: ## processor time of `make run` and `make test` from nothing, of BEFORE=commit and of the tree as it stands
+	@$(PYTHON) tests/bench/build_time.py "$(BEFORE)" .
 
 sanitize: build/asan/build.ninja build/tsan/build.ninja ## the tests under the sanitizers
 	@$(call cmake_build,asan,all stiefel_tests)
@@ -72,7 +89,7 @@ sanitize: build/asan/build.ninja build/tsan/build.ninja ## the tests under the s
 	@$(call cmake_build,tsan,all stiefel_tests)
 	@ctest --preset tsan -j $(JOBS)
 
-image: build ## build the container and test it while it runs
+image: packages ## build the container, of the programs in build/release on Debian 12, and test it while it runs
 	@tests/docker/image.sh
 
 bare: ## run and test a clone in a bare Debian 12, as root

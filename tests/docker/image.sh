@@ -1,13 +1,27 @@
 #!/bin/bash
 # Builds the image and tests it while it runs: with the Docker engine where one answers, else with
-# buildah and podman from Debian, as root, on a base made from Debian's packages.
+# buildah and podman from Debian, as root, on a base made from Debian's packages. On the base's own
+# release it holds the programs of build/release; elsewhere they are compiled in the container.
 # Usage: tests/docker/image.sh [pytest arguments]
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 export STIEFEL_IMAGE=${STIEFEL_IMAGE:-stiefel} STIEFEL_IMAGE_BASE=debian:bookworm-slim
 arguments=(--build-arg VERSION="$(awk '/^project\(stiefel VERSION/ { print $3 }' CMakeLists.txt)"
            --build-arg REVISION="$(git rev-parse HEAD)"
-           -t "$STIEFEL_IMAGE" -f docker/Dockerfile .)
+           -t "$STIEFEL_IMAGE" -f docker/Dockerfile)
+
+release=$(. /etc/os-release; echo "${ID:-} ${VERSION_CODENAME:-}")
+if [ "$release" = 'debian bookworm' ]; then
+  make --no-print-directory build-programs
+  rm -rf build/image
+  cmake --install build/release --component runtime --strip --prefix "$PWD/build/image" >/dev/null
+  echo "The image takes its programs from build/release: this is Debian bookworm, as is its base"
+  arguments+=(--target prebuilt)
+else
+  make --no-print-directory build-python  # for the tests
+  echo "The image compiles its programs: this is $release, its base is Debian bookworm"
+fi
+arguments+=(.)
 
 # A store of our own, so that nothing of the machine's is touched, and made where it is missing.
 local_engine() {
