@@ -109,7 +109,7 @@ MatrixXd polar(const MatrixXd& A) {
   const MatrixXd square = A * A.transpose();
   const Eigen::SelfAdjointEigenSolver<MatrixXd> spectrum(square);
   const MatrixXd Q = spectrum.operatorInverseSqrt() * A;
-  // What squaring lost where A is nearly singular, one Newton–Schulz step restores.
+  // For a nearly singular A squaring loses digits; one Newton–Schulz step restores them.
   return (3 * Q - (Q * Q.transpose()) * Q) / 2;
 }
 

@@ -59,7 +59,7 @@ class MomentSums {
 
  private:
   using Sum = TileSum<Pack<Scalar, isa>, rows>;
-  /// As large a block as the registers hold.
+  /// The largest block that fits in the registers.
   static constexpr bool many_registers = isa == Isa::avx512;
   using Product = TileProduct<many_registers ? 4 : 1, many_registers ? 4 : 2>;
 
