@@ -1,10 +1,9 @@
 #pragma once
 
-#include <Eigen/Eigenvalues>
 #include <complex>
 #include <vector>
 
-#include "engine/linalg/arithmetic/scalar.h"
+#include "engine/linalg/matrix_equations/eigenvectors.h"
 
 namespace stiefel {
 

@@ -7,6 +7,8 @@
 #include <numbers>
 #include <random>
 
+#include "engine/linalg/matrix_equations/eigenvectors.h"
+
 namespace stiefel {
 namespace {
 
