@@ -72,7 +72,7 @@ void Flags::add_to(CLI::App& app) {
       ->capture_default_str();
   app.add_option("--max-connections", options_.connections.most,
                  "Connections at once; the newest beyond it is refused. 0, and at most: the limit "
-                 "of file descriptors less 64")
+                 "of file descriptors less 96")
       ->envname("STIEFEL_MAX_CONNECTIONS")
       ->check(within<std::int64_t>(0, 1'000'000'000, "a number"))
       ->capture_default_str();

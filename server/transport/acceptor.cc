@@ -8,6 +8,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <new>
 #include <stdexcept>
 
 #include "server/transport/refusal.h"
@@ -62,14 +63,19 @@ void Acceptor::run(const std::stop_token& stop) {
   std::array<epoll_event, 64> ready;
   while (!stop.stop_requested()) {
     const int count = epoll_wait(events_.get(), ready.data(), ready.size(), milliseconds_to_wait());
-    for (int i = 0; i < count; ++i) {
-      const int descriptor = ready[static_cast<std::size_t>(i)].data.fd;
-      if (by_descriptor_.contains(descriptor))
-        spoke(descriptor);
-      else if (descriptor != wake_.get())
-        accept_from(descriptor);
-    }
+    for (int i = 0; i < count; ++i) handle(ready[static_cast<std::size_t>(i)].data.fd);
     drop_expired();
+  }
+}
+
+/// Without memory for a connection it is closed, and the thread goes on.
+void Acceptor::handle(int ready) {
+  try {
+    if (by_descriptor_.contains(ready))
+      hear(ready);
+    else if (ready != wake_.get())
+      accept_from(ready);
+  } catch (const std::bad_alloc&) {
   }
 }
 
@@ -98,32 +104,41 @@ void Acceptor::accept_from(int listener) {
 }
 
 void Acceptor::take(Descriptor connection) {
-  if (full() && !drop_oldest_silent()) return refuse(std::move(connection), "too many connections");
+  if (open() + silent_.size() >= limits_.most + waiting_room) drop_oldest_silent();
   const int descriptor = connection.get();
-  silent_.push_back({std::move(connection), Clock::now() + limits_.patience});
-  by_descriptor_[descriptor] = std::prev(silent_.end());
+  std::list<Silent> newest;
+  newest.push_back({std::move(connection), Clock::now() + limits_.patience});
+  by_descriptor_[descriptor] = newest.begin();
+  silent_.splice(silent_.end(), newest);
   watch(descriptor);
 }
 
-/// Bytes have come, or the end of the connection; or the event was of an earlier connection of that
-/// number.
-void Acceptor::spoke(int descriptor) {
-  char byte;
-  const ssize_t got = recv(descriptor, &byte, 1, MSG_PEEK | MSG_DONTWAIT);
-  if (got < 0 && (errno == EAGAIN || errno == EINTR)) return;
+Descriptor Acceptor::forget(int descriptor) {
   const auto one = by_descriptor_.extract(descriptor).mapped();
   epoll_ctl(events_.get(), EPOLL_CTL_DEL, descriptor, nullptr);
   Descriptor connection = std::move(one->connection);
   silent_.erase(one);
+  return connection;
+}
+
+/// Bytes have come, or the end of the connection; or nothing, where the event was of an earlier
+/// connection of that number.
+void Acceptor::hear(int descriptor) {
+  char byte;
+  const ssize_t got = recv(descriptor, &byte, 1, MSG_PEEK | MSG_DONTWAIT);
+  if (got < 0 && (errno == EAGAIN || errno == EINTR)) return;
+  Descriptor connection = forget(descriptor);
   if (got != 1) return;
+  if (open() >= limits_.most) return refuse(std::move(connection), "too many connections");
   open_.add(descriptor);
   give_away_(connection.release());
 }
 
 bool Acceptor::drop_oldest_silent() {
   if (silent_.empty()) return false;
-  by_descriptor_.erase(silent_.front().connection.get());
-  silent_.pop_front();
+  const int oldest = silent_.front().connection.get();
+  hear(oldest);  // it may have spoken by now
+  if (by_descriptor_.contains(oldest)) forget(oldest);
   return true;
 }
 
@@ -132,13 +147,13 @@ void Acceptor::drop_expired() {
   while (!silent_.empty() && silent_.front().until <= now) drop_oldest_silent();
 }
 
-bool Acceptor::full() {
-  if (open_.at_most() + silent_.size() < limits_.most) return false;
-  if (const auto now = Clock::now(); now - pruned_ >= between_prunes) {
+std::size_t Acceptor::open() {
+  const bool matters = open_.at_most() + silent_.size() >= limits_.most;
+  if (const auto now = Clock::now(); matters && now - pruned_ >= between_prunes) {
     open_.prune();
     pruned_ = now;
   }
-  return open_.at_most() + silent_.size() >= limits_.most;
+  return open_.at_most();
 }
 
 void Acceptor::refuse(Descriptor connection, std::string_view reason) {

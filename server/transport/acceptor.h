@@ -16,14 +16,16 @@ namespace stiefel::server {
 /// The thread that accepts connections and gives each away once it has sent its first byte, which
 /// an HTTP/2 client does unasked. A connection that says nothing costs a descriptor and no more:
 /// it is closed after `patience`, or earlier, the oldest first, when its place is needed. When
-/// `most` connections that spoke are open, or no descriptor is left, a new one is told so and
-/// closed, and the listener stays.
+/// `most` connections that spoke are open, the next one that speaks is told so and closed; when no
+/// descriptor is left, the next one at once. The listener stays.
 class Acceptor {
  public:
   struct Limits {
-    std::size_t most = 1;  ///< connections at once, silent ones included
+    std::size_t most = 1;  ///< connections given away at once
     std::chrono::milliseconds patience = std::chrono::seconds(10);
   };
+  /// Silent connections beyond `most`: room to hear a new one, if only to refuse it.
+  static constexpr std::size_t waiting_room = 32;
   /// Takes a connection, which does not block, and closes it some time.
   using GiveAway = std::function<void(int connection)>;
   /// Hears, at most once a second, how many connections were refused since the last time.
@@ -44,13 +46,17 @@ class Acceptor {
   };
 
   void run(const std::stop_token& stop);
+  void handle(int ready);
   void watch(int descriptor);
   void accept_from(int listener);
   void take(Descriptor connection);
-  void spoke(int descriptor);
+  void hear(int descriptor);
+  /// Of the silent ones.
+  Descriptor forget(int descriptor);
   bool drop_oldest_silent();
   void drop_expired();
-  bool full();
+  /// The connections given away that are open, or at most as many as the last 10 ms closed more.
+  std::size_t open();
   void refuse(Descriptor connection, std::string_view reason);
   void refuse_without_descriptors(int listener);
   int milliseconds_to_wait() const;

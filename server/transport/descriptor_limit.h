@@ -11,8 +11,8 @@ std::size_t descriptor_limit();
 void raise_descriptor_limit();
 
 /// What a process needs beside connections: listeners, epoll sets, event descriptors of gRPC's
-/// threads, logs.
-inline constexpr std::size_t reserved_descriptors = 64;
+/// threads, logs, and connections that are being refused.
+inline constexpr std::size_t reserved_descriptors = 96;
 
 /// Connections at once: `asked` (0: as many as possible), or what the limit of descriptors leaves
 /// if that is less; at least 1.
