@@ -1,14 +1,14 @@
-# The front door. Everything real is in CMake; this installs what is missing and says what to call.
+# Shortcuts: each target installs missing packages, then calls CMake, CTest or a script.
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := help
 
-# Two gigabytes a compiler, and at least one of them.
+# Parallel compilations: one for each 2 GB of free memory, at least one, at most one a core.
 JOBS ?= $(shell awk -v cores=$$(nproc) '/MemAvailable/ { fit = int($$2 / 2e6) } \
           END { print fit < 1 ? 1 : fit < cores ? fit : cores }' /proc/meminfo)
 STEPS ?= 10000
 PREFIX ?= /usr/local
-# Debian's, whose packages are the ones installed; another may stand first on PATH.
+# Debian's Python has the installed packages; another Python may come first on PATH.
 PYTHON := /usr/bin/python3
 # Without a terminal ninja would print a line for every file.
 QUIET := $(shell [ -t 1 ] || echo --quiet)
@@ -17,7 +17,7 @@ cmake_build = cmake --build --preset $(1) --target $(2) -j $(JOBS) -- $(QUIET)
 
 .PHONY: help packages packages-fuzz build build-tests run test test-long fuzz bench bench-peers image sanitize format install bare clean
 
-help: ## what there is (this text)
+help: ## list these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-11s %s\n", $$1, $$2 }' Makefile
 
 packages: ## install the Debian packages that building and testing need
@@ -28,7 +28,7 @@ packages-fuzz:
 
 build/fuzz/build.ninja: | packages-fuzz
 
-# Configuring says much; it is shown only when it fails.
+# The output of the configuration is shown only when it fails.
 build/%/build.ninja: | packages
 	@mkdir -p $(@D)
 	@cmake --preset $* > $(@D)/configure.log 2>&1 || { cat $(@D)/configure.log; rm -f $@; exit 1; }
@@ -50,36 +50,36 @@ run: build ## simulate asteroid Toutatis, or SCENE=file.json STEPS=10000; writes
 test: build-tests ## compile and run the tests
 	@ctest --preset release -j $(JOBS)
 
-test-long: build-tests ## the tests that take minutes, too, and the fuzz targets
+test-long: build-tests ## run all tests, those that take minutes included, and the fuzz targets
 	@ctest --preset long -j $(JOBS)
 	@$(MAKE) --no-print-directory fuzz
 
-fuzz: build/fuzz/build.ninja ## a minute of libFuzzer on each target, under the sanitizers
+fuzz: build/fuzz/build.ninja ## run libFuzzer for a minute on each target, under the sanitizers
 	@$(call cmake_build,fuzz,stiefel_fuzz)
 	@ctest --preset fuzz
 
-bench: build-tests ## measure, every figure beside a rival in the same run
+bench: build-tests ## measure speed, every figure beside a rival in the same run
 	@$(PYTHON) tests/bench/run.py build/release
 
-bench-peers: build-tests ## and beside MuJoCo, heyoka, Drake, Basilisk and SciPy, fetched from PyPI into build/peers
+bench-peers: build-tests ## measure beside MuJoCo, heyoka, Drake, Basilisk and SciPy, fetched from PyPI into build/peers
 	@docker/packages.sh peers
 	@$(PYTHON) tests/bench/peers/environment.py build/peers
 	@$(PYTHON) tests/bench/run.py build/release --peers
 
-sanitize: build/asan/build.ninja build/tsan/build.ninja ## the tests under the sanitizers
+sanitize: build/asan/build.ninja build/tsan/build.ninja ## compile and run the tests under the sanitizers
 	@$(call cmake_build,asan,all stiefel_tests)
 	@ctest --preset asan -j $(JOBS)
 	@$(call cmake_build,tsan,all stiefel_tests)
 	@ctest --preset tsan -j $(JOBS)
 
-image: build ## build the container and test it while it runs
+image: build ## build the container image and test a running container
 	@tests/docker/image.sh
 
-bare: ## run and test a clone in a bare Debian 12, as root
+bare: ## run and test a fresh clone in a bare Debian 12, as root
 	@docker/packages.sh image
 	@tests/docker/bare_debian.sh
 
-format: ## clang-format every source in place
+format: ## format every source in place with clang-format
 	@docker/packages.sh format
 	@git ls-files '*.cc' '*.h' | xargs clang-format -i
 

@@ -1,6 +1,5 @@
-#!/bin/sh
-# Installs those Debian packages of the given kinds in packages.txt that are missing.
-# Usage: docker/packages.sh KIND...
+# !/bin/sh Installs the missing Debian packages of the given kinds in packages.txt. Usage:
+# docker/packages.sh KIND...
 set -eu
 list=$(dirname "$0")/packages.txt
 

@@ -23,8 +23,8 @@ Matrix<Scalar> spatial_momentum(const Matrix<Scalar>& Q, const Matrix<Scalar>& M
   return Q * M * Q.transpose();
 }
 
-/// The Casimirs of so(N)*: the eigenvalues ±i w of M, w ≥ 0 in descending order, one of each pair.
-/// From the Hermitian matrix iM, because MᵀM has only half the digits.
+/// The Casimirs of so(N)*: w ≥ 0 of the eigenvalues ±iw of M, in descending order, one for each
+/// pair. Computed from the Hermitian matrix iM; from MᵀM only half the digits would remain.
 template <class Scalar>
 Vector<Scalar> casimirs(const Matrix<Scalar>& M) {
   using Complex = std::complex<Scalar>;
@@ -33,8 +33,8 @@ Vector<Scalar> casimirs(const Matrix<Scalar>& M) {
   return solver.eigenvalues().reverse().head(M.cols() / 2);
 }
 
-/// The coefficients of μ^j in tr((M + μΛ²)^k) for j = 0..k; [RB] (2.4). Those with k − j odd
-/// vanish. One call for all k = 1..K: result[k][j]. N³K² operations.
+/// The coefficients of μ^j in tr((M + μΛ²)^k) for j = 0..k; [RB] (2.4). They are 0 for odd k − j.
+/// One call computes all k = 1..K: result[k][j]. N³K² operations.
 template <class Scalar>
 std::vector<std::vector<Scalar>> manakov(const Vector<Scalar>& lambda, const Matrix<Scalar>& M,
                                          int K) {

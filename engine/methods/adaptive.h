@@ -11,12 +11,13 @@
 namespace stiefel {
 
 /// The Runge–Kutta–Fehlberg pair of orders 7 and 8 (Fehlberg 1968; Boost.odeint's) with automatic
-/// substeps, as many as it takes from one state to the next. The estimated error of a substep of
-/// length τ is kept below `tolerance`·|τ/h|, each half of the state's rows (Q, and what is below
-/// it) measured by its own largest element, so that units do not matter and a whole step errs by
-/// about `tolerance`. The controller starts anew at every state.
+/// substeps between two states. The controller keeps the estimated error of a substep of length τ
+/// below `tolerance`·|τ/h|, so the error of a whole step is about `tolerance`. The error of each
+/// half of the state's rows (Q, and the block below it) is relative to the largest element of that
+/// half, so units do not matter. The controller restarts at every state.
 ///
-/// More than `most_substeps` attempts: solver_stalled. A tolerance below some 1e-14 cannot be met.
+/// Ends with solver_stalled after `most_substeps` attempts. A tolerance below about 1e-14 cannot be
+/// met.
 struct Adaptive {
   static constexpr MethodTraits traits = {
       .name = "adaptive",
@@ -98,12 +99,12 @@ struct Adaptive {
           done += stride;
           field(x_, slope_now_, Scalar(0));
           stride *= std::clamp(factor, least, most);
-        } else {  // too much, or not a number
+        } else {  // the error is too large, or NaN
           stride *= factor >= least ? factor : least;
         }
         if (stride < least_stride) break;
       }
-      // The stride vanishes where the motion ends, or where rounding exceeds the tolerance.
+      // The stride tends to 0 where the solution ends, or where rounding exceeds the tolerance.
       return finite(next_) && size() <= blown_up * size_before ? Outcome::solver_stalled
                                                                : Outcome::not_finite;
     }
@@ -114,7 +115,7 @@ struct Adaptive {
       std::copy_n(slope_.data(), dx.size(), dx.data());
     }
 
-    /// The largest error, each half of the rows against its largest element.
+    /// The largest error, relative in each half of the rows to its largest element.
     double relative_error() const {
       const Eigen::Index rows = dx_.rows(), cols = dx_.cols(), lower = rows / 2;
       const Eigen::Map<const Matrix<Scalar>> x(x_.data(), rows, cols),

@@ -5,7 +5,7 @@
 
 namespace stiefel {
 
-/// The classical Runge–Kutta method of order 4 (Kutta 1901). It keeps nothing:
+/// The classical Runge–Kutta method of order 4 (Kutta 1901). Every invariant drifts.
 ///
 ///     k1 = X(x), k2 = X(x + h/2 k1), k3 = X(x + h/2 k2), k4 = X(x + h k3),
 ///     x′ = x + h/6 (k1 + 2(k2 + k3) + k4).

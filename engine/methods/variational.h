@@ -15,8 +15,8 @@
 
 namespace stiefel {
 
-/// The variational integrator: for the rigid body it is the Moser–Veselov map, on V(n, N) RATTLE,
-/// and at n = N these are one; symmetric compositions of it for the orders 4, 6 and 8.
+/// The variational integrator: the Moser–Veselov map for the rigid body, RATTLE on V(n, N); at n =
+/// N the two are the same map. The orders 4, 6 and 8 are symmetric compositions of it.
 /// `MapOf<S>::make<arithmetic>(system, h)` is the map of order 2.
 struct Variational {
   static constexpr MethodTraits traits = {
@@ -65,7 +65,7 @@ struct Variational::MapOf<RigidBody<Space>> {
   }
 };
 
-/// The transpose of the left-invariant map.
+/// Right-invariant systems use the transpose of the left-invariant map.
 template <class Scalar>
 struct Variational::MapOf<RightRigidBody<Scalar>> {
   static constexpr bool keeps(std::string_view) { return true; }
@@ -76,7 +76,7 @@ struct Variational::MapOf<RightRigidBody<Scalar>> {
   }
 };
 
-/// (SDRBn), which is the Moser–Veselov map under Ψ.
+/// The symmetric representation uses (SDRBn), which is the Moser–Veselov map under Ψ.
 template <class Scalar>
 struct Variational::MapOf<SymmetricRigidBody<Scalar>> {
   static constexpr bool keeps(std::string_view) { return true; }

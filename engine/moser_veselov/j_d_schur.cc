@@ -27,7 +27,8 @@ std::optional<Matrix<double>> J_D_inverse_schur(const Vector<double>& lambda,
   dgees_("V", "S", right_half, &n, H.data(), &n, &found, re.data(), im.data(), Z.data(), &n,
          work.data(), &work_size, selected.data(), &info);
   if (info != 0 || found != N) return std::nullopt;
-  // Two eigenvalues that met on the imaginary axis are off it by the root of the rounding.
+  // Rounding moves a double eigenvalue on the imaginary axis off it by the square root of the
+  // rounding unit.
   constexpr double imaginary = 1e-7;
   for (const double x : re)
     if (std::abs(x) <= imaginary * lambda.maxCoeff()) return std::nullopt;

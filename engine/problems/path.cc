@@ -108,7 +108,7 @@ class Model {
 MatrixXd polar(const MatrixXd& A) {
   const Eigen::SelfAdjointEigenSolver<MatrixXd> spectrum(A * A.transpose());
   const MatrixXd Q = spectrum.operatorInverseSqrt() * A;
-  // What squaring lost where A is nearly singular, one Newton–Schulz step restores.
+  // For a nearly singular A squaring loses digits; one Newton–Schulz step restores them.
   return (3 * Q - (Q * Q.transpose()) * Q) / 2;
 }
 

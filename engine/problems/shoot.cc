@@ -18,7 +18,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// Moves x over a time T; false when the step size collapses or there are too many steps.
+/// Moves x over a time T. Returns false when the step size underflows or the steps become too many.
 template <class Field, class Scalar>
 bool integrate(Field& field, std::vector<Scalar>& x, Scalar T, Scalar tolerance) {
   namespace odeint = boost::numeric::odeint;
@@ -81,14 +81,15 @@ class Shooting {
     return Form<double>::momentum(lambda_, Q_0_, velocity(c));
   }
 
-  /// Q(1) − Q_T as one column; not finite when there is no such thing.
+  /// Q(1) − Q_T as one column; not finite when the integration fails.
   VectorXd remainder(const VectorXd& c) const {
     const std::optional<Matrix<Wide>> end = flow<Wide>(lambda_, {Q_0_, momentum(c)}, 1, 1e-17L);
     if (!end) return VectorXd::Constant(E_.rows(), std::numeric_limits<double>::infinity());
     return (*end - Q_T_.cast<Wide>()).template cast<double>().reshaped();
   }
 
-  /// dQ(1)/dc, nN × d. Gauss–Newton converges by its accuracy a step.
+  /// dQ(1)/dc, nN × d. Its relative error is the factor by which a Gauss–Newton step reduces the
+  /// residual.
   std::optional<MatrixXd> derivative(const VectorXd& c) const {
     std::vector<MatrixXd> blocks = {Q_0_, momentum(c)};
     for (Index j = 0; j < E_.cols(); ++j) {

@@ -40,17 +40,17 @@ class TaylorDoubleBracket {
   }
 
   int order() const { return order_; }
-  /// The state's lower rows, P, which are measured by themselves.
+  /// The number of lower rows of the state, P, whose error is measured separately.
   Eigen::Index momentum_rows() const { return 2 * p_; }
-  /// Operations of a whole series, 2 a multiplication with its addition; small products have a
-  /// price of their own.
+  /// The operations of a whole series, 2 for a multiplication with its addition, plus a constant
+  /// for each small product.
   static double operations(Eigen::Index rows, Eigen::Index q, int order) {
     const double p = static_cast<double>(rows) / 4;
     const auto columns = static_cast<double>(q);
     return order * (order + 1) * (60 + 12 * p * columns * (p + columns));
   }
 
-  /// The series at x, the k-th coefficient in the columns from kq. False when `stopped` says so.
+  /// The series at x, the k-th coefficient in the columns from kq. Returns false on a stop request.
   template <class Stopped>
   bool expand(const Matrix<Scalar>& x, Matrix<Scalar>& series, Stopped&& stopped) {
     series.resize(x.rows(), (order_ + 1) * q_);
@@ -78,7 +78,7 @@ class TaylorDoubleBracket {
  private:
   static std::size_t at(int k) { return static_cast<std::size_t>(k); }
 
-  /// U_k and V_k, from the coefficients of Q and P up to k.
+  /// Computes U_k and V_k from the coefficients of Q and P up to k.
   void generate(int k) {
     A_.setZero();
     B_.setZero();

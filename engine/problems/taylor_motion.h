@@ -9,15 +9,15 @@
 
 namespace stiefel {
 
-/// The order of a Taylor series and the bound on what is cut off, relative to the state, that is
-/// worth its price: p ≈ −½ ln ε (Jorba and Zou 2005, §3.1).
+/// The most economical order of a Taylor series for a relative truncation error ε: p ≈ −½ ln ε
+/// (Jorba and Zou 2005, §3.1).
 inline int taylor_order(double epsilon) {
   return std::max(6, static_cast<int>(std::ceil(-std::log(epsilon) / 2)) + 1);
 }
 
-/// A motion by its Taylor series, one after the other, each as far as its last two coefficients say
-/// that what is cut off stays below ε relative to the frame and to the momentum. Evaluated at any
-/// time on the way, ascending in |t|.
+/// A motion by a sequence of Taylor series. Each series is used as long as its last two
+/// coefficients keep the truncation error below ε, relative to the frame and to the momentum. The
+/// motion can be evaluated at any times in ascending |t|.
 ///
 /// `Series` is TaylorRigidBody, TaylorParametricRigidBody, TaylorStiefel or TaylorDoubleBracket, in
 /// any Scalar.
@@ -29,11 +29,11 @@ class TaylorMotion {
   TaylorMotion(Series series, Matrix<Scalar> start, double epsilon)
       : series_(std::move(series)), x_(start), start_(std::move(start)), epsilon_(epsilon) {}
 
-  /// What a motion at rest spans at once.
+  /// The span of a series for a motion at rest.
   static constexpr double longest = 1e12;
 
-  /// The state at time t, not before the time of the last call. False, with the state that was
-  /// reached, when `stopped` says so or the motion ends.
+  /// The state at time t, not before the time of the last call. Returns false, with the state
+  /// reached, on a stop request or when the motion ends.
   template <class Stopped>
   bool go_to(double t, Stopped&& stopped) {
     using std::abs;
@@ -55,7 +55,7 @@ class TaylorMotion {
   const Matrix<Scalar>& state() const { return x_; }
   /// The time that the last series spans.
   double span() const { return static_cast<double>(length_); }
-  /// Series so far.
+  /// The number of series so far.
   std::int64_t series_count() const { return count_; }
 
  private:
@@ -72,15 +72,15 @@ class TaylorMotion {
     return coefficients_.middleCols(k * N, N);
   }
 
-  /// Horner's rule.
+  /// Evaluates the series at t by Horner's rule.
   Matrix<Scalar> value(const Scalar& t) const {
     Matrix<Scalar> sum = coefficient(series_.order());
     for (int k = series_.order() - 1; k >= 0; --k) sum = (sum * t + coefficient(k)).eval();
     return sum;
   }
 
-  /// The time for which the last two coefficients stay below ε, the frame against its largest
-  /// element and the momentum against its own.
+  /// The time up to which the terms of the last two coefficients stay below ε, relative to the
+  /// largest element of the frame and of the momentum.
   double reach() const {
     const Eigen::Index momentum = series_.momentum_rows(), frame = start_.rows() - momentum;
     double reach = std::numeric_limits<double>::infinity();

@@ -22,14 +22,14 @@ class TaylorRigidBody {
   }
 
   int order() const { return order_; }
-  /// The state's lower rows, which are measured by themselves.
+  /// The number of lower rows of the state, whose error is measured separately.
   Eigen::Index momentum_rows() const { return N_; }
-  /// Operations of a whole series, 2 a multiplication with its addition.
+  /// The operations of a whole series, 2 for a multiplication with its addition.
   static double operations(Eigen::Index rows, Eigen::Index N, int order) {
     return static_cast<double>(order * (order + 1) * rows * N * N);
   }
 
-  /// The series at x, the k-th coefficient in the columns from kN. False when `stopped` says so.
+  /// The series at x, the k-th coefficient in the columns from kN. Returns false on a stop request.
   template <class Stopped>
   bool expand(const Matrix<Scalar>& x, Matrix<Scalar>& series, Stopped&& stopped) {
     series.resize(x.rows(), (order_ + 1) * N_);
@@ -47,7 +47,8 @@ class TaylorRigidBody {
   }
 
  private:
-  /// Ω_k = J⁻¹(M_k) as block number `at`: backwards, so that the sum runs down the column.
+  /// Writes Ω_k = J⁻¹(M_k) as block number `at`. The blocks are in reverse order, so that the sum
+  /// runs down a column.
   template <class Block>
   void invert_inertia(const Block& M, int at) {
     for (Eigen::Index j = 0; j < N_; ++j)

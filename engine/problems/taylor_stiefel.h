@@ -26,16 +26,16 @@ class TaylorStiefel {
         lyapunov_(n) {}
 
   int order() const { return order_; }
-  /// The state's lower rows, which are measured by themselves.
+  /// The number of lower rows of the state, whose error is measured separately.
   Eigen::Index momentum_rows() const { return n_; }
-  /// Operations of a whole series, 2 a multiplication with its addition; small products have a
-  /// price of their own.
+  /// The operations of a whole series, 2 for a multiplication with its addition, plus a constant
+  /// for each small product.
   static double operations(Eigen::Index rows, Eigen::Index N, int order) {
     const double n = static_cast<double>(rows) / 2;
     return order * (order + 1) * (30 + 3 * n * n * static_cast<double>(N) + 2 * n * n * n);
   }
 
-  /// The series at x, the k-th coefficient in the columns from kN. False when `stopped` says so.
+  /// The series at x, the k-th coefficient in the columns from kN. Returns false on a stop request.
   template <class Stopped>
   bool expand(const Matrix<Scalar>& x, Matrix<Scalar>& series, Stopped&& stopped) {
     const Eigen::Index N = x.cols();

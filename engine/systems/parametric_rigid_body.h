@@ -12,14 +12,15 @@
 namespace stiefel {
 
 /// The symmetric representation with parameter μ, [RB] (8.4)–(8.6), in GL(N), with the scaling of
-/// Prop. 3.13 (ε = 1 gives the paper's):
+/// Prop. 3.13 (ε = 1 gives the paper's equations):
 ///
 ///     Q̇_μ = Q_μ(Ω + μΛ),   Ṗ_μ = P_μ(Ω + μΛ),
 ///     Ω = J⁻¹(M_μ − μΛ²),   M_μ = (Q_μ⁻¹P_μ − P_μ⁻¹Q_μ)/ε,
 ///
-/// on the invariant manifold where M = M_μ − μΛ² is skew; there M moves as the rigid body. Off it
-/// the skew part is taken. It keeps εm_μ = P_μQ_μ⁻¹ − Q_μP_μ⁻¹, P_μQ_μ⁻¹, and all that M keeps.
-/// State: Q_μ over P_μ, 2N × N, both invertible. GL(N) acts from the right on both at once.
+/// on the invariant manifold where M = M_μ − μΛ² is skew; there M moves as the momentum of the
+/// rigid body. Off the manifold M is the skew part. The motion keeps εm_μ = P_μQ_μ⁻¹ − Q_μP_μ⁻¹,
+/// P_μQ_μ⁻¹, and every invariant of M. State: Q_μ over P_μ, 2N × N, both invertible. GL(N) acts
+/// from the right on both blocks.
 template <class Scalar_>
 class ParametricRigidBody {
  public:
@@ -33,9 +34,9 @@ class ParametricRigidBody {
     return invariant == "PQ_inverse";
   }
 
-  /// What methods keep here beyond what they declare of all systems. Each multiplies Q and P by the
-  /// same matrix, so that P = AQ is kept, and tr M_μᵏ: the Casimirs of M err like μ, and with rk4
-  /// show no trend.
+  /// What methods keep on this system beyond what they declare for all systems. Every method
+  /// multiplies Q and P by the same matrix, which keeps P = AQ and tr M_μᵏ. The error of the
+  /// Casimirs of M is proportional to μ; with rk4 it has no trend.
   static constexpr std::optional<Conservation> conservation(std::string_view method,
                                                             std::string_view invariant) {
     if (invariant == "PQ_inverse") return Conservation::exact;
@@ -64,7 +65,7 @@ class ParametricRigidBody {
 
   Algebra zero() const { return Algebra::Zero(lambda_.size(), lambda_.size()); }
 
-  /// Ω + μΛ. The symmetric part of M_μ, μΛ², is not looked at.
+  /// Ω + μΛ. Uses the skew part of M_μ only; the symmetric part is μΛ².
   void generator(const State& x, Algebra& xi) {
     const Eigen::Index N = lambda_.size();
     lu_.compute(x.topRows(N));
@@ -72,7 +73,7 @@ class ParametricRigidBody {
     lu_.compute(x.bottomRows(N));
     D_ = lu_.solve(x.topRows(N));
     M_ -= D_;
-    M_ /= 2;  // 2ε need not be a number
+    M_ /= 2;  // 2ε may overflow
     inverse_inertia(lambda_, M_, epsilon_, xi);
     xi.diagonal() = mu_ * lambda_;
   }

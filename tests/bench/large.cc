@@ -11,7 +11,7 @@ namespace {
 
 using namespace stiefel;
 
-// By then a warm-started solver has the history it extrapolates.
+// After these steps a warm-started solver has a full history.
 constexpr int warm_up = 16;
 
 /// Seconds that one of `work` takes, of as many as fit into `duration`.

@@ -1,4 +1,4 @@
-"""What Describe prints, text by text, as numpy: the tables that test_formulas.py holds against what is reported.
+"""The formulas that Describe prints as numpy code; test_formulas.py compares their values with the reports.
 
 Every entry belongs to one exact text, so that a changed text has no entry until somebody has evaluated it again. An
 entry takes a state `x` (see `State` there): the fields by name, `lam` and `Lam` for the inertia, `h`, `mu`, `U` of a

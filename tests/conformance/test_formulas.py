@@ -1,4 +1,4 @@
-"""What Describe says is what is reported: every text that it prints, evaluated at random states of every system.
+"""Every formula that Describe prints, evaluated at random states of every system and compared with the reports.
 
 The tables of formulas.py belong to the exact texts. One that is printed and has no entry fails, and so does an entry
 whose text is printed nowhere, so that a text cannot change without its formula being evaluated again.

@@ -1,6 +1,5 @@
-#!/bin/bash
-# Builds the image and tests it while it runs: with the Docker engine where one answers, else with
-# buildah and podman from Debian, as root, on a base made from Debian's packages.
+# !/bin/bash Builds the image and tests the running container: with the Docker engine if one
+# answers, else with buildah and podman from Debian, as root, on a base made from Debian's packages.
 # Usage: tests/docker/image.sh [pytest arguments]
 set -euo pipefail
 cd "$(dirname "$0")/../.."
@@ -9,7 +8,7 @@ arguments=(--build-arg VERSION="$(awk '/^project\(stiefel VERSION/ { print $3 }'
            --build-arg REVISION="$(git rev-parse HEAD)"
            -t "$STIEFEL_IMAGE" -f docker/Dockerfile .)
 
-# A store of our own, so that nothing of the machine's is touched, and made where it is missing.
+# A separate image store, created if it is missing, so that the machine's own images stay untouched.
 local_engine() {
   local store=${XDG_CACHE_HOME:-$HOME/.cache}/stiefel/containers open_files
   mkdir -p "$store"
@@ -31,7 +30,8 @@ CONF
   export CONTAINERS_CONF=$store/containers.conf CONTAINERS_STORAGE_CONF=$store/storage.conf
   if ! podman image exists "docker.io/library/$STIEFEL_IMAGE_BASE"; then
     echo "Making $STIEFEL_IMAGE_BASE from Debian's packages"
-    # Slim as the published one is: without manuals, translations and all of doc but the licences.
+    # Slim like the published image: without manuals, translations and documentation except the
+    # licences.
     mmdebstrap --quiet --variant=minbase \
       --dpkgopt='path-exclude=/usr/share/doc/*' --dpkgopt='path-include=/usr/share/doc/*/copyright' \
       --dpkgopt='path-exclude=/usr/share/man/*' --dpkgopt='path-exclude=/usr/share/info/*' \

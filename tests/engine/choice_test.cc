@@ -68,7 +68,7 @@ double error_over_tolerance(const SceneDescription& d, const auto& exact) {
   return error / *d.tolerance;
 }
 
-/// Where one substep of `adaptive` is as good as it gets, and the same at every tolerance.
+/// A scene on which one substep of `adaptive` reaches rounding at every tolerance.
 TEST(Choice, OfADoubleBracketStaysWithinItsTolerance) {
   int made = 0;
   for (const auto& [seed, tolerance, horizon] :
@@ -134,7 +134,7 @@ TEST(Choice, OfAResolvedSceneIsWhatItIs) {
   EXPECT_EQ(again.substeps(), once.substeps());
   EXPECT_EQ(again.order(), once.order());
   EXPECT_EQ(again.arithmetic(), once.arithmetic());
-  // The same question has the same answer.
+  // A second choice for this scene gives the same method.
   EXPECT_EQ(Scene::resolve(asked(1e-7, 10)).value().description().choice,
             once.description().choice);
 }

@@ -6,7 +6,7 @@
 namespace stiefel {
 namespace {
 
-/// State and moments after `steps` passes with multipliers that are as good as any.
+/// State and moments after `steps` passes with arbitrary multipliers.
 template <Arithmetic arithmetic, Under under, Isa isa>
 std::vector<double> after(int steps, int n, int N) {
   const testing::RandomFrame<double> frame(n, N, 7);

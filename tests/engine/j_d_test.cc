@@ -46,7 +46,7 @@ Solved solve_3(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& M, double h
   return {status, rotation_matrix<double>(state.x.value.head<4>()), hat(state.x.value.tail<3>())};
 }
 
-/// In the coordinates of So4.
+/// One step in the coordinates of So4.
 Map4::Point coordinates(const Eigen::MatrixXd& Q, const Eigen::MatrixXd& M) {
   Map4::Point x;
   x.head<16>() = Q.reshaped();
@@ -66,7 +66,7 @@ Solved solve_4(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& M, double h
   return out;
 }
 
-/// By the solver that scenes of N dimensions go by.
+/// One step by the solver for N dimensions.
 Solved solve(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& M, double h) {
   if (lambda.size() == 3) return solve_3(lambda, M, h);
   if (lambda.size() == 4) return solve_4(lambda, M, h);
@@ -123,7 +123,7 @@ TEST(JDInverseEdge, LeftDomainNamesTheLargestStep) {
   EXPECT_GE(left, 12);
 }
 
-/// By any factor, for alike and for unlike λ: never a step of NaN.
+/// Momenta scaled by any factor, equal and unequal λ: no step returns NaN.
 TEST(JDInverseEdge, FarBeyondTheLargestStepThereIsNone) {
   for (const int N : {3, 4, 5})
     for (const double spread : {1.0, 4.0, 1e3})

@@ -89,7 +89,7 @@ TEST(PreprocessedVariational, HasThePublishedSeries) {
   }
 }
 
-/// Its limit is no series any more: the discrete body takes exact steps.
+/// In the limit of high order the discrete body makes exact steps.
 TEST(PreprocessedVariational, ConvergesToExactSteps) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
     const Start start = Start::random(seed);
@@ -138,7 +138,7 @@ TEST(PreprocessedVariational, TurnsABoxToTenDigits) {
   EXPECT_GT((attitude("rk4", {}) - exact).norm(), 1.5e-4);
 }
 
-/// Far from where the modified moments are any, a step ends with the longest that there is.
+/// Where the modified moments are not positive, the outcome names the longest step that exists.
 TEST(PreprocessedVariational, NamesTheLargestStep) {
   using Space = So3<double, true>;
   const testing::RandomBody body(3, 3);

@@ -173,7 +173,8 @@ Drift drift(int n, int N, unsigned seed, int steps) {
   return worst;
 }
 
-/// Where the motion is chaotic one scene's largest error of a half says little: the mean of 32.
+/// The motion is chaotic, so the largest error of one scene has no trend; the test compares means
+/// over 32 scenes.
 TEST(RattleStiefel, BoundsTheEnergy) {
   for (const auto& [n, N] : {std::pair{1, 4}, {2, 5}, {3, 6}}) {
     double first = 0, second = 0;

@@ -128,8 +128,8 @@ TEST(ParetoFront, HasNoPointThatIsBeatenOrIsNoNumber) {
   EXPECT_TRUE(pareto_front({{1, std::nan("")}}).empty());
 }
 
-/// With a twelfth of the budget many runs are cut short: what is said of the horizon is near what
-/// is measured there.
+/// With a twelfth of the budget many runs are cut short. Their extrapolation to the horizon is
+/// close to the measurement there.
 TEST(Tradeoff, ExtrapolatesWhatTheBudgetDoesNotReach) {
   int extrapolated = 0, near = 0;
   for (unsigned seed = 1; seed <= 4; ++seed) {
@@ -155,8 +155,8 @@ TEST(Tradeoff, ExtrapolatesWhatTheBudgetDoesNotReach) {
   EXPECT_GT(near, 0.9 * extrapolated);
 }
 
-/// In single precision as near: where the error is rounding, whose course nothing foretells, runs
-/// are whole.
+/// In single precision the extrapolation is as close. Runs whose error is rounding, which cannot be
+/// extrapolated, are measured to the end.
 TEST(Tradeoff, ExtrapolatesSinglePrecisionAsWell) {
   int extrapolated = 0, near = 0;
   for (unsigned seed = 1; seed <= 12; ++seed) {
@@ -192,7 +192,8 @@ TEST(Tradeoff, HasNoErrorBelowThatOfTheReference) {
   }
 }
 
-/// At rest every method is exact, as far as anyone can tell.
+/// At rest every method agrees with the reference to the last bit; the error reported is that of
+/// the reference.
 TEST(Tradeoff, NeverSaysThatAnErrorIsZero) {
   SceneDescription rest = testing::description(RandomBody(4, 2), 0.25, "rk4");
   rest.initial["M"] = RowMatrix(RowMatrix::Zero(4, 4));

@@ -82,8 +82,8 @@ class Steps : public ::testing::TestWithParam<testing::Pair> {};
 INSTANTIATE_TEST_SUITE_P(Catalogue, Steps, ::testing::ValuesIn(testing::every_pair()),
                          testing::name_of);
 
-/// Every implicit method: it is solved to rounding on its branch, or LEFT_DOMAIN says how far it
-/// is.
+/// Every implicit method either solves its equation to rounding on its branch, or ends with
+/// LEFT_DOMAIN and the largest step.
 TEST_P(Steps, LargeOnes) {
   const auto& [system, method, N] = GetParam();
   // The step of these is in their blocks.

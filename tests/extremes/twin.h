@@ -7,9 +7,9 @@
 
 namespace stiefel::extremes {
 
-/// A scene's own method with its own step in quadruple precision, from the same numbers: what the
-/// scene would compute if nothing were rounded. In dimensions from `wide_from` on in extended
-/// precision, which is 2000 times finer than double and affordable there.
+/// A scene's own method with its own step in quadruple precision, from the same numbers: the result
+/// of the scene's method without rounding. In dimensions from `wide_from` on in extended precision,
+/// which is 2000 times finer than double and affordable there.
 class Twin {
  public:
   static constexpr int wide_from = 16;

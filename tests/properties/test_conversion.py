@@ -1,4 +1,4 @@
-"""There and back again is the same motion, wherever there is a way."""
+"""A conversion to another system and back gives the same motion, wherever the conversion exists."""
 import numpy as np
 from hypothesis import given, strategies as st
 

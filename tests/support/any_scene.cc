@@ -22,7 +22,7 @@ Eigen::MatrixXd moved(const Eigen::MatrixXd& Q, const Eigen::MatrixXd& Qdot, dou
   return next;
 }
 
-/// Which has Λ of few values.
+/// Whether the method is `exact`, which needs a Λ of at most two values for N > 3.
 bool exact(const SceneDescription& d) { return d.method && d.method->name == "exact"; }
 
 void fill_rigid(SceneDescription& d, unsigned seed, int N) {
@@ -47,7 +47,7 @@ void fill_rigid(SceneDescription& d, unsigned seed, int N) {
 void fill_parametric(SceneDescription& d, unsigned seed) {
   const RandomBody body(4, seed);
   const bool discrete = d.system == "parametric_moser_veselov";
-  const double mu = discrete ? 0.0005 : 0.0002;  // it grows like e^μλt
+  const double mu = discrete ? 0.0005 : 0.0002;  // the state grows like e^{μλt}
   const double h = discrete ? *d.step : 2 / body.M.norm();
   Eigen::MatrixXd W = h * body.M;
   W.diagonal() += mu * body.lambda.cwiseAbs2();
@@ -94,7 +94,7 @@ SceneDescription any_scene(const std::string& system, const std::string& method,
   d.system = system;
   if (!method.empty()) d.method = MethodDescription{method, {}, {}, "", {}};
   d.step = step;
-  if (method == "adaptive") {  // coarse, so that its errors are seen
+  if (method == "adaptive") {  // coarse, so that its errors are above rounding
     d.method->tolerance = 1e-5;
     *d.step *= 10;
   }

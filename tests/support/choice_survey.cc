@@ -38,7 +38,8 @@ SceneDescription random_description(unsigned seed) {
   return d;
 }
 
-/// By Boost.odeint for a body; on V(n, N) in quadruple precision, which the choice does without.
+/// The exact state: by Boost.odeint for a body; on V(n, N) in quadruple precision, which the choice
+/// does not use.
 MotionState exact(const Scene& scene, double t) {
   if (scene.system() != "rigid_body") return make_reference(scene, {t, 1e13})->at(t, {})->state;
   const Motion motion = exact_motion(scene.inertia(), scene.Q(), scene.M(), t);

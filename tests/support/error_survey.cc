@@ -35,7 +35,7 @@ namespace {
 using Wide = long double;
 using Dense = Matrix<Wide>;
 
-/// Attitude and momentum as a scene reports them.
+/// Attitude and momentum as the simulation of a scene reports them.
 struct Truth {
   Dense attitude, momentum;
 };
@@ -236,7 +236,7 @@ void expect_estimates(unsigned first, unsigned count) {
       judged, count, least, most, high, missing);
   for (const auto& [reference, scenes] : references)
     std::printf("%4d against %s\n", scenes, reference.c_str());
-  EXPECT_GT(judged, static_cast<int>(count));  // two a scene, where they are above 1e-14
+  EXPECT_GT(judged, static_cast<int>(count));  // two for each scene with errors above 1e-14
   EXPECT_LE(high, judged / 20);
   EXPECT_LE(missing, static_cast<int>(count / 20));
 }

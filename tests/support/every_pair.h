@@ -10,7 +10,7 @@
 
 namespace stiefel::testing {
 
-/// A system in the hands of a method; rigid bodies in three dimensions have code of their own.
+/// A system and a method on it; rigid bodies in three dimensions have code of their own.
 struct Pair {
   std::string system, method;
   int N;
@@ -26,7 +26,7 @@ inline bool in_dimension(std::string_view system, const MethodOnSystem& on, int 
   return N == 4 || in_3d_only || system == "rigid_body" || system == "moser_veselov";
 }
 
-/// All of the catalogue.
+/// All pairs of the catalogue.
 inline std::vector<Pair> every_pair() {
   std::vector<Pair> all;
   for (const auto& system : catalogue().systems)

@@ -10,7 +10,7 @@ using Quad = boost::multiprecision::float128;
 
 }  // namespace stiefel
 
-/// Without the compiler's extensions Boost's own definitions of these three do not compile.
+/// Boost's own asinh needs the compiler's extensions, which are switched off here.
 namespace boost::multiprecision {
 inline float128 asinh(const float128& x) {
   return float128(backends::float128_backend(asinhq(x.backend().value())));
@@ -28,6 +28,6 @@ constexpr stiefel::Quad std::numeric_limits<stiefel::Quad>::max() noexcept {
       boost::multiprecision::quad_constants::quad_max);
 }
 
-/// Boost's own has no infinity, which Eigen's eigensolvers ask for.
+/// Eigen's eigensolvers need an infinity, which Boost's specialisation does not define.
 template <>
 struct Eigen::NumTraits<stiefel::Quad> : Eigen::GenericNumTraits<stiefel::Quad> {};

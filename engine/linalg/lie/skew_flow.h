@@ -7,8 +7,8 @@
 
 namespace stiefel {
 
-/// exp(tA) of one skew A, n × n, for every t in the same time: with iA = Z w Z†, w real, it is
-/// Z e^{−iwt} Z†, orthogonal to rounding however large t is. No allocation after construction.
+/// exp(tA) of one skew A, n × n, at any t for the same cost: with iA = Z w Z†, w real, exp(tA) = Z
+/// e^{−iwt} Z†, orthogonal to rounding for every t. No allocation after construction.
 template <class Scalar>
 class SkewFlow {
  public:

@@ -10,7 +10,8 @@ namespace stiefel {
 
 /// Reference solver of E + YA + AᵀY + YPY = 0 with spec(A + PY) in Re > 0: [I; Y] spans the
 /// eigenvectors of [[A, P], [−E, −Aᵀ]] whose eigenvalues have Re > 0. The spectrum is symmetric
-/// about the imaginary axis; nothing when an eigenvalue lies on it, for then there is no solution.
+/// about the imaginary axis. Returns nothing when an eigenvalue lies on that axis: then there is no
+/// solution.
 template <class Scalar>
 std::optional<Matrix<Scalar>> constraint_riccati_spectral(const Matrix<Scalar>& A,
                                                           const Matrix<Scalar>& P,
@@ -20,7 +21,8 @@ std::optional<Matrix<Scalar>> constraint_riccati_spectral(const Matrix<Scalar>& 
   Matrix<Scalar> H(2 * n, 2 * n);
   H << A, P, -E, -A.transpose();
   const Eigen::EigenSolver<Matrix<Scalar>> eigen(H);
-  // Two eigenvalues that met on the imaginary axis are off it by the root of the rounding.
+  // Rounding moves a double eigenvalue on the imaginary axis off it by the square root of the
+  // rounding unit.
   const Scalar imaginary = Scalar(1e-7) * eigen.eigenvalues().cwiseAbs().maxCoeff();
 
   Matrix<Complex> chosen(2 * n, n);

@@ -9,10 +9,10 @@
 
 namespace stiefel {
 
-/// What stands under Q in a state: S = Q̇Λ or Q̇ itself.
+/// The lower block of a state: S = Q̇Λ, or Q̇.
 enum class Under { S, Qdot };
 
-/// The columns of a state on V(n, N) as they lie in memory, 2n numbers each.
+/// The columns of a state on V(n, N) in memory, 2n numbers each.
 template <class Scalar>
 struct FrameColumns {
   Scalar* value;
@@ -21,12 +21,12 @@ struct FrameColumns {
   std::ptrdiff_t count;   ///< N
 };
 
-/// The one pass over the columns of a state that a step of RattleStiefel makes, a few columns at a
-/// time: from Y/h and Y′/h the new state, and at once the moments of it,
+/// The pass over the columns of a state that a step of RattleStiefel makes, a few columns at a
+/// time. From Y/h and Y′/h it computes the new state and its moments:
 ///
 ///     Q′ = Q + h(S + (Y/h)Q)Λ⁻¹,   S′ = S + (Y/h)Q + (Y′/h)Q′.
 ///
-/// Nothing of size N lives here.
+/// The pass holds nothing of size N.
 template <class Scalar>
 class FramePass {
  public:
@@ -38,11 +38,11 @@ class FramePass {
                        const Scalar* Y1_h, const FrameSums<Scalar>& moments) = 0;
 };
 
-/// The pass for n rows that is compiled for `isa`: that of doubles from frame_pass.cc.in.
+/// The pass for n rows compiled for `isa`; frame_pass.cc.in compiles it for doubles.
 template <class Scalar, Arithmetic arithmetic, Under under, Isa isa>
 std::unique_ptr<FramePass<Scalar>> make_frame_pass_on(std::ptrdiff_t n);
 
-/// The pass for n rows on this machine.
+/// The pass for n rows compiled for the widest instruction set of this machine.
 template <class Scalar, Arithmetic arithmetic, Under under>
 std::unique_ptr<FramePass<Scalar>> make_frame_pass(std::ptrdiff_t n) {
 #ifdef STIEFEL_X86_64

@@ -8,8 +8,8 @@
 
 namespace stiefel {
 
-/// FramePass by packs of columns, as many at a time as stay in the cache. `rows` is n where that is
-/// small, else any_rows.
+/// FramePass by packs of columns, as many at a time as stay in the cache. `rows` is n for small n,
+/// else any_rows.
 template <class Scalar, Arithmetic arithmetic, Under under, int rows, Isa isa>
 class FramePassOn final : public FramePass<Scalar> {
  public:
@@ -63,7 +63,7 @@ class FramePassOn final : public FramePass<Scalar> {
     sums.finish(n());
   }
 
-  /// The columns from column j on, for the next tile. Past the end it does nothing.
+  /// Prefetches the columns of the next tile, from column j on. Does nothing past the end.
   [[gnu::always_inline]] void prefetch(const FrameColumns<Scalar>& x, std::ptrdiff_t j) {
     constexpr std::ptrdiff_t line = std::max<std::ptrdiff_t>(1, 64 / sizeof(Scalar));
     for (std::ptrdiff_t k = 0; k < 2 * n() * P::lanes; k += line) {
@@ -72,7 +72,7 @@ class FramePassOn final : public FramePass<Scalar> {
     }
   }
 
-  /// Pack p of the tiles, from the multipliers over h.
+  /// Computes the step for pack p of the tiles, from the multipliers divided by h.
   [[gnu::always_inline]] void step(std::ptrdiff_t p, P w, Scalar h, const Scalar* Y_h,
                                    const Scalar* Y1_h) {
     for (std::ptrdiff_t i = 0; i < n(); ++i) kick_[i][p] = times_Q(Y_h + i, p);
@@ -88,14 +88,14 @@ class FramePassOn final : public FramePass<Scalar> {
     }
   }
 
-  /// A row, at `Y`, of an n × n matrix times Q.
+  /// The product of one row of an n × n matrix, which starts at `Y`, with Q.
   [[gnu::always_inline]] P times_Q(const Scalar* Y, std::ptrdiff_t p) {
     P sum = Y[0] * Q_[0][p];
     for (std::ptrdiff_t l = 1; l < n(); ++l) sum = sum + Y[n() * l] * Q_[l][p];
     return sum;
   }
 
-  /// value ← value + change, with what rounding takes away in the carry, as Accumulator does.
+  /// value ← value + change, with the rounding error added to the carry, as in Accumulator.
   [[gnu::always_inline]] static void add(P& value, P& carry, P change) {
     if constexpr (compensated) {
       change = change + carry;
@@ -108,8 +108,8 @@ class FramePassOn final : public FramePass<Scalar> {
     }
   }
 
-  /// Between pack p of the tiles and `columns` columns of x from column j on; lanes without a
-  /// column are zero.
+  /// Copies between pack p of the tiles and `columns` columns of x from column j on. Lanes without
+  /// a column are set to zero.
   template <bool load>
   [[gnu::always_inline]] void move(const FrameColumns<Scalar>& x, std::ptrdiff_t j,
                                    std::ptrdiff_t columns, std::ptrdiff_t p) {
@@ -159,10 +159,10 @@ class FramePassOn final : public FramePass<Scalar> {
     }
   }
 
-  /// The moments so far.
+  /// The moments of the columns so far.
   struct Sums {
     using Sum = TileSum<P, rows>;
-    /// As large a block as the registers hold.
+    /// The largest block that fits in the registers.
     using Product = TileProduct<isa == Isa::avx512 ? 4 : 1, isa == Isa::avx512 ? 4 : 2>;
     Sum QQ0, QQ1, QQ2, QQ3, QV0, QV1, QV2, VV0, VV1;
 

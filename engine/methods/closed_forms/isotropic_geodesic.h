@@ -13,7 +13,7 @@ namespace stiefel {
 ///     Y(t) = [Y K] exp(tW) [I; 0] e^{−tA},   Ẏ(t) = [Y K] exp(tW) [A; R] e^{−tA},
 ///     W = [[2A, −Rᵀ], [R, 0]].
 ///
-/// O(Nn²) and O(n³). States are Q over S = λQ̇.
+/// Costs O(Nn² + n³). States are Q over S = λQ̇.
 template <class Scalar>
 class IsotropicGeodesic {
  public:

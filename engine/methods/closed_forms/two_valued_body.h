@@ -6,9 +6,9 @@
 
 namespace stiefel {
 
-/// The free rigid body whose Λ has at most two values, α on the axes of one block and β on those of
-/// the other, in N dimensions, in closed form. With D = Ω − M/(α+β), which stands in the two blocks
-/// and is constant because it commutes with the blocks of M,
+/// The free rigid body in N dimensions whose Λ has at most two values, α on the axes of one block
+/// and β on those of the other, in closed form. D = Ω − M/(α+β) is zero outside the two diagonal
+/// blocks and constant, because it commutes with the blocks of M. Then
 ///
 ///     M(t) = e^{−tD} M e^{tD},   Q(t) = Q exp(tM/(α+β)) e^{tD}.
 ///
@@ -18,7 +18,7 @@ class TwoValuedBody {
  public:
   using Point = Matrix<Scalar>;
 
-  /// Whether Λ is of this kind.
+  /// Whether Λ has at most two values.
   static bool has(const Vector<double>& lambda) {
     const double alpha = lambda(0);
     std::optional<double> beta;

@@ -2,28 +2,10 @@
 
 #include "engine/simulation/catalogue/methods.h"
 #include "engine/simulation/catalogue/system_entry.h"
-#include "engine/simulation/run/simulation_of.h"
+#include "engine/simulation/run/make_map.h"
+#include "engine/simulation/run/matrix_simulation.h"
 
 namespace stiefel {
-
-/// `system` in the hands of one method, in the arithmetic the scene asks for.
-template <class Method, class S, class Observables>
-std::unique_ptr<Simulation> simulate_by(const Scene& scene, const S& system,
-                                        const Observables& observables, double cost) {
-  const auto h = static_cast<typename S::Scalar>(scene.step() / scene.substeps());
-  const auto make = [&]<class Map>(Map*) -> std::unique_ptr<Simulation> {
-    using Made = SimulationOf<Map, Observables>;
-    if constexpr (DirectMap<Map>) cost *= 10;  // of a closed form in extended precision
-    if constexpr (Method::traits.default_tolerance > 0)
-      return std::make_unique<Made>(scene, Map(system, h, scene.order(), scene.tolerance()),
-                                    observables, cost);
-    else
-      return std::make_unique<Made>(scene, Map(system, h, scene.order()), observables, cost);
-  };
-  if (scene.arithmetic() == Arithmetic::plain)
-    return make(static_cast<typename Method::template Map<S, Arithmetic::plain>*>(nullptr));
-  return make(static_cast<typename Method::template Map<S, Arithmetic::compensated>*>(nullptr));
-}
 
 /// `system` in the hands of the scene's method, one of Among. `cost`: nanoseconds of a step,
 /// roughly.
@@ -33,8 +15,17 @@ std::unique_ptr<Simulation> simulate(const Scene& scene, const S& system,
   std::unique_ptr<Simulation> made;
   const auto attempt = [&]<class Method>(Method*) {
     if constexpr (Method::template applies<S>)
-      if (scene.method() == Method::traits.name)
-        made = simulate_by<Method>(scene, system, observables, cost);
+      if (scene.method() == Method::traits.name) {
+        using Scalar = typename S::Scalar;
+        if constexpr (by_field_alone<Method, S>)
+          made = simulate_matrices(scene, MatrixSystem<Scalar>(system),
+                                   MatrixObservables<Scalar>(observables), cost);
+        else if constexpr (by_action_alone<Method, S>)
+          made = simulate_matrices(scene, MatrixLieSystem<Scalar>(system),
+                                   MatrixObservables<Scalar>(observables), cost);
+        else
+          made = make_map<Method>(scene, system, observables, cost);
+      }
   };
   for_each_type(Among{}, attempt);
   return made;
