@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -38,9 +39,10 @@ class Simulation {
   /// those that it rejected too: what `step_weight` is a weight of.
   virtual std::int64_t map_steps() const = 0;
 
-  /// Goes `steps` ≥ 0 further, or to the last good state before. No allocation after the first
-  /// step.
-  virtual RunStatus advance(std::int64_t steps) = 0;
+  /// Goes `steps` ≥ 0 further, or to the last good state before. Looks at `stop` before every step
+  /// of the map, and where a method chooses its own steps before every attempt: then `cancelled`.
+  /// No allocation after the first step.
+  virtual RunStatus advance(std::int64_t steps, const std::stop_token& stop = {}) = 0;
 
   /// Whether each state comes from the one at step 0, so that `advance` takes one time however far.
   virtual bool direct() const { return false; }
