@@ -1,4 +1,4 @@
-"""What a step of every method on every system weighs: instructions, as callgrind counts them.
+"""The weight of a step of every method on every system: instructions, counted by callgrind.
 
     /usr/bin/python3 tests/bench/weights.py build/release            (compares; make bench does)
     /usr/bin/python3 tests/bench/weights.py build/release --write    (adds the rows that the table lacks)
@@ -64,7 +64,7 @@ def with_missing(used: dict[Key, list[tuple[int, int, float]]],
 
 
 def measure(program: Path) -> list[dict]:
-    """For the table of make bench: how far the weights in use are from what is counted now."""
+    """A row for the table of make bench: how far the weights in use are from a new count."""
     if not shutil.which("valgrind"):
         print("  no valgrind: the weights are not compared", file=sys.stderr)
         return []

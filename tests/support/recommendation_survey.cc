@@ -53,7 +53,7 @@ class SceneMaker {
   }
   int whole(int low, int high) { return low + static_cast<int>(uniform(0, high - low + 1)); }
 
-  /// Of all values, or of so few.
+  /// Λ with all its values, or with `values_` of them.
   Eigen::VectorXd lambda(const Eigen::VectorXd& all) const {
     Eigen::VectorXd few = all;
     for (Eigen::Index i = 0; values_ > 0 && i < all.size(); ++i)
@@ -175,7 +175,7 @@ bool on_frames(const std::string& system) {
   return system.starts_with("stiefel") || system == "ellipsoid";
 }
 
-/// What a change by 1e-10 of the initial momentum has grown to at the end, over 1e-10.
+/// The growth factor, from the start to the end, of a change of the initial momentum by 1e-10.
 double condition_of(const Scene& scene, const Samples& samples) {
   if (!on_frames(scene.system())) return 1;
   constexpr double tiny = 1e-10;

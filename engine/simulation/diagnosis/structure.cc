@@ -118,14 +118,17 @@ std::expected<double, Violations> evaluate_form(const Scene& scene, const Simula
 std::expected<std::optional<double>, Violations> symplectic_defect(const Scene& scene,
                                                                    const Simulation& now, int pairs,
                                                                    unsigned seed,
-                                                                   const Place& place) {
+                                                                   const Place& place,
+                                                                   const std::stop_token& stop) {
   if (!scene.members().empty()) return refuse_ensemble(scene, place);
   const auto& has = two_forms_of(scene);
   if (has.empty() || !has_blocks(now, *has.front()))
     return std::unexpected(
         Violations{place.violation("", scene.system(), "this system's states have no two-form")});
   const auto map = make_simulation(scene);
-  const auto phi = [&](const Dense& x) { return map->image(x); };
+  const auto phi = [&](const Dense& x) {
+    return stop.stop_requested() ? std::nullopt : map->image(x);
+  };
   const Dense x = in_principal_axes(scene, state_of(*has.front(), now));
   return symplectic_defect<double>(has.front()->space(scene), phi, x, pairs, seed);
 }

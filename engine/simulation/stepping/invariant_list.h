@@ -1,10 +1,11 @@
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 #include <span>
+#include <stop_token>
 #include <string>
 #include <string_view>
+#include <unordered_set>
 #include <vector>
 
 namespace stiefel {
@@ -28,20 +29,23 @@ class InvariantList {
     long double scale;  ///< what a change of the value is measured against
   };
 
-  explicit InvariantList(std::span<const std::string> only) : only_(only) {}
+  /// The names of `only` must outlive the list. Asked to stop, it is left incomplete.
+  explicit InvariantList(std::span<const std::string> only, std::stop_token stop = {})
+      : only_(only.begin(), only.end()), stop_(std::move(stop)) {
+    for (const std::string_view name : only_) families_.insert(name.substr(0, name.find('[')));
+  }
+
+  /// What whoever adds long sums looks at.
+  const std::stop_token& stop() const { return stop_; }
 
   bool wants(std::string_view family, bool cheap = true) const {
-    return only_.empty() ? cheap : std::ranges::any_of(only_, [&](std::string_view name) {
-      return name.substr(0, name.find('[')) == family;
-    });
+    return only_.empty() ? cheap : families_.contains(family);
   }
 
   void add(std::string_view family, std::string name, long double value, long double scale) {
     if (!std::isfinite(static_cast<double>(value)) || !std::isfinite(static_cast<double>(scale)))
       return;  // in these units it is no number
-    if (only_.empty() || std::ranges::any_of(only_, [&](std::string_view asked) {
-          return asked == family || asked == name;
-        }))
+    if (only_.empty() || only_.contains(family) || only_.contains(name))
       entries_.push_back({family, std::move(name), value, scale});
   }
 
@@ -53,7 +57,8 @@ class InvariantList {
   const std::vector<Entry>& entries() const { return entries_; }
 
  private:
-  std::span<const std::string> only_;
+  std::unordered_set<std::string_view> only_, families_;
+  std::stop_token stop_;
   std::vector<Entry> entries_;
 };
 

@@ -9,7 +9,7 @@
 
 namespace stiefel {
 
-/// The Simulation of a Map whose states a Observables can read. One virtual call for many steps;
+/// The Simulation of a Map whose states `Observables` can read. One virtual call covers many steps;
 /// inside there are none.
 template <class F, class Observables>
 requires Map<F>
@@ -37,7 +37,7 @@ class SimulationOf final : public Simulation {
       return map_steps_;
   }
 
-  RunStatus advance(std::int64_t steps) override {
+  RunStatus advance(std::int64_t steps, const std::stop_token& stop) override {
     if constexpr (DirectMap<F>) {
       if (steps == 0) return {};
       const auto to = static_cast<long double>(step_ + steps) * substeps_;
@@ -49,8 +49,7 @@ class SimulationOf final : public Simulation {
     for (; steps > 0; --steps) {
       if (substeps_ > 1) before_ = state_;
       for (int k = 0; k < substeps_; ++k) {
-        const RunStatus status = map_.step(state_);
-        ++map_steps_;
+        const RunStatus status = step_of_map(stop);
         if (status.reached()) continue;
         if (k > 0) state_ = before_;
         return status;
@@ -102,7 +101,16 @@ class SimulationOf final : public Simulation {
   double step_cost() const override { return step_cost_; }
 
  private:
-  mutable F map_;  // its workspace, not its meaning
+  RunStatus step_of_map(const std::stop_token& stop) {
+    if (stop.stop_requested()) return RunStatus{Outcome::cancelled, std::nullopt};
+    ++map_steps_;
+    if constexpr (requires { map_.step(state_, stop); })
+      return map_.step(state_, stop);
+    else
+      return map_.step(state_);
+  }
+
+  mutable F map_;  // mutable for its workspace only
   Observables observables_;
   int substeps_;
   double step_cost_;

@@ -20,9 +20,9 @@ using Wide = long double;
 void manakov_coefficients(const Vector<Wide>& lambda, const Matrix<Wide>& M, Wide norm,
                           InvariantList& out) {
   const int N = static_cast<int>(M.cols());
-  const auto coefficients = manakov<Wide>(lambda, M, N);
+  const auto coefficients = manakov<Wide>(lambda, M, N, out.stop());
   const Wide lambda2 = lambda.cwiseAbs2().maxCoeff();
-  for (int k = 2; k <= N; ++k)
+  for (int k = 2; k < static_cast<int>(coefficients.size()); ++k)
     for (int j = k % 2; j <= k - 2; j += 2) {
       const Wide binomial = std::exp(std::lgamma(k + 1.0L) - std::lgamma(j + 1.0L) -
                                      std::lgamma(static_cast<Wide>(k - j) + 1));

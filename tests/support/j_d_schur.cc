@@ -1,4 +1,4 @@
-#include "engine/moser_veselov/j_d_schur.h"
+#include "tests/support/j_d_schur.h"
 
 #include <cmath>
 #include <vector>
@@ -10,7 +10,7 @@ extern "C" void dgees_(const char* jobvs, const char* sort,
                        const int* lda, int* sdim, double* wr, double* wi, double* vs,
                        const int* ldvs, double* work, const int* lwork, int* bwork, int* info);
 
-namespace stiefel {
+namespace stiefel::testing {
 
 std::optional<Matrix<double>> J_D_inverse_schur(const Vector<double>& lambda,
                                                 const Matrix<double>& K) {
@@ -39,4 +39,4 @@ std::optional<Matrix<double>> J_D_inverse_schur(const Vector<double>& lambda,
   return ((S + S.transpose()) / 2 + K / 2) * lambda.cwiseInverse().asDiagonal();
 }
 
-}  // namespace stiefel
+}  // namespace stiefel::testing

@@ -4,7 +4,7 @@
 
 #include "engine/linalg/arithmetic/scalar.h"
 
-namespace stiefel {
+namespace stiefel::testing {
 
 /// The reference solver of UΛ − ΛUᵀ = K, K = hM skew, every λ_i > 0: [RB] (7.13), (7.14),
 ///
@@ -16,4 +16,4 @@ namespace stiefel {
 std::optional<Matrix<double>> J_D_inverse_schur(const Vector<double>& lambda,
                                                 const Matrix<double>& K);
 
-}  // namespace stiefel
+}  // namespace stiefel::testing
