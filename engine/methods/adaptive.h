@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <boost/numeric/odeint/stepper/runge_kutta_fehlberg78.hpp>
 #include <cmath>
+#include <stop_token>
 #include <vector>
 
 #include "engine/methods/support/method.h"
@@ -53,10 +54,11 @@ struct Adaptive {
       return State{Accumulator<Point, arithmetic>(x)};
     }
 
-    RunStatus step(State& state) {
+    /// Ends with `cancelled`, and the state as it was, when it is asked to stop.
+    RunStatus step(State& state, const std::stop_token& stop = {}) {
       prepare(state.x.value);
       std::copy_n(state.x.value.data(), x_.size(), x_.data());
-      const Outcome outcome = integrate();
+      const Outcome outcome = integrate(stop);
       if (outcome != Outcome::reached) return {outcome, std::nullopt};
       dx_ = Eigen::Map<const Point>(x_.data(), dx_.rows(), dx_.cols()) - state.x.value;
       state.x.add(dx_);
@@ -79,13 +81,14 @@ struct Adaptive {
     }
 
     /// x_ ← x(t + h).
-    Outcome integrate() {
+    Outcome integrate(const std::stop_token& stop) {
       constexpr double least = 0.1, most = 5, safety = 0.9, least_stride = 1e-12;
       const Scalar blown_up = 1e6, size_before = size();
       const auto field = [this](const Numbers& x, Numbers& dx, Scalar) { evaluate(x, dx); };
       double done = 0, stride = 1;  // in units of h
       field(x_, slope_now_, Scalar(0));
       for (int k = 0; k < most_substeps; ++k) {
+        if (stop.stop_requested()) return Outcome::cancelled;
         const bool last = done + stride >= 1;
         if (last) stride = 1 - done;
         ++attempts_;

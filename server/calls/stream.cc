@@ -44,13 +44,15 @@ class StreamCall final : public grpc::ServerWriteReactor<v1::StreamResponse>, pr
   bool run_slice() noexcept override;
   /// False when there is a message to be sent or an error to end with, true to be called again.
   bool fill();
-  bool rest();
+  /// True when the writer is busy and a slow scene has not filled a message: go on meanwhile.
+  bool goes_on();
+  bool waits();
   bool still_writing() {
     const std::lock_guard lock(mutex_);
     return writing_;
   }
   /// Sends what is filled, or ends. True when there is more to fill.
-  bool send();
+  bool send() noexcept;
   void pack(v1::StreamResponse& message);
   void end(const grpc::Status& status);
 
@@ -75,23 +77,23 @@ bool StreamCall::run_slice() noexcept {
   try {
     if (cancelled_) {
       error_ = errors::cancelled();
-    } else if (fill()) {
+    } else if (fill() || goes_on()) {
       return true;
+    } else if (still_writing()) {
+      sampling_->rest();
     }
   } catch (...) {
     error_ = errors::from_current_exception();
   }
-  {
-    const std::lock_guard lock(mutex_);
-    // Slow scenes: while nothing is full and the writer is busy, go on.
-    if (writing_ && !error_ && !sampling_->done() && !sampling_->full(batch_)) return true;
-  }
-  return rest() ? false : send();
+  return waits() ? false : send();
+}
+
+bool StreamCall::goes_on() {
+  return still_writing() && !sampling_->done() && !sampling_->full(batch_);
 }
 
 /// True when there is a message before this one that nobody has taken yet.
-bool StreamCall::rest() {
-  if (still_writing() && sampling_) sampling_->rest();
+bool StreamCall::waits() {
   const std::lock_guard lock(mutex_);
   return resting_ = writing_;
 }
@@ -109,17 +111,14 @@ bool StreamCall::fill() {
   return batch_.size() == 0 && !sampling_->done();
 }
 
-bool StreamCall::send() {
-  if (error_) {
-    end(*error_);
-    return false;
+bool StreamCall::send() noexcept {
+  try {
+    if (!error_) pack(message_);
+  } catch (...) {
+    error_ = errors::from_current_exception();
   }
-  pack(message_);
-  const Cursor& cursor = sampling_->cursor();
-  message_.set_computed_steps(cursor.computed_steps());
-  if (sampling_->done()) {
-    to_proto(cursor, (*session_)->scene(), message_.mutable_run_status());
-    end(grpc::Status::OK);
+  if (error_ || sampling_->done()) {
+    end(error_ ? *error_ : grpc::Status::OK);
     return false;
   }
   {
@@ -130,7 +129,8 @@ bool StreamCall::send() {
   return true;
 }
 
-/// Moves the batch into the message, and the message's memory into the batch.
+/// Moves the batch into the message, and the message's memory into the batch; the last message
+/// says how the run ended.
 void StreamCall::pack(v1::StreamResponse& message) {
   sampling_->trim(batch_);
   message.mutable_steps()->Assign(batch_.steps.begin(), batch_.steps.end());
@@ -143,6 +143,9 @@ void StreamCall::pack(v1::StreamResponse& message) {
     field->mutable_value()->mutable_data()->swap(batch_.fields[i]);
   }
   sampling_->clear(batch_);
+  const Cursor& cursor = sampling_->cursor();
+  message.set_computed_steps(cursor.computed_steps());
+  if (sampling_->done()) to_proto(cursor, (*session_)->scene(), message.mutable_run_status());
 }
 
 void StreamCall::OnWriteDone(bool ok) {
@@ -187,18 +190,23 @@ grpc::Status check_range(const v1::StreamRequest& request) {
 grpc::ServerWriteReactor<v1::StreamResponse>* Service::Stream(Context* context,
                                                               const v1::StreamRequest* request) {
   CallLog log(host_.log, *context, "Stream", request->session_id());
-  const auto refuse = [&](const grpc::Status& status) {
+  const auto refuse =
+      [&](const grpc::Status& status) -> grpc::ServerWriteReactor<v1::StreamResponse>* {
     log.finish(status);
     return new RefusedStream(status);
   };
-  auto session = find_session(host_, request->session_id());
-  if (!session) return refuse(session.error());
-  if (const auto status = check_range(*request); !status.ok()) return refuse(status);
-  auto fields = select_fields(**session, request->fields());
-  if (!fields) return refuse(errors::invalid(fields.error()));
-  return new StreamCall(
-      host_, std::move(log), *std::move(session), *std::move(fields),
-      {request->from(), request->to(), std::max<std::int64_t>(request->every(), 1)});
+  try {
+    auto session = find_session(host_, request->session_id());
+    if (!session) return refuse(session.error());
+    if (const auto status = check_range(*request); !status.ok()) return refuse(status);
+    auto fields = select_fields(**session, request->fields());
+    if (!fields) return refuse(errors::invalid(fields.error()));
+    return new StreamCall(
+        host_, std::move(log), *std::move(session), *std::move(fields),
+        {request->from(), request->to(), std::max<std::int64_t>(request->every(), 1)});
+  } catch (...) {
+    return refuse(errors::from_current_exception());
+  }
 }
 
 }  // namespace stiefel::server

@@ -151,8 +151,8 @@ TEST(JDInverseEdge, PlatesAndSlightlyNegativeLambda) {
     }
 }
 
-/// A negative λ: whatever |c| is, a step that is taken has w_i + w_j in Re > 0, w = spec(UΛ), or it
-/// is on another branch.
+/// A negative λ: for every |c|, a step that is taken has w_i + w_j in Re > 0, w = spec(UΛ);
+/// otherwise it would be on another branch.
 TEST(JDInverseEdge, NegativeLambdaTakesNoOtherBranch) {
   int taken = 0;
   for (unsigned seed = 1; seed <= 200; ++seed)

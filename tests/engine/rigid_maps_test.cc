@@ -135,8 +135,8 @@ TEST(DiscreteHamiltonian, IsItsDefinition) {
   EXPECT_FALSE(discrete_hamiltonian<double>(body.lambda, 2.3 / 0.9 * K, U).has_value());
 }
 
-/// Where there is no step, each map says so with the same largest step as the Moser–Veselov map of
-/// the same (Q, M), and nothing has moved.
+/// Where there is no step, each map ends with left_domain and the largest step of the Moser–Veselov
+/// map of the same (Q, M), and leaves the state unchanged.
 TEST(DiscreteRigidBodies, EdgesOfTheirDomain) {
   int left = 0;
   for (const int N : {3, 4, 6})

@@ -91,12 +91,16 @@ class Scene {
   /// The least top-level `tolerance`: nothing in double precision is better.
   static constexpr double least_tolerance = 1e-15;
 
-  /// Every violation at once, or the scene. With a tolerance instead of a method that takes a
-  /// measurement of about a second (choice.h). Frames are repaired up to `largest_repair`. The
-  /// violations are of the fields of `place`.
+  /// Every violation at once, or the scene. Frames are repaired up to `largest_repair`. The
+  /// violations are of the fields of `place`. Nothing is simulated: a description with a tolerance
+  /// instead of a method is refused with reason METHOD_NOT_CHOSEN (resolve_choosing, tradeoff.h).
   static std::expected<Scene, Violations> resolve(SceneDescription description,
                                                   double largest_repair = frame_tolerance,
                                                   const Place& place = {});
+
+  /// The same start in the hands of another method, without the tolerance that a method was chosen
+  /// for. Nothing but the method is checked, unless its numbers have a narrower range.
+  std::expected<Scene, Violations> with(MethodDescription method, const Place& place = {}) const;
 
   /// The resolved description: what the caller gave with every default filled in.
   const SceneDescription& description() const { return description_; }

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -38,9 +39,10 @@ class Simulation {
   /// those that it rejected too: what `step_weight` is a weight of.
   virtual std::int64_t map_steps() const = 0;
 
-  /// Goes `steps` ≥ 0 further, or to the last good state before. No allocation after the first
-  /// step.
-  virtual RunStatus advance(std::int64_t steps) = 0;
+  /// Goes `steps` ≥ 0 further, or to the last good state before. Looks at `stop` before every step
+  /// of the map, and where a method chooses its own steps before every attempt: then `cancelled`.
+  /// No allocation after the first step.
+  virtual RunStatus advance(std::int64_t steps, const std::stop_token& stop = {}) = 0;
 
   /// Whether each state comes from the one at step 0, so that `advance` takes one time however far.
   virtual bool direct() const { return false; }
@@ -59,8 +61,8 @@ class Simulation {
   /// Writes field `index`, row by row, in the caller's axes.
   virtual void write(std::size_t index, std::span<double> out) const = 0;
 
-  /// A field by its name, which must be one of `fields()`; of an ensemble the members' on top of
-  /// each other.
+  /// A field by its name, of an ensemble the members' on top of each other. Throws
+  /// std::invalid_argument for one that is not among `fields()`.
   Eigen::MatrixXd get(std::string_view name) const;
 
   /// The invariants at the current state, computed in extended precision where that is cheap.
@@ -93,6 +95,9 @@ class Simulation {
 
 /// The simulation of a scene, at step 0.
 std::unique_ptr<Simulation> make_simulation(const Scene& scene);
+
+/// How many threads all ensembles of this process may use; all cores unless told.
+void limit_ensemble_threads(int threads);
 
 /// One sentence for people; empty when reached.
 std::string to_sentence(const RunStatus& status);

@@ -15,6 +15,8 @@ class Simulation;
 
 /// Attitude and momentum in the variables and axes in which a scene reports them: Q and M; Q and
 /// Q̇Λ on V(n, N); the blocks Q and P where there is no M. No attitude in a momentum-only scene.
+/// Of a system with neither M, P nor Q̇ the momentum is its blocks but for the frame: one as it is,
+/// several as a column of their numbers, row by row.
 struct MotionState {
   Matrix<long double> attitude, momentum;
   bool complex =
@@ -62,13 +64,16 @@ struct ReferenceNeed {
 
 /// The best reference there is for the scene within the budget: a closed form where there is one
 /// that is well-conditioned up to that time; else Taylor series of the scene's motion from its own
-/// blocks, in quadruple precision where that can be afforded, else in extended. Null for a discrete
-/// system whose start is not one of a rigid body's.
+/// blocks, in quadruple precision where that can be afforded, else in extended; for a system
+/// without a series extrapolation of its vector field. Null where its entry has none of these.
 std::unique_ptr<Reference> make_reference(const Scene& scene, const ReferenceNeed& need);
 
 /// Null where there is no closed form that holds.
 std::unique_ptr<Reference> make_exact_reference(const Scene& scene, const ReferenceNeed& need);
-/// The Taylor series of every continuous system: in (Q, M), (Q, M_μ), (Q, S) or (Q, P).
+/// The Taylor series in (Q, M), (Q, M_μ), (Q, S) or (Q, P); null without SystemEntry::motion.
 std::unique_ptr<Reference> make_taylor_reference(const Scene& scene, const ReferenceNeed& need);
+/// By the equations alone, in extended precision; null without SystemEntry::vector_field.
+std::unique_ptr<Reference> make_extrapolated_reference(const Scene& scene,
+                                                       const ReferenceNeed& need);
 
 }  // namespace stiefel
