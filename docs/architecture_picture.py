@@ -28,7 +28,7 @@ ORDER = [
     (["invariants", "representations"], ENGINE),
     (["maps", "methods"], ENGINE),
     (["problems"], ENGINE),
-    (["scene", "catalogue", "run"], ENGINE),
+    (["scene", "stepping", "catalogue", "run"], ENGINE),
     (["accuracy", "conversion", "diagnosis"], ENGINE),
     (["sessions", "convert", "calls"], SERVER),
     (["cpp, python", "cli", "examples"], CLIENT),

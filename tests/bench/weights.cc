@@ -58,7 +58,7 @@ std::vector<Size> sizes(const std::string& system) {
   return {{3, 3}, {4, 4}, {6, 6}, {12, 12}, {32, 32}};
 }
 
-/// A closed form is there for Λ of few values.
+/// A closed form exists only for Λ of at most two values.
 SceneDescription scene(const std::string& system, const std::string& method, Size size) {
   const bool closed_form = catalogue().method(method)->orders.empty();
   if (system == "ellipsoid" || system.starts_with("stiefel"))

@@ -45,7 +45,7 @@ OTHERS = {
     "server/sessions": [PUBLIC, INTERNAL],
     "server/convert": [PUBLIC, INTERNAL, PROTO, r"server/(sessions|calls)/.*"],
     "server/calls": [PUBLIC, PROTO, r"server/(sessions|convert)/.*"],
-    "server/transport": [],
+    "server/transport": [r"server/address\.h"],
     "server": [PUBLIC, PROTO, r"server/(calls|transport)/.*", r"grpc/health/.*"],
     "client/cpp": [CLIENT, PROTO],
     "client/cli": [PUBLIC, CLIENT, PROTO, r"client/cpp/.*", r"server/[a-z_]+\.h"],

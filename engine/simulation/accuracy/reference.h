@@ -23,10 +23,10 @@ struct MotionState {
       false;  ///< columns come in pairs, the real parts of a column and its imaginary ones
 };
 
-/// Where a simulation is.
+/// The motion state of a simulation.
 MotionState read_motion(const Scene& scene, const Simulation& now);
 
-/// Of a state beside the exact one.
+/// The error of a state against the exact one.
 MotionError error_of(const MotionState& state, const MotionState& exact);
 
 /// The exact motion of a scene as well as it is known: a function from time to its attitude and
@@ -46,7 +46,7 @@ class Reference {
 
   /// "Taylor series of order 31 in quadruple precision".
   virtual std::string description() const = 0;
-  /// What it took so far, in units of work.
+  /// The work so far, in instructions.
   virtual double work() const = 0;
   /// What it will have taken at that time, judged by the start of the motion; never less than what
   /// is known to be needed. Nothing where that cannot be told without going there.
@@ -55,7 +55,7 @@ class Reference {
   }
 };
 
-/// What a reference is wanted for.
+/// The requirements on a reference.
 struct ReferenceNeed {
   double time;            ///< up to which; the step's sign is the scene's
   double budget;          ///< units of work it should cost at most

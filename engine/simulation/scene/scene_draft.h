@@ -12,8 +12,8 @@ namespace stiefel {
 /// "3 x 4".
 std::string shape_text(Eigen::Index rows, Eigen::Index cols);
 
-/// A description while it is checked, and the scene that comes of it. A system's own check reads
-/// `given()`, collects violations and fills in inertia and blocks; the rest is common.
+/// A description during its check, and the resulting scene. A system's own check reads `given()`,
+/// collects violations and fills in inertia and blocks; the rest is common.
 class SceneDraft {
  public:
   SceneDraft(SceneDescription description, double largest_repair, const Place& place)

@@ -10,7 +10,7 @@
 
 namespace stiefel {
 
-/// A Observables, which reads a `Form::Wide`, for states that are held as a `Form::Point`.
+/// Observables that read a `Form::Wide`, applied to states stored as a `Form::Point`.
 template <class Form, class Observables>
 class HeldAs {
  public:

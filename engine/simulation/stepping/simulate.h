@@ -7,8 +7,8 @@
 
 namespace stiefel {
 
-/// `system` in the hands of the scene's method, one of Among. `cost`: nanoseconds of a step,
-/// roughly.
+/// The simulation of `system` by the scene's method, one of Among. `cost` is a rough number of
+/// nanoseconds a step.
 template <class Among = Methods, class S, class Observables>
 std::unique_ptr<Simulation> simulate(const Scene& scene, const S& system,
                                      const Observables& observables, double cost) {
@@ -31,14 +31,14 @@ std::unique_ptr<Simulation> simulate(const Scene& scene, const S& system,
   return made;
 }
 
-/// A discrete system, which is a map already.
+/// The simulation of a discrete system, which is a map already.
 template <class Map, class Observables>
 std::unique_ptr<Simulation> simulate_map(const Scene& scene, Map map,
                                          const Observables& observables, double cost) {
   return std::make_unique<SimulationOf<Map, Observables>>(scene, std::move(map), observables, cost);
 }
 
-/// What `conservation` says of each of a system's invariants.
+/// The declaration `conservation` for each invariant of a system.
 template <class ConservationOf>
 std::vector<Preservation> preservations(const SystemInfo& info, ConservationOf conservation) {
   std::vector<Preservation> all;
@@ -47,12 +47,13 @@ std::vector<Preservation> preservations(const SystemInfo& info, ConservationOf c
   return all;
 }
 
-/// Of a discrete system that keeps all its invariants.
+/// The declarations of a discrete system that keeps all its invariants.
 inline std::vector<MethodOnSystem> keeps_all(const SystemInfo& info) {
   return {{"", preservations(info, [](auto) { return Conservation::exact; })}};
 }
 
-/// What Method keeps of an invariant of S: as S says of it, else as it says of all systems.
+/// The Conservation of an invariant of S by Method: the declaration of S if it has one, else that
+/// of Method for all systems.
 template <class Method, class S>
 Conservation conservation_by(std::string_view invariant) {
   if constexpr (requires { S::conservation(invariant); })

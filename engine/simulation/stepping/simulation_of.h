@@ -9,7 +9,7 @@
 
 namespace stiefel {
 
-/// The Simulation of a Map whose states a Observables can read. One virtual call for many steps;
+/// The Simulation of a Map whose states `Observables` can read. One virtual call covers many steps;
 /// inside there are none.
 template <class F, class Observables>
 requires Map<F>
@@ -110,7 +110,7 @@ class SimulationOf final : public Simulation {
       return map_.step(state_);
   }
 
-  mutable F map_;  // its workspace, not its meaning
+  mutable F map_;  // mutable for its workspace only
   Observables observables_;
   int substeps_;
   double step_cost_;

@@ -13,8 +13,8 @@ namespace stiefel {
 ///
 ///     f(n, N) = n²N + n³ + 8nN.
 ///
-/// The same for every CPU of a build, so that what is decided by it is decided alike everywhere.
-/// Work is `Simulation::map_steps()` times this.
+/// Equal on every CPU for one build, so that every machine chooses the same method. Work is
+/// `Simulation::map_steps()` times this.
 double step_weight(const Scene& scene);
 
 /// The rows of the first block of the scene's state, or N where it goes without, and N; what n and
