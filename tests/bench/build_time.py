@@ -122,11 +122,11 @@ def main() -> int:
             print(report(name, *costs, bound), flush=True)
             found.append({"what": name, "before": costs[0].seconds, "after": costs[1].seconds})
         before, after = costs  # of the last stage, which compiles the most
-        largest = before.largest(1)[0][1] if before.objects else 0
+        dearest = max(before.objects.values(), default=float("nan"))
         for which, cost in (("before", before), ("after", after)):
-            print(f"\nthe dearest objects {which}")
+            print(f"\nthe dearest objects {which}, and their ratio to the dearest before")
             for name, seconds in cost.largest(arguments.largest):
-                print(f"  {seconds:7.1f} s  {seconds / largest:4.2f} ×  {name}")
+                print(f"  {seconds:7.1f} s  {seconds / dearest:4.2f} ×  {name}")
         print(json.dumps(found))
     return 0
 
