@@ -2,7 +2,7 @@
 
 #include "client/cli/destination.h"
 #include "client/cli/sink.h"
-#include "client/cpp/samples.h"
+#include "stiefel/client/samples.h"
 
 namespace stiefel::cli {
 namespace {

@@ -1,6 +1,6 @@
 #include "client/cli/destination.h"
 #include "client/cli/sink.h"
-#include "client/cpp/samples.h"
+#include "stiefel/client/samples.h"
 
 namespace stiefel::cli {
 namespace {

@@ -11,7 +11,7 @@
 #include "client/cli/interrupt.h"
 #include "client/cli/origin.h"
 #include "client/cli/parse_error.h"
-#include "client/cpp/error.h"
+#include "stiefel/client/error.h"
 
 namespace {
 

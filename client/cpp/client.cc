@@ -1,9 +1,11 @@
-#include "client/cpp/client.h"
+#include "stiefel/client/client.h"
 
 #include <grpcpp/create_channel.h>
 
 #include <iterator>
 #include <string_view>
+
+#include "client/cpp/uuid.h"
 
 namespace stiefel::client {
 

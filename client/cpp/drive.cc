@@ -1,4 +1,4 @@
-#include "client/cpp/drive.h"
+#include "stiefel/client/drive.h"
 
 namespace stiefel::client {
 

@@ -1,4 +1,4 @@
-#include "client/cpp/error.h"
+#include "stiefel/client/error.h"
 
 #include "stiefel/v1/error.pb.h"
 

@@ -1,4 +1,4 @@
-#include "client/cpp/samples.h"
+#include "stiefel/client/samples.h"
 
 #include <stdexcept>
 #include <string>

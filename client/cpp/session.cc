@@ -1,4 +1,4 @@
-#include "client/cpp/session.h"
+#include "stiefel/client/session.h"
 
 #include "client/cpp/uuid.h"
 

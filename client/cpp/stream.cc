@@ -1,4 +1,4 @@
-#include "client/cpp/stream.h"
+#include "stiefel/client/stream.h"
 
 #include <algorithm>
 #include <utility>

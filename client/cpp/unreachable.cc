@@ -1,4 +1,4 @@
-#include "client/cpp/unreachable.h"
+#include "stiefel/client/unreachable.h"
 
 #include <algorithm>
 #include <array>

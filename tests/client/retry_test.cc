@@ -3,7 +3,8 @@
 
 #include <thread>
 
-#include "client/cpp/client.h"
+#include "client/cpp/uuid.h"
+#include "stiefel/client/client.h"
 #include "stiefel/v1/error.pb.h"
 
 namespace stiefel::client {

@@ -2,8 +2,9 @@
 
 #include <regex>
 
-#include "client/cpp/client.h"
+#include "client/cpp/uuid.h"
 #include "server/server.h"
+#include "stiefel/client/client.h"
 #include "tests/client/scenes.h"
 
 namespace stiefel::client {

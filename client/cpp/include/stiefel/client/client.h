@@ -5,8 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "client/cpp/session.h"
-#include "client/cpp/uuid.h"
+#include "stiefel/client/session.h"
 
 namespace stiefel::client {
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "client/cpp/drive.h"
-#include "client/cpp/stream.h"
+#include "stiefel/client/drive.h"
+#include "stiefel/client/stream.h"
 
 namespace stiefel::client {
 

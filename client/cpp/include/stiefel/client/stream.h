@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "client/cpp/connection.h"
-#include "client/cpp/samples.h"
+#include "stiefel/client/connection.h"
+#include "stiefel/client/samples.h"
 
 namespace stiefel::client {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "client/cpp/connection.h"
+#include "stiefel/client/connection.h"
 
 namespace stiefel::client {
 

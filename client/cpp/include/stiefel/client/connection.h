@@ -12,8 +12,8 @@
 #include <stop_token>
 #include <string>
 
-#include "client/cpp/error.h"
-#include "client/cpp/unreachable.h"
+#include "stiefel/client/error.h"
+#include "stiefel/client/unreachable.h"
 #include "stiefel/v1/simulation.grpc.pb.h"
 
 namespace stiefel::client {
