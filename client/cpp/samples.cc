@@ -10,24 +10,46 @@ namespace {
   throw std::out_of_range("no field \"" + std::string(name) + "\" in this sample");
 }
 
+template <class Number>
+std::span<const Number> numbers(const v1::Tensor& tensor) {
+  const std::string& bytes = tensor.data();
+  return {reinterpret_cast<const Number*>(bytes.data()), bytes.size() / sizeof(Number)};
+}
+
+template <class Number>
+std::span<const Number> part(std::span<const Number> all, std::size_t index, std::size_t size) {
+  return all.empty() ? all : all.subspan(index * size, size);
+}
+
 /// A tensor's last two axes; before them are `batched` samples, or not, and in ensembles members.
 FieldView view(const v1::Field& field, std::size_t sample, bool batched) {
-  const auto& shape = field.value().shape();
+  const auto& tensor = field.value();
+  const auto& shape = tensor.shape();
   const bool ensemble = shape.size() == (batched ? 4 : 3);
   const std::size_t members = ensemble ? shape[shape.size() - 3] : 0;
   const std::size_t rows = shape.size() < 2 ? 1 : shape[shape.size() - 2];
   const std::size_t cols = shape.empty() ? 1 : shape[shape.size() - 1];
-  const bool complex = field.value().data_type() == v1::DATA_TYPE_COMPLEX128;
+  const bool complex = tensor.data_type() == v1::DATA_TYPE_COMPLEX128;
   const std::size_t size = rows * cols * (complex ? 2 : 1) * (ensemble ? members : 1);
-  return {field.name(), rows,   cols, values(field.value()).subspan(sample * size, size),
-          complex,      members};
+  return {field.name(),
+          rows,
+          cols,
+          part(values(tensor), sample, size),
+          part(floats(tensor), sample, size),
+          complex,
+          members};
 }
 
 }  // namespace
 
 std::span<const double> values(const v1::Tensor& tensor) {
-  const std::string& bytes = tensor.data();
-  return {reinterpret_cast<const double*>(bytes.data()), bytes.size() / sizeof(double)};
+  if (tensor.data_type() == v1::DATA_TYPE_FLOAT32) return {};
+  return numbers<double>(tensor);
+}
+
+std::span<const float> floats(const v1::Tensor& tensor) {
+  if (tensor.data_type() != v1::DATA_TYPE_FLOAT32) return {};
+  return numbers<float>(tensor);
 }
 
 FieldView field(const v1::Sample& sample, std::string_view name) {

@@ -29,15 +29,17 @@ class Client {
   Session create(const v1::Scene& scene, std::string id = "", std::string checkpoint = "") const;
   /// A session that exists; it stays when the handle goes.
   Session attach(const std::string& id) const;
-  /// All of them, ordered by id.
+  /// All of them, ordered by id; without scenes.
   std::vector<v1::Session> list() const;
   /// Deleting an unknown id succeeds.
   void remove(const std::string& id) const;
 
-  /// The same motion in the variables of another system. Throws Error.
-  v1::ConvertResponse convert(const v1::ConvertRequest& request) const;
-  /// The geodesic that joins two frames; see the reply's run status. Throws Error.
-  v1::ConnectResponse geodesic(const v1::ConnectRequest& request) const;
+  /// The same motion in the variables of another system, as a scene that is whole, or as blocks.
+  /// Throws Error.
+  v1::ConvertResponse convert(v1::ConvertRequest request) const;
+  /// The geodesics that join the request's pairs of frames, one for each pair in their order; see
+  /// each one's run status. Throws Error.
+  std::vector<v1::ConnectResponse> geodesics(v1::ConnectRequest request) const;
   /// Error against cost: `receive` gets each part of the answer as it arrives, and ends the
   /// measurement by returning false. Throws Error.
   using TradeoffReceiver = std::function<bool(const v1::MeasureTradeoffResponse&)>;

@@ -11,6 +11,8 @@
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "stiefel/client/error.h"
 #include "stiefel/client/unreachable.h"
@@ -28,6 +30,9 @@ struct Options {
   /// How long a call is repeated while the server is UNAVAILABLE. Every call is idempotent, so this
   /// is safe.
   std::chrono::milliseconds patience = std::chrono::seconds(2);
+  /// Whether the server sends checksums (CRC-32C) of the numbers of its replies. The client
+  /// compares them on receipt and throws CorruptReply where they differ.
+  bool checksums = true;
   /// Its stop cancels every call that runs and every later one but the deletion of a session; they
   /// throw Error.
   std::stop_token stop = {};
@@ -131,6 +136,9 @@ struct Connection {
   using Stub = v1::SimulationService::Stub;
   template <class Request, class Reply>
   using Method = grpc::Status (Stub::*)(grpc::ClientContext*, const Request&, Reply*);
+  template <class Request, class Reply>
+  using StreamingMethod = std::unique_ptr<grpc::ClientReader<Reply>> (Stub::*)(grpc::ClientContext*,
+                                                                               const Request&);
 
   /// One unary call, repeated while the server is UNAVAILABLE. Throws Error.
   template <class Request, class Reply>
@@ -144,6 +152,26 @@ struct Connection {
       Reply reply;
       const grpc::Status status = (stub.get()->*method)(&context, request, &reply);
       if (status.ok()) return reply;
+      if (!waiting.allows_another(status)) throw error(status);
+    }
+  }
+
+  /// All replies of one call, at least one; repeated from the first while the server is
+  /// UNAVAILABLE. Throws Error.
+  template <class Request, class Reply>
+  std::vector<Reply> call_all(StreamingMethod<Request, Reply> method, const Request& request,
+                              std::optional<std::chrono::milliseconds> timeout) const {
+    const Deadline deadline(timeout);
+    for (auto waiting = patience(deadline);;) {
+      grpc::ClientContext context;
+      deadline.limit(context);
+      const CancelOnStop cancel(options.stop, context);
+      const auto reader = (stub.get()->*method)(&context, request);
+      std::vector<Reply> replies;
+      for (Reply reply; reader->Read(&reply);) replies.push_back(std::move(reply));
+      const grpc::Status status = reader->Finish();
+      if (status.ok() && !replies.empty()) return replies;
+      if (status.ok()) throw Error(grpc::StatusCode::INTERNAL, "the server sent no reply");
       if (!waiting.allows_another(status)) throw error(status);
     }
   }

@@ -17,8 +17,9 @@ class Drive {
   Drive(Drive&&) noexcept = default;
   Drive& operator=(Drive&&) = delete;
 
-  /// The state at an absolute step. `fields` stay in force until others are named. Throws Error; a
-  /// wrong request leaves the drive usable.
+  /// The state at an absolute step. `fields` stay in force until others are named. A state too
+  /// large for one reply comes over a stream. Throws Error; a wrong request leaves the drive
+  /// usable.
   v1::StepResponse step(std::int64_t to, const std::vector<std::string>& fields = {});
 
  private:

@@ -14,22 +14,31 @@ namespace stiefel::client {
 /// ≥ 0. Deleted from the server on destruction unless kept. Different threads may call it at once.
 class Session {
  public:
-  Session(std::shared_ptr<const Connection> connection, v1::Session description, bool kept);
+  /// `base`: the scene that `description.scene` completes.
+  Session(std::shared_ptr<const Connection> connection, v1::Session description, v1::Scene base,
+          bool kept);
   ~Session();
   Session(Session&& other) noexcept = default;
   Session& operator=(Session&&) = delete;
 
   const std::string& id() const { return description_.session_id(); }
-  /// The resolved scene, every default filled in.
-  const v1::Scene& scene() const { return description_.scene(); }
-  /// As it was when it was created.
+  /// The resolved scene, every default filled in. Arrays that the client does not have and that are
+  /// too large for a reply are fetched by the first call, which then throws Error if it fails.
+  const v1::Scene& scene() const;
+  /// The method that the server chose for the scene's tolerance; null for a scene that names its
+  /// method.
+  const v1::Choice* choice() const {
+    return description_.has_choice() ? &description_.choice() : nullptr;
+  }
+  /// The reply to its creation; its `scene` has only what the server filled in.
   const v1::Session& description() const { return description_; }
-  /// As it is now. Throws Error.
+  /// As it is now, without a scene. Throws Error.
   v1::Session refresh() const;
 
-  /// The state at step `to`, or the last good one before; see the reply's run status. Throws Error.
+  /// The state at step `to`, or the last good one before; see the reply's run status. A state too
+  /// large for one reply comes over a stream. Throws Error.
   v1::StepResponse step(std::int64_t to, const std::vector<std::string>& fields = {}) const;
-  /// The same, and a checkpoint that Client::create accepts.
+  /// `step` with a checkpoint that Client::create accepts.
   v1::StepResponse checkpoint(std::int64_t to) const;
   /// `step` over a call that stays open.
   Drive drive() const;
@@ -49,11 +58,14 @@ class Session {
   void keep() { kept_ = true; }
 
  private:
+  struct ResolvedScene;
+
   v1::StepResponse step(std::int64_t to, const std::vector<std::string>& fields,
-                        bool checkpoint) const;
+                        bool return_checkpoint) const;
 
   std::shared_ptr<const Connection> connection_;
   v1::Session description_;
+  std::shared_ptr<ResolvedScene> scene_;
   bool kept_;
 };
 
