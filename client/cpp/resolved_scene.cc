@@ -1,5 +1,7 @@
 #include "client/cpp/resolved_scene.h"
 
+#include <google/protobuf/reflection.h>
+
 #include <algorithm>
 #include <string_view>
 #include <vector>
@@ -74,22 +76,6 @@ void set_array(const v1::Field& array, v1::Scene* scene) {
   message->GetReflection()
       ->GetMutableRepeatedFieldRef<double>(message, field)
       .CopyFrom(google::protobuf::RepeatedField<double>(numbers.begin(), numbers.end()));
-}
-
-v1::Matrix to_matrix(const v1::Tensor& tensor) {
-  v1::Matrix matrix;
-  std::uint64_t rows = 1;
-  for (int axis = 0; axis + 1 < tensor.shape_size(); ++axis) rows *= tensor.shape(axis);
-  matrix.set_rows(static_cast<std::uint32_t>(rows));
-  matrix.set_cols(static_cast<std::uint32_t>(
-      tensor.shape().empty() ? 1 : tensor.shape(tensor.shape_size() - 1)));
-  const bool complex = tensor.data_type() == v1::DATA_TYPE_COMPLEX128;
-  const auto numbers = values(tensor);
-  const std::size_t parts = complex ? 2 : 1;
-  for (std::size_t i = 0; i < numbers.size(); i += parts) matrix.add_values(numbers[i]);
-  for (std::size_t i = 1; complex && i < numbers.size(); i += parts)
-    matrix.add_imaginary(numbers[i]);
-  return matrix;
 }
 
 }  // namespace stiefel::client

@@ -19,7 +19,4 @@ v1::Scene resolved_scene(v1::Scene base, const v1::Scene& filled_in, const Names
 /// "inertia", "body.attitude". Throws CorruptReply for a path that no scene has.
 void set_array(const v1::Field& array, v1::Scene* scene);
 
-/// A whole array as a matrix; all axes but the last are its rows.
-v1::Matrix to_matrix(const v1::Tensor& tensor);
-
 }  // namespace stiefel::client

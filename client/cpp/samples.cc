@@ -52,6 +52,22 @@ std::span<const float> floats(const v1::Tensor& tensor) {
   return numbers<float>(tensor);
 }
 
+v1::Matrix to_matrix(const v1::Tensor& tensor) {
+  v1::Matrix matrix;
+  std::uint64_t rows = 1;
+  for (int axis = 0; axis + 1 < tensor.shape_size(); ++axis) rows *= tensor.shape(axis);
+  matrix.set_rows(static_cast<std::uint32_t>(rows));
+  matrix.set_cols(static_cast<std::uint32_t>(
+      tensor.shape().empty() ? 1 : tensor.shape(tensor.shape_size() - 1)));
+  const bool complex = tensor.data_type() == v1::DATA_TYPE_COMPLEX128;
+  const std::size_t parts = complex ? 2 : 1;
+  const auto all = values(tensor);
+  for (std::size_t i = 0; i < all.size(); i += parts) matrix.add_values(all[i]);
+  for (std::size_t i = 1; complex && i < all.size(); i += parts) matrix.add_imaginary(all[i]);
+  for (const float number : floats(tensor)) matrix.add_values(number);
+  return matrix;
+}
+
 FieldView field(const v1::Sample& sample, std::string_view name) {
   for (const auto& field : sample.fields()) {
     if (field.name() == name) return view(field, 0, false);

@@ -66,7 +66,7 @@ bool Stream::take() {
 
 void Stream::take_checkpoint() {
   auto& part = *batch_.mutable_checkpoint();
-  if (part.offset() == 0) partial_checkpoint_ = Checkpoint{.step = part.step()};
+  if (part.offset() == 0) partial_checkpoint_ = Checkpoint{.step = part.step(), .bytes = {}};
   if (!partial_checkpoint_ || part.offset() != partial_checkpoint_->bytes.size())
     throw CorruptReply("a part of the checkpoint of step " + std::to_string(part.step()) +
                        " is missing");

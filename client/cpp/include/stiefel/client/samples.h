@@ -17,6 +17,8 @@ static_assert(std::endian::native == std::endian::little, "tensors are little-en
 std::span<const double> values(const v1::Tensor& tensor);
 /// The numbers of a tensor of float32. Empty where its numbers are of another type.
 std::span<const float> floats(const v1::Tensor& tensor);
+/// A tensor as a matrix; all axes but the last are its rows.
+v1::Matrix to_matrix(const v1::Tensor& tensor);
 
 /// One field of one sample: rows × cols numbers, row by row; where they are complex each is its
 /// real and its imaginary part. Of an ensemble those of its members, one after another.
