@@ -31,7 +31,7 @@ v1::ConnectRequest read_request(const std::string& file, bool& single_pair) {
 nlohmann::ordered_json to_json(const v1::ConnectResponse& geodesic) {
   nlohmann::ordered_json out = {{"outcome", cli::to_string(geodesic.run_status().outcome())}};
   if (geodesic.has_scene()) {
-    const auto scene = to_json(geodesic.scene());
+    const auto scene = cli::to_json(geodesic.scene());
     out["initial"] = scene["initial"];
     out["energy"] = geodesic.energy();
     out["residual"] = geodesic.residual();
