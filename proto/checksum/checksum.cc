@@ -2,6 +2,7 @@
 
 #include <map>
 #include <string_view>
+#include <type_traits>
 
 #include "proto/checksum/crc32c.h"
 
@@ -12,9 +13,8 @@ namespace {
 class Crc {
  public:
   template <class Number>
-  void add(Number number) {
-    add_bytes(&number, sizeof number);
-  }
+  requires std::is_arithmetic_v<Number>
+  void add(Number number) { add_bytes(&number, sizeof number); }
   template <class Number>
   void add(const google::protobuf::RepeatedField<Number>& numbers) {
     add_bytes(numbers.data(), static_cast<std::size_t>(numbers.size()) * sizeof(Number));
