@@ -1,3 +1,4 @@
+#include "server/sessions/numerics_id.h"
 #include "stiefel/version.h"
 #include "tests/server/harness.h"
 
@@ -14,10 +15,14 @@ TEST_F(Rpcs, DescribeIsTheCatalogueAndTheLimits) {
   v1::DescribeResponse response;
   ASSERT_TRUE(harness_.stub->Describe(&context_, {}, &response).ok());
   EXPECT_EQ(response.build(), build_fingerprint());
+  EXPECT_EQ(response.numerics_id(), server::numerics_id());
+  EXPECT_EQ(response.numerics_id().size(), 16u);
+  EXPECT_EQ(response.numerics_id().find_first_not_of("0123456789abcdef"), std::string::npos);
   EXPECT_EQ(static_cast<std::size_t>(response.systems_size()), catalogue().systems.size());
   EXPECT_EQ(static_cast<std::size_t>(response.methods_size()), catalogue().methods.size());
   EXPECT_EQ(response.limits().max_dimension(), 512u);
   EXPECT_EQ(response.limits().max_sessions(), 1000u);
+  EXPECT_EQ(response.limits().max_reply_bytes(), 2u << 20);
   EXPECT_EQ(response.limits().max_step(), std::int64_t{1} << 53);
   EXPECT_EQ(response.limits().idle_timeout().seconds(), 3600);
 }
@@ -46,27 +51,30 @@ TEST_F(Rpcs, GetShowsTheCache) {
   v1::GetSessionResponse response;
   ASSERT_TRUE(harness_.stub->GetSession(&context_, request, &response).ok());
   EXPECT_EQ(response.session().cursor(), 42);
-  ASSERT_GE(response.session().checkpoints_size(), 1);
-  EXPECT_EQ(response.session().checkpoints(0), 0);
-  EXPECT_EQ(response.session().build(), build_fingerprint());
+  ASSERT_GE(response.session().cached_steps_size(), 1);
+  EXPECT_EQ(response.session().cached_steps(0), 0);
+  EXPECT_EQ(response.session().numerics_id(), server::numerics_id());
 }
 
-TEST_F(Rpcs, ListComesInPages) {
-  for (const char* id : {"e", "b", "d", "a", "c"}) harness_.create(id, test::wire_scene());
-  v1::ListSessionsRequest request;
-  request.set_page_size(2);
-  std::string ids;
-  int pages = 0;
-  do {
-    grpc::ClientContext context;
-    v1::ListSessionsResponse response;
-    ASSERT_TRUE(harness_.stub->ListSessions(&context, request, &response).ok());
-    for (const auto& session : response.sessions()) ids += session.session_id();
-    request.set_page_token(response.next_page_token());
-    ++pages;
-  } while (!request.page_token().empty());
-  EXPECT_EQ(ids, "abcde");
-  EXPECT_EQ(pages, 3);
+TEST_F(Rpcs, EveryReplyHasTheNumericsId) {
+  const auto id_of = [](const grpc::ClientContext& context) {
+    const auto found = context.GetServerInitialMetadata().find("stiefel-numerics-id");
+    return found == context.GetServerInitialMetadata().end()
+               ? ""
+               : std::string(found->second.data(), found->second.size());
+  };
+  v1::DescribeResponse response;
+  ASSERT_TRUE(harness_.stub->Describe(&context_, {}, &response).ok());
+  EXPECT_EQ(id_of(context_), server::numerics_id());
+  harness_.create("s", test::wire_scene());
+  v1::StreamRequest request;
+  request.set_session_id("s");
+  grpc::ClientContext context;
+  const auto reader = harness_.stub->Stream(&context, request);
+  v1::StreamResponse message;
+  EXPECT_TRUE(reader->Read(&message));
+  EXPECT_EQ(id_of(context), server::numerics_id());
+  EXPECT_TRUE(reader->Finish().ok());
 }
 
 TEST_F(Rpcs, DeletingTwiceSucceeds) {

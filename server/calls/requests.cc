@@ -1,17 +1,28 @@
-#include "server/convert/requests.h"
-#include "stiefel/version.h"
+#include "server/calls/requests.h"
 
 #include <algorithm>
 #include <string>
 
-#include "engine/linalg/arithmetic/to_text.h"
-#include "server/convert/convert.h"
 #include "server/convert/errors.h"
+#include "server/sessions/numerics_id.h"
 
 namespace stiefel::server {
 
-OrStatus<SessionLease> find_session(const Host& host, std::string_view id, const char* field) {
+grpc::Status check_routing(const grpc::CallbackServerContext& context, std::string_view id,
+                           const char* field) {
+  const auto sent = context.client_metadata().find("stiefel-session");
+  if (sent == context.client_metadata().end()) return grpc::Status::OK;
+  const std::string_view routed(sent->second.data(), sent->second.size());
+  if (routed == id) return grpc::Status::OK;
+  return errors::invalid(field, std::string(id),
+                         "must be the metadata stiefel-session, '" + std::string(routed) + "'");
+}
+
+OrStatus<SessionLease> find_session(const Host& host, const grpc::CallbackServerContext& context,
+                                    std::string_view id, const char* field) {
   if (host.lifecycle.refusing()) return std::unexpected(errors::shutting_down());
+  if (const auto status = check_routing(context, id, field); !status.ok())
+    return std::unexpected(status);
   if (auto session = host.registry.find(id)) return *std::move(session);
   const grpc::Status status = check_session_id(id, field);
   return std::unexpected(status.ok() ? errors::session_not_found(id, field) : status);
@@ -34,21 +45,9 @@ grpc::Status check_step(const char* field, std::int64_t value, std::int64_t low)
       "must be " + std::to_string(low) + " to " + std::to_string(Session::max_step));
 }
 
-OrStatus<Scene> read_scene(bool present, const v1::Scene& scene, const char* field) {
-  if (!present) return std::unexpected(errors::invalid(field, "absent", "must be given"));
-  const auto place = Place::inside(field);
-  auto description = from_proto(scene, place);
-  if (!description) return std::unexpected(errors::invalid(description.error()));
-  auto resolved = Scene::resolve(*std::move(description), Scene::frame_tolerance, place);
-  if (!resolved) return std::unexpected(errors::invalid(resolved.error()));
-  return *std::move(resolved);
-}
-
-bool wants_choice(const v1::Scene& scene) { return scene.has_tolerance() && !scene.has_method(); }
-
-OrStatus<Registry::Created> admit(Host& host, const std::string& id, Scene scene,
+OrStatus<Registry::Created> admit(Host& host, const std::string& id, const ResolvedScene& scene,
                                   const Place& place, std::string_view checkpoint) {
-  auto created = host.registry.create(id, std::move(scene), checkpoint);
+  auto created = host.registry.create(id, scene.scene, checkpoint, scene.resolution);
   if (created) return *std::move(created);
   if (const auto* conflict = std::get_if<Registry::Conflict>(&created.error())) {
     return std::unexpected(*conflict == Registry::Conflict::other_scene
@@ -56,14 +55,13 @@ OrStatus<Registry::Created> admit(Host& host, const std::string& id, Scene scene
                                : errors::too_many_sessions(host.registry.max_sessions()));
   }
   if (const auto* overflow = std::get_if<Overflow>(&created.error()))
-    return std::unexpected(errors::invalid(
-        {place.violation("", overflow->field + " = " + to_text(overflow->value) + " at step 0",
-                         "numbers are so large or so small that a field overflows")}));
+    return std::unexpected(errors::overflow(place, *overflow));
   const auto& refusal = std::get<CheckpointRefusal>(created.error());
   const std::string value = std::to_string(checkpoint.size()) + " bytes";
   switch (refusal.fault) {
-    case CheckpointFault::other_build:
-      return std::unexpected(errors::checkpoint_of_other_build(refusal.build, build_fingerprint()));
+    case CheckpointFault::other_numerics:
+      return std::unexpected(
+          errors::checkpoint_of_other_numerics(refusal.numerics_id, numerics_id()));
     case CheckpointFault::other_scene:
       return std::unexpected(
           errors::invalid("checkpoint", value, "must come from a session of the same scene"));
