@@ -12,7 +12,8 @@ namespace stiefel::client {
 template <class Message>
 void verify(const Message& message, const std::string& what) {
   if (!message.has_checksum() || wire::checksum(message) == message.checksum()) return;
-  throw CorruptReply(what + " was changed on its way: its numbers do not have its checksum");
+  throw CorruptReply("the checksum of " + what +
+                     " does not match its numbers: the reply was corrupted in transit");
 }
 
 }  // namespace stiefel::client

@@ -14,8 +14,10 @@ from stiefel import v1 as pb
 from stiefel.compare import ByValue
 
 Array = NDArray[Any]  # float64, complex128, or float32 in a scene of that scalar
-DTYPES = {pb.DATA_TYPE_FLOAT64: np.dtype("<f8"), pb.DATA_TYPE_COMPLEX128: np.dtype("<c16"),
-          pb.DATA_TYPE_FLOAT32: np.dtype("<f4")}
+DTYPES: dict[int, np.dtype[Any]] = {
+    pb.DATA_TYPE_FLOAT64: np.dtype("<f8"), pb.DATA_TYPE_COMPLEX128: np.dtype("<c16"),
+    pb.DATA_TYPE_FLOAT32: np.dtype("<f4"),
+}
 _STEP, _TIME = "step", "time"
 
 
@@ -218,7 +220,8 @@ class Collector:
 
 def decode(tensor: pb.Tensor) -> Array:
     """A read-only view of the tensor's bytes."""
-    return np.frombuffer(tensor.data, DTYPES[tensor.data_type]).reshape(tensor.shape)
+    array: Array = np.frombuffer(tensor.data, DTYPES[tensor.data_type]).reshape(tensor.shape)
+    return array
 
 
 def decode_fields(fields: Iterable[pb.Field]) -> dict[str, Array]:

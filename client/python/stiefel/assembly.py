@@ -17,7 +17,8 @@ class Assembly:
     def __init__(self) -> None:
         self._whole: dict[str, Array] = {}
         self._parts: list[bytes] = []
-        self._name, self._shape, self._type = "", (), 0
+        self._name, self._type = "", 0
+        self._shape: tuple[int, ...] = ()
 
     def take(self, fields: Iterable[pb.Field]) -> None:
         """CorruptReply where a part does not follow the one before."""

@@ -16,7 +16,7 @@ _BODY_LISTS = ("inertia_tensor", "moments", "attitude", "angular_velocity")
 def verify(message: Any, parts: Iterable[bytes], what: str) -> None:
     """CorruptReply if the message has a checksum and the parts, in the order of the proto, have another one."""
     if message.HasField("checksum") and crc32c(b"".join(parts)) != message.checksum:
-        raise CorruptReply(f"{what} was changed on its way: its numbers do not have its checksum")
+        raise CorruptReply(f"the checksum of {what} does not match its numbers: the reply was corrupted in transit")
 
 
 def verify_sample(sample: pb.Sample) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 import os
 import uuid
 import warnings
-from typing import Any, Iterable, Iterator, Optional
+from typing import Any, Iterable, Iterator, Optional, Sequence
 
 import grpc
 
@@ -116,8 +116,8 @@ class Client:
         return self._connect(messages, inertia=inertia, metric=_metric(metric), time=time, steps=steps, samples=samples,
                              seed=seed, restarts=restarts, timeout=timeout)
 
-    def _connect(self, pairs: list[pb.FramePair], timeout: Optional[float], **request: Any) -> tuple[Geodesic, ...]:
-        replies: dict[int, list[pb.ConnectResponse]] = {}
+    def _connect(self, pairs: Sequence[pb.FramePair], timeout: Optional[float], **request: Any) -> tuple[Geodesic, ...]:
+        replies: dict[int, Any] = {}
         for reply in self.call_all("Connect", pb.ConnectRequest(pairs=pairs, checksum=self.checksums, **request), timeout):
             replies.setdefault(reply.pair, []).append(reply)
         if sorted(replies) != list(range(len(pairs))):
@@ -151,10 +151,10 @@ class Client:
         return calls.call(lambda left: getattr(self.stub, method)(request, timeout=left), self.error,
                           self.deadline(timeout))
 
-    def call_all(self, method: str, request: Any, timeout: Optional[float] = None) -> list[Any]:
+    def call_all(self, method: str, request: Any, timeout: Optional[float] = None) -> Sequence[Any]:
         """All replies of a call that streams them, as `call` makes it."""
-        replies: list[Any] = calls.call(lambda left: list(getattr(self.stub, method)(request, timeout=left)), self.error,
-                                        self.deadline(timeout))
+        replies: Sequence[Any] = calls.call(lambda left: tuple(getattr(self.stub, method)(request, timeout=left)),
+                                            self.error, self.deadline(timeout))
         return replies
 
     def error(self, failure: Exception) -> StiefelError:
@@ -191,7 +191,7 @@ class Client:
 
 
 def _metric(name: str) -> int:
-    known = {value[len("METRIC_"):].lower(): number for value, number in pb.Metric.items()}
+    known: dict[str, int] = {value[len("METRIC_"):].lower(): number for value, number in pb.Metric.items()}
     if name not in known:
         rule = f"{name!r}: must be one of {', '.join(key for key in known if key != 'unspecified')}"
         raise InvalidArgument(f"metric: {rule}", (Violation("metric", rule),))

@@ -70,14 +70,15 @@ def _four_zero_bytes() -> tuple[Words, Words]:
 def _append_zeros(registers: Words, count: int) -> Words:
     """The registers after `count` zero bytes."""
     tables = _zeros_tables(count)
-    return (tables[0][registers & 0xFF] ^ tables[1][registers >> 8 & 0xFF]
-            ^ tables[2][registers >> 16 & 0xFF] ^ tables[3][registers >> 24])
+    after: Words = (tables[0][registers & 0xFF] ^ tables[1][registers >> 8 & 0xFF]
+                    ^ tables[2][registers >> 16 & 0xFF] ^ tables[3][registers >> 24])
+    return after
 
 
 @functools.lru_cache(maxsize=None)
 def _zeros_tables(count: int) -> Any:
     """(4, 256): the register after `count` zero bytes, a power of two, of each of the register's four bytes alone."""
-    bytes_alone = (np.arange(256, dtype=np.uint32)[None, :] << (8 * np.arange(4, dtype=np.uint32))[:, None])
+    bytes_alone: Any = np.arange(256, dtype=np.uint32)[None, :] << (8 * np.arange(4, dtype=np.uint32))[:, None]
     if count == 1:
         table = np.array(_TABLE, np.uint32)
         return table[bytes_alone & 0xFF] ^ (bytes_alone >> 8)

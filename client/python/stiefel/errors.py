@@ -106,7 +106,7 @@ class Closed(FailedPrecondition):
 
 
 class NotStarted(Unavailable, RuntimeError):
-    """A server of one's own that ended, or said nothing in time, before it listened."""
+    """A server started by this process that ended, or said nothing in time, before it listened."""
 
     status: Optional[int] = None  #: its exit status, negative a signal; None if it had to be killed
     stderr: str = ""  #: the end of what it wrote there
@@ -162,7 +162,7 @@ _REASONS = {  # the first that occurs in gRPC's message
     "No route to host": "there is no route to this host",
     "Network is unreachable": "its network cannot be reached",
     "handshaker shutdown": "nothing that speaks gRPC answers there",
-    "Timeout occurred": "nobody answers",
+    "Timeout occurred": "the server does not answer",
     "contacting DNS servers": "no name server answers",
     "contact DNS servers": "no name server answers",
     "DNS resolution failed": "the name is unknown",

@@ -1,7 +1,7 @@
 """The resolved scene: what the caller sent, with what the server filled in."""
 from __future__ import annotations
 
-from typing import Iterable, Mapping
+from typing import Any, Iterable, Mapping
 
 import numpy as np
 
@@ -41,7 +41,9 @@ def put(arrays: Mapping[str, Array], scene: pb.Scene) -> None:
             scene.initial_tensors.pop(block, None)
             scene.initial[block].CopyFrom(matrix(array))
             continue
-        message, name = (scene.body, path[len(_BODY):]) if path.startswith(_BODY) else (scene, path)
+        in_body = path.startswith(_BODY)
+        message: Any = scene.body if in_body else scene
+        name = path[len(_BODY):] if in_body else path
         if name not in message.DESCRIPTOR.fields_by_name:
             raise CorruptReply(f"a scene has no array {path}")
         message.ClearField(name)

@@ -220,7 +220,8 @@ class Session:
     def _samples(self, to: int, start: int, every: int, fields: Sequence[str], timeout: Optional[float],
                  checkpoint: bool = False) -> Samples:
         request = pb.StreamRequest(session_id=self.id, to=to, every=every, fields=fields, return_checkpoint=checkpoint,
-                                   checksum=self._client.checksums, **{"from": start})
+                                   checksum=self._client.checksums)
+        setattr(request, "from", start)
         return Samples(self._client, request, self._known_scene().step, timeout)
 
     def __enter__(self) -> Session:

@@ -16,7 +16,7 @@ std::optional<std::string> fault_of_address(std::string_view address);
 /// "cannot reach HOST:PORT: the connection is refused", in place of what gRPC says of a call that
 /// found no server; any other status as it is. What a server itself says has details and stays.
 /// `connected`: whether the channel was when the call failed; a deadline that passes without a
-/// connection means that nobody answers.
+/// connection means that the server does not answer.
 grpc::Status in_plain_words(const grpc::Status& status, const std::string& address, bool connected);
 
 }  // namespace stiefel::client
