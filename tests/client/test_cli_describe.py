@@ -5,6 +5,7 @@ def test_describe_lists_what_the_json_lists(stiefel):
     table, description = stiefel("describe"), stiefel("describe", "--json").json
     assert table.status == 0
     assert description["limits"]["max_dimension"] == 512
+    assert f"\nnumerics id: {description['numerics_id']}\nbuild: {description['build']}\n" in table.out
     for system in description["systems"]:
         assert f"\n{system['name']}" in table.out
         for item in system["fields"] + system["invariants"] + system.get("forms", []):

@@ -53,6 +53,21 @@ def test_formats_agree_to_the_bit(stiefel, tmp_path, name):
     assert bits([[float(x) for x in row[1:]] for row in rows]) == bits(flat)
 
 
+def test_a_float_scene_is_written_as_floats(stiefel, write, scene, tmp_path):
+    scene["method"]["scalar"] = "float"
+    path = write(scene)
+    run = ["run", path, "--to", 20, "--every", 5]
+    printed = stiefel(*run)
+    assert printed.status == 0
+    samples = [np.reshape(sample["fields"]["Q"]["values"], (3, 3)) for sample in printed.json["samples"]]
+    assert all(stiefel(*run, "--output", f"out.{extension}").status == 0 for extension in ("npz", "csv"))
+    with np.load(tmp_path / "out.npz") as arrays:
+        assert arrays["Q"].dtype == np.float32 and arrays["time"].dtype == np.float64
+        assert bits(arrays["Q"]) == bits(samples)
+    _, *rows = csv.reader(io.StringIO((tmp_path / "out.csv").read_text()))
+    assert bits([[float(x) for x in row[2:11]] for row in rows]) == bits(samples)
+
+
 def test_equal_runs_write_equal_archives(stiefel, write, scene, tmp_path):
     for name in ("a.npz", "b.npz"):
         assert stiefel("run", write(scene), "--to", 5, "--output", name).status == 0
