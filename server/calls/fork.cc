@@ -16,12 +16,12 @@ grpc::Status fork(Host& host, const Session& from, const Cursor& cursor,
   to_proto(from.work(cursor.start(), request.from_step()), 0, bound_of_steps(from),
            response->mutable_price());
   if (!cursor.run_status().reached()) return grpc::Status::OK;
-  const auto scene = forked(from, cursor, request);
+  auto scene = forked(from, cursor, request);
   if (!scene) return scene.error();
-  const auto made = admit(host, request.session_id(), *scene, inherited());
+  const Resolution resolution = scene->resolution;
+  const auto made = admit(host, request.session_id(), *std::move(scene), inherited());
   if (!made) return made.error();
-  to_proto(*made->session, scene->resolution, host.registry, request.view(),
-           response->mutable_session());
+  to_proto(*made->session, resolution, host.registry, request.view(), response->mutable_session());
   response->set_created(made->created);
   return grpc::Status::OK;
 }

@@ -45,9 +45,10 @@ grpc::Status check_step(const char* field, std::int64_t value, std::int64_t low)
       "must be " + std::to_string(low) + " to " + std::to_string(Session::max_step));
 }
 
-OrStatus<Registry::Created> admit(Host& host, const std::string& id, const ResolvedScene& scene,
+OrStatus<Registry::Created> admit(Host& host, const std::string& id, ResolvedScene scene,
                                   const Place& place, std::string_view checkpoint) {
-  auto created = host.registry.create(id, scene.scene, checkpoint, scene.resolution);
+  auto created =
+      host.registry.create(id, std::move(scene.scene), checkpoint, std::move(scene.resolution));
   if (created) return *std::move(created);
   if (const auto* conflict = std::get_if<Registry::Conflict>(&created.error())) {
     return std::unexpected(*conflict == Registry::Conflict::other_scene

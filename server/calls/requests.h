@@ -29,7 +29,7 @@ grpc::Status check_step(const char* field, std::int64_t value, std::int64_t low 
 
 /// A session of that scene under that id, new or there already; or why there is none. `place`: of
 /// the scene in the request.
-OrStatus<Registry::Created> admit(Host& host, const std::string& id, const ResolvedScene& scene,
+OrStatus<Registry::Created> admit(Host& host, const std::string& id, ResolvedScene scene,
                                   const Place& place, std::string_view checkpoint = {});
 
 }  // namespace stiefel::server

@@ -22,12 +22,13 @@ bool is_large(const v1::Scene& scene) {
 
 grpc::Status create(Host& host, const v1::CreateSessionRequest& request,
                     v1::CreateSessionResponse* response) {
-  const auto scene = read_scene(request.has_scene(), request.scene());
+  auto scene = read_scene(request.has_scene(), request.scene());
   if (!scene) return scene.error();
-  const auto admitted =
-      admit(host, request.session_id(), *scene, Place::inside("scene"), request.checkpoint());
+  const Resolution resolution = scene->resolution;
+  const auto admitted = admit(host, request.session_id(), *std::move(scene), Place::inside("scene"),
+                              request.checkpoint());
   if (!admitted) return admitted.error();
-  to_proto(*admitted->session, scene->resolution, host.registry, request.view(),
+  to_proto(*admitted->session, resolution, host.registry, request.view(),
            response->mutable_session());
   response->set_created(admitted->created);
   return grpc::Status::OK;

@@ -21,6 +21,8 @@ namespace {
 constexpr std::uint32_t default_pairs = 8, max_pairs = 1000;
 constexpr int largest_symplectic = 32;
 constexpr std::uint32_t default_invariants = 4096, max_invariants = 8192;
+/// Of names, forms and brackets each.
+constexpr int max_asked = 10'000;
 /// Units of work that an estimate of the error may take: about ten seconds.
 constexpr double most_estimate_work = 5e10;
 
@@ -55,6 +57,10 @@ struct DiagnoseTask::Parts {
   Violations violations;
 
   void take(Violations more) { violations.insert(violations.end(), more.begin(), more.end()); }
+  void at_most(const char* field, int count, int most) {
+    if (count > most)
+      take({{field, std::to_string(count), "must be at most " + std::to_string(most)}});
+  }
   RowMatrix matrix(const std::string& path, const v1::Matrix& given) {
     auto block = from_proto(path, given);
     if (block) return block->values;
@@ -87,6 +93,10 @@ OrStatus<DiagnoseTask> DiagnoseTask::read(const Session& session,
   const Scene& scene = session.scene();
   const auto parts = std::make_shared<Parts>();
   Parts& task = *parts;
+  task.at_most("invariants", request.invariants_size(), max_asked);
+  task.at_most("forms", request.forms_size(), max_asked);
+  task.at_most("dirac_brackets", request.dirac_brackets_size(), max_asked);
+  if (!task.violations.empty()) return std::unexpected(errors::invalid(task.violations));
   for (int i = 0; i < request.invariants_size(); ++i) {
     const std::string& name = request.invariants(i);
     if (!is_invariant(scene, name))

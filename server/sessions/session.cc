@@ -62,7 +62,9 @@ Session::Session(std::string id, Scene scene, std::shared_ptr<const Clock> clock
   saved_size_ = simulation->saved_size();
   step_cost_ = simulation->step_cost();
   direct_ = simulation->direct();
-  step_work_ = step_weight(scene_) * std::max<double>(1, scene_.members().size()) *
+  const auto members = scene_.members();
+  step_work_ = (members.empty() ? step_weight(scene_)
+                                : step_weight(members[0]) * static_cast<double>(members.size())) *
                (direct_ ? 1 : scene_.substeps());
   overflow_ = find_overflow(*simulation);
   checkpoints_ = Checkpoints(first_spacing(step_cost_, saved_size_ * sizeof(double)));

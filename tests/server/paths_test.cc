@@ -292,6 +292,11 @@ TEST_F(Paths, OfConnect) {
 TEST_F(Paths, OfDiagnose) {
   harness_.create("s", test::wire_scene());
   expect_field(diagnose([](auto& r) { r.set_to(-1); }), "to", "-1");
+  expect_field(diagnose([](auto& r) { r.set_max_invariants(8193); }), "max_invariants", "8193");
+  expect_field(diagnose([](auto& r) {
+                 for (int k = 0; k < 10'001; ++k) r.add_forms();
+               }),
+               "forms", "10001: must be at most 10000");
   expect_field(diagnose([](auto& r) { r.add_invariants("enrgy"); }), "invariants[0]",
                "did you mean energy?");
   expect_field(diagnose([](auto& r) { r.mutable_symplectic_test()->set_pairs(1001); }),

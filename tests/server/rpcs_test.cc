@@ -1,3 +1,4 @@
+#include "proto/checksum/checksum.h"
 #include "server/sessions/numerics_id.h"
 #include "stiefel/version.h"
 #include "tests/server/harness.h"
@@ -129,6 +130,55 @@ TEST_F(Rpcs, DiagnoseComparesWithStepZero) {
   EXPECT_LT(response.invariants(0).drift(), 1e-12);
   EXPECT_LT(response.orthogonality(), 1e-13);
   EXPECT_GT(response.domain().h_omega(), 0);
+}
+
+TEST_F(Rpcs, DiagnoseKeepsTheLargestDriftsOfAFamily) {
+  harness_.create("s", test::wire_scene({.method = "rk4", .dimension = 5}));
+  const auto diagnose = [&](std::uint32_t most) {
+    v1::DiagnoseRequest request;
+    request.set_session_id("s");
+    request.set_to(100);
+    request.add_invariants("spatial_momentum");
+    request.set_max_invariants(most);
+    request.set_checksum(true);
+    grpc::ClientContext context;
+    v1::DiagnoseResponse response;
+    EXPECT_TRUE(harness_.stub->Diagnose(&context, request, &response).ok());
+    EXPECT_EQ(response.checksum(), wire::checksum(response));
+    EXPECT_EQ(response.price().bound(), v1::PRICE_BOUND_AT_LEAST);
+    return response;
+  };
+  const auto all = diagnose(0), some = diagnose(3);
+  ASSERT_EQ(all.invariants_size(), 10);
+  EXPECT_EQ(all.shortened_size(), 0);
+  ASSERT_EQ(some.invariants_size(), 3);
+  ASSERT_EQ(some.shortened_size(), 1);
+  EXPECT_EQ(some.shortened(0).name(), "spatial_momentum");
+  EXPECT_EQ(some.shortened(0).count(), 10u);
+  std::vector<double> drifts;
+  for (const auto& invariant : all.invariants()) drifts.push_back(invariant.drift());
+  std::ranges::sort(drifts, std::greater());
+  for (const auto& invariant : some.invariants()) EXPECT_GE(invariant.drift(), drifts[2]);
+}
+
+TEST_F(Rpcs, PricesAreThoseOfTheStepsThatAreMissing) {
+  const auto session = harness_.create("s", test::wire_scene()).session();
+  const double step = session.step_price().work();
+  EXPECT_GT(step, 100);
+  EXPECT_EQ(session.step_price().bytes(), 2u * 72);
+  EXPECT_EQ(session.step_price().bound(), v1::PRICE_BOUND_EXPECTED);
+  EXPECT_EQ(harness_.step("s", 100).price().work(), 100 * step);
+  EXPECT_EQ(harness_.step("s", 130).price().work(), 30 * step);
+  EXPECT_EQ(harness_.step("s", 130).price().work(), 0);
+  auto twice = test::wire_scene();
+  twice.mutable_method()->set_substeps(2);
+  EXPECT_EQ(harness_.create("t", twice).session().step_price().work(), 2 * step);
+  auto adaptive = test::wire_scene();
+  adaptive.mutable_method()->set_name("adaptive");
+  EXPECT_EQ(harness_.create("a", adaptive).session().step_price().bound(),
+            v1::PRICE_BOUND_AT_LEAST);
+  harness_.create("e", test::wire_scene({.method = "exact"}));
+  EXPECT_EQ(harness_.step("e", 1'000'000).price().work(), harness_.step("e", 7).price().work());
 }
 
 }  // namespace
