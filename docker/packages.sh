@@ -1,5 +1,5 @@
 #!/bin/sh
-# Installs those Debian packages of the given kinds in packages.txt that are missing.
+# Installs the missing Debian packages of the given kinds in packages.txt.
 # Usage: docker/packages.sh KIND...
 set -eu
 list=$(dirname "$0")/packages.txt

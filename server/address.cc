@@ -50,7 +50,6 @@ bool is_port(std::string_view port) {
 }
 
 std::optional<std::string> path_fault(std::string_view path) {
-  if (path.starts_with("///")) path.remove_prefix(2);
   if (path.empty()) return "must have a path after unix:";
   if (path.size() > longest_path)
     return "the path of " + std::to_string(path.size()) + " bytes must have at most " +
@@ -60,8 +59,16 @@ std::optional<std::string> path_fault(std::string_view path) {
 
 }  // namespace
 
+bool is_unix(std::string_view address) { return address.starts_with("unix:"); }
+
+std::string_view unix_path(std::string_view address) {
+  address.remove_prefix(5);
+  if (address.starts_with("///")) address.remove_prefix(2);
+  return address;
+}
+
 std::optional<std::string> address_fault(std::string_view address) {
-  if (address.starts_with("unix:")) return path_fault(address.substr(5));
+  if (is_unix(address)) return path_fault(unix_path(address));
   const std::size_t colon = address.rfind(':');
   const bool in_brackets = address.find(']', std::min(colon, address.size())) != address.npos;
   if (colon == address.npos || in_brackets) return "must be host:port or unix:PATH: has no port";

@@ -11,4 +11,8 @@ namespace stiefel::server {
 /// path of 1 to 107 bytes, which is what a socket's name holds.
 std::optional<std::string> address_fault(std::string_view address);
 
+bool is_unix(std::string_view address);
+/// PATH of unix:PATH or unix:///PATH.
+std::string_view unix_path(std::string_view address);
+
 }  // namespace stiefel::server

@@ -1,4 +1,4 @@
-// The command stiefel-server: flags, signals, and the check that containers call.
+// The command stiefel-server: signals, and the checks that operators and containers call.
 #include <grpcpp/grpcpp.h>
 #include <signal.h>
 #include <unistd.h>
@@ -9,25 +9,22 @@
 #include <thread>
 
 #include "grpc/health/v1/health.grpc.pb.h"
-#include "server/address.h"
+#include "server/flags.h"
 #include "server/server.h"
+#include "server/transport/descriptor_limit.h"
+#include "server/transport/listener.h"
 
 namespace {
 
 using stiefel::server::Options;
 
-std::chrono::milliseconds milliseconds(double seconds) {
-  return std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1000));
-}
+using stiefel::server::Flags;
 
-/// What CLI11 puts after "--listen: ".
-std::string sound_address(const std::string& address) {
-  const auto fault = stiefel::server::address_fault(address);
-  return fault ? address + ": " + *fault : "";
-}
+/// What the process gets beyond the grace period to end by itself.
+constexpr auto last_resort = std::chrono::milliseconds(1900);
 
 int health_check(const std::string& address, const std::string& service) {
-  if (const std::string fault = sound_address(address); !fault.empty()) {
+  if (const std::string fault = stiefel::server::sound_address(address); !fault.empty()) {
     std::cerr << "--address: " << fault << '\n';
     return 1;
   }
@@ -59,7 +56,36 @@ void watch_parent() {
   }).detach();
 }
 
-int serve(const Options& options, bool exit_with_parent) {
+/// Ends the process with status 0 after that time, whatever still runs.
+void exit_after(std::chrono::milliseconds time) {
+  std::thread([time] {
+    std::this_thread::sleep_for(time);
+    std::cerr << "stiefel-server: work that does not stop was abandoned" << std::endl;
+    _exit(0);
+  }).detach();
+}
+
+/// Status 0 if a server could start with these flags; a server that runs is left alone.
+int check(const Options& options) {
+  int status = 0;
+  for (const std::string& address : options.listen) {
+    if (const auto fault = stiefel::server::listen_fault(address)) {
+      std::cerr << "--listen: " << address << ": " << *fault << '\n';
+      status = 1;
+    }
+  }
+  stiefel::server::raise_descriptor_limit();
+  const std::size_t most = stiefel::server::possible_connections(options.connections.most);
+  if (most < options.connections.most) {
+    std::cerr << "--max-connections: " << options.connections.most
+              << ": the limit of file descriptors leaves " << most << '\n';
+    status = 1;
+  }
+  if (status == 0) std::cout << "the flags are sound; connections at once: " << most << '\n';
+  return status;
+}
+
+int serve(Options options, bool exit_with_parent) {
   // Every thread inherits the mask, so that only sigwait sees the signals.
   sigset_t signals;
   sigemptyset(&signals);
@@ -67,6 +93,11 @@ int serve(const Options& options, bool exit_with_parent) {
   sigaddset(&signals, SIGINT);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   signal(SIGPIPE, SIG_IGN);
+  stiefel::server::raise_descriptor_limit();
+  options.connections.unreachable = [] {
+    std::cerr << "stiefel-server: does not answer its own connections" << std::endl;
+    _exit(1);
+  };
   try {
     stiefel::server::Server server(options);
     for (const std::string& address : server.addresses()) {
@@ -75,6 +106,7 @@ int serve(const Options& options, bool exit_with_parent) {
     if (exit_with_parent) watch_parent();
     int received = 0;
     sigwait(&signals, &received);
+    exit_after(options.grace + last_resort);
     server.shutdown();
     return 0;
   } catch (const std::exception& exception) {
@@ -88,56 +120,24 @@ int serve(const Options& options, bool exit_with_parent) {
 int main(int argc, char** argv) {
   CLI::App app("Serves simulations over gRPC. Prints 'listening on ADDRESS' when it does.");
   app.set_version_flag("--version", "stiefel-server " STIEFEL_VERSION);
-
-  Options options;
-  options.listen = {"127.0.0.1:50551"};
-  options.log_level = "info";
-  double idle_timeout = 3600;
-  double grace = 3;
-  std::string log_format = "text";
-  bool exit_with_parent = false;
-  app.add_option("--listen", options.listen,
-                 "host:port (0: any free port) or unix:PATH; repeatable")
-      ->envname("STIEFEL_LISTEN")
-      ->delimiter(',')
-      ->check(sound_address)
-      ->capture_default_str();
-  app.add_option("--threads", options.threads, "Threads that compute; 0: one a core")
-      ->envname("STIEFEL_THREADS")
-      ->check(CLI::Range(0, 1024))
-      ->capture_default_str();
-  app.add_option("--max-sessions", options.max_sessions, "Sessions held at once")
-      ->envname("STIEFEL_MAX_SESSIONS")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  app.add_option("--idle-timeout", idle_timeout, "Seconds after which an unused session is dropped")
-      ->envname("STIEFEL_IDLE_TIMEOUT")
-      ->check(CLI::Range(0.001, 1e9))
-      ->capture_default_str();
-  app.add_option("--grace", grace, "Seconds that running work gets when the server is told to stop")
-      ->envname("STIEFEL_GRACE")
-      ->check(CLI::Range(0.0, 1e6))
-      ->capture_default_str();
-  app.add_option("--log-level", options.log_level, "What is logged on stderr")
-      ->envname("STIEFEL_LOG_LEVEL")
-      ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "critical", "off"}))
-      ->capture_default_str();
-  app.add_option("--log-format", log_format, "text or json")
-      ->envname("STIEFEL_LOG_FORMAT")
-      ->check(CLI::IsMember({"text", "json"}))
-      ->capture_default_str();
-  app.add_flag("--exit-with-parent", exit_with_parent, "Stop when stdin ends; for child processes");
+  Flags flags;
+  flags.add_to(app);
 
   std::string address = "127.0.0.1:50551";
   std::string service;
   auto* healthcheck = app.add_subcommand("healthcheck", "Exit status 0 if a server serves, else 1");
   healthcheck->add_option("--address", address, "Where it listens")->envname("STIEFEL_LISTEN");
   healthcheck->add_option("--service", service, "A service's full name; empty: the whole server");
+  auto* checked = app.add_subcommand(
+      "check", "Exit status 0 if a server could start with the flags beside it, else not 0");
+  checked->fallthrough();
+  auto* table = app.add_subcommand("flags", "Prints the flags as a table in Markdown");
   CLI11_PARSE(app, argc, argv);
 
   if (*healthcheck) return health_check(address.substr(0, address.find(',')), service);
-  options.idle_timeout = milliseconds(idle_timeout);
-  options.grace = milliseconds(grace);
-  options.log_json = log_format == "json";
-  return serve(options, exit_with_parent);
+  if (*table) {
+    std::cout << stiefel::server::flag_table(app);
+    return 0;
+  }
+  return *checked ? check(flags.options()) : serve(flags.options(), flags.exit_with_parent);
 }

@@ -4,15 +4,20 @@
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
 
-#include <atomic>
+#include <algorithm>
+#include <limits>
 #include <mutex>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
-#include "engine/simulation/run/ensemble.h"
 #include "server/address.h"
 #include "server/calls/limits.h"
 #include "server/calls/service.h"
+#include "server/transport/acceptor.h"
+#include "server/transport/descriptor_limit.h"
+#include "server/transport/self_watch.h"
+#include "stiefel/simulation.h"
 
 namespace stiefel::server {
 namespace {
@@ -23,6 +28,38 @@ constexpr auto delivery_time = std::chrono::milliseconds(500);
 std::string with_port(const std::string& address, int port) {
   if (address.starts_with("unix:")) return address;
   return address.substr(0, address.rfind(':') + 1) + std::to_string(port);
+}
+
+std::vector<Listener> checked_listeners(const std::string& address) {
+  if (const auto fault = address_fault(address))
+    throw std::runtime_error("cannot listen on " + address + ": " + *fault);
+  return listen_on(address);
+}
+
+int milliseconds(std::chrono::milliseconds time) {
+  return static_cast<int>(std::min<std::int64_t>(time.count(), std::numeric_limits<int>::max()));
+}
+
+void keep_connections(const ConnectionOptions& options, grpc::ServerBuilder& builder) {
+  const auto set = [&](const char* name, int value) { builder.AddChannelArgument(name, value); };
+  set(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, milliseconds(options.patience));
+  if (options.max_age.count() > 0)
+    set(GRPC_ARG_MAX_CONNECTION_AGE_MS, milliseconds(options.max_age));
+  set(GRPC_ARG_KEEPALIVE_TIME_MS, milliseconds(options.keepalive));
+  set(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, milliseconds(options.keepalive_timeout));
+  set(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
+  // Otherwise the third ping without data between would wait, and the keepalive with it.
+  set(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
+  set(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS,
+      milliseconds(options.least_ping_interval));
+}
+
+/// gRPC 1.51 inflates a message before it compares its size with the limit: 4 MB become 4 GB. A
+/// call with compressed messages ends with UNIMPLEMENTED, and none is inflated.
+void refuse_compression(grpc::ServerBuilder& builder) {
+  builder.SetCompressionAlgorithmSupportStatus(GRPC_COMPRESS_GZIP, false);
+  builder.SetCompressionAlgorithmSupportStatus(GRPC_COMPRESS_DEFLATE, false);
+  builder.AddChannelArgument(GRPC_ARG_ENABLE_PER_MESSAGE_DECOMPRESSION, 0);
 }
 
 }  // namespace
@@ -39,43 +76,74 @@ struct Server::Parts {
                         {{"count", static_cast<std::int64_t>(dropped)}});
         }) {}
 
+  void listen(const std::vector<std::string>& at);
+  void accept(const ConnectionOptions& options);
+
   const std::chrono::milliseconds grace;
   Host host;
   Service service;
   Sweeper sweeper;
   std::vector<std::string> addresses;
+  std::vector<Listener> listeners;  // until the acceptor has them
+  std::vector<SocketAddress> sockets;
+  std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> connections;
   std::unique_ptr<grpc::Server> grpc;
+  std::optional<Acceptor> acceptor;
+  std::optional<SelfWatch> self_watch;
   std::once_flag shut_down;
 };
 
+void Server::Parts::listen(const std::vector<std::string>& at) {
+  for (const std::string& address : at) {
+    auto some = checked_listeners(address);
+    addresses.push_back(with_port(address, some.front().port));
+    for (Listener& one : some) {
+      sockets.push_back(one.address);
+      listeners.push_back(std::move(one));
+    }
+  }
+}
+
+void Server::Parts::accept(const ConnectionOptions& options) {
+  if (listeners.empty()) return;
+  const std::size_t most = possible_connections(options.most);
+  const auto count = [](std::size_t number) { return static_cast<std::int64_t>(number); };
+  acceptor.emplace(
+      std::move(listeners), Acceptor::Limits{most, options.patience},
+      [this](int connection) {
+        grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters parameters;
+        parameters.fd = connection;
+        connections->HandleNewConnection(&parameters);
+      },
+      [this, most, count](std::size_t refused) {
+        host.log.line(Log::Level::warn, "connections refused",
+                      {{"count", count(refused)}, {"max_connections", count(most)}});
+      });
+  if (options.self_watch.count() > 0)
+    self_watch.emplace(sockets, options.self_watch, options.unreachable);
+  for (const std::string& address : addresses)
+    host.log.line(Log::Level::info, "listening",
+                  {{"address", address}, {"max_connections", count(most)}});
+}
+
 Server::Server(Options options) : parts_(std::make_unique<Parts>(options)) {
   if (options.threads > 0) limit_ensemble_threads(options.threads);
+  parts_->listen(options.listen);
   grpc::EnableDefaultHealthCheckService(true);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
   grpc::ServerBuilder builder;
   builder.SetMaxReceiveMessageSize(static_cast<int>(max_message_bytes));
-  // Otherwise a second server on the same port would share its connections.
-  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
-  std::vector<int> ports(options.listen.size());
-  // gRPC takes ports beyond 65535 modulo 65536.
-  for (const std::string& address : options.listen)
-    if (const auto fault = address_fault(address))
-      throw std::runtime_error("cannot listen on " + address + ": " + *fault);
-  for (std::size_t i = 0; i < ports.size(); ++i) {
-    builder.AddListeningPort(options.listen[i], grpc::InsecureServerCredentials(), &ports[i]);
-  }
+  keep_connections(options.connections, builder);
+  refuse_compression(builder);
+  using Builder = grpc::ServerBuilder::experimental_type;
+  parts_->connections = builder.experimental().AddExternalConnectionAcceptor(
+      Builder::ExternalConnectionType::FROM_FD, grpc::InsecureServerCredentials());
   builder.RegisterService(&parts_->service);
   parts_->grpc = builder.BuildAndStart();
-  for (std::size_t i = 0; i < ports.size(); ++i) {
-    if (!parts_->grpc || ports[i] == 0) {
-      throw std::runtime_error("cannot listen on " + options.listen[i]);
-    }
-    parts_->addresses.push_back(with_port(options.listen[i], ports[i]));
-    parts_->host.log.line(Log::Level::info, "listening", {{"address", parts_->addresses.back()}});
-  }
   if (!parts_->grpc) throw std::runtime_error("cannot start the server");
   parts_->grpc->GetHealthCheckService()->SetServingStatus(
       v1::SimulationService::service_full_name(), true);
+  parts_->accept(options.connections);
 }
 
 Server::~Server() {
@@ -100,6 +168,8 @@ void Server::shutdown() {
     host.lifecycle.stop();
     // The in-process transport closes at once and would drop the last messages.
     host.lifecycle.wait_idle(delivery_time);
+    parts_->self_watch.reset();
+    parts_->acceptor.reset();
     parts_->grpc->Shutdown(std::chrono::system_clock::now() + delivery_time);
     host.lifecycle.wait_idle(std::chrono::hours(1));
     host.log.line(Log::Level::info, "stopped");

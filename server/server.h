@@ -11,6 +11,27 @@
 
 namespace stiefel::server {
 
+/// How connections to the addresses are kept.
+struct ConnectionOptions {
+  /// At once; 0: as many as the process's limit of descriptors leaves, which also caps it.
+  std::size_t most = 0;
+  /// A connection that has not sent a byte for so long after it was made is closed, and one that
+  /// has not finished HTTP/2's handshake.
+  std::chrono::milliseconds patience = std::chrono::seconds(10);
+  /// An older connection takes no new calls and ends with its last one; 0: none is too old.
+  std::chrono::milliseconds max_age = std::chrono::milliseconds(0);
+  /// The server pings a connection on which nothing came for `keepalive`, and closes it when
+  /// nothing comes for `keepalive_timeout` either.
+  std::chrono::milliseconds keepalive = std::chrono::seconds(20);
+  std::chrono::milliseconds keepalive_timeout = std::chrono::seconds(10);
+  /// A client that pings more often, three times in a row, loses its connection.
+  std::chrono::milliseconds least_ping_interval = std::chrono::seconds(9);
+  /// The server connects to its own addresses, and calls `unreachable` when one has not answered
+  /// for so long; 0: it does not.
+  std::chrono::milliseconds self_watch = std::chrono::milliseconds(0);
+  std::function<void()> unreachable = {};
+};
+
 struct Options {
   /// Where to listen, without TLS: "127.0.0.1:50551", "[::1]:0" (any free port),
   /// "unix:/run/s.sock". None: only `in_process_channel`.
@@ -25,6 +46,7 @@ struct Options {
   /// trace, debug, info, warn, error, critical, off. One line an RPC at info, on stderr.
   std::string log_level = "warn";
   bool log_json = false;
+  ConnectionOptions connections = {};
   /// For tests; the steady clock when empty.
   std::function<std::chrono::steady_clock::time_point()> clock = {};
 };
@@ -33,7 +55,8 @@ struct Options {
 /// one of these; a program can hold its own. Thread-safe.
 class Server {
  public:
-  /// Throws std::runtime_error when an address is none (address.h) or cannot be listened on.
+  /// Throws std::runtime_error when an address is none (address.h) or cannot be listened on
+  /// (transport/listener.h).
   explicit Server(Options options);
   /// Shuts down, without grace if `shutdown` was not called.
   ~Server();

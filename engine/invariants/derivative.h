@@ -17,8 +17,8 @@ namespace stiefel {
 /// δ = ε^{1/9}/8 over the largest entry of u, ε the rounding unit: 2e-3 in double, 1e-3 in long
 /// double, 3e-5 in quadruple precision. The error is ε/δ + 600 (δ/r)⁸/r where φ is analytic along
 /// u/|u| up to the distance r: for r = ½, relative to φ, 1e-13, 1e-16 and 1e-29. On a manifold u
-/// has to be tangent, and then it does not matter how φ goes on beside the manifold. Nothing where
-/// φ is not defined.
+/// must be tangent; the result then does not depend on φ off the manifold. Returns nothing where φ
+/// is not defined.
 template <class Scalar, class Map>
 std::optional<Matrix<Scalar>> derivative(Map&& phi, const Matrix<Scalar>& x,
                                          const Matrix<Scalar>& u) {

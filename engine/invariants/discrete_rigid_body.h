@@ -18,8 +18,8 @@ Matrix<Scalar> pair_momentum(const Vector<Scalar>& lambda, const Matrix<Scalar>&
 }
 
 /// The discrete Hamiltonian [RB] (6.17), tr exp(asinh(K/2)) − tr ΛU for K = hM and U = J_D⁻¹(K).
-/// With ±iw the eigenvalues of K the first term is Σ √(1 − w²/4) over all of them: it needs
-/// ‖K‖_op ≤ 2, and beyond there is nothing.
+/// The first term is Σ √(1 − w²/4) over all eigenvalues ±iw of K, so it needs ‖K‖_op ≤ 2; returns
+/// nothing beyond.
 template <class Scalar>
 std::optional<Scalar> discrete_hamiltonian(const Vector<Scalar>& lambda, const Matrix<Scalar>& K,
                                            const Matrix<Scalar>& U) {

@@ -11,8 +11,8 @@ Scalar joachimsthal(const Vector<Scalar>& lambda, const Vector<Scalar>& q,
   return q.cwiseAbs2().cwiseQuotient(lambda).sum() * qdot.squaredNorm();
 }
 
-/// F_k = ẋ_k² + Σ_{j≠k} (x_kẋ_j − x_jẋ_k)² / (λ_k − λ_j), x = Λ^{1/2}q, with Σ F_k = 2E. For λ_i
-/// all different. O(N²) operations.
+/// F_k = ẋ_k² + Σ_{j≠k} (x_kẋ_j − x_jẋ_k)² / (λ_k − λ_j), x = Λ^{1/2}q, with Σ F_k = 2E. All λ_i
+/// must be different. O(N²) operations.
 template <class Scalar>
 Vector<Scalar> uhlenbeck(const Vector<Scalar>& lambda, const Vector<Scalar>& q,
                          const Vector<Scalar>& qdot) {
@@ -44,7 +44,7 @@ std::vector<std::vector<Scalar>> lax_coefficients(const Vector<Scalar>& lambda,
   Z << q.transpose(), p.transpose();
   skew << 0, 1, -1, 0;
   corner << (qp * qp - pp * qq) / qq, 0, 0, 0;
-  return power_traces<Scalar>(lambda, 2, Z, {corner, skew}, K);  // of μM(μ)
+  return power_traces<Scalar>(lambda, 2, Z, {corner, skew}, K);  // the traces of μM(μ)
 }
 
 }  // namespace stiefel

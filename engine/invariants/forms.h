@@ -5,7 +5,7 @@
 namespace stiefel {
 
 /// The two-forms of both papers on pairs u, v of tangent vectors. A tangent vector is stacked like
-/// the state, two blocks of n × N each. All are bilinear and skew; nothing is checked.
+/// the state, two blocks of n × N each. All are bilinear and skew. The arguments are not checked.
 
 /// tr(AᵀB).
 template <class A, class B>
@@ -38,9 +38,9 @@ Scalar Omega_gl(const Matrix<Scalar>& u, const Matrix<Scalar>& v) {
          2;
 }
 
-/// Ω_L on SO(N) × SO(N) ∋ (Q_{k−1}, Q_k), [RB] (7.8), of L = tr(Q_{k−1}ΛQ_kᵀ), for u =
-/// (Q_{k−1}ξ_1, Q_kη_1) and v likewise: ½ tr(Q_kᵀQ_{k−1}(ξ_2Λη_1 − ξ_1Λη_2)), which is ½
-/// tr(u_1Λv_2ᵀ − v_1Λu_2ᵀ). Symplectic on E_L (Theorem 7.2); Λ = I makes it Ω_gl.
+/// Ω_L on SO(N) × SO(N) ∋ (Q_{k−1}, Q_k), [RB] (7.8), of L = tr(Q_{k−1}ΛQ_kᵀ), for u = (Q_{k−1}ξ_1,
+/// Q_kη_1) and v likewise: ½ tr(Q_kᵀQ_{k−1}(ξ_2Λη_1 − ξ_1Λη_2)), which is ½ tr(u_1Λv_2ᵀ −
+/// v_1Λu_2ᵀ). Symplectic on E_L (Theorem 7.2); for Λ = I it is Ω_gl.
 template <class Scalar>
 Scalar Omega_L(const Vector<Scalar>& lambda, const Matrix<Scalar>& u, const Matrix<Scalar>& v) {
   const Eigen::Index N = u.cols();
@@ -50,8 +50,8 @@ Scalar Omega_L(const Vector<Scalar>& lambda, const Matrix<Scalar>& u, const Matr
 }
 
 /// ω on pairs of n × N matrices, [ST] (63), (71), for u = (A_1, A_2), v = (B_1, B_2): tr(A_1ᵀB_2) −
-/// tr(A_2ᵀB_1). Its restriction to W^k is symplectic (Theorem 3), and so is that to T*V(n, N) ∋
-/// (Q, S), where it is −d⟨S, dQ⟩.
+/// tr(A_2ᵀB_1). Its restrictions to W^k (Theorem 3) and to T*V(n, N) ∋ (Q, S), where it is −d⟨S,
+/// dQ⟩, are symplectic.
 template <class Scalar>
 Scalar omega_pairs(const Matrix<Scalar>& u, const Matrix<Scalar>& v) {
   const Eigen::Index n = u.rows() / 2;

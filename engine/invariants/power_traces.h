@@ -22,7 +22,7 @@ void add_product(const MatrixPolynomial<Scalar>& a, const MatrixPolynomial<Scala
     }
 }
 
-/// The coefficients of tr(L(μ)^k), k = 1..K, for a diagonal plus a low rank,
+/// The coefficients of tr(L(μ)^k), k = 1..K, for a diagonal plus a matrix of low rank,
 ///
 ///     L(μ) = μᵈD + ZᵀW(μ)Z,   D = diag, N × N,   Z r × N,   W r × r, polynomial in μ,
 ///
@@ -37,7 +37,7 @@ std::vector<std::vector<Scalar>> power_traces(const Vector<Scalar>& D, int d,
                                               const Matrix<Scalar>& Z,
                                               const MatrixPolynomial<Scalar>& W, int K) {
   std::vector<MatrixPolynomial<Scalar>> X;
-  MatrixPolynomial<Scalar> m;  // m_i, a constant each
+  MatrixPolynomial<Scalar> m;  // m_i, constant in μ
   std::vector<std::vector<Scalar>> traces;
   Matrix<Scalar> ZD = Z;
   Vector<Scalar> power = D;

@@ -1,10 +1,10 @@
 #pragma once
 
-#include <Eigen/Eigenvalues>
 #include <complex>
+#include <stop_token>
 #include <vector>
 
-#include "engine/linalg/arithmetic/scalar.h"
+#include "engine/linalg/matrix_equations/eigenvectors.h"
 
 namespace stiefel {
 
@@ -23,8 +23,8 @@ Matrix<Scalar> spatial_momentum(const Matrix<Scalar>& Q, const Matrix<Scalar>& M
   return Q * M * Q.transpose();
 }
 
-/// The Casimirs of so(N)*: the eigenvalues ±i w of M, w ≥ 0 in descending order, one of each pair.
-/// From the Hermitian matrix iM, because MᵀM has only half the digits.
+/// The Casimirs of so(N)*: w ≥ 0 of the eigenvalues ±iw of M, in descending order, one for each
+/// pair. Computed from the Hermitian matrix iM; from MᵀM only half the digits would remain.
 template <class Scalar>
 Vector<Scalar> casimirs(const Matrix<Scalar>& M) {
   using Complex = std::complex<Scalar>;
@@ -33,19 +33,22 @@ Vector<Scalar> casimirs(const Matrix<Scalar>& M) {
   return solver.eigenvalues().reverse().head(M.cols() / 2);
 }
 
-/// The coefficients of μ^j in tr((M + μΛ²)^k) for j = 0..k; [RB] (2.4). Those with k − j odd
-/// vanish. One call for all k = 1..K: result[k][j]. N³K² operations.
+/// The coefficients of μ^j in tr((M + μΛ²)^k) for j = 0..k; [RB] (2.4). They are 0 for odd k − j.
+/// One call computes all k = 1..K: result[k][j]. N³K² operations. Asked to stop it gives those of
+/// the powers k that it has.
 template <class Scalar>
 std::vector<std::vector<Scalar>> manakov(const Vector<Scalar>& lambda, const Matrix<Scalar>& M,
-                                         int K) {
+                                         int K, const std::stop_token& stop = {}) {
   const Eigen::Index N = M.cols();
   const Vector<Scalar> lambda2 = lambda.cwiseAbs2();
   std::vector<Matrix<Scalar>> power = {Matrix<Scalar>::Identity(N, N)};
   std::vector<std::vector<Scalar>> coefficients = {{static_cast<Scalar>(N)}};
   for (int k = 1; k <= K; ++k) {  // (M + μΛ²)^k = (M + μΛ²)(M + μΛ²)^{k−1}
     power.push_back(lambda2.asDiagonal() * power.back());
-    for (std::size_t j = power.size() - 2; j > 0; --j)
+    for (std::size_t j = power.size() - 2; j > 0; --j) {
+      if (stop.stop_requested()) return coefficients;
       power[j] = (M * power[j]).eval() + lambda2.asDiagonal() * power[j - 1];
+    }
     power[0] = (M * power[0]).eval();
     auto& traces = coefficients.emplace_back();
     for (const auto& P : power) traces.push_back(P.trace());

@@ -27,8 +27,8 @@ Matrix<Scalar> frame_momentum(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) 
   return product - product.transpose();
 }
 
-/// k = PQᵀ + QPᵀ; [ST] (76). Constant along (68)–(69). For P = S it is not: QSᵀ + SQᵀ vanishes only
-/// where Λ = I, since what is tangent is Q̇ = SΛ⁻¹, and (Q, S) does not move by (69).
+/// k = PQᵀ + QPᵀ; [ST] (76). Constant along (68)–(69). For P = S it is not constant: (Q, S) does
+/// not move by (69), and QSᵀ + SQᵀ is 0 only for Λ = I, because Q̇ = SΛ⁻¹ is tangent and S is not.
 template <class Scalar>
 Matrix<Scalar> frame_symmetric_product(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
   const Matrix<Scalar> product = costate_product(Q, P);
@@ -54,7 +54,8 @@ Matrix<Scalar> discrete_momentum(const Vector<Scalar>& lambda, const Matrix<Scal
 ///
 ///     L(μ) = Λ² + μM_k − μ²Q_{k−1}ᵀQ_{k−1},   M_k = Q_{k−1}ᵀQ_kΛ − ΛQ_kᵀQ_{k−1};
 ///
-/// they say the same as its spectrum. Element [k − 1][j] belongs to μʲ, j = 0..2k.
+/// They determine the spectrum of L(μ), and it determines them. Element [k − 1][j] belongs to μʲ, j
+/// = 0..2k.
 template <class Scalar>
 std::vector<std::vector<Scalar>> discrete_lax_coefficients(const Vector<Scalar>& lambda,
                                                            const Matrix<Scalar>& Q_prev,

@@ -13,7 +13,7 @@ Matrix<Scalar> body_momentum(const Matrix<Scalar>& Q, const Matrix<Scalar>& P, S
 }
 
 /// A = PQᵀ, constant along every motion of the symmetric representation; [RB] (8.2). Its skew part
-/// is εm/2. On the right-invariant side the constant is Q_rᵀP_r = A(Q_rᵀ, P_rᵀ)ᵀ.
+/// is εm/2. In the right-invariant form the constant is Q_rᵀP_r = A(Q_rᵀ, P_rᵀ)ᵀ.
 template <class Scalar>
 Matrix<Scalar> constant_A(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
   return P * Q.transpose();
@@ -43,8 +43,8 @@ std::vector<std::vector<Scalar>> pencil_traces(const Matrix<Scalar>& M, const Ma
   return coefficients;
 }
 
-/// The Manakov integrals in reduced form, [RB] (8.3): tr((A − Aᵀ + μQΛ²Qᵀ)^k), coefficient by
-/// coefficient. With A = PQᵀ those of εM.
+/// The Manakov integrals in reduced form, [RB] (8.3): the coefficients of tr((A − Aᵀ + μQΛ²Qᵀ)^k).
+/// With A = PQᵀ they belong to εM.
 template <class Scalar>
 std::vector<std::vector<Scalar>> reduced_manakov(const Vector<Scalar>& lambda,
                                                  const Matrix<Scalar>& Q, const Matrix<Scalar>& A,

@@ -7,16 +7,16 @@
 
 namespace stiefel {
 
-/// How far a map φ is from symplectic at the state x: the largest
+/// The symplectic defect of a map φ at the state x: the largest
 ///
 ///     |ω(Tφu, Tφv) − ω(u, v)| / (‖u‖‖v‖)
 ///
 /// over `pairs` seeded pairs of random tangent vectors at x, ω at φ(x) on the left. `space` is one
-/// of tangent_spaces.h; φ, one step of a method, takes a state to the next or to nothing where it
-/// has none. A symplectic map yields the error of `derivative`: below 1e-11 in double, 1e-14 in
-/// long double; one that is not, its own number. Each block of a tangent vector is of the size of
-/// the state's block, so that the number does not depend on units. Nothing where φ is not defined
-/// on all of the neighbourhood that the differences need: then ask in a wider scalar.
+/// of tangent_spaces.h. φ is one step of a method and returns nothing where there is no step. For a
+/// symplectic map the result is the error of `derivative`: below 1e-11 in double, 1e-14 in long
+/// double. Each block of a tangent vector has the size of the state's block, so the result does not
+/// depend on units. Returns nothing where φ is not defined on the whole neighbourhood that the
+/// differences need; a wider scalar needs a smaller one.
 template <class Scalar, class Space, class Step>
 std::optional<double> symplectic_defect(const Space& space, Step&& phi, const Matrix<Scalar>& x,
                                         int pairs = 8, unsigned seed = 1) {
@@ -24,7 +24,8 @@ std::optional<double> symplectic_defect(const Space& space, Step&& phi, const Ma
   const Eigen::Index n = x.rows() / 2;
   const auto random_tangent = [&] {
     Matrix<Scalar> G(x.rows(), x.cols());
-    for (Eigen::Index i = 0; i < G.size(); ++i)  // the engine's own integers: the same everywhere
+    // The generator's integers are the same on every platform; a distribution's numbers are not.
+    for (Eigen::Index i = 0; i < G.size(); ++i)
       G(i) = Scalar(static_cast<double>(engine()) * 0x1p-31 - 1);
     const Scalar first = x.topRows(n).norm(), second = x.bottomRows(n).norm();
     G.topRows(n) *= first / G.topRows(n).norm();
@@ -47,7 +48,7 @@ std::optional<double> symplectic_defect(const Space& space, Step&& phi, const Ma
   return worst;
 }
 
-/// The map of one step of a Map for the above: from a fresh start each time.
+/// φ for one step of a Map, from a new start at every call.
 template <class Map>
 auto one_step(Map& map) {
   return [&map](const typename Map::Point& x) -> std::optional<typename Map::Point> {

@@ -7,9 +7,10 @@
 
 namespace stiefel {
 
-/// Discrete rigid bodies side by side, a lane each: the map of order 2, its symmetric compositions,
-/// and, with modified moments, PreprocessedMoserVeselov, where all of their stages are easy.
-/// `Body` is DiscreteBody3 or DiscreteBody4.
+/// Discrete rigid bodies in the lanes of vector registers, one in each lane: the map of order 2,
+/// its symmetric compositions, and, with modified moments, PreprocessedMoserVeselov. A lane is easy
+/// when every stage finds its solution in the iteration for packs. `Body` is DiscreteBody3 or
+/// DiscreteBody4.
 template <class Body>
 class DiscreteBodies {
  public:
@@ -24,10 +25,11 @@ class DiscreteBodies {
     }
   };
 
-  /// The first half of the palindrome of stages, the middle one included.
+  /// `stages` is the first half of the palindrome of stages, including the middle one.
   explicit DiscreteBodies(std::vector<Inertia> stages) : stages_(std::move(stages)) {}
 
-  /// The step in the lanes where it is easy, and which those are; the others are spoilt.
+  /// Makes the step in the easy lanes and returns them. The states in the other lanes become
+  /// undefined.
   auto step_where_easy(State& state) {
     const std::size_t count = 2 * stages_.size() - 1;
     auto easy = stages_.front().positive;

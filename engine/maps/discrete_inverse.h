@@ -5,8 +5,8 @@
 
 namespace stiefel {
 
-/// U − I for the maps that hold no M of their own but form hM from their state at every step, and
-/// move that state by U. The state of such a map: the system's state, and the solver's history.
+/// U − I for maps that do not hold M: they form M from their state at every step and move the state
+/// by U. `State` is the system's state with the solver's history.
 template <class Scalar, Arithmetic arithmetic>
 class DiscreteInverse {
  public:
@@ -30,10 +30,10 @@ class DiscreteInverse {
     return {Accumulator<Matrix<Scalar>, arithmetic>(x), branch_.memory()};
   }
 
-  /// The place for M, which `solve` and `largest_step` read.
+  /// The M that `solve` and `largest_step` read; the map writes it before it calls them.
   Matrix<Scalar>& M() { return M_.value; }
 
-  /// Finds U; on success the history takes it in and `U_minus_I` is its.
+  /// Finds U. On success it adds the solution to the history, and `U_minus_I` belongs to this U.
   RunStatus solve(typename JDInverse::Memory& memory) {
     if (!M_.value.allFinite()) return {Outcome::not_finite, std::nullopt};
     if constexpr (arithmetic == Arithmetic::compensated) M_.carry.setZero();

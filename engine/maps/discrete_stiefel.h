@@ -13,16 +13,16 @@ namespace stiefel {
 ///
 ///     Q_{k+1}Λ + Q_{k−1}Λ = B_kQ_k,   B_k = B_kᵀ,   Q_{k+1}Q_{k+1}ᵀ = I_n.
 ///
-/// X = B_k⁻¹ solves CX + XCᵀ = G, C = Q_kΛ⁻¹Q_{k−1}ᵀ, G = Q_kΛ⁻²Q_kᵀ. It keeps m_k (57) and the
-/// spectrum of L(μ) (61) exactly.
+/// X = B_k⁻¹ solves CX + XCᵀ = G, C = Q_kΛ⁻¹Q_{k−1}ᵀ, G = Q_kΛ⁻²Q_kᵀ. The map keeps m_k (57) and
+/// the spectrum of L(μ) (61) exactly.
 ///
 /// For n < N this is an integrable map of its own (at n = 1 the discrete Neumann system), NOT a
 /// discretisation of the geodesic flow: its action differs from the geodesic's by a potential of
-/// size 1/h². Started from two frames h apart on a geodesic it leaves it at once, whatever h.
-/// For the geodesic flow take RattleStiefel. At n = N the two agree.
+/// size 1/h². Started from two frames h apart on a geodesic it leaves the geodesic at once, for
+/// every h. RattleStiefel approximates the geodesic flow. At n = N the two maps are the same.
 ///
-/// A state is Q_{k−1} over Q_k, 2n × N; every λ_i > 0. solver_stalled where the equation for X is
-/// singular, or X is: there is no step size that could be made smaller.
+/// A state is Q_{k−1} over Q_k, 2n × N; every λ_i > 0. Ends with solver_stalled where X or its
+/// equation is singular: the map has no step size that could be reduced.
 template <class Scalar_, Arithmetic arithmetic>
 class DiscreteStiefel {
  public:
@@ -78,12 +78,13 @@ class DiscreteStiefel {
 
  private:
   using Wide = Extended<Scalar>;
-  /// In which B is found.
+  /// The scalar in which B is computed.
   using Work = std::conditional_t<arithmetic == Arithmetic::compensated, Wide, Scalar>;
 
-  /// B with CX + XCᵀ = G + X(Q_{k−1}Q_{k−1}ᵀ − I)X, whose last term is rounding that Q_{k+1} would
-  /// else inherit. In place of BQ_k stands B(QQᵀ)⁻¹Q_k, and B(2I − QQᵀ) is returned in B: what
-  /// rounding left of Q_kQ_kᵀ − I then does not turn m, which changes by BQQᵀ − QQᵀBᵀ.
+  /// Finds B with CX + XCᵀ = G + X(Q_{k−1}Q_{k−1}ᵀ − I)X; the last term removes the rounding errors
+  /// of Q_{k−1}, which Q_{k+1} would inherit. The step uses B(QQᵀ)⁻¹Q_k in place of BQ_k, so B is
+  /// returned as B(2I − QQᵀ): m changes by BQQᵀ − QQᵀBᵀ, and the rounding errors in Q_kQ_kᵀ − I
+  /// then do not change it.
   bool find_B(const Accumulator<Point, arithmetic>& x) {
     for (Eigen::Index j = 0; j < Q_.cols(); ++j)
       for (Eigen::Index i = 0; i < n_; ++i) {

@@ -29,9 +29,9 @@ struct JDInverseOf<SoN<Scalar>, arithmetic> {
 ///     Q_{k+1} = Q_k U,
 ///     M_{k+1} = Uᵀ M_k U,
 ///
-/// U the solution on the branch that starts at the identity. For every N and every h for which it
-/// is defined it keeps, exactly, QMQᵀ, the eigenvalues of M, every Manakov coefficient, and with
-/// them the energy. Second order in Q, time-symmetric. Where there is no U: left_domain.
+/// U is the solution on the branch that starts at the identity. For every N, and every h for which
+/// U exists, the step keeps QMQᵀ, the eigenvalues of M, every Manakov coefficient, and hence the
+/// energy exactly. Order 2 in Q, time-symmetric. Ends with left_domain where there is no U.
 template <class Space, Arithmetic arithmetic>
 class MoserVeselov {
  public:

@@ -10,11 +10,11 @@ namespace stiefel {
 ///     U_{k−1} = Q_{k−1}ᵀQ_k,   hM_k = U_{k−1}ᵀ J_D(U_{k−1}) U_{k−1} = ΛU_{k−1} − U_{k−1}ᵀΛ,
 ///     U_k = J_D⁻¹(hM_k),   Q_{k+1} = Q_k U_k.
 ///
-/// h is a unit of time and nothing else: the frames decide. It is the Moser–Veselov map of
-/// (Q_k, M_k); m = Q_{k−1} J_D(U_{k−1}) Q_{k−1}ᵀ / h is kept. M_k is formed from the frames at the
-/// start, from their difference so as not to lose what h is small by, and then moved with them by
-/// M_{k+1} = U_kᵀM_kU_k: formed again at every step it would collect their rounding over h.
-/// State: Q_{k−1} over Q_k, 2N × N, and M_k.
+/// h is only a unit of time: the frames alone determine the motion. The map is the Moser–Veselov
+/// map of (Q_k, M_k) and keeps m = Q_{k−1} J_D(U_{k−1}) Q_{k−1}ᵀ / h. M_k is computed once, at the
+/// start, from the difference of the frames, which avoids cancellation for small h. It then moves
+/// by M_{k+1} = U_kᵀM_kU_k; computed anew from the frames at every step, it would accumulate their
+/// rounding errors divided by h. State: Q_{k−1} over Q_k, 2N × N, and M_k.
 template <class Scalar_, Arithmetic arithmetic>
 class MoserVeselovPair {
  public:

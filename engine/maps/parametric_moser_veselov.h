@@ -7,16 +7,17 @@
 namespace stiefel {
 
 /// The symmetric representation of the discrete rigid body with parameter μ, [RB] (8.10), in GL(N),
-/// with P carried for ε/h times the paper's M^μ (Prop. 3.13; ε = h gives the paper's P):
+/// with P scaled so that it belongs to ε/h times the paper's M^μ (Prop. 3.13; ε = h gives the
+/// paper's P):
 ///
 ///     M^μ = (h/ε)((Q^μ)⁻¹P^μ − (P^μ)⁻¹Q^μ) = hM + μΛ²,   U = J_D⁻¹(M^μ − μΛ²),
 ///     Q^μ_{k+1} = Q^μ_k(U + μΛ),   P^μ_{k+1} = P^μ_k(U + μΛ),
 ///
 /// J_D(U) = UΛ − ΛUᵀ (erratum: with the printed ΩᵀΛ − ΛΩ, M^μ − μΛ² does not stay skew). Then
 /// M^μ_{k+1} = (U + μΛ)⁻¹M^μ_k(U + μΛ), (8.11), and M moves by the Moser–Veselov map, on the
-/// invariant manifold where M is skew (off it the skew part is taken). It keeps
-/// P^μ(Q^μ)⁻¹ − Q^μ(P^μ)⁻¹. As h → 0 it is ParametricRigidBody with parameter μ/h.
-/// State: Q^μ over P^μ, 2N × N, both invertible.
+/// invariant manifold where M is skew. Off the manifold M is the skew part. The map keeps
+/// P^μ(Q^μ)⁻¹ − Q^μ(P^μ)⁻¹. Its limit as h → 0 is ParametricRigidBody with parameter μ/h. State:
+/// Q^μ over P^μ, 2N × N, both invertible.
 template <class Scalar_, Arithmetic arithmetic>
 class ParametricMoserVeselov {
  public:
@@ -55,14 +56,14 @@ class ParametricMoserVeselov {
   }
 
  private:
-  /// M, the skew part of M^μ/h; μΛ² is symmetric.
+  /// Forms M as the skew part of M^μ/h; μΛ² is symmetric.
   void form_momentum(const Point& x) {
     lu_.compute(x.topRows(N_));
     inverse_.M() = lu_.solve(x.bottomRows(N_));
     lu_.compute(x.bottomRows(N_));
     product_ = lu_.solve(x.topRows(N_));
     inverse_.M() -= product_;
-    inverse_.M() /= 2;  // 2ε need not be a number
+    inverse_.M() /= 2;  // 2ε may overflow
     inverse_.M() /= epsilon_;
     take_twice_skew_part(inverse_.M());
   }
@@ -70,7 +71,7 @@ class ParametricMoserVeselov {
   Scalar epsilon_;
   Eigen::Index N_;
   Vector<Scalar> mu_lambda_;
-  Scalar growth_;  ///< more than a step can multiply an element by
+  Scalar growth_;  ///< a bound of the factor by which a step can multiply an element
   DiscreteInverse<Scalar, arithmetic> inverse_;
   Eigen::PartialPivLU<Matrix<Scalar>> lu_;
   Matrix<Scalar> product_, moved_;

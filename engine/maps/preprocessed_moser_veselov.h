@@ -6,8 +6,8 @@
 
 namespace stiefel {
 
-/// U = J_D⁻¹(hM) with the moments J that ModifiedSeries makes of those of Λ: the counterpart of
-/// JDInverse3. What it remembers of a motion is J.
+/// Solves U = J_D⁻¹(hM) with the modified moments J of ModifiedSeries in place of the moments of Λ:
+/// the counterpart of JDInverse3. `Memory` holds the J of a motion.
 template <class Scalar, bool frame, Arithmetic arithmetic>
 class ModifiedJDInverse3 {
  public:
@@ -19,11 +19,11 @@ class ModifiedJDInverse3 {
   ModifiedJDInverse3(const Vector<Scalar>& lambda, Scalar h, int order)
       : h_(h), order_(order), body_moments_(lambda) {}
 
-  /// Of the motion through x. It is called not positive where the branch of U from the identity
-  /// ends at a shorter step t·h, t < 1: J(t·h) varies with t, and beyond a gap in which there is no
-  /// U there may be one again, which is no step any more. Where the branch ends follows from |m|²
-  /// and the energy, so the first m of a motion decides for all of it. It was seen to end from
-  /// h|ω| = 1.4 on, for rods and plates too.
+  /// J of the motion through x. J is marked as not positive where the branch of U from the identity
+  /// ends at a shorter step t·h, t < 1: J(t·h) varies with t, and a U beyond a gap without
+  /// solutions is not a step. The end of the branch depends on |m|² and the energy only, so the m
+  /// at the start decides for the whole motion. In tests the branch ended at h|ω| ≥ 1.4, for rods
+  /// and plates too.
   Memory J(const Point& x) const {
     const Series series = through(x);
     Memory whole = at(series, 1);
@@ -36,11 +36,11 @@ class ModifiedJDInverse3 {
   }
 
   bool solve(const State& x, const Memory& J) { return body_.solve(x, J); }
-  /// The same for the step t·h, from the solution found last; J goes over into I as t → 0.
+  /// Finds U for the step t·h, starting from the solution found last; J tends to I as t → 0.
   bool continue_to(const State& x, double t) {
     return body_.continue_to(x, at(through(x.value), t));
   }
-  /// In t, so that no gap is passed over.
+  /// The longest stride in t for which the continuation does not jump over a gap.
   double longest_stride(const Point& x) const { return 1 / (32 * turn(x)); }
   void restart() { body_.restart(); }
   void transport(State& x, const Memory& J) const { body_.transport(x, J); }
@@ -67,16 +67,16 @@ class ModifiedJDInverse3 {
   Body body_;
 };
 
-/// The discrete rigid body of Moser and Veselov in three dimensions, run with moments J so modified
-/// that it follows the continuous body to an even order (Hairer and Vilmart 2006). The
-/// integrals Σ m_i² and Σ m_i²/J_i that it keeps are those of the body, because 1/J_i = s/I_i + d.
+/// The discrete rigid body of Moser and Veselov in three dimensions with modified moments J, for
+/// which it approximates the continuous body to an even order (Hairer and Vilmart 2006). The map
+/// keeps Σ m_i² and Σ m_i²/J_i, hence the energy of the body, because 1/J_i = s/I_i + d.
 template <class Scalar_, bool frame, Arithmetic arithmetic>
 class PreprocessedMoserVeselov {
  public:
   using Scalar = Scalar_;
   using Point = typename So3<Scalar, frame>::State;
 
-  /// J belongs to the motion: `start` makes it, from the state at step 0, and nothing changes it.
+  /// J belongs to the motion: `start` computes it from the state at step 0, and it stays constant.
   struct State {
     Accumulator<Point, arithmetic> x;
     DiscreteInertia3<Scalar> J;
@@ -100,8 +100,7 @@ class PreprocessedMoserVeselov {
     return status;
   }
 
-  /// The largest |h| up to `limit` for which a step from here exists, and all shorter ones, to
-  /// 1e-3.
+  /// The largest |h| up to `limit` for which a step from here and all shorter steps exist, to 1e-3.
   std::optional<double> largest_step(const State& state, double limit) {
     return branch_.largest_step(state.x, limit);
   }

@@ -8,9 +8,9 @@
 
 namespace stiefel {
 
-/// U = J_D⁻¹(hM) on the branch that starts at the identity, and how a step ends where there is
-/// none: what all discrete rigid bodies share. `JDInverse` is JDInverse3 or JDInverseN; x holds M
-/// as they read it.
+/// U = J_D⁻¹(hM) on the branch that starts at the identity, and the outcome of a step where there
+/// is none, for all discrete rigid bodies. `JDInverse` is JDInverse3, JDInverse4, JDInverseN or
+/// ModifiedJDInverse3; x holds M in its form.
 template <class JDInverse>
 class PrincipalBranch {
  public:
@@ -20,10 +20,11 @@ class PrincipalBranch {
   PrincipalBranch(const Vector<Scalar>& lambda, Scalar h, Order... order)
       : h_(std::abs(static_cast<double>(h))), J_D_inverse_(lambda, h, order...) {}
 
-  /// That of a first step.
+  /// The memory before the first step.
   Memory memory() const { return J_D_inverse_.memory(); }
 
-  /// Finds U, which the inverse then holds; or says why not, with the largest step that has one.
+  /// Finds U, which the inverse then holds. Otherwise the status says why, with the largest step
+  /// that has a U.
   template <class X>
   RunStatus solve(const X& x, const Memory& memory) {
     if (J_D_inverse_.solve(x, memory)) return {};

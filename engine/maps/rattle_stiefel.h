@@ -6,7 +6,7 @@
 #include "engine/linalg/iteration/continuation.h"
 #include "engine/linalg/matrix_equations/constraint_riccati.h"
 #include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
-#include "engine/maps/frames/frame_pass_on.h"
+#include "engine/maps/frames/frame_pass.h"
 #include "engine/maps/map.h"
 
 namespace stiefel {
@@ -22,18 +22,19 @@ namespace stiefel {
 ///
 ///     K′Y′ + Y′K′ = −(XXᵀ + Q′Q′ᵀ − QQᵀ).
 ///
-/// All of that is n × n and follows from the moments of the state, so a step is one pass over its
-/// columns: O(Nn² + n³). It keeps QQᵀ = I and m = SQᵀ − QSᵀ exactly, is symplectic, time-symmetric
-/// and of second order; at n = N it is the Moser–Veselov map with M = QᵀS − SᵀQ. Every λ_i > 0.
-/// Where there is no Y on the principal branch: left_domain. ‖Q̇‖ varies up to √(2E/λ_min), so a
-/// step size that is safe at the start may fail later. The energy moves by (h²/24) tr(BKB), K =
-/// QΛ⁻¹Qᵀ, and keeps to that only while (h‖Q̇‖)² λ_max/λ_min stays well below 1; where the motion is
-/// chaotic too, longer steps let it wander.
+/// These n × n matrices follow from the moments of the state, so a step is one pass over its
+/// columns: O(Nn² + n³). The map keeps QQᵀ = I and m = SQᵀ − QSᵀ exactly, is symplectic,
+/// time-symmetric and of order 2. At n = N it is the Moser–Veselov map with M = QᵀS − SᵀQ. Needs
+/// every λ_i > 0. Ends with left_domain where there is no Y on the principal branch. ‖Q̇‖ varies up
+/// to √(2E/λ_min), so a step size that is safe at the start may fail later. The energy oscillates
+/// by (h²/24) tr(BKB), K = QΛ⁻¹Qᵀ, while (h‖Q̇‖)² λ_max/λ_min stays well below 1. With longer steps
+/// and chaotic motion it drifts.
 ///
-/// Inside, Λ is counted in a unit in which its largest λ is about 1, and over S so is h: the step
-/// depends on Λ : h only, and products of Λ with itself are in range.
+/// Inside, Λ is counted in a unit in which the largest λ is about 1, and for states (Q, S) h is
+/// counted in the same unit: the step depends on Λ : h only, and products of two λ are then in
+/// range.
 ///
-/// A state is Q over S, or, on request, Q over Q̇: 2n × N.
+/// State: Q over S, or with Under::Qdot Q over Q̇, 2n × N.
 template <class Scalar_, Arithmetic arithmetic, Under under = Under::S>
 class RattleStiefel {
  public:
@@ -43,7 +44,7 @@ class RattleStiefel {
   struct State {
     Accumulator<Point, arithmetic> x;
     FrameMoments<Scalar> moments;
-    Matrix<Scalar> half_B;  ///< B′/2 of the last step, where the next one starts to look
+    Matrix<Scalar> half_B;  ///< B′/2 of the last step, the start of the next solve
 
     template <class Visitor>
     void each(Visitor&& visit) {
@@ -59,7 +60,7 @@ class RattleStiefel {
 
   RunStatus step(State& state);
 
-  /// A step of another size: compositions of steps share a state.
+  /// Makes a step of the size h: the stages of a composition share one state.
   RunStatus step(State& state, Scalar h);
 
   /// The largest |h| up to `limit` for which a step from here exists, to 1e-3.
@@ -70,19 +71,20 @@ class RattleStiefel {
     return {state.x.value.data(), state.x.carry_data(), inverse_.data(), state.x.value.cols()};
   }
 
-  /// Y for the step h, from the Y that is there: A = GDᵀ, P = GGᵀ, E = DDᵀ − I.
+  /// Finds Y for the step h, starting from the current Y: A = GDᵀ, P = GGᵀ, E = DDᵀ − I.
   bool solve(const FrameMoments<Scalar>& at, Scalar h);
 
   double follow(const FrameMoments<Scalar>& at, Scalar h, double end);
 
-  /// Y′, with Q′Q′ᵀ = I: K′ = QΛ⁻¹Qᵀ + QΛ⁻¹Xᵀ + XΛ⁻¹Qᵀ + XΛ⁻¹Xᵀ, and −(XXᵀ + I − QQᵀ).
+  /// Finds Y′ with Q′Q′ᵀ = I, from K′ = QΛ⁻¹Qᵀ + QΛ⁻¹Xᵀ + XΛ⁻¹Qᵀ + XΛ⁻¹Xᵀ and the right-hand side
+  /// −(XXᵀ + I − QQᵀ).
   void find_Y1(const FrameMoments<Scalar>& at, Scalar h);
 
-  /// XΛ⁻ᵖXᵀ = h² VΛ⁻ᵖVᵀ + h(YGΛ⁻ᵖVᵀ + VΛ⁻ᵖGᵀY) + YGΛ⁻ᵖGᵀY.
+  /// Adds XΛ⁻ᵖXᵀ = h² VΛ⁻ᵖVᵀ + h(YGΛ⁻ᵖVᵀ + VΛ⁻ᵖGᵀY) + YGΛ⁻ᵖGᵀY.
   void add_XX(const Matrix<Scalar>& VV, const Matrix<Scalar>& GV, const Matrix<Scalar>& GG,
               Scalar h, Matrix<Scalar>& sum);
 
-  Scalar h_, unit_;  ///< unit_ of h: Λ's under S, else 1
+  Scalar h_, unit_;  ///< unit_ is the unit of h: that of Λ for (Q, S), else 1
   Eigen::Index n_;
   Vector<Scalar> inverse_;  ///< Λ⁻¹, then zeros
   std::unique_ptr<FramePass<Scalar>> pass_;
@@ -98,7 +100,7 @@ RattleStiefel<Scalar, arithmetic, under>::RattleStiefel(const Vector<Scalar>& la
       unit_(under == Under::S ? binary_unit<Scalar>(lambda.maxCoeff()) : Scalar(1)),
       n_(n),
       inverse_(Vector<Scalar>::Zero(lambda.size() + FramePass<Scalar>::width)),
-      pass_(make_frame_pass<Scalar, arithmetic, under>(n)),
+      pass_(make_frame_pass<Scalar>(arithmetic, under, n)),
       riccati_(n),
       lyapunov_(n),
       A_(n, n),
@@ -198,7 +200,9 @@ void RattleStiefel<Scalar, arithmetic, under>::add_XX(const Matrix<Scalar>& VV,
   sum += (h * h) * VV + found_ + found_.transpose();
 }
 
-// Compiled once, in rattle_stiefel.cc.
+// Compiled once, in rattle_stiefel.cc and rattle_stiefel_float.cc.
+extern template class RattleStiefel<float, Arithmetic::compensated>;
+extern template class RattleStiefel<float, Arithmetic::plain>;
 extern template class RattleStiefel<double, Arithmetic::compensated>;
 extern template class RattleStiefel<double, Arithmetic::plain>;
 extern template class RattleStiefel<double, Arithmetic::compensated, Under::Qdot>;

@@ -5,15 +5,15 @@
 
 namespace stiefel {
 
-/// The symmetric representation of the discrete rigid body, [RB] (4.7) = (SDRBn), for step h and
-/// with P carried for εM (Prop. 3.13):
+/// The symmetric representation of the discrete rigid body, [RB] (4.7) = (SDRBn), for the step h,
+/// with P scaled so that it belongs to εM (Prop. 3.13):
 ///
 ///     UΛ − ΛUᵀ = hM,   M = (QᵀP − PᵀQ)/ε,
 ///     Q_{k+1} = Q_k U,   P_{k+1} = P_k U.
 ///
 /// ε = h gives the paper's own variables, in which h does not appear. On SO(N) × SO(N) it is the
-/// Moser–Veselov map of (Q, M), and it keeps PQᵀ. Where there is no U: left_domain.
-/// State: Q over P, 2N × N.
+/// Moser–Veselov map of (Q, M), and it keeps PQᵀ. Ends with left_domain where there is no U. State:
+/// Q over P, 2N × N.
 template <class Scalar_, Arithmetic arithmetic>
 class SymmetricMoserVeselov {
  public:

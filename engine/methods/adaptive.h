@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <boost/numeric/odeint/stepper/runge_kutta_fehlberg78.hpp>
 #include <cmath>
+#include <stop_token>
 #include <vector>
 
 #include "engine/methods/support/method.h"
@@ -11,12 +12,13 @@
 namespace stiefel {
 
 /// The Runge–Kutta–Fehlberg pair of orders 7 and 8 (Fehlberg 1968; Boost.odeint's) with automatic
-/// substeps, as many as it takes from one state to the next. The estimated error of a substep of
-/// length τ is kept below `tolerance`·|τ/h|, each half of the state's rows (Q, and what is below
-/// it) measured by its own largest element, so that units do not matter and a whole step errs by
-/// about `tolerance`. The controller starts anew at every state.
+/// substeps between two states. The controller keeps the estimated error of a substep of length τ
+/// below `tolerance`·|τ/h|, so the error of a whole step is about `tolerance`. The error of each
+/// half of the state's rows (Q, and the block below it) is relative to the largest element of that
+/// half, so units do not matter. The controller restarts at every state.
 ///
-/// More than `most_substeps` attempts: solver_stalled. A tolerance below some 1e-14 cannot be met.
+/// Ends with solver_stalled after `most_substeps` attempts. A tolerance below about 1e-14 cannot be
+/// met.
 struct Adaptive {
   static constexpr MethodTraits traits = {
       .name = "adaptive",
@@ -52,10 +54,11 @@ struct Adaptive {
       return State{Accumulator<Point, arithmetic>(x)};
     }
 
-    RunStatus step(State& state) {
+    /// Ends with `cancelled`, and the state as it was, when it is asked to stop.
+    RunStatus step(State& state, const std::stop_token& stop = {}) {
       prepare(state.x.value);
       std::copy_n(state.x.value.data(), x_.size(), x_.data());
-      const Outcome outcome = integrate();
+      const Outcome outcome = integrate(stop);
       if (outcome != Outcome::reached) return {outcome, std::nullopt};
       dx_ = Eigen::Map<const Point>(x_.data(), dx_.rows(), dx_.cols()) - state.x.value;
       state.x.add(dx_);
@@ -78,13 +81,14 @@ struct Adaptive {
     }
 
     /// x_ ← x(t + h).
-    Outcome integrate() {
+    Outcome integrate(const std::stop_token& stop) {
       constexpr double least = 0.1, most = 5, safety = 0.9, least_stride = 1e-12;
       const Scalar blown_up = 1e6, size_before = size();
       const auto field = [this](const Numbers& x, Numbers& dx, Scalar) { evaluate(x, dx); };
       double done = 0, stride = 1;  // in units of h
       field(x_, slope_now_, Scalar(0));
       for (int k = 0; k < most_substeps; ++k) {
+        if (stop.stop_requested()) return Outcome::cancelled;
         const bool last = done + stride >= 1;
         if (last) stride = 1 - done;
         ++attempts_;
@@ -98,12 +102,12 @@ struct Adaptive {
           done += stride;
           field(x_, slope_now_, Scalar(0));
           stride *= std::clamp(factor, least, most);
-        } else {  // too much, or not a number
+        } else {  // the error is too large, or NaN
           stride *= factor >= least ? factor : least;
         }
         if (stride < least_stride) break;
       }
-      // The stride vanishes where the motion ends, or where rounding exceeds the tolerance.
+      // The stride tends to 0 where the solution ends, or where rounding exceeds the tolerance.
       return finite(next_) && size() <= blown_up * size_before ? Outcome::solver_stalled
                                                                : Outcome::not_finite;
     }
@@ -114,7 +118,7 @@ struct Adaptive {
       std::copy_n(slope_.data(), dx.size(), dx.data());
     }
 
-    /// The largest error, each half of the rows against its largest element.
+    /// The largest error, relative in each half of the rows to its largest element.
     double relative_error() const {
       const Eigen::Index rows = dx_.rows(), cols = dx_.cols(), lower = rows / 2;
       const Eigen::Map<const Matrix<Scalar>> x(x_.data(), rows, cols),

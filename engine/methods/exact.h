@@ -9,12 +9,12 @@
 
 namespace stiefel {
 
-/// The motion itself, where it is known in closed form: the state at step k comes from the state at
-/// step 0, for every k in the same time. It is computed in extended precision, in both arithmetics:
-/// nothing accumulates.
+/// The exact motion, where a closed form is known: the state at step k follows from the state at
+/// step 0, at the same cost for every k. Computed in extended precision in both arithmetics, so
+/// rounding errors do not accumulate.
 ///
-/// `MotionOf<S>::make(system, start)` is the motion of S from a state, and `at(t)` of that the
-/// state at time t; `takes(Λ)` whether it is there for the bodies of this Λ, `where` in words.
+/// `MotionOf<S>::make(system, start)` is the motion of S from a state, and its `at(t)` the state at
+/// time t. `takes(Λ)` says whether there is a closed form for this Λ, `where` says it in words.
 ///
 ///     rigid body, N = 3              EulerTop
 ///     rigid body, Λ of two values    TwoValuedBody
@@ -56,7 +56,7 @@ struct Exact {
     using Motion =
         decltype(MotionOf<S>::make(std::declval<const S&>(), std::declval<const Point&>()));
 
-    /// The motion belongs to the state: `start` makes it, from the state at step 0.
+    /// The motion is part of the state: `start` makes it from the state at step 0.
     struct State {
       Accumulator<Point, Arithmetic::plain> x;
       Eigen::Matrix<Scalar, 1, 1> steps;
@@ -78,7 +78,7 @@ struct Exact {
 
     RunStatus step(State& state) const { return at(state, Wide(state.steps(0)) + 1); }
 
-    /// The state k steps after the one that was started from.
+    /// The state k steps after step 0.
     RunStatus at(State& state, Wide k) const {
       const auto& x = state.motion.at(k * Wide(h_));
       if (!x.allFinite()) return {Outcome::not_finite, std::nullopt};

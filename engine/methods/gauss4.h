@@ -3,20 +3,22 @@
 #include "engine/methods/support/implicit_map.h"
 #include "engine/methods/support/through_psi.h"
 #include "engine/methods/support/transposed.h"
+#include "engine/systems/matrix_system.h"
 #include "engine/systems/right_rigid_body.h"
 #include "engine/systems/rigid_body.h"
 
 namespace stiefel {
 
-/// The Gauss method of two stages (Kuntzmann 1961, Butcher 1964), on the state as it stands:
+/// The Gauss method of two stages (Kuntzmann 1961, Butcher 1964), applied to the state as a vector:
 ///
 ///     K_1 = X(x + h(¼K_1 + (¼ − √3/6)K_2)),   K_2 = X(x + h((¼ + √3/6)K_1 + ¼K_2)),
 ///     x′ = x + (h/2)(K_1 + K_2).
 ///
-/// Order 4, time-symmetric, symplectic; it keeps every quadratic invariant (Cooper 1987): QQᵀ and
-/// PQᵀ in the variables (Q, P). It applies to systems that name their quadratic invariants, and the
-/// functions of those, by `quadratic(invariant)`: the forms of the rigid body in (Q, P) or (Q, B).
-/// In (Q, M) it would lose QMQᵀ, so there it works on (Q, P), through Ψ.
+/// Order 4, time-symmetric, symplectic. The method keeps every quadratic invariant (Cooper 1987):
+/// QQᵀ and PQᵀ in the variables (Q, P). It applies to systems whose `quadratic(invariant)` names
+/// the invariants that are quadratic or functions of quadratic ones: the forms of the rigid body in
+/// (Q, P) or (Q, B). In (Q, M) the method would lose QMQᵀ, so for these systems it works on (Q, P),
+/// through Ψ.
 struct Gauss4 {
   static constexpr MethodTraits traits = {
       .name = "gauss4",
@@ -29,7 +31,7 @@ struct Gauss4 {
   };
 
   template <class S>
-  struct InQAndP;  ///< the map of a body given by (Q, M)
+  struct InQAndP;  ///< the map for a body given by (Q, M)
   template <class S>
   static constexpr bool through_psi = requires {
     typename InQAndP<S>::Symmetric;
@@ -37,6 +39,9 @@ struct Gauss4 {
   template <class S>
   static constexpr bool applies = System<S> && (through_psi<S> ||
                                                 requires(std::string_view v) { S::quadratic(v); });
+  /// Whether the method needs only the vector field of the system.
+  template <class S>
+  static constexpr bool by_field_alone = !through_psi<S>;
   template <class S>
   static constexpr Conservation conservation(std::string_view invariant) {
     if constexpr (through_psi<S>)
@@ -108,7 +113,8 @@ template <class Space>
 struct Gauss4::InQAndP<RigidBody<Space>> {
   using Symmetric = SymmetricRigidBody<typename Space::Scalar>;
   template <Arithmetic arithmetic>
-  using Map = ThroughPsi<Space, Stages<Symmetric, arithmetic>, arithmetic>;
+  using Map =
+      ThroughPsi<Space, Stages<MatrixSystem<typename Space::Scalar>, arithmetic>, arithmetic>;
 };
 template <class Scalar>
 struct Gauss4::InQAndP<RightRigidBody<Scalar>> {
@@ -117,5 +123,8 @@ struct Gauss4::InQAndP<RightRigidBody<Scalar>> {
   using Map =
       Transposed<typename InQAndP<RigidBody<SoN<Scalar>>>::template Map<arithmetic>, arithmetic>;
 };
+
+extern template class Gauss4::Stages<MatrixSystem<double>, Arithmetic::compensated>;
+extern template class Gauss4::Stages<MatrixSystem<double>, Arithmetic::plain>;
 
 }  // namespace stiefel

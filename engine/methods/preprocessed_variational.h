@@ -6,8 +6,8 @@
 
 namespace stiefel {
 
-/// The variational integrator of the rigid body in three dimensions at orders from 4 to 16, for the
-/// price of order 2: the Moser–Veselov map with modified moments of inertia.
+/// The variational integrator of the rigid body in three dimensions with the even orders 4 to 16,
+/// each at the cost of order 2: the Moser–Veselov map with modified moments of inertia.
 struct PreprocessedVariational {
   static constexpr MethodTraits traits = {
       .name = "preprocessed_variational",
@@ -17,6 +17,8 @@ struct PreprocessedVariational {
       .orders = {4, 6, 8, 10, 12, 14, 16},
       .default_order = 4,
       .reversible = true,
+      .in_float = true,
+      .packing = Packing::modified_inertia,
   };
 
   template <class S>

@@ -8,14 +8,14 @@
 
 namespace stiefel {
 
-/// The rigid body in three dimensions by splitting its energy ½ Σ m_i²/I_i: each term alone makes m
-/// and Q turn about a principal axis at the constant rate m_i/I_i, and Strang's composition of the
-/// three is symmetric, explicit and of order 2:
+/// The rigid body in three dimensions by splitting its energy ½ Σ m_i²/I_i. Each term alone turns m
+/// and Q about a principal axis at the constant rate m_i/I_i. Strang's composition of the three
+/// flows is symmetric, explicit and of order 2:
 ///
 ///     Φ_h = φ¹_{h/2} ∘ φ²_{h/2} ∘ φ³_h ∘ φ²_{h/2} ∘ φ¹_{h/2}.
 ///
-/// It is Poisson: spatial momentum, |m| and the orthogonality of Q to rounding, the energy without
-/// growth.
+/// The map is Poisson: it keeps the spatial momentum, |m| and the orthogonality of Q to rounding,
+/// and the energy error stays bounded.
 struct Splitting {
   static constexpr MethodTraits traits = {
       .name = "splitting",
@@ -93,7 +93,7 @@ struct Splitting {
         x(1 + b) = q_b * cosine + q_c * sine;
         x(1 + c) = q_c * cosine - q_b * sine;
       }
-      const Working m_b = x(first + b), m_c = x(first + c);  // by θ: sin θ and 1 − cos θ
+      const Working m_b = x(first + b), m_c = x(first + c);  // turned by θ: sin θ and 1 − cos θ
       x(first + b) += 2 * sine * (cosine * m_c - sine * m_b);
       x(first + c) -= 2 * sine * (cosine * m_b + sine * m_c);
     }

@@ -12,11 +12,12 @@
 #include "engine/systems/rigid_body.h"
 #include "engine/systems/stiefel.h"
 #include "engine/systems/symmetric_rigid_body.h"
+#include "stiefel/invariant_names.h"
 
 namespace stiefel {
 
-/// The variational integrator: for the rigid body it is the Moser–Veselov map, on V(n, N) RATTLE,
-/// and at n = N these are one; symmetric compositions of it for the orders 4, 6 and 8.
+/// The variational integrator: the Moser–Veselov map for the rigid body, RATTLE on V(n, N); at n =
+/// N the two are the same map. The orders 4, 6 and 8 are symmetric compositions of it.
 /// `MapOf<S>::make<arithmetic>(system, h)` is the map of order 2.
 struct Variational {
   static constexpr MethodTraits traits = {
@@ -27,6 +28,9 @@ struct Variational {
       .orders = {2, 4, 6, 8},
       .default_order = 2,
       .reversible = true,
+      .in_float = true,
+      .in_so4 = true,
+      .packing = Packing::stages,
   };
 
   template <class S>
@@ -65,7 +69,7 @@ struct Variational::MapOf<RigidBody<Space>> {
   }
 };
 
-/// The transpose of the left-invariant map.
+/// Right-invariant systems use the transpose of the left-invariant map.
 template <class Scalar>
 struct Variational::MapOf<RightRigidBody<Scalar>> {
   static constexpr bool keeps(std::string_view) { return true; }
@@ -76,7 +80,7 @@ struct Variational::MapOf<RightRigidBody<Scalar>> {
   }
 };
 
-/// (SDRBn), which is the Moser–Veselov map under Ψ.
+/// The symmetric representation uses (SDRBn), which is the Moser–Veselov map under Ψ.
 template <class Scalar>
 struct Variational::MapOf<SymmetricRigidBody<Scalar>> {
   static constexpr bool keeps(std::string_view) { return true; }
@@ -99,7 +103,7 @@ struct Variational::MapOf<RightSymmetricRigidBody<Scalar>> {
 
 template <class Scalar>
 struct Variational::MapOf<Stiefel<Scalar>> {
-  static constexpr bool keeps(std::string_view invariant) { return invariant != "energy"; }
+  static constexpr bool keeps(std::string_view invariant) { return invariant != family::energy; }
   template <Arithmetic arithmetic>
   static RattleStiefel<Scalar, arithmetic> make(const Stiefel<Scalar>& system, Scalar h) {
     return {system.lambda(), system.n(), h};
@@ -107,7 +111,9 @@ struct Variational::MapOf<Stiefel<Scalar>> {
 };
 template <class Scalar>
 struct Variational::MapOf<Ellipsoid<Scalar>> {
-  static constexpr bool keeps(std::string_view invariant) { return invariant == "orthogonality"; }
+  static constexpr bool keeps(std::string_view invariant) {
+    return invariant == family::orthogonality;
+  }
   template <Arithmetic arithmetic>
   static RattleStiefel<Scalar, arithmetic, Under::Qdot> make(const Ellipsoid<Scalar>& system,
                                                              Scalar h) {

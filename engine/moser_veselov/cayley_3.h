@@ -10,7 +10,7 @@ template <class Scalar>
 class Inverse3 {
  public:
   Inverse3() = default;
-  /// The matrix by its rows.
+  /// Takes the matrix by its rows a, b, c.
   Inverse3(const Vector3<Scalar>& a, const Vector3<Scalar>& b, const Vector3<Scalar>& c)
       : bc_(b.cross(c)), ca_(c.cross(a)), ab_(a.cross(b)), reciprocal_(1 / dot(a, bc_)) {}
 
@@ -27,9 +27,8 @@ class Inverse3 {
 ///
 ///     c = (1 + |c|²) n + κ∘(c₂c₃, c₃c₁, c₁c₂)
 ///
-/// for the vector c of U = (I − ĉ)⁻¹(I + ĉ): U = J_D⁻¹(hM) with n = (h/2) m/I and κ₁ =
-/// (I₂ − I₃)/I₁, cyclic (Hairer and Vilmart 2006). What is wanted is the solution that goes
-/// to 0 with n.
+/// for the vector c of U = (I − ĉ)⁻¹(I + ĉ): U = J_D⁻¹(hM) with n = (h/2) m/I and κ₁ = (I₂ −
+/// I₃)/I₁, cyclic (Hairer and Vilmart 2006). The class finds the solution that goes to 0 with n.
 template <class Scalar>
 class CayleyEquation3 {
  public:
@@ -37,7 +36,8 @@ class CayleyEquation3 {
 
   Vec c = Vec::Zero();
 
-  /// By the chord method and, where that fails, by Newton's. False: no solution was found.
+  /// Solves by the chord method and, where that fails, by Newton's. Returns false if neither finds
+  /// a solution.
   bool solve(const Vec& n, const Vec& kappa) {
     if (chord(n, kappa)) return true;
     c = n;
@@ -45,8 +45,8 @@ class CayleyEquation3 {
   }
 
   /// Two sweeps of the fixed point, then the chord method: since the equation is quadratic, c − Δ
-  /// solves it when Δ = G′⁻¹(G − |Δ|² n − κ∘(Δ₂Δ₃, …)), G and G′ at c. Each round of that gains as
-  /// many digits as the sweeps found. Where it holds the solution was found.
+  /// solves it when Δ = G′⁻¹(G − |Δ|² n − κ∘(Δ₂Δ₃, …)), G and G′ at c. Each round gains as many
+  /// digits as the two sweeps found. The result marks the lanes with a solution.
   Mask<Scalar> chord(const Vec& n, const Vec& kappa) {
     c = n;
     c = image(n, kappa);
@@ -72,9 +72,9 @@ class CayleyEquation3 {
     return found;
   }
 
-  /// From c as it is.
+  /// Newton's method from the current c.
   bool newton(const Vec& n, const Vec& kappa) {
-    // The iteration that follows a correction of relative size ε is left with about ε².
+    // After a correction of relative size ε the error is about ε².
     const Scalar enough = two_to<Scalar>(-(bits<Scalar> + 1) / 2);
     constexpr int most = 20;
     using std::isfinite;
@@ -89,11 +89,11 @@ class CayleyEquation3 {
     return false;
   }
 
-  /// G′⁻¹ r, with G′ as it was last formed.
+  /// G′⁻¹ r, with the G′ that was formed last.
   Vec correction(const Vec& r) const { return inverse_ * r; }
 
  private:
-  /// The right side.
+  /// The right-hand side of the equation.
   Vec image(const Vec& n, const Vec& kappa) const {
     return n + squared_norm(c) * n + kappa.cwiseProduct(cyclic_product<Scalar>(c, c));
   }

@@ -14,7 +14,7 @@ namespace stiefel {
 ///
 ///     G(C) = C + p C̃ − κ∘C² − τ n = 0,
 ///
-/// whose solution is wanted that goes to 0 with n. For h‖Ω‖ well below 1.
+/// The class finds the solution that goes to 0 with n, for h‖Ω‖ well below 1.
 template <class Scalar>
 class CayleyEquation4 {
  public:
@@ -22,8 +22,8 @@ class CayleyEquation4 {
 
   Vec c = Vec::Zero();
 
-  /// Two sweeps of the fixed point, then Newton's method with G′⁻¹ = (I − E)⁻¹ as I + E + E². Where
-  /// it holds the solution was found.
+  /// Two sweeps of the fixed point, then Newton's method with G′⁻¹ = (I − E)⁻¹ as I + E + E². The
+  /// result marks the lanes with a solution.
   Mask<Scalar> solve(const Vec& n, const Vec& kappa) {
     c = n;
     c -= residual(n, kappa);
@@ -36,7 +36,7 @@ class CayleyEquation4 {
       const Vec delta = correction(residual(n, kappa), n, kappa);
       const Scalar change = dot(delta, delta);
       for (int i = 0; i < 6; ++i) c(i) = select(found, c(i), c(i) - delta(i));
-      // The next change is smaller by change / last; the first ratio says nothing yet.
+      // The next change is smaller by the factor change / last; the first ratio is not reliable.
       if (k > 0) found = found | (change * change <= small * last);
       if (all(found)) break;
       last = change;
@@ -55,7 +55,7 @@ class CayleyEquation4 {
     return G;
   }
 
-  /// G′⁻¹ G, but for E³.
+  /// G′⁻¹ G, up to terms in E³.
   Vec correction(const Vec& G, const Vec& n, const Vec& kappa) const {
     const Vec once = G + error(G, n, kappa);
     return G + error(once, n, kappa);

@@ -14,10 +14,10 @@ namespace stiefel {
 ///
 ///     F(C) = ΛC + CΛ − ½ (I − C) K (I + C) = 0.
 ///
-/// It divides by λ_i + λ_j only, so one λ may be 0 or slightly negative and Λ may be spread wide,
-/// and U is orthogonal whatever C. CayleySweep while that converges fast; else Newton, Aᵀδ + δA =
-/// −F with A = Λ + ½K(I + C). At the solution spec(A) = spec(UΛ), so the branch that starts at the
-/// identity lasts while Re(w_i + w_j) > 0 for i < j.
+/// The only divisors are λ_i + λ_j, so one λ may be 0 or slightly negative and Λ may be spread
+/// wide. U is orthogonal for every C. Iterates with CayleySweep while that converges fast, else
+/// with Newton's method, Aᵀδ + δA = −F with A = Λ + ½K(I + C). At the solution spec(A) = spec(UΛ),
+/// so the branch that starts at the identity lasts while Re(w_i + w_j) > 0 for i < j.
 template <class Scalar, Arithmetic arithmetic>
 class CayleyN {
  public:
@@ -28,19 +28,20 @@ class CayleyN {
 
   Matrix<Scalar>& C() { return C_; }
 
-  /// C = hΩ/2, which is right to second order.
+  /// Starts from C = hΩ/2, which is right to second order.
   void start(const Matrix<Scalar>& K);
 
-  /// From the C that is there; false if that is slow. K = hM.
+  /// Fixed point from the current C. Returns false if it converges slowly. K = hM.
   bool fixed_point(const Matrix<Scalar>& K);
 
-  /// From the C that is there, to the principal branch or not at all.
+  /// Newton's method from the current C. Returns false unless it ends on the principal branch. K =
+  /// hM.
   bool newton(const Matrix<Scalar>& K);
 
   /// UΛ − Λ = 2(I − C)⁻¹CΛ.
   const Matrix<Scalar>& deviation();
 
-  /// M ← UᵀMU = M + (4/h)[Λ, D], D = C²(I − C²)⁻¹, C to its last bit.
+  /// M ← UᵀMU = M + (4/h)[Λ, D], D = C²(I − C²)⁻¹, with C accurate to the last bit.
   void transport_momentum(State& x);
 
   /// U − I of the last transport_momentum.
@@ -50,7 +51,7 @@ class CayleyN {
   void transport_frame(State& x);
 
  private:
-  /// More sweeps, in wider arithmetic, until C is known far below its rounding.
+  /// More sweeps in wider arithmetic, until the error of C is far below its rounding.
   void finish();
 
   void residual(const Matrix<Scalar>& K);
@@ -100,7 +101,7 @@ bool CayleyN<Scalar, arithmetic>::fixed_point(const Matrix<Scalar>& K) {
   for (int k = 0; k < most; ++k) {
     const Scalar size = sweep_(hOmega_, C_);
     const Scalar ratio = k == 0 ? slow : size / last;
-    // The angles of U, of which none is large however large C is.
+    // The scale is the angle of U, which stays bounded however large C is.
     const Scalar angle = std::min<Scalar>(1, C_.cwiseAbs().maxCoeff());
     if (!(size <= last * slow) && k > 1) return size <= 16 * enough * angle;
     if (size * ratio <= enough * angle) return true;

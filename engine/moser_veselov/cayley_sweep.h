@@ -13,10 +13,9 @@ namespace stiefel {
 ///
 ///     C ← C + ½ (I + C)ω(I − C),   ω = hΩ − 2q + 2 D∘(λ_i − λ_j)/(λ_i + λ_j),
 ///
-/// which turns U into U(I + ω) to first order. ω is −(UΛ − ΛUᵀ − hM)_ij/(λ_i + λ_j), with
-/// everything divided by λ_i + λ_j before anything is added: Ω and ratios of at most 1 are all it
-/// sees of Λ, so the error shrinks by about h‖Ω‖ a sweep, and C keeps its digits, however wide Λ is
-/// spread.
+/// This turns U into U(I + ω) to first order. ω is −(UΛ − ΛUᵀ − hM)_ij/(λ_i + λ_j), with each term
+/// divided by λ_i + λ_j before the sum. Λ then enters through Ω and ratios of at most 1, so the
+/// error shrinks by about h‖Ω‖ a sweep and C keeps its digits however wide Λ is spread.
 template <class Scalar>
 class CayleySweep {
  public:
@@ -34,7 +33,7 @@ class CayleySweep {
 
   const Vector<Scalar>& lambda() const { return lambda_; }
 
-  /// The largest element of ω.
+  /// One sweep. Returns the largest element of ω.
   Scalar operator()(const Matrix<Scalar>& hOmega, Matrix<Scalar>& C) {
     evaluate(C);
     q_ = hOmega - Scalar(2) * (q_ - ratio_.cwiseProduct(D_));  // ω
@@ -51,7 +50,7 @@ class CayleySweep {
     return size;
   }
 
-  /// q and D.
+  /// Computes q and D for this C.
   void evaluate(const Matrix<Scalar>& C) {
     product_.noalias() = C.transpose() * C;
     product_.diagonal().array() += Scalar(1);
@@ -61,7 +60,7 @@ class CayleySweep {
     D_.noalias() = C * q_;
   }
 
-  /// Of the C last given to `evaluate`.
+  /// D for the C of the last `evaluate`.
   const Matrix<Scalar>& D() const { return D_; }
   const Matrix<Scalar>& U_minus_I() {
     product_ = Scalar(2) * (q_ + D_);

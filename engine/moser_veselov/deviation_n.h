@@ -10,8 +10,8 @@ namespace stiefel {
 ///
 ///     M_{k+1} − M_k = [Λ, U + Uᵀ]/h = −(λ_i − λ_j)(XᵀX)_ij / (λ_iλ_jh),
 ///
-/// small quantities from small ones. Compensated arithmetic forms XᵀX and the increment to nearly
-/// twice the precision.
+/// which forms small quantities from small ones. Compensated arithmetic forms XᵀX and the increment
+/// to nearly twice the precision.
 template <class Scalar, Arithmetic arithmetic>
 class DeviationN : public DeviationSweeps<Scalar> {
  public:
@@ -20,12 +20,12 @@ class DeviationN : public DeviationSweeps<Scalar> {
 
   DeviationN(const Vector<Scalar>& lambda, Scalar h);
 
-  /// From the R that is there; false if that is slow. K = hM.
+  /// Sweeps from the current R. Returns false if they converge slowly. K = hM.
   bool sweep(const Matrix<Scalar>& K) {
     return Sweeps::sweep(K, arithmetic == Arithmetic::compensated);
   }
 
-  /// M ← UᵀMU, and X to its last bit.
+  /// M ← UᵀMU, with X accurate to the last bit.
   void transport_momentum(State& x);
 
   /// U − I = XΛ⁻¹ of the last transport_momentum.
@@ -41,11 +41,12 @@ class DeviationN : public DeviationSweeps<Scalar> {
   void transport_plainly(State& x);
   void transport_carefully(State& x);
 
-  /// X with M's carry, as a rounded X and what that took away; then XᵀX = G + low + lowᵀ.
+  /// Forms X including M's carry, as a rounded X and its rounding error; then XᵀX = G + low + lowᵀ.
   void form_product(const State& x);
 
-  /// More sweeps for the price of a product each: as R changes by δ, XᵀX changes by Xᵀδ + δX. Until
-  /// R is known far below its rounding, because what is left is a drift that grows like the steps.
+  /// More sweeps, one product each: when R changes by δ, XᵀX changes by Xᵀδ + δX. They end when the
+  /// error of R is far below its rounding; a larger error would be a drift that grows with the
+  /// number of steps.
   void correct_product();
 
   Wide wide_XX(Eigen::Index i, Eigen::Index j) const {

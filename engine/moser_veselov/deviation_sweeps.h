@@ -14,10 +14,10 @@ namespace stiefel {
 ///
 ///     (Λ + X)ᵀ(Λ + X) = Λ²   ⟺   R_ij = −(XᵀX)_ij / (λ_i + λ_j),
 ///
-/// by the fixed point that this is, one symmetric product a sweep; its derivative is a commutator
-/// with hΩ at Λ = I, whose eigenvalues are imaginary, hence LaggedAnderson. Small quantities stay
-/// relatively accurate. Any symmetric R satisfies UΛ − ΛUᵀ = hM, so what is watched is Λ⁻¹(WᵀW −
-/// Λ²)Λ⁻¹ = UᵀU − I, W = Λ + X. For λ_i > 0 of moderate spread.
+/// solved as this fixed point, one symmetric product a sweep. At Λ = I its derivative is a
+/// commutator with hΩ, whose eigenvalues are imaginary, hence LaggedAnderson. Small quantities stay
+/// relatively accurate. Every symmetric R satisfies UΛ − ΛUᵀ = hM, so the stopping test is Λ⁻¹(WᵀW
+/// − Λ²)Λ⁻¹ = UᵀU − I, W = Λ + X. For λ_i > 0 of moderate spread.
 template <class Scalar>
 class DeviationSweeps {
  public:
@@ -26,11 +26,11 @@ class DeviationSweeps {
   /// R on and above the diagonal, column after column.
   Vector<Scalar>& R() { return R_; }
 
-  /// From the R that is there until UᵀU − I is at rounding level, or R too, which is as X²; false
-  /// if that is slow. K = hM.
+  /// Sweeps from the current R until UᵀU − I is at rounding level, or, `to_its_last_bit`, until R
+  /// is, which is of the size of X². Returns false if that is slow. K = hM.
   bool sweep(const Matrix<Scalar>& K, bool to_its_last_bit);
 
-  /// Takes X from elsewhere.
+  /// Sets X to a solution found elsewhere.
   void set(const Matrix<Scalar>& X, const Matrix<Scalar>& K);
 
  protected:
@@ -42,11 +42,11 @@ class DeviationSweeps {
   Matrix<Scalar> X_, G_;  ///< G is XᵀX on and above the diagonal
 
  private:
-  /// hΩΛ, whose element is K_ijλ_j/(λ_i + λ_j).
+  /// Forms hΩΛ, with the elements K_ijλ_j/(λ_i + λ_j).
   void form_hOmegaLambda(const Matrix<Scalar>& K);
   void form_X();
 
-  /// R ← −XᵀX/(λ_i + λ_j), accelerated; the largest change of UᵀU − I.
+  /// R ← −XᵀX/(λ_i + λ_j), accelerated. Returns the largest change of UᵀU − I.
   Scalar correct();
 
   /// The largest element of U − I and of its transpose.

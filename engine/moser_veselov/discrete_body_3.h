@@ -16,8 +16,8 @@ namespace stiefel {
 ///
 ///     q ← q∘(1, c)/|(1, c)|,   m₁ ← m₁ + (4/h)(I₂ − I₃) c₂c₃/(1 + |c|²) and cyclic.
 ///
-/// It divides by no λ_i, so thin plates are bodies like others. Whatever constant positive moments
-/// it is given, it keeps |m|², Σ m_i²/I_i and Q m.
+/// No λ_i is a divisor, so a thin plate needs no special case. For any constant positive moments
+/// the step keeps |m|², Σ m_i²/I_i and Q m.
 template <class Scalar, bool frame, Arithmetic arithmetic>
 class DiscreteBody3 {
  public:
@@ -26,16 +26,16 @@ class DiscreteBody3 {
   using Wide = Doubled<Scalar>;
   using Inertia = DiscreteInertia3<Scalar>;
 
-  /// Finds c; false where there is none.
+  /// Finds c. Returns false where there is none.
   bool solve(const State& x, const Inertia& I) {
     return I.positive && equation_.solve(n(x, I), I.kappa) && on_branch(I);
   }
-  /// Finds c in the lanes where that is easy, and says in which.
+  /// Finds c in the lanes where the chord method succeeds, and returns those lanes.
   Mask<Scalar> solve_where_easy(const State& x, const Inertia& I) {
     const Mask<Scalar> found = equation_.chord(n(x, I), I.kappa);
     return I.positive & found & (squared_norm(equation_.c) < I.near);
   }
-  /// The same for the step t·h, from the solution found last.
+  /// Finds c for the step t·h, starting from the solution found last.
   bool continue_to(const State& x, const Inertia& I, Scalar t = 1) {
     const Vector3<Scalar> found = equation_.c;
     if (I.positive && equation_.newton(t * n(x, I), I.kappa) && on_branch(I)) return true;
@@ -44,7 +44,7 @@ class DiscreteBody3 {
   }
   void restart() { equation_.c.setZero(); }
 
-  /// The step with the c that was found.
+  /// Applies the step with the c found last.
   void transport(State& x, const Inertia& I) const {
     if constexpr (arithmetic == Arithmetic::plain)
       transport_plain(x.value, I);
@@ -53,24 +53,25 @@ class DiscreteBody3 {
   }
 
  private:
-  static constexpr int first = frame ? 4 : 0;  // of m
+  static constexpr int first = frame ? 4 : 0;  // where m starts
 
   static Vector3<Scalar> m(const State& x) { return x.value.template tail<3>(); }
   static Vector3<Scalar> n(const State& x, const Inertia& I) {
     return I.half_turn.cwiseProduct(m(x));
   }
 
-  /// Whether w_i + w_j, w = spec(UΛ), have positive real parts, as they have while the branch that
-  /// starts at the identity lasts. The coefficients of w's polynomial see of U its diagonal only,
+  /// Whether all w_i + w_j, w = spec(UΛ), have positive real parts, which holds on the branch that
+  /// starts at the identity. The characteristic polynomial of UΛ depends on the diagonal of U only:
   ///
   ///     e₁ = Σ λ_iU_ii,   e₂ = λ₂λ₃U₁₁ + …,   e₃ = λ₁λ₂λ₃;
   ///
-  /// those of the sums' are 2e₁, e₁² + e₂ and e₁e₂ − e₃. Routh–Hurwitz.
+  /// The polynomial of the sums has the coefficients 2e₁, e₁² + e₂ and e₁e₂ − e₃; the test is that
+  /// of Routh and Hurwitz.
   [[gnu::always_inline]] bool on_branch(const Inertia& I) const {
     return squared_norm(equation_.c) < I.near || has_positive_spectrum(I);
   }
   bool has_positive_spectrum(const Inertia& I) const {
-    const Vector3<Scalar> lambda = I.lambda / I.lambda.maxCoeff();  // cubes are in range
+    const Vector3<Scalar> lambda = I.lambda / I.lambda.maxCoeff();  // so that cubes are in range
     const Vector3<Scalar> c2 = equation_.c.cwiseAbs2();
     const Scalar all = 1 + c2.sum();
     const Vector3<Scalar> U = (2 * (1 + c2.array()) / all - 1).matrix();
@@ -87,7 +88,7 @@ class DiscreteBody3 {
     if constexpr (frame) {
       const Eigen::Matrix<Scalar, 4, 1> q = So3<Scalar, true>::quaternion_times(x, Scalar(1), c);
       const Scalar q2 = (q(0) * q(0) + q(1) * q(1)) + (q(2) * q(2) + q(3) * q(3));
-      // |q|^−1 by one Newton step from √w, which it is but for rounding.
+      // One Newton step for |q|^−1 from √w, which differs from it by rounding only.
       x.template head<4>() = (sqrt(w) * (3 - w * q2) / 2) * q;
     }
   }
@@ -106,7 +107,7 @@ class DiscreteBody3 {
     for (int i = 0; i < 3; ++i) x.add(first + i, w2 * at.twist(i));
   }
 
-  /// c after a last correction, |c|², and (I₂ − I₃)/(h/2) c₂c₃ and cyclic.
+  /// c after a last correction, |c|², and the products (I₂ − I₃)/(h/2) c₂c₃ and cyclic.
   struct Solution {
     Vector3<Wide> c, twist;
     Wide c2;
@@ -116,7 +117,8 @@ class DiscreteBody3 {
   ///
   ///     F = I/(h/2)∘c − (I₂ − I₃)/(h/2) c₂c₃ … − (1 + |c|²) m,
   ///
-  /// and what depends on c is changed with it to first order, which is all that counts.
+  /// and the correction of c changes the quantities that depend on c to first order; higher orders
+  /// are below rounding.
   Solution solution(const State& x, const Inertia& I) const {
     const Vector3<Scalar>& c = equation_.c;
     const Scalar one(1);

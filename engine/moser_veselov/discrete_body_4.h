@@ -18,7 +18,7 @@ class DiscreteBody4 {
   using Wide = Doubled<Scalar>;
   using Inertia = DiscreteInertia4<Scalar>;
 
-  /// Finds C in the lanes where that is easy, and says in which.
+  /// Finds C in the lanes where the iteration succeeds, and returns those lanes.
   Mask<Scalar> solve_where_easy(const State& x, const Inertia& I) {
     Skew4<Scalar> n;
     for (int k = 0; k < 6; ++k) n(k) = I.half_turn(k) * x.value(first + k);
@@ -26,10 +26,10 @@ class DiscreteBody4 {
     return I.positive & found & (dot(equation_.c, equation_.c) < I.near);
   }
 
-  /// C found otherwise.
+  /// Sets C to a solution found elsewhere.
   void set(const Skew4<Scalar>& c) { equation_.c = c; }
 
-  /// The step with the C that was found.
+  /// Applies the step with the C found last.
   void transport(State& x, const Inertia& I) const {
     if constexpr (arithmetic == Arithmetic::plain)
       transport_plain(x.value, I);
@@ -38,7 +38,7 @@ class DiscreteBody4 {
   }
 
  private:
-  static constexpr int first = So4<Scalar, frame>::first;  // of m
+  static constexpr int first = So4<Scalar, frame>::first;  // where m starts
 
   void transport_plain(Point& x, const Inertia& I) const {
     const Skew4<Scalar>& c = equation_.c;
@@ -51,8 +51,8 @@ class DiscreteBody4 {
     }
   }
 
-  /// The residual is formed in double words, and what depends on C is changed with it to first
-  /// order, which is all that counts.
+  /// The residual is formed in double words. The correction of C changes the quantities that depend
+  /// on C to first order; higher orders are below rounding.
   void transport_compensated(State& x, const Inertia& I) const {
     const Skew4<Scalar>& c = equation_.c;
     const Scalar one(1), two(2);
@@ -85,7 +85,7 @@ class DiscreteBody4 {
     for (int k = 0; k < 6; ++k) x.add(first + k, w2 * (I.differences_h(k) * c2(k)));
   }
 
-  /// scale Q (C + p C̃ + C² − p²).
+  /// `scale` · Q (C + p C̃ + C² − p²).
   static Eigen::Matrix<Scalar, 16, 1> turned(const Point& x, const Skew4<Scalar>& c,
                                              const Skew4<Scalar>& c2, const Scalar& p,
                                              const Scalar& scale) {

@@ -6,16 +6,16 @@
 
 namespace stiefel {
 
-/// λ_i + λ_j, λ_i − λ_j for the pairs i ≠ j, and a step, with what the discrete body makes of them.
-/// In three dimensions the sums are the principal moments.
+/// The constants of the discrete body for one step h: functions of λ_i + λ_j and λ_i − λ_j for the
+/// pairs i ≠ j. In three dimensions the sums are the principal moments.
 template <class Scalar, int pairs>
 struct DiscreteInertia {
   using Wide = Doubled<Scalar>;
   template <class T>
   using Vec = std::conditional_t<pairs == 3, Vector3<T>, Skew4<T>>;
 
-  Mask<Scalar> positive;  ///< the sums
-  Scalar near;            ///< where |c|² is less, a solution is on the branch of the identity
+  Mask<Scalar> positive;  ///< all λ_i + λ_j > 0
+  Scalar near;            ///< a solution with |c|² below this is on the branch of the identity
   Eigen::Matrix<Scalar, pairs == 3 ? 3 : 4, 1, Eigen::DontAlign> lambda;
   Vec<Scalar> half_turn;    ///< (h/2)/(λ_i + λ_j)
   Vec<Scalar> kappa;        ///< (λ_i − λ_j)/(λ_i + λ_j)
@@ -23,7 +23,7 @@ struct DiscreteInertia {
   Vec<Wide> moments_h;      ///< (λ_i + λ_j)/(h/2)
   Vec<Wide> differences_h;  ///< (λ_i − λ_j)/(h/2)
 
-  /// Of PrincipalMoments3 or PairSums4.
+  /// From PrincipalMoments3 or PairSums4.
   template <class Pairs>
   DiscreteInertia(const Pairs& I, Scalar step)
       : near(static_cast<Scalar>(I.nearness())),
@@ -37,7 +37,7 @@ struct DiscreteInertia {
     differences_h = (I.differences / (Given(step) / 2)).template cast<Wide>();
   }
 
-  /// Those of several bodies as the lanes of one.
+  /// The constants of several bodies, one body in each lane.
   template <class Body>
   explicit DiscreteInertia(const Body* bodies) {
     const auto lane = [&](auto&& number) {
@@ -59,7 +59,8 @@ struct DiscreteInertia {
   }
 };
 
-// Functions that are compiled for other instruction sets read them.
+// Code compiled for other instruction sets reads these objects, so their alignment must not exceed
+// 16.
 static_assert(alignof(DiscreteInertia<double, 3>) <= 16 &&
               alignof(DiscreteInertia<double, 6>) <= 16);
 

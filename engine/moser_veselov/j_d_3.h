@@ -4,8 +4,8 @@
 
 namespace stiefel {
 
-/// U = J_D⁻¹(hM), that is UΛ − ΛUᵀ = hM, in three dimensions, with the step that it makes: the
-/// counterpart of JDInverseN.
+/// Solves UΛ − ΛUᵀ = hM for U = J_D⁻¹(hM) in three dimensions and applies the step: the counterpart
+/// of JDInverseN.
 template <class Scalar, bool frame, Arithmetic arithmetic>
 class JDInverse3 {
  public:
@@ -13,7 +13,7 @@ class JDInverse3 {
   using Point = typename Body::Point;
   using State = typename Body::State;
 
-  /// The equation's start needs no history.
+  /// Empty: the iteration starts without the solutions of earlier steps.
   struct Memory {
     template <class Visitor>
     void each(Visitor&&) {}
@@ -25,11 +25,11 @@ class JDInverse3 {
   Memory memory() const { return {}; }
 
   bool solve(const State& x, const Memory&) { return body_.solve(x, inertia_); }
-  /// The same for the step t·h, from the solution found last.
+  /// Finds U for the step t·h, starting from the solution found last.
   bool continue_to(const State& x, double t) {
     return body_.continue_to(x, inertia_, static_cast<Scalar>(t));
   }
-  /// Starts anew from t = 0.
+  /// Forgets the last solution: the next `continue_to` starts from t = 0.
   void restart() { body_.restart(); }
 
   /// Q ← QU, M ← UᵀMU.

@@ -5,15 +5,15 @@
 
 namespace stiefel {
 
-/// U = J_D⁻¹(hM) in four dimensions, with the step that it makes: the counterpart of JDInverseN.
-/// Long steps, and those of Λ with a λ < 0, are solved as for every N.
+/// Solves UΛ − ΛUᵀ = hM for U = J_D⁻¹(hM) in four dimensions and applies the step: the counterpart
+/// of JDInverseN. Long steps, and Λ with a λ < 0, use the general solver CayleyN.
 template <class Scalar, bool frame, Arithmetic arithmetic>
 class JDInverse4 {
  public:
   using Body = DiscreteBody4<Scalar, frame, arithmetic>;
   using State = typename Body::State;
 
-  /// The equation's start needs no history.
+  /// Empty: the iteration starts without the solutions of earlier steps.
   struct Memory {
     template <class Visitor>
     void each(Visitor&&) {}
@@ -37,7 +37,8 @@ class JDInverse4 {
     cayley_.start(K_);
     return cayley_.newton(K_) && take_over();
   }
-  /// The same for the step t·h, from the solution found last; after `restart` from none.
+  /// Finds U for the step t·h, starting from the solution found last, or after `restart` from U =
+  /// I.
   bool continue_to(const State& x, double t) {
     form_K(x, static_cast<Scalar>(t) * h_);
     found_ = cayley_.C();

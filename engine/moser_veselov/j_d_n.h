@@ -6,16 +6,17 @@
 
 namespace stiefel {
 
-/// U = J_D⁻¹(hM), that is UΛ − ΛUᵀ = hM on the branch that starts at the identity, in N dimensions:
-/// by sweeps in the deviation form, started from the extrapolated solution of the last steps; where
-/// those are slow, Newton in Cayley's form; where Λ is spread wide or not positive, Cayley's form
-/// alone. Λ and h are counted in a unit in which the largest λ is about 1: U depends on Λ : h only,
-/// and products of Λ with itself are in range whatever the units of a scene.
+/// Solves UΛ − ΛUᵀ = hM for U = J_D⁻¹(hM) in N dimensions, on the branch that starts at the
+/// identity. Sweeps in the deviation form start from the extrapolated solution of the last steps.
+/// Where they are slow, Newton's method in the Cayley form follows. Where Λ is spread wide or not
+/// positive, the Cayley form is used alone. Λ and h are counted in a unit in which the largest λ is
+/// about 1: U depends on Λ : h only, and products of two λ are then in range in all units.
 template <class Scalar, Arithmetic arithmetic>
 class JDInverseN {
  public:
   using State = Accumulator<Matrix<Scalar>, arithmetic>;
-  /// At h‖Ω‖ = 0.2 each point of it saves half a sweep; more would only sum their roundings.
+  /// At h‖Ω‖ = 0.2 each of the 14 points saves half a sweep; more points would add rounding errors
+  /// only.
   using Memory = History<Scalar, 14>;
 
   JDInverseN(const Vector<Scalar>& lambda, Scalar h)
@@ -23,10 +24,11 @@ class JDInverseN {
 
   Memory memory() const { return wide_spread_ ? Memory(N_, N_) : Memory(N_ * (N_ + 1) / 2, 1); }
 
-  /// Finds U; false where the branch has none, or is not found from here.
+  /// Finds U. Returns false where the branch has no solution, or the iterations do not find it.
   bool solve(const State& x, const Memory& memory);
 
-  /// The same for the step t·h, from the solution found last; after `restart` from none.
+  /// Finds U for the step t·h, starting from the solution found last, or after `restart` from U =
+  /// I.
   bool continue_to(const State& x, double t);
   void restart() { cayley_.C().setZero(); }
 

@@ -9,21 +9,20 @@ namespace stiefel {
 ///
 ///     1/J_i = s/I_i + d,   s and d even polynomials in h of degree p − 2,
 ///
-/// constant along a motion. They are found from the motion itself, whatever the order: in the words
-/// of MotionSeries the discrete body with moments J takes its rotation from −t to t as the step
-/// h = 2t where
+/// The moments J are constant along a motion and follow from its MotionSeries at every order. The
+/// discrete body with moments J makes the rotation of the motion from −t to t as its step h = 2t if
 ///
-///     m(−t) + m(t) = (4/h) e J∘(t m_1c_1, …),   m_1(t) − m_1(−t) = (4/h)(J_2 − J_3)
-///     t²m_2m_3c_2c_3,
+///     m(−t) + m(t) = (4/h) e J∘(t m_1c_1, …),
+///     m_1(t) − m_1(−t) = (4/h)(J_2 − J_3) t²m_2m_3c_2c_3   and cyclic,
 ///
-/// that is for 1/J_i = ec_i/f_i and s = e²b_1/(f_2f_3), without a digit lost for any body. Where h
-/// is too long for its order, J is not positive.
+/// that is, for 1/J_i = ec_i/f_i and s = e²b_1/(f_2f_3). These quotients cancel for no body. J is
+/// not positive where h is too long for the order.
 template <class Wide>
 class ModifiedSeries {
  public:
   using Vec = Vector3<Wide>;
 
-  /// Of the motion through m.
+  /// The series for the motion through m.
   ModifiedSeries(const PrincipalMoments3<Wide>& body, const Vec& m, int order)
       : unit_(body.moments.sum()),
         momentum_(m.cwiseAbs().maxCoeff()),
@@ -31,7 +30,7 @@ class ModifiedSeries {
     const bool rests = !(momentum_ > Wide(0));
     const Vec p = rests ? Vec(Vec::Zero()) : Vec((m / momentum_).cwiseAbs2());
     const auto [f, b, c, e] = MotionSeries<Wide>(body_, p, static_cast<std::size_t>(order / 2));
-    int i = 0;  // the smallest 1/I_i, which cancels least
+    int i = 0;  // the axis with the smallest 1/I_i, which cancels least
     body_.moments.maxCoeff(&i);
     s_ = quotient(product(product(e, e), b[i]), product(f[(i + 1) % 3], f[(i + 2) % 3]));
     d_ = quotient(product(e, c[i]), f[i]);
@@ -52,9 +51,9 @@ class ModifiedSeries {
   }
 
  private:
-  Wide unit_, momentum_;  ///< of the moments and of m
+  Wide unit_, momentum_;  ///< units of the moments and of m
   PrincipalMoments3<Wide> body_;
-  PowerSeries<Wide> s_, d_;  ///< in t²
+  PowerSeries<Wide> s_, d_;  ///< power series in t²
 };
 
 }  // namespace stiefel

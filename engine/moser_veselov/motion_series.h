@@ -8,7 +8,7 @@
 
 namespace stiefel {
 
-/// The free motion of a body in three dimensions as power series about one of its points, at t = 0.
+/// The free motion of a body in three dimensions as power series in time about the state at t = 0.
 /// With τ = t², p_i = m_i(0)² and a_1 = 1/I_3 − 1/I_2, cyclic,
 ///
 ///     m_1(t) = m_1(0) f_1(τ) + m_2(0)m_3(0) t a_1b_1(τ)   and cyclic,
@@ -18,7 +18,8 @@ namespace stiefel {
 ///
 ///     2e′ = −Σ p_ic_if_i/I_i,   c_1 + 2τc_1′ = ef_1/I_1 + τ(p_2c_2a_3b_3/I_3 − p_3c_3a_2b_2/I_2):
 ///
-/// what is odd in a momentum or in t is split off, so that none of them need divide anything.
+/// Factors that are odd in a momentum or in t are split off, so that no coefficient needs a
+/// division by them.
 template <class Scalar>
 struct MotionSeries {
   using Series = PowerSeries<Scalar>;
@@ -27,7 +28,7 @@ struct MotionSeries {
   std::array<Series, 3> f, b, c;
   Series e;
 
-  /// The first `terms` of the motion with the squares p of the momenta.
+  /// The first `terms` coefficients, from the squares p of the momenta.
   MotionSeries(const PrincipalMoments3<Scalar>& body, const Vec& p, std::size_t terms)
       : e(terms, Scalar(0)) {
     const Vec& I = body.moments;

@@ -21,7 +21,7 @@ using Eigen::VectorXd;
 
 bool is_body(const MatrixXd& Q) { return Q.rows() == Q.cols(); }
 
-/// The problem in a unit of time with repaired frames and Λ of the order of 1.
+/// The problem scaled to the time 1, with repaired frames and Λ of the order of 1.
 struct Posed {
   VectorXd lambda;
   double scale;  ///< Λ = scale · lambda, a power of 2
@@ -88,7 +88,7 @@ struct Candidate {
   int start;
 };
 
-/// Every path once, the one with the earliest start; sorted by the action.
+/// Each distinct path once, with its earliest start, sorted by the action.
 std::vector<Candidate> distinct(std::vector<Candidate> all) {
   constexpr double same = 1e-3;
   std::ranges::sort(all, {}, &Candidate::start);
@@ -125,7 +125,7 @@ double energy(const VectorXd& lambda, const MatrixXd& V) {
   return (V.cwiseAbs2() * lambda).sum() / 2;
 }
 
-/// Shoots from ever finer paths until the geodesic that the path stands for is reached.
+/// Shoots from paths of doubled K until the geodesic near the path is found.
 Shot solved(const Posed& p, Candidate& c, const std::stop_token& stop) {
   constexpr std::size_t finest = 1024;
   constexpr double strayed = 0.02;

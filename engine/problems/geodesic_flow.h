@@ -1,17 +1,15 @@
 #pragma once
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <vector>
 
-#include "engine/linalg/arithmetic/scalar.h"
+#include "engine/linalg/matrix_equations/eigenvectors.h"
 
 namespace stiefel {
 
-/// The geodesic flow with any number of its variations: a state is n × N blocks Q over p, then δQ
-/// over δp for each variation. p is the momentum in the form that the rest of the library
-/// uses, S for n < N and M for n = N. `Form` gives the vector field and its derivative; both set
-/// whole blocks.
+/// The geodesic flow with any number of its variations. A state is the n × N blocks Q over p, then
+/// δQ over δp for each variation. p is the momentum: S for n < N, M for n = N. `Form` gives the
+/// vector field and its derivative; both set whole blocks.
 ///
 /// n < N ([ST] (37)–(39)): Q̇ = SΛ⁻¹, Ṡ = BQ, KB + BK = −2Q̇Q̇ᵀ, K = QΛ⁻¹Qᵀ.
 template <class Scalar>
@@ -23,13 +21,14 @@ class FrameForm {
   void field(const Q_& Q, const S_& S, A dQ, B dS) {
     V_ = S * lambda_.cwiseInverse().asDiagonal();
     G_ = Q * lambda_.cwiseInverse().asDiagonal();
-    spectrum_.compute(G_.lazyProduct(Q.transpose()));
+    K_ = G_.lazyProduct(Q.transpose()).template triangularView<Eigen::Lower>();
+    spectrum_.compute(K_);
     B_ = divided(-2 * V_.lazyProduct(V_.transpose()));
     dQ = V_;
     dS = B_.lazyProduct(Q);
   }
 
-  /// At the point that `field` was last called for.
+  /// The derivative at the point of the last call of `field`.
   template <class Q_, class S_, class q_, class s_, class A, class B>
   void variation(const Q_& Q, const S_&, const q_& q, const s_& s, A dq, B ds) {
     const Matrix<Scalar> v = s * lambda_.cwiseInverse().asDiagonal(),
@@ -62,10 +61,10 @@ class FrameForm {
   Vector<Scalar> lambda_;
   Eigen::Index n_;
   Eigen::SelfAdjointEigenSolver<Matrix<Scalar>> spectrum_;
-  Matrix<Scalar> V_, G_, B_;
+  Matrix<Scalar> V_, G_, K_, B_;
 };
 
-/// n = N ([RB] (2.2), (2.3)): Q̇ = QΩ, Ṁ = [M, Ω], Ω_ij = M_ij/(λ_i + λ_j). No λ_i is divided by.
+/// n = N ([RB] (2.2), (2.3)): Q̇ = QΩ, Ṁ = [M, Ω], Ω_ij = M_ij/(λ_i + λ_j). No λ_i is a divisor.
 template <class Scalar>
 class BodyForm {
  public:
@@ -108,7 +107,7 @@ class BodyForm {
   Matrix<Scalar> Omega_;
 };
 
-/// One Form as a vector field on the plain numbers that an integrator moves.
+/// A Form as a vector field on the plain vector of numbers that the integrator needs.
 template <class Form, class Scalar>
 class GeodesicField {
  public:

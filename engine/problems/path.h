@@ -6,7 +6,7 @@
 
 namespace stiefel {
 
-/// Frames Q_0, ..., Q_K at equal steps of a unit of time, n × N each.
+/// Frames Q_0, ..., Q_K, n × N each, at the times k/K.
 using Path = std::vector<Eigen::MatrixXd>;
 
 /// (AAᵀ)^{-1/2}A: the frame nearest to A.
@@ -25,11 +25,11 @@ double action(const Eigen::VectorXd& lambda, const Path& path);
 /// The largest component of the action's gradient along the frames, over K λ_max.
 double slope(const Eigen::VectorXd& lambda, const Path& path);
 
-/// Q̇(0) of the variational trajectory that a relaxed path is:
-/// Q̇ = S_0Λ⁻¹, S_0 = (Q_1 − Q_0)ΛK − BQ_0/2K tangent; at n = N from M/K = UΛ − ΛUᵀ, U = Q_0ᵀQ_1.
+/// Q̇(0) of a relaxed path, which is a trajectory of the variational step: Q̇ = S_0Λ⁻¹, S_0 = (Q_1
+/// − Q_0)ΛK − BQ_0/2K tangent; at n = N from M/K = UΛ − ΛUᵀ, U = Q_0ᵀQ_1.
 Eigen::MatrixXd initial_velocity(const Eigen::VectorXd& lambda, const Path& path);
 
-/// The same path with 2K steps: every midpoint is the frame nearest to the mean of its neighbours.
+/// The path with 2K steps: every new midpoint is the frame nearest to the mean of its neighbours.
 Path refined(const Path& path);
 
 /// max |Q_k − Q'_k| over all k and all entries.
@@ -38,8 +38,7 @@ double distance(const Path& a, const Path& b);
 /// Moves the inner frames to a local minimum of the action by Newton's method in tangent
 /// coordinates. The Hessian is block tridiagonal: 2KΛ − sym(g_kQ_kᵀ) and −KΛ, g_k the gradient in
 /// the ambient space; it is shifted by a multiple of Λ where it is not positive or the action would
-/// rise. False when the steps have not become smaller than `tolerance`, or
-/// when it is asked to stop.
+/// rise. Returns false when the steps do not become smaller than `tolerance`, or on a stop request.
 bool relax(const Eigen::VectorXd& lambda, Path& path, double tolerance,
            const std::stop_token& stop = {});
 

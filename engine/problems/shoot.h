@@ -22,8 +22,8 @@ Eigen::MatrixXd momentum(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& Q
 
 /// Corrects V until the geodesic from (Q_0, V) is at Q_T after a unit of time: Gauss–Newton on all
 /// nN entries of Q(1) − Q_T, because the tangent ones alone have false zeros such as −Q_T. The
-/// derivative comes from the variational equation; steps are halved while they do not help. Returns
-/// the best so far when asked to stop.
+/// derivative comes from the variational equation; steps are halved while they do not reduce the
+/// residual. On a stop request it returns the best V so far.
 Shot shoot(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& Q_0, const Eigen::MatrixXd& Q_T,
            const Eigen::MatrixXd& V, const std::stop_token& stop = {});
 

@@ -11,8 +11,8 @@ namespace stiefel {
 ///
 ///     KX + XK = (QΛ⁻¹Pᵀ)G − G(PΛ⁻¹Qᵀ),   Y = GP + ½XQ,   U = Λ⁻¹(QᵀY − YᵀQ)Λ⁻¹,
 ///
-/// held as the factors Q and Y, n × N. (U is unique up to V with QV = 0; this one has rank ≤ 2n.)
-/// With P = S it is X = GQΛ⁻¹SᵀG (Lemma 4). Every λ_i > 0. O(Nn² + n³).
+/// stored as the factors Q and Y, n × N. (U is unique up to V with QV = 0; this one has rank ≤ 2n.)
+/// For P = S, X = GQΛ⁻¹SᵀG (Lemma 4). Needs every λ_i > 0. O(Nn² + n³).
 template <class Scalar>
 class AngularVelocity {
  public:
@@ -21,12 +21,12 @@ class AngularVelocity {
   const Matrix<Scalar>& X() const { return X_; }
   const Matrix<Scalar>& Y() const { return Y_; }
 
-  /// VU for V of N columns.
+  /// The product VU for V with N columns.
   Matrix<Scalar> left_times(const Matrix<Scalar>& V) const;
 
   Matrix<Scalar> Qdot() const;
 
-  /// U written out, N × N: for who asks for it.
+  /// U as an N × N matrix; only for output.
   Matrix<Scalar> dense() const;
 
  private:

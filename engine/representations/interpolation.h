@@ -4,8 +4,8 @@
 
 namespace stiefel {
 
-/// P_k as an interpolation of two frames with symmetric weights, [RB] (7.15)–(7.21), in the
-/// paper's variables (M is h times the physical momentum). N × N.
+/// P_k as an interpolation of two frames with symmetric weights, [RB] (7.15)–(7.21), in the paper's
+/// variables (M is h times the physical momentum). All matrices are N × N.
 ///
 ///     Σ_k = Q_kᵀ(P_k + Q_{k−1}Λ)    (7.15)      P_k = Q_kΣ_k − Q_{k−1}Λ    (7.16)
 ///     Λ_k = Q_kᵀ(P_k − Q_{k+1}Λ)    (7.20)      P_k = Q_kΛ_k + Q_{k+1}Λ    (7.21)

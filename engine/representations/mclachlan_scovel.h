@@ -4,13 +4,14 @@
 
 namespace stiefel {
 
-/// (Q, M) and the (Q, B) of McLachlan and Scovel, [RB] (5.5): B = QM, with QᵀB skew. N × N.
+/// From (Q, M) to the (Q, B) of McLachlan and Scovel, [RB] (5.5): B = QM, with QᵀB skew. All
+/// matrices are N × N.
 template <class Scalar>
 Matrix<Scalar> B_of_M(const Matrix<Scalar>& Q, const Matrix<Scalar>& M) {
   return Q * M;
 }
 
-/// M = QᵀB, its skew part: that is what it is for a B that belongs to some M.
+/// M as the skew part of QᵀB; QᵀB is skew for every B that belongs to a momentum.
 template <class Scalar>
 Matrix<Scalar> M_of_B(const Matrix<Scalar>& Q, const Matrix<Scalar>& B) {
   const Matrix<Scalar> M = Q.transpose() * B;
@@ -23,7 +24,7 @@ Matrix<Scalar> B_of_P(const Matrix<Scalar>& Q, const Matrix<Scalar>& P, Scalar e
   return (P - Q * (P.transpose() * Q)) / epsilon;
 }
 
-/// How far B is from belonging to a momentum: max |QᵀB + BᵀQ|.
+/// The distance of B from one that belongs to a momentum: max |QᵀB + BᵀQ|.
 template <class Scalar>
 Scalar skewness_defect(const Matrix<Scalar>& Q, const Matrix<Scalar>& B) {
   const Matrix<Scalar> R = Q.transpose() * B;

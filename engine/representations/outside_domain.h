@@ -10,7 +10,7 @@ namespace stiefel {
 template <class T>
 using WithinDomain = std::expected<T, OutsideDomain>;
 
-/// What a correspondence yields inside its domain.
+/// The result of a correspondence: a matrix inside its domain, else an OutsideDomain.
 template <class Scalar>
 using MatrixWithin = WithinDomain<Matrix<Scalar>>;
 

@@ -9,27 +9,27 @@
 namespace stiefel {
 
 /// Ψ and Ψ⁻¹ between the symmetric representation (Q, P) and the rigid body (Q, M); [RB] (3.1),
-/// Prop. 3.6, 3.11. Everything is N × N; ε is the scaling of Prop. 3.13, 1 in the paper:
+/// Prop. 3.6, 3.11. All matrices are N × N; ε is the scaling of Prop. 3.13, 1 in the paper:
 ///
 ///     Ψ:    M = (QᵀP − PᵀQ)/ε,
 ///     Ψ⁻¹:  P = Q exp(asinh(εM/2)) = Q(εM/2 + (I + ε²M²/4)^{1/2}),   ‖εM‖_op < 2.
 ///
-/// S = {‖QᵀP − PᵀQ‖_op < 2}, S_M its image. Ψ is one to one on that part of S on which spec(QᵀP)
-/// lies in Re > 0, and there alone: P = −Q belongs to M = 0 too.
+/// S = {‖QᵀP − PᵀQ‖_op < 2}, S_M its image. Ψ is one to one only on the part of S where spec(QᵀP)
+/// lies in Re > 0: both P = Q and P = −Q belong to M = 0.
 template <class Scalar>
 Matrix<Scalar> Psi(const Matrix<Scalar>& Q, const Matrix<Scalar>& P, Scalar epsilon = 1) {
   const Matrix<Scalar> R = Q.transpose() * P;
   return (R - R.transpose()) / epsilon;
 }
 
-/// How near S_M's edge εM is: 2 − ‖εM‖_op, negative outside.
+/// The margin of εM in S_M: 2 − ‖εM‖_op, negative outside.
 template <class Scalar>
 double margin_S_M(const Matrix<Scalar>& M, Scalar epsilon = 1) {
   using std::abs;
   return 2 - static_cast<double>(abs(epsilon) * skew_norm(M));
 }
 
-/// How near S's edge (Q, P) is: 2 − ‖QᵀP − PᵀQ‖_op.
+/// The margin of (Q, P) in S: 2 − ‖QᵀP − PᵀQ‖_op.
 template <class Scalar>
 double margin_S(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
   return margin_S_M(Psi(Q, P));
@@ -44,14 +44,15 @@ double principal_cosine(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
   return static_cast<double>(solver.eigenvalues()(0));
 }
 
-/// The condition number of Ψ⁻¹, 1/(1 − (‖εM‖_op/2)²)^{1/2}: half the digits are gone at the edge.
+/// The condition number of Ψ⁻¹, 1/(1 − (‖εM‖_op/2)²)^{1/2}: at the edge of the domain half the
+/// digits are lost.
 template <class Scalar>
 double condition_Psi_inverse(const Matrix<Scalar>& M, Scalar epsilon = 1) {
   const double margin = margin_S_M(M, epsilon);
   return 2 / std::sqrt(margin * (4 - margin));
 }
 
-/// 1/condition of M as a function of P: ‖εM‖_op/2. P is of size 1, so that it holds M to 2⁻⁵³
+/// 1/condition of M as a function of P: ‖εM‖_op/2. P is of size 1, so it represents M to 2⁻⁵³
 /// divided by this number.
 template <class Scalar>
 double inverse_condition_Psi(const Matrix<Scalar>& M, Scalar epsilon = 1) {
@@ -59,8 +60,8 @@ double inverse_condition_Psi(const Matrix<Scalar>& M, Scalar epsilon = 1) {
   return static_cast<double>(abs(epsilon) * skew_norm(M)) / 2;
 }
 
-/// (I + A²)^{1/2} of a skew A, ‖A‖_op < 1. With iA = ZwZ†, w real, it is Z(1 − w²)^{1/2}Z†: it
-/// commutes with A to rounding however near the edge, so that A + (I + A²)^{1/2} is orthogonal.
+/// (I + A²)^{1/2} of a skew A, ‖A‖_op < 1. With iA = ZwZ†, w real, the root is Z(1 − w²)^{1/2}Z†.
+/// It commutes with A to rounding for every ‖A‖_op < 1, so A + (I + A²)^{1/2} is orthogonal.
 template <class Scalar>
 MatrixWithin<Scalar> root_of_one_plus_square(const Matrix<Scalar>& A) {
   using Complex = std::complex<Scalar>;

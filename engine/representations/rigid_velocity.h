@@ -4,8 +4,8 @@
 
 namespace stiefel {
 
-/// (Q, M) and (Q, Q̇) of the rigid body, n = N: M = J(Ω) = ΛΩ + ΩΛ, Ω = QᵀQ̇; [RB] §2. Needs λ_i +
-/// λ_j > 0 for i ≠ j. N × N.
+/// Maps between (Q, M) and (Q, Q̇) of the rigid body, n = N: M = J(Ω) = ΛΩ + ΩΛ, Ω = QᵀQ̇; [RB] §2.
+/// Needs λ_i + λ_j > 0 for i ≠ j. All matrices are N × N.
 template <class Scalar>
 Matrix<Scalar> Qdot_of_M(const Vector<Scalar>& lambda, const Matrix<Scalar>& Q,
                          const Matrix<Scalar>& M) {

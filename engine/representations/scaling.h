@@ -8,8 +8,8 @@
 
 namespace stiefel {
 
-/// The power of two with ½ < ε·norm ≤ 1, norm ≥ 0: the largest there is for a denormal norm, 1 for
-/// 0 and what is not finite.
+/// The power of two ε with ½ < ε·norm ≤ 1, norm ≥ 0. For a denormal norm the largest power of two;
+/// 1 for 0, infinity and NaN.
 template <class Scalar>
 Scalar unit_epsilon_of(Scalar norm) {
   using std::frexp, std::ldexp, std::isfinite;
@@ -20,23 +20,23 @@ Scalar unit_epsilon_of(Scalar norm) {
   return ldexp(Scalar(1), std::min(largest, digits == Scalar(0.5) ? 1 - exponent : -exponent));
 }
 
-/// The scaling of [RB] Prop. 3.13: Ω = J⁻¹(QᵀP − PᵀQ)/ε, P belonging to εM. The power of two with
-/// ½ < ε‖M‖_op ≤ 1, so that εM has the very digits of M. A large M then has a P, by a Ψ⁻¹ that is
-/// well conditioned (at most 2/√3); of a small M, P holds all digits, where with ε = 1 it holds
-/// them to 2⁻⁵³/‖M‖_op.
+/// The scaling of [RB] Prop. 3.13: Ω = J⁻¹(QᵀP − PᵀQ)/ε, where P belongs to εM. Returns the power
+/// of two with ½ < ε‖M‖_op ≤ 1, so εM has the digits of M. A large M then has a P, through a Ψ⁻¹
+/// with a condition of at most 2/√3. P represents all digits of a small M; with ε = 1 the error
+/// would be 2⁻⁵³/‖M‖_op.
 template <class Scalar>
 Scalar unit_epsilon(const Matrix<Scalar>& M) {
   return unit_epsilon_of(skew_norm(M));
 }
 
-/// P and the ε it belongs to.
+/// P with its ε.
 template <class Scalar>
 struct ScaledP {
   Matrix<Scalar> P;
   Scalar epsilon;
 };
 
-/// Ψ⁻¹ with the ε chosen for M. Refuses only what is not finite.
+/// Ψ⁻¹ with the ε chosen for M. Fails only for an M that is not finite.
 template <class Scalar>
 WithinDomain<ScaledP<Scalar>> scaled_Psi_inverse(const Matrix<Scalar>& Q, const Matrix<Scalar>& M) {
   const Scalar epsilon = unit_epsilon(M);

@@ -1,15 +1,14 @@
 #pragma once
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 
-#include "engine/linalg/arithmetic/scalar.h"
+#include "engine/linalg/matrix_equations/eigenvectors.h"
 
 namespace stiefel {
 
-/// ‖M‖_op of an N × N matrix to rounding, the largest |eigenvalue| of a skew one: the square root
-/// of the largest eigenvalue of MᵀM, once M is scaled so that its square neither overflows nor
-/// vanishes.
+/// ‖M‖_op of an N × N matrix to rounding; for a skew M the largest |eigenvalue|. Computed as the
+/// square root of the largest eigenvalue of MᵀM, with M scaled so that its square neither overflows
+/// nor underflows.
 template <class Scalar>
 Scalar skew_norm(const Matrix<Scalar>& M) {
   using std::sqrt;

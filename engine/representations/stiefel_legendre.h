@@ -5,8 +5,8 @@
 
 namespace stiefel {
 
-/// (Q, Q̇) and (Q, S) on V(n, N): S = Q̇Λ, [ST] (27), (41), so Q̇ = SΛ⁻¹. n × N. (The paper's S =
-/// Q̇Λ⁻¹ is a slip.)
+/// Maps between (Q, Q̇) and (Q, S) on V(n, N): S = Q̇Λ, [ST] (27), (41), so Q̇ = SΛ⁻¹. All matrices
+/// are n × N. (Erratum: the paper also prints S = Q̇Λ⁻¹.)
 template <class Scalar>
 Matrix<Scalar> S_of_Qdot(const Vector<Scalar>& lambda, const Matrix<Scalar>& Qdot) {
   return Qdot * lambda.asDiagonal();
@@ -16,7 +16,7 @@ Matrix<Scalar> Qdot_of_S(const Vector<Scalar>& lambda, const Matrix<Scalar>& S) 
   return S * lambda.cwiseInverse().asDiagonal();
 }
 
-/// 𝔐: T*V(n, N) → W⁰, [ST] Prop. 6, (90), (91): P_0 = S + DQ, D = −½(QSᵀ + SQᵀ). It is Ξ applied
+/// 𝔐: T*V(n, N) → W⁰, [ST] Prop. 6, (90), (91): P_0 = S + DQ, D = −½(QSᵀ + SQᵀ). This is Ξ applied
 /// to S.
 template <class Scalar>
 Matrix<Scalar> Legendre(const Matrix<Scalar>& Q, const Matrix<Scalar>& S) {
@@ -32,14 +32,14 @@ Matrix<Scalar> Legendre_inverse(const Vector<Scalar>& lambda, const Matrix<Scala
   return AngularVelocity<Scalar>(lambda, Q, P).Qdot() * lambda.asDiagonal();
 }
 
-/// How far S is from T*V(n, N), where Q̇Qᵀ is skew: max |QΛ⁻¹Sᵀ + SΛ⁻¹Qᵀ|.
+/// The distance of S from T*V(n, N), where Q̇Qᵀ is skew: max |QΛ⁻¹Sᵀ + SΛ⁻¹Qᵀ|.
 template <class Scalar>
 Scalar tangency_defect(const Vector<Scalar>& lambda, const Matrix<Scalar>& Q,
                        const Matrix<Scalar>& S) {
   return momentum_k<Scalar>(Q, Qdot_of_S(lambda, S)).cwiseAbs().maxCoeff();
 }
 
-/// How far P is from W⁰: max |QPᵀ + PQᵀ|.
+/// The distance of P from W⁰: max |QPᵀ + PQᵀ|.
 template <class Scalar>
 Scalar costate_defect(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
   return momentum_k(Q, P).cwiseAbs().maxCoeff();

@@ -4,8 +4,8 @@
 
 namespace stiefel {
 
-/// The momenta of a pair (Q, P), n × N both, on V(n, N); [ST] (45), (77)–(79). They are the same
-/// for P, P_0 and S, whichever is given:
+/// The momenta of a pair (Q, P), n × N both, on V(n, N); [ST] (45), (77)–(79). P, P_0 and S give
+/// the same m and M:
 ///
 ///     m = PQᵀ − QPᵀ,   k = PQᵀ + QPᵀ  (n × n),   M = QᵀP − PᵀQ  (N × N, of rank ≤ 2n).
 template <class Scalar>
@@ -19,13 +19,13 @@ Matrix<Scalar> momentum_k(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
   return R + R.transpose();
 }
 
-/// VM for V of N columns and few rows: O(Nn) and no N × N matrix.
+/// The product VM for V with N columns and few rows, in O(Nn) operations without an N × N matrix.
 template <class Scalar>
 Matrix<Scalar> times_M(const Matrix<Scalar>& V, const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
   return (V * Q.transpose()) * P - (V * P.transpose()) * Q;
 }
 
-/// M written out, N × N: for who asks for it.
+/// M as an N × N matrix; only for output.
 template <class Scalar>
 Matrix<Scalar> dense_M(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
   const Matrix<Scalar> R = Q.transpose() * P;
@@ -38,15 +38,15 @@ Matrix<Scalar> Xi(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
   return P - momentum_k(Q, P) * Q / 2;
 }
 
-/// Back from P_0 into W^k: P = P_0 + ½kQ, k symmetric n × n.
+/// The inverse of Ξ on W^k: P = P_0 + ½kQ, k symmetric n × n.
 template <class Scalar>
 Matrix<Scalar> Xi_inverse(const Matrix<Scalar>& Q, const Matrix<Scalar>& P_0,
                           const Matrix<Scalar>& k) {
   return P_0 + k * Q / 2;
 }
 
-/// [ST] (82): P_0 = QM − ½mQ, m = QMQᵀ, from an N × N M. Which skew M are momenta at Q: those with
-/// (I − QᵀQ)M(I − QᵀQ) = 0; refused when more than `tolerance`·max|M| is left of that.
+/// [ST] (82): P_0 = QM − ½mQ, m = QMQᵀ, from an N × N M. A skew M is a momentum at Q if (I −
+/// QᵀQ)M(I − QᵀQ) = 0; fails if that matrix has an element above `tolerance`·max|M|.
 template <class Scalar>
 MatrixWithin<Scalar> P_0_of_M(const Matrix<Scalar>& Q, const Matrix<Scalar>& M,
                               double tolerance = 1e-8) {

@@ -6,7 +6,8 @@
 
 namespace stiefel {
 
-/// A continuous system ẋ = X(x): a state of any dense Eigen type, and the vector field.
+/// A continuous system ẋ = X(x): `State`, any dense Eigen type, and `field(x, dx)`, the vector
+/// field X.
 template <class S>
 concept System = requires(S& system, const typename S::State& x, typename S::State& dx) {
   typename S::Scalar;
@@ -14,8 +15,8 @@ concept System = requires(S& system, const typename S::State& x, typename S::Sta
   system.field(x, dx);
 };
 
-/// A system that moves along the orbits of a group acting from the right, ẋ = x·ξ(x):
-/// its generator ξ, the bracket of the algebra, and x·exp(θ) − x. A Lie-group method needs no more.
+/// A system that moves along the orbits of a group acting from the right, ẋ = x·ξ(x): its generator
+/// ξ, the bracket of the algebra, and x·exp(θ) − x. That is all a Lie-group method needs.
 template <class S>
 concept LieSystem = System<S> &&
     requires(S& system, const typename S::State& x, typename S::State& dx,

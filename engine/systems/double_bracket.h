@@ -7,6 +7,7 @@
 #include "engine/linalg/lie/so_n.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/systems/concepts.h"
+#include "stiefel/invariant_names.h"
 
 namespace stiefel {
 
@@ -15,13 +16,13 @@ namespace stiefel {
 ///     Q̇ = UQ − QV,   U = J_U⁻¹(PQ† − QP†),   J_U(X) = Λ_U X + XΛ_U,
 ///     Ṗ = UP − PV,   V = J_V⁻¹(P†Q − Q†P),   J_V(X) = Λ_V X + XΛ_V,
 ///
-/// every entry of Λ_U, Λ_V positive. They keep the Hamiltonian ¼⟨U, J_U U⟩ + ¼⟨V, J_V V⟩ and the
-/// singular values of Q, of P and of every aQ + bP. Λ_U → ∞ is the left rigid body, Λ_V → ∞ the
-/// right one, in their symmetric representations.
+/// with all entries of Λ_U and Λ_V positive. They keep the Hamiltonian ¼⟨U, J_U U⟩ + ¼⟨V, J_V V⟩
+/// and the singular values of Q, of P and of every aQ + bP. The limit Λ_U → ∞ is the left-invariant
+/// rigid body and Λ_V → ∞ the right-invariant one, both in the symmetric representation.
 ///
 /// State: Re Q, Im Q, Re P, Im P stacked by rows, 4p × q (complex_as_real.h). The pair (e^a, e^b)
-/// acts as Q ↦ e^a Q e^{−b}, from the left, so the bracket is −[·, ·]; the algebra is diag(a, b),
-/// as in Q̂ of (5.11), with a and b as real skew matrices of twice the size.
+/// acts from the left as Q ↦ e^a Q e^{−b}, so the bracket is −[·, ·]. An element of the algebra is
+/// diag(a, b), as in Q̂ of (5.11), with a and b as real skew matrices of twice the size.
 template <class Scalar_>
 class DoubleBracket {
  public:
@@ -32,7 +33,7 @@ class DoubleBracket {
 
   /// Whether an invariant is constant along the group's orbits.
   static constexpr bool conserved_on_orbits(std::string_view invariant) {
-    return invariant == "singular_values";
+    return invariant == family::singular_values;
   }
 
   DoubleBracket(const Vector<Scalar>& lambda_u, const Vector<Scalar>& lambda_v)
@@ -66,7 +67,7 @@ class DoubleBracket {
 
   Algebra zero() const { return Algebra::Zero(2 * (p_ + q_), 2 * (p_ + q_)); }
 
-  /// diag(U, V).
+  /// ξ = diag(U, V).
   void generator(const State& x, Algebra& xi) {
     complex_as_real(x.topRows(2 * p_), Q_);
     complex_as_real(x.bottomRows(2 * p_), P_);

@@ -4,8 +4,8 @@
 
 namespace stiefel {
 
-/// Geodesics on the sphere qᵀq = 1 with the energy ½ q̇ᵀΛq̇, which are those on the ellipsoid
-/// x̄ᵀΛ⁻¹x̄ = 1, x̄ = Λ^{1/2}q: V(n, N) at n = 1, in Lagrangian form, [ST] (16),
+/// Geodesics on the sphere qᵀq = 1 with the energy ½ q̇ᵀΛq̇. With x̄ = Λ^{1/2}q they are the
+/// geodesics on the ellipsoid x̄ᵀΛ⁻¹x̄ = 1. V(n, N) at n = 1, in Lagrangian form, [ST] (16):
 ///
 ///     q̈ = −(q̇ᵀq̇ / qᵀΛ⁻¹q) Λ⁻¹q.
 ///
@@ -38,13 +38,13 @@ class Ellipsoid {
   Vector<Scalar> lambda_;
 };
 
-/// The same motion with a costate, any p; [ST] (9), (13), (14):
+/// Geodesics on the ellipsoid in the variables (q, p) with any costate p; [ST] (9), (13), (14):
 ///
 ///     q̇ = −Uq,   ṗ = −Up + Aq,   U = Λ⁻¹(qpᵀ − pqᵀ)Λ⁻¹ / (qᵀΛ⁻¹q),
 ///     Aq = (Δ/(qᵀΛ⁻¹q)²) ((qᵀΛ⁻¹q) q − Λ⁻¹q),   Δ = (pᵀΛ⁻¹q)² − (pᵀΛ⁻¹p)(qᵀΛ⁻¹q).
 ///
-/// A state is the row qᵀ over pᵀ, 2 × N. It keeps qᵀp, qᵀq = 1, the energy, and the coefficients of
-/// the Lax matrix (18).
+/// A state is the row qᵀ over pᵀ, 2 × N. The motion keeps qᵀp, qᵀq = 1, the energy, and the
+/// coefficients of the Lax matrix (18).
 template <class Scalar_>
 class EllipsoidCostate {
  public:

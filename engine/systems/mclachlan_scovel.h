@@ -9,9 +9,9 @@ namespace stiefel {
 ///
 ///     Q̇ = QΩ,   Ḃ = BΩ,   Ω = J⁻¹(QᵀB),
 ///
-/// on the invariant manifold where QᵀB is skew; there QᵀB = M and B = QM = P − QPᵀQ. Off it the
-/// skew part of QᵀB is taken. It keeps BQᵀ, which is m, the energy and all that the rigid body
-/// keeps. State: Q over B, 2N × N. SO(N) acts from the right on both at once.
+/// on the invariant manifold where QᵀB is skew; there QᵀB = M and B = QM = P − QPᵀQ. Off the
+/// manifold M is the skew part of QᵀB. The motion keeps BQᵀ = m, the energy and all other
+/// invariants of the rigid body. State: Q over B, 2N × N. SO(N) acts from the right on both blocks.
 template <class Scalar_>
 class McLachlanScovel : public MovedBy<McLachlanScovel<Scalar_>, RightMultiplication<Scalar_>> {
   using Base = MovedBy<McLachlanScovel, RightMultiplication<Scalar_>>;

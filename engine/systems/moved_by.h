@@ -4,11 +4,12 @@
 
 #include "engine/linalg/lie/multiplication.h"
 #include "engine/systems/concepts.h"
+#include "stiefel/invariant_names.h"
 
 namespace stiefel {
 
-/// What the forms of the rigid body share that SO(N) moves by multiplying their blocks, all by the
-/// same rotation: ẋ = x·Ω(x). `Derived` offers generator(x, Ω); `Action` is RightMultiplication or
+/// Base class of the forms of the rigid body whose blocks SO(N) multiplies, all by the same
+/// rotation: ẋ = x·Ω(x). `Derived` offers generator(x, Ω); `Action` is RightMultiplication or
 /// LeftMultiplication.
 template <class Derived, class Action>
 class MovedBy {
@@ -17,11 +18,11 @@ class MovedBy {
   using Algebra = typename Action::Algebra;
   using Scalar = typename State::Scalar;
 
-  /// Whether an invariant is constant along the group's orbits: what is made of PQᵀ (or BQᵀ) and of
-  /// QQᵀ. All of it is quadratic in the state, or a function of what is.
+  /// Whether an invariant is constant along the group's orbits. Functions of PQᵀ (or BQᵀ) and of
+  /// QQᵀ are; both are quadratic in the state.
   static constexpr bool conserved_on_orbits(std::string_view invariant) {
-    return invariant == "spatial_momentum" || invariant == "casimirs" ||
-           invariant == "orthogonality" || invariant == "PQt";
+    return invariant == family::spatial_momentum || invariant == family::casimirs ||
+           invariant == family::orthogonality || invariant == family::PQt;
   }
   static constexpr bool quadratic(std::string_view invariant) {
     return conserved_on_orbits(invariant);

@@ -8,18 +8,20 @@
 #include "engine/linalg/matrix_equations/lu.h"
 #include "engine/systems/concepts.h"
 #include "stiefel/conservation.h"
+#include "stiefel/invariant_names.h"
 
 namespace stiefel {
 
 /// The symmetric representation with parameter μ, [RB] (8.4)–(8.6), in GL(N), with the scaling of
-/// Prop. 3.13 (ε = 1 gives the paper's):
+/// Prop. 3.13 (ε = 1 gives the paper's equations):
 ///
 ///     Q̇_μ = Q_μ(Ω + μΛ),   Ṗ_μ = P_μ(Ω + μΛ),
 ///     Ω = J⁻¹(M_μ − μΛ²),   M_μ = (Q_μ⁻¹P_μ − P_μ⁻¹Q_μ)/ε,
 ///
-/// on the invariant manifold where M = M_μ − μΛ² is skew; there M moves as the rigid body. Off it
-/// the skew part is taken. It keeps εm_μ = P_μQ_μ⁻¹ − Q_μP_μ⁻¹, P_μQ_μ⁻¹, and all that M keeps.
-/// State: Q_μ over P_μ, 2N × N, both invertible. GL(N) acts from the right on both at once.
+/// on the invariant manifold where M = M_μ − μΛ² is skew; there M moves as the momentum of the
+/// rigid body. Off the manifold M is the skew part. The motion keeps εm_μ = P_μQ_μ⁻¹ − Q_μP_μ⁻¹,
+/// P_μQ_μ⁻¹, and every invariant of M. State: Q_μ over P_μ, 2N × N, both invertible. GL(N) acts
+/// from the right on both blocks.
 template <class Scalar_>
 class ParametricRigidBody {
  public:
@@ -30,17 +32,19 @@ class ParametricRigidBody {
 
   /// Whether an invariant is constant along the group's orbits.
   static constexpr bool conserved_on_orbits(std::string_view invariant) {
-    return invariant == "PQ_inverse";
+    return invariant == family::PQ_inverse;
   }
 
-  /// What methods keep here beyond what they declare of all systems. Each multiplies Q and P by the
-  /// same matrix, so that P = AQ is kept, and tr M_μᵏ: the Casimirs of M err like μ, and with rk4
-  /// show no trend.
-  static constexpr std::optional<Conservation> conservation(std::string_view method,
-                                                            std::string_view invariant) {
-    if (invariant == "PQ_inverse") return Conservation::exact;
-    if (invariant == "casimirs" && method == "rk4") return Conservation::bounded;
+  /// What methods keep on this system beyond what they declare for all systems. Every method
+  /// multiplies Q and P by the same matrix, which keeps P = AQ.
+  static constexpr std::optional<Conservation> conservation(std::string_view invariant) {
+    if (invariant == family::PQ_inverse) return Conservation::exact;
     return std::nullopt;
+  }
+  /// Whether the error of an invariant has no trend under Runge-Kutta steps of a fixed size. These
+  /// keep tr M_μᵏ, and the error of the Casimirs of M is proportional to μ.
+  static constexpr bool without_trend(std::string_view invariant) {
+    return invariant == family::casimirs;
   }
 
   ParametricRigidBody(Vector<Scalar> lambda, Scalar mu, Scalar epsilon = 1)
@@ -64,7 +68,7 @@ class ParametricRigidBody {
 
   Algebra zero() const { return Algebra::Zero(lambda_.size(), lambda_.size()); }
 
-  /// Ω + μΛ. The symmetric part of M_μ, μΛ², is not looked at.
+  /// Ω + μΛ. Uses the skew part of M_μ only; the symmetric part is μΛ².
   void generator(const State& x, Algebra& xi) {
     const Eigen::Index N = lambda_.size();
     lu_.compute(x.topRows(N));
@@ -72,7 +76,7 @@ class ParametricRigidBody {
     lu_.compute(x.bottomRows(N));
     D_ = lu_.solve(x.topRows(N));
     M_ -= D_;
-    M_ /= 2;  // 2ε need not be a number
+    M_ /= 2;  // 2ε may overflow
     inverse_inertia(lambda_, M_, epsilon_, xi);
     xi.diagonal() = mu_ * lambda_;
   }

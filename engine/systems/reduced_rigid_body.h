@@ -9,10 +9,10 @@ namespace stiefel {
 ///
 ///     Q̇ = QΩ,   Ω = J⁻¹(Qᵀ(A − Aᵀ)Q)/ε,
 ///
-/// in which A = PQᵀ is a constant of the motion, and so of the system: it is given with it, and
-/// P = AQ is reported, not moved. M = Qᵀ(A − Aᵀ)Q/ε. It keeps what the rigid body keeps, the
-/// Manakov integrals as tr((A − Aᵀ + μQΛ²Qᵀ)^k), (8.3).
-/// State: Q, N × N. SO(N) acts from the right.
+/// A = PQᵀ is a constant of the motion, so the system holds A, and P = AQ is computed for output
+/// only. M = Qᵀ(A − Aᵀ)Q/ε. The motion keeps every invariant of the rigid body; the Manakov
+/// integrals have the form tr((A − Aᵀ + μQΛ²Qᵀ)^k), (8.3). State: Q, N × N. SO(N) acts from the
+/// right.
 template <class Scalar_>
 class ReducedRigidBody : public MovedBy<ReducedRigidBody<Scalar_>, RightMultiplication<Scalar_>> {
   using Base = MovedBy<ReducedRigidBody, RightMultiplication<Scalar_>>;

@@ -5,6 +5,7 @@
 #include "engine/linalg/lie/multiplication.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/systems/concepts.h"
+#include "stiefel/invariant_names.h"
 
 namespace stiefel {
 
@@ -12,10 +13,10 @@ namespace stiefel {
 ///
 ///     Q̇_r = Ω_r Q_r,   Ṁ_r = [Ω_r, M_r],   M_r = J(Ω_r) = ΛΩ_r + Ω_rΛ.
 ///
-/// Q_r = Qᵀ, M_r = −M = Mᵀ of the left-invariant body (Prop. 2.1). It keeps the energy,
-/// m_r = Q_rᵀM_rQ_r, the eigenvalues of M_r and every coefficient of tr((M_r + μΛ²)^k).
-/// State: Q_r over M_r, 2N × N, or M_r alone, N × N. SO(N) acts from the left: Q_r ↦ e^Θ Q_r,
-/// M_r ↦ e^Θ M_r e^{−Θ}.
+/// Q_r = Qᵀ and M_r = −M = Mᵀ for Q and M of the left-invariant body (Prop. 2.1). The motion keeps
+/// the energy, m_r = Q_rᵀM_rQ_r, the eigenvalues of M_r and every coefficient of tr((M_r + μΛ²)^k).
+/// State: Q_r over M_r, 2N × N, or M_r alone, N × N. SO(N) acts from the left: Q_r ↦ e^Θ Q_r, M_r ↦
+/// e^Θ M_r e^{−Θ}.
 template <class Scalar_>
 class RightRigidBody {
  public:
@@ -26,8 +27,8 @@ class RightRigidBody {
 
   /// Whether an invariant is constant along the group's orbits.
   static constexpr bool conserved_on_orbits(std::string_view invariant) {
-    return invariant == "spatial_momentum" || invariant == "casimirs" ||
-           invariant == "orthogonality";
+    return invariant == family::spatial_momentum || invariant == family::casimirs ||
+           invariant == family::orthogonality;
   }
 
   explicit RightRigidBody(Vector<Scalar> lambda)

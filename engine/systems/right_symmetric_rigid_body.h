@@ -5,14 +5,14 @@
 
 namespace stiefel {
 
-/// The symmetric representation of the rigid body, right-invariant: [RB] (RightSRBn), with ε as in
-/// RightSymmetricRigidBody,
+/// The symmetric representation of the rigid body, right-invariant: [RB] (RightSRBn), with the
+/// scaling ε of Prop. 3.13,
 ///
 ///     Q̇_r = Ω_r Q_r,   Ṗ_r = Ω_r P_r,   Ω_r = J⁻¹(M_r),   M_r = (P_rQ_rᵀ − Q_rP_rᵀ)/ε.
 ///
-/// Q_r = Qᵀ, P_r = Pᵀ of the left-invariant one (Prop. 3.4). It keeps Q_rᵀP_r, hence
-/// m_r = Q_rᵀM_rQ_r, and the energy.
-/// State: Q_r over P_r, 2N × N. SO(N) acts from the left on both at once.
+/// Q_r = Qᵀ and P_r = Pᵀ for Q and P of the left-invariant form (Prop. 3.4). The motion keeps
+/// Q_rᵀP_r, hence m_r = Q_rᵀM_rQ_r, and the energy. State: Q_r over P_r, 2N × N. SO(N) acts from
+/// the left on both blocks.
 template <class Scalar_>
 class RightSymmetricRigidBody
     : public MovedBy<RightSymmetricRigidBody<Scalar_>, LeftMultiplication<Scalar_>> {

@@ -5,6 +5,7 @@
 #include "engine/linalg/lie/so_3.h"
 #include "engine/linalg/lie/so_n.h"
 #include "engine/systems/concepts.h"
+#include "stiefel/invariant_names.h"
 
 namespace stiefel {
 
@@ -12,12 +13,12 @@ namespace stiefel {
 ///
 ///     Q̇ = QΩ,   Ṁ = [M, Ω],   M = J(Ω) = ΛΩ + ΩΛ,
 ///
-/// so Ω_ij = M_ij / (λ_i + λ_j), which needs λ_i + λ_j > 0 for i ≠ j and nothing else. It keeps the
+/// so Ω_ij = M_ij / (λ_i + λ_j), which needs only λ_i + λ_j > 0 for i ≠ j. The motion keeps the
 /// energy ½ tr(ΛΩᵀΩ), the spatial momentum QMQᵀ, the eigenvalues of M, and every coefficient of
 /// tr((M + μΛ²)^k), k = 2..N (Manakov; [RB] (2.4)).
 ///
-/// `Space` says how (Q, M) is held: SoN for every N, So3 for quaternion and vector. The state may
-/// be M alone.
+/// `Space` is the form of (Q, M): matrices (SoN, every N), quaternion and vector (So3), or columns
+/// and six numbers (So4). The state may be M alone.
 template <class Space_>
 class RigidBody {
  public:
@@ -30,8 +31,8 @@ class RigidBody {
 
   /// Whether an invariant is constant along the group's orbits.
   static constexpr bool conserved_on_orbits(std::string_view invariant) {
-    return invariant == "spatial_momentum" || invariant == "casimirs" ||
-           invariant == "orthogonality";
+    return invariant == family::spatial_momentum || invariant == family::casimirs ||
+           invariant == family::orthogonality;
   }
 
   explicit RigidBody(Lambda lambda)
@@ -61,7 +62,7 @@ class RigidBody {
   Algebra Omega_;
 };
 
-/// The body in the coordinates of three dimensions.
+/// Whether S is the rigid body in the coordinates of three dimensions.
 template <class S>
 inline constexpr bool rigid_body_in_3d = false;
 template <class Scalar, bool frame>

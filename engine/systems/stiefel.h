@@ -10,9 +10,9 @@ namespace stiefel {
 ///
 ///     Q̇ = SΛ⁻¹,   Ṡ = BQ,   KB + BK = −2Q̇Q̇ᵀ,   K = QΛ⁻¹Qᵀ.
 ///
-/// Q and S = Q̇Λ are n × N, B and K are n × n; every λ_i > 0. (The paper's S = Q̇Λ⁻¹ is a slip.) A
-/// state is Q over S, 2n × N, with QS̄ᵀ + S̄Qᵀ = 0 for S̄ = SΛ⁻¹. It keeps the energy
-/// ½ tr(SΛ⁻¹Sᵀ), m = SQᵀ − QSᵀ, and QQᵀ = I. O(Nn² + n³) operations.
+/// Q and S = Q̇Λ are n × N, B and K are n × n; every λ_i > 0. (Erratum: the paper also prints S =
+/// Q̇Λ⁻¹.) A state is Q over S, 2n × N, with QS̄ᵀ + S̄Qᵀ = 0 for S̄ = SΛ⁻¹. The motion keeps the
+/// energy ½ tr(SΛ⁻¹Sᵀ), m = SQᵀ − QSᵀ, and QQᵀ = I. O(Nn² + n³) operations.
 template <class Scalar_>
 class Stiefel {
  public:

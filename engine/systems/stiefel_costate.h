@@ -9,9 +9,10 @@ namespace stiefel {
 ///
 ///     Q̇ = QU,   Ṗ = PU − QA,   A = [QᵀQ, UΛU],
 ///
-/// U the OptimalControl of (Q, P), for any costate P (n × N). A state is Q over P, 2n × N, every
-/// λ_i > 0. It keeps PQᵀ, so k = PQᵀ + QPᵀ and m = PQᵀ − QPᵀ; QQᵀ = I; and the energy ½ tr(SΛ⁻¹Sᵀ),
-/// S = QUΛ. k = 0 is the generalised McLachlan–Scovel system. O(Nn² + n³) operations.
+/// where U is the OptimalControl of (Q, P), for any costate P (n × N). A state is Q over P, 2n × N,
+/// every λ_i > 0. The motion keeps PQᵀ, hence k = PQᵀ + QPᵀ and m = PQᵀ − QPᵀ; QQᵀ = I; and the
+/// energy ½ tr(SΛ⁻¹Sᵀ), S = QUΛ. The case k = 0 is the generalised McLachlan–Scovel system. O(Nn² +
+/// n³) operations.
 template <class Scalar_>
 class StiefelCostate {
  public:

@@ -10,9 +10,9 @@ namespace stiefel {
 ///
 ///     Q̇ = QΩ,   Ṗ = PΩ,   Ω = J⁻¹(M),   M = (QᵀP − PᵀQ)/ε.
 ///
-/// On SO(N) × SO(N) it is the rigid body with ‖M‖_op ≤ 2/ε. It keeps PQᵀ, hence m = QMQᵀ =
-/// (PQᵀ − QPᵀ)/ε, the energy and all that the rigid body keeps.
-/// State: Q over P, 2N × N. SO(N) acts from the right on both at once.
+/// On SO(N) × SO(N) it is the rigid body with ‖M‖_op ≤ 2/ε. The motion keeps PQᵀ, hence m = QMQᵀ =
+/// (PQᵀ − QPᵀ)/ε, the energy and every other invariant of the rigid body. State: Q over P, 2N × N.
+/// SO(N) acts from the right on both blocks.
 template <class Scalar_>
 class SymmetricRigidBody
     : public MovedBy<SymmetricRigidBody<Scalar_>, RightMultiplication<Scalar_>> {

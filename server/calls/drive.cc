@@ -1,4 +1,5 @@
 #include <atomic>
+#include <memory>
 #include <optional>
 #include <utility>
 
@@ -11,7 +12,8 @@
 namespace stiefel::server {
 namespace {
 
-/// Reads a request, answers it, reads the next. Deletes itself.
+/// Reads a request, answers it, reads the next. Between requests it holds no lease: a call that
+/// says nothing does not keep its session from expiring. Deletes itself.
 class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::DriveResponse>,
                         private Job {
  public:
@@ -21,17 +23,18 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
   }
 
   void OnReadDone(bool ok) override {
-    if (!ok) return end(cancelled_ ? errors::cancelled() : grpc::Status::OK);
+    if (!ok) return end(cancelled_ ? errors::cancelled() : at_the_end());
+    read_ = true;
     try {
       clear();
       if (const auto status = prepare(); !status.ok()) return reply(status);
-      if (step_inline(**session_, task_, response_.mutable_step())) return reply(grpc::Status::OK);
+      if (step_inline(**lease_, task_, response_.mutable_step())) return reply(grpc::Status::OK);
     } catch (...) {
       return reply(errors::from_current_exception());
     }
     running_ = true;
     host_.lifecycle.enter();
-    host_.pool_for((*session_)->step_cost()).submit(this);
+    host_.pool_for((*lease_)->step_cost()).submit(this);
   }
   void OnWriteDone(bool ok) override {
     if (std::exchange(running_, false)) host_.lifecycle.leave();
@@ -53,6 +56,7 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
     }
   }
   void reply(const grpc::Status& status) {
+    lease_.reset();
     if (status.ok()) {
       steps_ += response_.step().computed_steps();
     } else {
@@ -64,9 +68,15 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
     cursor_.reset();
     reply(status);
   }
+  /// gRPC tells the end of the requests and one that it cannot parse by the same callback.
+  grpc::Status at_the_end() const {
+    if (read_) return grpc::Status::OK;
+    return errors::invalid("request", "absent or no DriveRequest",
+                           "the first message must name a session");
+  }
   void end(const grpc::Status& status) {
     log_.finish(status, steps_);
-    session_.reset();
+    lease_.reset();
     Finish(status);
   }
 
@@ -75,10 +85,13 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
   CallLog log_;
   v1::DriveRequest request_;
   v1::DriveResponse response_;
-  std::optional<SessionLease> session_;
+  std::string id_;  // of the session that the first good request named
+  std::weak_ptr<Session> session_;
+  std::optional<SessionLease> lease_;  // while a request is answered
   StepTask task_;
   std::optional<Cursor> cursor_;
   std::int64_t steps_ = 0;
+  bool read_ = false;     // a request was read
   bool running_ = false;  // counted by the lifecycle
   std::atomic<bool> cancelled_ = false;
 };
@@ -87,37 +100,40 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
 grpc::Status DriveCall::prepare() {
   if (host_.lifecycle.refusing()) return errors::shutting_down();
   const std::string& id = request_.session_id();
-  if (session_ && !id.empty() && id != (*session_)->id()) {
-    return errors::invalid("session_id", id, "must be empty or '" + (*session_)->id() + "'");
+  if (!id_.empty() && !id.empty() && id != id_) {
+    return errors::invalid("session_id", id, "must be empty or '" + id_ + "'");
   }
-  if (!session_ || (*session_)->closed()) {
-    auto found = find_session(host_, context_, session_ ? (*session_)->id() : id);
+  if (auto known = session_.lock()) lease_.emplace(std::move(known));
+  if (!lease_ || (*lease_)->closed()) {
+    auto found = find_session(host_, context_, id_.empty() ? id : id_);
     if (!found) return found.error();
-    session_.emplace(*std::move(found));
-    task_.fields = *select_fields(**session_, {});
+    lease_.emplace(*std::move(found));
+    session_ = lease_->session();
+    id_ = (*lease_)->id();
+    task_.fields = *select_fields(**lease_, {});
   }
   if (const auto status = check_step("to", request_.to()); !status.ok()) return status;
   if (request_.fields_size() > 0) {
-    auto fields = select_fields(**session_, request_.fields());
+    auto fields = select_fields(**lease_, request_.fields());
     if (!fields) return errors::invalid(fields.error());
     task_.fields = *std::move(fields);
   }
   task_.to = request_.to();
   task_.return_checkpoint = request_.return_checkpoint();
   task_.checksum = request_.checksum();
-  return check_size(**session_, task_);
+  return check_size(**lease_, task_);
 }
 
 bool DriveCall::run_slice() noexcept {
   try {
-    if (!cursor_) cursor_.emplace(**session_, task_.to);
-    std::int64_t budget = slice_steps((*session_)->step_cost());
+    if (!cursor_) cursor_.emplace(**lease_, task_.to);
+    std::int64_t budget = slice_steps((*lease_)->step_cost());
     if (cancelled_ || host_.lifecycle.stopping()) {
       if (cursor_->step() < task_.to) cursor_->cancel();
     } else if (!cursor_->advance(task_.to, budget)) {
       return true;
     }
-    answer_step(**session_, *cursor_, task_, response_.mutable_step());
+    answer_step(**lease_, *cursor_, task_, response_.mutable_step());
     reply_from_pool(grpc::Status::OK);
   } catch (...) {
     reply_from_pool(errors::from_current_exception());

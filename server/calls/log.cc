@@ -112,7 +112,15 @@ CallLog::CallLog(const Log& log, const grpc::CallbackServerContext& context, con
       std::string(session_id.substr(0, 128)), std::chrono::steady_clock::now()});
 }
 
-void CallLog::finish(const grpc::Status& status, std::int64_t steps) {
+void CallLog::finish(const grpc::Status& status, std::int64_t steps) noexcept {
+  try {
+    write(status, steps);
+  } catch (const std::exception&) {
+  }
+  details_.reset();
+}
+
+void CallLog::write(const grpc::Status& status, std::int64_t steps) const {
   const bool ours = status.error_code() == grpc::INTERNAL;
   if (!details_ && !ours) return;
   std::vector<Log::Fact> facts;
@@ -128,7 +136,6 @@ void CallLog::finish(const grpc::Status& status, std::int64_t steps) {
     facts.push_back({"steps", steps});
   }
   log_->line(ours ? Log::Level::error : Log::Level::info, "rpc", facts);
-  details_.reset();
 }
 
 }  // namespace stiefel::server

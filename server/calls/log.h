@@ -46,9 +46,12 @@ class CallLog {
   CallLog(CallLog&&) = default;
 
   /// Once; costs nothing when the level is above info. An INTERNAL error is a line of level error.
-  void finish(const grpc::Status& status, std::int64_t steps = 0);
+  /// A line for which there is no memory is not written.
+  void finish(const grpc::Status& status, std::int64_t steps = 0) noexcept;
 
  private:
+  void write(const grpc::Status& status, std::int64_t steps) const;
+
   struct Details {
     std::string request_id;
     std::string session_id;

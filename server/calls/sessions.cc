@@ -12,13 +12,10 @@
 namespace stiefel::server {
 namespace {
 
-// Above it, resolving a scene and making its simulation is work for the pool.
-constexpr std::uint32_t small_dimension = 32;
-
-bool is_large(const v1::Scene& scene) {
-  return static_cast<std::uint32_t>(scene.inertia_size()) > small_dimension ||
-         scene.members() > small_dimension;
-}
+// Above them, resolving a scene and making its simulation is work for a pool: for that of steps,
+// or, where it is more than a slice, for the other.
+constexpr int small_dimension = 32, large_dimension = 96;
+constexpr int few_members = 64;
 
 grpc::Status create(Host& host, const v1::CreateSessionRequest& request,
                     v1::CreateSessionResponse* response) {
@@ -86,9 +83,12 @@ grpc::ServerUnaryReactor* Service::CreateSession(Context* context,
       return status;
     return create(host_, *request, response);
   };
-  if (wants_choice(request->scene()))
-    return new PooledCall(host_, host_.searches, std::move(log), work);
-  if (is_large(request->scene())) return new PooledCall(host_, host_.pool, std::move(log), work);
+  const v1::Scene& scene = request->scene();
+  const bool long_work = wants_choice(scene) || scene.inertia_size() > large_dimension ||
+                         scene.members() > few_members;
+  if (long_work) return new PooledCall(host_, host_.searches, std::move(log), work);
+  if (scene.inertia_size() > small_dimension || scene.has_members())
+    return new PooledCall(host_, host_.pool, std::move(log), work);
   return answer(context, std::move(log), work);
 }
 

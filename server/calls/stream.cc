@@ -210,20 +210,25 @@ grpc::Status check_range(const v1::StreamRequest& request) {
 grpc::ServerWriteReactor<v1::StreamResponse>* Service::Stream(Context* context,
                                                               const v1::StreamRequest* request) {
   CallLog log = open(context, "Stream", request->session_id());
-  const auto refuse = [&](const grpc::Status& status) {
+  const auto refuse =
+      [&](const grpc::Status& status) -> grpc::ServerWriteReactor<v1::StreamResponse>* {
     log.finish(status);
     return new RefusedStream(status);
   };
-  auto session = find_session(host_, *context, request->session_id());
-  if (!session) return refuse(session.error());
-  if (const auto status = check_range(*request); !status.ok()) return refuse(status);
-  auto fields = select_fields(**session, request->fields());
-  if (!fields) return refuse(errors::invalid(fields.error()));
-  return new StreamCall(
-      host_, std::move(log), *std::move(session), *std::move(fields),
-      {request->from(), request->to(), std::max<std::int64_t>(request->every(), 1),
-       request->checkpoint_every(), request->return_checkpoint()},
-      *request);
+  try {
+    auto session = find_session(host_, *context, request->session_id());
+    if (!session) return refuse(session.error());
+    if (const auto status = check_range(*request); !status.ok()) return refuse(status);
+    auto fields = select_fields(**session, request->fields());
+    if (!fields) return refuse(errors::invalid(fields.error()));
+    return new StreamCall(
+        host_, std::move(log), *std::move(session), *std::move(fields),
+        {request->from(), request->to(), std::max<std::int64_t>(request->every(), 1),
+         request->checkpoint_every(), request->return_checkpoint()},
+        *request);
+  } catch (...) {
+    return refuse(errors::from_current_exception());
+  }
 }
 
 }  // namespace stiefel::server

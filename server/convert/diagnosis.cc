@@ -4,8 +4,6 @@
 #include <cmath>
 
 #include "engine/linalg/arithmetic/to_text.h"
-#include "engine/simulation/diagnosis/structure.h"
-#include "engine/simulation/run/invariant_list.h"
 #include "engine/simulation/scene/near_name.h"
 #include "proto/checksum/checksum.h"
 #include "server/convert/convert.h"
@@ -201,7 +199,7 @@ grpc::Status DiagnoseTask::answer(const Session& session, const Cursor& cursor,
   response->set_computed_steps(cursor.computed_steps());
   to_proto(session.work(cursor.start(), cursor.step()), 0, v1::PRICE_BOUND_AT_LEAST,
            response->mutable_price());
-  Diagnosis diagnosis = diagnose(scene, now, task.invariants);
+  Diagnosis diagnosis = diagnose(scene, now, task.invariants, stop);
   shorten(task.max_invariants, diagnosis.invariants, response);
   to_proto(diagnosis, response);
   for (std::size_t i = 0; i < task.forms.size(); ++i) {
@@ -222,7 +220,7 @@ grpc::Status DiagnoseTask::answer(const Session& session, const Cursor& cursor,
   if (task.symplectic) {
     const auto defect =
         symplectic_defect(scene, now, static_cast<int>(task.symplectic->pairs()),
-                          task.symplectic->seed(), Place::inside("symplectic_test"));
+                          task.symplectic->seed(), Place::inside("symplectic_test"), stop);
     if (!defect) return errors::invalid(defect.error());
     if (*defect) response->set_symplectic_defect(**defect);
   }

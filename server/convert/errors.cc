@@ -173,7 +173,11 @@ grpc::Status shutting_down() {
 grpc::Status cancelled() { return {grpc::CANCELLED, "the caller cancelled"}; }
 
 grpc::Status out_of_memory() {
-  return info(grpc::RESOURCE_EXHAUSTED, "out of memory", "OUT_OF_MEMORY");
+  try {
+    return info(grpc::RESOURCE_EXHAUSTED, "out of memory", "OUT_OF_MEMORY");
+  } catch (const std::bad_alloc&) {
+    return {grpc::RESOURCE_EXHAUSTED, "out of memory"};  // a string so short allocates nothing
+  }
 }
 
 grpc::Status internal(std::string_view what) {
@@ -194,6 +198,8 @@ grpc::Status from_current_exception() {
     return out_of_memory();
   } catch (const std::exception& exception) {
     return internal(exception.what());
+  } catch (...) {
+    return internal("an exception of unknown type");
   }
 }
 

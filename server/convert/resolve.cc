@@ -4,6 +4,7 @@
 
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
+#include "stiefel/tradeoff.h"
 
 namespace stiefel::server {
 namespace {
@@ -26,7 +27,7 @@ OrStatus<ResolvedScene> read_scene(bool present, const v1::Scene& scene, const c
   const auto place = Place::inside(field);
   const auto given = from_proto(scene, place);
   if (!given) return std::unexpected(errors::invalid(given.error()));
-  auto resolved = Scene::resolve(*given, Scene::frame_tolerance, place);
+  auto resolved = resolve_choosing(*given, Scene::frame_tolerance, place);
   if (!resolved) return std::unexpected(errors::invalid(resolved.error()));
   SceneDescription description = resolved->description();
   auto choice = take_choice(description);

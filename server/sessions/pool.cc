@@ -1,5 +1,7 @@
 #include "server/sessions/pool.h"
 
+#include <pthread.h>
+
 #include <algorithm>
 
 namespace stiefel::server {
@@ -23,29 +25,41 @@ Pool::~Pool() {
   workers_.clear();
 }
 
-void Pool::submit(Job* job) {
+void Pool::submit(Job* job) noexcept {
   bool sleeper;
   {
     const std::lock_guard lock(mutex_);
-    queue_.push_back(job);
+    push(job);
     sleeper = idle_ > 0;
   }
   if (sleeper) wake_.notify_one();
 }
 
+void Pool::push(Job* job) {
+  job->next_ = nullptr;
+  (first_ ? last_->next_ : first_) = job;
+  last_ = job;
+}
+
+Job* Pool::pop() {
+  Job* job = first_;
+  first_ = job->next_;
+  return job;
+}
+
 void Pool::work() {
+  pthread_setname_np(pthread_self(), thread_name);
   std::unique_lock lock(mutex_);
   while (true) {
     ++idle_;
-    wake_.wait(lock, [this] { return stopping_ || !queue_.empty(); });
+    wake_.wait(lock, [this] { return stopping_ || first_; });
     --idle_;
-    if (queue_.empty()) return;
-    Job* job = queue_.front();
-    queue_.pop_front();
+    if (!first_) return;
+    Job* job = pop();
     lock.unlock();
     const bool more = job->run_slice();
     lock.lock();
-    if (more) queue_.push_back(job);
+    if (more) push(job);
   }
 }
 

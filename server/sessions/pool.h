@@ -2,7 +2,6 @@
 
 #include <condition_variable>
 #include <cstdint>
-#include <deque>
 #include <mutex>
 #include <thread>
 #include <vector>
@@ -23,12 +22,19 @@ class Job {
   /// Does one slice. True: queue it again. False: the pool forgets the job, which may be gone by
   /// then.
   virtual bool run_slice() noexcept = 0;
+
+ private:
+  friend class Pool;
+  Job* next_ = nullptr;  // in the pool's queue
 };
 
 /// Threads that run jobs a slice at a time, first come, first served: whoever had a slice goes to
 /// the end of the queue, so a long job delays a short one by a slice and not by its length.
 class Pool {
  public:
+  /// What ps and top call its threads.
+  static constexpr const char* thread_name = "compute";
+
   /// 0 threads means one a core.
   explicit Pool(int threads);
   /// Runs what is queued to its end.
@@ -36,16 +42,20 @@ class Pool {
   Pool(const Pool&) = delete;
   Pool& operator=(const Pool&) = delete;
 
-  /// The job must live until its `run_slice` returns false.
-  void submit(Job* job);
+  /// The job must live until its `run_slice` returns false. Allocates nothing: a job that is
+  /// submitted runs, whatever memory is left.
+  void submit(Job* job) noexcept;
   int threads() const { return static_cast<int>(workers_.size()); }
 
  private:
   void work();
+  void push(Job* job);
+  Job* pop();
 
   std::mutex mutex_;
   std::condition_variable wake_;
-  std::deque<Job*> queue_;
+  Job* first_ = nullptr;  // the queue, linked by `next_`; guarded by mutex_
+  Job* last_ = nullptr;   // guarded by mutex_, as the rest is
   int idle_ = 0;
   bool stopping_ = false;
   std::vector<std::jthread> workers_;

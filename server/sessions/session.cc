@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "engine/simulation/catalogue/step_weight.h"
+#include "engine/simulation/catalogue/methods/step_weight.h"
 #include "server/sessions/identity.h"
 #include "server/sessions/pool.h"
 

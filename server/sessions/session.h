@@ -127,6 +127,8 @@ class SessionLease {
     --session_->uses_;
   }
 
+  /// The session, for whoever will use it again later; it may expire meanwhile.
+  const std::shared_ptr<Session>& session() const { return session_; }
   Session* operator->() const { return session_.get(); }
   Session& operator*() const { return *session_; }
 

@@ -1,5 +1,5 @@
-// Many calls that stay open: what they cost the server in memory and in threads.
-// Arguments: address of the server, its pid, "unread" or "idle", how many, N, sessions.
+// Many calls that stay open: the server's memory and threads. Arguments: address of the server, its
+// pid, "unread" or "idle", how many, N, sessions.
 #include <grpcpp/grpcpp.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ std::shared_ptr<grpc::Channel> own_connection(const std::string& address) {
   return grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
 }
 
-/// When every buffer is full the server has nothing left to compute.
+/// Waits until every buffer is full and the server computes nothing more.
 void wait_until_idle(int pid) {
   const auto limit = std::chrono::steady_clock::now() + 60s;
   double cpu = bench::cpu_seconds(pid);
@@ -54,7 +54,7 @@ struct Unread {
   std::unique_ptr<grpc::ClientReader<v1::StreamResponse>> reader;
 };
 
-/// Each session may hold 64 MiB of checkpoints, whoever reads: at large N give the streams one.
+/// Each session may hold 64 MiB of checkpoints; at large N let all streams share one session.
 void unread(const std::string& address, int pid, int count, int N, int session_count) {
   const auto client = client::Client::connect(address);
   std::list<client::Session> sessions;

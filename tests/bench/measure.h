@@ -21,8 +21,8 @@ double seconds(Work&& work) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// Seconds of processor time that `work` takes, on all threads of this program: what others run
-/// does not count.
+/// Seconds of processor time that `work` takes on all threads of this program; other programs do
+/// not count.
 template <class Work>
 double processor_seconds(Work&& work) {
   const auto now = [] {
@@ -41,7 +41,7 @@ inline double median(std::vector<double> values) {
   return *middle;
 }
 
-/// A figure beside a rival's, repeat by repeat. What is judged is the median of the ratios.
+/// A figure beside a rival's, repeat by repeat. The bound applies to the median of the ratios.
 struct Comparison {
   std::string name, unit, rival;
   std::optional<double> bound = {};
@@ -53,7 +53,7 @@ struct Comparison {
   }
 };
 
-/// A figure alone. What is judged is the worst of them.
+/// A figure without a rival. The bound applies to the worst repeat.
 struct Figure {
   std::string name, unit;
   std::optional<double> bound = {};

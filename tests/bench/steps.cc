@@ -10,7 +10,7 @@ namespace {
 
 using namespace stiefel;
 
-// By then a warm-started solver has the history it extrapolates.
+// After these steps a warm-started solver has a full history.
 constexpr int warm_up = 16;
 
 double step_microseconds(int N, unsigned seed, const MethodDescription& method, double h_omega,

@@ -1,7 +1,7 @@
-"""What does not move has not drifted, and neither has what hardly moves: scales are of the size of what rounding changes.
+"""A body at rest, or almost at rest, has no drift: the scale of an invariant is at least its rounding error.
 
-A momentum that is a difference of frames, Q^T P - P^T Q at rest, is 1e-16 in place of 0, and its energy 1e-33. That is
-no scale: the next state's 2e-33 is no drift of 100 %.
+A momentum that is a difference of frames, Q^T P - P^T Q at rest, is 1e-16 in place of 0, and its energy 1e-33. Such
+a number is no scale: 2e-33 in the next state is not a drift of 100 %.
 """
 import math
 

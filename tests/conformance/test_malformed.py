@@ -1,4 +1,4 @@
-"""Requests that are wrong: each gets its code, the path of the field and the rule, and nothing moves."""
+"""Wrong requests: each is refused with its code, the path of the field and the rule, and nothing moves."""
 import numpy as np
 import pytest
 

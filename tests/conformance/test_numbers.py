@@ -1,4 +1,4 @@
-"""Numbers near the ends of what a double holds: numbers come back, or a refusal."""
+"""Numbers near the ends of the range of doubles: the reply has finite numbers, or a refusal."""
 import numpy as np
 import pytest
 

@@ -1,4 +1,4 @@
-"""What any gRPC tool expects: health, reflection, honest status codes."""
+"""The services that gRPC tools expect: health, reflection, status codes."""
 import grpc
 import pytest
 

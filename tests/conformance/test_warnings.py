@@ -1,4 +1,4 @@
-"""Moments that no rigid body has are taken, with a warning."""
+"""Moments that no rigid body has are accepted with a warning."""
 import warnings
 
 import numpy as np

@@ -1,6 +1,6 @@
 #!/bin/bash
 # Clones the last commit into a bare Debian 12 (minbase with git, make and ca-certificates) and makes
-# the targets there, each timed: the proof that a fresh clone needs nothing done before.
+# the targets there, each timed. Shows that a fresh clone needs no preparation.
 # Needs root and mmdebstrap. Usage: tests/docker/bare_debian.sh [--user] [TARGET...]
 #   --user    as a user with sudo instead of as root
 #   TARGET    of the Makefile; `run test` when none is given
@@ -40,7 +40,7 @@ if [ $user != root ]; then
   echo "$user ALL=(ALL) NOPASSWD: ALL" > "$root/etc/sudoers.d/$user"
 fi
 
-# In namespaces of their own, so that mounts and processes end with the script.
+# Separate namespaces, so that mounts and processes end with the script.
 unshare --mount --pid --fork --kill-child /bin/bash -euo pipefail -c '
   root=$1 repository=$2 user=$3
   shift 3

@@ -1,15 +1,29 @@
 #!/bin/bash
-# Builds the image and tests it while it runs: with the Docker engine where one answers, else with
-# buildah and podman from Debian, as root, on a base made from Debian's packages.
+# Builds the image and tests the running container: with the Docker engine if one answers, else with
+# buildah and podman from Debian, as root, on a base made from Debian's packages. On Debian 12 the
+# image takes the programs of build/release; elsewhere it compiles them.
 # Usage: tests/docker/image.sh [pytest arguments]
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 export STIEFEL_IMAGE=${STIEFEL_IMAGE:-stiefel} STIEFEL_IMAGE_BASE=debian:bookworm-slim
 arguments=(--build-arg VERSION="$(awk '/^project\(stiefel VERSION/ { print $3 }' CMakeLists.txt)"
            --build-arg REVISION="$(git rev-parse HEAD)"
-           -t "$STIEFEL_IMAGE" -f docker/Dockerfile .)
+           -t "$STIEFEL_IMAGE" -f docker/Dockerfile)
 
-# A store of our own, so that nothing of the machine's is touched, and made where it is missing.
+release=$(. /etc/os-release; echo "${ID:-} ${VERSION_CODENAME:-}")
+if [ "$release" = 'debian bookworm' ]; then
+  make --no-print-directory build-programs
+  rm -rf build/image
+  cmake --install build/release --component runtime --strip --prefix "$PWD/build/image" >/dev/null
+  echo "The image takes its programs from build/release: this is Debian bookworm, as is its base"
+  arguments+=(--target prebuilt)
+else
+  make --no-print-directory build-python  # for the tests
+  echo "The image compiles its programs: this is $release, its base is Debian bookworm"
+fi
+arguments+=(.)
+
+# A separate image store, created if it is missing, so that the machine's own images stay untouched.
 local_engine() {
   local store=${XDG_CACHE_HOME:-$HOME/.cache}/stiefel/containers open_files
   mkdir -p "$store"
@@ -31,7 +45,8 @@ CONF
   export CONTAINERS_CONF=$store/containers.conf CONTAINERS_STORAGE_CONF=$store/storage.conf
   if ! podman image exists "docker.io/library/$STIEFEL_IMAGE_BASE"; then
     echo "Making $STIEFEL_IMAGE_BASE from Debian's packages"
-    # Slim as the published one is: without manuals, translations and all of doc but the licences.
+    # Slim like the published image: without manuals, translations and documentation except the
+    # licences.
     mmdebstrap --quiet --variant=minbase \
       --dpkgopt='path-exclude=/usr/share/doc/*' --dpkgopt='path-include=/usr/share/doc/*/copyright' \
       --dpkgopt='path-exclude=/usr/share/man/*' --dpkgopt='path-exclude=/usr/share/info/*' \

@@ -24,8 +24,8 @@ double error(int N, double h, double tolerance, double time) {
   return (testing::frame_of(state.x.value) - exact.Q).norm();
 }
 
-/// An error of `tolerance` a step, magnified by the motion: at most a hundred times in ten units of
-/// time. And no better than it has to be where the substeps are chosen.
+/// The error is `tolerance` a step, magnified by the motion at most 100 times in ten units of time.
+/// Where the method chooses its substeps, the error is not far below the tolerance either.
 TEST(Adaptive, MeetsItsTolerance) {
   for (const double h : {0.5, 10.0})
     for (const double tolerance : {1e-6, 1e-9, 1e-12}) {
@@ -52,7 +52,8 @@ TEST(Adaptive, GoesBackInTime) {
   EXPECT_LT((state.x.value - testing::state_of<SoN<double>>(body)).norm(), 1e-9);
 }
 
-/// Units do not matter: the momentum a million times smaller, the time a million times longer.
+/// Units do not matter: with a momentum 2²⁰ times smaller and a time 2²⁰ times longer the motion
+/// has the same bits.
 TEST(Adaptive, MeasuresMomentumByItself) {
   const RandomBody body(4, 2);
   const double slow = 0x1p-20;
@@ -69,7 +70,8 @@ TEST(Adaptive, MeasuresMomentumByItself) {
   EXPECT_EQ(run(1), run(slow));
 }
 
-/// ẋ = x² ends at t = 1/x, and what cannot be had is not tried for ever.
+/// The solution of ẋ = x² ends at t = 1/x: a step beyond ends with not_finite. A tolerance that
+/// cannot be met, or a step that needs too many substeps, ends with solver_stalled.
 struct Riccati {
   using Scalar = double;
   using State = Eigen::Matrix<double, 1, 1>;

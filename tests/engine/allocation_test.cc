@@ -15,7 +15,7 @@ namespace {
 std::atomic<long> allocations = 0;
 }
 
-/// Eigen and operator new both end here.
+/// Eigen and operator new both call this function.
 extern "C" void* malloc(std::size_t size) {
   using Malloc = void* (*)(std::size_t);
   static const auto next = reinterpret_cast<Malloc>(dlsym(RTLD_NEXT, "malloc"));

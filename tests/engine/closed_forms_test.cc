@@ -63,7 +63,7 @@ TEST(IsotropicGeodesic, AreTheGeodesics) {
   }
 }
 
-/// However far, in one evaluation, and the way there does not matter.
+/// Any state takes one evaluation, and its bits do not depend on the states before.
 TEST(ClosedForms, GoAnywhereAtOnce) {
   for (const auto& d : {body({1, 2.5, 1, 2.5, 1}, 3), frames(2, 5, 3)}) {
     const Scene scene = Scene::resolve(d).value();

@@ -31,7 +31,7 @@ TEST(SymmetricStages, SatisfyTheOrderConditions) {
   EXPECT_THROW(symmetric_stages<double>(5), std::invalid_argument);
 }
 
-/// Quadruple precision, because order 8 falls from 1e-11 to 1e-15 here.
+/// Quadruple precision: the error of order 8 falls from 1e-11 to 1e-15 here.
 template <class Space>
 void expect_orders(int N) {
   const RandomBody body(N, 1);

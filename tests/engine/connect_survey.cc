@@ -4,10 +4,10 @@
 
 #include "tests/support/two_frames.h"
 
-/// connect_survey [pairs = 200] [restarts = 4]: how many random pairs of frames are joined to
-/// 1e-11, how large the worst residual is, how often a later start found a shorter geodesic than
-/// the first, and how many geodesics were seen for a pair. Exit status 1 when fewer than 99 % of
-/// any row are joined.
+/// connect_survey [pairs = 200] [restarts = 4]: prints how many random pairs of frames are joined
+/// to 1e-11, the worst residual, how often a later start found a shorter geodesic than the first,
+/// and how many geodesics were seen for a pair. Exit status 1 when fewer than 99 % of any row are
+/// joined.
 int main(int argc, char** argv) {
   using namespace stiefel;
   const int pairs = argc > 1 ? std::atoi(argv[1]) : 200,

@@ -110,7 +110,8 @@ TEST(DiscreteLax, CoefficientsMakeThePolynomial) {
   }
 }
 
-/// Started from two frames h apart on a geodesic it is elsewhere after ten steps, however small h.
+/// Started from two frames h apart on a geodesic, the map is far from the geodesic after ten steps,
+/// for every h.
 TEST(DiscreteStiefel, IsNotTheGeodesicFlowBelowFullRank) {
   for (const auto& [n, N] : {std::pair{1, 3}, {2, 5}, {3, 6}})
     for (const double h : {0.2, 0.02, 0.002}) {

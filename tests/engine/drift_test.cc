@@ -9,7 +9,7 @@
 namespace stiefel {
 namespace {
 
-// The sanitizers look at how steps are computed, and need no million of them.
+// The sanitizers check the code of a step; they do not need 10⁶ steps.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr std::array<std::int64_t, 4> decades = {100, 1'000, 10'000, 100'000};
 #else
@@ -52,8 +52,8 @@ std::array<Worst, 4> drifts(int N, const char* arithmetic) {
 
 class LongRun : public ::testing::TestWithParam<int> {};
 
-/// A million steps. The compensated bound is absolute; plain arithmetic drifts at least ten times
-/// as much, or compensation would buy nothing.
+/// 10⁶ steps. The bound of compensated arithmetic is absolute. Plain arithmetic must drift at least
+/// ten times as much, else compensation has no effect.
 TEST_P(LongRun, CompensatedDriftStaysAtRounding) {
   const auto compensated = drifts(GetParam(), "compensated");
   const auto plain = drifts(GetParam(), "plain");

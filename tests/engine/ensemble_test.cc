@@ -99,7 +99,7 @@ TEST(Ensemble, BodiesThatGoTogetherHaveTheBitsThatTheyHaveAlone) {
       }
 }
 
-/// Steps so long that the equation's fast solver fails in some lanes and not in others.
+/// Steps for which the solver for packs fails in some lanes and succeeds in others.
 TEST(Ensemble, HardStepsAreTakenAlone) {
   for (const int N : {3, 4})
     for (const char* arithmetic : {"plain", "compensated"})
@@ -112,7 +112,7 @@ TEST(Ensemble, HardStepsAreTakenAlone) {
       }
 }
 
-/// Where a λ < 0 the short solution need not be the wanted one, and every step counts as hard.
+/// For a λ < 0 a small |c|² does not prove the branch, so no lane is easy.
 TEST(Ensemble, NegativeLambdaInFourDimensionsIsTakenAlone) {
   auto scenes = bodies(8, "variational", 2, "compensated", 0.3, true, 4);
   for (std::size_t b = 0; b < scenes.size(); b += 3) scenes[b].inertia[1] = -0.2;
@@ -188,7 +188,7 @@ TEST(Ensemble, EveryInstructionSetGivesTheSameBits) {
     }
 }
 
-/// A body whose numbers come near the ends of the range goes alone.
+/// A body whose numbers are near the ends of the range is not packed.
 TEST(Ensemble, ExtremeScalesGoAlone) {
   RandomBody body(3, 1);
   EXPECT_TRUE(can_be_packed(resolved(description(body, 0.1, "rk4"))));
@@ -201,7 +201,7 @@ TEST(Ensemble, ExtremeScalesGoAlone) {
   EXPECT_FALSE(can_be_packed(resolved(in_float)));
 }
 
-/// Where a scene ends, if it does within so many steps.
+/// The step at which a scene stops, if that is within `steps`.
 std::pair<std::int64_t, RunStatus> stop_of(const SceneDescription& scene, std::int64_t steps) {
   const auto simulation = make_simulation(resolved(scene));
   const RunStatus status = simulation->advance(steps);
@@ -293,7 +293,7 @@ TEST(Ensemble, RefusalsNameTheMember) {
   EXPECT_EQ(refusal(bad).at(0).field, "tolerance");
 }
 
-/// Numbers for one member are everybody's.
+/// A list with the numbers of one member holds for all members.
 TEST(Ensemble, InertiaMayBeCommon) {
   const auto scenes = bodies(4, "rk4", {}, "plain", 0.1, true);
   auto common = ensemble_of(scenes);

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "engine/linalg/lie/so_3.h"
-#include "engine/simulation/catalogue/step_weight.h"
+#include "engine/simulation/catalogue/methods/step_weight.h"
 #include "stiefel/simulation.h"
 #include "tests/support/any_scene.h"
 #include "tests/support/error_survey.h"
@@ -39,7 +39,8 @@ Scene envisat(const std::string& method, std::optional<int> order) {
   return Scene::resolve(d).value();
 }
 
-/// Both keep every invariant to rounding; 6000 s later one of them is off by more than a degree.
+/// Both methods keep every invariant to rounding. After 6000 s the attitude of one of them is wrong
+/// by more than a degree.
 TEST(EstimatedError, IsNoDrift) {
   const ErrorEstimate second = after(envisat("variational", 2), 6000);
   EXPECT_NEAR(second.angle.value() * 57.29578, 1.2, 0.05);
@@ -54,8 +55,8 @@ TEST(EstimatedError, IsNoDrift) {
   EXPECT_NE(second.reference.find("closed form"), std::string::npos) << second.reference;
 }
 
-/// The closed forms against Taylor series: each says how far it may be off, next to the separatrix
-/// and everywhere else.
+/// Closed forms against Taylor series: they differ by less than their stated errors, next to the
+/// separatrix too.
 TEST(ExactReference, SaysHowFarItIsOff) {
   int made = 0, refused = 0;
   for (unsigned seed = 1; seed <= 60; ++seed) {
@@ -97,13 +98,13 @@ TEST(ExactReference, IsThereForLambdaOfTwoValuesAndForRoundFrames) {
       ASSERT_TRUE(exact) << system;
       const auto a = exact->at(7, {}), b = make_taylor_reference(scene, {7, 1e12})->at(7, {});
       EXPECT_LE(error_of(a->state, b->state).largest(), a->error + b->error) << system << seed;
-      EXPECT_LT(a->error, 1e-14);  // a frame of doubles is not quite orthonormal
+      EXPECT_LT(a->error, 1e-14);  // a frame of doubles is orthonormal to rounding only
     }
   }
   EXPECT_FALSE(make_exact_reference(testing::random_scene(5, 1, 0.1, "rk4"), {1, 1e12}));
 }
 
-/// The start of other forms of the same motion is that of 113 bits, not of rounded conversions.
+/// In every form of the motion the reference starts from 113 bits, not from rounded conversions.
 TEST(ExactReference, OfOtherFormsStartsFromTheirOwnNumbers) {
   for (const char* system : {"right_rigid_body", "symmetric_rigid_body", "reduced_rigid_body",
                              "right_symmetric_rigid_body", "mclachlan_scovel"}) {
@@ -200,7 +201,7 @@ TEST(EstimatedError, SaysWhyThereIsNone) {
   const ErrorEstimate cancelled = estimate_error(scene, *now, plenty, stop.get_token());
   EXPECT_NE(cancelled.missing.find("cancelled"), std::string::npos) << cancelled.missing;
 
-  // One series of N = 200 takes more than everything that is allowed: it is not begun.
+  // One series at N = 200 costs more than the whole budget, so it is not started.
   SceneDescription large = testing::description(testing::RandomBody(200, 1), 0.1, "rk4");
   const ErrorEstimate never = after(Scene::resolve(large).value(), 1);
   EXPECT_NE(never.missing.find("would take"), std::string::npos) << never.missing;

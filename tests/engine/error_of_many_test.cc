@@ -11,8 +11,8 @@ namespace {
 TEST(EstimatedError, OfTwoHundredScenesIsTheTrueOne) { testing::expect_estimates(10'001, 200); }
 
 /// Two geodesics on V(2, 5) that start 1e-18 apart are far from each other at t = 600. So are two
-/// solutions in extended precision, and nothing is said of the error unless quadruple precision,
-/// where it can be afforded, still tells it.
+/// solutions in extended precision. The estimate is then missing, unless the budget allows
+/// quadruple precision.
 TEST(EstimatedError, IsNotToldOnceTheReferenceIsLostToChaos) {
   const testing::RandomFrame<double> frame(2, 5, 3, 30);
   SceneDescription d;

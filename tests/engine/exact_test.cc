@@ -88,10 +88,10 @@ TEST(JacobiElliptic, FunctionsAreTheirDefinitions) {
   }
 }
 
-/// Ten thousand bodies: all kinds, and the whole way to the separatrix.
+/// 10⁴ bodies of all kinds, at every distance from the separatrix.
 TEST(Exact, IsTheMotionOfEveryBody) { testing::survey_exact(1, 10'000); }
 
-/// What the composition of order 8 tends to, like h⁸.
+/// The composition of order 8 converges to the closed form like h⁸.
 TEST(Exact, IsTheLimitOfTheVariationalIntegrator) {
   for (unsigned seed = 1; seed <= 4; ++seed) {
     const testing::RandomBody given(3, seed);
@@ -151,7 +151,7 @@ TEST(Exact, GoesAnywhereAtOnce) {
   EXPECT_FALSE(make_simulation(scene("variational", 0.1))->direct());
 }
 
-/// The way a quaternion goes in small steps has no jump of sign in it.
+/// The quaternion has no jump of sign along small steps.
 TEST(Exact, TheQuaternionIsContinuous) {
   for (unsigned seed = 1; seed <= 5; ++seed) {
     const auto simulation = make_simulation(testing::random_scene(3, seed, 0.05, "exact"));

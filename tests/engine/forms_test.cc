@@ -32,7 +32,7 @@ double defect(const Source& source, const Target& target, Map&& phi, const W& x,
     const auto wrapped = [&](const W& y) { return std::optional<W>(phi(y)); };
     const W Tu = *derivative<Wide>(wrapped, x, u), Tv = *derivative<Wide>(wrapped, x, v);
     const Wide before = factor * source.form(x, u, v);
-    EXPECT_GT(std::abs(before), 1e-6L);  // a form that vanished would agree with anything
+    EXPECT_GT(std::abs(before), 1e-6L);  // a form that is 0 would pass the comparison
     worst = std::max(worst, static_cast<double>(std::abs(target.form(phi(x), Tu, Tv) - before)));
   }
   return worst;
@@ -119,7 +119,8 @@ TEST_P(Forms, TheMoserVeselovMapIsSymplectic) {
                 omega, omega, [&](const W& x) { return d.Phi(x); }, QM, 1),
             tolerance);
 }
-/// The same measure sees a map that is not: M scaled by 1.1 scales ω's first part only.
+/// The measure detects a map that is not symplectic: M scaled by 1.1 scales only the first part of
+/// ω.
 TEST_P(Forms, AMapThatIsNotSymplecticIsSeen) {
   const auto scaled = [&](const W& x) { return stacked<Wide>(d.top(x), 1.1L * d.bottom(x)); };
   EXPECT_GT(defect(omega, omega, scaled, QM, 1), 1e-4);

@@ -10,7 +10,7 @@ namespace {
 
 using testing::Quad;
 
-/// Quadruple precision, because order 8 falls from 1e-11 to 1e-15 here.
+/// Quadruple precision: the error of order 8 falls from 1e-11 to 1e-15 here.
 void expect_orders(int n, int N) {
   const testing::RandomFrame<Quad> frame(n, N, 1);
   const Stiefel<Quad> system(frame.lambda, n);

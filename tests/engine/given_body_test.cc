@@ -1,5 +1,5 @@
-// A body as engineers give it: its numbers are exact doubles, and `exact` moves the body that has
-// them, not the one whose λ, M and principal axes are these numbers rounded.
+// A scene with `body`: `exact` moves the body with exactly the given numbers, not the body with
+// rounded λ, M and principal axes.
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
@@ -46,7 +46,7 @@ Scene scene(const BodyDescription& body, double step) {
   return Scene::resolve(d).value();
 }
 
-/// The same body in quadruple precision: its own eigenvalues and axes, its own Iω, its own motion.
+/// The body computed independently in quadruple precision: eigenvalues, axes, Iω and motion.
 struct Oracle {
   Vec I;
   Mat R = Mat::Identity();  ///< its columns are the principal axes, in the caller's
@@ -119,7 +119,7 @@ TEST(GivenBody, ExactFollowsItsTensor) {
   expect_follows(of_tensor({1, 1 + 1e-9, 1.6}, {0.7, 1.1, -0.3}, 8), "nearly symmetric tensor");
 }
 
-/// What M has lost is in the tail.
+/// `momentum_tail` holds the rounding error of M.
 TEST(GivenBody, MomentumTailCompletesM) {
   for (const BodyDescription& body : {of_moments({0.1, 0.25, 0.3}, {0.7, 1.1, -0.3}),
                                       of_tensor({1, 1.7, 2.3}, {0.7, 1.1, -0.3}, 3)}) {
@@ -145,7 +145,7 @@ TEST(GivenBody, MomentumTailCompletesM) {
   EXPECT_FALSE(extended_body(Scene::resolve(d).value()));
 }
 
-/// States come back from what was saved, and a session goes on from anywhere.
+/// Saved states restore to the same bits, and a session goes on from any of them.
 TEST(GivenBody, StatesAreRestored) {
   const Scene given = scene(of_tensor({1, 1.7, 2.3}, {0.7, 1.1, -0.3}, 5), 0.1);
   const auto once = make_simulation(given), again = make_simulation(given);

@@ -62,7 +62,7 @@ TEST(HardBodies, ExponentialsOfLargeAnglesAreOrthogonal) {
   }
 }
 
-/// z = b + Az with eigenvalues of A from −68 to 3, which no fixed point finds.
+/// z = b + Az with eigenvalues of A from −68 to 3: the fixed point diverges.
 TEST(HardBodies, NewtonKrylovSolvesWhatIsStiff) {
   constexpr int n = 12;
   Eigen::VectorXd w(n);
@@ -76,7 +76,8 @@ TEST(HardBodies, NewtonKrylovSolvesWhatIsStiff) {
   EXPECT_LT((z - exact).norm(), 1e-13 * exact.norm());
 }
 
-/// The midpoint rule's equation is stiff where Λ is spread wide, and its step is there.
+/// The equation of the midpoint rule is stiff where Λ is spread wide; the step still finds its
+/// solution.
 TEST(HardBodies, TheMidpointRuleTakesWideInertia) {
   for (const double spread : {1e4, 1e8, 1e12}) {
     const Scene scene =
@@ -88,7 +89,7 @@ TEST(HardBodies, TheMidpointRuleTakesWideInertia) {
   }
 }
 
-/// Which steps have a solution does not depend on units.
+/// Units do not decide which steps have a solution.
 TEST(HardBodies, TheBranchIsFoundInAllUnits) {
   const RandomBody body(3, 5);
   for (const double unit : {1e-150, 1e-100, 1.0, 1e110, 1e150})

@@ -1,4 +1,4 @@
-#include "engine/simulation/catalogue/families/in_float.h"
+#include "engine/simulation/catalogue/coordinates/in_float.h"
 
 #include <gtest/gtest.h>
 
@@ -61,7 +61,7 @@ double distance(const Simulation& a, const Simulation& b) {
 
 TEST(InFloat, IsOfferedForBothSystems) { EXPECT_EQ(offered("plain").size(), 27u); }
 
-/// The same map in double: they part by the rounding of 24 bits, which is there.
+/// Float and double differ by the rounding of 24 bits, and by no less.
 TEST(InFloat, IsTheSameMapToItsRounding) {
   for (const char* arithmetic : {"plain", "compensated"})
     for (const auto& [scene, text] : offered(arithmetic)) {
@@ -76,11 +76,10 @@ TEST(InFloat, IsTheSameMapToItsRounding) {
     }
 }
 
-/// Of what the map keeps exactly, compensated arithmetic leaves a random walk.
+/// In compensated arithmetic the invariants that the map keeps exactly perform a random walk.
 TEST(InFloat, CompensatedArithmeticKeepsInvariantsForLong) {
   constexpr int steps = 10'000;
   for (const auto& [scene, text] : offered("compensated")) {
-    if (scene.method->name == "rk4") continue;  // keeps nothing
     const auto single = made(scene);
     ASSERT_TRUE(single->advance(steps).reached()) << text;
     const auto diagnosis = diagnose(Scene::resolve(scene).value(), *single);

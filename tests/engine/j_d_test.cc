@@ -4,7 +4,7 @@
 
 #include "engine/linalg/lie/orthogonal.h"
 #include "engine/maps/moser_veselov.h"
-#include "engine/moser_veselov/j_d_schur.h"
+#include "tests/support/j_d_schur.h"
 #include "tests/support/random_scene.h"
 
 namespace stiefel {
@@ -46,7 +46,7 @@ Solved solve_3(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& M, double h
   return {status, rotation_matrix<double>(state.x.value.head<4>()), hat(state.x.value.tail<3>())};
 }
 
-/// In the coordinates of So4.
+/// One step in the coordinates of So4.
 Map4::Point coordinates(const Eigen::MatrixXd& Q, const Eigen::MatrixXd& M) {
   Map4::Point x;
   x.head<16>() = Q.reshaped();
@@ -66,7 +66,7 @@ Solved solve_4(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& M, double h
   return out;
 }
 
-/// By the solver that scenes of N dimensions go by.
+/// One step by the solver for N dimensions.
 Solved solve(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& M, double h) {
   if (lambda.size() == 3) return solve_3(lambda, M, h);
   if (lambda.size() == 4) return solve_4(lambda, M, h);
@@ -90,7 +90,7 @@ TEST_P(JDInverse, AgreesWithTheSchurSolver) {
   for (unsigned seed = 1; seed <= 5; ++seed)
     for (const double h : {1e-3, 0.05, 0.2, 0.4, 0.7, -0.3}) {
       const RandomBody body(N, seed);
-      const auto U = J_D_inverse_schur(body.lambda, h * body.M);
+      const auto U = testing::J_D_inverse_schur(body.lambda, h * body.M);
       const Solved fast = solve_n(body.lambda, body.M, h);
       ASSERT_EQ(U.has_value(), fast.status.reached()) << N << " " << seed << " " << h;
       if (!U) continue;
@@ -117,13 +117,14 @@ TEST(JDInverseEdge, LeftDomainNamesTheLargestStep) {
       EXPECT_LT(largest(far.M - body.M), 1e-15);  // nothing moved
       const Solved inside = solve(body.lambda, body.M, h);
       expect_solution(body.lambda, body.M, h, inside, 1e-12);
-      EXPECT_TRUE(J_D_inverse_schur(body.lambda, 0.999 * h * body.M));
-      EXPECT_FALSE(J_D_inverse_schur(body.lambda, 1.0015 * h * body.M)) << N << " " << seed;
+      EXPECT_TRUE(testing::J_D_inverse_schur(body.lambda, 0.999 * h * body.M));
+      EXPECT_FALSE(testing::J_D_inverse_schur(body.lambda, 1.0015 * h * body.M))
+          << N << " " << seed;
     }
   EXPECT_GE(left, 12);
 }
 
-/// By any factor, for alike and for unlike λ: never a step of NaN.
+/// Momenta scaled by any factor, equal and unequal λ: no step returns NaN.
 TEST(JDInverseEdge, FarBeyondTheLargestStepThereIsNone) {
   for (const int N : {3, 4, 5})
     for (const double spread : {1.0, 4.0, 1e3})
@@ -150,8 +151,8 @@ TEST(JDInverseEdge, PlatesAndSlightlyNegativeLambda) {
     }
 }
 
-/// A negative λ: whatever |c| is, a step that is taken has w_i + w_j in Re > 0, w = spec(UΛ), or it
-/// is on another branch.
+/// A negative λ: for every |c|, a step that is taken has w_i + w_j in Re > 0, w = spec(UΛ);
+/// otherwise it would be on another branch.
 TEST(JDInverseEdge, NegativeLambdaTakesNoOtherBranch) {
   int taken = 0;
   for (unsigned seed = 1; seed <= 200; ++seed)

@@ -149,7 +149,7 @@ TEST(History, ExtrapolatesCubicsExactly) {
   EXPECT_DOUBLE_EQ(next(0, 0), cubic(6));
 }
 
-/// 9 smooth values give 8 points' accuracy; of noise nothing is predicted.
+/// 9 smooth values give the accuracy of 8 points; from noise nothing is predicted.
 TEST(History, TakesAsManyPointsAsHelp) {
   History<double, 8> smooth(1, 1), noise(1, 1);
   Eigen::MatrixXd next(1, 1), value(1, 1);

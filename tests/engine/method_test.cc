@@ -136,7 +136,7 @@ void expect_conservation(Conservation conservation, const Growth& growth, int i,
   }
 }
 
-/// 10⁴ steps of 32 seeded bodies, fewer where a step is costly.
+/// 10⁴ steps of 32 seeded bodies, fewer for methods with costly steps.
 TYPED_TEST(OnBodies, KeepsWhatItDeclares) {
   using Method = typename TypeParam::Method;
   using Body = RigidBody<typename TypeParam::Space>;

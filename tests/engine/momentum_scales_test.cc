@@ -64,7 +64,7 @@ double relative(const Eigen::MatrixXd& found, const Eigen::MatrixXd& wanted) {
   return (found - wanted).cwiseAbs().maxCoeff() / wanted.cwiseAbs().maxCoeff();
 }
 
-/// A system that holds a P for εM, or (Q, B), in the hands of a method.
+/// A system with a P for εM, or with (Q, B), moved by a method.
 struct Way {
   std::string system, method;
   friend void PrintTo(const Way& way, std::ostream* out) {
@@ -172,7 +172,8 @@ TEST_P(MomentumScales, PowersOfTwoChangeNoBit) {
   }
 }
 
-/// At every scale the motion errs as it does at 1, and what is declared exact is.
+/// At every scale the error of the motion is that at scale 1, and the invariants declared exact are
+/// kept.
 TEST_P(MomentumScales, TheMotionIsTheBodysOwn) {
   constexpr std::int64_t steps = 100;
   const Errors one = errors({1, 1}, steps);
@@ -188,7 +189,8 @@ TEST_P(MomentumScales, TheMotionIsTheBodysOwn) {
   }
 }
 
-/// There and back M has its digits, ½ < ε‖M‖ ≤ 1 where there is no μ, and what is made is taken.
+/// After a conversion there and back M has all its digits, ½ < ε‖M‖ ≤ 1 for μ = 0, and the
+/// converted scene is accepted.
 TEST(MomentumScalesConversion, KeepsTheDigitsOfM) {
   for (const auto& system : systems_with_epsilon())
     for (const Scale& scale : by_tens)
@@ -212,7 +214,7 @@ TEST(MomentumScalesConversion, KeepsTheDigitsOfM) {
         }
 }
 
-/// With the ε of the papers P holds a small M badly, and the margin says how badly.
+/// With ε = 1 P represents a small M with few digits; the margin says how few.
 TEST(MomentumScalesConversion, TheMarginSaysWhatAGivenEpsilonCosts) {
   for (const auto& system : systems_with_epsilon())
     for (const double momentum : {1e-3, 1e-8, 1e-12, 1e-16, 1e-20}) {
@@ -319,7 +321,7 @@ TEST(MomentumScalesEnsemble, EachMemberChoosesItsOwnEpsilon) {
   }
 }
 
-/// P, and S, of a geodesic are linear in the momentum: no scale costs a digit or a bit.
+/// P and S of a geodesic are linear in the momentum, so no scale loses a digit or changes a bit.
 TEST(MomentumScalesOfFrames, PowersOfTwoChangeNoBit) {
   for (const char* system : {"stiefel", "stiefel_costate", "stiefel_momentum", "ellipsoid"})
     for (const auto& on : catalogue().system(system)->methods) {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "engine/simulation/catalogue/methods.h"
+#include "engine/simulation/stepping/methods.h"
 #include "tests/support/exact_motion.h"
 #include "tests/support/random_scene.h"
 
@@ -42,7 +42,7 @@ double error(const RandomBody& body, const testing::Motion& exact, int steps) {
   return (frame(state.x.value) - exact.Q).norm();
 }
 
-/// The method may need more of a space than it has.
+/// Whether the method applies to the space.
 template <class Method, class Space>
 concept On = requires {
   typename Method::template Map<RigidBody<Space>, Arithmetic::compensated>;

@@ -40,7 +40,7 @@ struct Start {
     for (int k = 0; k < steps; ++k) EXPECT_TRUE(map.step(state).reached());
     return state.x.value;
   }
-  /// Of the quaternion at t = 1.
+  /// The error of the quaternion at t = 1.
   double error(int order, int steps) const {
     const Quad h = Quad(1) / steps;
     const Body body(lambda);
@@ -89,7 +89,7 @@ TEST(PreprocessedVariational, HasThePublishedSeries) {
   }
 }
 
-/// Its limit is no series any more: the discrete body takes exact steps.
+/// In the limit of high order the discrete body makes exact steps.
 TEST(PreprocessedVariational, ConvergesToExactSteps) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
     const Start start = Start::random(seed);
@@ -138,7 +138,7 @@ TEST(PreprocessedVariational, TurnsABoxToTenDigits) {
   EXPECT_GT((attitude("rk4", {}) - exact).norm(), 1.5e-4);
 }
 
-/// Far from where the modified moments are any, a step ends with the longest that there is.
+/// Where the modified moments are not positive, the outcome names the longest step that exists.
 TEST(PreprocessedVariational, NamesTheLargestStep) {
   using Space = So3<double, true>;
   const testing::RandomBody body(3, 3);

@@ -1,4 +1,4 @@
-#include "engine/simulation/catalogue/recommendation.h"
+#include "engine/simulation/catalogue/methods/recommendation.h"
 
 #include <gtest/gtest.h>
 
@@ -38,7 +38,7 @@ class RecommendedMethod : public ::testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(Catalogue, RecommendedMethod, ::testing::ValuesIn(continuous_systems()),
                          [](const auto& which) { return which.param; });
 
-/// Seeds that the long survey has too, in small dimensions.
+/// The first seeds of the long survey, in small dimensions.
 TEST_P(RecommendedMethod, IsAccurateAndCheap) {
   const std::string& system = GetParam();
   const bool slow = system.find("rigid_body") == std::string::npos && system != "mclachlan_scovel";
@@ -70,7 +70,8 @@ TEST_P(RecommendedMethod, OfAResolvedSceneStays) {
     EXPECT_EQ(one->get(field.name), other->get(field.name)) << field.name;
 }
 
-/// The data themselves: methods of the system that take every scene that they are recommended for.
+/// Every recommended method is one of the system's and accepts every scene for which it is
+/// recommended.
 TEST_P(RecommendedMethod, IsOneOfTheSystemAndTheLastTakesEveryScene) {
   const SystemInfo& system = *catalogue().system(GetParam());
   const auto all = recommended(GetParam());

@@ -1,4 +1,4 @@
-// The solutions that errors are measured against.
+// The reference solutions against which errors are measured.
 #include "engine/simulation/accuracy/reference.h"
 
 #include <gtest/gtest.h>
@@ -129,7 +129,7 @@ TEST(TaylorReference, IsTheMotionOfFiftyDigits) {
   }
 }
 
-/// Every system reports its motion in its own variables, and its reference does the same.
+/// The reference of every system reports the motion in the variables of that system.
 TEST(Reference, IsTheMotionOfEverySystem) {
   for (const auto& system : catalogue().systems) {
     if (system.discrete) continue;

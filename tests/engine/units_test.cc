@@ -45,8 +45,8 @@ TEST(Units, InvariantsAreNumbersFrom1eMinus150To1e150) {
   }
 }
 
-/// Units of mass that differ by a power of two change no bit of a motion, near the ends of the
-/// range of numbers neither.
+/// Units of mass that differ by a power of two change no bit of a motion, even near the ends of the
+/// range of doubles.
 TEST(Units, OfMassChangeNoBitOfTheVariationalStep) {
   const auto Q_after = [](const SceneDescription& d) {
     const auto simulation = make_simulation(Scene::resolve(d).value());
@@ -84,7 +84,7 @@ TEST(Units, DoubleBracketsOfLargeMatricesHaveARate) {
   EXPECT_NE(refusal(d).find("initial.P: max |P| must be 1e-153"), std::string::npos) << refusal(d);
 }
 
-/// What cannot be done names what can.
+/// A refusal names what works.
 TEST(Units, RefusalsNameWhatWorks) {
   SceneDescription d = testing::description(RandomBody(4, 1), 0.1, "exact");
   EXPECT_NE(refusal(d).find("variational takes every Lambda"), std::string::npos);

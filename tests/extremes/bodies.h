@@ -9,11 +9,12 @@ namespace stiefel::extremes {
 /// A rigid body in N dimensions, without a method.
 SceneDescription rigid_body(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& Q,
                             const Eigen::MatrixXd& M, double step);
-/// In three, from the principal moments and m in body axes; Q is a seeded rotation.
+/// A rigid body in three dimensions from its principal moments and m in body axes; Q is a seeded
+/// rotation.
 SceneDescription top(const Eigen::Vector3d& moments, const Eigen::Vector3d& m, double step);
-/// A full Ω of norm 1 for that Λ, and Q a seeded rotation.
+/// A rigid body in N dimensions with a full Ω of norm 1 for this Λ; Q is a seeded rotation.
 SceneDescription tumbling(const Eigen::VectorXd& lambda, double step, unsigned seed = 1);
-/// A geodesic on V(n, N) for that Λ, with ‖Q̇‖_op = 1.
+/// A geodesic on V(n, N) for this Λ, with ‖Q̇‖_op = 1.
 SceneDescription geodesic(Eigen::Index n, const Eigen::VectorXd& lambda, double step,
                           unsigned seed = 1);
 
@@ -21,7 +22,7 @@ SceneDescription geodesic(Eigen::Index n, const Eigen::VectorXd& lambda, double 
 Eigen::VectorXd spread_inertia(int N, double spread);
 
 Eigen::MatrixXd random_matrix(Eigen::Index rows, Eigen::Index cols, unsigned seed);
-/// With orthonormal rows; a rotation if it is square.
+/// A random matrix with orthonormal rows; a rotation if it is square.
 Eigen::MatrixXd random_frame(Eigen::Index n, Eigen::Index N, unsigned seed);
 
 /// The largest singular value.

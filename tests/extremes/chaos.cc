@@ -12,7 +12,8 @@
 namespace stiefel::extremes {
 namespace {
 
-/// When a distance passes `low` and `high`, and the rate at which it grew between, per step.
+/// The steps at which a distance passes `low` and `high`, and its growth rate between them, per
+/// step.
 struct Divergence {
   double low = 1e-11, high = 1e-2;
   std::int64_t from = 0, to = 0;
@@ -24,8 +25,9 @@ struct Divergence {
 };
 
 /// V(2,5) with Λ over 1 : 16 is chaotic: double and quadruple precision part at the rate at which
-/// two motions in quadruple precision do that start 1e-14 apart. Then the state means nothing, and
-/// what the map keeps is kept. (energy.cc has the energy, which it does not.)
+/// two motions in quadruple precision do that start 1e-14 apart. From then on the state has no
+/// correct digit, but the invariants that the map keeps are kept. (energy.cc tests the energy,
+/// which the map does not keep.)
 TEST(Chaos, TwoPrecisionsPart) {
   constexpr std::int64_t every = 20, most = 40'000;
   for (const unsigned seed : {1u, 2u, 3u}) {

@@ -12,7 +12,7 @@
 namespace stiefel::extremes {
 namespace {
 
-/// The variational step on V(n, N) follows a geodesic of a modified energy: E moves by
+/// The variational step on V(n, N) follows a geodesic of a modified energy, so E changes by
 ///
 ///     (h²/24) tr(BKB) + O(h⁴),   KB + BK = −2W,   K = QΛ⁻¹Qᵀ,   W = Q̇Q̇ᵀ,
 ///
@@ -37,7 +37,7 @@ double largest_modified_part(const Scene& scene, double E) {
   return scene.step() * scene.step() / 24 * scene.inertia().maxCoeff() * square * square;
 }
 
-/// How far E moves in `steps` steps, in which it is looked at every `every`, and E without its
+/// The largest change of E in `steps` steps, sampled every `every` steps, and that of E without its
 /// modified part.
 void measure_energy(unsigned seed, double h, std::int64_t steps, std::int64_t every,
                     const std::optional<std::string>& limit = {}) {
@@ -78,7 +78,7 @@ void measure_energy(unsigned seed, double h, std::int64_t steps, std::int64_t ev
   say("energy moves", twin_moves, most, "(h²/24) λ_max (2E/λ_min)², and no drift");
 }
 
-/// The motions of V(2,5) with Λ over 1 : 16 are chaotic, and come near to where tr(BKB) is largest.
+/// The motions on V(2,5) with Λ over 1 : 16 are chaotic and come close to the maximum of tr(BKB).
 TEST(Energy, FollowsAModifiedOne) {
   for (const unsigned seed : {1u, 2u, 3u})
     for (const double h : {0.05, 0.025, 0.0125}) {

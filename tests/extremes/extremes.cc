@@ -15,7 +15,7 @@
 namespace stiefel::extremes {
 namespace {
 
-std::ofstream records;  // closed where none are wanted
+std::ofstream records;  // closed when no records are written
 bool whole = false;
 
 std::string quoted(const std::string& text) {
@@ -24,7 +24,7 @@ std::string quoted(const std::string& text) {
   return out + '"';
 }
 
-/// What JSON has no numbers for is a string.
+/// Writes infinity and NaN, which JSON lacks, as strings.
 std::string number(double x) {
   if (!std::isfinite(x)) return std::isnan(x) ? "\"nan\"" : "\"inf\"";
   return to_text(x, 6);
@@ -53,7 +53,7 @@ void report(const Record& r) {
   what << r.extreme << ", " << r.row << ": " << r.measure << " by " << r.system << " " << r.method
        << " " << r.order << " " << r.arithmetic << ", " << r.outcome << ", is " << r.value << " ("
        << r.why << ")";
-  if (r.limit)  // which a bound that asks for no digit cannot disprove
+  if (r.limit)  // a bound of 1 or more cannot disprove a known limit
     EXPECT_FALSE(r.value <= r.bound && r.bound < 1)
         << what.str() << ": no limit any more: " << *r.limit;
   else

@@ -13,7 +13,7 @@
 
 namespace stiefel::extremes {
 
-/// A line of the report: what was measured of a row, the bound, and the reason of the bound.
+/// A line of the report: the measured value of a row, its bound, and the reason of the bound.
 struct Record {
   std::string extreme, row, system, method;
   int order = 0;
@@ -23,7 +23,7 @@ struct Record {
   double value = 0, bound = 0;
   std::string why;
   double seconds = 0;
-  /// Of a bound that is not met: what happens there.
+  /// For a bound that is not met: the reason, one sentence.
   std::optional<std::string> limit = {};
 
   Record with(std::string what, double is, double at_most, std::string because) const {
@@ -36,27 +36,27 @@ struct Record {
   }
 };
 
-/// The bound of a measure that is only shown.
+/// The bound of a measurement that is shown and not judged.
 inline constexpr double no_bound = std::numeric_limits<double>::infinity();
 
-/// Writes a record where `--long FILE` says, and expects it to hold: value ≤ bound, and where
-/// there is a known limit value > bound, so that the limit is one. A relative error bounded by 1 or
-/// more has passed no test: report.py counts and prints it as one without a bound.
+/// Writes a record where `--long FILE` says, and expects it to hold: value ≤ bound, and where there
+/// is a known limit value > bound, so that the limit is one. A relative error with a bound of 1 or
+/// more passes no test: the report counts it as one without a bound.
 void report(const Record& record);
 
-/// The whole suite is run, and not its short form.
+/// Whether the long form is run.
 bool long_form();
 
-/// ½ ulp of 1: what one rounding does.
+/// ½ ulp of 1: the error of one rounding.
 inline constexpr double unit = 0x1p-53;
 
-/// What `steps` roundings may do to a motion of condition κ: 100 κ u √steps, in plain arithmetic
-/// 100 κ u steps.
+/// The bound of rounding after `steps` steps of a motion of condition κ: 100 κ u √steps, in plain
+/// arithmetic 100 κ u steps.
 double rounding_bound(const Scene& scene, std::int64_t steps, double condition);
 std::string rounding_reason(const Scene& scene, double condition);
 
-/// The scene of `system` in every hand that takes it: each method of the catalogue, of each order
-/// (in the short form of its default), in both arithmetics. A discrete system as it is.
+/// The scene with every method that accepts it: each method of the catalogue in each order (in the
+/// short form the default order) and in both arithmetics. A discrete system has no method.
 std::vector<SceneDescription> every_way(const SceneDescription& description);
 
 /// A scene, run.
@@ -70,29 +70,30 @@ struct Trial {
   bool reached() const { return scene && run_status.reached(); }
   /// "REACHED", "LEFT_DOMAIN", ..., "REFUSED".
   std::string outcome() const;
-  /// The refusal or the run status in words.
+  /// The refusal or the run status as a sentence.
   std::string sentence() const;
 };
 Trial run(const SceneDescription& description, std::int64_t steps);
 
-/// The record of a run, to be filled in.
+/// A record with the names of a run, without its measurement.
 Record record_of(const std::string& extreme, const std::string& row,
                  const SceneDescription& description, const Trial& run);
 
-/// What a row is allowed to miss: the sentence for "known limits", or nothing.
+/// The reason why a row may miss its bound, for "known limits"; empty if it may not.
 using Limit = std::function<std::optional<std::string>(const SceneDescription&)>;
 inline std::optional<std::string> no_limit(const SceneDescription&) { return std::nullopt; }
 
-/// One row by every way: it must be REACHED; its state must be that of the same map in quadruple
-/// precision (twin.h), its frame orthonormal, and what its method declares exact kept, all up to
-/// rounding. How far that map in quadruple precision is from the exact motion is its truncation,
-/// which is shown and has no bound. Methods without such a map are compared with the exact motion.
+/// One row, run with every method that accepts it. Each run must be REACHED. Up to rounding its
+/// state must be that of the same map in quadruple precision (twin.h), its frame orthonormal, and
+/// the invariants that its method declares exact kept. The distance of the map in quadruple
+/// precision from the exact motion is the truncation, which is shown and has no bound. Methods
+/// without such a map are compared with the exact motion.
 struct Row {
   std::string extreme, name;
   SceneDescription scene;  ///< without a method
   std::int64_t steps = 200;
   Limit limit = no_limit;
-  double unit = 1;   ///< how much coarser than u the scene's own numbers are
+  double unit = 1;   ///< the rounding of the scene's numbers, in units of u
   double kappa = 1;  ///< of the invariants
 };
 void measure(const Row& row);

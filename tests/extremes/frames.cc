@@ -10,8 +10,8 @@
 namespace stiefel::extremes {
 namespace {
 
-/// Q off orthogonality by so much: taken and repaired up to 1e-6, refused beyond, for every system
-/// that has a frame.
+/// For every system with a frame, a Q with a defect of up to 1e-6 is accepted and repaired, and
+/// refused beyond.
 TEST(Frames, OffOrthogonality) {
   for (int k = 15; k >= 4; --k)
     for (const bool body : {true, false}) {
@@ -39,7 +39,7 @@ TEST(Frames, OffOrthogonality) {
     }
 }
 
-/// A reflection times a rotation moves like any other frame.
+/// A frame with det Q = −1 moves like any other.
 TEST(Frames, Reflections) {
   SceneDescription three = top({1, 1.7, 2.4}, {0.8, -0.5, 0.4}, 0.1);
   three.initial.at("Q").values.row(1) *= -1;

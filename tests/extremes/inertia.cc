@@ -16,7 +16,7 @@ void measure_body(const std::string& name, const SceneDescription& scene, std::i
   measure({"inertia", name, scene, steps, std::move(limit)});
 }
 
-/// What is stiff when λ_i + λ_j is a small part of the others, and for whom.
+/// Methods and scenes for which a small λ_i + λ_j makes the equations stiff.
 Limit stiff(double part, int N = 3) {
   return [part, N](const SceneDescription& way) -> std::optional<std::string> {
     const std::string name = way.method ? way.method->name : "";
@@ -59,7 +59,7 @@ TEST(Inertia, Rod) {
                  top({1, 1 + thin / 3, thin}, {0.5, -0.7, 0.8 * thin}, 0.1), 200, stiff(thin));
 }
 
-/// From engines that they break.
+/// Inertia tensors that are hard for other engines.
 TEST(Inertia, RealBodies) {
   const Eigen::Vector3d rod(1.7231e-4, 6.58e-6, 1.7243e-4), box(0.0433333, 0.0333333, 0.0166667);
   measure_body("rod of 1.7e-4 kg m², 1 ms",

@@ -15,7 +15,7 @@
 namespace stiefel::extremes {
 namespace {
 
-/// What is run for long: so many scenes for so many steps, and in quadruple precision beside them.
+/// The long runs: scenes, steps, and the runs in quadruple precision beside them.
 struct LongRun {
   std::string row;
   std::function<SceneDescription(unsigned seed)> scene;

@@ -11,7 +11,8 @@
 namespace stiefel::extremes {
 namespace {
 
-/// Of one map: where it goes without rounding, its condition, and how far that is from the motion.
+/// The reference of one map: its state without rounding, its condition, and its distance from the
+/// exact motion.
 struct Unrounded {
   std::optional<MotionState> state;
   double condition = 1, truncation = 0;
@@ -42,7 +43,7 @@ bool keeps_orthogonality(const Scene& scene) {
   return false;
 }
 
-/// The largest drift of what the method declares exact.
+/// The largest drift of the invariants that the method declares exact.
 double largest_drift(const Diagnosis& diagnosis) {
   double drift = 0;
   for (const auto& invariant : diagnosis.invariants)

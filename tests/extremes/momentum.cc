@@ -61,7 +61,7 @@ TEST(Momentum, TowardsTwo) {
   }
 }
 
-/// From 2 on ε = 1 is refused with the ε that there is, and without ε the scene is taken.
+/// For ‖M‖_op ≥ 2, ε = 1 is refused with an ε that works, and a scene without ε is accepted.
 TEST(Momentum, TwoAndBeyond) {
   for (const double norm_M : {2.0, std::nextafter(2.0, 3.0), 2.5, 100.0, 1e6, 1e150})
     for (const char* system : systems) {
@@ -97,7 +97,7 @@ struct Scale {
   double lambda, M, step;
 };
 
-/// The same motion in other units: s·M goes with h/s, s·Λ with s·M, or with s·h.
+/// The motion in other units: s·M goes with h/s; s·Λ goes with s·M or with s·h.
 TEST(Momentum, Scales) {
   const Eigen::Vector3d m(0.8, -0.5, 0.4);
   for (const Scale& s :
@@ -118,8 +118,7 @@ TEST(Momentum, Scales) {
   }
 }
 
-/// A momentum of denormal numbers moves nothing in any time that a step may have, and its digits
-/// stay.
+/// A momentum of denormal numbers moves nothing in the longest step allowed, and keeps its digits.
 TEST(Momentum, Denormals) {
   for (const double size : {1e-310, 4.94065645841246544e-324})
     measure({"momentum", "M of " + std::to_string(std::log10(size)).substr(0, 7) + " decades",

@@ -10,7 +10,7 @@ namespace {
 
 bool reversible(const std::string& method) { return catalogue().method(method)->reversible; }
 
-/// Forth, and from there back by −step: a new scene, without the solver's history or the carries.
+/// Runs forward, then back by −step from a new scene without the solver's history and the carries.
 void forth_and_back(const std::string& name, const SceneDescription& scene, const char* momentum,
                     std::int64_t steps) {
   for (const SceneDescription& way : every_way(scene)) {

@@ -43,8 +43,8 @@ Limit held_to_u(double delta) {
   };
 }
 
-/// From the unstable axis through the first flip to the other side, where m₂ = −tanh 2. Beyond,
-/// what is left of Δ₂ in a rounded state, u, decides when m leaves again.
+/// From the unstable axis through the first flip to the other side, where m₂ = −tanh 2. After that
+/// the rounding error of Δ₂, about u, decides when m leaves the axis again.
 TEST(Separatrix, FirstFlip) {
   for (const double delta : {1e-1, 1e-2, 1e-4, 1e-8, 1e-16, 1e-40, 1e-80, 1e-160})
     for (const Side& side : sides) {
@@ -56,7 +56,7 @@ TEST(Separatrix, FirstFlip) {
     }
 }
 
-/// How often m₂ changed its sign at the `samples` multiples of `every` steps.
+/// The number of sign changes of m₂ over `samples` multiples of `every` steps.
 template <class State, class Advance>
 int flips(std::int64_t samples, std::int64_t every, State m_2, Advance advance) {
   int count = 0;
@@ -134,7 +134,7 @@ TEST(Separatrix, HundredFlips) {
     }
 }
 
-/// On the separatrix there is one flip, and then never another.
+/// On the separatrix there is one flip and no second one.
 TEST(Separatrix, OneFlipOnItExactly) {
   for (const double delta : {1e-1, 1e-8, 1e-160})
     for (const SceneDescription& way : every_way(near_separatrix(delta, 1, step))) {

@@ -5,10 +5,10 @@
 
 namespace stiefel::extremes {
 
-/// Many small motions as one large one that shows none of it. `copies` scenes of rigid_body or
-/// stiefel of one Λ, block beside block, are one motion of Λ repeated; a rotation T that mixes axes
-/// of equal λ only, Q ← QT, M ← TᵀMT, fills every block, and every map that is a method's is that
-/// of the small ones. So a scene of thousands of axes has an exact truth.
+/// Many small motions combined into one large motion with full matrices. `copies` scenes of
+/// rigid_body or stiefel of one Λ, block beside block, are one motion of Λ repeated; a rotation T
+/// that mixes axes of equal λ only, Q ← QT, M ← TᵀMT, fills every block, and every map that is a
+/// method's is that of the small ones. A scene with thousands of axes then has an exact reference.
 class SideBySide {
  public:
   /// The scenes alternate between the given ones, which differ in their initial state only.
@@ -16,7 +16,7 @@ class SideBySide {
 
   const SceneDescription& large() const { return large_; }
 
-  /// What the large motion is when the k-th kind of small one is at states[k].
+  /// The state of the large motion when the k-th kind of small motion is at states[k].
   MotionState assembled(const std::vector<MotionState>& states) const;
 
  private:

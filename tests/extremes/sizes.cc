@@ -16,7 +16,7 @@ void measure_side_by_side(const std::string& name, const std::vector<SceneDescri
   const SideBySide many(small, copies);
   for (const SceneDescription& way : every_way(many.large())) {
     const std::string& method = way.method->name;
-    if (method == "adaptive") continue;  // its steps follow the whole
+    if (method == "adaptive") continue;  // its step size depends on the whole state
     if (!long_form() && (method != "variational" || way.method->arithmetic == "plain")) continue;
     std::vector<MotionState> states;
     double kappa = 1;

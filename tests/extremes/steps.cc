@@ -47,7 +47,7 @@ void measure_step(SceneDescription d, double h_omega, double h, std::int64_t ste
   Record r = record_of("steps", name.str(), d, done);
   const auto say = [&](const auto&... what) { report(r.with(what...)); };
   if (done.run_status.outcome == Outcome::left_domain) {
-    // From the state at which it ended.
+    // A run from the state at which the first one ended.
     SceneDescription there = d;
     for (auto& [block, values] : there.initial)
       values = Block(RowMatrix(done.simulation->get(block)));
@@ -82,8 +82,8 @@ class Steps : public ::testing::TestWithParam<testing::Pair> {};
 INSTANTIATE_TEST_SUITE_P(Catalogue, Steps, ::testing::ValuesIn(testing::every_pair()),
                          testing::name_of);
 
-/// Every implicit method: it is solved to rounding on its branch, or LEFT_DOMAIN says how far it
-/// is.
+/// Every implicit method either solves its equation to rounding on its branch, or ends with
+/// LEFT_DOMAIN and the largest step.
 TEST_P(Steps, LargeOnes) {
   const auto& [system, method, N] = GetParam();
   // The step of these is in their blocks.

@@ -7,9 +7,9 @@
 
 namespace stiefel::extremes {
 
-/// A scene's own method with its own step in quadruple precision, from the same numbers: what the
-/// scene would compute if nothing were rounded. In dimensions from `wide_from` on in extended
-/// precision, which is 2000 times finer than double and affordable there.
+/// A scene's own method with its own step in quadruple precision, from the same numbers: the result
+/// of the scene's method without rounding. In dimensions from `wide_from` on in extended precision,
+/// which is 2000 times finer than double and affordable there.
 class Twin {
  public:
   static constexpr int wide_from = 16;
@@ -21,8 +21,8 @@ class Twin {
   virtual double energy_error() const = 0;
 };
 
-/// Of rigid_body and stiefel in the hands of a method of fixed steps; null for other scenes. Λ, Q
-/// and the momentum are moved at random by `perturbation` times each number's size.
+/// The twin of a scene of rigid_body or stiefel with a method of fixed steps; null for other
+/// scenes. Λ, Q and the momentum are moved at random by `perturbation` times each number's size.
 std::unique_ptr<Twin> make_twin(const Scene& scene, double perturbation = 0, unsigned seed = 1);
 
 /// How far the states drift apart, as MotionError::largest measures it, when every number of the

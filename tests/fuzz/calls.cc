@@ -1,5 +1,5 @@
-// Calls of the service, in a process of its own without a socket: whatever is asked, the answer is
-// numbers or an error of ours, and never an internal one.
+// Calls of the service within one process, without a socket: every answer is numbers or an error of
+// ours, never an internal one.
 #include "tests/fuzz/calls.pb.h"
 
 #include <grpcpp/grpcpp.h>
@@ -39,7 +39,7 @@ void require_typed(const grpc::Status& status) {
   }
 }
 
-/// What keeps a case to milliseconds: few steps, and a deadline where the work has no such measure.
+/// Limits that keep a case to milliseconds: few steps, and a deadline for calls without steps.
 constexpr std::int64_t most_steps = 200;
 constexpr auto deadline = std::chrono::milliseconds(100);
 
@@ -84,7 +84,7 @@ class Program {
 
   void make(Call& call, bool hand_on);
   void drive(const v1::DriveRequest& request);
-  /// So that a case does not depend on the ones before.
+  /// Removes the sessions, so that a case does not depend on those before.
   void forget();
 
   server::Server server_;

@@ -1,4 +1,4 @@
-// How libFuzzer changes and joins inputs: as messages, printed as JSON, now and then as wire
+// Changes and joins inputs for libFuzzer as messages, printed as JSON or, less often, in wire
 // format.
 #include <cstring>
 
@@ -26,7 +26,7 @@ extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t s
   std::mt19937 random(seed);
   const auto message = input();
   const bool readable = read({reinterpret_cast<const char*>(data), size}, message.get());
-  if (readable || random() % 8 == 0) {  // what is no message becomes one again
+  if (readable || random() % 8 == 0) {  // an input that is no message becomes one
     for (unsigned k = random() % 4 + 1; k > 0; --k) mutate(*message, random);
     if (const std::size_t written = write(*message, random() % 8 == 0, data, max_size))
       return written;

@@ -1,5 +1,5 @@
-// A scene file: what is read prints and reads back the same, resolving is idempotent, and the state
-// at a step is one.
+// A scene file: printing and reading back give the same scene, resolving is idempotent, and the
+// state at a step does not depend on the path.
 #include <cmath>
 
 #include "server/convert/convert.h"

@@ -6,12 +6,12 @@
 #include <string>
 #include <string_view>
 
-/// What the fuzz targets have in common. Each reads a message, and fails by aborting.
+/// Functions that all fuzz targets share. Each target reads a message, and fails by aborting.
 namespace stiefel::fuzz {
 
 /// An empty message of the type that the target reads; each target defines it.
 std::unique_ptr<google::protobuf::Message> input();
-/// What the target does with one.
+/// Runs the target on a message.
 void run(const google::protobuf::Message& message);
 
 /// Reads the JSON form, as the command reads files, or else wire format. False when it is neither.
@@ -24,7 +24,7 @@ std::string to_bytes(const google::protobuf::Message& message);
 /// Prints what is wrong, and aborts.
 void require(bool holds, const std::string& what);
 
-/// That no number in it is a NaN, bytes of tensors included.
+/// Aborts if a number in the message is NaN, bytes of tensors included.
 void require_no_nan(const google::protobuf::Message& message);
 
 }  // namespace stiefel::fuzz

@@ -1,4 +1,4 @@
-"""A member of an ensemble is what it is alone, whoever its neighbours are."""
+"""A member of an ensemble has the bits of the same scene alone, for all other members."""
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st

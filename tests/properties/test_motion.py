@@ -1,4 +1,4 @@
-"""What the catalogue declares of a method is what happens, on any scene."""
+"""The declarations of the catalogue about a method hold on every scene."""
 import numpy as np
 from hypothesis import given, strategies as st
 

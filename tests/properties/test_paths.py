@@ -1,4 +1,4 @@
-"""A session is a pure function from step index to state: whatever path leads there, whoever asks twice."""
+"""A session is a pure function from step index to state: the state does not depend on the calls before."""
 import numpy as np
 from hypothesis import given, strategies as st
 

@@ -5,7 +5,7 @@
 #include <random>
 #include <sstream>
 
-#include "engine/simulation/catalogue/step_weight.h"
+#include "engine/simulation/catalogue/methods/step_weight.h"
 #include "stiefel/tradeoff.h"
 #include "tests/support/exact_motion.h"
 #include "tests/support/random_frame.h"
@@ -38,7 +38,8 @@ SceneDescription random_description(unsigned seed) {
   return d;
 }
 
-/// By Boost.odeint for a body; on V(n, N) in quadruple precision, which the choice does without.
+/// The exact state: by Boost.odeint for a body; on V(n, N) in quadruple precision, which the choice
+/// does not use.
 MotionState exact(const Scene& scene, double t) {
   if (scene.system() != "rigid_body") return make_reference(scene, {t, 1e13})->at(t, {})->state;
   const Motion motion = exact_motion(scene.inertia(), scene.Q(), scene.M(), t);
@@ -67,7 +68,7 @@ ChoiceOutcome survey_choice(unsigned seed) {
   what << "seed " << seed << ": " << d.system << " N=" << d.inertia.size() << " step " << *d.step
        << " horizon " << *d.horizon << " tolerance " << *d.tolerance;
   ChoiceOutcome out{what.str(), {}};
-  const auto scene = Scene::resolve(d);
+  const auto scene = resolve_choosing(d);
   if (!scene) {
     out.chosen = scene.error().front().rule;
     return out;

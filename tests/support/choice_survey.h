@@ -4,9 +4,9 @@
 
 namespace stiefel::testing {
 
-/// What the choice by tolerance gave on a seeded random scene.
+/// The choice by tolerance on a seeded random scene.
 struct ChoiceOutcome {
-  std::string scene;   ///< what it was
+  std::string scene;   ///< the scene in words
   std::string chosen;  ///< the resolved scene's `choice`, or why there was none
   bool made = false;
   double error = 0;  ///< of the chosen, against the exact motion, over the tolerance

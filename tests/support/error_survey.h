@@ -7,10 +7,10 @@ namespace stiefel::testing {
 
 /// An estimate of the error on a seeded random scene beside the true one.
 struct ErrorOutcome {
-  std::string scene;      ///< what it was
-  std::string reference;  ///< what the estimate was made with
-  std::string missing;    ///< or why there is none
-  /// Estimated over true, each where the true one is above 1e-14 and an estimate was told.
+  std::string scene;      ///< the scene in words
+  std::string reference;  ///< the reference of the estimate
+  std::string missing;    ///< or why there is no estimate
+  /// Estimated over true error, where the true error is above 1e-14 and there is an estimate.
   std::optional<double> attitude, momentum;
 };
 
@@ -19,7 +19,8 @@ struct ErrorOutcome {
 /// Boost.odeint's Bulirsch–Stoer in extended precision, in the scene's own variables.
 ErrorOutcome survey_error(unsigned seed);
 
-/// Of many seeds: no estimate is below half of the true error, and at most 5 % above ten times.
+/// Over many seeds: no estimate is below half of the true error, and at most 5 % are above ten
+/// times the true error.
 void expect_estimates(unsigned first, unsigned count);
 
 }  // namespace stiefel::testing

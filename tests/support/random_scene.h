@@ -14,11 +14,11 @@ struct RandomBody {
   RandomBody(int N, unsigned seed, double spread = 4);
 };
 
-/// That body as a scene; an empty method makes it a moser_veselov scene.
+/// The body of `RandomBody` as a description; an empty method makes it a moser_veselov scene.
 SceneDescription description(const RandomBody& body, double step, const std::string& method,
                              const std::string& arithmetic = "");
 
-/// The same, resolved; throws std::bad_expected_access when refused.
+/// The body of `RandomBody` as a resolved scene; throws std::bad_expected_access when refused.
 Scene random_scene(int N, unsigned seed, double step, const std::string& method,
                    const std::string& arithmetic = "");
 

@@ -12,16 +12,17 @@ namespace stiefel::testing {
 /// of them with h < 0.
 SceneDescription scene_without_method(const std::string& system, unsigned seed, int largest_N);
 
-/// What the method that such a scene gets is worth over 100 rotations, t = 100 · 2π/‖Ω‖.
+/// Error and cost of the recommended method on such a scene over 100 rotations, t = 100 · 2π/‖Ω‖.
 struct RecommendationOutcome {
   std::string scene, method;
-  /// Of attitude and momentum, each relative to its largest element, against the reference.
+  /// The error of attitude and momentum, each relative to its largest element, against the
+  /// reference.
   double error = 0;
   double reference_error = 0;
   /// The growth of a tiny change of the initial state on V(n, N); 1 elsewhere.
   double condition = 1;
-  /// Over the work of the cheapest entry of the trade-off within 1e-8 · condition; 1 where there is
-  /// none cheaper.
+  /// The work, divided by that of the cheapest entry of the trade-off within 1e-8 · condition; 1
+  /// where none is cheaper.
   double cost = 1;
   std::string cheapest;
 };

@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 #include <span>
+#include <stop_token>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,7 +15,7 @@
 
 namespace stiefel {
 
-/// |value − initial| / scale; at rest, where there is nothing to measure it against, the change.
+/// |value − initial| / scale; |value − initial| where the scale is 0, which it is at rest.
 inline double drift_of(long double initial, long double value, long double scale) {
   const long double change = std::abs(value - initial);
   return static_cast<double>(scale > 0 || scale < 0 ? change / scale : change);
@@ -28,7 +29,7 @@ struct InvariantDrift {
   long double value;
   long double scale;
   Conservation conservation;
-  std::optional<std::int64_t> member = {};  ///< of an ensemble: the one whose drift is the largest
+  std::optional<std::int64_t> member = {};  ///< in an ensemble: the member with the largest drift
   double drift() const { return drift_of(initial, value, scale); }
 };
 
@@ -43,9 +44,10 @@ struct Diagnosis {
 bool is_invariant(const Scene& scene, std::string_view name_or_family);
 
 /// Invariants of `now` beside those at step 0. `only`: families or names; when empty every family,
-/// the Manakov coefficients up to N = 16 (they cost N⁵ operations).
+/// the Manakov coefficients up to N = 16 (they cost N⁵ operations). Asked to stop it leaves out
+/// what it has not computed.
 Diagnosis diagnose(const Scene& scene, const Simulation& now,
-                   std::span<const std::string> only = {});
+                   std::span<const std::string> only = {}, const std::stop_token& stop = {});
 
 /// A tangent vector by the names of the state's blocks.
 using TangentVector = std::map<std::string, Block>;
@@ -59,12 +61,11 @@ std::expected<double, Violations> evaluate_form(const Scene& scene, const Simula
 
 /// max |ω(Tφu, Tφv) − ω(u, v)| / ‖u‖‖v‖ over `pairs` seeded pairs of tangent vectors at the state
 /// of `now`, φ one step of the scene's method and ω the system's first form. About 1e-12 for a
-/// symplectic φ; nothing where φ is not defined around the state. Refused for a system that has no
-/// form, as a violation of `place`.
-std::expected<std::optional<double>, Violations> symplectic_defect(const Scene& scene,
-                                                                   const Simulation& now, int pairs,
-                                                                   unsigned seed,
-                                                                   const Place& place);
+/// symplectic φ; nothing where φ is not defined around the state, or when it is asked to stop.
+/// Refused for a system that has no form, as a violation of `place`.
+std::expected<std::optional<double>, Violations> symplectic_defect(
+    const Scene& scene, const Simulation& now, int pairs, unsigned seed, const Place& place,
+    const std::stop_token& stop = {});
 
 /// A product of functions tr AᵀQ + tr BᵀP, given as A and B.
 struct PairFactors {

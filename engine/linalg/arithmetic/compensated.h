@@ -5,8 +5,8 @@
 
 namespace stiefel {
 
-/// A sum over many steps: value, or value + carry with the carry holding what rounding took away.
-/// `Block` is any dense Eigen type.
+/// A sum over many steps: `value` alone (plain), or `value` + `carry` (compensated), where the
+/// carry holds the rounding errors of the additions. `Block` is any dense Eigen type.
 template <class Block, Arithmetic arithmetic>
 struct Accumulator {
   using Scalar = typename Block::Scalar;
@@ -44,7 +44,7 @@ struct Accumulator {
     }
   }
 
-  /// The same of one element as a double word, and with a double word.
+  /// Element i with its carry as a double word; `add` takes an increment in double words.
   Doubled<Scalar> doubled(Eigen::Index i) const {
     if constexpr (compensated && !std::is_same_v<Doubled<Scalar>, Scalar>)
       return {value(i), carry(i)};
@@ -79,7 +79,7 @@ struct Accumulator {
       for (Eigen::Index i = 0; i < value.rows(); ++i) add_scalar(i, j, increment(i, j));
   }
 
-  /// Element (k, l) becomes minus element (i, j): the other half of a skew block.
+  /// Sets element (k, l) to minus element (i, j), which completes a skew block.
   void mirror(Eigen::Index i, Eigen::Index j, Eigen::Index k, Eigen::Index l) {
     value(k, l) = -value(i, j);
     if constexpr (compensated) carry(k, l) = -carry(i, j);

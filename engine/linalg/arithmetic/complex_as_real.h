@@ -8,8 +8,8 @@ namespace stiefel {
 ///
 ///     R(Z) = [[X, −Y], [Y, X]],   R(WZ) = R(W)R(Z),   R(Z†) = R(Z)ᵀ,
 ///
-/// of which the stored form is the left half: R(W)·stored(Z) = stored(WZ). So every scalar that has
-/// real matrices has complex ones, and a state is a block of real numbers like all others.
+/// The stored form is the left half of R(Z), so R(W)·stored(Z) = stored(WZ). Every scalar with real
+/// matrices then has complex ones too, and a complex state is a block of real numbers.
 template <class Stored, class Real>
 void complex_as_real(const Eigen::MatrixBase<Stored>& stored, Eigen::MatrixBase<Real>& R) {
   const Eigen::Index p = stored.rows() / 2, q = stored.cols();

@@ -7,9 +7,9 @@
 
 namespace stiefel {
 
-/// An unevaluated sum high + low, of nearly twice the precision of a T (Dekker 1971). Between
-/// operations |low| may be some units in the last place of high, which costs a few of the bits;
-/// `normalized` makes it half a unit.
+/// An unevaluated sum high + low with nearly twice the precision of a T (Dekker 1971). Between
+/// operations |low| may be some units in the last place of high, which costs a few bits;
+/// `normalized` brings it to at most half a unit.
 template <class T>
 struct DoubleWord {
   T high, low;
@@ -17,7 +17,7 @@ struct DoubleWord {
   DoubleWord() = default;
   [[gnu::always_inline]] DoubleWord(const T& x) : high(x), low(T(0)) {}
   [[gnu::always_inline]] DoubleWord(const T& h, const T& l) : high(h), low(l) {}
-  /// Of a number with more bits than a T.
+  /// Splits a number with more bits than a T.
   template <class Wider>
   requires std::is_same_v<Wider, Extended<T>>
   explicit DoubleWord(const Wider& x)
@@ -74,9 +74,8 @@ struct DoubleWord {
   }
 };
 
-/// The scalar in which compensated arithmetic forms the last residuals and increments of three
-/// dimensions: two words of what processors compute with, so that it is the same for numbers and
-/// for packs of them.
+/// The scalar in which compensated arithmetic forms the last residuals and increments in three
+/// dimensions: two words of the hardware's type, so that numbers and packs give the same bits.
 template <class Scalar>
 struct DoubledOf {
   using type = Scalar;
@@ -96,7 +95,7 @@ struct DoubledOf<Pack<Scalar, isa, lanes>> {
 template <class Scalar>
 using Doubled = typename DoubledOf<Scalar>::type;
 
-/// ab, exactly where a double word holds it.
+/// The product ab, exact if a double word can hold it.
 template <class T>
 [[gnu::always_inline]] inline Doubled<T> wide_product(const T& a, const T& b) {
   if constexpr (std::is_same_v<Doubled<T>, T>) {

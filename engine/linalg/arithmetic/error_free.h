@@ -12,7 +12,7 @@ template <class T>
   error = (a - (sum - b_seen)) + (b - b_seen);
 }
 
-/// The same where |a| ≥ |b| or a = 0 (Dekker).
+/// a + b = sum + error exactly, for |a| ≥ |b| or a = 0 (Dekker's FastTwoSum).
 template <class T>
 [[gnu::always_inline]] inline void fast_two_sum(const T& a, const T& b, T& sum, T& error) {
   sum = a + b;
@@ -20,7 +20,8 @@ template <class T>
 }
 
 /// ab = product + error exactly, if nothing over- or underflows: by one fused operation where the
-/// processor has it, else with the same result by halves (Veltkamp; Dekker's TwoProduct).
+/// processor has one, else by splitting into halves with the same result (Veltkamp; Dekker's
+/// TwoProduct).
 template <class T>
 [[gnu::always_inline]] inline void two_product(const T& a, const T& b, T& product, T& error) {
   product = a * b;

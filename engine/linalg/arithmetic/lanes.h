@@ -7,8 +7,8 @@
 
 namespace stiefel {
 
-/// For code that is one source for numbers and for packs of them: what a comparison of Scalars
-/// gives, bool or a truth for each lane, and branches by it.
+/// The result of a comparison of Scalars: bool for a number, one truth value for each lane for a
+/// pack. `all` and `select` replace branches, so that one source serves numbers and packs.
 template <class Scalar>
 struct MaskOf {
   using type = bool;
@@ -20,7 +20,7 @@ struct MaskOf<Pack<Scalar, isa, lanes>> {
 template <class Scalar>
 using Mask = typename MaskOf<Scalar>::type;
 
-/// Whether it holds in every lane.
+/// Whether the condition holds in every lane.
 [[gnu::always_inline]] inline bool all(bool condition) { return condition; }
 template <class LaneMask>
 [[gnu::always_inline]] inline bool all(const LaneMask& mask) {

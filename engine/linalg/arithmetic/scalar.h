@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/linalg/arithmetic/eigen_products.h"
+
 namespace stiefel {
 
 template <class Scalar>
@@ -13,8 +15,8 @@ using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
 template <class Scalar>
 using Vector3 = Eigen::Matrix<Scalar, 3, 1>;
 
-/// The wider scalar in which compensated arithmetic forms a last residual and an increment
-///. 11 bits more are enough: the sums carry the rest.
+/// The wider scalar in which compensated arithmetic forms a last residual and an increment. 11 more
+/// bits are enough, because the sums carry the rest.
 template <class Scalar>
 struct ExtendedOf {
   using type = Scalar;
@@ -36,8 +38,8 @@ Scalar two_to(int k) {
   using std::ldexp;
   return ldexp(Scalar(1), k);
 }
-/// The power of two next below x > 0: in units of it products of numbers like x are in range, and
-/// no bit of theirs changes.
+/// The largest power of two not above x > 0. Numbers like x counted in this unit have products in
+/// range, and the change of unit alters no bit.
 template <class Scalar>
 Scalar binary_unit(const Scalar& x) {
   using std::frexp;
@@ -48,8 +50,8 @@ Scalar binary_unit(const Scalar& x) {
 template <class Scalar>
 inline constexpr int bits = std::numeric_limits<Scalar>::digits;
 
-/// x in a precision that may be lower. Not inlined, because g++ 12 at -O3 (its SLP vectoriser) was
-/// seen to leave the rounding out where double becomes float and double again.
+/// x in a precision that may be lower. Not inlined: the SLP vectoriser of g++ 12 at -O3 removes the
+/// rounding from double to float and back.
 template <class Scalar, class Derived>
 [[gnu::noinline]] Eigen::Matrix<Scalar, Derived::RowsAtCompileTime, Derived::ColsAtCompileTime>
 rounded_to(const Eigen::MatrixBase<Derived>& x) {

@@ -6,7 +6,7 @@
 
 namespace stiefel {
 
-/// A number as it is written in every text: the shortest decimal that reads back to the same bits,
+/// The form of a number in every text: the shortest decimal that reads back to the same bits,
 /// "0.1", "1e-09", "inf", "nan".
 inline std::string to_text(double x) {
   char text[32];
@@ -27,7 +27,7 @@ inline std::string scientific_text(double x, int digits) {
       std::to_chars(text, text + sizeof text, x, std::chars_format::scientific, digits - 1).ptr};
 }
 
-/// The first 8: "[1, 2.5, 0.1]".
+/// A list, cut after 8 numbers: "[1, 2.5, 0.1]".
 inline std::string to_text(const std::vector<double>& v) {
   std::string out = "[";
   for (std::size_t k = 0; k < v.size() && k < 8; ++k) out += (k > 0 ? ", " : "") + to_text(v[k]);

@@ -7,19 +7,20 @@
 
 namespace stiefel {
 
-/// Solves z = g(z) to rounding: plain sweeps while each takes away most of the error; where they
-/// are slow, Anderson's mixing of the last few (Anderson 1965; Walker and Ni 2011),
+/// Solves z = g(z) to rounding: plain sweeps while each removes most of the error, then Anderson's
+/// mixing of the last few (Anderson 1965; Walker and Ni 2011),
 ///
 ///     z ← g − Σ c_i Δg_i,   c = argmin ‖f − Σ c_i Δf_i‖,   f = g − z,
 ///
-/// which converges for many a g that is no contraction. Allocates at construction only.
+/// which converges for many g that are not contractions. Allocates at construction only.
 template <class Scalar>
 class FixedPoint {
  public:
   FixedPoint(Eigen::Index rows, Eigen::Index cols);
 
-  /// From the z that is there; `sweep(z, g)` sets g = g(z). It ends when what is left is at
-  /// rounding level, or stays just above it. False if it does not converge: z is lost then.
+  /// Starts from the given z; `sweep(z, g)` sets g = g(z). Ends when the residual is at rounding
+  /// level or stays just above it. Returns false, and leaves z undefined, if the iteration does not
+  /// converge.
   template <class Sweep>
   bool solve(Matrix<Scalar>& z, Sweep&& sweep) {
     const Scalar unit = two_to<Scalar>(1 - bits<Scalar>), swift = Scalar(0.25), slow = Scalar(0.7);

@@ -7,9 +7,9 @@
 
 namespace stiefel {
 
-/// The solutions of the last steps, from which the next one is extrapolated by a polynomial through
-/// the last p of them, p ≤ depth: as many as make it better, which their differences tell. Part of
-/// the state, because it decides bits. No allocation.
+/// The solutions of the last steps. A polynomial through the last p ≤ depth of them extrapolates
+/// the next one; their differences decide p. The history is part of the state, because it decides
+/// bits. No allocation.
 template <class Scalar, int depth>
 class History {
  public:
@@ -17,12 +17,13 @@ class History {
     past_.fill(Matrix<Scalar>::Zero(rows, cols));
   }
 
-  /// next = Σ_k (−1)^k C(p, k + 1) past_k, k < p. False when nothing better than 0 is known.
+  /// next = Σ_k (−1)^k C(p, k + 1) past_k, k < p. Returns false when the history gives nothing
+  /// better than 0.
   template <class Block>
   bool predict(Block& next) const {
     const int p = points();
     if (p == 0) return false;
-    constexpr Eigen::Index chunk = 1024;  // so that it stays in the cache
+    constexpr Eigen::Index chunk = 1024;  // a chunk stays in the cache
     for (Eigen::Index start = 0; start < next.size(); start += chunk) {
       const Eigen::Index length = std::min(chunk, next.size() - start);
       Eigen::Map<Vector<Scalar>> sum(next.data() + start, length);
@@ -54,8 +55,8 @@ class History {
     return {past_[static_cast<std::size_t>(k)].data() + start, length};
   }
 
-  /// The p with the smallest p-th difference, which is about what p points err by; of a sample. All
-  /// there are while the differences still fall.
+  /// The p with the smallest p-th difference, measured on a sample of the elements: the error of p
+  /// points is about that difference. All points while the differences still fall.
   int points() const {
     constexpr Eigen::Index most = 16;
     const int count = static_cast<int>(count_(0, 0));

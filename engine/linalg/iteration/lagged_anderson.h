@@ -7,14 +7,14 @@
 
 namespace stiefel {
 
-/// Anderson's acceleration of a fixed point x = g(x) where the eigenvalues of g′ lie about the
-/// imaginary axis. There the errors of x_k and x_{k−2} point against each other, and theirs is the
-/// one difference that helps:
+/// Anderson's acceleration of a fixed point x = g(x) where the eigenvalues of g′ lie near the
+/// imaginary axis. The errors of x_k and x_{k−2} then have opposite signs, and only their
+/// difference accelerates:
 ///
 ///     x_{k+1} = g_k − γ(g_k − g_{k−2}),    γ = argmin ‖f_k − γ(f_k − f_{k−2})‖,    f = g(x) − x,
 ///
-/// by which every iteration takes away about a third more of the error. Allocates at construction
-/// only.
+/// Each iteration removes about a third more of the error than a plain sweep. Allocates at
+/// construction only.
 template <class Scalar>
 class LaggedAnderson {
  public:
@@ -25,7 +25,7 @@ class LaggedAnderson {
 
   void restart() { k_ = 0; }
 
-  /// x ← the next iterate; `g` is g(x), and its numbers are lost.
+  /// Sets x to the next iterate; `g` holds g(x) before and is overwritten.
   void operator()(Vector<Scalar>& x, Vector<Scalar>& g) {
     Vector<Scalar>&f = f_[k_ % 2], &earlier = g_[k_ % 2];
     Scalar along = 0, square = 0;
@@ -47,7 +47,7 @@ class LaggedAnderson {
   }
 
  private:
-  /// So that they stay in the cache.
+  /// Works through long vectors in chunks that stay in the cache.
   template <class Work>
   static void by_chunks(Eigen::Index size, Work&& work) {
     constexpr Eigen::Index chunk = 512;
@@ -58,7 +58,7 @@ class LaggedAnderson {
   }
 
   std::size_t k_ = 0;
-  std::array<Vector<Scalar>, 2> f_, g_;  ///< of the last two iterations
+  std::array<Vector<Scalar>, 2> f_, g_;  ///< f and g of the last two iterations
 };
 
 }  // namespace stiefel

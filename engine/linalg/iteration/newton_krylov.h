@@ -13,13 +13,13 @@ namespace stiefel {
 ///     (I − g′)δ = g(z) − z,   z ← z + δ,
 ///
 /// with g′v by differences and δ by GMRES (Saad and Schultz 1986; Knoll and Keyes 2004). Each δ
-/// must be less than half the last one: the start is near the solution that is found, or none is.
-/// Allocates when it is first used.
+/// must be less than half of the one before, so it finds a solution near the start or none.
+/// Allocates at the first use.
 template <class Scalar>
 class NewtonKrylov {
  public:
-  /// From the z that is there; `sweep(z, g)` sets g = g(z). False where it is not led to a
-  /// solution: z is lost then.
+  /// Starts from the given z; `sweep(z, g)` sets g = g(z). Returns false, and leaves z undefined,
+  /// if it finds no solution.
   template <class Sweep>
   bool solve(Matrix<Scalar>& z, Sweep&& sweep) {
     const Scalar unit = two_to<Scalar>(1 - bits<Scalar>);
@@ -29,7 +29,7 @@ class NewtonKrylov {
     for (int k = 0; k < most; ++k) {
       sweep(z, g_);
       f_ = g_ - z;
-      // Of the solution; far from it g may be larger by powers of h.
+      // The scale of the solution. Far from the solution g may be larger by powers of h.
       const Scalar scale = z.norm() > Scalar(0) ? z.norm() : g_.norm();
       if (!f_.allFinite()) return false;
       if (f_.norm() == Scalar(0)) return true;
@@ -56,7 +56,7 @@ class NewtonKrylov {
     right_.resize(directions + 1);
   }
 
-  /// δ, by as many directions of the Krylov space as it takes.
+  /// Computes δ with as many directions of the Krylov space as the tolerance needs.
   template <class Sweep>
   void find_delta(const Matrix<Scalar>& z, Scalar scale, Sweep& sweep) {
     using std::sqrt;
@@ -84,7 +84,8 @@ class NewtonKrylov {
     delta_.reshaped() = basis_.leftCols(used) * y;
   }
 
-  /// Column k + 1 of the basis against those before, twice, because once is not enough.
+  /// Orthogonalises column k + 1 of the basis against the columns before it, twice: one pass leaves
+  /// errors above rounding.
   void orthogonalise(Eigen::Index k) {
     auto next = basis_.col(k + 1);
     auto column = hessenberg_.col(k);
@@ -99,7 +100,7 @@ class NewtonKrylov {
     if (column(k + 1) > Scalar(0)) next /= column(k + 1);
   }
 
-  /// Givens rotations, so that the Hessenberg matrix becomes triangular.
+  /// Applies Givens rotations, which make the Hessenberg matrix triangular.
   void rotate(Eigen::Index k) {
     using std::sqrt;
     auto column = hessenberg_.col(k);

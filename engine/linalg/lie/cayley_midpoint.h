@@ -20,7 +20,7 @@ class CayleyMidpoint<SoN<Scalar>> {
 
   void midpoint(const Matrix<Scalar>& x, const Matrix<Scalar>& a, Matrix<Scalar>& middle);
 
-  /// With D = U − I = −2((I + a)⁻¹a)ᵀ and Y = MD + ½DᵀMD the second is Y − Yᵀ.
+  /// With D = U − I = −2((I + a)⁻¹a)ᵀ and Y = MD + ½DᵀMD, UᵀMU − M = Y − Yᵀ.
   void displacement(const Matrix<Scalar>& x, const Matrix<Scalar>& a, Matrix<Scalar>& dx);
 
  private:
@@ -62,7 +62,8 @@ void CayleyMidpoint<SoN<Scalar>>::factor(const Matrix<Scalar>& a) {
 // Compiled once, in cayley_midpoint.cc.
 extern template class CayleyMidpoint<SoN<double>>;
 
-/// In coordinates: m̃ = (m − c×m)/(1 + |c|²), U = (1, c)/|(1, c)| as a quaternion.
+/// The transform in three dimensions: m̃ = (m − c×m)/(1 + |c|²), U = (1, c)/|(1, c)| as a
+/// quaternion.
 template <class Scalar, bool frame>
 class CayleyMidpoint<So3<Scalar, frame>> {
  public:

@@ -21,7 +21,8 @@ class GeneralExponential {
   void operator()(const Matrix<Scalar>& A, Matrix<Scalar>& D);
 
  private:
-  /// Higham's 0.95 for 53 digits; others by the 14th power in which the error goes.
+  /// Higham's bound, 0.95, for 53 bits. The error grows like the 14th power of the norm, which
+  /// gives the bounds for other precisions.
   static Scalar largest_norm() {
     constexpr int digits = std::numeric_limits<Scalar>::digits;
     static const Scalar largest = static_cast<Scalar>(0.95 * std::exp2((53 - digits) / 14.0));

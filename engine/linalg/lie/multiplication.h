@@ -5,8 +5,9 @@
 
 namespace stiefel {
 
-/// SO(N) acting on N × N blocks stacked by rows, each multiplied from the right: X ↦ X exp Θ. One
-/// exponential serves all blocks, so that products of one with another's transpose stay constant.
+/// SO(N) acting on N × N blocks stacked by rows, each multiplied from the right: X ↦ X exp Θ. All
+/// blocks use the same exponential, so the product of one block with the transpose of another stays
+/// constant.
 template <class Scalar>
 class RightMultiplication {
  public:
@@ -33,8 +34,8 @@ class RightMultiplication {
   Matrix<Scalar> D_;
 };
 
-/// The same from the left: X ↦ exp(Θ) X. As the opposite group acting from the right, its bracket
-/// is −[a, b].
+/// SO(N) acting on stacked N × N blocks from the left: X ↦ exp(Θ) X. A left action is a right
+/// action of the opposite group, so the bracket is −[a, b].
 template <class Scalar>
 class LeftMultiplication {
  public:
@@ -56,7 +57,7 @@ class LeftMultiplication {
     exponential_(Theta, D_);
     velocity(x, D_, dx);
   }
-  /// exp Θ − I of the last displacement.
+  /// D = exp Θ − I of the last displacement.
   const Matrix<Scalar>& D() const { return D_; }
 
  private:

@@ -11,8 +11,8 @@ typename Derived::Scalar orthogonality_defect(const Eigen::MatrixBase<Derived>& 
   return (Q * Q.transpose() - Matrix<Scalar>::Identity(Q.rows(), Q.rows())).cwiseAbs().maxCoeff();
 }
 
-/// The frame nearest to an almost orthonormal Q, its polar factor: Q ← (3I − QQᵀ)Q/2 until the
-/// defect is at rounding level (Newton–Schulz; quadratic).
+/// The frame nearest to an almost orthonormal Q, which is its polar factor: Q ← (3I − QQᵀ)Q/2 until
+/// the defect is at rounding level (Newton–Schulz; quadratic convergence).
 template <class Scalar>
 Matrix<Scalar> nearest_orthogonal(Matrix<Scalar> Q) {
   const Matrix<Scalar> three = Scalar(3) * Matrix<Scalar>::Identity(Q.rows(), Q.rows());

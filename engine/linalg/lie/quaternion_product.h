@@ -5,9 +5,10 @@
 
 namespace stiefel {
 
-/// (q + ε)∘(w, v) with |q|, |(w, v)| ≤ 1, ε what rounding took from q, and (w, v) double words, to
-/// about 2^(−3/2 bits): with the high halves q₁, p₁ rounded to multiples of 2^−r, 2r < bits, the
-/// sums of q₁∘p₁ are exact, and what is left, (q − q₁ + ε)∘p₁ + q∘(p − p₁), is small.
+/// The product (q + ε)∘(w, v) with an error of about 2^(−3/2 bits). |q|, |(w, v)| ≤ 1, ε is the
+/// rounding error of q, and (w, v) are double words. The high halves q₁, p₁ are multiples of 2^−r
+/// with 2r < bits, so the sums of q₁∘p₁ are exact, and the rest, (q − q₁ + ε)∘p₁ + q∘(p − p₁), is
+/// small.
 template <class X, class Wide>
 Eigen::Matrix<Wide, 4, 1> quaternion_product(const X& q, const X& epsilon, const Wide& w,
                                              const Vector3<Wide>& v) {

@@ -9,7 +9,7 @@ namespace stiefel {
 
 /// The pair (Q, M) in three dimensions, in coordinates: Q as Hamilton's quaternion (w, x, y, z)
 /// with Q v = q v q*, M = hat(m), hat(u) v = u × v. A state is (q; m), 7 numbers, or m alone, 3.
-/// The algebra so(3) is R³. The counterpart for every N is SoN; the two offer the same functions.
+/// The algebra so(3) is R³. SoN has the same functions for every N.
 template <class Scalar_, bool frame>
 struct So3 {
   using Scalar = Scalar_;
@@ -29,7 +29,7 @@ struct So3 {
         x(x.size() - 1) / (lambda(0) + lambda(1));
   }
 
-  /// The same with 1/I computed once.
+  /// J⁻¹ with the reciprocals 1/I computed once.
   class InverseInertia {
    public:
     explicit InverseInertia(const Lambda& l) {
@@ -93,7 +93,8 @@ struct So3 {
   }
 };
 
-/// Q of a quaternion, not normalised: QᵀQ = |q|⁴ I, so a drifting norm is seen in Q too.
+/// The matrix Q of a quaternion q, without normalisation: QᵀQ = |q|⁴ I, so a drift of |q| shows in
+/// Q.
 template <class Scalar>
 Eigen::Matrix<Scalar, 3, 3> rotation_matrix(const Eigen::Matrix<Scalar, 4, 1>& q) {
   const Scalar w = q(0), x = q(1), y = q(2), z = q(3);

@@ -5,14 +5,14 @@
 namespace stiefel {
 
 /// so(4) in coordinates: x = (a, b) is the matrix X = [[hat(a), b], [−bᵀ, 0]], so that x_k is the
-/// element (rows[k], columns[k]). Eigen would align it by the widest register of the instruction
-/// set; its layout is to be the same for all.
+/// element (rows[k], columns[k]). Not aligned: Eigen's alignment depends on the instruction set,
+/// and the layout must not.
 template <class Scalar>
 using Skew4 = Eigen::Matrix<Scalar, 6, 1, Eigen::DontAlign>;
 inline constexpr int skew4_rows[] = {2, 0, 1, 0, 1, 2};
 inline constexpr int skew4_columns[] = {1, 2, 0, 3, 3, 3};
 
-// In an order of their own, which is the same for numbers and for packs of them.
+// Sums with a fixed order of additions, the same for numbers and for packs.
 
 template <class Scalar>
 Scalar dot(const Skew4<Scalar>& x, const Skew4<Scalar>& y) {
@@ -40,7 +40,7 @@ template <class Scalar>
 Skew4<Scalar> square(const Skew4<Scalar>& x) {
   return square(x, [](const Scalar& a, const Scalar& b) { return a * b; });
 }
-/// (XY + YX)_ij at those places.
+/// (XY + YX)_ij at the places of a and b.
 template <class Scalar>
 Skew4<Scalar> anticommutator(const Skew4<Scalar>& x, const Skew4<Scalar>& y) {
   const auto s = [&](int i, int j) { return x(i) * y(j) + x(j) * y(i); };
@@ -67,8 +67,8 @@ struct PairSums4 {
 
   const Eigen::Matrix<Scalar, 4, 1>& lambda() const { return lambda_; }
 
-  /// |C|² below which a solution C is on the branch of the identity: as in three dimensions where
-  /// no λ_i < 0; else that is not known of any.
+  /// The bound of |C|² below which a solution C is certainly on the branch of the identity: 1 if no
+  /// λ_i < 0, as in three dimensions, else 0 (no bound is known).
   Scalar nearness() const { return lambda_.minCoeff() >= Scalar(0) ? Scalar(1) : Scalar(0); }
 
  private:
@@ -76,13 +76,13 @@ struct PairSums4 {
 };
 
 /// The pair (Q, M) in four dimensions, in coordinates: Q column after column, then m = (a, b) of M:
-/// 22 numbers, or m alone, 6. The counterpart for every N is SoN; this has what rk4 and the
-/// discrete body need, with every operation written out, for numbers and for packs of them.
+/// 22 numbers, or m alone, 6. SoN is the general case; So4 has the functions that explicit methods
+/// and the discrete body need, with every operation written out, for numbers and packs.
 template <class Scalar_, bool frame>
 struct So4 {
   using Scalar = Scalar_;
   static constexpr bool has_frame = frame;
-  static constexpr int first = frame ? 16 : 0;  ///< of m
+  static constexpr int first = frame ? 16 : 0;  ///< where m starts
   using State = Eigen::Matrix<Scalar, first + 6, 1>;
   using Algebra = Skew4<Scalar>;
   using Lambda = Eigen::Matrix<Scalar, 4, 1>;

@@ -6,8 +6,8 @@
 
 namespace stiefel {
 
-/// The pair (Q, M) in N dimensions as matrices. A state is Q over M, 2N × N, or M alone, N × N.
-/// The algebra so(N) is the skew N × N matrices. So3 offers the same functions in coordinates.
+/// The pair (Q, M) in N dimensions as matrices. A state is Q over M, 2N × N, or M alone, N × N. The
+/// algebra so(N) is the skew N × N matrices. So3 has the same functions in coordinates.
 template <class Scalar_>
 struct SoN {
   using Scalar = Scalar_;
@@ -54,8 +54,8 @@ struct SoN {
     take_twice_skew_part(C);
   }
 
-  /// (Q exp Θ − Q, exp(Θ)ᵀ M exp(Θ) − M): with D = exp Θ − I and Y = MD the second is
-  /// Y − Yᵀ + DᵀY.
+  /// (Q exp Θ − Q, exp(Θ)ᵀ M exp(Θ) − M): with D = exp Θ − I and Y = MD the lower block is Y − Yᵀ +
+  /// DᵀY.
   void displacement(const State& x, const Algebra& Theta, State& dx) {
     exponential_(Theta, D_);
     dx.noalias() = x * D_;
@@ -65,7 +65,7 @@ struct SoN {
   }
 
  private:
-  /// The bottom N × N block Y becomes Y − Yᵀ.
+  /// Replaces the bottom N × N block Y by Y − Yᵀ.
   static void take_twice_skew_part(State& x) {
     const Eigen::Index N = x.cols(), top = x.rows() - N;
     for (Eigen::Index j = 0; j < N; ++j) {

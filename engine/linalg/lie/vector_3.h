@@ -6,7 +6,7 @@
 
 namespace stiefel {
 
-// In an order of their own, which is the same for numbers and for packs of them.
+// Sums with a fixed order of additions, the same for numbers and for packs.
 
 template <class Scalar>
 Scalar dot(const Vector3<Scalar>& a, const Vector3<Scalar>& b) {

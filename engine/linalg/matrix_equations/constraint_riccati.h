@@ -12,9 +12,9 @@ namespace stiefel {
 ///
 ///     Q′Q′ᵀ − I = E + YA + AᵀY + YPY = 0,
 ///
-/// on the branch spec(C) in Re > 0, C = A + PY = GQ′ᵀ; there is at most one such Y. Newton,
-/// CᵀδY + δY C = −(Q′Q′ᵀ − I); the equation is quadratic, so what Q′Q′ᵀ − I is left with after a
-/// correction is δY P δY exactly, and that is what it stops on. n = 1 in closed form. No
+/// on the branch spec(C) in Re > 0, C = A + PY = GQ′ᵀ; there is at most one such Y. Newton's
+/// method: CᵀδY + δY C = −(Q′Q′ᵀ − I). The equation is quadratic, so after a correction Q′Q′ᵀ − I =
+/// δY P δY exactly; the iteration stops when that is at rounding level. n = 1 in closed form. No
 /// allocation.
 template <class Scalar>
 class ConstraintRiccati {
@@ -22,7 +22,8 @@ class ConstraintRiccati {
   explicit ConstraintRiccati(Eigen::Index n)
       : lyapunov_(n), C_(n, n), PY_(n, n), delta_(n, n), product_(n, n) {}
 
-  /// From the Y that is there; false, and any Y, if it is not led to a solution on the branch.
+  /// Starts from the given Y. Returns false, and leaves Y undefined, if it finds no solution on the
+  /// branch.
   bool solve(const Matrix<Scalar>& A, const Matrix<Scalar>& P, const Matrix<Scalar>& E,
              Matrix<Scalar>& Y);
 

@@ -5,7 +5,7 @@
 namespace stiefel {
 
 /// Ω = J⁻¹(G − Gᵀ)/ε for any square G, that is Ω_ij = (G_ij − G_ji) / (ε(λ_i + λ_j)), exactly skew.
-/// λ_i + λ_j > 0 for i ≠ j. Ω is not G.
+/// Needs λ_i + λ_j > 0 for i ≠ j. Ω and G must be different matrices.
 template <class Scalar, class G, class Omega>
 void inverse_inertia(const Vector<Scalar>& lambda, const Eigen::MatrixBase<G>& g, Scalar epsilon,
                      Eigen::MatrixBase<Omega>& omega) {
@@ -18,9 +18,9 @@ void inverse_inertia(const Vector<Scalar>& lambda, const Eigen::MatrixBase<G>& g
   }
 }
 
-/// [J(Ω), Ω] = [Λ, Ω²], that is (λ_i − λ_j)(Ω²)_ij: [M, Ω] with none of its cancellation, which
-/// where Λ is spread wide, or λ_i next to λ_j, leaves nothing of it. Exactly skew. Ω is not the
-/// result.
+/// [J(Ω), Ω] = [Λ, Ω²], with the elements (λ_i − λ_j)(Ω²)_ij: [M, Ω] without cancellation. Formed
+/// as MΩ − ΩM it can lose all digits where Λ is spread wide or λ_i is close to λ_j. Exactly skew. Ω
+/// and the result must be different matrices.
 template <class Scalar, class Algebra, class Result>
 void inertia_bracket(const Vector<Scalar>& lambda, const Eigen::MatrixBase<Algebra>& Omega,
                      Eigen::MatrixBase<Result>&& bracket) {
@@ -34,7 +34,7 @@ void inertia_bracket(const Vector<Scalar>& lambda, const Eigen::MatrixBase<Algeb
   }
 }
 
-/// J_D(U) = UΛ − ΛUᵀ, which is hM where U = Q_kᵀQ_{k+1}; [RB] (4.7).
+/// J_D(U) = UΛ − ΛUᵀ, equal to hM for U = Q_kᵀQ_{k+1}; [RB] (4.7).
 template <class Scalar>
 Matrix<Scalar> J_D(const Vector<Scalar>& lambda, const Matrix<Scalar>& U) {
   const Matrix<Scalar> W = U * lambda.asDiagonal();

@@ -8,8 +8,8 @@
 namespace stiefel {
 
 /// Solves AᵀY + YA = G for real N × N matrices by the complex Schur form A = ZTZᴴ (Bartels and
-/// Stewart 1972): Tᴴ Ŷ + Ŷ T = Zᴴ G Z, column by column. Unique when no two eigenvalues of A sum to
-/// 0.
+/// Stewart 1972): Tᴴ Ŷ + Ŷ T = Zᴴ G Z, column by column. The solution is unique when no two
+/// eigenvalues of A sum to 0.
 template <class Scalar>
 class Lyapunov {
  public:
@@ -38,7 +38,8 @@ class Lyapunov {
 template <class Scalar>
 Lyapunov<Scalar>::Lyapunov(Eigen::Index N)
     : hessenberg_(N), schur_(N), Y_(N, N), product_(N, N), workspace_(N) {
-  // Of the identity, so that a copy made before `factor` copies nothing that was never set.
+  // Starts with the factors of the identity, so that a copy made before `factor` reads no
+  // uninitialised numbers.
   Y_.setIdentity();
   schur_.computeFromHessenberg(Y_, Y_, false);
 }

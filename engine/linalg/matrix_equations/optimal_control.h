@@ -11,8 +11,8 @@ namespace stiefel {
 ///
 ///     U = Λ⁻¹(QᵀK⁻¹P − PᵀK⁻¹Q + QᵀXQ)Λ⁻¹,   KX + XK = (QΛ⁻¹Pᵀ)K⁻¹ − K⁻¹(PΛ⁻¹Qᵀ).
 ///
-/// X is skew, so U = Λ⁻¹(QᵀL − LᵀQ)Λ⁻¹ with L = K⁻¹P + ½XQ: rank 2n at most, never written out but
-/// applied to n × N factors, in O(Nn²). No allocation after construction.
+/// X is skew, so U = Λ⁻¹(QᵀL − LᵀQ)Λ⁻¹ with L = K⁻¹P + ½XQ. U has rank 2n at most; it is never
+/// formed, only applied to n × N factors in O(Nn²). No allocation after construction.
 template <class Scalar>
 class OptimalControl {
  public:
@@ -42,7 +42,7 @@ class OptimalControl {
     L_bar_ = L_bar_ * inverse_.asDiagonal();
   }
 
-  /// FU = (FΛ⁻¹Qᵀ)LΛ⁻¹ − (FΛ⁻¹Lᵀ)QΛ⁻¹; `FU` may not be F.
+  /// FU = (FΛ⁻¹Qᵀ)LΛ⁻¹ − (FΛ⁻¹Lᵀ)QΛ⁻¹; `FU` and F must be different matrices.
   template <class Factor, class Product>
   void apply(const Eigen::MatrixBase<Factor>& F, Product&& FU) {
     K_.noalias() = F * Q_bar_.transpose();

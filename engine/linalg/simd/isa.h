@@ -2,13 +2,13 @@
 
 namespace stiefel {
 
-/// The instruction sets that kernels are compiled for. A kernel of one is a template over it in a
-/// translation unit of its own, compiled for it, so that to the linker they are different symbols.
-/// All give the same bits: sums do not depend on the lanes, and nothing is fused but what gives the
-/// same unfused.
+/// The instruction sets that kernels are compiled for. A kernel is a template over the instruction
+/// set, in a translation unit compiled for it, so the linker sees different symbols. All give the
+/// same bits: no sum depends on the number of lanes, and an operation is fused only where the
+/// unfused result is the same.
 enum class Isa { baseline, avx2, avx512 };
 
-/// The widest that this build has and this machine runs.
+/// The widest instruction set that this build contains and this machine supports.
 Isa widest_isa();
 
 }  // namespace stiefel

@@ -18,8 +18,8 @@ constexpr int vector_width(Isa isa) {
   return (isa == Isa::avx512 ? 64 : isa == Isa::avx2 ? 32 : 16) / static_cast<int>(sizeof(Scalar));
 }
 
-/// A few numbers that are computed with at once, element by element, in the compiler's own vectors:
-/// eight doubles are one register of AVX-512 or two of AVX2. Of a Scalar that no vector holds, one
+/// Several numbers computed at once, element by element, in the compiler's vector types: eight
+/// doubles are one register of AVX-512 or two of AVX2. For a Scalar without a vector type, one
 /// number.
 template <class Scalar_, Isa isa, int lanes_ = 8>
 struct Pack {
@@ -42,7 +42,7 @@ struct Pack {
   using Part = typename VectorOf<Scalar, width>::type;
   using UnalignedPart = typename VectorOf<Scalar, width>::unaligned;
 
-  /// What a comparison gives: all bits of a lane, or none.
+  /// The result of a comparison: all bits of a lane set, or none.
   struct Mask {
     using Part = decltype(typename VectorOf<Scalar, width>::type{} <
                           typename VectorOf<Scalar, width>::type{});
@@ -131,14 +131,14 @@ struct Pack {
     for (int k = 0; k < lanes; ++k) all[k] = static_cast<Scalar>(make(k));
     return load(all);
   }
-  /// One number of each of `lanes` columns that start `stride` numbers apart.
+  /// Loads one number from each of `lanes` columns that start `stride` numbers apart.
   template <class T>
   [[gnu::always_inline]] static Pack gather(const T* x, std::ptrdiff_t stride) {
     Scalar all[lanes];
     for (int k = 0; k < lanes; ++k) all[k] = static_cast<Scalar>(x[k * stride]);
     return load(all);
   }
-  /// Back again, from the lanes whose bits are set.
+  /// Stores one number into each of these columns, from the lanes whose bits are set.
   template <class T>
   [[gnu::always_inline]] void scatter(T* x, std::ptrdiff_t stride,
                                       unsigned set = Mask::every_lane) const {
@@ -211,7 +211,8 @@ struct Pack {
   }
 
  private:
-  // The compiler's own: a function of <cmath> that it does not inline would be everybody's.
+  // A builtin. A function of <cmath> that is not inlined here, compiled for this instruction set,
+  // could be linked into code for other machines.
   [[gnu::always_inline]] static float square_root(float x) { return __builtin_sqrtf(x); }
   [[gnu::always_inline]] static double square_root(double x) { return __builtin_sqrt(x); }
   [[gnu::always_inline]] static float fused_element(float a, float b, float c) {

@@ -5,17 +5,18 @@
 #include "engine/linalg/arithmetic/scalar.h"
 
 /// Carlson's symmetric elliptic integrals by duplication (Carlson 1979, 1995; DLMF 19.36(i)), to
-/// the precision of any real Scalar. Every sum in them is one of positive terms.
+/// the precision of any real Scalar. All terms of every sum are positive.
 namespace stiefel::carlson {
 
-/// How far arguments may be from their mean, relative to it, for a series that errs by ε⁸.
+/// The largest relative distance of the arguments from their mean for which the series has the
+/// error ε⁸.
 template <class Scalar>
 Scalar close_enough() {
   return two_to<Scalar>(-(bits<Scalar> + 7) / 8);
 }
 
-/// R_C(x, y) = ½ ∫₀^∞ (t + x)^−½ (t + y)⁻¹ dt, x ≥ 0, y > 0: an inverse circular or hyperbolic
-/// function.
+/// R_C(x, y) = ½ ∫₀^∞ (t + x)^−½ (t + y)⁻¹ dt, x ≥ 0, y > 0: it is an inverse circular or
+/// hyperbolic function.
 template <class Scalar>
 Scalar R_C(Scalar x, Scalar y) {
   using std::asinh, std::atan2, std::sqrt;
@@ -24,7 +25,8 @@ Scalar R_C(Scalar x, Scalar y) {
   return (y > x ? atan2(d, sqrt(x)) : asinh(d / sqrt(y))) / d;
 }
 
-/// R_F(x, y, z) = ½ ∫₀^∞ ((t + x)(t + y)(t + z))^−½ dt; all ≥ 0, at most one of them 0. NaN of NaN.
+/// R_F(x, y, z) = ½ ∫₀^∞ ((t + x)(t + y)(t + z))^−½ dt; x, y, z ≥ 0, at most one of them 0. NaN
+/// gives NaN.
 template <class Scalar>
 Scalar R_F(Scalar x, Scalar y, Scalar z) {
   using std::abs, std::sqrt;
@@ -46,7 +48,7 @@ Scalar R_F(Scalar x, Scalar y, Scalar z) {
 }
 
 /// R_J(x, y, z, p) = 3/2 ∫₀^∞ ((t + x)(t + y)(t + z))^−½ (t + p)⁻¹ dt; x, y, z as in R_F, p > 0.
-/// NaN of NaN.
+/// NaN gives NaN.
 template <class Scalar>
 Scalar R_J(Scalar x, Scalar y, Scalar z, Scalar p) {
   using std::abs, std::sqrt;

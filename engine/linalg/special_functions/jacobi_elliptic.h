@@ -7,16 +7,16 @@
 
 namespace stiefel {
 
-/// Jacobi's elliptic functions of one complementary parameter mc = 1 − k², 0 < mc ≤ 1, any real
-/// Scalar. sn, cn and dn are relatively accurate each, next to their zeros and for mc → 0 too.
+/// Jacobi's elliptic functions of one complementary parameter mc = 1 − k², 0 < mc ≤ 1, in any real
+/// Scalar. sn, cn and dn are each relatively accurate, also next to their zeros and for mc → 0.
 ///
 /// With the arithmetic–geometric mean a_{n+1} = (a_n + b_n)/2, b_{n+1} = √(a_n b_n) of a_0 = 1,
 /// b_0 = √mc, and X_n = a_n cs(a_n u | b_n²/a_n²), d_n = dn of the same, Gauss's transformation is
 ///
 ///     X_n = X_{n+1} d_{n+1},   d_n = (X_{n+1}² + a_{n+1} b_n) / (X_{n+1}² + a_{n+1} a_n),
 ///
-/// from X = a cot(au), d = 1 in the limit (Bulirsch 1965). It is used up to K/2; beyond, the
-/// functions are those of K − u: sn = cd, cn = √mc sd, dn = √mc nd.
+/// from X = a cot(au), d = 1 in the limit (Bulirsch 1965). The recursion is used for |u| ≤ K/2.
+/// Beyond, the functions follow from those of K − u: sn = cd, cn = √mc sd, dn = √mc nd.
 template <class Scalar>
 class JacobiElliptic {
  public:
@@ -30,7 +30,7 @@ class JacobiElliptic {
     b_[0] = sqrt(mc);
     for (bool close = false; !close && levels_ < most; ++levels_) {
       const Scalar a = a_[levels_], b = b_[levels_];
-      close = a - b <= two_to<Scalar>(-bits<Scalar> / 2);  // then the next are equal
+      close = a - b <= two_to<Scalar>(-bits<Scalar> / 2);  // a = b in the next round
       a_[levels_ + 1] = (a + b) / 2;
       b_[levels_ + 1] = sqrt(a) * sqrt(b);
     }
@@ -38,10 +38,10 @@ class JacobiElliptic {
   }
 
   Scalar mc() const { return mc_; }
-  /// The quarter period, complete integral of the first kind.
+  /// The quarter period K, the complete integral of the first kind.
   Scalar K() const { return K_; }
 
-  /// F(φ), with |φ| ≤ π given by its sine and cosine.
+  /// The incomplete integral F(φ), |φ| ≤ π, with φ given by its sine and cosine.
   Scalar F(Scalar s, Scalar c) const {
     const Scalar up = s < 0 ? -s : s;
     const Scalar first = up * carlson::R_F<Scalar>(c * c, c * c + mc_ * s * s, 1);

@@ -5,7 +5,7 @@
 
 namespace stiefel {
 
-/// The first coefficients of a power series.
+/// The leading coefficients of a power series, a_0 first.
 template <class Scalar>
 using PowerSeries = std::vector<Scalar>;
 

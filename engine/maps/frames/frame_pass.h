@@ -9,10 +9,10 @@
 
 namespace stiefel {
 
-/// What stands under Q in a state: S = Q̇Λ or Q̇ itself.
+/// The lower block of a state: S = Q̇Λ, or Q̇.
 enum class Under { S, Qdot };
 
-/// The columns of a state on V(n, N) as they lie in memory, 2n numbers each.
+/// The columns of a state on V(n, N) in memory, 2n numbers each.
 template <class Scalar>
 struct FrameColumns {
   Scalar* value;
@@ -21,12 +21,12 @@ struct FrameColumns {
   std::ptrdiff_t count;   ///< N
 };
 
-/// The one pass over the columns of a state that a step of RattleStiefel makes, a few columns at a
-/// time: from Y/h and Y′/h the new state, and at once the moments of it,
+/// The pass over the columns of a state that a step of RattleStiefel makes, a few columns at a
+/// time. From Y/h and Y′/h it computes the new state and its moments:
 ///
 ///     Q′ = Q + h(S + (Y/h)Q)Λ⁻¹,   S′ = S + (Y/h)Q + (Y′/h)Q′.
 ///
-/// Nothing of size N lives here.
+/// The pass holds nothing of size N.
 template <class Scalar>
 class FramePass {
  public:
@@ -38,24 +38,38 @@ class FramePass {
                        const Scalar* Y1_h, const FrameSums<Scalar>& moments) = 0;
 };
 
-/// The pass for n rows that is compiled for `isa`: that of doubles from frame_pass.cc.in.
-template <class Scalar, Arithmetic arithmetic, Under under, Isa isa>
-std::unique_ptr<FramePass<Scalar>> make_frame_pass_on(std::ptrdiff_t n);
+/// The pass for n rows compiled for `isa`. Scalars other than double and float need
+/// frame_pass_on.h, and have no code specialised for few rows.
+template <class Scalar, Isa isa>
+std::unique_ptr<FramePass<Scalar>> make_frame_pass_on(Arithmetic arithmetic, Under under,
+                                                      std::ptrdiff_t n);
 
-/// The pass for n rows on this machine.
-template <class Scalar, Arithmetic arithmetic, Under under>
-std::unique_ptr<FramePass<Scalar>> make_frame_pass(std::ptrdiff_t n) {
+/// The pass for n rows compiled for the widest instruction set of this machine.
+template <class Scalar>
+std::unique_ptr<FramePass<Scalar>> make_frame_pass(Arithmetic arithmetic, Under under,
+                                                   std::ptrdiff_t n) {
 #ifdef STIEFEL_X86_64
   if constexpr (std::is_same_v<Scalar, double>) {
     if (widest_isa() == Isa::avx512)
-      return make_frame_pass_on<Scalar, arithmetic, under, Isa::avx512>(n);
+      return make_frame_pass_on<Scalar, Isa::avx512>(arithmetic, under, n);
     if (widest_isa() == Isa::avx2)
-      return make_frame_pass_on<Scalar, arithmetic, under, Isa::avx2>(n);
+      return make_frame_pass_on<Scalar, Isa::avx2>(arithmetic, under, n);
   }
 #endif
-  return make_frame_pass_on<Scalar, arithmetic, under, Isa::baseline>(n);
+  return make_frame_pass_on<Scalar, Isa::baseline>(arithmetic, under, n);
 }
 
 extern template class FramePass<double>;
+extern template class FramePass<float>;
+
+// Compiled once: for each instruction set from frame_pass.cc.in, and in frame_pass_float.cc.
+extern template std::unique_ptr<FramePass<double>> make_frame_pass_on<double, Isa::baseline>(
+    Arithmetic, Under, std::ptrdiff_t);
+extern template std::unique_ptr<FramePass<double>> make_frame_pass_on<double, Isa::avx2>(
+    Arithmetic, Under, std::ptrdiff_t);
+extern template std::unique_ptr<FramePass<double>> make_frame_pass_on<double, Isa::avx512>(
+    Arithmetic, Under, std::ptrdiff_t);
+extern template std::unique_ptr<FramePass<float>> make_frame_pass_on<float, Isa::baseline>(
+    Arithmetic, Under, std::ptrdiff_t);
 
 }  // namespace stiefel

@@ -5,10 +5,10 @@
 
 namespace stiefel {
 
-/// The number of rows of what may have any number of them.
+/// Marks a template for any number of rows.
 inline constexpr int any_rows = -1;
 
-/// A few columns of a matrix of n rows, held by rows: `packs` packs each.
+/// A few columns of a matrix of n rows, stored by rows, `packs` packs in a row.
 template <class P, int n, std::ptrdiff_t packs>
 class Tile {
  public:
@@ -30,8 +30,8 @@ class Tile<P, any_rows, packs> {
   std::vector<P> rows_;
 };
 
-/// Where a sum of products is kept from tile to tile, and written at the end, n × n, column after
-/// column: few rows keep the lanes apart until then.
+/// Holds an n × n sum of products from tile to tile and writes it at the end, column after column.
+/// For few rows the lanes are summed only at the end.
 template <class P, int n>
 class TileSum {
  public:
@@ -70,8 +70,9 @@ class TileSum<P, any_rows> {
   typename P::Scalar* out_;
 };
 
-/// sum += ABᵀ over the first `filled` packs of two tiles of n rows; of a symmetric product what
-/// stands on and above the diagonal. By blocks of R × C elements, as large as registers hold.
+/// sum += ABᵀ over the first `filled` packs of two tiles of n rows; of a symmetric product only the
+/// elements on and above the diagonal. Works by blocks of R × C elements, which fit in the
+/// registers.
 template <int R, int C>
 struct TileProduct {
   template <bool symmetric, class T, class Sum>

@@ -14,8 +14,8 @@ namespace stiefel {
 ///     m_i = B_i dn u,  m_j = −B_j sn u,  m_k = B_k cn u,   u = λt − ν,
 ///     ψ = (2E/G) t + σ[(θ − T)(u) − (θ − T)(−ν)],
 ///
-/// θ the angle of (sn, ρ cn), and T, an integral of the third kind by Carlson's R_J, both continued
-/// over the half periods.
+/// where θ is the angle of (sn, ρ cn), and T is an integral of the third kind, computed by
+/// Carlson's R_J. Both are continuous across the half periods.
 template <class Scalar>
 class EllipticTop {
  public:
@@ -43,7 +43,7 @@ class EllipticTop {
     start_ = theta_minus_T(-nu_);
   }
 
-  /// i, counted from 0.
+  /// The axis i, counted from 0.
   int axis() const { return i_; }
 
   Vec m(Scalar t) const {
@@ -73,7 +73,7 @@ class EllipticTop {
 
   struct Reduced {
     Scalar u;      ///< |u| ≤ K
-    Scalar turns;  ///< half periods 2K taken away
+    Scalar turns;  ///< number of half periods 2K subtracted
   };
   Reduced reduced(Scalar u) const {
     using std::floor;

@@ -12,16 +12,16 @@
 
 namespace stiefel {
 
-/// The free rigid body in three dimensions in closed form: (q; m), or m alone, at any time from
-/// that at time 0, for every body and every motion. Euler's and Jacobi's solution as in Celledoni,
-/// Fassò, Säfström and Zanna 2008, arranged so that it keeps its digits next to symmetry, to the
-/// separatrix and to every axis: Q and M turn with
+/// The free rigid body in three dimensions in closed form: (q; m), or m alone, at any time from the
+/// state at time 0, for every body and every motion. Euler's and Jacobi's solution as in Celledoni,
+/// Fassò, Säfström and Zanna 2008, rearranged so that it loses no digits next to symmetric bodies,
+/// the separatrix and rotations about an axis:
 ///
 ///     q(t) = q(0)∘P(m(0))*∘(cos ψ/2, sin ψ/2 e)∘P(m(t)),
 ///
-/// e the principal axis that m circles, P(m) the shortest rotation of m/|m| to e, and 2E/G explicit
-/// in the angle ψ(t), which starts from 0: the quaternion is continuous. Where m × ω = 0 the
-/// rotation is steady. What is constant along the motion is computed once.
+/// where e is the principal axis that m circles and P(m) the shortest rotation of m/|m| to e. The
+/// angle ψ(t) has the term 2E/G t explicitly and starts from 0, so the quaternion is continuous.
+/// Where m × ω = 0 the rotation is steady. The constants of the motion are computed once.
 template <class Scalar, bool frame>
 class EulerTop {
  public:

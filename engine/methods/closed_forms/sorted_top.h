@@ -6,8 +6,8 @@
 
 namespace stiefel {
 
-/// A free rigid body at time 0 along its principal axes, I₁ ≤ I₂ ≤ I₃, with what its motion keeps:
-/// G = |m|, 2E = Σ m_i²/I_i and Δ_j = G² − 2E I_j, written so that nothing cancels but Δ₂ itself.
+/// A free rigid body at time 0 along its principal axes, I₁ ≤ I₂ ≤ I₃, with the constants of its
+/// motion: G = |m|, 2E = Σ m_i²/I_i and Δ_j = G² − 2E I_j, in a form in which only Δ₂ can cancel.
 template <class Scalar>
 struct SortedTop {
   using Vec = Vector3<Scalar>;
@@ -15,7 +15,7 @@ struct SortedTop {
   Eigen::Matrix<Scalar, 3, 3> difference;  ///< I_j − I_k
   Scalar G, two_E;
 
-  /// With I₂ − I₁ and I₃ − I₂, which may be more accurate than those of I.
+  /// I_21 = I₂ − I₁ and I_32 = I₃ − I₂ may be more accurate than the differences of `moments`.
   SortedTop(const Vec& moments, Scalar I_21, Scalar I_32, const Vec& momentum)
       : I(moments), m(momentum) {
     using std::sqrt;
@@ -25,7 +25,8 @@ struct SortedTop {
     G = sqrt(m.squaredNorm());
     two_E = twice_energies.sum();
     Delta = difference.transpose() * twice_energies;
-    // Where it cancels, by as few roundings as can be: on the separatrix it is 0.
+    // Δ₂ cancels next to the separatrix. This form has the fewest roundings, and is 0 on the
+    // separatrix.
     Delta(1) = (m(2) * m(2) * (I_32 * I(0)) - m(0) * m(0) * (I_21 * I(2))) / (I(0) * I(2));
   }
 };

@@ -13,10 +13,10 @@
 namespace stiefel {
 
 /// The symmetric composition Φ_{γ_s h} ∘ … ∘ Φ_{γ_1 h} of a symmetric map Φ of order 2: a map of
-/// order 2 (Φ itself), 4, 6 or 8 that keeps what Φ keeps, for 1, 5, 9 or 17 times its price. It
-/// exists where all its stages do; the longest is .66h, .80h, .61h.
+/// order 2 (Φ itself), 4, 6 or 8 with the invariants of Φ, at 1, 5, 9 or 17 times its cost. A step
+/// exists where all stages exist; the longest stage is 0.66h, 0.80h, 0.61h for the orders 4, 6, 8.
 ///
-/// Stages of one length share a map. Every stage has its own solver memory if Φ's State has a
+/// Stages of equal length share a map. Every stage has its own solver memory if Φ's State has a
 /// `memory`, because the solutions of one stage in successive steps lie on a smooth curve, and
 /// those of successive stages do not.
 template <class Base>
@@ -25,7 +25,7 @@ class Composition {
  public:
   using Scalar = typename Base::Scalar;
   using Point = typename Base::Point;
-  /// Φ of a given step.
+  /// Makes Φ for a given step.
   using Make = std::function<Base(Scalar)>;
 
   struct NoMemory {
@@ -33,7 +33,7 @@ class Composition {
     void each(Visitor&&) {}
   };
 
-  /// Φ's state, with the memory of the first stage, and the memories of the later ones.
+  /// The state of Φ with the memory of the first stage, and the memories of the later stages.
   struct State : Base::State {
     static constexpr bool remembers = requires(typename Base::State & s) { s.memory; };
     static auto memory_of(const typename Base::State& s) {
@@ -55,7 +55,7 @@ class Composition {
       for (Memory& other : later) other.each(visit);
     }
 
-    /// Makes the memory of a stage current, or puts it back.
+    /// Exchanges the current memory with that of a stage; a second call undoes the exchange.
     void exchange(std::size_t stage) {
       using std::swap;
       if constexpr (remembers)
@@ -115,7 +115,7 @@ class Composition {
   int order_;
   std::vector<Base> maps_;
   std::size_t stages_;
-  std::optional<State> before_;  ///< the state to go back to
+  std::optional<State> before_;  ///< the state before the step, restored when a stage fails
 };
 
 }  // namespace stiefel

@@ -10,16 +10,17 @@
 
 namespace stiefel {
 
-/// A map x ← x + Δ(x, z) with z the solution of z = g(x, z, h) that goes over continuously into the
-/// one of h = 0: implicit methods. `Derived` offers
+/// Base class of implicit methods: a map x ← x + Δ(x, z), where z is the solution of z = g(x, z, h)
+/// on the branch that starts at h = 0. `Derived` has
 ///
 ///     begin(x, z)            the solution of h = 0, with the unknown's shape,
 ///     sweep(x, z, h, g)      g = g(x, z, h),
 ///     displacement(x, z, dx) Δ.
 ///
-/// z starts from the extrapolated solutions of the last steps and is solved to rounding, by
-/// Newton's method where the fixed point does not converge: Λ spread wide makes the equation stiff.
-/// Where it is not found, the solution is followed from h = 0: left_domain where it cannot be.
+/// The iteration starts from the extrapolated solutions of the last steps and ends at rounding
+/// level. Newton's method takes over where the fixed point does not converge: a Λ that is spread
+/// wide makes the equation stiff. If both fail, the solution is followed from h = 0; if its branch
+/// ends before h, the step ends with left_domain.
 template <class Derived, class S, Arithmetic arithmetic>
 class ImplicitMap {
  public:
@@ -78,7 +79,7 @@ class ImplicitMap {
   Derived& derived() { return static_cast<Derived&>(*this); }
   double length() const { return std::abs(static_cast<double>(h_)); }
 
-  /// The first time only: the unknown's shape is the Derived's.
+  /// Allocates at the first call: `Derived` decides the shape of the unknown.
   void prepare(const Point& x) {
     if (z_.size() > 0) return;
     dx_ = x;
@@ -86,7 +87,7 @@ class ImplicitMap {
     solver_ = FixedPoint<Scalar>(z_.rows(), z_.cols());
   }
 
-  /// From found_, which z_ is.
+  /// Solves from z_, which equals found_ at the call.
   bool solve(const Point& x, Scalar h) {
     const auto sweep = [&](const auto& z, auto& g) { derived().sweep(x, z, h, g); };
     if (solver_.solve(z_, sweep)) return true;

@@ -11,27 +11,39 @@
 
 namespace stiefel {
 
-/// What a method declares of itself, as data: tests, Diagnose and the documentation read it.
+/// How a method moves rigid bodies of three and four dimensions in the lanes of vector registers.
+enum class Packing {
+  none,              ///< each alone
+  vector_field,      ///< by the vector field, with the lambda of each body
+  stages,            ///< Moser-Veselov stages of each body
+  modified_inertia,  ///< one Moser-Veselov stage of each body's modified moments
+};
+
+/// The declarations of a method, as data. Tests, Diagnose and the documentation read them.
 struct MethodTraits {
   const char* name;
   const char* summary;
   const char* source;
   const char* file;
-  std::array<int, 7> orders;  ///< ascending, 0 where there are fewer; none: exact
+  std::array<int, 7> orders;  ///< ascending, padded with 0; all 0 for a closed form
   int default_order;
-  bool reversible;               ///< the step by −h undoes the step by h
+  bool reversible;               ///< a step by −h undoes a step by h
   double default_tolerance = 0;  ///< 0 for methods that take steps of a fixed size
+  bool in_float = false;         ///< moves the systems that are offered in single precision
+  bool in_so4 = false;           ///< moves bodies of four dimensions in the coordinates of So4
+  Packing packing = Packing::none;
 };
 
 /// A Method turns a System into a Map: `Method::traits`, `Method::applies<System>`,
 /// `Method::conservation<System>(invariant)` and `Method::Map<System, arithmetic>(system, h,
-/// order)`. One that applies to a system in three dimensions only is in the catalogue for N = 3.
+/// order)`. A method that applies to a system in three dimensions only is in the catalogue for N =
+/// 3.
 template <class M>
 concept Method = requires {
   { M::traits } -> std::convertible_to<MethodTraits>;
 };
 
-/// The state of a map that carries nothing from step to step but the system's state.
+/// The state of a map whose next step depends on the system's state only.
 template <class S, Arithmetic arithmetic>
 struct PlainState {
   Accumulator<typename S::State, arithmetic> x;
@@ -63,7 +75,8 @@ class ExplicitMap {
     return {};
   }
 
-  /// The step in the lanes where it ends finite, and which those are; the others are spoilt.
+  /// Makes the step in the lanes where it stays finite and returns them. The states in the other
+  /// lanes become undefined.
   Mask<typename S::Scalar> step_where_easy(State& state) {
     using Scalar = typename S::Scalar;
     static_cast<Derived*>(this)->displacement(state.x.value, dx_);

@@ -11,11 +11,11 @@
 
 namespace stiefel {
 
-/// Q and M of a state of the rigid body, and back. Without a frame Q is I.
+/// Reads Q and M from a state of the rigid body, and writes them. Without a frame Q is I.
 template <class Space>
 struct FrameAndMomentum;
 
-/// The quaternion keeps to the sign it has.
+/// `set` keeps the sign of the quaternion.
 template <class Scalar, bool frame>
 struct FrameAndMomentum<So3<Scalar, frame>> {
   using Point = typename So3<Scalar, frame>::State;
@@ -53,9 +53,9 @@ struct FrameAndMomentum<SoN<Scalar>> {
   }
 };
 
-/// A map of the symmetric representation (Q, P) as a map of (Q, M): there by Ψ⁻¹ with an ε
-/// for which ‖εM‖ is about 1 at the start, back by Ψ after every step ([RB] Prop. 3.6, 3.11, 3.13).
-/// What the state is, is (Q, P); (Q, M) is read from it.
+/// A map of the symmetric representation (Q, P), used as a map of (Q, M): by Ψ⁻¹ at the start, with
+/// an ε for which ‖εM‖ is about 1, and back by Ψ after every step ([RB] Prop. 3.6, 3.11, 3.13). The
+/// state is (Q, P); (Q, M) is computed from it.
 template <class Space, class Inner, Arithmetic arithmetic>
 class ThroughPsi {
  public:
@@ -84,7 +84,7 @@ class ThroughPsi {
     const Scalar epsilon = unit_epsilon(M);
     const auto P = Psi_inverse(Q, M, epsilon);
     Matrix<Scalar> QP(2 * N, N);
-    QP << Q, P ? *P : M;  // what is not finite shows itself at the first step
+    QP << Q, P ? *P : M;  // the first step reports numbers that are not finite
     return {Accumulator<Point, arithmetic>(x), inner(epsilon).start(QP),
             Vector<Scalar>::Constant(1, epsilon)};
   }

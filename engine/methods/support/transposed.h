@@ -5,9 +5,9 @@
 
 namespace stiefel {
 
-/// A map of left-invariant matrices as the map of the right-invariant ones: every N × N block of a
-/// state is transposed ([RB] Prop. 2.1, 3.4: Q_r = Qᵀ, M_r = −M = Mᵀ, P_r = Pᵀ). The same numbers
-/// to the last bit. `Inner` has states of stacked N × N blocks.
+/// A map of a left-invariant system, used as the map of the right-invariant one: every N × N block
+/// of a state is transposed ([RB] Prop. 2.1, 3.4: Q_r = Qᵀ, M_r = −M = Mᵀ, P_r = Pᵀ). Both have the
+/// same numbers to the last bit. The states of `Inner` are stacked N × N blocks.
 template <class Inner, Arithmetic arithmetic>
 class Transposed {
  public:

@@ -5,7 +5,7 @@
 
 #include "engine/linalg/arithmetic/to_text.h"
 #include "engine/simulation/accuracy/measurement.h"
-#include "engine/simulation/catalogue/step_weight.h"
+#include "engine/simulation/catalogue/methods/step_weight.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/simulation.h"
 
@@ -149,9 +149,10 @@ ErrorEstimate worst_member(const Scene& scene, const Simulation& now, double bud
   ErrorEstimate worst;
   double work = 0;
   const std::size_t count = scene.members().size();
+  const auto states = now.members();  // brings all of them up to date
   for (std::size_t b = 0; b < count; ++b) {
     const double share = (budget - work) / static_cast<double>(count - b);
-    auto one = estimate_error(scene.members()[b], *now.members()[b], share, stop);
+    auto one = estimate_error(scene.members()[b], *states[b], share, stop);
     work += one.work;
     one.member = static_cast<std::int64_t>(b);
     const bool missing = !one.missing.empty();
@@ -168,8 +169,9 @@ ErrorEstimate worst_member(const Scene& scene, const Simulation& now, double bud
 double run_work(const Scene& scene, const Simulation& now) {
   if (!scene.members().empty()) {
     double all = 0;
+    const auto states = now.members();
     for (std::size_t b = 0; b < scene.members().size(); ++b)
-      all += run_work(scene.members()[b], *now.members()[b]);
+      all += run_work(scene.members()[b], *states[b]);
     return all;
   }
   const double steps = static_cast<double>(now.step()) * scene.substeps();

@@ -1,5 +1,5 @@
 #include "stiefel/diagnosis.h"
-#include "engine/simulation/run/invariant_list.h"
+#include "engine/simulation/stepping/invariant_list.h"
 
 #include <algorithm>
 #include <cmath>
@@ -29,8 +29,8 @@ bool is_invariant(const Scene& scene, std::string_view name_or_family) {
 namespace {
 
 std::vector<InvariantDrift> drifts(const Scene& scene, const Simulation& now,
-                                   std::span<const std::string> only) {
-  InvariantList before(only), after(only);
+                                   std::span<const std::string> only, const std::stop_token& stop) {
+  InvariantList before(only, stop), after(only, stop);
   make_simulation(scene)->invariants(before);
   now.invariants(after);
   std::vector<InvariantDrift> out;
@@ -45,10 +45,12 @@ std::vector<InvariantDrift> drifts(const Scene& scene, const Simulation& now,
 
 /// Of each invariant that of the member with the largest drift.
 std::vector<InvariantDrift> worst_drifts(const Scene& scene, const Simulation& now,
-                                         std::span<const std::string> only) {
+                                         std::span<const std::string> only,
+                                         const std::stop_token& stop) {
   std::vector<InvariantDrift> worst;
-  for (std::size_t b = 0; b < scene.members().size(); ++b) {
-    auto one = drifts(scene.members()[b], *now.members()[b], only);
+  const auto states = now.members();  // brings all of them up to date
+  for (std::size_t b = 0; b < scene.members().size() && !stop.stop_requested(); ++b) {
+    auto one = drifts(scene.members()[b], *states[b], only, stop);
     if (b == 0) worst = one;
     for (std::size_t i = 0; i < std::min(worst.size(), one.size()); ++i)
       if (b == 0 || one[i].drift() > worst[i].drift()) {
@@ -61,14 +63,15 @@ std::vector<InvariantDrift> worst_drifts(const Scene& scene, const Simulation& n
 
 }  // namespace
 
-Diagnosis diagnose(const Scene& scene, const Simulation& now, std::span<const std::string> only) {
+Diagnosis diagnose(const Scene& scene, const Simulation& now, std::span<const std::string> only,
+                   const std::stop_token& stop) {
   Diagnosis diagnosis;
-  diagnosis.invariants =
-      scene.members().empty() ? drifts(scene, now, only) : worst_drifts(scene, now, only);
+  diagnosis.invariants = scene.members().empty() ? drifts(scene, now, only, stop)
+                                                 : worst_drifts(scene, now, only, stop);
   diagnosis.orthogonality = now.orthogonality();
   const double h = std::abs(scene.step()) / scene.substeps();
   diagnosis.h_omega = h * now.rate();
-  if (scene.dimension() <= largest_domain_search)
+  if (scene.dimension() <= largest_domain_search && !stop.stop_requested())
     diagnosis.largest_step = now.largest_step(domain_search_limit * h);
   return diagnosis;
 }

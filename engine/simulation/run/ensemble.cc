@@ -6,13 +6,22 @@
 
 #include <tbb/global_control.h>
 
+#include "engine/simulation/catalogue/system_entry.h"
+
 namespace stiefel {
 namespace {
 
 /// What a step costs a body that goes together with others, roughly, on all cores, for slicing.
 constexpr double packed_nanoseconds = 5;
+/// Steps of bodies that go together between two looks at the stop token.
+constexpr std::int64_t between_looks = 4096;
 
 }  // namespace
+
+std::unique_ptr<Simulation> make_simulation(const Scene& scene) {
+  if (!scene.members().empty()) return std::make_unique<Ensemble>(scene.members());
+  return system_entry(scene.system())->make(scene);
+}
 
 Ensemble::Ensemble(std::span<const Scene> scenes) {
   members_.reserve(scenes.size());
@@ -54,9 +63,9 @@ std::int64_t Ensemble::map_steps() const {
   return all;
 }
 
-RunStatus Ensemble::advance(std::int64_t steps) {
+RunStatus Ensemble::advance(std::int64_t steps, const std::stop_token& stop) {
   if (steps == 0) return {};
-  go(steps);
+  go(steps, stop);
   const auto first = std::ranges::min_element(groups_, {}, &Group::reached);
   if (first->reached == steps) {
     step_ += steps;
@@ -65,49 +74,54 @@ RunStatus Ensemble::advance(std::int64_t steps) {
   const RunStatus status = first->status;
   const std::int64_t reached = first->reached;
   for (Group& group : groups_) put_back(group, group.before);
-  go(reached);
+  if (stop.stop_requested()) return RunStatus{Outcome::cancelled, std::nullopt};
+  go(reached, {});
   step_ += reached;
   return status;
 }
 
-void Ensemble::go(std::int64_t steps) {
+void Ensemble::go(std::int64_t steps, const std::stop_token& stop) {
   std::for_each(std::execution::par, groups_.begin(), groups_.end(), [&](Group& group) {
     group.reached = steps;
     if (group.packed) {
       group.before = group.states;
-      go_packed(group, steps);
+      go_packed(group, steps, stop);
     } else {
       group.before.resize(each_saved_);
       members_[group.first]->save(group.before);
-      if (!go_alone(group, group.first, steps))
+      if (!go_alone(group, group.first, steps, stop))
         group.reached = members_[group.first]->step() - step_;
     }
   });
 }
 
-void Ensemble::go_packed(Group& group, std::int64_t steps) {
+void Ensemble::go_packed(Group& group, std::int64_t steps, const std::stop_token& stop) {
   group.stale = true;
-  for (std::int64_t done = 0; done < steps; ++done) {
-    const auto [taken, further] = group.packed->advance(group.states, steps - done);
+  for (std::int64_t done = 0; done < steps;) {
+    group.reached = done;
+    if (stop.stop_requested()) return;
+    const std::int64_t some = std::min(steps - done, between_looks);
+    const auto [taken, further] = group.packed->advance(group.states, some);
     done += taken;
     group.packed_steps += taken * static_cast<std::int64_t>(group.count);
-    if (done == steps) return;
+    if (taken == some) continue;
+    group.reached = done;
     for (std::size_t k = 0; k < group.count; ++k) {
       if (further >> k & 1) continue;
       Simulation& member = *members_[group.first + k];
       member.restore(step_ + done, state(group, k));
-      if (!go_alone(group, group.first + k, 1)) {
-        group.reached = done;
-        return;
-      }
+      if (!go_alone(group, group.first + k, 1, stop)) return;
       member.save(state(group, k));
     }
     fill_lanes(group);
+    ++done;
   }
+  group.reached = steps;
 }
 
-bool Ensemble::go_alone(Group& group, std::size_t index, std::int64_t steps) {
-  group.status = members_[index]->advance(steps);
+bool Ensemble::go_alone(Group& group, std::size_t index, std::int64_t steps,
+                        const std::stop_token& stop) {
+  group.status = members_[index]->advance(steps, stop);
   if (group.status.reached()) return true;
   group.status.member = static_cast<std::int64_t>(index);
   return false;

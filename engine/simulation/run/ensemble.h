@@ -1,7 +1,7 @@
 #pragma once
 
-#include "engine/simulation/run/invariant_list.h"
 #include "engine/simulation/run/packed_bodies.h"
+#include "engine/simulation/stepping/invariant_list.h"
 #include "stiefel/simulation.h"
 
 namespace stiefel {
@@ -15,7 +15,7 @@ class Ensemble final : public Simulation {
 
   bool direct() const override { return members_.front()->direct(); }
   std::int64_t map_steps() const override;
-  RunStatus advance(std::int64_t steps) override;
+  RunStatus advance(std::int64_t steps, const std::stop_token& stop) override;
 
   std::size_t saved_size() const override { return each_saved_ * members_.size(); }
   void save(std::span<double> out) const override;
@@ -60,10 +60,10 @@ class Ensemble final : public Simulation {
   void fill_lanes(Group& group) const;
   void bring_up_to_date() const;
   /// Every group on its own, all at once.
-  void go(std::int64_t steps);
-  void go_packed(Group& group, std::int64_t steps);
+  void go(std::int64_t steps, const std::stop_token& stop);
+  void go_packed(Group& group, std::int64_t steps, const std::stop_token& stop);
   /// Member `index` by up to `steps`; false with the group's run status when it stopped.
-  bool go_alone(Group& group, std::size_t index, std::int64_t steps);
+  bool go_alone(Group& group, std::size_t index, std::int64_t steps, const std::stop_token& stop);
   const Simulation& fastest() const;
 
   std::vector<std::unique_ptr<Simulation>> members_;
@@ -71,8 +71,5 @@ class Ensemble final : public Simulation {
   std::size_t each_saved_ = 0;
   double step_cost_ = 0;
 };
-
-/// How many threads all ensembles of this process may use; all cores unless told.
-void limit_ensemble_threads(int threads);
 
 }  // namespace stiefel

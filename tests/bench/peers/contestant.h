@@ -37,7 +37,7 @@ struct Answer {
 };
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Answer, seconds, work, ends)
 
-/// A way to turn bodies. What it cannot do it throws.
+/// A program and method that integrate bodies. `turn` throws when it cannot.
 struct Contestant {
   std::string package, name;
   std::string setting;  ///< "steps" or "tolerance"

@@ -45,7 +45,7 @@ inline Answer turn(const Task& task, const MethodDescription& method, double ste
   return answer;
 }
 
-/// A method that keeps a tolerance does so from state to state: here a state each rotation.
+/// A method with a tolerance applies it between two states; here there is one state a rotation.
 inline Answer turn_adaptively(const Task& task, MethodDescription method) {
   const Eigen::Vector3d omega(task.bodies.at(0).angular_velocity.data());
   const auto rotations =
@@ -54,7 +54,7 @@ inline Answer turn_adaptively(const Task& task, MethodDescription method) {
   return turn(task, method, task.time / rotations, static_cast<std::int64_t>(rotations));
 }
 
-/// `method` as it comes without further words, but for its order and arithmetic.
+/// `method` with its defaults except order and arithmetic.
 inline Contestant contestant_of(const MethodInfo& method, int order, const std::string& arithmetic,
                                 bool in_float) {
   const bool adaptive = method.default_tolerance > 0;

@@ -47,7 +47,7 @@ def integrator(name: str, stages: int, adaptive: bool) -> Contestant:
                 raise RuntimeError("not finite")
             return [End([float(x) for x in attitude], [x * stretch for x in state.omega_BN_B])]
 
-        # Conservation alive: C++ holds them by address.
+        # Kept alive, because C++ holds their addresses.
         kept = (craft, scheme)
         return Run(advance=simulation.ExecuteSimulation, work=lambda: stages * steps if kept and not adaptive else 0,
                    ends=ends)

@@ -1,0 +1,91 @@
+#pragma once
+
+#include <memory>
+
+#include "engine/systems/concepts.h"
+
+namespace stiefel {
+
+/// A system whose states are matrices of any size.
+template <class S>
+concept HasMatrixStates = System<S> && std::same_as<typename S::State, Matrix<typename S::Scalar>>;
+
+/// Any system with matrix states, by its vector field alone. A method that needs only the field is
+/// compiled once, for this class, instead of once a system. The call is virtual; a product of
+/// matrices costs far more. Copies share the system and its workspace.
+template <class Scalar_>
+class MatrixSystem {
+ public:
+  static constexpr const char* name = "any";
+  using Scalar = Scalar_;
+  using State = Matrix<Scalar>;
+
+  template <HasMatrixStates S>
+  requires(!std::derived_from<S, MatrixSystem>) MatrixSystem(S system)
+      : held_(std::make_shared<Held<S>>(std::move(system))) {}
+
+  void field(const State& x, State& dx) { held_->field(x, dx); }
+
+ private:
+  struct Abstract {
+    virtual ~Abstract() = default;
+    virtual void field(const State& x, State& dx) = 0;
+  };
+  template <class S>
+  struct Held final : Abstract {
+    explicit Held(S s) : system(std::move(s)) {}
+    void field(const State& x, State& dx) override { system.field(x, dx); }
+    S system;
+  };
+  std::shared_ptr<Abstract> held_;
+};
+
+/// Any LieSystem whose states and algebra are matrices, by its vector field and group action.
+/// Copies share the system and its workspace.
+template <class Scalar_>
+class MatrixLieSystem {
+ public:
+  static constexpr const char* name = "any";
+  using Scalar = Scalar_;
+  using State = Matrix<Scalar>;
+  using Algebra = Matrix<Scalar>;
+
+  template <HasMatrixStates S>
+  requires(LieSystem<S> && !std::derived_from<S, MatrixLieSystem>) MatrixLieSystem(S system)
+      : held_(std::make_shared<Held<S>>(std::move(system))) {}
+
+  void field(const State& x, State& dx) { held_->field(x, dx); }
+  Algebra zero() const { return held_->zero(); }
+  void generator(const State& x, Algebra& xi) { held_->generator(x, xi); }
+  void bracket(const Algebra& a, const Algebra& b, Algebra& c) const { held_->bracket(a, b, c); }
+  void displacement(const State& x, const Algebra& theta, State& dx) {
+    held_->displacement(x, theta, dx);
+  }
+
+ private:
+  struct Abstract {
+    virtual ~Abstract() = default;
+    virtual void field(const State& x, State& dx) = 0;
+    virtual Algebra zero() const = 0;
+    virtual void generator(const State& x, Algebra& xi) = 0;
+    virtual void bracket(const Algebra& a, const Algebra& b, Algebra& c) const = 0;
+    virtual void displacement(const State& x, const Algebra& theta, State& dx) = 0;
+  };
+  template <class S>
+  struct Held final : Abstract {
+    explicit Held(S s) : system(std::move(s)) {}
+    void field(const State& x, State& dx) override { system.field(x, dx); }
+    Algebra zero() const override { return system.zero(); }
+    void generator(const State& x, Algebra& xi) override { system.generator(x, xi); }
+    void bracket(const Algebra& a, const Algebra& b, Algebra& c) const override {
+      system.bracket(a, b, c);
+    }
+    void displacement(const State& x, const Algebra& theta, State& dx) override {
+      system.displacement(x, theta, dx);
+    }
+    S system;
+  };
+  std::shared_ptr<Abstract> held_;
+};
+
+}  // namespace stiefel

@@ -1,0 +1,11 @@
+#pragma once
+
+#include "server/transport/listener.h"
+
+namespace stiefel::server {
+
+/// The parts of listen_on and listen_fault for host:port.
+std::vector<Listener> listen_on_tcp(const std::string& address);
+std::optional<std::string> tcp_fault(const std::string& address);
+
+}  // namespace stiefel::server

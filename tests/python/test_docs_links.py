@@ -1,0 +1,121 @@
+"""The pages: every link, anchor and path in backticks leads somewhere, and what they repeat agrees with its source."""
+import re
+import runpy
+from pathlib import Path
+
+import pytest
+import yaml
+
+ROOT = Path(__file__).parents[2]
+FOLDERS = ("client", "docker", "docs", "engine", "proto", "server", "tests")
+FILES = [path for folder in FOLDERS for path in (ROOT / folder).rglob("*") if path.is_file()]
+NAMES = {path.name for path in FILES}
+PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md",
+                *(path for path in FILES if path.suffix == ".md")])
+# Words in backticks that name a file: with a folder, or a source file alone. `engine/systems/NAME.h` stands for any name.
+WITH_FOLDER = re.compile(r"`((?:[\w.-]+/)+[\w.-]*\.(?:cc|h|in|inc|py|md|proto|sh|json|txt|png|svg|bib))`")
+FOLDER_ALONE = re.compile(rf"`((?:{'|'.join(FOLDERS)})(?:/[\w-]+)+)`")
+SOURCE_ALONE = re.compile(r"`([a-z][\w-]*\.(?:cc|h|inc|py|proto|sh))`")
+
+
+def text(page: Path) -> str:
+    return page.read_text(encoding="utf-8")
+
+
+def prose(page: Path) -> str:
+    """The page without its blocks of code."""
+    return re.sub(r"^```.*?^```", "", text(page), flags=re.DOTALL | re.MULTILINE)
+
+
+def anchors(page: Path) -> set[str]:
+    """The anchors of a page's headings, as GitHub makes them."""
+    headings = re.findall(r"^#+ (.*)$", prose(page), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+def name(page: Path) -> str:
+    return str(page.relative_to(ROOT))
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_every_link_leads_somewhere(page):
+    dead = []
+    for link in re.findall(r"\]\(([^)\s]+)\)", prose(page)):
+        if "://" in link or link.startswith("https:"):
+            continue
+        file, _, anchor = link.partition("#")
+        target = page.parent / file if file else page
+        if not target.exists() or (anchor and anchor not in anchors(target)):
+            dead.append(link)
+    assert dead == []
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_every_path_in_backticks_exists(page):
+    written = prose(page)
+    roots = (ROOT, page.parent, ROOT / "engine")
+    missing = [path for pattern in (WITH_FOLDER, FOLDER_ALONE) for path in pattern.findall(written)
+               if not path.startswith("build/") and Path(path).stem != "NAME"
+               and not any((root / path).exists() for root in roots)]
+    assert missing + [file for file in SOURCE_ALONE.findall(written) if file not in NAMES] == []
+
+
+def test_the_checks_find_what_is_missing():
+    assert WITH_FOLDER.findall("`engine/maps/none.h`") == ["engine/maps/none.h"]
+    assert FOLDER_ALONE.findall("`engine/none`") == ["engine/none"]
+    assert SOURCE_ALONE.findall("`none.h`, `run.csv`") == ["none.h"]
+    assert "what-limits-the-accuracy" in anchors(ROOT / "docs/accuracy.md")
+
+
+def test_the_index_of_the_documentation_has_every_page():
+    index = text(ROOT / "docs/README.md")
+    assert [path.name for path in (ROOT / "docs").glob("*.md")
+            if path.name != "README.md" and f"]({path.name})" not in index] == []
+
+
+def test_the_index_of_decisions_has_every_decision():
+    listed = re.findall(r"^\| \[(\d+)\]\((\d{4})-[\w-]+\.md\) \| (.*) \|$", text(ROOT / "docs/decisions/README.md"),
+                        re.MULTILINE)
+    pages = sorted((ROOT / "docs/decisions").glob("0*.md"))
+    titles = [re.match(r"# (\d+)\. (.*)\n", text(page)) for page in pages]
+    assert [(int(n), title) for n, _, title in listed] == [(int(t[1]), t[2]) for t in titles]
+    assert [file for _, file, _ in listed] == [page.name[:4] for page in pages]
+
+
+def test_the_engine_page_has_every_folder():
+    """Each folder of the engine that holds sources, or one that it is in, is a row of the table of folders."""
+    page = text(ROOT / "engine/README.md")
+    rows = re.findall(r"^\| (`.*?`) \|", page[:page.index("\n## ")], re.MULTILINE)
+    listed = [folder for row in rows for folder in re.findall(r"`([\w/]+)`", row)]
+    sources = {path.parent.relative_to(ROOT / "engine") for path in FILES
+               if path.is_relative_to(ROOT / "engine") and path.suffix in (".h", ".cc")}
+    assert [folder for folder in listed if not (ROOT / "engine" / folder).is_dir()] == []
+    assert [folder for folder in sources if not any(folder.is_relative_to(one) for one in listed)] == []
+
+
+def test_the_picture_of_the_architecture_is_what_its_script_draws():
+    script = runpy.run_path(str(ROOT / "docs/architecture_picture.py"))
+    assert text(ROOT / "docs/architecture.svg") == script["picture"]()
+
+
+def test_the_bibliography_and_the_page_of_references_agree():
+    bib = text(ROOT / "docs/references.bib")
+    entries = {key: dict(re.findall(r"^  (\w+)\s*= \{(.*)\},$", body, re.MULTILINE))
+               for key, body in re.findall(r"^@\w+\{(\w+),\n(.*?)^\}", bib, re.DOTALL | re.MULTILINE)}
+    items = re.findall(r"^- \*\*\[(\w+)\]\*\* (.*?)(?=^- |^#|\Z)", text(ROOT / "docs/references.md"),
+                       re.DOTALL | re.MULTILINE)
+    assert {key for key, _ in items} == entries.keys() and len(items) == len(entries)
+    for key, item in items:
+        entry = entries[key]
+        assert {"author", "title", "journal", "volume", "pages", "year"} <= entry.keys()
+        words = " ".join(item.split())
+        assert entry["year"] in words and entry["pages"].replace("--", "–") in words
+        assert f"doi:[{entry['doi']}](https://doi.org/{entry['doi']})" in words if "doi" in entry else "doi:" not in words
+
+
+def test_the_citation_has_the_required_keys_and_the_version():
+    citation = yaml.safe_load(text(ROOT / "CITATION.cff"))
+    assert {"cff-version", "message", "title", "authors"} <= citation.keys()
+    assert citation["cff-version"] == "1.2.0" and citation["authors"] == [{"name": "The stiefel developers"}]
+    version = re.search(r"^project\(stiefel VERSION (\S+)", text(ROOT / "CMakeLists.txt"), re.MULTILINE)[1]
+    assert citation["version"] == version

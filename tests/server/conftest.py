@@ -1,0 +1,83 @@
+"""The program stiefel-server from outside: as a process, and as bytes on a socket."""
+import os
+import resource
+import socket
+import subprocess
+import time
+
+import grpc
+import pytest
+
+PREFACE = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n" + b"\0\0\0\4\0\0\0\0\0"  # and empty SETTINGS
+BODY = {"system": "rigid_body", "step": 0.05, "body": {"moments": [1, 2, 3], "angular_velocity": [0.1, 1, 0.2]}}
+
+
+class Process:
+    """A running stiefel-server; `address` is the first that it listens on."""
+
+    def __init__(self, *arguments, listen="127.0.0.1:0", descriptors=None):
+        limit = (lambda: resource.setrlimit(resource.RLIMIT_NOFILE, descriptors)) if descriptors else None
+        self.child = subprocess.Popen(
+            [os.environ["STIEFEL_SERVER"], "--listen", listen, "--exit-with-parent", *arguments],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=limit)
+        line = self.child.stdout.readline()
+        assert line.startswith("listening on "), self.child.communicate()[1]
+        self.address = line.split()[-1]
+
+    def channel(self, **options):
+        return grpc.insecure_channel(self.address, **options)
+
+    def connect(self):
+        """A connection as the kernel makes it, that has said nothing."""
+        if self.address.startswith("unix:"):
+            connection = socket.socket(socket.AF_UNIX)
+            connection.connect(self.address[len("unix:"):])
+            return connection
+        host, port = self.address.rsplit(":", 1)
+        return socket.create_connection((host, int(port)), timeout=10)
+
+    def speaking(self):
+        """A connection that the server took as HTTP/2: its SETTINGS have come."""
+        connection = self.connect()
+        connection.settimeout(10)
+        connection.sendall(PREFACE)
+        return connection, connection.recv(4096)
+
+    def memory(self):
+        """The largest resident size so far, in bytes."""
+        with open(f"/proc/{self.child.pid}/status", encoding="ascii") as status:
+            return next(int(line.split()[1]) for line in status if line.startswith("VmHWM")) * 1024
+
+    def open_descriptors(self):
+        return len(os.listdir(f"/proc/{self.child.pid}/fd"))
+
+    def stop(self):
+        if self.child.poll() is None:
+            self.child.stdin.close()
+        try:
+            return self.child.wait(20)
+        finally:
+            self.child.kill()
+
+
+@pytest.fixture
+def serve():
+    """Starts servers that end with the test."""
+    started = []
+
+    def serve(*arguments, **more):
+        started.append(Process(*arguments, **more))
+        return started[-1]
+    yield serve
+    for process in started:
+        process.stop()
+
+
+def eventually(holds, seconds=10.0):
+    """True as soon as `holds()` is, at most `seconds` later."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        if holds():
+            return True
+        time.sleep(0.02)
+    return False

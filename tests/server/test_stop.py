@@ -1,0 +1,101 @@
+"""SIGTERM: it says so at once, lets work finish for the grace period, and always ends."""
+import signal
+import threading
+import time
+
+import grpc
+import pytest
+
+import stiefel
+from conftest import BODY
+from stiefel import v1 as pb
+from stiefel.v1 import simulation_pb2_grpc as rpc
+
+FOREVER = 10**12
+# grpc.health.v1.HealthCheckResponse, whose module Debian's grpcio lacks: field 1, status.
+SERVING, NOT_SERVING = b"\x08\x01", b"\x08\x02"
+
+
+def watch_health(channel):
+    call = channel.unary_stream("/grpc.health.v1.Health/Watch", request_serializer=bytes, response_deserializer=bytes)
+    return call(b"", timeout=30)
+
+
+def test_health_tells_within_100_milliseconds(serve):
+    process = serve("--grace", "5")
+    with process.channel() as channel, stiefel.Client(process.address) as client:
+        session = client.create(BODY)
+        run = session.stream(to=FOREVER) if hasattr(session, "stream") else None
+        watch = watch_health(channel)
+        assert next(watch) == SERVING
+        stub = rpc.SimulationServiceStub(channel)
+        running = stub.Stream(pb.StreamRequest(session_id=session.id, to=FOREVER))
+        next(running)
+        start = time.monotonic()
+        process.child.send_signal(signal.SIGTERM)
+        assert next(watch) == NOT_SERVING
+        assert time.monotonic() - start < 0.1
+        with pytest.raises(grpc.RpcError) as refused:
+            stub.Step(pb.StepRequest(session_id=session.id, to=1), timeout=5)
+        assert refused.value.code() == grpc.StatusCode.UNAVAILABLE
+        assert "shutting down" in refused.value.details()
+        running.cancel()
+        assert run is None or run
+    assert process.child.wait(5) == 0
+
+
+def test_running_calls_stop_after_the_grace_period(serve):
+    process = serve("--grace", "0.5")
+    with process.channel() as channel, stiefel.Client(process.address) as client:
+        session = client.create(BODY)
+        stub, replies = rpc.SimulationServiceStub(channel), []
+        step = threading.Thread(target=lambda: replies.append(
+            stub.Step(pb.StepRequest(session_id=session.id, to=FOREVER), timeout=30)))
+        step.start()
+        time.sleep(0.2)
+        start = time.monotonic()
+        process.child.send_signal(signal.SIGTERM)
+        assert process.child.wait(10) == 0
+        assert 0.4 < time.monotonic() - start < 2.5
+        step.join()
+    assert replies[0].run_status.outcome and 0 < replies[0].sample.step < FOREVER
+
+
+def test_work_that_does_not_stop_does_not_hold_it_up(serve):
+    """A process that is stopped and continued finds its time over: it ends all the same."""
+    process = serve("--grace", "0")
+    with process.channel() as channel, stiefel.Client(process.address) as client:
+        N = 512
+        scene = {"system": "rigid_body", "method": {"name": "variational"}, "step": 1e-6,
+                 "inertia": [1 + k / N for k in range(N)],
+                 "initial": {"M": [[(i - j) / N for j in range(N)] for i in range(N)]}}
+        session = client.create(scene)
+        stub = rpc.SimulationServiceStub(channel)
+        call = stub.Diagnose.future(pb.DiagnoseRequest(session_id=session.id, invariants=["manakov"]), timeout=60)
+        time.sleep(0.3)
+        start = time.monotonic()
+        process.child.send_signal(signal.SIGTERM)
+        assert process.child.wait(10) == 0
+        assert time.monotonic() - start < 2.5
+        call.cancel()
+
+
+@pytest.mark.parametrize("silence", ["unread stream", "open drive", "silent connection"])
+def test_clients_that_do_nothing_do_not_hold_it_up(serve, silence):
+    process = serve("--grace", "0.2")
+    with process.channel() as channel, stiefel.Client(process.address) as client:
+        session, stub = client.create(BODY), rpc.SimulationServiceStub(channel)
+        never = threading.Event()
+
+        def requests():
+            yield pb.DriveRequest(session_id=session.id, to=1)
+            never.wait(20)
+        held = {"unread stream": lambda: stub.Stream(pb.StreamRequest(session_id=session.id, to=FOREVER)),
+                "open drive": lambda: stub.Drive(requests()), "silent connection": process.connect}[silence]()
+        time.sleep(0.2)
+        start = time.monotonic()
+        process.child.send_signal(signal.SIGTERM)
+        assert process.child.wait(10) == 0
+        assert time.monotonic() - start < 2.2
+        never.set()
+        del held
