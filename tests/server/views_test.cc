@@ -30,21 +30,25 @@ v1::Session get(test::Harness& harness, const std::string& id, v1::SceneView vie
   return response.session();
 }
 
+/// Each field that is there in the place of the other message's.
+void put(const google::protobuf::Message& fields, google::protobuf::Message* into) {
+  std::vector<const google::protobuf::FieldDescriptor*> there;
+  fields.GetReflection()->ListFields(fields, &there);
+  for (const auto* field : there) into->GetReflection()->ClearField(into, field);
+  into->MergeFrom(fields);
+}
+
 /// The resolved scene, as a client puts it together from what it sent and what the reply has.
 template <class Reply>
 v1::Scene merged(v1::Scene scene, const Reply& reply) {
-  const auto* reflection = scene.GetReflection();
-  std::vector<const google::protobuf::FieldDescriptor*> fields;
   v1::Scene filled_in = reply.scene();
   if (filled_in.has_body() && scene.has_body()) {
-    scene.mutable_body()->MergeFrom(filled_in.body());
+    put(filled_in.body(), scene.mutable_body());
     filled_in.clear_body();
   }
-  reflection->ListFields(filled_in, &fields);
-  for (const auto* field : fields) reflection->ClearField(&scene, field);
-  scene.MergeFrom(filled_in);
+  put(filled_in, &scene);
   for (const std::string& name : reply.cleared())
-    reflection->ClearField(&scene, v1::Scene::descriptor()->FindFieldByName(name));
+    scene.GetReflection()->ClearField(&scene, v1::Scene::descriptor()->FindFieldByName(name));
   return scene;
 }
 
