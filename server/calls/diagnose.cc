@@ -38,6 +38,11 @@ struct DiagnoseTask {
   v1::ErrorEstimation estimate_error = v1::ERROR_ESTIMATION_UNSPECIFIED;
   Violations violations;
 
+  /// What has no slices is no work for the pool of steps.
+  bool takes_long() const {
+    return estimate_error != v1::ERROR_ESTIMATION_UNSPECIFIED || symplectic ||
+           !invariants.empty() || !forms.empty() || !brackets.empty();
+  }
   void take(Violations more) { violations.insert(violations.end(), more.begin(), more.end()); }
   RowMatrix matrix(const std::string& path, const v1::Matrix& given) {
     auto block = from_proto(path, given);
@@ -136,8 +141,8 @@ grpc::Status answer_diagnose(const Session& at, const Cursor& cursor, const Diag
   response->set_step(cursor.step());
   response->set_time(scene.time(cursor.step()));
   response->set_computed_steps(cursor.computed_steps());
-  to_proto(diagnose(scene, now, task.invariants), response);
-  for (std::size_t i = 0; i < task.forms.size(); ++i) {
+  to_proto(diagnose(scene, now, task.invariants, stop), response);
+  for (std::size_t i = 0; i < task.forms.size() && !stop.stop_requested(); ++i) {
     const auto& [name, first, second] = task.forms[i];
     const std::string path = indexed("forms", i);
     const auto value =
@@ -145,7 +150,7 @@ grpc::Status answer_diagnose(const Session& at, const Cursor& cursor, const Diag
     if (!value) return value.error();
     response->add_forms(*value);
   }
-  for (std::size_t i = 0; i < task.brackets.size(); ++i) {
+  for (std::size_t i = 0; i < task.brackets.size() && !stop.stop_requested(); ++i) {
     const auto& [first, second] = task.brackets[i];
     const std::string path = indexed("dirac_brackets", i);
     const auto value = number(path, dirac_bracket(scene, now, first, second, Place::inside(path)));
@@ -155,7 +160,7 @@ grpc::Status answer_diagnose(const Session& at, const Cursor& cursor, const Diag
   if (task.symplectic) {
     const auto defect =
         symplectic_defect(scene, now, static_cast<int>(task.symplectic->pairs()),
-                          task.symplectic->seed(), Place::inside("symplectic_test"));
+                          task.symplectic->seed(), Place::inside("symplectic_test"), stop);
     if (!defect) return errors::invalid(defect.error());
     if (*defect) response->set_symplectic_defect(**defect);
   }
@@ -182,7 +187,7 @@ grpc::ServerUnaryReactor* Service::Diagnose(Context* context, const v1::Diagnose
     DiagnoseTask task = read((*session)->scene(), *request);
     if (!task.violations.empty()) return refuse(errors::invalid(task.violations));
     const std::int64_t to = request->to();
-    if (task.estimate_error != v1::ERROR_ESTIMATION_UNSPECIFIED)
+    if (task.takes_long())
       return new CursorCall(
           host_, std::move(log), *std::move(session), to,
           [task = std::move(task), response](const Session& at, const Cursor& cursor,

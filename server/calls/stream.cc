@@ -2,6 +2,7 @@
 #include <limits>
 #include <mutex>
 #include <optional>
+#include <stop_token>
 #include <utility>
 
 #include "server/calls/service.h"
@@ -27,13 +28,17 @@ class StreamCall final : public grpc::ServerWriteReactor<v1::StreamResponse>, pr
         session_(std::move(session)),
         fields_(std::move(fields)),
         range_(range),
-        pool_(host.pool_for((*session_)->step_cost())) {
+        pool_(host.pool_for((*session_)->step_cost())),
+        shutdown_(host.lifecycle.stop_token(), RequestStop{stop_}) {
     host_.lifecycle.enter();
     pool_.submit(this);
   }
 
   void OnWriteDone(bool ok) override;
-  void OnCancel() override { cancelled_ = true; }
+  void OnCancel() override {
+    cancelled_ = true;
+    stop_.request_stop();
+  }
   void OnDone() override {
     Host& host = host_;
     delete this;
@@ -67,6 +72,8 @@ class StreamCall final : public grpc::ServerWriteReactor<v1::StreamResponse>, pr
   v1::StreamResponse message_;  // being written
   std::optional<grpc::Status> error_;
   std::atomic<bool> cancelled_ = false;
+  std::stop_source stop_;
+  std::stop_callback<RequestStop> shutdown_;
 
   std::mutex mutex_;
   bool writing_ = false;  // guarded by mutex_
@@ -106,7 +113,7 @@ bool StreamCall::fill() {
   if (host_.lifecycle.stopping()) {
     sampling_->cancel(batch_);
   } else {
-    sampling_->fill(batch_);
+    sampling_->fill(batch_, stop_.get_token());
   }
   return batch_.size() == 0 && !sampling_->done();
 }
