@@ -10,12 +10,12 @@ STEPS ?= 10000
 PREFIX ?= /usr/local
 # Debian's Python has the installed packages; another Python may come first on PATH.
 PYTHON := /usr/bin/python3
-# Without a terminal ninja would print a line for every file.
-QUIET := $(shell [ -t 1 ] || echo --quiet)
 
-cmake_build = cmake --build --preset $(1) --target $(2) -j $(JOBS) -- $(QUIET)
+# $(call cmake_build,PRESET,TARGETS)
+cmake_build = $(PYTHON) docker/build.py $(1) $(JOBS) $(2)
 
-.PHONY: help packages packages-fuzz build build-tests run test test-long fuzz bench bench-peers image sanitize format install bare clean
+.PHONY: help packages packages-fuzz build build-run build-programs build-python build-tests build-bench run test test-long \
+        fuzz bench bench-peers bench-build image sanitize format install bare clean
 
 help: ## list these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-11s %s\n", $$1, $$2 }' Makefile
@@ -36,10 +36,24 @@ build/%/build.ninja: | packages
 build: build/release/build.ninja ## compile library, server and clients into build/release
 	@$(call cmake_build,release,all)
 
+# The engine with its server, and the Python client: neither the command nor the C++ client.
+build-run: build/release/build.ninja
+	@$(call cmake_build,release,stiefel-server stiefel_python)
+
+# What a container holds, and what tests it.
+build-programs: build/release/build.ninja
+	@$(call cmake_build,release,stiefel-server stiefel stiefel_python)
+
+build-python: build/release/build.ninja
+	@$(call cmake_build,release,stiefel_python)
+
 build-tests: build/release/build.ninja
 	@$(call cmake_build,release,all stiefel_tests)
 
-run: build ## simulate asteroid Toutatis, or SCENE=file.json STEPS=10000; writes build/run
+build-bench: build/release/build.ninja
+	@$(call cmake_build,release,all stiefel_bench)
+
+run: build-run ## simulate asteroid Toutatis, or SCENE=file.json STEPS=10000; writes build/run
 	@export PYTHONPATH=build/release/python STIEFEL_SERVER=build/release/bin/stiefel-server; \
 	if [ -n "$(SCENE)" ]; then \
 	  $(PYTHON) client/examples/run_scene.py "$(SCENE)" --steps $(STEPS) --output build/run; \
@@ -50,7 +64,7 @@ run: build ## simulate asteroid Toutatis, or SCENE=file.json STEPS=10000; writes
 test: build-tests ## compile and run the tests
 	@ctest --preset release -j $(JOBS)
 
-test-long: build-tests ## run all tests, those that take minutes included, and the fuzz targets
+test-long: build-bench build-tests ## run all tests, those that take minutes included, and the fuzz targets
 	@ctest --preset long -j $(JOBS)
 	@$(MAKE) --no-print-directory fuzz
 
@@ -58,13 +72,16 @@ fuzz: build/fuzz/build.ninja ## run libFuzzer for a minute on each target, under
 	@$(call cmake_build,fuzz,stiefel_fuzz)
 	@ctest --preset fuzz
 
-bench: build-tests ## measure speed, every figure beside a rival in the same run
+bench: build-bench ## measure speed, every figure beside a rival in the same run
 	@$(PYTHON) tests/bench/run.py build/release
 
-bench-peers: build-tests ## measure beside MuJoCo, heyoka, Drake, Basilisk and SciPy, fetched from PyPI into build/peers
+bench-peers: build-bench ## measure beside MuJoCo, heyoka, Drake, Basilisk and SciPy, fetched from PyPI into build/peers
 	@docker/packages.sh peers
 	@$(PYTHON) tests/bench/peers/environment.py build/peers
 	@$(PYTHON) tests/bench/run.py build/release --peers
+
+bench-build: ## measure the processor time of `make run` and `make test` from nothing, for BEFORE=commit and for this tree
+	@$(PYTHON) tests/bench/build_time.py "$(BEFORE)" .
 
 sanitize: build/asan/build.ninja build/tsan/build.ninja ## compile and run the tests under the sanitizers
 	@$(call cmake_build,asan,all stiefel_tests)
@@ -72,7 +89,7 @@ sanitize: build/asan/build.ninja build/tsan/build.ninja ## compile and run the t
 	@$(call cmake_build,tsan,all stiefel_tests)
 	@ctest --preset tsan -j $(JOBS)
 
-image: build ## build the container image and test a running container
+image: packages ## build the container image and test a running container
 	@tests/docker/image.sh
 
 bare: ## run and test a fresh clone in a bare Debian 12, as root

@@ -1,5 +1,6 @@
-# !/bin/sh Installs the missing Debian packages of the given kinds in packages.txt. Usage:
-# docker/packages.sh KIND...
+#!/bin/sh
+# Installs the missing Debian packages of the given kinds in packages.txt.
+# Usage: docker/packages.sh KIND...
 set -eu
 list=$(dirname "$0")/packages.txt
 

@@ -7,7 +7,7 @@ The script needs nothing but Python. The same script gives the same bytes.
 from html import escape
 from pathlib import Path
 
-WIDTH, HEIGHT = 1000, 440
+WIDTH, HEIGHT = 1000, 460
 INK, GREY, ENGINE, SERVER, CLIENT = "#1b1f24", "#57606a", "#ddf4ff", "#fff8c5", "#dafbe1"
 
 # What a scene becomes: (title, what it is, folder, colour).
@@ -28,7 +28,7 @@ ORDER = [
     (["invariants", "representations"], ENGINE),
     (["maps", "methods"], ENGINE),
     (["problems"], ENGINE),
-    (["scene", "catalogue", "run"], ENGINE),
+    (["scene", "stepping", "catalogue", "run"], ENGINE),
     (["accuracy", "conversion", "diagnosis"], ENGINE),
     (["sessions", "convert", "calls"], SERVER),
     (["cpp, python", "cli", "examples"], CLIENT),
@@ -73,7 +73,7 @@ def order_of_folders(top):
             y = top + row * (height + 8)
             yield box(x, y, width, height, colour)
             yield text(x + width / 2, y + 20, folder, 12)
-    below = top + 3 * (height + 8) + 6
+    below = top + max(len(folders) for folders, _ in ORDER) * (height + 8) + 6
     column = width + gap
     for first, last, name in [(0, 4, "engine: mathematics"), (5, 6, "engine/simulation"), (7, 7, "server"),
                               (8, 8, "client")]:

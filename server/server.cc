@@ -11,13 +11,13 @@
 #include <stdexcept>
 #include <utility>
 
-#include "engine/simulation/run/ensemble.h"
 #include "server/address.h"
 #include "server/calls/limits.h"
 #include "server/calls/service.h"
 #include "server/transport/acceptor.h"
 #include "server/transport/descriptor_limit.h"
 #include "server/transport/self_watch.h"
+#include "stiefel/simulation.h"
 
 namespace stiefel::server {
 namespace {

@@ -1,9 +1,9 @@
 #include <iostream>
 
 #include "client/cli/commands.h"
-#include "client/cli/destination.h"
 #include "client/cli/endpoint.h"
 #include "client/cli/message_file.h"
+#include "client/cli/sinks/destination.h"
 
 namespace stiefel::cli {
 

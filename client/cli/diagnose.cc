@@ -4,7 +4,7 @@
 #include "client/cli/endpoint.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/message_file.h"
-#include "client/cli/progress.h"
+#include "client/cli/progress/progress.h"
 #include "client/cli/report.h"
 
 namespace stiefel::cli {

@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <thread>
 
-#include "client/cli/destination.h"
+#include "client/cli/sinks/destination.h"
 
 namespace stiefel::cli {
 namespace {

@@ -4,9 +4,9 @@
 #include "client/cli/endpoint.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/message_file.h"
-#include "client/cli/progress.h"
+#include "client/cli/progress/progress.h"
 #include "client/cli/report.h"
-#include "client/cli/sink.h"
+#include "client/cli/sinks/sink.h"
 
 namespace stiefel::cli {
 namespace {

@@ -2,14 +2,14 @@
 #include <iostream>
 
 #include "client/cli/commands.h"
-#include "client/cli/destination.h"
 #include "client/cli/endpoint.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/message_file.h"
+#include "client/cli/progress/tradeoff_progress.h"
 #include "client/cli/report.h"
-#include "client/cli/sink.h"
+#include "client/cli/sinks/destination.h"
+#include "client/cli/sinks/sink.h"
 #include "client/cli/table.h"
-#include "client/cli/tradeoff_progress.h"
 #include "engine/linalg/arithmetic/to_text.h"
 #include "stiefel/diagnosis.h"
 

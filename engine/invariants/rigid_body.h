@@ -1,11 +1,10 @@
 #pragma once
 
-#include <Eigen/Eigenvalues>
 #include <complex>
 #include <stop_token>
 #include <vector>
 
-#include "engine/linalg/arithmetic/scalar.h"
+#include "engine/linalg/matrix_equations/eigenvectors.h"
 
 namespace stiefel {
 

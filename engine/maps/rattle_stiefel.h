@@ -6,7 +6,7 @@
 #include "engine/linalg/iteration/continuation.h"
 #include "engine/linalg/matrix_equations/constraint_riccati.h"
 #include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
-#include "engine/maps/frames/frame_pass_on.h"
+#include "engine/maps/frames/frame_pass.h"
 #include "engine/maps/map.h"
 
 namespace stiefel {
@@ -100,7 +100,7 @@ RattleStiefel<Scalar, arithmetic, under>::RattleStiefel(const Vector<Scalar>& la
       unit_(under == Under::S ? binary_unit<Scalar>(lambda.maxCoeff()) : Scalar(1)),
       n_(n),
       inverse_(Vector<Scalar>::Zero(lambda.size() + FramePass<Scalar>::width)),
-      pass_(make_frame_pass<Scalar, arithmetic, under>(n)),
+      pass_(make_frame_pass<Scalar>(arithmetic, under, n)),
       riccati_(n),
       lyapunov_(n),
       A_(n, n),
@@ -200,7 +200,9 @@ void RattleStiefel<Scalar, arithmetic, under>::add_XX(const Matrix<Scalar>& VV,
   sum += (h * h) * VV + found_ + found_.transpose();
 }
 
-// Compiled once, in rattle_stiefel.cc.
+// Compiled once, in rattle_stiefel.cc and rattle_stiefel_float.cc.
+extern template class RattleStiefel<float, Arithmetic::compensated>;
+extern template class RattleStiefel<float, Arithmetic::plain>;
 extern template class RattleStiefel<double, Arithmetic::compensated>;
 extern template class RattleStiefel<double, Arithmetic::plain>;
 extern template class RattleStiefel<double, Arithmetic::compensated, Under::Qdot>;

@@ -39,7 +39,7 @@ struct Gauss4 {
   template <class S>
   static constexpr bool applies = System<S> && (through_psi<S> ||
                                                 requires(std::string_view v) { S::quadratic(v); });
-  /// It needs no more of the system than its vector field.
+  /// Whether the method needs only the vector field of the system.
   template <class S>
   static constexpr bool by_field_alone = !through_psi<S>;
   template <class S>

@@ -17,6 +17,8 @@ struct PreprocessedVariational {
       .orders = {4, 6, 8, 10, 12, 14, 16},
       .default_order = 4,
       .reversible = true,
+      .in_float = true,
+      .packing = Packing::modified_inertia,
   };
 
   template <class S>

@@ -18,11 +18,17 @@ struct Rk4 {
       .orders = {4},
       .default_order = 4,
       .reversible = false,
+      .in_float = true,
+      .in_so4 = true,
+      .packing = Packing::vector_field,
   };
   template <class S>
   static constexpr bool applies = System<S>;
-  template <class>
-  static constexpr Conservation conservation(std::string_view) {
+  /// `S::without_trend(invariant)`, where S has it: the error of the invariant shows no trend.
+  template <class S>
+  static constexpr Conservation conservation([[maybe_unused]] std::string_view invariant) {
+    if constexpr (requires { S::without_trend(invariant); })
+      if (S::without_trend(invariant)) return Conservation::bounded;
     return Conservation::drifts;
   }
 

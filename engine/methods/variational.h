@@ -12,6 +12,7 @@
 #include "engine/systems/rigid_body.h"
 #include "engine/systems/stiefel.h"
 #include "engine/systems/symmetric_rigid_body.h"
+#include "stiefel/invariant_names.h"
 
 namespace stiefel {
 
@@ -27,6 +28,9 @@ struct Variational {
       .orders = {2, 4, 6, 8},
       .default_order = 2,
       .reversible = true,
+      .in_float = true,
+      .in_so4 = true,
+      .packing = Packing::stages,
   };
 
   template <class S>
@@ -99,7 +103,7 @@ struct Variational::MapOf<RightSymmetricRigidBody<Scalar>> {
 
 template <class Scalar>
 struct Variational::MapOf<Stiefel<Scalar>> {
-  static constexpr bool keeps(std::string_view invariant) { return invariant != "energy"; }
+  static constexpr bool keeps(std::string_view invariant) { return invariant != family::energy; }
   template <Arithmetic arithmetic>
   static RattleStiefel<Scalar, arithmetic> make(const Stiefel<Scalar>& system, Scalar h) {
     return {system.lambda(), system.n(), h};
@@ -107,7 +111,9 @@ struct Variational::MapOf<Stiefel<Scalar>> {
 };
 template <class Scalar>
 struct Variational::MapOf<Ellipsoid<Scalar>> {
-  static constexpr bool keeps(std::string_view invariant) { return invariant == "orthogonality"; }
+  static constexpr bool keeps(std::string_view invariant) {
+    return invariant == family::orthogonality;
+  }
   template <Arithmetic arithmetic>
   static RattleStiefel<Scalar, arithmetic, Under::Qdot> make(const Ellipsoid<Scalar>& system,
                                                              Scalar h) {

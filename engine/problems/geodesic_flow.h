@@ -1,10 +1,9 @@
 #pragma once
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <vector>
 
-#include "engine/linalg/arithmetic/scalar.h"
+#include "engine/linalg/matrix_equations/eigenvectors.h"
 
 namespace stiefel {
 
@@ -22,7 +21,8 @@ class FrameForm {
   void field(const Q_& Q, const S_& S, A dQ, B dS) {
     V_ = S * lambda_.cwiseInverse().asDiagonal();
     G_ = Q * lambda_.cwiseInverse().asDiagonal();
-    spectrum_.compute(G_.lazyProduct(Q.transpose()));
+    K_ = G_.lazyProduct(Q.transpose()).template triangularView<Eigen::Lower>();
+    spectrum_.compute(K_);
     B_ = divided(-2 * V_.lazyProduct(V_.transpose()));
     dQ = V_;
     dS = B_.lazyProduct(Q);
@@ -61,7 +61,7 @@ class FrameForm {
   Vector<Scalar> lambda_;
   Eigen::Index n_;
   Eigen::SelfAdjointEigenSolver<Matrix<Scalar>> spectrum_;
-  Matrix<Scalar> V_, G_, B_;
+  Matrix<Scalar> V_, G_, K_, B_;
 };
 
 /// n = N ([RB] (2.2), (2.3)): Q̇ = QΩ, Ṁ = [M, Ω], Ω_ij = M_ij/(λ_i + λ_j). No λ_i is a divisor.

@@ -1,12 +1,12 @@
 #include "engine/problems/path.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "engine/linalg/matrix_equations/eigenvectors.h"
 #include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
 
 namespace stiefel {
@@ -106,7 +106,8 @@ class Model {
 }  // namespace
 
 MatrixXd polar(const MatrixXd& A) {
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> spectrum(A * A.transpose());
+  const MatrixXd square = A * A.transpose();
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> spectrum(square);
   const MatrixXd Q = spectrum.operatorInverseSqrt() * A;
   // For a nearly singular A squaring loses digits; one Newton–Schulz step restores them.
   return (3 * Q - (Q * Q.transpose()) * Q) / 2;

@@ -18,9 +18,12 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// Moves x over a time T. Returns false when the step size underflows or the steps become too many.
-template <class Field, class Scalar>
-bool integrate(Field& field, std::vector<Scalar>& x, Scalar T, Scalar tolerance) {
+/// Moves x over a time T; false when the step size collapses or there are too many steps. `field`
+/// writes dx/dt. Compiled once a scalar, whatever the field.
+template <class Scalar>
+bool integrate(const std::function<void(const std::vector<Scalar>& x, std::vector<Scalar>& rate,
+                                        Scalar t)>& field,
+               std::vector<Scalar>& x, Scalar T, Scalar tolerance) {
   namespace odeint = boost::numeric::odeint;
   using State = std::vector<Scalar>;
   constexpr int most = 20000;
@@ -29,7 +32,7 @@ bool integrate(Field& field, std::vector<Scalar>& x, Scalar T, Scalar tolerance)
   Scalar t = 0, dt = T / 32;
   for (int attempt = 0; attempt < most && t < T; ++attempt) {
     dt = std::min(dt, T - t);
-    stepper.try_step(std::ref(field), x, t, dt);
+    stepper.try_step(std::cref(field), x, t, dt);
     if (!(dt > T * Scalar(1e-9))) return false;
   }
   return t >= T && std::isfinite(x[0]);
@@ -113,7 +116,7 @@ class Shooting {
     std::vector<Scalar> x(blocks.size() * static_cast<std::size_t>(size));
     for (std::size_t k = 0; k < blocks.size(); ++k)
       field.block(x, k) = blocks[k].template cast<Scalar>();
-    if (!integrate(field, x, Scalar(T), tolerance)) return {};
+    if (!integrate<Scalar>(std::ref(field), x, Scalar(T), tolerance)) return {};
     if (all)
       *all = Eigen::Map<Matrix<Scalar>>(x.data(), size, static_cast<Index>(blocks.size()))
                  .template cast<double>();

@@ -7,6 +7,8 @@
 #include <numbers>
 #include <random>
 
+#include "engine/linalg/matrix_equations/eigenvectors.h"
+
 namespace stiefel {
 namespace {
 
@@ -23,7 +25,7 @@ struct PlaneRotations {
   MatrixXd Z;
   std::vector<Plane> planes;
 
-  /// From the real Schur form of an R with determinant 1, which is block diagonal.
+  /// Takes the angles from the real Schur form of R, det R = 1, which is block diagonal.
   explicit PlaneRotations(const MatrixXd& R) {
     const Eigen::RealSchur<MatrixXd> schur(R);
     const MatrixXd& T = schur.matrixT();
@@ -120,7 +122,7 @@ class Starts {
     }
   }
 
-  /// With one more row if one is missing, so that the determinant is 1.
+  /// Q, completed by one row with determinant 1 if n = N − 1.
   MatrixXd completed(const MatrixXd& Q) const {
     if (n_ == N_) return Q;
     MatrixXd R(N_, N_);
@@ -129,7 +131,7 @@ class Starts {
     return R;
   }
 
-  /// Of the determinant of `like`, when that means something.
+  /// A random frame; for n = N with the determinant of `like`.
   MatrixXd random_frame(const MatrixXd& like) {
     MatrixXd R = polar(random());
     if (n_ == N_ && R.determinant() * like.determinant() < 0) R.row(0) = -R.row(0);

@@ -1,6 +1,10 @@
 #pragma once
 
+#include <functional>
+
+#include "engine/linalg/arithmetic/quadruple.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
+#include "engine/problems/taylor_motion.h"
 
 namespace stiefel {
 
@@ -29,23 +33,8 @@ class TaylorParametricRigidBody {
   }
 
   /// The series at x, the k-th coefficient in the columns from kN. Returns false on a stop request.
-  template <class Stopped>
-  bool expand(const Matrix<Scalar>& x, Matrix<Scalar>& series, Stopped&& stopped) {
-    series.resize(x.rows(), (order_ + 1) * N_);
-    series.leftCols(N_) = x;
-    const auto M = [&](int k) { return series.middleCols(k * N_, N_).bottomRows(N_); };
-    for (int k = 0; k < order_; ++k) {
-      if (stopped()) return false;
-      auto now = xi(k);
-      inverse_inertia(lambda_, M(k), Scalar(2), now);
-      if (k == 0) now.diagonal() = mu_ * lambda_;
-      auto next = series.middleCols((k + 1) * N_, N_);
-      next.noalias() = series.leftCols((k + 1) * N_) * xi_.bottomRows((k + 1) * N_);
-      for (int j = 0; j <= k; ++j) next.bottomRows(N_).noalias() -= xi(j) * M(k - j);
-      next /= Scalar(k + 1);
-    }
-    return true;
-  }
+  bool expand(const Matrix<Scalar>& x, Matrix<Scalar>& series,
+              const std::function<bool()>& stopped);
 
  private:
   /// ξ_k. Stored in reverse order, so that the sum runs down a column.
@@ -57,5 +46,30 @@ class TaylorParametricRigidBody {
   Eigen::Index N_;
   Matrix<Scalar> xi_;
 };
+
+template <class Scalar>
+bool TaylorParametricRigidBody<Scalar>::expand(const Matrix<Scalar>& x, Matrix<Scalar>& series,
+                                               const std::function<bool()>& stopped) {
+  series.resize(x.rows(), (order_ + 1) * N_);
+  series.leftCols(N_) = x;
+  const auto M = [&](int k) { return series.middleCols(k * N_, N_).bottomRows(N_); };
+  for (int k = 0; k < order_; ++k) {
+    if (stopped()) return false;
+    auto now = xi(k);
+    inverse_inertia(lambda_, M(k), Scalar(2), now);
+    if (k == 0) now.diagonal() = mu_ * lambda_;
+    auto next = series.middleCols((k + 1) * N_, N_);
+    next.noalias() = series.leftCols((k + 1) * N_) * xi_.bottomRows((k + 1) * N_);
+    for (int j = 0; j <= k; ++j) next.bottomRows(N_).noalias() -= xi(j) * M(k - j);
+    next /= Scalar(k + 1);
+  }
+  return true;
+}
+
+// Compiled once, in taylor_parametric_rigid_body.cc.
+extern template class TaylorParametricRigidBody<long double>;
+extern template class TaylorMotion<TaylorParametricRigidBody<long double>>;
+extern template class TaylorParametricRigidBody<Quad>;
+extern template class TaylorMotion<TaylorParametricRigidBody<Quad>>;
 
 }  // namespace stiefel

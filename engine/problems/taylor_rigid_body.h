@@ -1,6 +1,10 @@
 #pragma once
 
+#include <functional>
+
+#include "engine/linalg/arithmetic/quadruple.h"
 #include "engine/linalg/arithmetic/scalar.h"
+#include "engine/problems/taylor_motion.h"
 
 namespace stiefel {
 
@@ -30,21 +34,8 @@ class TaylorRigidBody {
   }
 
   /// The series at x, the k-th coefficient in the columns from kN. Returns false on a stop request.
-  template <class Stopped>
-  bool expand(const Matrix<Scalar>& x, Matrix<Scalar>& series, Stopped&& stopped) {
-    series.resize(x.rows(), (order_ + 1) * N_);
-    series.leftCols(N_) = x;
-    for (int k = 0; k < order_; ++k) {
-      if (stopped()) return false;
-      invert_inertia(series.middleCols(k * N_, N_).bottomRows(N_), order_ - k);
-      auto next = series.middleCols((k + 1) * N_, N_);
-      Y_.noalias() = series.leftCols((k + 1) * N_) * Omega_.bottomRows((k + 1) * N_);
-      next = Y_;
-      next.bottomRows(N_) -= Y_.bottomRows(N_).transpose();
-      next /= Scalar(k + 1);
-    }
-    return true;
-  }
+  bool expand(const Matrix<Scalar>& x, Matrix<Scalar>& series,
+              const std::function<bool()>& stopped);
 
  private:
   /// Writes Ω_k = J⁻¹(M_k) as block number `at`. The blocks are in reverse order, so that the sum
@@ -61,5 +52,28 @@ class TaylorRigidBody {
   Eigen::Index N_;
   Matrix<Scalar> Omega_, Y_;
 };
+
+template <class Scalar>
+bool TaylorRigidBody<Scalar>::expand(const Matrix<Scalar>& x, Matrix<Scalar>& series,
+                                     const std::function<bool()>& stopped) {
+  series.resize(x.rows(), (order_ + 1) * N_);
+  series.leftCols(N_) = x;
+  for (int k = 0; k < order_; ++k) {
+    if (stopped()) return false;
+    invert_inertia(series.middleCols(k * N_, N_).bottomRows(N_), order_ - k);
+    auto next = series.middleCols((k + 1) * N_, N_);
+    Y_.noalias() = series.leftCols((k + 1) * N_) * Omega_.bottomRows((k + 1) * N_);
+    next = Y_;
+    next.bottomRows(N_) -= Y_.bottomRows(N_).transpose();
+    next /= Scalar(k + 1);
+  }
+  return true;
+}
+
+// Compiled once, in taylor_rigid_body.cc.
+extern template class TaylorRigidBody<long double>;
+extern template class TaylorMotion<TaylorRigidBody<long double>>;
+extern template class TaylorRigidBody<Quad>;
+extern template class TaylorMotion<TaylorRigidBody<Quad>>;
 
 }  // namespace stiefel

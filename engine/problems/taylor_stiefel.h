@@ -1,8 +1,11 @@
 #pragma once
 
+#include <functional>
 #include <vector>
 
+#include "engine/linalg/arithmetic/quadruple.h"
 #include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
+#include "engine/problems/taylor_motion.h"
 
 namespace stiefel {
 
@@ -36,39 +39,8 @@ class TaylorStiefel {
   }
 
   /// The series at x, the k-th coefficient in the columns from kN. Returns false on a stop request.
-  template <class Stopped>
-  bool expand(const Matrix<Scalar>& x, Matrix<Scalar>& series, Stopped&& stopped) {
-    const Eigen::Index N = x.cols();
-    series.resize(x.rows(), (order_ + 1) * N);
-    series.leftCols(N) = x;
-    const auto Q = [&](int k) { return series.middleCols(k * N, N).topRows(n_); };
-    const auto S = [&](int k) { return series.middleCols(k * N, N).bottomRows(n_); };
-    for (int k = 0; k < order_; ++k) {
-      if (stopped()) return false;
-      Matrix<Scalar>&K = K_[static_cast<std::size_t>(k)], &B = B_[static_cast<std::size_t>(k)];
-      K.setZero();
-      E_.setZero();
-      for (int j = 0; j <= k; ++j) {
-        K += Q(j) * inverse_.asDiagonal() * Q(k - j).transpose();
-        E_ -= Scalar(2) *
-              ((S(j) * inverse_.asDiagonal()) * (S(k - j) * inverse_.asDiagonal()).transpose());
-      }
-      if (k == 0) lyapunov_.factor(K);
-      for (int j = 1; j <= k; ++j) {
-        const auto &K_j = K_[static_cast<std::size_t>(j)],
-                   &B_i = B_[static_cast<std::size_t>(k - j)];
-        E_ -= K_j * B_i + B_i * K_j;
-      }
-      lyapunov_.solve(E_, B);
-      auto next = series.middleCols((k + 1) * N, N);
-      next.topRows(n_) = S(k) * inverse_.asDiagonal();
-      next.bottomRows(n_).setZero();
-      for (int j = 0; j <= k; ++j)
-        next.bottomRows(n_) += B_[static_cast<std::size_t>(j)] * Q(k - j);
-      next /= Scalar(k + 1);
-    }
-    return true;
-  }
+  bool expand(const Matrix<Scalar>& x, Matrix<Scalar>& series,
+              const std::function<bool()>& stopped);
 
  private:
   Vector<Scalar> inverse_;
@@ -78,5 +50,44 @@ class TaylorStiefel {
   Matrix<Scalar> E_;
   SymmetricLyapunov<Scalar> lyapunov_;
 };
+
+template <class Scalar>
+bool TaylorStiefel<Scalar>::expand(const Matrix<Scalar>& x, Matrix<Scalar>& series,
+                                   const std::function<bool()>& stopped) {
+  const Eigen::Index N = x.cols();
+  series.resize(x.rows(), (order_ + 1) * N);
+  series.leftCols(N) = x;
+  const auto Q = [&](int k) { return series.middleCols(k * N, N).topRows(n_); };
+  const auto S = [&](int k) { return series.middleCols(k * N, N).bottomRows(n_); };
+  for (int k = 0; k < order_; ++k) {
+    if (stopped()) return false;
+    Matrix<Scalar>&K = K_[static_cast<std::size_t>(k)], &B = B_[static_cast<std::size_t>(k)];
+    K.setZero();
+    E_.setZero();
+    for (int j = 0; j <= k; ++j) {
+      K += Q(j) * inverse_.asDiagonal() * Q(k - j).transpose();
+      E_ -= Scalar(2) *
+            ((S(j) * inverse_.asDiagonal()) * (S(k - j) * inverse_.asDiagonal()).transpose());
+    }
+    if (k == 0) lyapunov_.factor(K);
+    for (int j = 1; j <= k; ++j) {
+      const auto &K_j = K_[static_cast<std::size_t>(j)], &B_i = B_[static_cast<std::size_t>(k - j)];
+      E_ -= K_j * B_i + B_i * K_j;
+    }
+    lyapunov_.solve(E_, B);
+    auto next = series.middleCols((k + 1) * N, N);
+    next.topRows(n_) = S(k) * inverse_.asDiagonal();
+    next.bottomRows(n_).setZero();
+    for (int j = 0; j <= k; ++j) next.bottomRows(n_) += B_[static_cast<std::size_t>(j)] * Q(k - j);
+    next /= Scalar(k + 1);
+  }
+  return true;
+}
+
+// Compiled once, in taylor_stiefel.cc.
+extern template class TaylorStiefel<long double>;
+extern template class TaylorMotion<TaylorStiefel<long double>>;
+extern template class TaylorStiefel<Quad>;
+extern template class TaylorMotion<TaylorStiefel<Quad>>;
 
 }  // namespace stiefel

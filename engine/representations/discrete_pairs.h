@@ -5,11 +5,12 @@
 
 namespace stiefel {
 
-/// Maps between the discrete representations of Moser–Veselov, [RB] §7, n = N: two consecutive
-/// frames (Q_{k−1}, Q_k), the frame with the momentum (Q_k, M_k), and (Q_k, P_k). M is the physical
-/// momentum and h the step; the paper's M is hM, so h = 1 gives the printed formulas, and P belongs
-/// to hM (ε = h). U_{k−1} = Q_{k−1}ᵀQ_k, J_D(U) = UΛ − ΛUᵀ. Σ_L, (7.4), (7.11): hM_k = UᵀJ_D(U)U =
-/// ΛU − UᵀΛ, U = Q_{k−1}ᵀQ_k. Defined for every pair.
+// Maps between the discrete representations of Moser–Veselov, [RB] §7, n = N: two consecutive
+// frames (Q_{k−1}, Q_k), the frame with the momentum (Q_k, M_k), and (Q_k, P_k). M is the physical
+// momentum and h the step; the paper's M is hM, so h = 1 gives the printed formulas, and P belongs
+// to hM (ε = h). U_{k−1} = Q_{k−1}ᵀQ_k, J_D(U) = UΛ − ΛUᵀ.
+
+/// Σ_L, (7.4), (7.11): hM_k = UᵀJ_D(U)U = ΛU − UᵀΛ, U = Q_{k−1}ᵀQ_k. Defined for every pair.
 template <class Scalar>
 Matrix<Scalar> Sigma_L(const Vector<Scalar>& lambda, const Matrix<Scalar>& Q_previous,
                        const Matrix<Scalar>& Q, Scalar h = 1) {

@@ -1,9 +1,8 @@
 #pragma once
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 
-#include "engine/linalg/arithmetic/scalar.h"
+#include "engine/linalg/matrix_equations/eigenvectors.h"
 
 namespace stiefel {
 

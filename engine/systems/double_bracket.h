@@ -7,6 +7,7 @@
 #include "engine/linalg/lie/so_n.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/systems/concepts.h"
+#include "stiefel/invariant_names.h"
 
 namespace stiefel {
 
@@ -32,7 +33,7 @@ class DoubleBracket {
 
   /// Whether an invariant is constant along the group's orbits.
   static constexpr bool conserved_on_orbits(std::string_view invariant) {
-    return invariant == "singular_values";
+    return invariant == family::singular_values;
   }
 
   DoubleBracket(const Vector<Scalar>& lambda_u, const Vector<Scalar>& lambda_v)

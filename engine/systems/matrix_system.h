@@ -10,9 +10,9 @@ namespace stiefel {
 template <class S>
 concept HasMatrixStates = System<S> && std::same_as<typename S::State, Matrix<typename S::Scalar>>;
 
-/// Any one of them, known by its vector field alone: what a method that needs no more is compiled
-/// for, once for all systems. The call is virtual, which is nothing beside a product of matrices.
-/// Copies share the system and its workspace.
+/// Any system with matrix states, by its vector field alone. A method that needs only the field is
+/// compiled once, for this class, instead of once a system. The call is virtual; a product of
+/// matrices costs far more. Copies share the system and its workspace.
 template <class Scalar_>
 class MatrixSystem {
  public:
@@ -40,7 +40,8 @@ class MatrixSystem {
   std::shared_ptr<Abstract> held_;
 };
 
-/// Any LieSystem whose states and algebra are matrices, as MatrixSystem.
+/// Any LieSystem whose states and algebra are matrices, by its vector field and group action.
+/// Copies share the system and its workspace.
 template <class Scalar_>
 class MatrixLieSystem {
  public:

@@ -4,6 +4,7 @@
 
 #include "engine/linalg/lie/multiplication.h"
 #include "engine/systems/concepts.h"
+#include "stiefel/invariant_names.h"
 
 namespace stiefel {
 
@@ -20,8 +21,8 @@ class MovedBy {
   /// Whether an invariant is constant along the group's orbits. Functions of PQᵀ (or BQᵀ) and of
   /// QQᵀ are; both are quadratic in the state.
   static constexpr bool conserved_on_orbits(std::string_view invariant) {
-    return invariant == "spatial_momentum" || invariant == "casimirs" ||
-           invariant == "orthogonality" || invariant == "PQt";
+    return invariant == family::spatial_momentum || invariant == family::casimirs ||
+           invariant == family::orthogonality || invariant == family::PQt;
   }
   static constexpr bool quadratic(std::string_view invariant) {
     return conserved_on_orbits(invariant);

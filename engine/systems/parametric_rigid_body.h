@@ -8,6 +8,7 @@
 #include "engine/linalg/matrix_equations/lu.h"
 #include "engine/systems/concepts.h"
 #include "stiefel/conservation.h"
+#include "stiefel/invariant_names.h"
 
 namespace stiefel {
 
@@ -31,17 +32,19 @@ class ParametricRigidBody {
 
   /// Whether an invariant is constant along the group's orbits.
   static constexpr bool conserved_on_orbits(std::string_view invariant) {
-    return invariant == "PQ_inverse";
+    return invariant == family::PQ_inverse;
   }
 
   /// What methods keep on this system beyond what they declare for all systems. Every method
-  /// multiplies Q and P by the same matrix, which keeps P = AQ and tr M_μᵏ. The error of the
-  /// Casimirs of M is proportional to μ; with rk4 it has no trend.
-  static constexpr std::optional<Conservation> conservation(std::string_view method,
-                                                            std::string_view invariant) {
-    if (invariant == "PQ_inverse") return Conservation::exact;
-    if (invariant == "casimirs" && method == "rk4") return Conservation::bounded;
+  /// multiplies Q and P by the same matrix, which keeps P = AQ.
+  static constexpr std::optional<Conservation> conservation(std::string_view invariant) {
+    if (invariant == family::PQ_inverse) return Conservation::exact;
     return std::nullopt;
+  }
+  /// Whether the error of an invariant has no trend under Runge-Kutta steps of a fixed size. These
+  /// keep tr M_μᵏ, and the error of the Casimirs of M is proportional to μ.
+  static constexpr bool without_trend(std::string_view invariant) {
+    return invariant == family::casimirs;
   }
 
   ParametricRigidBody(Vector<Scalar> lambda, Scalar mu, Scalar epsilon = 1)

@@ -5,6 +5,7 @@
 #include "engine/linalg/lie/multiplication.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/systems/concepts.h"
+#include "stiefel/invariant_names.h"
 
 namespace stiefel {
 
@@ -26,8 +27,8 @@ class RightRigidBody {
 
   /// Whether an invariant is constant along the group's orbits.
   static constexpr bool conserved_on_orbits(std::string_view invariant) {
-    return invariant == "spatial_momentum" || invariant == "casimirs" ||
-           invariant == "orthogonality";
+    return invariant == family::spatial_momentum || invariant == family::casimirs ||
+           invariant == family::orthogonality;
   }
 
   explicit RightRigidBody(Vector<Scalar> lambda)

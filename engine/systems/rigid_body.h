@@ -5,6 +5,7 @@
 #include "engine/linalg/lie/so_3.h"
 #include "engine/linalg/lie/so_n.h"
 #include "engine/systems/concepts.h"
+#include "stiefel/invariant_names.h"
 
 namespace stiefel {
 
@@ -30,8 +31,8 @@ class RigidBody {
 
   /// Whether an invariant is constant along the group's orbits.
   static constexpr bool conserved_on_orbits(std::string_view invariant) {
-    return invariant == "spatial_momentum" || invariant == "casimirs" ||
-           invariant == "orthogonality";
+    return invariant == family::spatial_momentum || invariant == family::casimirs ||
+           invariant == family::orthogonality;
   }
 
   explicit RigidBody(Lambda lambda)

@@ -1,8 +1,6 @@
 #include <cmath>
 
 #include "engine/linalg/arithmetic/to_text.h"
-#include "engine/simulation/diagnosis/structure.h"
-#include "engine/simulation/run/invariant_list.h"
 #include "engine/simulation/scene/near_name.h"
 #include "server/calls/cursor_call.h"
 #include "server/calls/service.h"

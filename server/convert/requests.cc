@@ -7,6 +7,7 @@
 #include "engine/linalg/arithmetic/to_text.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
+#include "stiefel/tradeoff.h"
 
 namespace stiefel::server {
 
@@ -39,7 +40,7 @@ OrStatus<Scene> read_scene(bool present, const v1::Scene& scene, const char* fie
   const auto place = Place::inside(field);
   auto description = from_proto(scene, place);
   if (!description) return std::unexpected(errors::invalid(description.error()));
-  auto resolved = Scene::resolve(*std::move(description), Scene::frame_tolerance, place);
+  auto resolved = resolve_choosing(*std::move(description), Scene::frame_tolerance, place);
   if (!resolved) return std::unexpected(errors::invalid(resolved.error()));
   return *std::move(resolved);
 }

@@ -1,4 +1,4 @@
-"""Instructions a step, counted by callgrind: the same on every run, whatever else the machine does."""
+"""Instructions a step, counted by callgrind: equal on every run, independent of the load of the machine."""
 from __future__ import annotations
 
 import math
@@ -10,7 +10,7 @@ from pathlib import Path
 
 
 def measure(program: Path, steps: int) -> list[dict]:
-    """Nothing for steps = 0 and where there is no valgrind."""
+    """The rows of the table; none for steps = 0 or without valgrind."""
     if steps == 0:
         return []
     if not shutil.which("valgrind"):
@@ -30,7 +30,7 @@ def measure(program: Path, steps: int) -> list[dict]:
 
 
 def _per_step(program: Path, method: str, N: int, steps: int) -> float:
-    """The difference of two runs, so that what is done once does not count."""
+    """The difference of two runs, so that the work of the start does not count."""
     once, thrice = (_instructions(program, method, N, k * steps) for k in (1, 3))
     return (thrice - once) / (2 * steps)
 

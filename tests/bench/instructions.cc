@@ -1,5 +1,5 @@
-// So many steps and nothing else, for valgrind to count. Arguments: method, N, steps; or "frames"
-// for a variational step on V(4, N).
+// Makes the given number of steps and nothing else, for callgrind to count. Arguments: method, N,
+// steps; or "frames" for a variational step on V(4, N).
 #include "stiefel/simulation.h"
 #include "tests/support/random_frame.h"
 #include "tests/support/random_scene.h"

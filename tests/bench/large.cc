@@ -2,9 +2,9 @@
 // of rk4, and in calls of the Schur solver. Arguments: repeats, N, seconds to measure for.
 #include <stdexcept>
 
-#include "engine/moser_veselov/j_d_schur.h"
 #include "stiefel/simulation.h"
 #include "tests/bench/measure.h"
+#include "tests/support/j_d_schur.h"
 #include "tests/support/random_scene.h"
 
 namespace {
@@ -74,10 +74,11 @@ int main(int, char** argv) {
       momentum.add(M_step, one_product);
       full.add(QM_step, one_product);
       against_rk4.add(QM_step, step(*rk4));
-      against_schur.add(M_step, 1e3 * seconds_of_one(0, [&] {
-                                  if (!J_D_inverse_schur(reference.lambda, h * reference.M))
-                                    throw std::runtime_error("no solution");
-                                }));
+      against_schur.add(M_step,
+                        1e3 * seconds_of_one(0, [&] {
+                          if (!testing::J_D_inverse_schur(reference.lambda, h * reference.M))
+                            throw std::runtime_error("no solution");
+                        }));
     }
     for (const auto& comparison : {momentum, full, against_rk4, against_schur}) report(comparison);
   }

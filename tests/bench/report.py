@@ -1,4 +1,4 @@
-"""From what was measured to a table, a file that programs read, and a picture."""
+"""Writes the measurements as a table, as a JSON file and as a picture."""
 from __future__ import annotations
 
 import json

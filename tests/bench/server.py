@@ -1,4 +1,4 @@
-"""The servers that are measured: processes that say where they listen and stop with us."""
+"""The measured servers: processes that print their address and stop with this one."""
 from __future__ import annotations
 
 import os
@@ -27,7 +27,7 @@ class Process:
 
 
 def stiefel_server(build: Path, *arguments: object) -> Process:
-    """With quiet logging, as programs start it."""
+    """A server with quiet logging, started as programs start it."""
     return Process([str(build / "bin/stiefel-server"), "--listen", "127.0.0.1:0", "--exit-with-parent",
                     "--grace", "0", *map(str, arguments)])
 

@@ -3,6 +3,8 @@
 // both.
 #include <iostream>
 
+#include "engine/simulation/catalogue/methods/step_weight.h"
+#include "engine/simulation/catalogue/system_entry.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/simulation.h"
 #include "tests/support/any_scene.h"
@@ -10,7 +12,7 @@
 
 using namespace stiefel;
 
-/// What callgrind collects; one dump a call.
+/// The function that callgrind counts, one dump for each call.
 extern "C" [[gnu::noinline]] void measured_steps(Simulation& simulation, std::int64_t steps) {
   simulation.advance(steps);
 }
@@ -42,6 +44,12 @@ SceneDescription frames(const std::string& system, Size size, bool round) {
 }
 
 std::vector<Size> sizes(const std::string& system) {
+  const SystemEntry& entry = *system_entry(system);
+  if (entry.example) {
+    const Scene one = Scene::resolve(testing::any_scene(system, "", 1, h_Omega)).value();
+    const auto [n, N] = entry.size ? entry.size(one) : frame_size(one);
+    return {{static_cast<int>(n), static_cast<int>(N)}};
+  }
   if (system == "double_bracket") return {{2, 3}};
   if (system == "parametric_rigid_body") return {{4, 4}};
   if (system == "ellipsoid") return {{1, 3}, {1, 8}, {1, 32}};
@@ -50,11 +58,12 @@ std::vector<Size> sizes(const std::string& system) {
   return {{3, 3}, {4, 4}, {6, 6}, {12, 12}, {32, 32}};
 }
 
-/// A closed form is there for Λ of few values.
-SceneDescription scene(const std::string& system, bool closed_form, Size size) {
+/// A closed form exists only for Λ of at most two values.
+SceneDescription scene(const std::string& system, const std::string& method, Size size) {
+  const bool closed_form = catalogue().method(method)->orders.empty();
   if (system == "ellipsoid" || system.starts_with("stiefel"))
     return frames(system, size, closed_form);
-  return testing::any_scene(system, closed_form ? "exact" : "", 1, h_Omega, size.N);
+  return testing::any_scene(system, closed_form ? method : "", 1, h_Omega, size.N);
 }
 
 void count(SceneDescription description, Size size) {
@@ -74,7 +83,7 @@ void count(SceneDescription description, Size size) {
 void count(std::string_view system, std::string_view method, std::optional<int> order,
            const char* arithmetic, const char* scalar) {
   for (const Size size : sizes(std::string(system))) {
-    SceneDescription d = scene(std::string(system), method == "exact", size);
+    SceneDescription d = scene(std::string(system), std::string(method), size);
     d.method = MethodDescription{std::string(method), order, 1, arithmetic, {}, scalar};
     count(std::move(d), size);
   }

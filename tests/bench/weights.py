@@ -1,9 +1,10 @@
-"""What a step of every method on every system weighs: instructions, as callgrind counts them.
+"""The weight of a step of every method on every system: instructions, counted by callgrind.
 
     /usr/bin/python3 tests/bench/weights.py build/release            (compares; make bench does)
-    /usr/bin/python3 tests/bench/weights.py build/release --write    (rewrites the table)
+    /usr/bin/python3 tests/bench/weights.py build/release --write    (adds the rows that the table lacks)
+    /usr/bin/python3 tests/bench/weights.py build/release --rewrite  (counts every row anew)
 
-The table is engine/simulation/catalogue/step_weights.inc; engine/simulation/catalogue/step_weight.h says how it is read.
+The table is engine/simulation/catalogue/methods/step_weights.inc; engine/simulation/catalogue/methods/step_weight.h says how it is read.
 """
 from __future__ import annotations
 
@@ -16,7 +17,7 @@ import tempfile
 from collections import defaultdict
 from pathlib import Path
 
-TABLE = Path(__file__).parents[2] / "engine/simulation/catalogue/step_weights.inc"
+TABLE = Path(__file__).parents[2] / "engine/simulation/catalogue/methods/step_weights.inc"
 Key = tuple[str, str, int, str, str]
 
 
@@ -55,8 +56,15 @@ def read(text: str) -> dict[Key, list[tuple[int, int, float]]]:
     return found
 
 
+def with_missing(used: dict[Key, list[tuple[int, int, float]]],
+                 counted: dict[Key, list[tuple[int, int, float]]]) -> str:
+    """The table with the rows in use as they are, and those that were counted and are not in it."""
+    merged = {key: used.get(key, sizes) for key, sizes in counted.items()}
+    return table(merged | {key: sizes for key, sizes in used.items() if key not in merged})
+
+
 def measure(program: Path) -> list[dict]:
-    """For the table of make bench: how far the weights in use are from what is counted now."""
+    """A row for the table of make bench: how far the weights in use are from a new count."""
     if not shutil.which("valgrind"):
         print("  no valgrind: the weights are not compared", file=sys.stderr)
         return []
@@ -71,11 +79,14 @@ def measure(program: Path) -> list[dict]:
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("build", type=Path, help="the build directory")
-    parser.add_argument("--write", action="store_true", help="rewrite the table")
+    parser.add_argument("--write", action="store_true", help="add the rows that the table lacks")
+    parser.add_argument("--rewrite", action="store_true", help="count every row anew")
     arguments = parser.parse_args()
     program = arguments.build / "tests/bench/bench_weights"
-    if arguments.write:
+    if arguments.rewrite:
         TABLE.write_text(table(count(program)))
+    elif arguments.write:
+        TABLE.write_text(with_missing(read(TABLE.read_text()), count(program)))
     else:
         for row in measure(program):
             print(row["name"], f"worst {max(row['values']):.3f}")

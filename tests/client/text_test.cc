@@ -5,9 +5,9 @@
 #include <cstdlib>
 #include <limits>
 
-#include "client/cli/progress.h"
-#include "client/cli/sink.h"
-#include "client/cli/tradeoff_progress.h"
+#include "client/cli/progress/progress.h"
+#include "client/cli/sinks/sink.h"
+#include "client/cli/progress/tradeoff_progress.h"
 
 namespace stiefel::cli {
 namespace {

@@ -146,7 +146,7 @@ INVARIANTS = {
         for k, s in enumerate(np.linalg.svd(A, compute_uv=False))},
 }
 
-# What DiagnoseResponse.orthogonality is the largest element of.
+# DiagnoseResponse.orthogonality is the largest element of these matrices.
 ORTHOGONALITY = {
     "Q Q^T = I": lambda x: x.Q @ x.Q.T - np.eye(len(x.Q)),
     "q^T q = 1": lambda x: x.q @ x.q.T - 1,
@@ -335,7 +335,7 @@ def pairs_form(first, second):
     return lambda x, u, v: np.trace(u[first].T @ v[second]) - np.trace(u[second].T @ v[first])
 
 
-# By the blocks of the tangent vectors and the formula.
+# Two-forms, by the blocks of the tangent vectors and the printed formula.
 FORMS = {
     ("Q, M", "<Z_2, xi_1> - <Z_1, xi_2> + <M, [xi_1, xi_2]> of (Q xi_i, Z_i), <A, B> = -1/2 tr(A B)"): canonical,
     ("Q, P", "1/2 tr(eta_2^T xi_1 - eta_1^T xi_2) of (xi_i, eta_i)"):

@@ -95,7 +95,7 @@ def reflected(scene):
 
 
 def with_P(scene, epsilon):
-    """By a P that is no rotation, so that P^T Q and Q^T P differ in more than their sign."""
+    """The scene given by a P that is no rotation, so that P^T Q and Q^T P differ in more than their sign."""
     Q, M = scene["initial"]["Q"], scene["initial"]["M"]
     C = np.random.default_rng(7).standard_normal(Q.shape)
     right = scene["system"].startswith("right")
@@ -156,7 +156,7 @@ class State:
         return self.Q.T @ self.next.Q
 
     def dot(self, name):
-        """By differences of order 4; the rest is 1e-12."""
+        """The time derivative of a field, by differences of order 4 with an error of about 1e-12."""
         f = lambda j: self._fields[self._at + j][name]
         return (8 * (f(1) - f(-1)) - (f(2) - f(-2))) / (12 * self.h)
 
@@ -298,7 +298,7 @@ def test_every_text_has_one_formula_and_every_formula_its_text(systems, reported
 
 @pytest.mark.parametrize("system", ["rigid_body", "right_rigid_body", "stiefel"])
 def test_orthogonality_is_its_formula_where_it_is_lost(client, systems, system):
-    """By so long a step that it is far above the rounding."""
+    """The step is so long that the defect is far above rounding."""
     scene = frames(system, 3) if system == "stiefel" else body(system, 3)
     with client.create({**scene, "method": RK4, "step": 0.2}) as session:
         Q, defect = session.step(20)["Q"], session.diagnose(20).orthogonality

@@ -19,7 +19,7 @@ def messages(session, **request):
 
 
 def test_every_message_tells_what_the_stream_has_cost(client):
-    """So that a client whose stream breaks knows it."""
+    """A client whose stream breaks then knows the cost so far."""
     with client.create(scenes.rigid_body()) as fresh:
         replies = messages(fresh, to=20_000)
     costs = [reply.computed_steps for reply in replies]
@@ -50,7 +50,7 @@ def test_blocks_are_the_default_fields(session):
 
 
 def test_every_declared_field_can_be_had(client):
-    """In the order asked for, and as large as the catalogue says."""
+    """Fields come in the order asked for, with the shapes of the catalogue."""
     systems = {system.name: system for system in client.describe().systems}
     for scene in (scenes.rigid_body(), scenes.moser_veselov(), scenes.body(), scenes.free(5)):
         with client.create(scene) as session:

@@ -1,6 +1,7 @@
-# !/bin/bash Clones the last commit into a bare Debian 12 (minbase with git, make and
-# ca-certificates) and makes the targets there, each timed. Shows that a fresh clone needs no
-# preparation. Needs root and mmdebstrap. Usage: tests/docker/bare_debian.sh [--user] [TARGET...]
+#!/bin/bash
+# Clones the last commit into a bare Debian 12 (minbase with git, make and ca-certificates) and makes
+# the targets there, each timed. Shows that a fresh clone needs no preparation.
+# Needs root and mmdebstrap. Usage: tests/docker/bare_debian.sh [--user] [TARGET...]
 #   --user    as a user with sudo instead of as root
 #   TARGET    of the Makefile; `run test` when none is given
 set -euo pipefail

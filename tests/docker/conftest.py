@@ -29,7 +29,7 @@ def inspect(kind: str, name: str) -> dict[str, Any]:
 
 
 def hardening() -> list[str]:
-    """What compose.yaml asks for, as options of `run`."""
+    """The settings of compose.yaml as options of `run`."""
     options = ["--memory", SERVICE["mem_limit"], "--pids-limit", str(SERVICE["pids_limit"])]
     options += ["--read-only"] if SERVICE["read_only"] else []
     options += [f"--cap-drop={name}" for name in SERVICE["cap_drop"]]

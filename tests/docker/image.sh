@@ -1,12 +1,27 @@
-# !/bin/bash Builds the image and tests the running container: with the Docker engine if one
-# answers, else with buildah and podman from Debian, as root, on a base made from Debian's packages.
+#!/bin/bash
+# Builds the image and tests the running container: with the Docker engine if one answers, else with
+# buildah and podman from Debian, as root, on a base made from Debian's packages. On Debian 12 the
+# image takes the programs of build/release; elsewhere it compiles them.
 # Usage: tests/docker/image.sh [pytest arguments]
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 export STIEFEL_IMAGE=${STIEFEL_IMAGE:-stiefel} STIEFEL_IMAGE_BASE=debian:bookworm-slim
 arguments=(--build-arg VERSION="$(awk '/^project\(stiefel VERSION/ { print $3 }' CMakeLists.txt)"
            --build-arg REVISION="$(git rev-parse HEAD)"
-           -t "$STIEFEL_IMAGE" -f docker/Dockerfile .)
+           -t "$STIEFEL_IMAGE" -f docker/Dockerfile)
+
+release=$(. /etc/os-release; echo "${ID:-} ${VERSION_CODENAME:-}")
+if [ "$release" = 'debian bookworm' ]; then
+  make --no-print-directory build-programs
+  rm -rf build/image
+  cmake --install build/release --component runtime --strip --prefix "$PWD/build/image" >/dev/null
+  echo "The image takes its programs from build/release: this is Debian bookworm, as is its base"
+  arguments+=(--target prebuilt)
+else
+  make --no-print-directory build-python  # for the tests
+  echo "The image compiles its programs: this is $release, its base is Debian bookworm"
+fi
+arguments+=(.)
 
 # A separate image store, created if it is missing, so that the machine's own images stay untouched.
 local_engine() {

@@ -1,4 +1,4 @@
-"""What the image promises, asked of a running container."""
+"""The properties of the image, checked on a running container."""
 from __future__ import annotations
 
 import os

@@ -1,5 +1,4 @@
 // A scene with a tolerance instead of a method.
-#include "engine/simulation/accuracy/choice.h"
 
 #include <gtest/gtest.h>
 
@@ -9,6 +8,7 @@
 #include "engine/simulation/accuracy/reference.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/simulation.h"
+#include "stiefel/tradeoff.h"
 #include "tests/support/any_scene.h"
 #include "tests/support/choice_survey.h"
 #include "tests/support/exact_motion.h"
@@ -41,7 +41,7 @@ TEST(Choice, StaysWithinTheToleranceAtAboutTheLeastCost) {
 }
 
 TEST(Choice, FixesTheMethodAndKeepsTheStep) {
-  const Scene scene = Scene::resolve(asked(1e-7, 10)).value();
+  const Scene scene = resolve_choosing(asked(1e-7, 10)).value();
   const auto& d = scene.description();
   ASSERT_TRUE(d.method);
   EXPECT_TRUE(d.method->order && d.method->substeps && !d.method->arithmetic.empty());
@@ -55,7 +55,7 @@ TEST(Choice, FixesTheMethodAndKeepsTheStep) {
 /// The error of a chosen scene at its horizon over its tolerance, `exact` being blocks that its
 /// simulation reports; 0 where the tolerance is refused as one that cannot be met.
 double error_over_tolerance(const SceneDescription& d, const auto& exact) {
-  const auto scene = Scene::resolve(d);
+  const auto scene = resolve_choosing(d);
   if (!scene) {
     EXPECT_EQ(scene.error().front().reason, "TOLERANCE_NOT_MET") << scene.error().front().rule;
     return 0;
@@ -127,7 +127,7 @@ TEST(Choice, OfAParametricRigidBodyStaysWithinItsTolerance) {
 }
 
 TEST(Choice, OfAResolvedSceneIsWhatItIs) {
-  const Scene once = Scene::resolve(asked(1e-7, 10)).value();
+  const Scene once = resolve_choosing(asked(1e-7, 10)).value();
   const Scene again = Scene::resolve(once.description()).value();
   EXPECT_EQ(again.description().choice, once.description().choice);
   EXPECT_EQ(again.method(), once.method());
@@ -135,14 +135,14 @@ TEST(Choice, OfAResolvedSceneIsWhatItIs) {
   EXPECT_EQ(again.order(), once.order());
   EXPECT_EQ(again.arithmetic(), once.arithmetic());
   // A second choice for this scene gives the same method.
-  EXPECT_EQ(Scene::resolve(asked(1e-7, 10)).value().description().choice,
+  EXPECT_EQ(resolve_choosing(asked(1e-7, 10)).value().description().choice,
             once.description().choice);
 }
 
 TEST(Choice, CostsMoreForMoreAccuracy) {
   double first = 0, last = 0;
   for (const double tolerance : {1e-3, 1e-6, 1e-9, 1e-12}) {
-    const Scene scene = Scene::resolve(asked(tolerance, 20)).value();
+    const Scene scene = resolve_choosing(asked(tolerance, 20)).value();
     const auto now = make_simulation(scene);
     ASSERT_TRUE(now->advance(80).reached());
     const RandomBody body(4, 6);
@@ -161,7 +161,7 @@ TEST(Choice, CostsMoreForMoreAccuracy) {
 
 TEST(Choice, OfALongHorizonStaysWithinTheTolerance) {
   SceneDescription d = asked(1e-5, 20000, 3);
-  const Scene scene = Scene::resolve(d).value();
+  const Scene scene = resolve_choosing(d).value();
   const auto now = make_simulation(scene);
   ASSERT_TRUE(now->advance(80000).reached());
   const RandomBody body(3, 6);
@@ -174,7 +174,7 @@ TEST(Choice, OfEverySystemThatTakesAMethod) {
     SceneDescription d = testing::any_scene(std::string(system.name), "", 2, 0.1);
     d.tolerance = 1e-6;
     d.horizon = 1;
-    const auto scene = Scene::resolve(d);
+    const auto scene = resolve_choosing(d);
     if (system.discrete) {
       ASSERT_FALSE(scene);
       EXPECT_EQ(scene.error().front().field, "tolerance");
@@ -186,7 +186,7 @@ TEST(Choice, OfEverySystemThatTakesAMethod) {
 }
 
 TEST(Choice, ThatCannotBeMadeSaysTheBestThatWasFound) {
-  const auto refused = Scene::resolve(asked(1e-15, 400));
+  const auto refused = resolve_choosing(asked(1e-15, 400));
   ASSERT_FALSE(refused);
   const Violation& violation = refused.error().front();
   EXPECT_EQ(violation.field, "tolerance");
@@ -200,7 +200,7 @@ TEST(Choice, ThatCannotBeMadeSaysTheBestThatWasFound) {
 
 TEST(Choice, NeedsToleranceAndHorizonAndNoMethod) {
   const auto fault = [](SceneDescription d) {
-    const auto scene = Scene::resolve(std::move(d));
+    const auto scene = resolve_choosing(std::move(d));
     return scene ? std::string() : scene.error().front().field;
   };
   SceneDescription d = asked(1e-6, 10);

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "engine/linalg/lie/so_3.h"
-#include "engine/simulation/catalogue/step_weight.h"
+#include "engine/simulation/catalogue/methods/step_weight.h"
 #include "stiefel/simulation.h"
 #include "tests/support/any_scene.h"
 #include "tests/support/error_survey.h"

@@ -28,7 +28,7 @@ TEST_P(EverySystemForLong, KeepsExactlyWhatItDeclares) {
   if (system.starts_with("parametric")) return;
   for (unsigned seed = 1; seed <= 2; ++seed) {
     auto description = testing::any_scene(system, method, seed, 0.1, N);
-    if (method == "adaptive") *description.step /= 10;
+    if (testing::has_own_steps(method)) *description.step /= 10;
     const Scene scene = Scene::resolve(description).value();
     const auto simulation = make_simulation(scene);
     ASSERT_TRUE(simulation->advance(steps).reached());

@@ -123,7 +123,7 @@ std::map<std::string, Drift> drifts_over(std::int64_t steps, int scenes,
 /// What the catalogue declares is what happens, from both sides.
 TEST_P(EverySystem, KeepsWhatItDeclares) {
   const auto [system, method, N] = GetParam();
-  const double h = system == "parametric_rigid_body" ? 0.4 : 0.1;  // that one is slow
+  const double h = testing::step_of(system, method);
   auto drifts = drifts_over(1000, 32, [&](unsigned seed) { return scene(seed, h); });
   for (const auto& on : catalogue().system(system)->methods) {
     if (on.method != method) continue;

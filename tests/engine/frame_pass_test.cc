@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "engine/maps/frames/frame_pass_on.h"
+#include "engine/maps/frames/frame_pass.h"
 #include "tests/support/random_frame.h"
 
 namespace stiefel {
@@ -17,7 +17,7 @@ std::vector<double> after(int steps, int n, int N) {
   const Matrix<double> Y = 0.01 * frame.Q * frame.S.transpose(), Y1 = Y * Y.transpose() - Y;
   FrameMoments<double> moments(n);
   const FrameColumns<double> columns{x.data(), carry.data(), inverse.data(), N};
-  const auto pass = make_frame_pass_on<double, arithmetic, under, isa>(n);
+  const auto pass = make_frame_pass_on<double, isa>(arithmetic, under, n);
   pass->measure(columns, moments.sums());
   std::vector<double> all;
   const auto keep = [&](const auto& block) {

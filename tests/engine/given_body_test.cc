@@ -46,7 +46,7 @@ Scene scene(const BodyDescription& body, double step) {
   return Scene::resolve(d).value();
 }
 
-/// The same body in quadruple precision: its own eigenvalues and axes, its own Iω, its own motion.
+/// The body computed independently in quadruple precision: eigenvalues, axes, Iω and motion.
 struct Oracle {
   Vec I;
   Mat R = Mat::Identity();  ///< its columns are the principal axes, in the caller's

@@ -62,7 +62,7 @@ TEST(HardBodies, ExponentialsOfLargeAnglesAreOrthogonal) {
   }
 }
 
-/// z = b + Az with eigenvalues of A from −68 to 3, which no fixed point finds.
+/// z = b + Az with eigenvalues of A from −68 to 3: the fixed point diverges.
 TEST(HardBodies, NewtonKrylovSolvesWhatIsStiff) {
   constexpr int n = 12;
   Eigen::VectorXd w(n);

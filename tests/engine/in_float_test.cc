@@ -1,4 +1,4 @@
-#include "engine/simulation/catalogue/families/in_float.h"
+#include "engine/simulation/catalogue/coordinates/in_float.h"
 
 #include <gtest/gtest.h>
 
@@ -80,7 +80,6 @@ TEST(InFloat, IsTheSameMapToItsRounding) {
 TEST(InFloat, CompensatedArithmeticKeepsInvariantsForLong) {
   constexpr int steps = 10'000;
   for (const auto& [scene, text] : offered("compensated")) {
-    if (scene.method->name == "rk4") continue;  // keeps nothing
     const auto single = made(scene);
     ASSERT_TRUE(single->advance(steps).reached()) << text;
     const auto diagnosis = diagnose(Scene::resolve(scene).value(), *single);

@@ -4,7 +4,7 @@
 
 #include "engine/linalg/lie/orthogonal.h"
 #include "engine/maps/moser_veselov.h"
-#include "engine/moser_veselov/j_d_schur.h"
+#include "tests/support/j_d_schur.h"
 #include "tests/support/random_scene.h"
 
 namespace stiefel {
@@ -90,7 +90,7 @@ TEST_P(JDInverse, AgreesWithTheSchurSolver) {
   for (unsigned seed = 1; seed <= 5; ++seed)
     for (const double h : {1e-3, 0.05, 0.2, 0.4, 0.7, -0.3}) {
       const RandomBody body(N, seed);
-      const auto U = J_D_inverse_schur(body.lambda, h * body.M);
+      const auto U = testing::J_D_inverse_schur(body.lambda, h * body.M);
       const Solved fast = solve_n(body.lambda, body.M, h);
       ASSERT_EQ(U.has_value(), fast.status.reached()) << N << " " << seed << " " << h;
       if (!U) continue;
@@ -117,8 +117,9 @@ TEST(JDInverseEdge, LeftDomainNamesTheLargestStep) {
       EXPECT_LT(largest(far.M - body.M), 1e-15);  // nothing moved
       const Solved inside = solve(body.lambda, body.M, h);
       expect_solution(body.lambda, body.M, h, inside, 1e-12);
-      EXPECT_TRUE(J_D_inverse_schur(body.lambda, 0.999 * h * body.M));
-      EXPECT_FALSE(J_D_inverse_schur(body.lambda, 1.0015 * h * body.M)) << N << " " << seed;
+      EXPECT_TRUE(testing::J_D_inverse_schur(body.lambda, 0.999 * h * body.M));
+      EXPECT_FALSE(testing::J_D_inverse_schur(body.lambda, 1.0015 * h * body.M))
+          << N << " " << seed;
     }
   EXPECT_GE(left, 12);
 }
@@ -150,8 +151,8 @@ TEST(JDInverseEdge, PlatesAndSlightlyNegativeLambda) {
     }
 }
 
-/// A negative λ: whatever |c| is, a step that is taken has w_i + w_j in Re > 0, w = spec(UΛ), or it
-/// is on another branch.
+/// A negative λ: for every |c|, a step that is taken has w_i + w_j in Re > 0, w = spec(UΛ);
+/// otherwise it would be on another branch.
 TEST(JDInverseEdge, NegativeLambdaTakesNoOtherBranch) {
   int taken = 0;
   for (unsigned seed = 1; seed <= 200; ++seed)

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "engine/simulation/catalogue/methods.h"
+#include "engine/simulation/stepping/methods.h"
 #include "tests/support/exact_motion.h"
 #include "tests/support/random_scene.h"
 

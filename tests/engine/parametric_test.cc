@@ -57,7 +57,7 @@ TEST(GeneralExponential, AgreesWithItsSeries) {
     }
 }
 
-/// Where the manifold is right, M = M_μ − μΛ² moves as the rigid body, whatever μ.
+/// On the invariant manifold M = M_μ − μΛ² moves as the rigid body, for every μ.
 TEST(ParametricRigidBody, MomentumMovesAsTheRigidBody) {
   for (const double mu : {-0.1, 0.0, 0.05, 0.2})
     for (unsigned seed = 1; seed <= 3; ++seed) {

@@ -40,7 +40,7 @@ struct Start {
     for (int k = 0; k < steps; ++k) EXPECT_TRUE(map.step(state).reached());
     return state.x.value;
   }
-  /// Of the quaternion at t = 1.
+  /// The error of the quaternion at t = 1.
   double error(int order, int steps) const {
     const Quad h = Quad(1) / steps;
     const Body body(lambda);

@@ -3,9 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "engine/invariants/stiefel.h"
-#include "engine/linalg/matrix_equations/constraint_riccati_spectral.h"
 #include "engine/methods/variational.h"
-#include "tests/support/exact_motion.h"
+#include "tests/support/constraint_riccati_spectral.h"
 #include "tests/support/integrate.h"
 #include "tests/support/random_frame.h"
 
@@ -121,7 +120,7 @@ TEST(RattleStiefel, FindsTheSolutionUpToTheEdgeOfTheDomainAndNamesTheEdge) {
       double edge = 0.05;
       while (true) {
         const Equation at(frame, edge);
-        if (!constraint_riccati_spectral(at.A, at.P, at.E)) break;
+        if (!testing::constraint_riccati_spectral(at.A, at.P, at.E)) break;
         edge *= 1.0005;
       }
       auto beyond = map_of(frame, 1.05 * edge);
@@ -138,7 +137,7 @@ TEST(RattleStiefel, FindsTheSolutionUpToTheEdgeOfTheDomainAndNamesTheEdge) {
         auto inside = map.start(frame.state());
         ASSERT_TRUE(map.step(inside).reached());
         const Equation at(frame, h);
-        const auto Y = constraint_riccati_spectral(at.A, at.P, at.E);
+        const auto Y = testing::constraint_riccati_spectral(at.A, at.P, at.E);
         ASSERT_TRUE(Y);
         const Matrix<double> inverse = frame.lambda.cwiseInverse().asDiagonal();
         const Matrix<double> Q = frame.Q + (h * frame.S + *Y * frame.Q) * inverse;

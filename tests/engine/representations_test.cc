@@ -111,7 +111,7 @@ TEST(Psi, RefusesWithTheNorm) {
   EXPECT_FALSE(Psi_inverse<double>(identity(3), M));
 }
 
-/// S as defined has pairs that no Ψ⁻¹ returns: P = −Q has M = 0, and so has P = Q.
+/// S has pairs that Ψ⁻¹ does not return: both P = −Q and P = Q have M = 0.
 TEST(Psi, IsOneToOneOnThePrincipalBranchOnly) {
   Random random(5);
   const D Q = random.frame(4, 4), P = -Q;

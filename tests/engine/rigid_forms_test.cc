@@ -138,7 +138,7 @@ TYPED_TEST(RigidForm, ReproducesTheReference) {
   }
 }
 
-/// A wrong sign of the bracket shows here, on motions whose Ω(t) does not commute with Ω(0).
+/// This test detects a wrong sign of the bracket: Ω(t) does not commute with Ω(0).
 TYPED_TEST(RigidForm, MuntheKaas4HasOrder4) {
   for (const int N : {3, 4, 6})
     for (unsigned seed = 1; seed <= 3; ++seed) {
@@ -279,7 +279,7 @@ TEST(Invariants, ReducedManakovIsManakovOfM) {
       EXPECT_NEAR(reduced[k][j], plain[k][j], 1e-13 * std::pow(32.0, k)) << k << " " << j;
 }
 
-/// One exponential moves both factors: whatever the error of the motion, PQᵀ and Q_rᵀP_r stay.
+/// One exponential moves both factors, so PQᵀ and Q_rᵀP_r stay for any error of the motion.
 TEST(SymmetricRigidBody, MuntheKaas4KeepsPQtOverTenThousandSteps) {
   const Body body = random_body(4, 2);
   constexpr int steps = 10'000;

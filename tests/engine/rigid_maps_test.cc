@@ -7,7 +7,7 @@
 #include "engine/linalg/lie/orthogonal.h"
 #include "engine/maps/moser_veselov_pair.h"
 #include "engine/methods/variational.h"
-#include "engine/moser_veselov/j_d_schur.h"
+#include "tests/support/j_d_schur.h"
 #include "tests/support/random_scene.h"
 #include "tests/support/reference_cases.h"
 #include "tests/support/rigid_forms.h"
@@ -39,7 +39,7 @@ MatrixXd after(F& map, const MatrixXd& x, int steps) {
 
 /// Q_1 by the reference solver, to start algorithm 1 from (Q_0, M_0).
 MatrixXd second_frame(const VectorXd& lambda, const MatrixXd& Q, const MatrixXd& M, double h) {
-  return Q * J_D_inverse_schur(lambda, h * M).value();
+  return Q * testing::J_D_inverse_schur(lambda, h * M).value();
 }
 
 TEST(DiscreteRigidBodies, ReproduceTheReference) {
@@ -117,7 +117,7 @@ TEST(SymmetricMoserVeselov, KeepsItsConstantsOverTenThousandSteps) {
   EXPECT_NEAR(energy<double>(body.lambda, M), energy<double>(body.lambda, body.M), 1e-12);
 
   const auto H = [&](const MatrixXd& momentum) {
-    const auto U = J_D_inverse_schur(body.lambda, h * momentum);
+    const auto U = testing::J_D_inverse_schur(body.lambda, h * momentum);
     return discrete_hamiltonian<double>(body.lambda, h * momentum, U.value()).value();
   };
   EXPECT_NEAR(H(M), H(body.M), 1e-12);
@@ -126,7 +126,7 @@ TEST(SymmetricMoserVeselov, KeepsItsConstantsOverTenThousandSteps) {
 TEST(DiscreteHamiltonian, IsItsDefinition) {
   const RandomBody body(5, 3);
   const double h = 0.9 / operator_norm(body.M);
-  const MatrixXd K = h * body.M, U = J_D_inverse_schur(body.lambda, K).value();
+  const MatrixXd K = h * body.M, U = testing::J_D_inverse_schur(body.lambda, K).value();
   EXPECT_LT(largest(J_D<double>(body.lambda, U) - K), 1e-14);
   const MatrixXd exp_asinh = symmetric_P(MatrixXd::Identity(5, 5), body.M, h);
   EXPECT_LT(orthogonality_defect(exp_asinh), 1e-14);
@@ -135,8 +135,8 @@ TEST(DiscreteHamiltonian, IsItsDefinition) {
   EXPECT_FALSE(discrete_hamiltonian<double>(body.lambda, 2.3 / 0.9 * K, U).has_value());
 }
 
-/// Where there is no step, each map says so with the same largest step as the Moser–Veselov map of
-/// the same (Q, M), and nothing has moved.
+/// Where there is no step, each map ends with left_domain and the largest step of the Moser–Veselov
+/// map of the same (Q, M), and leaves the state unchanged.
 TEST(DiscreteRigidBodies, EdgesOfTheirDomain) {
   int left = 0;
   for (const int N : {3, 4, 6})
@@ -158,7 +158,7 @@ TEST(DiscreteRigidBodies, EdgesOfTheirDomain) {
       Symmetric inside(body.lambda, *status.largest_step, epsilon);
       auto in = inside.start(x);
       EXPECT_TRUE(inside.step(in).reached());
-      EXPECT_FALSE(J_D_inverse_schur(body.lambda, 1.0015 * *status.largest_step * body.M));
+      EXPECT_FALSE(testing::J_D_inverse_schur(body.lambda, 1.0015 * *status.largest_step * body.M));
     }
   EXPECT_GE(left, 6);
 }
@@ -185,7 +185,7 @@ TEST(MoserVeselovPair, StepsFromFramesFarApart) {
     const MatrixXd y = after(map, stacked(Q0, Q1), 1), U = top(y).transpose() * bottom(y);
     const MatrixXd hM = U0.transpose() * J_D<double>(body.lambda, U0) * U0;
     EXPECT_EQ(top(y), Q1);
-    EXPECT_LT(largest(U - J_D_inverse_schur(body.lambda, hM).value()), 1e-11) << seed;
+    EXPECT_LT(largest(U - testing::J_D_inverse_schur(body.lambda, hM).value()), 1e-11) << seed;
   }
 
   auto lost = pairs.start(stacked(I, I * std::nan("")));

@@ -54,7 +54,7 @@ TEST_P(OnFrames, SAndQdotAreOneAnother) {
   }
 }
 
-/// Theorem 2 by its own claim: J_Q(U) = M and QU = Q̇, whichever P carries the momentum.
+/// Theorem 2: J_Q(U) = M and QU = Q̇, for every P with the momentum M.
 TEST_P(OnFrames, TheoremTwoInvertsJ_Q) {
   const auto& [lambda, Q, U, Qdot, S, M] = p;
   Random random(3);
@@ -140,7 +140,7 @@ TEST(OnFramesWide, KeepsItsDigits) {
   }
 }
 
-/// A million columns and nothing N × N: it would take 8 TB.
+/// 10⁶ columns without an N × N matrix, which would take 8 TB.
 TEST(OnFramesLarge, NoNByNMatrix) {
   const Point small(Case{2, 5}, 1);
   const Eigen::Index N = 1000000;

@@ -52,7 +52,7 @@ TEST(SymplecticDefect, OfRk4IsItsLocalError) {
   EXPECT_NEAR(std::log2(coarse / fine), 5, 0.6);
 }
 
-/// In a wider scalar the floor falls with it: (MDRBn) and (SDRBn) by the test's own J_D⁻¹.
+/// A wider scalar lowers the floor: (MDRBn) and (SDRBn) by the test's own J_D⁻¹.
 TEST(SymplecticDefect, HasALowerFloorInAWiderScalar) {
   using Wide = long double;
   const Body<Wide> body(3, 4);

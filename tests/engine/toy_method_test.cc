@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/methods/support/method.h"
-#include "engine/simulation/catalogue/methods.h"
+#include "engine/simulation/stepping/methods.h"
 #include "tests/support/random_scene.h"
 
 namespace stiefel {

@@ -25,7 +25,7 @@ def client(server):
 
 @pytest.fixture(scope="session")
 def cpu_seconds(server):
-    """What the server has computed so far, all its threads together: work, whoever else is busy."""
+    """CPU seconds of all threads of the server so far: its work, independent of other programs."""
     def cpu_seconds():
         fields = Path(f"/proc/{server.process.pid}/stat").read_text().rpartition(")")[2].split()
         return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")

@@ -16,7 +16,7 @@ inline std::vector<std::int64_t> thirds_of_decades(std::int64_t last) {
   return steps;
 }
 
-/// How an error grows with the number of steps, as the root of its mean square over many scenes.
+/// The growth of an error with the number of steps: the root mean square over many scenes.
 class Growth {
  public:
   void add(std::int64_t step, double error) {

@@ -97,7 +97,7 @@ struct Scale {
   double lambda, M, step;
 };
 
-/// The same motion in other units: s·M goes with h/s, s·Λ with s·M, or with s·h.
+/// The motion in other units: s·M goes with h/s; s·Λ goes with s·M or with s·h.
 TEST(Momentum, Scales) {
   const Eigen::Vector3d m(0.8, -0.5, 0.4);
   for (const Scale& s :

@@ -56,7 +56,7 @@ TEST(Separatrix, FirstFlip) {
     }
 }
 
-/// How often m₂ changed its sign at the `samples` multiples of `every` steps.
+/// The number of sign changes of m₂ over `samples` multiples of `every` steps.
 template <class State, class Advance>
 int flips(std::int64_t samples, std::int64_t every, State m_2, Advance advance) {
   int count = 0;

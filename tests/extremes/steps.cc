@@ -47,7 +47,7 @@ void measure_step(SceneDescription d, double h_omega, double h, std::int64_t ste
   Record r = record_of("steps", name.str(), d, done);
   const auto say = [&](const auto&... what) { report(r.with(what...)); };
   if (done.run_status.outcome == Outcome::left_domain) {
-    // From the state at which it ended.
+    // A run from the state at which the first one ended.
     SceneDescription there = d;
     for (auto& [block, values] : there.initial)
       values = Block(RowMatrix(done.simulation->get(block)));

@@ -21,8 +21,8 @@ class Twin {
   virtual double energy_error() const = 0;
 };
 
-/// Of rigid_body and stiefel in the hands of a method of fixed steps; null for other scenes. Λ, Q
-/// and the momentum are moved at random by `perturbation` times each number's size.
+/// The twin of a scene of rigid_body or stiefel with a method of fixed steps; null for other
+/// scenes. Λ, Q and the momentum are moved at random by `perturbation` times each number's size.
 std::unique_ptr<Twin> make_twin(const Scene& scene, double perturbation = 0, unsigned seed = 1);
 
 /// How far the states drift apart, as MotionError::largest measures it, when every number of the

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/simulation/catalogue/methods.h"
+#include "engine/simulation/stepping/methods.h"
 #include "tests/extremes/twin.h"
 
 namespace stiefel::extremes {
@@ -55,7 +55,7 @@ std::unique_ptr<Twin> twin_of(const Scene& scene, const S& system, const typenam
   return made;
 }
 
-/// What moves each number by up to `perturbation` of its size.
+/// Moves each number by up to `perturbation` of its size.
 class Perturbation {
  public:
   Perturbation(double size, unsigned seed) : size_(size), state_(seed * 2654435761u + 1) {}

@@ -1,4 +1,4 @@
-// How libFuzzer changes and joins inputs: as messages, printed as JSON, now and then as wire
+// Changes and joins inputs for libFuzzer as messages, printed as JSON or, less often, in wire
 // format.
 #include <cstring>
 

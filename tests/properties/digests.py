@@ -66,7 +66,7 @@ def scene_of(pair, method, seed):
 
 
 def digest(client, scene):
-    """Of the blocks at the steps, or of the last good state of a run that stopped."""
+    """The digest of the blocks at the steps, or of the last good state of a run that stopped."""
     hashed = hashlib.sha256()
     try:
         with client.create(scene) as session:

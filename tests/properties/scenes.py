@@ -175,5 +175,5 @@ def unit(scene):
 
 
 def any_scenes(**options):
-    """Of any system and method."""
+    """Scenes of any system and method."""
     return st.sampled_from(every_pair()).flatmap(lambda pair: scenes(pair, **options))

@@ -15,7 +15,7 @@ numbers = st.sampled_from(EDGES + [-x for x in EDGES if x > 0]) | st.floats()
 
 
 def places(scene):
-    """What can be changed in it: a function that puts a number there."""
+    """The numbers of a scene that can be changed: for each a function that sets it."""
     yield "step", lambda s, x: setattr(s, "step", x)
     if scene.HasField("epsilon"):
         yield "epsilon", lambda s, x: setattr(s, "epsilon", x)
@@ -30,7 +30,7 @@ def places(scene):
 
 
 def scaled(scene, name, factor):
-    """A whole block, or the inertia, in other units."""
+    """Scales a whole block, or the inertia."""
     values = scene.inertia if name == "inertia" else scene.initial[name].values
     values[:] = [x * factor for x in values]
 

@@ -6,7 +6,7 @@ import scenes
 import stiefel
 from stiefel.scenes import to_array, to_message
 
-# What gets through the (Q, M) or (Q, S) between: condition numbers of up to 1e3, J and J_D solved.
+# The error of a conversion through (Q, M) or (Q, S): condition numbers of up to 1e3, J and J_D solved.
 ROUNDING = 1e3 * 100 * 2**-53
 
 
@@ -36,7 +36,7 @@ def test_there_and_back(client, pair, data):
 
 @given(data=st.data())
 def test_the_energy_is_the_same(client, pair, data):
-    """Of the same motion in other variables, where both have one."""
+    """The energy is the same in both variables, wherever the conversion exists."""
     given = data.draw(scenes.scenes(pair))
     target = data.draw(st.sampled_from(["rigid_body", "right_rigid_body", "symmetric_rigid_body", "mclachlan_scovel",
                                         "stiefel", "stiefel_costate", "stiefel_momentum"]))

@@ -12,16 +12,16 @@ HEAD = """# Catalogue
 A *system* is a motion. A *method* turns a continuous system into a map from step to step. A discrete system is a map
 already. `stiefel describe` prints the same from a running server.
 
-*Conservation to rounding* is said of invariants. It says nothing about the accuracy of the attitude: see
+The column *kept to rounding* is about invariants. It says nothing about the accuracy of the attitude: see
 [accuracy.md](accuracy.md). [RB] and [ST] are in [references.md](references.md).
 """
 
 RECOMMENDED = """
 ## Recommended methods
 
-What a scene gets that names neither a method nor a tolerance: the first whose scenes these are. Attitude and momentum
-then stay within 1e-8 relative over 100 rotations; on V(n, N), where motion may be chaotic, within 1e-8 times the
-condition of the motion. Longer steps are divided into substeps, as many as keep a substep within the bound.
+A scene with neither a method nor a tolerance gets the first row of its system whose *scenes* include it. Attitude and
+momentum then stay within 1e-8 relative over 100 rotations; on V(n, N), where motion may be chaotic, within 1e-8 times the
+condition of the motion. Steps longer than the bound are divided into substeps.
 """
 
 

@@ -37,12 +37,6 @@ def test_the_catalogue_page_is_what_the_server_says(client):
     assert catalogue_page.page(client.describe()) == (ROOT / "docs/catalogue.md").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("page", [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))], ids=lambda page: page.name)
-def test_every_file_that_a_page_names_exists(page):
-    links = [link for link in re.findall(r"\]\(([^)#]+)\)", page.read_text(encoding="utf-8")) if "://" not in link]
-    assert [link for link in links if not (page.parent / link).exists()] == []
-
-
 def test_the_readme_is_short():
     assert len(README.splitlines()) <= 150
 

@@ -2,6 +2,8 @@
 
 #include <Eigen/LU>
 
+#include "engine/simulation/catalogue/system_entry.h"
+#include "stiefel/catalogue.h"
 #include "tests/support/random_frame.h"
 #include "tests/support/random_matrices.h"
 #include "tests/support/random_scene.h"
@@ -22,8 +24,10 @@ Eigen::MatrixXd moved(const Eigen::MatrixXd& Q, const Eigen::MatrixXd& Qdot, dou
   return next;
 }
 
-/// Whether the method is `exact`, which needs a Λ of at most two values for N > 3.
-bool exact(const SceneDescription& d) { return d.method && d.method->name == "exact"; }
+/// Whether the method is a closed form, which needs a Λ of at most two values for N > 3.
+bool exact(const SceneDescription& d) {
+  return d.method && catalogue().method(d.method->name)->orders.empty();
+}
 
 void fill_rigid(SceneDescription& d, unsigned seed, int N) {
   const RandomBody body(N, seed);
@@ -90,14 +94,19 @@ void fill_double_bracket(SceneDescription& d, unsigned seed) {
 
 SceneDescription any_scene(const std::string& system, const std::string& method, unsigned seed,
                            double step, int N) {
-  SceneDescription d;
+  const SystemEntry* entry = system_entry(system);
+  const bool has_example = entry != nullptr && entry->example != nullptr;
+  SceneDescription d = has_example ? entry->example(seed) : SceneDescription();
   d.system = system;
   if (!method.empty()) d.method = MethodDescription{method, {}, {}, "", {}};
   d.step = step;
-  if (method == "adaptive") {  // coarse, so that its errors are above rounding
+  const MethodInfo* info = catalogue().method(method);
+  if (info != nullptr &&
+      info->default_tolerance > 0) {  // coarse, so that its errors are above rounding
     d.method->tolerance = 1e-5;
     *d.step *= 10;
   }
+  if (has_example) return d;
   if (system == "double_bracket")
     fill_double_bracket(d, seed);
   else if (system.starts_with("parametric"))

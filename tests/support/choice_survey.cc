@@ -5,7 +5,7 @@
 #include <random>
 #include <sstream>
 
-#include "engine/simulation/catalogue/step_weight.h"
+#include "engine/simulation/catalogue/methods/step_weight.h"
 #include "stiefel/tradeoff.h"
 #include "tests/support/exact_motion.h"
 #include "tests/support/random_frame.h"
@@ -68,7 +68,7 @@ ChoiceOutcome survey_choice(unsigned seed) {
   what << "seed " << seed << ": " << d.system << " N=" << d.inertia.size() << " step " << *d.step
        << " horizon " << *d.horizon << " tolerance " << *d.tolerance;
   ChoiceOutcome out{what.str(), {}};
-  const auto scene = Scene::resolve(d);
+  const auto scene = resolve_choosing(d);
   if (!scene) {
     out.chosen = scene.error().front().rule;
     return out;

@@ -174,9 +174,10 @@ SceneDescription random_description(unsigned seed, std::int64_t& steps) {
   if (!orders.empty()) d.method->order = any_of(orders);
   if (uniform(0, 1) < 0.5) d.method->arithmetic = "plain";
   if (on.in_float && uniform(0, 1) < 0.15) d.method->scalar = "float";
-  if (on.method == "adaptive") d.method->tolerance = std::pow(10, uniform(-12, -4));
+  const bool own_steps = catalogue().method(on.method)->default_tolerance > 0;
+  if (own_steps) d.method->tolerance = std::pow(10, uniform(-12, -4));
   steps = static_cast<std::int64_t>(std::pow(10, uniform(0.5, 2.5)));
-  if (on.method == "adaptive") steps = std::max<std::int64_t>(1, steps / 10);  // of longer steps
+  if (own_steps) steps = std::max<std::int64_t>(1, steps / 10);  // of longer steps
   if (system.name == "parametric_rigid_body") steps = std::min<std::int64_t>(steps, 50);
   return d;
 }

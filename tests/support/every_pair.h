@@ -2,10 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <ostream>
 #include <string>
 #include <vector>
 
+#include "engine/simulation/catalogue/system_entry.h"
 #include "stiefel/catalogue.h"
 
 namespace stiefel::testing {
@@ -23,7 +25,28 @@ struct Pair {
 inline bool in_dimension(std::string_view system, const MethodOnSystem& on, int N) {
   if (on.takes && !on.takes(Eigen::VectorXd::Ones(N))) return false;
   const bool in_3d_only = on.takes && !on.takes(Eigen::VectorXd::Ones(4));
-  return N == 4 || in_3d_only || system == "rigid_body" || system == "moser_veselov";
+  return N == 4 || in_3d_only || system_entry(system)->packed;
+}
+
+/// Whether the method chooses its own steps.
+inline bool has_own_steps(std::string_view method) {
+  const MethodInfo* info = catalogue().method(method);
+  return info != nullptr && info->default_tolerance > 0;
+}
+
+/// A step at which the method's errors are seen and stay small over a thousand steps: the system's
+/// own, which is meant for order 4 (SystemEntry::example_step), and a tenth of it for a method of
+/// lower order that keeps nothing.
+inline double step_of(std::string_view system, std::string_view method) {
+  const SystemEntry& entry = *system_entry(system);
+  for (const MethodOnSystem& on : entry.info.methods) {
+    const MethodInfo* info = catalogue().method(on.method);
+    if (on.method != method || info == nullptr || info->orders.empty()) continue;
+    const bool keeps_nothing = std::ranges::all_of(
+        on.preserves, [](const Preservation& p) { return p.conservation == Conservation::drifts; });
+    if (keeps_nothing && info->default_order < 3) return entry.example_step / 10;
+  }
+  return entry.example_step;
 }
 
 /// All pairs of the catalogue.

@@ -31,7 +31,7 @@ double distance(const QuadState& a, const QuadState& b) {
   return static_cast<double>(q > m ? q : m);
 }
 
-/// How far the vector field is from the derivative, of order 6 in d, relative to the rate.
+/// The distance of the vector field from a difference of order 6 in d, relative to the rate.
 double field_error(const RandomTop& top, const EulerTop<Quad, true>& exact) {
   BodyInQuad body(top.lambda.cast<Quad>());
   const Quad t = top.t;
@@ -50,7 +50,7 @@ double field_error(const RandomTop& top, const EulerTop<Quad, true>& exact) {
   return static_cast<double>(error.norm());
 }
 
-/// How far the solution moves when each input moves by one ulp.
+/// The change of the solution when each input changes by one ulp.
 double one_ulp_of_input(const RandomTop& top, const QuadState& x) {
   double sum = 0;
   const auto add = [&](auto change) {

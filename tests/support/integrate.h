@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "engine/systems/concepts.h"
+#include "engine/systems/stiefel.h"
 
 namespace stiefel::testing {
 
@@ -27,5 +28,10 @@ typename S::State integrate(S system, const typename S::State& start, typename S
                                              t / 100);
   return Eigen::Map<const Point>(x.data(), start.rows(), start.cols());
 }
+
+// Compiled once, in integrate.cc.
+extern template Matrix<long double> integrate(Stiefel<long double> system,
+                                              const Matrix<long double>& start, long double t,
+                                              long double tolerance);
 
 }  // namespace stiefel::testing

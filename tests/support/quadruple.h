@@ -1,6 +1,23 @@
 #pragma once
 
 #include "engine/linalg/arithmetic/quadruple.h"
+#include "engine/maps/rattle_stiefel.h"
+#include "engine/moser_veselov/cayley_n.h"
+
+namespace stiefel {
+
+// What the variational steps take longest to compile of, in quadruple precision: once, in
+// quadruple.cc and quadruple_cayley.cc.
+extern template class Lyapunov<Quad>;
+extern template class ConstraintRiccati<Quad>;
+extern template class RattleStiefel<Quad, Arithmetic::compensated>;
+extern template class RattleStiefel<Quad, Arithmetic::plain>;
+extern template class CayleyN<Quad, Arithmetic::compensated>;
+extern template class CayleyN<Quad, Arithmetic::plain>;
+
+}  // namespace stiefel
+
+extern template class Eigen::PartialPivLU<stiefel::Matrix<stiefel::Quad>>;
 
 namespace stiefel::testing {
 

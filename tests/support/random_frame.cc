@@ -2,6 +2,8 @@
 
 namespace stiefel::testing {
 
+template struct RandomFrame<float>;
 template struct RandomFrame<double>;
+template struct RandomFrame<Quad>;
 
 }  // namespace stiefel::testing

@@ -53,6 +53,8 @@ Matrix<Scalar> RandomFrame<Scalar>::state() const {
 }
 
 // Compiled once, in random_frame.cc.
+extern template struct RandomFrame<float>;
 extern template struct RandomFrame<double>;
+extern template struct RandomFrame<Quad>;
 
 }  // namespace stiefel::testing

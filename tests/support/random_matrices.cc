@@ -4,5 +4,6 @@ namespace stiefel::testing {
 
 template class RandomMatrices<double>;
 template class RandomMatrices<long double>;
+template class RandomMatrices<Quad>;
 
 }  // namespace stiefel::testing

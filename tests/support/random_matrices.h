@@ -3,6 +3,7 @@
 #include <Eigen/QR>
 #include <random>
 
+#include "engine/linalg/arithmetic/quadruple.h"
 #include "engine/linalg/arithmetic/scalar.h"
 #include "engine/linalg/matrix_equations/lu.h"
 
@@ -69,5 +70,6 @@ Matrix<Scalar> stacked(const Matrix<Scalar>& top, const Matrix<Scalar>& bottom) 
 // Compiled once, in random_matrices.cc.
 extern template class RandomMatrices<double>;
 extern template class RandomMatrices<long double>;
+extern template class RandomMatrices<Quad>;
 
 }  // namespace stiefel::testing

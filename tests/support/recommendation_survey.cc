@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include "engine/simulation/accuracy/measurement.h"
-#include "engine/simulation/catalogue/step_weight.h"
+#include "engine/simulation/catalogue/methods/step_weight.h"
 #include "tests/support/random_frame.h"
 #include "tests/support/random_matrices.h"
 #include "tests/support/random_scene.h"
@@ -53,7 +53,7 @@ class SceneMaker {
   }
   int whole(int low, int high) { return low + static_cast<int>(uniform(0, high - low + 1)); }
 
-  /// Of all values, or of so few.
+  /// Λ with all its values, or with `values_` of them.
   Eigen::VectorXd lambda(const Eigen::VectorXd& all) const {
     Eigen::VectorXd few = all;
     for (Eigen::Index i = 0; values_ > 0 && i < all.size(); ++i)
@@ -175,7 +175,7 @@ bool on_frames(const std::string& system) {
   return system.starts_with("stiefel") || system == "ellipsoid";
 }
 
-/// What a change by 1e-10 of the initial momentum has grown to at the end, over 1e-10.
+/// The growth factor, from the start to the end, of a change of the initial momentum by 1e-10.
 double condition_of(const Scene& scene, const Samples& samples) {
   if (!on_frames(scene.system())) return 1;
   constexpr double tiny = 1e-10;
@@ -246,7 +246,7 @@ RecommendationOutcome survey_recommendation(const SceneDescription& description,
   double best = own.work;
   SceneDescription open = description;
   open.method.reset();
-  auto all = candidates(open).value();
+  auto [start, all] = candidates(open).value();
   std::ranges::stable_sort(all, {}, &Candidate::weight);
   for (const Candidate& candidate : all)
     for (int knob = 0; knob < (candidate.order == 0 ? 1 : candidate.own_steps ? 12 : 17); ++knob) {
@@ -254,7 +254,7 @@ RecommendationOutcome survey_recommendation(const SceneDescription& description,
                                             : candidate.with_substeps(1 << knob);
       const double least = candidate.weight * with.substeps.value_or(1);
       if (least * static_cast<double>(steps) >= best) break;
-      const Judged judged = judge(with_method(open, with), samples, limit, best);
+      const Judged judged = judge(start.with(with).value(), samples, limit, best);
       if (!(judged.error <= limit)) continue;
       if (judged.work < best) {
         best = judged.work;

@@ -83,7 +83,7 @@ class State(_Fields):
     """The state at `step`, each field (rows, cols), of an ensemble (members, rows, cols); the last good one if `outcome` is not REACHED.
 
     A mapping from field names to read-only arrays; `copy()` one to change it. Two states are equal
-    if their steps, times, fields and endings are, whatever they cost.
+    if their steps, times, fields and run statuses are; the cost is not compared.
     """
 
     step: int

@@ -53,7 +53,7 @@ def _npz(run: Trajectory, out: IO[bytes]) -> None:
 
 
 def _csv(run: Trajectory, out: IO[bytes]) -> None:
-    """Names are quoted, because they hold commas. Outcome and ending have no place in it."""
+    """Names are quoted, because they hold commas. The format has no place for the run status."""
     names = [name for field, values in run.items() for name in _columns(field, values)]
     out.write((",".join(["step", "time", *names]) + "\n").encode())
     for step, time, fields in _samples(run):

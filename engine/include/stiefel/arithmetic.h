@@ -2,8 +2,8 @@
 
 namespace stiefel {
 
-/// How a map sums what it adds to a state in every step: with what rounding took away carried along
-/// (compensated), or without (plain).
+/// How a map adds its increments to a state: with the rounding errors carried along (compensated),
+/// or without (plain).
 enum class Arithmetic { compensated, plain };
 
 }  // namespace stiefel

@@ -12,7 +12,7 @@ namespace stiefel {
 
 std::string_view to_string(Conservation conservation);
 
-/// What a method declares about one invariant of one system.
+/// The declaration of a method about one invariant of one system.
 struct Preservation {
   std::string_view invariant;
   Conservation conservation;
@@ -56,13 +56,14 @@ struct FormInfo {
   std::string_view source;
 };
 
-/// A method on a system; the method's name is empty for the map that a discrete system is.
+/// A method on a system. The name is empty for a discrete system, which is a map already.
 struct MethodOnSystem {
   std::string_view method;
   std::vector<Preservation> preserves;
-  std::string_view where = {};                             ///< "N = 3"; empty: in every scene
-  bool (*takes)(const Eigen::VectorXd& lambda) = nullptr;  ///< the same; null: every one
-  bool in_float = false;                                   ///< offered in single precision too
+  std::string_view where = {};  ///< "N = 3"; empty: in every scene
+  bool (*takes)(const Eigen::VectorXd& lambda) =
+      nullptr;            ///< whether it accepts a scene with this Λ; null: every one
+  bool in_float = false;  ///< offered in single precision too
 };
 
 struct SystemInfo {

@@ -12,7 +12,7 @@
 
 namespace stiefel {
 
-/// Given two frames and a time, find the geodesic that joins them: the minimum of
+/// The problem to find the geodesic that joins two frames in a given time: the minimum of
 ///
 ///     ∫₀ᵀ E dt,   E = ½ tr(ΛQ̇ᵀQ̇),   Q(0) = Q_0, Q(T) = Q_T        [RB] (5.1), [ST] (3)–(4)
 ///
@@ -25,7 +25,7 @@ struct TwoPointProblem {
   double time = 1;            ///< T > 0
   std::uint64_t seed = 1;     ///< of the random starts
   int restarts = 4;           ///< paths through random frames, beside the direct ones
-  std::stop_token stop = {};  ///< asks to give up: then Cancelled
+  std::stop_token stop = {};  ///< a stop request ends the search with Cancelled
 
   /// max |QQᵀ − I| up to which a frame is accepted.
   static constexpr double frame_tolerance = 1e-9;
@@ -35,8 +35,8 @@ struct TwoPointProblem {
   static constexpr std::int64_t most_bytes = std::int64_t{512} << 20;
 };
 
-/// Is the answer the shortest of all geodesics that join the frames? The search is for minima and
-/// returns the least that it saw, which proves nothing about those it did not see.
+/// Whether the answer is the shortest of all geodesics that join the frames. The search returns the
+/// lowest of the minima that it found, which proves nothing about the others.
 ///  yes:     Q_0 = Q_T; or Λ = λI and ‖Q̇‖_F T is within the injectivity radius, π for n < N and
 ///           √2·π for n = N (of the metric ‖Q̇‖_F: Zimmermann and Stoye 2024); or the frames form a
 ///           circle, n = N = 2 or V(1,2), of which both ways round were compared.
@@ -57,11 +57,11 @@ struct Geodesic {
   int start = 0;     ///< the start that led to this one; 0 is the direct path
 };
 
-/// The same for K steps of the variational integrator (the Moser–Veselov map at n = N).
+/// The discrete geodesic: K steps of the variational integrator (the Moser–Veselov map at n = N).
 struct DiscreteGeodesic {
   std::vector<Eigen::MatrixXd> Q;  ///< Q_0, ..., Q_K
   Eigen::MatrixXd S;               ///< the state (Q_0, S) whose K steps of T/K are Q
-  Eigen::MatrixXd M;    ///< the same at n = N: hM = UΛ − ΛUᵀ, U = Q_0ᵀQ_1; else empty
+  Eigen::MatrixXd M;  ///< n = N: the momentum at Q_0, hM = UΛ − ΛUᵀ, U = Q_0ᵀQ_1; else empty
   double energy = 0;    ///< the action above over T
   double residual = 0;  ///< its largest gradient along the frames, over λ_max / T
   int distinct = 0;
@@ -82,11 +82,12 @@ struct NotOrthonormal {
 struct UnequalDeterminants {
   int Q_0, Q_T;
 };
-/// The best that was reached: max |Q(T) − Q_T|, or the gradient for the discrete problem.
+/// No solution was found; the best residual: max |Q(T) − Q_T|, or the gradient for the discrete
+/// problem.
 struct NotConverged {
   double residual;
 };
-/// Its caller asked to stop.
+/// The caller requested a stop.
 struct Cancelled {};
 }  // namespace refusal
 using ConnectRefusal =
@@ -99,7 +100,7 @@ using ConnectRefusal =
 std::expected<Geodesic, ConnectRefusal> connect(const TwoPointProblem& problem);
 std::expected<DiscreteGeodesic, ConnectRefusal> connect(const TwoPointProblem& problem, int K);
 
-/// The geodesic between two frames as a scene that anybody can run.
+/// The geodesic between two frames as a scene.
 struct JoiningScene {
   Scene scene;  ///< from Q_0: `rigid_body` where n = N, else `stiefel`; `variational`
   double energy;

@@ -2,8 +2,8 @@
 
 namespace stiefel {
 
-/// How a method keeps an invariant of the exact motion: to rounding whatever the step; with an
-/// error that oscillates but does not grow; with an error that grows with time.
+/// What a method does to an invariant of the exact motion. exact: keeps it to rounding for every
+/// step size. bounded: the error oscillates and does not grow. drifts: the error grows with time.
 enum class Conservation { exact, bounded, drifts };
 
 }  // namespace stiefel

@@ -15,7 +15,7 @@
 
 namespace stiefel {
 
-/// |value − initial| / scale; at rest, where there is nothing to measure it against, the change.
+/// |value − initial| / scale; |value − initial| where the scale is 0, which it is at rest.
 inline double drift_of(long double initial, long double value, long double scale) {
   const long double change = std::abs(value - initial);
   return static_cast<double>(scale > 0 || scale < 0 ? change / scale : change);
@@ -29,7 +29,7 @@ struct InvariantDrift {
   long double value;
   long double scale;
   Conservation conservation;
-  std::optional<std::int64_t> member = {};  ///< of an ensemble: the one whose drift is the largest
+  std::optional<std::int64_t> member = {};  ///< in an ensemble: the member with the largest drift
   double drift() const { return drift_of(initial, value, scale); }
 };
 

@@ -4,8 +4,8 @@
 
 namespace stiefel {
 
-/// A correspondence asked for where it is not defined: the name of its domain in the papers ("S_M",
-/// "S_L", ...), the number that decides, and the bound that the number should not have crossed.
+/// The argument of a correspondence is outside its domain: the name of the domain in the papers
+/// ("S_M", "S_L", ...), the number that decides, and its bound.
 struct OutsideDomain {
   std::string_view domain;
   double value;

@@ -5,14 +5,14 @@
 
 namespace stiefel {
 
-/// How a run ended. Anything but `reached` leaves the last good state in place.
+/// How a run ended. Every outcome but `reached` keeps the last good state.
 enum class Outcome { reached, left_domain, solver_stalled, not_finite, cancelled };
 
 struct RunStatus {
   Outcome outcome = Outcome::reached;
   /// left_domain: the largest |h| that has a solution from the last good state, to 1e-3.
   std::optional<double> largest_step;
-  /// Of an ensemble: the member that ended it.
+  /// In an ensemble: the member that stopped first.
   std::optional<std::int64_t> member = {};
 
   bool reached() const { return outcome == Outcome::reached; }

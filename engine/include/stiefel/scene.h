@@ -18,7 +18,7 @@ namespace stiefel {
 
 using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// A method as asked for; what is absent is filled in by Scene::resolve.
+/// A method as requested; Scene::resolve fills in absent fields.
 struct MethodDescription {
   std::string name;
   std::optional<int> order;
@@ -28,9 +28,9 @@ struct MethodDescription {
   std::string scalar = {};               ///< "double", "float" or empty
 };
 
-/// A body in three dimensions in engineers' terms and in the caller's axes.
-/// Inertia tensor (Ixx, Iyy, Izz, Ixy, Ixz, Iyz: matrix entries) or principal moments, in kg m²;
-/// the attitude is Hamilton's quaternion w, x, y, z, body to space; rad/s in body axes.
+/// A body in three dimensions in the caller's axes. Inertia tensor (Ixx, Iyy, Izz, Ixy, Ixz, Iyz:
+/// matrix entries) or principal moments, in kg m²; the attitude is Hamilton's quaternion w, x, y,
+/// z, body to space; rad/s in body axes.
 struct BodyDescription {
   std::vector<double> inertia_tensor;
   std::vector<double> moments;
@@ -49,7 +49,7 @@ struct Block {
   RowMatrix values, imaginary;
 };
 
-/// A scene as a caller writes it; nothing is checked. Its fields as data: scene_fields.h.
+/// A scene as a caller writes it, unchecked. Its fields as data: scene_fields.h.
 struct SceneDescription {
   std::string system;
   std::optional<MethodDescription> method;
@@ -59,7 +59,7 @@ struct SceneDescription {
   std::optional<double> epsilon;    ///< of the symmetric systems
   std::optional<double> parameter;  ///< μ of the parametric systems
   std::optional<double> step;
-  std::optional<double> tolerance = {};  ///< instead of a method: of the error up to `horizon`
+  std::optional<double> tolerance = {};  ///< instead of a method: largest error up to `horizon`
   std::optional<double> horizon = {};    ///< the time of interest, > 0 whatever the step's sign
   std::string choice = {};               ///< of a resolved scene: why it has the method that it has
   std::optional<int> members = {};       ///< of an ensemble
@@ -72,7 +72,7 @@ struct PrincipalAxes {
   Eigen::Matrix3d rotation;
 };
 
-/// Everything that determines a motion; immutable, and valid because only `resolve` makes one.
+/// Everything that determines a motion. Immutable, and always valid: only `resolve` makes one.
 /// Resolving a resolved description gives the same scene, bit for bit.
 class Scene {
  public:
@@ -84,19 +84,23 @@ class Scene {
   static constexpr int max_members = 1 << 16;
   /// Q is accepted, and repaired, up to this max |QQᵀ − I|; the same for | |attitude| − 1 |.
   static constexpr double frame_tolerance = 1e-6;
-  /// The same where a scene starts from a state that the engine reached: methods drift.
+  /// The bound for scenes that start from a computed state, which may have drifted.
   static constexpr double drift_tolerance = 1e-2;
   /// M is accepted, and its skew part taken, up to this max |M + Mᵀ| / max |M|.
   static constexpr double skew_tolerance = 1e-10;
-  /// The least top-level `tolerance`: nothing in double precision is better.
+  /// The smallest top-level `tolerance`: the limit of double precision.
   static constexpr double least_tolerance = 1e-15;
 
-  /// Every violation at once, or the scene. With a tolerance instead of a method that takes a
-  /// measurement of about a second (choice.h). Frames are repaired up to `largest_repair`. The
-  /// violations are of the fields of `place`.
+  /// Every violation at once, or the scene. Frames are repaired up to `largest_repair`. The
+  /// violations are of the fields of `place`. Nothing is simulated: a description with a tolerance
+  /// instead of a method is refused with reason METHOD_NOT_CHOSEN (resolve_choosing, tradeoff.h).
   static std::expected<Scene, Violations> resolve(SceneDescription description,
                                                   double largest_repair = frame_tolerance,
                                                   const Place& place = {});
+
+  /// The same start in the hands of another method, without the tolerance that a method was chosen
+  /// for. Nothing but the method is checked, unless its numbers have a narrower range.
+  std::expected<Scene, Violations> with(MethodDescription method, const Place& place = {}) const;
 
   /// The resolved description: what the caller gave with every default filled in.
   const SceneDescription& description() const { return description_; }
@@ -136,7 +140,8 @@ class Scene {
   int determinant() const { return determinant_; }
   /// Only for a scene given by `body`.
   const std::optional<PrincipalAxes>& axes() const { return axes_; }
-  /// Of an ensemble, each a scene of its own; the rest of this class then speaks of the first.
+  /// The members of an ensemble, each as a scene; the other functions of this class then return the
+  /// data of the first member.
   std::span<const Scene> members() const;
 
  private:
@@ -152,11 +157,11 @@ class Scene {
   std::shared_ptr<const std::vector<Scene>> members_;
 };
 
-/// What is doubtful about a scene that is accepted, one sentence each; mostly none.
+/// The warnings about an accepted scene, one sentence each; usually none.
 ///
 /// The motion is defined wherever λ_i + λ_j > 0, but λ_i is a second moment of mass: below 0 it
-/// belongs to no rigid body. In three dimensions λ_3 < 0 is I_1 + I_2 < I_3. Roundings of the
-/// moments of a flat body, where λ_3 = 0, are none.
+/// belongs to no rigid body. In three dimensions λ_3 < 0 is I_1 + I_2 < I_3. Rounding errors in the
+/// moments of a flat body, where λ_3 = 0, give no warning.
 std::vector<std::string> warnings(const Scene& scene);
 
 }  // namespace stiefel

@@ -15,8 +15,8 @@ namespace stiefel {
 
 class InvariantList;
 
-/// What can be sampled: "Q", "M", "Omega", "quaternion", ...; written rows × cols, and where it is
-/// complex every element as real and imaginary part.
+/// A field that can be sampled: "Q", "M", "Omega", "quaternion", ...; rows × cols numbers, for
+/// complex fields each element as its real and imaginary part.
 struct Field {
   std::string name;
   int rows = 0;
@@ -27,24 +27,25 @@ struct Field {
   int size() const { return rows * cols * (complex ? 2 : 1) * (members > 0 ? members : 1); }
 };
 
-/// A Map with its current State and step index. The state at step k has the same bits however it
-/// was reached: by one call or many, or by `restore` of what `save` gave at some step before.
-/// Not thread-safe; different simulations may run on different threads.
+/// A Map with its current State and step index. The state at step k has the same bits on every path
+/// to it: by one call or many, or by `restore` from an earlier `save`. Not thread-safe; different
+/// simulations may run on different threads.
 class Simulation {
  public:
   virtual ~Simulation() = default;
 
   std::int64_t step() const { return step_; }
-  /// Steps of the map taken so far, substeps each for itself, and where a method chooses its own
-  /// those that it rejected too: what `step_weight` is a weight of.
+  /// The number of map steps so far: every substep counts, and for a method that chooses its
+  /// substeps the rejected ones too. Work is this number times `step_weight`.
   virtual std::int64_t map_steps() const = 0;
 
-  /// Goes `steps` ≥ 0 further, or to the last good state before. Looks at `stop` before every step
+  /// Advances by `steps` ≥ 0, or to the last good state before. Looks at `stop` before every step
   /// of the map, and where a method chooses its own steps before every attempt: then `cancelled`.
   /// No allocation after the first step.
   virtual RunStatus advance(std::int64_t steps, const std::stop_token& stop = {}) = 0;
 
-  /// Whether each state comes from the one at step 0, so that `advance` takes one time however far.
+  /// Whether each state follows directly from step 0, so that `advance` costs the same for any
+  /// number of steps.
   virtual bool direct() const { return false; }
 
   /// The complete state, solver history and round-off carries included, and back again.
@@ -61,19 +62,19 @@ class Simulation {
   /// Writes field `index`, row by row, in the caller's axes.
   virtual void write(std::size_t index, std::span<double> out) const = 0;
 
-  /// A field by its name, which must be one of `fields()`; of an ensemble the members' on top of
-  /// each other.
+  /// A field by its name, of an ensemble the members' on top of each other. Throws
+  /// std::invalid_argument for one that is not among `fields()`.
   Eigen::MatrixXd get(std::string_view name) const;
 
   /// The invariants at the current state, computed in extended precision where that is cheap.
   virtual void invariants(InvariantList& out) const = 0;
   /// max |QQᵀ − I|; nothing for a state without a frame.
   virtual std::optional<double> orthogonality() const = 0;
-  /// How fast it turns, 1/time: ‖Ω‖, or ‖Q̇‖ where n < N.
+  /// The rate of the motion, 1/time: ‖Ω‖, or ‖Q̇‖ where n < N.
   virtual double rate() const = 0;
 
-  /// LEFT_DOMAIN's number for the current state: the largest |h| ≤ limit with a solution, to 1e-3;
-  /// nothing for a map that is defined for every step.
+  /// The largest |h| ≤ limit for which a step from the current state has a solution, to 1e-3; empty
+  /// for a map that is defined for every h.
   virtual std::optional<double> largest_step(double limit) const = 0;
 
   /// One step of the map, without its history, from any state x near the manifold, blocks stacked
@@ -96,10 +97,13 @@ class Simulation {
 /// The simulation of a scene, at step 0.
 std::unique_ptr<Simulation> make_simulation(const Scene& scene);
 
+/// How many threads all ensembles of this process may use; all cores unless told.
+void limit_ensemble_threads(int threads);
+
 /// One sentence for people; empty when reached.
 std::string to_sentence(const RunStatus& status);
-/// One sentence for people, empty when reached, with what takes the scene where its method does
-/// not.
+/// One sentence for people, empty when reached. It names a method that accepts the scene if the
+/// scene's own does not.
 std::string to_sentence(const RunStatus& status, const Scene& scene);
 
 /// The rate (`Simulation::rate`) at the last good state, where `last` is; of an ensemble that of

@@ -22,7 +22,31 @@ struct MotionError {
   double largest() const { return std::max(attitude.value_or(0), momentum); }
 };
 
-/// What is asked for. The scene's method is not looked at.
+/// What a scene with a tolerance instead of a method gets.
+struct Choice {
+  MethodDescription method;
+  /// What was chosen, and why: error, up to when, against which reference, at which work.
+  std::string reason;
+};
+
+/// The cheapest method, order, arithmetic and substeps whose error, the largest of attitude and
+/// momentum at eight times up to `horizon` and there, stays within `tolerance`, by runs of this
+/// scene worth about a second: errors against a reference, work counted, never the clock. Each
+/// number of substeps follows from the last by the declared order and is then run. Where whole runs
+/// would cost too much, shorter ones are extrapolated by the declared growth, doubled; runs in
+/// single precision are not, and are then out of the question.
+///
+/// Expects a sound description with tolerance, horizon and step. When nothing meets the tolerance
+/// the refusal has reason TOLERANCE_NOT_MET, with the best that was found.
+std::expected<Choice, Violations> choose_method(const SceneDescription& description,
+                                                const Place& place = {});
+
+/// Scene::resolve; of a description with a tolerance instead of a method, choose_method before it.
+std::expected<Scene, Violations> resolve_choosing(SceneDescription description,
+                                                  double largest_repair = Scene::frame_tolerance,
+                                                  const Place& place = {});
+
+/// A request for a trade-off. The scene's method is ignored.
 struct TradeoffRequest {
   SceneDescription scene;
   std::optional<double> horizon = {};  ///< else the scene's, else 100 steps
@@ -39,7 +63,7 @@ struct TradeoffSetup {
   double reference_error = 0;  ///< at the end of its run
   double horizon = 0;
   std::int64_t steps = 0;            ///< to the horizon
-  std::int64_t reference_steps = 0;  ///< of them the reference went so many
+  std::int64_t reference_steps = 0;  ///< steps that the reference reached
   double budget = 0;
   int repeats = 0;
   std::size_t curves = 0;  ///< candidates, each of which gives one point or more
@@ -49,8 +73,7 @@ struct TradeoffSetup {
 /// those at the horizon, extrapolated if the run was cut short.
 struct TradeoffPoint {
   MethodDescription method;
-  /// Nothing where the run stopped; else no part of it is below `reference_error`, which stands for
-  /// what is.
+  /// Empty where the run stopped. A part below `reference_error` is reported as `reference_error`.
   std::optional<MotionError> error;
   double drift = 0;  ///< the worst of the invariants' over the run
   std::string drift_of;
@@ -66,8 +89,8 @@ struct TradeoffPoint {
 /// Error against work on one scene, for each method, order and arithmetic with 1, 2, 4, ...
 /// substeps, or with the tolerances 1e-3, 1e-4, ..., until the error falls no more or the point's
 /// share of the budget is used up. Runs in single precision whose error is rounding are measured
-/// whole or left out. Points come one by one. Everything but the times is the same on every machine
-/// that runs the same build.
+/// whole or left out. Points come one at a time. All results except the times are the same on every
+/// machine with the same build.
 class Tradeoff {
  public:
   ~Tradeoff();
@@ -76,8 +99,8 @@ class Tradeoff {
   /// Checks the request; moves nothing. The violations are of its fields: "scene.step", "budget".
   static std::expected<Tradeoff, Violations> prepare(TradeoffRequest request);
 
-  /// Solves the reference, about half of the budget at most. First of all. A refusal where the
-  /// budget does not reach to the first state.
+  /// Solves the reference with at most about half of the budget; call it first. Fails if the budget
+  /// does not suffice for the first state.
   std::expected<TradeoffSetup, Violations> solve_reference(const std::stop_token& stop);
 
   /// The next point; nothing when there are no more, or the token asks to stop.

@@ -4,11 +4,11 @@
 
 namespace stiefel {
 
-/// Everything that could change bits between two processes: version, compiler, flags, C library,
-/// CPU features. Two processes with equal fingerprints compute the same states.
+/// Everything that could change the bits of a state between two processes: version, compiler,
+/// flags, C library, CPU features. Two processes with equal fingerprints compute the same states.
 const std::string& build_fingerprint();
 
-/// What measured times are times of: CPU and number of cores.
+/// The machine of measured times: CPU and number of cores.
 const std::string& machine();
 
 }  // namespace stiefel

@@ -10,21 +10,22 @@
 
 namespace stiefel {
 
-/// What is wrong with a request: the path of the field ("scene.initial.Q"), its value and the rule
-/// it breaks.
+/// A fault of a request: the path of the field ("scene.initial.Q"), its value and the rule that it
+/// breaks.
 struct Violation {
   std::string field;
   std::string value;
   std::string rule;
-  /// A constant in UPPER_SNAKE_CASE with its numbers, where a program may want to tell it apart.
+  /// A constant in UPPER_SNAKE_CASE, with its numbers in `metadata`, for faults that programs tell
+  /// apart.
   std::string reason = {};
   std::map<std::string, std::string> metadata = {};
 };
 using Violations = std::vector<Violation>;
 
-/// Where the fields of a description stand in what its author wrote. A check of a description names
-/// the description's fields ("initial.Q"); its place turns that into the field that the author can
-/// change.
+/// Maps the fields of a description to the fields that its author wrote. A check names the
+/// description's field ("initial.Q"); the place gives the path that the author can change
+/// ("scene.initial.Q").
 class Place {
  public:
   /// The description is all there is: "initial.Q" is at "initial.Q".

@@ -2,9 +2,9 @@
 
 #include <Eigen/Core>
 
-/// The kernels of Eigen's products of dense matrices of a Scalar, as explicit instantiations:
-/// declared here, compiled once in eigen_products.cc instead of in every file that multiplies.
-/// Eigen names them by what its traits say of the machine; so does this.
+/// Explicit instantiations of Eigen's kernels for products of dense matrices of a Scalar: declared
+/// here and compiled once in eigen_products.cc, not in every file that multiplies. The template
+/// arguments are those that Eigen's traits give for the machine.
 #define STIEFEL_EIGEN_PRODUCTS(EXTERN, Scalar)                                                     \
   namespace Eigen::internal {                                                                      \
   EXTERN template struct gebp_kernel<Scalar, Scalar, Index,                                        \

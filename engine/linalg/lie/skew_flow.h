@@ -1,9 +1,8 @@
 #pragma once
 
-#include <Eigen/Eigenvalues>
 #include <complex>
 
-#include "engine/linalg/arithmetic/scalar.h"
+#include "engine/linalg/matrix_equations/eigenvectors.h"
 
 namespace stiefel {
 
@@ -12,21 +11,9 @@ namespace stiefel {
 template <class Scalar>
 class SkewFlow {
  public:
-  explicit SkewFlow(const Matrix<Scalar>& A) {
-    if (A.rows() == 0) return;
-    const Matrix<Complex> H = Complex(0, 1) * A.template cast<Complex>();
-    const Eigen::SelfAdjointEigenSolver<Matrix<Complex>> solver(H);
-    Z_ = turned_ = product_ = solver.eigenvectors();
-    w_ = solver.eigenvalues();
-  }
+  explicit SkewFlow(const Matrix<Scalar>& A);
 
-  void operator()(Scalar t, Matrix<Scalar>& E) {
-    using std::cos, std::sin;
-    for (Eigen::Index i = 0; i < w_.size(); ++i)
-      turned_.col(i) = Complex(cos(w_(i) * t), -sin(w_(i) * t)) * Z_.col(i);
-    product_.noalias() = turned_ * Z_.adjoint();
-    E = product_.real();
-  }
+  void operator()(Scalar t, Matrix<Scalar>& E);
 
  private:
   using Complex = std::complex<Scalar>;
@@ -34,5 +21,27 @@ class SkewFlow {
   Matrix<Complex> Z_, turned_, product_;
   Vector<Scalar> w_;
 };
+
+template <class Scalar>
+SkewFlow<Scalar>::SkewFlow(const Matrix<Scalar>& A) {
+  if (A.rows() == 0) return;
+  const Matrix<Complex> H = Complex(0, 1) * A.template cast<Complex>();
+  const Eigen::SelfAdjointEigenSolver<Matrix<Complex>> solver(H);
+  Z_ = turned_ = product_ = solver.eigenvectors();
+  w_ = solver.eigenvalues();
+}
+
+template <class Scalar>
+void SkewFlow<Scalar>::operator()(Scalar t, Matrix<Scalar>& E) {
+  using std::cos, std::sin;
+  for (Eigen::Index i = 0; i < w_.size(); ++i)
+    turned_.col(i) = Complex(cos(w_(i) * t), -sin(w_(i) * t)) * Z_.col(i);
+  product_.noalias() = turned_ * Z_.adjoint();
+  E = product_.real();
+}
+
+// Compiled once, in skew_flow.cc.
+extern template class SkewFlow<double>;
+extern template class SkewFlow<long double>;
 
 }  // namespace stiefel

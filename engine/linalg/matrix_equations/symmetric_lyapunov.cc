@@ -3,6 +3,6 @@
 namespace stiefel {
 
 template class SymmetricLyapunov<double>;
-template class SymmetricLyapunov<long double>;
+template class SymmetricLyapunov<float>;
 
 }  // namespace stiefel

@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "engine/linalg/arithmetic/quadruple.h"
 #include "engine/linalg/matrix_equations/householder.h"
 
 namespace stiefel {
@@ -69,8 +70,10 @@ void SymmetricLyapunov<Scalar>::solve(const Matrix<Scalar>& E, Matrix<Scalar>& X
   X.noalias() = product_ * V_.transpose();
 }
 
-// Compiled once, in symmetric_lyapunov.cc.
+// Compiled once, in symmetric_lyapunov.cc and symmetric_lyapunov_extended.cc.
 extern template class SymmetricLyapunov<double>;
+extern template class SymmetricLyapunov<float>;
 extern template class SymmetricLyapunov<long double>;
+extern template class SymmetricLyapunov<Quad>;
 
 }  // namespace stiefel

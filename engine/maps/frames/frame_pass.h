@@ -38,24 +38,38 @@ class FramePass {
                        const Scalar* Y1_h, const FrameSums<Scalar>& moments) = 0;
 };
 
-/// The pass for n rows compiled for `isa`; frame_pass.cc.in compiles it for doubles.
-template <class Scalar, Arithmetic arithmetic, Under under, Isa isa>
-std::unique_ptr<FramePass<Scalar>> make_frame_pass_on(std::ptrdiff_t n);
+/// The pass for n rows compiled for `isa`. Scalars other than double and float need
+/// frame_pass_on.h, and have no code specialised for few rows.
+template <class Scalar, Isa isa>
+std::unique_ptr<FramePass<Scalar>> make_frame_pass_on(Arithmetic arithmetic, Under under,
+                                                      std::ptrdiff_t n);
 
 /// The pass for n rows compiled for the widest instruction set of this machine.
-template <class Scalar, Arithmetic arithmetic, Under under>
-std::unique_ptr<FramePass<Scalar>> make_frame_pass(std::ptrdiff_t n) {
+template <class Scalar>
+std::unique_ptr<FramePass<Scalar>> make_frame_pass(Arithmetic arithmetic, Under under,
+                                                   std::ptrdiff_t n) {
 #ifdef STIEFEL_X86_64
   if constexpr (std::is_same_v<Scalar, double>) {
     if (widest_isa() == Isa::avx512)
-      return make_frame_pass_on<Scalar, arithmetic, under, Isa::avx512>(n);
+      return make_frame_pass_on<Scalar, Isa::avx512>(arithmetic, under, n);
     if (widest_isa() == Isa::avx2)
-      return make_frame_pass_on<Scalar, arithmetic, under, Isa::avx2>(n);
+      return make_frame_pass_on<Scalar, Isa::avx2>(arithmetic, under, n);
   }
 #endif
-  return make_frame_pass_on<Scalar, arithmetic, under, Isa::baseline>(n);
+  return make_frame_pass_on<Scalar, Isa::baseline>(arithmetic, under, n);
 }
 
 extern template class FramePass<double>;
+extern template class FramePass<float>;
+
+// Compiled once: for each instruction set from frame_pass.cc.in, and in frame_pass_float.cc.
+extern template std::unique_ptr<FramePass<double>> make_frame_pass_on<double, Isa::baseline>(
+    Arithmetic, Under, std::ptrdiff_t);
+extern template std::unique_ptr<FramePass<double>> make_frame_pass_on<double, Isa::avx2>(
+    Arithmetic, Under, std::ptrdiff_t);
+extern template std::unique_ptr<FramePass<double>> make_frame_pass_on<double, Isa::avx512>(
+    Arithmetic, Under, std::ptrdiff_t);
+extern template std::unique_ptr<FramePass<float>> make_frame_pass_on<float, Isa::baseline>(
+    Arithmetic, Under, std::ptrdiff_t);
 
 }  // namespace stiefel

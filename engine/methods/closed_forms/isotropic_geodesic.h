@@ -1,8 +1,8 @@
 #pragma once
 
-#include <Eigen/QR>
 #include <algorithm>
 
+#include "engine/linalg/lie/orthonormal_columns.h"
 #include "engine/linalg/lie/skew_flow.h"
 
 namespace stiefel {
@@ -21,58 +21,18 @@ class IsotropicGeodesic {
 
   static bool has(const Vector<double>& lambda) { return (lambda.array() == lambda(0)).all(); }
 
-  IsotropicGeodesic(const Vector<Scalar>& lambda, const Point& start)
-      : IsotropicGeodesic(lambda(0), start, start.rows() / 2) {}
+  IsotropicGeodesic(const Vector<Scalar>& lambda, const Point& start);
 
-  const Point& at(Scalar t) {
-    by_W_(t, E_);
-    turned_.noalias() = YK_ * E_;
-    by_A_(-t, back_);
-    product_.noalias() = turned_.leftCols(n_) * back_;
-    x_.topRows(n_) = product_.transpose();
-    AR_back_.noalias() = AR_ * back_;
-    product_.noalias() = turned_ * AR_back_;
-    x_.bottomRows(n_) = lambda_ * product_.transpose();
-    return x_;
-  }
+  const Point& at(Scalar t);
 
  private:
-  IsotropicGeodesic(Scalar lambda, const Point& start, Eigen::Index n)
-      : IsotropicGeodesic(lambda, Matrix<Scalar>(start.topRows(n).transpose()),
-                          Matrix<Scalar>(start.bottomRows(n).transpose() / lambda)) {}
-  IsotropicGeodesic(Scalar lambda, const Matrix<Scalar>& Y, const Matrix<Scalar>& H)
-      : n_(Y.cols()),
-        lambda_(lambda),
-        YK_(completed(Y, H)),
-        AR_(YK_.transpose() * H),
-        by_W_(W(n_, AR_)),
-        by_A_(skew(AR_.topRows(n_))),
-        turned_(YK_),
-        product_(Y),
-        AR_back_(AR_),
-        x_(2 * n_, Y.rows()) {}
+  IsotropicGeodesic(Scalar lambda, const Point& start, Eigen::Index n);
+  IsotropicGeodesic(Scalar lambda, const Matrix<Scalar>& Y, const Matrix<Scalar>& H);
 
-  static Matrix<Scalar> skew(const Matrix<Scalar>& A) { return (A - A.transpose()) / 2; }
-
+  static Matrix<Scalar> skew(const Matrix<Scalar>& A);
   /// [Y K], K from the QR factors of [Y H].
-  static Matrix<Scalar> completed(const Matrix<Scalar>& Y, const Matrix<Scalar>& H) {
-    const Eigen::Index N = Y.rows(), n = Y.cols(), k = std::min(n, N - n);
-    Matrix<Scalar> both(N, 2 * n), YK(N, n + k);
-    both << Y, H;
-    const Eigen::HouseholderQR<Matrix<Scalar>> qr(both);
-    YK = qr.householderQ() * Matrix<Scalar>::Identity(N, n + k);
-    YK.leftCols(n) = Y;
-    return YK;
-  }
-
-  static Matrix<Scalar> W(Eigen::Index n, const Matrix<Scalar>& AR) {
-    const Eigen::Index k = AR.rows() - n;
-    Matrix<Scalar> W = Matrix<Scalar>::Zero(n + k, n + k);
-    W.topLeftCorner(n, n) = 2 * skew(AR.topRows(n));
-    W.bottomLeftCorner(k, n) = AR.bottomRows(k);
-    W.topRightCorner(n, k) = -AR.bottomRows(k).transpose();
-    return W;
-  }
+  static Matrix<Scalar> completed(const Matrix<Scalar>& Y, const Matrix<Scalar>& H);
+  static Matrix<Scalar> W(Eigen::Index n, const Matrix<Scalar>& AR);
 
   Eigen::Index n_;
   Scalar lambda_;
@@ -82,5 +42,70 @@ class IsotropicGeodesic {
   Matrix<Scalar> E_, turned_, product_, back_, AR_back_;
   Point x_;
 };
+
+template <class Scalar>
+IsotropicGeodesic<Scalar>::IsotropicGeodesic(const Vector<Scalar>& lambda, const Point& start)
+    : IsotropicGeodesic(lambda(0), start, start.rows() / 2) {}
+
+template <class Scalar>
+IsotropicGeodesic<Scalar>::IsotropicGeodesic(Scalar lambda, const Point& start, Eigen::Index n)
+    : IsotropicGeodesic(lambda, Matrix<Scalar>(start.topRows(n).transpose()),
+                        Matrix<Scalar>(start.bottomRows(n).transpose() / lambda)) {}
+
+template <class Scalar>
+IsotropicGeodesic<Scalar>::IsotropicGeodesic(Scalar lambda, const Matrix<Scalar>& Y,
+                                             const Matrix<Scalar>& H)
+    : n_(Y.cols()),
+      lambda_(lambda),
+      YK_(completed(Y, H)),
+      AR_(YK_.transpose() * H),
+      by_W_(W(n_, AR_)),
+      by_A_(skew(AR_.topRows(n_))),
+      turned_(YK_),
+      product_(Y),
+      AR_back_(AR_),
+      x_(2 * n_, Y.rows()) {}
+
+template <class Scalar>
+auto IsotropicGeodesic<Scalar>::at(Scalar t) -> const Point& {
+  by_W_(t, E_);
+  turned_.noalias() = YK_ * E_;
+  by_A_(-t, back_);
+  product_.noalias() = turned_.leftCols(n_) * back_;
+  x_.topRows(n_) = product_.transpose();
+  AR_back_.noalias() = AR_ * back_;
+  product_.noalias() = turned_ * AR_back_;
+  x_.bottomRows(n_) = lambda_ * product_.transpose();
+  return x_;
+}
+template <class Scalar>
+Matrix<Scalar> IsotropicGeodesic<Scalar>::skew(const Matrix<Scalar>& A) {
+  return (A - A.transpose()) / 2;
+}
+
+template <class Scalar>
+Matrix<Scalar> IsotropicGeodesic<Scalar>::completed(const Matrix<Scalar>& Y,
+                                                    const Matrix<Scalar>& H) {
+  const Eigen::Index N = Y.rows(), n = Y.cols(), k = std::min(n, N - n);
+  Matrix<Scalar> both(N, 2 * n);
+  both << Y, H;
+  Matrix<Scalar> YK = orthonormal_columns(both, n + k);
+  YK.leftCols(n) = Y;
+  return YK;
+}
+
+template <class Scalar>
+Matrix<Scalar> IsotropicGeodesic<Scalar>::W(Eigen::Index n, const Matrix<Scalar>& AR) {
+  const Eigen::Index k = AR.rows() - n;
+  Matrix<Scalar> W = Matrix<Scalar>::Zero(n + k, n + k);
+  W.topLeftCorner(n, n) = 2 * skew(AR.topRows(n));
+  W.bottomLeftCorner(k, n) = AR.bottomRows(k);
+  W.topRightCorner(n, k) = -AR.bottomRows(k).transpose();
+  return W;
+}
+
+// Compiled once, in isotropic_geodesic.cc.
+extern template class IsotropicGeodesic<double>;
+extern template class IsotropicGeodesic<long double>;
 
 }  // namespace stiefel

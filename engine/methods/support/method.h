@@ -11,6 +11,14 @@
 
 namespace stiefel {
 
+/// How a method moves rigid bodies of three and four dimensions in the lanes of vector registers.
+enum class Packing {
+  none,              ///< each alone
+  vector_field,      ///< by the vector field, with the lambda of each body
+  stages,            ///< Moser-Veselov stages of each body
+  modified_inertia,  ///< one Moser-Veselov stage of each body's modified moments
+};
+
 /// The declarations of a method, as data. Tests, Diagnose and the documentation read them.
 struct MethodTraits {
   const char* name;
@@ -21,6 +29,9 @@ struct MethodTraits {
   int default_order;
   bool reversible;               ///< a step by −h undoes a step by h
   double default_tolerance = 0;  ///< 0 for methods that take steps of a fixed size
+  bool in_float = false;         ///< moves the systems that are offered in single precision
+  bool in_so4 = false;           ///< moves bodies of four dimensions in the coordinates of So4
+  Packing packing = Packing::none;
 };
 
 /// A Method turns a System into a Map: `Method::traits`, `Method::applies<System>`,

@@ -2,23 +2,17 @@
 
 #include <algorithm>
 
-#include "engine/simulation/catalogue/step_weight.h"
-#include "engine/simulation/scene/scene_draft.h"
+#include "engine/linalg/arithmetic/to_text.h"
+#include "engine/simulation/catalogue/methods/step_weight.h"
 #include "stiefel/catalogue.h"
+#include "stiefel/invariant_names.h"
 
 namespace stiefel {
 namespace {
 
-SceneDescription in_the_hands_of(SceneDescription description, const MethodDescription& method) {
-  description.method = method;
-  description.tolerance.reset();
-  description.choice.clear();
-  return description;
-}
-
 bool keeps_energy(const MethodOnSystem& on) {
   return std::ranges::none_of(on.preserves, [](const Preservation& p) {
-    return p.invariant == "energy" && p.conservation == Conservation::drifts;
+    return p.invariant == family::energy && p.conservation == Conservation::drifts;
   });
 }
 
@@ -36,29 +30,30 @@ MethodDescription Candidate::with_tolerance(double tolerance) const {
   return made;
 }
 
-std::expected<std::vector<Candidate>, Violations> candidates(const SceneDescription& description,
-                                                             const Place& place) {
+std::expected<Candidates, Violations> candidates(SceneDescription description, const Place& place) {
   const SystemInfo* system = catalogue().system(description.system);
   if (system != nullptr && system->discrete)
     return std::unexpected(Violations{place.violation(
         "system", '"' + description.system + '"',
         "is a discrete system: its map is its motion, and no method can do it better")});
+  description.method.reset();
+  description.tolerance.reset();
+  description.choice.clear();
+  auto start = Scene::resolve(std::move(description), Scene::frame_tolerance, place);
+  if (!start) return std::unexpected(std::move(start.error()));
   Violations refused;
   std::vector<Candidate> all;
   const auto consider = [&](const MethodOnSystem& on, std::optional<int> order,
                             const char* arithmetic, const char* scalar) {
     const MethodInfo& info = *catalogue().method(on.method);
     const MethodDescription method{std::string(on.method), order, 1, arithmetic, {}, scalar};
-    auto scene =
-        Scene::resolve(in_the_hands_of(description, method), Scene::frame_tolerance, place);
+    auto scene = start->with(method, place);
     if (scene)
       all.push_back({method, order.value_or(0), info.default_tolerance > 0,
                      keeps_energy(on) && !scene->in_float(), step_weight(*scene)});
     else if (refused.empty())
       refused = std::move(scene.error());
   };
-  if (system == nullptr)
-    return std::unexpected(Scene::resolve(description, Scene::frame_tolerance, place).error());
   for (const auto& on : system->methods) {
     const auto& orders = catalogue().method(on.method)->orders;
     for (const int order : orders)
@@ -69,11 +64,8 @@ std::expected<std::vector<Candidate>, Violations> candidates(const SceneDescript
     if (orders.empty()) consider(on, std::nullopt, "compensated", "double");
   }
   if (all.empty()) return std::unexpected(std::move(refused));
-  return all;
-}
-
-Scene with_method(const SceneDescription& description, const MethodDescription& method) {
-  return Scene::resolve(in_the_hands_of(description, method)).value();
+  Scene in_hands = start->with(all.front().method, place).value();
+  return Candidates{std::move(in_hands), std::move(all)};
 }
 
 std::string to_text(const MethodDescription& method) {

@@ -22,13 +22,15 @@ struct Candidate {
   MethodDescription with_tolerance(double tolerance) const;
 };
 
-/// Every method of the system that takes this scene, in each order, arithmetic and scalar; or what
-/// is wrong with the scene.
-std::expected<std::vector<Candidate>, Violations> candidates(const SceneDescription& description,
-                                                             const Place& place = {});
+/// Every method of the system that takes a scene, in each order, arithmetic and scalar.
+struct Candidates {
+  Scene start;  ///< the scene, in the hands of the first
+  std::vector<Candidate> all;
+};
 
-/// The scene in the hands of a method; throws std::bad_expected_access for one it does not take.
-Scene with_method(const SceneDescription& description, const MethodDescription& method);
+/// Those of this scene, whose own method and tolerance are not looked at; or what is wrong with it.
+std::expected<Candidates, Violations> candidates(SceneDescription description,
+                                                 const Place& place = {});
 
 /// "variational of order 4, 3 substeps, plain".
 std::string to_text(const MethodDescription& method);

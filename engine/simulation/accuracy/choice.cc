@@ -1,12 +1,12 @@
-#include "engine/simulation/accuracy/choice.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
 
+#include "engine/linalg/arithmetic/to_text.h"
 #include "engine/simulation/accuracy/error_growth.h"
-#include "engine/simulation/scene/scene_draft.h"
+#include "engine/simulation/catalogue/methods/step_weight.h"
+#include "engine/simulation/catalogue/resolve.h"
 
 namespace stiefel {
 namespace {
@@ -26,12 +26,13 @@ std::string short_text(double x) { return scientific_text(x, 2); }
 
 class Chooser {
  public:
-  Chooser(const SceneDescription& description, const Place& place, std::vector<Candidate> all)
+  Chooser(const SceneDescription& description, const Place& place, Candidates candidates)
       : description_(description),
         place_(place),
+        start_(std::move(candidates.start)),
         tolerance_(*description.tolerance),
         steps_(steps_to(*description.horizon, *description.step)),
-        all_(std::move(all)) {}
+        all_(std::move(candidates.all)) {}
 
   std::expected<Choice, Violations> choose();
 
@@ -55,6 +56,7 @@ class Chooser {
 
   const SceneDescription& description_;
   const Place& place_;
+  Scene start_;
   double tolerance_;
   std::int64_t steps_;
   std::vector<Candidate> all_;
@@ -69,7 +71,7 @@ Chooser::Trial Chooser::attempt(const Candidate& candidate, const MethodDescript
   const double step_work = candidate.weight * method.substeps.value_or(1);
   const double allowed = std::min(run_share * budget, left_);
   const std::int64_t to = affordable_steps(samples_, step_work, allowed);
-  const Scene scene = with_method(description_, method);
+  const Scene scene = start_.with(method).value();
   // What rounding in single precision becomes cannot be told from a part.
   if (scene.in_float() && to < steps_) return Trial{*scene.description().method};
   const Run result = run(scene, candidate.weight, samples_, to, Watch::errors, {});
@@ -155,9 +157,8 @@ std::optional<Chooser::Trial> Chooser::loosest_tolerance(const Candidate& candid
 }
 
 std::expected<Choice, Violations> Chooser::choose() {
-  const Scene scene = with_method(description_, all_.front().method);
-  const double time = std::abs(scene.time(steps_));
-  samples_ = take_samples(scene, steps_, {time, reference_share * budget, false}, {});
+  const double time = std::abs(start_.time(steps_));
+  samples_ = take_samples(start_, steps_, {time, reference_share * budget, false}, {});
   if (samples_.steps.empty()) return std::unexpected(nothing());
   left_ -= samples_.work;
   // The high orders first: what they cost bounds what the others need to try.
@@ -192,6 +193,8 @@ Violations Chooser::nothing() const {
       any ? "cannot be met up to t = " + to_text(*description_.horizon) +
                 ": the best that was found errs by " + short_text(error) + " (" +
                 to_text(nearest_.method) + ")"
+      : samples_.reference.empty()
+          ? "cannot be checked: " + start_.system() + " has no reference; name a method"
           : "cannot be met: no method got to a first measurement within the effort "
             "that a choice may take; name a method");
   refusal.reason = "TOLERANCE_NOT_MET";
@@ -211,6 +214,8 @@ std::string Chooser::reason(const Trial& trial) const {
                      std::to_string(all_.size()) + " entries that stay within " +
                      to_text(tolerance_) + "; against " + samples_.reference + " (its error " +
                      short_text(samples_.answers.back().error) + ")";
+  if (!is_weighed(start_.with(trial.method).value()))
+    text += "; the work of its steps is estimated";
   if (trial.steps < steps_) text += ", measured to t = " + to_text(measured) + " and extrapolated";
   return text;
 }
@@ -222,6 +227,19 @@ std::expected<Choice, Violations> choose_method(const SceneDescription& descript
   auto all = candidates(description, place);
   if (!all) return std::unexpected(std::move(all.error()));
   return Chooser(description, place, *std::move(all)).choose();
+}
+
+std::expected<Scene, Violations> resolve_choosing(SceneDescription description,
+                                                  double largest_repair, const Place& place) {
+  if (wants_choice(description)) {
+    Violations wrong = check_before_choice(description, largest_repair, place);
+    if (!wrong.empty()) return std::unexpected(std::move(wrong));
+    auto chosen = choose_method(description, place);
+    if (!chosen) return std::unexpected(std::move(chosen.error()));
+    description.method = std::move(chosen->method);
+    description.choice = std::move(chosen->reason);
+  }
+  return Scene::resolve(std::move(description), largest_repair, place);
 }
 
 }  // namespace stiefel

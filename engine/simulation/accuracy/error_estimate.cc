@@ -5,7 +5,7 @@
 
 #include "engine/linalg/arithmetic/to_text.h"
 #include "engine/simulation/accuracy/measurement.h"
-#include "engine/simulation/catalogue/step_weight.h"
+#include "engine/simulation/catalogue/methods/step_weight.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/simulation.h"
 

@@ -1,5 +1,5 @@
 #include "engine/simulation/accuracy/measurement.h"
-#include "engine/simulation/run/invariant_list.h"
+#include "engine/simulation/stepping/invariant_list.h"
 #include "stiefel/diagnosis.h"
 
 #include <ctime>
@@ -9,6 +9,7 @@
 #include <set>
 
 #include "stiefel/catalogue.h"
+#include "stiefel/invariant_names.h"
 
 namespace stiefel {
 namespace {
@@ -30,7 +31,7 @@ std::vector<std::string> watched(const Scene& scene) {
   std::vector<std::string> families;
   if (scene.dimension() <= largest_with_manakov) return families;  // all that are cheap
   for (const auto& invariant : catalogue().system(scene.system())->invariants)
-    if (invariant.name != "manakov" && invariant.name != "lax")
+    if (invariant.name != family::manakov && invariant.name != family::lax)
       families.emplace_back(invariant.name);
   return families;
 }
@@ -54,7 +55,7 @@ class InvariantWatch {
     }
     if (const auto defect = now.orthogonality(); defect && *defect > run.drift) {
       run.drift = *defect;
-      run.drift_of = "orthogonality";
+      run.drift_of = family::orthogonality;
     }
   }
 
@@ -80,6 +81,7 @@ Samples take_samples(const Scene& scene, std::int64_t steps, const ReferenceNeed
     wanted.insert(std::max<std::int64_t>(1, steps / evenly * i + steps % evenly * i / evenly));
   const auto reference = make_reference(scene, need);
   Samples samples;
+  if (!reference) return samples;
   samples.reference = reference->description();
   for (const std::int64_t step : wanted) {
     auto answer = reference->at(scene.time(step), stop);

@@ -21,7 +21,8 @@ struct Samples {
   std::int64_t last() const { return steps.empty() ? 0 : steps.back(); }
 };
 
-/// As far towards `steps` as the reference gets within its budget.
+/// As far towards `steps` as the reference gets within its budget; without one no samples, and an
+/// empty `reference`.
 Samples take_samples(const Scene& scene, std::int64_t steps, const ReferenceNeed& need,
                      const std::stop_token& stop);
 

@@ -23,6 +23,32 @@ long double largest(const Wide& A, bool complex) {
   return A(Eigen::all, real).binaryExpr(A(Eigen::all, imaginary), modulus).maxCoeff();
 }
 
+const char* momentum_of(const Simulation& now) {
+  for (const char* name : {"M", "P"})
+    if (field_of(now, name) != nullptr) return name;
+  return nullptr;
+}
+
+bool is_frame(const Field& field) { return field.name == "Q" || field.name == "q"; }
+
+/// The momentum of a system that has none by name.
+void read_other_blocks(const Simulation& now, MotionState& state) {
+  std::vector<const Field*> others;
+  for (const Field& field : std::span(now.fields()).first(now.block_count()))
+    if (!is_frame(field)) others.push_back(&field);
+  if (others.size() == 1) {
+    state.momentum = now.get(others.front()->name).cast<long double>();
+    state.complex = state.complex || others.front()->complex;
+    return;
+  }
+  for (const Field* field : others) {
+    const Wide block = now.get(field->name).cast<long double>();
+    const Eigen::Index size = state.momentum.size();
+    state.momentum.conservativeResize(size + block.size(), 1);
+    state.momentum.bottomRows(block.size()) = block.reshaped<Eigen::RowMajor>();
+  }
+}
+
 }  // namespace
 
 MotionState read_motion(const Scene& scene, const Simulation& now) {
@@ -35,8 +61,10 @@ MotionState read_motion(const Scene& scene, const Simulation& now) {
     }
   if (field_of(now, "Qdot") != nullptr)
     state.momentum = get("Qdot") * scene.inertia().cast<long double>().asDiagonal();
+  else if (const char* name = momentum_of(now))
+    state.momentum = get(name);
   else
-    state.momentum = get(field_of(now, "M") != nullptr ? "M" : "P");
+    read_other_blocks(now, state);
   return state;
 }
 
@@ -53,7 +81,8 @@ MotionError error_of(const MotionState& state, const MotionState& exact) {
 
 std::unique_ptr<Reference> make_reference(const Scene& scene, const ReferenceNeed& need) {
   if (auto closed_form = make_exact_reference(scene, need)) return closed_form;
-  return make_taylor_reference(scene, need);
+  if (auto series = make_taylor_reference(scene, need)) return series;
+  return make_extrapolated_reference(scene, need);
 }
 
 }  // namespace stiefel

@@ -15,16 +15,18 @@ class Simulation;
 
 /// Attitude and momentum in the variables and axes in which a scene reports them: Q and M; Q and
 /// Q̇Λ on V(n, N); the blocks Q and P where there is no M. No attitude in a momentum-only scene.
+/// Of a system with neither M, P nor Q̇ the momentum is its blocks but for the frame: one as it is,
+/// several as a column of their numbers, row by row.
 struct MotionState {
   Matrix<long double> attitude, momentum;
   bool complex =
       false;  ///< columns come in pairs, the real parts of a column and its imaginary ones
 };
 
-/// Where a simulation is.
+/// The motion state of a simulation.
 MotionState read_motion(const Scene& scene, const Simulation& now);
 
-/// Of a state beside the exact one.
+/// The error of a state against the exact one.
 MotionError error_of(const MotionState& state, const MotionState& exact);
 
 /// The exact motion of a scene as well as it is known: a function from time to its attitude and
@@ -44,7 +46,7 @@ class Reference {
 
   /// "Taylor series of order 31 in quadruple precision".
   virtual std::string description() const = 0;
-  /// What it took so far, in units of work.
+  /// The work so far, in instructions.
   virtual double work() const = 0;
   /// What it will have taken at that time, judged by the start of the motion; never less than what
   /// is known to be needed. Nothing where that cannot be told without going there.
@@ -53,7 +55,7 @@ class Reference {
   }
 };
 
-/// What a reference is wanted for.
+/// The requirements on a reference.
 struct ReferenceNeed {
   double time;            ///< up to which; the step's sign is the scene's
   double budget;          ///< units of work it should cost at most
@@ -62,13 +64,16 @@ struct ReferenceNeed {
 
 /// The best reference there is for the scene within the budget: a closed form where there is one
 /// that is well-conditioned up to that time; else Taylor series of the scene's motion from its own
-/// blocks, in quadruple precision where that can be afforded, else in extended. Null for a discrete
-/// system whose start is not one of a rigid body's.
+/// blocks, in quadruple precision where that can be afforded, else in extended; for a system
+/// without a series extrapolation of its vector field. Null where its entry has none of these.
 std::unique_ptr<Reference> make_reference(const Scene& scene, const ReferenceNeed& need);
 
 /// Null where there is no closed form that holds.
 std::unique_ptr<Reference> make_exact_reference(const Scene& scene, const ReferenceNeed& need);
-/// The Taylor series of every continuous system: in (Q, M), (Q, M_μ), (Q, S) or (Q, P).
+/// The Taylor series in (Q, M), (Q, M_μ), (Q, S) or (Q, P); null without SystemEntry::motion.
 std::unique_ptr<Reference> make_taylor_reference(const Scene& scene, const ReferenceNeed& need);
+/// By the equations alone, in extended precision; null without SystemEntry::vector_field.
+std::unique_ptr<Reference> make_extrapolated_reference(const Scene& scene,
+                                                       const ReferenceNeed& need);
 
 }  // namespace stiefel

@@ -7,7 +7,8 @@
 #include "engine/methods/closed_forms/euler_top.h"
 #include "engine/methods/closed_forms/isotropic_geodesic.h"
 #include "engine/methods/closed_forms/two_valued_body.h"
-#include "engine/simulation/accuracy/reference_start.h"
+#include "engine/simulation/accuracy/presentation.h"
+#include "engine/simulation/catalogue/system_entry.h"
 
 namespace stiefel {
 namespace {
@@ -81,7 +82,7 @@ auto rounded(const Eigen::MatrixBase<Derived>& A) {
 using Start = SeriesStart<Quad>;
 
 MotionState presented(const Start& start, const Matrix<Quad>& x, Eigen::Index momentum_rows) {
-  return start.presentation.of(x, momentum_rows);
+  return present(start.presentation, x, momentum_rows);
 }
 
 /// Euler's top from Q = I, after Q_0.
@@ -188,26 +189,27 @@ std::unique_ptr<Reference> make_exact_reference(const Scene& scene, const Refere
   // One that is too dear but cheap to make tells its price.
   const double allowed = std::min(at_once, std::max(need.budget, top_in_extended));
   if (!may_have_closed_form(lambda) || least_work > allowed) return nullptr;
-  const auto start = start_of<Quad>(scene);
-  if (!start) return nullptr;
-  const double time = std::copysign(need.time, scene.step()), work = closed_form_work(*start);
+  const MotionStart* motion = system_entry(scene.system())->motion;
+  if (motion == nullptr) return nullptr;
+  const Start start = motion->quadruple(scene);
+  const double time = std::copysign(need.time, scene.step()), work = closed_form_work(start);
   if (work > allowed) return nullptr;
-  if (start->kind == SeriesKind::rigid_body) {
-    if (start->x.cols() == 3) {
+  if (start.kind == SeriesKind::rigid_body) {
+    if (start.x.cols() == 3) {
       for (const bool quadruple : {need.quadruple, true})
-        if (auto made = reference(top_form(*start, quadruple), need, time)) return made;
+        if (auto made = reference(top_form(start, quadruple), need, time)) return made;
     } else if (TwoValuedBody<double>::has(lambda)) {
       return reference(
-          {two_valued<long double>(*start), two_valued<double>(*start), in_extended,
-           body_rate(*start), work, "closed form for Lambda of two values in extended precision"},
+          {two_valued<long double>(start), two_valued<double>(start), in_extended, body_rate(start),
+           work, "closed form for Lambda of two values in extended precision"},
           need, time);
     }
-  } else if (start->kind == SeriesKind::stiefel && IsotropicGeodesic<double>::has(lambda)) {
-    const Eigen::Index rows = start->x.rows() / 2;
-    const Matrix<Quad> Q = start->x.topRows(rows);
+  } else if (start.kind == SeriesKind::stiefel && IsotropicGeodesic<double>::has(lambda)) {
+    const Eigen::Index rows = start.x.rows() / 2;
+    const Matrix<Quad> Q = start.x.topRows(rows);
     const Matrix<Quad> defect = Q * Q.transpose() - Matrix<Quad>::Identity(rows, rows);
-    const double S = start->x.bottomRows(rows).cast<double>().norm();
-    return reference({isotropic_geodesic<long double>(*start), isotropic_geodesic<double>(*start),
+    const double S = start.x.bottomRows(rows).cast<double>().norm();
+    return reference({isotropic_geodesic<long double>(start), isotropic_geodesic<double>(start),
                       in_extended, S / lambda(0), work,
                       "closed form for Lambda a multiple of the identity in extended precision",
                       defect.cast<double>().norm()},

@@ -8,7 +8,8 @@
 #include "engine/problems/taylor_parametric_rigid_body.h"
 #include "engine/problems/taylor_rigid_body.h"
 #include "engine/problems/taylor_stiefel.h"
-#include "engine/simulation/accuracy/reference_start.h"
+#include "engine/simulation/accuracy/presentation.h"
+#include "engine/simulation/catalogue/system_entry.h"
 
 namespace stiefel {
 namespace {
@@ -88,7 +89,7 @@ class TaylorReference final : public Reference {
   static int coarse_order(double epsilon) { return taylor_order(coarser<Scalar> * epsilon); }
 
   MotionState present(const TaylorMotion<Series>& motion) const {
-    return presentation_.of(motion.state(), momentum_rows_);
+    return stiefel::present(presentation_, motion.state(), momentum_rows_);
   }
 
   /// What rounding alone may do, which two solutions may have in common: a series in extended
@@ -135,7 +136,7 @@ std::unique_ptr<Reference> affordable(const Make& make, const Scene& scene,
     TaylorMotion probe(make(start, order), start.x, quadruple_epsilon);
     probe.go_to(0, [] { return false; });
     if (std::ceil(std::abs(need.time) / probe.span()) * work <= need.budget)
-      return made(start_of<Quad>(scene).value(), quadruple_epsilon);
+      return made(system_entry(scene.system())->motion->quadruple(scene), quadruple_epsilon);
   }
   return made(start, extended_epsilon);
 }
@@ -143,33 +144,34 @@ std::unique_ptr<Reference> affordable(const Make& make, const Scene& scene,
 }  // namespace
 
 std::unique_ptr<Reference> make_taylor_reference(const Scene& scene, const ReferenceNeed& need) {
-  const auto start = start_of<long double>(scene);
-  if (!start) return nullptr;
-  switch (start->kind) {
+  const MotionStart* motion = system_entry(scene.system())->motion;
+  if (motion == nullptr) return nullptr;
+  const SeriesStart<long double> start = motion->extended(scene);
+  switch (start.kind) {
     case SeriesKind::rigid_body:
       return affordable(
           []<class Scalar>(const SeriesStart<Scalar>& s, int order) {
             return TaylorRigidBody<Scalar>(s.lambda, order);
           },
-          scene, *start, need);
+          scene, start, need);
     case SeriesKind::parametric_rigid_body:
       return affordable(
           []<class Scalar>(const SeriesStart<Scalar>& s, int order) {
             return TaylorParametricRigidBody<Scalar>(s.lambda, s.mu, order);
           },
-          scene, *start, need);
+          scene, start, need);
     case SeriesKind::stiefel:
       return affordable(
           []<class Scalar>(const SeriesStart<Scalar>& s, int order) {
             return TaylorStiefel<Scalar>(s.lambda, s.x.rows() / 2, order);
           },
-          scene, *start, need);
+          scene, start, need);
     case SeriesKind::double_bracket:
       return affordable(
           []<class Scalar>(const SeriesStart<Scalar>& s, int order) {
             return TaylorDoubleBracket<Scalar>(s.lambda, s.lambda_v, order);
           },
-          scene, *start, need);
+          scene, start, need);
   }
   return nullptr;
 }

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/linalg/arithmetic/to_text.h"
 #include "engine/simulation/accuracy/error_growth.h"
 #include "engine/simulation/accuracy/pareto_front.h"
-#include "engine/simulation/scene/scene_draft.h"
 #include "stiefel/version.h"
 
 namespace stiefel {
@@ -42,7 +42,7 @@ double median(std::vector<double> values) {
 
 class Tradeoff::Survey {
  public:
-  Survey(TradeoffRequest request, std::vector<Candidate> candidates);
+  Survey(TradeoffRequest request, Candidates candidates);
 
   std::expected<TradeoffSetup, Violations> solve_reference(const std::stop_token& stop);
   std::optional<TradeoffPoint> next(const std::stop_token& stop);
@@ -64,6 +64,7 @@ class Tradeoff::Survey {
   double share() const;  ///< of what is left, for one run
 
   TradeoffRequest request_;
+  Scene start_;
   std::vector<Candidate> candidates_;
   std::int64_t steps_;
   Samples samples_;
@@ -77,9 +78,10 @@ class Tradeoff::Survey {
   std::vector<double> costs_, errors_;
 };
 
-Tradeoff::Survey::Survey(TradeoffRequest request, std::vector<Candidate> candidates)
+Tradeoff::Survey::Survey(TradeoffRequest request, Candidates candidates)
     : request_(std::move(request)),
-      candidates_(std::move(candidates)),
+      start_(std::move(candidates.start)),
+      candidates_(std::move(candidates.all)),
       left_(request_.budget),
       best_(infinity) {
   const double step = *request_.scene.step;
@@ -89,10 +91,12 @@ Tradeoff::Survey::Survey(TradeoffRequest request, std::vector<Candidate> candida
 
 std::expected<TradeoffSetup, Violations> Tradeoff::Survey::solve_reference(
     const std::stop_token& stop) {
-  const Scene scene = with_method(request_.scene, candidates_.front().method);
-  const double time = std::abs(scene.time(steps_));
-  samples_ = take_samples(scene, steps_, {time, reference_share * request_.budget}, stop);
+  const double time = std::abs(start_.time(steps_));
+  samples_ = take_samples(start_, steps_, {time, reference_share * request_.budget}, stop);
   left_ -= samples_.work;
+  if (samples_.reference.empty())
+    return std::unexpected(Violations{
+        {"scene.system", start_.system(), "has no reference to measure errors against"}});
   if (samples_.steps.empty() && !stop.stop_requested())
     return std::unexpected(Violations{
         {"budget", to_text(request_.budget),
@@ -120,7 +124,7 @@ std::optional<TradeoffPoint> Tradeoff::Survey::next(const std::stop_token& stop)
                                             : candidate.with_substeps(1 << knob_);
     const double step_work = candidate.weight * method.substeps.value_or(1);
     const std::int64_t to = affordable_steps(samples_, step_work, share());
-    const Scene scene = with_method(request_.scene, method);
+    const Scene scene = start_.with(method).value();
     const double least = scene.in_float() ? least_part_in_float : least_part;
     const bool too_short = static_cast<double>(to) < least * static_cast<double>(steps_) ||
                            static_cast<double>(to) * step_work > share();

@@ -1,13 +1,22 @@
 #include "stiefel/catalogue.h"
 
 #include <algorithm>
+#include <atomic>
+#include <functional>
+#include <stdexcept>
+#include <utility>
 
-#include "engine/simulation/catalogue/methods.h"
+#include "engine/simulation/catalogue/families/two_forms.h"
+#include "engine/simulation/catalogue/methods/method_traits.h"
 #include "engine/simulation/catalogue/system_entry.h"
-#include "engine/simulation/diagnosis/structure.h"
-#include "engine/simulation/run/ensemble.h"
+#include "engine/simulation/stepping/methods.h"
 
 namespace stiefel {
+
+#define SYSTEM(name) SystemEntry name##_entry();
+#include "engine/simulation/catalogue/systems.inc"
+#undef SYSTEM
+
 namespace {
 
 MethodInfo info_of(const MethodTraits& t) {
@@ -18,57 +27,95 @@ MethodInfo info_of(const MethodTraits& t) {
           orders, t.default_order, t.reversible, t.default_tolerance};
 }
 
-template <class... M>
-std::vector<MethodInfo> infos(TypeList<M...>) {
-  return {info_of(M::traits)...};
+struct Listed {
+  std::vector<SystemEntry> systems;
+  std::vector<MethodTraits> methods;
+};
+
+/// Whether anybody has looked.
+std::atomic<bool> in_use = false;
+
+Listed& listed() {
+  static Listed all = [] {
+    Listed made;
+#define SYSTEM(name) made.systems.push_back(name##_entry());
+#include "engine/simulation/catalogue/systems.inc"
+#undef SYSTEM
+    for_each_type(Methods{},
+                  [&]<class Method>(Method*) { made.methods.push_back(Method::traits); });
+    return made;
+  }();
+  return all;
 }
 
-template <class Range>
-auto find(const Range& range, std::string_view name) -> decltype(&*range.begin()) {
-  const auto found = std::ranges::find_if(range, [&](const auto& x) { return x.name == name; });
-  return found == range.end() ? nullptr : &*found;
+const Listed& seen() {
+  in_use.store(true, std::memory_order_relaxed);
+  return listed();
+}
+
+Listed& open_for(std::string_view name) {
+  if (in_use)
+    throw std::logic_error("the catalogue is in use: " + std::string(name) + " comes too late");
+  return listed();
+}
+
+[[noreturn]] void refuse_double(std::string_view name) {
+  throw std::logic_error("the catalogue has " + std::string(name) + " already");
+}
+
+/// Null if there is none of that name.
+template <class T, class Name>
+const T* find(const std::vector<T>& all, std::string_view name, Name name_of) {
+  const auto found = std::ranges::find(
+      all, name, [&](const T& x) { return std::string_view(std::invoke(name_of, x)); });
+  return found == all.end() ? nullptr : &*found;
 }
 
 }  // namespace
 
-const std::vector<SystemEntry>& system_entries() {
-  static const std::vector<SystemEntry> entries = {
-      rigid_body_entry(),
-      right_rigid_body_entry(),
-      symmetric_rigid_body_entry(),
-      right_symmetric_rigid_body_entry(),
-      reduced_rigid_body_entry(),
-      mclachlan_scovel_entry(),
-      parametric_rigid_body_entry(),
-      stiefel_entry(),
-      stiefel_momentum_entry(),
-      stiefel_costate_entry(),
-      ellipsoid_entry(),
-      double_bracket_entry(),
-      moser_veselov_entry(),
-      moser_veselov_pair_entry(),
-      symmetric_moser_veselov_entry(),
-      parametric_moser_veselov_entry(),
-      discrete_stiefel_entry(),
-  };
-  return entries;
+const std::vector<SystemEntry>& system_entries() { return seen().systems; }
+
+const SystemEntry* system_entry(std::string_view name) {
+  return find(system_entries(), name, [](const SystemEntry& e) { return e.info.name; });
+}
+
+const MethodTraits* method_traits(std::string_view name) {
+  return find(seen().methods, name, [](const MethodTraits& t) { return t.name; });
+}
+
+void register_system(SystemEntry entry) {
+  auto& all = open_for(entry.info.name).systems;
+  if (find(all, entry.info.name, [](const SystemEntry& e) { return e.info.name; }))
+    refuse_double(entry.info.name);
+  all.push_back(std::move(entry));
+}
+
+void register_method(const MethodTraits& traits) {
+  auto& all = open_for(traits.name).methods;
+  if (find(all, traits.name, [](const MethodTraits& t) { return t.name; }))
+    refuse_double(traits.name);
+  all.push_back(traits);
 }
 
 const Catalogue& catalogue() {
   static const Catalogue built = [] {
     Catalogue c;
-    for (const auto& entry : system_entries()) {
+    for (const SystemEntry& entry : system_entries()) {
       c.systems.push_back(entry.info);
-      c.systems.back().forms = forms_of(entry.info.name);
+      for (const TwoForm* form : entry.two_forms) c.systems.back().forms.push_back(form->info);
     }
-    c.methods = infos(Methods{});
+    for (const MethodTraits& traits : seen().methods) c.methods.push_back(info_of(traits));
     return c;
   }();
   return built;
 }
 
-const SystemInfo* Catalogue::system(std::string_view name) const { return find(systems, name); }
-const MethodInfo* Catalogue::method(std::string_view name) const { return find(methods, name); }
+const SystemInfo* Catalogue::system(std::string_view name) const {
+  return find(systems, name, &SystemInfo::name);
+}
+const MethodInfo* Catalogue::method(std::string_view name) const {
+  return find(methods, name, &MethodInfo::name);
+}
 
 std::string_view to_string(Conservation conservation) {
   switch (conservation) {
@@ -80,18 +127,6 @@ std::string_view to_string(Conservation conservation) {
       return "drifts";
   }
   return "";
-}
-
-const SystemEntry* system_entry(std::string_view name) {
-  const auto& entries = system_entries();
-  const auto entry =
-      std::ranges::find_if(entries, [&](const SystemEntry& e) { return e.info.name == name; });
-  return entry == entries.end() ? nullptr : &*entry;
-}
-
-std::unique_ptr<Simulation> make_simulation(const Scene& scene) {
-  if (!scene.members().empty()) return std::make_unique<Ensemble>(scene.members());
-  return system_entry(scene.system())->make(scene);
 }
 
 }  // namespace stiefel

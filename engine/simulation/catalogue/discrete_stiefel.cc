@@ -1,11 +1,13 @@
 #include "engine/maps/discrete_stiefel.h"
-#include "engine/simulation/run/invariant_list.h"
+#include "engine/simulation/stepping/invariant_list.h"
 
 #include "engine/invariants/stiefel.h"
 #include "engine/linalg/lie/orthogonal.h"
 #include "engine/simulation/catalogue/families/rigid_forms.h"
 #include "engine/simulation/catalogue/families/stiefel_forms.h"
-#include "engine/simulation/run/simulate.h"
+#include "engine/simulation/catalogue/representations/representations.h"
+#include "engine/simulation/stepping/simulate.h"
+#include "stiefel/invariant_names.h"
 
 namespace stiefel {
 namespace {
@@ -31,21 +33,22 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
     using Wide = long double;
     const Matrix<Wide> Q_prev = x.topRows(n).cast<Wide>(), Q = x.bottomRows(n).cast<Wide>();
     const Vector<Wide> wide_lambda = lambda.cast<Wide>();
-    if (out.wants("spatial_momentum")) {
+    if (out.wants(family::spatial_momentum)) {
       const Matrix<Wide> m = discrete_momentum<Wide>(wide_lambda, Q_prev, Q);
       for (Eigen::Index i = 0; i < n; ++i)
         for (Eigen::Index j = i + 1; j < n; ++j)
-          out.add("spatial_momentum", indexed("spatial_momentum", i + 1, j + 1), m(i, j),
-                  wide_lambda.maxCoeff());
+          out.add(family::spatial_momentum, indexed(family::spatial_momentum, i + 1, j + 1),
+                  m(i, j), wide_lambda.maxCoeff());
     }
-    if (!out.wants("lax", N <= largest_lax_unasked)) return;
+    if (!out.wants(family::lax, N <= largest_lax_unasked)) return;
     const int K = static_cast<int>(N);
     const auto coefficients = discrete_lax_coefficients<Wide>(wide_lambda, Q_prev, Q, K);
     for (int k = 1; k <= K; ++k) {
       Wide size = 0;
       for (const Wide c : coefficients[k - 1]) size = std::max(size, std::abs(c));
       for (std::size_t j = 0; j < coefficients[k - 1].size(); ++j)
-        out.add("lax", indexed("lax", k, static_cast<long>(j)), coefficients[k - 1][j], size);
+        out.add(family::lax, indexed(family::lax, k, static_cast<long>(j)), coefficients[k - 1][j],
+                size);
     }
   };
   observables.orthogonality = [n](const Eigen::MatrixXd& x) {
@@ -66,12 +69,12 @@ SystemEntry discrete_stiefel_entry() {
   info.fields = {{"Q_prev", "n x N", "frame one step before"},
                  {"Q", "n x N", "frame, orthonormal rows"}};
   info.invariants = {
-      {"spatial_momentum", "Q Lambda Q_prev^T - Q_prev Lambda Q^T, n x n", "[ST] (57)"},
-      {"lax",
+      {family::spatial_momentum, "Q Lambda Q_prev^T - Q_prev Lambda Q^T, n x n", "[ST] (57)"},
+      {family::lax,
        "coefficients of mu^j in tr L(mu)^k, "
        "L(mu) = Lambda^2 + mu (Q_prev^T Q Lambda - Lambda Q^T Q_prev) - mu^2 Q_prev^T Q_prev",
        "[ST] (61)"},
-      {"orthogonality", "Q Q^T = I", ""},
+      {family::orthogonality, "Q Q^T = I", ""},
   };
   info.name = "discrete_stiefel";
   info.summary =
@@ -84,7 +87,7 @@ SystemEntry discrete_stiefel_entry() {
   info.file = "engine/maps/discrete_stiefel.h";
   info.discrete = true;
   info.methods = keeps_all(info);
-  return {info, check, make};
+  return {.info = info, .check = check, .make = make, .representation = &representation::frames};
 }
 
 }  // namespace stiefel

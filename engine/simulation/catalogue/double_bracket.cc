@@ -1,5 +1,5 @@
 #include "engine/systems/double_bracket.h"
-#include "engine/simulation/run/invariant_list.h"
+#include "engine/simulation/stepping/invariant_list.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,12 +7,15 @@
 
 #include "engine/invariants/double_bracket.h"
 #include "engine/invariants/rigid_body.h"
+#include "engine/simulation/catalogue/families/recommended.h"
 #include "engine/simulation/catalogue/families/rigid_body_data.h"
+#include "engine/simulation/catalogue/motions/motion_starts.h"
 #include "engine/simulation/catalogue/system_entry.h"
-#include "engine/simulation/run/at_rest.h"
-#include "engine/simulation/run/simulate.h"
-#include "engine/simulation/run/stacked_observables.h"
 #include "engine/simulation/scene/scene_draft.h"
+#include "engine/simulation/stepping/at_rest.h"
+#include "engine/simulation/stepping/simulate.h"
+#include "engine/simulation/stepping/stacked_observables.h"
+#include "stiefel/invariant_names.h"
 
 namespace stiefel {
 namespace {
@@ -83,16 +86,16 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
     });
   observables.invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
     const Eigen::MatrixXcd Q = complex_block(x, 0, p), P = complex_block(x, 2 * p, p);
-    if (out.wants("hamiltonian")) {
+    if (out.wants(family::hamiltonian)) {
       const double H = double_bracket_hamiltonian<double>(lambda_u, lambda_v, Q, P);
       // √H is a norm of PQ† − QP† and P†Q − Q†P; of_terms is that of their terms.
       const double least = std::min(lambda_u.minCoeff(), lambda_v.minCoeff());
       const long double of_terms = Q.stableNorm() * P.stableNorm() / std::sqrt(8 * least);
       const bool at_rest = is_rounding(std::sqrt(H), static_cast<double>(of_terms));
-      out.add("hamiltonian", "hamiltonian", H, at_rest ? of_terms * of_terms : H);
+      out.add(family::hamiltonian, H, at_rest ? of_terms * of_terms : H);
     }
     const std::pair<Complex, Complex> combinations[] = {{1, 0}, {0, 1}, {1, 1}, {1, {0, 1}}};
-    if (!out.wants("singular_values")) return;
+    if (!out.wants(family::singular_values)) return;
     double largest[2] = {0, 0};  // ‖Q‖ and ‖P‖
     for (int c = 0; c < 4; ++c) {
       const auto [a, b] = combinations[c];
@@ -101,7 +104,8 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
       // Q + P may be small, or 0: what changes its singular values is the rounding of Q and P.
       const double scale = std::abs(a) * largest[0] + std::abs(b) * largest[1];
       for (Eigen::Index i = 0; i < s.size(); ++i)
-        out.add("singular_values", indexed("singular_values", c + 1, i + 1), s(i), scale);
+        out.add(family::singular_values, indexed(family::singular_values, c + 1, i + 1), s(i),
+                scale);
     }
   };
   const DoubleBracket<double> system(lambda_u, lambda_v);
@@ -115,6 +119,13 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
   return simulate(scene, system, observables, 4 * rigid_body_cost(p + q + 1));
 }
 
+constexpr std::array recommendations = {with_error_control(3e-13)};
+
+FrameSize size(const Scene& scene) {
+  const SceneDescription& given = scene.description();
+  return {static_cast<double>(given.inertia_u.size()), static_cast<double>(given.inertia_v.size())};
+}
+
 }  // namespace
 
 SystemEntry double_bracket_entry() {
@@ -122,11 +133,11 @@ SystemEntry double_bracket_entry() {
   info.blocks = {{"Q", "p x q, complex", true, ""}, {"P", "p x q, complex", true, ""}};
   info.fields = {{"Q", "p x q, complex", ""}, {"P", "p x q, complex", ""}};
   info.invariants = {
-      {"hamiltonian",
+      {family::hamiltonian,
        "1/4 <U, J_U U> + 1/4 <V, J_V V>, <A, B> = 1/2 tr(A^+ B), J_U U = Lambda_U U + U Lambda_U, "
        "J_V V = Lambda_V V + V Lambda_V",
        "[RB] (5.6)"},
-      {"singular_values",
+      {family::singular_values,
        "[c, k]: the k-th singular value of Q, P, Q + P and Q + i P for c = 1 to 4",
        "[RB] section 5"},
   };
@@ -137,7 +148,12 @@ SystemEntry double_bracket_entry() {
   info.source = "[RB] (5.6)-(5.11)";
   info.file = "engine/systems/double_bracket.h";
   info.methods = methods_on<DoubleBracket<double>>(info);
-  return {info, check, make};
+  return {.info = info,
+          .check = check,
+          .make = make,
+          .recommended = recommendations,
+          .motion = &motion_start::double_bracket,
+          .size = size};
 }
 
 }  // namespace stiefel

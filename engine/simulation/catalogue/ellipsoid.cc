@@ -1,11 +1,15 @@
 #include "engine/systems/ellipsoid.h"
-#include "engine/simulation/run/invariant_list.h"
+#include "engine/simulation/stepping/invariant_list.h"
 
 #include "engine/invariants/ellipsoid.h"
+#include "engine/simulation/catalogue/families/recommended.h"
 #include "engine/simulation/catalogue/families/rigid_forms.h"
 #include "engine/simulation/catalogue/families/stiefel_forms.h"
-#include "engine/simulation/run/at_rest.h"
-#include "engine/simulation/run/simulate.h"
+#include "engine/simulation/catalogue/motions/motion_starts.h"
+#include "engine/simulation/catalogue/representations/representations.h"
+#include "engine/simulation/stepping/at_rest.h"
+#include "engine/simulation/stepping/simulate.h"
+#include "stiefel/invariant_names.h"
 
 namespace stiefel {
 namespace {
@@ -38,15 +42,14 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
   observables.invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
     energy(x, out);
     const Eigen::VectorXd q = x.row(0), qdot = velocity(lambda, x, costate);
-    if (out.wants("joachimsthal")) {
+    if (out.wants(family::joachimsthal)) {
       const Wide J = joachimsthal<Wide>(lambda.cast<Wide>(), q.cast<Wide>(), qdot.cast<Wide>());
       // (qᵀΛ⁻¹q)‖q̇‖², and what that would be for a q̇ of the size of its terms.
       const Wide of_terms = terms(x) / lambda.minCoeff();
       const bool at_rest = is_rounding(qdot.stableNorm(), static_cast<double>(of_terms));
-      out.add("joachimsthal", "joachimsthal", J,
-              at_rest ? of_terms * of_terms / lambda.maxCoeff() : J);
+      out.add(family::joachimsthal, J, at_rest ? of_terms * of_terms / lambda.maxCoeff() : J);
     }
-    if (!out.wants("lax", lambda.size() <= largest_lax_unasked)) return;
+    if (!out.wants(family::lax, lambda.size() <= largest_lax_unasked)) return;
     const Vector<Wide> wide_q = q.cast<Wide>();
     const Vector<Wide> p = costate ? Vector<Wide>(x.row(1).transpose().cast<Wide>())
                                    : Vector<Wide>(lambda.cwiseProduct(qdot).cast<Wide>());
@@ -56,7 +59,8 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
       Wide size = 0;
       for (const Wide c : coefficients[k - 1]) size = std::max(size, std::abs(c));
       for (std::size_t j = 0; j < coefficients[k - 1].size(); ++j)
-        out.add("lax", indexed("lax", k, static_cast<long>(j) - k), coefficients[k - 1][j], size);
+        out.add(family::lax, indexed(family::lax, k, static_cast<long>(j) - k),
+                coefficients[k - 1][j], size);
     }
   };
   const double cost = 300 + 20 * static_cast<double>(lambda.size());
@@ -64,11 +68,25 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
   return simulate(scene, Ellipsoid<double>(lambda), observables, cost);
 }
 
-bool moves_costates(std::string_view method) {
-  for (const auto& on : methods_on<EllipsoidCostate<double>>({}))
-    if (on.method == method) return true;
-  return false;
+/// What moves qdot need not move p.
+std::string refusal(const Scene& scene, std::string_view method) {
+  if (scene.block("p").size() == 0) return "";
+  std::string others;
+  for (const auto& on : methods_on<EllipsoidCostate<double>>({})) {
+    if (on.method == method) return "";
+    others += (others.empty() ? "" : " and ") + std::string(on.method);
+  }
+  return "is not for p, which " + others + " move: give qdot instead";
 }
+
+bool has_costate(const Scene& scene) { return scene.block("p").size() > 0; }
+constexpr Recommendation for_p() {
+  Recommendation one = with_error_control(1e-11, 0.15);
+  one.where = "given p";
+  one.takes = has_costate;
+  return one;
+}
+constexpr std::array recommendations = {for_p(), with_error_control(1e-13)};
 
 void check(SceneDraft& draft) {
   if (!check_stiefel_frame(draft, "q")) return;
@@ -78,10 +96,6 @@ void check(SceneDraft& draft) {
   if (draft.has_block("p") == draft.has_block("qdot"))
     return draft.refuse("initial", draft.has_block("p") ? "p and qdot" : "neither",
                         "must hold exactly one of p and qdot");
-  const auto& method = draft.given().method;
-  if (draft.has_block("p") && method && !moves_costates(method->name))
-    return draft.refuse("method.name", '"' + method->name + '"',
-                        "is not for p, which rk4 and adaptive move: give qdot instead");
   const Eigen::Index N = draft.scene().dimension();
   if (const RowMatrix* p = draft.block("p", 1, N, false)) draft.set_block("p", *p);
   if (const RowMatrix* qdot = draft.block("qdot", 1, N, false)) {
@@ -103,22 +117,28 @@ SystemEntry ellipsoid_entry() {
                  {"qdot", "1 x N", "q', velocity, if given"},
                  {"p", "1 x N", "costate, if given"},
                  {"Qdot", "1 x N", "q', velocity"}};
-  info.invariants = {{"energy", "1/2 q'^T Lambda q'", "[ST] (3)"},
-                     {"joachimsthal", "(q^T Lambda^-1 q) (q'^T q')", ""},
-                     {"lax",
+  info.invariants = {{family::energy, "1/2 q'^T Lambda q'", "[ST] (3)"},
+                     {family::joachimsthal, "(q^T Lambda^-1 q) (q'^T q')", ""},
+                     {family::lax,
                       "coefficients of mu^j in tr M(mu)^k, M(mu) = q p^T - p q^T + mu Lambda + "
                       "q q^T D / (mu q^T Lambda^-1 q), "
                       "D = (p^T Lambda^-1 q)^2 - (p^T Lambda^-1 p) (q^T Lambda^-1 q), "
                       "p = Lambda q' if not given",
                       "[ST] (17)-(19)"},
-                     {"orthogonality", "q^T q = 1", ""}};
+                     {family::orthogonality, "q^T q = 1", ""}};
   info.name = "ellipsoid";
   info.summary = "geodesics on the ellipsoid with semi-axes lambda_i^1/2, n = 1";
   info.equations = "q'' = -((q'^T q') / (q^T Lambda^-1 q)) Lambda^-1 q";
   info.source = "[ST] (9), (14), (16)";
   info.file = "engine/systems/ellipsoid.h";
   info.methods = methods_on<Ellipsoid<double>>(info);
-  return {info, check, make};
+  return {.info = info,
+          .check = check,
+          .make = make,
+          .recommended = recommendations,
+          .refusal = refusal,
+          .representation = &representation::vector,
+          .motion = &motion_start::vector};
 }
 
 }  // namespace stiefel

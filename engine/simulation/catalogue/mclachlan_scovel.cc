@@ -1,10 +1,13 @@
 #include "engine/systems/mclachlan_scovel.h"
 
 #include "engine/representations/mclachlan_scovel.h"
+#include "engine/simulation/catalogue/families/recommended.h"
 #include "engine/simulation/catalogue/families/rigid_body_data.h"
 #include "engine/simulation/catalogue/families/rigid_forms.h"
 #include "engine/simulation/catalogue/families/symmetric_scene.h"
-#include "engine/simulation/run/simulate.h"
+#include "engine/simulation/catalogue/motions/motion_starts.h"
+#include "engine/simulation/catalogue/representations/representations.h"
+#include "engine/simulation/stepping/simulate.h"
 
 namespace stiefel {
 namespace {
@@ -30,7 +33,13 @@ SystemEntry mclachlan_scovel_entry() {
   info.source = "[RB] (5.5)";
   info.file = "engine/systems/mclachlan_scovel.h";
   info.methods = methods_on<McLachlanScovel<double>>(info);
-  return {info, check_mclachlan_scovel, make};
+  return {.info = info,
+          .check = check_mclachlan_scovel,
+          .make = make,
+          .recommended = for_products,
+          .representation = &representation::mclachlan_scovel,
+          .motion = &motion_start::mclachlan_scovel,
+          .rate = Rate::angular_speed};
 }
 
 }  // namespace stiefel

@@ -1,12 +1,15 @@
 #include "engine/maps/moser_veselov.h"
 
+#include "engine/simulation/catalogue/coordinates/rigid_body_4d.h"
 #include "engine/simulation/catalogue/families/discrete_hamiltonian.h"
-#include "engine/simulation/catalogue/families/rigid_body_4d.h"
+#include "engine/simulation/catalogue/families/forms.h"
 #include "engine/simulation/catalogue/families/rigid_body_data.h"
 #include "engine/simulation/catalogue/families/rigid_body_observables.h"
 #include "engine/simulation/catalogue/families/rigid_body_scene.h"
+#include "engine/simulation/catalogue/motions/motion_starts.h"
+#include "engine/simulation/catalogue/representations/representations.h"
 #include "engine/simulation/catalogue/system_entry.h"
-#include "engine/simulation/run/simulate.h"
+#include "engine/simulation/stepping/simulate.h"
 
 namespace stiefel {
 namespace {
@@ -37,7 +40,15 @@ SystemEntry moser_veselov_entry() {
   info.discrete = true;
   info.invariants.push_back(discrete_hamiltonian_info);
   info.methods = keeps_all(info);
-  return {info, check_rigid_body_or_engineers, make};
+  return {.info = info,
+          .check = check_rigid_body_or_engineers,
+          .make = make,
+          .two_forms = {&two_form::of_bodies},
+          .representation = &representation::body,
+          .motion = &motion_start::body,
+          .rate = Rate::angular_speed,
+          .continuous = RigidBody<SoN<double>>::name,
+          .packed = true};
 }
 
 }  // namespace stiefel

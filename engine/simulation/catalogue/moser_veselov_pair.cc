@@ -1,14 +1,17 @@
 #include "engine/maps/moser_veselov_pair.h"
-#include "engine/simulation/run/invariant_list.h"
+#include "engine/simulation/stepping/invariant_list.h"
 
 #include <cmath>
 
 #include "engine/representations/discrete_pairs.h"
 #include "engine/simulation/catalogue/families/discrete_hamiltonian.h"
+#include "engine/simulation/catalogue/families/forms.h"
 #include "engine/simulation/catalogue/families/rigid_body_data.h"
 #include "engine/simulation/catalogue/families/rigid_body_scene.h"
 #include "engine/simulation/catalogue/families/rigid_forms.h"
-#include "engine/simulation/run/simulate.h"
+#include "engine/simulation/catalogue/motions/motion_starts.h"
+#include "engine/simulation/catalogue/representations/representations.h"
+#include "engine/simulation/stepping/simulate.h"
 
 namespace stiefel {
 namespace {
@@ -67,7 +70,13 @@ SystemEntry moser_veselov_pair_entry() {
   info.discrete = true;
   info.invariants.push_back(discrete_hamiltonian_info);
   info.methods = keeps_all(info);
-  return {info, check, make};
+  return {.info = info,
+          .check = check,
+          .make = make,
+          .two_forms = {&two_form::of_two_frames},
+          .representation = &representation::two_frames,
+          .motion = &motion_start::two_frames,
+          .rate = Rate::angular_speed};
 }
 
 }  // namespace stiefel

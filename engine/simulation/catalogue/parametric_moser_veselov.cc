@@ -2,13 +2,24 @@
 
 #include "engine/simulation/catalogue/families/parametric_forms.h"
 #include "engine/simulation/catalogue/families/rigid_body_data.h"
-#include "engine/simulation/run/simulate.h"
+#include "engine/simulation/catalogue/representations/representations.h"
 #include "engine/simulation/scene/scene_draft.h"
+#include "engine/simulation/stepping/simulate.h"
 
 namespace stiefel {
+namespace {
+
+using Map = ParametricMoserVeselov<double, Arithmetic::compensated>;
+
+std::unique_ptr<Simulation> make(const Scene& scene) {
+  return simulate_map(scene, Map(scene.inertia(), scene.step(), scene.parameter(), scene.epsilon()),
+                      parametric_observables(scene, scene.step()),
+                      2 * rigid_body_cost(scene.dimension()));
+}
+
+}  // namespace
 
 SystemEntry parametric_moser_veselov_entry() {
-  using Map = ParametricMoserVeselov<double, Arithmetic::compensated>;
   SystemInfo info = parametric_info("M = (Q^-1 P - P^-1 Q) / epsilon - mu Lambda^2 / h, skew");
   info.name = "parametric_moser_veselov";
   info.summary = "discrete rigid body in GL(N) with the spectral parameter mu";
@@ -18,13 +29,10 @@ SystemEntry parametric_moser_veselov_entry() {
   info.file = "engine/maps/parametric_moser_veselov.h";
   info.discrete = true;
   info.methods = keeps_all(info);
-  return {info, [](SceneDraft& draft) { check_parametric(draft, draft.step()); },
-          [](const Scene& scene) {
-            return simulate_map(
-                scene, Map(scene.inertia(), scene.step(), scene.parameter(), scene.epsilon()),
-                parametric_observables(scene, scene.step()),
-                2 * rigid_body_cost(scene.dimension()));
-          }};
+  return {.info = info,
+          .check = [](SceneDraft& draft) { check_parametric(draft, draft.step()); },
+          .make = make,
+          .representation = &representation::discrete_parametric_body};
 }
 
 }  // namespace stiefel

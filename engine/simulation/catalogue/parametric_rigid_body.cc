@@ -1,10 +1,24 @@
 #include "engine/systems/parametric_rigid_body.h"
 
 #include "engine/simulation/catalogue/families/parametric_forms.h"
+#include "engine/simulation/catalogue/families/recommended.h"
 #include "engine/simulation/catalogue/families/rigid_body_data.h"
-#include "engine/simulation/run/simulate.h"
+#include "engine/simulation/catalogue/motions/motion_starts.h"
+#include "engine/simulation/catalogue/representations/representations.h"
+#include "engine/simulation/stepping/simulate.h"
 
 namespace stiefel {
+namespace {
+
+constexpr std::array recommendations = {at_constant_Omega, with_error_control(5e-14, 0.1)};
+
+std::unique_ptr<Simulation> make(const Scene& scene) {
+  return simulate(scene,
+                  ParametricRigidBody<double>(scene.inertia(), scene.parameter(), scene.epsilon()),
+                  parametric_observables(scene, 1), 2 * rigid_body_cost(scene.dimension()));
+}
+
+}  // namespace
 
 SystemEntry parametric_rigid_body_entry() {
   SystemInfo info = parametric_info("M = (Q^-1 P - P^-1 Q) / epsilon - mu Lambda^2, skew");
@@ -14,13 +28,13 @@ SystemEntry parametric_rigid_body_entry() {
   info.source = "[RB] (8.4)-(8.6)";
   info.file = "engine/systems/parametric_rigid_body.h";
   info.methods = methods_on<ParametricRigidBody<double>>(info);
-  return {info, [](SceneDraft& draft) { check_parametric(draft, 1); },
-          [](const Scene& scene) {
-            return simulate(
-                scene,
-                ParametricRigidBody<double>(scene.inertia(), scene.parameter(), scene.epsilon()),
-                parametric_observables(scene, 1), 2 * rigid_body_cost(scene.dimension()));
-          }};
+  return {.info = info,
+          .check = [](SceneDraft& draft) { check_parametric(draft, 1); },
+          .make = make,
+          .recommended = recommendations,
+          .representation = &representation::parametric_body,
+          .motion = &motion_start::parametric_body,
+          .example_step = 0.4};
 }
 
 }  // namespace stiefel

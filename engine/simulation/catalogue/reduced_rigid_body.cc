@@ -3,10 +3,14 @@
 #include <cmath>
 
 #include "engine/invariants/symmetric_rigid_body.h"
+#include "engine/simulation/catalogue/families/recommended.h"
 #include "engine/simulation/catalogue/families/rigid_body_data.h"
 #include "engine/simulation/catalogue/families/rigid_forms.h"
 #include "engine/simulation/catalogue/families/symmetric_scene.h"
-#include "engine/simulation/run/simulate.h"
+#include "engine/simulation/catalogue/motions/motion_starts.h"
+#include "engine/simulation/catalogue/representations/representations.h"
+#include "engine/simulation/stepping/simulate.h"
+#include "stiefel/invariant_names.h"
 
 namespace stiefel {
 namespace {
@@ -39,9 +43,16 @@ SystemEntry reduced_rigid_body_entry() {
   info.equations = "Q' = Q J^-1(Q^T (A - A^T) Q) / epsilon, A = P Q^T constant, P = A Q";
   info.source = "[RB] (8.2)";
   info.file = "engine/systems/reduced_rigid_body.h";
-  std::erase_if(info.invariants, [](const auto& i) { return i.name == "PQt"; });  // it is not moved
+  std::erase_if(info.invariants,
+                [](const auto& i) { return i.name == family::PQt; });  // it is not moved
   info.methods = methods_on<ReducedRigidBody<double>>(info);
-  return {info, [](SceneDraft& draft) { check_symmetric(draft, false); }, make};
+  return {.info = info,
+          .check = [](SceneDraft& draft) { check_symmetric(draft, false); },
+          .make = make,
+          .recommended = for_products,
+          .representation = &representation::symmetric_body,
+          .motion = &motion_start::reduced_body,
+          .rate = Rate::angular_speed};
 }
 
 }  // namespace stiefel

@@ -1,9 +1,12 @@
 #include "engine/systems/right_rigid_body.h"
 
+#include "engine/simulation/catalogue/families/recommended.h"
 #include "engine/simulation/catalogue/families/rigid_body_data.h"
 #include "engine/simulation/catalogue/families/rigid_body_scene.h"
 #include "engine/simulation/catalogue/families/rigid_forms.h"
-#include "engine/simulation/run/simulate.h"
+#include "engine/simulation/catalogue/motions/motion_starts.h"
+#include "engine/simulation/catalogue/representations/representations.h"
+#include "engine/simulation/stepping/simulate.h"
 
 namespace stiefel {
 namespace {
@@ -19,6 +22,8 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
   return simulate(scene, RightRigidBody<double>(scene.inertia()), observables, rigid_body_cost(N));
 }
 
+constexpr std::array recommendations = {at_constant_Omega, with_error_control(1e-12, 0.15)};
+
 }  // namespace
 
 SystemEntry right_rigid_body_entry() {
@@ -29,7 +34,13 @@ SystemEntry right_rigid_body_entry() {
   info.source = "[RB] (RightRBn), Prop. 2.1";
   info.file = "engine/systems/right_rigid_body.h";
   info.methods = methods_on<RightRigidBody<double>>(info);
-  return {info, [](SceneDraft& draft) { check_rigid_body(draft, true); }, make};
+  return {.info = info,
+          .check = [](SceneDraft& draft) { check_rigid_body(draft, true); },
+          .make = make,
+          .recommended = recommendations,
+          .representation = &representation::right_body,
+          .motion = &motion_start::right_body,
+          .rate = Rate::angular_speed};
 }
 
 }  // namespace stiefel

@@ -1,10 +1,14 @@
 #include "engine/systems/right_symmetric_rigid_body.h"
 
 #include "engine/representations/left_right.h"
+#include "engine/simulation/catalogue/families/forms.h"
+#include "engine/simulation/catalogue/families/recommended.h"
 #include "engine/simulation/catalogue/families/rigid_body_data.h"
 #include "engine/simulation/catalogue/families/rigid_forms.h"
 #include "engine/simulation/catalogue/families/symmetric_scene.h"
-#include "engine/simulation/run/simulate.h"
+#include "engine/simulation/catalogue/motions/motion_starts.h"
+#include "engine/simulation/catalogue/representations/representations.h"
+#include "engine/simulation/stepping/simulate.h"
 
 namespace stiefel {
 namespace {
@@ -39,7 +43,14 @@ SystemEntry right_symmetric_rigid_body_entry() {
   info.source = "[RB] Prop. 3.4";
   info.file = "engine/systems/right_symmetric_rigid_body.h";
   info.methods = methods_on<RightSymmetricRigidBody<double>>(info);
-  return {info, [](SceneDraft& draft) { check_symmetric(draft, true); }, make};
+  return {.info = info,
+          .check = [](SceneDraft& draft) { check_symmetric(draft, true); },
+          .make = make,
+          .recommended = for_products,
+          .two_forms = {&two_form::of_symmetric_pairs},
+          .representation = &representation::right_symmetric_body,
+          .motion = &motion_start::right_symmetric_body,
+          .rate = Rate::angular_speed};
 }
 
 }  // namespace stiefel

@@ -1,10 +1,14 @@
 #include "engine/systems/stiefel.h"
 
 #include "engine/representations/stiefel_momenta.h"
-#include "engine/simulation/catalogue/families/in_float.h"
+#include "engine/simulation/catalogue/coordinates/in_float.h"
+#include "engine/simulation/catalogue/families/forms.h"
+#include "engine/simulation/catalogue/families/recommended.h"
 #include "engine/simulation/catalogue/families/rigid_forms.h"
 #include "engine/simulation/catalogue/families/stiefel_forms.h"
-#include "engine/simulation/run/simulate.h"
+#include "engine/simulation/catalogue/motions/motion_starts.h"
+#include "engine/simulation/catalogue/representations/representations.h"
+#include "engine/simulation/stepping/simulate.h"
 
 namespace stiefel {
 namespace {
@@ -27,6 +31,19 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
   return simulate(scene, Stiefel<double>(scene.inertia(), n), observables, stiefel_cost(n, N));
 }
 
+void check(SceneDraft& draft) {
+  if (check_stiefel_frame(draft)) set_tangent(draft, "S", false);
+}
+
+bool is_isotropic(const Scene& scene) {
+  return IsotropicGeodesic<long double>::has(scene.inertia());
+}
+constexpr std::array recommendations = {Recommendation{.where = "Lambda a multiple of the identity",
+                                                       .takes = is_isotropic,
+                                                       .method = Exact::traits.name,
+                                                       .arithmetic = "compensated"},
+                                        with_error_control(5e-14, 0.1)};
+
 }  // namespace
 
 SystemEntry stiefel_entry() {
@@ -39,11 +56,14 @@ SystemEntry stiefel_entry() {
   info.file = "engine/systems/stiefel.h";
   info.methods = methods_on<Stiefel<double>>(info);
   offer_in_float(info);
-  return {info,
-          [](SceneDraft& draft) {
-            if (check_stiefel_frame(draft)) set_tangent(draft, "S", false);
-          },
-          make};
+  return {.info = info,
+          .check = check,
+          .make = make,
+          .recommended = recommendations,
+          .two_forms = {&two_form::of_tangent_pairs, &two_form::of_cotangent_pairs},
+          .representation = &representation::tangent,
+          .motion = &motion_start::tangent,
+          .rate = Rate::frame_speed};
 }
 
 }  // namespace stiefel

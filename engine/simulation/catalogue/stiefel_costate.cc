@@ -1,12 +1,17 @@
 #include "engine/systems/stiefel_costate.h"
-#include "engine/simulation/run/invariant_list.h"
+#include "engine/simulation/stepping/invariant_list.h"
 
 #include "engine/invariants/stiefel.h"
 #include "engine/representations/stiefel_legendre.h"
 #include "engine/representations/stiefel_momenta.h"
+#include "engine/simulation/catalogue/families/forms.h"
+#include "engine/simulation/catalogue/families/recommended.h"
 #include "engine/simulation/catalogue/families/rigid_forms.h"
 #include "engine/simulation/catalogue/families/stiefel_forms.h"
-#include "engine/simulation/run/simulate.h"
+#include "engine/simulation/catalogue/motions/motion_starts.h"
+#include "engine/simulation/catalogue/representations/representations.h"
+#include "engine/simulation/stepping/simulate.h"
+#include "stiefel/invariant_names.h"
 
 namespace stiefel {
 namespace {
@@ -36,11 +41,11 @@ std::unique_ptr<Simulation> make(const Scene& scene, const Eigen::MatrixXd& star
   const auto of_S = std::move(observables.invariants);
   observables.invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
     of_S(x, out);
-    if (with_M || !out.wants("PQt")) return;
+    if (with_M || !out.wants(family::PQt)) return;
     const Eigen::MatrixXd A = costate_product<double>(x.topRows(n), x.bottomRows(n));
     for (Eigen::Index i = 0; i < n; ++i)
       for (Eigen::Index j = 0; j < n; ++j)
-        out.add("PQt", indexed("PQt", i + 1, j + 1), A(i, j), x.bottomRows(n).norm());
+        out.add(family::PQt, indexed(family::PQt, i + 1, j + 1), A(i, j), x.bottomRows(n).norm());
   };
   return simulate(scene, StiefelCostate<double>(lambda, n), observables, 3 * stiefel_cost(n, N));
 }
@@ -77,7 +82,7 @@ SystemEntry stiefel_costate_entry() {
        "costate, any with Q^T P - P^T Q = M = Q^T Q U Lambda + Lambda U Q^T Q, Q' = Q U"});
   info.fields.push_back({"M", "N x N", "M = Q^T P - P^T Q, N <= 4096"});
   info.invariants.push_back(
-      {"PQt", "P Q^T = (k + m) / 2, k = P Q^T + Q P^T, m = P Q^T - Q P^T", "[ST] (76)"});
+      {family::PQt, "P Q^T = (k + m) / 2, k = P Q^T + Q P^T, m = P Q^T - Q P^T", "[ST] (76)"});
   info.name = "stiefel_costate";
   info.summary = "geodesics on V(n, N) as optimal control; P = P_0: generalised McLachlan-Scovel";
   info.equations =
@@ -85,8 +90,14 @@ SystemEntry stiefel_costate_entry() {
   info.source = "[ST] (68)-(69)";
   info.file = "engine/systems/stiefel_costate.h";
   info.methods = methods_on<StiefelCostate<double>>(info);
-  return {info, check_costate,
-          [](const Scene& scene) { return make(scene, stacked(scene, "Q", "P"), false); }};
+  return {.info = info,
+          .check = check_costate,
+          .make = [](const Scene& scene) { return make(scene, stacked(scene, "Q", "P"), false); },
+          .recommended = for_costates,
+          .two_forms = {&two_form::of_costate_pairs},
+          .representation = &representation::costate,
+          .motion = &motion_start::costate,
+          .rate = Rate::frame_speed};
 }
 
 SystemEntry stiefel_momentum_entry() {
@@ -99,8 +110,13 @@ SystemEntry stiefel_momentum_entry() {
   info.source = "[ST] (46)";
   info.file = "engine/systems/stiefel_costate.h";
   info.methods = methods_on<StiefelCostate<double>>(info);
-  return {info, check_momentum,
-          [](const Scene& scene) { return make(scene, stacked(scene, "Q", "P"), true); }};
+  return {.info = info,
+          .check = check_momentum,
+          .make = [](const Scene& scene) { return make(scene, stacked(scene, "Q", "P"), true); },
+          .recommended = for_costates,
+          .representation = &representation::momentum,
+          .motion = &motion_start::costate,
+          .rate = Rate::frame_speed};
 }
 
 }  // namespace stiefel

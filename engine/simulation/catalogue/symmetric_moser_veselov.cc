@@ -1,13 +1,16 @@
 #include "engine/maps/symmetric_moser_veselov.h"
-#include "engine/simulation/run/invariant_list.h"
+#include "engine/simulation/stepping/invariant_list.h"
 
 #include "engine/invariants/symmetric_rigid_body.h"
 #include "engine/representations/psi.h"
 #include "engine/simulation/catalogue/families/discrete_hamiltonian.h"
+#include "engine/simulation/catalogue/families/forms.h"
 #include "engine/simulation/catalogue/families/rigid_body_data.h"
 #include "engine/simulation/catalogue/families/rigid_forms.h"
 #include "engine/simulation/catalogue/families/symmetric_scene.h"
-#include "engine/simulation/run/simulate.h"
+#include "engine/simulation/catalogue/motions/motion_starts.h"
+#include "engine/simulation/catalogue/representations/representations.h"
+#include "engine/simulation/stepping/simulate.h"
 
 namespace stiefel {
 namespace {
@@ -48,7 +51,14 @@ SystemEntry symmetric_moser_veselov_entry() {
   info.discrete = true;
   info.invariants.push_back(discrete_hamiltonian_info);
   info.methods = keeps_all(info);
-  return {info, [](SceneDraft& draft) { check_symmetric(draft, false, draft.step()); }, make};
+  return {.info = info,
+          .check = [](SceneDraft& draft) { check_symmetric(draft, false, draft.step()); },
+          .make = make,
+          .two_forms = {&two_form::of_symmetric_pairs},
+          .dirac_bracket = true,
+          .representation = &representation::symmetric_body,
+          .motion = &motion_start::symmetric_body,
+          .rate = Rate::angular_speed};
 }
 
 }  // namespace stiefel

@@ -2,10 +2,14 @@
 
 #include "engine/invariants/symmetric_rigid_body.h"
 #include "engine/representations/psi.h"
+#include "engine/simulation/catalogue/families/forms.h"
+#include "engine/simulation/catalogue/families/recommended.h"
 #include "engine/simulation/catalogue/families/rigid_body_data.h"
 #include "engine/simulation/catalogue/families/rigid_forms.h"
 #include "engine/simulation/catalogue/families/symmetric_scene.h"
-#include "engine/simulation/run/simulate.h"
+#include "engine/simulation/catalogue/motions/motion_starts.h"
+#include "engine/simulation/catalogue/representations/representations.h"
+#include "engine/simulation/stepping/simulate.h"
 
 namespace stiefel {
 namespace {
@@ -36,7 +40,15 @@ SystemEntry symmetric_rigid_body_entry() {
   info.source = "[RB] (3.1), Prop. 3.13";
   info.file = "engine/systems/symmetric_rigid_body.h";
   info.methods = methods_on<SymmetricRigidBody<double>>(info);
-  return {info, [](SceneDraft& draft) { check_symmetric(draft, false); }, make};
+  return {.info = info,
+          .check = [](SceneDraft& draft) { check_symmetric(draft, false); },
+          .make = make,
+          .recommended = for_products,
+          .two_forms = {&two_form::of_symmetric_pairs},
+          .dirac_bracket = true,
+          .representation = &representation::symmetric_body,
+          .motion = &motion_start::symmetric_body,
+          .rate = Rate::angular_speed};
 }
 
 }  // namespace stiefel

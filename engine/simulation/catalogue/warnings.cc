@@ -1,6 +1,7 @@
 #include "stiefel/scene.h"
 
-#include "engine/simulation/scene/scene_draft.h"
+#include "engine/linalg/arithmetic/to_text.h"
+#include "engine/simulation/catalogue/methods/step_weight.h"
 
 namespace stiefel {
 namespace {
@@ -37,9 +38,7 @@ std::string of_body(const Scene& scene) {
   return scene.axes() ? of_moments(scene.axes()->moments) : of_inertia(scene.inertia());
 }
 
-}  // namespace
-
-std::vector<std::string> warnings(const Scene& scene) {
+std::vector<std::string> of_moments_of(const Scene& scene) {
   if (scene.members().empty()) {
     const std::string text = of_body(scene);
     return text.empty() ? std::vector<std::string>() : std::vector{text};
@@ -54,6 +53,16 @@ std::vector<std::string> warnings(const Scene& scene) {
   if (count == 0) return {};
   if (count > 1) first += " (" + std::to_string(count) + " members have a warning like this)";
   return {first};
+}
+
+}  // namespace
+
+std::vector<std::string> warnings(const Scene& scene) {
+  std::vector<std::string> all = of_moments_of(scene);
+  if (!scene.method().empty() && !is_weighed(scene))
+    all.push_back("the work of a step of " + scene.method() + " on " + scene.system() +
+                  " is estimated: nobody has counted it yet");
+  return all;
 }
 
 }  // namespace stiefel

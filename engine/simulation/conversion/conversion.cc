@@ -4,7 +4,9 @@
 #include <cmath>
 
 #include "engine/linalg/arithmetic/to_text.h"
-#include "engine/simulation/conversion/phase.h"
+#include "engine/simulation/catalogue/representations/phase.h"
+#include "engine/simulation/catalogue/representations/representations.h"
+#include "engine/simulation/catalogue/system_entry.h"
 #include "engine/simulation/scene/near_name.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/simulation.h"
@@ -12,15 +14,14 @@
 namespace stiefel {
 namespace {
 
-const Representation* representation(std::string_view name) {
-  for (const auto* family : {&rigid_representations(), &frame_representations()})
-    for (const auto& candidate : *family)
-      if (candidate.name == name) return &candidate;
-  return nullptr;
-}
-bool is_rigid(std::string_view name) {
-  return std::ranges::any_of(rigid_representations(),
-                             [&](const auto& r) { return r.name == name; });
+/// Of a system or one of `other_targets`; null where it has no other form.
+const Representation* representation_of(std::string_view name) {
+  if (const SystemEntry* entry = system_entry(name)) return entry->representation;
+  constexpr const Representation* others[] = {
+      &representation::velocity, &representation::angular_velocity, &representation::interpolation};
+  static_assert(std::size(others) == std::size(other_targets));
+  const auto found = std::ranges::find(other_targets, name);
+  return found == std::end(other_targets) ? nullptr : others[found - std::begin(other_targets)];
 }
 
 std::unexpected<ConversionRefusal> refuse(Violation violation) {
@@ -98,8 +99,8 @@ Block block_of(const Simulation& now, std::size_t index) {
 
 std::expected<Conversion, ConversionRefusal> convert(const Scene& scene,
                                                      const ConversionTarget& target) {
-  const Representation* from = representation(scene.system());
-  const Representation* to = representation(target.name);
+  const Representation* from = representation_of(scene.system());
+  const Representation* to = representation_of(target.name);
   const SystemInfo* system = catalogue().system(target.name);
   if (to == nullptr && system == nullptr)
     return refuse({target.to, target.name, rule_of_targets(target.name)});
@@ -120,13 +121,13 @@ std::expected<Conversion, ConversionRefusal> convert(const Scene& scene,
                                          "must be absent: convert the members one by one"));
   if (to == nullptr)
     return refuse({target.to, target.name, "cannot be reached from " + scene.system()});
-  if (is_rigid(scene.system()) && !scene.has_frame())
+  if (from->square && !scene.has_frame())
     return refuse(
         target.scene.violation("initial.Q", "absent", "must be given: other forms are of Q"));
 
   const auto phase = from->read(scene, out.margins);
   if (!phase) return std::unexpected(ConversionRefusal(phase.error()));
-  if (is_rigid(target.name) && !phase->square())
+  if (to->square && !phase->square())
     return refuse({target.to, target.name,
                    "needs n = N: Q is " + std::to_string(phase->Q.rows()) + " x " +
                        std::to_string(phase->Q.cols())});

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/linalg/arithmetic/to_text.h"
+#include "engine/methods/variational.h"
 #include "stiefel/simulation.h"
 
 namespace stiefel {
@@ -17,7 +18,7 @@ std::expected<Scene, ConnectRefusal> scene_of(const TwoPointProblem& problem, co
                                               MethodDescription method, double step) {
   const bool body = answer.M.size() > 0;
   SceneDescription d;
-  d.system = body ? "rigid_body" : "stiefel";
+  d.system = body ? RigidBody<SoN<double>>::name : Stiefel<double>::name;
   d.method = std::move(method);
   d.inertia = {problem.inertia.begin(), problem.inertia.end()};
   d.initial["Q"] = problem.Q_0;
@@ -43,7 +44,8 @@ std::vector<Eigen::MatrixXd> followed(const Scene& scene, int samples) {
 std::expected<JoiningScene, ConnectRefusal> discrete(const TwoPointProblem& problem, int steps) {
   const auto answer = connect(problem, steps);
   if (!answer) return std::unexpected(answer.error());
-  auto scene = scene_of(problem, *answer, {"variational", 2, 1, ""}, problem.time / steps);
+  auto scene =
+      scene_of(problem, *answer, {Variational::traits.name, 2, 1, ""}, problem.time / steps);
   if (!scene) return std::unexpected(std::move(scene.error()));
   return JoiningScene{*std::move(scene), answer->energy,   answer->residual,
                       Shortest::unknown, answer->distinct, answer->Q};
@@ -56,7 +58,7 @@ std::expected<JoiningScene, ConnectRefusal> continuous(const TwoPointProblem& pr
   const double step = problem.time / std::max(samples, 1);
   const double wanted = std::ceil(answer->Qdot.norm() * step / turn_per_step);
   const int substeps = static_cast<int>(std::clamp(wanted, 1.0, 1e6));
-  const auto scene = scene_of(problem, *answer, {"variational", 8, substeps, ""}, step);
+  const auto scene = scene_of(problem, *answer, {Variational::traits.name, 8, substeps, ""}, step);
   if (!scene) return std::unexpected(scene.error());
   return JoiningScene{*scene,           answer->energy,   answer->residual,
                       answer->shortest, answer->distinct, followed(*scene, samples)};

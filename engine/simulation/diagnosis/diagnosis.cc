@@ -1,5 +1,5 @@
 #include "stiefel/diagnosis.h"
-#include "engine/simulation/run/invariant_list.h"
+#include "engine/simulation/stepping/invariant_list.h"
 
 #include <algorithm>
 #include <cmath>

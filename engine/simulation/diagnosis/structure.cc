@@ -1,4 +1,3 @@
-#include "engine/simulation/diagnosis/structure.h"
 #include "stiefel/diagnosis.h"
 
 #include <algorithm>
@@ -6,7 +5,8 @@
 #include "engine/invariants/dirac_bracket.h"
 #include "engine/invariants/symplectic_defect.h"
 #include "engine/invariants/tangent_spaces.h"
-#include "engine/simulation/diagnosis/two_forms.h"
+#include "engine/simulation/catalogue/families/two_forms.h"
+#include "engine/simulation/catalogue/system_entry.h"
 #include "engine/simulation/scene/near_name.h"
 #include "engine/simulation/scene/scene_draft.h"
 #include "stiefel/simulation.h"
@@ -63,9 +63,15 @@ std::unexpected<Violations> refuse_ensemble(const Scene& scene, const Place& pla
                                  "two-forms and brackets are of single scenes")});
 }
 
-/// Those may be without a frame.
-bool is_rigid_body(const Scene& scene) {
-  return scene.system() == "rigid_body" || scene.system() == "moser_veselov";
+/// Whether the scene has the blocks that the form reads; a body may be without a frame.
+bool has_blocks(const Simulation& now, const TwoForm& form) {
+  return std::ranges::all_of(form.blocks, [&](std::string_view name) {
+    return std::ranges::find(now.fields(), name, &Field::name) != now.fields().end();
+  });
+}
+
+const std::vector<const TwoForm*>& two_forms_of(const Scene& scene) {
+  return system_entry(scene.system())->two_forms;
 }
 
 /// (QR, RᵀMR) for a body that is told in other axes.
@@ -79,19 +85,13 @@ Dense in_principal_axes(const Scene& scene, Dense x) {
 
 }  // namespace
 
-std::vector<FormInfo> forms_of(std::string_view system) {
-  std::vector<FormInfo> forms;
-  for (const TwoForm* form : two_forms_of(system)) forms.push_back(form->info);
-  return forms;
-}
-
 std::expected<double, Violations> evaluate_form(const Scene& scene, const Simulation& now,
                                                 const std::string& form, const TangentVector& u,
                                                 const TangentVector& v, const Place& place) {
   if (!scene.members().empty()) return refuse_ensemble(scene, place);
-  const auto has = two_forms_of(scene.system());
+  const auto& has = two_forms_of(scene);
   const auto found = std::ranges::find_if(has, [&](auto* s) { return s->info.name == form; });
-  if (found == has.end() || (is_rigid_body(scene) && !scene.has_frame()))
+  if (found == has.end() || !has_blocks(now, **found))
     return std::unexpected(Violations{place.violation(
         "form", form, "is not a form of " + scene.system() + did_you_mean(form, has, [](auto* s) {
                         return s->info.name;
@@ -121,9 +121,8 @@ std::expected<std::optional<double>, Violations> symplectic_defect(const Scene& 
                                                                    const Place& place,
                                                                    const std::stop_token& stop) {
   if (!scene.members().empty()) return refuse_ensemble(scene, place);
-  const auto has = two_forms_of(scene.system());
-  const bool no_frame = is_rigid_body(scene) && !scene.has_frame();
-  if (has.empty() || no_frame)
+  const auto& has = two_forms_of(scene);
+  if (has.empty() || !has_blocks(now, *has.front()))
     return std::unexpected(
         Violations{place.violation("", scene.system(), "this system's states have no two-form")});
   const auto map = make_simulation(scene);
@@ -140,7 +139,7 @@ std::expected<double, Violations> dirac_bracket(const Scene& scene, const Simula
   if (!scene.members().empty()) return refuse_ensemble(scene, place);
   const int N = scene.dimension();
   Violations violations;
-  if (scene.system() != "symmetric_rigid_body" && scene.system() != "symmetric_moser_veselov")
+  if (!system_entry(scene.system())->dirac_bracket)
     violations.push_back(place.violation(
         "", scene.system(), "brackets are of symmetric rigid bodies, with a state (Q, P)"));
   const auto function = [&](const std::string& field, const PairFactors& given) {

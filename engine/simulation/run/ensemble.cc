@@ -6,6 +6,8 @@
 
 #include <tbb/global_control.h>
 
+#include "engine/simulation/catalogue/system_entry.h"
+
 namespace stiefel {
 namespace {
 
@@ -15,6 +17,11 @@ constexpr double packed_nanoseconds = 5;
 constexpr std::int64_t between_looks = 4096;
 
 }  // namespace
+
+std::unique_ptr<Simulation> make_simulation(const Scene& scene) {
+  if (!scene.members().empty()) return std::make_unique<Ensemble>(scene.members());
+  return system_entry(scene.system())->make(scene);
+}
 
 Ensemble::Ensemble(std::span<const Scene> scenes) {
   members_.reserve(scenes.size());

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "engine/simulation/run/invariant_list.h"
 #include "engine/simulation/run/packed_bodies.h"
+#include "engine/simulation/stepping/invariant_list.h"
 #include "stiefel/simulation.h"
 
 namespace stiefel {
@@ -71,8 +71,5 @@ class Ensemble final : public Simulation {
   std::size_t each_saved_ = 0;
   double step_cost_ = 0;
 };
-
-/// How many threads all ensembles of this process may use; all cores unless told.
-void limit_ensemble_threads(int threads);
 
 }  // namespace stiefel

@@ -7,6 +7,8 @@
 #include "engine/linalg/lie/so_4.h"
 #include "engine/maps/preprocessed_moser_veselov.h"
 #include "engine/methods/support/symmetric_stages.h"
+#include "engine/simulation/catalogue/methods/method_traits.h"
+#include "engine/simulation/catalogue/system_entry.h"
 
 namespace stiefel {
 namespace {
@@ -21,6 +23,12 @@ bool is_far_from_ends(double x, bool in_float) {
 }
 
 double step_of_map(const Scene& scene) { return scene.step() / scene.substeps(); }
+
+/// A discrete body is its own stage.
+Packing packing_of(const Scene& scene) {
+  const MethodTraits* method = method_traits(scene.method());
+  return method ? method->packing : Packing::stages;
+}
 
 /// The modified body in three dimensions is a single stage.
 template <class Scalar>
@@ -47,13 +55,14 @@ template <class Scalar>
 BodiesSideBySide<Scalar> side_by_side(std::span<const Scene> bodies, int lanes) {
   const Scene& first = bodies.front();
   const auto h = static_cast<Scalar>(step_of_map(first));
+  const Packing packing = packing_of(first);
   BodiesSideBySide<Scalar> out{
       first.dimension(), first.has_frame(), first.arithmetic(), first.substeps(), h, {}, {}, {}};
   for (std::size_t k = 0; k < static_cast<std::size_t>(lanes); ++k) {
     const Scene& body = bodies[std::min(k, bodies.size() - 1)];
-    if (first.method() == "rk4") {
+    if (packing == Packing::vector_field) {
       out.lambda.emplace_back(rounded_to<Scalar>(body.inertia()));
-    } else if (first.method() == "preprocessed_variational") {
+    } else if (packing == Packing::modified_inertia) {
       out.stages_3.resize(1);
       out.stages_3[0].push_back(modified_inertia(body, h));
     } else if (first.dimension() == 3) {
@@ -73,11 +82,9 @@ int body_lanes(const Scene& scene) {
 }
 
 bool can_be_packed(const Scene& scene) {
-  const bool rigid_body = scene.system() == "rigid_body" &&
-                          (scene.method() == "rk4" || scene.method() == "variational" ||
-                           scene.method() == "preprocessed_variational");
   const int N = scene.dimension();
-  if (N < 3 || N > 4 || !(rigid_body || scene.system() == "moser_veselov")) return false;
+  if (N < 3 || N > 4 || !system_entry(scene.system())->packed || packing_of(scene) == Packing::none)
+    return false;
   const auto stays_normal = [&](double x) { return is_far_from_ends(x, scene.in_float()); };
   const double h = step_of_map(scene);
   for (int j = 0; j < N; ++j)

@@ -41,7 +41,7 @@ struct BodiesSideBySide {
   Arithmetic arithmetic;
   int substeps;
   Scalar h;
-  std::vector<Vector<Scalar>> lambda;  ///< for rk4, lane by lane
+  std::vector<Vector<Scalar>> lambda;  ///< for Packing::vector_field, lane by lane
   template <class Inertia>
   using Stages = std::vector<std::vector<Inertia>>;  ///< of the discrete body, by lanes
   Stages<DiscreteInertia3<Scalar>> stages_3;
@@ -50,8 +50,8 @@ struct BodiesSideBySide {
 
 /// The lanes on this machine for bodies like this one.
 int body_lanes(const Scene& scene);
-/// Whether a scene's method and size are among those that go together: rigid_body and moser_veselov
-/// with N = 3 or 4; rk4, variational, preprocessed_variational; numbers whose products stay normal.
+/// Whether a scene goes together with others like it: a system (SystemEntry::packed) and a method
+/// (MethodTraits::packing) that do, N = 3 or 4, numbers whose products stay normal.
 bool can_be_packed(const Scene& scene);
 /// At most `body_lanes` such bodies, of one ensemble; lanes that are left over repeat the last.
 std::unique_ptr<PackedBodies> pack_bodies(std::span<const Scene> bodies);

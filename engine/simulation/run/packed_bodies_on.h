@@ -73,17 +73,21 @@ struct BodyOf<P, 4, frame, arithmetic> {
   static const auto& stages(const auto& bodies) { return bodies.stages_4; }
 };
 
+/// The method of Packing::vector_field; a second one would need its name in BodiesSideBySide.
+using OfVectorField = Rk4;
+static_assert(OfVectorField::traits.packing == Packing::vector_field);
+
 template <class P, int N, bool frame, Arithmetic arithmetic>
 std::unique_ptr<PackedBodies> pack_these(const BodiesSideBySide<typename P::Scalar>& bodies) {
   using These = BodyOf<P, N, frame, arithmetic>;
   if (!bodies.lambda.empty()) {
     using Body = RigidBody<typename These::Space>;
-    using Map = Rk4::Map<Body, arithmetic>;
+    using Map = OfVectorField::Map<Body, arithmetic>;
     typename Body::Lambda lambda;
     for (int i = 0; i < N; ++i)
       lambda(i) = P::of_lanes([&](int k) { return bodies.lambda[k].data()[i]; });
-    return std::make_unique<PackedBodiesOn<P, Map>>(Map(Body(lambda), P(bodies.h), 4),
-                                                    bodies.substeps);
+    return std::make_unique<PackedBodiesOn<P, Map>>(
+        Map(Body(lambda), P(bodies.h), OfVectorField::traits.default_order), bodies.substeps);
   }
   using Map = DiscreteBodies<typename These::Discrete>;
   std::vector<typename Map::Inertia> stages;

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "engine/linalg/arithmetic/to_text.h"
+#include "engine/simulation/catalogue/system_entry.h"
 #include "stiefel/catalogue.h"
 
 namespace stiefel {
@@ -11,14 +12,17 @@ namespace {
 
 /// |ω| of a scene whose frames are rotations of three dimensions and whose steps are times.
 std::optional<double> angular_speed(const Scene& scene, double rate) {
-  const std::string& system = scene.system();
-  if (scene.dimension() != 3 || system.starts_with("parametric") || system == "discrete_stiefel")
-    return std::nullopt;
-  const bool frames = system.starts_with("stiefel") || system == "ellipsoid";
-  if (!frames) return rate;
-  // There the rate is ‖Q̇‖_F = ‖Ω‖_F = √2 |ω| if Q is 3 × 3, and else the frame is no rotation.
-  if (scene.Q().rows() != 3) return std::nullopt;
-  return rate / std::numbers::sqrt2;
+  if (scene.dimension() != 3) return std::nullopt;
+  switch (system_entry(scene.system())->rate) {
+    case Rate::other:
+      return std::nullopt;
+    case Rate::angular_speed:
+      return rate;
+    case Rate::frame_speed:
+      if (scene.Q().rows() != 3) return std::nullopt;
+      return rate / std::numbers::sqrt2;
+  }
+  return std::nullopt;
 }
 
 /// What the domain's edge is in degrees: "the step of 0.5 turns the body by 143° and has ...".
@@ -37,19 +41,31 @@ std::string left_domain(const RunStatus& status, const Scene& scene, double spee
   return sentence;
 }
 
-/// What takes the scene where its own method does not: the closed form where there is one, else the
-/// method that chooses its own steps; of a discrete body the continuous one.
-std::string neighbour(const Scene& scene) {
-  const bool discrete_body = scene.system() == "moser_veselov";
-  const auto& methods = catalogue().system(discrete_body ? "rigid_body" : scene.system())->methods;
-  const std::string of = discrete_body ? " of the system rigid_body" : "";
-  for (const char* name : {"exact", "adaptive"})
-    for (const auto& on : methods)
-      if (on.method == name && scene.method() != name && (!on.takes || on.takes(scene.inertia())))
-        return name == std::string("exact")
-                   ? "; the method exact" + of + " takes every step"
-                   : "; the method adaptive" + of + " chooses its own steps";
+/// "; the method NAME takes every step", of the first of the system's methods that is one of these
+/// and takes the scene, and is not its own.
+template <class Among>
+std::string other_method(const Scene& scene, const SystemInfo& system, Among&& among,
+                         const std::string& does) {
+  const std::string of =
+      system.name == scene.system() ? "" : " of the system " + std::string(system.name);
+  for (const auto& on : system.methods)
+    if (among(*catalogue().method(on.method)) && scene.method() != on.method &&
+        (!on.takes || on.takes(scene.inertia())))
+      return "; the method " + std::string(on.method) + of + does;
   return "";
+}
+
+/// What takes the scene where its own method does not: the closed form where there is one, else the
+/// method that chooses its own steps; of a discrete system those of the continuous one.
+std::string neighbour(const Scene& scene) {
+  const SystemEntry& entry = *system_entry(scene.system());
+  const SystemInfo* system =
+      entry.info.discrete ? catalogue().system(entry.continuous) : &entry.info;
+  if (system == nullptr) return "";
+  const auto closed_form = [](const MethodInfo& method) { return method.orders.empty(); };
+  const auto own_steps = [](const MethodInfo& method) { return method.default_tolerance > 0; };
+  const std::string text = other_method(scene, *system, closed_form, " takes every step");
+  return text.empty() ? other_method(scene, *system, own_steps, " chooses its own steps") : text;
 }
 
 }  // namespace

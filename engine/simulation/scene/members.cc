@@ -2,14 +2,11 @@
 
 #include <algorithm>
 
-#include "engine/simulation/catalogue/recommendation.h"
 #include "engine/simulation/scene/scene_draft.h"
 #include "engine/simulation/scene/scene_fields.h"
 
 namespace stiefel {
 namespace {
-
-constexpr std::size_t most_violations = 16;
 
 /// Of a member: its index among `count`, and the shape of its blocks.
 struct Member {
@@ -61,7 +58,9 @@ std::optional<BodyDescription> part(const std::optional<BodyDescription>& all, s
   return part(*all, of);
 }
 
-SceneDescription member(const SceneDescription& all, int b) {
+}  // namespace
+
+SceneDescription member_of(const SceneDescription& all, int b) {
   Member one{b, *all.members};
   if (!all.initial.empty()) {
     const RowMatrix& block = all.initial.begin()->second.values;
@@ -71,7 +70,7 @@ SceneDescription member(const SceneDescription& all, int b) {
   return part(all, one);
 }
 
-Violations check(const SceneDescription& all, const Place& place) {
+Violations check_members(const SceneDescription& all, const Place& place) {
   const int count = *all.members;
   if (count < 1 || count > Scene::max_members)
     return {place.violation("members", std::to_string(count),
@@ -87,50 +86,6 @@ Violations check(const SceneDescription& all, const Place& place) {
                                     "must be absent in an ensemble: name a method (stiefel "
                                     "tradeoff measures one member)"));
   return wrong;
-}
-
-/// One method for all of them.
-MethodDescription recommended_method(std::span<const Scene> members) {
-  const Recommendation& one = recommendation_for(members);
-  MethodDescription method = one.description();
-  method.substeps = one.substeps(members);
-  return method;
-}
-
-}  // namespace
-
-std::expected<std::vector<Scene>, Violations> resolve_members(SceneDescription& ensemble,
-                                                              double largest_repair,
-                                                              const Place& place) {
-  Violations wrong = check(ensemble, place);
-  if (!wrong.empty()) return std::unexpected(std::move(wrong));
-  std::vector<Scene> members;
-  members.reserve(static_cast<std::size_t>(*ensemble.members));
-  for (int b = 0; b < *ensemble.members && wrong.size() < most_violations; ++b) {
-    auto resolved = Scene::resolve(member(ensemble, b), largest_repair, place);
-    if (resolved) {
-      members.push_back(*std::move(resolved));
-      continue;
-    }
-    for (Violation& violation : resolved.error()) {
-      violation.value += " (member " + std::to_string(b) + ")";
-      wrong.push_back(std::move(violation));
-    }
-  }
-  if (!wrong.empty()) return std::unexpected(std::move(wrong));
-  if (!ensemble.method && !members.front().method().empty()) {
-    ensemble.method = recommended_method(members);
-    return resolve_members(ensemble, largest_repair, place);
-  }
-
-  const SceneDescription& first = members.front().description();
-  ensemble.method = first.method;
-  if (std::ranges::all_of(
-          members, [&](const Scene& one) { return one.description().epsilon == first.epsilon; }))
-    ensemble.epsilon = first.epsilon;  // else each chooses its own again
-  if (ensemble.body && ensemble.body->attitude.empty())
-    ensemble.body->attitude = first.body->attitude;
-  return members;
 }
 
 }  // namespace stiefel

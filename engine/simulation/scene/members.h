@@ -1,19 +1,16 @@
 #pragma once
 
-#include <expected>
-#include <vector>
-
 #include "stiefel/scene.h"
 
 namespace stiefel {
 
-/// The members of an ensemble as scenes of their own, from a description with `members` = B: what
-/// has B times the numbers of one scene is theirs in turn, blocks by their rows, and everything
-/// else is common to all. What it leaves open (method, order, ...) is filled in, in `ensemble` too,
-/// the same for all members. Only ε each chooses from its own ‖M‖: `ensemble` has it where they
-/// agree, else none. The violations are of the first members that have any, at most 16.
-std::expected<std::vector<Scene>, Violations> resolve_members(SceneDescription& ensemble,
-                                                              double largest_repair,
-                                                              const Place& place);
+// An ensemble is described with `members` = B: what has B times the numbers of one scene is theirs
+// in turn, blocks by their rows, and everything else is common to all.
+
+/// What is wrong with the description as one of an ensemble.
+Violations check_members(const SceneDescription& all, const Place& place);
+
+/// Member b, 0 <= b < B, as a description of its own.
+SceneDescription member_of(const SceneDescription& all, int b);
 
 }  // namespace stiefel

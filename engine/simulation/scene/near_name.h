@@ -60,6 +60,15 @@ constexpr std::optional<std::string> near_name(std::string_view given, const Ite
   return nearest;
 }
 
+/// "Q, P, M".
+template <class Items, class Name>
+std::string listed(const Items& items, Name name) {
+  std::string out;
+  for (const auto& item : items)
+    out += (out.empty() ? "" : ", ") + std::string(std::invoke(name, item));
+  return out;
+}
+
 /// "; did you mean NAME?", to be put at the end of a rule, or nothing when no name is near.
 template <std::ranges::input_range Items, class Name = std::identity>
 std::string did_you_mean(std::string_view given, const Items& known, Name name = {}) {

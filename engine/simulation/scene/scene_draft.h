@@ -12,16 +12,26 @@ namespace stiefel {
 /// "3 x 4".
 std::string shape_text(Eigen::Index rows, Eigen::Index cols);
 
-/// A description while it is checked, and the scene that comes of it. A system's own check reads
-/// `given()`, collects violations and fills in inertia and blocks; the rest is common.
+/// A description during its check, and the resulting scene. A system's own check reads `given()`,
+/// collects violations and fills in inertia and blocks; the rest is common.
 class SceneDraft {
  public:
   SceneDraft(SceneDescription description, double largest_repair, const Place& place)
       : largest_repair_(largest_repair), place_(place) {
     scene_.description_ = std::move(description);
   }
+  /// Of a scene that is sound, to be changed.
+  SceneDraft(Scene scene, const Place& place)
+      : scene_(std::move(scene)), largest_repair_(Scene::drift_tolerance), place_(place) {}
+
+  // What needs the catalogue (catalogue/resolve.cc):
+
   /// Checks system, method and step, and lets the system check what is its own.
+  void check();
+  /// The scene once it is checked, with what was left open filled in.
   std::expected<Scene, Violations> resolve();
+  /// A sound scene in the hands of another method.
+  std::expected<Scene, Violations> with(MethodDescription method);
 
   SceneDescription& given() { return scene_.description_; }
   const Scene& scene() const { return scene_; }
@@ -29,6 +39,7 @@ class SceneDraft {
   /// 0, which is refused, when the description has none.
   double step() { return given().step.value_or(0); }
   bool sound() const { return violations_.empty(); }
+  const Violations& violations() const { return violations_; }
   /// `field` is the description's own: "initial.Q".
   void refuse(const std::string& field, std::string value, std::string rule);
 
@@ -66,8 +77,6 @@ class SceneDraft {
   void check_step();
   void check_method();
   void check_choice();
-  bool wants_choice() { return given().tolerance && !given().method && !system_->discrete; }
-  void choose();
   void recommend();
   void check_order(const MethodInfo& info);
   void check_reach();

@@ -21,7 +21,7 @@ TARGET = 1e-10
 _BOUND = 1 / 5
 # The packages that the bound names.
 _JUDGED = ("odeint", "heyoka", "SciPy", "MuJoCo")
-# What takes longer than this is turned once.
+# Seconds; a contestant that takes longer runs once.
 _LONG = 1.0
 
 
@@ -40,7 +40,7 @@ SMOKE = Counts(rotations=2, repeats=1, patience=0.05, bodies=4, steps=10, second
 
 
 def measure(program: Path, python: Optional[Path], counts: Counts) -> tuple[list[dict], dict]:
-    """The rows, and what the picture shows."""
+    """The rows of the table and the curves of the picture."""
     contestants = everybody(program, python)
     reference = next(c for c in contestants if c.package == "reference")
     contestants.remove(reference)
@@ -107,7 +107,7 @@ def _about(contestant: Contestant) -> dict:
 
 
 def table(data: dict) -> str:
-    """What each contestant took to reach the target, cheapest first, and where the others stopped."""
+    """The cost of each contestant at the target, cheapest first, and where the others stopped."""
     counted = {c["title"]: c["work"] for c in data["contestants"]}
     lines = ["| body | contestant | setting | attitude error, rad | momentum error | ms | work |", "|" + "---|" * 7]
     for body, found in data["bodies"].items():

@@ -1,4 +1,4 @@
-"""The processes that turn bodies, and what is asked of their contestants."""
+"""The processes that integrate bodies, and the tasks for their contestants."""
 from __future__ import annotations
 
 import json
@@ -43,7 +43,7 @@ class Process:
         self._process: Optional[subprocess.Popen] = None
 
     def start(self) -> list[dict]:
-        """Who is there; nobody where the package is missing."""
+        """The contestants of this process; none where the package is missing."""
         self._process = subprocess.Popen(self._command, cwd=self._folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                          stderr=subprocess.DEVNULL, text=True)
         return self._read() or []

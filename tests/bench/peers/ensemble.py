@@ -30,7 +30,7 @@ def measure(contestants: list[Contestant], count: int, steps: int, seconds: floa
     bodies = bodies_of(count)
 
     def nanoseconds(contestant: Contestant, steps: int = steps) -> float:
-        """Of a run that is long enough for the processor to be awake."""
+        """Nanoseconds a body-step, from a run that is long enough for the processor to reach its full clock."""
         answer = contestant.turn(bodies, steps * _H_OMEGA, steps)
         if not answer:
             return math.inf

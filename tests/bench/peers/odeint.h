@@ -14,7 +14,7 @@
 
 namespace stiefel::bench {
 
-/// By Boost.odeint's integrate_adaptive, from a first step of a twentieth of a radian.
+/// Integrates by Boost.odeint's integrate_adaptive, with a first step of 1/20 radian.
 template <class Stepper>
 Answer integrate(const Task& task, Stepper stepper) {
   Answer answer{};

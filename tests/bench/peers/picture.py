@@ -55,7 +55,7 @@ def draw(data: dict, facts: dict[str, str], path: Path) -> None:
 
 
 def _families(contestants: list[dict]) -> dict[str, str]:
-    """By a contestant's title, what it is one of: our method, or the package."""
+    """The family of each contestant by its title: our method, or the package."""
     return {c["title"]: c["title"].split()[0].rstrip(",") if c["package"] == "stiefel" else c["package"]
             for c in contestants if "rollout" not in c["title"]}
 

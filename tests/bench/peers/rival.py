@@ -1,4 +1,4 @@
-"""What a rival in Python is: contestants that turn bodies, and a dialogue, which contestants.cc speaks too.
+"""A rival in Python: contestants that integrate bodies, and the protocol on stdin and stdout, as in contestants.cc.
 
 A rival first writes a line that tells who is there, then answers each task on its stdin:
 {"contestant", "bodies": [{"moments", "angular_velocity"}], "time", "setting"}.
@@ -64,7 +64,7 @@ class Contestant:
 
 def serve(package: str, version: str, contestants: Iterable[Contestant]) -> None:
     by_name = {contestant.name: contestant for contestant in contestants}
-    # What packages print must not come between the answers.
+    # The output of the packages must not mix with the answers.
     answers, sys.stdout = sys.stdout, sys.stderr
 
     def write(what: object) -> None:

@@ -10,7 +10,7 @@ from peers.contestant import Answer, Body, Contestant, angle_between
 _REFERENCE_TOLERANCE = 1e-21
 # A run as short as this is done twice, because the first waits for its memory.
 _COLD = 0.05
-# How far past the target's cost a curve goes on, where rounding does not stop it before.
+# A curve ends at this multiple of the cost at the target, or at rounding.
 _BEYOND = 4
 _LEAST_TOLERANCE = 1e-16
 _STEPS_OF_A_ROTATION = 4

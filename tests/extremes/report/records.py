@@ -1,4 +1,4 @@
-"""What the tests recorded: one JSON object a line, in the fields of `Record` (extremes.h)."""
+"""The records of the tests: one JSON object a line, with the fields of `Record` (extremes.h)."""
 from __future__ import annotations
 
 import json
@@ -25,7 +25,7 @@ def bounded(record):
 
 
 def fraction(record):
-    """How much of its bound a record uses. A bound of 0 is met or not."""
+    """The part of its bound that a record uses; for a bound of 0, 0 or infinity."""
     value, bound = record["value"], record["bound"]
     if math.isnan(value):
         return math.inf

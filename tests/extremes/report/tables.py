@@ -29,7 +29,7 @@ def cell(records, named=True):
 
 
 def truncation(records):
-    """Of the lowest and of the highest order."""
+    """The truncation at the lowest and at the highest order."""
     by_order = {}
     for r in records:
         by_order[r["order"]] = max(by_order.get(r["order"], 0), r["value"])
@@ -76,7 +76,7 @@ def errors(records):
 
 
 def measures(records):
-    """Of the extremes that measure something else."""
+    """The table of an extreme that measures neither rounding nor truncation."""
     lines = ["| row | method | compensated | plain | bound | s |", "| --- " * 6 + "|"]
     for (row, name), of_it in grouped(records):
         cells = [cell(part) for part in by_arithmetic(of_it)]

@@ -2,15 +2,16 @@
 
 #include <Eigen/Core>
 
-#include "engine/simulation/run/invariant_list.h"
+#include "engine/simulation/stepping/invariant_list.h"
 #include "stiefel/catalogue.h"
+#include "stiefel/invariant_names.h"
 
 namespace stiefel {
 
 /// What the discrete rigid bodies keep beside the continuous one's invariants.
 inline constexpr InvariantInfo discrete_hamiltonian_info = {
-    "discrete_hamiltonian", "tr exp(asinh(h M / 2)) - tr(Lambda U), U Lambda - Lambda U^T = h M",
-    "[RB] (6.17)"};
+    family::discrete_hamiltonian,
+    "tr exp(asinh(h M / 2)) - tr(Lambda U), U Lambda - Lambda U^T = h M", "[RB] (6.17)"};
 
 /// Adds it, where h‖M‖_op ≤ 2 and J_D⁻¹(hM) is on the principal branch; elsewhere nothing. Last of
 /// all families.

@@ -1,5 +1,5 @@
 #include "engine/simulation/catalogue/families/parametric_forms.h"
-#include "engine/simulation/run/invariant_list.h"
+#include "engine/simulation/stepping/invariant_list.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,6 +9,7 @@
 #include "engine/simulation/catalogue/families/rigid_body_invariants.h"
 #include "engine/simulation/catalogue/families/rigid_forms.h"
 #include "engine/simulation/scene/scene_draft.h"
+#include "stiefel/invariant_names.h"
 
 namespace stiefel {
 namespace {
@@ -52,8 +53,8 @@ SystemInfo parametric_info(std::string_view momentum) {
                  {"M", "N x N", momentum},
                  {"epsilon", "1 x 1", momentum}};
   for (const auto& invariant : rigid_body_invariant_infos())
-    if (invariant.name != "spatial_momentum") info.invariants.push_back(invariant);
-  info.invariants.push_back({"PQ_inverse", "P Q^-1", "[RB] section 8"});
+    if (invariant.name != family::spatial_momentum) info.invariants.push_back(invariant);
+  info.invariants.push_back({family::PQ_inverse, "P Q^-1", "[RB] section 8"});
   return info;
 }
 
@@ -111,12 +112,12 @@ StackedObservables parametric_observables(const Scene& scene, double h) {
         parametric_terms(lambda, mu_over_h, epsilon, x.topRows(N), x.bottomRows(N));
     rigid_body_invariants(Side::left, lambda, Eigen::MatrixXd(), M(x), out,
                           {.terms = terms, .least_norm = 1 / std::abs(epsilon)});
-    if (!out.wants("PQ_inverse")) return;
+    if (!out.wants(family::PQ_inverse)) return;
     const Eigen::MatrixXd A =
         x.topRows(N).transpose().partialPivLu().solve(x.bottomRows(N).transpose()).transpose();
     for (Eigen::Index i = 0; i < N; ++i)
       for (Eigen::Index j = 0; j < N; ++j)
-        out.add("PQ_inverse", indexed("PQ_inverse", i + 1, j + 1), A(i, j), A.norm());
+        out.add(family::PQ_inverse, indexed(family::PQ_inverse, i + 1, j + 1), A(i, j), A.norm());
   };
   observables.rate = [=](const Eigen::MatrixXd& x) { return angular_velocity_norm(lambda, M(x)); };
   return observables;

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "engine/simulation/catalogue/system_entry.h"
-#include "engine/simulation/run/stacked_observables.h"
+#include "engine/simulation/stepping/stacked_observables.h"
 
 namespace stiefel {
 

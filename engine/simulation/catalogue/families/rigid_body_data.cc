@@ -1,6 +1,7 @@
 #include "engine/simulation/catalogue/families/rigid_body_data.h"
 
 #include "engine/simulation/catalogue/families/rigid_body_invariants.h"
+#include "stiefel/invariant_names.h"
 
 namespace stiefel {
 
@@ -19,7 +20,7 @@ SystemInfo rigid_body_family() {
       {"angular_velocity", "1 x 3", "N = 3: the vector of Omega"},
   };
   info.invariants = rigid_body_invariant_infos();
-  info.invariants.push_back({"orthogonality", "Q Q^T = I", ""});
+  info.invariants.push_back({family::orthogonality, "Q Q^T = I", ""});
   return info;
 }
 

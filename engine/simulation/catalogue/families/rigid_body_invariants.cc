@@ -1,12 +1,13 @@
 #include "engine/simulation/catalogue/families/rigid_body_invariants.h"
-#include "engine/simulation/run/invariant_list.h"
+#include "engine/simulation/stepping/invariant_list.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "engine/invariants/rigid_body.h"
 #include "engine/invariants/symmetric_rigid_body.h"
-#include "engine/simulation/run/at_rest.h"
+#include "engine/simulation/stepping/at_rest.h"
+#include "stiefel/invariant_names.h"
 
 namespace stiefel {
 namespace {
@@ -25,7 +26,7 @@ void manakov_coefficients(const Vector<Wide>& lambda, const Matrix<Wide>& M, Wid
     for (int j = k % 2; j <= k - 2; j += 2) {
       const Wide binomial = std::exp(std::lgamma(k + 1.0L) - std::lgamma(j + 1.0L) -
                                      std::lgamma(static_cast<Wide>(k - j) + 1));
-      out.add("manakov", indexed("manakov", k, j), coefficients[k][j],
+      out.add(family::manakov, indexed(family::manakov, k, j), coefficients[k][j],
               binomial * std::pow(norm, static_cast<Wide>(k - j)) *
                   std::pow(lambda2, static_cast<Wide>(j)));
     }
@@ -35,10 +36,11 @@ void manakov_coefficients(const Vector<Wide>& lambda, const Matrix<Wide>& M, Wid
 
 std::vector<InvariantInfo> rigid_body_invariant_infos(Side side) {
   return {
-      {"energy", "1/2 tr(Lambda Omega^T Omega)", "[RB] section 2"},
-      {"spatial_momentum", side == Side::left ? "Q M Q^T" : "Q^T M Q", "[RB] Prop. 2.1"},
-      {"casimirs", "w_1 >= w_2 >= ... >= 0 of the eigenvalues +-i w_k of M", "[RB] section 2"},
-      {"manakov", "coefficients of mu^j in tr((M + mu Lambda^2)^k), k = 2..N", "[RB] (2.4)"},
+      {family::energy, "1/2 tr(Lambda Omega^T Omega)", "[RB] section 2"},
+      {family::spatial_momentum, side == Side::left ? "Q M Q^T" : "Q^T M Q", "[RB] Prop. 2.1"},
+      {family::casimirs, "w_1 >= w_2 >= ... >= 0 of the eigenvalues +-i w_k of M",
+       "[RB] section 2"},
+      {family::manakov, "coefficients of mu^j in tr((M + mu Lambda^2)^k), k = 2..N", "[RB] (2.4)"},
   };
 }
 
@@ -47,25 +49,26 @@ void rigid_body_invariants(Side side, const Eigen::VectorXd& lambda, const Eigen
   const Vector<Wide> wide_lambda = lambda.cast<Wide>();
   const Matrix<Wide> wide_M = M.cast<Wide>();
   const bool at_rest = is_rounding(M.stableNorm(), rounding.terms);
-  if (out.wants("energy")) {
+  if (out.wants(family::energy)) {
     const Wide E = energy<Wide>(wide_lambda, wide_M), of_terms = rounding.terms;
-    out.add("energy", "energy", E,
-            at_rest ? of_terms * of_terms / (2 * wide_lambda.maxCoeff()) : E);
+    out.add(family::energy, E, at_rest ? of_terms * of_terms / (2 * wide_lambda.maxCoeff()) : E);
   }
-  const bool manakov_wanted = out.wants("manakov", M.cols() <= largest_manakov_unasked);
-  if (!manakov_wanted && !out.wants("spatial_momentum") && !out.wants("casimirs")) return;
+  const bool manakov_wanted = out.wants(family::manakov, M.cols() <= largest_manakov_unasked);
+  if (!manakov_wanted && !out.wants(family::spatial_momentum) && !out.wants(family::casimirs))
+    return;
   const Eigen::VectorXd w = casimirs<double>(M);
   const double norm = std::max(at_rest ? rounding.terms : w(0), rounding.least_norm);
-  if (out.wants("spatial_momentum") && Q.size() > 0) {
+  if (out.wants(family::spatial_momentum) && Q.size() > 0) {
     const Eigen::MatrixXd m =
         side == Side::left ? spatial_momentum<double>(Q, M) : right_momentum<double>(Q, M);
     for (Eigen::Index i = 0; i < m.rows(); ++i)
       for (Eigen::Index j = i + 1; j < m.cols(); ++j)
-        out.add("spatial_momentum", indexed("spatial_momentum", i + 1, j + 1), m(i, j), norm);
+        out.add(family::spatial_momentum, indexed(family::spatial_momentum, i + 1, j + 1), m(i, j),
+                norm);
   }
-  if (out.wants("casimirs"))
+  if (out.wants(family::casimirs))
     for (Eigen::Index k = 0; k < w.size(); ++k)
-      out.add("casimirs", indexed("casimirs", k + 1), w(k), norm);
+      out.add(family::casimirs, indexed(family::casimirs, k + 1), w(k), norm);
   if (manakov_wanted) manakov_coefficients(wide_lambda, wide_M, norm, out);
 }
 

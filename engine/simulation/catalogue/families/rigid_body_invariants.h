@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "engine/simulation/run/invariant_list.h"
+#include "engine/simulation/stepping/invariant_list.h"
 #include "stiefel/catalogue.h"
 
 namespace stiefel {

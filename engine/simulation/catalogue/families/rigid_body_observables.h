@@ -7,7 +7,7 @@
 #include "engine/linalg/lie/so_n.h"
 #include "engine/simulation/catalogue/families/discrete_hamiltonian.h"
 #include "engine/simulation/catalogue/families/rigid_body_invariants.h"
-#include "engine/simulation/run/invariant_list.h"
+#include "engine/simulation/stepping/invariant_list.h"
 #include "stiefel/scene.h"
 #include "stiefel/simulation.h"
 

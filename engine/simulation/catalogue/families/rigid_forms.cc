@@ -1,9 +1,10 @@
 #include "engine/simulation/catalogue/families/rigid_forms.h"
-#include "engine/simulation/run/invariant_list.h"
+#include "engine/simulation/stepping/invariant_list.h"
 
 #include <cmath>
 
 #include "engine/linalg/lie/orthogonal.h"
+#include "stiefel/invariant_names.h"
 
 namespace stiefel {
 namespace {
@@ -47,9 +48,9 @@ SystemInfo rigid_form_info(BlockInfo other, bool has_P, Side side) {
     info.fields.push_back(
         {"epsilon", "1 x 1",
          left ? "M = (Q^T P - P^T Q) / epsilon" : "M = (P Q^T - Q P^T) / epsilon"});
-    info.invariants.push_back({"PQt", left ? "P Q^T" : "P^T Q", "[RB] (8.2)"});
+    info.invariants.push_back({family::PQt, left ? "P Q^T" : "P^T Q", "[RB] (8.2)"});
   }
-  info.invariants.push_back({"orthogonality", "Q Q^T = I", ""});
+  info.invariants.push_back({family::orthogonality, "Q Q^T = I", ""});
   return info;
 }
 
@@ -67,11 +68,11 @@ void report_rigid_form(StackedObservables& observables, const Scene& scene, Rigi
   observables.invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
     const Eigen::MatrixXd Q = form.Q(x), M = form.M(x);
     rigid_body_invariants(form.side, lambda, Q, M, out, {.terms = form.terms ? form.terms(x) : 0});
-    if (!form.A || !out.wants("PQt")) return;
+    if (!form.A || !out.wants(family::PQt)) return;
     const Eigen::MatrixXd A = form.A(x);
     for (Eigen::Index i = 0; i < N; ++i)
       for (Eigen::Index j = 0; j < N; ++j)
-        out.add("PQt", indexed("PQt", i + 1, j + 1), A(i, j), A.norm());
+        out.add(family::PQt, indexed(family::PQt, i + 1, j + 1), A(i, j), A.norm());
   };
   observables.orthogonality = [Q = form.Q](const Eigen::MatrixXd& x) {
     return std::optional(orthogonality_defect(Q(x)));

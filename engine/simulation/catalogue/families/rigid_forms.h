@@ -2,7 +2,7 @@
 
 #include "engine/simulation/catalogue/families/rigid_body_invariants.h"
 #include "engine/simulation/catalogue/system_entry.h"
-#include "engine/simulation/run/stacked_observables.h"
+#include "engine/simulation/stepping/stacked_observables.h"
 
 namespace stiefel {
 

@@ -1,5 +1,5 @@
 #include "engine/simulation/catalogue/families/stiefel_forms.h"
-#include "engine/simulation/run/invariant_list.h"
+#include "engine/simulation/stepping/invariant_list.h"
 
 #include <cmath>
 
@@ -7,7 +7,8 @@
 #include "engine/linalg/lie/orthogonal.h"
 #include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
 #include "engine/simulation/catalogue/families/rigid_body_scene.h"
-#include "engine/simulation/run/at_rest.h"
+#include "engine/simulation/stepping/at_rest.h"
+#include "stiefel/invariant_names.h"
 
 namespace stiefel {
 
@@ -18,9 +19,9 @@ SystemInfo stiefel_info(BlockInfo other) {
                  {other.name, other.shape, other.description},
                  {"Qdot", "n x N", "Q', velocity of the frame"}};
   info.invariants = {
-      {"energy", "1/2 tr(S Lambda^-1 S^T), S = Q' Lambda", "[ST] (3)"},
-      {"spatial_momentum", "S Q^T - Q S^T, n x n", "[ST] (44)"},
-      {"orthogonality", "Q Q^T = I", ""},
+      {family::energy, "1/2 tr(S Lambda^-1 S^T), S = Q' Lambda", "[ST] (3)"},
+      {family::spatial_momentum, "S Q^T - Q S^T, n x n", "[ST] (44)"},
+      {family::orthogonality, "Q Q^T = I", ""},
   };
   return info;
 }
@@ -85,15 +86,15 @@ void report_geodesic(StackedObservables& observables, const Scene& scene, Eigen:
     const Matrix<Wide> wide_Q = x.topRows(n).cast<Wide>(), wide_S = S(x).cast<Wide>();
     const Wide of_terms = terms(x), of_S = wide_S.stableNorm();
     const bool at_rest = is_rounding(static_cast<double>(of_S), static_cast<double>(of_terms));
-    if (out.wants("energy")) {
+    if (out.wants(family::energy)) {
       const Wide E = stiefel_energy<Wide>(lambda.cast<Wide>(), wide_S);
-      out.add("energy", "energy", E, at_rest ? of_terms * of_terms / (2 * lambda.maxCoeff()) : E);
+      out.add(family::energy, E, at_rest ? of_terms * of_terms / (2 * lambda.maxCoeff()) : E);
     }
-    if (!out.wants("spatial_momentum")) return;
+    if (!out.wants(family::spatial_momentum)) return;
     const Matrix<Wide> m = frame_momentum<Wide>(wide_Q, wide_S);
     for (Eigen::Index i = 0; i < n; ++i)
       for (Eigen::Index j = i + 1; j < n; ++j)
-        out.add("spatial_momentum", indexed("spatial_momentum", i + 1, j + 1), m(i, j),
+        out.add(family::spatial_momentum, indexed(family::spatial_momentum, i + 1, j + 1), m(i, j),
                 at_rest ? of_terms : of_S);
   };
   observables.orthogonality = [n](const Eigen::MatrixXd& x) {

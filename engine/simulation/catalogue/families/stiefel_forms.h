@@ -1,8 +1,8 @@
 #pragma once
 
 #include "engine/simulation/catalogue/system_entry.h"
-#include "engine/simulation/run/stacked_observables.h"
 #include "engine/simulation/scene/scene_draft.h"
+#include "engine/simulation/stepping/stacked_observables.h"
 
 namespace stiefel {
 

@@ -1,0 +1,80 @@
+#include "client/cli/sinks/destination.h"
+#include "client/cli/sinks/sink.h"
+#include "client/cpp/samples.h"
+
+namespace stiefel::cli {
+namespace {
+
+using client::SampleView;
+
+/// Every `parts`-th number from `part` on.
+void append_numbers(std::string& text, const char* name, std::span<const double> values,
+                    std::size_t part, std::size_t parts) {
+  text.append(", \"").append(name).append("\": [");
+  for (std::size_t j = part; j < values.size(); j += parts) {
+    if (j > part) text += ", ";
+    append_number(text, values[j]);
+  }
+  text += "]";
+}
+
+void append_sample(std::string& text, const SampleView& sample) {
+  text += "{\"step\": " + std::to_string(sample.step()) + ", \"time\": ";
+  append_number(text, sample.time());
+  text += ", \"fields\": {";
+  for (int i = 0; i < sample.field_count(); ++i) {
+    const auto field = sample.field(i);
+    text += (i ? ", " : "") + nlohmann::json(field.name).dump() + ": {" +
+            (field.members ? "\"members\": " + std::to_string(field.members) + ", " : "") +
+            "\"rows\": " + std::to_string(field.rows) + ", \"cols\": " + std::to_string(field.cols);
+    const std::size_t parts = field.complex ? 2 : 1;
+    append_numbers(text, "values", field.values, 0, parts);
+    if (field.complex) append_numbers(text, "imaginary", field.values, 1, parts);
+    text += "}";
+  }
+  text += "}}";
+}
+
+/// {"samples": [...], "outcome": ..., "diagnosis": {...}}: in the order in which they are known.
+class JsonSink : public Sink {
+ public:
+  explicit JsonSink(const std::string& path) {
+    if (path.empty()) return;
+    destination_ = std::make_unique<Destination>(path);
+    file_ = open_for_writing(destination_->working_path());
+  }
+
+  void write(const v1::StreamResponse& batch) override {
+    text_.clear();
+    for (int i = 0; i < batch.steps_size(); ++i) {
+      text_ += started_ ? ",\n" : "{\"samples\": [\n";
+      started_ = true;
+      append_sample(text_, SampleView(batch, i));
+    }
+    cli::write(out(), text_);
+  }
+
+  void finish(const nlohmann::ordered_json& report) override {
+    // Without its opening brace the report goes on with this object.
+    const std::string rest = report.dump(2).substr(2);
+    cli::write(out(), (started_ ? "],\n" : "{\"samples\": [],\n") + rest + "\n");
+    flush(out());
+    if (destination_) destination_->commit();
+  }
+
+ private:
+  std::FILE* out() { return file_ ? file_.get() : stdout; }
+
+  std::unique_ptr<Destination> destination_;
+  File file_;
+  std::string text_;
+  bool started_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Sink> make_json_sink(const std::string& path) {
+  return std::make_unique<JsonSink>(path);
+}
+
+}  // namespace stiefel::cli

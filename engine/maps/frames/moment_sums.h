@@ -1,0 +1,69 @@
+#pragma once
+
+#include "engine/linalg/simd/pack.h"
+#include "engine/maps/frames/frame_moments.h"
+#include "engine/maps/frames/frame_pass.h"
+#include "engine/maps/frames/tile.h"
+
+namespace stiefel {
+
+/// The columns of a tile by whose products the moments are summed: Q, V = Q̇, and with Λ⁻¹ once or
+/// twice G = QΛ⁻¹, H = VΛ⁻¹, F = GΛ⁻¹. `rows` is n where that is small, else any_rows.
+template <class Scalar, int rows, Isa isa>
+struct MomentTiles {
+  using P = Pack<Scalar, isa>;
+  using Rows = Tile<P, rows, FramePass<Scalar>::width / P::lanes>;
+
+  explicit MomentTiles(std::ptrdiff_t n) : Q(n), G(n), V(n), H(n), F(n) {}
+
+  Rows Q, G, V, H, F;
+};
+
+/// The moments of the tiles so far. Neither arithmetic nor form of the state matters here, so that
+/// all passes of as many rows share this code.
+template <class Scalar, int rows, Isa isa>
+class MomentSums {
+ public:
+  using Tiles = MomentTiles<Scalar, rows, isa>;
+
+  MomentSums(std::ptrdiff_t n, const FrameSums<Scalar>& out)
+      : QQ0_(n, out.QQ[0]),
+        QQ1_(n, out.QQ[1]),
+        QQ2_(n, out.QQ[2]),
+        QQ3_(n, out.QQ[3]),
+        QV0_(n, out.QV[0]),
+        QV1_(n, out.QV[1]),
+        QV2_(n, out.QV[2]),
+        VV0_(n, out.VV[0]),
+        VV1_(n, out.VV[1]) {}
+
+  /// The first `filled` packs of the tiles, of n rows.
+  [[gnu::noinline]] void add(Tiles& x, std::ptrdiff_t any_n, std::ptrdiff_t filled) {
+    const std::ptrdiff_t n = rows == any_rows ? any_n : rows;
+    Product::template add<true>(x.Q, x.Q, n, filled, QQ0_);
+    Product::template add<true>(x.G, x.Q, n, filled, QQ1_);
+    Product::template add<true>(x.G, x.G, n, filled, QQ2_);
+    Product::template add<true>(x.F, x.G, n, filled, QQ3_);
+    Product::template add<false>(x.Q, x.V, n, filled, QV0_);
+    Product::template add<false>(x.G, x.V, n, filled, QV1_);
+    Product::template add<false>(x.G, x.H, n, filled, QV2_);
+    Product::template add<true>(x.V, x.V, n, filled, VV0_);
+    Product::template add<true>(x.H, x.V, n, filled, VV1_);
+  }
+
+  [[gnu::noinline]] void finish(std::ptrdiff_t any_n) {
+    const std::ptrdiff_t n = rows == any_rows ? any_n : rows;
+    for (Sum* sum : {&QQ0_, &QQ1_, &QQ2_, &QQ3_, &VV0_, &VV1_}) sum->finish(true, n);
+    for (Sum* sum : {&QV0_, &QV1_, &QV2_}) sum->finish(false, n);
+  }
+
+ private:
+  using Sum = TileSum<Pack<Scalar, isa>, rows>;
+  /// The largest block that fits in the registers.
+  static constexpr bool many_registers = isa == Isa::avx512;
+  using Product = TileProduct<many_registers ? 4 : 1, many_registers ? 4 : 2>;
+
+  Sum QQ0_, QQ1_, QQ2_, QQ3_, QV0_, QV1_, QV2_, VV0_, VV1_;
+};
+
+}  // namespace stiefel

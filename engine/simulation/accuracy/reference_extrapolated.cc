@@ -1,0 +1,94 @@
+// A reference by a system's vector field alone.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "engine/problems/extrapolated_motion.h"
+#include "engine/simulation/accuracy/reference.h"
+#include "engine/simulation/catalogue/motions/vector_field.h"
+#include "engine/simulation/catalogue/system_entry.h"
+#include "stiefel/simulation.h"
+
+namespace stiefel {
+namespace {
+
+using Wide = Matrix<long double>;
+using Motion = ExtrapolatedMotion<long double>;
+
+constexpr int fine_columns = 8, coarse_columns = 6;
+constexpr double fine_tolerance = 1e-17, coarse_tolerance = 1e-15;
+
+/// Units of work of one evaluation: long double instructions of four products of the state with a
+/// square matrix. A guess, since a system's field may be anything.
+double evaluation_work(const Wide& x) {
+  const auto rows = static_cast<double>(x.rows()), cols = static_cast<double>(x.cols());
+  return 8 * rows * cols * (4 * cols + 10);
+}
+
+/// Two solutions, of orders 16 and 12 and of tolerances 100 apart: their distance is the error, and
+/// that is more than the better one's.
+class ExtrapolatedReference final : public Reference {
+ public:
+  ExtrapolatedReference(const VectorField& system, Eigen::Index rows, Eigen::Index cols,
+                        double first, double budget)
+      : frame_rows_(system.frame_rows),
+        rows_(rows),
+        cols_(cols),
+        budget_(budget),
+        evaluation_(evaluation_work(system.start)),
+        fine_(system.field, system.start, frame_rows_, fine_columns, fine_tolerance, first),
+        coarse_(system.field, system.start, frame_rows_, coarse_columns, coarse_tolerance, first) {}
+
+  std::optional<Answer> at(double time, const std::stop_token& stop) override {
+    const auto stopped = [&] { return stop.stop_requested() || work() > budget_; };
+    if (!fine_.go_to(time, stopped) || !coarse_.go_to(time, stopped)) return std::nullopt;
+    MotionState state = present(fine_.state());
+    constexpr double unit = std::numeric_limits<long double>::epsilon();
+    error_ = std::max({error_, fine_columns * unit * size(state),
+                       error_of(present(coarse_.state()), state).largest()});
+    return Answer{std::move(state), error_};
+  }
+
+  std::string description() const override {
+    return "extrapolation of order " + std::to_string(2 * fine_columns) + " in extended precision";
+  }
+  double work() const override {
+    return evaluation_ * static_cast<double>(fine_.evaluations() + coarse_.evaluations());
+  }
+
+ private:
+  MotionState present(const Wide& x) const {
+    const Wide momentum = x.bottomRows(x.rows() - frame_rows_);
+    return {x.topRows(frame_rows_), momentum.reshaped<Eigen::RowMajor>(rows_, cols_)};
+  }
+  /// Of the numbers that an error of the attitude is absolute in.
+  static double size(const MotionState& state) {
+    if (state.attitude.size() == 0) return 1;
+    return std::max(1.0, static_cast<double>(state.attitude.cwiseAbs().maxCoeff()));
+  }
+
+  Eigen::Index frame_rows_, rows_, cols_;
+  double budget_, evaluation_;
+  Motion fine_, coarse_;
+  double error_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<Reference> make_extrapolated_reference(const Scene& scene,
+                                                       const ReferenceNeed& need) {
+  const auto make = system_entry(scene.system())->vector_field;
+  if (make == nullptr) return nullptr;
+  const VectorField system = make(scene);
+  const MotionState reported = read_motion(scene, *make_simulation(scene));
+  const Eigen::Index rows = system.start.rows() - system.frame_rows;
+  if (rows * system.start.cols() != reported.momentum.size())
+    throw std::logic_error("the vector field of " + scene.system() +
+                           " moves other blocks than its scenes report");
+  return std::make_unique<ExtrapolatedReference>(system, reported.momentum.rows(),
+                                                 reported.momentum.cols(), std::abs(scene.step()),
+                                                 need.budget);
+}
+
+}  // namespace stiefel

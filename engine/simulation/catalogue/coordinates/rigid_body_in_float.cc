@@ -1,0 +1,27 @@
+#include "engine/simulation/catalogue/coordinates/in_float.h"
+#include "engine/simulation/catalogue/families/rigid_body_data.h"
+#include "engine/simulation/catalogue/families/rigid_body_observables.h"
+#include "engine/simulation/stepping/held_as.h"
+#include "engine/simulation/stepping/simulate.h"
+#include "engine/systems/rigid_body.h"
+
+namespace stiefel {
+namespace {
+
+template <class Space, class Wide>
+std::unique_ptr<Simulation> make_in(const Scene& scene) {
+  using Observables = RigidBodyObservables<Wide>;
+  using Held = HeldAs<SinglePrecision<typename Observables::Point>, Observables>;
+  return simulate<MethodsInFloat>(scene, RigidBody<Space>(rounded_to<float>(scene.inertia())),
+                                  Held(Observables(scene)), rigid_body_cost(scene.dimension()));
+}
+
+}  // namespace
+
+std::unique_ptr<Simulation> rigid_body_in_float(const Scene& scene) {
+  if (scene.dimension() != 3) return make_in<SoN<float>, SoN<double>>(scene);
+  if (scene.has_frame()) return make_in<So3<float, true>, So3<double, true>>(scene);
+  return make_in<So3<float, false>, So3<double, false>>(scene);
+}
+
+}  // namespace stiefel

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <array>
+
+#include "engine/methods/adaptive.h"
+#include "engine/methods/munthe_kaas4.h"
+#include "engine/simulation/catalogue/methods/recommendation.h"
+#include "stiefel/scene.h"
+
+namespace stiefel {
+
+// What several systems recommend. What recommendation.h says of it is measured by
+// tests/engine/recommendation_for_long_test.cc.
+
+/// Steps with error control. In longer steps than h||Omega|| = 0.5 rounding would exceed what the
+/// tolerance leaves to a stride.
+constexpr Recommendation with_error_control(double tolerance, double largest_h_omega = 0.5) {
+  return {.method = Adaptive::traits.name,
+          .order = Adaptive::traits.default_order,
+          .tolerance = tolerance,
+          .largest_h_omega = largest_h_omega};
+}
+
+/// Omega is constant: a step by the exponential is exact.
+inline bool turns_evenly(const Scene& scene) {
+  const Eigen::VectorXd& lambda = scene.inertia();
+  return lambda.size() == 2 || (lambda.array() == lambda(0)).all();
+}
+inline constexpr Recommendation at_constant_Omega = {
+    .where = "N = 2, or Lambda a multiple of the identity",
+    .takes = turns_evenly,
+    .method = MuntheKaas4::traits.name,
+    .order = MuntheKaas4::traits.default_order};
+
+/// Of bodies whose M is a product of what is moved: its error grows with the square of the time.
+inline constexpr std::array for_products = {at_constant_Omega, with_error_control(2e-13)};
+/// Of costates on V(n, N).
+inline constexpr std::array for_costates = {with_error_control(1e-11, 0.15)};
+
+}  // namespace stiefel

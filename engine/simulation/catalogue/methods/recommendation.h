@@ -1,0 +1,40 @@
+#pragma once
+
+#include <span>
+#include <string_view>
+#include <vector>
+
+namespace stiefel {
+
+class Scene;
+struct MethodDescription;
+
+/// A method, and the scenes of a system that get it when they name neither a method nor a
+/// tolerance: attitude and momentum then stay within 1e-8 relative over 100 rotations (on V(n, N)
+/// times the condition of the motion), at a few times the least work that any method needs for it.
+struct Recommendation {
+  std::string_view where = {};            ///< "N = 3"; empty: every scene
+  bool (*takes)(const Scene&) = nullptr;  ///< the same; null: every one
+  std::string_view method;
+  int order = 0;  ///< 0 of a closed form
+  std::string_view arithmetic = "plain";
+  double tolerance = 0;  ///< of methods that choose their own steps, else 0
+  /// Of a substep, |h|‖Ω‖ and |h|(‖M̈‖/‖M‖)^{1/2} in the initial state: there are as many substeps
+  /// as that takes. 0: no bound.
+  double largest_h_omega = 0, largest_h_momentum_rate = 0;
+
+  /// The method with one substep.
+  MethodDescription description() const;
+  /// The least number of substeps that keeps each of these scenes, which have a method, within the
+  /// bounds above.
+  int substeps(std::span<const Scene> scenes) const;
+};
+
+/// What a continuous system recommends (SystemEntry::recommended), in order; the last takes every
+/// scene. None of another name.
+std::vector<Recommendation> recommended(std::string_view system);
+
+/// The first that takes all of these scenes of one continuous system, with or without a method.
+Recommendation recommendation_for(std::span<const Scene> scenes);
+
+}  // namespace stiefel

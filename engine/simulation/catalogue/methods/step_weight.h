@@ -1,0 +1,30 @@
+#pragma once
+
+#include <string_view>
+
+#include "engine/simulation/catalogue/system_entry.h"
+#include "stiefel/scene.h"
+
+namespace stiefel {
+
+/// Work of one step of the map that a scene asks for, in instructions as callgrind counts them at
+/// h‖Ω‖ = 0.1, from a table that tests/bench/weights.py measures in several sizes: of the nearest
+/// one by ratio, times f(n, N) over its f,
+///
+///     f(n, N) = n²N + n³ + 8nN.
+///
+/// Equal on every CPU for one build, so that every machine chooses the same method. Work is
+/// `Simulation::map_steps()` times this.
+double step_weight(const Scene& scene);
+
+/// The rows of the first block of the scene's state, or N where it goes without, and N; what n and
+/// N are above unless the system says otherwise (SystemEntry::size).
+FrameSize frame_size(const Scene& scene);
+
+/// Whether the table has it. The weight of what it has not is estimated: five instructions for each
+/// nanosecond that the system's `make` says a step takes. warnings.cc says so.
+bool is_weighed(const Scene& scene);
+bool is_weighed(std::string_view system, std::string_view method, int order,
+                std::string_view arithmetic, std::string_view scalar);
+
+}  // namespace stiefel

@@ -1,0 +1,124 @@
+#include "engine/representations/angular_velocity.h"
+#include "engine/representations/discrete_pairs.h"
+#include "engine/representations/rigid_velocity.h"
+#include "engine/representations/stiefel_legendre.h"
+#include "engine/representations/stiefel_momenta.h"
+#include "engine/simulation/catalogue/representations/phase.h"
+#include "engine/simulation/catalogue/representations/representations.h"
+
+namespace stiefel {
+namespace {
+
+using Dense = Eigen::MatrixXd;
+
+constexpr Eigen::Index largest_written = 4096;
+
+/// From Q and any costate P, S among them: 𝔐⁻¹, or at n = N M alone.
+Phase phase(const Scene& scene, const Dense& Q, const Dense& P) {
+  Phase x{scene.inertia(), scene.step(), Q, {}, {}};
+  if (x.square())
+    x.M = dense_M(Q, P);
+  else
+    x.S = Legendre_inverse(x.lambda, Q, P);
+  return x;
+}
+Dense S_of(const Phase& x) {
+  return x.square() ? S_of_Qdot<double>(x.lambda, Qdot_of_M(x.lambda, x.Q, x.M)) : x.S;
+}
+
+WithinDomain<Phase> read_tangent(const Scene& scene, Margins&) {
+  Phase x = phase(scene, scene.Q(), scene.block("S"));
+  if (!x.square()) x.S = scene.block("S");
+  return x;
+}
+WithinDomain<Expression> write_tangent(const Phase& x, const ConversionTarget&, Margins&) {
+  return Expression{{{"Q", x.Q}, {"S", S_of(x)}}};
+}
+
+/// stiefel_momentum holds P_0 too, [ST] (82).
+WithinDomain<Phase> read_costate(const Scene& scene, Margins&) {
+  return phase(scene, scene.Q(), scene.block("P"));
+}
+/// 𝔐, [ST] Prop. 6: P_0.
+WithinDomain<Expression> write_costate(const Phase& x, const ConversionTarget&, Margins&) {
+  return Expression{{{"Q", x.Q}, {"P", Legendre(x.Q, S_of(x))}}};
+}
+WithinDomain<Expression> write_momentum(const Phase& x, const ConversionTarget&, Margins&) {
+  const auto N = static_cast<double>(x.Q.cols());
+  if (x.Q.cols() > largest_written) return std::unexpected(OutsideDomain{"N", N, largest_written});
+  return Expression{{{"Q", x.Q}, {"M", dense_M(x.Q, S_of(x))}}};
+}
+
+/// n = 1.
+WithinDomain<Phase> read_vector(const Scene& scene, Margins&) {
+  const Dense &q = scene.block("q"), &p = scene.block("p");
+  if (p.size() > 0) return phase(scene, q, p);
+  Phase x{scene.inertia(), scene.step(), q, {}, {}};
+  x.S = S_of_Qdot<double>(x.lambda, scene.block("qdot"));
+  return x;
+}
+WithinDomain<Expression> write_vector(const Phase& x, const ConversionTarget&, Margins&) {
+  const auto n = static_cast<double>(x.Q.rows());
+  if (x.Q.rows() != 1) return std::unexpected(OutsideDomain{"V(1, N)", n, 1});
+  return Expression{{{"q", x.Q}, {"qdot", Qdot_of_S(x.lambda, x.S)}}};
+}
+
+/// Q̇, whatever Λ has on its diagonal.
+Dense Qdot_of(const Phase& x) {
+  return x.square() ? Qdot_of_M(x.lambda, x.Q, x.M) : Qdot_of_S(x.lambda, x.S);
+}
+WithinDomain<Expression> write_velocity(const Phase& x, const ConversionTarget&, Margins&) {
+  return Expression{{{"Q", x.Q}, {"Qdot", Qdot_of(x)}}};
+}
+
+/// 𝒵, [ST] Theorem 2.
+WithinDomain<Expression> write_angular_velocity(const Phase& x, const ConversionTarget&, Margins&) {
+  if (x.square()) return Expression{{{"Q", x.Q}, {"U", x.Q.transpose() * Qdot_of(x)}}};
+  const auto N = static_cast<double>(x.Q.cols());
+  if (x.Q.cols() > largest_written) return std::unexpected(OutsideDomain{"N", N, largest_written});
+  return Expression{{{"Q", x.Q}, {"U", AngularVelocity<double>(x.lambda, x.Q, x.S).dense()}}};
+}
+
+/// What two frames hold of M ≠ 0.
+void add_condition(const Phase& x, Margins& margins) {
+  if (!x.M.isZero(0))
+    margins.push_back({"1/condition of M", inverse_condition_Sigma_L(x.lambda, x.M, x.step)});
+}
+
+/// n = N, where (55) is Moser and Veselov's; for n < N it is a motion of its own.
+WithinDomain<Phase> read_two_frames(const Scene& scene, Margins& margins) {
+  const Dense &Q_prev = scene.block("Q_prev"), &Q = scene.Q();
+  if (Q.rows() != Q.cols())
+    return std::unexpected(
+        OutsideDomain{"n = N", static_cast<double>(Q.rows()), static_cast<double>(Q.cols())});
+  margins.push_back({"S_L", margin_S_L(scene.inertia(), Q_prev, Q)});
+  Phase x{scene.inertia(), scene.step(), Q, {}, {}};
+  x.M = Sigma_L(x.lambda, Q_prev, Q, x.step);
+  add_condition(x, margins);
+  return x;
+}
+WithinDomain<Expression> write_two_frames(const Phase& x, const ConversionTarget&,
+                                          Margins& margins) {
+  if (!x.square())
+    return std::unexpected(
+        OutsideDomain{"n = N", static_cast<double>(x.Q.rows()), static_cast<double>(x.Q.cols())});
+  auto Q_prev = Sigma_L_inverse(x.lambda, x.Q, x.M, x.step);
+  if (!Q_prev) return std::unexpected(Q_prev.error());
+  margins.push_back({"S_L", margin_S_L(x.lambda, *Q_prev, x.Q)});
+  add_condition(x, margins);
+  return Expression{{{"Q_prev", std::move(*Q_prev)}, {"Q", x.Q}}};
+}
+
+}  // namespace
+
+namespace representation {
+constinit const Representation tangent = {false, read_tangent, write_tangent};
+constinit const Representation costate = {false, read_costate, write_costate};
+constinit const Representation momentum = {false, read_costate, write_momentum};
+constinit const Representation vector = {false, read_vector, write_vector};
+constinit const Representation frames = {false, read_two_frames, write_two_frames};
+constinit const Representation velocity = {false, nullptr, write_velocity};
+constinit const Representation angular_velocity = {false, nullptr, write_angular_velocity};
+}  // namespace representation
+
+}  // namespace stiefel

@@ -1,0 +1,170 @@
+#include "engine/linalg/lie/orthogonal.h"
+#include "engine/representations/discrete_pairs.h"
+#include "engine/representations/interpolation.h"
+#include "engine/representations/j_d_inverse.h"
+#include "engine/representations/left_right.h"
+#include "engine/representations/mclachlan_scovel.h"
+#include "engine/representations/parametric_psi.h"
+#include "engine/representations/psi.h"
+#include "engine/representations/rigid_velocity.h"
+#include "engine/representations/scaling.h"
+#include "engine/simulation/catalogue/representations/phase.h"
+#include "engine/simulation/catalogue/representations/representations.h"
+
+namespace stiefel {
+namespace {
+
+using Dense = Eigen::MatrixXd;
+
+Phase phase(const Scene& scene, Dense Q, Dense M) {
+  return {scene.inertia(), scene.step(), std::move(Q), std::move(M), {}};
+}
+
+/// What the blocks hold of M ≠ 0: M has their rounding divided by this. 0 has no digits to lose.
+void add_condition(const Dense& M, double inverse_condition, Margins& margins) {
+  if (!M.isZero(0)) margins.push_back({"1/condition of M", inverse_condition});
+}
+
+WithinDomain<Phase> read_momentum(const Scene& scene, Margins&) {
+  return phase(scene, scene.Q(), scene.M());
+}
+WithinDomain<Expression> write_momentum(const Phase& x, const ConversionTarget&, Margins&) {
+  return Expression{{{"Q", x.Q}, {"M", x.M}}};
+}
+
+/// [RB] Prop. 2.1.
+WithinDomain<Phase> read_right(const Scene& scene, Margins&) {
+  return phase(scene, scene.Q().transpose(), -scene.M());
+}
+WithinDomain<Expression> write_right(const Phase& x, const ConversionTarget&, Margins&) {
+  return Expression{{{"Q", x.Q.transpose()}, {"M", -x.M}}};
+}
+
+/// Ψ.
+WithinDomain<Phase> read_pair(const Scene& scene, const Dense& Q, const Dense& P,
+                              Margins& margins) {
+  margins.push_back({"S", margin_S(Q, P)});
+  margins.push_back({"Re spec(Q^T P) > 0", principal_cosine(Q, P)});
+  Dense M = Psi(Q, P, scene.epsilon());
+  add_condition(M, inverse_condition_Psi(M, scene.epsilon()), margins);
+  return phase(scene, Q, std::move(M));
+}
+WithinDomain<Phase> read_symmetric(const Scene& scene, Margins& margins) {
+  return read_pair(scene, scene.Q(), scene.block("P"), margins);
+}
+WithinDomain<Phase> read_right_symmetric(const Scene& scene, Margins& margins) {
+  return read_pair(scene, scene.Q().transpose(), scene.block("P").transpose(), margins);
+}
+
+/// Ψ⁻¹ with the ε that is asked for, or chosen.
+WithinDomain<Expression> write_symmetric(const Phase& x, const ConversionTarget& target,
+                                         Margins& margins) {
+  const double epsilon = target.epsilon.value_or(unit_epsilon(x.M));
+  auto P = Psi_inverse(x.Q, x.M, epsilon);
+  if (!P) return std::unexpected(P.error());
+  margins.push_back({"S_M", margin_S_M(x.M, epsilon)});
+  add_condition(x.M, inverse_condition_Psi(x.M, epsilon), margins);
+  return Expression{{{"Q", x.Q}, {"P", std::move(*P)}}, epsilon};
+}
+WithinDomain<Expression> write_right_symmetric(const Phase& x, const ConversionTarget& target,
+                                               Margins& margins) {
+  auto out = write_symmetric(x, target, margins);
+  if (out)
+    for (auto& [name, block] : out->blocks) block.transposeInPlace();
+  return out;
+}
+
+/// [RB] (5.5).
+WithinDomain<Phase> read_mclachlan_scovel(const Scene& scene, Margins&) {
+  return phase(scene, scene.Q(), M_of_B(scene.Q(), scene.block("B")));
+}
+WithinDomain<Expression> write_mclachlan_scovel(const Phase& x, const ConversionTarget&, Margins&) {
+  return Expression{{{"Q", x.Q}, {"B", B_of_M(x.Q, x.M)}}};
+}
+
+/// Σ_L.
+WithinDomain<Phase> read_two_frames(const Scene& scene, Margins& margins) {
+  const Dense &Q_prev = scene.block("Q_prev"), &Q = scene.Q();
+  margins.push_back({"S_L", margin_S_L(scene.inertia(), Q_prev, Q)});
+  margins.push_back({"E_L", margin_E_L(scene.inertia(), Q_prev.transpose() * Q)});
+  Dense M = Sigma_L(scene.inertia(), Q_prev, Q, scene.step());
+  add_condition(M, inverse_condition_Sigma_L(scene.inertia(), M, scene.step()), margins);
+  return phase(scene, Q, std::move(M));
+}
+WithinDomain<Expression> write_two_frames(const Phase& x, const ConversionTarget&,
+                                          Margins& margins) {
+  auto Q_prev = Sigma_L_inverse(x.lambda, x.Q, x.M, x.step);
+  if (!Q_prev) return std::unexpected(Q_prev.error());
+  margins.push_back({"S_L", margin_S_L(x.lambda, *Q_prev, x.Q)});
+  margins.push_back({"E_L", margin_E_L(x.lambda, Q_prev->transpose() * x.Q)});
+  add_condition(x.M, inverse_condition_Sigma_L(x.lambda, x.M, x.step), margins);
+  return Expression{{{"Q_prev", std::move(*Q_prev)}, {"Q", x.Q}}};
+}
+
+/// [RB] (8.5), (8.10). h = 1 for the flow.
+WithinDomain<Phase> read_parametric(const Scene& scene, Margins& margins) {
+  const Dense &Q = scene.Q(), &P = scene.block("P");
+  const double defect = orthogonality_defect(Q);
+  if (!(defect <= Scene::frame_tolerance))
+    return std::unexpected(OutsideDomain{"O(N)", defect, Scene::frame_tolerance});
+  Dense M = parametric_Psi(Q, P, scene.epsilon());
+  add_condition(M, inverse_condition_parametric(Q, P, M, scene.epsilon()), margins);
+  return phase(scene, Q, std::move(M));
+}
+WithinDomain<Expression> write_parametric_with(double h, const Phase& x,
+                                               const ConversionTarget& target, Margins& margins) {
+  const double mu = target.parameter.value_or(0);
+  const double epsilon = target.epsilon.value_or(parametric_epsilon(x.lambda, x.M, mu / h));
+  auto P = parametric_Psi_inverse(x.lambda, x.Q, x.M, mu / h, epsilon);
+  if (!P) return std::unexpected(P.error());
+  margins.push_back({"S_M^mu", margin_parametric(x.lambda, x.M, mu / h, epsilon)});
+  add_condition(x.M, inverse_condition_parametric(x.Q, *P, x.M, epsilon), margins);
+  return Expression{{{"Q", x.Q}, {"P", std::move(*P)}}, epsilon, mu};
+}
+WithinDomain<Expression> write_parametric(const Phase& x, const ConversionTarget& target,
+                                          Margins& margins) {
+  return write_parametric_with(1, x, target, margins);
+}
+WithinDomain<Expression> write_discrete_parametric(const Phase& x, const ConversionTarget& target,
+                                                   Margins& margins) {
+  return write_parametric_with(x.step, x, target, margins);
+}
+
+/// [RB] (7.15)–(7.21) in the paper's variables.
+WithinDomain<Expression> write_interpolation(const Phase& x, const ConversionTarget&,
+                                             Margins& margins) {
+  auto P = Psi_inverse(x.Q, x.M, x.step);
+  if (!P) return std::unexpected(P.error());
+  auto before = Sigma_L_inverse(x.lambda, x.Q, x.M, x.step);
+  if (!before) return std::unexpected(before.error());
+  const auto U = J_D_inverse(x.lambda, x.step * x.M);
+  if (!U) return std::unexpected(U.error());
+  const Dense next = x.Q * *U;
+  margins.push_back({"S_L", margin_S_L(x.lambda, *before, x.Q)});
+  margins.push_back({"E_L", margin_E_L(x.lambda, before->transpose() * x.Q)});
+  Expression out{{{"Q", x.Q}, {"Q_next", next}}};
+  out.blocks["Sigma"] = weight_behind(x.lambda, *before, x.Q, *P);
+  out.blocks["Lambda_k"] = weight_ahead(x.lambda, x.Q, *P, next);
+  out.blocks["Q_prev"] = std::move(*before);
+  out.blocks["P"] = std::move(*P);
+  return out;
+}
+
+}  // namespace
+
+namespace representation {
+constinit const Representation body = {true, read_momentum, write_momentum};
+constinit const Representation right_body = {true, read_right, write_right};
+constinit const Representation symmetric_body = {true, read_symmetric, write_symmetric};
+constinit const Representation right_symmetric_body = {true, read_right_symmetric,
+                                                       write_right_symmetric};
+constinit const Representation mclachlan_scovel = {true, read_mclachlan_scovel,
+                                                   write_mclachlan_scovel};
+constinit const Representation two_frames = {true, read_two_frames, write_two_frames};
+constinit const Representation parametric_body = {true, read_parametric, write_parametric};
+constinit const Representation discrete_parametric_body = {true, read_parametric,
+                                                           write_discrete_parametric};
+constinit const Representation interpolation = {true, nullptr, write_interpolation};
+}  // namespace representation
+
+}  // namespace stiefel

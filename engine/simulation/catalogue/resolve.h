@@ -1,0 +1,25 @@
+#pragma once
+
+#include <expected>
+#include <vector>
+
+#include "stiefel/scene.h"
+
+namespace stiefel {
+
+/// Whether a method is still to be chosen for a tolerance before Scene::resolve takes it.
+bool wants_choice(const SceneDescription& description);
+
+/// What Scene::resolve refuses of such a description but for its method.
+Violations check_before_choice(const SceneDescription& description, double largest_repair,
+                               const Place& place);
+
+/// The members of an ensemble as scenes of their own (scene/members.h). What the description leaves
+/// open (method, order, ...) is filled in, in `ensemble` too, the same for all members. Only ε each
+/// chooses from its own ‖M‖: `ensemble` has it where they agree, else none. The violations are of
+/// the first members that have any, at most 16.
+std::expected<std::vector<Scene>, Violations> resolve_members(SceneDescription& ensemble,
+                                                              double largest_repair,
+                                                              const Place& place);
+
+}  // namespace stiefel

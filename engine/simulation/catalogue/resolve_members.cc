@@ -1,0 +1,56 @@
+#include <algorithm>
+
+#include "engine/simulation/catalogue/methods/recommendation.h"
+#include "engine/simulation/catalogue/resolve.h"
+#include "engine/simulation/scene/members.h"
+
+namespace stiefel {
+namespace {
+
+constexpr std::size_t most_violations = 16;
+
+/// One method for all of them.
+MethodDescription recommended_method(std::span<const Scene> members) {
+  const Recommendation one = recommendation_for(members);
+  MethodDescription method = one.description();
+  method.substeps = one.substeps(members);
+  return method;
+}
+
+}  // namespace
+
+std::expected<std::vector<Scene>, Violations> resolve_members(SceneDescription& ensemble,
+                                                              double largest_repair,
+                                                              const Place& place) {
+  Violations wrong = check_members(ensemble, place);
+  if (!wrong.empty()) return std::unexpected(std::move(wrong));
+  std::vector<Scene> members;
+  members.reserve(static_cast<std::size_t>(*ensemble.members));
+  for (int b = 0; b < *ensemble.members && wrong.size() < most_violations; ++b) {
+    auto resolved = Scene::resolve(member_of(ensemble, b), largest_repair, place);
+    if (resolved) {
+      members.push_back(*std::move(resolved));
+      continue;
+    }
+    for (Violation& violation : resolved.error()) {
+      violation.value += " (member " + std::to_string(b) + ")";
+      wrong.push_back(std::move(violation));
+    }
+  }
+  if (!wrong.empty()) return std::unexpected(std::move(wrong));
+  if (!ensemble.method && !members.front().method().empty()) {
+    ensemble.method = recommended_method(members);
+    return resolve_members(ensemble, largest_repair, place);
+  }
+
+  const SceneDescription& first = members.front().description();
+  ensemble.method = first.method;
+  if (std::ranges::all_of(
+          members, [&](const Scene& one) { return one.description().epsilon == first.epsilon; }))
+    ensemble.epsilon = first.epsilon;  // else each chooses its own again
+  if (ensemble.body && ensemble.body->attitude.empty())
+    ensemble.body->attitude = first.body->attitude;
+  return members;
+}
+
+}  // namespace stiefel

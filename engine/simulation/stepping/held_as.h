@@ -1,0 +1,49 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "engine/simulation/stepping/invariant_list.h"
+#include "stiefel/scene.h"
+#include "stiefel/simulation.h"
+
+namespace stiefel {
+
+/// Observables that read a `Form::Wide`, applied to states stored as a `Form::Point`.
+template <class Form, class Observables>
+class HeldAs {
+ public:
+  using Point = typename Form::Point;
+
+  explicit HeldAs(Observables observables) : observables_(std::move(observables)) {}
+
+  const std::vector<Field>& fields() const { return observables_.fields(); }
+  std::size_t block_count() const { return observables_.block_count(); }
+  Point start(const Scene& scene) const { return Form::held(observables_.start(scene)); }
+  void write(const Point& x, std::size_t index, std::span<double> out) const {
+    observables_.write(Form::wide(x), index, out);
+  }
+  void invariants(const Point& x, InvariantList& out) const {
+    observables_.invariants(Form::wide(x), out);
+  }
+  std::optional<double> orthogonality(const Point& x) const {
+    return observables_.orthogonality(Form::wide(x));
+  }
+  double rate(const Point& x) const { return observables_.rate(Form::wide(x)); }
+
+  /// A state near the manifold as a matrix, and back.
+  Point point(const Eigen::MatrixXd& x)
+      const requires std::is_same_v<typename Form::Wide, Eigen::MatrixXd> {
+    return Form::held(x);
+  }
+  Eigen::MatrixXd stacked(
+      const Point& x) const requires std::is_same_v<typename Form::Wide, Eigen::MatrixXd> {
+    return Form::wide(x);
+  }
+
+ private:
+  Observables observables_;
+};
+
+}  // namespace stiefel

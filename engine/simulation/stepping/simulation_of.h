@@ -1,0 +1,123 @@
+#pragma once
+
+#include <algorithm>
+
+#include "engine/maps/map.h"
+#include "engine/simulation/stepping/invariant_list.h"
+#include "stiefel/scene.h"
+#include "stiefel/simulation.h"
+
+namespace stiefel {
+
+/// The Simulation of a Map whose states `Observables` can read. One virtual call covers many steps;
+/// inside there are none.
+template <class F, class Observables>
+requires Map<F>
+class SimulationOf final : public Simulation {
+ public:
+  /// `step_cost`: nanoseconds of a step of the map.
+  SimulationOf(const Scene& scene, F map, Observables observables, double step_cost)
+      : map_(std::move(map)),
+        observables_(std::move(observables)),
+        substeps_(scene.substeps()),
+        step_cost_(step_cost * substeps_),
+        state_(map_.start(observables_.start(scene))),
+        before_(state_) {
+    fields_ = observables_.fields();
+    block_count_ = observables_.block_count();
+    state_.each([this](auto& block) { saved_size_ += static_cast<std::size_t>(block.size()); });
+  }
+
+  bool direct() const override { return DirectMap<F>; }
+
+  std::int64_t map_steps() const override {
+    if constexpr (requires { map_.attempts(); })
+      return map_.attempts();
+    else
+      return map_steps_;
+  }
+
+  RunStatus advance(std::int64_t steps, const std::stop_token& stop) override {
+    if constexpr (DirectMap<F>) {
+      if (steps == 0) return {};
+      const auto to = static_cast<long double>(step_ + steps) * substeps_;
+      const RunStatus status = map_.at(state_, to);
+      ++map_steps_;
+      if (status.reached()) step_ += steps;
+      return status;
+    }
+    for (; steps > 0; --steps) {
+      if (substeps_ > 1) before_ = state_;
+      for (int k = 0; k < substeps_; ++k) {
+        const RunStatus status = step_of_map(stop);
+        if (status.reached()) continue;
+        if (k > 0) state_ = before_;
+        return status;
+      }
+      ++step_;
+    }
+    return {};
+  }
+
+  std::size_t saved_size() const override { return saved_size_; }
+
+  void save(std::span<double> out) const override {
+    double* to = out.data();
+    state_.each([&](auto& block) { to = std::copy_n(block.data(), block.size(), to); });
+  }
+
+  void restore(std::int64_t step, std::span<const double> saved) override {
+    const double* from = saved.data();
+    state_.each([&](auto& block) {
+      std::copy_n(from, block.size(), block.data());
+      from += block.size();
+    });
+    step_ = step;
+  }
+
+  void write(std::size_t index, std::span<double> out) const override {
+    observables_.write(state_.x.value, index, out);
+  }
+  void invariants(InvariantList& out) const override {
+    observables_.invariants(state_.x.value, out);
+  }
+  std::optional<double> orthogonality() const override {
+    return observables_.orthogonality(state_.x.value);
+  }
+  double rate() const override { return observables_.rate(state_.x.value); }
+  std::optional<double> largest_step(double limit) const override {
+    return map_.largest_step(state_, limit);
+  }
+  std::optional<Eigen::MatrixXd> image([[maybe_unused]] const Eigen::MatrixXd& x) const override {
+    if constexpr (std::is_same_v<typename Observables::Point, Eigen::MatrixXd>) {
+      auto state = map_.start(x);
+      if (map_.step(state).reached()) return state.x.value;
+    } else if constexpr (requires { observables_.stacked(observables_.point(x)); }) {
+      auto state = map_.start(observables_.point(x));
+      if (map_.step(state).reached()) return observables_.stacked(state.x.value);
+    }
+    return std::nullopt;
+  }
+  double step_cost() const override { return step_cost_; }
+
+ private:
+  RunStatus step_of_map(const std::stop_token& stop) {
+    if (stop.stop_requested()) return RunStatus{Outcome::cancelled, std::nullopt};
+    ++map_steps_;
+    if constexpr (requires { map_.step(state_, stop); })
+      return map_.step(state_, stop);
+    else
+      return map_.step(state_);
+  }
+
+  mutable F map_;  // mutable for its workspace only
+  Observables observables_;
+  int substeps_;
+  double step_cost_;
+  mutable typename F::State state_;  // `each` serves saving and restoring
+  typename F::State before_;
+  std::size_t saved_size_ = 0;
+  std::int64_t map_steps_ = 0;
+};
+
+}  // namespace stiefel

@@ -1,0 +1,257 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <stdexcept>
+
+#include "engine/simulation/accuracy/reference.h"
+#include "engine/simulation/catalogue/methods/method_traits.h"
+#include "engine/simulation/catalogue/methods/step_weight.h"
+#include "engine/simulation/catalogue/system_entry.h"
+#include "stiefel/conversion.h"
+#include "stiefel/diagnosis.h"
+#include "stiefel/error_estimate.h"
+#include "stiefel/tradeoff.h"
+#include "tests/support/toys/toys.h"
+
+// A system without frame and momentum that comes to rest, and a method, from outside the library:
+// what docs/adding_a_system.md and docs/adding_a_method.md walk through.
+
+namespace stiefel {
+namespace {
+
+using testing::toy_scene;
+using testing::two_by_two;
+
+const bool registered = [] {
+  testing::register_toys();
+  return true;
+}();
+
+Scene resolved(const SceneDescription& description) {
+  auto scene = Scene::resolve(description);
+  if (!scene) throw std::runtime_error(scene.error()[0].field + ": " + scene.error()[0].rule);
+  return *std::move(scene);
+}
+
+/// max |H - H(t)| of a run from two_by_two(-1), D = diag(2, 1).
+double error(const Simulation& now, double t) {
+  return (now.get("H") - two_by_two(-1 + 2 * t)).cwiseAbs().maxCoeff();
+}
+
+SceneDescription larger() {
+  SceneDescription d = system_entry("brockett")->example(1);
+  d.system = "brockett";
+  d.step = 0.02;
+  return d;
+}
+
+TEST(Toys, StandInTheCatalogueAfterTheLibrarysOwn) {
+  ASSERT_TRUE(registered);
+  const SystemInfo& system = *catalogue().system("brockett");
+  EXPECT_EQ(&system, &catalogue().systems[catalogue().systems.size() - 2]);
+  EXPECT_EQ(catalogue().methods.back().name, "heun");
+  std::vector<std::string_view> methods;
+  for (const auto& on : system.methods) methods.push_back(on.method);
+  EXPECT_EQ(methods, (std::vector<std::string_view>{"rk4", "adaptive", "heun"}));
+}
+
+TEST(Toys, ComeTooLateOnceTheCatalogueIsInUse) {
+  catalogue();
+  EXPECT_THROW(register_system(*system_entry("brockett")), std::logic_error);
+  EXPECT_THROW(register_method(*method_traits("heun")), std::logic_error);
+}
+
+TEST(Toys, AWrongSceneIsRefusedByName) {
+  auto d = toy_scene("huen");
+  EXPECT_NE(Scene::resolve(d).error()[0].rule.find("did you mean heun?"), std::string::npos);
+  d = toy_scene();
+  d.initial["H"].values(0, 1) = 7;
+  EXPECT_EQ(Scene::resolve(d).error()[0].field, "initial.H");
+}
+
+TEST(Toys, WithoutAMethodTheSceneGetsTheOneWithErrorControl) {
+  const Scene scene = resolved(toy_scene());
+  EXPECT_EQ(scene.method(), "adaptive");
+  EXPECT_EQ(scene.tolerance(), catalogue().method("adaptive")->default_tolerance);
+}
+
+TEST(Toys, RunToRest) {
+  const Scene scene = resolved(larger());
+  const auto now = make_simulation(scene);
+  ASSERT_TRUE(now->advance(10000).reached());
+  Eigen::MatrixXd H = now->get("H");
+  const Eigen::VectorXd diagonal = H.diagonal();
+  H.diagonal().setZero();
+  EXPECT_LT(H.cwiseAbs().maxCoeff(), 1e-10);
+  EXPECT_TRUE(std::is_sorted(diagonal.begin(), diagonal.end(), std::greater<>()));
+  EXPECT_LT(now->rate(), 1e-9);
+}
+
+TEST(Toys, TheStateAtAStepHasOneSetOfBits) {
+  for (const char* method : {"heun", "rk4", "adaptive"}) {
+    const Scene scene = resolved(toy_scene(method));
+    const auto once = make_simulation(scene), many = make_simulation(scene);
+    ASSERT_TRUE(once->advance(40).reached());
+    for (int k = 0; k < 40; ++k) ASSERT_TRUE(many->advance(1).reached());
+    EXPECT_EQ(once->get("H"), many->get("H")) << method;
+  }
+}
+
+TEST(Toys, HeunIsOfOrderTwo) {
+  const auto error_of_substeps = [](int m) {
+    auto d = toy_scene("heun");
+    d.method->substeps = m;
+    const auto now = make_simulation(resolved(d));
+    EXPECT_TRUE(now->advance(20).reached());
+    return error(*now, 1);
+  };
+  EXPECT_NEAR(error_of_substeps(4) / error_of_substeps(8), 4, 0.2);
+}
+
+TEST(Toys, AFieldThatTheSceneHasNotIsNamed) {
+  const auto now = make_simulation(resolved(toy_scene()));
+  EXPECT_THROW(now->get("P"), std::invalid_argument);
+}
+
+TEST(Toys, AreDiagnosed) {
+  const Scene scene = resolved(toy_scene("heun"));
+  const auto now = make_simulation(scene);
+  ASSERT_TRUE(now->advance(100).reached());
+  const Diagnosis diagnosis = diagnose(scene, *now);
+  ASSERT_EQ(diagnosis.invariants.size(), 2u);
+  EXPECT_EQ(diagnosis.invariants[1].name, "eigenvalues[2]");
+  EXPECT_EQ(diagnosis.invariants[1].conservation, Conservation::drifts);
+  EXPECT_GT(diagnosis.invariants[1].drift(), 1e-6);
+  EXPECT_LT(diagnosis.invariants[1].drift(), 1e-2);
+  EXPECT_FALSE(diagnosis.orthogonality);
+  EXPECT_FALSE(symplectic_defect(scene, *now, 1, 1, {}).has_value());
+}
+
+/// Against the closed form: the reference's own error is a bound, small, and never 0.
+TEST(Toys, TheReferenceKnowsItsError) {
+  for (const double t : {0.0, 0.05, 1.0, 3.0, 20.0}) {
+    const Scene scene = resolved(toy_scene("rk4"));
+    const auto reference = make_reference(scene, {t, 1e11});
+    const auto answer = reference->at(t, {});
+    ASSERT_TRUE(answer) << t;
+    EXPECT_EQ(reference->description(), "extrapolation of order 16 in extended precision");
+    const long double s = -1 + 2 * static_cast<long double>(t);
+    const long double off = std::abs(answer->state.momentum(0, 0) - std::tanh(s));
+    // The start is rounded to doubles, which the motion makes up to cosh(1)^2 of.
+    EXPECT_LE(off, answer->error + 1e-15) << t;
+    EXPECT_LT(answer->error, 1e-13) << t;
+    EXPECT_GT(answer->error, 0) << t;
+  }
+}
+
+TEST(Toys, TheirErrorIsEstimated) {
+  const Scene scene = resolved(toy_scene("heun"));
+  const auto now = make_simulation(scene);
+  ASSERT_TRUE(now->advance(20).reached());
+  const ErrorEstimate estimate = estimate_error(scene, *now, 1e10, {});
+  ASSERT_TRUE(estimate.momentum) << estimate.missing;
+  EXPECT_FALSE(estimate.attitude);
+  const double size = two_by_two(1).cwiseAbs().maxCoeff();
+  EXPECT_NEAR(*estimate.momentum, error(*now, 1) / size, 1e-12);
+}
+
+TEST(Toys, TheTradeoffHasACurveOfEveryMethod) {
+  auto tradeoff = Tradeoff::prepare({.scene = toy_scene(), .horizon = 2, .budget = 1e9});
+  ASSERT_TRUE(tradeoff);
+  const auto setup = tradeoff->solve_reference({});
+  ASSERT_TRUE(setup) << setup.error()[0].rule;
+  EXPECT_GT(setup->reference_error, 0);
+  std::map<std::string, double> least;
+  while (const auto point = tradeoff->next({})) {
+    ASSERT_TRUE(point->error) << point->method.name;
+    EXPECT_FALSE(point->error->attitude);
+    EXPECT_GE(point->error->momentum, setup->reference_error);
+    const auto [at, first] = least.emplace(point->method.name, point->error->momentum);
+    if (!first) at->second = std::min(at->second, point->error->momentum);
+  }
+  EXPECT_LT(least.at("heun"), 1e-5);
+  EXPECT_LT(least.at("rk4"), 1e-9);
+  EXPECT_LT(least.at("adaptive"), 1e-9);
+  EXPECT_FALSE(tradeoff->front().empty());
+}
+
+TEST(Toys, AToleranceIsMet) {
+  for (const double tolerance : {1e-3, 1e-6, 1e-10}) {
+    auto d = toy_scene();
+    d.tolerance = tolerance;
+    d.horizon = 4;
+    const auto scene = resolve_choosing(d);
+    ASSERT_TRUE(scene) << scene.error()[0].rule;
+    EXPECT_NE(scene->description().choice.find("of its steps is estimated"), std::string::npos);
+    const auto now = make_simulation(*scene);
+    for (int k = 1; k <= 8; ++k) {
+      ASSERT_TRUE(now->advance(10).reached());
+      EXPECT_LE(error(*now, 0.5 * k), 1.6 * tolerance);  // relative to max |H| >= 0.65
+    }
+  }
+}
+
+TEST(Toys, WithoutAReferenceTheRefusalSaysSo) {
+  auto d = toy_scene("rk4");
+  d.system = "brockett_without_reference";
+  const Scene scene = resolved(d);
+  const auto now = make_simulation(scene);
+  EXPECT_EQ(estimate_error(scene, *now, 1e9, {}).missing,
+            "there is no reference for brockett_without_reference");
+  auto tradeoff = Tradeoff::prepare({.scene = d, .horizon = 2});
+  ASSERT_TRUE(tradeoff);
+  EXPECT_EQ(tradeoff->solve_reference({}).error()[0].field, "scene.system");
+  d.method.reset();
+  d.tolerance = 1e-6;
+  d.horizon = 1;
+  EXPECT_NE(resolve_choosing(d).error()[0].rule.find("has no reference"), std::string::npos);
+}
+
+TEST(Toys, AMissingWeightIsEstimatedWithAWarning) {
+  const Scene scene = resolved(toy_scene("heun"));
+  EXPECT_FALSE(is_weighed(scene));
+  EXPECT_GT(step_weight(scene), 100);
+  ASSERT_EQ(warnings(scene).size(), 1u);
+  EXPECT_NE(warnings(scene)[0].find("the work of a step of heun on brockett is estimated"),
+            std::string::npos);
+}
+
+TEST(Toys, HaveNoOtherForm) {
+  const auto converted = convert(resolved(toy_scene()), {"rigid_body"});
+  ASSERT_FALSE(converted);
+  EXPECT_EQ(std::get<Violations>(converted.error())[0].rule, "has no other form");
+}
+
+TEST(Toys, AStateStartsAnotherScene) {
+  const Scene scene = resolved(toy_scene("rk4"));
+  const auto now = make_simulation(scene);
+  ASSERT_TRUE(now->advance(10).reached());
+  const auto from_there = scene_at(scene, *now);
+  ASSERT_TRUE(from_there);
+  EXPECT_LT((make_simulation(*from_there)->get("H") - now->get("H")).norm(), 1e-15);
+}
+
+/// Lines that are neither empty nor comments.
+int lines(const std::string& file) {
+  std::ifstream in(STIEFEL_TOYS + file);
+  int count = 0;
+  for (std::string line; std::getline(in, line);) {
+    const auto first = line.find_first_not_of(' ');
+    count += first != std::string::npos && line.compare(first, 2, "//") != 0;
+  }
+  return count;
+}
+
+/// As many as the two pages in docs promise.
+TEST(Toys, TakeFewLines) {
+  EXPECT_GT(lines("brockett.h"), 10);
+  EXPECT_LE(lines("brockett.h"), 30);
+  EXPECT_GT(lines("brockett.cc"), 10);
+  EXPECT_LE(lines("brockett.cc"), 90);
+  EXPECT_GT(lines("heun.h"), 10);
+  EXPECT_LE(lines("heun.h"), 50);
+}
+
+}  // namespace
+}  // namespace stiefel

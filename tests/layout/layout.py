@@ -1,0 +1,134 @@
+"""The order of the folders: which of them a file may include.
+
+    /usr/bin/python3 tests/layout/layout.py        (prints every line against the order)
+"""
+from __future__ import annotations
+
+import re
+import sys
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).parents[2]
+LARGEST_FOLDER = 30
+
+# Lowest first; a folder sees itself, what is inside it, and what stands before its line.
+ENGINE = [
+    ["engine/linalg"],
+    ["engine/systems"],
+    ["engine/moser_veselov"],
+    ["engine/representations", "engine/invariants"],
+    ["engine/maps"],
+    ["engine/methods"],
+    ["engine/problems"],
+    ["engine/simulation/scene"],
+    ["engine/simulation/stepping"],
+    ["engine/simulation/catalogue"],
+    ["engine/simulation/run"],
+    ["engine/simulation/accuracy"],
+    ["engine/simulation/conversion"],
+    ["engine/simulation/diagnosis"],
+]
+# None of these sees another.
+TOP = {"engine/simulation/accuracy", "engine/simulation/conversion", "engine/simulation/diagnosis"}
+# Numbers and names as text: every program writes errors with them.
+TEXT = {"engine/linalg/arithmetic/to_text.h", "engine/simulation/scene/near_name.h"}
+
+ENGINE_FOLDERS = [folder for line in ENGINE for folder in line]
+INTERNAL, PUBLIC, CLIENT = r"engine/.*", r"stiefel/[a-z_]+\.h", r"stiefel/client/.*"
+PROTO = r"(stiefel/v1|proto)/.*"
+# What the folders outside the engine may include with quotes, TEXT and themselves besides.
+OTHERS = {
+    "engine/include/stiefel": [PUBLIC],
+    "server/sessions": [PUBLIC, INTERNAL],
+    "server/convert": [PUBLIC, INTERNAL, PROTO, r"server/(sessions|calls)/.*"],
+    "server/calls": [PUBLIC, PROTO, r"server/(sessions|convert)/.*"],
+    "server/transport": [r"server/address\.h"],
+    "server": [PUBLIC, PROTO, r"server/(calls|transport)/.*", r"grpc/health/.*"],
+    "client/cpp": [CLIENT, PROTO],
+    "client/cli": [PUBLIC, CLIENT, PROTO, r"client/cpp/.*", r"server/[a-z_]+\.h"],
+}
+# <grpcpp/...> and <google/protobuf/...>: what the wire is made of.
+WIRE = re.compile(r"(grpc|google/protobuf|src/proto/grpc)")
+WITHOUT_WIRE = ["engine", "server/sessions"]
+
+
+class Line(NamedTuple):
+    file: Path
+    number: int
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.number}: {self.text}"
+
+
+def sources(root: Path) -> Iterator[Path]:
+    for top in ("engine", "server", "client"):
+        for path in sorted((root / top).rglob("*")):
+            if path.name.endswith((".h", ".cc", ".cc.in", ".inc")):
+                yield path.relative_to(root)
+
+
+def folder_of(path: str, folders: list[str]) -> str | None:
+    """The innermost of `folders` that holds the path."""
+    inside = [folder for folder in folders if path.startswith(folder + "/")]
+    return max(inside, key=len, default=None)
+
+
+def level(folder: str) -> int:
+    return next(k for k, line in enumerate(ENGINE) if folder in line)
+
+
+def engine_may(folder: str, included: str) -> bool:
+    if re.fullmatch(PUBLIC, included):
+        return True
+    other = folder_of(included, ENGINE_FOLDERS)
+    if other is None or other == folder:
+        return other == folder
+    if {folder, other} <= TOP:
+        return False
+    return level(other) <= level(folder)
+
+
+def may_include(file: Path, included: str) -> bool:
+    path = str(file)
+    if included in TEXT:
+        return True
+    if folder := folder_of(path, ENGINE_FOLDERS):
+        return engine_may(folder, included)
+    folder = folder_of(path, list(OTHERS))
+    if folder is None:
+        return False
+    own = rf"{folder}/.*\.h" if folder != "server" else r"server/[a-z_]+\.h"
+    return any(re.fullmatch(allowed, included) for allowed in [own, *OTHERS[folder]])
+
+
+def arrows_against_the_order(root: Path = ROOT) -> list[Line]:
+    wrong = []
+    for file in sources(root):
+        for number, text in enumerate((root / file).read_text().splitlines(), 1):
+            quoted = re.match(r'\s*#\s*include "([^"]+)"', text)
+            angled = re.match(r"\s*#\s*include <([^>]+)>", text)
+            if quoted and not may_include(file, quoted[1]):
+                wrong.append(Line(file, number, text))
+            if angled and WIRE.match(angled[1]) and folder_of(str(file), WITHOUT_WIRE):
+                wrong.append(Line(file, number, text))
+    return wrong
+
+
+def large_folders(root: Path = ROOT) -> dict[str, int]:
+    """Folders of sources with too many files."""
+    count: Counter[str] = Counter()
+    for top in ("engine", "server", "client"):
+        for path in (root / top).rglob("*"):
+            if path.is_file() and "__pycache__" not in path.parts:
+                count[str(path.parent.relative_to(root))] += 1
+    return {folder: files for folder, files in count.items() if files > LARGEST_FOLDER}
+
+
+if __name__ == "__main__":
+    found = [*map(str, arrows_against_the_order()), *(f"{folder}: {n} files" for folder, n in large_folders().items())]
+    print("\n".join(found))
+    sys.exit(bool(found))

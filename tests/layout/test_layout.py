@@ -1,0 +1,60 @@
+"""Folders are as large as their order allows, and no file includes against it."""
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from layout import ENGINE_FOLDERS, LARGEST_FOLDER, OTHERS, ROOT, arrows_against_the_order, large_folders, sources
+
+
+def test_no_arrow_against_the_order():
+    assert not (wrong := arrows_against_the_order()), "\n".join(map(str, wrong))
+
+
+def test_no_folder_is_too_large():
+    assert large_folders() == {}
+
+
+def test_every_source_is_in_a_folder_of_the_order():
+    folders = [*ENGINE_FOLDERS, *OTHERS]
+    outside = [str(file) for file in sources(ROOT) if not any(str(file).startswith(f + "/") for f in folders)]
+    assert outside == []
+    assert len(list(sources(ROOT))) > 200
+
+
+@pytest.mark.parametrize("file, line", [
+    ("engine/systems/a.h", '#include "engine/methods/rk4.h"'),
+    ("engine/simulation/scene/a.cc", '#include "engine/simulation/catalogue/system_entry.h"'),
+    ("engine/simulation/accuracy/a.cc", '#include "engine/simulation/conversion/phase.h"'),
+    ("engine/include/stiefel/a.h", '#include "engine/linalg/arithmetic/scalar.h"'),
+    ("engine/linalg/lie/a.h", '#include "stiefel/v1/scene.pb.h"'),
+    ("engine/maps/a.h", "#include <google/protobuf/message.h>"),
+    ("server/calls/a.cc", '#include "engine/simulation/run/ensemble.h"'),
+    ("server/sessions/a.cc", '#include "stiefel/v1/scene.pb.h"'),
+    ("server/sessions/a.cc", "#include <grpcpp/grpcpp.h>"),
+    ("client/cpp/a.cc", '#include "stiefel/scene.h"'),
+    ("client/cli/a.cc", '#include "server/calls/service.h"'),
+])
+def test_a_wrong_arrow_is_found(tmp_path: Path, file: str, line: str):
+    path = tmp_path / file
+    path.parent.mkdir(parents=True)
+    path.write_text(f"#pragma once\n\n{line}\n")
+    found = arrows_against_the_order(tmp_path)
+    assert [str(wrong) for wrong in found] == [f"{file}:3: {line}"]
+
+
+def test_what_the_order_allows_is_allowed(tmp_path: Path):
+    path = tmp_path / "engine/simulation/catalogue/a.cc"
+    path.parent.mkdir(parents=True)
+    path.write_text('#include "engine/simulation/catalogue/families/forms.h"\n#include "engine/systems/stiefel.h"\n'
+                    '#include "stiefel/scene.h"\n#include "engine/linalg/arithmetic/to_text.h"\n#include <vector>\n')
+    assert arrows_against_the_order(tmp_path) == []
+
+
+def test_a_large_folder_is_found(tmp_path: Path):
+    folder = tmp_path / "engine/maps"
+    folder.mkdir(parents=True)
+    for k in range(LARGEST_FOLDER + 1):
+        (folder / f"m{k}.h").touch()
+    assert large_folders(tmp_path) == {"engine/maps": LARGEST_FOLDER + 1}

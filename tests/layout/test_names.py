@@ -1,0 +1,38 @@
+"""No file asks for a system or a method by its name: what the library knows of one stands in its own file."""
+from __future__ import annotations
+
+import re
+
+from layout import ROOT, sources
+
+SYSTEMS = re.findall(r"^SYSTEM\((\w+)\)", (ROOT / "engine/simulation/catalogue/systems.inc").read_text(), re.M)
+METHODS = [name for path in (ROOT / "engine/methods").glob("*.h")
+           for name in re.findall(r'\.name = "(\w+)"', path.read_text())]
+# Where a name is said: by itself, and in the table of what was counted.
+OWN = re.compile(r'info\.name = |static constexpr const char\* name = |\.name = ')
+DATA = {"engine/simulation/catalogue/methods/step_weights.inc"}
+# How a method keeps an invariant, said with the same word.
+CONSERVATION = 'return "exact";'
+
+
+def quoted_names() -> list[str]:
+    names = re.compile("|".join(f'"{name}"' for name in [*SYSTEMS, *METHODS]))
+    found = []
+    for file in sources(ROOT):
+        if str(file) in DATA or file.parts[0] == "client":
+            continue
+        for number, line in enumerate((ROOT / file).read_text().splitlines(), 1):
+            if names.search(line) and not OWN.search(line) and line.strip() != CONSERVATION:
+                found.append(f"{file}:{number}: {line}")
+    return found
+
+
+def test_the_lists_are_read():
+    assert len(SYSTEMS) >= 17 and "stiefel" in SYSTEMS
+    assert len(METHODS) >= 10 and "variational" in METHODS
+
+
+def test_no_name_is_asked_for():
+    # A program's own name is that of a system, too.
+    found = [line for line in quoted_names() if '"stiefel"' not in line or "system" in line]
+    assert found == [], "\n".join(found)

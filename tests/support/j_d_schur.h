@@ -1,0 +1,19 @@
+#pragma once
+
+#include <optional>
+
+#include "engine/linalg/arithmetic/scalar.h"
+
+namespace stiefel::testing {
+
+/// The reference solver of UΛ − ΛUᵀ = K, K = hM skew, every λ_i > 0: [RB] (7.13), (7.14),
+///
+///     U = (S + K/2) Λ⁻¹,   S² + [S, K/2] = Λ² + K²/4,
+///
+/// S comes from the invariant subspace [I; S] with Re > 0 of [[K/2, I], [K²/4 + Λ², K/2]], by
+/// LAPACK's ordered Schur form. About 200 N³ operations; ‖UᵀU − I‖ is 5e-12 at Λ = 1:10³. Returns
+/// nothing when an eigenvalue is imaginary: then there is no solution.
+std::optional<Matrix<double>> J_D_inverse_schur(const Vector<double>& lambda,
+                                                const Matrix<double>& K);
+
+}  // namespace stiefel::testing
