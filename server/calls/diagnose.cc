@@ -17,7 +17,7 @@ grpc::ServerUnaryReactor* Service::Diagnose(Context* context, const v1::Diagnose
     auto read = DiagnoseTask::read(**session, *request);
     if (!read) return refuse(read.error());
     const auto task = std::make_shared<const DiagnoseTask>(*std::move(read));
-    if (task->estimates_error())
+    if (task->takes_long())
       return new CursorCall(
           host_, std::move(log), *std::move(session), request->to(),
           [task, response](const Session& at, const Cursor& cursor, const std::stop_token& stop) {

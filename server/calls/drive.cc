@@ -1,6 +1,7 @@
 #include <atomic>
 #include <memory>
 #include <optional>
+#include <stop_token>
 #include <utility>
 
 #include "server/calls/cursor_call.h"
@@ -18,7 +19,10 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
                         private Job {
  public:
   DriveCall(Host& host, const grpc::CallbackServerContext& context, CallLog log)
-      : host_(host), context_(context), log_(std::move(log)) {
+      : host_(host),
+        context_(context),
+        log_(std::move(log)),
+        shutdown_(host.lifecycle.stop_token(), RequestStop{stop_}) {
     StartRead(&request_);
   }
 
@@ -40,7 +44,10 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
     if (std::exchange(running_, false)) host_.lifecycle.leave();
     ok ? StartRead(&request_) : end(errors::cancelled());
   }
-  void OnCancel() override { cancelled_ = true; }
+  void OnCancel() override {
+    cancelled_ = true;
+    stop_.request_stop();
+  }
   void OnDone() override { delete this; }
 
  private:
@@ -94,6 +101,8 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
   bool read_ = false;     // a request was read
   bool running_ = false;  // counted by the lifecycle
   std::atomic<bool> cancelled_ = false;
+  std::stop_source stop_;
+  std::stop_callback<RequestStop> shutdown_;
 };
 
 /// Checks the request and makes the task of it.
@@ -130,7 +139,7 @@ bool DriveCall::run_slice() noexcept {
     std::int64_t budget = slice_steps((*lease_)->step_cost());
     if (cancelled_ || host_.lifecycle.stopping()) {
       if (cursor_->step() < task_.to) cursor_->cancel();
-    } else if (!cursor_->advance(task_.to, budget)) {
+    } else if (!cursor_->advance(task_.to, budget, stop_.get_token())) {
       return true;
     }
     answer_step(**lease_, *cursor_, task_, response_.mutable_step());

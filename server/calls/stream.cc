@@ -2,6 +2,7 @@
 #include <limits>
 #include <mutex>
 #include <optional>
+#include <stop_token>
 #include <utility>
 
 #include "proto/checksum/checksum.h"
@@ -32,14 +33,18 @@ class StreamCall final : public grpc::ServerWriteReactor<v1::StreamResponse>, pr
         fields_(std::move(fields)),
         range_(range),
         checksum_(request.checksum()),
-        pool_(host.pool_for((*session_)->step_cost())) {
+        pool_(host.pool_for((*session_)->step_cost())),
+        shutdown_(host.lifecycle.stop_token(), RequestStop{stop_}) {
     if (request.scene_arrays()) messages_.add_scene((*session_)->scene().description());
     host_.lifecycle.enter();
     pool_.submit(this);
   }
 
   void OnWriteDone(bool ok) override;
-  void OnCancel() override { cancelled_ = true; }
+  void OnCancel() override {
+    cancelled_ = true;
+    stop_.request_stop();
+  }
   void OnDone() override {
     Host& host = host_;
     delete this;
@@ -75,6 +80,8 @@ class StreamCall final : public grpc::ServerWriteReactor<v1::StreamResponse>, pr
   bool priced_ = false;
   std::optional<grpc::Status> error_;
   std::atomic<bool> cancelled_ = false;
+  std::stop_source stop_;
+  std::stop_callback<RequestStop> shutdown_;
 
   std::mutex mutex_;
   bool writing_ = false;  // guarded by mutex_
@@ -115,7 +122,7 @@ bool StreamCall::fill() {
   if (host_.lifecycle.stopping()) {
     sampling_->cancel(batch_);
   } else {
-    sampling_->fill(batch_);
+    sampling_->fill(batch_, stop_.get_token());
   }
   return batch_.size() == 0 && !sampling_->done();
 }

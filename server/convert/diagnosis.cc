@@ -138,8 +138,10 @@ OrStatus<DiagnoseTask> DiagnoseTask::read(const Session& session,
   return DiagnoseTask(parts);
 }
 
-bool DiagnoseTask::estimates_error() const {
-  return parts_->estimate_error != v1::ERROR_ESTIMATION_UNSPECIFIED;
+bool DiagnoseTask::takes_long() const {
+  const Parts& task = *parts_;
+  return task.estimate_error != v1::ERROR_ESTIMATION_UNSPECIFIED || task.symplectic ||
+         !task.invariants.empty() || !task.forms.empty() || !task.brackets.empty();
 }
 
 namespace {
@@ -202,7 +204,7 @@ grpc::Status DiagnoseTask::answer(const Session& session, const Cursor& cursor,
   Diagnosis diagnosis = diagnose(scene, now, task.invariants, stop);
   shorten(task.max_invariants, diagnosis.invariants, response);
   to_proto(diagnosis, response);
-  for (std::size_t i = 0; i < task.forms.size(); ++i) {
+  for (std::size_t i = 0; i < task.forms.size() && !stop.stop_requested(); ++i) {
     const auto& [name, first, second] = task.forms[i];
     const std::string path = indexed("forms", i);
     const auto value =
@@ -210,7 +212,7 @@ grpc::Status DiagnoseTask::answer(const Session& session, const Cursor& cursor,
     if (!value) return value.error();
     response->add_forms(*value);
   }
-  for (std::size_t i = 0; i < task.brackets.size(); ++i) {
+  for (std::size_t i = 0; i < task.brackets.size() && !stop.stop_requested(); ++i) {
     const auto& [first, second] = task.brackets[i];
     const std::string path = indexed("dirac_brackets", i);
     const auto value = number(path, dirac_bracket(scene, now, first, second, Place::inside(path)));
@@ -224,7 +226,7 @@ grpc::Status DiagnoseTask::answer(const Session& session, const Cursor& cursor,
     if (!defect) return errors::invalid(defect.error());
     if (*defect) response->set_symplectic_defect(**defect);
   }
-  if (estimates_error())
+  if (task.estimate_error != v1::ERROR_ESTIMATION_UNSPECIFIED)
     estimate(scene, now, task.estimate_error, stop, response->mutable_estimated_error());
   if (task.checksum) response->set_checksum(wire::checksum(*response));
   return grpc::Status::OK;

@@ -16,8 +16,8 @@ class DiagnoseTask {
   DiagnoseTask(DiagnoseTask&&) noexcept;
   ~DiagnoseTask();
 
-  /// Whether the answer is long work without slices.
-  bool estimates_error() const;
+  /// Whether the answer may be long work without slices.
+  bool takes_long() const;
 
   /// The answer at the step where the cursor ended.
   grpc::Status answer(const Session& session, const Cursor& cursor, const std::stop_token& stop,

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <stop_token>
 
 #include "server/sessions/session.h"
 
@@ -24,8 +25,9 @@ class Cursor {
   }
 
   /// Goes towards `to`, not before where it is, but at most `budget` steps, which it takes from
-  /// `budget`. True when it is there or cannot go on: see `run_status`.
-  bool advance(std::int64_t to, std::int64_t& budget);
+  /// `budget`. True when it is there or cannot go on: see `run_status`, which is `cancelled` when
+  /// it was asked to stop.
+  bool advance(std::int64_t to, std::int64_t& budget, const std::stop_token& stop = {});
   /// Ends the cursor where it is.
   void cancel() {
     wake();

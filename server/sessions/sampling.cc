@@ -30,9 +30,9 @@ Sampling::Sampling(Session& session, std::vector<std::size_t> fields, Range rang
   capacity_ = std::min(capacity_, static_cast<std::size_t>(samples));
 }
 
-void Sampling::fill(Batch& batch) {
+void Sampling::fill(Batch& batch, const std::stop_token& stop) {
   std::int64_t budget = slice_steps(session_.step_cost());
-  while (!done_ && !full(batch) && cursor_.advance(next_, budget)) {
+  while (!done_ && !full(batch) && cursor_.advance(next_, budget, stop)) {
     sample(batch);
     if (!cursor_.run_status().reached() || next_ == range_.to) return end();
     if (range_.checkpoint_every > 0 && last_ - last_checkpoint_ >= range_.checkpoint_every) {
