@@ -39,7 +39,11 @@ std::chrono::milliseconds milliseconds(double seconds) {
   return std::chrono::ceil<std::chrono::milliseconds>(std::chrono::duration<double>(seconds));
 }
 
-std::string cell(const std::string& text) { return text.empty() ? "" : "`" + text + "`"; }
+/// CLI11 puts lists in brackets.
+std::string cell(std::string text) {
+  if (text.starts_with('[')) text = text.substr(1, text.size() - 2);
+  return text.empty() ? "" : "`" + text + "`";
+}
 
 }  // namespace
 
@@ -123,7 +127,7 @@ Options Flags::options() const {
 std::string flag_table(const CLI::App& app) {
   std::string table = "| flag | variable | default | meaning |\n| --- | --- | --- | --- |\n";
   for (const CLI::Option* option : app.get_options()) {
-    if (option->get_name() == "--help") continue;
+    if (option->get_name() == "--help" || option->get_name() == "--version") continue;
     table += "| " + cell(option->get_name()) + " | " + cell(option->get_envname()) + " | " +
              cell(option->get_default_str()) + " | " + option->get_description() + " |\n";
   }

@@ -77,6 +77,22 @@ std::optional<ConnectRefusal> refused(const TwoPointProblem& p) {
   return {};
 }
 
+/// Of a path of K steps in numbers: what relaxes it holds five d × d blocks and a basis of d
+/// directions for every inner frame; all starts are held at once.
+std::optional<ConnectRefusal> too_large(const TwoPointProblem& p, int K) {
+  const double nN = static_cast<double>(p.Q_0.size()), n = static_cast<double>(p.Q_0.rows());
+  const double d = nN - n * (n + 1) / 2;
+  const double each = 8 * (5 * d * d + nN * d + nN * (p.restarts + 3.0));
+  if (each * K <= static_cast<double>(TwoPointProblem::most_bytes)) return {};
+  const auto most = static_cast<int>(static_cast<double>(TwoPointProblem::most_bytes) / each);
+  return refusal::Invalid{"steps", std::to_string(K),
+                          "must be at most " + std::to_string(most) + " for frames of " +
+                              std::to_string(p.Q_0.size()) + " numbers and " +
+                              std::to_string(p.restarts) + " restarts: a step takes " +
+                              std::to_string(static_cast<int>(each / 1024)) + " KiB of " +
+                              std::to_string(TwoPointProblem::most_bytes >> 20) + " MiB"};
+}
+
 Posed posed(const TwoPointProblem& p) {
   const double scale = std::exp2(std::ilogb(p.inertia.cwiseAbs().maxCoeff()));
   return {p.inertia / scale, scale, repaired(p.Q_0), repaired(p.Q_T)};
@@ -197,6 +213,7 @@ std::expected<Geodesic, ConnectRefusal> connect(const TwoPointProblem& problem) 
 std::expected<DiscreteGeodesic, ConnectRefusal> connect(const TwoPointProblem& problem, int K) {
   if (const auto refusal = refused(problem)) return std::unexpected(*refusal);
   if (K < 1) return std::unexpected(refusal::Invalid{"K", std::to_string(K), "must be at least 1"});
+  if (const auto refusal = too_large(problem, K)) return std::unexpected(*refusal);
   constexpr double tolerance = 1e-10, stationary = 1e-12;
   const Posed p = posed(problem);
   const std::vector<Candidate> all = relaxed(p, problem, K, tolerance);

@@ -56,7 +56,7 @@ bool CursorCall::run_slice() noexcept {
 bool CursorCall::advance_cursor() {
   if (!cursor_) cursor_.emplace(**session_, to_);
   std::int64_t budget = slice_steps((*session_)->step_cost());
-  if (!host_.lifecycle.stopping()) return cursor_->advance(to_, budget);
+  if (!host_.lifecycle.stopping()) return cursor_->advance(to_, budget, stop_.get_token());
   if (cursor_->step() < to_) cursor_->cancel();
   return true;
 }

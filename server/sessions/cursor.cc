@@ -32,12 +32,12 @@ void Cursor::end(const RunStatus& run_status) {
   if (run_status.outcome == Outcome::left_domain) rate_ = rate_at(run_status, *simulation_);
 }
 
-bool Cursor::advance(std::int64_t to, std::int64_t& budget) {
+bool Cursor::advance(std::int64_t to, std::int64_t& budget, const std::stop_token& stop) {
   wake();
   std::int64_t at = simulation_->step();
   if (simulation_->direct() && at < to && run_status_.reached()) {  // no checkpoint would be nearer
     if (budget <= 0) return false;
-    end(simulation_->advance(to - at));
+    end(simulation_->advance(to - at, stop));
     ++computed_;
     --budget;
     return true;
@@ -46,7 +46,7 @@ bool Cursor::advance(std::int64_t to, std::int64_t& budget) {
     if (!run_status_.reached()) return true;
     if (budget <= 0) return false;
     const std::int64_t steps = std::min({to - at, budget, mark_ - at});
-    end(simulation_->advance(steps));
+    end(simulation_->advance(steps, stop));
     const std::int64_t done = simulation_->step() - at;
     at += done;
     computed_ += done;

@@ -31,6 +31,8 @@ struct TwoPointProblem {
   static constexpr double frame_tolerance = 1e-9;
   /// max |Q(T) − Q_T| up to which frames count as joined.
   static constexpr double joined = 1e-11;
+  /// Bytes that the discrete problem may take: more steps than fit are refused.
+  static constexpr std::int64_t most_bytes = std::int64_t{512} << 20;
 };
 
 /// Whether the answer is the shortest of all geodesics that join the frames. The search returns the

@@ -1,0 +1,183 @@
+// Stop tokens: whoever advances, diagnoses or joins can be told to give up, and what it leaves is a
+// state that was reached.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <numeric>
+#include <thread>
+
+#include "stiefel/connect.h"
+#include "stiefel/diagnosis.h"
+#include "stiefel/simulation.h"
+
+namespace stiefel {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// A body of N dimensions that turns by about 0.1 in a substep.
+SceneDescription body(int N, const std::string& method, int substeps) {
+  SceneDescription scene;
+  scene.system = "rigid_body";
+  scene.method = MethodDescription{method, std::nullopt, substeps, ""};
+  scene.step = 0.01 * substeps;
+  RowMatrix M(N, N);
+  for (int i = 0; i < N; ++i) {
+    scene.inertia.push_back(1 + static_cast<double>(i) / N);
+    for (int j = 0; j < N; ++j) M(i, j) = (i - j) * (1 + 0.1 * (i + j)) / N / N;
+  }
+  scene.initial["Q"] = RowMatrix(RowMatrix::Identity(N, N));
+  scene.initial["M"] = M;
+  return scene;
+}
+
+Scene resolved(SceneDescription description) {
+  return Scene::resolve(std::move(description)).value();
+}
+
+std::vector<double> saved(const Simulation& simulation) {
+  std::vector<double> out(simulation.saved_size());
+  simulation.save(out);
+  return out;
+}
+
+/// How long `work(token)` goes on after it is told to stop, which is 50 ms after its start.
+template <class Work>
+std::chrono::duration<double> time_to_stop(Work&& work) {
+  std::stop_source stop;
+  std::chrono::steady_clock::time_point told;
+  std::jthread teller([&] {
+    std::this_thread::sleep_for(50ms);
+    told = std::chrono::steady_clock::now();
+    stop.request_stop();
+  });
+  work(stop.get_token());
+  const auto end = std::chrono::steady_clock::now();
+  teller.join();
+  EXPECT_GE(end, told) << "the work was over before it was told to stop";
+  return end - told;
+}
+
+void stops_inside_a_step(const Scene& scene) {
+  const auto simulation = make_simulation(scene);
+  const auto before = saved(*simulation);
+  RunStatus status;
+  const auto took =
+      time_to_stop([&](const std::stop_token& stop) { status = simulation->advance(1, stop); });
+  EXPECT_EQ(status.outcome, Outcome::cancelled);
+  EXPECT_EQ(simulation->step(), 0);
+  EXPECT_EQ(saved(*simulation), before);
+  EXPECT_GT(simulation->map_steps(), 0);
+  EXPECT_LT(took, 1s);
+}
+
+TEST(Stop, ManySubstepsEndBetweenTwoOfThem) {
+  stops_inside_a_step(resolved(body(16, "variational", 1'000'000)));
+  stops_inside_a_step(resolved(body(3, "rk4", 100'000'000)));
+}
+
+TEST(Stop, AnAdaptiveStepEndsBetweenAttempts) {
+  SceneDescription scene = body(32, "adaptive", 1);
+  scene.method->substeps.reset();
+  scene.method->tolerance = 1e-12;
+  scene.step = 2000;
+  stops_inside_a_step(resolved(scene));
+}
+
+TEST(Stop, ATokenThatIsToldAlreadyStopsBeforeTheFirstStep) {
+  std::stop_source stop;
+  stop.request_stop();
+  for (const char* method : {"rk4", "variational", "munthe_kaas4"}) {
+    const auto simulation = make_simulation(resolved(body(5, method, 1)));
+    EXPECT_EQ(simulation->advance(10, stop.get_token()).outcome, Outcome::cancelled) << method;
+    EXPECT_EQ(simulation->map_steps(), 0) << method;
+    EXPECT_TRUE(simulation->advance(10).reached()) << method;
+    EXPECT_EQ(simulation->step(), 10) << method;
+  }
+}
+
+/// What was told to stop goes on later with the bits of a run that nobody stopped.
+TEST(Stop, AnEnsembleGoesBackToWhereAllItsMembersWere) {
+  for (const char* method : {"rk4", "munthe_kaas4"}) {
+    SceneDescription many = body(3, method, 1);
+    constexpr int count = 19;
+    many.members = count;
+    RowMatrix Q(3 * count, 3), M(3 * count, 3);
+    for (int b = 0; b < count; ++b) {
+      Q.middleRows(3 * b, 3) = RowMatrix::Identity(3, 3);
+      M.middleRows(3 * b, 3) = (1 + 0.01 * b) * many.initial["M"].values;
+    }
+    many.initial = {{"Q", Block(Q)}, {"M", Block(M)}};
+    const Scene scene = resolved(many);
+    const auto ensemble = make_simulation(scene), other = make_simulation(scene);
+    ASSERT_TRUE(ensemble->advance(7).reached());
+    const auto before = saved(*ensemble);
+    RunStatus status;
+    const auto took = time_to_stop(
+        [&](const std::stop_token& stop) { status = ensemble->advance(1'000'000'000, stop); });
+    EXPECT_LT(took, 1s);
+    EXPECT_EQ(status.outcome, Outcome::cancelled);
+    EXPECT_EQ(ensemble->step(), 7);
+    EXPECT_EQ(saved(*ensemble), before);
+    ASSERT_TRUE(ensemble->advance(30).reached());
+    ASSERT_TRUE(other->advance(37).reached());
+    EXPECT_EQ(saved(*ensemble), saved(*other)) << method;
+  }
+}
+
+TEST(Stop, ManakovCoefficientsOfManyDimensions) {
+  const Scene scene = resolved(body(128, "rk4", 1));
+  const auto now = make_simulation(scene);
+  const std::vector<std::string> only = {"manakov"};
+  const auto took = time_to_stop([&](const std::stop_token& stop) {
+    EXPECT_LT(diagnose(scene, *now, only, stop).invariants.size(), 64u * 64u - 64u);
+  });
+  EXPECT_LT(took, 1s);
+}
+
+TEST(Stop, ASymplecticTestOfManyPairs) {
+  const Scene scene = resolved(body(16, "variational", 1));
+  const auto now = make_simulation(scene);
+  const auto took = time_to_stop([&](const std::stop_token& stop) {
+    const auto defect = symplectic_defect(scene, *now, 1'000'000, 1, {}, stop);
+    ASSERT_TRUE(defect);
+    EXPECT_FALSE(*defect);
+  });
+  EXPECT_LT(took, 1s);
+}
+
+TEST(Stop, ManyNamesOfInvariantsAreLookedUpAndNotSearched) {
+  const Scene scene = resolved(body(96, "rk4", 1));
+  std::vector<std::string> names = {"spatial_momentum[1,2]", "energy"};
+  for (int i = 0; i < 1'000'000; ++i) names.push_back("spatial_momentum[0," + std::to_string(i));
+  const auto start = std::chrono::steady_clock::now();
+  const auto diagnosis = diagnose(scene, *make_simulation(scene), names);
+  EXPECT_EQ(diagnosis.invariants.size(), 2u);
+  EXPECT_LT(std::chrono::steady_clock::now() - start, 5s) << "4560 components of 10^6 names";
+}
+
+TwoPointProblem between_frames(int N) {
+  TwoPointProblem problem;
+  problem.inertia = Eigen::VectorXd::LinSpaced(N, 1, 2);
+  problem.Q_0 = Eigen::MatrixXd::Identity(N, N);
+  problem.Q_T = problem.Q_0;
+  problem.Q_T.topLeftCorner(2, 2) << 0.8, 0.6, -0.6, 0.8;
+  return problem;
+}
+
+TEST(Stop, MoreStepsThanMemoryAreRefusedBeforeTheyAreAllocated) {
+  const auto answer = connect(between_frames(16), 4096);
+  ASSERT_FALSE(answer);
+  const auto* refused = std::get_if<refusal::Invalid>(&answer.error());
+  ASSERT_NE(refused, nullptr);
+  EXPECT_EQ(refused->field, "steps");
+  EXPECT_EQ(refused->value, "4096");
+  EXPECT_NE(refused->rule.find("must be at most "), std::string::npos) << refused->rule;
+  TwoPointProblem many = between_frames(3);
+  many.restarts = 100'000'000;
+  EXPECT_FALSE(connect(many, 10));
+  EXPECT_TRUE(connect(between_frames(3), 64));
+}
+
+}  // namespace
+}  // namespace stiefel

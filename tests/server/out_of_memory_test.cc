@@ -1,0 +1,105 @@
+// Allocations that fail on the threads that compute: each in turn, and the process lives. This
+// program has an operator new of its own.
+#include <pthread.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+#include <string_view>
+
+#include "server/sessions/pool.h"
+#include "tests/server/harness.h"
+
+namespace {
+
+/// Smaller ones are gRPC's own, which it does not survive.
+constexpr std::size_t least = 2048;
+/// Which of the allocations from now on fails; 0: none.
+std::atomic<int> failing = 0;
+
+bool on_pool() {
+  thread_local const bool is = [] {
+    char name[16] = {};
+    pthread_getname_np(pthread_self(), name, sizeof name);
+    return std::string_view(name) == stiefel::server::Pool::thread_name;
+  }();
+  return is;
+}
+
+}  // namespace
+
+void* operator new(std::size_t size) {
+  if (size >= least && failing > 0 && on_pool() && --failing == 0) throw std::bad_alloc();
+  if (void* memory = std::malloc(size)) return memory;
+  throw std::bad_alloc();
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+
+namespace stiefel {
+namespace {
+
+using namespace std::chrono_literals;
+
+grpc::Status read_slowly(test::Stub& stub) {
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + 30s);
+  v1::StreamRequest request;
+  request.set_session_id("s");
+  request.set_to(12);
+  request.set_every(1);
+  const auto stream = stub.Stream(&context, request);
+  v1::StreamResponse message;
+  // The server rests meanwhile, which takes memory too.
+  while (stream->Read(&message)) std::this_thread::sleep_for(2ms);
+  return stream->Finish();
+}
+
+/// Until none fails any more: then all that a stream allocates has failed once.
+TEST(OutOfMemory, EveryAllocationOfAStreamMayFail) {
+  test::Harness harness({.threads = 1});
+  int refused = 0, k = 1;
+  for (;; ++k) {
+    ASSERT_LT(k, 2000) << "allocations without end";
+    const std::string id = "s";
+    harness.create(id, test::wire_scene({.method = "rk4", .dimension = 100}));
+    failing = k;
+    const grpc::Status status = read_slowly(*harness.stub);
+    const bool all_succeeded = failing.exchange(0) > 0;
+    if (!status.ok()) {
+      EXPECT_EQ(status.error_code(), grpc::RESOURCE_EXHAUSTED) << status.error_message();
+      ++refused;
+    }
+    grpc::ClientContext context;
+    v1::DeleteSessionRequest request;
+    request.set_session_id(id);
+    v1::DeleteSessionResponse response;
+    ASSERT_TRUE(harness.stub->DeleteSession(&context, request, &response).ok());
+    if (all_succeeded) break;
+  }
+  EXPECT_GT(refused, 3);
+  RecordProperty("allocations", k);
+}
+
+TEST(OutOfMemory, EveryAllocationOfAStepMayFail) {
+  test::Harness harness({.threads = 1});
+  harness.create("s", test::wire_scene({.method = "rk4", .dimension = 100}));
+  int refused = 0;
+  for (int k = 1; k <= 20; ++k) {
+    grpc::ClientContext context;
+    v1::StepRequest request;
+    request.set_session_id("s");
+    request.set_to(10 * k);
+    v1::StepResponse response;
+    failing = k;
+    const grpc::Status status = harness.stub->Step(&context, request, &response);
+    failing = 0;
+    if (status.ok()) continue;
+    EXPECT_EQ(status.error_code(), grpc::RESOURCE_EXHAUSTED) << status.error_message();
+    ++refused;
+  }
+  EXPECT_GT(refused, 0);
+}
+
+}  // namespace
+}  // namespace stiefel
