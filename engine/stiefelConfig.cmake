@@ -1,4 +1,22 @@
+# find_package(stiefel): stiefel::engine. find_package(stiefel COMPONENTS client): stiefel::client and
+# stiefel::proto too, which need gRPC and protobuf.
 include(CMakeFindDependencyMacro)
 find_dependency(Eigen3 3.4)
 find_dependency(TBB)
 include(${CMAKE_CURRENT_LIST_DIR}/stiefelTargets.cmake)
+set(stiefel_engine_FOUND TRUE)
+
+if("client" IN_LIST stiefel_FIND_COMPONENTS AND EXISTS ${CMAKE_CURRENT_LIST_DIR}/stiefelClientTargets.cmake)
+  find_dependency(PkgConfig)
+  pkg_check_modules(GRPC QUIET IMPORTED_TARGET grpc++ protobuf)
+  if(GRPC_FOUND)
+    include(${CMAKE_CURRENT_LIST_DIR}/stiefelClientTargets.cmake)
+    set(stiefel_client_FOUND TRUE)
+  endif()
+endif()
+foreach(component ${stiefel_FIND_COMPONENTS})
+  if(stiefel_FIND_REQUIRED_${component} AND NOT stiefel_${component}_FOUND)
+    set(stiefel_FOUND FALSE)
+    set(stiefel_NOT_FOUND_MESSAGE "no component ${component} (client needs the installed service, gRPC and protobuf)")
+  endif()
+endforeach()

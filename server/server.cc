@@ -157,10 +157,7 @@ Server::~Server() {
 const std::vector<std::string>& Server::addresses() const { return parts_->addresses; }
 
 std::shared_ptr<grpc::Channel> Server::in_process_channel() {
-  grpc::ChannelArguments arguments;
-  arguments.SetMaxReceiveMessageSize(-1);
-  arguments.SetMaxSendMessageSize(-1);
-  return parts_->grpc->InProcessChannel(arguments);
+  return parts_->grpc->InProcessChannel(grpc::ChannelArguments());
 }
 
 void Server::shutdown() {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "client/cli/exit_status.h"
+#include "client/cli/origin.h"
 
 namespace stiefel::cli {
 
@@ -71,6 +72,7 @@ struct ConnectCommand {
   std::string file;
   std::string server;
 };
-ExitStatus connect(const ConnectCommand& command);
+/// Notes in `origin` how the file names its frames.
+ExitStatus connect(const ConnectCommand& command, Origin& origin);
 
 }  // namespace stiefel::cli

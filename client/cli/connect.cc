@@ -16,28 +16,58 @@ std::string to_string(v1::Shortest shortest) {
   return name;
 }
 
-}  // namespace
-
-ExitStatus connect(const ConnectCommand& command) {
+/// A request whose file may name one pair of frames without a list: {"Q_0", "Q_T", ...}.
+v1::ConnectRequest read_request(const std::string& file, bool& single_pair) {
   v1::ConnectRequest request;
-  read_message(command.file, &request);
-  const auto reply = Endpoint(command.server).client().geodesic(request);
+  v1::FramePair pair;
+  read_messages(file, {&request, &pair});
+  single_pair = pair.has_q_0() || pair.has_q_t();
+  if (single_pair && request.pairs_size() > 0)
+    throw BadInput(file + ": pairs: given beside Q_0 and Q_T, which are a pair of their own");
+  if (single_pair) *request.add_pairs() = pair;
+  return request;
+}
 
-  nlohmann::ordered_json out = {{"outcome", cli::to_string(reply.run_status().outcome())}};
-  if (reply.has_scene()) {
-    const auto scene = to_json(reply.scene());
+nlohmann::ordered_json to_json(const v1::ConnectResponse& geodesic) {
+  nlohmann::ordered_json out = {{"outcome", cli::to_string(geodesic.run_status().outcome())}};
+  if (geodesic.has_scene()) {
+    const auto scene = cli::to_json(geodesic.scene());
     out["initial"] = scene["initial"];
-    out["energy"] = reply.energy();
-    out["residual"] = reply.residual();
-    out["shortest"] = to_string(reply.shortest());
-    out["distinct"] = reply.distinct();
+    out["energy"] = geodesic.energy();
+    out["residual"] = geodesic.residual();
+    out["shortest"] = to_string(geodesic.shortest());
+    out["distinct"] = geodesic.distinct();
     out["scene"] = scene;
   } else {
-    out["residual"] = reply.residual();
-    out["message"] = reply.run_status().message();
+    out["residual"] = geodesic.residual();
+    out["message"] = geodesic.run_status().message();
   }
-  std::cout << to_text(out) << '\n';
-  return conclude(reply.run_status(), 0);
+  return out;
+}
+
+/// The first pair of which no geodesic was found goes to stderr.
+ExitStatus conclude(const std::vector<v1::ConnectResponse>& geodesics) {
+  for (const auto& geodesic : geodesics) {
+    const auto& status = geodesic.run_status();
+    if (status.outcome() == v1::OUTCOME_REACHED) continue;
+    std::cerr << "stiefel: pair " << geodesic.pair() << ": " << cli::to_string(status.outcome())
+              << ": " << status.message() << '\n';
+    return numerical_stop;
+  }
+  return reached;
+}
+
+}  // namespace
+
+ExitStatus connect(const ConnectCommand& command, Origin& origin) {
+  const auto request = read_request(command.file, origin.single_pair);
+  const auto geodesics = Endpoint(command.server).client().geodesics(request);
+
+  nlohmann::ordered_json all = nlohmann::ordered_json::array();
+  for (const auto& geodesic : geodesics) all.push_back(to_json(geodesic));
+  std::cout << to_text(origin.single_pair ? all.at(0) : nlohmann::ordered_json{{"geodesics", all}})
+            << '\n';
+  return conclude(geodesics);
 }
 
 }  // namespace stiefel::cli

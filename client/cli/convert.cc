@@ -7,6 +7,17 @@
 
 namespace stiefel::cli {
 
+namespace {
+
+nlohmann::ordered_json blocks(const v1::ConvertResponse& reply) {
+  nlohmann::ordered_json out = nlohmann::ordered_json::object();
+  for (const auto& block : reply.blocks())
+    out[block.name()] = to_json(client::to_matrix(block.value()));
+  return out;
+}
+
+}  // namespace
+
 ExitStatus convert(const ConvertCommand& command) {
   v1::ConvertRequest request;
   *request.mutable_scene() = read_scene(command.scene);
@@ -18,7 +29,8 @@ ExitStatus convert(const ConvertCommand& command) {
   nlohmann::ordered_json margins = nlohmann::ordered_json::object();
   for (const auto& margin : reply.margins()) margins[margin.domain()] = margin.margin();
   if (!command.output.empty()) {
-    if (!reply.has_scene()) throw BadInput("--output: " + command.to + " is not a system");
+    if (!reply.has_scene())
+      throw BadInput("--output: " + command.to + " is not a system, so that there is no scene");
     Destination destination(command.output);
     const File file = open_for_writing(destination.working_path());
     write(file.get(), to_text(to_json(reply.scene())) + "\n");
@@ -28,11 +40,10 @@ ExitStatus convert(const ConvertCommand& command) {
     return reached;
   }
   nlohmann::ordered_json out;
-  const auto all = to_json(reply);
   if (reply.has_scene())
-    out["scene"] = all["scene"];
+    out["scene"] = to_json(reply.scene());
   else
-    out["blocks"] = all["blocks"];
+    out["blocks"] = blocks(reply);
   out["margins"] = margins;
   std::cout << to_text(out) << '\n';
   return reached;

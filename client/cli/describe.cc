@@ -96,7 +96,8 @@ ExitStatus describe(const DescribeCommand& command) {
     std::cout << text;
     return reached;
   }
-  std::cout << "stiefel " << reply.version() << "\nbuild: " << reply.build() << "\n\nMethods\n";
+  std::cout << "stiefel " << reply.version() << "\nnumerics id: " << reply.numerics_id()
+            << "\nbuild: " << reply.build() << "\n\nMethods\n";
   Rows methods;
   for (const auto& method : reply.methods()) print(method, methods);
   print_table(methods, "  ");
@@ -108,8 +109,9 @@ ExitStatus describe(const DescribeCommand& command) {
                {"members", std::to_string(limits.max_members())},
                {"step index", std::to_string(limits.max_step())},
                {"sessions", std::to_string(limits.max_sessions())},
-               {"message, bytes", std::to_string(limits.max_message_bytes())},
-               {"checkpoints a session", std::to_string(limits.max_checkpoints())},
+               {"message to the server, bytes", std::to_string(limits.max_message_bytes())},
+               {"arrays of one reply, bytes", std::to_string(limits.max_reply_bytes())},
+               {"cached steps of a session", std::to_string(limits.max_cached_steps())},
                {"idle time, seconds", std::to_string(limits.idle_timeout().seconds())}},
               "  ");
   return reached;

@@ -13,7 +13,7 @@ ExitStatus diagnose(const DiagnoseCommand& command) {
   const v1::Scene scene = read_scene(command.scene);
   const Endpoint endpoint(command.server);
   const auto session = endpoint.client().create(scene);
-  print_warnings(session.description());
+  print_remarks(session.description());
   v1::DiagnoseRequest request;
   if (!command.structure.empty()) read_message(command.structure, &request);
   request.set_to(command.to);
@@ -30,7 +30,7 @@ ExitStatus diagnose(const DiagnoseCommand& command) {
       throw;
     }
   }
-  std::cout << report(diagnosis.run_status(), diagnosis).dump(2) << '\n';
+  std::cout << report(diagnosis.run_status(), diagnosis, session.choice()).dump(2) << '\n';
   show_summary(diagnosis);
   return conclude(diagnosis.run_status(), diagnosis.step());
 }

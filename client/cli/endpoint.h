@@ -3,8 +3,8 @@
 #include <memory>
 #include <string>
 
-#include "client/cpp/client.h"
 #include "server/server.h"
+#include "stiefel/client/client.h"
 
 namespace stiefel::cli {
 

@@ -11,7 +11,7 @@
 #include "client/cli/interrupt.h"
 #include "client/cli/origin.h"
 #include "client/cli/parse_error.h"
-#include "client/cpp/error.h"
+#include "stiefel/client/error.h"
 
 namespace {
 
@@ -19,8 +19,10 @@ using namespace stiefel;
 using namespace stiefel::cli;
 
 void add_server(CLI::App* app, std::string& server) {
-  app->add_option("--server", server,
-                  "host:port or unix:/path of a server; without it the command is its own server")
+  app->add_option(
+         "--server", server,
+         "HOST:PORT or unix:PATH of a server; by default the command runs one inside its own "
+         "process")
       ->type_name("ADDRESS");
 }
 
@@ -67,17 +69,17 @@ ExitStatus flushed(ExitStatus status) {
 
 int main(int argc, char** argv) {
   CLI::App app(
-      "Torque-free rigid bodies in any dimension and geodesics on Stiefel manifolds: runs scenes "
-      "and tells how accurate they are.",
+      "Simulates torque-free rigid bodies in any dimension and geodesics on Stiefel manifolds, and "
+      "reports how accurate the result is.",
       "stiefel");
   app.require_subcommand(1);
   app.set_version_flag("--version", STIEFEL_VERSION);
   app.footer(
-      "Exit status: 0 reached, 2 bad input, 3 numerical stop (what was reached is still written),\n"
-      "4 the server of --server cannot be reached, 1 anything else. Interrupted by Ctrl-C or\n"
-      "SIGTERM, a command says how far it got, leaves no incomplete file and ends by the signal\n"
-      "(130, 143). While it runs it tells on stderr how far it is and how long it still takes,\n"
-      "every ten seconds where stderr is not a terminal.");
+      "Exit status: 0 reached, 2 bad input, 3 numerical stop (the samples before it are written),\n"
+      "4 the server of --server cannot be reached, 1 any other failure. After Ctrl-C or SIGTERM\n"
+      "a command prints the step it reached, removes incomplete files and ends by the signal\n"
+      "(status 130, 143). A command that runs longer than a second prints its progress and the\n"
+      "time left on stderr; where stderr is not a terminal, one line every ten seconds.");
   std::function<ExitStatus()> command;
   Origin origin;
 
@@ -98,8 +100,10 @@ int main(int argc, char** argv) {
                    "that gives at most 1000 samples, otherwise the first and the last only")
       ->type_name("K");
   run_app
-      ->add_option("--fields", run_command.fields,
-                   "what to sample, separated by commas; the system's blocks by default")
+      ->add_option(
+          "--fields", run_command.fields,
+          "fields to sample, separated by commas, as `stiefel describe` lists them; by default the "
+          "system's blocks")
       ->delimiter(',')
       ->type_name("Q,M,...");
   run_app
@@ -118,8 +122,8 @@ int main(int argc, char** argv) {
   });
 
   DiagnoseCommand diagnose_command;
-  auto* diagnose_app =
-      app.add_subcommand("diagnose", "Prints invariants, drift, error and domain at a step");
+  auto* diagnose_app = app.add_subcommand(
+      "diagnose", "Prints invariants, drift, estimated error and domain at a step");
   add_scene(diagnose_app, diagnose_command.scene, diagnose_command.to);
   diagnose_app
       ->add_option("--invariants", diagnose_command.invariants,
@@ -128,11 +132,12 @@ int main(int argc, char** argv) {
       ->delimiter(',')
       ->type_name("A,B,...");
   diagnose_app->add_flag("--symplectic", diagnose_command.symplectic,
-                         "how far a step is from symplectic there");
+                         "measures how far one step of the method is from preserving the two-form");
   diagnose_app
-      ->add_option("--structure", diagnose_command.structure,
-                   "two-forms and Dirac brackets to evaluate: `forms` and `dirac_brackets` of "
-                   "stiefel.v1.DiagnoseRequest")
+      ->add_option(
+          "--structure", diagnose_command.structure,
+          "a file of two-forms and Dirac brackets to evaluate: `forms` and `dirac_brackets` of "
+          "stiefel.v1.DiagnoseRequest")
       ->type_name("FILE.json");
   add_error(diagnose_app, diagnose_command.estimate_error);
   add_server(diagnose_app, diagnose_command.server);
@@ -154,14 +159,18 @@ int main(int argc, char** argv) {
       ->type_name("FILE.json");
   convert_app
       ->add_option("--to", convert_command.to,
-                   "a system, or velocity, angular_velocity, interpolation")
+                   "the target: a system, or velocity, angular_velocity, interpolation")
       ->required()
       ->type_name("SYSTEM");
-  convert_app->add_option("--epsilon", convert_command.epsilon,
-                          "of the symmetric and parametric systems; chosen by default");
-  convert_app->add_option("--parameter", convert_command.parameter, "of the parametric systems");
+  convert_app->add_option(
+      "--epsilon", convert_command.epsilon,
+      "epsilon of the symmetric and parametric systems; by default a power of two chosen "
+      "from the norm of M");
+  convert_app->add_option("--parameter", convert_command.parameter,
+                          "mu of the parametric systems; by default the scene's");
   convert_app
-      ->add_option("--output", convert_command.output, "writes the scene alone, ready to be run")
+      ->add_option("--output", convert_command.output,
+                   "writes the converted scene to a file; stdout then has the margins only")
       ->type_name("FILE.json");
   add_server(convert_app, convert_command.server);
   convert_app->callback([&] {
@@ -173,26 +182,29 @@ int main(int argc, char** argv) {
   TradeoffCommand tradeoff_command;
   auto* tradeoff_app = app.add_subcommand(
       "tradeoff",
-      "Measures what accuracy costs with each method and prints the Pareto front: the points that "
-      "no other one beats in both work and error");
+      "Measures error against cost of every method and prints the Pareto front: the points that no "
+      "other point beats in both work and error");
   tradeoff_app->add_option("SCENE", tradeoff_command.scene, "a scene file; its method is ignored")
       ->required()
       ->type_name("FILE.json");
   tradeoff_app
-      ->add_option("--horizon", tradeoff_command.horizon,
-                   "the time at which errors are measured; the scene's, or 100 steps by default")
+      ->add_option(
+          "--horizon", tradeoff_command.horizon,
+          "the time at which errors are measured; by default the scene's horizon, else 100 steps")
       ->type_name("T");
   tradeoff_app
-      ->add_option("--budget", tradeoff_command.budget,
-                   "units of work, instructions; 5e10, about ten seconds, by default. What would "
-                   "take more is extrapolated from a part of the horizon (marked ~)")
+      ->add_option(
+          "--budget", tradeoff_command.budget,
+          "work in instructions; by default 5e10, about ten seconds. A point that needs more is "
+          "measured over a part of the horizon and extrapolated (marked ~)")
       ->type_name("B");
   tradeoff_app->add_flag("--all", tradeoff_command.all,
-                         "prints all the points, those of the front marked with *");
-  tradeoff_app->add_option("--repeats", tradeoff_command.repeats, "timed runs a point; 3")
+                         "prints all points and marks those of the front with *");
+  tradeoff_app
+      ->add_option("--repeats", tradeoff_command.repeats, "timed runs of each point; by default 3")
       ->type_name("R");
   tradeoff_app
-      ->add_option("--output", tradeoff_command.output, "a .json or .csv file of all the points")
+      ->add_option("--output", tradeoff_command.output, "writes all points to a .json or .csv file")
       ->type_name("FILE");
   add_server(tradeoff_app, tradeoff_command.server);
   tradeoff_app->callback([&] {
@@ -203,17 +215,19 @@ int main(int argc, char** argv) {
   });
 
   ConnectCommand connect_command;
-  auto* connect_app =
-      app.add_subcommand("connect", "Finds the geodesic that joins two frames in a time");
+  auto* connect_app = app.add_subcommand(
+      "connect", "Finds the geodesics that join pairs of frames in a given time");
   connect_app
-      ->add_option("FILE", connect_command.file,
-                   "{inertia, Q_0, Q_T, time}: the JSON form of stiefel.v1.ConnectRequest")
+      ->add_option(
+          "FILE", connect_command.file,
+          "{inertia, Q_0, Q_T, time}, or {inertia, pairs: [{Q_0, Q_T}, ...], time}: the JSON "
+          "form of stiefel.v1.ConnectRequest")
       ->required()
       ->type_name("FILE.json");
   add_server(connect_app, connect_command.server);
   connect_app->callback([&] {
     origin = {.file = connect_command.file, .whole_request = true};
-    command = [&] { return connect(connect_command); };
+    command = [&] { return connect(connect_command, origin); };
   });
 
   try {

@@ -30,16 +30,23 @@ std::string name_of(const FieldDescriptor* field) {
   return field->has_json_name() ? field->json_name() : field->name();
 }
 
-/// Null for a name that the message has not. protobuf reads a field by its lowerCamelCase too.
-const FieldDescriptor* find_field(const Descriptor& type, const std::string& name) {
-  for (int i = 0; i < type.field_count(); ++i)
-    if (type.field(i)->name() == name || type.field(i)->json_name() == name) return type.field(i);
+using Types = std::vector<const Descriptor*>;
+
+/// Null for a name that the messages do not have. protobuf reads a field by its lowerCamelCase too.
+const FieldDescriptor* find_field(const Types& types, const std::string& name) {
+  for (const Descriptor* type : types) {
+    for (int i = 0; i < type->field_count(); ++i) {
+      const FieldDescriptor* field = type->field(i);
+      if (field->name() == name || field->json_name() == name) return field;
+    }
+  }
   return nullptr;
 }
 
-std::string near_field(const Descriptor& type, const std::string& name) {
+std::string near_field(const Types& types, const std::string& name) {
   std::vector<std::string> known;
-  for (int i = 0; i < type.field_count(); ++i) known.push_back(name_of(type.field(i)));
+  for (const Descriptor* type : types)
+    for (int i = 0; i < type->field_count(); ++i) known.push_back(name_of(type->field(i)));
   return did_you_mean(name, known);
 }
 
@@ -48,7 +55,8 @@ std::string near_field(const Descriptor& type, const std::string& name) {
 /// is left to protobuf.
 class StrictSyntax : public nlohmann::json_sax<nlohmann::json> {
  public:
-  explicit StrictSyntax(const Descriptor* type) : type_(type) {}
+  /// `types`: the messages whose fields the whole object may have.
+  explicit StrictSyntax(Types types) : types_(std::move(types)) {}
 
   std::string fault;
 
@@ -69,9 +77,9 @@ class StrictSyntax : public nlohmann::json_sax<nlohmann::json> {
     if (!here.names.insert(name).second) return refuse("given twice");
     if (here.map != nullptr) {
       here.next = here.map->message_type()->map_value();
-    } else if (here.type != nullptr) {
-      here.next = find_field(*here.type, name);
-      if (here.next == nullptr) return refuse("unknown field" + near_field(*here.type, name));
+    } else if (!here.types.empty()) {
+      here.next = find_field(here.types, name);
+      if (here.next == nullptr) return refuse("unknown field" + near_field(here.types, name));
     }
     return true;
   }
@@ -83,9 +91,9 @@ class StrictSyntax : public nlohmann::json_sax<nlohmann::json> {
   }
 
  private:
-  /// An object or array that is open. Without type, map and next: of what protobuf will refuse.
+  /// An object or array that is open. Without types, map and next: of what protobuf will refuse.
   struct Level {
-    const Descriptor* type = nullptr;       ///< of an object that is a message
+    Types types = {};                       ///< of an object that is a message
     const FieldDescriptor* map = nullptr;   ///< of an object that is a map
     const FieldDescriptor* next = nullptr;  ///< what the next value belongs to
     bool array = false;
@@ -102,7 +110,7 @@ class StrictSyntax : public nlohmann::json_sax<nlohmann::json> {
     Level inner;
     inner.array = array;
     if (levels_.empty()) {
-      if (!array) inner.type = type_;
+      if (!array) inner.types = types_;
     } else if (const FieldDescriptor* field = levels_.back().next) {
       const bool element = levels_.back().array;
       if (array)
@@ -110,7 +118,7 @@ class StrictSyntax : public nlohmann::json_sax<nlohmann::json> {
       else if (field->is_map())
         inner.map = field;
       else if (field->is_repeated() == element)
-        inner.type = field->message_type();
+        inner.types = {field->message_type()};
     }
     levels_.push_back(std::move(inner));
     if (levels_.size() <= max_depth) return true;
@@ -132,7 +140,7 @@ class StrictSyntax : public nlohmann::json_sax<nlohmann::json> {
     return false;
   }
 
-  const Descriptor* type_;
+  Types types_;
   std::vector<Level> levels_;
 };
 
@@ -174,12 +182,27 @@ void read_message(const std::string& path, google::protobuf::Message* message) {
   parse_message(path, read(path), message);
 }
 
+void read_messages(const std::string& path,
+                   const std::vector<google::protobuf::Message*>& messages) {
+  parse_messages(path, read(path), messages);
+}
+
 void parse_message(const std::string& name, const std::string& text,
                    google::protobuf::Message* message) {
-  StrictSyntax syntax(message->GetDescriptor());
+  parse_messages(name, text, {message});
+}
+
+void parse_messages(const std::string& name, const std::string& text,
+                    const std::vector<google::protobuf::Message*>& messages) {
+  Types types;
+  for (const auto* message : messages) types.push_back(message->GetDescriptor());
+  StrictSyntax syntax(types);
   if (!nlohmann::json::sax_parse(text, &syntax)) throw BadInput(name + ": " + syntax.fault);
-  const auto status = google::protobuf::util::JsonStringToMessage(text, message);
-  if (!status.ok()) {
+  google::protobuf::util::JsonParseOptions options;
+  options.ignore_unknown_fields = messages.size() > 1;  // the other message's; all names are known
+  for (auto* message : messages) {
+    const auto status = google::protobuf::util::JsonStringToMessage(text, message, options);
+    if (status.ok()) continue;
     std::string fault(status.message());
     if (fault.starts_with(": ")) fault = fault.substr(2);  // protobuf's empty path: the root
     throw BadInput(name + ": " + fault);

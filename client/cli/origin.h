@@ -9,6 +9,7 @@ namespace stiefel::cli {
 struct Origin {
   std::string file;            ///< of the scene, or of the whole request
   bool whole_request = false;  ///< the file is the request's
+  bool single_pair = false;    ///< its one pair of frames is not in the list `pairs`
   /// What else the request's fields come from: {"fields", "--fields"}.
   std::map<std::string, std::string> options = {};
 

@@ -1,9 +1,13 @@
 #include "client/cli/report.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cctype>
 #include <iostream>
 #include <numbers>
+
+#include "client/cli/message_file.h"
 
 namespace stiefel::cli {
 namespace {
@@ -42,7 +46,7 @@ std::string to_string(v1::Conservation conservation) {
 }
 
 nlohmann::ordered_json report(const v1::RunStatus& run_status,
-                              const v1::DiagnoseResponse& diagnosis) {
+                              const v1::DiagnoseResponse& diagnosis, const v1::Choice* choice) {
   nlohmann::ordered_json invariants = nlohmann::ordered_json::array();
   for (const auto& invariant : diagnosis.invariants()) {
     invariants.push_back({{"name", invariant.name()},
@@ -64,9 +68,12 @@ nlohmann::ordered_json report(const v1::RunStatus& run_status,
     if (run_status.has_member()) report["member"] = run_status.member();
     report["message"] = run_status.message();
   }
+  if (choice != nullptr) report["choice"] = cli::to_json(*choice);
   auto& accuracy = report["diagnosis"];
   accuracy["summary"] = summary(diagnosis);
   accuracy["invariants"] = std::move(invariants);
+  for (const auto& family : diagnosis.shortened())
+    accuracy["shortened"].push_back({{"name", family.name()}, {"count", family.count()}});
   if (diagnosis.has_orthogonality()) accuracy["orthogonality"] = diagnosis.orthogonality();
   if (diagnosis.has_estimated_error())
     accuracy["estimated_error"] = to_json(diagnosis.estimated_error());
@@ -85,8 +92,11 @@ ExitStatus conclude(const v1::RunStatus& run_status, std::int64_t last_step) {
   return numerical_stop;
 }
 
-void print_warnings(const v1::Session& session) {
+void print_remarks(const v1::Session& session) {
   for (const std::string& warning : session.warnings()) std::cerr << "warning: " << warning << '\n';
+  if (session.has_choice() && isatty(STDERR_FILENO))
+    std::cerr << "stiefel: chose " << session.choice().method().name() << ": "
+              << session.choice().reason() << '\n';
 }
 
 }  // namespace stiefel::cli

@@ -38,7 +38,7 @@ ExitStatus run(const RunCommand& command) {
   const auto sink = make_sink(command.output);
   const Endpoint endpoint(command.server);
   const auto session = endpoint.client().create(scene);
-  print_warnings(session.description());
+  print_remarks(session.description());
   auto stream = session.stream({command.from, command.to, every(command), command.fields});
   std::int64_t last = 0;
   v1::DiagnoseResponse diagnosis;
@@ -60,7 +60,7 @@ ExitStatus run(const RunCommand& command) {
     }
   }
   if (!stream.run_status()) throw std::runtime_error("the stream ended without a run status");
-  const auto result = report(*stream.run_status(), diagnosis);
+  const auto result = report(*stream.run_status(), diagnosis, session.choice());
   sink->finish(result);
   // Outcome and diagnosis have no place in the other formats.
   if (!command.output.empty() && !command.output.ends_with(".json")) {

@@ -30,6 +30,10 @@ struct Answer {
 /// `decimals` after the first digit: "1.23e-09".
 std::string brief(double value, int decimals = 2) { return scientific_text(value, decimals + 1); }
 
+std::string scalar(const v1::Method& method) {
+  return method.scalar().empty() ? "double" : method.scalar();
+}
+
 double median(const v1::TradeoffPoint& point) {
   std::vector<double> times(point.cpu_seconds_per_second().begin(),
                             point.cpu_seconds_per_second().end());
@@ -69,7 +73,7 @@ std::vector<std::string> row(const v1::TradeoffPoint& point, bool marked) {
 /// The points of the front, or all of them with those of the front marked, the least work first.
 void print(const Answer& answer, bool all) {
   const auto& setup = answer.setup;
-  std::cout << "machine: " << setup.machine() << "\nbuild: " << setup.build()
+  std::cout << "machine: " << setup.machine() << "\nnumerics id: " << setup.numerics_id()
             << "\nreference: " << setup.reference() << ", its own error "
             << brief(setup.reference_error(), 1) << "\nhorizon: " << setup.horizon() << " ("
             << setup.steps() << " steps)\nbudget: " << setup.budget() << " units of work, "
@@ -97,7 +101,6 @@ void print(const Answer& answer, bool all) {
 
 nlohmann::ordered_json to_json(const v1::TradeoffPoint& point, bool front) {
   nlohmann::ordered_json out = {{"method", cli::to_json(point.method())},
-                                {"scalar", point.scalar()},
                                 {"outcome", to_string(point.run_status().outcome())}};
   if (point.has_attitude_error()) out["attitude_error"] = point.attitude_error();
   if (point.has_momentum_error()) out["momentum_error"] = point.momentum_error();
@@ -116,7 +119,7 @@ nlohmann::ordered_json to_json(const v1::TradeoffPoint& point, bool front) {
 std::string json_text(const Answer& answer) {
   const auto& setup = answer.setup;
   nlohmann::ordered_json out = {{"machine", setup.machine()},
-                                {"build", setup.build()},
+                                {"numerics_id", setup.numerics_id()},
                                 {"reference", setup.reference()},
                                 {"reference_error", setup.reference_error()},
                                 {"horizon", setup.horizon()},
@@ -145,7 +148,7 @@ std::string csv_text(const Answer& answer) {
     text += method.name() + ',' + std::to_string(method.order()) + ',' +
             std::to_string(method.substeps()) + ',';
     number(method.has_tolerance(), method.tolerance());
-    text += method.arithmetic() + ',' + point.scalar() + ',' +
+    text += method.arithmetic() + ',' + scalar(method) + ',' +
             to_string(point.run_status().outcome()) + ',';
     number(point.has_attitude_error(), point.attitude_error());
     number(point.has_momentum_error(), point.momentum_error());

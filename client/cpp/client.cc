@@ -1,9 +1,14 @@
-#include "client/cpp/client.h"
+#include "stiefel/client/client.h"
 
 #include <grpcpp/create_channel.h>
 
 #include <iterator>
-#include <string_view>
+#include <utility>
+
+#include "client/cpp/assembly.h"
+#include "client/cpp/resolved_scene.h"
+#include "client/cpp/uuid.h"
+#include "client/cpp/verify.h"
 
 namespace stiefel::client {
 
@@ -11,10 +16,8 @@ using Stub = v1::SimulationService::Stub;
 
 Client Client::connect(const std::string& address, Options options) {
   if (const auto fault = fault_of_address(address))
-    throw Error(grpc::StatusCode::INVALID_ARGUMENT, "cannot reach " + address + ": " + *fault, "");
+    throw Error(grpc::StatusCode::INVALID_ARGUMENT, "cannot reach " + address + ": " + *fault);
   grpc::ChannelArguments arguments;
-  arguments.SetMaxReceiveMessageSize(-1);
-  arguments.SetMaxSendMessageSize(-1);
   // Well within the patience of a call, so that a restarted server is found again.
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 50);
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 500);
@@ -37,15 +40,18 @@ Session Client::create(const v1::Scene& scene, std::string id, std::string check
   request.set_session_id(id.empty() ? make_uuid() : std::move(id));
   *request.mutable_scene() = scene;
   request.set_checkpoint(std::move(checkpoint));
+  request.mutable_view()->set_checksum(connection_->options.checksums);
   auto reply = connection_->call(&Stub::CreateSession, request, connection_->options.timeout);
-  return Session(connection_, std::move(*reply.mutable_session()), false);
+  return Session(connection_, std::move(*reply.mutable_session()), scene, false);
 }
 
 Session Client::attach(const std::string& id) const {
   v1::GetSessionRequest request;
   request.set_session_id(id);
+  request.mutable_view()->set_scene(v1::SCENE_VIEW_FULL);
+  request.mutable_view()->set_checksum(connection_->options.checksums);
   auto reply = connection_->call(&Stub::GetSession, request, connection_->options.timeout);
-  return Session(connection_, std::move(*reply.mutable_session()), true);
+  return Session(connection_, std::move(*reply.mutable_session()), {}, true);
 }
 
 std::vector<v1::Session> Client::list() const {
@@ -66,12 +72,50 @@ void Client::remove(const std::string& id) const {
   connection_->call(&Stub::DeleteSession, request, connection_->options.timeout);
 }
 
-v1::ConvertResponse Client::convert(const v1::ConvertRequest& request) const {
-  return connection_->call(&Stub::Convert, request, connection_->options.timeout);
+v1::ConvertResponse Client::convert(v1::ConvertRequest request) const {
+  request.set_view(v1::SCENE_VIEW_FILLED_IN);
+  request.set_checksum(connection_->options.checksums);
+  auto replies = connection_->call_all(&Stub::Convert, request, connection_->options.timeout);
+  Assembly blocks, scene_arrays;
+  for (auto& reply : replies) {
+    verify(reply, "the conversion to " + request.to());
+    blocks.take(reply.mutable_blocks());
+    scene_arrays.take(reply.mutable_scene_arrays());
+  }
+  v1::ConvertResponse whole = std::move(replies.front());
+  *whole.mutable_blocks() = blocks.finish();
+  if (!whole.has_scene()) return whole;
+  Names left_out;
+  const Fields arrays = scene_arrays.finish();
+  for (const auto& array : arrays) *left_out.Add() = array.name();
+  *whole.mutable_scene() =
+      resolved_scene(std::move(*request.mutable_scene()), whole.scene(), whole.cleared(), left_out);
+  for (const auto& array : arrays) set_array(array, whole.mutable_scene());
+  return whole;
 }
 
-v1::ConnectResponse Client::geodesic(const v1::ConnectRequest& request) const {
-  return connection_->call(&Stub::Connect, request, connection_->options.compute_timeout);
+std::vector<v1::ConnectResponse> Client::geodesics(v1::ConnectRequest request) const {
+  request.set_checksum(connection_->options.checksums);
+  auto replies =
+      connection_->call_all(&Stub::Connect, request, connection_->options.compute_timeout);
+  std::vector<v1::ConnectResponse> geodesics;
+  std::vector<Assembly> trajectories;
+  for (auto& reply : replies) {
+    verify(reply, "the geodesic of pair " + std::to_string(reply.pair()));
+    if (geodesics.empty() || geodesics.back().pair() != reply.pair()) {
+      geodesics.push_back(reply);
+      trajectories.emplace_back();
+    }
+    if (reply.has_trajectory()) trajectories.back().take(reply.mutable_trajectory());
+  }
+  for (std::size_t i = 0; i < geodesics.size(); ++i) {
+    for (auto& whole : trajectories[i].finish())
+      *geodesics[i].mutable_trajectory() = std::move(whole);
+  }
+  if (std::cmp_not_equal(geodesics.size(), request.pairs_size()))
+    throw CorruptReply("the server answered " + std::to_string(geodesics.size()) + " of " +
+                       std::to_string(request.pairs_size()) + " pairs");
+  return geodesics;
 }
 
 void Client::tradeoff(const v1::MeasureTradeoffRequest& request,

@@ -1,4 +1,4 @@
-#include "client/cpp/error.h"
+#include "stiefel/client/error.h"
 
 #include "stiefel/v1/error.pb.h"
 
@@ -18,16 +18,33 @@ bool unpack(const google::protobuf::Any& any, std::string_view name, Message& me
 Error::Error(const grpc::Status& status)
     : Error(status.error_code(), status.error_message(), status.error_details()) {}
 
+Error::Error(const v1::Status& status)
+    : std::runtime_error(status.message()), code_(static_cast<grpc::StatusCode>(status.code())) {
+  read(status);
+}
+
 Error::Error(grpc::StatusCode code, const std::string& message, const std::string& details)
     : std::runtime_error(message), code_(code) {
   v1::Status status;
-  if (!status.ParseFromString(details)) return;
+  if (status.ParseFromString(details)) read(status);
+}
+
+void Error::read(const v1::Status& status) {
   for (const auto& any : status.details()) {
     v1::BadRequest bad_request;
     if (unpack(any, "google.rpc.BadRequest", bad_request)) {
-      for (const auto& violation : bad_request.field_violations()) {
+      for (const auto& violation : bad_request.field_violations())
         violations_.push_back({violation.field(), violation.description()});
-      }
+    }
+    v1::QuotaFailure quota;
+    if (unpack(any, "google.rpc.QuotaFailure", quota)) {
+      for (const auto& violation : quota.violations())
+        quota_violations_.push_back({violation.subject(), violation.description()});
+    }
+    v1::RetryInfo retry;
+    if (unpack(any, "google.rpc.RetryInfo", retry)) {
+      retry_delay_ = std::chrono::seconds(retry.retry_delay().seconds()) +
+                     std::chrono::nanoseconds(retry.retry_delay().nanos());
     }
     v1::ErrorInfo info;
     if (unpack(any, "google.rpc.ErrorInfo", info)) {

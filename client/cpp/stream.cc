@@ -1,19 +1,26 @@
-#include "client/cpp/stream.h"
+#include "stiefel/client/stream.h"
 
 #include <algorithm>
 #include <utility>
+
+#include "client/cpp/assembly.h"
+#include "client/cpp/verify.h"
 
 namespace stiefel::client {
 
 Stream::Stream(std::shared_ptr<const Connection> connection, std::string session_id, Range range)
     : connection_(std::move(connection)),
       deadline_(connection_->options.compute_timeout),
-      every_(range.every) {
+      every_(range.every),
+      assembly_(std::make_shared<Assembly>()) {
   request_.set_session_id(std::move(session_id));
   request_.set_from(range.from);
   request_.set_to(range.to);
   request_.set_every(range.every);
   request_.mutable_fields()->Assign(range.fields.begin(), range.fields.end());
+  request_.set_return_checkpoint(range.return_checkpoint);
+  request_.set_checkpoint_every(range.checkpoint_every);
+  request_.set_checksum(connection_->options.checksums);
   open();
 }
 
@@ -24,6 +31,8 @@ Stream::~Stream() {
 }
 
 void Stream::open() {
+  *assembly_ = {};
+  partial_checkpoint_.reset();
   cancel_.reset();
   context_ = std::make_unique<grpc::ClientContext>();
   deadline_.limit(*context_);
@@ -39,16 +48,38 @@ void Stream::resume_after(std::int64_t step) {
   open();
 }
 
+bool Stream::take() {
+  verify(batch_, "a message of the stream");
+  computed_ = std::max(computed_, batch_.computed_steps());
+  if (batch_.has_price() && price_.work() == 0) price_ = batch_.price();
+  if (batch_.has_run_status()) run_status_ = batch_.run_status();
+  if (batch_.has_checkpoint()) take_checkpoint();
+  const int size = batch_.steps_size();
+  // After a break between the last sample and the end, the last sample comes once more.
+  if (size == 0 || (last_step_ && batch_.steps(0) <= *last_step_)) return false;
+  assembly_->take(batch_.mutable_fields());
+  if (batch_.sample_continues()) return false;
+  *batch_.mutable_fields() = assembly_->finish();
+  last_step_ = batch_.steps(size - 1);
+  return true;
+}
+
+void Stream::take_checkpoint() {
+  auto& part = *batch_.mutable_checkpoint();
+  if (part.offset() == 0) partial_checkpoint_ = Checkpoint{.step = part.step(), .bytes = {}};
+  if (!partial_checkpoint_ || part.offset() != partial_checkpoint_->bytes.size())
+    throw CorruptReply("a part of the checkpoint of step " + std::to_string(part.step()) +
+                       " is missing");
+  partial_checkpoint_->bytes += part.data();
+  if (partial_checkpoint_->bytes.size() == part.size())
+    checkpoint_ = std::exchange(partial_checkpoint_, std::nullopt);
+}
+
 const v1::StreamResponse* Stream::next_batch() {
   for (auto patience = connection_->patience(deadline_); reader_;) {
     if (reader_->Read(&batch_)) {
-      computed_ = std::max(computed_, batch_.computed_steps());
-      if (batch_.has_run_status()) run_status_ = batch_.run_status();
-      const int size = batch_.steps_size();
-      // After a break between the last sample and the end, the last sample comes once more.
-      if (size == 0 || (last_step_ && batch_.steps(0) <= *last_step_)) continue;
-      last_step_ = batch_.steps(size - 1);
-      return &batch_;
+      if (take()) return &batch_;
+      continue;
     }
     const grpc::Status status = reader_->Finish();
     reader_.reset();

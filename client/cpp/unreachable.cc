@@ -1,4 +1,4 @@
-#include "client/cpp/unreachable.h"
+#include "stiefel/client/unreachable.h"
 
 #include <algorithm>
 #include <array>
@@ -39,8 +39,8 @@ constexpr std::array reasons = {
     Reason{"Socket closed", "the connection broke"},
     Reason{"handshaker shutdown", "nothing that speaks gRPC answers there"},
     Reason{"http1.x server", "nothing that speaks gRPC answers there"},
-    Reason{"Timeout occurred", "nobody answers"},
-    Reason{"timed out", "nobody answers"},
+    Reason{"Timeout occurred", "the server does not answer"},
+    Reason{"timed out", "the server does not answer"},
     Reason{"Could not contact DNS servers", "no name server answers"},
     Reason{"Timeout while contacting DNS servers", "no name server answers"},
     Reason{"DNS server returned general failure", "the name server fails"},
@@ -93,7 +93,7 @@ grpc::Status in_plain_words(const grpc::Status& status, const std::string& addre
   if (address.empty() || !status.error_details().empty()) return status;
   const std::string cannot = "cannot reach " + address + ": ";
   if (status.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED && !connected)
-    return {status.error_code(), cannot + "nobody answers"};
+    return {status.error_code(), cannot + "the server does not answer"};
   if (status.error_code() != grpc::StatusCode::UNAVAILABLE) return status;
   const std::string& message = status.error_message();
   const auto found = std::ranges::find_if(

@@ -54,16 +54,19 @@ def main() -> int:
         seconds = time.perf_counter() - start
         reached = int(run.step[-1])
         times, drifts = families(session, reached)
+        scene, choice = session.scene, session.choice
 
     print(f"{run.outcome} at step {reached}, time {run.time[-1]:.6g}: {run.samples} samples, "
           f"{run.computed_steps / seconds:.2e} steps/s")
+    if choice:
+        print(f"{scene['method']['name']} was chosen: {choice.reason}")
     if run.run_status.message:
         print(run.run_status.message)
     print("\nlargest drift over the run")
     for family, values in drifts.items():
         print(f"  {family:<20}{max(values):.1e}")
     run.save(arguments.output / "trajectory.npz")
-    title = f"{arguments.scene.name}: {session.message.scene.system} {session.message.scene.method.name}"
+    title = f"{arguments.scene.name}: {scene['system']} {scene.get('method', {}).get('name', '')}"
     picture.scene(arguments.output / "scene.png", title.rstrip(), run, next(iter(run.fields)), times, drifts)
     print(f"\nwrote {arguments.output}/trajectory.npz and {arguments.output}/scene.png")
     return 0 if run.outcome is stiefel.Outcome.REACHED else 3

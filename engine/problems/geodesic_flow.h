@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "engine/linalg/matrix_equations/eigenvectors.h"
+#include "engine/linalg/matrix_equations/inverse_inertia.h"
 
 namespace stiefel {
 
@@ -95,10 +96,7 @@ class BodyForm {
  private:
   template <class M_>
   Matrix<Scalar> divided(const M_& M) const {
-    Matrix<Scalar> Omega = M;
-    for (Eigen::Index j = 0; j < M.cols(); ++j)
-      for (Eigen::Index i = 0; i < M.rows(); ++i)
-        if (i != j) Omega(i, j) /= lambda_(i) + lambda_(j);
+    Matrix<Scalar> Omega = inverse_inertia<Scalar>(lambda_, M);
     Omega.diagonal().setZero();
     return Omega;
   }

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "engine/linalg/matrix_equations/eigenvectors.h"
+#include "engine/linalg/matrix_equations/inverse_inertia.h"
 #include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
 
 namespace stiefel {
@@ -168,11 +169,8 @@ MatrixXd initial_velocity(const VectorXd& lambda, const Path& path) {
   const MatrixXd &Q = path[0], D = K * (path[1] - Q);
   if (Q.rows() == Q.cols()) {
     const MatrixXd UL = K * (Q.transpose() * path[1]) * lambda.asDiagonal();
-    MatrixXd Omega = UL - UL.transpose();
-    for (Index j = 0; j < Omega.cols(); ++j)
-      for (Index i = 0; i < Omega.rows(); ++i)
-        if (i != j) Omega(i, j) /= lambda(i) + lambda(j);
-    return Q * Omega;
+    const MatrixXd twice_skew = UL - UL.transpose();
+    return Q * inverse_inertia<double>(lambda, twice_skew);
   }
   const MatrixXd QL = Q * lambda.cwiseInverse().asDiagonal();
   SymmetricLyapunov<double> lyapunov(Q.rows());

@@ -5,10 +5,10 @@
 #include <utility>
 
 #include "server/calls/cursor_call.h"
+#include "server/calls/requests.h"
 #include "server/calls/service.h"
 #include "server/calls/step.h"
 #include "server/convert/errors.h"
-#include "server/convert/requests.h"
 
 namespace stiefel::server {
 namespace {
@@ -18,8 +18,9 @@ namespace {
 class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::DriveResponse>,
                         private Job {
  public:
-  DriveCall(Host& host, CallLog log)
+  DriveCall(Host& host, const grpc::CallbackServerContext& context, CallLog log)
       : host_(host),
+        context_(context),
         log_(std::move(log)),
         shutdown_(host.lifecycle.stop_token(), RequestStop{stop_}) {
     StartRead(&request_);
@@ -66,10 +67,7 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
     if (status.ok()) {
       steps_ += response_.step().computed_steps();
     } else {
-      auto* error = response_.mutable_error();
-      error->set_code(status.error_code());
-      error->set_message(status.error_message());
-      error->set_details(status.error_details());
+      errors::to_proto(status, response_.mutable_error());
     }
     StartWrite(&response_);
   }
@@ -90,6 +88,7 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
   }
 
   Host& host_;
+  const grpc::CallbackServerContext& context_;
   CallLog log_;
   v1::DriveRequest request_;
   v1::DriveResponse response_;
@@ -115,7 +114,7 @@ grpc::Status DriveCall::prepare() {
   }
   if (auto known = session_.lock()) lease_.emplace(std::move(known));
   if (!lease_ || (*lease_)->closed()) {
-    auto found = find_session(host_, id_.empty() ? id : id_);
+    auto found = find_session(host_, context_, id_.empty() ? id : id_);
     if (!found) return found.error();
     lease_.emplace(*std::move(found));
     session_ = lease_->session();
@@ -129,8 +128,9 @@ grpc::Status DriveCall::prepare() {
     task_.fields = *std::move(fields);
   }
   task_.to = request_.to();
-  task_.checkpoint = request_.checkpoint();
-  return grpc::Status::OK;
+  task_.return_checkpoint = request_.return_checkpoint();
+  task_.checksum = request_.checksum();
+  return check_size(**lease_, task_);
 }
 
 bool DriveCall::run_slice() noexcept {
@@ -153,7 +153,7 @@ bool DriveCall::run_slice() noexcept {
 }  // namespace
 
 grpc::ServerBidiReactor<v1::DriveRequest, v1::DriveResponse>* Service::Drive(Context* context) {
-  return new DriveCall(host_, CallLog(host_.log, *context, "Drive"));
+  return new DriveCall(host_, *context, open(context, "Drive"));
 }
 
 }  // namespace stiefel::server

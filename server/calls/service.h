@@ -29,14 +29,19 @@ class Service final : public v1::SimulationService::CallbackService {
                                      v1::DiagnoseResponse*) override;
   grpc::ServerUnaryReactor* ForkSession(Context*, const v1::ForkSessionRequest*,
                                         v1::ForkSessionResponse*) override;
-  grpc::ServerUnaryReactor* Convert(Context*, const v1::ConvertRequest*,
-                                    v1::ConvertResponse*) override;
-  grpc::ServerUnaryReactor* Connect(Context*, const v1::ConnectRequest*,
-                                    v1::ConnectResponse*) override;
+  grpc::ServerWriteReactor<v1::ConvertResponse>* Convert(Context*,
+                                                         const v1::ConvertRequest*) override;
+  grpc::ServerWriteReactor<v1::ConnectResponse>* Connect(Context*,
+                                                         const v1::ConnectRequest*) override;
   grpc::ServerWriteReactor<v1::MeasureTradeoffResponse>* MeasureTradeoff(
       Context*, const v1::MeasureTradeoffRequest*) override;
 
  private:
+  /// Every call begins with this: its log line, and the reply's metadata `stiefel-numerics-id`.
+  CallLog open(Context* context, const char* method, std::string_view session_id = {});
+  /// A unary call that has ended.
+  static grpc::ServerUnaryReactor* finished(Context* context, CallLog& log,
+                                            const grpc::Status& status, std::int64_t steps = 0);
   /// Answers at once.
   template <class Work>
   grpc::ServerUnaryReactor* answer(Context* context, CallLog log, Work work);

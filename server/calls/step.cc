@@ -2,19 +2,40 @@
 
 #include <limits>
 
+#include "proto/checksum/checksum.h"
 #include "server/calls/cursor_call.h"
+#include "server/calls/requests.h"
 #include "server/calls/service.h"
 #include "server/convert/errors.h"
-#include "server/convert/requests.h"
+#include "server/convert/price.h"
+#include "server/convert/reply_limits.h"
+#include "server/sessions/checkpoint_bytes.h"
 
 namespace stiefel::server {
+namespace {
+
+std::size_t reply_bytes(const Session& session, const StepTask& task) {
+  return sample_bytes(session, task.fields) +
+         (task.return_checkpoint ? checkpoint_bytes(session) : 0);
+}
+
+}  // namespace
+
+grpc::Status check_size(const Session& session, const StepTask& task) {
+  const std::size_t bytes = reply_bytes(session, task);
+  return bytes <= max_reply_bytes ? grpc::Status::OK : errors::reply_too_large(bytes);
+}
 
 void answer_step(const Session& session, const Cursor& cursor, const StepTask& task,
                  v1::StepResponse* response) {
   to_proto(cursor, session.scene(), response->mutable_run_status());
   to_proto(session, cursor.simulation(), task.fields, response->mutable_sample());
   response->set_computed_steps(cursor.computed_steps());
-  if (task.checkpoint) response->set_checkpoint(encode_checkpoint(session, cursor.simulation()));
+  to_proto(session.work(cursor.start(), task.to), reply_bytes(session, task),
+           bound_of_steps(session), response->mutable_price());
+  if (task.return_checkpoint)
+    response->set_checkpoint(encode_checkpoint(session, cursor.simulation()));
+  if (task.checksum) response->mutable_sample()->set_checksum(wire::checksum(response->sample()));
 }
 
 bool step_inline(Session& session, const StepTask& task, v1::StepResponse* response) {
@@ -30,21 +51,20 @@ bool step_inline(Session& session, const StepTask& task, v1::StepResponse* respo
 grpc::ServerUnaryReactor* Service::Step(grpc::CallbackServerContext* context,
                                         const v1::StepRequest* request,
                                         v1::StepResponse* response) {
-  CallLog log(host_.log, *context, "Step", request->session_id());
+  CallLog log = open(context, "Step", request->session_id());
   const auto finish = [&](const grpc::Status& status) {
-    log.finish(status, response->computed_steps());
-    auto* reactor = context->DefaultReactor();
-    reactor->Finish(status);
-    return reactor;
+    return finished(context, log, status, response->computed_steps());
   };
   try {
-    auto session = find_session(host_, request->session_id());
+    auto session = find_session(host_, *context, request->session_id());
     if (!session) return finish(session.error());
     if (const auto status = check_step("to", request->to()); !status.ok()) return finish(status);
     auto fields = select_fields(**session, request->fields());
     if (!fields) return finish(errors::invalid(fields.error()));
 
-    StepTask task{request->to(), *std::move(fields), request->checkpoint()};
+    StepTask task{request->to(), *std::move(fields), request->return_checkpoint(),
+                  request->checksum()};
+    if (const auto status = check_size(**session, task); !status.ok()) return finish(status);
     if (step_inline(**session, task, response)) return finish(grpc::Status::OK);
     const std::int64_t to = task.to;
     return new CursorCall(

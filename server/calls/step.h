@@ -1,5 +1,7 @@
 #pragma once
 
+#include <grpcpp/support/status.h>
+
 #include <cstdint>
 #include <vector>
 
@@ -12,8 +14,12 @@ namespace stiefel::server {
 struct StepTask {
   std::int64_t to = 0;
   std::vector<std::size_t> fields;
-  bool checkpoint = false;
+  bool return_checkpoint = false;
+  bool checksum = false;
 };
+
+/// REPLY_TOO_LARGE if the reply would be.
+grpc::Status check_size(const Session& session, const StepTask& task);
 
 /// The reply from where the cursor ended.
 void answer_step(const Session& session, const Cursor& cursor, const StepTask& task,

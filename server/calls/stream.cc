@@ -5,31 +5,37 @@
 #include <stop_token>
 #include <utility>
 
+#include "proto/checksum/checksum.h"
+#include "server/calls/requests.h"
 #include "server/calls/service.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
-#include "server/convert/requests.h"
+#include "server/convert/price.h"
+#include "server/convert/stream_messages.h"
 #include "server/sessions/sampling.h"
 
 namespace stiefel::server {
 namespace {
 
-/// Fills one message on the pool while the one before is written. With one in flight and one full
-/// it rests until the reader has taken the first. Deletes itself.
+/// Fills one batch on the pool while the messages of the one before are written. With a message in
+/// flight and a full batch it rests until the reader has taken the message, and while one batch has
+/// more messages to come. Deletes itself.
 ///
 /// While the job is queued or runs, only the job touches the call; while it rests, only
 /// OnWriteDone.
 class StreamCall final : public grpc::ServerWriteReactor<v1::StreamResponse>, private Job {
  public:
   StreamCall(Host& host, CallLog log, SessionLease session, std::vector<std::size_t> fields,
-             Sampling::Range range)
+             Sampling::Range range, const v1::StreamRequest& request)
       : host_(host),
         log_(std::move(log)),
         session_(std::move(session)),
         fields_(std::move(fields)),
         range_(range),
+        checksum_(request.checksum()),
         pool_(host.pool_for((*session_)->step_cost())),
         shutdown_(host.lifecycle.stop_token(), RequestStop{stop_}) {
+    if (request.scene_arrays()) messages_.add_scene((*session_)->scene().description());
     host_.lifecycle.enter();
     pool_.submit(this);
   }
@@ -47,18 +53,17 @@ class StreamCall final : public grpc::ServerWriteReactor<v1::StreamResponse>, pr
 
  private:
   bool run_slice() noexcept override;
-  /// False when there is a message to be sent or an error to end with, true to be called again.
+  /// One slice of work. True to be called again, false when there is a message to be sent.
+  bool work();
+  /// False when there is a batch to be sent, true to be called again.
   bool fill();
-  /// True when the writer is busy and a slow scene has not filled a message: go on meanwhile.
-  bool goes_on();
-  bool waits();
   bool still_writing() {
     const std::lock_guard lock(mutex_);
     return writing_;
   }
-  /// Sends what is filled, or ends. True when there is more to fill.
+  /// Sends the next message, or ends. True when there is more to fill.
   bool send() noexcept;
-  void pack(v1::StreamResponse& message);
+  void write_next();
   void end(const grpc::Status& status);
 
   Host& host_;
@@ -66,10 +71,13 @@ class StreamCall final : public grpc::ServerWriteReactor<v1::StreamResponse>, pr
   std::optional<SessionLease> session_;
   const std::vector<std::size_t> fields_;
   const Sampling::Range range_;
+  const bool checksum_;
   Pool& pool_;
   std::optional<Sampling> sampling_;
   Batch batch_;                 // being filled
+  StreamMessages messages_;     // of the batch before, to be written
   v1::StreamResponse message_;  // being written
+  bool priced_ = false;
   std::optional<grpc::Status> error_;
   std::atomic<bool> cancelled_ = false;
   std::stop_source stop_;
@@ -82,34 +90,36 @@ class StreamCall final : public grpc::ServerWriteReactor<v1::StreamResponse>, pr
 
 bool StreamCall::run_slice() noexcept {
   try {
-    if (cancelled_) {
-      error_ = errors::cancelled();
-    } else if (fill() || goes_on()) {
-      return true;
-    } else if (still_writing()) {
-      sampling_->rest();
-    }
+    if (work()) return true;
+    if (still_writing() && sampling_) sampling_->rest();
   } catch (...) {
     error_ = errors::from_current_exception();
   }
-  return waits() ? false : send();
+  {
+    const std::lock_guard lock(mutex_);
+    resting_ = writing_;
+    if (resting_) return false;
+  }
+  return send();
 }
 
-bool StreamCall::goes_on() {
-  return still_writing() && !sampling_->done() && !sampling_->full(batch_);
-}
-
-/// True when there is a message before this one that nobody has taken yet.
-bool StreamCall::waits() {
-  const std::lock_guard lock(mutex_);
-  return resting_ = writing_;
-}
-
-bool StreamCall::fill() {
+bool StreamCall::work() {
+  if (cancelled_) {
+    error_ = errors::cancelled();
+    return false;
+  }
   if (!sampling_) {
     sampling_.emplace(**session_, fields_, range_);
     sampling_->clear(batch_);
   }
+  if (!messages_.empty()) return false;  // the arrays of the scene
+  if (fill()) return true;
+  if (cancelled_) error_ = errors::cancelled();
+  // Slow scenes: while nothing is full and the writer is busy, go on.
+  return still_writing() && !sampling_->done() && !sampling_->full(batch_);
+}
+
+bool StreamCall::fill() {
   if (host_.lifecycle.stopping()) {
     sampling_->cancel(batch_);
   } else {
@@ -120,39 +130,46 @@ bool StreamCall::fill() {
 
 bool StreamCall::send() noexcept {
   try {
-    if (!error_) pack(message_);
+    if (!error_) write_next();
   } catch (...) {
     error_ = errors::from_current_exception();
   }
-  if (error_ || sampling_->done()) {
-    end(error_ ? *error_ : grpc::Status::OK);
+  if (error_) {
+    end(*error_);
+    return false;
+  }
+  const bool more = !messages_.empty();
+  if (!more && sampling_->done()) {
+    end(grpc::Status::OK);
     return false;
   }
   {
     const std::lock_guard lock(mutex_);
     writing_ = true;
+    resting_ = more;
   }
   StartWrite(&message_);
-  return true;
+  return !more;
 }
 
-/// Moves the batch into the message, and the message's memory into the batch; the last message
-/// says how the run ended.
-void StreamCall::pack(v1::StreamResponse& message) {
-  sampling_->trim(batch_);
-  message.mutable_steps()->Assign(batch_.steps.begin(), batch_.steps.end());
-  message.mutable_times()->Assign(batch_.times.begin(), batch_.times.end());
-  for (std::size_t i = 0; i < fields_.size(); ++i) {
-    const int index = static_cast<int>(i);
-    auto* field =
-        index < message.fields_size() ? message.mutable_fields(index) : message.add_fields();
-    describe_field((*session_)->fields()[fields_[i]], batch_.size(), field);
-    field->mutable_value()->mutable_data()->swap(batch_.fields[i]);
+/// Packs what was filled, if all that came before is written, and takes the next message.
+void StreamCall::write_next() {
+  if (messages_.empty()) {
+    sampling_->trim(batch_);
+    messages_.pack(**session_, fields_, batch_, sampling_->take_checkpoint(), message_);
+    sampling_->clear(batch_);
+  } else {
+    messages_.next(message_);
   }
-  sampling_->clear(batch_);
+  if (!messages_.empty()) sampling_->rest();
   const Cursor& cursor = sampling_->cursor();
-  message.set_computed_steps(cursor.computed_steps());
-  if (sampling_->done()) to_proto(cursor, (*session_)->scene(), message.mutable_run_status());
+  message_.set_computed_steps(cursor.computed_steps());
+  if (!std::exchange(priced_, true))
+    to_proto(sampling_->work(), sampling_->bytes(), bound_of_steps(**session_),
+             message_.mutable_price());
+  if (messages_.empty() && sampling_->done())
+    to_proto(cursor, (*session_)->scene(), message_.mutable_run_status());
+  if (checksum_) message_.set_checksum(wire::checksum(message_));
 }
 
 void StreamCall::OnWriteDone(bool ok) {
@@ -188,29 +205,35 @@ grpc::Status check_range(const v1::StreamRequest& request) {
   if (const auto status = check_step("from", request.from()); !status.ok()) return status;
   if (const auto status = check_step("to", request.to(), request.from()); !status.ok())
     return status;
-  if (request.every() >= 0) return grpc::Status::OK;
-  return errors::invalid("every", std::to_string(request.every()), "must be at least 0");
+  if (request.every() < 0)
+    return errors::invalid("every", std::to_string(request.every()), "must be at least 0");
+  if (request.checkpoint_every() < 0)
+    return errors::invalid("checkpoint_every", std::to_string(request.checkpoint_every()),
+                           "must be at least 0");
+  return grpc::Status::OK;
 }
 
 }  // namespace
 
 grpc::ServerWriteReactor<v1::StreamResponse>* Service::Stream(Context* context,
                                                               const v1::StreamRequest* request) {
-  CallLog log(host_.log, *context, "Stream", request->session_id());
+  CallLog log = open(context, "Stream", request->session_id());
   const auto refuse =
       [&](const grpc::Status& status) -> grpc::ServerWriteReactor<v1::StreamResponse>* {
     log.finish(status);
     return new RefusedStream(status);
   };
   try {
-    auto session = find_session(host_, request->session_id());
+    auto session = find_session(host_, *context, request->session_id());
     if (!session) return refuse(session.error());
     if (const auto status = check_range(*request); !status.ok()) return refuse(status);
     auto fields = select_fields(**session, request->fields());
     if (!fields) return refuse(errors::invalid(fields.error()));
     return new StreamCall(
         host_, std::move(log), *std::move(session), *std::move(fields),
-        {request->from(), request->to(), std::max<std::int64_t>(request->every(), 1)});
+        {request->from(), request->to(), std::max<std::int64_t>(request->every(), 1),
+         request->checkpoint_every(), request->return_checkpoint()},
+        *request);
   } catch (...) {
     return refuse(errors::from_current_exception());
   }

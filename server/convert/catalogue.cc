@@ -1,5 +1,8 @@
 #include "engine/simulation/catalogue/methods/recommendation.h"
 #include "server/convert/convert.h"
+#include "server/convert/reply_limits.h"
+#include "server/sessions/numerics_id.h"
+#include "stiefel/version.h"
 
 namespace stiefel::server {
 namespace {
@@ -84,9 +87,18 @@ void to_proto(const MethodInfo& method, v1::MethodInfo* out) {
 
 }  // namespace
 
-void to_proto(const Catalogue& catalogue, v1::DescribeResponse* out) {
-  for (const SystemInfo& system : catalogue.systems) to_proto(system, out->add_systems());
-  for (const MethodInfo& method : catalogue.methods) to_proto(method, out->add_methods());
+void describe_engine(v1::DescribeResponse* out) {
+  out->set_numerics_id(numerics_id());
+  out->set_build(build_fingerprint());
+  auto& limits = *out->mutable_limits();
+  limits.set_max_dimension(Scene::max_dimension);
+  limits.set_max_members(Scene::max_members);
+  limits.set_max_step(Session::max_step);
+  limits.set_max_cached_steps(Checkpoints::max_count);
+  limits.set_max_cached_bytes(Checkpoints::max_bytes);
+  limits.set_max_reply_bytes(max_reply_bytes);
+  for (const SystemInfo& system : catalogue().systems) to_proto(system, out->add_systems());
+  for (const MethodInfo& method : catalogue().methods) to_proto(method, out->add_methods());
 }
 
 void to_proto(const Diagnosis& diagnosis, v1::DiagnoseResponse* out) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <expected>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -25,13 +26,26 @@ std::expected<MethodDescription, Violations> from_proto(const v1::Method& method
                                                         const Place& place = {});
 void to_proto(const SceneDescription& description, v1::Scene* out);
 void to_proto(const MethodDescription& method, v1::Method* out);
+/// Of the fields, by their paths in the scene, those that are wanted: "step", "method.order",
+/// "initial.Q".
+using Selection = std::function<bool(std::string_view path)>;
+void to_proto(const SceneDescription& description, const Selection& wanted, v1::Scene* out);
 
 /// The same of single matrices, which must be finite, and back.
 std::expected<Block, Violations> from_proto(const std::string& path, const v1::Matrix& matrix);
 void to_proto(const RowMatrix& values, v1::Matrix* out);
 
-void to_proto(const Catalogue& catalogue, v1::DescribeResponse* out);
-void to_proto(const Session& session, const Registry& registry, v1::Session* out);
+/// The catalogue, the numerics id, and the limits that are the engine's or a session's.
+void describe_engine(v1::DescribeResponse* out);
+/// As the view asks; `resolution` is how the caller's scene became the session's.
+void to_proto(const Session& session, const Resolution& resolution, const Registry& registry,
+              const v1::SessionView& view, v1::Session* out);
+/// The method of a scene, and what it was chosen for.
+void to_proto(const Scene& scene, const ChosenMethod& choice, v1::Choice* out);
+/// Id, system and times alone; the view's scene, if it asks for one, as it was filled in for the
+/// session's creator.
+void to_list(const Session& session, const Registry& registry, const v1::SessionView& view,
+             v1::Session* out);
 void to_proto(const RunStatus& run_status, v1::RunStatus* out);
 /// How a cursor over states of `scene` ended, with the sentence for its last good state.
 void to_proto(const Cursor& cursor, const Scene& scene, v1::RunStatus* out);
@@ -44,10 +58,13 @@ using FieldNames = google::protobuf::RepeatedPtrField<std::string>;
 std::expected<std::vector<std::size_t>, Violations> select_fields(const Session& session,
                                                                   const FieldNames& names);
 
-/// Name and shape: {samples, members, rows, cols}, without `samples` when that is absent, and
+/// Name, type and shape: {samples, members, rows, cols}, without `samples` when that is absent, and
 /// `members` in ensembles only.
-void describe_field(const Field& field, std::optional<std::size_t> samples, v1::Field* out);
-/// The state as it is now.
+void describe_field(const Session& session, const Field& field, std::optional<std::size_t> samples,
+                    v1::Field* out);
+/// Bytes of the fields at one step.
+std::size_t sample_bytes(const Session& session, const std::vector<std::size_t>& fields);
+/// The state as it is now, without checksum.
 void to_proto(const Session& session, const Simulation& simulation,
               const std::vector<std::size_t>& fields, v1::Sample* out);
 

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "engine/linalg/arithmetic/to_text.h"
-#include "stiefel/v1/error.pb.h"
+#include "server/convert/reply_limits.h"
 
 namespace stiefel::server::errors {
 namespace {
@@ -15,6 +15,7 @@ namespace {
 // Status and details travel in trailers, of which clients accept 8 KiB.
 constexpr std::size_t max_text = 200;
 constexpr std::size_t max_total = 2000;
+constexpr int seconds_to_a_free_session = 1;
 
 /// Cuts at a character, never inside one.
 std::string shortened(std::string_view text) {
@@ -51,14 +52,18 @@ void add_reason(const Violations& violations, v1::Status& status) {
 
 using Metadata = std::initializer_list<std::pair<const char*, std::string_view>>;
 
-grpc::Status info(grpc::StatusCode code, const std::string& message, const char* reason,
-                  Metadata metadata = {}) {
+void add_info(const char* reason, Metadata metadata, v1::Status& status) {
   v1::ErrorInfo detail;
   detail.set_reason(reason);
   detail.set_domain("stiefel");
   for (const auto& [key, value] : metadata) (*detail.mutable_metadata())[key] = shortened(value);
-  v1::Status status;
   add_detail("ErrorInfo", detail, status);
+}
+
+grpc::Status info(grpc::StatusCode code, const std::string& message, const char* reason,
+                  Metadata metadata = {}) {
+  v1::Status status;
+  add_info(reason, metadata, status);
   return make(code, message, std::move(status));
 }
 
@@ -106,16 +111,43 @@ grpc::Status session_has_other_scene(std::string_view id) {
 
 grpc::Status too_many_sessions(std::uint32_t max_sessions) {
   const std::string limit = std::to_string(max_sessions);
-  return info(grpc::RESOURCE_EXHAUSTED,
-              "this server holds at most " + limit + " sessions: delete one or wait",
-              "TOO_MANY_SESSIONS", {{"max_sessions", limit}});
+  const std::string message =
+      "this server holds at most " + limit + " sessions: delete one or wait";
+  v1::Status status;
+  add_info("TOO_MANY_SESSIONS", {{"max_sessions", limit}}, status);
+  v1::QuotaFailure quota;
+  quota.add_violations()->set_subject("sessions");
+  quota.mutable_violations(0)->set_description("at most " + limit);
+  add_detail("QuotaFailure", quota, status);
+  v1::RetryInfo retry;
+  retry.mutable_retry_delay()->set_seconds(seconds_to_a_free_session);
+  add_detail("RetryInfo", retry, status);
+  return make(grpc::RESOURCE_EXHAUSTED, message, std::move(status));
 }
 
-grpc::Status checkpoint_of_other_build(std::string_view theirs, std::string_view ours) {
+grpc::Status checkpoint_of_other_numerics(std::string_view theirs, std::string_view ours) {
   return info(grpc::FAILED_PRECONDITION,
-              "checkpoint: written by build '" + shortened(theirs) + "', this is build '" +
-                  shortened(ours) + "': the bits could differ",
-              "CHECKPOINT_OF_OTHER_BUILD", {{"checkpoint_build", theirs}, {"server_build", ours}});
+              "checkpoint: written with the numerics id " + shortened(theirs) +
+                  ", this server has " + shortened(ours) + ": the bits could differ",
+              "CHECKPOINT_OF_OTHER_NUMERICS",
+              {{"checkpoint_numerics_id", theirs}, {"server_numerics_id", ours}});
+}
+
+grpc::Status reply_too_large(std::size_t bytes) {
+  const std::string needed = std::to_string(bytes), most = std::to_string(max_reply_bytes);
+  return invalid({{"fields",
+                   needed + " bytes",
+                   "a reply has at most " + most +
+                       ": name fewer fields, or use Stream, which sends "
+                       "a state of any size in parts",
+                   "REPLY_TOO_LARGE",
+                   {{"bytes", needed}, {"max_bytes", most}}}});
+}
+
+grpc::Status overflow(const Place& place, const Overflow& overflow) {
+  return invalid(
+      {place.violation("", overflow.field + " = " + to_text(overflow.value) + " at step 0",
+                       "numbers are so large or so small that a field overflows")});
 }
 
 grpc::Status outside_domain(const OutsideDomain& outside) {
@@ -126,11 +158,11 @@ grpc::Status outside_domain(const OutsideDomain& outside) {
               "OUTSIDE_DOMAIN", {{"domain", outside.domain}, {"value", value}, {"bound", bound}});
 }
 
-grpc::Status unequal_determinants(int Q_0, int Q_T) {
+grpc::Status unequal_determinants(const std::string& field, int Q_0, int Q_T) {
   const std::string first = std::to_string(Q_0), last = std::to_string(Q_T);
   return info(
       grpc::INVALID_ARGUMENT,
-      "Q_T: det Q_0 = " + first + " and det Q_T = " + last + ": no path of frames joins them",
+      field + ": det Q_0 = " + first + " and det Q_T = " + last + ": no path of frames joins them",
       "UNEQUAL_DETERMINANTS", {{"Q_0", first}, {"Q_T", last}});
 }
 
@@ -150,6 +182,13 @@ grpc::Status out_of_memory() {
 
 grpc::Status internal(std::string_view what) {
   return info(grpc::INTERNAL, shortened(what), "INTERNAL_ERROR");
+}
+
+void to_proto(const grpc::Status& status, v1::Status* out) {
+  if (out->ParseFromString(status.error_details()) && out->code() == status.error_code()) return;
+  out->Clear();
+  out->set_code(status.error_code());
+  out->set_message(status.error_message());
 }
 
 grpc::Status from_current_exception() {

@@ -7,7 +7,9 @@
 #include <string_view>
 
 #include "engine/representations/outside_domain.h"
+#include "server/sessions/session.h"
 #include "stiefel/scene.h"
+#include "stiefel/v1/error.pb.h"
 
 /// Every error the service answers with, and nothing else does. The message is for people; the
 /// details say the same to programs (error.proto).
@@ -21,14 +23,21 @@ grpc::Status invalid(std::string field, std::string value, std::string rule);
 grpc::Status session_not_found(std::string_view id, const char* field = "session_id");
 /// ALREADY_EXISTS, SESSION_HAS_OTHER_SCENE with `session_id`.
 grpc::Status session_has_other_scene(std::string_view id);
-/// RESOURCE_EXHAUSTED, TOO_MANY_SESSIONS with `max_sessions`.
+/// RESOURCE_EXHAUSTED, TOO_MANY_SESSIONS with `max_sessions`; a QuotaFailure, and a RetryInfo: a
+/// session may expire or be deleted by then.
 grpc::Status too_many_sessions(std::uint32_t max_sessions);
-/// FAILED_PRECONDITION, CHECKPOINT_OF_OTHER_BUILD with `checkpoint_build` and `server_build`.
-grpc::Status checkpoint_of_other_build(std::string_view theirs, std::string_view ours);
+/// FAILED_PRECONDITION, CHECKPOINT_OF_OTHER_NUMERICS with `checkpoint_numerics_id` and
+/// `server_numerics_id`.
+grpc::Status checkpoint_of_other_numerics(std::string_view theirs, std::string_view ours);
+/// INVALID_ARGUMENT of `fields`, REPLY_TOO_LARGE with `bytes` and `max_bytes`: Stream sends it in
+/// parts.
+grpc::Status reply_too_large(std::size_t bytes);
+/// INVALID_ARGUMENT: a scene whose field is not finite at step 0.
+grpc::Status overflow(const Place& place, const Overflow& overflow);
 /// INVALID_ARGUMENT, OUTSIDE_DOMAIN with `domain`, `value` and `bound`.
 grpc::Status outside_domain(const OutsideDomain& outside);
-/// INVALID_ARGUMENT, UNEQUAL_DETERMINANTS with `Q_0` and `Q_T`.
-grpc::Status unequal_determinants(int Q_0, int Q_T);
+/// INVALID_ARGUMENT, UNEQUAL_DETERMINANTS with `Q_0` and `Q_T`, the two signs.
+grpc::Status unequal_determinants(const std::string& field, int Q_0, int Q_T);
 /// UNAVAILABLE, SHUTTING_DOWN.
 grpc::Status shutting_down();
 /// CANCELLED: the caller went away.
@@ -37,6 +46,9 @@ grpc::Status cancelled();
 grpc::Status out_of_memory();
 /// INTERNAL, INTERNAL_ERROR: a fault of ours.
 grpc::Status internal(std::string_view what);
+
+/// A status as a message, with its details.
+void to_proto(const grpc::Status& status, v1::Status* out);
 
 /// The status for the exception being handled.
 grpc::Status from_current_exception();

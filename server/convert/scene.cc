@@ -22,6 +22,9 @@ const FieldDescriptor* field_of(const Message& message, std::string_view name) {
   return found;
 }
 
+/// What the engine writes into a description and no caller does.
+bool is_on_the_wire(std::string_view name) { return name != "choice"; }
+
 /// Reads a description's fields by their names: one overload for each type that they have.
 class Reader {
  public:
@@ -31,7 +34,8 @@ class Reader {
   template <Description T>
   void read(const Message& from, const std::string& within, T& out) {
     for_each_field<T>([&](const auto& field) {
-      read(from, field_of(from, field.name), within + std::string(field.name), out.*field.member);
+      if (is_on_the_wire(field.name))
+        read(from, field_of(from, field.name), within + std::string(field.name), out.*field.member);
     });
   }
   template <class T>
@@ -85,40 +89,57 @@ class Reader {
   Faults faults_;
 };
 
-/// Writes a description's fields by their names, those that are there.
-struct Writer {
+/// Writes the fields of a description that a selection wants and that are there, by their names.
+class Writer {
+ public:
+  explicit Writer(const Selection& wanted) : wanted_(wanted) {}
+
+  /// `within`: where `description` is in the scene, "" or "method.".
   template <Description T>
-  static void write(const T& description, Message* to) {
+  void write(const T& description, const std::string& within, Message* to) const {
     for_each_field<T>([&](const auto& field) {
-      write(description.*field.member, to, field_of(*to, field.name));
+      if (is_on_the_wire(field.name))
+        write(description.*field.member, within + std::string(field.name), to,
+              field_of(*to, field.name));
     });
   }
 
  private:
   using Field = const FieldDescriptor*;
+  using Path = const std::string&;
 
-  static void write(const std::string& value, Message* to, Field field) {
-    to->GetReflection()->SetString(to, field, value);
+  void write(const std::string& value, Path path, Message* to, Field field) const {
+    if (wanted_(path)) to->GetReflection()->SetString(to, field, value);
   }
-  static void write(const std::optional<double>& value, Message* to, Field field) {
-    if (value) to->GetReflection()->SetDouble(to, field, *value);
+  void write(const std::optional<double>& value, Path path, Message* to, Field field) const {
+    if (value && wanted_(path)) to->GetReflection()->SetDouble(to, field, *value);
   }
-  static void write(const std::optional<int>& value, Message* to, Field field) {
-    if (value) to->GetReflection()->SetUInt32(to, field, static_cast<std::uint32_t>(*value));
+  void write(const std::optional<int>& value, Path path, Message* to, Field field) const {
+    if (value && wanted_(path))
+      to->GetReflection()->SetUInt32(to, field, static_cast<std::uint32_t>(*value));
   }
-  static void write(const std::vector<double>& values, Message* to, Field field) {
+  void write(const std::vector<double>& values, Path path, Message* to, Field field) const {
+    if (!wanted_(path)) return;
     const auto numbers = to->GetReflection()->GetMutableRepeatedFieldRef<double>(to, field);
     for (const double value : values) numbers.Add(value);
   }
-  static void write(const std::map<std::string, Block>& blocks, Message* to, Field) {
+  void write(const std::map<std::string, Block>& blocks, Path path, Message* to, Field) const {
     auto& initial = *dynamic_cast<v1::Scene&>(*to).mutable_initial();
-    for (const auto& [name, block] : blocks) write_block(block, &initial[name]);
+    for (const auto& [name, block] : blocks)
+      if (wanted_(path + "." + name)) write_block(block, &initial[name]);
   }
   template <Description T>
-  static void write(const std::optional<T>& value, Message* to, Field field) {
-    if (value) write(*value, to->GetReflection()->MutableMessage(to, field));
+  void write(const std::optional<T>& value, Path path, Message* to, Field field) const {
+    if (!value) return;
+    Message* nested = to->GetReflection()->MutableMessage(to, field);
+    write(*value, path + ".", nested);
+    if (nested->ByteSizeLong() == 0) to->GetReflection()->ClearField(to, field);
   }
+
+  const Selection& wanted_;
 };
+
+const Selection everything = [](std::string_view) { return true; };
 
 }  // namespace
 
@@ -137,10 +158,16 @@ std::expected<SceneDescription, Violations> from_proto(const v1::Scene& scene, c
   return reader.result(std::move(out));
 }
 
-void to_proto(const MethodDescription& method, v1::Method* out) { Writer::write(method, out); }
+void to_proto(const MethodDescription& method, v1::Method* out) {
+  Writer(everything).write(method, "method.", out);
+}
 
 void to_proto(const SceneDescription& description, v1::Scene* out) {
-  Writer::write(description, out);
+  to_proto(description, everything, out);
+}
+
+void to_proto(const SceneDescription& description, const Selection& wanted, v1::Scene* out) {
+  Writer(wanted).write(description, "", out);
 }
 
 }  // namespace stiefel::server

@@ -1,20 +1,13 @@
-#include <google/protobuf/util/time_util.h>
-
 #include <algorithm>
 
 #include "engine/simulation/scene/near_name.h"
 #include "server/convert/convert.h"
+#include "server/sessions/field_bytes.h"
 #include "stiefel/scene.h"
 #include "stiefel/simulation.h"
-#include "stiefel/version.h"
 
 namespace stiefel::server {
 namespace {
-
-google::protobuf::Timestamp timestamp(std::chrono::system_clock::time_point time) {
-  const auto since = std::chrono::duration_cast<std::chrono::nanoseconds>(time.time_since_epoch());
-  return google::protobuf::util::TimeUtil::NanosecondsToTimestamp(since.count());
-}
 
 v1::Outcome outcome(Outcome value) {
   switch (value) {
@@ -33,18 +26,6 @@ v1::Outcome outcome(Outcome value) {
 }
 
 }  // namespace
-
-void to_proto(const Session& session, const Registry& registry, v1::Session* out) {
-  out->set_session_id(session.id());
-  to_proto(session.scene().description(), out->mutable_scene());
-  out->set_build(build_fingerprint());
-  const auto steps = session.checkpoints();
-  out->mutable_checkpoints()->Add(steps.begin(), steps.end());
-  out->set_cursor(session.cursor());
-  *out->mutable_create_time() = timestamp(session.create_time());
-  *out->mutable_expire_time() = timestamp(registry.expire_time(session));
-  for (std::string& warning : warnings(session.scene())) out->add_warnings(std::move(warning));
-}
 
 void to_proto(const RunStatus& run_status, v1::RunStatus* out) {
   out->set_outcome(outcome(run_status.outcome));
@@ -88,15 +69,24 @@ std::expected<std::vector<std::size_t>, Violations> select_fields(const Session&
   return selected;
 }
 
-void describe_field(const Field& field, std::optional<std::size_t> samples, v1::Field* out) {
+void describe_field(const Session& session, const Field& field, std::optional<std::size_t> samples,
+                    v1::Field* out) {
   out->set_name(field.name);
   v1::Tensor* tensor = out->mutable_value();
-  tensor->set_data_type(field.complex ? v1::DATA_TYPE_COMPLEX128 : v1::DATA_TYPE_FLOAT64);
+  tensor->set_data_type(field.complex              ? v1::DATA_TYPE_COMPLEX128
+                        : is_float(session, field) ? v1::DATA_TYPE_FLOAT32
+                                                   : v1::DATA_TYPE_FLOAT64);
   tensor->clear_shape();
   if (samples) tensor->add_shape(*samples);
   if (field.members > 0) tensor->add_shape(static_cast<std::uint64_t>(field.members));
   tensor->add_shape(static_cast<std::uint64_t>(field.rows));
   tensor->add_shape(static_cast<std::uint64_t>(field.cols));
+}
+
+std::size_t sample_bytes(const Session& session, const std::vector<std::size_t>& fields) {
+  std::size_t bytes = 0;
+  for (const std::size_t index : fields) bytes += field_bytes(session, session.fields()[index]);
+  return bytes;
 }
 
 void to_proto(const Session& session, const Simulation& simulation,
@@ -106,11 +96,10 @@ void to_proto(const Session& session, const Simulation& simulation,
   for (const std::size_t index : fields) {
     const Field& field = session.fields()[index];
     v1::Field* to = out->add_fields();
-    describe_field(field, std::nullopt, to);
-    const auto size = static_cast<std::size_t>(field.size());
+    describe_field(session, field, std::nullopt, to);
     std::string& bytes = *to->mutable_value()->mutable_data();
-    bytes.resize(size * sizeof(double));
-    simulation.write(index, {reinterpret_cast<double*>(bytes.data()), size});
+    bytes.resize(field_bytes(session, field));
+    write_field(session, simulation, index, bytes.data());
   }
 }
 

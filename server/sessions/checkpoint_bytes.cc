@@ -1,18 +1,18 @@
 #include "server/sessions/checkpoint_bytes.h"
-#include "stiefel/version.h"
 
 #include <bit>
 #include <cstring>
 #include <optional>
 
 #include "server/sessions/identity.h"
+#include "server/sessions/numerics_id.h"
 
 namespace stiefel::server {
 namespace {
 
 static_assert(std::endian::native == std::endian::little);
 
-constexpr std::string_view magic = "STFLCKP1";
+constexpr std::string_view magic = "STFLCKP2";
 
 void append(std::string& bytes, std::uint64_t value) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
@@ -47,15 +47,20 @@ class Reader {
 std::string encode_checkpoint(const Session& session, const Simulation& simulation) {
   std::vector<double> saved(simulation.saved_size());
   simulation.save(saved);
-  const std::string& build = build_fingerprint();
   std::string bytes(magic);
-  append(bytes, build.size());
-  bytes += build;
+  append(bytes, numerics_id().size());
+  bytes += numerics_id();
   append(bytes, hash(session.identity()));
   append(bytes, static_cast<std::uint64_t>(simulation.step()));
   bytes.append(reinterpret_cast<const char*>(saved.data()), saved.size() * sizeof(double));
   append(bytes, hash(bytes));
   return bytes;
+}
+
+std::size_t checkpoint_bytes(const Session& session) {
+  constexpr std::size_t numbers = 4;  // length of the numerics id, scene, step, checksum
+  return magic.size() + numerics_id().size() + numbers * sizeof(std::uint64_t) +
+         session.saved_size() * sizeof(double);
 }
 
 std::expected<Checkpoint, CheckpointRefusal> decode_checkpoint(const Session& session,
@@ -68,12 +73,13 @@ std::expected<Checkpoint, CheckpointRefusal> decode_checkpoint(const Session& se
   Reader in(body);
   if (in.bytes(magic.size()) != magic) return corrupt;
   const auto length = in.number();
-  const auto build = in.bytes(length.value_or(0));
+  const auto numerics = in.bytes(length.value_or(0));
   const auto scene = in.number();
   const auto step = in.number();
-  if (!length || !build || !scene || !step) return corrupt;
-  if (*build != build_fingerprint()) {
-    return std::unexpected(CheckpointRefusal{CheckpointFault::other_build, std::string(*build)});
+  if (!length || !numerics || !scene || !step) return corrupt;
+  if (*numerics != numerics_id()) {
+    return std::unexpected(
+        CheckpointRefusal{CheckpointFault::other_numerics, std::string(*numerics)});
   }
   if (*scene != hash(session.identity())) {
     return std::unexpected(CheckpointRefusal{CheckpointFault::other_scene, {}});

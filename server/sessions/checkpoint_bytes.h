@@ -16,16 +16,20 @@ struct Checkpoint {
   std::vector<double> saved;
 };
 
-enum class CheckpointFault { corrupt, other_scene, other_build };
+enum class CheckpointFault { corrupt, other_scene, other_numerics };
 struct CheckpointRefusal {
   CheckpointFault fault;
-  std::string build;  ///< other_build: the one that wrote it
+  std::string numerics_id;  ///< other_numerics: of the server that wrote it
 };
 
-/// Opaque to clients: magic, format version, build, hash of the scene, step, doubles, checksum.
+/// Opaque to clients: magic, format version, numerics id, hash of the scene, step, doubles,
+/// checksum.
 std::string encode_checkpoint(const Session& session, const Simulation& simulation);
 
-/// For a session of the same resolved scene and build; never trusts the bytes.
+/// How many they are.
+std::size_t checkpoint_bytes(const Session& session);
+
+/// For a session of the same resolved scene and numerics id; never trusts the bytes.
 std::expected<Checkpoint, CheckpointRefusal> decode_checkpoint(const Session& session,
                                                                std::string_view bytes);
 

@@ -16,6 +16,7 @@ class Cursor {
   Cursor(Session& session, std::int64_t to)
       : session_(&session),
         simulation_(session.lease(to)),
+        start_(simulation_->step()),
         mark_(session.next_checkpoint(simulation_->step())) {}
   Cursor(Cursor&&) = default;
   Cursor& operator=(Cursor&&) = delete;
@@ -39,6 +40,8 @@ class Cursor {
   void rest();
 
   const RunStatus& run_status() const { return run_status_; }
+  /// The step of the state that it began with.
+  std::int64_t start() const { return start_; }
   const Simulation& simulation() const { return *simulation_; }
   std::int64_t step() const { return simulation_->step(); }
   /// `Simulation::rate` at the last good state of a cursor that left the domain; else 0.
@@ -56,6 +59,7 @@ class Cursor {
 
   Session* session_;
   std::unique_ptr<Simulation> simulation_;
+  std::int64_t start_;
   std::int64_t rested_at_ = 0;
   std::vector<double> rested_;  // the state while there is no simulation
   std::int64_t mark_;

@@ -12,8 +12,8 @@ Registry::Registry(std::uint32_t max_sessions, std::chrono::milliseconds idle_ti
                                                  : Clock(&std::chrono::steady_clock::now))) {}
 
 std::expected<Registry::Created, Registry::CreateError> Registry::create(
-    const std::string& id, Scene scene, std::string_view checkpoint) {
-  const auto fresh = std::make_shared<Session>(id, std::move(scene), clock_);
+    const std::string& id, Scene scene, std::string_view checkpoint, Resolution resolution) {
+  const auto fresh = std::make_shared<Session>(id, std::move(scene), clock_, std::move(resolution));
   if (auto fault = fresh->overflow()) return std::unexpected(*std::move(fault));
   if (!checkpoint.empty()) {
     auto decoded = decode_checkpoint(*fresh, checkpoint);

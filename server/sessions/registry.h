@@ -37,7 +37,8 @@ class Registry {
   /// that id, if its scene is the same. The checkpoint is checked in any case, and that the fields
   /// at step 0 are finite numbers: no other is ever sent.
   std::expected<Created, CreateError> create(const std::string& id, Scene scene,
-                                             std::string_view checkpoint);
+                                             std::string_view checkpoint,
+                                             Resolution resolution = {});
   std::optional<SessionLease> find(std::string_view id) const;
   /// False if there was none.
   bool erase(std::string_view id);

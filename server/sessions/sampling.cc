@@ -1,21 +1,18 @@
 #include "server/sessions/sampling.h"
 
 #include <algorithm>
-#include <bit>
 #include <utility>
 
+#include "server/sessions/checkpoint_bytes.h"
+#include "server/sessions/field_bytes.h"
 #include "server/sessions/pool.h"
 
 namespace stiefel::server {
 namespace {
 
-static_assert(std::endian::native == std::endian::little);
-
 std::size_t sample_bytes(const Session& session, const std::vector<std::size_t>& fields) {
   std::size_t bytes = 2 * sizeof(double);  // step and time
-  for (const std::size_t field : fields) {
-    bytes += sizeof(double) * static_cast<std::size_t>(session.fields()[field].size());
-  }
+  for (const std::size_t field : fields) bytes += field_bytes(session, session.fields()[field]);
   return bytes;
 }
 
@@ -27,7 +24,8 @@ Sampling::Sampling(Session& session, std::vector<std::size_t> fields, Range rang
       range_(range),
       cursor_(session, range.from),
       capacity_(std::max<std::size_t>(1, batch_bytes / sample_bytes(session, fields_))),
-      next_(range.from) {
+      next_(range.from),
+      last_checkpoint_(range.from) {
   const auto samples = (range.to - range.from) / range.every + 2;
   capacity_ = std::min(capacity_, static_cast<std::size_t>(samples));
 }
@@ -35,12 +33,12 @@ Sampling::Sampling(Session& session, std::vector<std::size_t> fields, Range rang
 void Sampling::fill(Batch& batch, const std::stop_token& stop) {
   std::int64_t budget = slice_steps(session_.step_cost());
   while (!done_ && !full(batch) && cursor_.advance(next_, budget, stop)) {
-    if (!cursor_.run_status().reached()) {
-      done_ = true;
-      return sample(batch);
-    }
     sample(batch);
-    done_ = next_ == range_.to;
+    if (!cursor_.run_status().reached() || next_ == range_.to) return end();
+    if (range_.checkpoint_every > 0 && last_ - last_checkpoint_ >= range_.checkpoint_every) {
+      last_checkpoint_ = last_;
+      checkpoint_ = encode_checkpoint(session_, cursor_.simulation());
+    }
     next_ = range_.to - next_ > range_.every ? next_ + range_.every : range_.to;
   }
 }
@@ -48,8 +46,20 @@ void Sampling::fill(Batch& batch, const std::stop_token& stop) {
 void Sampling::cancel(Batch& batch) {
   if (done_) return;
   cursor_.cancel();
-  done_ = true;
   sample(batch);
+  end();
+}
+
+void Sampling::end() {
+  done_ = true;
+  if (range_.checkpoint_at_end) checkpoint_ = encode_checkpoint(session_, cursor_.simulation());
+}
+
+std::uint64_t Sampling::bytes() const {
+  const auto steps = static_cast<std::uint64_t>(range_.to - range_.from);
+  const auto every = static_cast<std::uint64_t>(range_.every);
+  const std::uint64_t samples = steps / every + (steps % every > 0) + 1;
+  return samples * sample_bytes(session_, fields_);
 }
 
 void Sampling::sample(Batch& batch) {
@@ -60,12 +70,11 @@ void Sampling::sample(Batch& batch) {
   batch.steps.push_back(last_);
   batch.times.push_back(session_.scene().time(last_));
   for (std::size_t i = 0; i < fields_.size(); ++i) {
-    const auto size = static_cast<std::size_t>(session_.fields()[fields_[i]].size());
+    const std::size_t size = field_bytes(session_, session_.fields()[fields_[i]]);
     std::string& bytes = batch.fields[i];
     const std::size_t samples = std::max(capacity_, index + 1);
-    if (bytes.size() < samples * size * sizeof(double))
-      bytes.resize(samples * size * sizeof(double));
-    simulation.write(fields_[i], {reinterpret_cast<double*>(bytes.data()) + index * size, size});
+    if (bytes.size() < samples * size) bytes.resize(samples * size);
+    write_field(session_, simulation, fields_[i], bytes.data() + index * size);
   }
 }
 
@@ -77,8 +86,7 @@ void Sampling::clear(Batch& batch) const {
 
 void Sampling::trim(Batch& batch) const {
   for (std::size_t i = 0; i < fields_.size(); ++i) {
-    const auto size = static_cast<std::size_t>(session_.fields()[fields_[i]].size());
-    batch.fields[i].resize(batch.size() * size * sizeof(double));
+    batch.fields[i].resize(batch.size() * field_bytes(session_, session_.fields()[fields_[i]]));
   }
 }
 

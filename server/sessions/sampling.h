@@ -3,13 +3,15 @@
 #include <atomic>
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "server/sessions/cursor.h"
 
 namespace stiefel::server {
 
-/// Samples side by side: the bytes of each field are (samples, rows, cols), little-endian doubles.
+/// Samples side by side: the bytes of each field are (samples, rows, cols), as `write_field` writes
+/// them.
 struct Batch {
   std::vector<std::int64_t> steps;
   std::vector<double> times;
@@ -27,19 +29,25 @@ class Sampling {
 
   struct Range {
     std::int64_t from, to, every;
+    /// Checkpoints at the first sample so many steps past `from` or the checkpoint before; 0: none.
+    std::int64_t checkpoint_every = 0;
+    bool checkpoint_at_end = false;
   };
   Sampling(Session& session, std::vector<std::size_t> fields, Range range);
 
   /// One slice: goes on until the batch is full, all is sampled or the slice is over. Asked to stop
   /// it ends with the last good state.
   void fill(Batch& batch, const std::stop_token& stop = {});
-  bool full(const Batch& batch) const { return batch.size() >= capacity_; }
+  bool full(const Batch& batch) const { return batch.size() >= capacity_ || !checkpoint_.empty(); }
   /// Nothing comes after what is in the batch: `to` is reached, or see `cursor().run_status()`.
   bool done() const { return done_; }
   /// Until the next `fill`: see Cursor.
   void rest() { cursor_.rest(); }
   /// Ends with the last good state.
   void cancel(Batch& batch);
+  /// The checkpoint of the last sample, if the range asks for one there: before the next `fill`,
+  /// once.
+  std::string take_checkpoint() { return std::exchange(checkpoint_, {}); }
 
   /// Makes the batch empty; its memory is kept.
   void clear(Batch& batch) const;
@@ -47,11 +55,15 @@ class Sampling {
   void trim(Batch& batch) const;
 
   const Cursor& cursor() const { return cursor_; }
+  /// Units of work that it is predicted to take, and bytes of its fields, if it reaches `to`.
+  double work() const { return session_.work(cursor_.start(), range_.to); }
+  std::uint64_t bytes() const;
   /// The samples a batch holds at most.
   std::size_t capacity() const { return capacity_; }
 
  private:
   void sample(Batch& batch);
+  void end();
 
   Session& session_;
   const std::vector<std::size_t> fields_;
@@ -60,6 +72,8 @@ class Sampling {
   std::size_t capacity_;
   std::int64_t next_;
   std::int64_t last_ = -1;
+  std::int64_t last_checkpoint_;
+  std::string checkpoint_;
   bool done_ = false;
 };
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "engine/simulation/catalogue/methods/step_weight.h"
 #include "server/sessions/identity.h"
 #include "server/sessions/pool.h"
 
@@ -47,9 +48,11 @@ Saved save(const Simulation& simulation) {
 
 }  // namespace
 
-Session::Session(std::string id, Scene scene, std::shared_ptr<const Clock> clock)
+Session::Session(std::string id, Scene scene, std::shared_ptr<const Clock> clock,
+                 Resolution resolution)
     : id_(std::move(id)),
       scene_(std::move(scene)),
+      resolution_(std::move(resolution)),
       identity_(identity_of(scene_.description())),
       clock_(std::move(clock)),
       checkpoints_(1) {
@@ -58,6 +61,11 @@ Session::Session(std::string id, Scene scene, std::shared_ptr<const Clock> clock
   block_count_ = simulation->block_count();
   saved_size_ = simulation->saved_size();
   step_cost_ = simulation->step_cost();
+  direct_ = simulation->direct();
+  const auto members = scene_.members();
+  step_work_ = (members.empty() ? step_weight(scene_)
+                                : step_weight(members[0]) * static_cast<double>(members.size())) *
+               (direct_ ? 1 : scene_.substeps());
   overflow_ = find_overflow(*simulation);
   checkpoints_ = Checkpoints(first_spacing(step_cost_, saved_size_ * sizeof(double)));
   checkpoints_.put(0, save(*simulation));
@@ -139,7 +147,12 @@ void Session::adopt(std::int64_t step, std::vector<double> saved) {
   spacing_ = checkpoints_.spacing();
 }
 
-std::vector<std::int64_t> Session::checkpoints() const {
+double Session::work(std::int64_t from, std::int64_t to) const {
+  const double steps = static_cast<double>(to - from);
+  return step_work_ * (direct_ ? std::min(1.0, steps) : steps);
+}
+
+std::vector<std::int64_t> Session::cached_steps() const {
   const std::lock_guard lock(mutex_);
   return checkpoints_.steps();
 }

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "server/sessions/checkpoints.h"
+#include "server/sessions/resolution.h"
 #include "stiefel/scene.h"
 #include "stiefel/simulation.h"
 
@@ -33,16 +34,22 @@ class Session {
  public:
   static constexpr std::int64_t max_step = std::int64_t{1} << 53;
 
-  Session(std::string id, Scene scene, std::shared_ptr<const Clock> clock);
+  Session(std::string id, Scene scene, std::shared_ptr<const Clock> clock,
+          Resolution resolution = {});
 
   const std::string& id() const { return id_; }
   const Scene& scene() const { return scene_; }
+  /// How the scene came from what the session's creator gave.
+  const Resolution& resolution() const { return resolution_; }
   /// Equal exactly for equal resolved scenes.
   const std::string& identity() const { return identity_; }
   const std::vector<Field>& fields() const { return fields_; }
   std::size_t block_count() const { return block_count_; }
   std::size_t saved_size() const { return saved_size_; }
   double step_cost() const { return step_cost_; }
+  /// Units of work, instructions, that the steps between two states are predicted to take; where a
+  /// method chooses its own steps, at least.
+  double work(std::int64_t from, std::int64_t to) const;
   /// A field that is not finite at step 0, if there is one: 1/λ or λ_i + λ_j of numbers that were
   /// themselves in order.
   const std::optional<Overflow>& overflow() const { return overflow_; }
@@ -60,7 +67,8 @@ class Session {
   /// Keeps a state that came from elsewhere; `saved_size()` numbers.
   void adopt(std::int64_t step, std::vector<double> saved);
 
-  std::vector<std::int64_t> checkpoints() const;
+  /// The steps of the states that it caches, step 0 first.
+  std::vector<std::int64_t> cached_steps() const;
   /// The step that the last call left it at.
   std::int64_t cursor() const { return cursor_.load(std::memory_order_relaxed); }
 
@@ -77,6 +85,7 @@ class Session {
 
   const std::string id_;
   const Scene scene_;
+  const Resolution resolution_;
   const std::string identity_;
   const std::shared_ptr<const Clock> clock_;
   const std::chrono::system_clock::time_point create_time_ = std::chrono::system_clock::now();
@@ -84,6 +93,8 @@ class Session {
   std::size_t block_count_ = 0;
   std::size_t saved_size_ = 0;
   double step_cost_ = 1;
+  double step_work_ = 0;
+  bool direct_ = false;
   std::optional<Overflow> overflow_;
 
   std::atomic<std::int64_t> cursor_ = 0;

@@ -4,8 +4,8 @@
 
 #include <stdexcept>
 
-#include "client/cpp/client.h"
 #include "echo.grpc.pb.h"
+#include "stiefel/client/client.h"
 #include "tests/bench/measure.h"
 #include "tests/bench/scenes.h"
 

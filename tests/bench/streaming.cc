@@ -5,8 +5,8 @@
 
 #include <stdexcept>
 
-#include "client/cpp/client.h"
 #include "echo.grpc.pb.h"
+#include "stiefel/client/client.h"
 #include "stiefel/simulation.h"
 #include "tests/bench/measure.h"
 #include "tests/bench/scenes.h"

@@ -10,7 +10,7 @@ import echo_pb2
 import grpc
 import numpy as np
 import stiefel
-from stiefel.v1 import simulation_pb2 as pb
+from stiefel import v1 as pb
 
 SCENE = {"system": "rigid_body", "method": {"name": "variational"}, "inertia": [1, 2, 4],
          "initial": {"Q": {"rows": 3, "cols": 3, "values": [1, 0, 0, 0, 1, 0, 0, 0, 1]},

@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "client/cpp/client.h"
+#include "stiefel/client/client.h"
 #include "tests/bench/measure.h"
 #include "tests/bench/process.h"
 #include "tests/bench/scenes.h"

@@ -1,11 +1,15 @@
 """Runs the command, and writes the scenes it reads."""
 import json
 import os
+import pathlib
 import subprocess
 from dataclasses import dataclass
 
 import numpy as np
 import pytest
+
+EXAMPLES = pathlib.Path(__file__).parents[2] / "client/examples"
+SCENES = ["tumbling_spacecraft", "envisat", "rigid_body_8", "moser_veselov"]
 
 
 @dataclass

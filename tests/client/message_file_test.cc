@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "client/cli/exit_status.h"
 #include "stiefel/v1/simulation.pb.h"
 
@@ -48,7 +50,7 @@ TEST(MessageFile, TakesBlocksOfAnyName) {
 }
 
 TEST(MessageFile, TakesTheNamesOfProtoAndOfJson) {
-  using R = v1::ConnectRequest;
+  using R = v1::FramePair;
   EXPECT_EQ(fault<R>(R"({"Q_0": {"rows": 1}, "q_t": {"rows": 1}})"), "none");
   EXPECT_EQ(fault<R>(R"({"Q_1": {}})"), "f: Q_1: unknown field; did you mean Q_0?");
   EXPECT_EQ(fault<v1::Scene>(R"({"inertiaU": [1]})"), "none");
@@ -58,6 +60,23 @@ TEST(MessageFile, NamesWhatIsGivenTwiceByItsPath) {
   EXPECT_EQ(fault<v1::Scene>(R"({"initial": {"Q": {"rows": 1, "rows": 1}}})"),
             "f: initial.Q.rows: given twice");
   EXPECT_EQ(fault<v1::Scene>(R"({"initial": {"Q": {}, "Q": {}}})"), "f: initial.Q: given twice");
+}
+
+TEST(MessageFile, AnObjectMayHoldTheFieldsOfTwoMessages) {
+  v1::ConnectRequest request;
+  v1::FramePair pair;
+  parse_messages("f", R"({"inertia": [1, 2], "Q_0": {"rows": 1, "values": [-0.0]}, "time": 0.1})",
+                 {&request, &pair});
+  EXPECT_EQ(request.inertia_size(), 2);
+  EXPECT_EQ(request.time(), 0.1);
+  EXPECT_TRUE(std::signbit(pair.q_0().values(0)));
+  EXPECT_FALSE(pair.has_q_t());
+  try {
+    parse_messages("f", R"({"Q_1": {}})", {&request, &pair});
+    ADD_FAILURE() << "an unknown field was taken";
+  } catch (const BadInput& bad) {
+    EXPECT_STREQ(bad.what(), "f: Q_1: unknown field; did you mean Q_0?");
+  }
 }
 
 TEST(MessageFile, LeavesWrongTypesToProtobuf) {

@@ -18,7 +18,10 @@ TEST(Origin, AFieldOfTheSceneIsInTheFile) {
 
 TEST(Origin, AFieldOfAWholeRequestIsInTheFile) {
   const Origin connect{.file = "a.json", .whole_request = true};
-  EXPECT_EQ(connect.place("Q_0.rows"), "a.json: Q_0.rows");
+  EXPECT_EQ(connect.place("pairs[0].Q_0.rows"), "a.json: pairs[0].Q_0.rows");
+  const Origin single{.file = "a.json", .whole_request = true, .single_pair = true};
+  EXPECT_EQ(single.place("pairs[0].Q_0.rows"), "a.json: Q_0.rows");
+  EXPECT_EQ(single.place("inertia[1]"), "a.json: inertia[1]");
 }
 
 }  // namespace

@@ -1,9 +1,12 @@
 #include <gmock/gmock.h>
 #include <grpcpp/grpcpp.h>
 
+#include <functional>
 #include <thread>
 
-#include "client/cpp/client.h"
+#include "client/cpp/uuid.h"
+#include "proto/checksum/checksum.h"
+#include "stiefel/client/client.h"
 #include "stiefel/v1/error.pb.h"
 
 namespace stiefel::client {
@@ -20,6 +23,8 @@ class Unreliable : public v1::SimulationService::Service {
   int streams_to_break = 1'000'000;
   int calls = 0;
   std::chrono::milliseconds pause_a_message{0};
+  /// Changes a message of `Stream` after its checksum was computed.
+  std::function<void(v1::StreamResponse&)> spoil = [](v1::StreamResponse&) {};
 
   grpc::Status Describe(grpc::ServerContext*, const v1::DescribeRequest*,
                         v1::DescribeResponse* reply) override {
@@ -29,11 +34,73 @@ class Unreliable : public v1::SimulationService::Service {
     return grpc::Status::OK;
   }
 
+  /// The field "large" of a step has the numbers step, step + 1, ..., step + 4.
+  static std::vector<v1::StreamResponse> in_parts(const v1::StreamRequest& request) {
+    std::vector<v1::StreamResponse> messages;
+    for (std::int64_t step = request.from(); step <= request.to(); step += request.every()) {
+      for (const int offset : {0, 2, 4}) {
+        v1::StreamResponse message;
+        message.add_steps(step);
+        message.add_times(static_cast<double>(step));
+        auto& field = *message.add_fields();
+        field.set_name("large");
+        for (const int extent : {1, 1, 5})
+          field.add_whole_shape(static_cast<std::uint64_t>(extent));
+        field.set_offset(static_cast<std::uint64_t>(offset));
+        std::vector<double> numbers;
+        for (int i = offset; i < std::min(offset + 2, 5); ++i)
+          numbers.push_back(static_cast<double>(step + i));
+        field.mutable_value()->add_shape(numbers.size());
+        field.mutable_value()->set_data_type(v1::DATA_TYPE_FLOAT64);
+        field.mutable_value()->set_data(reinterpret_cast<const char*>(numbers.data()),
+                                        numbers.size() * sizeof(double));
+        message.set_sample_continues(offset < 4);
+        messages.push_back(message);
+      }
+    }
+    const std::string checkpoint = "a checkpoint";
+    for (std::size_t offset = 0; request.return_checkpoint() && offset < checkpoint.size();
+         offset += 5) {
+      auto& part = *messages.emplace_back().mutable_checkpoint();
+      part.set_step(request.to());
+      part.set_size(checkpoint.size());
+      part.set_offset(offset);
+      part.set_data(checkpoint.substr(offset, 5));
+    }
+    messages.emplace_back().mutable_run_status()->set_outcome(v1::OUTCOME_REACHED);
+    return messages;
+  }
+
+  grpc::Status stream_in_parts(const v1::StreamRequest& request,
+                               grpc::ServerWriter<v1::StreamResponse>* writer) {
+    int sent = 0;
+    const bool breaks = streams_to_break-- > 0;
+    for (auto& message : in_parts(request)) {
+      if (breaks && sent++ == messages_a_stream) return unavailable;
+      if (request.checksum()) message.set_checksum(wire::checksum(message));
+      spoil(message);
+      writer->Write(message);
+    }
+    return grpc::Status::OK;
+  }
+
+  grpc::Status Step(grpc::ServerContext*, const v1::StepRequest*, v1::StepResponse*) override {
+    ++calls;
+    v1::ErrorInfo info;
+    info.set_reason("REPLY_TOO_LARGE");
+    v1::Status status;
+    auto& any = *status.add_details();
+    any.set_type_url("type.googleapis.com/google.rpc.ErrorInfo");
+    any.set_value(info.SerializeAsString());
+    return {grpc::StatusCode::INVALID_ARGUMENT, "too large", status.SerializeAsString()};
+  }
+
   /// Two samples a message, then a message with the run status alone.
   grpc::Status Stream(grpc::ServerContext*, const v1::StreamRequest* request,
                       grpc::ServerWriter<v1::StreamResponse>* writer) override {
     ++calls;
     if (failures-- > 0) return failure;
+    if (request->fields_size() == 1) return stream_in_parts(*request, writer);
     const bool breaks = streams_to_break-- > 0;
     int sent = 0;
     v1::StreamResponse message;
@@ -185,6 +252,101 @@ TEST_F(RetryTest, APauseEndsWithTheDeadline) {
 TEST_F(RetryTest, AStreamThatNeverBeganIsRepeated) {
   service_.failures = 2;
   EXPECT_THAT(steps({3, 5, 1}), testing::ElementsAre(3, 4, 5));
+}
+
+TEST_F(RetryTest, ASampleInPartsIsSentAgainWhenItsStreamBreaks) {
+  for (const int messages : {1, 2, 3, 4, 5, 6, 7}) {
+    service_.messages_a_stream = messages;
+    service_.streams_to_break = messages < 3 ? 1 : 2;
+    Stream stream(connection(), "any", {.from = 3, .to = 5, .fields = {"large"}});
+    std::vector<std::int64_t> steps;
+    for (const SampleView sample : stream) {
+      steps.push_back(sample.step());
+      const auto numbers = sample.field("large").values;
+      ASSERT_EQ(numbers.size(), 5u);
+      for (std::size_t i = 0; i < 5; ++i)
+        EXPECT_EQ(numbers[i], static_cast<double>(sample.step()) + static_cast<double>(i));
+    }
+    EXPECT_THAT(steps, testing::ElementsAre(3, 4, 5)) << messages;
+    EXPECT_TRUE(stream.run_status());
+  }
+}
+
+TEST_F(RetryTest, AStateTooLargeForAReplyComesOverAStream) {
+  v1::Session description;
+  description.set_session_id("any");
+  for (const int messages : {3, 4, 5, 100}) {
+    service_.messages_a_stream = messages;
+    service_.streams_to_break = 1;
+    const Session session(connection(), description, {}, true);
+    const auto reply = session.step(4, {"large"});
+    EXPECT_EQ(reply.sample().step(), 4);
+    EXPECT_EQ(field(reply.sample(), "large").values[4], 8);
+    EXPECT_EQ(reply.run_status().outcome(), v1::OUTCOME_REACHED);
+    EXPECT_EQ(reply.sample().fields(0).value().shape_size(), 2);
+  }
+}
+
+TEST_F(RetryTest, ACheckpointInPartsIsPutTogether) {
+  for (const int messages : {3, 4, 5, 100}) {
+    service_.messages_a_stream = messages;
+    service_.streams_to_break = 1;
+    Stream stream(connection(), "any",
+                  {.from = 4, .to = 4, .fields = {"large"}, .return_checkpoint = true});
+    while (stream.next_batch() != nullptr) {
+    }
+    ASSERT_TRUE(stream.checkpoint()) << messages;
+    EXPECT_EQ(stream.checkpoint()->step, 4);
+    EXPECT_EQ(stream.checkpoint()->bytes, "a checkpoint");
+  }
+}
+
+TEST_F(RetryTest, NumbersThatChangeOnTheirWayAreNoticed) {
+  service_.streams_to_break = 0;
+  const auto run = [&](bool checksums) {
+    Stream stream(connection({.checksums = checksums}), "any",
+                  {.from = 4, .to = 4, .fields = {"large"}, .return_checkpoint = true});
+    while (stream.next_batch() != nullptr) {
+    }
+  };
+  EXPECT_NO_THROW(run(true));
+  const std::vector<std::function<void(v1::StreamResponse&)>> spoils = {
+      [](auto& message) {
+        if (message.fields_size() > 0)
+          (*message.mutable_fields(0)->mutable_value()->mutable_data())[3] ^= 1;
+      },
+      [](auto& message) {
+        if (message.times_size() > 0) message.set_times(0, 0.5);
+      },
+      [](auto& message) {
+        if (message.has_checkpoint()) (*message.mutable_checkpoint()->mutable_data())[0] ^= 1;
+      }};
+  for (const auto& spoil : spoils) {
+    service_.spoil = spoil;
+    EXPECT_THROW(run(true), CorruptReply);
+    EXPECT_NO_THROW(run(false));
+  }
+}
+
+TEST(ErrorTest, ReadsQuotaAndDelay) {
+  v1::QuotaFailure quota;
+  quota.add_violations()->set_subject("sessions");
+  v1::RetryInfo retry;
+  retry.mutable_retry_delay()->set_seconds(1);
+  retry.mutable_retry_delay()->set_nanos(500'000'000);
+  v1::Status status;
+  status.set_code(grpc::StatusCode::RESOURCE_EXHAUSTED);
+  status.set_message("too many");
+  status.add_details()->set_type_url("type.googleapis.com/google.rpc.QuotaFailure");
+  status.mutable_details(0)->set_value(quota.SerializeAsString());
+  status.add_details()->set_type_url("type.googleapis.com/google.rpc.RetryInfo");
+  status.mutable_details(1)->set_value(retry.SerializeAsString());
+  const Error error(status);
+  EXPECT_EQ(error.code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_STREQ(error.what(), "too many");
+  ASSERT_EQ(error.quota_violations().size(), 1u);
+  EXPECT_EQ(error.quota_violations()[0].subject, "sessions");
+  EXPECT_EQ(error.retry_delay(), std::chrono::milliseconds(1500));
 }
 
 TEST(ErrorTest, ReadsTheDetailsUnderGooglesNames) {

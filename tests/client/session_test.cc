@@ -1,9 +1,12 @@
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <map>
 #include <regex>
 
-#include "client/cpp/client.h"
+#include "client/cpp/uuid.h"
 #include "server/server.h"
+#include "stiefel/client/client.h"
 #include "tests/client/scenes.h"
 
 namespace stiefel::client {
@@ -172,13 +175,120 @@ TEST_F(SessionTest, ListsMoreThanAPage) {
   EXPECT_EQ(client_.list().size(), 101u);
 }
 
-TEST_F(SessionTest, NobodySetsAMessageSize) {
+/// The blocks of a scene, by name, as the matrices that they are.
+std::map<std::string, std::string> blocks(const v1::Scene& scene) {
+  std::map<std::string, std::string> all;
+  for (const auto& [name, block] : scene.initial()) all[name] = block.SerializeAsString();
+  return all;
+}
+
+TEST_F(SessionTest, UpToN512EverythingWorksWithTheSizesOfAStockClient) {
+  const v1::Scene scene = resting(512);
+  const std::vector<std::string> fields = {"Q", "M", "Omega"};
   for (const Client& client : {client_, Client::connect(server_.addresses()[0])}) {
-    const auto session = client.create(resting(500));
-    const auto sample = session.step(0, {"Q", "M", "Omega"}).sample();
-    EXPECT_EQ(field(sample, "Q").values.size(), 250'000u);
-    auto stream = session.stream({.to = 0, .fields = {"Q", "M", "Omega"}});
-    EXPECT_EQ((*stream.begin()).field("Omega").values.size(), 250'000u);
+    const auto session = client.create(scene);
+    EXPECT_EQ(blocks(session.scene()), blocks(scene));
+    const auto sample = session.step(1, fields).sample();
+    auto drive = session.drive();
+    const auto driven = drive.step(1, fields).sample();
+    auto stream = session.stream({.from = 1, .to = 1, .fields = fields});
+    const auto streamed = *stream.begin();
+    for (const auto& name : fields) {
+      const auto values = field(sample, name).values;
+      ASSERT_EQ(values.size(), 512u * 512u);
+      EXPECT_TRUE(std::ranges::equal(values, field(driven, name).values));
+      EXPECT_TRUE(std::ranges::equal(values, streamed.field(name).values));
+    }
+
+    const auto checkpoint = session.checkpoint(1).checkpoint();
+    EXPECT_GT(checkpoint.size(), std::size_t{4} << 20);
+    EXPECT_EQ(client.create(scene, "", checkpoint).step(1).computed_steps(), 0);
+
+    const auto seen = client.attach(session.id());
+    EXPECT_EQ(blocks(seen.scene()), blocks(scene)) << "of a client that did not send them";
+    v1::ForkSessionRequest request;
+    request.set_from_step(1);
+    const auto fork = session.fork(request);
+    EXPECT_EQ(fork.scene().initial().at("Q").values_size(), 512 * 512);
+  }
+}
+
+TEST_F(SessionTest, HoldsTheResolvedScene) {
+  const auto session = client_.create(tumbling());
+  EXPECT_EQ(session.scene().method().order(), 2u);
+  EXPECT_EQ(session.scene().method().arithmetic(), "compensated");
+  EXPECT_EQ(session.scene().body().moments_size(), 3);
+  EXPECT_EQ(session.choice(), nullptr);
+  const auto seen = client_.attach(session.id());
+  EXPECT_EQ(seen.scene().SerializeAsString(), session.scene().SerializeAsString());
+  const auto again = client_.create(session.scene());
+  EXPECT_EQ(bytes(again.step(50)), bytes(session.step(50)));
+}
+
+TEST_F(SessionTest, TellsTheMethodThatWasChosen) {
+  v1::Scene scene = tumbling();
+  scene.clear_method();
+  scene.set_tolerance(1e-6);
+  scene.set_horizon(1);
+  const auto session = client_.create(scene);
+  ASSERT_NE(session.choice(), nullptr);
+  EXPECT_EQ(session.choice()->tolerance(), 1e-6);
+  EXPECT_FALSE(session.choice()->reason().empty());
+  EXPECT_EQ(session.scene().method().name(), session.choice()->method().name());
+  EXPECT_FALSE(session.scene().has_tolerance());
+}
+
+TEST_F(SessionTest, AFloatSceneHasFloats) {
+  v1::Scene scene = tumbling();
+  scene.mutable_method()->set_scalar("float");
+  const auto session = client_.create(scene);
+  const auto sample = session.step(10, {"Q"}).sample();
+  const auto Q = field(sample, "Q");
+  EXPECT_EQ(Q.floats.size(), 9u);
+  EXPECT_TRUE(Q.values.empty());
+  auto stream = session.stream({.from = 10, .to = 10, .fields = {"Q"}});
+  const auto streamed = (*stream.begin()).field("Q");
+  EXPECT_TRUE(std::ranges::equal(Q.floats, streamed.floats));
+  EXPECT_EQ(streamed[8], static_cast<double>(Q.floats[8]));
+}
+
+TEST_F(SessionTest, ConvertsToAWholeScene) {
+  v1::ConvertRequest request;
+  *request.mutable_scene() = tumbling();
+  request.set_to("symmetric_rigid_body");
+  const auto converted = client_.convert(request);
+  EXPECT_EQ(converted.scene().system(), "symmetric_rigid_body");
+  EXPECT_EQ(converted.scene().step(), 0.01);
+  const auto session = client_.create(converted.scene());
+  EXPECT_EQ(session.step(1, {"P"}).sample().step(), 1);
+  request.set_to("velocity");
+  const auto velocity = client_.convert(request);
+  EXPECT_FALSE(velocity.has_scene());
+  EXPECT_EQ(velocity.blocks_size(), 2);
+}
+
+TEST_F(SessionTest, JoinsManyPairsOfFrames) {
+  v1::ConnectRequest request;
+  for (const double lambda : {1, 2, 3}) request.add_inertia(lambda);
+  request.set_time(1);
+  request.set_samples(4);
+  for (int axis = 1; axis <= 2; ++axis) {
+    auto& pair = *request.add_pairs();
+    for (auto* frame : {pair.mutable_q_0(), pair.mutable_q_t()}) {
+      frame->set_rows(1);
+      frame->set_cols(3);
+      for (int i = 0; i < 3; ++i)
+        frame->add_values(frame == pair.mutable_q_0() ? i == 0 : i == axis);
+    }
+  }
+  const auto geodesics = client_.geodesics(request);
+  ASSERT_EQ(geodesics.size(), 2u);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(geodesics[i].pair(), i);
+    EXPECT_LT(geodesics[i].residual(), 1e-11);
+    const auto Q = values(geodesics[i].trajectory().value());
+    ASSERT_EQ(Q.size(), 15u);
+    EXPECT_NEAR(Q[12 + i + 1], 1, 1e-11) << "it ends on its own axis";
   }
 }
 

@@ -2,6 +2,7 @@
 import csv
 import io
 import json
+import re
 
 import pytest
 
@@ -21,7 +22,7 @@ def measured(stiefel, write, scene, tmp_path):
                          "--output", "points.json", *more)
         assert result.status == 0 and result.err == ""
         head, table = result.out.split("\n\n", 1)
-        assert "closed form" in head and "machine: " in head and "build: stiefel" in head
+        assert "closed form" in head and "machine: " in head and re.search("^numerics id: [0-9a-f]{16}$", head, re.M)
         rows = table.splitlines()
         assert rows[0].split() == HEAD
         return rows[1:], json.loads((tmp_path / "points.json").read_text())["points"]
@@ -45,7 +46,7 @@ def test_tradeoff_prints_all_with_the_front_marked(measured):
     assert len([row for row in rows if is_point(row)]) == len(points) > 20
     assert [row for row in rows if row.startswith("* the Pareto front")]
     best = min(points, key=lambda p: p["attitude_error"])
-    assert best["attitude_error"] < 1e-14 and best["scalar"] == "double" and best["outcome"] == "REACHED"
+    assert best["attitude_error"] < 1e-14 and best["method"].get("scalar", "double") == "double" and best["outcome"] == "REACHED"
 
 
 def test_tradeoff_writes_csv(stiefel, write, scene, tmp_path):
@@ -70,5 +71,8 @@ def test_a_scene_with_a_tolerance_runs(stiefel, write, scene):
     del scene["method"]
     result = stiefel("run", write({**scene, "tolerance": 1e-6, "horizon": 1.0}), "--to", 100, "--every", 100)
     assert result.status == 0 and result.json["outcome"] == "REACHED"
+    choice = result.json["choice"]
+    assert set(choice) == {"method", "tolerance", "horizon", "reason"} and choice["method"]["name"] in choice["reason"]
+    assert (choice["tolerance"], choice["horizon"]) == (1e-6, 1.0)
     result = stiefel("run", write({**scene, "tolerance": 1e-6}), "--to", 100)
     assert result.status == 2 and "scene.json: horizon: absent" in result.err

@@ -7,8 +7,8 @@
 #include <stop_token>
 #include <thread>
 
-#include "client/cpp/client.h"
 #include "server/server.h"
+#include "stiefel/client/client.h"
 #include "tests/client/scenes.h"
 
 namespace stiefel::client {

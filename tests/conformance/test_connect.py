@@ -4,6 +4,8 @@ import pytest
 
 import scenes
 import stiefel
+from stiefel import v1 as pb
+from stiefel.scenes import to_matrix
 
 
 def ends(n, N, seed):
@@ -49,6 +51,26 @@ def test_unequal_determinants_have_a_reason_of_their_own(client):
         client.geodesic([1, 2, 3], np.eye(3), np.diag([1, 1, -1]))
     assert refused.value.reason == "UNEQUAL_DETERMINANTS"
     assert refused.value.metadata == {"Q_0": "1", "Q_T": "-1"}
+
+
+def test_many_pairs_come_in_their_order(client):
+    pairs = [ends(2, 4, seed) for seed in range(3)]
+    inertia = np.linspace(1, 2, 4)
+    many = client.connect(pairs, inertia=inertia, samples=4)
+    for (Q_0, Q_T), found in zip(pairs, many, strict=True):
+        alone = client.geodesic(inertia, Q_0, Q_T, samples=4)
+        assert (found.energy, found.residual, found.shortest) == (alone.energy, alone.residual, alone.shortest)
+        np.testing.assert_array_equal(found.trajectory, alone.trajectory)
+
+
+def test_the_euclidean_metric_is_that_of_the_identity(client):
+    pair = ends(2, 4, 1)
+    euclidean, = client.connect([pair], metric="euclidean")
+    assert euclidean.energy == client.geodesic(np.ones(4), *pair).energy
+    request = pb.ConnectRequest(pairs=[pb.FramePair(q_0=to_matrix(pair[0], "Q_0"), q_t=to_matrix(pair[1], "Q_T"))], time=1,
+                                metric=pb.METRIC_CANONICAL)
+    with pytest.raises(stiefel.InvalidArgument, match="metric: METRIC_CANONICAL"):
+        client.call_all("Connect", request)
 
 
 @pytest.mark.parametrize("change, fault", [

@@ -20,12 +20,12 @@ def recommended(client, system):
 ], ids=["N = 3", "momentum only", "body", "N = 4", "N = 6", "sphere", "V(2, 5)", "n = N"])
 def test_the_resolved_scene_has_one_that_describe_lists(client, scene):
     with client.create(without_method(scene)) as session:
-        method = session.message.scene.method
+        method = session.resolved().method
         assert any(one.method.name == method.name and one.method.order == method.order
                    and one.method.tolerance == method.tolerance and one.method.arithmetic == method.arithmetic
                    for one in recommended(client, scene["system"]))
         assert method.HasField("substeps") and method.scalar == "double"
-        assert not session.message.scene.choice
+        assert session.choice is None
         for same in (without_method(scene), session.scene):
             assert not client.create(same, id=session.id).created
         with client.create(session.scene) as again:
@@ -50,7 +50,7 @@ def test_it_is_accurate_whatever_the_step(client, step):
     exact = {**scene, "method": {"name": "exact"}}
     with client.create(without_method(scene)) as session, client.create(exact) as top:
         now, then = session.step(steps), top.step(steps)
-        substeps = session.message.scene.method.substeps
+        substeps = session.resolved().method.substeps
     for name in ("Q", "M"):
         np.testing.assert_allclose(now[name], then[name], atol=1e-8 * abs(then[name]).max())
     assert (substeps > 1) == (abs(step) > 0.3 + 1e-9)

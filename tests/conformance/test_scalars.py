@@ -23,6 +23,8 @@ def test_a_float_stays_near_the_double(client, system):
             for name, values in one.fields.items():
                 np.testing.assert_allclose(values, other[name], atol=2e-5)
             assert not np.array_equal(one["Q"], other["Q"])
+            assert {values.dtype for values in one.fields.values()} == {np.dtype("float32")}
+            assert {values.dtype for values in single.trajectory(to=9).fields.values()} == {np.dtype("float32")}
 
 
 def test_the_catalogue_says_where(client):

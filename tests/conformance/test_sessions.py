@@ -5,6 +5,8 @@ import pytest
 
 import scenes
 import stiefel
+from stiefel import v1 as pb
+from stiefel.scenes import to_message
 
 
 @pytest.fixture
@@ -20,20 +22,20 @@ def test_the_same_id_and_scene_is_the_existing_session(client, id):
     again = client.create(scenes.rigid_body(), id=id)
     assert first.created and not again.created
     assert again.message.create_time == first.message.create_time
-    assert again.message.scene == first.message.scene
+    assert again.resolved() == first.resolved()
 
 
 def test_the_resolved_scene_names_the_same_session(client, id):
     """Every default written out is the same scene."""
     first = client.create(scenes.rigid_body(), id=id)
-    assert not client.create(first.message.scene, id=id).created
+    assert not client.create(first.resolved(), id=id).created
 
 
 def test_the_same_id_and_another_scene_is_refused(client, id):
     client.create(scenes.rigid_body(), id=id)
     with pytest.raises(stiefel.AlreadyExists, match=id):
         client.create(scenes.rigid_body(step=0.02), id=id)
-    assert client.get(id).message.scene.step == 0.01
+    assert client.get(id).resolved().step == 0.01
 
 
 def test_deleting_an_unknown_id_succeeds(client, id):
@@ -46,28 +48,41 @@ def test_deleting_an_unknown_id_succeeds(client, id):
 
 
 def test_every_default_is_resolved(client, id):
-    scene = client.create(scenes.rigid_body(), id=id).message.scene
+    scene = client.create(scenes.rigid_body(), id=id).resolved()
     assert (scene.method.order, scene.method.substeps, scene.method.arithmetic) == (2, 1, "compensated")
 
 
 def test_a_discrete_system_resolves_without_method(client, id):
-    assert not client.create(scenes.moser_veselov(), id=id).message.scene.HasField("method")
+    assert not client.create(scenes.moser_veselov(), id=id).resolved().HasField("method")
 
 
-def test_get_tells_cursor_and_checkpoints(client, id):
+def test_get_tells_cursor_and_cached_steps(client, id):
     session = client.create(scenes.rigid_body(), id=id)
     session.step(to=1234)
     message = client.get(id).message
     assert message.cursor == 1234
-    assert message.checkpoints[0] == 0 and list(message.checkpoints) == sorted(message.checkpoints)
-    assert len(message.checkpoints) <= client.describe().limits.max_checkpoints
-    assert message.build == client.describe().build
+    assert message.cached_steps[0] == 0 and list(message.cached_steps) == sorted(message.cached_steps)
+    assert len(message.cached_steps) <= client.describe().limits.max_cached_steps
+    assert message.numerics_id == client.describe().numerics_id
+    assert message.step_price.work > 0 and message.step_price.bytes == 2 * 72
     assert message.expire_time.seconds > message.create_time.seconds
 
 
-def test_list_is_ordered_and_paged(client):
-    from stiefel.v1 import simulation_pb2 as pb
+def test_a_reply_has_what_was_filled_in_and_a_view_asks_for_more(client, id):
+    def created(view):
+        request = pb.CreateSessionRequest(session_id=id, scene=client.create(scenes.rigid_body(), id=id).resolved(),
+                                          view=pb.SessionView(scene=view))
+        return client.call("CreateSession", request).session
 
+    asked = client.call("CreateSession", pb.CreateSessionRequest(session_id=id, scene=to_message(scenes.rigid_body())))
+    assert [field.name for field, _ in asked.session.scene.ListFields()] == ["method"]
+    assert created(pb.SCENE_VIEW_FILLED_IN).scene == pb.Scene()
+    assert not created(pb.SCENE_VIEW_NONE).HasField("scene")
+    full = created(pb.SCENE_VIEW_FULL)
+    assert set(full.scene.initial) == {"Q", "M"} and full.system == "rigid_body" and not full.left_out
+
+
+def test_list_is_ordered_and_paged(client):
     prefix = f"list-{uuid.uuid4()}"
     ids = [f"{prefix}-{i}" for i in range(5)]
     for name in reversed(ids):
@@ -75,7 +90,7 @@ def test_list_is_ordered_and_paged(client):
     token, found = "", []
     while True:
         page = client.call("ListSessions", pb.ListSessionsRequest(page_size=2, page_token=token))
-        assert len(page.sessions) <= 2
+        assert len(page.sessions) <= 2 and not any(session.HasField("scene") for session in page.sessions)
         found += [session.session_id for session in page.sessions]
         token = page.next_page_token
         if not token:
@@ -83,6 +98,7 @@ def test_list_is_ordered_and_paged(client):
     assert found == sorted(found)
     assert [name for name in found if name.startswith(prefix)] == ids
     assert {session.id for session in client.list()} >= set(ids)
+    assert len(client.call("ListSessions", pb.ListSessionsRequest(page_size=10**9)).sessions) >= 5  # clamped
     for name in ids:
         client.delete(name)
 

@@ -56,7 +56,7 @@ def test_bytes_that_are_no_message(client, method):
 
 def test_describe(client):
     catalogue = client.describe()
-    assert catalogue.version and catalogue.build
+    assert catalogue.version and catalogue.build and len(catalogue.numerics_id) == 16
     assert {"rigid_body", "moser_veselov"} <= {system.name for system in catalogue.systems}
     methods = {method.name: method for method in catalogue.methods}
     assert {"variational", "rk4", "munthe_kaas4"} <= set(methods)
@@ -67,4 +67,5 @@ def test_describe(client):
     for method in catalogue.methods:
         assert method.default_order in (method.orders or [0])
     assert catalogue.limits.max_message_bytes >= 256 << 20
+    assert catalogue.limits.max_reply_bytes <= 4 << 20
     assert catalogue.limits.idle_timeout.seconds > 0

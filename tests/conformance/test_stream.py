@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 import scenes
-from stiefel.v1 import outcome_pb2, simulation_pb2 as pb
+from stiefel import v1 as pb
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +41,7 @@ def test_from_every_and_always_the_last(session, request_, steps):
     assert [step for reply in replies for step in reply.steps] == steps
     assert [time for reply in replies for time in reply.times] == [step * 0.01 for step in steps]
     assert [reply.HasField("run_status") for reply in replies] == [False] * (len(replies) - 1) + [True]
-    assert replies[-1].run_status.outcome == outcome_pb2.OUTCOME_REACHED
+    assert replies[-1].run_status.outcome == pb.OUTCOME_REACHED
 
 
 def test_blocks_are_the_default_fields(session):
@@ -128,7 +128,7 @@ def test_diagnose_only_what_was_asked(session):
 def test_drive_remembers_session_and_fields(session):
     """On the wire: only the first request names the session, and the fields named last hold on."""
     requests = [pb.DriveRequest(session_id=session.id, to=4), pb.DriveRequest(to=6, fields=["M"]),
-                pb.DriveRequest(to=5, checkpoint=True)]
+                pb.DriveRequest(to=5, return_checkpoint=True)]
     replies = list(session._client.stub.Drive(iter(requests), timeout=60))
     assert [reply.step.sample.step for reply in replies] == [4, 6, 5]
     assert [[field.name for field in reply.step.sample.fields] for reply in replies] == [["Q", "M"], ["M"], ["M"]]

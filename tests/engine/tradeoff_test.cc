@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/simulation/accuracy/candidates.h"
 #include "engine/simulation/accuracy/pareto_front.h"
 #include "engine/simulation/catalogue/methods/step_weight.h"
 #include "stiefel/catalogue.h"

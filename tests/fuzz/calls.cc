@@ -130,11 +130,17 @@ void Program::make(Call& call, bool hand_on) {
       call.mutable_fork_session()->set_from_step(few(call.fork_session().from_step()));
       if (call.fork_session().method().substeps() > 4) return;
       return void(ask(&Stub::ForkSession, call.fork_session()));
-    case Call::kConvert:
+    case Call::kConvert: {
       if (!make_small(call.mutable_convert()->mutable_scene())) return;
-      return void(ask(&Stub::Convert, call.convert()));
-    case Call::kConnect:
-      return void(ask(&Stub::Connect, call.connect()));
+      grpc::ClientContext context;
+      context.set_deadline(std::chrono::system_clock::now() + deadline);
+      return read_some<v1::ConvertResponse>(context, stub_->Convert(&context, call.convert()), 2);
+    }
+    case Call::kConnect: {
+      grpc::ClientContext context;
+      context.set_deadline(std::chrono::system_clock::now() + deadline);
+      return read_some<v1::ConnectResponse>(context, stub_->Connect(&context, call.connect()), 2);
+    }
     case Call::kMeasureTradeoff: {
       auto& request = *call.mutable_measure_tradeoff();
       if (!make_small(request.mutable_scene())) return;
@@ -157,7 +163,8 @@ void Program::drive(const v1::DriveRequest& request) {
     require_no_nan(response);
     if (!response.has_error()) continue;
     const auto& error = response.error();
-    require_typed({static_cast<grpc::StatusCode>(error.code()), error.message(), error.details()});
+    require_typed(
+        {static_cast<grpc::StatusCode>(error.code()), error.message(), error.SerializeAsString()});
   }
   stream->WritesDone();
   require_typed(stream->Finish());

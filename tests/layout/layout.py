@@ -43,8 +43,8 @@ PROTO = r"(stiefel/v1|proto)/.*"
 OTHERS = {
     "engine/include/stiefel": [PUBLIC],
     "server/sessions": [PUBLIC, INTERNAL],
-    "server/convert": [PUBLIC, INTERNAL, PROTO, r"server/(sessions|calls)/.*"],
-    "server/calls": [PUBLIC, PROTO, r"server/(sessions|convert)/.*"],
+    "server/convert": [PUBLIC, INTERNAL, PROTO, r"server/sessions/.*"],
+    "server/calls": [PROTO, r"server/(sessions|convert)/.*"],
     "server/transport": [r"server/address\.h"],
     "server": [PUBLIC, PROTO, r"server/(calls|transport)/.*", r"grpc/health/.*"],
     "client/cpp": [CLIENT, PROTO],

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import stiefel
-from stiefel.v1 import catalogue_pb2, simulation_pb2
+from stiefel import v1 as pb
 
 HEAD = """# Catalogue
 
@@ -33,12 +33,12 @@ def link(file: str) -> str:
     return f"[{file}](../{file})"
 
 
-def kept(system: catalogue_pb2.SystemInfo) -> str:
+def kept(system: pb.SystemInfo) -> str:
     """What each method keeps to rounding, and within bounds."""
     lines = []
     for method in system.methods:
         names = {kind: [p.invariant.replace("_", " ") for p in method.preserves if p.conservation == kind]
-                 for kind in (catalogue_pb2.CONSERVATION_EXACT, catalogue_pb2.CONSERVATION_BOUNDED)}
+                 for kind in (pb.CONSERVATION_EXACT, pb.CONSERVATION_BOUNDED)}
         exact, bounded = names.values()
         what = "all" if len(exact) == len(method.preserves) else ", ".join(exact)
         if bounded:
@@ -48,7 +48,7 @@ def kept(system: catalogue_pb2.SystemInfo) -> str:
     return "<br>".join(lines)
 
 
-def systems(catalogue: simulation_pb2.DescribeResponse) -> str:
+def systems(catalogue: pb.DescribeResponse) -> str:
     lines = [row("system", "equations", "state", "kept to rounding", "file"), row(*["---"] * 5)]
     for system in catalogue.systems:
         state = ", ".join(block.name for block in system.blocks)
@@ -57,14 +57,14 @@ def systems(catalogue: simulation_pb2.DescribeResponse) -> str:
     return "\n".join(lines)
 
 
-def told(one: catalogue_pb2.Recommendation) -> str:
+def told(one: pb.Recommendation) -> str:
     """A recommended method with all that a scene would say of it."""
     order = f" {one.method.order}" if one.method.HasField("order") and not one.method.HasField("tolerance") else ""
     tolerance = f", tolerance {one.method.tolerance:g}" if one.method.HasField("tolerance") else ""
     return f"`{one.method.name}`{order}, {one.method.arithmetic}{tolerance}"
 
 
-def recommended(catalogue: simulation_pb2.DescribeResponse) -> str:
+def recommended(catalogue: pb.DescribeResponse) -> str:
     lines = [row("system", "scenes", "method", "largest h‖Ω‖ of a substep"), row(*["---"] * 4)]
     for system in catalogue.systems:
         for one in system.recommended:
@@ -76,7 +76,7 @@ def recommended(catalogue: simulation_pb2.DescribeResponse) -> str:
     return "\n".join(lines)
 
 
-def methods(catalogue: simulation_pb2.DescribeResponse) -> str:
+def methods(catalogue: pb.DescribeResponse) -> str:
     lines = [row("method", "order", "reversible", "source", "file"), row(*["---"] * 5)]
     for method in catalogue.methods:
         lines.append(row(f"`{method.name}`<br>{method.summary}", ", ".join(map(str, method.orders)) or "exact",
@@ -84,7 +84,7 @@ def methods(catalogue: simulation_pb2.DescribeResponse) -> str:
     return "\n".join(lines)
 
 
-def page(catalogue: simulation_pb2.DescribeResponse) -> str:
+def page(catalogue: pb.DescribeResponse) -> str:
     return f"{HEAD}\n## Systems\n\n{systems(catalogue)}\n\n## Methods\n\n{methods(catalogue)}\n" + RECOMMENDED + f"\n{recommended(catalogue)}\n"
 
 

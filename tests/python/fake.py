@@ -1,29 +1,71 @@
-"""A server that fails on purpose, and otherwise knows one session whose field x is its step."""
+"""A server that fails on purpose, and otherwise knows one session. Its field x is the step, and its field `large`,
+which comes in parts of four numbers, is ten times the step and what follows."""
 import threading
 from concurrent.futures import ThreadPoolExecutor
 
 import grpc
 import numpy as np
 
-from stiefel.v1 import error_pb2, outcome_pb2, scene_pb2, simulation_pb2 as pb
+from stiefel import v1 as pb
 from stiefel.v1.simulation_pb2_grpc import SimulationServiceServicer, add_SimulationServiceServicer_to_server
 
-REACHED = outcome_pb2.RunStatus(outcome=outcome_pb2.OUTCOME_REACHED)
+REACHED = pb.RunStatus(outcome=pb.OUTCOME_REACHED)
 
-SESSION = pb.Session(session_id="fake", scene=scene_pb2.Scene(system="rigid_body", step=0.5))
+SESSION = pb.Session(session_id="fake", system="rigid_body", scene=pb.Scene(system="rigid_body", step=0.5),
+                     left_out=["initial.Q"])
+Q = np.arange(6.0).reshape(2, 3)
+PART = 4  # numbers
+
+
+def crc32c(data):
+    """Bit by bit, as RFC 3720 defines it."""
+    crc = 0xFFFFFFFF
+    for byte in data:
+        crc ^= byte
+        for _ in range(8):
+            crc = (crc >> 1) ^ (0x82F63B78 if crc & 1 else 0)
+    return crc ^ 0xFFFFFFFF
+
+
+def tensor(array):
+    return pb.Tensor(shape=array.shape, data_type=pb.DATA_TYPE_FLOAT64, data=array.astype("<f8").tobytes())
 
 
 def field(steps):
-    data = np.array(steps, dtype="<f8").tobytes()
-    tensor = scene_pb2.Tensor(shape=[len(steps), 1, 1], data_type=scene_pb2.DATA_TYPE_FLOAT64, data=data)
-    return pb.Field(name="x", value=tensor)
+    return pb.Field(name="x", value=tensor(np.array(steps, float).reshape(-1, 1, 1)))
+
+
+def parts(name, array):
+    flat = array.ravel()
+    for offset in range(0, flat.size, PART):
+        yield pb.Field(name=name, value=tensor(flat[offset:offset + PART]), whole_shape=array.shape, offset=offset)
+
+
+def with_checksum(message):
+    """Of a StreamResponse."""
+    data = [np.array(message.steps, "<i8").tobytes(), np.array(message.times, "<f8").tobytes()]
+    data += [field.value.data for field in [*message.fields, *message.scene_arrays]]
+    message.checksum = crc32c(b"".join(data) + message.checkpoint.data)
+    return message
+
+
+TOO_LARGE = pb.Status(code=3, message="too large")
+TOO_LARGE.details.add(type_url="type.googleapis.com/google.rpc.ErrorInfo",
+                      value=pb.ErrorInfo(reason="REPLY_TOO_LARGE", domain="stiefel").SerializeToString())
+
+
+def refuse(context):
+    context.set_trailing_metadata((("grpc-status-details-bin", TOO_LARGE.SerializeToString()),))
+    context.abort(grpc.StatusCode.INVALID_ARGUMENT, TOO_LARGE.message)
 
 
 class Fake(SimulationServiceServicer):
     """`failures` is how the next calls fail, first come first served; a number breaks a stream after
-    so many messages. A stream computes what it tells of, and waits `pause` seconds before each message."""
+    so many messages. A stream computes what it tells of, and waits `pause` seconds before each message.
+    `spoil` changes a message of a stream after its checksum was computed."""
 
     pause = 0.0
+    spoil = staticmethod(lambda message: message)
 
     def __init__(self):
         self.failures = []
@@ -40,38 +82,59 @@ class Fake(SimulationServiceServicer):
 
     def Describe(self, request, context):
         self._receive(request, context)
-        bad = error_pb2.BadRequest(field_violations=[
-            error_pb2.BadRequest.FieldViolation(field="initial.Q", description="1: must be 2")])
-        status = error_pb2.Status(code=3, message="told")
+        bad = pb.BadRequest(field_violations=[
+            pb.BadRequest.FieldViolation(field="initial.Q", description="1: must be 2")])
+        status = pb.Status(code=3, message="told")
         status.details.add(type_url="type.googleapis.com/google.rpc.BadRequest", value=bad.SerializeToString())
-        status.details.add(type_url="type.googleapis.com/google.rpc.ErrorInfo", value=error_pb2.ErrorInfo(
+        status.details.add(type_url="type.googleapis.com/google.rpc.ErrorInfo", value=pb.ErrorInfo(
             reason="BECAUSE", domain="stiefel", metadata={"a": "b"}).SerializeToString())
         context.set_trailing_metadata((("grpc-status-details-bin", status.SerializeToString()),))
         context.abort(grpc.StatusCode.INVALID_ARGUMENT, "told")
 
     def Step(self, request, context):
         self._receive(request, context)
+        if "large" in request.fields:
+            refuse(context)
         return pb.StepResponse(run_status=REACHED, sample=pb.Sample(step=request.to))
 
     def Drive(self, requests, context):
         for request in requests:
             self._receive(request, context)
-            yield pb.DriveResponse(step=self.Step(request, context))
+            if "large" in request.fields:
+                yield pb.DriveResponse(error=TOO_LARGE)
+            else:
+                yield pb.DriveResponse(step=self.Step(request, context))
 
     def Stream(self, request, context):
         self._receive(request, context)
         breaks = self.failures.pop(0) if self.failures else None
-        start, every = getattr(request, "from"), request.every
-        steps = list(range(start, request.to, every)) + [request.to]
-        for count, begin in enumerate(range(0, len(steps), 10)):
-            if count == breaks:
+        messages = list(self._messages(request))
+        for count, message in enumerate(messages):
+            if count == breaks or (breaks == -1 and message is messages[-1]):
                 context.abort(grpc.StatusCode.UNAVAILABLE, "on purpose")
-            part = steps[begin:begin + 10]
             threading.Event().wait(self.pause)  # which nobody patches
-            yield pb.StreamResponse(steps=part, times=[step * 0.5 for step in part], fields=[field(part)],
-                                    computed_steps=part[-1] - start)
-        if breaks == -1:
-            context.abort(grpc.StatusCode.UNAVAILABLE, "on purpose")
+            yield self.spoil(with_checksum(message) if request.checksum else message)
+
+    def _messages(self, request):
+        """Ten samples a message, or four numbers; the last has the run status alone."""
+        start, every = getattr(request, "from"), request.every or 1
+        if request.scene_arrays:
+            yield from (pb.StreamResponse(scene_arrays=[part]) for part in parts("initial.Q", Q))
+        steps = list(range(start, request.to, every)) + [request.to]
+        for begin in range(0, len(steps), 1 if "large" in request.fields else 10):
+            some = steps[begin:begin + (1 if "large" in request.fields else 10)]
+            whole = dict(steps=some, times=[step * 0.5 for step in some], computed_steps=some[-1] - start)
+            if "large" not in request.fields:
+                yield pb.StreamResponse(fields=[field(some)], **whole)
+                continue
+            pieces = list(parts("large", 10 * some[0] + np.arange(10.0).reshape(1, 2, 5)))
+            yield from (pb.StreamResponse(fields=[piece], sample_continues=piece is not pieces[-1], **whole)
+                        for piece in pieces)
+        if request.return_checkpoint:
+            checkpoint = f"checkpoint of {request.to}".encode()
+            for offset in range(0, len(checkpoint), 6):
+                yield pb.StreamResponse(checkpoint=pb.CheckpointPart(
+                    step=request.to, size=len(checkpoint), offset=offset, data=checkpoint[offset:offset + 6]))
         yield pb.StreamResponse(run_status=REACHED, computed_steps=request.to - start)
 
 

@@ -24,7 +24,7 @@ def test_a_trajectory_is_arrays(session):
 
 
 def test_times_are_the_server_s(session):
-    from stiefel.v1 import simulation_pb2 as pb
+    from stiefel import v1 as pb
 
     replies = session._client.stub.Stream(pb.StreamRequest(session_id=session.id, to=3000, every=7))
     times = [time for reply in replies for time in reply.times]

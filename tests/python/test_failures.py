@@ -8,6 +8,7 @@ import pytest
 import fake
 import stiefel
 from stiefel import calls
+from stiefel import v1 as pb
 from stiefel.errors import in_plain_words
 
 UNAVAILABLE, EXHAUSTED = grpc.StatusCode.UNAVAILABLE, grpc.StatusCode.RESOURCE_EXHAUSTED
@@ -187,3 +188,17 @@ def test_a_drive_can_be_closed_twice_and_unused(session):
     drive.step(1)
     drive.close()
     drive.close()
+
+
+def test_a_quota_is_told_with_the_time_to_wait():
+    status = pb.Status(code=8, message="too many sessions")
+    quota = pb.QuotaFailure(violations=[pb.QuotaFailure.Violation(subject="sessions", description="1025: at most 1024")])
+    retry = pb.RetryInfo()
+    retry.retry_delay.FromMilliseconds(1500)
+    for name, detail in (("QuotaFailure", quota), ("RetryInfo", retry)):
+        status.details.add(type_url=f"type.googleapis.com/google.rpc.{name}", value=detail.SerializeToString())
+    for error in (stiefel.errors.from_status(status),
+                  stiefel.errors.make_error(8, "too many sessions", status.SerializeToString())):
+        assert isinstance(error, stiefel.ResourceExhausted) and str(error) == "too many sessions"
+        assert error.quota == (stiefel.Violation("sessions", "1025: at most 1024"),) and error.retry_delay == 1.5
+    assert stiefel.errors.make_error(8, "told").retry_delay is None

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import stiefel
-from stiefel.v1 import catalogue_pb2
+from stiefel import v1 as pb
 
 SCENE = {"system": "rigid_body", "method": {"name": "variational"}, "step": 0.01,
          "body": {"moments": [1, 2, 3], "angular_velocity": [0.1, 2, 0.1]}}
@@ -106,7 +106,7 @@ def test_kept_is_a_word(client):
     assert kept["energy"] is stiefel.Conservation.BOUNDED == "bounded"
     assert kept["casimirs" if "casimirs" in kept else "spatial_momentum"] == stiefel.Conservation.EXACT
     assert f"{kept['energy']}" == str(kept["energy"]) == "bounded"
-    assert [stiefel.Conservation.of(number) for number in catalogue_pb2.Conservation.values()] == [
+    assert [stiefel.Conservation.of(number) for number in pb.Conservation.values()] == [
         "unspecified", "exact", "bounded", "drifts"]
     assert stiefel.Conservation.of(99) is stiefel.Conservation.UNSPECIFIED
 

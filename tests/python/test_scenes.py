@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import stiefel
-from stiefel.v1 import scene_pb2
+from stiefel import v1 as pb
 
 SCENE = {
     "system": "rigid_body",
@@ -82,5 +82,5 @@ def test_a_file_that_holds_no_scene(tmp_path, text):
 
 def test_a_scene_is_not_changed_by_reading_it():
     scene = {**SCENE, "initial": {"M": M}}
-    assert isinstance(stiefel.to_message(scene), scene_pb2.Scene)
+    assert isinstance(stiefel.to_message(scene), pb.Scene)
     assert scene["initial"]["M"] is M

@@ -75,7 +75,7 @@ void expect_reason(const grpc::Status& status, grpc::StatusCode code, const std:
   EXPECT_EQ(status.error_code(), code) << status.error_message();
   v1::Status details;
   ASSERT_TRUE(details.ParseFromString(status.error_details()));
-  ASSERT_EQ(details.details_size(), 1);
+  ASSERT_GE(details.details_size(), 1);
   EXPECT_EQ(details.details(0).type_url(), "type.googleapis.com/google.rpc.ErrorInfo");
   v1::ErrorInfo info;
   ASSERT_TRUE(info.ParseFromString(details.details(0).value()));
@@ -161,6 +161,37 @@ TEST_F(Errors, OfSessions) {
                 grpc::RESOURCE_EXHAUSTED, "TOO_MANY_SESSIONS");
 }
 
+TEST_F(Errors, TooManySessionsSaysWhichLimitAndWhenToRetry) {
+  harness_.create("second", test::wire_scene());
+  const auto status = create([](auto& request) { request.set_session_id("third"); });
+  v1::Status details;
+  ASSERT_TRUE(details.ParseFromString(status.error_details()));
+  ASSERT_EQ(details.details_size(), 3);
+  EXPECT_EQ(details.details(1).type_url(), "type.googleapis.com/google.rpc.QuotaFailure");
+  v1::QuotaFailure quota;
+  ASSERT_TRUE(quota.ParseFromString(details.details(1).value()));
+  ASSERT_EQ(quota.violations_size(), 1);
+  EXPECT_EQ(quota.violations(0).subject(), "sessions");
+  EXPECT_EQ(quota.violations(0).description(), "at most 2");
+  EXPECT_EQ(details.details(2).type_url(), "type.googleapis.com/google.rpc.RetryInfo");
+  v1::RetryInfo retry;
+  ASSERT_TRUE(retry.ParseFromString(details.details(2).value()));
+  EXPECT_EQ(retry.retry_delay().seconds(), 1);
+}
+
+TEST_F(Errors, OfRouting) {
+  const auto routed = [&](const std::string& by) {
+    v1::StepRequest request;
+    request.set_session_id("s");
+    grpc::ClientContext context;
+    context.AddMetadata("stiefel-session", by);
+    v1::StepResponse response;
+    return harness_.stub->Step(&context, request, &response);
+  };
+  EXPECT_TRUE(routed("s").ok());
+  expect_invalid(routed("t"), "session_id");
+}
+
 TEST_F(Errors, OfSteps) {
   expect_reason(step([](auto& r) { r.set_session_id("nobody"); }), grpc::NOT_FOUND,
                 "SESSION_NOT_FOUND");
@@ -220,7 +251,10 @@ TEST_F(Errors, DriveGoesOn) {
     EXPECT_TRUE(drive->Write(request) && drive->Read(&response));
     return response;
   };
-  EXPECT_EQ(ask("nobody", 1).error().code(), grpc::NOT_FOUND);
+  const v1::Status unknown = ask("nobody", 1).error();
+  expect_reason({static_cast<grpc::StatusCode>(unknown.code()), unknown.message(),
+                 unknown.SerializeAsString()},
+                grpc::NOT_FOUND, "SESSION_NOT_FOUND");
   EXPECT_EQ(ask("s", -1).error().code(), grpc::INVALID_ARGUMENT);
   EXPECT_EQ(ask("", 5).step().sample().step(), 5);
   EXPECT_EQ(ask("", 5).step().sample().fields_size(), 2);

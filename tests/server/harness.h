@@ -36,6 +36,7 @@ struct Harness {
     request.set_session_id(id);
     *request.mutable_scene() = scene;
     request.set_checkpoint(checkpoint);
+    request.mutable_view()->set_scene(v1::SCENE_VIEW_FULL);
     grpc::ClientContext context;
     v1::CreateSessionResponse response;
     const auto status = stub->CreateSession(&context, request, &response);
@@ -47,12 +48,44 @@ struct Harness {
     v1::StepRequest request;
     request.set_session_id(id);
     request.set_to(to);
-    request.set_checkpoint(checkpoint);
+    request.set_return_checkpoint(checkpoint);
     grpc::ClientContext context;
     v1::StepResponse response;
     const auto status = stub->Step(&context, request, &response);
     EXPECT_TRUE(status.ok()) << status.error_message();
     return response;
+  }
+
+  /// The messages of a stream, and how it ended.
+  std::vector<v1::StreamResponse> stream(const v1::StreamRequest& request,
+                                         grpc::Status* status = nullptr) {
+    grpc::ClientContext context;
+    return read_all<v1::StreamResponse>(*stub->Stream(&context, request), status);
+  }
+  std::vector<v1::ConvertResponse> convert(const v1::ConvertRequest& request,
+                                           grpc::Status* status = nullptr) {
+    grpc::ClientContext context;
+    return read_all<v1::ConvertResponse>(*stub->Convert(&context, request), status);
+  }
+  std::vector<v1::ConnectResponse> connect(const v1::ConnectRequest& request,
+                                           grpc::Status* status = nullptr) {
+    grpc::ClientContext context;
+    return read_all<v1::ConnectResponse>(*stub->Connect(&context, request), status);
+  }
+
+  /// Expects OK if nobody asks for the status.
+  template <class Response>
+  static std::vector<Response> read_all(grpc::ClientReader<Response>& reader,
+                                        grpc::Status* status) {
+    std::vector<Response> messages(1);
+    while (reader.Read(&messages.back())) messages.emplace_back();
+    messages.pop_back();
+    const grpc::Status end = reader.Finish();
+    if (status)
+      *status = end;
+    else
+      EXPECT_TRUE(end.ok()) << end.error_message();
+    return messages;
   }
 
   server::Server server;

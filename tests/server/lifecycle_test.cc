@@ -58,7 +58,7 @@ TEST(Lifecycle, AStepWithoutEndStopsWithTheServer) {
     request.set_session_id("s");
     v1::GetSessionResponse response;
     ASSERT_TRUE(harness.stub->GetSession(&context, request, &response).ok());
-    if (response.session().checkpoints_size() > 1) break;  // it runs
+    if (response.session().cached_steps_size() > 1) break;  // it runs
   }
   harness.server.shutdown();
   caller.join();

@@ -44,7 +44,11 @@ class Paths : public testing::Test {
     *request.mutable_scene() = scene;
     return ask(&test::Stub::CreateSession, request);
   }
-  Faults convert(const v1::ConvertRequest& request) { return ask(&test::Stub::Convert, request); }
+  Faults convert(const v1::ConvertRequest& request) {
+    grpc::Status status;
+    EXPECT_TRUE(harness_.convert(request, &status).empty());
+    return faults_of(status);
+  }
   Faults fork(const v1::ForkSessionRequest& request) {
     return ask(&test::Stub::ForkSession, request);
   }
@@ -100,7 +104,7 @@ const std::vector<std::pair<std::string, std::function<void(v1::Scene&)>>>& wron
       {"initial_tensors.M", [](auto& s) { (*s.mutable_initial_tensors())["M"]; }},
       {"initial_tensors.X.data_type", [](auto& s) { (*s.mutable_initial_tensors())["X"]; }},
       {"horizon", [](auto& s) { s.set_horizon(-1); }},
-      {"choice", [](auto& s) { s.set_choice("mine"); }},
+      {"tolerance", [](auto& s) { s.set_tolerance(1e-6), s.set_horizon(1); }},
   };
   return all;
 }
@@ -223,8 +227,8 @@ TEST_F(Paths, OfMeasureTradeoff) {
   v1::MeasureTradeoffRequest request;
   expect_field(measure(request), "scene", "absent");
   for (const auto& [field, change] : wrong_scenes()) {
-    // Its method and choice are not looked at.
-    if (field == "choice") continue;
+    // Its method is not looked at, nor what it was chosen for.
+    if (field == "tolerance") continue;
     *request.mutable_scene() = changed(change);
     expect_field(measure(request), "scene." + field);
   }
@@ -244,17 +248,31 @@ TEST_F(Paths, OfConnect) {
   const auto connect = [&](const std::function<void(v1::ConnectRequest&)>& change) {
     v1::ConnectRequest request;
     for (const double lambda : {1.0, 2.0, 3.0}) request.add_inertia(lambda);
-    for (v1::Matrix* Q : {request.mutable_q_0(), request.mutable_q_t()})
-      *Q = matrix(RowMatrix::Identity(2, 3));
+    for (int k = 0; k < 2; ++k) {
+      v1::FramePair& pair = *request.add_pairs();
+      for (v1::Matrix* Q : {pair.mutable_q_0(), pair.mutable_q_t()})
+        *Q = matrix(RowMatrix::Identity(2, 3));
+    }
     request.set_time(1);
     change(request);
-    return ask(&test::Stub::Connect, request);
+    grpc::Status status;
+    EXPECT_TRUE(harness_.connect(request, &status).empty()) << "nothing before all is checked";
+    return faults_of(status);
   };
-  expect_field(connect([](auto& r) { r.clear_q_0(); }), "Q_0", "absent");
-  expect_field(connect([](auto& r) { r.mutable_q_t()->add_values(0); }), "Q_T.values", "7 values");
-  expect_field(connect([](auto& r) { r.mutable_q_0()->set_rows(0); }), "Q_0.rows", "0");
-  expect_field(connect([](auto& r) { *r.mutable_q_t() = matrix(RowMatrix::Identity(3, 3)); }),
-               "Q_T", "3 x 3: must have the shape of Q_0, 2 x 3");
+  const auto last = [](auto& r) -> v1::FramePair& { return *r.mutable_pairs(1); };
+  expect_field(connect([](auto& r) { r.clear_pairs(); }), "pairs", "0 pairs: must be 1 to 1024");
+  expect_field(connect([](auto& r) {
+                 while (r.pairs_size() < 1025) *r.add_pairs() = r.pairs(0);
+               }),
+               "pairs", "1025 pairs");
+  expect_field(connect([&](auto& r) { last(r).clear_q_0(); }), "pairs[1].Q_0", "absent");
+  expect_field(connect([&](auto& r) { last(r).mutable_q_t()->add_values(0); }),
+               "pairs[1].Q_T.values", "7 values");
+  expect_field(connect([&](auto& r) { last(r).mutable_q_0()->set_rows(0); }), "pairs[1].Q_0.rows",
+               "0");
+  expect_field(
+      connect([&](auto& r) { *last(r).mutable_q_t() = matrix(RowMatrix::Identity(3, 3)); }),
+      "pairs[1].Q_T", "3 x 3: must have the shape of Q_0, 2 x 3");
   expect_field(connect([](auto& r) { r.set_inertia(1, nan); }), "inertia[1]", "nan");
   expect_field(connect([](auto& r) { r.set_inertia(1, -4); }), "inertia", "-4");
   expect_field(connect([](auto& r) { r.add_inertia(1); }), "inertia", "4 numbers: must have 3");
@@ -262,13 +280,23 @@ TEST_F(Paths, OfConnect) {
   expect_field(connect([](auto& r) { r.set_steps(1u << 31); }), "steps", "2147483648");
   expect_field(connect([](auto& r) { r.set_samples(1u << 31); }), "samples", "2147483648");
   expect_field(connect([](auto& r) { r.set_restarts(1u << 31); }), "restarts", "2147483648");
-  const auto off = connect([](auto& r) { r.mutable_q_0()->set_values(1, 3e-9); });
-  expect_field(off, "Q_0", "3e-09: must have orthonormal rows to 1e-09");
+  const auto off = connect([&](auto& r) { last(r).mutable_q_0()->set_values(1, 3e-9); });
+  expect_field(off, "pairs[1].Q_0", "3e-09: must have orthonormal rows to 1e-09");
+  expect_field(connect([](auto& r) { r.set_metric(v1::METRIC_EUCLIDEAN); }), "inertia",
+               "3 numbers: must be absent with METRIC_EUCLIDEAN");
+  expect_field(connect([](auto& r) { r.set_metric(v1::METRIC_CANONICAL); }), "metric",
+               "METRIC_CANONICAL: must be METRIC_LAMBDA or METRIC_EUCLIDEAN");
+  expect_field(connect([](auto& r) { r.set_metric(static_cast<v1::Metric>(9)); }), "metric", "9");
 }
 
 TEST_F(Paths, OfDiagnose) {
   harness_.create("s", test::wire_scene());
   expect_field(diagnose([](auto& r) { r.set_to(-1); }), "to", "-1");
+  expect_field(diagnose([](auto& r) { r.set_max_invariants(8193); }), "max_invariants", "8193");
+  expect_field(diagnose([](auto& r) {
+                 for (int k = 0; k < 10'001; ++k) r.add_forms();
+               }),
+               "forms", "10001: must be at most 10000");
   expect_field(diagnose([](auto& r) { r.add_invariants("enrgy"); }), "invariants[0]",
                "did you mean energy?");
   expect_field(diagnose([](auto& r) { r.mutable_symplectic_test()->set_pairs(1001); }),
@@ -300,10 +328,8 @@ TEST_F(Paths, OfBracketsAndEnsembles) {
   v1::ConvertRequest to;
   *to.mutable_scene() = test::wire_scene();
   to.set_to("symmetric_rigid_body");
-  grpc::ClientContext context;
-  v1::ConvertResponse symmetric;
-  ASSERT_TRUE(harness_.stub->Convert(&context, to, &symmetric).ok());
-  harness_.create("pair", symmetric.scene());
+  to.set_view(v1::SCENE_VIEW_FULL);
+  harness_.create("pair", harness_.convert(to).at(0).scene());
   const auto change = [](v1::DiagnoseRequest& r) {
     auto* bracket = r.add_dirac_brackets();
     for (auto* functions : {bracket->mutable_first(), bracket->mutable_second()})
@@ -343,8 +369,10 @@ TEST_F(Paths, OfWhatIsAskedOfASession) {
   v1::DeleteSessionRequest erase;
   expect_field(ask(&test::Stub::DeleteSession, erase), "session_id", "empty");
   v1::ListSessionsRequest list;
-  list.set_page_token("a b");
-  expect_field(ask(&test::Stub::ListSessions, list), "page_token", "a b");
+  for (const char* token : {"a b", "s", "0123456773", "00"}) {
+    list.set_page_token(token);
+    expect_field(ask(&test::Stub::ListSessions, list), "page_token", token);
+  }
 }
 
 // The same id with what has the same numbers but is another scene.

@@ -1,3 +1,5 @@
+#include "proto/checksum/checksum.h"
+#include "server/sessions/numerics_id.h"
 #include "stiefel/version.h"
 #include "tests/server/harness.h"
 
@@ -14,10 +16,14 @@ TEST_F(Rpcs, DescribeIsTheCatalogueAndTheLimits) {
   v1::DescribeResponse response;
   ASSERT_TRUE(harness_.stub->Describe(&context_, {}, &response).ok());
   EXPECT_EQ(response.build(), build_fingerprint());
+  EXPECT_EQ(response.numerics_id(), server::numerics_id());
+  EXPECT_EQ(response.numerics_id().size(), 16u);
+  EXPECT_EQ(response.numerics_id().find_first_not_of("0123456789abcdef"), std::string::npos);
   EXPECT_EQ(static_cast<std::size_t>(response.systems_size()), catalogue().systems.size());
   EXPECT_EQ(static_cast<std::size_t>(response.methods_size()), catalogue().methods.size());
   EXPECT_EQ(response.limits().max_dimension(), 512u);
   EXPECT_EQ(response.limits().max_sessions(), 1000u);
+  EXPECT_EQ(response.limits().max_reply_bytes(), 2u << 20);
   EXPECT_EQ(response.limits().max_step(), std::int64_t{1} << 53);
   EXPECT_EQ(response.limits().idle_timeout().seconds(), 3600);
 }
@@ -46,27 +52,30 @@ TEST_F(Rpcs, GetShowsTheCache) {
   v1::GetSessionResponse response;
   ASSERT_TRUE(harness_.stub->GetSession(&context_, request, &response).ok());
   EXPECT_EQ(response.session().cursor(), 42);
-  ASSERT_GE(response.session().checkpoints_size(), 1);
-  EXPECT_EQ(response.session().checkpoints(0), 0);
-  EXPECT_EQ(response.session().build(), build_fingerprint());
+  ASSERT_GE(response.session().cached_steps_size(), 1);
+  EXPECT_EQ(response.session().cached_steps(0), 0);
+  EXPECT_EQ(response.session().numerics_id(), server::numerics_id());
 }
 
-TEST_F(Rpcs, ListComesInPages) {
-  for (const char* id : {"e", "b", "d", "a", "c"}) harness_.create(id, test::wire_scene());
-  v1::ListSessionsRequest request;
-  request.set_page_size(2);
-  std::string ids;
-  int pages = 0;
-  do {
-    grpc::ClientContext context;
-    v1::ListSessionsResponse response;
-    ASSERT_TRUE(harness_.stub->ListSessions(&context, request, &response).ok());
-    for (const auto& session : response.sessions()) ids += session.session_id();
-    request.set_page_token(response.next_page_token());
-    ++pages;
-  } while (!request.page_token().empty());
-  EXPECT_EQ(ids, "abcde");
-  EXPECT_EQ(pages, 3);
+TEST_F(Rpcs, EveryReplyHasTheNumericsId) {
+  const auto id_of = [](const grpc::ClientContext& context) {
+    const auto found = context.GetServerInitialMetadata().find("stiefel-numerics-id");
+    return found == context.GetServerInitialMetadata().end()
+               ? ""
+               : std::string(found->second.data(), found->second.size());
+  };
+  v1::DescribeResponse response;
+  ASSERT_TRUE(harness_.stub->Describe(&context_, {}, &response).ok());
+  EXPECT_EQ(id_of(context_), server::numerics_id());
+  harness_.create("s", test::wire_scene());
+  v1::StreamRequest request;
+  request.set_session_id("s");
+  grpc::ClientContext context;
+  const auto reader = harness_.stub->Stream(&context, request);
+  v1::StreamResponse message;
+  EXPECT_TRUE(reader->Read(&message));
+  EXPECT_EQ(id_of(context), server::numerics_id());
+  EXPECT_TRUE(reader->Finish().ok());
 }
 
 TEST_F(Rpcs, DeletingTwiceSucceeds) {
@@ -121,6 +130,55 @@ TEST_F(Rpcs, DiagnoseComparesWithStepZero) {
   EXPECT_LT(response.invariants(0).drift(), 1e-12);
   EXPECT_LT(response.orthogonality(), 1e-13);
   EXPECT_GT(response.domain().h_omega(), 0);
+}
+
+TEST_F(Rpcs, DiagnoseKeepsTheLargestDriftsOfAFamily) {
+  harness_.create("s", test::wire_scene({.method = "rk4", .dimension = 5}));
+  const auto diagnose = [&](std::uint32_t most) {
+    v1::DiagnoseRequest request;
+    request.set_session_id("s");
+    request.set_to(100);
+    request.add_invariants("spatial_momentum");
+    request.set_max_invariants(most);
+    request.set_checksum(true);
+    grpc::ClientContext context;
+    v1::DiagnoseResponse response;
+    EXPECT_TRUE(harness_.stub->Diagnose(&context, request, &response).ok());
+    EXPECT_EQ(response.checksum(), wire::checksum(response));
+    EXPECT_EQ(response.price().bound(), v1::PRICE_BOUND_AT_LEAST);
+    return response;
+  };
+  const auto all = diagnose(0), some = diagnose(3);
+  ASSERT_EQ(all.invariants_size(), 10);
+  EXPECT_EQ(all.shortened_size(), 0);
+  ASSERT_EQ(some.invariants_size(), 3);
+  ASSERT_EQ(some.shortened_size(), 1);
+  EXPECT_EQ(some.shortened(0).name(), "spatial_momentum");
+  EXPECT_EQ(some.shortened(0).count(), 10u);
+  std::vector<double> drifts;
+  for (const auto& invariant : all.invariants()) drifts.push_back(invariant.drift());
+  std::ranges::sort(drifts, std::greater());
+  for (const auto& invariant : some.invariants()) EXPECT_GE(invariant.drift(), drifts[2]);
+}
+
+TEST_F(Rpcs, PricesAreThoseOfTheStepsThatAreMissing) {
+  const auto session = harness_.create("s", test::wire_scene()).session();
+  const double step = session.step_price().work();
+  EXPECT_GT(step, 100);
+  EXPECT_EQ(session.step_price().bytes(), 2u * 72);
+  EXPECT_EQ(session.step_price().bound(), v1::PRICE_BOUND_EXPECTED);
+  EXPECT_EQ(harness_.step("s", 100).price().work(), 100 * step);
+  EXPECT_EQ(harness_.step("s", 130).price().work(), 30 * step);
+  EXPECT_EQ(harness_.step("s", 130).price().work(), 0);
+  auto twice = test::wire_scene();
+  twice.mutable_method()->set_substeps(2);
+  EXPECT_EQ(harness_.create("t", twice).session().step_price().work(), 2 * step);
+  auto adaptive = test::wire_scene();
+  adaptive.mutable_method()->set_name("adaptive");
+  EXPECT_EQ(harness_.create("a", adaptive).session().step_price().bound(),
+            v1::PRICE_BOUND_AT_LEAST);
+  harness_.create("e", test::wire_scene({.method = "exact"}));
+  EXPECT_EQ(harness_.step("e", 1'000'000).price().work(), harness_.step("e", 7).price().work());
 }
 
 }  // namespace

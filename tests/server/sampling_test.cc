@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cstring>
 
+#include "server/sessions/checkpoint_bytes.h"
 #include "tests/server/scenes.h"
 
 namespace stiefel::server {
@@ -65,7 +67,7 @@ TEST_F(SamplingTest, GoesOnAfterARestWithTheSameBits) {
   stopped.clear(batch);
   stopped.rest();
   stopped.cancel(batch);
-  EXPECT_EQ(stopped.walk().run_status().outcome, Outcome::cancelled);
+  EXPECT_EQ(stopped.cursor().run_status().outcome, Outcome::cancelled);
   EXPECT_EQ(batch.steps, std::vector<std::int64_t>{0});
 }
 
@@ -95,8 +97,8 @@ TEST_F(SamplingTest, CancelSendsTheLastGoodState) {
   sampling.fill(batch);
   sampling.cancel(batch);
   EXPECT_TRUE(sampling.done());
-  EXPECT_EQ(sampling.walk().run_status().outcome, Outcome::cancelled);
-  EXPECT_EQ(batch.steps, (std::vector<std::int64_t>{0, sampling.walk().step()}));
+  EXPECT_EQ(sampling.cursor().run_status().outcome, Outcome::cancelled);
+  EXPECT_EQ(batch.steps, (std::vector<std::int64_t>{0, sampling.cursor().step()}));
 }
 
 TEST_F(SamplingTest, ANumericalStopEndsWithTheLastGoodState) {
@@ -108,8 +110,47 @@ TEST_F(SamplingTest, ANumericalStopEndsWithTheLastGoodState) {
   sampling.clear(batch);
   sampling.fill(batch);
   EXPECT_TRUE(sampling.done());
-  EXPECT_EQ(sampling.walk().run_status().outcome, Outcome::left_domain);
-  EXPECT_EQ(batch.steps, (std::vector<std::int64_t>{sampling.walk().step()}));
+  EXPECT_EQ(sampling.cursor().run_status().outcome, Outcome::left_domain);
+  EXPECT_EQ(batch.steps, (std::vector<std::int64_t>{sampling.cursor().step()}));
+}
+
+TEST_F(SamplingTest, CheckpointsAreOfTheSamplesTheyFollow) {
+  Sampling sampling(session_, {0}, {100, 1000, 70, 300, true});
+  Batch batch;
+  std::vector<std::int64_t> steps;
+  while (!sampling.done()) {
+    sampling.clear(batch);
+    while (!sampling.done() && !sampling.full(batch)) sampling.fill(batch);
+    const std::string bytes = sampling.take_checkpoint();
+    ASSERT_FALSE(bytes.empty());
+    EXPECT_TRUE(sampling.take_checkpoint().empty()) << "once";
+    const auto checkpoint = decode_checkpoint(session_, bytes);
+    ASSERT_TRUE(checkpoint);
+    EXPECT_EQ(checkpoint->step, batch.steps.back());
+    EXPECT_EQ(checkpoint->saved, test::expected_state(session_.scene(), checkpoint->step));
+    EXPECT_EQ(bytes.size(), checkpoint_bytes(session_));
+    steps.push_back(checkpoint->step);
+  }
+  // 300 past 100 is 400, the first sample there 450; 300 past that 750, the first sample 800.
+  EXPECT_EQ(steps, (std::vector<std::int64_t>{450, 800, 1000}));
+}
+
+TEST_F(SamplingTest, SinglePrecisionTakesHalfTheBytes) {
+  SceneDescription description = test::description();
+  description.method->scalar = "float";
+  Session session("s", Scene::resolve(description).value(), clock());
+  const All all = collect(session, {0, 100, 1});
+  ASSERT_EQ(all.Q.size(), 101u * 9 * sizeof(float));
+  const auto simulation = make_simulation(session.scene());
+  for (std::size_t i = 0; i < all.steps.size(); ++i) {
+    std::array<double, 9> Q;
+    simulation->advance(static_cast<std::int64_t>(i) - simulation->step());
+    simulation->write(0, Q);
+    std::array<float, 9> sent;
+    std::memcpy(sent.data(), all.Q.data() + i * sizeof sent, sizeof sent);
+    for (std::size_t j = 0; j < Q.size(); ++j)
+      ASSERT_EQ(static_cast<double>(sent[j]), Q[j]) << "step " << i << ": nothing is lost";
+  }
 }
 
 }  // namespace

@@ -91,7 +91,7 @@ TEST(Session, AClosedFormGoesAnywhereAtOnce) {
   EXPECT_TRUE(walk.advance(far, budget));
   EXPECT_EQ(walk.step(), far);
   EXPECT_EQ(walk.computed_steps(), 1);
-  EXPECT_EQ(session->checkpoints(), std::vector<std::int64_t>{0});
+  EXPECT_EQ(session->cached_steps(), std::vector<std::int64_t>{0});
   EXPECT_EQ(saved(walk.simulation()), expected_state(session->scene(), far));
 }
 
@@ -111,7 +111,7 @@ TEST(Session, GoesBackFromACheckpoint) {
   const auto session = session_of();
   const std::int64_t spacing = session->next_checkpoint(0);
   state_at(*session, 3 * spacing + 7);
-  EXPECT_EQ(session->checkpoints(),
+  EXPECT_EQ(session->cached_steps(),
             (std::vector<std::int64_t>{0, spacing, 2 * spacing, 3 * spacing}));
   Cursor walk(*session, 2 * spacing + 5);
   EXPECT_EQ(walk.step(), 2 * spacing);

@@ -2,7 +2,7 @@
 import grpc
 import pytest
 
-from stiefel.v1 import simulation_pb2 as pb
+from stiefel import v1 as pb
 from stiefel.v1 import simulation_pb2_grpc as rpc
 
 ALGORITHMS = [grpc.Compression.Gzip, grpc.Compression.Deflate]

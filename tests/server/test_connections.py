@@ -7,7 +7,7 @@ import grpc
 import pytest
 
 from conftest import PREFACE, eventually
-from stiefel.v1 import simulation_pb2 as pb
+from stiefel import v1 as pb
 from stiefel.v1 import simulation_pb2_grpc as rpc
 
 NO_PLACE = b"HTTP/1.1 503 "

@@ -6,7 +6,7 @@ import pytest
 
 import stiefel
 from conftest import BODY, eventually
-from stiefel.v1 import simulation_pb2 as pb
+from stiefel import v1 as pb
 from stiefel.v1 import simulation_pb2_grpc as rpc
 
 

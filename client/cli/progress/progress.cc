@@ -60,7 +60,7 @@ std::string Progress::how_far() const {
 void Progress::ask() {
   try {
     const v1::Session now = session_.refresh();
-    for (const std::int64_t held : now.checkpoints()) {
+    for (const std::int64_t held : now.cached_steps()) {
       if (held <= to_) at(held);
     }
   } catch (const client::Error&) {

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "client/cli/progress/status_line.h"
-#include "client/cpp/session.h"
+#include "stiefel/client/session.h"
 
 namespace stiefel::cli {
 

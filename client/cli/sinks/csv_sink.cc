@@ -2,7 +2,7 @@
 
 #include "client/cli/sinks/destination.h"
 #include "client/cli/sinks/sink.h"
-#include "client/cpp/samples.h"
+#include "stiefel/client/samples.h"
 
 namespace stiefel::cli {
 namespace {
@@ -52,9 +52,10 @@ class CsvSink : public Sink {
       text_ += std::to_string(sample.step()) + ',';
       append_number(text_, sample.time());
       for (int j = 0; j < sample.field_count(); ++j) {
-        for (const double value : sample.field(j).values) {
+        const auto field = sample.field(j);
+        for (std::size_t k = 0; k < field.size(); ++k) {
           text_ += ',';
-          append_number(text_, value);
+          append_number(text_, field[k]);
         }
       }
       text_ += '\n';

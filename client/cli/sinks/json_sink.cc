@@ -1,6 +1,6 @@
 #include "client/cli/sinks/destination.h"
 #include "client/cli/sinks/sink.h"
-#include "client/cpp/samples.h"
+#include "stiefel/client/samples.h"
 
 namespace stiefel::cli {
 namespace {
@@ -8,12 +8,12 @@ namespace {
 using client::SampleView;
 
 /// Every `parts`-th number from `part` on.
-void append_numbers(std::string& text, const char* name, std::span<const double> values,
+void append_numbers(std::string& text, const char* name, const client::FieldView& field,
                     std::size_t part, std::size_t parts) {
   text.append(", \"").append(name).append("\": [");
-  for (std::size_t j = part; j < values.size(); j += parts) {
+  for (std::size_t j = part; j < field.size(); j += parts) {
     if (j > part) text += ", ";
-    append_number(text, values[j]);
+    append_number(text, field[j]);
   }
   text += "]";
 }
@@ -28,8 +28,8 @@ void append_sample(std::string& text, const SampleView& sample) {
             (field.members ? "\"members\": " + std::to_string(field.members) + ", " : "") +
             "\"rows\": " + std::to_string(field.rows) + ", \"cols\": " + std::to_string(field.cols);
     const std::size_t parts = field.complex ? 2 : 1;
-    append_numbers(text, "values", field.values, 0, parts);
-    if (field.complex) append_numbers(text, "imaginary", field.values, 1, parts);
+    append_numbers(text, "values", field, 0, parts);
+    if (field.complex) append_numbers(text, "imaginary", field, 1, parts);
     text += "}";
   }
   text += "}}";

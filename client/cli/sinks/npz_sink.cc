@@ -76,6 +76,11 @@ std::string_view bytes(const google::protobuf::RepeatedField<Number>& numbers) {
   return {reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(Number)};
 }
 
+std::string numpy_type(v1::DataType type) {
+  if (type == v1::DATA_TYPE_COMPLEX128) return "<c16";
+  return type == v1::DATA_TYPE_FLOAT32 ? "<f4" : "<f8";
+}
+
 /// What numpy.load opens: `step`, `time`, and (samples, rows, cols) for every field.
 class NpzSink : public Sink {
  public:
@@ -90,8 +95,7 @@ class NpzSink : public Sink {
     if (fields_.empty()) {
       for (const auto& field : batch.fields()) {
         const auto& shape = field.value().shape();
-        const bool complex = field.value().data_type() == v1::DATA_TYPE_COMPLEX128;
-        fields_.emplace_back(field.name(), complex ? "<c16" : "<f8",
+        fields_.emplace_back(field.name(), numpy_type(field.value().data_type()),
                              std::vector<std::uint64_t>(shape.begin() + 1, shape.end()),
                              destination_.working_path());
       }

@@ -6,12 +6,12 @@
 """
 from __future__ import annotations
 
-from stiefel.answers import Conversion, EstimatedError, Geodesic
-from stiefel.arrays import Batch, RunStatus, Outcome, State, Trajectory
+from stiefel.answers import Choice, Conversion, EstimatedError, Geodesic
+from stiefel.arrays import Batch, Outcome, Price, RunStatus, State, Trajectory
 from stiefel.client import Client
 from stiefel.diagnosis import Conservation, Diagnosis, Domain, Invariant
 from stiefel.drive import Drive
-from stiefel.errors import (AlreadyExists, Cancelled, Closed, DeadlineExceeded, FailedPrecondition, Internal,
+from stiefel.errors import (AlreadyExists, Cancelled, Closed, CorruptReply, DeadlineExceeded, FailedPrecondition, Internal,
                             InvalidArgument, NotFound, NotStarted, ResourceExhausted, SceneWarning, StiefelError,
                             Unavailable, Unimplemented, Violation)
 from stiefel.scenes import SceneLike, to_dict, to_message
@@ -20,10 +20,10 @@ from stiefel.session import Session
 from stiefel.tradeoff import Point, Tradeoff
 
 __all__ = [
-    "AlreadyExists", "Batch", "Cancelled", "Client", "Closed", "Conservation", "Conversion", "DeadlineExceeded",
-    "Diagnosis", "Domain", "Drive", "RunStatus", "EstimatedError", "FailedPrecondition", "Geodesic", "Internal",
-    "Invariant", "InvalidArgument", "NotFound", "NotStarted", "Outcome", "Point", "ResourceExhausted", "SceneLike",
-    "SceneWarning", "Server", "Session", "State", "StiefelError", "Tradeoff", "Trajectory", "Unavailable",
+    "AlreadyExists", "Batch", "Cancelled", "Choice", "Client", "Closed", "Conservation", "Conversion", "CorruptReply",
+    "DeadlineExceeded", "Diagnosis", "Domain", "Drive", "EstimatedError", "FailedPrecondition", "Geodesic", "Internal",
+    "Invariant", "InvalidArgument", "NotFound", "NotStarted", "Outcome", "Point", "Price", "ResourceExhausted",
+    "RunStatus", "SceneLike", "SceneWarning", "Server", "Session", "State", "StiefelError", "Tradeoff", "Trajectory", "Unavailable",
     "Unimplemented", "Violation", "to_dict", "to_message",
 ]
 

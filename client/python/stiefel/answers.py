@@ -2,12 +2,36 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Optional
+from typing import Any, Optional, Sequence
 
-from stiefel.arrays import Array, RunStatus, Outcome, decode
+from google.protobuf import json_format
+
+from stiefel import v1 as pb
+from stiefel.arrays import Array, Outcome, RunStatus
+from stiefel.assembly import Assembly
+from stiefel.checksums import verify_conversion, verify_geodesic
 from stiefel.compare import ByValue
-from stiefel.scenes import to_array, to_dict
-from stiefel.v1 import simulation_pb2 as pb
+from stiefel.resolved import put, resolve
+from stiefel.scenes import to_dict
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A method that the server chose for a scene's tolerance."""
+
+    method: dict[str, Any]  #: as in a scene
+    tolerance: float
+    horizon: float
+    reason: str  #: error, work, what was measured and against what, in one sentence
+
+    @staticmethod
+    def of(message: Any) -> Optional[Choice]:
+        """Of a session or a conversion; None if its scene named its method."""
+        if not message.HasField("choice"):
+            return None
+        choice = message.choice
+        method: dict[str, Any] = json_format.MessageToDict(choice.method, preserving_proto_field_name=True)
+        return Choice(method, choice.tolerance, choice.horizon, choice.reason)
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,11 +42,23 @@ class Conversion(ByValue):
     blocks: dict[str, Array]  #: then instead of it
     margins: dict[str, float]  #: how near a domain's edge, by the domain's name: positive inside
 
+    choice: Optional[Choice] = None  #: the method that was chosen if the scene had a tolerance
+
     @staticmethod
-    def of(message: pb.ConvertResponse) -> Conversion:
-        scene = to_dict(message.scene) if message.HasField("scene") else None
-        return Conversion(scene, {name: to_array(block) for name, block in message.blocks.items()},
-                          {margin.domain: margin.margin for margin in message.margins})
+    def of(messages: Sequence[pb.ConvertResponse], sent: pb.Scene) -> Conversion:
+        """`sent`: the scene that was to be converted."""
+        blocks, arrays = Assembly(), Assembly()
+        for message in messages:
+            verify_conversion(message)
+            blocks.take(message.blocks)
+            arrays.take(message.scene_arrays)
+        first, found, scene = messages[0], arrays.finish(), None
+        if first.HasField("scene"):
+            resolved = resolve(sent, first.scene, first.cleared, found)
+            put(found, resolved)
+            scene = to_dict(resolved)
+        return Conversion(scene, blocks.finish(), {margin.domain: margin.margin for margin in first.margins},
+                          Choice.of(first))
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,12 +78,19 @@ class Geodesic(ByValue):
         return self.run_status.outcome
 
     @staticmethod
-    def of(message: pb.ConnectResponse) -> Geodesic:
-        scene = to_dict(message.scene) if message.HasField("scene") else None
-        shortest = pb.Shortest.Name(message.shortest)[len("SHORTEST_"):].lower()
-        trajectory = decode(message.trajectory) if message.HasField("trajectory") else None
-        return Geodesic(scene, message.energy, message.residual, shortest, message.distinct, trajectory,
-                        RunStatus.of(message.run_status))
+    def of(messages: Sequence[pb.ConnectResponse]) -> Geodesic:
+        """`messages`: all of one pair."""
+        arrays = Assembly()
+        for message in messages:
+            verify_geodesic(message)
+            if message.HasField("trajectory"):
+                arrays.take([message.trajectory])
+        first = messages[0]
+        scene = to_dict(first.scene) if first.HasField("scene") else None
+        shortest = pb.Shortest.Name(first.shortest)[len("SHORTEST_"):].lower()
+        trajectory = next(iter(arrays.finish().values()), None)
+        return Geodesic(scene, first.energy, first.residual, shortest, first.distinct, trajectory,
+                        RunStatus.of(first.run_status))
 
 
 @dataclass(frozen=True)

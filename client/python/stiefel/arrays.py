@@ -10,10 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiefel import save
+from stiefel import v1 as pb
 from stiefel.compare import ByValue
-from stiefel.v1 import outcome_pb2, scene_pb2, simulation_pb2
 
-Array = NDArray[Any]  # float64, or complex128
+Array = NDArray[Any]  # float64, complex128, or float32 in a scene of that scalar
+DTYPES: dict[int, np.dtype[Any]] = {
+    pb.DATA_TYPE_FLOAT64: np.dtype("<f8"), pb.DATA_TYPE_COMPLEX128: np.dtype("<c16"),
+    pb.DATA_TYPE_FLOAT32: np.dtype("<f4"),
+}
 _STEP, _TIME = "step", "time"
 
 
@@ -42,11 +46,25 @@ class RunStatus:
     member: Optional[int] = None
 
     @staticmethod
-    def of(message: outcome_pb2.RunStatus) -> RunStatus:
-        name = outcome_pb2.Outcome.Name(message.outcome)
+    def of(message: pb.RunStatus) -> RunStatus:
+        name = pb.Outcome.Name(message.outcome)
         largest = message.largest_step if message.HasField("largest_step") else None
         member = message.member if message.HasField("member") else None
         return RunStatus(Outcome(name[len("OUTCOME_"):]), largest, message.message, member)
+
+
+@dataclass(frozen=True)
+class Price:
+    """What a call costs, predicted before it runs."""
+
+    work: float  #: instructions
+    bytes: int  #: of the reply's arrays
+    #: "expected"; "at_least" where a part has no prediction; "at_most" where the call stops at it.
+    bound: str
+
+    @staticmethod
+    def of(message: pb.Price) -> Price:
+        return Price(message.work, message.bytes, pb.PriceBound.Name(message.bound)[len("PRICE_BOUND_"):].lower())
 
 
 class _Fields(ByValue, Mapping[str, Array]):
@@ -92,16 +110,17 @@ class State(_Fields):
     run_status: RunStatus
     computed_steps: int = field(compare=False)  #: the steps computed for this reply; the rest came from a cache
     checkpoint: bytes = field(compare=False)  #: what `Client.create` accepts, if it was asked for
+    price: Optional[Price] = field(default=None, compare=False)  #: predicted, of the computed steps
 
     @property
     def outcome(self) -> Outcome:
         return self.run_status.outcome
 
     @staticmethod
-    def of(message: simulation_pb2.StepResponse) -> State:
+    def of(message: pb.StepResponse) -> State:
         sample = message.sample
         return State(sample.step, sample.time, decode_fields(sample.fields), RunStatus.of(message.run_status),
-                     message.computed_steps, message.checkpoint)
+                     message.computed_steps, message.checkpoint, Price.of(message.price))
 
     def __repr__(self) -> str:
         return f"<stiefel.State {self.outcome} at step {self.step}, time {self.time!r}: {self._shapes()}>"
@@ -124,17 +143,9 @@ class Batch(_Fields):
         return len(self.step)
 
     @staticmethod
-    def of(message: simulation_pb2.StreamResponse, every: int, step: float) -> Batch:
-        """`every` and `step` (the scene's) are what the request asked for.
-
-        Reading repeated numbers one by one would cost more than all the fields together, so where the
-        steps are equally spaced they are counted, and the times are k · step, as in the engine.
-        """
-        first, last, count = message.steps[0], message.steps[-1], len(message.steps)
-        if last - first == every * (count - 1):
-            steps = np.arange(first, last + 1, every)
-        else:
-            steps = np.fromiter(message.steps, np.int64, count)
+    def of(message: pb.StreamResponse, every: int, step: float) -> Batch:
+        """`every` and `step` (the scene's) are what the request asked for."""
+        steps = read_steps(message, every)
         return Batch(steps, steps * step, decode_fields(message.fields))
 
     def __repr__(self) -> str:
@@ -172,6 +183,18 @@ class Trajectory(Batch):
         return f"<stiefel.Trajectory {self.outcome} {self._extent()}: {self._shapes()}>"
 
 
+def read_steps(message: pb.StreamResponse, every: int) -> NDArray[np.int64]:
+    """The steps of a message with samples. The times are k · step, as in the engine.
+
+    Reading repeated numbers one by one would cost more than all the fields together, so where the
+    steps are equally spaced they are counted.
+    """
+    first, last, count = message.steps[0], message.steps[-1], len(message.steps)
+    if last - first == every * (count - 1):
+        return np.arange(first, last + 1, every)
+    return np.fromiter(message.steps, np.int64, count)
+
+
 class Collector:
     """Puts batches into arrays that are allocated once, for `count` samples."""
 
@@ -195,11 +218,11 @@ class Collector:
         return Trajectory(step, time, fields, run_status, computed_steps)
 
 
-def decode(tensor: scene_pb2.Tensor) -> Array:
+def decode(tensor: pb.Tensor) -> Array:
     """A read-only view of the tensor's bytes."""
-    dtype = "<c16" if tensor.data_type == scene_pb2.DATA_TYPE_COMPLEX128 else "<f8"
-    return np.frombuffer(tensor.data, dtype=dtype).reshape(tensor.shape)
+    array: Array = np.frombuffer(tensor.data, DTYPES[tensor.data_type]).reshape(tensor.shape)
+    return array
 
 
-def decode_fields(fields: Iterable[simulation_pb2.Field]) -> dict[str, Array]:
+def decode_fields(fields: Iterable[pb.Field]) -> dict[str, Array]:
     return {field.name: decode(field.value) for field in fields}

@@ -4,23 +4,20 @@ from __future__ import annotations
 import os
 import uuid
 import warnings
-from typing import Any, Iterator, Optional
+from typing import Any, Iterable, Iterator, Optional, Sequence
 
 import grpc
 
 from stiefel import calls
+from stiefel import v1 as pb
 from stiefel.answers import Conversion, Geodesic
-from stiefel.errors import Closed, SceneWarning, StiefelError, from_rpc_error
+from stiefel.errors import Closed, CorruptReply, InvalidArgument, SceneWarning, StiefelError, Violation, from_rpc_error
 from stiefel.scenes import SceneLike, to_matrix, to_message
 from stiefel.session import Session
 from stiefel.tradeoff import Tradeoff
-from stiefel.v1 import simulation_pb2 as pb
-from stiefel.v1 import tradeoff_pb2
 from stiefel.v1.simulation_pb2_grpc import SimulationServiceStub
 
 _OPTIONS = [
-    ("grpc.max_receive_message_length", -1),
-    ("grpc.max_send_message_length", -1),
     ("grpc.initial_reconnect_backoff_ms", 50),
     ("grpc.min_reconnect_backoff_ms", 50),
     ("grpc.max_reconnect_backoff_ms", 1000),
@@ -30,15 +27,17 @@ _OPTIONS = [
 class Client:
     """A connection to the server at `address`: "host:port" or "unix:/path".
 
-    `timeout` is the deadline of every call in seconds, unless the call is given its own; None waits
-    for ever. Of a stream or a trajectory, which may be long, it bounds what comes at a time: one that
-    has brought something in `timeout` seconds goes on. As a context manager it closes itself at the
-    end; what is called after that raises `Closed`. Safe to use from many threads.
+    `timeout` is the deadline of every call in seconds, unless the call has its own; None sets no
+    deadline. A stream or a trajectory may take longer: it goes on as long as samples arrive within
+    `timeout` seconds. `checksums`: the server sends checksums of the numbers of its replies, and the
+    client raises `CorruptReply` where they differ. As a context manager the client closes itself at the
+    end; a call after that raises `Closed`. Safe to use from many threads.
     """
 
-    def __init__(self, address: Optional[str] = None, timeout: Optional[float] = 60.0):
+    def __init__(self, address: Optional[str] = None, timeout: Optional[float] = 60.0, checksums: bool = True):
         self.address = address or os.environ.get("STIEFEL_ADDRESS", "127.0.0.1:50551")
         self.timeout = timeout
+        self.checksums = checksums
         self.channel = grpc.insecure_channel(self.address, options=_OPTIONS)
         self._stub = SimulationServiceStub(self.channel)  # type: ignore[no-untyped-call]
         self._closed = False
@@ -61,17 +60,19 @@ class Client:
         `checkpoint` is a `State.checkpoint` of the same scene, possibly from another server. What the
         server finds doubtful about the scene is issued as `SceneWarning`.
         """
-        request = pb.CreateSessionRequest(session_id=str(uuid.uuid4()) if id is None else id,
-                                          scene=to_message(scene), checkpoint=checkpoint)
+        sent = to_message(scene)
+        request = pb.CreateSessionRequest(session_id=str(uuid.uuid4()) if id is None else id, scene=sent,
+                                          checkpoint=checkpoint, view=pb.SessionView(checksum=self.checksums))
         reply = self.call("CreateSession", request)
         for text in reply.session.warnings:
             warnings.warn(text, SceneWarning, stacklevel=2)
-        return Session(self, reply.session, reply.created)
+        return Session(self, reply.session, reply.created, sent)
 
     def get(self, id: str) -> Session:
         """The session of that id; NotFound if there is none."""
-        reply = self.call("GetSession", pb.GetSessionRequest(session_id=id))
-        return Session(self, reply.session, created=False)
+        view = pb.SessionView(scene=pb.SCENE_VIEW_FULL, checksum=self.checksums)
+        reply = self.call("GetSession", pb.GetSessionRequest(session_id=id, view=view))
+        return Session(self, reply.session, created=False, base=pb.Scene())
 
     def list(self) -> Iterator[Session]:
         """All sessions of the server, ordered by id."""
@@ -91,16 +92,37 @@ class Client:
                 parameter: Optional[float] = None) -> Conversion:
         """The same motion as a scene of the system `to`, or as its "velocity", "angular_velocity" or
         "interpolation"."""
-        return Conversion.of(self.call("Convert", pb.ConvertRequest(
-            scene=to_message(scene), to=to, epsilon=epsilon, parameter=parameter)))
+        sent = to_message(scene)
+        return Conversion.of(self.call_all("Convert", pb.ConvertRequest(
+            scene=sent, to=to, epsilon=epsilon, parameter=parameter, checksum=self.checksums)), sent)
 
     def geodesic(self, inertia: Any, Q_0: Any, Q_T: Any, time: float = 1.0, steps: int = 0,
                  samples: int = 0, seed: int = 0, restarts: Optional[int] = None,
                  timeout: Optional[float] = None) -> Geodesic:
         """The geodesic from the frame Q_0 to the frame Q_T in that time; with `steps` the discrete one."""
-        return Geodesic.of(self.call("Connect", pb.ConnectRequest(
-            inertia=inertia, q_0=to_matrix(Q_0, "Q_0"), q_t=to_matrix(Q_T, "Q_T"), time=time, steps=steps,
-            samples=samples, seed=seed, restarts=restarts), timeout))
+        pair = pb.FramePair(q_0=to_matrix(Q_0, "Q_0"), q_t=to_matrix(Q_T, "Q_T"))
+        return self._connect([pair], inertia=inertia, time=time, steps=steps, samples=samples, seed=seed,
+                             restarts=restarts, timeout=timeout)[0]
+
+    def connect(self, pairs: Iterable[tuple[Any, Any]], inertia: Any = (), metric: str = "lambda", time: float = 1.0,
+                steps: int = 0, samples: int = 0, seed: int = 0, restarts: Optional[int] = None,
+                timeout: Optional[float] = None) -> tuple[Geodesic, ...]:
+        """The geodesics that join many pairs (Q_0, Q_T) of frames of one shape, in the order of the pairs.
+
+        `metric`: "lambda" (that of `inertia`) or "euclidean" (Lambda = I, without `inertia`).
+        """
+        messages = [pb.FramePair(q_0=to_matrix(Q_0, f"pairs[{i}].Q_0"), q_t=to_matrix(Q_T, f"pairs[{i}].Q_T"))
+                    for i, (Q_0, Q_T) in enumerate(pairs)]
+        return self._connect(messages, inertia=inertia, metric=_metric(metric), time=time, steps=steps, samples=samples,
+                             seed=seed, restarts=restarts, timeout=timeout)
+
+    def _connect(self, pairs: Sequence[pb.FramePair], timeout: Optional[float], **request: Any) -> tuple[Geodesic, ...]:
+        replies: dict[int, Any] = {}
+        for reply in self.call_all("Connect", pb.ConnectRequest(pairs=pairs, checksum=self.checksums, **request), timeout):
+            replies.setdefault(reply.pair, []).append(reply)
+        if sorted(replies) != list(range(len(pairs))):
+            raise CorruptReply(f"the server answered {len(replies)} of {len(pairs)} pairs")
+        return tuple(Geodesic.of(replies[pair]) for pair in range(len(pairs)))
 
     def tradeoff(self, scene: SceneLike, horizon: Optional[float] = None, budget: Optional[float] = None,
                  repeats: Optional[int] = None, timeout: Optional[float] = None) -> Tradeoff:
@@ -113,10 +135,9 @@ class Client:
 
     def tradeoff_parts(self, scene: SceneLike, horizon: Optional[float] = None,
                        budget: Optional[float] = None, repeats: Optional[int] = None,
-                       timeout: Optional[float] = None) -> Iterator[tradeoff_pb2.MeasureTradeoffResponse]:
-        """The same, part by part as they arrive; to leave the iteration ends the measurement."""
-        request = tradeoff_pb2.MeasureTradeoffRequest(scene=to_message(scene), horizon=horizon, budget=budget,
-                                            repeats=repeats)
+                       timeout: Optional[float] = None) -> Iterator[pb.MeasureTradeoffResponse]:
+        """`tradeoff` part by part as they arrive; to leave the iteration ends the measurement."""
+        request = pb.MeasureTradeoffRequest(scene=to_message(scene), horizon=horizon, budget=budget, repeats=repeats)
         stream = self.stub.MeasureTradeoff(request, timeout=self.deadline(timeout))
         try:
             yield from stream
@@ -129,6 +150,12 @@ class Client:
         """One unary call by name, with the deadline, the retries and the exceptions of this package."""
         return calls.call(lambda left: getattr(self.stub, method)(request, timeout=left), self.error,
                           self.deadline(timeout))
+
+    def call_all(self, method: str, request: Any, timeout: Optional[float] = None) -> Sequence[Any]:
+        """All replies of a call that streams them, as `call` makes it."""
+        replies: Sequence[Any] = calls.call(lambda left: tuple(getattr(self.stub, method)(request, timeout=left)),
+                                            self.error, self.deadline(timeout))
+        return replies
 
     def error(self, failure: Exception) -> StiefelError:
         """This package's exception for gRPC's."""
@@ -161,3 +188,11 @@ class Client:
 
     def __repr__(self) -> str:
         return f"<stiefel.Client of {self.address}{', closed' if self._closed else ''}>"
+
+
+def _metric(name: str) -> int:
+    known: dict[str, int] = {value[len("METRIC_"):].lower(): number for value, number in pb.Metric.items()}
+    if name not in known:
+        rule = f"{name!r}: must be one of {', '.join(key for key in known if key != 'unspecified')}"
+        raise InvalidArgument(f"metric: {rule}", (Violation("metric", rule),))
+    return known[name]

@@ -5,10 +5,10 @@ import enum
 from dataclasses import dataclass, field
 from typing import Optional
 
+from stiefel import v1 as pb
 from stiefel.answers import EstimatedError
-from stiefel.arrays import RunStatus, Outcome
-from stiefel.v1 import catalogue_pb2
-from stiefel.v1 import simulation_pb2 as pb
+from stiefel.arrays import Outcome, Price, RunStatus
+from stiefel.checksums import verify_diagnosis
 
 
 class Conservation(str, enum.Enum):
@@ -25,9 +25,9 @@ class Conservation(str, enum.Enum):
     @staticmethod
     def of(value: int) -> Conservation:
         """From the number on the wire, which `Client.describe` has too. One that is not known is UNSPECIFIED."""
-        if value not in catalogue_pb2.Conservation.values():
+        if value not in pb.Conservation.values():
             return Conservation.UNSPECIFIED
-        return Conservation(catalogue_pb2.Conservation.Name(value)[len("CONSERVATION_"):].lower())
+        return Conservation(pb.Conservation.Name(value)[len("CONSERVATION_"):].lower())
 
 
 @dataclass(frozen=True)
@@ -73,6 +73,9 @@ class Diagnosis:
     estimated_error: Optional[EstimatedError]
     run_status: RunStatus
     computed_steps: int = field(compare=False, repr=False)
+    #: How many invariants a family has, of the families of which `invariants` has only those with the largest drifts.
+    shortened: dict[str, int] = field(default_factory=dict)
+    price: Optional[Price] = field(default=None, compare=False, repr=False)  #: predicted, of the steps; not of the rest
 
     @property
     def outcome(self) -> Outcome:
@@ -80,6 +83,7 @@ class Diagnosis:
 
     @staticmethod
     def of(message: pb.DiagnoseResponse) -> Diagnosis:
+        verify_diagnosis(message)
         domain = message.domain
         return Diagnosis(
             message.step, message.time, tuple(map(Invariant.of, message.invariants)),
@@ -88,7 +92,8 @@ class Diagnosis:
             tuple(message.forms), tuple(message.dirac_brackets),
             message.symplectic_defect if message.HasField("symplectic_defect") else None,
             EstimatedError.of(message.estimated_error) if message.HasField("estimated_error") else None,
-            RunStatus.of(message.run_status), message.computed_steps)
+            RunStatus.of(message.run_status), message.computed_steps,
+            {family.name: family.count for family in message.shortened}, Price.of(message.price))
 
     def __str__(self) -> str:
         """A line an invariant, aligned."""

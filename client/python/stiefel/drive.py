@@ -7,13 +7,17 @@ from typing import TYPE_CHECKING, Any, Optional
 import grpc
 
 from stiefel import calls
+from stiefel import v1 as pb
 from stiefel.arrays import State
-from stiefel.errors import Unavailable, make_error
+from stiefel.checksums import verify_sample
+from stiefel.errors import InvalidArgument, Unavailable, from_status
 from stiefel.names import Names, names
-from stiefel.v1 import simulation_pb2 as pb
 
 if TYPE_CHECKING:
-    from stiefel.client import Client
+    from stiefel.session import Session
+
+
+TOO_LARGE = "REPLY_TOO_LARGE"  # the reason for which a state comes over Stream instead
 
 
 class Drive:
@@ -22,9 +26,8 @@ class Drive:
     The stream has no deadline; `close`, from any thread, ends it.
     """
 
-    def __init__(self, client: Client, session_id: str, fields: Optional[Names]):
-        self._client = client
-        self._session_id = session_id
+    def __init__(self, session: Session, fields: Optional[Names]):
+        self._session = session
         self._fields = names("fields", fields)
         self._requests: Any = None
         self._replies: Any = None
@@ -32,7 +35,8 @@ class Drive:
     def step(self, to: int, fields: Optional[Names] = None, checkpoint: bool = False) -> State:
         """As `Session.step`. `fields` hold for the requests after this one too."""
         wanted = names("fields", fields) or self._fields
-        request = pb.DriveRequest(session_id=self._session_id, to=to, fields=wanted, checkpoint=checkpoint)
+        request = pb.DriveRequest(session_id=self._session.id, to=to, fields=wanted, return_checkpoint=checkpoint,
+                                  checksum=self._session._client.checksums)
         waits = calls.pauses()
         while True:
             try:
@@ -40,22 +44,28 @@ class Drive:
             except Unavailable as error:
                 self.close()
                 calls.pause_or_raise(error, waits)
+            except InvalidArgument as error:
+                if error.reason != TOO_LARGE:
+                    raise
+                self._fields = wanted
+                return self._session.step_in_parts(to, wanted, checkpoint)
             else:
                 self._fields = wanted
                 return state
 
     def _ask(self, request: pb.DriveRequest) -> State:
         if self._replies is None:
-            method, self._requests = self._client.stub.Drive, queue.SimpleQueue()
+            method, self._requests = self._session._client.stub.Drive, queue.SimpleQueue()
             self._replies = method(iter(self._requests.get, None))
         self._requests.put(request)
         try:
             reply = next(self._replies)
         except grpc.RpcError as failure:
             self.close()
-            raise self._client.error(failure) from None
+            raise self._session._client.error(failure) from None
         if reply.HasField("error"):
-            raise make_error(reply.error.code, reply.error.message, reply.error.details)
+            raise from_status(reply.error)
+        verify_sample(reply.step.sample)
         return State.of(reply.step)
 
     def close(self) -> None:
@@ -71,4 +81,4 @@ class Drive:
         self.close()
 
     def __repr__(self) -> str:
-        return f"<stiefel.Drive of {self._session_id}, {'idle' if self._replies is None else 'open'}>"
+        return f"<stiefel.Drive of {self._session.id}, {'idle' if self._replies is None else 'open'}>"

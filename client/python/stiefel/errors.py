@@ -5,13 +5,13 @@ A numerical stop is not among them: it is an `Outcome` in the reply.
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Any, NamedTuple, Optional
+from typing import TYPE_CHECKING, NamedTuple, Optional
 from urllib.parse import unquote
 
 import grpc
 from google.protobuf.message import DecodeError
 
-from stiefel.v1 import error_pb2
+from stiefel import v1 as pb
 
 if TYPE_CHECKING:
     from stiefel.arrays import Trajectory
@@ -32,6 +32,8 @@ class StiefelError(Exception):
     """The base of all of them."""
 
     code: grpc.StatusCode = grpc.StatusCode.UNKNOWN
+    quota: tuple[Violation, ...] = ()  #: the limits that the request exceeds, by what they are on: "sessions"
+    retry_delay: Optional[float] = None  #: seconds after which the same request may succeed, if the server says so
     #: Of `Session.trajectory`: the samples that had arrived, as a trajectory with the outcome
     #: CANCELLED. None of every other call.
     partial: Optional[Trajectory] = None
@@ -93,12 +95,18 @@ class Internal(StiefelError):
     code = grpc.StatusCode.INTERNAL
 
 
+class CorruptReply(StiefelError):
+    """A reply whose numbers are not those that the server sent: its checksum differs, or a part is missing."""
+
+    code = grpc.StatusCode.DATA_LOSS
+
+
 class Closed(FailedPrecondition):
     """A call of a client that is closed, or of one of its sessions, streams or drives."""
 
 
 class NotStarted(Unavailable, RuntimeError):
-    """A server of one's own that ended, or said nothing in time, before it listened."""
+    """A server started by this process that ended, or said nothing in time, before it listened."""
 
     status: Optional[int] = None  #: its exit status, negative a signal; None if it had to be killed
     stderr: str = ""  #: the end of what it wrote there
@@ -108,28 +116,40 @@ _BY_CODE = {kind.code.value[0]: kind for kind in StiefelError.__subclasses__()}
 
 
 def make_error(code: int, message: str, details: bytes = b"") -> StiefelError:
-    """The exception for a status code, with what `grpc-status-details-bin` says."""
-    violations: list[Violation] = []
-    info = error_pb2.ErrorInfo()
-    for detail in _details(details):
-        if detail.type_url.endswith("/google.rpc.BadRequest"):
-            request = error_pb2.BadRequest.FromString(detail.value)
-            violations += [Violation(v.field, v.description) for v in request.field_violations]
-        elif detail.type_url.endswith("/google.rpc.ErrorInfo"):
-            info.ParseFromString(detail.value)
-    kind = _BY_CODE.get(code, StiefelError)
-    error = kind(message, tuple(violations), info.reason, dict(info.metadata))
-    if kind is StiefelError:
-        error.code = next((c for c in grpc.StatusCode if c.value[0] == code), kind.code)
-    return error
-
-
-def _details(details: bytes) -> list[Any]:
-    """None if they cannot be read: the message says what is wrong without them."""
+    """The exception for a status code, with what `grpc-status-details-bin` says. Details that cannot be
+    read are left out: the message says what is wrong without them."""
     try:
-        return list(error_pb2.Status.FromString(details).details)
+        status = pb.Status.FromString(details)
     except DecodeError:
-        return []
+        status = pb.Status()
+    status.code, status.message = code, message
+    return from_status(status)
+
+
+def from_status(status: pb.Status) -> StiefelError:
+    """The exception for a status with its details."""
+    violations: list[Violation] = []
+    quota: list[Violation] = []
+    info, retry = pb.ErrorInfo(), pb.RetryInfo()
+    for detail in status.details:
+        kind = detail.type_url.rpartition("/google.rpc.")[2]
+        if kind == "BadRequest":
+            request = pb.BadRequest.FromString(detail.value)
+            violations += [Violation(v.field, v.description) for v in request.field_violations]
+        elif kind == "QuotaFailure":
+            quota += [Violation(v.subject, v.description) for v in pb.QuotaFailure.FromString(detail.value).violations]
+        elif kind == "RetryInfo":
+            retry.ParseFromString(detail.value)
+        elif kind == "ErrorInfo":
+            info.ParseFromString(detail.value)
+    error_type = _BY_CODE.get(status.code, StiefelError)
+    error = error_type(status.message, tuple(violations), info.reason, dict(info.metadata))
+    error.quota = tuple(quota)
+    if retry.HasField("retry_delay"):
+        error.retry_delay = retry.retry_delay.seconds + 1e-9 * retry.retry_delay.nanos
+    if error_type is StiefelError:
+        error.code = next((c for c in grpc.StatusCode if c.value[0] == status.code), error_type.code)
+    return error
 
 
 # What gRPC says of a server that it does not find; the address is the first group.
@@ -142,7 +162,7 @@ _REASONS = {  # the first that occurs in gRPC's message
     "No route to host": "there is no route to this host",
     "Network is unreachable": "its network cannot be reached",
     "handshaker shutdown": "nothing that speaks gRPC answers there",
-    "Timeout occurred": "nobody answers",
+    "Timeout occurred": "the server does not answer",
     "contacting DNS servers": "no name server answers",
     "contact DNS servers": "no name server answers",
     "DNS resolution failed": "the name is unknown",

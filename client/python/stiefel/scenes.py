@@ -12,24 +12,24 @@ import numpy as np
 from google.protobuf import json_format
 from numpy.typing import NDArray
 
+from stiefel import v1 as pb
 from stiefel.errors import InvalidArgument, Violation
 from stiefel.mappings import parse
-from stiefel.v1 import scene_pb2
 
 _LISTS = {"inertia", "inertia_u", "inertia_v", "inertia_tensor", "moments", "attitude",
           "angular_velocity"}
 _LARGE = 4096  # numbers, above which an array travels as bytes
 
-SceneLike = Union[Mapping[str, Any], str, "os.PathLike[str]", scene_pb2.Scene]
+SceneLike = Union[Mapping[str, Any], str, "os.PathLike[str]", pb.Scene]
 
 
-def to_message(scene: SceneLike) -> scene_pb2.Scene:
+def to_message(scene: SceneLike) -> pb.Scene:
     """The message of a scene. In a dict, matrices may be arrays and numbers numpy's; of an ensemble
     blocks may be (members, n, N), and what each member has of its own (members, ...).
 
     An unknown key or a value of another kind is InvalidArgument, which names its path.
     """
-    if isinstance(scene, scene_pb2.Scene):
+    if isinstance(scene, pb.Scene):
         return scene
     if not isinstance(scene, Mapping):
         scene = _read(scene)
@@ -43,16 +43,16 @@ def to_message(scene: SceneLike) -> scene_pb2.Scene:
     for path, part in (("scene", description), ("scene.body", description.get("body"))):
         if isinstance(part, dict):
             part.update((name, _ravel(part[name], f"{path}.{name}")) for name in _LISTS & part.keys())
-    message = scene_pb2.Scene()
+    message = pb.Scene()
     parse(_in_json(description), message, "scene")
     for name, block in tensors.items():
         _set_tensor(message.initial_tensors[name], block)
     return message
 
 
-def to_method(method: Mapping[str, Any]) -> scene_pb2.Method:
+def to_method(method: Mapping[str, Any]) -> pb.Method:
     """The message of a scene's `method`."""
-    message = scene_pb2.Method()
+    message = pb.Method()
     parse(_in_json(_plain(method)), message, "method")
     return message
 
@@ -81,14 +81,14 @@ def to_dict(scene: SceneLike) -> dict[str, Any]:
     return description
 
 
-def to_matrix(block: Any, path: str = "matrix") -> scene_pb2.Matrix:
+def to_matrix(block: Any, path: str = "matrix") -> pb.Matrix:
     """The message of an array, nested list or mapping; `path` is its name in errors."""
-    message = scene_pb2.Matrix()
+    message = pb.Matrix()
     parse(_in_json(_matrix(_plain(block), path)), message, path)
     return message
 
 
-def to_array(matrix: scene_pb2.Matrix) -> NDArray[Any]:
+def to_array(matrix: pb.Matrix) -> NDArray[Any]:
     values: NDArray[Any] = np.array(matrix.values).reshape(matrix.rows, matrix.cols)
     if not matrix.imaginary:
         return values
@@ -122,11 +122,11 @@ def _is_large(block: Any) -> bool:
     return isinstance(block, np.ndarray) and block.ndim in (2, 3) and block.size > _LARGE
 
 
-def _set_tensor(tensor: scene_pb2.Tensor, block: NDArray[Any]) -> None:
+def _set_tensor(tensor: pb.Tensor, block: NDArray[Any]) -> None:
     is_complex = np.iscomplexobj(block)
     tensor.shape.extend(block.shape)
-    tensor.data_type = (scene_pb2.DATA_TYPE_COMPLEX128 if is_complex
-                        else scene_pb2.DATA_TYPE_FLOAT64)
+    tensor.data_type = (pb.DATA_TYPE_COMPLEX128 if is_complex
+                        else pb.DATA_TYPE_FLOAT64)
     tensor.data = np.ascontiguousarray(block, "<c16" if is_complex else "<f8").tobytes()
 
 

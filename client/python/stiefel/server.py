@@ -1,4 +1,4 @@
-"""A server of one's own, as a child process that never outlives its parent."""
+"""A server as a child process, which ends at the latest with its parent."""
 from __future__ import annotations
 
 import os

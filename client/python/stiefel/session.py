@@ -1,20 +1,23 @@
 """A session: a pure function from step index to state, so every call names an absolute step."""
 from __future__ import annotations
 
+import threading
 import uuid
 from typing import TYPE_CHECKING, Any, Iterator, Mapping, Optional, Sequence
 
-import grpc
-
 from stiefel import calls
-from stiefel.arrays import Batch, Collector, RunStatus, Outcome, State, Trajectory
+from stiefel import v1 as pb
+from stiefel.answers import Choice
+from stiefel.arrays import Array, Batch, Collector, Outcome, Price, RunStatus, State, Trajectory
+from stiefel.assembly import Assembly
+from stiefel.checksums import verify_batch, verify_sample, verify_session
 from stiefel.diagnosis import Diagnosis
-from stiefel.drive import Drive
-from stiefel.errors import DeadlineExceeded, FailedPrecondition, Internal, StiefelError, Unavailable
+from stiefel.drive import TOO_LARGE, Drive
+from stiefel.errors import FailedPrecondition, InvalidArgument, StiefelError
 from stiefel.names import Names, names
+from stiefel.resolved import put, resolve, with_blocks_as_matrices
+from stiefel.samples import Samples
 from stiefel.scenes import to_dict, to_matrix, to_method
-from stiefel.v1 import scene_pb2
-from stiefel.v1 import simulation_pb2 as pb
 
 if TYPE_CHECKING:
     from stiefel.client import Client
@@ -27,10 +30,16 @@ Bracket = tuple[Sequence[tuple[Any, Any]], Sequence[tuple[Any, Any]]]
 class Session:
     """Made by `Client.create` or `Client.get`. As a context manager it deletes itself at the end."""
 
-    def __init__(self, client: Client, message: pb.Session, created: bool):
+    def __init__(self, client: Client, message: pb.Session, created: bool, base: Optional[pb.Scene] = None):
+        """`base`: the scene that the message's completes; None for a session that is only listed."""
         self._client = client
-        self.message = message
+        self.message = message  #: the server's reply; of the scene it has only what the server filled in
         self.created = created  #: False if the session was there already
+        self._lock = threading.Lock()
+        self._scene: Optional[pb.Scene] = None
+        self._whole = False
+        if base is not None:
+            self._resolve(base)
 
     @property
     def id(self) -> str:
@@ -38,18 +47,96 @@ class Session:
 
     @property
     def scene(self) -> dict[str, Any]:
-        """The resolved scene, every default filled in."""
-        return to_dict(self.message.scene)
+        """The resolved scene, every default filled in.
+
+        The client has it without a call, but for arrays that are too large for a reply and that it did
+        not send itself, and for sessions from `Client.list`: those are fetched once.
+        """
+        return to_dict(with_blocks_as_matrices(self.resolved()))
+
+    @property
+    def choice(self) -> Optional[Choice]:
+        """The method that the server chose for the scene's tolerance; None if the scene named its method."""
+        self._known_scene()
+        return Choice.of(self.message)
+
+    @property
+    def step_price(self) -> Price:
+        """What one step costs, predicted."""
+        self._known_scene()
+        return Price.of(self.message.step_price)
+
+    def resolved(self) -> pb.Scene:
+        """The resolved scene as a message, which is the session's own: not to be changed."""
+        scene = self._known_scene()
+        with self._lock:
+            if not self._whole:
+                arrays = self._fetch_arrays()
+                put({path: arrays[path] for path in self.message.left_out}, scene)
+                self._whole = True
+        return scene
+
+    def _known_scene(self) -> pb.Scene:
+        """The resolved scene without the arrays that are too large for a reply."""
+        with self._lock:
+            if self._scene is None:
+                view = pb.SessionView(scene=pb.SCENE_VIEW_FULL, checksum=self._client.checksums)
+                reply = self._client.call("GetSession", pb.GetSessionRequest(session_id=self.id, view=view))
+                self.message = reply.session
+                self._resolve(pb.Scene())
+            assert self._scene is not None
+            return self._scene
+
+    def _resolve(self, base: pb.Scene) -> None:
+        verify_session(self.message)
+        self._scene = resolve(base, self.message.scene, self.message.cleared, self.message.left_out)
+        self._whole = not self.message.left_out
+
+    def _fetch_arrays(self) -> dict[str, Array]:
+        request = pb.StreamRequest(session_id=self.id, scene_arrays=True, checksum=self._client.checksums)
+
+        def fetch(left: Optional[float]) -> dict[str, Array]:
+            assembly, stream = Assembly(), self._client.stub.Stream(request, timeout=left)
+            try:
+                for message in stream:
+                    if message.steps:  # the sample at step 0, after all arrays
+                        break
+                    verify_batch(message, b"", b"")
+                    assembly.take(message.scene_arrays)
+            finally:
+                stream.cancel()
+            return assembly.finish()
+
+        arrays: dict[str, Array] = calls.call(fetch, self._client.error, self._client.deadline(None))
+        return arrays
 
     def step(self, to: int, fields: Optional[Names] = None, checkpoint: bool = False,
              timeout: Optional[float] = None) -> State:
         """The state at step `to`, or the last good one before it. `fields`: a name or several; the system's blocks if none."""
-        request = pb.StepRequest(session_id=self.id, to=to, fields=names("fields", fields), checkpoint=checkpoint)
-        return State.of(self._client.call("Step", request, timeout))
+        wanted = names("fields", fields)
+        request = pb.StepRequest(session_id=self.id, to=to, fields=wanted, return_checkpoint=checkpoint,
+                                 checksum=self._client.checksums)
+        try:
+            reply = self._client.call("Step", request, timeout)
+        except InvalidArgument as error:
+            if error.reason != TOO_LARGE:
+                raise
+            return self.step_in_parts(to, wanted, checkpoint, timeout)
+        verify_sample(reply.sample)
+        return State.of(reply)
+
+    def step_in_parts(self, to: int, fields: Sequence[str], checkpoint: bool,
+                      timeout: Optional[float] = None) -> State:
+        """`step` over a stream, which sends a state of any size; `step` calls it where one reply does not suffice."""
+        samples = self._samples(to, to, 1, fields, timeout, checkpoint)
+        last = list(samples)[-1]
+        return State(int(last.step[-1]), float(last.time[-1]), {name: values[-1] for name, values in last.items()},
+                     samples.run_status or RunStatus(Outcome.CANCELLED), samples.computed_steps, samples.checkpoint,
+                     samples.price)
 
     def drive(self, fields: Optional[Names] = None) -> Drive:
         """`step` for tight loops, over one stream: `with session.drive() as drive: drive.step(k)`."""
-        return Drive(self._client, self.id, fields)
+        return Drive(self, fields)
 
     def diagnose(self, to: int, invariants: Names = (), forms: Sequence[Form] = (),
                  dirac_brackets: Sequence[Bracket] = (), symplectic: bool = False,
@@ -63,7 +150,8 @@ class Session:
         """
         request = pb.DiagnoseRequest(session_id=self.id, to=to, invariants=names("invariants", invariants),
                                      symplectic_test=pb.SymplecticTest() if symplectic else None,
-                                     estimate_error=pb.ERROR_ESTIMATION_ALWAYS if estimate_error else None)
+                                     estimate_error=pb.ERROR_ESTIMATION_ALWAYS if estimate_error else None,
+                                     checksum=self._client.checksums)
         for i, (name, first, second) in enumerate(forms):
             request.forms.add(form=name, first=_blocks(first, f"forms[{i}].first"),
                               second=_blocks(second, f"forms[{i}].second"))
@@ -80,13 +168,14 @@ class Session:
         What the method has drifted off the manifold by is repaired, up to 0.01.
         """
         request = pb.ForkSessionRequest(session_id=str(uuid.uuid4()) if id is None else id,
-                                        from_session_id=self.id, from_step=at, step=step, system=system)
+                                        from_session_id=self.id, from_step=at, step=step, system=system,
+                                        view=pb.SessionView(checksum=self._client.checksums))
         if method is not None:
             request.method.CopyFrom(to_method(method))
         reply = self._client.call("ForkSession", request, timeout)
         if not reply.HasField("session"):
             raise FailedPrecondition(f"step {at} cannot be reached: {reply.run_status.message}")
-        return Session(self._client, reply.session, reply.created)
+        return Session(self._client, reply.session, reply.created, self.resolved())
 
     def delete(self) -> None:
         self._client.call("DeleteSession", pb.DeleteSessionRequest(session_id=self.id))
@@ -99,10 +188,7 @@ class Session:
         iteration; `trajectory` says why. `timeout` bounds the whole iteration, its resumptions,
         pauses and the caller's own time included: DeadlineExceeded.
         """
-        every = every or 1  # as on the wire
-        for message in self._messages(to, start, every, fields, timeout):
-            if message.steps:
-                yield Batch.of(message, every, self.message.scene.step)
+        yield from self._samples(to, start, every or 1, names("fields", fields), timeout)
 
     def trajectory(self, to: int, start: int = 0, every: int = 1,
                    fields: Optional[Names] = None, progress: bool = False,
@@ -119,59 +205,24 @@ class Session:
         """
         every = every or 1
         collector = Collector(max(-(-(to - start) // every), 0) + 1)
-        computed, run_status = 0, RunStatus(Outcome.CANCELLED)
+        samples = self._samples(to, start, every, names("fields", fields), timeout)
         try:
             with _progress_bar(to - start, progress) as bar:
-                for message in self._messages(to, start, every, fields, timeout):
-                    if message.steps:
-                        collector.add(Batch.of(message, every, self.message.scene.step))
-                        bar.update(message.steps[-1] - start - bar.n)
-                    computed = message.computed_steps
-                    if message.HasField("run_status"):
-                        run_status = RunStatus.of(message.run_status)
+                for batch in samples:
+                    collector.add(batch)
+                    bar.update(int(batch.step[-1]) - start - bar.n)
         except StiefelError as error:
-            error.partial = collector.trajectory(RunStatus(Outcome.CANCELLED, message=error.message), computed)
+            error.partial = collector.trajectory(RunStatus(Outcome.CANCELLED, message=error.message),
+                                                 samples.computed_steps)
             raise
-        return collector.trajectory(run_status, computed)
+        return collector.trajectory(samples.run_status or RunStatus(Outcome.CANCELLED), samples.computed_steps)
 
-    def _messages(self, to: int, start: int, every: int, fields: Optional[Names],
-                  timeout: Optional[float]) -> Iterator[pb.StreamResponse]:
-        """Messages, the last one with the run status, over as many streams as it takes; `computed_steps`
-        of each is that of all streams so far.
-
-        `timeout` is the deadline of all of them together. Without it each has the client's, and one
-        that brought something is followed by another.
-        """
-        deadline, waits = calls.Deadline(timeout), calls.pauses()
-        wanted = names("fields", fields)
-        last: Optional[int] = None
-        before = 0  # computed by the streams before this one
-        while True:
-            begin = start if last is None else min(last + every, to)
-            request = pb.StreamRequest(session_id=self.id, to=to, every=every, fields=wanted, **{"from": begin})
-            stream = self._client.stub.Stream(request, timeout=self._client.deadline(deadline.left()))
-            progress, computed = False, 0
-            try:
-                for message in stream:
-                    if last == to:  # only the run status was missing
-                        message.ClearField("steps")
-                    if message.steps:
-                        progress, last = True, message.steps[-1]
-                    computed = max(computed, message.computed_steps)
-                    message.computed_steps = before + computed
-                    yield message
-                    if message.HasField("run_status"):
-                        return
-                error: StiefelError = Internal("the stream ended without saying how")
-            except grpc.RpcError as failure:
-                error = self._client.error(failure)
-            finally:
-                stream.cancel()
-            before += computed
-            if progress and isinstance(error, Unavailable if timeout is not None else (DeadlineExceeded, Unavailable)):
-                waits = calls.pauses()
-            else:
-                calls.pause_or_raise(error, waits, deadline, late=True)
+    def _samples(self, to: int, start: int, every: int, fields: Sequence[str], timeout: Optional[float],
+                 checkpoint: bool = False) -> Samples:
+        request = pb.StreamRequest(session_id=self.id, to=to, every=every, fields=fields, return_checkpoint=checkpoint,
+                                   checksum=self._client.checksums)
+        setattr(request, "from", start)
+        return Samples(self._client, request, self._known_scene().step, timeout)
 
     def __enter__(self) -> Session:
         return self
@@ -184,11 +235,13 @@ class Session:
                 raise
 
     def __repr__(self) -> str:
-        scene = self.message.scene
+        scene = self._scene
+        if scene is None:
+            return f"<stiefel.Session {self.id}: {self.message.system}>"
         return f"<stiefel.Session {self.id}: {f'{scene.system} {scene.method.name}'.rstrip()}, step {scene.step!r}>"
 
 
-def _blocks(vector: TangentVector, path: str) -> dict[str, scene_pb2.Matrix]:
+def _blocks(vector: TangentVector, path: str) -> dict[str, pb.Matrix]:
     return {name: to_matrix(block, f"{path}.{name}") for name, block in vector.items()}
 
 

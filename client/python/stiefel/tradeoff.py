@@ -6,8 +6,8 @@ from statistics import median
 from typing import Any, Iterator, Optional
 
 from stiefel import diagram
+from stiefel import v1 as pb
 from stiefel.arrays import RunStatus, Outcome
-from stiefel.v1 import tradeoff_pb2 as pb
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class Point:
         method = message.method
         return Point(method.name, method.order, method.substeps,
                      method.tolerance if method.HasField("tolerance") else None, method.arithmetic,
-                     message.scalar,
+                     method.scalar or "double",
                      message.attitude_error if message.HasField("attitude_error") else None,
                      message.momentum_error if message.HasField("momentum_error") else None,
                      message.drift, message.drift_of, message.work, tuple(message.cpu_seconds_per_second),
@@ -68,7 +68,7 @@ class Point:
 class Tradeoff:
     """Error against cost on one scene."""
 
-    setup: pb.TradeoffSetup  #: machine, build, reference and its error, horizon, budget, repeats
+    setup: pb.TradeoffSetup  #: machine, numerics id, reference and its error, horizon, budget, repeats
     points: tuple[Point, ...]
     front: tuple[Point, ...]  #: those that no other one beats in both work and error, the cheapest first
 
@@ -127,7 +127,7 @@ class Tradeoff:
                  xlabel="work, instructions" if cost == "work" else "CPU seconds a simulated second")
         axes.set_title(f"horizon {self.setup.horizon:g}, {self.setup.steps} steps; {self.setup.repeats} timed runs "
                        f"a point; error of the reference {known:.0e}\n{self.setup.machine}\n"
-                       f"{self.setup.build.split(', glibc')[0]}", fontsize=8, loc="left")
+                       f"stiefel, numerics id {self.setup.numerics_id}", fontsize=8, loc="left")
         left, right = axes.get_xlim()
         axes.set_xlim(right=right * (right / left) ** 0.25)  # for the names
         axes.legend(fontsize=8, loc="upper right", framealpha=0.9, edgecolor="none").set_zorder(20)

@@ -1,1 +1,14 @@
-"""The generated messages and stubs of `stiefel.v1`."""
+"""The generated messages and enums of `stiefel.v1`, of all its files."""
+from stiefel.v1.catalogue_pb2 import *  # noqa: F401,F403
+from stiefel.v1.connect_pb2 import *  # noqa: F401,F403
+from stiefel.v1.conversion_pb2 import *  # noqa: F401,F403
+from stiefel.v1.diagnosis_pb2 import *  # noqa: F401,F403
+from stiefel.v1.error_pb2 import *  # noqa: F401,F403
+from stiefel.v1.outcome_pb2 import *  # noqa: F401,F403
+from stiefel.v1.price_pb2 import *  # noqa: F401,F403
+from stiefel.v1.run_pb2 import *  # noqa: F401,F403
+from stiefel.v1.scene_pb2 import *  # noqa: F401,F403
+from stiefel.v1.session_pb2 import *  # noqa: F401,F403
+from stiefel.v1.simulation_pb2 import *  # noqa: F401,F403
+from stiefel.v1.tensor_pb2 import *  # noqa: F401,F403
+from stiefel.v1.tradeoff_pb2 import *  # noqa: F401,F403

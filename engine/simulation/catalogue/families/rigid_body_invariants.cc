@@ -6,6 +6,7 @@
 
 #include "engine/invariants/rigid_body.h"
 #include "engine/invariants/symmetric_rigid_body.h"
+#include "engine/linalg/matrix_equations/inverse_inertia.h"
 #include "engine/simulation/stepping/at_rest.h"
 #include "stiefel/invariant_names.h"
 
@@ -73,11 +74,7 @@ void rigid_body_invariants(Side side, const Eigen::VectorXd& lambda, const Eigen
 }
 
 double angular_velocity_norm(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& M) {
-  Eigen::MatrixXd Omega = M;
-  for (Eigen::Index j = 0; j < M.cols(); ++j)
-    for (Eigen::Index i = 0; i < M.rows(); ++i)
-      if (i != j) Omega(i, j) /= lambda(i) + lambda(j);
-  return casimirs<double>(Omega)(0);
+  return casimirs<double>(inverse_inertia<double>(lambda, M))(0);
 }
 
 }  // namespace stiefel

@@ -4,21 +4,10 @@
 #include <cmath>
 
 #include "engine/linalg/lie/orthogonal.h"
+#include "engine/linalg/matrix_equations/inverse_inertia.h"
 #include "stiefel/invariant_names.h"
 
 namespace stiefel {
-namespace {
-
-/// J⁻¹(M): Ω_ij = M_ij / (λ_i + λ_j).
-Eigen::MatrixXd angular_velocity(const Eigen::VectorXd& lambda, Eigen::MatrixXd M) {
-  for (Eigen::Index j = 0; j < M.cols(); ++j)
-    for (Eigen::Index i = 0; i < M.rows(); ++i)
-      if (i != j) M(i, j) /= lambda(i) + lambda(j);
-  return M;
-}
-
-}  // namespace
-
 BlockInfo costate_block(Side side) {
   return {"P", "N x N", false,
           side == Side::left ? "costate, Q^T P - P^T Q = epsilon M"
@@ -59,8 +48,9 @@ void report_rigid_form(StackedObservables& observables, const Scene& scene, Rigi
   const int N = scene.dimension();
   if (observables.fields().back().name != "M")
     observables.field({"M", N, N}, [form](const auto& x, auto out) { out = form.M(x); });
-  observables.field({"Omega", N, N},
-                    [=](const auto& x, auto out) { out = angular_velocity(lambda, form.M(x)); });
+  observables.field({"Omega", N, N}, [=](const auto& x, auto out) {
+    out = inverse_inertia<double>(lambda, form.M(x));
+  });
   if (form.scaled)
     observables.field({"epsilon", 1, 1},
                       [epsilon = scene.epsilon()](const auto&, auto out) { out(0, 0) = epsilon; });

@@ -1,0 +1,180 @@
+#pragma once
+
+#include <grpcpp/channel.h>
+#include <grpcpp/client_context.h>
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "stiefel/client/error.h"
+#include "stiefel/client/unreachable.h"
+#include "stiefel/v1/simulation.grpc.pb.h"
+
+namespace stiefel::client {
+
+struct Options {
+  /// Deadline of calls that compute nothing.
+  std::chrono::milliseconds timeout = std::chrono::seconds(30);
+  /// Deadline of what computes: Step, Diagnose, ForkSession, Connect, MeasureTradeoff, and a whole
+  /// Stream with its resumptions and pauses. None by default, because only the caller knows how far
+  /// he goes.
+  std::optional<std::chrono::milliseconds> compute_timeout = std::nullopt;
+  /// How long a call is repeated while the server is UNAVAILABLE. Every call is idempotent, so this
+  /// is safe.
+  std::chrono::milliseconds patience = std::chrono::seconds(2);
+  /// Whether the server sends checksums (CRC-32C) of the numbers of its replies. The client
+  /// compares them on receipt and throws CorruptReply where they differ.
+  bool checksums = true;
+  /// Its stop cancels every call that runs and every later one but the deletion of a session; they
+  /// throw Error.
+  std::stop_token stop = {};
+};
+
+/// Cancels the call of a context, which outlives it, when a stop is requested.
+class CancelOnStop {
+ public:
+  CancelOnStop(const std::stop_token& stop, grpc::ClientContext& context)
+      : callback_(stop, Cancel{&context}) {}
+
+ private:
+  struct Cancel {
+    grpc::ClientContext* context;
+    void operator()() const { context->TryCancel(); }
+  };
+  std::stop_callback<Cancel> callback_;
+};
+
+/// The deadline of a call with all its repetitions, on the monotonic clock.
+class Deadline {
+ public:
+  using Timeout = std::optional<std::chrono::milliseconds>;
+
+  explicit Deadline(Timeout timeout)
+      : end_(timeout ? std::optional(std::chrono::steady_clock::now() + *timeout) : std::nullopt) {}
+
+  /// Gives an attempt the time that is left.
+  void limit(grpc::ClientContext& context) const {
+    if (end_) context.set_deadline(std::chrono::system_clock::now() + left());
+  }
+  /// The pause, or what is left if that is less.
+  std::chrono::milliseconds at_most(std::chrono::milliseconds pause) const {
+    return end_ ? std::min(pause, std::chrono::ceil<std::chrono::milliseconds>(left())) : pause;
+  }
+
+ private:
+  std::chrono::steady_clock::duration left() const {
+    return std::max(*end_ - std::chrono::steady_clock::now(),
+                    std::chrono::steady_clock::duration::zero());
+  }
+
+  std::optional<std::chrono::steady_clock::time_point> end_;
+};
+
+/// Whether to try again, and the pause before. Starts anew after every success.
+class Patience {
+ public:
+  /// `channel`: what to wait for besides the time; null if there is nothing to connect.
+  /// No pause goes beyond the deadline; the attempt after it then fails with DEADLINE_EXCEEDED.
+  Patience(grpc::Channel* channel, std::chrono::milliseconds limit,
+           Deadline deadline = Deadline(std::nullopt), std::stop_token stop = {})
+      : channel_(channel), limit_(limit), deadline_(deadline), stop_(std::move(stop)) {}
+
+  /// True after a pause; false at once if the status is not UNAVAILABLE or patience has run out,
+  /// and when a stop is requested.
+  bool allows_another(const grpc::Status& status) {
+    if (status.error_code() != grpc::StatusCode::UNAVAILABLE || waited_ >= limit_) return false;
+    const auto until = std::chrono::system_clock::now() + deadline_.at_most(pause_);
+    if (channel_ && channel_->GetState(true) != GRPC_CHANNEL_READY) {
+      // gRPC connects only while somebody waits in it, so sleeping would not do.
+      channel_->WaitForConnected(until);
+    } else {
+      std::mutex mutex;
+      std::unique_lock lock(mutex);
+      std::condition_variable_any().wait_until(lock, stop_, until, [] { return false; });
+    }
+    waited_ += pause_;
+    pause_ = std::min(2 * pause_, std::chrono::milliseconds(400));
+    return !stop_.stop_requested();
+  }
+
+ private:
+  grpc::Channel* channel_;
+  std::chrono::milliseconds limit_;
+  Deadline deadline_;
+  std::stop_token stop_;
+  std::chrono::milliseconds waited_{0};
+  std::chrono::milliseconds pause_{25};
+};
+
+/// What a Client and its Sessions share.
+struct Connection {
+  std::unique_ptr<v1::SimulationService::Stub> stub;
+  Options options;
+  /// Null if the caller brought the channel: an in-process one cannot be asked for its state.
+  std::shared_ptr<grpc::Channel> channel = nullptr;
+  /// What the channel leads to; empty if the caller brought it.
+  std::string address = {};
+
+  Patience patience(Deadline deadline) const {
+    return {channel.get(), options.patience, deadline, options.stop};
+  }
+
+  /// The error of a call; of a server that cannot be reached in plain words.
+  Error error(const grpc::Status& status) const {
+    const bool connected = !channel || channel->GetState(false) == GRPC_CHANNEL_READY;
+    return Error(in_plain_words(status, address, connected));
+  }
+
+  using Stub = v1::SimulationService::Stub;
+  template <class Request, class Reply>
+  using Method = grpc::Status (Stub::*)(grpc::ClientContext*, const Request&, Reply*);
+  template <class Request, class Reply>
+  using StreamingMethod = std::unique_ptr<grpc::ClientReader<Reply>> (Stub::*)(grpc::ClientContext*,
+                                                                               const Request&);
+
+  /// One unary call, repeated while the server is UNAVAILABLE. Throws Error.
+  template <class Request, class Reply>
+  Reply call(Method<Request, Reply> method, const Request& request,
+             std::optional<std::chrono::milliseconds> timeout) const {
+    const Deadline deadline(timeout);
+    for (auto waiting = patience(deadline);;) {
+      grpc::ClientContext context;
+      deadline.limit(context);
+      const CancelOnStop cancel(options.stop, context);
+      Reply reply;
+      const grpc::Status status = (stub.get()->*method)(&context, request, &reply);
+      if (status.ok()) return reply;
+      if (!waiting.allows_another(status)) throw error(status);
+    }
+  }
+
+  /// All replies of one call, at least one; repeated from the first while the server is
+  /// UNAVAILABLE. Throws Error.
+  template <class Request, class Reply>
+  std::vector<Reply> call_all(StreamingMethod<Request, Reply> method, const Request& request,
+                              std::optional<std::chrono::milliseconds> timeout) const {
+    const Deadline deadline(timeout);
+    for (auto waiting = patience(deadline);;) {
+      grpc::ClientContext context;
+      deadline.limit(context);
+      const CancelOnStop cancel(options.stop, context);
+      const auto reader = (stub.get()->*method)(&context, request);
+      std::vector<Reply> replies;
+      for (Reply reply; reader->Read(&reply);) replies.push_back(std::move(reply));
+      const grpc::Status status = reader->Finish();
+      if (status.ok() && !replies.empty()) return replies;
+      if (status.ok()) throw Error(grpc::StatusCode::INTERNAL, "the server sent no reply");
+      if (!waiting.allows_another(status)) throw error(status);
+    }
+  }
+};
+
+}  // namespace stiefel::client

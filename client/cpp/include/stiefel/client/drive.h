@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "stiefel/client/connection.h"
+
+namespace stiefel::client {
+
+/// Step for tight loops, over one call that stays open. Not thread-safe.
+class Drive {
+ public:
+  Drive(std::shared_ptr<const Connection> connection, std::string session_id);
+  ~Drive();
+  Drive(Drive&&) noexcept = default;
+  Drive& operator=(Drive&&) = delete;
+
+  /// The state at an absolute step. `fields` stay in force until others are named. A state too
+  /// large for one reply comes over a stream. Throws Error; a wrong request leaves the drive
+  /// usable.
+  v1::StepResponse step(std::int64_t to, const std::vector<std::string>& fields = {});
+
+ private:
+  [[noreturn]] void fail();
+
+  std::shared_ptr<const Connection> connection_;
+  std::unique_ptr<grpc::ClientContext> context_;
+  std::unique_ptr<CancelOnStop> cancel_;
+  std::unique_ptr<grpc::ClientReaderWriter<v1::DriveRequest, v1::DriveResponse>> call_;
+  v1::DriveRequest request_;
+};
+
+}  // namespace stiefel::client

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <grpcpp/support/status.h>
+
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace stiefel::v1 {
+class Status;
+}
+
+namespace stiefel::client {
+
+/// One field of a request that breaks a rule: its path ("scene.initial.Q"), and its value with the
+/// rule.
+struct FieldViolation {
+  std::string field;
+  std::string description;
+};
+
+/// One limit of the server that a request exceeds: what the limit is on ("sessions"), and the limit
+/// with what the request would have made of it.
+struct QuotaViolation {
+  std::string subject;
+  std::string description;
+};
+
+/// A call that failed: a wrong request, or a server that cannot be reached. Numerical stops are not
+/// errors; they are the `run_status` of a reply.
+class Error : public std::runtime_error {
+ public:
+  explicit Error(const grpc::Status& status);
+  /// As Drive sends it.
+  explicit Error(const v1::Status& status);
+  /// `details`: a serialized stiefel.v1.Status, as in grpc-status-details-bin; may be empty.
+  Error(grpc::StatusCode code, const std::string& message, const std::string& details = "");
+
+  grpc::StatusCode code() const { return code_; }
+  /// All that is wrong with the request.
+  const std::vector<FieldViolation>& violations() const { return violations_; }
+  /// The limits that the request exceeds, with RESOURCE_EXHAUSTED.
+  const std::vector<QuotaViolation>& quota_violations() const { return quota_violations_; }
+  /// The least time after which the same request may succeed, if the server sent one.
+  std::optional<std::chrono::nanoseconds> retry_delay() const { return retry_delay_; }
+  /// A constant in UPPER_SNAKE_CASE such as "SESSION_NOT_FOUND"; empty if the server sent none.
+  const std::string& reason() const { return reason_; }
+  const std::map<std::string, std::string>& metadata() const { return metadata_; }
+
+ private:
+  void read(const v1::Status& status);
+
+  grpc::StatusCode code_;
+  std::vector<FieldViolation> violations_;
+  std::vector<QuotaViolation> quota_violations_;
+  std::optional<std::chrono::nanoseconds> retry_delay_;
+  std::string reason_;
+  std::map<std::string, std::string> metadata_;
+};
+
+/// A reply whose numbers are not those that the server sent: its checksum differs, or a part of an
+/// array is missing. The code is DATA_LOSS.
+class CorruptReply : public Error {
+ public:
+  explicit CorruptReply(const std::string& message) : Error(grpc::StatusCode::DATA_LOSS, message) {}
+};
+
+}  // namespace stiefel::client

@@ -1,0 +1,122 @@
+#pragma once
+
+#include <cstdint>
+#include <iterator>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "stiefel/client/connection.h"
+#include "stiefel/client/samples.h"
+
+namespace stiefel::client {
+
+class Assembly;
+
+/// The samples at from, from + every, ... and always at `to`.
+struct Range {
+  std::int64_t from = 0;
+  std::int64_t to = 0;
+  std::int64_t every = 1;
+  /// The system's blocks when empty.
+  std::vector<std::string> fields = {};
+  /// A checkpoint after the last sample.
+  bool return_checkpoint = false;
+  /// A checkpoint after the first sample that is at least so many steps past `from`, or past the
+  /// checkpoint before; 0: none on the way.
+  std::int64_t checkpoint_every = 0;
+};
+
+/// A state that Client::create accepts.
+struct Checkpoint {
+  std::int64_t step = 0;
+  std::string bytes;
+};
+
+/// A stream of samples, many to a message, as an input range:
+///
+///     for (const SampleView sample : stream) use(sample.step(), sample.field("Q").values);
+///
+/// or batch by batch with `next_batch`. A sample larger than a message is a batch of its own. A
+/// stream that breaks because the server is UNAVAILABLE goes on where it broke;
+/// Options::compute_timeout bounds it from its construction to its end, whatever the number of
+/// streams. Destroying it cancels it. Not thread-safe.
+class Stream {
+ public:
+  Stream(std::shared_ptr<const Connection> connection, std::string session_id, Range range);
+  ~Stream();
+  Stream(Stream&&) noexcept = default;
+  /// Would abandon the stream assigned to without cancelling it.
+  Stream& operator=(Stream&&) = delete;
+
+  /// The next samples, null at the end. Valid until the next call. Throws Error.
+  const v1::StreamResponse* next_batch();
+
+  /// The last checkpoint that has arrived, of those that the range asks for.
+  const std::optional<Checkpoint>& checkpoint() const { return checkpoint_; }
+
+  /// The predicted price of the first stream, as far as it has arrived.
+  const v1::Price& price() const { return price_; }
+
+  /// How the run ended; empty before the end.
+  const std::optional<v1::RunStatus>& run_status() const { return run_status_; }
+
+  /// Steps computed so far, by all the streams that it took; the rest came from a cache.
+  std::int64_t computed_steps() const { return computed_before_ + computed_; }
+
+  class Iterator {
+   public:
+    using iterator_concept = std::input_iterator_tag;
+    using value_type = SampleView;
+    using difference_type = std::ptrdiff_t;
+
+    explicit Iterator(Stream& stream) : stream_(&stream) { ++*this; }
+    SampleView operator*() const { return {*batch_, index_}; }
+    Iterator& operator++() {
+      if (!batch_ || ++index_ == batch_->steps_size()) {
+        batch_ = stream_->next_batch();
+        index_ = 0;
+      }
+      return *this;
+    }
+    void operator++(int) { ++*this; }
+    bool operator==(std::default_sentinel_t) const { return batch_ == nullptr; }
+
+   private:
+    Stream* stream_;
+    const v1::StreamResponse* batch_ = nullptr;
+    int index_ = 0;
+  };
+
+  /// Only once: an input range.
+  Iterator begin() { return Iterator(*this); }
+  std::default_sentinel_t end() const { return {}; }
+
+ private:
+  void open();
+  void resume_after(std::int64_t step);
+  /// True when `batch_` has samples that are whole and new.
+  bool take();
+  void take_checkpoint();
+
+  std::shared_ptr<const Connection> connection_;
+  Deadline deadline_;
+  v1::StreamRequest request_;
+  std::int64_t every_;
+  std::unique_ptr<grpc::ClientContext> context_;
+  std::unique_ptr<CancelOnStop> cancel_;
+  std::unique_ptr<grpc::ClientReader<v1::StreamResponse>> reader_;
+  v1::StreamResponse batch_;
+  /// Fields of a sample that comes in several messages.
+  std::shared_ptr<Assembly> assembly_;
+  std::optional<Checkpoint> partial_checkpoint_;
+  std::optional<Checkpoint> checkpoint_;
+  v1::Price price_;
+  std::optional<std::int64_t> last_step_;
+  std::optional<v1::RunStatus> run_status_;
+  std::int64_t computed_before_ = 0;  // by the streams before this one
+  std::int64_t computed_ = 0;         // by this one
+};
+
+}  // namespace stiefel::client

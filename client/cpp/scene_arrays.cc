@@ -1,0 +1,33 @@
+#include "client/cpp/scene_arrays.h"
+
+#include "client/cpp/verify.h"
+
+namespace stiefel::client {
+
+Fields scene_arrays(const Connection& connection, const std::string& session_id) {
+  v1::StreamRequest request;  // of the sample at step 0, which follows the arrays
+  request.set_session_id(session_id);
+  request.set_scene_arrays(true);
+  request.set_checksum(connection.options.checksums);
+  const Deadline deadline(connection.options.timeout);
+  for (auto waiting = connection.patience(deadline);;) {
+    grpc::ClientContext context;
+    deadline.limit(context);
+    const CancelOnStop cancel(connection.options.stop, context);
+    const auto reader = connection.stub->Stream(&context, request);
+    Assembly arrays;
+    v1::StreamResponse message;
+    bool complete = false;
+    while (!complete && reader->Read(&message)) {
+      verify(message, "an array of the scene");
+      arrays.take(message.mutable_scene_arrays());
+      complete = message.steps_size() > 0;
+    }
+    if (complete) context.TryCancel();
+    const grpc::Status status = reader->Finish();
+    if (complete || status.ok()) return arrays.finish();
+    if (!waiting.allows_another(status)) throw connection.error(status);
+  }
+}
+
+}  // namespace stiefel::client

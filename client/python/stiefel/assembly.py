@@ -1,0 +1,54 @@
+"""Arrays that travel in parts, because they are larger than a message."""
+from __future__ import annotations
+
+import math
+from typing import Iterable
+
+import numpy as np
+
+from stiefel import v1 as pb
+from stiefel.arrays import DTYPES, Array, decode
+from stiefel.errors import CorruptReply
+
+
+class Assembly:
+    """Takes arrays in the order in which they come, whole or in part, and hands them out whole."""
+
+    def __init__(self) -> None:
+        self._whole: dict[str, Array] = {}
+        self._parts: list[bytes] = []
+        self._name, self._type = "", 0
+        self._shape: tuple[int, ...] = ()
+
+    def take(self, fields: Iterable[pb.Field]) -> None:
+        """CorruptReply where a part does not follow the one before."""
+        for field in fields:
+            if not field.whole_shape:
+                self._whole[field.name] = decode(field.value)
+                continue
+            if field.offset == 0:
+                self._join()
+                self._name, self._shape, self._type = field.name, tuple(field.whole_shape), field.value.data_type
+            begun = sum(map(len, self._parts))
+            if field.name != self._name or field.offset * DTYPES[self._type].itemsize != begun:
+                raise _incomplete(field.name)
+            self._parts.append(field.value.data)
+
+    def finish(self) -> dict[str, Array]:
+        """All arrays by their names; begins anew. CorruptReply if one is incomplete."""
+        self._join()
+        whole, self._whole = self._whole, {}
+        return whole
+
+    def _join(self) -> None:
+        if not self._parts:
+            return
+        data, dtype = b"".join(self._parts), DTYPES[self._type]
+        if len(data) != math.prod(self._shape) * dtype.itemsize:
+            raise _incomplete(self._name)
+        self._whole[self._name] = np.frombuffer(data, dtype).reshape(self._shape)
+        self._parts = []
+
+
+def _incomplete(name: str) -> CorruptReply:
+    return CorruptReply(f"a part of the array {name} is missing")

@@ -1,0 +1,74 @@
+"""The resolved scene: what the caller sent, with what the server filled in."""
+from __future__ import annotations
+
+from typing import Any, Iterable, Mapping
+
+import numpy as np
+
+from stiefel import v1 as pb
+from stiefel.arrays import Array, decode
+from stiefel.errors import CorruptReply
+
+_INITIAL, _BODY = "initial.", "body."
+
+
+def resolve(base: pb.Scene, filled_in: pb.Scene, cleared: Iterable[str], left_out: Iterable[str] = ()) -> pb.Scene:
+    """`base` with each field of `filled_in` (of `body` each of its fields) in the place of its own, and
+    without those that `cleared` names. `left_out`: the paths of arrays that `put` will add."""
+    scene = pb.Scene()
+    scene.CopyFrom(base)
+    if filled_in.initial or any(path.startswith(_INITIAL) for path in left_out):
+        _clear_blocks(scene)
+    for field, _ in filled_in.ListFields():
+        if field.name != "body":
+            scene.ClearField(field.name)
+    for field, _ in filled_in.body.ListFields():
+        scene.body.ClearField(field.name)
+    scene.MergeFrom(filled_in)
+    for name in cleared:
+        if name == "initial":
+            _clear_blocks(scene)
+        elif name in pb.Scene.DESCRIPTOR.fields_by_name:
+            scene.ClearField(name)
+    return scene
+
+
+def put(arrays: Mapping[str, Array], scene: pb.Scene) -> None:
+    """Puts arrays where they belong, by their paths in the scene: "initial.Q", "inertia", "body.attitude"."""
+    for path, array in arrays.items():
+        if path.startswith(_INITIAL):
+            block = path[len(_INITIAL):]
+            scene.initial_tensors.pop(block, None)
+            scene.initial[block].CopyFrom(matrix(array))
+            continue
+        in_body = path.startswith(_BODY)
+        message: Any = scene.body if in_body else scene
+        name = path[len(_BODY):] if in_body else path
+        if name not in message.DESCRIPTOR.fields_by_name:
+            raise CorruptReply(f"a scene has no array {path}")
+        message.ClearField(name)
+        getattr(message, name).extend(array.ravel().tolist())
+
+
+def with_blocks_as_matrices(scene: pb.Scene) -> pb.Scene:
+    """The same scene with nothing in `initial_tensors`."""
+    if not scene.initial_tensors:
+        return scene
+    result = pb.Scene()
+    result.CopyFrom(scene)
+    for name, tensor in scene.initial_tensors.items():
+        result.initial[name].CopyFrom(matrix(decode(tensor)))
+    result.ClearField("initial_tensors")
+    return result
+
+
+def matrix(array: Array) -> pb.Matrix:
+    """All axes but the last are its rows."""
+    rows = array.reshape(-1, array.shape[-1])
+    imaginary = rows.imag.ravel().tolist() if np.iscomplexobj(rows) else None
+    return pb.Matrix(rows=rows.shape[0], cols=rows.shape[1], values=rows.real.ravel().tolist(), imaginary=imaginary)
+
+
+def _clear_blocks(scene: pb.Scene) -> None:
+    scene.ClearField("initial")
+    scene.ClearField("initial_tensors")

@@ -1,0 +1,92 @@
+"""Samples as they come over Stream, which resumes where it broke."""
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Iterator, Optional
+
+import grpc
+import numpy as np
+
+from stiefel import calls
+from stiefel import v1 as pb
+from stiefel.arrays import Batch, Price, RunStatus, read_steps
+from stiefel.assembly import Assembly
+from stiefel.checksums import verify_batch
+from stiefel.errors import CorruptReply, DeadlineExceeded, Internal, StiefelError, Unavailable
+
+if TYPE_CHECKING:
+    from stiefel.client import Client
+
+
+class Samples:
+    """Iterates over batches of samples that are whole; the attributes tell of what has come so far."""
+
+    def __init__(self, client: Client, request: pb.StreamRequest, step: float, timeout: Optional[float]):
+        """`step`: the scene's. `timeout`: of all streams together; without it each has the client's, and
+        one that brought something is followed by another."""
+        self._client = client
+        self._request = request
+        self._every = request.every
+        self._step = step
+        self._timeout = timeout
+        self.run_status: Optional[RunStatus] = None  #: after the last batch
+        self.computed_steps = 0  #: by all streams so far
+        self.price: Optional[Price] = None  #: of the first stream
+        self.checkpoint = b""  #: the last one that is complete, if the request asks for any
+        self._checkpoint: list[bytes] = []
+
+    def __iter__(self) -> Iterator[Batch]:
+        deadline, waits = calls.Deadline(self._timeout), calls.pauses()
+        last: Optional[int] = None
+        before = 0  # computed by the streams before this one
+        while True:
+            if last is not None:
+                setattr(self._request, "from", min(last + self._every, self._request.to))
+            stream = self._client.stub.Stream(self._request, timeout=self._client.deadline(deadline.left()))
+            progress, computed = False, 0
+            assembly, self._checkpoint = Assembly(), []
+            try:
+                for message in stream:
+                    computed = max(computed, message.computed_steps)
+                    self.computed_steps = before + computed
+                    batch = self._read(message, assembly)
+                    if batch is not None and (last is None or batch.step[0] > last):
+                        progress, last = True, int(batch.step[-1])
+                        yield batch
+                    if self.run_status is not None:
+                        return
+                error: StiefelError = Internal("the stream ended without saying how")
+            except grpc.RpcError as failure:
+                error = self._client.error(failure)
+            finally:
+                stream.cancel()
+            before += computed
+            if progress and isinstance(error, Unavailable if self._timeout is not None else (DeadlineExceeded, Unavailable)):
+                waits = calls.pauses()
+            else:
+                calls.pause_or_raise(error, waits, deadline, late=True)
+
+    def _read(self, message: pb.StreamResponse, assembly: Assembly) -> Optional[Batch]:
+        """The samples that are whole with this message, if there are any."""
+        steps = read_steps(message, self._every) if message.steps else np.empty(0, np.int64)
+        times = steps * self._step
+        verify_batch(message, steps.tobytes(), times.tobytes())
+        if self.price is None and message.HasField("price"):
+            self.price = Price.of(message.price)
+        if message.HasField("run_status"):
+            self.run_status = RunStatus.of(message.run_status)
+        if message.HasField("checkpoint"):
+            self._read_checkpoint(message.checkpoint)
+        if not message.steps:
+            return None
+        assembly.take(message.fields)
+        return None if message.sample_continues else Batch(steps, times, assembly.finish())
+
+    def _read_checkpoint(self, part: pb.CheckpointPart) -> None:
+        if part.offset == 0:
+            self._checkpoint = []
+        begun = sum(map(len, self._checkpoint))
+        if part.offset != begun:
+            raise CorruptReply(f"a part of the checkpoint of step {part.step} is missing")
+        self._checkpoint.append(part.data)
+        if begun + len(part.data) == part.size:
+            self.checkpoint, self._checkpoint = b"".join(self._checkpoint), []

@@ -1,0 +1,94 @@
+#include "proto/checksum/checksum.h"
+
+#include <map>
+#include <string_view>
+#include <type_traits>
+
+#include "proto/checksum/crc32c.h"
+
+namespace stiefel::wire {
+namespace {
+
+/// A CRC-32C that grows by numbers, little-endian, and by the bytes of tensors.
+class Crc {
+ public:
+  template <class Number>
+  requires std::is_arithmetic_v<Number>
+  void add(Number number) { add_bytes(&number, sizeof number); }
+  template <class Number>
+  void add(const google::protobuf::RepeatedField<Number>& numbers) {
+    add_bytes(numbers.data(), static_cast<std::size_t>(numbers.size()) * sizeof(Number));
+  }
+  void add(const google::protobuf::RepeatedPtrField<v1::Field>& fields) {
+    for (const auto& field : fields) add(field);
+  }
+  void add(const v1::Field& field) { add(std::string_view(field.value().data())); }
+  void add(std::string_view bytes) { value_ = crc32c(bytes, value_); }
+
+  void add(const v1::Scene& scene) {
+    add(scene.inertia());
+    add(scene.inertia_u());
+    add(scene.inertia_v());
+    add(scene.body().inertia_tensor());
+    add(scene.body().moments());
+    add(scene.body().attitude());
+    add(scene.body().angular_velocity());
+    std::map<std::string_view, const v1::Matrix*> blocks;
+    for (const auto& [name, block] : scene.initial()) blocks[name] = &block;
+    for (const auto& [name, block] : blocks) {
+      add(block->values());
+      add(block->imaginary());
+    }
+  }
+
+  std::uint32_t value() const { return value_; }
+
+ private:
+  void add_bytes(const void* bytes, std::size_t size) {
+    add(std::string_view(static_cast<const char*>(bytes), size));
+  }
+
+  std::uint32_t value_ = 0;
+};
+
+/// Of the parts of a message, one after another.
+template <class... Parts>
+std::uint32_t crc_of(const Parts&... parts) {
+  Crc crc;
+  (crc.add(parts), ...);
+  return crc.value();
+}
+
+}  // namespace
+
+std::uint32_t checksum(const v1::Sample& sample) {
+  return crc_of(sample.step(), sample.time(), sample.fields());
+}
+
+std::uint32_t checksum(const v1::StreamResponse& batch) {
+  return crc_of(batch.steps(), batch.times(), batch.fields(), batch.scene_arrays(),
+                std::string_view(batch.checkpoint().data()));
+}
+
+std::uint32_t checksum(const v1::DiagnoseResponse& diagnosis) {
+  Crc crc;
+  crc.add(diagnosis.step());
+  crc.add(diagnosis.time());
+  for (const auto& invariant : diagnosis.invariants())
+    for (const double number :
+         {invariant.initial(), invariant.value(), invariant.drift(), invariant.scale()})
+      crc.add(number);
+  return crc.value();
+}
+
+std::uint32_t checksum(const v1::ConvertResponse& conversion) {
+  return crc_of(conversion.scene(), conversion.scene_arrays(), conversion.blocks());
+}
+
+std::uint32_t checksum(const v1::ConnectResponse& geodesic) {
+  return crc_of(geodesic.scene(), geodesic.trajectory());
+}
+
+std::uint32_t checksum(const v1::Session& session) { return crc_of(session.scene()); }
+
+}  // namespace stiefel::wire

@@ -1,0 +1,76 @@
+#include "server/calls/requests.h"
+
+#include <algorithm>
+#include <string>
+
+#include "server/convert/errors.h"
+#include "server/sessions/numerics_id.h"
+
+namespace stiefel::server {
+
+grpc::Status check_routing(const grpc::CallbackServerContext& context, std::string_view id,
+                           const char* field) {
+  const auto sent = context.client_metadata().find("stiefel-session");
+  if (sent == context.client_metadata().end()) return grpc::Status::OK;
+  const std::string_view routed(sent->second.data(), sent->second.size());
+  if (routed == id) return grpc::Status::OK;
+  return errors::invalid(field, std::string(id),
+                         "must be the metadata stiefel-session, '" + std::string(routed) + "'");
+}
+
+OrStatus<SessionLease> find_session(const Host& host, const grpc::CallbackServerContext& context,
+                                    std::string_view id, const char* field) {
+  if (host.lifecycle.refusing()) return std::unexpected(errors::shutting_down());
+  if (const auto status = check_routing(context, id, field); !status.ok())
+    return std::unexpected(status);
+  if (auto session = host.registry.find(id)) return *std::move(session);
+  const grpc::Status status = check_session_id(id, field);
+  return std::unexpected(status.ok() ? errors::session_not_found(id, field) : status);
+}
+
+grpc::Status check_session_id(std::string_view id, const char* field) {
+  const auto allowed = [](char c) {
+    return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '.' ||
+           c == '_' || c == '-';
+  };
+  if (!id.empty() && id.size() <= 128 && std::ranges::all_of(id, allowed)) return grpc::Status::OK;
+  return errors::invalid(field, id.empty() ? "empty" : std::string(id),
+                         "must be 1 to 128 of [A-Za-z0-9._-]");
+}
+
+grpc::Status check_step(const char* field, std::int64_t value, std::int64_t low) {
+  if (low <= value && value <= Session::max_step) return grpc::Status::OK;
+  return errors::invalid(
+      field, std::to_string(value),
+      "must be " + std::to_string(low) + " to " + std::to_string(Session::max_step));
+}
+
+OrStatus<Registry::Created> admit(Host& host, const std::string& id, ResolvedScene scene,
+                                  const Place& place, std::string_view checkpoint) {
+  auto created =
+      host.registry.create(id, std::move(scene.scene), checkpoint, std::move(scene.resolution));
+  if (created) return *std::move(created);
+  if (const auto* conflict = std::get_if<Registry::Conflict>(&created.error())) {
+    return std::unexpected(*conflict == Registry::Conflict::other_scene
+                               ? errors::session_has_other_scene(id)
+                               : errors::too_many_sessions(host.registry.max_sessions()));
+  }
+  if (const auto* overflow = std::get_if<Overflow>(&created.error()))
+    return std::unexpected(errors::overflow(place, *overflow));
+  const auto& refusal = std::get<CheckpointRefusal>(created.error());
+  const std::string value = std::to_string(checkpoint.size()) + " bytes";
+  switch (refusal.fault) {
+    case CheckpointFault::other_numerics:
+      return std::unexpected(
+          errors::checkpoint_of_other_numerics(refusal.numerics_id, numerics_id()));
+    case CheckpointFault::other_scene:
+      return std::unexpected(
+          errors::invalid("checkpoint", value, "must come from a session of the same scene"));
+    case CheckpointFault::corrupt:
+      break;
+  }
+  return std::unexpected(
+      errors::invalid("checkpoint", value, "must be what Step returned: it is damaged"));
+}
+
+}  // namespace stiefel::server

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <grpcpp/server_context.h>
+#include <grpcpp/support/status.h>
+
+#include <cstdint>
+#include <string_view>
+
+#include "server/calls/host.h"
+#include "server/convert/resolve.h"
+
+/// What is checked before anything moves.
+namespace stiefel::server {
+
+/// INVALID_ARGUMENT if the call carries another session's name as metadata `stiefel-session`, by
+/// which proxies route.
+grpc::Status check_routing(const grpc::CallbackServerContext& context, std::string_view id,
+                           const char* field = "session_id");
+
+/// UNAVAILABLE when shutting down, INVALID_ARGUMENT, NOT_FOUND, or the session.
+OrStatus<SessionLease> find_session(const Host& host, const grpc::CallbackServerContext& context,
+                                    std::string_view id, const char* field = "session_id");
+
+/// INVALID_ARGUMENT unless it is 1 to 128 of [A-Za-z0-9._-].
+grpc::Status check_session_id(std::string_view id, const char* field = "session_id");
+
+/// INVALID_ARGUMENT unless low <= value <= Session::max_step.
+grpc::Status check_step(const char* field, std::int64_t value, std::int64_t low = 0);
+
+/// A session of that scene under that id, new or there already; or why there is none. `place`: of
+/// the scene in the request.
+OrStatus<Registry::Created> admit(Host& host, const std::string& id, ResolvedScene scene,
+                                  const Place& place, std::string_view checkpoint = {});
+
+}  // namespace stiefel::server

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <grpcpp/support/server_callback.h>
+
+#include <expected>
+#include <functional>
+#include <stop_token>
+#include <utility>
+
+#include "server/calls/host.h"
+#include "server/convert/errors.h"
+
+namespace stiefel::server {
+
+/// A call that answers with a stream of messages, each the work of one slice on a pool.
+/// While a message is written nothing is computed. Deletes itself.
+template <class Response>
+class SlicedStream final : public grpc::ServerWriteReactor<Response>, private Job {
+ public:
+  /// Writes the next message; true for the last one. The token asks to stop when the caller cancels
+  /// or the server goes down.
+  using Produce =
+      std::function<std::expected<bool, grpc::Status>(const std::stop_token&, Response&)>;
+
+  SlicedStream(Host& host, Pool& pool, CallLog log, Produce produce)
+      : host_(host),
+        pool_(pool),
+        log_(std::move(log)),
+        produce_(std::move(produce)),
+        shutdown_(host.lifecycle.stop_token(), RequestStop{stop_}) {
+    host_.lifecycle.enter();
+    pool_.submit(this);
+  }
+
+  void OnCancel() override { stop_.request_stop(); }
+  void OnWriteDone(bool ok) override {
+    if (!ok) stop_.request_stop();
+    pool_.submit(this);
+  }
+  void OnDone() override {
+    Host& host = host_;
+    delete this;
+    host.lifecycle.leave();
+  }
+
+ private:
+  bool run_slice() noexcept override {
+    std::expected<bool, grpc::Status> last = false;
+    try {
+      if (host_.lifecycle.refusing() && !std::exchange(started_, true))
+        last = std::unexpected(errors::shutting_down());
+      else
+        last = produce_(stop_.get_token(), message_);
+      started_ = true;
+      if (stop_.stop_requested() && !host_.lifecycle.stopping())
+        last = std::unexpected(errors::cancelled());
+    } catch (...) {
+      last = std::unexpected(errors::from_current_exception());
+    }
+    if (last && !*last) {
+      this->StartWrite(&message_);
+      return false;
+    }
+    log_.finish(last ? grpc::Status::OK : last.error());
+    if (last)
+      this->StartWriteAndFinish(&message_, grpc::WriteOptions(), grpc::Status::OK);
+    else
+      this->Finish(last.error());
+    return false;
+  }
+
+  Host& host_;
+  Pool& pool_;
+  CallLog log_;
+  const Produce produce_;
+  std::stop_source stop_;
+  std::stop_callback<RequestStop> shutdown_;
+  bool started_ = false;
+  Response message_;
+};
+
+}  // namespace stiefel::server

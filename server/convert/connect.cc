@@ -1,0 +1,202 @@
+#include "server/convert/connect.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "engine/linalg/arithmetic/to_text.h"
+#include "proto/checksum/checksum.h"
+#include "server/convert/convert.h"
+#include "server/convert/errors.h"
+#include "server/convert/reply_limits.h"
+
+namespace stiefel::server {
+namespace {
+
+constexpr Eigen::Index max_degrees_of_freedom = 128;
+constexpr std::uint32_t max_steps = 4096, max_restarts = 1000;
+constexpr std::uint32_t max_samples = 100'000;
+constexpr int max_pairs = 1024;
+
+v1::Shortest shortest(Shortest value) {
+  switch (value) {
+    case Shortest::yes:
+      return v1::SHORTEST_YES;
+    case Shortest::no:
+      return v1::SHORTEST_NO;
+    case Shortest::unknown:
+      return v1::SHORTEST_UNKNOWN;
+  }
+  return v1::SHORTEST_UNSPECIFIED;
+}
+
+std::string path_of(std::size_t pair, const std::string& field) {
+  const bool of_pair = field == "Q_0" || field == "Q_T";
+  return of_pair ? "pairs[" + std::to_string(pair) + "]." + field : field;
+}
+
+class Reader {
+ public:
+  explicit Reader(const v1::ConnectRequest& request) : request_(request) {}
+
+  std::expected<ConnectTask, Violations> read() {
+    check_limits();
+    TwoPointProblem common;
+    common.time = request_.time();
+    common.seed = request_.seed();
+    if (request_.has_restarts())
+      common.restarts = static_cast<int>(std::min(request_.restarts(), max_restarts));
+    ConnectTask task{{},
+                     static_cast<int>(request_.steps()),
+                     static_cast<int>(request_.samples()),
+                     request_.checksum()};
+    for (int i = 0; i < std::min(request_.pairs_size(), max_pairs) && violations_.size() < 16; ++i)
+      task.problems.push_back(problem(static_cast<std::size_t>(i), common));
+    if (!violations_.empty()) return std::unexpected(std::move(violations_));
+    return task;
+  }
+
+ private:
+  void refuse(std::string field, std::string value, std::string rule) {
+    violations_.push_back({std::move(field), std::move(value), std::move(rule)});
+  }
+  void at_most(const char* field, std::uint64_t value, std::uint64_t most) {
+    if (value > most)
+      refuse(field, std::to_string(value), "must be at most " + std::to_string(most));
+  }
+  void check_limits() {
+    at_most("steps", request_.steps(), max_steps);
+    at_most("samples", request_.samples(), max_samples);
+    at_most("restarts", request_.restarts(), max_restarts);
+    if (request_.pairs_size() < 1 || request_.pairs_size() > max_pairs)
+      refuse("pairs", std::to_string(request_.pairs_size()) + " pairs",
+             "must be 1 to " + std::to_string(max_pairs));
+    const v1::Metric metric = request_.metric();
+    if (metric == v1::METRIC_EUCLIDEAN && request_.inertia_size() > 0)
+      refuse("inertia", std::to_string(request_.inertia_size()) + " numbers",
+             "must be absent with METRIC_EUCLIDEAN");
+    if (metric == v1::METRIC_CANONICAL)
+      refuse("metric", "METRIC_CANONICAL",
+             "must be METRIC_LAMBDA or METRIC_EUCLIDEAN: geodesics of the canonical metric are not "
+             "searched");
+    else if (!v1::Metric_IsValid(metric))
+      refuse("metric", std::to_string(metric), "must be a value of stiefel.v1.Metric");
+  }
+
+  Eigen::MatrixXd frame(const std::string& path, bool present, const v1::Matrix& given) {
+    if (!present) {
+      refuse(path, "absent", "must be given");
+      return {};
+    }
+    auto block = from_proto(path, given);
+    if (!block) violations_.insert(violations_.end(), block.error().begin(), block.error().end());
+    return block ? Eigen::MatrixXd(block->values) : Eigen::MatrixXd();
+  }
+
+  TwoPointProblem problem(std::size_t pair, TwoPointProblem out) {
+    const v1::FramePair& given = request_.pairs(static_cast<int>(pair));
+    out.Q_0 = frame(path_of(pair, "Q_0"), given.has_q_0(), given.q_0());
+    out.Q_T = frame(path_of(pair, "Q_T"), given.has_q_t(), given.q_t());
+    const Eigen::Index n = out.Q_0.rows(), N = out.Q_0.cols();
+    out.inertia = request_.metric() == v1::METRIC_EUCLIDEAN
+                      ? Eigen::VectorXd::Ones(N)
+                      : Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(request_.inertia().data(),
+                                                                          request_.inertia_size()));
+    if (n <= N && n * N - n * (n + 1) / 2 > max_degrees_of_freedom)
+      refuse(path_of(pair, "Q_0"), std::to_string(n) + " x " + std::to_string(N),
+             "frames must have at most 128 degrees of freedom, n N - n (n+1)/2");
+    return out;
+  }
+
+  const v1::ConnectRequest& request_;
+  Violations violations_;
+};
+
+/// Why there is no answer; nothing for a search that was stopped or did not succeed.
+std::optional<grpc::Status> fault(const ConnectRefusal& refusal, std::size_t pair) {
+  if (const auto* invalid = std::get_if<refusal::Invalid>(&refusal))
+    return errors::invalid(path_of(pair, invalid->field), invalid->value, invalid->rule);
+  if (const auto* frame = std::get_if<refusal::NotOrthonormal>(&refusal))
+    return errors::invalid(
+        path_of(pair, frame->field), "max |QQᵀ − I| = " + to_text(frame->defect),
+        "must have orthonormal rows to " + to_text(TwoPointProblem::frame_tolerance));
+  if (const auto* signs = std::get_if<refusal::UnequalDeterminants>(&refusal))
+    return errors::unequal_determinants(path_of(pair, "Q_T"), signs->Q_0, signs->Q_T);
+  return std::nullopt;
+}
+
+/// What `connect` refuses before it searches: a search that is asked to stop from the first.
+std::optional<grpc::Status> check(TwoPointProblem problem, std::size_t pair) {
+  std::stop_source stopped;
+  stopped.request_stop();
+  problem.stop = stopped.get_token();
+  problem.restarts = std::min(problem.restarts, 0);
+  const auto answer = connect(problem);
+  return answer ? std::nullopt : fault(answer.error(), pair);
+}
+
+v1::Field to_field(const std::vector<Eigen::MatrixXd>& frames) {
+  v1::Field out;
+  out.set_name("Q");
+  v1::Tensor& tensor = *out.mutable_value();
+  tensor.set_data_type(v1::DATA_TYPE_FLOAT64);
+  tensor.add_shape(frames.size());
+  tensor.add_shape(static_cast<std::uint64_t>(frames[0].rows()));
+  tensor.add_shape(static_cast<std::uint64_t>(frames[0].cols()));
+  for (const RowMatrix frame : frames)
+    tensor.mutable_data()->append(reinterpret_cast<const char*>(frame.data()),
+                                  static_cast<std::size_t>(frame.size()) * sizeof(double));
+  return out;
+}
+
+}  // namespace
+
+OrStatus<ConnectTask> read(const v1::ConnectRequest& request) {
+  auto task = Reader(request).read();
+  if (!task) return std::unexpected(errors::invalid(task.error()));
+  for (std::size_t i = 0; i < task->problems.size(); ++i)
+    if (const auto status = check(task->problems[i], i)) return std::unexpected(*status);
+  return *std::move(task);
+}
+
+grpc::Status ConnectAnswer::join(const std::stop_token& stop, v1::ConnectResponse& response) {
+  TwoPointProblem problem = task_.problems[pair_];
+  problem.stop = stop;
+  const auto joined = joining_scene(problem, task_.steps, task_.samples);
+  RunStatus run_status;
+  if (joined) {
+    to_proto(joined->scene.description(), response.mutable_scene());
+    response.set_energy(joined->energy);
+    response.set_residual(joined->residual);
+    response.set_shortest(shortest(joined->shortest));
+    response.set_distinct(static_cast<std::uint32_t>(joined->distinct));
+    if (!joined->trajectory.empty()) trajectory_.add(to_field(joined->trajectory));
+  } else if (const auto status = fault(joined.error(), pair_)) {
+    return *status;
+  } else if (const auto* missed = std::get_if<refusal::NotConverged>(&joined.error())) {
+    run_status.outcome = Outcome::solver_stalled;
+    response.set_residual(missed->residual);
+  } else {
+    run_status.outcome = Outcome::cancelled;
+  }
+  to_proto(run_status, response.mutable_run_status());
+  ++pair_;
+  return grpc::Status::OK;
+}
+
+grpc::Status ConnectAnswer::next(const std::stop_token& stop, v1::ConnectResponse& response) {
+  response.Clear();
+  if (trajectory_.empty()) {
+    const grpc::Status status = join(stop, response);
+    if (!status.ok()) return status;
+  }
+  response.set_pair(static_cast<std::uint32_t>(pair_ - 1));
+  if (!trajectory_.empty()) {
+    Parts::Fields parts;
+    trajectory_.take(part_bytes, &parts);
+    response.mutable_trajectory()->Swap(parts.Mutable(0));
+  }
+  if (task_.checksum) response.set_checksum(wire::checksum(response));
+  return grpc::Status::OK;
+}
+
+}  // namespace stiefel::server

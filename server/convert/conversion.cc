@@ -1,0 +1,72 @@
+#include "server/convert/conversion.h"
+
+#include <algorithm>
+
+#include "proto/checksum/checksum.h"
+#include "server/convert/convert.h"
+#include "server/convert/errors.h"
+#include "server/convert/reply_limits.h"
+#include "server/convert/resolve.h"
+#include "server/convert/scene_view.h"
+
+namespace stiefel::server {
+
+grpc::Status refused(const ConversionRefusal& refusal) {
+  if (const auto* violations = std::get_if<Violations>(&refusal))
+    return errors::invalid(*violations);
+  return errors::outside_domain(std::get<OutsideDomain>(refusal));
+}
+
+grpc::Status ConversionAnswer::convert(v1::ConvertResponse& response) {
+  const auto resolved = read_scene(request_.has_scene(), request_.scene());
+  if (!resolved) return resolved.error();
+  const auto& [scene, resolution] = *resolved;
+  ConversionTarget target{request_.to()};
+  if (request_.has_epsilon()) target.epsilon = request_.epsilon();
+  if (request_.has_parameter()) target.parameter = request_.parameter();
+  const auto converted = stiefel::convert(scene, target);
+  if (!converted) return refused(converted.error());
+  if (converted->scene) {
+    const SceneDescription& result = converted->scene->description();
+    const auto given = from_proto(request_.scene());
+    const Difference changes = difference(*given, result);
+    const auto left_out = write_view(result, changes, request_.view(), response.mutable_scene());
+    if (request_.view() == v1::SCENE_VIEW_NONE) response.clear_scene();
+    if (request_.view() != v1::SCENE_VIEW_FULL && request_.view() != v1::SCENE_VIEW_NONE)
+      for (const std::string& field : changes.cleared) response.add_cleared(field);
+    for (const SceneArray& array : arrays_of(result))
+      if (std::ranges::find(left_out, array.path) != left_out.end())
+        scene_arrays_.add(to_field(array));
+  }
+  for (const auto& [name, block] : converted->blocks) {
+    const RowMatrix rows = block;
+    v1::Field field = to_field({name, rows.rows(), rows.cols(), rows.data(), nullptr});
+    blocks_.add(std::move(field));
+  }
+  for (const auto& [domain, margin] : converted->margins) {
+    auto* to = response.add_margins();
+    to->set_domain(domain);
+    to->set_margin(margin);
+  }
+  if (resolution.choice) to_proto(scene, *resolution.choice, response.mutable_choice());
+  return grpc::Status::OK;
+}
+
+grpc::Status ConversionAnswer::next(v1::ConvertResponse& response) {
+  response.Clear();
+  if (!started_) {
+    const grpc::Status status = convert(response);
+    if (!status.ok()) return status;
+  }
+  // Beside the arrays in the scene there may be no room for more.
+  const bool room = started_ || scene_arrays_.empty();
+  started_ = true;
+  if (room && !scene_arrays_.empty())
+    scene_arrays_.take(part_bytes, response.mutable_scene_arrays());
+  else if (room && !blocks_.empty())
+    blocks_.take(part_bytes, response.mutable_blocks());
+  if (request_.checksum()) response.set_checksum(wire::checksum(response));
+  return grpc::Status::OK;
+}
+
+}  // namespace stiefel::server

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <grpcpp/support/status.h>
+
+#include "server/convert/parts.h"
+#include "stiefel/conversion.h"
+#include "stiefel/v1/conversion.pb.h"
+
+namespace stiefel::server {
+
+/// A conversion's refusal as an error.
+grpc::Status refused(const ConversionRefusal& refusal);
+
+/// A Convert, answered in messages of limited size.
+class ConversionAnswer {
+ public:
+  explicit ConversionAnswer(const v1::ConvertRequest& request) : request_(request) {}
+
+  /// Writes the next message over `response`. The first time it converts.
+  grpc::Status next(v1::ConvertResponse& response);
+  bool done() const { return started_ && scene_arrays_.empty() && blocks_.empty(); }
+
+ private:
+  grpc::Status convert(v1::ConvertResponse& response);
+
+  const v1::ConvertRequest& request_;
+  bool started_ = false;
+  Parts scene_arrays_, blocks_;
+};
+
+}  // namespace stiefel::server

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <memory>
+#include <stop_token>
+
+#include "server/convert/resolve.h"
+#include "server/sessions/cursor.h"
+#include "stiefel/v1/diagnosis.pb.h"
+
+namespace stiefel::server {
+
+/// What a Diagnose asks for, once its names and shapes are checked.
+class DiagnoseTask {
+ public:
+  static OrStatus<DiagnoseTask> read(const Session& session, const v1::DiagnoseRequest& request);
+  DiagnoseTask(DiagnoseTask&&) noexcept;
+  ~DiagnoseTask();
+
+  /// Whether the answer is work without slices, and none for the pool of steps.
+  bool takes_long() const;
+
+  /// The answer at the step where the cursor ended.
+  grpc::Status answer(const Session& session, const Cursor& cursor, const std::stop_token& stop,
+                      v1::DiagnoseResponse* response) const;
+
+ private:
+  struct Parts;
+  explicit DiagnoseTask(std::shared_ptr<const Parts> parts);
+  std::shared_ptr<const Parts> parts_;
+};
+
+}  // namespace stiefel::server

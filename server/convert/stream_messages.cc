@@ -1,0 +1,65 @@
+#include "server/convert/stream_messages.h"
+
+#include "server/convert/convert.h"
+#include "server/convert/reply_limits.h"
+#include "server/convert/scene_view.h"
+
+namespace stiefel::server {
+
+void StreamMessages::add_scene(const SceneDescription& resolved) {
+  for (const SceneArray& array : arrays_of(resolved)) scene_arrays_.add(to_field(array));
+}
+
+void StreamMessages::pack(const Session& session, const std::vector<std::size_t>& fields,
+                          Batch& batch, std::string checkpoint, v1::StreamResponse& message) {
+  message.mutable_steps()->Assign(batch.steps.begin(), batch.steps.end());
+  message.mutable_times()->Assign(batch.times.begin(), batch.times.end());
+  message.clear_sample_continues();
+  message.clear_checkpoint();
+  message.clear_scene_arrays();
+  message.clear_price();
+  message.clear_checksum();
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    const int index = static_cast<int>(i);
+    auto* field =
+        index < message.fields_size() ? message.mutable_fields(index) : message.add_fields();
+    describe_field(session, session.fields()[fields[i]], batch.size(), field);
+    field->clear_whole_shape();
+    field->clear_offset();
+    field->mutable_value()->mutable_data()->swap(batch.fields[i]);
+  }
+  checkpoint_ = std::move(checkpoint);
+  checkpoint_sent_ = 0;
+  if (batch.size() == 0) return;
+  step_ = batch.steps.back();
+  time_ = batch.times.back();
+  if (batch.size() > 1 || sample_bytes(session, fields) <= max_reply_bytes) return;
+  for (auto& field : *message.mutable_fields()) sample_.add(std::move(field));
+  next(message);
+}
+
+void StreamMessages::next(v1::StreamResponse& message) {
+  message.Clear();
+  if (!scene_arrays_.empty()) {
+    scene_arrays_.take(part_bytes, message.mutable_scene_arrays());
+  } else if (!sample_.empty()) {
+    message.add_steps(step_);
+    message.add_times(time_);
+    sample_.take(part_bytes, message.mutable_fields());
+    message.set_sample_continues(!sample_.empty());
+  } else if (!checkpoint_.empty()) {
+    next_checkpoint_part(message);
+  }
+}
+
+void StreamMessages::next_checkpoint_part(v1::StreamResponse& message) {
+  v1::CheckpointPart& part = *message.mutable_checkpoint();
+  part.set_step(step_);
+  part.set_size(checkpoint_.size());
+  part.set_offset(checkpoint_sent_);
+  part.set_data(checkpoint_.substr(checkpoint_sent_, part_bytes));
+  checkpoint_sent_ += part.data().size();
+  if (checkpoint_sent_ == checkpoint_.size()) checkpoint_.clear();
+}
+
+}  // namespace stiefel::server

@@ -1,0 +1,83 @@
+#include "server/convert/tradeoff.h"
+
+#include <utility>
+
+#include "server/convert/convert.h"
+#include "server/convert/errors.h"
+#include "server/sessions/numerics_id.h"
+
+namespace stiefel::server {
+namespace {
+
+std::expected<TradeoffRequest, Violations> read(const v1::MeasureTradeoffRequest& request) {
+  if (!request.has_scene())
+    return std::unexpected(Violations{{"scene", "absent", "must be given"}});
+  auto scene = from_proto(request.scene(), Place::inside("scene"));
+  if (!scene) return std::unexpected(std::move(scene.error()));
+  TradeoffRequest out{*std::move(scene)};
+  if (request.has_horizon()) out.horizon = request.horizon();
+  if (request.has_budget()) out.budget = request.budget();
+  if (request.has_repeats()) out.repeats = request.repeats();
+  return out;
+}
+
+void to_proto(const TradeoffSetup& setup, v1::TradeoffSetup* out) {
+  out->set_machine(setup.machine);
+  out->set_numerics_id(numerics_id());
+  out->set_reference(setup.reference);
+  out->set_reference_error(setup.reference_error);
+  out->set_horizon(setup.horizon);
+  out->set_steps(setup.steps);
+  out->set_reference_steps(setup.reference_steps);
+  out->set_budget(setup.budget);
+  out->set_repeats(static_cast<std::uint32_t>(setup.repeats));
+  out->set_curves(static_cast<std::uint32_t>(setup.curves));
+}
+
+void to_proto(const TradeoffPoint& point, v1::TradeoffPoint* out) {
+  server::to_proto(point.method, out->mutable_method());
+  if (point.error) {
+    if (point.error->attitude) out->set_attitude_error(*point.error->attitude);
+    out->set_momentum_error(point.error->momentum);
+  }
+  out->set_drift(point.drift);
+  out->set_drift_of(point.drift_of);
+  out->set_work(point.work);
+  out->mutable_cpu_seconds_per_second()->Add(point.cpu_seconds_per_second.begin(),
+                                             point.cpu_seconds_per_second.end());
+  out->set_steps_per_second(point.steps_per_second);
+  out->set_measured_steps(point.measured_steps);
+  out->set_extrapolated(point.extrapolated);
+  out->set_below_reference(point.below_reference);
+  server::to_proto(point.status, out->mutable_run_status());
+}
+
+}  // namespace
+
+grpc::Status TradeoffAnswer::start(const std::stop_token& stop, v1::TradeoffSetup* setup) {
+  auto request = read(request_);
+  if (!request) return errors::invalid(request.error());
+  auto prepared = Tradeoff::prepare(*std::move(request));
+  if (!prepared) return errors::invalid(prepared.error());
+  tradeoff_.emplace(*std::move(prepared));
+  const auto solved = tradeoff_->solve_reference(stop);
+  if (!solved) return errors::invalid(solved.error());
+  to_proto(*solved, setup);
+  return grpc::Status::OK;
+}
+
+grpc::Status TradeoffAnswer::next(const std::stop_token& stop,
+                                  v1::MeasureTradeoffResponse& response) {
+  response.Clear();
+  if (!tradeoff_) return start(stop, response.mutable_setup());
+  if (const auto point = tradeoff_->next(stop)) {
+    to_proto(*point, response.mutable_point());
+    return grpc::Status::OK;
+  }
+  auto* front = response.mutable_front();
+  for (const std::size_t i : tradeoff_->front()) front->add_points(static_cast<std::uint32_t>(i));
+  done_ = true;
+  return grpc::Status::OK;
+}
+
+}  // namespace stiefel::server

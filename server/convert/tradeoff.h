@@ -1,0 +1,30 @@
+#pragma once
+
+#include <grpcpp/support/status.h>
+
+#include <optional>
+#include <stop_token>
+
+#include "stiefel/tradeoff.h"
+#include "stiefel/v1/tradeoff.pb.h"
+
+namespace stiefel::server {
+
+/// A MeasureTradeoff, answered part by part: what is measured against, the points, the front.
+class TradeoffAnswer {
+ public:
+  explicit TradeoffAnswer(const v1::MeasureTradeoffRequest& request) : request_(request) {}
+
+  /// Writes the next part over `response`. After it was asked to stop the part means nothing.
+  grpc::Status next(const std::stop_token& stop, v1::MeasureTradeoffResponse& response);
+  bool done() const { return done_; }
+
+ private:
+  grpc::Status start(const std::stop_token& stop, v1::TradeoffSetup* setup);
+
+  const v1::MeasureTradeoffRequest& request_;
+  std::optional<Tradeoff> tradeoff_;
+  bool done_ = false;
+};
+
+}  // namespace stiefel::server

@@ -1,0 +1,31 @@
+#include "server/sessions/field_bytes.h"
+
+#include <algorithm>
+#include <bit>
+
+namespace stiefel::server {
+
+static_assert(std::endian::native == std::endian::little);
+
+bool is_float(const Session& session, const Field& field) {
+  return session.scene().in_float() && !field.complex;
+}
+
+std::size_t field_bytes(const Session& session, const Field& field) {
+  return static_cast<std::size_t>(field.size()) *
+         (is_float(session, field) ? sizeof(float) : sizeof(double));
+}
+
+void write_field(const Session& session, const Simulation& simulation, std::size_t index,
+                 char* out) {
+  const Field& field = session.fields()[index];
+  const auto size = static_cast<std::size_t>(field.size());
+  if (!is_float(session, field))
+    return simulation.write(index, {reinterpret_cast<double*>(out), size});
+  std::vector<double> numbers(size);
+  simulation.write(index, numbers);
+  std::ranges::transform(numbers, reinterpret_cast<float*>(out),
+                         [](double number) { return static_cast<float>(number); });
+}
+
+}  // namespace stiefel::server

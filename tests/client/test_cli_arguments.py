@@ -1,0 +1,69 @@
+"""Command lines that the command refuses: status 2, and each line names the option or the misspelt word."""
+import pytest
+
+
+@pytest.mark.parametrize("arguments, fault", [
+    ([], "--to is required"),
+    (["--to", "x"], "--to"),
+    (["--to", 5, "--sideways"], "--sideways"),
+    (["--to", -1], "--to: -1"),
+    (["--to", 2**62], "--to: "),
+    (["--to", 5, "--from", -1], "--from: -1"),
+    (["--to", 5, "--from", 6], "--to: 5"),
+    (["--to", 5, "--every", 0], "--every: 0"),
+    (["--to", 5, "--every", -3], "--every: -3"),
+    (["--to", 5, "--fields", "Q,nothing"], "--fields[1]: nothing"),
+    (["--to", 5, "--output", "out.txt"], "must end in .json, .csv or .npz"),
+    (["--to", 5, "--output", "nowhere/out.json"], "cannot write"),
+    (["--to", 5, "--output", "nowhere/out.npz"], "cannot write"),
+])
+def test_a_bad_argument_is_status_2(stiefel, write, scene, arguments, fault):
+    result = stiefel("run", write(scene), *arguments)
+    assert result.status == 2
+    assert fault in result.err
+    assert result.out == ""
+
+
+def test_a_fault_of_an_option_is_the_options(stiefel, write, scene):
+    result = stiefel("convert", write(scene), "--to", "parametric_rigid_body", "--parameter", "nan")
+    assert result.status == 2 and result.err.startswith("stiefel: error: --parameter: nan")
+    result = stiefel("convert", write(scene), "--to", "symmetric_rigid_body", "--epsilon", 0)
+    assert result.status == 2 and result.err.startswith("stiefel: error: --epsilon: 0: must be finite and not 0")
+    result = stiefel("convert", write(scene), "--to", "velocitty")
+    assert (result.status, result.err.startswith("stiefel: error: --to: velocitty: ")) == (2, True)
+    assert result.err.endswith("did you mean velocity?\n")
+
+
+def test_other_bad_input_is_status_2(stiefel, write, scene, tmp_path):
+    assert stiefel().status == 2
+    assert stiefel("dance").status == 2
+    assert stiefel("diagnose", write(scene), "--to", 5, "--invariants", "luck").status == 2
+    missing = stiefel("run", "missing.json", "--to", 5)
+    assert (missing.status, missing.err) == (2, "stiefel: error: missing.json: No such file or directory\n")
+    assert stiefel("run", tmp_path, "--to", 5).status == 2
+
+
+@pytest.mark.parametrize("arguments, faults", [
+    (["runn", "scene.json", "--to", "5"], ["unknown command runn; did you mean run?"]),
+    (["Run"], ["unknown command Run; did you mean run?"]),
+    (["trade-off", "scene.json"], ["unknown command trade-off; did you mean tradeoff?"]),
+    (["diagnos", "scene.json"], ["unknown command diagnos; did you mean diagnose?"]),
+    (["dance"], ["unknown command dance; the commands are describe, run, diagnose, convert, tradeoff, connect"]),
+    ([], ["a command is required: describe, run, diagnose, convert, tradeoff, connect"]),
+    (["run", "scene.json", "--to", "5", "--evry", "2"], ["unknown option --evry; did you mean --every?"]),
+    (["run", "scene.json", "--too=5"], ["unknown option --too; did you mean --to?"]),
+    (["run", "scene.json", "--to", "5", "--form", "1", "--outptu", "x"],
+     ["unknown option --form; did you mean --from?", "unknown option --outptu; did you mean --output?"]),
+    (["run", "scene.json", "-to", "5"], ["unknown option -to; did you mean --to?"]),
+    (["run", "scene.json", "--to", "5", "--sideways"], ["unknown option --sideways"]),
+    (["--versoin"], ["unknown option --versoin; did you mean --version?"]),
+    (["run", "scene.json", "other.json", "--to", "5"], ["unexpected argument other.json"]),
+    (["run", "--to", "5"], ["SCENE is required"]),
+])
+def test_a_misspelt_word_is_told_with_its_neighbour(stiefel, arguments, faults):
+    result = stiefel(*arguments)
+    assert result.status == 2 and result.out == ""
+    *lines, hint = result.err.splitlines()
+    assert lines == [f"stiefel: error: {fault}" for fault in faults]
+    command = arguments[0] + " " if arguments and arguments[0] == "run" else ""
+    assert hint == f"See stiefel {command}--help"

@@ -1,0 +1,66 @@
+"""What `stiefel run` samples, and the JSON that it prints."""
+import numpy as np
+import pytest
+
+from conftest import EXAMPLES, SCENES, matrix
+
+
+def steps(result):
+    return [sample["step"] for sample in result.json["samples"]]
+
+
+@pytest.mark.parametrize("arguments, expected", [
+    (["--to", 3], [0, 1, 2, 3]),
+    (["--to", 0], [0]),
+    (["--to", 11, "--from", 2, "--every", 4], [2, 6, 10, 11]),
+    (["--to", 10, "--every", 5], [0, 5, 10]),
+    (["--to", 7, "--from", 7], [7]),
+    (["--to", 5, "--every", 1000], [0, 5]),
+])
+def test_samples_from_every_and_always_the_last(stiefel, write, scene, arguments, expected):
+    result = stiefel("run", write(scene), *arguments)
+    assert result.status == 0
+    assert steps(result) == expected
+
+
+def test_without_every_a_long_run_gives_its_two_ends(stiefel, write, scene):
+    path = write(scene)
+    assert len(steps(stiefel("run", path, "--to", 999))) == 1000
+    assert steps(stiefel("run", path, "--to", 1000)) == [0, 1000]
+    assert steps(stiefel("run", path, "--from", 1, "--to", 1000)) == list(range(1, 1001))
+
+
+def test_the_json_is_the_documented_one(stiefel, write, scene):
+    result = stiefel("run", write(scene), "--to", 2, "--fields", "Q,quaternion").json
+    assert set(result) == {"outcome", "samples", "diagnosis"}
+    assert result["outcome"] == "REACHED"
+    sample = result["samples"][2]
+    assert set(sample) == {"step", "time", "fields"}
+    assert type(sample["step"]) is int and sample["time"] == 0.02
+    assert list(sample["fields"]) == ["Q", "quaternion"]
+    assert set(sample["fields"]["Q"]) == {"rows", "cols", "values"}
+    assert sample["fields"]["quaternion"]["rows"] == 1
+    assert sample["fields"]["quaternion"]["cols"] == len(sample["fields"]["quaternion"]["values"]) == 4
+    diagnosis = result["diagnosis"]
+    assert set(diagnosis) == {"summary", "invariants", "orthogonality", "estimated_error", "domain"}
+    for invariant in diagnosis["invariants"]:
+        assert set(invariant) == {"name", "initial", "value", "drift", "scale", "conservation"}
+        assert invariant["conservation"] in ("exact", "bounded", "drifts")
+    assert set(diagnosis["domain"]) == {"h_omega", "largest_step"}
+
+
+def test_what_goes_in_comes_out_at_step_0_to_the_bit(stiefel, write, scene):
+    M = [[0, 0.1, -1e-300], [-0.1, 0, 1 / 3], [1e-300, -1 / 3, 0]]
+    scene["initial"]["M"] = matrix(M)
+    fields = stiefel("run", write(scene), "--to", 0).json["samples"][0]["fields"]
+    assert fields["M"]["values"] == np.ravel(M).tolist()
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_examples_run_and_keep_what_they_should(stiefel, name):
+    result = stiefel("run", EXAMPLES / f"{name}.json", "--to", 2000, "--every", 500)
+    assert result.status == 0, result.err
+    diagnosis = result.json["diagnosis"]
+    exact = all(i["conservation"] == "exact" for i in diagnosis["invariants"])
+    assert diagnosis["orthogonality"] < (1e-13 if exact else 1e-9)
+    assert all(i["drift"] < (1e-13 if i["conservation"] == "exact" else 1e-9) for i in diagnosis["invariants"])

@@ -1,0 +1,76 @@
+"""The proto files as they are break nothing of the committed contract, and the test would see it."""
+import copy
+from pathlib import Path
+
+import pytest
+
+from changes import breaking
+from descriptor import committed, present
+
+
+def test_nothing_is_broken():
+    assert breaking(committed(), present()) == []
+
+
+def test_the_commitment_is_to_every_file():
+    names = {file.name for file in committed().file}
+    assert {"stiefel/v1/simulation.proto", "stiefel/v1/tensor.proto", "stiefel/v1/error.proto"} <= names
+    assert names == {file.name for file in present().file}, "new files: tests/proto/descriptor.py --write"
+
+
+def file_of(files, name):
+    return next(file for file in files.file if file.name == f"stiefel/v1/{name}.proto")
+
+
+def sample(files):
+    return next(message for message in file_of(files, "run").message_type if message.name == "Sample")
+
+
+CHANGES = {
+    "a field is gone": lambda files: sample(files).field.pop(1),
+    "a field has another number": lambda files: setattr(sample(files).field[0], "number", 40),
+    "a field has another name": lambda files: setattr(sample(files).field[0], "name", "index"),
+    "a field has another type": lambda files: setattr(sample(files).field[0], "type", 13),
+    "a message is gone": lambda files: file_of(files, "price").message_type.pop(),
+    "a value is gone": lambda files: file_of(files, "outcome").enum_type[0].value.pop(),
+    "an RPC is gone": lambda files: file_of(files, "simulation").service[0].method.pop(),
+    "an RPC answers once": lambda files: setattr(
+        next(m for m in file_of(files, "simulation").service[0].method if m.name == "Stream"), "server_streaming", False),
+}
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_a_breaking_change_is_found(change):
+    files = copy.deepcopy(present())
+    CHANGES[change](files)
+    assert breaking(present(), files)
+
+
+def test_an_addition_breaks_nothing():
+    files = copy.deepcopy(present())
+    sample(files).field.add(name="more", json_name="more", number=41, type=1, label=1)
+    file_of(files, "run").message_type.add(name="SummarizeRequest")
+    file_of(files, "simulation").service[0].method.add(name="Summarize", input_type=".stiefel.v1.SummarizeRequest",
+                                                       output_type=".stiefel.v1.SummarizeRequest")
+    assert breaking(present(), files) == []
+
+
+def test_errors_are_those_of_google_rpc():
+    """Names and numbers of google/rpc/status.proto and error_details.proto."""
+    messages = {message.name: message for message in file_of(present(), "error").message_type}
+    expected = {
+        "Status": {"code": 1, "message": 2, "details": 3},
+        "BadRequest": {"field_violations": 1},
+        "ErrorInfo": {"reason": 1, "domain": 2, "metadata": 3},
+        "QuotaFailure": {"violations": 1},
+        "RetryInfo": {"retry_delay": 1},
+    }
+    for name, fields in expected.items():
+        assert {field.name: field.number for field in messages[name].field} == fields
+    quota, = (nested for nested in messages["QuotaFailure"].nested_type)
+    assert {field.name: field.number for field in quota.field} == {"subject": 1, "description": 2}
+
+
+def test_the_proto_files_are_short():
+    for path in Path(__file__).resolve().parents[2].glob("proto/stiefel/v1/*.proto"):
+        assert len(path.read_text().splitlines()) <= 200, path.name

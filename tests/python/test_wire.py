@@ -1,0 +1,116 @@
+"""What the client makes of replies that have only what the server filled in, and of states of any size."""
+import numpy as np
+import pytest
+
+import stiefel
+
+SCENE = {"system": "rigid_body", "method": {"name": "variational"}, "step": 0.01,
+         "body": {"moments": [1, 2, 3], "angular_velocity": [0.1, 2, 0.1]}}
+N = 512
+
+
+@pytest.fixture(scope="module")
+def vast():
+    """A body in 512 dimensions at rest but for two planes; its blocks have 2 MiB each."""
+    M = np.zeros((N, N))
+    M[0, 1] = M[2, 3] = 1
+    return {"system": "rigid_body", "method": {"name": "rk4"}, "step": 0.01, "inertia": np.linspace(1, 2, N),
+            "initial": {"Q": np.eye(N), "M": M - M.T}}
+
+
+def test_the_resolved_scene_is_known_without_a_call(client):
+    with client.create(SCENE) as session:
+        assert list(session.message.scene.body.moments) == []  # the reply does not repeat what was sent
+        scene = session.scene
+        assert scene["body"]["moments"] == [1, 2, 3] and scene["method"]["order"] == 2
+        assert client.get(session.id).scene == scene
+        listed, = (other for other in client.list() if other.id == session.id)
+        assert not listed.message.HasField("scene") and listed.scene == scene
+        with client.create(scene) as again:
+            assert (again.step(to=70)["Q"] == session.step(to=70)["Q"]).all()
+
+
+def test_a_fork_to_another_system_has_its_scene(client):
+    with client.create(SCENE) as session, session.fork(at=5, system="symmetric_rigid_body") as fork:
+        scene = fork.scene
+        assert scene["system"] == "symmetric_rigid_body" and "body" not in scene and set(scene["initial"]) == {"Q", "P"}
+        assert client.get(fork.id).scene == scene
+        np.testing.assert_allclose(fork.step(to=10)["Q"], session.step(to=15)["Q"], atol=1e-3)
+
+
+def test_a_conversion_is_a_whole_scene(client):
+    found = client.convert(SCENE, "symmetric_rigid_body")
+    assert found.scene["step"] == 0.01 and set(found.scene["initial"]) == {"Q", "P"} and "body" not in found.scene
+    with client.create(found.scene) as session:
+        assert session.step(to=3).outcome == "REACHED"
+    blocks = client.convert(SCENE, "velocity").blocks
+    assert set(blocks) == {"Q", "Qdot"} and blocks["Qdot"].shape == (3, 3)
+
+
+def test_the_choice_is_the_session_s(client):
+    scene = {**SCENE, "tolerance": 1e-6, "horizon": 1.0}
+    del scene["method"]
+    with client.create(scene) as session, client.create(SCENE) as other:
+        choice = session.choice
+        assert (choice.tolerance, choice.horizon) == (1e-6, 1.0) and choice.reason
+        assert session.scene["method"] == choice.method and "tolerance" not in session.scene
+        assert client.get(session.id).choice == choice and other.choice is None
+
+
+def test_a_float_scene_gives_floats(client):
+    with client.create({**SCENE, "method": {"name": "variational", "scalar": "float"}}) as session:
+        run, state = session.trajectory(to=100), session.step(to=100)
+        assert run["Q"].dtype == state["Q"].dtype == np.float32 and run.time.dtype == np.float64
+        assert (run["Q"][-1] == state["Q"]).all()
+        with session.drive() as drive:
+            assert (drive.step(100)["Q"] == state["Q"]).all()
+
+
+def test_up_to_n_512_everything_works(client, vast):
+    fields = ["Q", "M", "Omega"]
+    with client.create(vast) as session:
+        state = session.step(to=2, fields=fields, checkpoint=True)
+        assert all(state[name].shape == (N, N) for name in fields) and abs(state["Q"][0, 1]) > 1e-3
+        run = session.trajectory(to=2, fields=fields)
+        with session.drive(fields=fields) as drive:
+            driven = drive.step(2)
+        for name in fields:
+            assert (run[name][-1] == state[name]).all() and (driven[name] == state[name]).all()
+        assert len(state.checkpoint) > 4 << 20
+        with client.create(vast, checkpoint=state.checkpoint) as heir:
+            assert heir.step(to=2, fields="M").computed_steps == 0
+        known, fetched = session.scene, client.get(session.id).scene
+        for scene in (known, fetched):
+            assert scene["initial"]["M"]["values"] == vast["initial"]["M"].ravel().tolist()
+        with session.fork(at=2) as fork:
+            assert fork.scene["initial"]["Q"]["values"] == state["Q"].ravel().tolist()
+        converted = client.convert(vast, "velocity")
+        assert converted.blocks["Qdot"].shape == (N, N)
+
+
+def test_many_pairs_in_their_order(client):
+    Q_0, ends = [[1, 0, 0]], [[[0, 1, 0]], [[0, 0, 1]], [[0, 0.6, 0.8]]]
+    found = client.connect([(Q_0, end) for end in ends], inertia=[1, 2, 3], samples=3)
+    assert len(found) == 3
+    for end, geodesic in zip(ends, found):
+        assert geodesic == client.geodesic([1, 2, 3], Q_0, end, samples=3)
+        np.testing.assert_allclose(geodesic.trajectory[-1], end, atol=1e-11)
+    (euclidean,) = client.connect([(Q_0, ends[0])], metric="euclidean")
+    assert euclidean.energy == pytest.approx(np.pi**2 / 8, rel=1e-9)  # a quarter of a great circle in unit time
+    with pytest.raises(stiefel.InvalidArgument, match="metric: 'manhattan': must be one of lambda, euclidean"):
+        client.connect([(Q_0, ends[0])], metric="manhattan")
+    with pytest.raises(stiefel.InvalidArgument) as caught:
+        client.connect([(Q_0, ends[0])], metric="canonical")
+    assert caught.value.violations[0].field == "metric"
+    with pytest.raises(stiefel.InvalidArgument) as caught:
+        client.connect([(Q_0, ends[0]), (Q_0, [[0, 2, 0]])], inertia=[1, 2, 3])
+    assert caught.value.violations[0].field.startswith("pairs[1].Q_T")
+
+
+def test_calls_have_a_price(client):
+    with client.create(SCENE) as session:
+        step = session.step_price
+        assert step.work > 0 and step.bytes == 2 * 72
+        state = session.step(to=1000)
+        assert state.price.work == pytest.approx(1000 * step.work, rel=0.01)
+        assert session.diagnose(to=1000).price is not None
