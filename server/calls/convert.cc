@@ -4,11 +4,19 @@
 #include "server/convert/resolve.h"
 
 namespace stiefel::server {
+namespace {
+
+// Above it, a conversion is more than a slice of work.
+constexpr int small_dimension = 64;
+
+}  // namespace
 
 grpc::ServerWriteReactor<v1::ConvertResponse>* Service::Convert(Context* context,
                                                                 const v1::ConvertRequest* request) {
   const auto answer = std::make_shared<ConversionAnswer>(*request);
-  Pool& pool = wants_choice(request->scene()) ? host_.searches : host_.pool;
+  const v1::Scene& scene = request->scene();
+  const bool long_work = wants_choice(scene) || scene.inertia_size() > small_dimension;
+  Pool& pool = long_work ? host_.searches : host_.pool;
   return new SlicedStream<v1::ConvertResponse>(
       host_, pool, open(context, "Convert"),
       [answer](const std::stop_token&,

@@ -114,6 +114,7 @@ bool StreamCall::work() {
   }
   if (!messages_.empty()) return false;  // the arrays of the scene
   if (fill()) return true;
+  if (cancelled_) error_ = errors::cancelled();
   // Slow scenes: while nothing is full and the writer is busy, go on.
   return still_writing() && !sampling_->done() && !sampling_->full(batch_);
 }

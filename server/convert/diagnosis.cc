@@ -23,6 +23,10 @@ constexpr std::uint32_t default_invariants = 4096, max_invariants = 8192;
 constexpr int max_asked = 10'000;
 /// Units of work that an estimate of the error may take: about ten seconds.
 constexpr double most_estimate_work = 5e10;
+/// Of larger scenes, and for more of them, invariants, forms and brackets are more than a slice of
+/// work.
+constexpr int small_dimension = 16;
+constexpr std::size_t few = 16;
 
 struct Form {
   std::string name;
@@ -49,6 +53,7 @@ struct DiagnoseTask::Parts {
   std::vector<Form> forms;
   std::vector<Bracket> brackets;
   std::optional<v1::SymplecticTest> symplectic;
+  bool large = false;  ///< the scene: each invariant is work
   v1::ErrorEstimation estimate_error = v1::ERROR_ESTIMATION_UNSPECIFIED;
   std::size_t max_invariants = default_invariants;
   bool checksum = false;
@@ -114,6 +119,7 @@ OrStatus<DiagnoseTask> DiagnoseTask::read(const Session& session,
     task.brackets.push_back({task.factors(path + ".first", bracket.first()),
                              task.factors(path + ".second", bracket.second())});
   }
+  task.large = scene.dimension() > small_dimension || scene.members().size() > few;
   if (request.has_symplectic_test()) {
     task.symplectic = request.symplectic_test();
     const std::uint32_t pairs = task.symplectic->pairs();
@@ -140,8 +146,8 @@ OrStatus<DiagnoseTask> DiagnoseTask::read(const Session& session,
 
 bool DiagnoseTask::takes_long() const {
   const Parts& task = *parts_;
-  return task.estimate_error != v1::ERROR_ESTIMATION_UNSPECIFIED || task.symplectic ||
-         !task.invariants.empty() || !task.forms.empty() || !task.brackets.empty();
+  return task.estimate_error != v1::ERROR_ESTIMATION_UNSPECIFIED || task.symplectic || task.large ||
+         task.forms.size() + task.brackets.size() > few;
 }
 
 namespace {

@@ -12,7 +12,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "server"))
 
 import stiefel  # noqa: E402
 from conftest import Process  # noqa: E402
-from stiefel.v1 import simulation_pb2 as pb  # noqa: E402
+from stiefel import v1 as pb  # noqa: E402
 from stiefel.v1 import simulation_pb2_grpc as rpc  # noqa: E402
 
 

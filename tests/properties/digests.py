@@ -65,6 +65,11 @@ def scene_of(pair, method, seed):
     return scene | {"initial": scenes.body_blocks(pair.system, inertia, Q, U, h)}
 
 
+def as_doubles(field):
+    """The numbers of a field, however wide they travelled: a float is a double with the same value."""
+    return np.ascontiguousarray(field, dtype=complex if np.iscomplexobj(field) else float)
+
+
 def digest(client, scene):
     """The digest of the blocks at the steps, or of the last good state of a run that stopped."""
     hashed = hashlib.sha256()
@@ -74,7 +79,7 @@ def digest(client, scene):
                 state = session.step(step)
                 hashed.update(f"{step} {state.step} {state.outcome}".encode())
                 for name in sorted(state.fields):
-                    hashed.update(name.encode() + np.ascontiguousarray(state.fields[name]).tobytes())
+                    hashed.update(name.encode() + as_doubles(state.fields[name]).tobytes())
     except stiefel.InvalidArgument:
         return "refused"
     return hashed.hexdigest()[:16]
