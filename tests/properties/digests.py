@@ -65,9 +65,10 @@ def scene_of(pair, method, seed):
     return scene | {"initial": scenes.body_blocks(pair.system, inertia, Q, U, h)}
 
 
-def as_doubles(field):
-    """The numbers of a field, however wide they travelled: a float is a double with the same value."""
-    return np.ascontiguousarray(field, dtype=complex if np.iscomplexobj(field) else float)
+def numbers(field, scene):
+    """The numbers of a field as wide as its scene computes: what is `float` travels as such."""
+    narrow = (scene.get("method") or {}).get("scalar") == "float"
+    return np.ascontiguousarray(field, dtype=complex if np.iscomplexobj(field) else np.float32 if narrow else float)
 
 
 def digest(client, scene):
@@ -79,7 +80,7 @@ def digest(client, scene):
                 state = session.step(step)
                 hashed.update(f"{step} {state.step} {state.outcome}".encode())
                 for name in sorted(state.fields):
-                    hashed.update(name.encode() + as_doubles(state.fields[name]).tobytes())
+                    hashed.update(name.encode() + numbers(state.fields[name], scene).tobytes())
     except stiefel.InvalidArgument:
         return "refused"
     return hashed.hexdigest()[:16]
