@@ -37,14 +37,14 @@ def crc32c(data: bytes, before: int = 0) -> int:
 
 
 def _whole_lanes(data: bytes, register: int) -> tuple[int, bytes]:
-    """The register after the longest start of `data` that makes a power of two of equal lanes, and the rest.
+    """The register after the longest start of `data` that makes equal lanes, and the rest, less than a lane.
 
     All lanes advance side by side, four bytes at a time, each from the register 0 but the first; then
     neighbours are joined: the register after a and b is that after a and as many zero bytes as b has,
     plus that after b from 0.
     """
     width = 32 if len(data) < 32768 else 64
-    lanes = 1 << ((len(data) // width).bit_length() - 1)
+    lanes = len(data) // width
     words = np.frombuffer(data, "<u4", lanes * width // 4).reshape(lanes, -1).T.copy()
     registers = np.zeros(lanes, np.uint32)
     registers[0] = register
@@ -52,6 +52,8 @@ def _whole_lanes(data: bytes, register: int) -> tuple[int, bytes]:
     for word in words:
         registers ^= word
         registers = low.take(registers & 0xFFFF) ^ high.take(registers >> 16)
+    # Lanes in front whose registers are 0 change nothing: they make a power of two of lanes.
+    registers = np.concatenate([np.zeros((1 << (lanes - 1).bit_length()) - lanes, np.uint32), registers])
     length = width
     while len(registers) > 1:
         registers = _append_zeros(registers[0::2], length) ^ registers[1::2]
