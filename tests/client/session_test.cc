@@ -1,4 +1,5 @@
 #include <gmock/gmock.h>
+#include <google/protobuf/util/message_differencer.h>
 
 #include <algorithm>
 #include <map>
@@ -220,7 +221,7 @@ TEST_F(SessionTest, HoldsTheResolvedScene) {
   EXPECT_EQ(session.scene().body().moments_size(), 3);
   EXPECT_EQ(session.choice(), nullptr);
   const auto seen = client_.attach(session.id());
-  EXPECT_EQ(seen.scene().SerializeAsString(), session.scene().SerializeAsString());
+  EXPECT_TRUE(google::protobuf::util::MessageDifferencer::Equals(seen.scene(), session.scene()));
   const auto again = client_.create(session.scene());
   EXPECT_EQ(bytes(again.step(50)), bytes(session.step(50)));
 }

@@ -5,6 +5,7 @@
 #include <random>
 #include <sstream>
 
+#include "engine/simulation/accuracy/measurement.h"
 #include "engine/simulation/catalogue/methods/step_weight.h"
 #include "stiefel/tradeoff.h"
 #include "tests/support/exact_motion.h"
