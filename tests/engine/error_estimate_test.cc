@@ -1,4 +1,5 @@
 #include "stiefel/error_estimate.h"
+#include "engine/simulation/accuracy/reference.h"
 
 #include <gtest/gtest.h>
 

@@ -28,6 +28,8 @@ bool on_pool() {
 
 }  // namespace
 
+// malloc and free are the pair here; g++ sees them inlined one by one.
+#pragma GCC diagnostic ignored "-Wmismatched-new-delete"
 void* operator new(std::size_t size) {
   if (size >= least && failing > 0 && on_pool() && --failing == 0) throw std::bad_alloc();
   if (void* memory = std::malloc(size)) return memory;

@@ -50,6 +50,7 @@ class Quad {
   friend Quad abs(Quad x) { return fabsq(x.x_); }
   friend Quad sqrt(Quad x) { return sqrtq(x.x_); }
   friend Quad exp(Quad x) { return expq(x.x_); }
+  friend Quad exp2(Quad x) { return exp2q(x.x_); }
   friend Quad log(Quad x) { return logq(x.x_); }
   friend Quad log2(Quad x) { return log2q(x.x_); }
   friend Quad pow(Quad x, Quad y) { return powq(x.x_, y.x_); }
