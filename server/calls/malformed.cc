@@ -1,6 +1,9 @@
 #include "server/calls/malformed.h"
 
 #include <string>
+#include <string_view>
+
+#include "stiefel/v1/simulation.pb.h"
 
 namespace stiefel::server {
 namespace {
@@ -39,12 +42,18 @@ class Malformed final : public Interceptor {
 class Factory final : public ServerInterceptorFactoryInterface {
  public:
   explicit Factory(const Log& log) : log_(log) {}
+  /// None for a method that there is not: that is UNIMPLEMENTED by right.
   Interceptor* CreateServerInterceptor(ServerRpcInfo* call) override {
+    const std::string_view path = call->method();
+    const std::string method(path.substr(path.rfind('/') + 1));
+    if (service_->FindMethodByName(method) == nullptr) return nullptr;
     return new Malformed(log_, call->method());
   }
 
  private:
   const Log& log_;
+  const google::protobuf::ServiceDescriptor* service_ =
+      v1::DescribeRequest::descriptor()->file()->FindServiceByName("SimulationService");
 };
 
 }  // namespace

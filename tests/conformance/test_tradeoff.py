@@ -52,8 +52,9 @@ def test_the_errors_are_those_of_a_run(client, measured):
         method.update({"tolerance": point.tolerance} if point.tolerance else {"substeps": point.substeps})
         with client.create(scene(method=method)) as session:
             state = session.step(20)
-        assert point.attitude_error == pytest.approx(abs(state["Q"] - Q).max(), rel=1e-2)
-        assert point.momentum_error == pytest.approx(abs(state["M"] - M).max() / abs(M).max(), rel=1e-2)
+        rounding = 2**-24 if point.scalar == "float" else 0  # of a Q and M that travel as floats
+        assert point.attitude_error == pytest.approx(abs(state["Q"] - Q).max(), rel=1e-2, abs=rounding)
+        assert point.momentum_error == pytest.approx(abs(state["M"] - M).max() / abs(M).max(), rel=1e-2, abs=rounding)
         checked += 1
     assert checked > 15
 

@@ -2,6 +2,8 @@
 
 #include <Eigen/QR>
 
+#include "engine/linalg/arithmetic/quadruple.h"
+
 namespace stiefel {
 
 template <class Scalar>
@@ -12,5 +14,6 @@ Matrix<Scalar> orthonormal_columns(const Matrix<Scalar>& A, Eigen::Index k) {
 
 template Matrix<double> orthonormal_columns(const Matrix<double>& A, Eigen::Index k);
 template Matrix<long double> orthonormal_columns(const Matrix<long double>& A, Eigen::Index k);
+template Matrix<Quad> orthonormal_columns(const Matrix<Quad>& A, Eigen::Index k);
 
 }  // namespace stiefel
