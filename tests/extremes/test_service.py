@@ -231,24 +231,24 @@ def test_max_step(client, limits, record):
     record("limit: max_step", "step", limits.max_step, limits.max_step, "Describe", method="exact")
 
 
-def test_max_checkpoints(client, limits, record):
+def test_max_cached_steps(client, limits, record):
     with client.create(BODY) as session:
         session.step(to=2_000_000)
         kept = len(client.get(session.id).message.cached_steps)
-    record("limit: max_checkpoints", "checkpoints after 2 10^6 steps", kept, limits.max_checkpoints, "Describe")
-    assert 1 < kept <= limits.max_checkpoints
+    record("limit: max_cached_steps", "checkpoints after 2 10^6 steps", kept, limits.max_cached_steps, "Describe")
+    assert 1 < kept <= limits.max_cached_steps
 
 
-def test_max_checkpoint_bytes(client, limits, record):
+def test_max_cached_bytes(client, limits, record):
     """States of a megabyte each: there is room for some fifty."""
     n = 256
     with client.create(large(n)) as session:
         session.step(to=200 if LONG else 20)
         kept = len(client.get(session.id).message.cached_steps)
         state = len(session.step(to=0, checkpoint=True).checkpoint)
-    record("limit: max_checkpoint_bytes", "bytes of checkpoints", kept * state, limits.max_checkpoint_bytes, "Describe",
+    record("limit: max_cached_bytes", "bytes of checkpoints", kept * state, limits.max_cached_bytes, "Describe",
            method="rk4")
-    assert kept * state <= limits.max_checkpoint_bytes
+    assert kept * state <= limits.max_cached_bytes
 
 
 def test_idle_timeout(record):
@@ -347,4 +347,4 @@ def test_geodesics(client, field, limit):
 
 
 def test_degrees_of_freedom(client):
-    refused(lambda: client.geodesic(**frames(1, 130)), "Q_0", "1 x 130", "at most 128 degrees of freedom")
+    refused(lambda: client.geodesic(**frames(1, 130)), "pairs[0].Q_0", "1 x 130", "at most 128 degrees of freedom")
