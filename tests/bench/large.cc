@@ -69,10 +69,10 @@ int main(int, char** argv) {
              });
     };
     for (int i = 0; i < repeats; ++i) {
-      const double one_product = 1e3 * seconds_of_one(duration, product);
+      const double product_ms = 1e3 * seconds_of_one(duration, product);
       const double M_step = step(*without_Q), QM_step = step(*with_Q);
-      momentum.add(M_step, one_product);
-      full.add(QM_step, one_product);
+      momentum.add(M_step, product_ms);
+      full.add(QM_step, product_ms);
       against_rk4.add(QM_step, step(*rk4));
       against_schur.add(M_step,
                         1e3 * seconds_of_one(0, [&] {

@@ -31,15 +31,15 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
   return make_in<So3<double, false>>(scene);
 }
 
-bool in_three(const Scene& scene) { return scene.dimension() == 3; }
-bool in_four(const Scene& scene) { return scene.dimension() == 4; }
-bool in_four_without_frame(const Scene& scene) { return in_four(scene) && !scene.has_frame(); }
+bool in_3d(const Scene& scene) { return scene.dimension() == 3; }
+bool in_4d(const Scene& scene) { return scene.dimension() == 4; }
+bool in_4d_without_frame(const Scene& scene) { return in_4d(scene) && !scene.has_frame(); }
 bool stands_still(const Scene& scene) { return turns_evenly(scene) && !scene.has_frame(); }
 bool of_two_values(const Scene& scene) { return TwoValuedBody<long double>::has(scene.inertia()); }
 
 constexpr std::array recommendations = {
     Recommendation{.where = "N = 3",
-                   .takes = in_three,
+                   .takes = in_3d,
                    .method = PreprocessedVariational::traits.name,
                    .order = 14,
                    .largest_h_omega = 0.3},
@@ -52,12 +52,12 @@ constexpr std::array recommendations = {
                    .method = Exact::traits.name,
                    .arithmetic = "compensated"},
     Recommendation{.where = "N = 4, without Q",
-                   .takes = in_four_without_frame,
+                   .takes = in_4d_without_frame,
                    .method = Rk4::traits.name,
                    .order = 4,
                    .largest_h_momentum_rate = 0.0037},
     Recommendation{.where = "N = 4",
-                   .takes = in_four,
+                   .takes = in_4d,
                    .method = Variational::traits.name,
                    .order = 8,
                    .largest_h_omega = 0.15},
