@@ -39,7 +39,7 @@ struct Options {
   /// Threads that compute; 0 means one a core.
   int threads = 0;
   std::uint32_t max_sessions = 1000;
-  /// A session nobody calls for so long is dropped.
+  /// A session without a call for this time is dropped.
   std::chrono::milliseconds idle_timeout = std::chrono::hours(1);
   /// How long `shutdown` lets running work finish before it stops it.
   std::chrono::milliseconds grace = std::chrono::seconds(3);

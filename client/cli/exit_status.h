@@ -5,7 +5,7 @@
 
 namespace stiefel::cli {
 
-/// What the command `stiefel` tells the shell.
+/// The exit statuses of the command `stiefel`.
 enum ExitStatus {
   reached = 0,
   failed = 1,          ///< anything else: a full disk, a server's internal error

@@ -52,7 +52,7 @@ def attitude(euler: list[float]) -> NDArray[Any]:
 
 
 def quaternion(euler: list[float]) -> list[float]:
-    """The same attitude as w, x, y, z."""
+    """The attitude as a quaternion w, x, y, z."""
     first, second, third = np.radians(euler) / 2
     return [np.cos(second) * np.cos(first + third), np.sin(second) * np.cos(first - third),
             np.sin(second) * np.sin(first - third), np.cos(second) * np.sin(first + third)]

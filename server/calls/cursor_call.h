@@ -11,13 +11,13 @@
 
 namespace stiefel::server {
 
-/// A unary call that walks to a step on the pool and then answers. Deletes itself.
+/// A unary call that computes up to a step on the pool and then answers. Deletes itself.
 class CursorCall final : public grpc::ServerUnaryReactor, private Job {
  public:
   /// Writes the reply from where the cursor ended.
   using Answer = std::function<grpc::Status(const Session&, const Cursor&)>;
-  /// The same by more work, on the pool for what has no slices. The token asks it to stop when the
-  /// caller cancels or the server goes down.
+  /// Writes the reply after more work, on the pool for work without slices. The token requests a
+  /// stop when the caller cancels or the server shuts down.
   using Search = std::function<grpc::Status(const Session&, const Cursor&, const std::stop_token&)>;
 
   CursorCall(Host& host, CallLog log, SessionLease session, std::int64_t to, Answer answer);

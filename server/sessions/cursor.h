@@ -34,8 +34,8 @@ class Cursor {
     end(RunStatus{Outcome::cancelled, std::nullopt});
   }
 
-  /// Gives the simulation back while nobody takes what it computes, and keeps its state alone: a
-  /// simulation of a large N has many times as many numbers. `advance` and `cancel` take one up
+  /// Gives the simulation back while the reader is not ready, and keeps only its state: a
+  /// simulation of large N has many times as many numbers. `advance` and `cancel` take one up
   /// again; until then there is neither `simulation` nor `step`.
   void rest();
 

@@ -8,7 +8,8 @@
 
 namespace stiefel::server {
 
-/// What a slice of work takes, and what may run at once on the thread that received the request.
+/// The length of a slice of work, and the longest work that runs on the thread that received the
+/// request, in nanoseconds.
 inline constexpr double slice_nanoseconds = 2e6;
 inline constexpr double inline_nanoseconds = 5e4;
 
@@ -28,8 +29,8 @@ class Job {
   Job* next_ = nullptr;  // in the pool's queue
 };
 
-/// Threads that run jobs a slice at a time, first come, first served: whoever had a slice goes to
-/// the end of the queue, so a long job delays a short one by a slice and not by its length.
+/// Threads that run jobs one slice at a time, in the order of arrival. After a slice a job goes to
+/// the end of the queue, so a long job delays a short one by one slice.
 class Pool {
  public:
   /// What ps and top call its threads.

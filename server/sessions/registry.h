@@ -46,9 +46,9 @@ class Registry {
   std::vector<std::shared_ptr<const Session>> page(std::string_view after, std::size_t count) const;
   std::size_t size() const;
 
-  /// Drops what nobody used for the idle timeout; says how many.
+  /// Drops the sessions that had no call for the idle timeout; returns their number.
   std::size_t expire();
-  /// When the session will be dropped if nobody calls.
+  /// The time at which the session expires without further calls.
   std::chrono::system_clock::time_point expire_time(const Session& session) const;
 
   std::uint32_t max_sessions() const { return max_sessions_; }

@@ -27,9 +27,9 @@ struct Overflow {
   double value;
 };
 
-/// A pure function from step index to state: the scene, and a cache of places to start from. No
-/// lock is held while anybody computes: a caller leases a Simulation, advances it and gives it
-/// back, so many may use one session at once. Thread-safe.
+/// A pure function from step index to state: the scene and a cache of states to start from. No lock
+/// is held during a computation: a caller leases a Simulation, advances it and gives it back, so
+/// several callers can use one session at once. Thread-safe.
 class Session {
  public:
   static constexpr std::int64_t max_step = std::int64_t{1} << 53;
@@ -108,8 +108,8 @@ class Session {
   std::vector<std::unique_ptr<Simulation>> idle_;  // guarded by mutex_; the last used at the back
 };
 
-/// A session in use: it does not expire while anybody holds it, and its idle time starts again
-/// after.
+/// A session in use: it does not expire during the lease, and its idle time starts again
+/// afterwards.
 class SessionLease {
  public:
   explicit SessionLease(std::shared_ptr<Session> session) : session_(std::move(session)) {

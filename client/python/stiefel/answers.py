@@ -1,4 +1,4 @@
-"""What Convert, Connect and an estimate of the error answer."""
+"""The results of `Client.convert`, `Client.geodesic` and an estimate of the error."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -36,7 +36,7 @@ class Choice:
 
 @dataclass(frozen=True, eq=False)
 class Conversion(ByValue):
-    """The same motion in other variables."""
+    """A motion in other variables."""
 
     scene: Optional[dict[str, Any]]  #: resolved; None if what was asked for is not a system
     blocks: dict[str, Array]  #: then instead of it
@@ -95,7 +95,7 @@ class Geodesic(ByValue):
 
 @dataclass(frozen=True)
 class EstimatedError:
-    """How far a state is from the exact motion. Not a drift: that says nothing of the error."""
+    """The estimated distance of a state from the exact motion. A drift says nothing about this error."""
 
     attitude: Optional[float]  #: max |Q - Q_exact|; None without a frame or below the reference's error
     momentum: Optional[float]  #: max |M - M_exact| / max |M_exact|; None below the reference's error

@@ -1,4 +1,4 @@
-"""What comes back: numpy arrays that are views of the bytes received."""
+"""States and trajectories: numpy arrays that are views of the bytes received."""
 from __future__ import annotations
 
 import enum
@@ -36,7 +36,7 @@ class Outcome(str, enum.Enum):
 
 @dataclass(frozen=True)
 class RunStatus:
-    """An outcome, and what is known of its reason."""
+    """An outcome with its reason."""
 
     outcome: Outcome
     #: LEFT_DOMAIN: the largest |h| that has a solution from the last good state.

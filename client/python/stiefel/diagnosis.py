@@ -1,4 +1,4 @@
-"""What Diagnose answers: the invariants at a step beside their values at step 0."""
+"""The result of `Session.diagnose`: the invariants at a step beside their values at step 0."""
 from __future__ import annotations
 
 import enum

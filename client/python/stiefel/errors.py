@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Violation(NamedTuple):
-    """What is wrong with one field of a request."""
+    """A fault in one field of a request."""
 
     field: str  #: its path: "scene.initial.Q"
     description: str  #: its value and the rule it breaks
@@ -29,7 +29,7 @@ class SceneWarning(UserWarning):
 
 
 class StiefelError(Exception):
-    """The base of all of them."""
+    """The base class of all exceptions of this package."""
 
     code: grpc.StatusCode = grpc.StatusCode.UNKNOWN
     quota: tuple[Violation, ...] = ()  #: the limits that the request exceeds, by what they are on: "sessions"

@@ -1,4 +1,4 @@
-"""A dict as a message, with errors that say where it is none."""
+"""Converts a dict to a message; errors name the path of every fault."""
 from __future__ import annotations
 
 import difflib

@@ -193,7 +193,7 @@ class Session:
     def trajectory(self, to: int, start: int = 0, every: int = 1,
                    fields: Optional[Names] = None, progress: bool = False,
                    timeout: Optional[float] = None) -> Trajectory:
-        """The same samples as whole arrays, each allocated once.
+        """The samples at start, start + every, ... and at `to` as whole arrays, each allocated once.
 
         `timeout` bounds the whole call, its resumptions and pauses included. An exception has what
         had arrived in `partial`:

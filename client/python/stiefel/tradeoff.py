@@ -1,4 +1,4 @@
-"""What MeasureTradeoff answers, and its work-precision diagram."""
+"""The result of `Client.tradeoff`, and its work-precision diagram."""
 from __future__ import annotations
 
 from dataclasses import dataclass

@@ -9,7 +9,7 @@
 
 namespace stiefel::client {
 
-/// A server, seen from here. Thread-safe.
+/// A connection to a server. Thread-safe.
 ///
 ///     auto client = Client::connect("localhost:50551");
 ///     auto session = client.create(scene);

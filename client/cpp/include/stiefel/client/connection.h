@@ -24,8 +24,8 @@ struct Options {
   /// Deadline of calls that compute nothing.
   std::chrono::milliseconds timeout = std::chrono::seconds(30);
   /// Deadline of what computes: Step, Diagnose, ForkSession, Connect, MeasureTradeoff, and a whole
-  /// Stream with its resumptions and pauses. None by default, because only the caller knows how far
-  /// he goes.
+  /// Stream with its resumptions and pauses. None by default, because only the caller knows the
+  /// length of a run.
   std::optional<std::chrono::milliseconds> compute_timeout = std::nullopt;
   /// How long a call is repeated while the server is UNAVAILABLE. Every call is idempotent, so this
   /// is safe.
@@ -93,7 +93,7 @@ class Patience {
     if (status.error_code() != grpc::StatusCode::UNAVAILABLE || waited_ >= limit_) return false;
     const auto until = std::chrono::system_clock::now() + deadline_.at_most(pause_);
     if (channel_ && channel_->GetState(true) != GRPC_CHANNEL_READY) {
-      // gRPC connects only while somebody waits in it, so sleeping would not do.
+      // gRPC connects only while a thread waits inside it, so this thread must not sleep outside.
       channel_->WaitForConnected(until);
     } else {
       std::mutex mutex;
@@ -114,7 +114,7 @@ class Patience {
   std::chrono::milliseconds pause_{25};
 };
 
-/// What a Client and its Sessions share.
+/// The connection that a Client and its Sessions share.
 struct Connection {
   std::unique_ptr<v1::SimulationService::Stub> stub;
   Options options;

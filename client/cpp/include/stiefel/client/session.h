@@ -46,7 +46,7 @@ class Session {
   /// The invariants at step `to`, only the families or single ones named, all of them if none is.
   v1::DiagnoseResponse diagnose(std::int64_t to,
                                 const std::vector<std::string>& invariants = {}) const;
-  /// The same with two-forms and brackets; the session's id is filled in.
+  /// A diagnosis with two-forms and brackets; the session's id is filled in.
   v1::DiagnoseResponse diagnose(v1::DiagnoseRequest request) const;
 
   /// A new session that starts where this one is at step `from_step`, with what the request
