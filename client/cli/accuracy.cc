@@ -1,4 +1,4 @@
-// What a diagnosis says about accuracy, in words.
+// The accuracy sentence of a diagnosis.
 #include <unistd.h>
 
 #include <algorithm>

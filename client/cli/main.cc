@@ -58,7 +58,7 @@ ExitStatus explain(const client::Error& error, const Origin& origin) {
   return unreachable ? no_server : failed;
 }
 
-/// What was printed may still have found no room.
+/// Output that was printed may still fail to be written, on a full disk for example.
 ExitStatus flushed(ExitStatus status) {
   std::cout.flush();
   if (std::cout && std::fflush(stdout) == 0) return status;

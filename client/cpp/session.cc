@@ -13,7 +13,7 @@ namespace stiefel::client {
 
 using Stub = v1::SimulationService::Stub;
 
-/// Whole once the arrays have come that the description left out.
+/// The resolved scene, whole once the arrays left out of the description have arrived.
 struct Session::ResolvedScene {
   std::mutex mutex;
   bool whole;

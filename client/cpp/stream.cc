@@ -40,8 +40,8 @@ void Stream::open() {
   reader_ = connection_->stub->Stream(context_.get(), request_);
 }
 
-/// What is left when everything up to `step` has arrived: the same grid from its next point, or
-/// only the last sample when that is due or merely its run status is missing.
+/// The rest of a request when everything up to `step` has arrived: the same grid from its next
+/// point, or only the last sample when that is due or merely its run status is missing.
 void Stream::resume_after(std::int64_t step) {
   const std::int64_t every = every_ == 0 ? 1 : every_;
   request_.set_from(every > request_.to() - step ? request_.to() : step + every);

@@ -47,7 +47,7 @@ class ExtrapolatedMotion {
   const State& state() const { return x_; }
   /// The length of the next stride.
   double stride() const { return static_cast<double>(stride_); }
-  /// Of the field, so far.
+  /// The evaluations of the field so far.
   std::int64_t evaluations() const { return evaluations_; }
   static std::int64_t evaluations_of_stride(int columns) {
     return std::int64_t{columns} * (columns + 2);

@@ -51,7 +51,7 @@ class Crc {
   std::uint32_t value_ = 0;
 };
 
-/// Of the parts of a message, one after another.
+/// The checksum of the parts of a message, one after another.
 template <class... Parts>
 std::uint32_t crc_of(const Parts&... parts) {
   Crc crc;

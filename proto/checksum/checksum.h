@@ -6,8 +6,8 @@
 
 namespace stiefel::wire {
 
-/// What the field `checksum` of a message says: CRC-32C of its numbers, in the order that the proto
-/// documents at that field. The field itself is not read.
+/// The value of the field `checksum` of a message: CRC-32C of its numbers, in the order that the
+/// proto documents at that field. The field itself is not read.
 std::uint32_t checksum(const v1::Sample& sample);
 std::uint32_t checksum(const v1::StreamResponse& batch);
 std::uint32_t checksum(const v1::DiagnoseResponse& diagnosis);

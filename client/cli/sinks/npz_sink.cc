@@ -81,7 +81,7 @@ std::string numpy_type(v1::DataType type) {
   return type == v1::DATA_TYPE_FLOAT32 ? "<f4" : "<f8";
 }
 
-/// What numpy.load opens: `step`, `time`, and (samples, rows, cols) for every field.
+/// The arrays that numpy.load reads: `step`, `time`, and (samples, rows, cols) for every field.
 class NpzSink : public Sink {
  public:
   explicit NpzSink(const std::string& path)

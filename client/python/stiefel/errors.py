@@ -152,7 +152,7 @@ def from_status(status: pb.Status) -> StiefelError:
     return error
 
 
-# What gRPC says of a server that it does not find; the address is the first group.
+# The message of gRPC for a server that it does not find; the address is the first group.
 _UNREACHABLE = re.compile(r"DNS resolution failed for (\S+): |failed to connect to all addresses(?:; last error: \w+: "
                           r"(?:ipv4:|ipv6:)?(\S+): )?")
 _REASONS = {  # the first that occurs in gRPC's message

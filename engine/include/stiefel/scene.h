@@ -98,7 +98,7 @@ class Scene {
                                                   double largest_repair = frame_tolerance,
                                                   const Place& place = {});
 
-  /// The same start in the hands of another method, without the tolerance that a method was chosen
+  /// The scene with another method, without the tolerance that a method was chosen
   /// for. Nothing but the method is checked, unless its numbers have a narrower range.
   std::expected<Scene, Violations> with(MethodDescription method, const Place& place = {}) const;
 

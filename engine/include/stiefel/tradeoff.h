@@ -22,10 +22,10 @@ struct MotionError {
   double largest() const { return std::max(attitude.value_or(0), momentum); }
 };
 
-/// What a scene with a tolerance instead of a method gets.
+/// The method chosen for a scene with a tolerance instead of a method.
 struct Choice {
   MethodDescription method;
-  /// What was chosen, and why: error, up to when, against which reference, at which work.
+  /// The choice and its reasons: error, up to when, against which reference, at which work.
   std::string reason;
 };
 

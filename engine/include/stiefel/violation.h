@@ -42,7 +42,7 @@ class Place {
     return *this;
   }
 
-  /// Of a field, or of the whole description when `field` is empty.
+  /// A violation of a field, or of the whole description when `field` is empty.
   Violation violation(std::string_view field, std::string value, std::string rule) const {
     const std::size_t end = std::min(field.find_first_of(".["), field.size());
     if (const auto found = elsewhere_.find(field.substr(0, end)); found != elsewhere_.end())

@@ -12,7 +12,7 @@ namespace stiefel {
 /// half shows where that is not declared.
 class ErrorGrowth {
  public:
-  /// What the largest error of a run becomes at the horizon, over what it is. The run is remembered
+  /// The factor by which the largest error of a run grows up to the horizon. The run is remembered
   /// for those to come, of the same candidate, as far as its errors are small.
   double beyond(const Candidate& candidate, const Run& run, const Samples& samples,
                 std::int64_t horizon_steps);

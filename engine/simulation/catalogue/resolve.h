@@ -10,7 +10,7 @@ namespace stiefel {
 /// Whether a method is still to be chosen for a tolerance before Scene::resolve takes it.
 bool wants_choice(const SceneDescription& description);
 
-/// What Scene::resolve refuses of such a description but for its method.
+/// The violations that Scene::resolve finds in such a description, except those of its method.
 Violations check_before_choice(const SceneDescription& description, double largest_repair,
                                const Place& place);
 

@@ -18,7 +18,7 @@ struct Representation;
 struct TwoForm;
 struct VectorField;
 
-/// What `Simulation::rate` of a scene in three dimensions is.
+/// The meaning of `Simulation::rate` for a scene in three dimensions.
 enum class Rate {
   other,
   angular_speed,  ///< |omega|
@@ -33,7 +33,7 @@ struct FrameSize {
 /// A system in the catalogue: everything that the library knows of it. No other file asks for a
 /// system by its name. What is null or empty the system goes without.
 struct SystemEntry {
-  /// What it says of itself; `forms` is filled in from `two_forms`.
+  /// Its entry in Describe; `forms` is filled in from `two_forms`.
   SystemInfo info;
   /// Checks a description, and fills in inertia and blocks of the scene that comes of it.
   void (*check)(SceneDraft&);
@@ -42,7 +42,7 @@ struct SystemEntry {
   /// The methods of scenes that name none, in order; the last takes every scene. Without any, the
   /// method that chooses its own steps, with its default tolerance.
   std::span<const Recommendation> recommended = {};
-  /// What a method cannot move of this scene, as a rule; empty if it moves it.
+  /// The rule by which a method refuses this scene; empty if it accepts it.
   std::string (*refusal)(const Scene&, std::string_view method) = nullptr;
   /// On its states, the symplectic one first.
   std::vector<const TwoForm*> two_forms = {};
@@ -50,19 +50,21 @@ struct SystemEntry {
   bool dirac_bracket = false;
   /// The correspondence with (Q, M) and (Q, S).
   const Representation* representation = nullptr;
-  /// Of a reference: where the Taylor series of its motion starts; or, for a system without one,
+  /// For references: the start of the Taylor series of its motion; or, for a system without one,
   /// its vector field in extended precision (vector_field.h).
   const MotionStart* motion = nullptr;
   VectorField (*vector_field)(const Scene&) = nullptr;
   Rate rate = Rate::other;
-  /// Of a discrete system the continuous one of the same state, which takes every step.
+  /// For a discrete system: the continuous system of the same state, defined for every step.
   std::string_view continuous = {};
   /// Its bodies of three and four dimensions go together in vector registers.
   bool packed = false;
-  /// The size of a scene for step_weight.h. Null: the rows of its first block, or N where the scene goes without, and N.
+  /// The size of a scene for step_weight.h. Null: the rows of its first block, or N where the scene
+  /// goes without, and N.
   FrameSize (*size)(const Scene&) = nullptr;
-  /// For tests and weights: a seeded scene without method and step, and the step at which the errors
-  /// of a method of order 4 are small but seen. Null: tests/support/any_scene.cc has scenes of it.
+  /// For tests and weights: a seeded scene without method and step, and the step at which the
+  /// errors of a method of order 4 are small but seen. Null: tests/support/any_scene.cc has scenes
+  /// of it.
   SceneDescription (*example)(unsigned seed) = nullptr;
   double example_step = 0.1;
 };

@@ -55,7 +55,7 @@ int body_lanes(const Scene& scene);
 bool can_be_packed(const Scene& scene);
 /// At most `body_lanes` such bodies, of one ensemble; lanes that are left over repeat the last.
 std::unique_ptr<PackedBodies> pack_bodies(std::span<const Scene> bodies);
-/// What pack_bodies hands to one of the functions below.
+/// The argument of the functions below, made by pack_bodies.
 template <class Scalar>
 BodiesSideBySide<Scalar> side_by_side(std::span<const Scene> bodies, int lanes);
 extern template BodiesSideBySide<float> side_by_side(std::span<const Scene>, int);

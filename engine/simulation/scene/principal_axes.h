@@ -4,7 +4,7 @@
 
 namespace stiefel {
 
-/// Of the inertia tensor, kg m².
+/// The principal axes of an inertia tensor, kg m².
 PrincipalAxes principal_axes(const Eigen::Matrix3d& inertia_tensor);
 
 /// λ_i = ½ tr(I) − I_i, so that I_1 = λ_2 + λ_3 and cyclic.

@@ -20,7 +20,7 @@ class SceneDraft {
       : largest_repair_(largest_repair), place_(place) {
     scene_.description_ = std::move(description);
   }
-  /// Of a scene that is sound, to be changed.
+  /// A draft of a valid scene, to be changed.
   SceneDraft(Scene scene, const Place& place)
       : scene_(std::move(scene)), largest_repair_(Scene::drift_tolerance), place_(place) {}
 

@@ -35,7 +35,7 @@ class InvariantList {
     for (const std::string_view name : only_) families_.insert(name.substr(0, name.find('[')));
   }
 
-  /// What whoever adds long sums looks at.
+  /// The token that long sums look at.
   const std::stop_token& stop() const { return stop_; }
 
   bool wants(std::string_view family, bool cheap = true) const {

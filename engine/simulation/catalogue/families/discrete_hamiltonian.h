@@ -8,7 +8,7 @@
 
 namespace stiefel {
 
-/// What the discrete rigid bodies keep beside the continuous one's invariants.
+/// The invariant that discrete rigid bodies keep beside those of the continuous one.
 inline constexpr InvariantInfo discrete_hamiltonian_info = {
     family::discrete_hamiltonian,
     "tr exp(asinh(h M / 2)) - tr(Lambda U), U Lambda - Lambda U^T = h M", "[RB] (6.17)"};

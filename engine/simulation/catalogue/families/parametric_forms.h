@@ -5,7 +5,7 @@
 
 namespace stiefel {
 
-/// What parametric_rigid_body and parametric_moser_veselov have in common; [RB] (8.4)–(8.6),
+/// The common data of parametric_rigid_body and parametric_moser_veselov; [RB] (8.4)–(8.6),
 /// (8.10). `momentum` is the formula of the field M, which
 /// says what epsilon is too.
 SystemInfo parametric_info(std::string_view momentum);

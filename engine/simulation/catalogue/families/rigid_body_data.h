@@ -4,7 +4,7 @@
 
 namespace stiefel {
 
-/// What rigid_body and moser_veselov have in common: blocks, fields and invariants of (Q, M).
+/// The common data of rigid_body and moser_veselov: blocks, fields and invariants of (Q, M).
 SystemInfo rigid_body_family();
 
 /// A step of the rigid body in nanoseconds, roughly.

@@ -15,7 +15,7 @@ namespace stiefel {
 
 enum class RigidBodyField { Q, M, Omega, quaternion, angular_velocity };
 
-/// What a rigid-body scene offers: its blocks, then Omega, and in three dimensions the quaternion
+/// The fields of a rigid-body scene: its blocks, then Omega, and in three dimensions the quaternion
 /// and the angular velocity.
 struct RigidBodyFields {
   explicit RigidBodyFields(const Scene& scene);
@@ -76,7 +76,7 @@ class RigidBodyObservables {
   int N_;
 };
 
-/// The same in three dimensions, where a body may be reported in its caller's axes.
+/// The observables of a body in three dimensions, reported in its caller's axes.
 template <bool frame>
 class RigidBodyObservables<So3<double, frame>> {
  public:

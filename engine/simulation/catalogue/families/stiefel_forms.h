@@ -6,7 +6,7 @@
 
 namespace stiefel {
 
-/// What the systems on V(n, N) have in common: blocks Q and `other`, energy, m, orthogonality.
+/// The common data of the systems on V(n, N): blocks Q and `other`, energy, m, orthogonality.
 SystemInfo stiefel_info(BlockInfo other);
 
 /// Λ > 0 (at n = N too) and a frame Q, n × N, n ≤ N; the names of the blocks. False when something

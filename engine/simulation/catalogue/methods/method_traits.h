@@ -6,7 +6,7 @@
 
 namespace stiefel {
 
-/// What a method of the catalogue declares; null if there is none of that name.
+/// The traits of a method of the catalogue; null if there is none of that name.
 const MethodTraits* method_traits(std::string_view name);
 
 /// Adds a method that systems from outside the library offer (register_system, under the same

@@ -30,8 +30,8 @@ struct Recommendation {
   int substeps(std::span<const Scene> scenes) const;
 };
 
-/// What a continuous system recommends (SystemEntry::recommended), in order; the last takes every
-/// scene. None of another name.
+/// The recommendations of a continuous system (SystemEntry::recommended), in order; the last takes
+/// every scene. None of another name.
 std::vector<Recommendation> recommended(std::string_view system);
 
 /// The first that takes all of these scenes of one continuous system, with or without a method.

@@ -34,7 +34,7 @@ class Client {
   /// Deleting an unknown id succeeds.
   void remove(const std::string& id) const;
 
-  /// The same motion in the variables of another system, as a scene that is whole, or as blocks.
+  /// A motion in the variables of another system: a whole scene, or blocks.
   /// Throws Error.
   v1::ConvertResponse convert(v1::ConvertRequest request) const;
   /// The geodesics that join the request's pairs of frames, one for each pair in their order; see

@@ -120,7 +120,7 @@ struct Connection {
   Options options;
   /// Null if the caller brought the channel: an in-process one cannot be asked for its state.
   std::shared_ptr<grpc::Channel> channel = nullptr;
-  /// What the channel leads to; empty if the caller brought it.
+  /// The address of the channel; empty for a channel that the caller made.
   std::string address = {};
 
   Patience patience(Deadline deadline) const {

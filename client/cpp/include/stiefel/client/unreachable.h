@@ -8,7 +8,7 @@
 
 namespace stiefel::client {
 
-/// What is wrong with an address, such as "the port 99999 is not between 1 and 65535"; nothing for
+/// The fault of an address, such as "the port 99999 is not between 1 and 65535"; nothing for
 /// HOST:PORT, [IPv6]:PORT, unix:PATH, and what has another scheme of gRPC's ("dns:", "ipv4:", ...),
 /// which are gRPC's to check.
 std::optional<std::string> fault_of_address(std::string_view address);
