@@ -13,7 +13,6 @@
 
 #include "server/address.h"
 #include "server/calls/limits.h"
-#include "server/calls/malformed.h"
 #include "server/calls/service.h"
 #include "server/transport/acceptor.h"
 #include "server/transport/descriptor_limit.h"
@@ -139,7 +138,6 @@ Server::Server(Options options) : parts_(std::make_unique<Parts>(options)) {
   using Builder = grpc::ServerBuilder::experimental_type;
   parts_->connections = builder.experimental().AddExternalConnectionAcceptor(
       Builder::ExternalConnectionType::FROM_FD, grpc::InsecureServerCredentials());
-  builder.experimental().SetInterceptorCreators(report_malformed(parts_->host.log));
   builder.RegisterService(&parts_->service);
   parts_->grpc = builder.BuildAndStart();
   if (!parts_->grpc) throw std::runtime_error("cannot start the server");

@@ -117,7 +117,7 @@ class StrictSyntax : public nlohmann::json_sax<nlohmann::json> {
         inner.next = field->is_repeated() && !field->is_map() && !element ? field : nullptr;
       else if (field->is_map())
         inner.map = field;
-      else if (field->is_repeated() == element)
+      else if (field->is_repeated() == element && field->message_type() != nullptr)
         inner.types = {field->message_type()};
     }
     levels_.push_back(std::move(inner));

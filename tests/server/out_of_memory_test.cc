@@ -1,5 +1,6 @@
 // Allocations that fail on the threads that compute: each in turn, and the process lives. This
 // program has an operator new of its own.
+#include <dlfcn.h>
 #include <pthread.h>
 
 #include <atomic>
@@ -12,8 +13,14 @@
 
 namespace {
 
-/// Smaller ones are gRPC's own, which it does not survive.
+/// Smaller ones may be gRPC's own, which it does not survive.
 constexpr std::size_t least = 2048;
+/// The larger ones of its library, the slices that it serializes into, it does not survive either.
+bool of_grpc(const void* caller) {
+  Dl_info where;
+  return dladdr(caller, &where) != 0 &&
+         std::string_view(where.dli_fname).find("libgrpc") != std::string_view::npos;
+}
 /// Which of the allocations from now on fails; 0: none.
 std::atomic<int> failing = 0;
 
@@ -30,8 +37,10 @@ bool on_pool() {
 
 // malloc and free are the pair here; g++ sees them inlined one by one.
 #pragma GCC diagnostic ignored "-Wmismatched-new-delete"
-void* operator new(std::size_t size) {
-  if (size >= least && failing > 0 && on_pool() && --failing == 0) throw std::bad_alloc();
+[[gnu::noinline]] void* operator new(std::size_t size) {
+  if (size >= least && failing > 0 && on_pool() && !of_grpc(__builtin_return_address(0)) &&
+      --failing == 0)
+    throw std::bad_alloc();
   if (void* memory = std::malloc(size)) return memory;
   throw std::bad_alloc();
 }
