@@ -1,12 +1,10 @@
 // The command `stiefel`: simulations from the command line, on a server of its own or another.
 #include <CLI/CLI.hpp>
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
 #include <exception>
 #include <functional>
 #include <iostream>
 
+#include "client/cli/checked_stdout.h"
 #include "client/cli/commands.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/origin.h"
@@ -56,13 +54,6 @@ ExitStatus explain(const client::Error& error, const Origin& origin) {
   const bool unreachable = error.code() == grpc::StatusCode::UNAVAILABLE ||
                            error.code() == grpc::StatusCode::DEADLINE_EXCEEDED;
   return unreachable ? no_server : failed;
-}
-
-/// Output that was printed may still fail to be written, on a full disk for example.
-ExitStatus flushed(ExitStatus status) {
-  std::cout.flush();
-  if (std::cout && std::fflush(stdout) == 0) return status;
-  throw std::runtime_error("cannot write to stdout: " + std::string(std::strerror(errno)));
 }
 
 }  // namespace
@@ -239,7 +230,10 @@ int main(int argc, char** argv) {
   }
   catch_interrupts();
   try {
-    return flushed(command());
+    CheckedStdout out;
+    const ExitStatus status = command();
+    out.flush();
+    return status;
   } catch (const Interrupted& how_far) {
     end_interrupted(how_far.what());
   } catch (const BadInput& error) {
