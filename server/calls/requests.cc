@@ -25,7 +25,9 @@ OrStatus<SessionLease> find_session(const Host& host, const grpc::CallbackServer
     return std::unexpected(status);
   if (auto session = host.registry.find(id)) return *std::move(session);
   const grpc::Status status = check_session_id(id, field);
-  return std::unexpected(status.ok() ? errors::session_not_found(id, field) : status);
+  if (!status.ok()) return std::unexpected(status);
+  return std::unexpected(host.registry.deleted(id) ? errors::session_deleted(id, field)
+                                                   : errors::session_not_found(id, field));
 }
 
 grpc::Status check_session_id(std::string_view id, const char* field) {
@@ -46,11 +48,13 @@ grpc::Status check_step(const char* field, std::int64_t value, std::int64_t low)
 }
 
 OrStatus<Registry::Created> admit(Host& host, const std::string& id, ResolvedScene scene,
-                                  const Place& place, std::string_view checkpoint) {
-  auto created =
-      host.registry.create(id, std::move(scene.scene), checkpoint, std::move(scene.resolution));
+                                  const Place& place, std::string_view checkpoint, bool recreate) {
+  auto created = host.registry.create(id, std::move(scene.scene), checkpoint,
+                                      std::move(scene.resolution), recreate);
   if (created) return *std::move(created);
   if (const auto* conflict = std::get_if<Registry::Conflict>(&created.error())) {
+    if (*conflict == Registry::Conflict::deleted)
+      return std::unexpected(errors::session_deleted(id));
     return std::unexpected(*conflict == Registry::Conflict::other_scene
                                ? errors::session_has_other_scene(id)
                                : errors::too_many_sessions(host.registry.max_sessions()));

@@ -17,7 +17,8 @@ namespace stiefel::server {
 grpc::Status check_routing(const grpc::CallbackServerContext& context, std::string_view id,
                            const char* field = "session_id");
 
-/// UNAVAILABLE when shutting down, INVALID_ARGUMENT, NOT_FOUND, or the session.
+/// UNAVAILABLE when shutting down, INVALID_ARGUMENT, NOT_FOUND (never there, lost or deleted: see
+/// the reason), or the session.
 OrStatus<SessionLease> find_session(const Host& host, const grpc::CallbackServerContext& context,
                                     std::string_view id, const char* field = "session_id");
 
@@ -28,8 +29,9 @@ grpc::Status check_session_id(std::string_view id, const char* field = "session_
 grpc::Status check_step(const char* field, std::int64_t value, std::int64_t low = 0);
 
 /// A session of that scene under that id, new or there already; or why there is none. `place`: of
-/// the scene in the request.
+/// the scene in the request. `recreate`: see Registry::create.
 OrStatus<Registry::Created> admit(Host& host, const std::string& id, ResolvedScene scene,
-                                  const Place& place, std::string_view checkpoint = {});
+                                  const Place& place, std::string_view checkpoint = {},
+                                  bool recreate = false);
 
 }  // namespace stiefel::server

@@ -23,7 +23,7 @@ grpc::Status create(Host& host, const v1::CreateSessionRequest& request,
   if (!scene) return scene.error();
   const Resolution resolution = scene->resolution;
   const auto admitted = admit(host, request.session_id(), *std::move(scene), Place::inside("scene"),
-                              request.checkpoint());
+                              request.checkpoint(), request.recreate());
   if (!admitted) return admitted.error();
   to_proto(*admitted->session, resolution, host.registry, request.view(),
            response->mutable_session());

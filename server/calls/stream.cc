@@ -125,7 +125,7 @@ bool StreamCall::fill() {
   } else {
     sampling_->fill(batch_, stop_.get_token());
   }
-  return batch_.size() == 0 && !sampling_->done();
+  return batch_.size() == 0 && !sampling_->full(batch_) && !sampling_->done();
 }
 
 bool StreamCall::send() noexcept {

@@ -103,6 +103,12 @@ grpc::Status session_not_found(std::string_view id, const char* field) {
               "SESSION_NOT_FOUND", {{"session_id", id}});
 }
 
+grpc::Status session_deleted(std::string_view id, const char* field) {
+  return info(grpc::NOT_FOUND,
+              std::string(field) + ": " + shortened(id) + ": this session was deleted",
+              "SESSION_DELETED", {{"session_id", id}});
+}
+
 grpc::Status session_has_other_scene(std::string_view id) {
   return info(grpc::ALREADY_EXISTS,
               "session_id: " + shortened(id) + ": there is a session of this id with another scene",

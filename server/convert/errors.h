@@ -21,6 +21,8 @@ grpc::Status invalid(const Violations& violations);
 grpc::Status invalid(std::string field, std::string value, std::string rule);
 /// NOT_FOUND, SESSION_NOT_FOUND with `session_id`.
 grpc::Status session_not_found(std::string_view id, const char* field = "session_id");
+/// NOT_FOUND, SESSION_DELETED with `session_id`: nobody is to create it again.
+grpc::Status session_deleted(std::string_view id, const char* field = "session_id");
 /// ALREADY_EXISTS, SESSION_HAS_OTHER_SCENE with `session_id`.
 grpc::Status session_has_other_scene(std::string_view id);
 /// RESOURCE_EXHAUSTED, TOO_MANY_SESSIONS with `max_sessions`; a QuotaFailure, and a RetryInfo: a

@@ -12,22 +12,28 @@ Registry::Registry(std::uint32_t max_sessions, std::chrono::milliseconds idle_ti
                                                  : Clock(&std::chrono::steady_clock::now))) {}
 
 std::expected<Registry::Created, Registry::CreateError> Registry::create(
-    const std::string& id, Scene scene, std::string_view checkpoint, Resolution resolution) {
+    const std::string& id, Scene scene, std::string_view checkpoint, Resolution resolution,
+    bool recreate) {
   const auto fresh = std::make_shared<Session>(id, std::move(scene), clock_, std::move(resolution));
   if (auto fault = fresh->overflow()) return std::unexpected(*std::move(fault));
+  std::optional<Checkpoint> saved;
   if (!checkpoint.empty()) {
     auto decoded = decode_checkpoint(*fresh, checkpoint);
     if (!decoded) return std::unexpected(std::move(decoded.error()));
-    fresh->adopt(decoded->step, std::move(decoded->saved));
+    saved = *std::move(decoded);
   }
   const std::lock_guard lock(mutex_);
   const auto found = sessions_.find(id);
   if (found != sessions_.end()) {
     if (found->second->identity() != fresh->identity())
       return std::unexpected(Conflict::other_scene);
+    if (saved) found->second->adopt(saved->step, std::move(saved->saved));
     return Created{SessionLease(found->second), false};
   }
+  if (recreate && tombstones_.contains(id, (*clock_)())) return std::unexpected(Conflict::deleted);
   if (sessions_.size() >= max_sessions_) return std::unexpected(Conflict::too_many);
+  if (saved) fresh->adopt(saved->step, std::move(saved->saved));
+  tombstones_.remove(id);
   sessions_.emplace(id, fresh);
   return Created{SessionLease(fresh), true};
 }
@@ -42,12 +48,18 @@ std::optional<SessionLease> Registry::find(std::string_view id) const {
 bool Registry::erase(std::string_view id) {
   std::shared_ptr<Session> dropped;
   const std::lock_guard lock(mutex_);
+  tombstones_.put(std::string(id), (*clock_)());
   const auto found = sessions_.find(id);
   if (found == sessions_.end()) return false;
   dropped = std::move(found->second);
   dropped->close();
   sessions_.erase(found);
   return true;
+}
+
+bool Registry::deleted(std::string_view id) const {
+  const std::shared_lock lock(mutex_);
+  return tombstones_.contains(id, (*clock_)());
 }
 
 std::vector<std::shared_ptr<const Session>> Registry::page(std::string_view after,
@@ -69,6 +81,7 @@ std::size_t Registry::size() const {
 std::size_t Registry::expire() {
   std::vector<std::shared_ptr<Session>> dropped;
   const std::lock_guard lock(mutex_);
+  tombstones_.expire((*clock_)());
   std::erase_if(sessions_, [&](auto& entry) {
     Session& session = *entry.second;
     if (session.in_use() || session.idle_time() < idle_timeout_) return false;

@@ -18,6 +18,7 @@
 
 #include "server/sessions/checkpoint_bytes.h"
 #include "server/sessions/session.h"
+#include "server/sessions/tombstones.h"
 
 namespace stiefel::server {
 
@@ -30,18 +31,22 @@ class Registry {
     SessionLease session;
     bool created;
   };
-  enum class Conflict { other_scene, too_many };
+  enum class Conflict { other_scene, too_many, deleted };
   using CreateError = std::variant<Conflict, CheckpointRefusal, Overflow>;
 
-  /// A new session, with what `checkpoint` holds in its cache unless that is empty; or the one of
-  /// that id, if its scene is the same. The checkpoint is checked in any case, and that the fields
-  /// at step 0 are finite numbers: no other is ever sent.
+  /// A new session, or the one of that id, if its scene is the same; in its cache is what
+  /// `checkpoint` holds unless that is empty. The checkpoint is checked in any case, and that the
+  /// fields at step 0 are finite numbers: no other is ever sent. With `recreate` no session comes
+  /// back that was deleted within the idle timeout.
   std::expected<Created, CreateError> create(const std::string& id, Scene scene,
                                              std::string_view checkpoint,
-                                             Resolution resolution = {});
+                                             Resolution resolution = {}, bool recreate = false);
   std::optional<SessionLease> find(std::string_view id) const;
-  /// False if there was none.
+  /// False if there was none. The id counts as deleted in any case: a session of it may be on its
+  /// way here from another server.
   bool erase(std::string_view id);
+  /// Whether it was erased within the idle timeout, and not created anew.
+  bool deleted(std::string_view id) const;
   /// At most `count` in the order of their ids, the first one after `id`. Looking renews nothing.
   std::vector<std::shared_ptr<const Session>> page(std::string_view after, std::size_t count) const;
   std::size_t size() const;
@@ -60,6 +65,7 @@ class Registry {
   const std::shared_ptr<const Clock> clock_;
   mutable std::shared_mutex mutex_;
   std::map<std::string, std::shared_ptr<Session>, std::less<>> sessions_;
+  Tombstones tombstones_{idle_timeout_};  // guarded by mutex_
 };
 
 /// The thread that calls `Registry::expire` a few times in every idle timeout.

@@ -47,6 +47,8 @@ class Session {
   std::size_t block_count() const { return block_count_; }
   std::size_t saved_size() const { return saved_size_; }
   double step_cost() const { return step_cost_; }
+  /// Whether a state is computed from that at step 0, however far.
+  bool direct() const { return direct_; }
   /// Units of work, instructions, that the steps between two states are predicted to take; where a
   /// method chooses its own steps, at least.
   double work(std::int64_t from, std::int64_t to) const;

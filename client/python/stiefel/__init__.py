@@ -11,8 +11,8 @@ from stiefel.arrays import Batch, Outcome, Price, RunStatus, State, Trajectory
 from stiefel.client import Client
 from stiefel.diagnosis import Conservation, Diagnosis, Domain, Invariant
 from stiefel.drive import Drive
-from stiefel.errors import (AlreadyExists, Cancelled, Closed, CorruptReply, DeadlineExceeded, FailedPrecondition, Internal,
-                            InvalidArgument, NotFound, NotStarted, ResourceExhausted, SceneWarning, StiefelError,
+from stiefel.errors import (AlreadyExists, BuildChanged, Cancelled, Closed, CorruptReply, DeadlineExceeded, FailedPrecondition,
+                            Internal, InvalidArgument, NotFound, NotStarted, ResourceExhausted, SceneWarning, StiefelError,
                             Unavailable, Unimplemented, Violation)
 from stiefel.scenes import SceneLike, to_dict, to_message
 from stiefel.server import Server
@@ -20,7 +20,7 @@ from stiefel.session import Session
 from stiefel.tradeoff import Point, Tradeoff
 
 __all__ = [
-    "AlreadyExists", "Batch", "Cancelled", "Choice", "Client", "Closed", "Conservation", "Conversion", "CorruptReply",
+    "AlreadyExists", "Batch", "BuildChanged", "Cancelled", "Choice", "Client", "Closed", "Conservation", "Conversion", "CorruptReply",
     "DeadlineExceeded", "Diagnosis", "Domain", "Drive", "EstimatedError", "FailedPrecondition", "Geodesic", "Internal",
     "Invariant", "InvalidArgument", "NotFound", "NotStarted", "Outcome", "Point", "Price", "ResourceExhausted",
     "RunStatus", "SceneLike", "SceneWarning", "Server", "Session", "State", "StiefelError", "Tradeoff", "Trajectory", "Unavailable",

@@ -12,6 +12,7 @@ from stiefel import calls
 from stiefel import v1 as pb
 from stiefel.answers import Conversion, Geodesic
 from stiefel.errors import Closed, CorruptReply, InvalidArgument, SceneWarning, StiefelError, Violation, from_rpc_error
+from stiefel.recreation import Metadata, route
 from stiefel.scenes import SceneLike, to_matrix, to_message
 from stiefel.session import Session
 from stiefel.tradeoff import Tradeoff
@@ -30,14 +31,18 @@ class Client:
     `timeout` is the deadline of every call in seconds, unless the call has its own; None sets no
     deadline. A stream or a trajectory may take longer: it goes on as long as samples arrive within
     `timeout` seconds. `checksums`: the server sends checksums of the numbers of its replies, and the
-    client raises `CorruptReply` where they differ. As a context manager the client closes itself at the
-    end; a call after that raises `Closed`. Safe to use from many threads.
+    client raises `CorruptReply` where they differ. A session that `create` or `fork` made is created again
+    where its server is gone; where a server of another build answers for it, the client raises
+    `BuildChanged`, unless `any_build`. As a context manager the client closes itself at the end; a call
+    after that raises `Closed`. Safe to use from many threads.
     """
 
-    def __init__(self, address: Optional[str] = None, timeout: Optional[float] = 60.0, checksums: bool = True):
+    def __init__(self, address: Optional[str] = None, timeout: Optional[float] = 60.0, checksums: bool = True,
+                 any_build: bool = False):
         self.address = address or os.environ.get("STIEFEL_ADDRESS", "127.0.0.1:50551")
         self.timeout = timeout
         self.checksums = checksums
+        self.any_build = any_build
         self.channel = grpc.insecure_channel(self.address, options=_OPTIONS)
         self._stub = SimulationServiceStub(self.channel)  # type: ignore[no-untyped-call]
         self._closed = False
@@ -63,15 +68,15 @@ class Client:
         sent = to_message(scene)
         request = pb.CreateSessionRequest(session_id=str(uuid.uuid4()) if id is None else id, scene=sent,
                                           checkpoint=checkpoint, view=pb.SessionView(checksum=self.checksums))
-        reply = self.call("CreateSession", request)
+        reply = self.call("CreateSession", request, metadata=route(request.session_id))
         for text in reply.session.warnings:
             warnings.warn(text, SceneWarning, stacklevel=2)
-        return Session(self, reply.session, reply.created, sent)
+        return Session(self, reply.session, reply.created, sent, owner=True, checkpoint=checkpoint)
 
     def get(self, id: str) -> Session:
         """The session of that id; NotFound if there is none."""
         view = pb.SessionView(scene=pb.SCENE_VIEW_FULL, checksum=self.checksums)
-        reply = self.call("GetSession", pb.GetSessionRequest(session_id=id, view=view))
+        reply = self.call("GetSession", pb.GetSessionRequest(session_id=id, view=view), metadata=route(id))
         return Session(self, reply.session, created=False, base=pb.Scene())
 
     def list(self) -> Iterator[Session]:
@@ -86,7 +91,7 @@ class Client:
 
     def delete(self, id: str) -> None:
         """Deleting an unknown id succeeds."""
-        self.call("DeleteSession", pb.DeleteSessionRequest(session_id=id))
+        self.call("DeleteSession", pb.DeleteSessionRequest(session_id=id), metadata=route(id))
 
     def convert(self, scene: SceneLike, to: str, epsilon: Optional[float] = None,
                 parameter: Optional[float] = None) -> Conversion:
@@ -146,9 +151,9 @@ class Client:
         finally:
             stream.cancel()
 
-    def call(self, method: str, request: Any, timeout: Optional[float] = None) -> Any:
+    def call(self, method: str, request: Any, timeout: Optional[float] = None, metadata: Metadata = ()) -> Any:
         """One unary call by name, with the deadline, the retries and the exceptions of this package."""
-        return calls.call(lambda left: getattr(self.stub, method)(request, timeout=left), self.error,
+        return calls.call(lambda left: getattr(self.stub, method)(request, timeout=left, metadata=metadata), self.error,
                           self.deadline(timeout))
 
     def call_all(self, method: str, request: Any, timeout: Optional[float] = None) -> Sequence[Any]:

@@ -105,6 +105,19 @@ class Closed(FailedPrecondition):
     """A call of a client that is closed, or of one of its sessions, streams or drives."""
 
 
+class BuildChanged(FailedPrecondition):
+    """A server of another build answers for the session: its states could have other bits than those so far.
+
+    `Client(any_build=True)` goes on nevertheless.
+    """
+
+    def __init__(self, id: str, began_with: str, now: str):
+        super().__init__(f"session {id} began with the numerics id {began_with}, the server has {now}: the bits could "
+                         "differ", reason="BUILD_CHANGED")
+        self.began_with = began_with  #: the numerics id of the server that created the session
+        self.now = now  #: that of the server that answered
+
+
 class NotStarted(Unavailable, RuntimeError):
     """A server started by this process that ended, or said nothing in time, before it listened."""
 

@@ -15,6 +15,7 @@ from stiefel.diagnosis import Diagnosis
 from stiefel.drive import TOO_LARGE, Drive
 from stiefel.errors import FailedPrecondition, InvalidArgument, StiefelError
 from stiefel.names import Names, names
+from stiefel.recreation import Recreation
 from stiefel.resolved import put, resolve, with_blocks_as_matrices
 from stiefel.samples import Samples
 from stiefel.scenes import to_dict, to_matrix, to_method
@@ -28,16 +29,24 @@ Bracket = tuple[Sequence[tuple[Any, Any]], Sequence[tuple[Any, Any]]]
 
 
 class Session:
-    """Made by `Client.create` or `Client.get`. As a context manager it deletes itself at the end."""
+    """Made by `Client.create` or `Client.get`. As a context manager it deletes itself at the end.
 
-    def __init__(self, client: Client, message: pb.Session, created: bool, base: Optional[pb.Scene] = None):
-        """`base`: the scene that the message's completes; None for a session that is only listed."""
+    A session from `Client.create` or `fork` outlives its server: where it is gone, a call creates it again,
+    with the last checkpoint that has come, and goes on. Not after `delete`, by whomever.
+    """
+
+    def __init__(self, client: Client, message: pb.Session, created: bool, base: Optional[pb.Scene] = None,
+                 owner: bool = False, checkpoint: bytes = b""):
+        """`base`: the scene that the message's completes; None for a session that is only listed. `owner`: it was
+        created by this handle, with that `checkpoint`."""
         self._client = client
         self.message = message  #: the server's reply; of the scene it has only what the server filled in
         self.created = created  #: False if the session was there already
         self._lock = threading.Lock()
         self._scene: Optional[pb.Scene] = None
         self._whole = False
+        self._sent = base  # until all arrays of the resolved scene are here
+        self._recreation = Recreation(client, message, self._known_or_sent if owner else None, checkpoint)
         if base is not None:
             self._resolve(base)
 
@@ -73,7 +82,7 @@ class Session:
             if not self._whole:
                 arrays = self._fetch_arrays()
                 put({path: arrays[path] for path in self.message.left_out}, scene)
-                self._whole = True
+                self._whole, self._sent = True, None
         return scene
 
     def _known_scene(self) -> pb.Scene:
@@ -81,7 +90,7 @@ class Session:
         with self._lock:
             if self._scene is None:
                 view = pb.SessionView(scene=pb.SCENE_VIEW_FULL, checksum=self._client.checksums)
-                reply = self._client.call("GetSession", pb.GetSessionRequest(session_id=self.id, view=view))
+                reply = self._recreation.call("GetSession", pb.GetSessionRequest(session_id=self.id, view=view))
                 self.message = reply.session
                 self._resolve(pb.Scene())
             assert self._scene is not None
@@ -91,12 +100,19 @@ class Session:
         verify_session(self.message)
         self._scene = resolve(base, self.message.scene, self.message.cleared, self.message.left_out)
         self._whole = not self.message.left_out
+        self._sent = None if self._whole else base
+
+    def _known_or_sent(self) -> pb.Scene:
+        """What creates the session again: the resolved scene if all of it is here, else what was sent."""
+        scene = self._scene if self._whole else self._sent
+        assert scene is not None
+        return scene
 
     def _fetch_arrays(self) -> dict[str, Array]:
         request = pb.StreamRequest(session_id=self.id, scene_arrays=True, checksum=self._client.checksums)
 
         def fetch(left: Optional[float]) -> dict[str, Array]:
-            assembly, stream = Assembly(), self._client.stub.Stream(request, timeout=left)
+            assembly, stream = Assembly(), self._client.stub.Stream(request, timeout=left, metadata=self._recreation.metadata)
             try:
                 for message in stream:
                     if message.steps:  # the sample at step 0, after all arrays
@@ -114,15 +130,24 @@ class Session:
              timeout: Optional[float] = None) -> State:
         """The state at step `to`, or the last good one before it. `fields`: a name or several; the system's blocks if none."""
         wanted = names("fields", fields)
-        request = pb.StepRequest(session_id=self.id, to=to, fields=wanted, return_checkpoint=checkpoint,
+        request = pb.StepRequest(session_id=self.id, to=to, fields=wanted,
+                                 return_checkpoint=checkpoint or self._recreation.wants_checkpoint(to),
                                  checksum=self._client.checksums)
         try:
-            reply = self._client.call("Step", request, timeout)
+            reply = self._recreation.call("Step", request, timeout)
         except InvalidArgument as error:
             if error.reason != TOO_LARGE:
                 raise
             return self.step_in_parts(to, wanted, checkpoint, timeout)
+        return self._state(reply, checkpoint)
+
+    def _state(self, reply: pb.StepResponse, checkpoint: bool) -> State:
+        """Of Step and Drive. A checkpoint that the caller did not ask for is for the recreation."""
         verify_sample(reply.sample)
+        if reply.checkpoint:
+            self._recreation.keep(reply.sample.step, reply.checkpoint)
+        if not checkpoint:
+            reply.ClearField("checkpoint")
         return State.of(reply)
 
     def step_in_parts(self, to: int, fields: Sequence[str], checkpoint: bool,
@@ -131,8 +156,8 @@ class Session:
         samples = self._samples(to, to, 1, fields, timeout, checkpoint)
         last = list(samples)[-1]
         return State(int(last.step[-1]), float(last.time[-1]), {name: values[-1] for name, values in last.items()},
-                     samples.run_status or RunStatus(Outcome.CANCELLED), samples.computed_steps, samples.checkpoint,
-                     samples.price)
+                     samples.run_status or RunStatus(Outcome.CANCELLED), samples.computed_steps,
+                     samples.checkpoint if checkpoint else b"", samples.price)
 
     def drive(self, fields: Optional[Names] = None) -> Drive:
         """`step` for tight loops, over one stream: `with session.drive() as drive: drive.step(k)`."""
@@ -158,7 +183,7 @@ class Session:
         for i, (one, other) in enumerate(dirac_brackets):
             request.dirac_brackets.add(first=_factors(one, f"dirac_brackets[{i}].first"),
                                        second=_factors(other, f"dirac_brackets[{i}].second"))
-        return Diagnosis.of(self._client.call("Diagnose", request, timeout))
+        return Diagnosis.of(self._recreation.call("Diagnose", request, timeout))
 
     def fork(self, at: int, method: Optional[Mapping[str, Any]] = None, step: Optional[float] = None,
              system: Optional[str] = None, id: Optional[str] = None,
@@ -172,13 +197,17 @@ class Session:
                                         view=pb.SessionView(checksum=self._client.checksums))
         if method is not None:
             request.method.CopyFrom(to_method(method))
-        reply = self._client.call("ForkSession", request, timeout)
+        reply = self._recreation.call("ForkSession", request, timeout)
         if not reply.HasField("session"):
             raise FailedPrecondition(f"step {at} cannot be reached: {reply.run_status.message}")
-        return Session(self._client, reply.session, reply.created, self.resolved())
+        forked = Session(self._client, reply.session, reply.created, self.resolved(), owner=True)
+        forked.resolved()  # which nobody sent, so that it could not be created again without all of it
+        return forked
 
     def delete(self) -> None:
-        self._client.call("DeleteSession", pb.DeleteSessionRequest(session_id=self.id))
+        """Ends it on its server; from now on this handle does not create it again."""
+        self._recreation.end()
+        self._client.delete(self.id)
 
     def stream(self, to: int, start: int = 0, every: int = 1,
                fields: Optional[Names] = None, timeout: Optional[float] = None) -> Iterator[Batch]:
@@ -220,9 +249,9 @@ class Session:
     def _samples(self, to: int, start: int, every: int, fields: Sequence[str], timeout: Optional[float],
                  checkpoint: bool = False) -> Samples:
         request = pb.StreamRequest(session_id=self.id, to=to, every=every, fields=fields, return_checkpoint=checkpoint,
-                                   checksum=self._client.checksums)
+                                   checkpoint_every=self._recreation.checkpoint_every(), checksum=self._client.checksums)
         setattr(request, "from", start)
-        return Samples(self._client, request, self._known_scene().step, timeout)
+        return Samples(self._client, self._recreation, request, self._known_scene().step, timeout)
 
     def __enter__(self) -> Session:
         return self

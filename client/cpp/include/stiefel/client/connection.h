@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "stiefel/client/error.h"
+#include "stiefel/client/recreation.h"
 #include "stiefel/client/unreachable.h"
 #include "stiefel/v1/simulation.grpc.pb.h"
 
@@ -33,6 +34,9 @@ struct Options {
   /// Whether the server sends checksums (CRC-32C) of the numbers of its replies. The client
   /// compares them on receipt and throws CorruptReply where they differ.
   bool checksums = true;
+  /// Whether a session goes on at a server of another build, whose states may have other bits.
+  /// Without it a call that such a server answers throws BuildChanged.
+  bool any_build = false;
   /// Its stop cancels every call that runs and every later one but the deletion of a session; they
   /// throw Error.
   std::stop_token stop = {};
@@ -140,19 +144,25 @@ struct Connection {
   using StreamingMethod = std::unique_ptr<grpc::ClientReader<Reply>> (Stub::*)(grpc::ClientContext*,
                                                                                const Request&);
 
-  /// One unary call, repeated while the server is UNAVAILABLE. Throws Error.
+  /// One unary call, repeated while the server is UNAVAILABLE; a call of a `session` also where
+  /// that had to be created again. Throws Error.
   template <class Request, class Reply>
   Reply call(Method<Request, Reply> method, const Request& request,
-             std::optional<std::chrono::milliseconds> timeout) const {
+             std::optional<std::chrono::milliseconds> timeout,
+             Recreation* session = nullptr) const {
     const Deadline deadline(timeout);
+    Patience recoveries(nullptr, options.patience, deadline, options.stop);
     for (auto waiting = patience(deadline);;) {
       grpc::ClientContext context;
       deadline.limit(context);
       const CancelOnStop cancel(options.stop, context);
+      if (session) session->route(context);
       Reply reply;
       const grpc::Status status = (stub.get()->*method)(&context, request, &reply);
+      if (session) session->check_build(context, !status.ok());
       if (status.ok()) return reply;
-      if (!waiting.allows_another(status)) throw error(status);
+      if (waiting.allows_another(status)) continue;
+      if (!session || !session->recovers(Error(status), deadline, recoveries)) throw error(status);
     }
   }
 

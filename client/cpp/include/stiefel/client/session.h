@@ -12,11 +12,15 @@ namespace stiefel::client {
 
 /// A simulation held by a server: a pure function from step index to state. Steps are absolute,
 /// ≥ 0. Deleted from the server on destruction unless kept. Different threads may call it at once.
+///
+/// A session from Client::create or fork outlives its server: where it is gone, a call creates it
+/// again, with the last checkpoint that has come, and goes on. A deleted one stays deleted.
 class Session {
  public:
-  /// `base`: the scene that `description.scene` completes.
+  /// `base`: the scene that `description.scene` completes. A session that is `kept` is one that
+  /// this handle found, and never creates. `checkpoint`: with which it was created.
   Session(std::shared_ptr<const Connection> connection, v1::Session description, v1::Scene base,
-          bool kept);
+          bool kept, std::string checkpoint = "");
   ~Session();
   Session(Session&& other) noexcept = default;
   Session& operator=(Session&&) = delete;
@@ -66,6 +70,7 @@ class Session {
   std::shared_ptr<const Connection> connection_;
   v1::Session description_;
   std::shared_ptr<ResolvedScene> scene_;
+  std::shared_ptr<Recreation> recreation_;
   bool kept_;
 };
 
