@@ -44,7 +44,8 @@ v1::StepResponse Drive::step(std::int64_t to, const std::vector<std::string>& fi
   for (auto pauses = connection_->patience(none), recoveries = connection_->patience(none);;) {
     v1::DriveResponse response;
     if (const grpc::Status status = ask(response); !status.ok()) {
-      if (!pauses.allows_another(status) && !recreation_->recovers(Error(status), none, recoveries))
+      if (!pauses.allows_another(status) &&
+          !recreation_->recovers(connection_->error(status), none, recoveries))
         throw connection_->error(status);
       open();
       continue;

@@ -87,7 +87,7 @@ void Stream::take_checkpoint() {
 /// session is created again. A server that held the session long ago needs the checkpoint first.
 bool Stream::recovers(const grpc::Status& status, Patience& pauses, Patience& recoveries) {
   const auto created = [&] {
-    return recreation_->recovers(Error(status), deadline_, recoveries);
+    return recreation_->recovers(connection_->error(status), deadline_, recoveries);
   };
   if (answered_ && recreation_->has_checkpoint() && created()) return true;
   return pauses.allows_another(status) || created();

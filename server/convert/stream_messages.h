@@ -10,7 +10,8 @@
 namespace stiefel::server {
 
 /// The messages of a stream, in their order: arrays of the scene; a batch of samples, or one sample
-/// in parts; the checkpoint of the last of them, or of a state between samples. Each has at most `max_reply_bytes` of arrays.
+/// in parts; the checkpoint of the last of them, or of a state between samples. Each has at most
+/// `max_reply_bytes` of arrays.
 class StreamMessages {
  public:
   /// The arrays of a scene. Before the first batch.
@@ -22,7 +23,9 @@ class StreamMessages {
             EncodedCheckpoint checkpoint, v1::StreamResponse& message);
 
   /// Whether nothing is left for `next`.
-  bool empty() const { return scene_arrays_.empty() && sample_.empty() && checkpoint_.bytes.empty(); }
+  bool empty() const {
+    return scene_arrays_.empty() && sample_.empty() && checkpoint_.bytes.empty();
+  }
   /// Writes what comes next over `message`.
   void next(v1::StreamResponse& message);
 

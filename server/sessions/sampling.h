@@ -43,8 +43,8 @@ class Sampling {
   };
   Sampling(Session& session, std::vector<std::size_t> fields, Range range);
 
-  /// One slice: goes on until the batch is full, all is sampled or the slice is over. A stop request
-  /// ends it with the last good state.
+  /// One slice: goes on until the batch is full, all is sampled or the slice is over. A stop
+  /// request ends it with the last good state.
   void fill(Batch& batch, const std::stop_token& stop = {});
   bool full(const Batch& batch) const {
     return batch.size() >= capacity_ || !checkpoint_.bytes.empty();

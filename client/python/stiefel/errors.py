@@ -193,7 +193,16 @@ def in_plain_words(message: str) -> str:
     return f"cannot reach {address}: {reason}"
 
 
+# What gRPC says of a connection that broke while a call ran, such as that of a proxy to its server. The codes are
+# CANCELLED, INTERNAL and UNKNOWN; an error of the server's own has details.
+_BROKEN = re.compile(r"Received RST_STREAM|Stream removed$|Socket closed$")
+
+
 def from_rpc_error(error: grpc.RpcError) -> StiefelError:
     trailing = dict(error.trailing_metadata() or ())
     details = trailing.get("grpc-status-details-bin", b"")
-    return make_error(error.code().value[0], in_plain_words(error.details() or ""), details)
+    message, code = error.details() or "", error.code()
+    maybe = code in (grpc.StatusCode.CANCELLED, grpc.StatusCode.INTERNAL, grpc.StatusCode.UNKNOWN)
+    if maybe and not details and _BROKEN.match(message):
+        code = grpc.StatusCode.UNAVAILABLE
+    return make_error(code.value[0], in_plain_words(message), details)

@@ -94,7 +94,8 @@ class Patience {
   /// True after a pause; false at once if the status is not UNAVAILABLE or patience has run out,
   /// and when a stop is requested.
   bool allows_another(const grpc::Status& status) {
-    if (status.error_code() != grpc::StatusCode::UNAVAILABLE || waited_ >= limit_) return false;
+    const auto code = as_unavailable(status).error_code();
+    if (code != grpc::StatusCode::UNAVAILABLE || waited_ >= limit_) return false;
     const auto until = std::chrono::system_clock::now() + deadline_.at_most(pause_);
     if (channel_ && channel_->GetState(true) != GRPC_CHANNEL_READY) {
       // gRPC connects only while a thread waits inside it, so this thread must not sleep outside.
@@ -134,7 +135,7 @@ struct Connection {
   /// The error of a call; of a server that cannot be reached in plain words.
   Error error(const grpc::Status& status) const {
     const bool connected = !channel || channel->GetState(false) == GRPC_CHANNEL_READY;
-    return Error(in_plain_words(status, address, connected));
+    return Error(in_plain_words(as_unavailable(status), address, connected));
   }
 
   using Stub = v1::SimulationService::Stub;
@@ -162,7 +163,7 @@ struct Connection {
       if (session) session->check_build(context, !status.ok());
       if (status.ok()) return reply;
       if (waiting.allows_another(status)) continue;
-      if (!session || !session->recovers(Error(status), deadline, recoveries)) throw error(status);
+      if (!session || !session->recovers(error(status), deadline, recoveries)) throw error(status);
     }
   }
 
