@@ -41,6 +41,12 @@ Error::Error(grpc::StatusCode code, const std::string& message, const std::strin
   if (status.ParseFromString(details)) read(status);
 }
 
+Error session_deleted(const std::string& session_id) {
+  return Error(grpc::StatusCode::NOT_FOUND,
+               "session_id: " + session_id + ": this session was deleted",
+               with_reason("SESSION_DELETED"));
+}
+
 BuildChanged::BuildChanged(const std::string& session_id, std::string began_with, std::string now)
     : Error(grpc::StatusCode::FAILED_PRECONDITION,
             "session " + session_id + " began with the numerics id " + began_with +

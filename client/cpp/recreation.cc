@@ -50,7 +50,13 @@ Recreation::Recreation(std::shared_ptr<const Connection> connection, const v1::S
       scene_(std::move(scene)),
       checkpoint_{.step = 0, .bytes = std::move(checkpoint)} {}
 
+void Recreation::check_not_deleted() const {
+  const std::lock_guard lock(mutex_);
+  if (ended_) throw session_deleted(session_id_);
+}
+
 void Recreation::route(grpc::ClientContext& context) const {
+  check_not_deleted();
   if (routable(session_id_)) context.AddMetadata(session_key, session_id_);
 }
 
@@ -117,6 +123,7 @@ Recreation::SceneSource Recreation::scene() const {
 void Recreation::end() {
   const std::lock_guard lock(mutex_);
   scene_ = nullptr;
+  ended_ = true;
 }
 
 void Recreation::keep(Checkpoint checkpoint) {

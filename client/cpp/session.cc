@@ -53,7 +53,7 @@ Session::~Session() {
   v1::DeleteSessionResponse reply;
   grpc::ClientContext context;
   context.set_deadline(std::chrono::system_clock::now() + connection_->options.timeout);
-  recreation_->route(context);
+  Recreation(connection_, id()).route(context);
   connection_->stub->DeleteSession(&context, request, &reply);
 }
 

@@ -59,9 +59,10 @@ class Drive:
 
     def _ask(self, request: pb.DriveRequest) -> pb.StepResponse:
         recreation, begins = self._session._recreation, self._replies is None
+        metadata = recreation.metadata
         if begins:
             method, self._requests = self._session._client.stub.Drive, queue.SimpleQueue()
-            self._replies = method(iter(self._requests.get, None), metadata=recreation.metadata)
+            self._replies = method(iter(self._requests.get, None), metadata=metadata)
         self._requests.put(request)
         try:
             reply = next(self._replies)

@@ -46,7 +46,15 @@ class Recreation:
         self._scene = scene
         self._lock = threading.Lock()
         self._checkpoint, self._checkpoint_step = checkpoint, 0
-        self.metadata = route(self._id)
+        self._ended = False
+
+    @property
+    def metadata(self) -> Metadata:
+        """Of every call. NotFound if this handle has deleted its session."""
+        if self._ended:
+            raise NotFound(f"session_id: {self._id}: this session was deleted", reason="SESSION_DELETED",
+                           metadata={"session_id": self._id})
+        return route(self._id)
 
     def call(self, method: str, request: Any, timeout: Optional[float] = None) -> Any:
         """One unary call by name, repeated where the session had to be created again."""
@@ -76,8 +84,8 @@ class Recreation:
         return self._scene is not None and lost
 
     def end(self) -> None:
-        """From now on this handle creates nothing: its session was deleted."""
-        self._scene = None
+        """From now on this handle creates nothing and finds nothing, at no server: it deletes its session."""
+        self._scene, self._ended = None, True
 
     def check_build(self, call: Any) -> None:
         """BuildChanged if the server that answered a call computes other bits than the one of the beginning."""
@@ -139,8 +147,8 @@ class Recreation:
             self.keep(0, b"")
             request.checkpoint = b""
             self._send("CreateSession", request, deadline)
-        if self._scene is None:  # deleted meanwhile, perhaps before the creation arrived
-            self._send("DeleteSession", pb.DeleteSessionRequest(session_id=self._id), deadline)
+        if self._ended:  # meanwhile; the deletion may have come before the creation
+            self._client.delete(self._id)
 
     def _send(self, method: str, request: Any, deadline: calls.Deadline) -> None:
         calls.call(lambda left: self._attempt(method, request, left), self._client.error, deadline.left())

@@ -62,6 +62,10 @@ class Error : public std::runtime_error {
   std::map<std::string, std::string> metadata_;
 };
 
+/// The error of a call for a session that its handle has deleted; the code is NOT_FOUND, the reason
+/// SESSION_DELETED.
+Error session_deleted(const std::string& session_id);
+
 /// A server of another build answers for a session: its states could have other bits than those so
 /// far. The code is FAILED_PRECONDITION, the reason BUILD_CHANGED.
 class BuildChanged : public Error {

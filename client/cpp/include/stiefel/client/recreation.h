@@ -41,7 +41,10 @@ class Recreation {
   Recreation(std::shared_ptr<const Connection> connection, const v1::Session& session,
              SceneSource scene, std::string checkpoint = "");
 
+  /// Throws Error, reason SESSION_DELETED, if this handle has deleted its session.
+  void check_not_deleted() const;
   /// Gives a call the metadata `stiefel-session`, if a server could have a session of that name.
+  /// Throws like `check_not_deleted`.
   void route(grpc::ClientContext& context) const;
   /// After a reply, or after a call has failed: throws BuildChanged if the server that answered
   /// computes other bits than the one where the handle began, unless Options::any_build.
@@ -51,7 +54,8 @@ class Recreation {
   /// again. If so it has done so, after a pause, which is counted by `pauses`; false also when
   /// these are used up. Throws Error.
   bool recovers(const Error& error, const Deadline& deadline, Patience& pauses);
-  /// From now on this handle creates nothing: the session was deleted.
+  /// From now on this handle creates nothing and finds nothing, at no server: it deletes the
+  /// session.
   void end();
 
   /// The session goes on from there if it is created again.
@@ -75,6 +79,7 @@ class Recreation {
   const double step_work_ = 0;
   mutable std::mutex mutex_;
   SceneSource scene_;      // guarded by mutex_
+  bool ended_ = false;     // guarded by mutex_
   Checkpoint checkpoint_;  // guarded by mutex_
 };
 
