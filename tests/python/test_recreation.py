@@ -106,7 +106,7 @@ def test_checkpoints_come_by_themselves_about_every_second_of_work(place, client
     assert session.step(3001).computed_steps == 1
     list(session.stream(to=10_500, start=10_000, every=500))
     place.replace()
-    assert session.step(10_500).computed_steps <= 1000
+    assert session.step(10_500).computed_steps < 1500, "a checkpoint comes with the next sample"
     list(session.stream(to=50_000, start=11_000, every=39_000))
     place.replace()
     assert session.step(50_000).computed_steps <= 1000, "between two samples"

@@ -125,8 +125,16 @@ class Run {
       std::optional<Session> session;
       call("create", [&] { session.emplace(create()); });
       if (!session) continue;
-      call("first", [&] { same(session->step(any())); });
+      auto drive = session->drive();
+      call("first", [&] { same(drive.step(any())); });
       call("delete", [&] { client_.remove(session->id()); });
+      session.reset();
+      try {
+        drive.step(any());
+        ++back_;
+      } catch (const Error& error) {
+        if (error.code() != grpc::StatusCode::NOT_FOUND) ++back_;
+      }
     }
   }
 
@@ -139,8 +147,11 @@ class Run {
       threads.emplace_back([this, kind] { (this->*kind)(); });
   }
   nlohmann::json report() const {
-    return {
-        {"calls", calls_}, {"lost", lost_}, {"differing", differing_.load()}, {"pauses", pauses_}};
+    return {{"calls", calls_},
+            {"lost", lost_},
+            {"differing", differing_.load()},
+            {"back", back_.load()},
+            {"pauses", pauses_}};
   }
 
  private:
@@ -205,7 +216,7 @@ class Run {
   const std::string states_, checkpoint_;
   const std::int64_t from_, count_;
   Time::time_point end_;
-  std::atomic<std::int64_t> differing_ = 0;
+  std::atomic<std::int64_t> differing_ = 0, back_ = 0;
   std::mutex mutex_;
   std::mt19937_64 random_{17};                 // guarded by mutex_
   std::map<std::string, std::int64_t> calls_;  // guarded by mutex_
