@@ -1,8 +1,10 @@
 """Three servers without a shared store behind a proxy, one of them killed every second."""
 from __future__ import annotations
 
+import copy
 import os
 import random
+import secrets
 import shutil
 import signal
 import socket
@@ -11,6 +13,8 @@ import threading
 import time
 from pathlib import Path
 from typing import Any
+
+import yaml
 
 ROOT = Path(__file__).parents[2]
 REPLICAS = 3
@@ -43,14 +47,15 @@ def wait_for(port: int, seconds: float = 60) -> None:
 
 
 class Replica:
-    def __init__(self, port: int):
-        self.port = port
+    def __init__(self, port: int, key: Path):
+        self.port, self.key = port, key
         self.start()
 
     def start(self) -> None:
         command = [os.environ["STIEFEL_SERVER"], "--listen", f"127.0.0.1:{self.port}", "--exit-with-parent",
                    "--threads", "2", "--log-level", "warn"]
-        self.child: Any = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL)
+        self.child: Any = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL,
+                                           env={**os.environ, "STIEFEL_CHECKPOINT_KEY": str(self.key)})
 
     def kill(self) -> None:
         self.child.send_signal(signal.SIGKILL)
@@ -64,8 +69,11 @@ class Cluster:
     def __init__(self, folder: Path, proxy: str = "haproxy"):
         self.folder = folder
         *ports, local, tls = free_ports(REPLICAS + 2)
-        self.address = f"127.0.0.1:{local}"
-        self.replicas = [Replica(port) for port in ports]
+        self.address, self.tls = f"127.0.0.1:{local}", tls
+        key = folder / "checkpoint.key"  # of all servers: each takes the checkpoints of the others
+        key.write_text(secrets.token_hex(32) + "\n")
+        key.chmod(0o600)
+        self.replicas = [Replica(port, key) for port in ports]
         self.kills = 0
         self._stop = threading.Event()
         self._random = random.Random(17)
@@ -133,4 +141,41 @@ def start_haproxy(folder: Path, ports: list[int], local: int, tls: int) -> Any:
                             stdout=(folder / "haproxy.log").open("w"), stderr=subprocess.STDOUT)
 
 
-PROXIES = {"haproxy": start_haproxy}
+def envoy_configuration(folder: Path, ports: list[int], local: int, tls: int, calls_a_second: int = 10**6) -> Path:
+    """docker/envoy.yaml with these ports and files, and beside its listener one without TLS."""
+    certificate(folder)
+    tls_folder = folder / "tls"
+    tls_folder.mkdir()
+    (tls_folder / "tls.crt").write_bytes((folder / "cert.pem").read_bytes())
+    (tls_folder / "tls.key").write_bytes((folder / "key.pem").read_bytes())
+    (folder / "descriptor.binpb").write_bytes((ROOT / "proto/descriptor.binpb").read_bytes())
+    for name, source in (("certificate.yaml", "envoy-certificate.yaml"), ("envoy.yaml", "envoy.yaml")):
+        text = (ROOT / "docker" / source).read_text()
+        text = text.replace("/etc/envoy", str(folder)).replace("/etc/stiefel-tls", str(tls_folder))
+        (folder / name).write_text(text)
+    configuration = yaml.safe_load((folder / "envoy.yaml").read_text())
+    resources = configuration["static_resources"]
+    listener, = resources["listeners"]
+    listener["address"]["socket_address"] = {"address": "127.0.0.1", "port_value": tls}
+    manager = listener["filter_chains"][0]["filters"][0]["typed_config"]
+    limit = manager["http_filters"][0]["typed_config"]["token_bucket"]
+    limit.update(max_tokens=2 * calls_a_second, tokens_per_fill=calls_a_second)
+    plain = copy.deepcopy(listener)
+    plain["name"] = "local"
+    plain["address"]["socket_address"]["port_value"] = local
+    del plain["filter_chains"][0]["transport_socket"]
+    resources["listeners"].append(plain)
+    endpoints = resources["clusters"][0]["load_assignment"]["endpoints"][0]["lb_endpoints"]
+    for endpoint, port in zip(endpoints, ports):
+        endpoint["endpoint"]["address"]["socket_address"] = {"address": "127.0.0.1", "port_value": port}
+    (folder / "envoy.yaml").write_text(yaml.safe_dump(configuration))
+    return folder / "envoy.yaml"
+
+
+def start_envoy(folder: Path, ports: list[int], local: int, tls: int) -> Any:
+    return subprocess.Popen([os.environ["STIEFEL_ENVOY"], "-c", envoy_configuration(folder, ports, local, tls),
+                             "--use-dynamic-base-id", "--log-level", "warn"], stdin=subprocess.DEVNULL,
+                            stdout=(folder / "envoy.log").open("w"), stderr=subprocess.STDOUT)
+
+
+PROXIES = {"haproxy": start_haproxy, "envoy": start_envoy}
