@@ -282,15 +282,15 @@ TEST_F(RecreationTest, ANameThatNoServerTakesIsNotRouted) {
 
 TEST(AsUnavailable, IsAConnectionThatBroke) {
   using enum grpc::StatusCode;
-  const auto code = [](grpc::StatusCode code, const std::string& message,
+  const auto seen = [](grpc::StatusCode code, const std::string& message,
                        std::string details = "") {
     return as_unavailable(grpc::Status(code, message, std::move(details))).error_code();
   };
-  EXPECT_EQ(code(CANCELLED, "Received RST_STREAM with error code 8"), UNAVAILABLE);
-  EXPECT_EQ(code(UNKNOWN, "Stream removed"), UNAVAILABLE);
-  EXPECT_EQ(code(CANCELLED, "CANCELLED"), CANCELLED) << "by the caller";
-  EXPECT_EQ(code(CANCELLED, "Received RST_STREAM", "details"), CANCELLED) << "by the server";
-  EXPECT_EQ(code(RESOURCE_EXHAUSTED, "Received RST_STREAM with error code 11"), RESOURCE_EXHAUSTED);
+  EXPECT_EQ(seen(CANCELLED, "Received RST_STREAM with error code 8"), UNAVAILABLE);
+  EXPECT_EQ(seen(UNKNOWN, "Stream removed"), UNAVAILABLE);
+  EXPECT_EQ(seen(CANCELLED, "CANCELLED"), CANCELLED) << "by the caller";
+  EXPECT_EQ(seen(CANCELLED, "Received RST_STREAM", "details"), CANCELLED) << "by the server";
+  EXPECT_EQ(seen(RESOURCE_EXHAUSTED, "Received RST_STREAM with error code 11"), RESOURCE_EXHAUSTED);
 }
 
 }  // namespace
