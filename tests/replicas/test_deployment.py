@@ -1,8 +1,8 @@
 """What docker/ says of several servers: the files are valid, agree with each other, and do what they say."""
 from __future__ import annotations
 
+import base64
 import json
-import os
 import re
 import signal
 import subprocess
@@ -132,7 +132,7 @@ class Json:
              "-w", "\n%header{grpc-message}\n%{http_code}",
              f"https://localhost:{self.port}/stiefel.v1.SimulationService/{method}"], capture_output=True, text=True, check=True)
         body, self.message, self.status = done.stdout.rsplit("\n", 2)
-        return json.loads(body) if body else None
+        return json.loads(body) if self.status == "200" else None
 
 
 @long
@@ -156,6 +156,17 @@ def test_envoy_speaks_json(make_cluster: Any, tmp_path: Path) -> None:
     assert call.status == "404" and "was deleted" in call.message
     call("Step", "s", session_id="s", to="ten")
     assert call.status == "400"
+
+
+@long
+def test_envoy_speaks_grpc_web(make_cluster: Any, tmp_path: Path) -> None:
+    """Describe with an empty message, in the encoding that browsers send."""
+    cluster = make_cluster("envoy")
+    done = subprocess.run(["curl", "-sS", "--cacert", tmp_path / "cert.pem", "-H", "content-type: application/grpc-web-text",
+                           "-H", "accept: application/grpc-web-text", "-d", base64.b64encode(bytes(5)).decode(),
+                           f"https://localhost:{cluster.tls}/stiefel.v1.SimulationService/Describe"], capture_output=True, check=True)
+    frame = base64.b64decode(done.stdout[:8])
+    assert frame[0] == 0 and int.from_bytes(frame[1:5], "big") > 1000, "the length of a DescribeResponse"
 
 
 @long
