@@ -25,9 +25,16 @@ v1::StepResponse Drive::step(std::int64_t to, const std::vector<std::string>& fi
   const auto in_force = request_.fields();
   request_.set_to(to);
   if (!fields.empty()) request_.mutable_fields()->Assign(fields.begin(), fields.end());
-  if (!call_->Write(request_)) fail();
   v1::DriveResponse response;
-  if (!call_->Read(&response)) fail();
+  for (auto patience = connection_->patience(Deadline(std::nullopt));;) {
+    if (!call_->Write(request_)) fail();
+    if (!call_->Read(&response)) fail();
+    if (response.error().code() != grpc::StatusCode::RESOURCE_EXHAUSTED) break;
+    const v1::Status& refusal = response.error();
+    if (!patience.allows_another(
+            {grpc::StatusCode::RESOURCE_EXHAUSTED, refusal.message(), refusal.SerializeAsString()}))
+      break;
+  }
   if (response.has_step()) {
     verify(response.step().sample(), "the state at step " + std::to_string(to));
     return std::move(*response.mutable_step());

@@ -1,19 +1,21 @@
-"""Deadlines and retries. Every call is idempotent, so a call that found no server is made again."""
+"""Deadlines and retries. Every call is idempotent, so a call that found no server, or one with no place for it, is made
+again."""
 from __future__ import annotations
 
 import time
-from typing import Any, Callable, Iterator, Optional
+from typing import Any, Callable, Optional
 
 import grpc
 
-from stiefel.errors import DeadlineExceeded, StiefelError, Unavailable
+from stiefel.errors import DeadlineExceeded, StiefelError
+from stiefel.retry import ATTEMPTS, Pauses
 
-ATTEMPTS = 6
+__all__ = ["ATTEMPTS", "Deadline", "call", "pause_or_raise", "pauses"]
 
 
-def pauses() -> Iterator[float]:
-    """Seconds to wait between attempts: 0.05, 0.1, 0.2, ... in all 1.55 s."""
-    return (0.05 * 2**attempt for attempt in range(ATTEMPTS - 1))
+def pauses() -> Pauses:
+    """The pauses between the attempts of a call that begins now."""
+    return Pauses()
 
 
 class Deadline:
@@ -47,11 +49,11 @@ def call(method: Callable[[Optional[float]], Any], translate: Callable[[Exceptio
         pause_or_raise(error, waits, deadline)
 
 
-def pause_or_raise(error: StiefelError, waits: Iterator[float], deadline: Optional[Deadline] = None,
+def pause_or_raise(error: StiefelError, waits: Pauses, deadline: Optional[Deadline] = None,
                    late: bool = False) -> None:
     """Sleeps before the next attempt, or raises `error` if there is to be none; with `late`
     DeadlineExceeded if that is because the deadline comes first."""
-    wait = next(waits, None) if isinstance(error, Unavailable) else None
+    wait = waits.after(error)
     if wait is None:
         raise error from None
     if deadline is not None and deadline.comes_within(wait):

@@ -10,7 +10,7 @@ from stiefel import calls
 from stiefel import v1 as pb
 from stiefel.arrays import State
 from stiefel.checksums import verify_sample
-from stiefel.errors import InvalidArgument, Unavailable, from_status
+from stiefel.errors import InvalidArgument, ResourceExhausted, Unavailable, from_status
 from stiefel.names import Names, names
 
 if TYPE_CHECKING:
@@ -43,6 +43,8 @@ class Drive:
                 state = self._ask(request)
             except Unavailable as error:
                 self.close()
+                calls.pause_or_raise(error, waits)
+            except ResourceExhausted as error:
                 calls.pause_or_raise(error, waits)
             except InvalidArgument as error:
                 if error.reason != TOO_LARGE:

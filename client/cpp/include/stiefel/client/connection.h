@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "stiefel/client/error.h"
+#include "stiefel/client/refusals.h"
 #include "stiefel/client/unreachable.h"
 #include "stiefel/v1/simulation.grpc.pb.h"
 
@@ -88,17 +89,17 @@ class Patience {
       : channel_(channel), limit_(limit), deadline_(deadline), stop_(std::move(stop)) {}
 
   /// True after a pause; false at once if the status is not UNAVAILABLE or patience has run out,
-  /// and when a stop is requested.
+  /// and when a stop is requested. A refusal that says when to come back has pauses of its own
+  /// (refusals.h), and none that would end after the deadline.
   bool allows_another(const grpc::Status& status) {
+    if (const auto pause = refusals_.next(status)) return allows_pause(*pause);
     if (status.error_code() != grpc::StatusCode::UNAVAILABLE || waited_ >= limit_) return false;
     const auto until = std::chrono::system_clock::now() + deadline_.at_most(pause_);
     if (channel_ && channel_->GetState(true) != GRPC_CHANNEL_READY) {
       // gRPC connects only while a thread waits inside it, so this thread must not sleep outside.
       channel_->WaitForConnected(until);
     } else {
-      std::mutex mutex;
-      std::unique_lock lock(mutex);
-      std::condition_variable_any().wait_until(lock, stop_, until, [] { return false; });
+      sleep_until(until);
     }
     waited_ += pause_;
     pause_ = std::min(2 * pause_, std::chrono::milliseconds(400));
@@ -106,6 +107,18 @@ class Patience {
   }
 
  private:
+  bool allows_pause(std::chrono::milliseconds pause) {
+    if (deadline_.at_most(pause) < pause) return false;
+    sleep_until(std::chrono::system_clock::now() + pause);
+    return !stop_.stop_requested();
+  }
+  void sleep_until(std::chrono::system_clock::time_point until) {
+    std::mutex mutex;
+    std::unique_lock lock(mutex);
+    std::condition_variable_any().wait_until(lock, stop_, until, [] { return false; });
+  }
+
+  Refusals refusals_;
   grpc::Channel* channel_;
   std::chrono::milliseconds limit_;
   Deadline deadline_;
