@@ -167,6 +167,7 @@ void Server::shutdown() {
     host.log.line(Log::Level::info, "shutting down");
     if (!host.lifecycle.stopping()) host.lifecycle.wait_idle(parts_->grace);
     host.lifecycle.stop();
+    host.scheduler.lift_rates();
     // The in-process transport closes at once and would drop the last messages.
     host.lifecycle.wait_idle(delivery_time);
     parts_->self_watch.reset();

@@ -96,11 +96,16 @@ Scheduler::~Scheduler() {
   {
     const std::lock_guard lock(mutex_);
     stopping_ = true;
-    queue_.lift_rates();
   }
+  lift_rates();
+  workers_.clear();
+}
+
+void Scheduler::lift_rates() {
+  const std::lock_guard lock(mutex_);
+  queue_.lift_rates();
   wake_.notify_all();
   wake_kept_.notify_all();
-  workers_.clear();
 }
 
 void Scheduler::submit(Job* job, JobKind kind) noexcept {
@@ -115,6 +120,14 @@ void Scheduler::wake_for(JobKind kind, bool is_short) {
   else if (idle_ > 0)
     wake_.notify_one();
   else if (kept_idle_ && kind <= reach(true))
+    wake_kept_.notify_one();
+}
+
+void Scheduler::wake_another() {
+  if (queue_.empty()) return;
+  if (idle_ > 0)
+    wake_.notify_one();
+  else if (kept_idle_)
     wake_kept_.notify_one();
 }
 
@@ -147,7 +160,7 @@ void Scheduler::work(bool kept) {
     }
     const bool whole = turn.kind == JobKind::whole;
     in_whole_ += whole;
-    if (whole && kept_idle_ && !queue_.empty()) wake_kept_.notify_one();
+    wake_another();
     lock.unlock();
     share_at_work = turn.share;
     const double before = meter_();

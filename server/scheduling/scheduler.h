@@ -35,6 +35,8 @@ class Scheduler final : private Crew {
   /// The job must live until its `run_slice` returns false. Allocates nothing: a job that is
   /// submitted runs, whatever memory is left.
   void submit(Job* job, JobKind kind) noexcept;
+  /// From now on no job waits for its principal's work rate: what runs is to end.
+  void lift_rates();
   int threads() const { return static_cast<int>(workers_.size()); }
 
  private:
@@ -48,6 +50,8 @@ class Scheduler final : private Crew {
   void wait(std::unique_lock<std::mutex>& lock, bool kept);
   /// Wakes a worker that may run it, if one has nothing to do.
   void wake_for(JobKind kind, bool is_short);
+  /// Wakes a worker with nothing to do while jobs wait: one call may have woken it for two jobs.
+  void wake_another();
   void run(std::size_t count, double nanoseconds, Item item, void* context) override;
   std::size_t call_helpers(std::array<Helper, most_helpers>& helpers, Items& items, JobKind kind);
   void dismiss(std::span<Helper> helpers);

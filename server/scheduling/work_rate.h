@@ -25,8 +25,7 @@ class WorkRate {
     level_ -= work;
   }
 
-  /// The time until more than the work of `reserve` seconds is in the bucket, `reserve` < 1; 0 when
-  /// it is.
+  /// The time until the work of `reserve` seconds is in the bucket, `reserve` < 1; 0 when it is.
   Seconds wait(Seconds reserve, Time now) {
     if (!limited()) return Seconds(0);
     const std::lock_guard lock(mutex_);

@@ -73,7 +73,7 @@ class Running {
     context.AddMetadata("x-principal", principal);
     request_.set_session_id("s");
     request_.set_to(to);
-    stub.async()->Step(&context, &request_, &response_, [this](const grpc::Status& ended) {
+    stub.async()->Step(&context, &request_, &response, [this](const grpc::Status& ended) {
       status = ended;
       done_ = true;
       done_.notify_all();
@@ -87,10 +87,10 @@ class Running {
 
   grpc::ClientContext context;
   grpc::Status status;
+  v1::StepResponse response;
 
  private:
   v1::StepRequest request_;
-  v1::StepResponse response_;
   std::atomic<bool> done_ = false;
 };
 
@@ -274,6 +274,22 @@ TEST(Quotas, WorkASecondAndDrivesAreToldInTheirReplies) {
   EXPECT_EQ(response.step().sample().step(), to);
   drive->WritesDone();
   EXPECT_TRUE(drive->Finish().ok());
+}
+
+TEST(Quotas, AShutdownDoesNotWaitForTheWorkRate) {
+  test::Harness harness({.grace = 10ms, .quota = {.work_a_second = 1e5}});
+  harness.create("s", test::wire_scene());
+  Running running(*harness.stub, "");
+  for (bool overdrawn = false; !overdrawn;) {  // by a slice: a minute and more of that rate
+    grpc::ClientContext context;
+    overdrawn = !step(*harness.stub, context, 1).ok();
+  }
+  const auto start = std::chrono::steady_clock::now();
+  harness.server.shutdown();
+  EXPECT_LT(std::chrono::steady_clock::now() - start, 20s);
+  running.wait();
+  EXPECT_TRUE(running.status.ok()) << running.status.error_message();
+  EXPECT_EQ(running.response.run_status().outcome(), v1::OUTCOME_CANCELLED);
 }
 
 TEST(Quotas, WithoutLimitsNothingIsRefused) {

@@ -1,9 +1,7 @@
 #pragma once
 
-#include <functional>
 #include <latch>
 #include <string>
-#include <utility>
 
 #include "server/scheduling/scheduler.h"
 
@@ -15,7 +13,7 @@ inline thread_local double work_done = 0;
 inline double counted_work() { return work_done; }
 
 /// A job of `slices` slices of `work` instructions each, which notes each in `order` by its name.
-/// With `gate` it waits there in its first slice; `done` counts down at its end.
+/// `done` counts down at its end.
 class CountedJob final : public Job {
  public:
   CountedJob(char name, int slices, double work, std::string* order = nullptr)
@@ -24,21 +22,14 @@ class CountedJob final : public Job {
     bill(share, price);
     return *this;
   }
-  CountedJob& at(std::latch* gate) {
-    gate_ = gate;
-    return *this;
-  }
   CountedJob& until(std::latch* done) {
     done_ = done;
     return *this;
   }
-  int slices() const { return slices_; }
 
   bool run_slice() noexcept override {
-    if (std::latch* gate = std::exchange(gate_, nullptr)) gate->wait();
     if (order_) *order_ += name_;
     work_done += work_;
-    ++slices_;
     if (--left_ > 0) return true;
     if (done_) done_->count_down();
     return false;
@@ -49,9 +40,7 @@ class CountedJob final : public Job {
   int left_;
   const double work_;
   std::string* const order_;
-  std::latch* gate_ = nullptr;
   std::latch* done_ = nullptr;
-  int slices_ = 0;
 };
 
 }  // namespace stiefel::server
