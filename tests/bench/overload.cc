@@ -9,6 +9,7 @@
 #include <atomic>
 #include <cmath>
 #include <list>
+#include <numeric>
 #include <stdexcept>
 #include <thread>
 
@@ -25,10 +26,12 @@ using namespace std::chrono_literals;
 using Stub = v1::SimulationService::Stub;
 
 constexpr int principals = 4;
-/// Steps of a long call, about 50 ms of one thread, and of the short ones: one is answered by
+/// Steps of a long call, about 20 ms of one thread, and of the short ones: one is answered by
 /// gRPC's thread, the other by a worker.
-constexpr std::int64_t long_steps = 300'000;
+constexpr std::int64_t long_steps = 100'000;
 constexpr std::array<std::int64_t, 2> short_steps = {1, 1000};
+/// Long calls that are counted for the shares, at least.
+constexpr std::int64_t least_calls = 400;
 /// Calls at once of a principal: less than the greedy one makes.
 constexpr int most_calls = 12;
 
@@ -76,8 +79,10 @@ grpc::Status step(Stub& stub, const std::string& principal, const std::string& i
 }
 
 struct Counts {
-  std::array<std::atomic<std::int64_t>, principals> steps{};
+  std::array<std::atomic<std::int64_t>, principals> done{};  // long calls
   std::atomic<int> refused = 0, without_delay = 0;
+
+  std::int64_t all() const { return std::accumulate(done.begin(), done.end(), std::int64_t{0}); }
 };
 
 /// Makes long calls, one after the other, until it is stopped.
@@ -88,7 +93,7 @@ void keep_busy(const std::stop_token& stop, const std::string& address, int prin
   for (std::int64_t to = long_steps; !stop.stop_requested();) {
     const auto status = step(*stub, std::to_string(principal), id, to);
     if (status.ok()) {
-      counts.steps[static_cast<std::size_t>(principal)] += long_steps;
+      ++counts.done[static_cast<std::size_t>(principal)];
       to += long_steps;
       continue;
     }
@@ -158,11 +163,12 @@ void measure(const std::string& address, int threads, int repeats, int calls) {
       });
     }
     std::this_thread::sleep_for(1s);
-    for (auto& steps : counts.steps) steps = 0;
+    for (auto& done : counts.done) done = 0;
     for (std::size_t k = 0; k < short_steps.size(); ++k)
       busy[k] = short_calls(*stub, "short", to, short_steps[k], calls);
+    while (counts.all() < least_calls) std::this_thread::sleep_for(10ms);
     std::array<double, principals> done{};
-    std::ranges::copy(counts.steps, done.begin());
+    std::ranges::copy(counts.done, done.begin());
     for (auto& caller : callers) caller.request_stop();
     callers.clear();
 
@@ -170,10 +176,10 @@ void measure(const std::string& address, int threads, int repeats, int calls) {
       latencies[k].p95.values.push_back(quantile(busy[k], 0.95) / quantile(idle[k], 0.95));
       latencies[k].p99.values.push_back(quantile(busy[k], 0.99) - quantile(idle[k], 0.99));
     }
-    double all = 0, departure = 0;
-    for (const double steps : done) all += steps;
-    for (const double steps : done)
-      departure = std::max(departure, std::abs(steps * principals / std::max(all, 1.0) - 1));
+    const double all = std::accumulate(done.begin(), done.end(), 0.0);
+    double departure = 0;
+    for (const double calls_done : done)
+      departure = std::max(departure, std::abs(calls_done * principals / all - 1));
     shares.values.push_back(departure);
     untold.values.push_back(counts.without_delay);
     refused.values.push_back(counts.refused);
