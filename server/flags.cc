@@ -45,6 +45,35 @@ std::string cell(std::string text) {
   return text.empty() ? "" : "`" + text + "`";
 }
 
+/// The limits of each principal.
+void add_quota_to(CLI::App& app, Quota& quota) {
+  const auto add = [&app]<class Number>(const char* flag, const char* variable, Number& value,
+                                        const char* meaning) {
+    const auto range = [] {
+      if constexpr (std::is_integral_v<Number>)
+        return within<std::int64_t>(0, 1'000'000'000, "a number");
+      else
+        return within(0.0, 1e18, "a number of instructions");
+    };
+    app.add_option(flag, value, std::string(meaning) + "; 0: no limit")
+        ->envname(variable)
+        ->check(range())
+        ->capture_default_str();
+  };
+  add("--principal-sessions", "STIEFEL_PRINCIPAL_SESSIONS", quota.sessions,
+      "Sessions that one principal holds at once");
+  add("--principal-streams", "STIEFEL_PRINCIPAL_STREAMS", quota.streams,
+      "Streams and Drives that one principal has open at once");
+  add("--principal-calls", "STIEFEL_PRINCIPAL_CALLS", quota.calls,
+      "Other calls of one principal that compute or wait for a worker");
+  add("--principal-work-rate", "STIEFEL_PRINCIPAL_WORK_RATE", quota.work_a_second,
+      "Work a second of one principal, in instructions");
+  add("--principal-queued-work", "STIEFEL_PRINCIPAL_QUEUED_WORK", quota.queued_work,
+      "The prices of all calls of one principal that run or wait, in instructions");
+  add("--max-call-work", "STIEFEL_MAX_CALL_WORK", quota.call_work,
+      "The largest price of one call, in instructions");
+}
+
 }  // namespace
 
 std::string sound_address(const std::string& address) {
@@ -103,6 +132,7 @@ void Flags::add_to(CLI::App& app) {
       ->envname("STIEFEL_SELF_WATCH")
       ->check(within(0.0, 1e6, "a number of seconds"))
       ->capture_default_str();
+  add_quota_to(app, options_.quota);
   app.add_option("--log-level", options_.log_level, "What is logged on stderr")
       ->envname("STIEFEL_LOG_LEVEL")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "critical", "off"}))

@@ -17,7 +17,6 @@
 #include "server/transport/acceptor.h"
 #include "server/transport/descriptor_limit.h"
 #include "server/transport/self_watch.h"
-#include "stiefel/simulation.h"
 
 namespace stiefel::server {
 namespace {
@@ -68,8 +67,11 @@ struct Server::Parts {
   explicit Parts(const Options& options)
       : grace(options.grace),
         host{Log(options.log_level, options.log_json),
-             Registry(options.max_sessions, options.idle_timeout, options.clock), Lifecycle(),
-             Pool(options.threads), Pool(options.threads)},
+             Accounts(options.quota, options.clock),
+             Registry(options.max_sessions, options.idle_timeout, options.clock),
+             Lifecycle(),
+             options.identify ? options.identify : Identify(&principal_of),
+             Scheduler(options.threads)},
         service(host),
         sweeper(host.registry, [this](std::size_t dropped) {
           host.log.line(Log::Level::info, "sessions expired",
@@ -127,7 +129,6 @@ void Server::Parts::accept(const ConnectionOptions& options) {
 }
 
 Server::Server(Options options) : parts_(std::make_unique<Parts>(options)) {
-  if (options.threads > 0) limit_ensemble_threads(options.threads);
   parts_->listen(options.listen);
   grpc::EnableDefaultHealthCheckService(true);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
@@ -166,6 +167,7 @@ void Server::shutdown() {
     host.log.line(Log::Level::info, "shutting down");
     if (!host.lifecycle.stopping()) host.lifecycle.wait_idle(parts_->grace);
     host.lifecycle.stop();
+    host.scheduler.lift_rates();
     // The in-process transport closes at once and would drop the last messages.
     host.lifecycle.wait_idle(delivery_time);
     parts_->self_watch.reset();

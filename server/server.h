@@ -9,6 +9,13 @@
 #include <string>
 #include <vector>
 
+#include "server/scheduling/quota.h"
+#include "server/sessions/principal.h"
+
+namespace grpc {
+class CallbackServerContext;
+}
+
 namespace stiefel::server {
 
 /// How connections to the addresses are kept.
@@ -47,6 +54,10 @@ struct Options {
   std::string log_level = "warn";
   bool log_json = false;
   ConnectionOptions connections = {};
+  /// The limits of each principal.
+  Quota quota = {};
+  /// For tests: who calls; by the caller's token when empty.
+  std::function<Principal(const grpc::CallbackServerContext&)> identify = {};
   /// For tests; the steady clock when empty.
   std::function<std::chrono::steady_clock::time_point()> clock = {};
 };

@@ -56,7 +56,12 @@ v1::StepResponse Drive::step(std::int64_t to, const std::vector<std::string>& fi
       recreation_->take(*response.mutable_step(), false);
       return std::move(*response.mutable_step());
     }
-    const Error error(response.error());
+    const v1::Status& refusal = response.error();
+    if (refusal.code() == grpc::StatusCode::RESOURCE_EXHAUSTED &&
+        pauses.allows_another({grpc::StatusCode::RESOURCE_EXHAUSTED, refusal.message(),
+                               refusal.SerializeAsString()}))
+      continue;
+    const Error error(refusal);
     if (is_too_large(error)) {
       v1::StepRequest request;
       request.set_session_id(request_.session_id());

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "server/calls/admission.h"
 #include "server/convert/errors.h"
 
 namespace stiefel::server {
@@ -15,8 +16,17 @@ CursorCall::CursorCall(Host& host, CallLog log, SessionLease session, std::int64
       answer_(std::move(search)),
       search_ahead_(long_search),
       shutdown_(host.lifecycle.stop_token(), RequestStop{stop_}) {
+  Pool& pool = host_.pool_for((*session_)->step_cost());
+  const double price = (*session_)->work((*session_)->start_for(to), to) +
+                       (long_search ? host_.searches.price_cap() : 0);
+  const grpc::Status admitted = admit(ticket_, log_.account(), Ticket::Kind::call, price);
   host_.lifecycle.enter();
-  host_.pool_for((*session_)->step_cost()).submit(this);
+  if (!admitted.ok()) {
+    finish(admitted);
+  } else {
+    Job::bill(log_.account().share(), price);
+    pool.submit(this);
+  }
 }
 
 CursorCall::CursorCall(Host& host, CallLog log, SessionLease session, std::int64_t to,
@@ -65,6 +75,7 @@ void CursorCall::finish(const grpc::Status& status) {
   log_.finish(status, cursor_ ? cursor_->computed_steps() : 0);
   cursor_.reset();
   session_.reset();
+  ticket_.give_back();
   Finish(status);
 }
 
@@ -79,8 +90,16 @@ PooledCall::PooledCall(Host& host, Pool& pool, CallLog log, Work work)
       log_(std::move(log)),
       work_(std::move(work)),
       shutdown_(host.lifecycle.stop_token(), RequestStop{stop_}) {
+  const grpc::Status admitted =
+      admit(ticket_, log_.account(), Ticket::Kind::call, pool.price_cap());
   host_.lifecycle.enter();
-  pool.submit(this);
+  if (!admitted.ok()) {
+    log_.finish(admitted);
+    Finish(admitted);
+  } else {
+    Job::bill(log_.account().share(), pool.price_cap());
+    pool.submit(this);
+  }
 }
 
 bool PooledCall::run_slice() noexcept {
@@ -91,6 +110,7 @@ bool PooledCall::run_slice() noexcept {
     status = errors::from_current_exception();
   }
   log_.finish(status);
+  ticket_.give_back();
   Finish(status);
   return false;
 }

@@ -36,6 +36,7 @@ class CursorCall final : public grpc::ServerUnaryReactor, private Job {
 
   Host& host_;
   CallLog log_;
+  Ticket ticket_;
   std::optional<SessionLease> session_;
   const std::int64_t to_;
   const Search answer_;
@@ -61,6 +62,7 @@ class PooledCall final : public grpc::ServerUnaryReactor, private Job {
 
   Host& host_;
   CallLog log_;
+  Ticket ticket_;
   const Work work_;
   std::stop_source stop_;
   std::stop_callback<RequestStop> shutdown_;

@@ -47,11 +47,19 @@ grpc::Status check_step(const char* field, std::int64_t value, std::int64_t low)
       "must be " + std::to_string(low) + " to " + std::to_string(Session::max_step));
 }
 
-OrStatus<Registry::Created> admit(Host& host, const std::string& id, ResolvedScene scene,
-                                  const Place& place, std::string_view checkpoint, bool recreate) {
+OrStatus<Registry::Created> admit(Host& host, Account& account, const std::string& id,
+                                  ResolvedScene scene, const Place& place,
+                                  std::string_view checkpoint, bool recreate) {
+  auto seated = account.seat_session();
+  // To create a session that is there already takes no seat.
+  if (seated.refusal && !host.registry.find(id))
+    return std::unexpected(errors::over_quota(*seated.refusal));
   auto created = host.registry.create(id, std::move(scene.scene), checkpoint,
                                       std::move(scene.resolution), recreate);
-  if (created) return *std::move(created);
+  if (created) {
+    if (created->created) created->session->hold(std::move(seated.seat));
+    return *std::move(created);
+  }
   if (const auto* conflict = std::get_if<Registry::Conflict>(&created.error())) {
     if (*conflict == Registry::Conflict::deleted)
       return std::unexpected(errors::session_deleted(id));

@@ -11,7 +11,9 @@ namespace stiefel::server {
 
 CallLog Service::open(Context* context, const char* method, std::string_view session_id) {
   context->AddInitialMetadata("stiefel-numerics-id", numerics_id());
-  return CallLog(host_.log, *context, method, session_id);
+  CallLog log(host_.log, *context, method, session_id);
+  log.bill(host_.accounts.of(host_.identify(*context)), *context);
+  return log;
 }
 
 grpc::ServerUnaryReactor* Service::finished(Context* context, CallLog& log,

@@ -17,13 +17,13 @@ namespace {
 constexpr int small_dimension = 32, large_dimension = 96;
 constexpr int few_members = 64;
 
-grpc::Status create(Host& host, const v1::CreateSessionRequest& request,
+grpc::Status create(Host& host, Account& account, const v1::CreateSessionRequest& request,
                     v1::CreateSessionResponse* response) {
   auto scene = read_scene(request.has_scene(), request.scene());
   if (!scene) return scene.error();
   const Resolution resolution = scene->resolution;
-  const auto admitted = admit(host, request.session_id(), *std::move(scene), Place::inside("scene"),
-                              request.checkpoint(), request.recreate());
+  const auto admitted = admit(host, account, request.session_id(), *std::move(scene),
+                              Place::inside("scene"), request.checkpoint(), request.recreate());
   if (!admitted) return admitted.error();
   to_proto(*admitted->session, resolution, host.registry, request.view(),
            response->mutable_session());
@@ -76,12 +76,13 @@ grpc::ServerUnaryReactor* Service::CreateSession(Context* context,
                                                  const v1::CreateSessionRequest* request,
                                                  v1::CreateSessionResponse* response) {
   CallLog log = open(context, "CreateSession", request->session_id());
-  const auto work = [this, context, request, response](const std::stop_token& = {}) {
+  Account& account = log.account();
+  const auto work = [this, &account, context, request, response](const std::stop_token& = {}) {
     if (host_.lifecycle.refusing()) return errors::shutting_down();
     if (const auto status = check_session_id(request->session_id()); !status.ok()) return status;
     if (const auto status = check_routing(*context, request->session_id()); !status.ok())
       return status;
-    return create(host_, *request, response);
+    return create(host_, account, *request, response);
   };
   const v1::Scene& scene = request->scene();
   const bool long_work = wants_choice(scene) || scene.inertia_size() > large_dimension ||

@@ -7,6 +7,7 @@
 #include <stop_token>
 #include <utility>
 
+#include "server/calls/admission.h"
 #include "server/calls/host.h"
 #include "server/convert/errors.h"
 
@@ -28,8 +29,16 @@ class SlicedStream final : public grpc::ServerWriteReactor<Response>, private Jo
         log_(std::move(log)),
         produce_(std::move(produce)),
         shutdown_(host.lifecycle.stop_token(), RequestStop{stop_}) {
+    const grpc::Status admitted =
+        admit(ticket_, log_.account(), Ticket::Kind::call, pool.price_cap());
     host_.lifecycle.enter();
-    pool_.submit(this);
+    if (!admitted.ok()) {
+      log_.finish(admitted);
+      this->Finish(admitted);
+    } else {
+      Job::bill(log_.account().share(), pool.price_cap());
+      pool_.submit(this);
+    }
   }
 
   void OnCancel() override { stop_.request_stop(); }
@@ -72,6 +81,7 @@ class SlicedStream final : public grpc::ServerWriteReactor<Response>, private Jo
   Host& host_;
   Pool& pool_;
   CallLog log_;
+  Ticket ticket_;
   const Produce produce_;
   std::stop_source stop_;
   std::stop_callback<RequestStop> shutdown_;

@@ -38,12 +38,14 @@ void answer_step(const Session& session, const Cursor& cursor, const StepTask& t
   if (task.checksum) response->mutable_sample()->set_checksum(wire::checksum(response->sample()));
 }
 
-bool step_inline(Session& session, const StepTask& task, v1::StepResponse* response) {
+bool step_inline(Session& session, const StepTask& task, Account& account,
+                 v1::StepResponse* response) {
   if (session.step_cost() > inline_nanoseconds) return false;
   Cursor cursor(session, task.to);
   if (cursor.nanoseconds_to(task.to) > inline_nanoseconds) return false;
   std::int64_t budget = std::numeric_limits<std::int64_t>::max();
   cursor.advance(task.to, budget);
+  account.pay(session.work(cursor.start(), task.to));
   answer_step(session, cursor, task, response);
   return true;
 }
@@ -65,7 +67,8 @@ grpc::ServerUnaryReactor* Service::Step(grpc::CallbackServerContext* context,
     StepTask task{request->to(), *std::move(fields), request->return_checkpoint(),
                   request->checksum()};
     if (const auto status = check_size(**session, task); !status.ok()) return finish(status);
-    if (step_inline(**session, task, response)) return finish(grpc::Status::OK);
+    if (const auto refusal = log.account().overdrawn()) return finish(errors::over_quota(*refusal));
+    if (step_inline(**session, task, log.account(), response)) return finish(grpc::Status::OK);
     const std::int64_t to = task.to;
     return new CursorCall(
         host_, std::move(log), *std::move(session), to,

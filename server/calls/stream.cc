@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "proto/checksum/checksum.h"
+#include "server/calls/admission.h"
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
 #include "server/convert/convert.h"
@@ -36,8 +37,15 @@ class StreamCall final : public grpc::ServerWriteReactor<v1::StreamResponse>, pr
         pool_(host.pool_for((*session_)->step_cost())),
         shutdown_(host.lifecycle.stop_token(), RequestStop{stop_}) {
     if (request.scene_arrays()) messages_.add_scene((*session_)->scene().description());
+    const double price = (*session_)->work((*session_)->start_for(range.from), range.to);
+    const grpc::Status admitted = admit(ticket_, log_.account(), Ticket::Kind::stream, price);
     host_.lifecycle.enter();
-    pool_.submit(this);
+    if (!admitted.ok()) {
+      end(admitted);
+    } else {
+      Job::bill(log_.account().share(), price);
+      pool_.submit(this);
+    }
   }
 
   void OnWriteDone(bool ok) override;
@@ -68,6 +76,7 @@ class StreamCall final : public grpc::ServerWriteReactor<v1::StreamResponse>, pr
 
   Host& host_;
   CallLog log_;
+  Ticket ticket_;
   std::optional<SessionLease> session_;
   const std::vector<std::size_t> fields_;
   const Sampling::Range range_;

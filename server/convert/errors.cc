@@ -1,5 +1,7 @@
 #include "server/convert/errors.h"
 
+#include <google/protobuf/util/time_util.h>
+
 #include <algorithm>
 #include <exception>
 #include <initializer_list>
@@ -129,6 +131,42 @@ grpc::Status too_many_sessions(std::uint32_t max_sessions) {
   retry.mutable_retry_delay()->set_seconds(seconds_to_a_free_session);
   add_detail("RetryInfo", retry, status);
   return make(grpc::RESOURCE_EXHAUSTED, message, std::move(status));
+}
+
+grpc::Status over_quota(const Refusal& refusal) {
+  const std::string most = to_text(refusal.most), asked = to_text(refusal.asked);
+  const std::string description = "at most " + most + ", this call would make it " + asked;
+  const bool may_wait = refusal.retry_after.count() > 0;
+  v1::Status status;
+  add_info("OVER_QUOTA", {{"limit", refusal.limit}, {"most", most}, {"asked", asked}}, status);
+  v1::QuotaFailure quota;
+  quota.add_violations()->set_subject(refusal.limit);
+  quota.mutable_violations(0)->set_description(description);
+  add_detail("QuotaFailure", quota, status);
+  if (may_wait) {
+    v1::RetryInfo retry;
+    *retry.mutable_retry_delay() =
+        google::protobuf::util::TimeUtil::MillisecondsToDuration(refusal.retry_after.count());
+    add_detail("RetryInfo", retry, status);
+  }
+  const std::string advice =
+      may_wait ? ": wait " + std::to_string(refusal.retry_after.count()) + " ms" : ": ask for less";
+  return make(grpc::RESOURCE_EXHAUSTED, std::string(refusal.limit) + ": " + description + advice,
+              std::move(status));
+}
+
+std::optional<std::chrono::milliseconds> retry_delay(const grpc::Status& status) {
+  v1::Status details;
+  if (!details.ParseFromString(status.error_details())) return std::nullopt;
+  for (const auto& any : details.details()) {
+    v1::RetryInfo retry;
+    if (!any.type_url().ends_with("/google.rpc.RetryInfo") || !retry.ParseFromString(any.value()))
+      continue;
+    const std::chrono::nanoseconds delay = std::chrono::seconds(retry.retry_delay().seconds()) +
+                                           std::chrono::nanoseconds(retry.retry_delay().nanos());
+    return std::chrono::ceil<std::chrono::milliseconds>(delay);
+  }
+  return std::nullopt;
 }
 
 grpc::Status checkpoint_of_other_numerics(std::string_view theirs, std::string_view ours) {

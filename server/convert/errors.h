@@ -2,11 +2,14 @@
 
 #include <grpcpp/support/status.h>
 
+#include <chrono>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 
 #include "engine/representations/outside_domain.h"
+#include "server/scheduling/quota.h"
 #include "server/sessions/session.h"
 #include "stiefel/scene.h"
 #include "stiefel/v1/error.pb.h"
@@ -28,6 +31,11 @@ grpc::Status session_has_other_scene(std::string_view id);
 /// RESOURCE_EXHAUSTED, TOO_MANY_SESSIONS with `max_sessions`; a QuotaFailure, and a RetryInfo: a
 /// session may expire or be deleted by then.
 grpc::Status too_many_sessions(std::uint32_t max_sessions);
+/// RESOURCE_EXHAUSTED, OVER_QUOTA with `limit`, `most` and `asked`; a QuotaFailure whose subject is
+/// the limit, and a RetryInfo unless waiting does not help.
+grpc::Status over_quota(const Refusal& refusal);
+/// The delay of a status's RetryInfo, if it has one, rounded up.
+std::optional<std::chrono::milliseconds> retry_delay(const grpc::Status& status);
 /// FAILED_PRECONDITION, CHECKPOINT_OF_OTHER_NUMERICS with `checkpoint_numerics_id` and
 /// `server_numerics_id`.
 grpc::Status checkpoint_of_other_numerics(std::string_view theirs, std::string_view ours);

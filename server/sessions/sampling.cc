@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/scheduling/slice.h"
 #include "server/sessions/checkpoint_bytes.h"
 #include "server/sessions/field_bytes.h"
-#include "server/sessions/pool.h"
 
 namespace stiefel::server {
 namespace {

@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "engine/simulation/catalogue/methods/step_weight.h"
+#include "server/scheduling/slice.h"
 #include "server/sessions/identity.h"
-#include "server/sessions/pool.h"
 
 namespace stiefel::server {
 namespace {
@@ -145,6 +145,14 @@ void Session::adopt(std::int64_t step, std::vector<double> saved) {
   const std::lock_guard lock(mutex_);
   checkpoints_.adopt(step, std::make_shared<const std::vector<double>>(std::move(saved)));
   spacing_ = checkpoints_.spacing();
+}
+
+std::int64_t Session::start_for(std::int64_t step) const {
+  const std::lock_guard lock(mutex_);
+  std::int64_t start = checkpoints_.nearest(step).step;
+  for (const auto& simulation : idle_)
+    if (simulation->step() <= step) start = std::max(start, simulation->step());
+  return start;
 }
 
 double Session::work(std::int64_t from, std::int64_t to) const {

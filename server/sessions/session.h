@@ -56,6 +56,12 @@ class Session {
   /// themselves in order.
   const std::optional<Overflow>& overflow() const { return overflow_; }
 
+  /// The step of the nearest state at or before `step`: where `lease` would begin now.
+  std::int64_t start_for(std::int64_t step) const;
+  /// What is given back when the session is gone: its place in its principal's account. Once, by
+  /// the call that made it.
+  void hold(std::shared_ptr<void> seat) { seat_ = std::move(seat); }
+
   /// A Simulation at the nearest state at or before `step`, for the caller alone.
   std::unique_ptr<Simulation> lease(std::int64_t step);
   /// One with that state, which `save` gave at `step`.
@@ -90,6 +96,7 @@ class Session {
   const Resolution resolution_;
   const std::string identity_;
   const std::shared_ptr<const Clock> clock_;
+  std::shared_ptr<void> seat_;
   const std::chrono::system_clock::time_point create_time_ = std::chrono::system_clock::now();
   std::vector<Field> fields_;
   std::size_t block_count_ = 0;

@@ -20,7 +20,7 @@ from stiefel.v1.simulation_pb2_grpc import SimulationServiceStub
 
 _OPTIONS = [
     ("grpc.initial_reconnect_backoff_ms", 50),
-    ("grpc.min_reconnect_backoff_ms", 50),
+    ("grpc.min_reconnect_backoff_ms", 5000),  # how long an attempt to connect may take, at least
     ("grpc.max_reconnect_backoff_ms", 1000),
 ]
 
@@ -153,13 +153,13 @@ class Client:
 
     def call(self, method: str, request: Any, timeout: Optional[float] = None, metadata: Metadata = ()) -> Any:
         """One unary call by name, with the deadline, the retries and the exceptions of this package."""
-        return calls.call(lambda left: getattr(self.stub, method)(request, timeout=left, metadata=metadata), self.error,
+        return calls.call(lambda left: getattr(self.stub, method)(request, timeout=left, metadata=metadata), self,
                           self.deadline(timeout))
 
     def call_all(self, method: str, request: Any, timeout: Optional[float] = None) -> Sequence[Any]:
         """All replies of a call that streams them, as `call` makes it."""
         replies: Sequence[Any] = calls.call(lambda left: tuple(getattr(self.stub, method)(request, timeout=left)),
-                                            self.error, self.deadline(timeout))
+                                            self, self.deadline(timeout))
         return replies
 
     def error(self, failure: Exception) -> StiefelError:

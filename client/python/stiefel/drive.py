@@ -9,7 +9,7 @@ import grpc
 from stiefel import calls
 from stiefel import v1 as pb
 from stiefel.arrays import State
-from stiefel.errors import InvalidArgument, NotFound, Unavailable, from_status
+from stiefel.errors import InvalidArgument, NotFound, ResourceExhausted, Unavailable, from_status
 from stiefel.names import Names, names
 
 if TYPE_CHECKING:
@@ -38,7 +38,8 @@ class Drive:
         request = pb.DriveRequest(session_id=self._session.id, to=to, fields=wanted,
                                   return_checkpoint=checkpoint or recreation.wants_checkpoint(to),
                                   checksum=self._session._client.checksums)
-        waits, recoveries = calls.pauses(), calls.pauses()
+        client = self._session._client
+        waits, recoveries = calls.pauses(client), calls.pauses(client)
         while True:
             try:
                 state = self._session._state(self._ask(request), checkpoint)
@@ -48,6 +49,8 @@ class Drive:
                 except (NotFound, Unavailable):
                     recreation.recover(error, recoveries, calls.Deadline(None))
                 self.close()  # the next one begins where the session is now
+            except ResourceExhausted as error:
+                calls.pause_or_raise(error, waits)
             except InvalidArgument as error:
                 if error.reason != TOO_LARGE:
                     raise

@@ -3,14 +3,14 @@ from __future__ import annotations
 
 import re
 import threading
-import time
-from typing import TYPE_CHECKING, Any, Callable, Iterator, Optional
+from typing import TYPE_CHECKING, Any, Callable, Optional
 
 import grpc
 
 from stiefel import calls
 from stiefel import v1 as pb
 from stiefel.errors import BuildChanged, NotFound, StiefelError, Unavailable
+from stiefel.retry import Pauses
 
 if TYPE_CHECKING:
     from stiefel.client import Client
@@ -59,23 +59,23 @@ class Recreation:
     def call(self, method: str, request: Any, timeout: Optional[float] = None) -> Any:
         """One unary call by name, repeated where the session had to be created again."""
         def attempt(left: Optional[float]) -> Any:
-            return calls.call(lambda left: self._attempt(method, request, left), self._client.error, left)
+            return calls.call(lambda left: self._attempt(method, request, left), self._client, left)
 
-        deadline, waits = calls.Deadline(self._client.deadline(timeout)), calls.pauses()
+        deadline, waits = calls.Deadline(self._client.deadline(timeout)), calls.pauses(self._client)
         while True:
             try:
                 return attempt(deadline.left())
             except (NotFound, Unavailable) as error:
                 self.recover(error, waits, deadline)
 
-    def recover(self, error: StiefelError, waits: Iterator[float], deadline: calls.Deadline) -> None:
+    def recover(self, error: StiefelError, waits: Pauses, deadline: calls.Deadline) -> None:
         """Creates the session again and pauses; raises `error` if that is not this handle's to do, if `waits` are
         used up or the deadline comes first, and BuildChanged where another build answers."""
-        wait = next(waits, None) if self.is_gone(error) else None
+        wait = waits.unavailable() if self.is_gone(error) else None
         if wait is None or deadline.comes_within(wait):
             raise error from None
         self._create(deadline)
-        time.sleep(wait)
+        waits.rest(wait)
 
     def is_gone(self, error: StiefelError) -> bool:
         """Whether `error` means that the session or its server is gone and this handle creates it again."""
@@ -151,7 +151,7 @@ class Recreation:
             self._client.delete(self._id)
 
     def _send(self, method: str, request: Any, deadline: calls.Deadline) -> None:
-        calls.call(lambda left: self._attempt(method, request, left), self._client.error, deadline.left())
+        calls.call(lambda left: self._attempt(method, request, left), self._client, deadline.left())
 
 
 def _refuses_checkpoint(error: StiefelError) -> bool:

@@ -38,7 +38,8 @@ class Samples:
         self._checkpoint: list[bytes] = []
 
     def __iter__(self) -> Iterator[Batch]:
-        deadline, waits, recoveries = calls.Deadline(self._timeout), calls.pauses(), calls.pauses()
+        deadline = calls.Deadline(self._timeout)
+        waits, recoveries = calls.pauses(self._client), calls.pauses(self._client)
         last: Optional[int] = None
         before = 0  # computed by the streams before this one
         while True:
@@ -69,7 +70,7 @@ class Samples:
                 stream.cancel()
             before += computed
             if progress and isinstance(error, Unavailable if self._timeout is not None else (DeadlineExceeded, Unavailable)):
-                waits, recoveries = calls.pauses(), calls.pauses()
+                waits, recoveries = calls.pauses(self._client), calls.pauses(self._client)
                 if not (self._recreation.has_checkpoint and self._recreation.is_gone(error)):
                     continue
                 # Who answers next may have held the session long ago: it gets the checkpoint.

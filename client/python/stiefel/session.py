@@ -123,7 +123,7 @@ class Session:
                 stream.cancel()
             return assembly.finish()
 
-        arrays: dict[str, Array] = calls.call(fetch, self._client.error, self._client.deadline(None))
+        arrays: dict[str, Array] = calls.call(fetch, self._client, self._client.deadline(None))
         return arrays
 
     def step(self, to: int, fields: Optional[Names] = None, checkpoint: bool = False,

@@ -1,12 +1,12 @@
 #include "engine/simulation/run/ensemble.h"
 
 #include <algorithm>
-#include <execution>
 #include <utility>
 
 #include <tbb/global_control.h>
 
 #include "engine/simulation/catalogue/system_entry.h"
+#include "engine/simulation/run/parallel.h"
 
 namespace stiefel {
 namespace {
@@ -81,7 +81,8 @@ RunStatus Ensemble::advance(std::int64_t steps, const std::stop_token& stop) {
 }
 
 void Ensemble::go(std::int64_t steps, const std::stop_token& stop) {
-  std::for_each(std::execution::par, groups_.begin(), groups_.end(), [&](Group& group) {
+  const double all = direct() ? step_cost_ : step_cost_ * static_cast<double>(steps);
+  for_each_in_parallel(groups_, all, [&](Group& group) {
     group.reached = steps;
     if (group.packed) {
       group.before = group.states;

@@ -16,6 +16,7 @@
 
 #include "stiefel/client/error.h"
 #include "stiefel/client/recreation.h"
+#include "stiefel/client/refusals.h"
 #include "stiefel/client/unreachable.h"
 #include "stiefel/v1/simulation.grpc.pb.h"
 
@@ -92,8 +93,10 @@ class Patience {
       : channel_(channel), limit_(limit), deadline_(deadline), stop_(std::move(stop)) {}
 
   /// True after a pause; false at once if the status is not UNAVAILABLE or patience has run out,
-  /// and when a stop is requested.
+  /// and when a stop is requested. A refusal that says when to come back has pauses of its own
+  /// (refusals.h), and none that would end after the deadline.
   bool allows_another(const grpc::Status& status) {
+    if (const auto pause = refusals_.next(status)) return allows_pause(*pause);
     const auto code = as_unavailable(status).error_code();
     if (code != grpc::StatusCode::UNAVAILABLE || waited_ >= limit_) return false;
     const auto until = std::chrono::system_clock::now() + deadline_.at_most(pause_);
@@ -101,9 +104,7 @@ class Patience {
       // gRPC connects only while a thread waits inside it, so this thread must not sleep outside.
       channel_->WaitForConnected(until);
     } else {
-      std::mutex mutex;
-      std::unique_lock lock(mutex);
-      std::condition_variable_any().wait_until(lock, stop_, until, [] { return false; });
+      sleep_until(until);
     }
     waited_ += pause_;
     pause_ = std::min(2 * pause_, std::chrono::milliseconds(400));
@@ -111,6 +112,18 @@ class Patience {
   }
 
  private:
+  bool allows_pause(std::chrono::milliseconds pause) {
+    if (deadline_.at_most(pause) < pause) return false;
+    sleep_until(std::chrono::system_clock::now() + pause);
+    return !stop_.stop_requested();
+  }
+  void sleep_until(std::chrono::system_clock::time_point until) {
+    std::mutex mutex;
+    std::unique_lock lock(mutex);
+    std::condition_variable_any().wait_until(lock, stop_, until, [] { return false; });
+  }
+
+  Refusals refusals_;
   grpc::Channel* channel_;
   std::chrono::milliseconds limit_;
   Deadline deadline_;
