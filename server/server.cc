@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "server/address.h"
+#include "server/calls/durability.h"
 #include "server/calls/limits.h"
 #include "server/calls/service.h"
 #include "server/transport/acceptor.h"
@@ -70,6 +71,8 @@ struct Server::Parts {
         host{Log(options.log_level, options.log_json),
              Registry(options.max_sessions, options.idle_timeout, options.clock), Lifecycle(),
              Pool(options.threads), Pool(options.threads)},
+        durability(options.store.file.empty() ? nullptr
+                                              : std::make_unique<Durability>(options.store, host)),
         service(host),
         sweeper(host.registry, [this](std::size_t dropped) {
           host.log.line(Log::Level::info, "sessions expired",
@@ -81,6 +84,7 @@ struct Server::Parts {
 
   const std::chrono::milliseconds grace;
   Host host;
+  std::unique_ptr<Durability> durability;  // null: sessions live in memory
   Service service;
   Sweeper sweeper;
   std::vector<std::string> addresses;

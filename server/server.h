@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "server/store/store_options.h"
+
 namespace stiefel::server {
 
 /// How connections to the addresses are kept.
@@ -47,6 +49,8 @@ struct Options {
   std::string log_level = "warn";
   bool log_json = false;
   ConnectionOptions connections = {};
+  /// Where sessions outlive the process; without a file they live in memory.
+  StoreOptions store = {};
   /// For tests; the steady clock when empty.
   std::function<std::chrono::steady_clock::time_point()> clock = {};
 };
@@ -56,7 +60,7 @@ struct Options {
 class Server {
  public:
   /// Throws std::runtime_error when an address is none (address.h) or cannot be listened on
-  /// (transport/listener.h).
+  /// (transport/listener.h), and when the store cannot be used (store/store_file.h).
   explicit Server(Options options);
   /// Shuts down, without grace if `shutdown` was not called.
   ~Server();

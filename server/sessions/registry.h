@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "server/sessions/checkpoint_bytes.h"
+#include "server/sessions/ledger.h"
 #include "server/sessions/session.h"
 
 namespace stiefel::server {
@@ -29,6 +30,7 @@ class Registry {
   struct Created {
     SessionLease session;
     bool created;
+    std::shared_ptr<Receipt> receipt = {};  ///< null without a ledger: nothing to wait for
   };
   enum class Conflict { other_scene, too_many };
   using CreateError = std::variant<Conflict, CheckpointRefusal, Overflow>;
@@ -40,8 +42,12 @@ class Registry {
                                              std::string_view checkpoint,
                                              Resolution resolution = {});
   std::optional<SessionLease> find(std::string_view id) const;
-  /// False if there was none.
-  bool erase(std::string_view id);
+  struct Erased {
+    bool found;
+    std::shared_ptr<Receipt> receipt = {};  ///< null without a ledger
+    explicit operator bool() const { return found; }
+  };
+  Erased erase(std::string_view id);
   /// At most `count` in the order of their ids, the first one after `id`. Looking renews nothing.
   std::vector<std::shared_ptr<const Session>> page(std::string_view after, std::size_t count) const;
   std::size_t size() const;
@@ -51,6 +57,16 @@ class Registry {
   /// The time at which the session expires without further calls.
   std::chrono::system_clock::time_point expire_time(const Session& session) const;
 
+  /// Every change from now on is written to `ledger`, in its order; it must outlive the calls.
+  void write_to(Ledger& ledger);
+  /// Whether there is a ledger.
+  bool durable() const { return ledger_ != nullptr; }
+  /// Before there is a ledger: a session that is in it already, however many there are.
+  void restore(std::shared_ptr<Session> session);
+  /// Removes this session, unless another one has its name; the ledger does not learn of it.
+  void drop(const Session& session);
+  const std::shared_ptr<const Clock>& clock() const { return clock_; }
+
   std::uint32_t max_sessions() const { return max_sessions_; }
   std::chrono::milliseconds idle_timeout() const { return idle_timeout_; }
 
@@ -58,6 +74,7 @@ class Registry {
   const std::uint32_t max_sessions_;
   const std::chrono::milliseconds idle_timeout_;
   const std::shared_ptr<const Clock> clock_;
+  Ledger* ledger_ = nullptr;
   mutable std::shared_mutex mutex_;
   std::map<std::string, std::shared_ptr<Session>, std::less<>> sessions_;
 };

@@ -43,16 +43,17 @@ PROTO = r"(stiefel/v1|proto)/.*"
 OTHERS = {
     "engine/include/stiefel": [PUBLIC],
     "server/sessions": [PUBLIC, INTERNAL],
+    "server/store": [r"server/sessions/.*"],
     "server/convert": [PUBLIC, INTERNAL, PROTO, r"server/sessions/.*"],
-    "server/calls": [PROTO, r"server/(sessions|convert)/.*"],
+    "server/calls": [PROTO, r"server/(sessions|store|convert)/.*"],
     "server/transport": [r"server/address\.h"],
-    "server": [PUBLIC, PROTO, r"server/(calls|transport)/.*", r"grpc/health/.*"],
+    "server": [PUBLIC, PROTO, r"server/(calls|store|transport)/.*", r"grpc/health/.*"],
     "client/cpp": [CLIENT, PROTO],
     "client/cli": [PUBLIC, CLIENT, PROTO, r"client/cpp/.*", r"server/[a-z_]+\.h"],
 }
 # <grpcpp/...> and <google/protobuf/...>: what the wire is made of.
 WIRE = re.compile(r"(grpc|google/protobuf|src/proto/grpc)")
-WITHOUT_WIRE = ["engine", "server/sessions"]
+WITHOUT_WIRE = ["engine", "server/sessions", "server/store"]
 
 
 class Line(NamedTuple):
