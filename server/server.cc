@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "server/address.h"
-#include "server/calls/durability.h"
+#include "server/durability/durability.h"
 #include "server/calls/limits.h"
 #include "server/calls/service.h"
 #include "server/transport/acceptor.h"

@@ -26,6 +26,17 @@ int flags_of(Database::Mode mode) {
 /// A disk without space, also where a limit of the process or a quota stands for the disk.
 bool is_full(int error) { return error == ENOSPC || error == EDQUOT || error == EFBIG; }
 
+/// Of a call that failed. SQLite notes that of a write to its log with the log's file alone.
+int system_error(sqlite3* database, int code) {
+  int error = sqlite3_system_errno(database);
+  sqlite3_file* log = nullptr;
+  if (error == 0 && code == SQLITE_IOERR_WRITE &&
+      sqlite3_file_control(database, nullptr, SQLITE_FCNTL_JOURNAL_POINTER, &log) == SQLITE_OK &&
+      log && log->pMethods)
+    log->pMethods->xFileControl(log, SQLITE_FCNTL_LAST_ERRNO, &error);
+  return error;
+}
+
 WriteFault::Kind kind_of(int code, int system_error) {
   using Kind = WriteFault::Kind;
   switch (code & 0xFF) {
@@ -71,7 +82,7 @@ Database::~Database() { sqlite3_close_v2(handle_); }
 Database::Database(Database&& other) noexcept : handle_(std::exchange(other.handle_, nullptr)) {}
 
 void Database::fail(int code) const {
-  const int error = sqlite3_system_errno(handle_);
+  const int error = system_error(handle_, code);
   std::string what = sqlite3_errmsg(handle_);
   if ((code & 0xFF) == SQLITE_IOERR && error != 0) what += std::string(": ") + std::strerror(error);
   throw StoreError(kind_of(code, error), what);

@@ -45,9 +45,10 @@ OTHERS = {
     "server/sessions": [PUBLIC, INTERNAL],
     "server/store": [r"server/sessions/.*"],
     "server/convert": [PUBLIC, INTERNAL, PROTO, r"server/sessions/.*"],
-    "server/calls": [PROTO, r"server/(sessions|store|convert)/.*"],
+    "server/calls": [PROTO, r"server/(sessions|convert)/.*"],
+    "server/durability": [PUBLIC, PROTO, r"server/(sessions|store|convert|calls)/.*"],
     "server/transport": [r"server/address\.h"],
-    "server": [PUBLIC, PROTO, r"server/(calls|store|transport)/.*", r"grpc/health/.*"],
+    "server": [PUBLIC, PROTO, r"server/(calls|durability|store|transport)/.*", r"grpc/health/.*"],
     "client/cpp": [CLIENT, PROTO],
     "client/cli": [PUBLIC, CLIENT, PROTO, r"client/cpp/.*", r"server/[a-z_]+\.h"],
 }

@@ -175,7 +175,7 @@ def fill(client):
 
 
 def test_a_full_disk_is_a_typed_error_and_loses_nothing(serve, small_disk):
-    process = serve("--store", str(small_disk / "store"))
+    process = serve("--store", str(small_disk / "store"), "--log-level", "warn")
     with stiefel.Client(process.address) as client:
         made, error = fill(client)
         assert isinstance(error, stiefel.ResourceExhausted) and error.reason == "STORE_FULL"
@@ -195,7 +195,7 @@ def test_a_full_disk_is_a_typed_error_and_loses_nothing(serve, small_disk):
 
 def test_a_file_that_may_not_grow_is_a_full_disk(serve, tmp_path):
     """RLIMIT_FSIZE, set on the running server and lifted again."""
-    process = serve("--store", str(tmp_path / "store"))
+    process = serve("--store", str(tmp_path / "store"), "--log-level", "warn")
     with stiefel.Client(process.address) as client:
         client.create(scene_of(8), id="first")
         before = resource.prlimit(process.child.pid, resource.RLIMIT_FSIZE)

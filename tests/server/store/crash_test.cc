@@ -112,8 +112,8 @@ TEST_P(Crash, AtRandomCallsOfOtherRunsLosesNothingAcknowledged) {
     crashes(seed, static_cast<std::int64_t>(random() % 150), GetParam());
 }
 
-INSTANTIATE_TEST_SUITE_P(Kept, Crash, testing::Values(0.0, 0.5, 1.0), [](const auto& info) {
-  return info.param == 0 ? "Nothing" : info.param == 1 ? "All" : "Half";
+INSTANTIATE_TEST_SUITE_P(Kept, Crash, testing::Values(0.0, 0.5, 1.0), [](const auto& kept) {
+  return kept.param == 0 ? "Nothing" : kept.param == 1 ? "All" : "Half";
 });
 
 /// The test would notice a store that answers before it is synchronized.

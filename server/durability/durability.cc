@@ -1,4 +1,4 @@
-#include "server/calls/durability.h"
+#include "server/durability/durability.h"
 
 #include <atomic>
 #include <exception>
@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/calls/stored_session.h"
+#include "server/durability/stored_session.h"
 #include "server/sessions/numerics_id.h"
 
 namespace stiefel::server {

@@ -1,4 +1,4 @@
-#include "server/calls/stored_session.h"
+#include "server/durability/stored_session.h"
 
 #include <cstring>
 #include <sstream>
