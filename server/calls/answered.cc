@@ -3,12 +3,23 @@
 #include "server/convert/errors.h"
 
 namespace stiefel::server {
+namespace {
+
+grpc::Status told(const WriteFault& fault) noexcept {
+  try {
+    return errors::not_written(fault);
+  } catch (...) {
+    return errors::out_of_memory();
+  }
+}
+
+}  // namespace
 
 void when_written(const Answered& answered, const std::function<void(const grpc::Status&)>& send) {
   if (!answered.receipt) return send(answered.status);
   try {
     answered.receipt->then([send, status = answered.status](const auto& fault) {
-      send(fault ? errors::not_written(*fault) : status);
+      fault ? send(told(*fault)) : send(status);
     });
   } catch (...) {
     send(errors::from_current_exception());

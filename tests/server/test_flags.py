@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
-NUMBERS = ["--threads", "--max-sessions", "--max-connections"]
+NUMBERS = ["--threads", "--max-sessions", "--max-connections", "--store-limit"]
 SECONDS = ["--grace", "--idle-timeout", "--max-connection-age", "--self-watch"]
 
 
