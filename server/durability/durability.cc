@@ -60,7 +60,11 @@ Journal::Hooks Durability::hooks() {
 void Durability::restore() {
   const auto start = std::chrono::steady_clock::now();
   std::int64_t dropped = 0;
-  store_.transact([&] { dropped = store_.drop_checkpoints_except(numerics_id()); });
+  try {
+    store_.transact([&] { dropped = store_.drop_checkpoints_except(numerics_id()); });
+  } catch (const StoreError& error) {  // a full disk; they are not taken in any case
+    report(error.fault());
+  }
   std::atomic<std::int64_t> unread = 0;
   Rows rows(store_);
   const auto use = [&](const Store::Row& row) {

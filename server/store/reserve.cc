@@ -3,11 +3,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include <utility>
-
 namespace stiefel::server {
-
-Reserve::Reserve(std::string file) : file_(std::move(file)) { hold(); }
 
 void Reserve::hold() noexcept {
   const int descriptor = open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);

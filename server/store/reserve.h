@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 
 namespace stiefel::server {
 
@@ -10,7 +11,7 @@ class Reserve {
  public:
   static constexpr long bytes = 2L << 20;
 
-  explicit Reserve(std::string file);
+  explicit Reserve(std::string file) : file_(std::move(file)) {}
 
   /// Makes the file, unless the disk is too full for it.
   void hold() noexcept;

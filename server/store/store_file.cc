@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <stdexcept>
 
 namespace stiefel::server {
@@ -81,13 +82,29 @@ void make_store(const fs::path& file, const char* vfs) {
   sync_folder(file.parent_path());
 }
 
-/// Before anything is written: whether the file is one of ours.
-void check_owner(Database& database) {
-  const std::int64_t owner = database.number("PRAGMA application_id");
+/// Four bytes of a file's header, the most significant first.
+std::int64_t header_number(const std::string& header, std::size_t offset) {
+  std::uint32_t value = 0;
+  for (std::size_t i = 0; i < 4; ++i)
+    value = value << 8 | static_cast<unsigned char>(header[offset + i]);
+  return value;
+}
+
+/// Whether the file is one of ours, by its header alone (sqlite.org/fileformat.html): nothing of
+/// another program is touched.
+void check_header(const fs::path& file) {
+  constexpr std::size_t user_version_at = 60, application_id_at = 68;
+  std::string header(100, '\0');
+  std::ifstream in(file, std::ios::binary);
+  if (!in) throw std::runtime_error(std::strerror(errno));
+  in.read(header.data(), static_cast<std::streamsize>(header.size()));
+  if (!in || !header.starts_with("SQLite format 3"))
+    throw std::runtime_error("it is not an SQLite database");
+  const std::int64_t owner = header_number(header, application_id_at);
   if (owner != application_id)
     throw std::runtime_error("it is an SQLite file of another program (application_id " +
                              std::to_string(owner) + ")");
-  const std::int64_t version = database.number("PRAGMA user_version");
+  const std::int64_t version = header_number(header, user_version_at);
   if (version != schema_version)
     throw std::runtime_error("its schema version is " + std::to_string(version) +
                              ", this server knows version " + std::to_string(schema_version));
@@ -130,12 +147,16 @@ bool is_there(const fs::path& file) {
 
 StoreFile open_at(const fs::path& file, const StoreOptions& options) {
   FileLock lock(file.string() + "-lock");
-  if (!is_there(file)) make_store(file, options.vfs);
+  if (is_there(file)) check_header(file);
+  // SQLite makes files beside this one, on a full disk too.
+  Reserve reserve(file.string() + "-reserve");
+  reserve.release();
+  if (!fs::exists(file)) make_store(file, options.vfs);
   Database database(file.string(), Database::Mode::existing, options.vfs);
-  check_owner(database);
   configure(database, options.limit);
   check_pages(database);
-  return {std::move(lock), Reserve(file.string() + "-reserve"), std::move(database)};
+  reserve.hold();
+  return {std::move(lock), std::move(reserve), std::move(database)};
 }
 
 /// The file, whatever links its name goes through.
@@ -171,8 +192,7 @@ std::optional<std::string> store_fault(const StoreOptions& options) {
     naming(options, [&] {
       const fs::path file = file_of(options);
       if (is_there(file)) {
-        Database database(file.string(), Database::Mode::read_only);
-        check_owner(database);
+        check_header(file);
       } else if (access(file.parent_path().c_str(), W_OK) != 0) {
         throw std::runtime_error(file.parent_path().string() + ": " + std::strerror(errno));
       }

@@ -162,6 +162,11 @@ def small_disk(tmp_path):
     subprocess.run(["umount", "-l", folder], check=True)
 
 
+def left_on(folder):
+    room = os.statvfs(folder)
+    return room.f_bavail * room.f_frsize
+
+
 def fill(client):
     """Creates sessions until one is refused; returns those that were not, and the error."""
     made = {}
@@ -185,11 +190,17 @@ def test_a_full_disk_is_a_typed_error_and_loses_nothing(serve, small_disk):
         assert client.get(some).step(10).step == 10
     process.child.kill()
     process.stop()
-    process = serve("--store", str(small_disk / "store"))
+    process = serve("--store", str(small_disk / "store"), "--log-level", "warn")
     with stiefel.Client(process.address) as client:
         assert {session.id for session in client.list()} == made.keys()
-        for id in list(made)[:10]:
+    assert process.stop() == 0
+    process = serve("--store", str(small_disk / "store"), "--log-level", "warn")
+    with stiefel.Client(process.address) as client:
+        assert {session.id for session in client.list()} == made.keys()
+        (small_disk / "rest").write_bytes(b"x" * left_on(small_disk))
+        for id in list(made)[:20]:
             client.delete(id)
+        (small_disk / "rest").unlink()
         client.create(BODY)
 
 
@@ -233,7 +244,7 @@ def test_a_second_server_is_refused(serve, tmp_path):
 def test_a_file_that_is_no_sound_store_is_refused(tmp_path):
     notes = tmp_path / "notes"
     notes.write_text("not a store\n" * 1000)
-    assert "file is not a database" in refused("--store", str(notes))
+    assert "it is not an SQLite database" in refused("--store", str(notes))
     assert notes.read_text() == "not a store\n" * 1000
     with sqlite3.connect(tmp_path / "songs") as songs:
         songs.execute("CREATE TABLE song (title TEXT)")

@@ -168,7 +168,7 @@ TEST_F(StoreTest, ASecondServerIsRefused) {
 TEST_F(StoreTest, AForeignFileIsRefusedAndLeftAlone) {
   const std::string text = "These are the notes of somebody else.\n" + std::string(5000, 'x');
   test::write_file(options_.file, text);
-  EXPECT_THAT(refusal(options_), HasSubstr("file is not a database"));
+  EXPECT_THAT(refusal(options_), HasSubstr("it is not an SQLite database"));
   EXPECT_EQ(test::read_file(options_.file), text);
   {
     Database other(folder_.file("other"), Database::Mode::create);
@@ -306,7 +306,7 @@ TEST_F(StoreTest, CheckFindsWhatOpeningWould) {
   }
   EXPECT_FALSE(store_fault(options_));
   test::write_file(folder_.file("text"), std::string(2000, 'x'));
-  EXPECT_THAT(store_fault({folder_.file("text")}).value_or(""), HasSubstr("not a database"));
+  EXPECT_THAT(store_fault({folder_.file("text")}).value_or(""), HasSubstr("not an SQLite database"));
 }
 
 }  // namespace
