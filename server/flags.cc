@@ -133,6 +133,16 @@ void Flags::add_to(CLI::App& app) {
       ->check(within(0.0, 1e6, "a number of seconds"))
       ->capture_default_str();
   add_quota_to(app, options_.quota);
+  app.add_option("--store", options_.store.file,
+                 "File that keeps the sessions when the server ends, however it ends; empty: they "
+                 "live in memory and end with it")
+      ->envname("STIEFEL_STORE")
+      ->capture_default_str();
+  app.add_option("--store-limit", options_.store.limit,
+                 "The store's largest size in bytes, without its log; 0: as much as the disk has")
+      ->envname("STIEFEL_STORE_LIMIT")
+      ->check(within<std::int64_t>(0, std::int64_t{1} << 46, "a number of bytes"))
+      ->capture_default_str();
   app.add_option("--log-level", options_.log_level, "What is logged on stderr")
       ->envname("STIEFEL_LOG_LEVEL")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "critical", "off"}))

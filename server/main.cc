@@ -11,6 +11,7 @@
 #include "grpc/health/v1/health.grpc.pb.h"
 #include "server/flags.h"
 #include "server/server.h"
+#include "server/store/store_file.h"
 #include "server/transport/descriptor_limit.h"
 #include "server/transport/listener.h"
 
@@ -74,6 +75,10 @@ int check(const Options& options) {
       status = 1;
     }
   }
+  if (const auto fault = stiefel::server::store_fault(options.store)) {
+    std::cerr << "--store: " << *fault << '\n';
+    status = 1;
+  }
   stiefel::server::raise_descriptor_limit();
   const std::size_t most = stiefel::server::possible_connections(options.connections.most);
   if (most < options.connections.most) {
@@ -93,6 +98,7 @@ int serve(Options options, bool exit_with_parent) {
   sigaddset(&signals, SIGINT);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   signal(SIGPIPE, SIG_IGN);
+  signal(SIGXFSZ, SIG_IGN);  // a store at the process's limit of file sizes is a full one
   stiefel::server::raise_descriptor_limit();
   options.connections.unreachable = [] {
     std::cerr << "stiefel-server: does not answer its own connections" << std::endl;

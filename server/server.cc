@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "server/address.h"
+#include "server/durability/durability.h"
 #include "server/calls/limits.h"
 #include "server/calls/service.h"
 #include "server/transport/acceptor.h"
@@ -72,6 +73,8 @@ struct Server::Parts {
              Lifecycle(),
              options.identify ? options.identify : Identify(&principal_of),
              Scheduler(options.threads)},
+        durability(options.store.file.empty() ? nullptr
+                                              : std::make_unique<Durability>(options.store, host)),
         service(host),
         sweeper(host.registry, [this](std::size_t dropped) {
           host.log.line(Log::Level::info, "sessions expired",
@@ -83,6 +86,7 @@ struct Server::Parts {
 
   const std::chrono::milliseconds grace;
   Host host;
+  std::unique_ptr<Durability> durability;  // null: sessions live in memory
   Service service;
   Sweeper sweeper;
   std::vector<std::string> addresses;

@@ -11,6 +11,7 @@
 
 #include "server/scheduling/quota.h"
 #include "server/sessions/principal.h"
+#include "server/store/store_options.h"
 
 namespace grpc {
 class CallbackServerContext;
@@ -54,6 +55,8 @@ struct Options {
   std::string log_level = "warn";
   bool log_json = false;
   ConnectionOptions connections = {};
+  /// Where sessions outlive the process; without a file they live in memory.
+  StoreOptions store = {};
   /// The limits of each principal.
   Quota quota = {};
   /// For tests: who calls; by the caller's token when empty.
@@ -67,7 +70,7 @@ struct Options {
 class Server {
  public:
   /// Throws std::runtime_error when an address is none (address.h) or cannot be listened on
-  /// (transport/listener.h).
+  /// (transport/listener.h), and when the store cannot be used (store/store_file.h).
   explicit Server(Options options);
   /// Shuts down, without grace if `shutdown` was not called.
   ~Server();

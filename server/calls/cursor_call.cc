@@ -51,9 +51,9 @@ bool CursorCall::run_slice() noexcept {
         host_.searches.submit(this);
         return false;
       }
-      const grpc::Status status = answer_(**session_, *cursor_, stop_.get_token());
+      const Answered answered = answer_(**session_, *cursor_, stop_.get_token());
       const bool left = stop_.stop_requested() && !host_.lifecycle.stopping();
-      finish(left ? errors::cancelled() : status);
+      finish(left ? Answered(errors::cancelled()) : answered);
     } else {
       return true;
     }
@@ -71,12 +71,15 @@ bool CursorCall::advance_cursor() {
   return true;
 }
 
-void CursorCall::finish(const grpc::Status& status) {
-  log_.finish(status, cursor_ ? cursor_->computed_steps() : 0);
+void CursorCall::finish(const Answered& answered) {
+  const std::int64_t steps = cursor_ ? cursor_->computed_steps() : 0;
   cursor_.reset();
   session_.reset();
   ticket_.give_back();
-  Finish(status);
+  when_written(answered, [this, steps](const grpc::Status& status) {
+    log_.finish(status, steps);
+    Finish(status);
+  });
 }
 
 void CursorCall::OnDone() {
@@ -103,15 +106,17 @@ PooledCall::PooledCall(Host& host, Pool& pool, CallLog log, Work work)
 }
 
 bool PooledCall::run_slice() noexcept {
-  grpc::Status status;
+  Answered answered{grpc::Status::OK};
   try {
-    status = work_(stop_.get_token());
+    answered = work_(stop_.get_token());
   } catch (...) {
-    status = errors::from_current_exception();
+    answered = errors::from_current_exception();
   }
-  log_.finish(status);
   ticket_.give_back();
-  Finish(status);
+  when_written(answered, [this](const grpc::Status& status) {
+    log_.finish(status);
+    Finish(status);
+  });
   return false;
 }
 

@@ -6,6 +6,7 @@
 #include <optional>
 #include <stop_token>
 
+#include "server/calls/answered.h"
 #include "server/calls/host.h"
 #include "server/sessions/cursor.h"
 
@@ -15,10 +16,10 @@ namespace stiefel::server {
 class CursorCall final : public grpc::ServerUnaryReactor, private Job {
  public:
   /// Writes the reply from where the cursor ended.
-  using Answer = std::function<grpc::Status(const Session&, const Cursor&)>;
+  using Answer = std::function<Answered(const Session&, const Cursor&)>;
   /// Writes the reply after more work, on the pool for work without slices. The token requests a
   /// stop when the caller cancels or the server shuts down.
-  using Search = std::function<grpc::Status(const Session&, const Cursor&, const std::stop_token&)>;
+  using Search = std::function<Answered(const Session&, const Cursor&, const std::stop_token&)>;
 
   CursorCall(Host& host, CallLog log, SessionLease session, std::int64_t to, Answer answer);
   CursorCall(Host& host, CallLog log, SessionLease session, std::int64_t to, Search search);
@@ -32,7 +33,7 @@ class CursorCall final : public grpc::ServerUnaryReactor, private Job {
   bool run_slice() noexcept override;
   /// True when there is nothing left to advance.
   bool advance_cursor();
-  void finish(const grpc::Status& status);
+  void finish(const Answered& answered);
 
   Host& host_;
   CallLog log_;
@@ -51,7 +52,7 @@ class CursorCall final : public grpc::ServerUnaryReactor, private Job {
 /// caller cancels or the server goes down. Deletes itself.
 class PooledCall final : public grpc::ServerUnaryReactor, private Job {
  public:
-  using Work = std::function<grpc::Status(std::stop_token)>;
+  using Work = std::function<Answered(std::stop_token)>;
 
   PooledCall(Host& host, Pool& pool, CallLog log, Work work);
   void OnCancel() override { stop_.request_stop(); }

@@ -10,8 +10,8 @@
 namespace stiefel::server {
 namespace {
 
-grpc::Status fork(Host& host, Account& account, const Session& from, const Cursor& cursor,
-                  const v1::ForkSessionRequest& request, v1::ForkSessionResponse* response) {
+Answered fork(Host& host, Account& account, const Session& from, const Cursor& cursor,
+              const v1::ForkSessionRequest& request, v1::ForkSessionResponse* response) {
   to_proto(cursor, from.scene(), response->mutable_run_status());
   to_proto(from.work(cursor.start(), request.from_step()), 0, bound_of_steps(from),
            response->mutable_price());
@@ -23,7 +23,7 @@ grpc::Status fork(Host& host, Account& account, const Session& from, const Curso
   if (!made) return made.error();
   to_proto(*made->session, resolution, host.registry, request.view(), response->mutable_session());
   response->set_created(made->created);
-  return grpc::Status::OK;
+  return {grpc::Status::OK, made->receipt};
 }
 
 }  // namespace

@@ -30,6 +30,7 @@ grpc::ServerUnaryReactor* Service::Describe(Context* context, const v1::Describe
   try {
     describe_engine(response);
     response->set_version(STIEFEL_VERSION);
+    response->set_durable(host_.registry.durable());
     auto* limits = response->mutable_limits();
     limits->set_max_sessions(host_.registry.max_sessions());
     limits->set_max_message_bytes(max_message_bytes);

@@ -17,8 +17,8 @@ namespace {
 constexpr int small_dimension = 32, large_dimension = 96;
 constexpr int few_members = 64;
 
-grpc::Status create(Host& host, Account& account, const v1::CreateSessionRequest& request,
-                    v1::CreateSessionResponse* response) {
+Answered create(Host& host, Account& account, const v1::CreateSessionRequest& request,
+                v1::CreateSessionResponse* response) {
   auto scene = read_scene(request.has_scene(), request.scene());
   if (!scene) return scene.error();
   const Resolution resolution = scene->resolution;
@@ -28,7 +28,7 @@ grpc::Status create(Host& host, Account& account, const v1::CreateSessionRequest
   to_proto(*admitted->session, resolution, host.registry, request.view(),
            response->mutable_session());
   response->set_created(admitted->created);
-  return grpc::Status::OK;
+  return {grpc::Status::OK, admitted->receipt};
 }
 
 /// A page ends when it has so many sessions as were asked for, or as many bytes as a reply may
@@ -63,13 +63,14 @@ grpc::Status list(const Registry& registry, const v1::ListSessionsRequest& reque
 
 template <class Work>
 grpc::ServerUnaryReactor* Service::answer(Context* context, CallLog log, Work work) {
-  grpc::Status status;
+  Answered answered{grpc::Status::OK};
   try {
-    status = work();
+    answered = work();
+    if (answered.receipt) return new WrittenCall(host_, std::move(log), answered);
   } catch (...) {
-    status = errors::from_current_exception();
+    answered = errors::from_current_exception();
   }
-  return finished(context, log, status);
+  return finished(context, log, answered.status);
 }
 
 grpc::ServerUnaryReactor* Service::CreateSession(Context* context,
@@ -77,7 +78,8 @@ grpc::ServerUnaryReactor* Service::CreateSession(Context* context,
                                                  v1::CreateSessionResponse* response) {
   CallLog log = open(context, "CreateSession", request->session_id());
   Account& account = log.account();
-  const auto work = [this, &account, context, request, response](const std::stop_token& = {}) {
+  const auto work = [this, &account, context, request,
+                     response](const std::stop_token& = {}) -> Answered {
     if (host_.lifecycle.refusing()) return errors::shutting_down();
     if (const auto status = check_session_id(request->session_id()); !status.ok()) return status;
     if (const auto status = check_routing(*context, request->session_id()); !status.ok())
@@ -115,11 +117,11 @@ grpc::ServerUnaryReactor* Service::ListSessions(Context* context,
 grpc::ServerUnaryReactor* Service::DeleteSession(Context* context,
                                                  const v1::DeleteSessionRequest* request,
                                                  v1::DeleteSessionResponse*) {
-  return answer(context, open(context, "DeleteSession", request->session_id()), [&] {
+  return answer(context, open(context, "DeleteSession", request->session_id()), [&]() -> Answered {
     if (const auto status = check_session_id(request->session_id()); !status.ok()) return status;
-    const grpc::Status status = check_routing(*context, request->session_id());
-    if (status.ok()) host_.registry.erase(request->session_id());
-    return status;
+    if (const auto status = check_routing(*context, request->session_id()); !status.ok())
+      return status;
+    return {grpc::Status::OK, host_.registry.erase(request->session_id()).receipt};
   });
 }
 

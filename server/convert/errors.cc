@@ -224,6 +224,23 @@ grpc::Status out_of_memory() {
   }
 }
 
+grpc::Status not_written(const WriteFault& fault) {
+  const std::string reason = ": " + shortened(fault.what);
+  switch (fault.kind) {
+    case WriteFault::Kind::full:
+      return info(grpc::RESOURCE_EXHAUSTED, "there is no space in the store" + reason,
+                  "STORE_FULL");
+    case WriteFault::Kind::unavailable:
+      return info(grpc::UNAVAILABLE, "the store does not take it now" + reason,
+                  "STORE_UNAVAILABLE");
+    case WriteFault::Kind::damaged:
+      return info(grpc::INTERNAL, "the store is damaged" + reason, "STORE_DAMAGED");
+    case WriteFault::Kind::out_of_memory:
+      break;
+  }
+  return out_of_memory();
+}
+
 grpc::Status internal(std::string_view what) {
   return info(grpc::INTERNAL, shortened(what), "INTERNAL_ERROR");
 }

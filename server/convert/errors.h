@@ -10,6 +10,7 @@
 
 #include "engine/representations/outside_domain.h"
 #include "server/scheduling/quota.h"
+#include "server/sessions/ledger.h"
 #include "server/sessions/session.h"
 #include "stiefel/scene.h"
 #include "stiefel/v1/error.pb.h"
@@ -54,6 +55,9 @@ grpc::Status shutting_down();
 grpc::Status cancelled();
 /// RESOURCE_EXHAUSTED, OUT_OF_MEMORY.
 grpc::Status out_of_memory();
+/// A session or its deletion is not on disk: RESOURCE_EXHAUSTED, STORE_FULL or OUT_OF_MEMORY;
+/// UNAVAILABLE, STORE_UNAVAILABLE, when it may be a moment later; INTERNAL, STORE_DAMAGED.
+grpc::Status not_written(const WriteFault& fault);
 /// INTERNAL, INTERNAL_ERROR: a fault of ours.
 grpc::Status internal(std::string_view what);
 

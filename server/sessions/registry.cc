@@ -28,14 +28,22 @@ std::expected<Registry::Created, Registry::CreateError> Registry::create(
     if (found->second->identity() != fresh->identity())
       return std::unexpected(Conflict::other_scene);
     if (saved) found->second->adopt(saved->step, std::move(saved->saved));
-    return Created{SessionLease(found->second), false};
+    return Created{SessionLease(found->second), false, found->second->receipt()};
   }
   if (recreate && tombstones_.contains(id, (*clock_)())) return std::unexpected(Conflict::deleted);
   if (sessions_.size() >= max_sessions_) return std::unexpected(Conflict::too_many);
   if (saved) fresh->adopt(saved->step, std::move(saved->saved));
   tombstones_.remove(id);
-  sessions_.emplace(id, fresh);
-  return Created{SessionLease(fresh), true};
+  const auto place = sessions_.emplace(id, fresh).first;
+  if (!ledger_) return Created{SessionLease(fresh), true};
+  try {
+    fresh->write_to(*ledger_, {});
+    fresh->written_by(ledger_->put(fresh));
+  } catch (...) {
+    sessions_.erase(place);
+    throw;
+  }
+  return Created{SessionLease(fresh), true, fresh->receipt()};
 }
 
 std::optional<SessionLease> Registry::find(std::string_view id) const {
@@ -45,16 +53,39 @@ std::optional<SessionLease> Registry::find(std::string_view id) const {
   return SessionLease(found->second);
 }
 
-bool Registry::erase(std::string_view id) {
+Registry::Erased Registry::erase(std::string_view id) {
   std::shared_ptr<Session> dropped;
   const std::lock_guard lock(mutex_);
   tombstones_.put(std::string(id), (*clock_)());
+  std::shared_ptr<Receipt> receipt;
+  if (ledger_) receipt = ledger_->erase({}, std::string(id));
   const auto found = sessions_.find(id);
-  if (found == sessions_.end()) return false;
+  if (found == sessions_.end()) return {false, std::move(receipt)};
   dropped = std::move(found->second);
   dropped->close();
   sessions_.erase(found);
-  return true;
+  return {true, std::move(receipt)};
+}
+
+void Registry::write_to(Ledger& ledger) {
+  const std::lock_guard lock(mutex_);
+  ledger_ = &ledger;
+  for (const auto& [id, session] : sessions_) session->write_to(ledger, session->owner());
+}
+
+void Registry::restore(std::shared_ptr<Session> session) {
+  const std::lock_guard lock(mutex_);
+  sessions_.emplace(session->id(), std::move(session));
+}
+
+void Registry::drop(const Session& session) {
+  std::shared_ptr<Session> dropped;
+  const std::lock_guard lock(mutex_);
+  const auto found = sessions_.find(session.id());
+  if (found == sessions_.end() || found->second.get() != &session) return;
+  dropped = std::move(found->second);
+  dropped->close();
+  sessions_.erase(found);
 }
 
 bool Registry::deleted(std::string_view id) const {
@@ -85,6 +116,7 @@ std::size_t Registry::expire() {
   std::erase_if(sessions_, [&](auto& entry) {
     Session& session = *entry.second;
     if (session.in_use() || session.idle_time() < idle_timeout_) return false;
+    if (ledger_) ledger_->erase({}, session.id());
     session.close();
     dropped.push_back(entry.second);
     return true;

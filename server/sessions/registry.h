@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "server/sessions/checkpoint_bytes.h"
+#include "server/sessions/ledger.h"
 #include "server/sessions/session.h"
 #include "server/sessions/tombstones.h"
 
@@ -30,6 +31,7 @@ class Registry {
   struct Created {
     SessionLease session;
     bool created;
+    std::shared_ptr<Receipt> receipt = {};  ///< null without a ledger: nothing to wait for
   };
   enum class Conflict { other_scene, too_many, deleted };
   using CreateError = std::variant<Conflict, CheckpointRefusal, Overflow>;
@@ -42,9 +44,14 @@ class Registry {
                                              std::string_view checkpoint,
                                              Resolution resolution = {}, bool recreate = false);
   std::optional<SessionLease> find(std::string_view id) const;
-  /// False if there was none. The id counts as deleted in any case: a session of it may be on its
-  /// way here from another server.
-  bool erase(std::string_view id);
+  struct Erased {
+    bool found;
+    std::shared_ptr<Receipt> receipt = {};  ///< null without a ledger
+    explicit operator bool() const { return found; }
+  };
+  /// The id counts as deleted whether it was there or not: a session of it may be on its way here
+  /// from another server.
+  Erased erase(std::string_view id);
   /// Whether it was erased within the idle timeout, and not created anew.
   bool deleted(std::string_view id) const;
   /// At most `count` in the order of their ids, the first one after `id`. Looking renews nothing.
@@ -56,6 +63,16 @@ class Registry {
   /// The time at which the session expires without further calls.
   std::chrono::system_clock::time_point expire_time(const Session& session) const;
 
+  /// Every change from now on is written to `ledger`, in its order; it must outlive the calls.
+  void write_to(Ledger& ledger);
+  /// Whether there is a ledger.
+  bool durable() const { return ledger_ != nullptr; }
+  /// Before there is a ledger: a session that is in it already, however many there are.
+  void restore(std::shared_ptr<Session> session);
+  /// Removes this session, unless another one has its name; the ledger does not learn of it.
+  void drop(const Session& session);
+  const std::shared_ptr<const Clock>& clock() const { return clock_; }
+
   std::uint32_t max_sessions() const { return max_sessions_; }
   std::chrono::milliseconds idle_timeout() const { return idle_timeout_; }
 
@@ -63,6 +80,7 @@ class Registry {
   const std::uint32_t max_sessions_;
   const std::chrono::milliseconds idle_timeout_;
   const std::shared_ptr<const Clock> clock_;
+  Ledger* ledger_ = nullptr;
   mutable std::shared_mutex mutex_;
   std::map<std::string, std::shared_ptr<Session>, std::less<>> sessions_;
   Tombstones tombstones_{idle_timeout_};  // guarded by mutex_

@@ -136,9 +136,12 @@ void Session::deposit(const Simulation& simulation) {
     if (!checkpoints_.wants(step)) return;
   }
   Saved saved = save(simulation);
-  const std::lock_guard lock(mutex_);
-  checkpoints_.put(step, std::move(saved));
-  spacing_ = checkpoints_.spacing();
+  {
+    const std::lock_guard lock(mutex_);
+    checkpoints_.put(step, std::move(saved));
+    spacing_ = checkpoints_.spacing();
+  }
+  tell_ledger();
 }
 
 void Session::adopt(std::int64_t step, std::vector<double> saved) {
@@ -153,6 +156,26 @@ std::int64_t Session::start_for(std::int64_t step) const {
   for (const auto& simulation : idle_)
     if (simulation->step() <= step) start = std::max(start, simulation->step());
   return start;
+}
+
+void Session::write_to(Ledger& ledger, Principal owner) {
+  ledger_ = &ledger;
+  owner_ = std::move(owner);
+}
+
+void Session::written_by(std::shared_ptr<Receipt> receipt) {
+  receipt_ = std::move(receipt);
+  if (cached_steps().back() > 0) tell_ledger();
+}
+
+void Session::tell_ledger() {
+  if (ledger_ && !ledger_knows_.exchange(true)) ledger_->cached(weak_from_this());
+}
+
+Checkpoints::Nearest Session::take_last_state() {
+  ledger_knows_ = false;
+  const std::lock_guard lock(mutex_);
+  return checkpoints_.nearest(max_step);
 }
 
 double Session::work(std::int64_t from, std::int64_t to) const {

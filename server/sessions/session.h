@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "server/sessions/checkpoints.h"
+#include "server/sessions/ledger.h"
 #include "server/sessions/resolution.h"
 #include "stiefel/scene.h"
 #include "stiefel/simulation.h"
@@ -30,7 +31,7 @@ struct Overflow {
 /// A pure function from step index to state: the scene and a cache of states to start from. No lock
 /// is held during a computation: a caller leases a Simulation, advances it and gives it back, so
 /// several callers can use one session at once. Thread-safe.
-class Session {
+class Session : public std::enable_shared_from_this<Session> {
  public:
   static constexpr std::int64_t max_step = std::int64_t{1} << 53;
 
@@ -81,6 +82,21 @@ class Session {
   std::int64_t cursor() const { return cursor_.load(std::memory_order_relaxed); }
 
   std::chrono::system_clock::time_point create_time() const { return create_time_; }
+  /// Before others see the session: from now on the ledger learns of the states that it caches.
+  /// `owner` is whose row it has there.
+  void write_to(Ledger& ledger, Principal owner);
+  /// Before others see the session: whose it is and when it was created, by a server before this
+  /// one.
+  void restored(Principal owner, std::chrono::system_clock::time_point created) {
+    owner_ = std::move(owner);
+    create_time_ = created;
+  }
+  const Principal& owner() const { return owner_; }
+  /// Of its row in the ledger; null without one. Guarded by the registry's lock.
+  void written_by(std::shared_ptr<Receipt> receipt);
+  const std::shared_ptr<Receipt>& receipt() const { return receipt_; }
+  /// The last state that it caches; the ledger learns of the next one again.
+  Checkpoints::Nearest take_last_state();
   std::chrono::steady_clock::duration idle_time() const;
   bool in_use() const { return uses_.load() > 0; }
   /// Deleted or expired: calls that run go on, new ones do not find it.
@@ -89,6 +105,7 @@ class Session {
 
  private:
   friend class SessionLease;
+  void tell_ledger();
   void touch() { last_use_ = (*clock_)().time_since_epoch().count(); }
 
   const std::string id_;
@@ -97,7 +114,11 @@ class Session {
   const std::string identity_;
   const std::shared_ptr<const Clock> clock_;
   std::shared_ptr<void> seat_;
-  const std::chrono::system_clock::time_point create_time_ = std::chrono::system_clock::now();
+  std::chrono::system_clock::time_point create_time_ = std::chrono::system_clock::now();
+  Principal owner_;
+  Ledger* ledger_ = nullptr;
+  std::shared_ptr<Receipt> receipt_;
+  std::atomic<bool> ledger_knows_ = false;  // that there is a state it has not taken
   std::vector<Field> fields_;
   std::size_t block_count_ = 0;
   std::size_t saved_size_ = 0;

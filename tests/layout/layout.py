@@ -44,17 +44,19 @@ OTHERS = {
     "engine/include/stiefel": [PUBLIC],
     "server/scheduling": [INTERNAL, r"server/sessions/principal\.h"],
     "server/sessions": [PUBLIC, INTERNAL, r"server/scheduling/.*"],
+    "server/store": [r"server/sessions/.*"],
     "server/convert": [PUBLIC, INTERNAL, PROTO, r"server/(scheduling|sessions)/.*"],
     "server/calls": [PROTO, r"server/(scheduling|sessions|convert)/.*"],
+    "server/durability": [PUBLIC, PROTO, r"server/(sessions|store|convert|calls)/.*"],
     "server/transport": [r"server/address\.h"],
-    "server": [PUBLIC, PROTO, r"server/(calls|transport)/.*", r"server/scheduling/quota\.h",
+    "server": [PUBLIC, PROTO, r"server/(calls|durability|store|transport)/.*", r"server/scheduling/quota\.h",
                r"server/sessions/principal\.h", r"grpc/health/.*"],
     "client/cpp": [CLIENT, PROTO],
     "client/cli": [PUBLIC, CLIENT, PROTO, r"client/cpp/.*", r"server/[a-z_]+\.h"],
 }
 # <grpcpp/...> and <google/protobuf/...>: what the wire is made of.
 WIRE = re.compile(r"(grpc|google/protobuf|src/proto/grpc)")
-WITHOUT_WIRE = ["engine", "server/scheduling", "server/sessions"]
+WITHOUT_WIRE = ["engine", "server/scheduling", "server/sessions", "server/store"]
 
 
 class Line(NamedTuple):

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
-NUMBERS = ["--threads", "--max-sessions", "--max-connections", "--principal-sessions", "--principal-streams",
-           "--principal-calls"]
+NUMBERS = ["--threads", "--max-sessions", "--max-connections", "--store-limit", "--principal-sessions",
+           "--principal-streams", "--principal-calls"]
 WORK = ["--principal-work-rate", "--principal-queued-work", "--max-call-work"]
 SECONDS = ["--grace", "--idle-timeout", "--max-connection-age", "--self-watch"]
 
