@@ -17,6 +17,7 @@ from stiefel.errors import (AlreadyExists, Cancelled, Closed, CorruptReply, Dead
 from stiefel.scenes import SceneLike, to_dict, to_message
 from stiefel.server import Server
 from stiefel.session import Session
+from stiefel.sweeps import SweepFailed, SweepResult, sweep
 from stiefel.tradeoff import Point, Tradeoff
 
 __all__ = [
@@ -25,6 +26,7 @@ __all__ = [
     "Invariant", "InvalidArgument", "NotFound", "NotStarted", "Outcome", "Point", "Price", "ResourceExhausted",
     "RunStatus", "SceneLike", "SceneWarning", "Server", "Session", "State", "StiefelError", "Tradeoff", "Trajectory", "Unavailable",
     "Unimplemented", "Violation", "to_dict", "to_message",
+    "SweepFailed", "SweepResult", "sweep",
 ]
 
 

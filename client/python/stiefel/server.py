@@ -26,6 +26,7 @@ class Server:
         self.address = address
         self.process = process
         self._stop = weakref.finalize(self, _stop, process, folder, errors)
+        _running.add(self)
 
     @classmethod
     def start(cls, listen: Optional[str] = None, arguments: Sequence[str] = (), timeout: float = 30.0) -> Server:
@@ -71,6 +72,13 @@ class Server:
         self._stop()
         return self.process.returncode
 
+    def leave_to_parent(self) -> None:
+        """In a forked child: the server stays the parent's, and ends with the parent although the child lives on."""
+        self._stop.detach()
+        for pipe in (self.process.stdin, self.process.stdout):
+            if pipe is not None:
+                pipe.close()
+
     def __enter__(self) -> Server:
         return self
 
@@ -80,6 +88,18 @@ class Server:
     def __repr__(self) -> str:
         state = "running" if self.process.poll() is None else f"ended with {self.process.returncode}"
         return f"<stiefel.Server at {self.address}, process {self.process.pid}, {state}>"
+
+
+_running: "weakref.WeakSet[Server]" = weakref.WeakSet()
+
+
+def _forked() -> None:
+    for server in list(_running):
+        server.leave_to_parent()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forked)
 
 
 def find_server() -> str:

@@ -1,0 +1,81 @@
+"""Gives the chunks of a plan to workers, and takes their results as they come."""
+from __future__ import annotations
+
+from collections import deque
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
+from typing import Any, Callable, Iterable, Optional, TypeVar
+
+from numpy.typing import NDArray
+
+from stiefel.errors import InvalidArgument
+from stiefel.sweeps.executors import Workers
+from stiefel.sweeps.failures import Failures, SweepFailed
+from stiefel.sweeps.plan import Plan, place_violations
+from stiefel.sweeps.result import canonical
+
+Take = Callable[[int, "dict[str, NDArray[Any]]"], None]
+QUESTION = -1  # its place among the failures of chunks
+T = TypeVar("T")
+
+
+def ask_until_answered(give: "Callable[[], Future[T]]", workers: Workers, failures: Failures) -> T:
+    """The result of one call, given again while workers die. SweepFailed after too many."""
+    while True:
+        try:
+            return give().result()
+        except (Exception, CancelledError) as error:
+            if not failures.may_try_again(QUESTION, error):
+                if failures.of(QUESTION) == 0:
+                    raise
+                raise SweepFailed(f"no worker answered: {_text(error)}", failures=dict(failures.counted)) from error
+            if not workers.replace(error):
+                raise SweepFailed(f"the executor takes no tasks: {_text(error)}", failures=dict(failures.counted)) from error
+
+
+def run_chunks(plan: Plan, chunks: Iterable[int], workers: Workers, failures: Failures, take: Take) -> None:
+    """`take` gets each chunk with its numbers, in the order in which they finish.
+
+    A chunk whose worker died is given again, at most `ATTEMPTS` times. SweepFailed where that or the executor does not
+    suffice; what a task itself raises is raised as it is. What is running then is cancelled where the executor can.
+    """
+    waiting, running = deque(chunks), {}
+    try:
+        while waiting or running:
+            while waiting and len(running) < workers.window:
+                chunk = waiting.popleft()
+                running[workers.give(plan.task(chunk))] = chunk
+            for future in wait(running, return_when=FIRST_COMPLETED).done:
+                chunk = running.pop(future)
+                lost = _result_or_error(future, chunk, plan, workers, take)
+                if lost is not None:
+                    _again_or_raise(lost, chunk, plan, workers, failures)
+                    waiting.appendleft(chunk)
+    finally:
+        for future in running:
+            future.cancel()
+
+
+def _result_or_error(future: "Future[Any]", chunk: int, plan: Plan, workers: Workers, take: Take) -> Optional[BaseException]:
+    try:
+        reduced = future.result()
+    except (Exception, CancelledError) as error:
+        return error
+    workers.finished()
+    take(chunk, canonical(reduced))
+    return None
+
+
+def _again_or_raise(error: BaseException, chunk: int, plan: Plan, workers: Workers, failures: Failures) -> None:
+    """Returns where the chunk may be given again."""
+    if not failures.may_try_again(chunk, error):
+        if failures.of(chunk) == 0:  # no worker's fault
+            raise place_violations(error, plan, chunk) if isinstance(error, InvalidArgument) else error
+        points = plan.points(chunk)
+        raise SweepFailed(f"the chunk of points {points[0]} to {points[-1]} failed {failures.of(chunk)} times, at last with "
+                          f"{_text(error)}", failures=dict(failures.counted)) from error
+    if not workers.replace(error):
+        raise SweepFailed(f"the executor takes no more tasks: {_text(error)}", failures=dict(failures.counted)) from error
+
+
+def _text(error: BaseException) -> str:
+    return f"{type(error).__name__}: {error}"
