@@ -19,6 +19,7 @@ from stiefel.server import Server
 from stiefel.session import Session
 from stiefel.sweeps import SweepFailed, SweepResult, sweep
 from stiefel.tradeoff import Point, Tradeoff
+from stiefel.version import __version__
 
 __all__ = [
     "AlreadyExists", "Batch", "Cancelled", "Choice", "Client", "Closed", "Conservation", "Conversion", "CorruptReply",
@@ -26,7 +27,7 @@ __all__ = [
     "Invariant", "InvalidArgument", "NotFound", "NotStarted", "Outcome", "Point", "Price", "ResourceExhausted",
     "RunStatus", "SceneLike", "SceneWarning", "Server", "Session", "State", "StiefelError", "Tradeoff", "Trajectory", "Unavailable",
     "Unimplemented", "Violation", "to_dict", "to_message",
-    "SweepFailed", "SweepResult", "sweep",
+    "SweepFailed", "SweepResult", "__version__", "sweep",
 ]
 
 

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import IO, Optional, Sequence
 
 from stiefel.errors import NotStarted
+from stiefel.programs import bundled
 
 _READY = b"listening on "
 _GRACE = 5.0
@@ -103,19 +104,22 @@ if hasattr(os, "register_at_fork"):
 
 
 def find_server() -> str:
-    """`stiefel-server`: what STIEFEL_SERVER names, that of the build tree around this package, or on PATH."""
+    """`stiefel-server`: what STIEFEL_SERVER names, what the package holds, that of the build tree around it, or on PATH."""
     given = os.environ.get("STIEFEL_SERVER")
     if given:
         found = shutil.which(given)
         if not found:
             raise FileNotFoundError(f"STIEFEL_SERVER is {given}: there is no such program")
         return found
+    held = bundled("stiefel-server")
+    if held is not None:
+        return str(held)
     built = Path(__file__).resolve().parents[2] / "bin" / "stiefel-server"
     found = shutil.which(str(built)) or shutil.which("stiefel-server")
     if not found:
         raise FileNotFoundError(
             f"no stiefel-server: STIEFEL_SERVER is not set, {built} does not exist, and none of the folders of PATH "
-            f"({os.environ.get('PATH', '')}) has one. The installed package does not hold the program: name the "
+            f"({os.environ.get('PATH', '')}) has one. The wheel for every platform does not hold the program: name the "
             "one that was built in STIEFEL_SERVER, such as build/release/bin/stiefel-server")
     return found
 
