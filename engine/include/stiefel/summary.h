@@ -81,8 +81,8 @@ struct Event {
   std::vector<double> fields;
 };
 
-/// A state at a time of the description. `fields`: field after field, in each member after member;
-/// NaN for members that ended before.
+/// A state at a time of the description, up to the last one at which a member was there. `fields`:
+/// field after field, in each member after member; NaN for members that ended before.
 struct StateAtTime {
   std::int64_t step;  ///< the last one at or before it
   double time;

@@ -85,6 +85,7 @@ std::int64_t MemberGroup::next_stop(std::int64_t to) const {
 void MemberGroup::advance(std::int64_t to, std::size_t first_time, std::span<StateAtTime> states,
                           const std::stop_token& stop) {
   interrupted_ = false;
+  stop_ = stop;
   if (step_ == plan_.what.from && !begun_) begin(first_time, states);
   while (!alive_.empty() && step_ < to) {
     const std::int64_t next = next_stop(to);
@@ -102,6 +103,9 @@ void MemberGroup::advance(std::int64_t to, std::size_t first_time, std::span<Sta
       begin(first_time, states);
     else if (step_ > plan_.what.from)
       arrive(first_time, states);
+    if (!stop.stop_requested()) continue;
+    interrupted_ = true;  // what was read last may be incomplete
+    return;
   }
   while (next_time_ < plan_.times.size() && plan_.times[next_time_].arrival <= to) ++next_time_;
 }
@@ -163,7 +167,7 @@ void MemberGroup::take_sample(Member& member, const Simulation& now) {
     if (!read.on_the_way) continue;
     const auto values = std::span(values_).first(read.size);
     const auto drifts = std::span(drifts_).first(read.drift ? read.size : 0);
-    member.readings[q]->read(now, values, drifts);
+    member.readings[q]->read(now, values, drifts, stop_);
     member.accumulators[q].take(values, drifts);
   }
 }
@@ -226,6 +230,7 @@ void MemberGroup::write_states(std::size_t i, double up_to, std::size_t first_ti
     const Plan::Time& time = plan_.times[j];
     const bool between = time.arrival > time.before;
     if ((between ? time.fraction : 1) > up_to) return;
+    times_reached_ = std::max(times_reached_, j + 1);
     const Simulation* now = &state(i);
     if (between) now = going(i).between.at(time.before, time.fraction, state_before(i));
     if (now == nullptr) continue;
@@ -251,7 +256,7 @@ void MemberGroup::finish(std::size_t i, const Simulation& last, std::int64_t ste
   if (!sampled) take_sample(member, last);
   for (std::size_t q = 0; q < plan_.reads.size(); ++q) {
     member.last[q].resize(plan_.reads[q].size);
-    member.readings[q]->read(last, member.last[q], {});
+    member.readings[q]->read(last, member.last[q], {}, stop_);
     for (double& number : member.last[q]) number = canonical(number);
   }
   member.end = MemberEnd{status, step, ended_by, status.reached() ? 0 : last.rate()};

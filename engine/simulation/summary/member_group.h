@@ -44,6 +44,8 @@ class MemberGroup {
   bool done() const { return alive_.empty(); }
 
   std::vector<Event>& events() { return events_; }
+  /// The number of times up to the last one at which a member was there.
+  std::size_t times_reached() const { return times_reached_; }
   std::int64_t computed_steps() const { return computed_; }
 
   std::size_t size() const { return scenes_.size(); }
@@ -120,7 +122,8 @@ class MemberGroup {
   std::vector<double> values_, drifts_, g_;
   std::vector<Event> events_;
   std::int64_t step_ = 0, next_sample_ = 0, computed_ = 0;
-  std::size_t next_time_ = 0;
+  std::size_t next_time_ = 0, times_reached_ = 0;
+  std::stop_token stop_;
   bool begun_ = false, interrupted_ = false;
 };
 

@@ -22,7 +22,8 @@ class FieldReading final : public Reading {
     start.write(index, start_);
   }
 
-  void read(const Simulation& now, std::span<double> values, std::span<double> drifts) override {
+  void read(const Simulation& now, std::span<double> values, std::span<double> drifts,
+            const std::stop_token&) override {
     now.write(index_, values);
     for (std::size_t i = 0; i < drifts.size(); ++i) drifts[i] = std::abs(values[i] - start_[i]);
   }
@@ -45,8 +46,9 @@ class InvariantReading final : public Reading {
     if (size_ != 1 || start_.front().name != only_.front()) shape_ = {size_};
   }
 
-  void read(const Simulation& now, std::span<double> values, std::span<double> drifts) override {
-    InvariantList list(only_);
+  void read(const Simulation& now, std::span<double> values, std::span<double> drifts,
+            const std::stop_token& stop) override {
+    InvariantList list(only_, stop);
     now.invariants(list);
     std::size_t at = 0;
     for (std::size_t i = 0; i < start_.size(); ++i) {
@@ -77,7 +79,8 @@ class EnergyReading final : public Reading {
     size_ = 1;
   }
 
-  void read(const Simulation& now, std::span<double> values, std::span<double> drifts) override {
+  void read(const Simulation& now, std::span<double> values, std::span<double> drifts,
+            const std::stop_token&) override {
     const long double E = energy_(now);
     const bool finite = std::isfinite(static_cast<double>(E));
     values[0] = finite ? static_cast<double>(E) : std::numeric_limits<double>::quiet_NaN();

@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <span>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -22,8 +23,9 @@ class Reading {
   const std::vector<std::size_t>& shape() const { return shape_; }
 
   /// Writes the values at the state of `now`, and unless it is empty their drifts, as
-  /// Statistic::drift defines them.
-  virtual void read(const Simulation& now, std::span<double> values, std::span<double> drifts) = 0;
+  /// Statistic::drift defines them. Asked to stop it may leave them incomplete.
+  virtual void read(const Simulation& now, std::span<double> values, std::span<double> drifts,
+                    const std::stop_token& stop) = 0;
 
  protected:
   std::size_t size_ = 0;

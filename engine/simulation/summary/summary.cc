@@ -85,6 +85,13 @@ struct Summary::Parts {
     return std::span(states).subspan(first);
   }
 
+  /// Once it is done: without the states at times that no member reached.
+  void drop_unreached(std::size_t first_time) {
+    std::size_t reached = first_time;
+    for (const auto& group : groups) reached = std::max(reached, group->times_reached());
+    states.resize(states.size() - (next_time - reached));
+  }
+
   void collect_events() {
     const std::size_t before = events.size();
     for (const auto& group : groups) {
@@ -143,6 +150,7 @@ void Summary::advance(std::int64_t steps, std::int64_t bound, const std::stop_to
   tbb::parallel_for(std::size_t{0}, all.groups.size(),
                     [&](std::size_t i) { all.groups[i]->advance(to, first_time, states, stop); });
   all.collect_events();
+  if (all.done()) all.drop_unreached(first_time);
   all.interrupted =
       std::ranges::any_of(all.groups, [](const auto& group) { return group->interrupted(); });
   if (!all.interrupted) all.step = to;
@@ -205,7 +213,8 @@ bool Summary::restore(std::string_view saved) {
   in.get(begun);
   if (!in.sound() || step < 0 || step > all.plan.what.to) return false;
   for (const auto& group : all.groups) group->restore(step, begun, in);
-  if (!in.complete()) return false;
+  const bool outside = begun ? step < all.plan.what.from : step > all.plan.what.from;
+  if (!in.complete() || (outside && !all.done())) return false;
   all.step = step;
   all.computed_before = computed;
   while (begun && all.next_time < all.plan.times.size() &&
