@@ -81,7 +81,7 @@ RunStatus Ensemble::advance(std::int64_t steps, const std::stop_token& stop) {
 }
 
 void Ensemble::go(std::int64_t steps, const std::stop_token& stop) {
-  std::for_each(std::execution::par, groups_.begin(), groups_.end(), [&](Group& group) {
+  const auto go_together = [&](Group& group) {
     group.reached = steps;
     if (group.packed) {
       group.before = group.states;
@@ -92,7 +92,9 @@ void Ensemble::go(std::int64_t steps, const std::stop_token& stop) {
       if (!go_alone(group, group.first, steps, stop))
         group.reached = members_[group.first]->step() - step_;
     }
-  });
+  };
+  if (groups_.size() == 1) return go_together(groups_.front());  // without a task of its own
+  std::for_each(std::execution::par, groups_.begin(), groups_.end(), go_together);
 }
 
 void Ensemble::go_packed(Group& group, std::int64_t steps, const std::stop_token& stop) {
