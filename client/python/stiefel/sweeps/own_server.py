@@ -12,7 +12,7 @@ import weakref
 from typing import Callable, NamedTuple, Optional, TypeVar
 
 from stiefel.client import Client
-from stiefel.errors import NotStarted
+from stiefel.errors import Closed, NotStarted
 from stiefel.server import Server
 from stiefel.sweeps.failures import LostServer
 
@@ -46,6 +46,8 @@ class OwnServer:
         except LostServer:
             self._drop(held)
             raise
+        except Closed as error:  # by another thread that lost the server
+            raise LostServer(error.message) from None
 
     def stop(self) -> None:
         """The next use starts another one."""

@@ -14,6 +14,7 @@ import numpy as np
 from stiefel import v1 as pb
 from stiefel.arrays import Array
 from stiefel.assembly import Assembly
+from stiefel.checksums import verify
 from stiefel.client import Client
 from stiefel.errors import InvalidArgument, StiefelError, Violation
 from stiefel.names import names
@@ -69,6 +70,8 @@ def reduce(client: Client, scene: pb.Scene, request: pb.SummarizeRequest, numeri
         asked.session_id, asked.checksum = session.session_id, client.checksums
         assembly = Assembly()
         for reply in client.call_all("Summarize", asked):
+            numbers = [np.int64(reply.step).tobytes(), *(field.value.data for field in reply.statistics)]
+            verify(reply, numbers, "a message of the summary")
             assembly.take(reply.statistics)
         arrays = {name: np.array(array) for name, array in assembly.finish().items() if name not in _UNUSED}
         return Reduced(arrays, session.numerics_id)

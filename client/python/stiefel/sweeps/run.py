@@ -3,7 +3,7 @@ from __future__ import annotations
 
 from collections import deque
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
-from typing import Any, Callable, Iterable, Optional, TypeVar
+from typing import Any, Callable, Iterable, TypeVar
 
 from numpy.typing import NDArray
 
@@ -14,6 +14,7 @@ from stiefel.sweeps.plan import Plan, place_violations
 from stiefel.sweeps.result import canonical
 
 Take = Callable[[int, "dict[str, NDArray[Any]]"], None]
+GRACE = 5.0  #: seconds for chunks that have begun when the sweep fails
 QUESTION = -1  # its place among the failures of chunks
 T = TypeVar("T")
 
@@ -36,7 +37,8 @@ def run_chunks(plan: Plan, chunks: Iterable[int], workers: Workers, failures: Fa
     """`take` gets each chunk with its numbers, in the order in which they finish.
 
     A chunk whose worker died is given again, at most `ATTEMPTS` times. SweepFailed where that or the executor does not
-    suffice; what a task itself raises is raised as it is. What is running then is cancelled where the executor can.
+    suffice; what a task itself raises is raised as it is. What has begun by then may finish within `GRACE` seconds, and
+    the rest is cancelled where the executor can.
     """
     waiting, running = deque(chunks), {}
     try:
@@ -46,23 +48,27 @@ def run_chunks(plan: Plan, chunks: Iterable[int], workers: Workers, failures: Fa
                 running[workers.give(plan.task(chunk))] = chunk
             for future in wait(running, return_when=FIRST_COMPLETED).done:
                 chunk = running.pop(future)
-                lost = _result_or_error(future, chunk, plan, workers, take)
-                if lost is not None:
-                    _again_or_raise(lost, chunk, plan, workers, failures)
-                    waiting.appendleft(chunk)
+                try:
+                    reduced = future.result()
+                except (Exception, CancelledError) as error:
+                    _again_or_raise(error, chunk, plan, workers, failures)
+                    waiting.append(chunk)
+                else:
+                    workers.finished()
+                    take(chunk, canonical(reduced))
+    except Exception:
+        _take_what_has_begun(running, take)
+        raise
     finally:
         for future in running:
             future.cancel()
 
 
-def _result_or_error(future: "Future[Any]", chunk: int, plan: Plan, workers: Workers, take: Take) -> Optional[BaseException]:
-    try:
-        reduced = future.result()
-    except (Exception, CancelledError) as error:
-        return error
-    workers.finished()
-    take(chunk, canonical(reduced))
-    return None
+def _take_what_has_begun(running: "dict[Future[Any], int]", take: Take) -> None:
+    begun = {future: chunk for future, chunk in running.items() if not future.cancel()}
+    for future in wait(begun, timeout=GRACE).done:
+        if not future.cancelled() and future.exception() is None:
+            take(begun[future], canonical(future.result()))
 
 
 def _again_or_raise(error: BaseException, chunk: int, plan: Plan, workers: Workers, failures: Failures) -> None:

@@ -28,6 +28,7 @@ class Store:
         self._plan = plan
         self._group = _open(store)
         self._arrays: dict[str, Any] = {}
+        self._complete = False  # every array of the sweep is known to be there
         found = self._group.attrs.get(_SWEEP)
         identity = plan.identity()
         if found is None and len(list(self._group)) > 0:
@@ -35,10 +36,10 @@ class Store:
         if found is not None and found != identity:
             differs = ", ".join(_differences(found, identity))
             raise _wrong(store, f"is the store of another sweep: {differs} differ; must be empty or the store of this sweep")
-        if _MARKS not in self._group:
-            self._create(_MARKS, (len(plan.chunks), _SIZE), np.dtype("u1"), 1, (f"{_MARKS}_chunk", f"{_MARKS}_byte"))
         if found is None:
             self._group.attrs[_SWEEP] = identity
+        if _MARKS not in self._group:
+            self._create(_MARKS, (len(plan.chunks), _SIZE), np.dtype("u1"), 1, (f"{_MARKS}_chunk", f"{_MARKS}_byte"))
         self._marks = self._group[_MARKS]
 
     def finished(self) -> Iterator[tuple[int, dict[str, NDArray[Any]]]]:
@@ -56,7 +57,7 @@ class Store:
     def put(self, chunk: int, arrays: Mapping[str, NDArray[Any]]) -> None:
         """The numbers, then the mark."""
         _, begin, end = self._plan.chunks[chunk]
-        if self._group.attrs.get(_SHAPES) is None:
+        if not self._complete:
             self._create_all(arrays)
         for name, values in arrays.items():
             self._array(name)[begin:end] = values
@@ -70,6 +71,7 @@ class Store:
                 dims = ("point", *(f"{name}_{k}" for k in range(values.ndim - 1)))
                 self._create(name, shape, values.dtype, end - begin, dims)
         self._group.attrs[_SHAPES] = sorted(arrays)
+        self._complete = True
 
     def _create(self, name: str, shape: tuple[int, ...], dtype: np.dtype[Any], rows: int, dims: tuple[str, ...]) -> None:
         make = getattr(self._group, "create_array", None) or self._group.create_dataset  # of zarr 3 and of zarr 2
