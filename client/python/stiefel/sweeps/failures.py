@@ -42,6 +42,9 @@ class SweepFailed(StiefelError):
         super().__init__(message)
         self.done, self.chunks, self.failures = done, chunks, failures or {}
 
+    def __str__(self) -> str:
+        return self.message
+
 
 class Failures:
     """Counts failures, and says when there were too many."""
