@@ -127,6 +127,7 @@ def test_an_executor_that_breaks_for_good_leaves_what_is_done():
         def submit(self, function, *arguments):
             self.count += 1
             if self.count > 8:
+                time.sleep(0.3)  # the first chunk has begun
                 raise BrokenExecutor("no more")
             return self.threads.submit(function, *arguments)
 

@@ -45,9 +45,10 @@ def test_all_wrong_axes_are_named():
 
 @pytest.mark.parametrize("options, message", [
     ({"summarize": {}}, "summarize: {}: must be a mapping from fields and invariants"),
-    ({"summarize": {"energy": "mode"}}, r"summarize\['energy'\]: mode: must be one of last, min, max"),
+    ({"summarize": {"energy": "mode"}}, "quantities.energy: 'mode': must be one of last, min, max"),
     ({"summarize": {"energy": []}}, r"summarize\['energy'\]: nothing is asked for"),
-    ({"summarize": {"energy": {"median": 1}}}, r"summarize\['energy'\]: median: must be statistics, quantiles or edges"),
+    ({"summarize": {"energy": {"median": 1}}}, "quantities.energy: 'median': must be one of statistics, quantiles"),
+    ({"summarize": {"energy": {"statistics": "mean", "over_members": True}}}, "over_members: must be absent"),
     ({"summarize": {"spin": "last"}}, "spin"),
     ({"to": -1}, "to: -1: must be a whole number of at least 0"),
     ({"to": 1.5}, "to: 1.5: must be a whole number"),

@@ -6,14 +6,15 @@ import warnings
 from concurrent.futures import Executor
 from typing import Any, Callable, Mapping, Optional, Sequence, Union
 
-from stiefel.errors import InvalidArgument, SceneWarning, StiefelError, Violation
+from stiefel.errors import InvalidArgument, SceneWarning, Violation
 from stiefel.scenes import SceneLike
+from stiefel.summary import Quantities
 from stiefel.sweeps.axes import base_of, read_axes
 from stiefel.sweeps.executors import Workers, workers_for
 from stiefel.sweeps.failures import Failures, LostServer, OtherNumerics, SweepFailed
 from stiefel.sweeps.plan import Plan, make_plan
 from stiefel.sweeps.progress import Progress
-from stiefel.sweeps.reduction import Wanted, request_of
+from stiefel.sweeps.reduction import request_of
 from stiefel.sweeps.result import SweepResult, Table
 from stiefel.sweeps.run import ask_until_answered, run_chunks
 from stiefel.sweeps.store import open_store
@@ -22,7 +23,7 @@ from stiefel.sweeps.worker import here
 __all__ = ["LostServer", "OtherNumerics", "SweepFailed", "SweepResult", "sweep"]
 
 
-def sweep(scene: SceneLike, axes: Mapping[str, Any], to: int, summarize: Mapping[str, Wanted], *,
+def sweep(scene: SceneLike, axes: Mapping[str, Any], to: int, summarize: Quantities, *,
           start: int = 0, every: int = 1, zipped: bool = False,
           executor: Optional[Union[Executor, Callable[[], Executor]]] = None, servers: Optional[Sequence[str]] = None,
           store: Optional[Any] = None, progress: bool = False, threads: Optional[int] = None) -> Any:
@@ -36,7 +37,7 @@ def sweep(scene: SceneLike, axes: Mapping[str, Any], to: int, summarize: Mapping
         members of an ensemble share: "step", "epsilon", "method.order" (points). The result is a grid with a dimension
         for each axis; `zipped`: the axes stand side by side along one dimension, "point".
     summarize: of fields and invariants at the steps start, start + every, ... and `to`: names of statistics (last,
-        min, max, mean, rms, sign_changes, drift), or a mapping with `statistics`, `quantiles` and `edges`.
+        min, max, mean, rms, sign_changes, drift), quantiles and histograms, as in `Session.summarize`.
     executor: any of concurrent.futures, those of Dask, mpi4py and loky, `stiefel.ray.Executor`, or a function that
         makes one anew when it breaks. None: one server here on all cores; `servers`: running servers by address.
     store: a Zarr group, by path or as what zarr.open_group takes. Finished chunks in it are not computed again.
@@ -107,7 +108,7 @@ def _as_dataset(result: SweepResult) -> Any:
         return result
 
 
-def _described(request: Any, summarize: Mapping[str, Wanted]) -> dict[str, Any]:
+def _described(request: Any, summarize: Quantities) -> dict[str, Any]:
     return {"from": getattr(request, "from"), "to": request.to, "every": request.every,
             "summarize": json.dumps({name: wanted for name, wanted in summarize.items()}, default=list)}
 

@@ -73,10 +73,11 @@ def make_plan(base: pb.Scene, axes: Axes, request: pb.SummarizeRequest, ask: Ask
     resolved = ask(Question(tuple(first)))
     template = replace(template, numerics_id=resolved[0].numerics_id)
     groups = [_with_method(group, one, template, axes, order, ask) for group, one in zip(groups, resolved)]
-    steps = abs(request.to) if getattr(request, "from") == 0 else max(abs(request.to), abs(getattr(request, "from")))
+    steps = max(request.to, getattr(request, "from"))
+    samples = -(-max(request.to - getattr(request, "from"), 0) // request.every) + 1
     chunks: list[tuple[int, int, int]] = []
     for k, (group, one) in enumerate(zip(groups, resolved)):
-        members = members_of_a_chunk(one.step_work, steps)
+        members = members_of_a_chunk(one.step_work, steps, one.kept * samples)
         chunks += [(k, begin, min(begin + members, group.end)) for begin in range(group.begin, group.end, members)]
     plan = Plan(axes, tuple(groups), order, tuple(chunks), request, resolved[0].numerics_id, resolved[0].build,
                 _described(groups), template, tuple(dict.fromkeys(text for one in resolved for text in one.warnings)))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from stiefel import v1 as pb
 from stiefel.compare import ByValue
 from stiefel.sweeps.axes import Axes
-from stiefel.sweeps.reduction import OUTCOME, STATISTICS, Reduced
+from stiefel.sweeps.reduction import OUTCOME, Reduced
 
 Variable = tuple[tuple[str, ...], NDArray[Any]]  # names of the dimensions, values
 
@@ -109,6 +109,6 @@ def _inner_dims(name: str, count: int) -> tuple[str, ...]:
     owner, _, statistic = name.rpartition(".")
     if statistic in ("quantiles", "histogram"):
         return (*_inner_dims(f"{owner}.last", count - 1), name.replace(".", "_"))
-    if statistic in STATISTICS:
+    if f"STATISTIC_{statistic.upper()}" in pb.Statistic.keys():
         name = owner
     return {0: (), 1: (f"{name}_entry",), 2: (f"{name}_row", f"{name}_col")}[count]
