@@ -86,8 +86,10 @@ def canonical(reduced: Reduced) -> dict[str, NDArray[Any]]:
             values = values.astype("u1")
         values = np.ascontiguousarray(values, values.dtype.newbyteorder("<"))
         if values.dtype.kind in "fc":
-            numbers = values.view(values.real.dtype)
-            numbers[np.isnan(numbers)] = np.nan
+            nan = np.isnan(values.view(values.real.dtype))
+            if nan.any():
+                values = values.copy()  # what comes from a worker may be read-only
+                values.view(values.real.dtype)[nan] = np.nan
         result[name] = values
     return result
 
