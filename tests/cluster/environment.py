@@ -22,8 +22,7 @@ def environment(folder: Path, *packages: str) -> Path:
     """The interpreter of a new environment with the packages; ends this program as skipped where PyPI has none."""
     venv.create(folder, with_pip=True, clear=True)
     python = folder / "bin/python"
-    done = subprocess.run([python, "-m", "pip", "install", *PIP, *packages])
-    if done.returncode != 0:
+    if packages and subprocess.run([python, "-m", "pip", "install", *PIP, *packages]).returncode != 0:
         skip(f"pip cannot install {', '.join(packages)}")
     return python
 

@@ -1,4 +1,4 @@
-"""Sweeps: one motion for each value of named paths into a scene, spread over the cores here or the workers of an executor."""
+"""Sweeps: a motion for each value of named paths into a scene, spread over the cores here or the workers of an executor."""
 from __future__ import annotations
 
 import json
@@ -58,8 +58,8 @@ def sweep(scene: SceneLike, axes: Mapping[str, Any], to: int, summarize: Quantit
     request = request_of(_step("to", to), _step("start", start), _step("every", every), summarize)
     workers, failures = workers_for(executor, servers, threads), Failures()
     try:
-        plan = make_plan(base, given, request, lambda question: ask_until_answered(lambda: workers.ask(question), workers,
-                                                                                  failures), threads, here())
+        plan = make_plan(base, given, request, lambda question: ask_until_answered(question, workers, failures), threads,
+                         here())
         for text in plan.warnings:
             warnings.warn(text, SceneWarning, stacklevel=2)
         return _as_dataset(_run(plan, workers, failures, store, progress, _described(request, summarize)))

@@ -68,7 +68,7 @@ class Task:
 
     def ensemble(self) -> pb.Scene:
         """The scene of all its members."""
-        scene = pb.Scene.FromString(self.scene)
+        scene: pb.Scene = pb.Scene.FromString(self.scene)
         scene.members = self.members
         own: dict[str, NDArray[Any]] = {}
         for block in {*scene.initial, *scene.initial_tensors}:

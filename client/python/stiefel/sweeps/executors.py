@@ -11,7 +11,7 @@ from stiefel.errors import InvalidArgument, Violation
 from stiefel.sweeps.chunks import Task
 from stiefel.sweeps.failures import FRUITLESS, LostServer
 from stiefel.sweeps.own_server import TIMEOUT, OwnServer
-from stiefel.sweeps.resolution import Question, answer, answer_at
+from stiefel.sweeps.resolution import Question, Resolved, answer, answer_at
 from stiefel.sweeps.worker import compute, compute_at
 
 AHEAD = 4  #: tasks that each worker may have waiting
@@ -34,7 +34,7 @@ class Workers:
             rule = f"{self._executor!r}: must have submit(function, *arguments), as the executors of concurrent.futures"
             raise InvalidArgument(f"executor: {rule}", (Violation("executor", rule),))
 
-    def ask(self, question: Question) -> "Future[Any]":
+    def ask(self, question: Question) -> "Future[list[Resolved]]":
         return self._submit(answer, question)
 
     def give(self, task: Task) -> "Future[Any]":
@@ -43,7 +43,7 @@ class Workers:
     @property
     def window(self) -> int:
         """Tasks that are given at once."""
-        count = getattr(self._executor, "_max_workers", None)
+        count: Optional[int] = getattr(self._executor, "_max_workers", None)
         if count is None:
             threads = getattr(getattr(self._executor, "_client", None), "nthreads", None)  # of Dask
             count = sum(threads().values()) if callable(threads) else None
@@ -90,8 +90,8 @@ def _like(executor: Any) -> Optional[Callable[[], Executor]]:
     """A process pool with the same arguments; None for other executors."""
     if type(executor) is not ProcessPoolExecutor:
         return None
-    workers, context = executor._max_workers, executor._mp_context
-    start, arguments = executor._initializer, executor._initargs
+    pool: Any = executor
+    workers, context, start, arguments = pool._max_workers, pool._mp_context, pool._initializer, pool._initargs
     return lambda: ProcessPoolExecutor(workers, mp_context=context, initializer=start, initargs=arguments)
 
 
@@ -108,7 +108,7 @@ class Servers(Workers):
             self._free.put(client)
         super().__init__(lambda: ThreadPoolExecutor(CALLS * len(self._clients), "stiefel sweep"))
 
-    def ask(self, question: Question) -> "Future[Any]":
+    def ask(self, question: Question) -> "Future[list[Resolved]]":
         return self._submit(self._at_a_free_one, lambda client: answer_at(client, question))
 
     def give(self, task: Task) -> "Future[Any]":
@@ -138,7 +138,7 @@ class Here(Workers):
         self._server = OwnServer()
         super().__init__(lambda: ThreadPoolExecutor(CALLS, "stiefel sweep"))
 
-    def ask(self, question: Question) -> "Future[Any]":
+    def ask(self, question: Question) -> "Future[list[Resolved]]":
         return self._submit(self._here, lambda client: answer_at(client, question))
 
     def give(self, task: Task) -> "Future[Any]":

@@ -60,7 +60,7 @@ def _resolve(client: Client, task: Task, build: str) -> Resolved:
 
 def _without_steps(task: Task) -> pb.SummarizeRequest:
     """The request for step 0 alone: what is wrong with its names is found before any step."""
-    request = pb.SummarizeRequest.FromString(task.request)
+    request: pb.SummarizeRequest = pb.SummarizeRequest.FromString(task.request)
     setattr(request, "from", 0)
     request.to = 0
     return request

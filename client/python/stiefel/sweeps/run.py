@@ -3,7 +3,7 @@ from __future__ import annotations
 
 from collections import deque
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
-from typing import Any, Callable, Iterable, TypeVar
+from typing import Any, Callable, Iterable
 
 from numpy.typing import NDArray
 
@@ -11,19 +11,19 @@ from stiefel.errors import InvalidArgument
 from stiefel.sweeps.executors import Workers
 from stiefel.sweeps.failures import Failures, SweepFailed
 from stiefel.sweeps.plan import Plan, place_violations
+from stiefel.sweeps.resolution import Question, Resolved
 from stiefel.sweeps.result import canonical
 
 Take = Callable[[int, "dict[str, NDArray[Any]]"], None]
 GRACE = 5.0  #: seconds for chunks that have begun when the sweep fails
 QUESTION = -1  # its place among the failures of chunks
-T = TypeVar("T")
 
 
-def ask_until_answered(give: "Callable[[], Future[T]]", workers: Workers, failures: Failures) -> T:
-    """The result of one call, given again while workers die. SweepFailed after too many."""
+def ask_until_answered(question: Question, workers: Workers, failures: Failures) -> "list[Resolved]":
+    """The answer of some worker. The question is given again while workers die. SweepFailed after too many."""
     while True:
         try:
-            return give().result()
+            return workers.ask(question).result()
         except (Exception, CancelledError) as error:
             if not failures.may_try_again(QUESTION, error):
                 if failures.of(QUESTION) == 0:
@@ -40,7 +40,8 @@ def run_chunks(plan: Plan, chunks: Iterable[int], workers: Workers, failures: Fa
     suffice; what a task itself raises is raised as it is. What has begun by then may finish within `GRACE` seconds, and
     the rest is cancelled where the executor can.
     """
-    waiting, running = deque(chunks), {}
+    waiting = deque(chunks)
+    running: "dict[Future[Any], int]" = {}
     try:
         while waiting or running:
             while waiting and len(running) < workers.window:
