@@ -35,6 +35,8 @@ class Service final : public v1::SimulationService::CallbackService {
                                                          const v1::ConnectRequest*) override;
   grpc::ServerWriteReactor<v1::MeasureTradeoffResponse>* MeasureTradeoff(
       Context*, const v1::MeasureTradeoffRequest*) override;
+  grpc::ServerWriteReactor<v1::SummarizeResponse>* Summarize(Context*,
+                                                             const v1::SummarizeRequest*) override;
 
  private:
   /// Every call begins with this: its log line, and the reply's metadata `stiefel-numerics-id`.

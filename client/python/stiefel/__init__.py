@@ -17,14 +17,19 @@ from stiefel.errors import (AlreadyExists, BuildChanged, Cancelled, Closed, Corr
 from stiefel.scenes import SceneLike, to_dict, to_message
 from stiefel.server import Server
 from stiefel.session import Session
+from stiefel.summary import Events, Summary
+from stiefel.sweeps import SweepFailed, SweepResult, sweep
 from stiefel.tradeoff import Point, Tradeoff
+from stiefel.version import __version__
 
 __all__ = [
-    "AlreadyExists", "Batch", "BuildChanged", "Cancelled", "Choice", "Client", "Closed", "Conservation", "Conversion", "CorruptReply",
-    "DeadlineExceeded", "Diagnosis", "Domain", "Drive", "EstimatedError", "FailedPrecondition", "Geodesic", "Internal",
+    "AlreadyExists", "Batch", "BuildChanged", "Cancelled", "Choice", "Client", "Closed", "Conservation", "Conversion",
+    "CorruptReply", "DeadlineExceeded", "Diagnosis", "Domain", "Drive", "EstimatedError", "Events", "FailedPrecondition",
+    "Geodesic", "Internal",
     "Invariant", "InvalidArgument", "NotFound", "NotStarted", "Outcome", "Point", "Price", "ResourceExhausted",
-    "RunStatus", "SceneLike", "SceneWarning", "Server", "Session", "State", "StiefelError", "Tradeoff", "Trajectory", "Unavailable",
+    "RunStatus", "SceneLike", "SceneWarning", "Server", "Session", "State", "StiefelError", "Summary", "Tradeoff", "Trajectory", "Unavailable",
     "Unimplemented", "Violation", "to_dict", "to_message",
+    "SweepFailed", "SweepResult", "__version__", "sweep",
 ]
 
 

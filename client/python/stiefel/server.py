@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import IO, Optional, Sequence
 
 from stiefel.errors import NotStarted
+from stiefel.programs import bundled
 
 _READY = b"listening on "
 _GRACE = 5.0
@@ -26,6 +27,7 @@ class Server:
         self.address = address
         self.process = process
         self._stop = weakref.finalize(self, _stop, process, folder, errors)
+        _running.add(self)
 
     @classmethod
     def start(cls, listen: Optional[str] = None, arguments: Sequence[str] = (), timeout: float = 30.0) -> Server:
@@ -71,6 +73,13 @@ class Server:
         self._stop()
         return self.process.returncode
 
+    def leave_to_parent(self) -> None:
+        """In a forked child: the server stays the parent's, and ends with the parent although the child lives on."""
+        self._stop.detach()
+        for pipe in (self.process.stdin, self.process.stdout):
+            if pipe is not None:
+                pipe.close()
+
     def __enter__(self) -> Server:
         return self
 
@@ -82,20 +91,35 @@ class Server:
         return f"<stiefel.Server at {self.address}, process {self.process.pid}, {state}>"
 
 
+_running: "weakref.WeakSet[Server]" = weakref.WeakSet()
+
+
+def _forked() -> None:
+    for server in list(_running):
+        server.leave_to_parent()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forked)
+
+
 def find_server() -> str:
-    """`stiefel-server`: what STIEFEL_SERVER names, that of the build tree around this package, or on PATH."""
+    """`stiefel-server`: what STIEFEL_SERVER names, what the package holds, that of the build tree around it, or on PATH."""
     given = os.environ.get("STIEFEL_SERVER")
     if given:
         found = shutil.which(given)
         if not found:
             raise FileNotFoundError(f"STIEFEL_SERVER is {given}: there is no such program")
         return found
+    held = bundled("stiefel-server")
+    if held is not None:
+        return str(held)
     built = Path(__file__).resolve().parents[2] / "bin" / "stiefel-server"
     found = shutil.which(str(built)) or shutil.which("stiefel-server")
     if not found:
         raise FileNotFoundError(
             f"no stiefel-server: STIEFEL_SERVER is not set, {built} does not exist, and none of the folders of PATH "
-            f"({os.environ.get('PATH', '')}) has one. The installed package does not hold the program: name the "
+            f"({os.environ.get('PATH', '')}) has one. The wheel for every platform does not hold the program: name the "
             "one that was built in STIEFEL_SERVER, such as build/release/bin/stiefel-server")
     return found
 

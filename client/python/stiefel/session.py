@@ -3,7 +3,9 @@ from __future__ import annotations
 
 import threading
 import uuid
-from typing import TYPE_CHECKING, Any, Iterator, Mapping, Optional, Sequence
+from typing import TYPE_CHECKING, Any, Iterator, Mapping, Optional, Sequence, Union
+
+import numpy as np
 
 from stiefel import calls
 from stiefel import v1 as pb
@@ -13,12 +15,14 @@ from stiefel.assembly import Assembly
 from stiefel.checksums import verify_batch, verify_sample, verify_session
 from stiefel.diagnosis import Diagnosis
 from stiefel.drive import TOO_LARGE, Drive
-from stiefel.errors import FailedPrecondition, InvalidArgument, StiefelError
+from stiefel.errors import FailedPrecondition, InvalidArgument, StiefelError, Violation
 from stiefel.names import Names, names
 from stiefel.recreation import Recreation
 from stiefel.resolved import put, resolve, with_blocks_as_matrices
 from stiefel.samples import Samples
 from stiefel.scenes import to_dict, to_matrix, to_method
+from stiefel.summarizing import Summarizing
+from stiefel.summary import Events, Quantities, Summary, Wanted, to_events, to_quantities
 
 if TYPE_CHECKING:
     from stiefel.client import Client
@@ -219,10 +223,13 @@ class Session:
         """
         yield from self._samples(to, start, every or 1, names("fields", fields), timeout)
 
-    def trajectory(self, to: int, start: int = 0, every: int = 1,
+    def trajectory(self, to: Optional[int] = None, start: int = 0, every: int = 1,
                    fields: Optional[Names] = None, progress: bool = False,
-                   timeout: Optional[float] = None) -> Trajectory:
+                   timeout: Optional[float] = None, times: Optional[Sequence[float]] = None) -> Trajectory:
         """The samples at start, start + every, ... and at `to` as whole arrays, each allocated once.
+
+        With `times` instead of `to`: the states at any times, in the order given. A state between two steps is
+        what the method makes of the one before with a shorter step; `step` is then the last step at or before.
 
         `timeout` bounds the whole call, its resumptions and pauses included. An exception has what
         had arrived in `partial`:
@@ -232,6 +239,10 @@ class Session:
             except stiefel.DeadlineExceeded as late:
                 run = late.partial
         """
+        if times is not None:
+            return self._at_times(times, to, fields, timeout)
+        if to is None:
+            raise InvalidArgument("to: must be given, or times", (Violation("to", "must be given, or times"),))
         every = every or 1
         collector = Collector(max(-(-(to - start) // every), 0) + 1)
         samples = self._samples(to, start, every, names("fields", fields), timeout)
@@ -245,6 +256,82 @@ class Session:
                                                  samples.computed_steps)
             raise
         return collector.trajectory(samples.run_status or RunStatus(Outcome.CANCELLED), samples.computed_steps)
+
+    def summarize(self, to: int, quantities: Quantities, start: int = 0, every: int = 1,
+                  timeout: Optional[float] = None, checkpoint_every: int = 0, checkpoint: bytes = b"") -> Summary:
+        """Statistics of fields and invariants over the samples at start, start + every, ... and at `to`.
+
+            session.summarize(10**6, {"energy": "drift", "quaternion": ["last"],
+                                      "angular_velocity": ["rms", {"quantiles": [0.05, 0.95]}]})
+
+        Statistics: last, min, max, mean, rms, sign_changes, drift; quantiles of fractions, and a histogram between
+        `edges`. Of an ensemble they are of each member, or with `"over_members": True` of all together. A call
+        that breaks goes on at its last checkpoint, one every `checkpoint_every` steps; 0: it begins anew.
+        `timeout`: of the whole call; none by default.
+        """
+        request = self._summarize_request(to, start, every, checkpoint_every=checkpoint_every, checkpoint=checkpoint,
+                                          return_checkpoint=checkpoint_every > 0, quantities=to_quantities(quantities))
+        running = self._summarizing(request, timeout)
+        for _ in running:
+            pass
+        return running.summary()
+
+    def events(self, to: int, events: Union[Wanted, Sequence[Wanted]], start: int = 0,
+               fields: Optional[Names] = None, timeout: Optional[float] = None) -> Events:
+        """The zeros of g = sum(coefficients * field) - level after step `start`, up to step `to`.
+
+            flips = session.events(10**5, {"field": "angular_velocity", "coefficients": [0, 1, 0],
+                                           "direction": "rising"})
+
+        Each event is a mapping with field, coefficients, and where they are not the defaults level (0), direction
+        ("both", "rising", "falling"), limit (0: all) and terminal (False: the motion goes on). Where g_k and
+        g_k+1 have different signs there is one zero; two between the same two states are not seen. `fields`: of
+        the states at the events; the system's blocks by default.
+        """
+        running = self._summarizing(self._events_request(to, events, start, fields), timeout)
+        parts = [part for part in running if isinstance(part, Events)]
+        return Events.joined(parts, running.run_status or RunStatus(Outcome.CANCELLED))
+
+    def stream_events(self, to: int, events: Union[Wanted, Sequence[Wanted]], start: int = 0,
+                      fields: Optional[Names] = None, timeout: Optional[float] = None) -> Iterator[Events]:
+        """`events` batch by batch as they are found; to leave the iteration ends the search."""
+        for part in self._summarizing(self._events_request(to, events, start, fields), timeout):
+            if isinstance(part, Events):
+                yield part
+
+    def _events_request(self, to: int, events: Union[Wanted, Sequence[Wanted]], start: int,
+                        fields: Optional[Names]) -> pb.SummarizeRequest:
+        return self._summarize_request(to, start, 1, events=to_events(events), fields=names("fields", fields))
+
+    def _summarize_request(self, to: int, start: int, every: int, **request: Any) -> pb.SummarizeRequest:
+        message = pb.SummarizeRequest(session_id=self.id, to=to, every=every, checksum=self._client.checksums, **request)
+        setattr(message, "from", start)
+        return message
+
+    def _summarizing(self, request: pb.SummarizeRequest, timeout: Optional[float]) -> Summarizing:
+        return Summarizing(self._client, request, self._known_scene().HasField("members"), timeout)
+
+    def _at_times(self, times: Sequence[float], to: Optional[int], fields: Optional[Names],
+                  timeout: Optional[float]) -> Trajectory:
+        if to is not None:
+            raise InvalidArgument("times: must be absent where `to` is given", (Violation("times", "must be absent where `to` is given"),))
+        given, step = np.asarray(times, float).ravel(), self._known_scene().step
+        steps = given / step
+        if not (given.size and np.isfinite(steps).all()):
+            raise InvalidArgument("times: must be finite numbers, one or more", (Violation("times", "must be finite numbers, one or more"),))
+        order = np.argsort(steps, kind="stable")
+        first, last = steps[order[0]], steps[order[-1]]
+        request = self._summarize_request(int(np.ceil(last)), int(np.floor(first)), 1, times=given[order],
+                                          fields=names("fields", fields))
+        request.every = max(1, request.to)
+        running, collector = self._summarizing(request, timeout), Collector(given.size)
+        for part in running:
+            if isinstance(part, Batch):
+                collector.add(part)
+        run = collector.trajectory(running.run_status or RunStatus(Outcome.CANCELLED), running.computed_steps)
+        back = np.argsort(order[:run.samples], kind="stable")
+        return Trajectory(run.step[back], run.time[back], {name: values[back] for name, values in run.items()},
+                          run.run_status, run.computed_steps)
 
     def _samples(self, to: int, start: int, every: int, fields: Sequence[str], timeout: Optional[float],
                  checkpoint: bool = False) -> Samples:

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -52,6 +53,15 @@ class Session {
                                 const std::vector<std::string>& invariants = {}) const;
   /// A diagnosis with two-forms and brackets; the session's id is filled in.
   v1::DiagnoseResponse diagnose(v1::DiagnoseRequest request) const;
+
+  /// Statistics, events and states at times; the session's id is filled in. `receive` gets events
+  /// and states as they come, each batch whole, and ends the call by returning false. The result is
+  /// the last message with all statistics, empty if the receiver ended the call; in its checkpoint
+  /// the data of the last one that came. A call that breaks goes on from its last checkpoint, or
+  /// begins again, unless events or states would come twice. Throws Error.
+  using SummaryReceiver = std::function<bool(const v1::SummarizeResponse&)>;
+  v1::SummarizeResponse summarize(v1::SummarizeRequest request,
+                                  const SummaryReceiver& receive = {}) const;
 
   /// A new session that starts where this one is at step `from_step`, with what the request
   /// changes; ids are filled in where they are empty. Throws Error, also when that step cannot be

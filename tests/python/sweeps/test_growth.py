@@ -1,0 +1,45 @@
+"""Short sweeps one after another leave nothing behind."""
+import gc
+import os
+import threading
+from pathlib import Path
+
+import psutil
+import pytest
+from cases import SPINS, sweep
+
+SWEEPS = int(os.environ.get("STIEFEL_SHORT_SWEEPS", "12"))
+
+
+def held():
+    gc.collect()
+    this = psutil.Process()
+    return {"processes": len(this.children(recursive=True)), "descriptors": this.num_fds(), "threads": threading.active_count(),
+            "sockets": len(list(Path("/tmp").glob("stiefel-*")))}
+
+
+def test_short_sweeps_leave_nothing():
+    def one():
+        sweep(axes={"body.angular_velocity": SPINS[:3]}, to=3)
+
+    for _ in range(SWEEPS // 4):
+        one()
+    before, memory = held(), psutil.Process().memory_info().rss
+    for _ in range(SWEEPS):
+        one()
+    assert held() == before
+    assert psutil.Process().memory_info().rss < memory + 20e6 + 2e3 * SWEEPS
+
+
+@pytest.mark.parametrize("done, points, line", [(0, 10, "0 of 10 motions"), (5, 10, "5 of 10 motions, ")])
+def test_progress_without_tqdm(monkeypatch, capsys, done, points, line):
+    import sys
+
+    from stiefel.sweeps.progress import Progress
+
+    monkeypatch.setitem(sys.modules, "tqdm", None)
+    with Progress(points, 0, True) as progress:
+        if done:
+            progress.add(done)
+        assert progress.line().startswith(line)
+    assert (capsys.readouterr().err == "") is (done == 0)
