@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "server/access/access_options.h"
+
 namespace stiefel::server {
 
 /// How connections to the addresses are kept.
@@ -33,8 +35,8 @@ struct ConnectionOptions {
 };
 
 struct Options {
-  /// Where to listen, without TLS: "127.0.0.1:50551", "[::1]:0" (any free port),
-  /// "unix:/run/s.sock". None: only `in_process_channel`.
+  /// Where to listen: "127.0.0.1:50551", "[::1]:0" (any free port), "unix:/run/s.sock". None: only
+  /// `in_process_channel`.
   std::vector<std::string> listen = {};
   /// Threads that compute; 0 means one a core.
   int threads = 0;
@@ -47,6 +49,7 @@ struct Options {
   std::string log_level = "warn";
   bool log_json = false;
   ConnectionOptions connections = {};
+  AccessOptions access = {};
   /// For tests; the steady clock when empty.
   std::function<std::chrono::steady_clock::time_point()> clock = {};
 };
@@ -55,8 +58,9 @@ struct Options {
 /// one of these; a program can hold its own. Thread-safe.
 class Server {
  public:
-  /// Throws std::runtime_error when an address is none (address.h) or cannot be listened on
-  /// (transport/listener.h).
+  /// Throws std::runtime_error when an address is none (address.h), cannot be listened on
+  /// (transport/listener.h) or is one that other machines reach, without TLS and not `insecure`;
+  /// and for files that do not hold what they must (access/).
   explicit Server(Options options);
   /// Shuts down, without grace if `shutdown` was not called.
   ~Server();

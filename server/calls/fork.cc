@@ -1,6 +1,7 @@
 #include "server/convert/fork.h"
 
 #include "server/calls/cursor_call.h"
+#include "server/calls/principal.h"
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
 #include "server/convert/convert.h"
@@ -10,7 +11,7 @@
 namespace stiefel::server {
 namespace {
 
-grpc::Status fork(Host& host, const Session& from, const Cursor& cursor,
+grpc::Status fork(Host& host, const Principal& principal, const Session& from, const Cursor& cursor,
                   const v1::ForkSessionRequest& request, v1::ForkSessionResponse* response) {
   to_proto(cursor, from.scene(), response->mutable_run_status());
   to_proto(from.work(cursor.start(), request.from_step()), 0, bound_of_steps(from),
@@ -19,7 +20,7 @@ grpc::Status fork(Host& host, const Session& from, const Cursor& cursor,
   auto scene = forked(from, cursor, request);
   if (!scene) return scene.error();
   const Resolution resolution = scene->resolution;
-  const auto made = admit(host, request.session_id(), *std::move(scene), inherited());
+  const auto made = admit(host, principal, request.session_id(), *std::move(scene), inherited());
   if (!made) return made.error();
   to_proto(*made->session, resolution, host.registry, request.view(), response->mutable_session());
   response->set_created(made->created);
@@ -40,11 +41,11 @@ grpc::ServerUnaryReactor* Service::ForkSession(Context* context,
       return refuse(status);
     if (const auto status = check_step("from_step", request->from_step()); !status.ok())
       return refuse(status);
-    return new CursorCall(
-        host_, std::move(log), *std::move(from), request->from_step(),
-        [&host = host_, request, response](const Session& at, const Cursor& cursor) {
-          return fork(host, at, cursor, *request, response);
-        });
+    return new CursorCall(host_, std::move(log), *std::move(from), request->from_step(),
+                          [&host = host_, principal = principal_of(*context), request, response](
+                              const Session& at, const Cursor& cursor) {
+                            return fork(host, principal, at, cursor, *request, response);
+                          });
   } catch (...) {
     return refuse(errors::from_current_exception());
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string>
 
+#include "server/calls/principal.h"
 #include "server/convert/errors.h"
 #include "server/sessions/numerics_id.h"
 
@@ -23,7 +24,7 @@ OrStatus<SessionLease> find_session(const Host& host, const grpc::CallbackServer
   if (host.lifecycle.refusing()) return std::unexpected(errors::shutting_down());
   if (const auto status = check_routing(context, id, field); !status.ok())
     return std::unexpected(status);
-  if (auto session = host.registry.find(id)) return *std::move(session);
+  if (auto session = host.registry.find(principal_of(context), id)) return *std::move(session);
   const grpc::Status status = check_session_id(id, field);
   return std::unexpected(status.ok() ? errors::session_not_found(id, field) : status);
 }
@@ -45,10 +46,11 @@ grpc::Status check_step(const char* field, std::int64_t value, std::int64_t low)
       "must be " + std::to_string(low) + " to " + std::to_string(Session::max_step));
 }
 
-OrStatus<Registry::Created> admit(Host& host, const std::string& id, ResolvedScene scene,
-                                  const Place& place, std::string_view checkpoint) {
-  auto created =
-      host.registry.create(id, std::move(scene.scene), checkpoint, std::move(scene.resolution));
+OrStatus<Registry::Created> admit(Host& host, const Principal& principal, const std::string& id,
+                                  ResolvedScene scene, const Place& place,
+                                  std::string_view checkpoint) {
+  auto created = host.registry.create(principal, id, std::move(scene.scene), checkpoint,
+                                      std::move(scene.resolution));
   if (created) return *std::move(created);
   if (const auto* conflict = std::get_if<Registry::Conflict>(&created.error())) {
     return std::unexpected(*conflict == Registry::Conflict::other_scene
@@ -67,6 +69,7 @@ OrStatus<Registry::Created> admit(Host& host, const std::string& id, ResolvedSce
       return std::unexpected(
           errors::invalid("checkpoint", value, "must come from a session of the same scene"));
     case CheckpointFault::corrupt:
+    case CheckpointFault::foreign:  // which Registry::create ignores
       break;
   }
   return std::unexpected(

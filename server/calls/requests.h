@@ -27,9 +27,10 @@ grpc::Status check_session_id(std::string_view id, const char* field = "session_
 /// INVALID_ARGUMENT unless low <= value <= Session::max_step.
 grpc::Status check_step(const char* field, std::int64_t value, std::int64_t low = 0);
 
-/// A session of that scene under that id, new or there already; or why there is none. `place`: of
-/// the scene in the request.
-OrStatus<Registry::Created> admit(Host& host, const std::string& id, ResolvedScene scene,
-                                  const Place& place, std::string_view checkpoint = {});
+/// The principal's session of that scene under that id, new or there already; or why there is none.
+/// `place`: of the scene in the request.
+OrStatus<Registry::Created> admit(Host& host, const Principal& principal, const std::string& id,
+                                  ResolvedScene scene, const Place& place,
+                                  std::string_view checkpoint = {});
 
 }  // namespace stiefel::server

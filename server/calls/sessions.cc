@@ -3,6 +3,7 @@
 #include "server/calls/cursor_call.h"
 #include "server/calls/limits.h"
 #include "server/calls/page_token.h"
+#include "server/calls/principal.h"
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
 #include "server/convert/convert.h"
@@ -17,24 +18,25 @@ namespace {
 constexpr int small_dimension = 32, large_dimension = 96;
 constexpr int few_members = 64;
 
-grpc::Status create(Host& host, const v1::CreateSessionRequest& request,
+grpc::Status create(Host& host, const Principal& principal, const v1::CreateSessionRequest& request,
                     v1::CreateSessionResponse* response) {
   auto scene = read_scene(request.has_scene(), request.scene());
   if (!scene) return scene.error();
   const Resolution resolution = scene->resolution;
-  const auto admitted = admit(host, request.session_id(), *std::move(scene), Place::inside("scene"),
-                              request.checkpoint());
+  const auto admitted = admit(host, principal, request.session_id(), *std::move(scene),
+                              Place::inside("scene"), request.checkpoint());
   if (!admitted) return admitted.error();
   to_proto(*admitted->session, resolution, host.registry, request.view(),
            response->mutable_session());
   response->set_created(admitted->created);
+  response->set_checkpoint_ignored(admitted->checkpoint_ignored);
   return grpc::Status::OK;
 }
 
 /// A page ends when it has so many sessions as were asked for, or as many bytes as a reply may
 /// have.
-grpc::Status list(const Registry& registry, const v1::ListSessionsRequest& request,
-                  v1::ListSessionsResponse* response) {
+grpc::Status list(const Registry& registry, const Principal& principal,
+                  const v1::ListSessionsRequest& request, v1::ListSessionsResponse* response) {
   const std::optional<std::string> after =
       request.page_token().empty() ? "" : read_page_token(request.page_token());
   if (!after)
@@ -44,7 +46,7 @@ grpc::Status list(const Registry& registry, const v1::ListSessionsRequest& reque
                                ? default_page_size
                                : std::min<std::size_t>(request.page_size(), max_page_size);
   // One more than asked for tells if more follow.
-  const auto sessions = registry.page(*after, size + 1);
+  const auto sessions = registry.page(principal, *after, size + 1);
   std::size_t bytes = 0;
   for (std::size_t i = 0; i < sessions.size(); ++i) {
     v1::Session session;
@@ -81,7 +83,7 @@ grpc::ServerUnaryReactor* Service::CreateSession(Context* context,
     if (const auto status = check_session_id(request->session_id()); !status.ok()) return status;
     if (const auto status = check_routing(*context, request->session_id()); !status.ok())
       return status;
-    return create(host_, *request, response);
+    return create(host_, principal_of(*context), *request, response);
   };
   const v1::Scene& scene = request->scene();
   const bool long_work = wants_choice(scene) || scene.inertia_size() > large_dimension ||
@@ -108,7 +110,7 @@ grpc::ServerUnaryReactor* Service::ListSessions(Context* context,
                                                 const v1::ListSessionsRequest* request,
                                                 v1::ListSessionsResponse* response) {
   return answer(context, open(context, "ListSessions"),
-                [&] { return list(host_.registry, *request, response); });
+                [&] { return list(host_.registry, principal_of(*context), *request, response); });
 }
 
 grpc::ServerUnaryReactor* Service::DeleteSession(Context* context,
@@ -117,7 +119,7 @@ grpc::ServerUnaryReactor* Service::DeleteSession(Context* context,
   return answer(context, open(context, "DeleteSession", request->session_id()), [&] {
     if (const auto status = check_session_id(request->session_id()); !status.ok()) return status;
     const grpc::Status status = check_routing(*context, request->session_id());
-    if (status.ok()) host_.registry.erase(request->session_id());
+    if (status.ok()) host_.registry.erase(principal_of(*context), request->session_id());
     return status;
   });
 }

@@ -5,44 +5,51 @@
 
 namespace stiefel::server {
 
-Registry::Registry(std::uint32_t max_sessions, std::chrono::milliseconds idle_timeout, Clock clock)
+Registry::Registry(std::uint32_t max_sessions, std::chrono::milliseconds idle_timeout, Clock clock,
+                   std::shared_ptr<const CheckpointKeys> keys)
     : max_sessions_(max_sessions),
       idle_timeout_(idle_timeout),
       clock_(std::make_shared<const Clock>(clock ? std::move(clock)
-                                                 : Clock(&std::chrono::steady_clock::now))) {}
+                                                 : Clock(&std::chrono::steady_clock::now))),
+      keys_(std::move(keys)) {}
 
 std::expected<Registry::Created, Registry::CreateError> Registry::create(
-    const std::string& id, Scene scene, std::string_view checkpoint, Resolution resolution) {
-  const auto fresh = std::make_shared<Session>(id, std::move(scene), clock_, std::move(resolution));
+    const Principal& principal, const std::string& id, Scene scene, std::string_view checkpoint,
+    Resolution resolution) {
+  const auto fresh =
+      std::make_shared<Session>(id, std::move(scene), clock_, std::move(resolution), keys_);
   if (auto fault = fresh->overflow()) return std::unexpected(*std::move(fault));
+  bool ignored = false;
   if (!checkpoint.empty()) {
     auto decoded = decode_checkpoint(*fresh, checkpoint);
-    if (!decoded) return std::unexpected(std::move(decoded.error()));
-    fresh->adopt(decoded->step, std::move(decoded->saved));
+    ignored = !decoded && decoded.error().fault == CheckpointFault::foreign;
+    if (!decoded && !ignored) return std::unexpected(std::move(decoded.error()));
+    if (decoded) fresh->adopt(decoded->step, std::move(decoded->saved));
   }
+  SessionKey key{principal.name, id};
   const std::lock_guard lock(mutex_);
-  const auto found = sessions_.find(id);
+  const auto found = sessions_.find(key);
   if (found != sessions_.end()) {
     if (found->second->identity() != fresh->identity())
       return std::unexpected(Conflict::other_scene);
-    return Created{SessionLease(found->second), false};
+    return Created{SessionLease(found->second), false, ignored};
   }
   if (sessions_.size() >= max_sessions_) return std::unexpected(Conflict::too_many);
-  sessions_.emplace(id, fresh);
-  return Created{SessionLease(fresh), true};
+  sessions_.emplace(std::move(key), fresh);
+  return Created{SessionLease(fresh), true, ignored};
 }
 
-std::optional<SessionLease> Registry::find(std::string_view id) const {
+std::optional<SessionLease> Registry::find(const Principal& principal, std::string_view id) const {
   const std::shared_lock lock(mutex_);
-  const auto found = sessions_.find(id);
+  const auto found = sessions_.find(SessionKeyLess::View(principal.name, id));
   if (found == sessions_.end()) return std::nullopt;
   return SessionLease(found->second);
 }
 
-bool Registry::erase(std::string_view id) {
+bool Registry::erase(const Principal& principal, std::string_view id) {
   std::shared_ptr<Session> dropped;
   const std::lock_guard lock(mutex_);
-  const auto found = sessions_.find(id);
+  const auto found = sessions_.find(SessionKeyLess::View(principal.name, id));
   if (found == sessions_.end()) return false;
   dropped = std::move(found->second);
   dropped->close();
@@ -50,11 +57,13 @@ bool Registry::erase(std::string_view id) {
   return true;
 }
 
-std::vector<std::shared_ptr<const Session>> Registry::page(std::string_view after,
+std::vector<std::shared_ptr<const Session>> Registry::page(const Principal& principal,
+                                                           std::string_view after,
                                                            std::size_t count) const {
   const std::shared_lock lock(mutex_);
   std::vector<std::shared_ptr<const Session>> sessions;
-  for (auto it = sessions_.upper_bound(after); it != sessions_.end() && sessions.size() < count;
+  for (auto it = sessions_.upper_bound(SessionKeyLess::View(principal.name, after));
+       it != sessions_.end() && it->first.principal == principal.name && sessions.size() < count;
        ++it) {
     sessions.push_back(it->second);
   }

@@ -17,33 +17,57 @@
 #include <vector>
 
 #include "server/sessions/checkpoint_bytes.h"
+#include "server/sessions/principal.h"
 #include "server/sessions/session.h"
 
 namespace stiefel::server {
 
-/// The sessions by their ids. Thread-safe.
+/// What a session is found by: two principals may use one id, and each has a session of its own.
+struct SessionKey {
+  std::string principal, id;
+};
+
+/// By principal, then by id.
+struct SessionKeyLess {
+  using is_transparent = void;
+  struct View {
+    std::string_view principal, id;
+    View(std::string_view owner, std::string_view name) : principal(owner), id(name) {}
+    View(const SessionKey& key) : principal(key.principal), id(key.id) {}
+    auto operator<=>(const View&) const = default;
+  };
+  bool operator()(const View& a, const View& b) const { return a < b; }
+};
+
+/// The sessions by their principals and ids. Thread-safe.
 class Registry {
  public:
-  Registry(std::uint32_t max_sessions, std::chrono::milliseconds idle_timeout, Clock clock);
+  /// `keys`: of the checkpoints; those of the process if null.
+  Registry(std::uint32_t max_sessions, std::chrono::milliseconds idle_timeout, Clock clock,
+           std::shared_ptr<const CheckpointKeys> keys = nullptr);
 
   struct Created {
     SessionLease session;
     bool created;
+    bool checkpoint_ignored = false;  ///< another server's key signed it: CheckpointFault::foreign
   };
   enum class Conflict { other_scene, too_many };
   using CreateError = std::variant<Conflict, CheckpointRefusal, Overflow>;
 
   /// A new session, with what `checkpoint` holds in its cache unless that is empty; or the one of
   /// that id, if its scene is the same. The checkpoint is checked in any case, and that the fields
-  /// at step 0 are finite numbers: no other is ever sent.
-  std::expected<Created, CreateError> create(const std::string& id, Scene scene,
-                                             std::string_view checkpoint,
+  /// at step 0 are finite numbers: no other is ever sent. A checkpoint that another server signed
+  /// is ignored.
+  std::expected<Created, CreateError> create(const Principal& principal, const std::string& id,
+                                             Scene scene, std::string_view checkpoint,
                                              Resolution resolution = {});
-  std::optional<SessionLease> find(std::string_view id) const;
+  std::optional<SessionLease> find(const Principal& principal, std::string_view id) const;
   /// False if there was none.
-  bool erase(std::string_view id);
-  /// At most `count` in the order of their ids, the first one after `id`. Looking renews nothing.
-  std::vector<std::shared_ptr<const Session>> page(std::string_view after, std::size_t count) const;
+  bool erase(const Principal& principal, std::string_view id);
+  /// At most `count` of the principal's in the order of their ids, the first one after `after`.
+  /// Looking renews nothing.
+  std::vector<std::shared_ptr<const Session>> page(const Principal& principal,
+                                                   std::string_view after, std::size_t count) const;
   std::size_t size() const;
 
   /// Drops the sessions that had no call for the idle timeout; returns their number.
@@ -59,7 +83,8 @@ class Registry {
   const std::chrono::milliseconds idle_timeout_;
   const std::shared_ptr<const Clock> clock_;
   mutable std::shared_mutex mutex_;
-  std::map<std::string, std::shared_ptr<Session>, std::less<>> sessions_;
+  const std::shared_ptr<const CheckpointKeys> keys_;
+  std::map<SessionKey, std::shared_ptr<Session>, SessionKeyLess> sessions_;
 };
 
 /// The thread that calls `Registry::expire` a few times in every idle timeout.

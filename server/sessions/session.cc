@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "engine/simulation/catalogue/methods/step_weight.h"
+#include "server/sessions/checkpoint_keys.h"
 #include "server/sessions/identity.h"
 #include "server/sessions/pool.h"
 
@@ -49,12 +50,13 @@ Saved save(const Simulation& simulation) {
 }  // namespace
 
 Session::Session(std::string id, Scene scene, std::shared_ptr<const Clock> clock,
-                 Resolution resolution)
+                 Resolution resolution, std::shared_ptr<const CheckpointKeys> keys)
     : id_(std::move(id)),
       scene_(std::move(scene)),
       resolution_(std::move(resolution)),
       identity_(identity_of(scene_.description())),
       clock_(std::move(clock)),
+      keys_(keys ? std::move(keys) : CheckpointKeys::of_process()),
       checkpoints_(1) {
   auto simulation = make_simulation(scene_);
   fields_ = simulation->fields();

@@ -19,6 +19,8 @@
 
 namespace stiefel::server {
 
+class CheckpointKeys;
+
 using Clock = std::function<std::chrono::steady_clock::time_point()>;
 
 /// A field that is not finite at step 0.
@@ -34,8 +36,9 @@ class Session {
  public:
   static constexpr std::int64_t max_step = std::int64_t{1} << 53;
 
+  /// `keys`: of its checkpoints; those of the process if null.
   Session(std::string id, Scene scene, std::shared_ptr<const Clock> clock,
-          Resolution resolution = {});
+          Resolution resolution = {}, std::shared_ptr<const CheckpointKeys> keys = nullptr);
 
   const std::string& id() const { return id_; }
   const Scene& scene() const { return scene_; }
@@ -43,6 +46,7 @@ class Session {
   const Resolution& resolution() const { return resolution_; }
   /// Equal exactly for equal resolved scenes.
   const std::string& identity() const { return identity_; }
+  const CheckpointKeys& checkpoint_keys() const { return *keys_; }
   const std::vector<Field>& fields() const { return fields_; }
   std::size_t block_count() const { return block_count_; }
   std::size_t saved_size() const { return saved_size_; }
@@ -88,6 +92,7 @@ class Session {
   const Resolution resolution_;
   const std::string identity_;
   const std::shared_ptr<const Clock> clock_;
+  const std::shared_ptr<const CheckpointKeys> keys_;
   const std::chrono::system_clock::time_point create_time_ = std::chrono::system_clock::now();
   std::vector<Field> fields_;
   std::size_t block_count_ = 0;

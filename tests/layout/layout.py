@@ -44,9 +44,10 @@ OTHERS = {
     "engine/include/stiefel": [PUBLIC],
     "server/sessions": [PUBLIC, INTERNAL],
     "server/convert": [PUBLIC, INTERNAL, PROTO, r"server/sessions/.*"],
-    "server/calls": [PROTO, r"server/(sessions|convert)/.*"],
+    "server/calls": [PROTO, r"server/(sessions|convert|access)/.*"],
     "server/transport": [r"server/address\.h"],
-    "server": [PUBLIC, PROTO, r"server/(calls|transport)/.*", r"grpc/health/.*"],
+    "server/access": [r"server/(sessions|transport)/.*", r"server/address\.h"],
+    "server": [PUBLIC, PROTO, r"server/(access|calls|transport)/.*", r"grpc/health/.*"],
     "client/cpp": [CLIENT, PROTO],
     "client/cli": [PUBLIC, CLIENT, PROTO, r"client/cpp/.*", r"server/[a-z_]+\.h"],
 }

@@ -13,8 +13,9 @@ from stiefel.diagnosis import Conservation, Diagnosis, Domain, Invariant
 from stiefel.drive import Drive
 from stiefel.errors import (AlreadyExists, Cancelled, Closed, CorruptReply, DeadlineExceeded, FailedPrecondition, Internal,
                             InvalidArgument, NotFound, NotStarted, ResourceExhausted, SceneWarning, StiefelError,
-                            Unavailable, Unimplemented, Violation)
+                            Unauthenticated, Unavailable, Unimplemented, Violation)
 from stiefel.scenes import SceneLike, to_dict, to_message
+from stiefel.security import Tls
 from stiefel.server import Server
 from stiefel.session import Session
 from stiefel.tradeoff import Point, Tradeoff
@@ -23,8 +24,8 @@ __all__ = [
     "AlreadyExists", "Batch", "Cancelled", "Choice", "Client", "Closed", "Conservation", "Conversion", "CorruptReply",
     "DeadlineExceeded", "Diagnosis", "Domain", "Drive", "EstimatedError", "FailedPrecondition", "Geodesic", "Internal",
     "Invariant", "InvalidArgument", "NotFound", "NotStarted", "Outcome", "Point", "Price", "ResourceExhausted",
-    "RunStatus", "SceneLike", "SceneWarning", "Server", "Session", "State", "StiefelError", "Tradeoff", "Trajectory", "Unavailable",
-    "Unimplemented", "Violation", "to_dict", "to_message",
+    "RunStatus", "SceneLike", "SceneWarning", "Server", "Session", "State", "StiefelError", "Tls", "Tradeoff", "Trajectory",
+    "Unauthenticated", "Unavailable", "Unimplemented", "Violation", "to_dict", "to_message",
 ]
 
 
