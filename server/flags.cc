@@ -143,6 +143,7 @@ void Flags::add_to(CLI::App& app) {
       ->envname("STIEFEL_STORE_LIMIT")
       ->check(within<std::int64_t>(0, std::int64_t{1} << 46, "a number of bytes"))
       ->capture_default_str();
+  add_access_to(app);
   app.add_option("--log-level", options_.log_level, "What is logged on stderr")
       ->envname("STIEFEL_LOG_LEVEL")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "critical", "off"}))
@@ -152,6 +153,30 @@ void Flags::add_to(CLI::App& app) {
       ->check(CLI::IsMember({"text", "json"}))
       ->capture_default_str();
   app.add_flag("--exit-with-parent", exit_with_parent, "Stop when stdin ends; for child processes");
+}
+
+void Flags::add_access_to(CLI::App& app) {
+  AccessOptions& access = options_.access;
+  const auto add_file = [&](const char* flag, const char* variable, std::string& file,
+                            const char* meaning) {
+    app.add_option(flag, file, meaning)->envname(variable)->type_name("FILE");
+  };
+  add_file("--tls-cert", "STIEFEL_TLS_CERT", access.tls.certificate,
+           "The server's certificate and its chain in PEM: TLS on every address but Unix sockets. "
+           "Read again when it changes, as the two files after it are");
+  add_file("--tls-key", "STIEFEL_TLS_KEY", access.tls.key, "The certificate's private key in PEM");
+  add_file("--tls-client-ca", "STIEFEL_TLS_CLIENT_CA", access.tls.client_ca,
+           "Authorities in PEM; a client must have a certificate of one of them");
+  add_file(
+      "--tokens", "STIEFEL_TOKENS", access.tokens,
+      "Who may call: a line for each token, as `stiefel-server token NAME` prints it. Read again "
+      "when it changes. Without it whoever can connect may call");
+  add_file("--checkpoint-key", "STIEFEL_CHECKPOINT_KEY", access.checkpoint_key,
+           "Keys that authenticate checkpoints, 64 hexadecimal digits a line: the first signs, all "
+           "verify. Servers that share it take each other's checkpoints. Without it a random key");
+  app.add_flag("--insecure", access.insecure,
+               "Allows addresses that other machines reach without TLS")
+      ->envname("STIEFEL_INSECURE");
 }
 
 Options Flags::options() const {

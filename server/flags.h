@@ -18,6 +18,8 @@ struct Flags {
   bool exit_with_parent = false;
 
  private:
+  void add_access_to(CLI::App& app);
+
   Options options_;
   double idle_timeout_, grace_;  // seconds
   double max_connection_age_ = 0, self_watch_ = 0;

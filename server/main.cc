@@ -8,10 +8,11 @@
 #include <iostream>
 #include <thread>
 
-#include "grpc/health/v1/health.grpc.pb.h"
+#include "server/access/tokens.h"
+#include "server/check.h"
 #include "server/flags.h"
+#include "server/health_check.h"
 #include "server/server.h"
-#include "server/store/store_file.h"
 #include "server/transport/descriptor_limit.h"
 #include "server/transport/listener.h"
 
@@ -23,27 +24,6 @@ using stiefel::server::Flags;
 
 /// What the process gets beyond the grace period to end by itself.
 constexpr auto last_resort = std::chrono::milliseconds(1900);
-
-int health_check(const std::string& address, const std::string& service) {
-  if (const std::string fault = stiefel::server::sound_address(address); !fault.empty()) {
-    std::cerr << "--address: " << fault << '\n';
-    return 1;
-  }
-  const auto stub = grpc::health::v1::Health::NewStub(
-      grpc::CreateChannel(address, grpc::InsecureChannelCredentials()));
-  grpc::ClientContext context;
-  context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(2));
-  grpc::health::v1::HealthCheckRequest request;
-  request.set_service(service);
-  grpc::health::v1::HealthCheckResponse response;
-  const auto status = stub->Check(&context, request, &response);
-  if (!status.ok()) {
-    std::cerr << address << ": " << status.error_message() << '\n';
-    return 1;
-  }
-  std::cerr << grpc::health::v1::HealthCheckResponse::ServingStatus_Name(response.status()) << '\n';
-  return response.status() == grpc::health::v1::HealthCheckResponse::SERVING ? 0 : 1;
-}
 
 /// Sends this process SIGTERM when stdin ends, that is when the parent is gone.
 void watch_parent() {
@@ -66,28 +46,18 @@ void exit_after(std::chrono::milliseconds time) {
   }).detach();
 }
 
-/// Status 0 if a server could start with these flags; a server that runs is left alone.
-int check(const Options& options) {
-  int status = 0;
-  for (const std::string& address : options.listen) {
-    if (const auto fault = stiefel::server::listen_fault(address)) {
-      std::cerr << "--listen: " << address << ": " << *fault << '\n';
-      status = 1;
-    }
+/// The token and the line of its file on stdout, for programs; what they are on stderr.
+int print_token(const std::string& name) {
+  try {
+    const auto made = stiefel::server::make_token(name);
+    std::cout << made.token << '\n' << made.line << std::endl;
+  } catch (const std::exception& exception) {
+    std::cerr << "NAME: " << exception.what() << '\n';
+    return 1;
   }
-  if (const auto fault = stiefel::server::store_fault(options.store)) {
-    std::cerr << "--store: " << *fault << '\n';
-    status = 1;
-  }
-  stiefel::server::raise_descriptor_limit();
-  const std::size_t most = stiefel::server::possible_connections(options.connections.most);
-  if (most < options.connections.most) {
-    std::cerr << "--max-connections: " << options.connections.most
-              << ": the limit of file descriptors leaves " << most << '\n';
-    status = 1;
-  }
-  if (status == 0) std::cout << "the flags are sound; connections at once: " << most << '\n';
-  return status;
+  std::cerr << "The first line is the token, for the caller alone; nothing shows it again.\n"
+               "The second line belongs in the file of --tokens.\n";
+  return 0;
 }
 
 int serve(Options options, bool exit_with_parent) {
@@ -129,21 +99,38 @@ int main(int argc, char** argv) {
   Flags flags;
   flags.add_to(app);
 
-  std::string address = "127.0.0.1:50551";
-  std::string service;
+  stiefel::server::HealthCheck question;
   auto* healthcheck = app.add_subcommand("healthcheck", "Exit status 0 if a server serves, else 1");
-  healthcheck->add_option("--address", address, "Where it listens")->envname("STIEFEL_LISTEN");
-  healthcheck->add_option("--service", service, "A service's full name; empty: the whole server");
+  healthcheck->add_option("--address", question.address, "Where it listens")
+      ->envname("STIEFEL_LISTEN");
+  healthcheck->add_option("--service", question.service,
+                          "A service's full name; empty: the whole server");
+  healthcheck
+      ->add_option(
+          "--tls-ca", question.ca,
+          "Authorities of the server's certificate in PEM. Without it, where --tls-cert is "
+          "given, any certificate is taken on this machine's own addresses")
+      ->envname("STIEFEL_TLS_CA")
+      ->type_name("FILE");
+  healthcheck->fallthrough();
+  std::string name;
+  auto* token = app.add_subcommand("token", "Prints a new token, and its line for --tokens");
+  token->add_option("NAME", name, "Whose it is: sessions belong to this principal")->required();
   auto* checked = app.add_subcommand(
       "check", "Exit status 0 if a server could start with the flags beside it, else not 0");
   checked->fallthrough();
   auto* table = app.add_subcommand("flags", "Prints the flags as a table in Markdown");
   CLI11_PARSE(app, argc, argv);
 
-  if (*healthcheck) return health_check(address.substr(0, address.find(',')), service);
+  if (*healthcheck) {
+    question.tls = flags.options().access.tls;
+    return stiefel::server::health_check(question);
+  }
+  if (*token) return print_token(name);
   if (*table) {
     std::cout << stiefel::server::flag_table(app);
     return 0;
   }
-  return *checked ? check(flags.options()) : serve(flags.options(), flags.exit_with_parent);
+  return *checked ? stiefel::server::check(flags.options())
+                  : serve(flags.options(), flags.exit_with_parent);
 }

@@ -3,6 +3,7 @@
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
+#include <sys/socket.h>
 
 #include <algorithm>
 #include <limits>
@@ -11,10 +12,16 @@
 #include <stdexcept>
 #include <utility>
 
+#include "server/access/callers.h"
+#include "server/access/client_hello.h"
+#include "server/access/exposure.h"
+#include "server/access/keys_file.h"
+#include "server/access/served_certificates.h"
 #include "server/address.h"
-#include "server/durability/durability.h"
+#include "server/calls/gate.h"
 #include "server/calls/limits.h"
 #include "server/calls/service.h"
+#include "server/durability/durability.h"
 #include "server/transport/acceptor.h"
 #include "server/transport/descriptor_limit.h"
 #include "server/transport/self_watch.h"
@@ -30,10 +37,20 @@ std::string with_port(const std::string& address, int port) {
   return address.substr(0, address.rfind(':') + 1) + std::to_string(port);
 }
 
-std::vector<Listener> checked_listeners(const std::string& address) {
-  if (const auto fault = address_fault(address))
-    throw std::runtime_error("cannot listen on " + address + ": " + *fault);
+std::vector<Listener> checked_listeners(const std::string& address, const AccessOptions& access) {
+  const auto refuse = [&](const std::string& why) {
+    throw std::runtime_error("cannot listen on " + address + ": " + why);
+  };
+  if (const auto fault = address_fault(address)) refuse(*fault);
+  if (!access.tls.given() && !access.insecure)
+    if (const auto fault = exposure_fault(address)) refuse(*fault);
   return listen_on(address);
+}
+
+bool is_unix_socket(int connection) {
+  int domain = 0;
+  socklen_t size = sizeof domain;
+  return getsockopt(connection, SOL_SOCKET, SO_DOMAIN, &domain, &size) == 0 && domain == AF_UNIX;
 }
 
 int milliseconds(std::chrono::milliseconds time) {
@@ -69,7 +86,8 @@ struct Server::Parts {
       : grace(options.grace),
         host{Log(options.log_level, options.log_json),
              Accounts(options.quota, options.clock),
-             Registry(options.max_sessions, options.idle_timeout, options.clock),
+             Registry(options.max_sessions, options.idle_timeout, options.clock,
+                      checkpoint_keys(options.access.checkpoint_key)),
              Lifecycle(),
              options.identify ? options.identify : Identify(&principal_of),
              Scheduler(options.threads)},
@@ -79,29 +97,57 @@ struct Server::Parts {
         sweeper(host.registry, [this](std::size_t dropped) {
           host.log.line(Log::Level::info, "sessions expired",
                         {{"count", static_cast<std::int64_t>(dropped)}});
-        }) {}
+        }) {
+    guard(options.access);
+    gate.emplace(host, service, callers ? &*callers : nullptr);
+  }
 
-  void listen(const std::vector<std::string>& at);
+  /// The certificates and the tokens.
+  void guard(const AccessOptions& access);
+  void listen(const std::vector<std::string>& at, const AccessOptions& access);
   void accept(const ConnectionOptions& options);
 
   const std::chrono::milliseconds grace;
   Host host;
   std::unique_ptr<Durability> durability;  // null: sessions live in memory
   Service service;
+  std::optional<ServedCertificates> certificates;
+  std::optional<Callers> callers;
+  std::optional<Gate> gate;
   Sweeper sweeper;
   std::vector<std::string> addresses;
   std::vector<Listener> listeners;  // until the acceptor has them
   std::vector<SocketAddress> sockets;
-  std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> connections;
+  std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> connections, tls_connections;
   std::unique_ptr<grpc::Server> grpc;
   std::optional<Acceptor> acceptor;
   std::optional<SelfWatch> self_watch;
   std::once_flag shut_down;
 };
 
-void Server::Parts::listen(const std::vector<std::string>& at) {
+void Server::Parts::guard(const AccessOptions& access) {
+  const auto tell = [this](Log::Level level, const char* message, const std::string& fault) {
+    host.log.line(level, message, {{"fault", fault}});
+  };
+  if (access.tls.given()) {
+    certificates.emplace(access.tls, [this, tell](const std::optional<std::string>& fault) {
+      if (fault) return tell(Log::Level::error, "new certificates not taken", *fault);
+      host.log.line(Log::Level::info, "new certificates");
+    });
+    if (certificates->current().expire_time < std::chrono::system_clock::now())
+      tell(Log::Level::warn, "certificate", "--tls-cert: " + access.tls.certificate + ": expired");
+  }
+  if (access.tokens.empty()) return;
+  callers.emplace(access.tokens, [this, tell](const Callers::Change& change) {
+    host.log.line(Log::Level::info, "new tokens",
+                  {{"count", static_cast<std::int64_t>(change.tokens)}});
+    for (const std::string& fault : change.faults) tell(Log::Level::error, "tokens", fault);
+  });
+}
+
+void Server::Parts::listen(const std::vector<std::string>& at, const AccessOptions& access) {
   for (const std::string& address : at) {
-    auto some = checked_listeners(address);
+    auto some = checked_listeners(address, access);
     addresses.push_back(with_port(address, some.front().port));
     for (Listener& one : some) {
       sockets.push_back(one.address);
@@ -119,21 +165,23 @@ void Server::Parts::accept(const ConnectionOptions& options) {
       [this](int connection) {
         grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters parameters;
         parameters.fd = connection;
-        connections->HandleNewConnection(&parameters);
+        const bool encrypted = tls_connections && !is_unix_socket(connection);
+        (encrypted ? tls_connections : connections)->HandleNewConnection(&parameters);
       },
       [this, most, count](std::size_t refused) {
         host.log.line(Log::Level::warn, "connections refused",
                       {{"count", count(refused)}, {"max_connections", count(most)}});
       });
   if (options.self_watch.count() > 0)
-    self_watch.emplace(sockets, options.self_watch, options.unreachable);
+    self_watch.emplace(sockets, options.self_watch, options.unreachable,
+                       certificates ? client_hello() : "");
   for (const std::string& address : addresses)
     host.log.line(Log::Level::info, "listening",
                   {{"address", address}, {"max_connections", count(most)}});
 }
 
 Server::Server(Options options) : parts_(std::make_unique<Parts>(options)) {
-  parts_->listen(options.listen);
+  parts_->listen(options.listen, options.access);
   grpc::EnableDefaultHealthCheckService(true);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
   grpc::ServerBuilder builder;
@@ -143,7 +191,11 @@ Server::Server(Options options) : parts_(std::make_unique<Parts>(options)) {
   using Builder = grpc::ServerBuilder::experimental_type;
   parts_->connections = builder.experimental().AddExternalConnectionAcceptor(
       Builder::ExternalConnectionType::FROM_FD, grpc::InsecureServerCredentials());
-  builder.RegisterService(&parts_->service);
+  if (parts_->certificates)
+    parts_->tls_connections = builder.experimental().AddExternalConnectionAcceptor(
+        Builder::ExternalConnectionType::FROM_FD, parts_->certificates->credentials());
+  if (parts_->callers) builder.SetContextAllocator(parts_->callers->context_allocator());
+  builder.RegisterService(&*parts_->gate);
   parts_->grpc = builder.BuildAndStart();
   if (!parts_->grpc) throw std::runtime_error("cannot start the server");
   parts_->grpc->GetHealthCheckService()->SetServingStatus(

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "server/access/access_options.h"
 #include "server/scheduling/quota.h"
 #include "server/sessions/principal.h"
 #include "server/store/store_options.h"
@@ -41,8 +42,8 @@ struct ConnectionOptions {
 };
 
 struct Options {
-  /// Where to listen, without TLS: "127.0.0.1:50551", "[::1]:0" (any free port),
-  /// "unix:/run/s.sock". None: only `in_process_channel`.
+  /// Where to listen: "127.0.0.1:50551", "[::1]:0" (any free port), "unix:/run/s.sock". None: only
+  /// `in_process_channel`.
   std::vector<std::string> listen = {};
   /// Threads that compute; 0 means one a core.
   int threads = 0;
@@ -55,6 +56,7 @@ struct Options {
   std::string log_level = "warn";
   bool log_json = false;
   ConnectionOptions connections = {};
+  AccessOptions access = {};
   /// Where sessions outlive the process; without a file they live in memory.
   StoreOptions store = {};
   /// The limits of each principal.
@@ -69,8 +71,10 @@ struct Options {
 /// one of these; a program can hold its own. Thread-safe.
 class Server {
  public:
-  /// Throws std::runtime_error when an address is none (address.h) or cannot be listened on
-  /// (transport/listener.h), and when the store cannot be used (store/store_file.h).
+  /// Throws std::runtime_error when an address is none (address.h), cannot be listened on
+  /// (transport/listener.h) or is one that other machines reach, without TLS and not `insecure`;
+  /// for files that do not hold what they must (access/); and when the store cannot be used
+  /// (store/store_file.h).
   explicit Server(Options options);
   /// Shuts down, without grace if `shutdown` was not called.
   ~Server();

@@ -10,18 +10,25 @@
 
 namespace stiefel::cli {
 
+/// The server of a command.
+struct Remote {
+  std::string address = {};     ///< empty: one of the command's own
+  std::string tls_ca = {};      ///< a file of authorities; empty: no TLS
+  std::string token_file = {};  ///< empty: the variable STIEFEL_TOKEN
+};
+
 /// Each command throws BadInput or client::Error for what is not its outcome. `estimate_error`:
 /// always or never; by default when it takes less work than the run.
 
 struct DescribeCommand {
-  std::string server;
+  Remote server;
   bool json = false;
 };
 ExitStatus describe(const DescribeCommand& command);
 
 struct RunCommand {
   std::string scene;
-  std::string server;
+  Remote server;
   std::int64_t from = 0;
   std::int64_t to = 0;
   std::optional<std::int64_t> every;
@@ -38,7 +45,7 @@ constexpr std::int64_t max_default_samples = 1000;
 
 struct DiagnoseCommand {
   std::string scene;
-  std::string server;
+  Remote server;
   std::int64_t to = 0;
   std::vector<std::string> invariants;
   /// A file with `forms` and `dirac_brackets`, as in stiefel.v1.DiagnoseRequest.
@@ -65,7 +72,7 @@ ExitStatus summarize(const SummarizeCommand& command);
 
 struct ConvertCommand {
   std::string scene;
-  std::string server;
+  Remote server;
   std::string to;
   std::optional<double> epsilon;
   std::optional<double> parameter;
@@ -75,7 +82,7 @@ ExitStatus convert(const ConvertCommand& command);
 
 struct TradeoffCommand {
   std::string scene;
-  std::string server;
+  Remote server;
   std::optional<double> horizon;
   std::optional<double> budget;
   std::optional<std::uint32_t> repeats;
@@ -86,7 +93,7 @@ ExitStatus tradeoff(const TradeoffCommand& command);
 
 struct ConnectCommand {
   std::string file;
-  std::string server;
+  Remote server;
 };
 /// Notes in `origin` how the file names its frames.
 ExitStatus connect(const ConnectCommand& command, Origin& origin);

@@ -11,17 +11,21 @@ std::unique_ptr<server::Server> embed() {
   return std::make_unique<server::Server>(std::move(options));
 }
 
-client::Options options() {
+client::Options options(const Remote& remote) {
   client::Options options;
   options.stop = interruption();
+  // A Unix socket has no TLS, also where the environment names authorities.
+  if (!remote.tls_ca.empty() && !remote.address.starts_with("unix:"))
+    options.security.tls = client::Tls{.ca = remote.tls_ca};
+  if (!remote.token_file.empty()) options.security.token = client::read_token(remote.token_file);
   return options;
 }
 
 }  // namespace
 
-Endpoint::Endpoint(const std::string& address)
-    : embedded_(address.empty() ? embed() : nullptr),
-      client_(embedded_ ? client::Client(embedded_->in_process_channel(), options())
-                        : client::Client::connect(address, options())) {}
+Endpoint::Endpoint(const Remote& remote)
+    : embedded_(remote.address.empty() ? embed() : nullptr),
+      client_(embedded_ ? client::Client(embedded_->in_process_channel(), options(remote))
+                        : client::Client::connect(remote.address, options(remote))) {}
 
 }  // namespace stiefel::cli

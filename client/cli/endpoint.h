@@ -1,8 +1,8 @@
 #pragma once
 
 #include <memory>
-#include <string>
 
+#include "client/cli/commands.h"
 #include "server/server.h"
 #include "stiefel/client/client.h"
 
@@ -11,7 +11,7 @@ namespace stiefel::cli {
 /// The server a command talks to: the one at an address, or one of its own inside this process.
 class Endpoint {
  public:
-  explicit Endpoint(const std::string& address);
+  explicit Endpoint(const Remote& remote);
   const client::Client& client() const { return client_; }
 
  private:

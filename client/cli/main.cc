@@ -16,12 +16,22 @@ namespace {
 using namespace stiefel;
 using namespace stiefel::cli;
 
-void add_server(CLI::App* app, std::string& server) {
-  app->add_option(
-         "--server", server,
-         "HOST:PORT or unix:PATH of a server; by default the command runs one inside its own "
-         "process")
-      ->type_name("ADDRESS");
+void add_server(CLI::App* app, Remote& server) {
+  auto* address =
+      app->add_option(
+             "--server", server.address,
+             "HOST:PORT or unix:PATH of a server; by default the command runs one inside its own "
+             "process")
+          ->type_name("ADDRESS");
+  app->add_option("--tls-ca", server.tls_ca,
+                  "connects with TLS: a file of the authorities of the server's certificate, PEM")
+      ->envname("STIEFEL_TLS_CA")
+      ->type_name("FILE");
+  app->add_option("--token-file", server.token_file,
+                  "a file with the token that tells the server who calls; by default the variable "
+                  "STIEFEL_TOKEN")
+      ->needs(address)
+      ->type_name("FILE");
 }
 
 void add_scene(CLI::App* app, std::string& scene, std::int64_t& to) {

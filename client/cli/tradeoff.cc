@@ -165,7 +165,7 @@ std::string csv_text(const Answer& answer) {
   return text;
 }
 
-Answer measure(const v1::MeasureTradeoffRequest& request, const std::string& server) {
+Answer measure(const v1::MeasureTradeoffRequest& request, const Remote& server) {
   Answer answer;
   MeasuringLine line;
   try {

@@ -1,11 +1,10 @@
 #include "stiefel/client/client.h"
 
-#include <grpcpp/create_channel.h>
-
 #include <iterator>
 #include <utility>
 
 #include "client/cpp/assembly.h"
+#include "client/cpp/channel.h"
 #include "client/cpp/resolved_scene.h"
 #include "client/cpp/uuid.h"
 #include "client/cpp/verify.h"
@@ -17,11 +16,7 @@ using Stub = v1::SimulationService::Stub;
 Client Client::connect(const std::string& address, Options options) {
   if (const auto fault = fault_of_address(address))
     throw Error(grpc::StatusCode::INVALID_ARGUMENT, "cannot reach " + address + ": " + *fault);
-  grpc::ChannelArguments arguments;
-  // Well within the patience of a call, so that a restarted server is found again.
-  arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 50);
-  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 500);
-  auto channel = grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
+  auto channel = make_channel(address, options.security);
   return Client(Connection{v1::SimulationService::NewStub(channel), options, channel, address});
 }
 

@@ -1,7 +1,12 @@
 #include "server/calls/principal.h"
 
+#include "server/access/caller_context.h"
+
 namespace stiefel::server {
 
-Principal principal_of(const grpc::CallbackServerContext&) { return {}; }
+Principal principal_of(const grpc::CallbackServerContext& context) {
+  const auto* caller = dynamic_cast<const CallerContext*>(&context);
+  return caller == nullptr ? Principal{} : caller->principal();
+}
 
 }  // namespace stiefel::server

@@ -6,7 +6,7 @@
 
 namespace stiefel::server {
 
-/// The caller of a call.
+/// The caller of a call that the gate let in (gate.h); the principal "" at a server without tokens.
 Principal principal_of(const grpc::CallbackServerContext& context);
 
 }  // namespace stiefel::server

@@ -23,10 +23,11 @@ OrStatus<SessionLease> find_session(const Host& host, const grpc::CallbackServer
   if (host.lifecycle.refusing()) return std::unexpected(errors::shutting_down());
   if (const auto status = check_routing(context, id, field); !status.ok())
     return std::unexpected(status);
-  if (auto session = host.registry.find(id)) return *std::move(session);
+  const Principal principal = host.identify(context);
+  if (auto session = host.registry.find(principal, id)) return *std::move(session);
   const grpc::Status status = check_session_id(id, field);
   if (!status.ok()) return std::unexpected(status);
-  return std::unexpected(host.registry.deleted(id) ? errors::session_deleted(id, field)
+  return std::unexpected(host.registry.deleted(principal, id) ? errors::session_deleted(id, field)
                                                    : errors::session_not_found(id, field));
 }
 
@@ -52,9 +53,9 @@ OrStatus<Registry::Created> admit(Host& host, Account& account, const std::strin
                                   std::string_view checkpoint, bool recreate) {
   auto seated = account.seat_session();
   // To create a session that is there already takes no seat.
-  if (seated.refusal && !host.registry.find(id))
+  if (seated.refusal && !host.registry.find(account.principal(), id))
     return std::unexpected(errors::over_quota(*seated.refusal));
-  auto created = host.registry.create(id, std::move(scene.scene), checkpoint,
+  auto created = host.registry.create(account.principal(), id, std::move(scene.scene), checkpoint,
                                       std::move(scene.resolution), recreate);
   if (created) {
     if (created->created) created->session->hold(std::move(seated.seat));
@@ -79,6 +80,7 @@ OrStatus<Registry::Created> admit(Host& host, Account& account, const std::strin
       return std::unexpected(
           errors::invalid("checkpoint", value, "must come from a session of the same scene"));
     case CheckpointFault::corrupt:
+    case CheckpointFault::foreign:  // which Registry::create ignores
       break;
   }
   return std::unexpected(

@@ -28,9 +28,9 @@ grpc::Status check_session_id(std::string_view id, const char* field = "session_
 /// INVALID_ARGUMENT unless low <= value <= Session::max_step.
 grpc::Status check_step(const char* field, std::int64_t value, std::int64_t low = 0);
 
-/// A session of that scene under that id, new or there already; or why there is none. `place`: of
-/// the scene in the request. `account`: of the caller, where a new session takes a seat.
-/// `recreate`: see Registry::create.
+/// The account's session of that scene under that id, new or there already; or why there is none.
+/// `place`: of the scene in the request. A new session takes a seat of the account. `recreate`: see
+/// Registry::create.
 OrStatus<Registry::Created> admit(Host& host, Account& account, const std::string& id,
                                   ResolvedScene scene, const Place& place,
                                   std::string_view checkpoint = {}, bool recreate = false);

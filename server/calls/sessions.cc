@@ -28,13 +28,14 @@ Answered create(Host& host, Account& account, const v1::CreateSessionRequest& re
   to_proto(*admitted->session, resolution, host.registry, request.view(),
            response->mutable_session());
   response->set_created(admitted->created);
+  response->set_checkpoint_ignored(admitted->checkpoint_ignored);
   return {grpc::Status::OK, admitted->receipt};
 }
 
 /// A page ends when it has so many sessions as were asked for, or as many bytes as a reply may
 /// have.
-grpc::Status list(const Registry& registry, const v1::ListSessionsRequest& request,
-                  v1::ListSessionsResponse* response) {
+grpc::Status list(const Registry& registry, const Principal& principal,
+                  const v1::ListSessionsRequest& request, v1::ListSessionsResponse* response) {
   const std::optional<std::string> after =
       request.page_token().empty() ? "" : read_page_token(request.page_token());
   if (!after)
@@ -44,7 +45,7 @@ grpc::Status list(const Registry& registry, const v1::ListSessionsRequest& reque
                                ? default_page_size
                                : std::min<std::size_t>(request.page_size(), max_page_size);
   // One more than asked for tells if more follow.
-  const auto sessions = registry.page(*after, size + 1);
+  const auto sessions = registry.page(principal, *after, size + 1);
   std::size_t bytes = 0;
   for (std::size_t i = 0; i < sessions.size(); ++i) {
     v1::Session session;
@@ -111,7 +112,7 @@ grpc::ServerUnaryReactor* Service::ListSessions(Context* context,
                                                 const v1::ListSessionsRequest* request,
                                                 v1::ListSessionsResponse* response) {
   return answer(context, open(context, "ListSessions"),
-                [&] { return list(host_.registry, *request, response); });
+                [&] { return list(host_.registry, host_.identify(*context), *request, response); });
 }
 
 grpc::ServerUnaryReactor* Service::DeleteSession(Context* context,
@@ -121,7 +122,8 @@ grpc::ServerUnaryReactor* Service::DeleteSession(Context* context,
     if (const auto status = check_session_id(request->session_id()); !status.ok()) return status;
     if (const auto status = check_routing(*context, request->session_id()); !status.ok())
       return status;
-    return {grpc::Status::OK, host_.registry.erase(request->session_id()).receipt};
+    const Principal principal = host_.identify(*context);
+    return {grpc::Status::OK, host_.registry.erase(principal, request->session_id()).receipt};
   });
 }
 

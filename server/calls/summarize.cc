@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "proto/checksum/checksum.h"
+#include "server/calls/admission.h"
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
 #include "server/convert/convert.h"
@@ -56,8 +57,16 @@ class SummarizeCall final : public grpc::ServerWriteReactor<v1::SummarizeRespons
         session_(std::move(session)),
         request_(request),
         shutdown_(host.lifecycle.stop_token(), RequestStop{stop_}) {
+    const double price =
+        (*session_)->work((*session_)->start_for(request.from()), request.to());
+    const grpc::Status admitted = admit(ticket_, log_.account(), Ticket::Kind::stream, price);
     host_.lifecycle.enter();
-    pool_.submit(this);
+    if (!admitted.ok()) {
+      end(admitted);
+    } else {
+      Job::bill(log_.account().share(), price);
+      pool_.submit(this);
+    }
   }
 
   void OnCancel() override { stop_.request_stop(); }
@@ -87,6 +96,7 @@ class SummarizeCall final : public grpc::ServerWriteReactor<v1::SummarizeRespons
   Host& host_;
   Pool& pool_;
   CallLog log_;
+  Ticket ticket_;
   std::optional<SessionLease> session_;
   const v1::SummarizeRequest& request_;
   std::optional<Summary> summary_;
@@ -236,6 +246,7 @@ void SummarizeCall::end(const grpc::Status& status) {
   summary_.reset();
   messages_.reset();
   session_.reset();
+  ticket_.give_back();
   if (status.ok())
     StartWriteAndFinish(&message_, grpc::WriteOptions(), status);
   else

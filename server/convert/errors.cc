@@ -214,6 +214,16 @@ grpc::Status shutting_down() {
   return info(grpc::UNAVAILABLE, "the server is shutting down", "SHUTTING_DOWN");
 }
 
+grpc::Status token_missing() {
+  return info(grpc::UNAUTHENTICATED,
+              "this server needs a token: send the metadata 'authorization: Bearer TOKEN'",
+              "TOKEN_MISSING");
+}
+
+grpc::Status token_unknown() {
+  return info(grpc::UNAUTHENTICATED, "the token is unknown or was withdrawn", "TOKEN_UNKNOWN");
+}
+
 grpc::Status cancelled() { return {grpc::CANCELLED, "the caller cancelled"}; }
 
 grpc::Status out_of_memory() {

@@ -51,6 +51,11 @@ grpc::Status outside_domain(const OutsideDomain& outside);
 grpc::Status unequal_determinants(const std::string& field, int Q_0, int Q_T);
 /// UNAVAILABLE, SHUTTING_DOWN.
 grpc::Status shutting_down();
+/// UNAUTHENTICATED, TOKEN_MISSING: the call has no metadata `authorization`.
+grpc::Status token_missing();
+/// UNAUTHENTICATED, TOKEN_UNKNOWN: what it has there is no token of this server, or one that was
+/// withdrawn.
+grpc::Status token_unknown();
 /// CANCELLED: the caller went away.
 grpc::Status cancelled();
 /// RESOURCE_EXHAUSTED, OUT_OF_MEMORY.

@@ -74,7 +74,8 @@ StoredSession to_row(const Session& session) {
 }
 
 std::expected<std::shared_ptr<Session>, std::string> from_row(const Store::Row& row,
-                                                              std::shared_ptr<const Clock> clock) {
+                                                              std::shared_ptr<const Clock> clock,
+                                                              std::shared_ptr<const CheckpointKeys> keys) {
   v1::Scene message;
   if (!message.ParseFromString(row.session.scene)) return std::unexpected("it has no scene");
   auto description = from_proto(message);
@@ -82,7 +83,7 @@ std::expected<std::shared_ptr<Session>, std::string> from_row(const Store::Row& 
   auto scene = Scene::resolve(*std::move(description));
   if (!scene) return because(scene.error());
   auto session = std::make_shared<Session>(row.session.id, *std::move(scene), std::move(clock),
-                                           resolution_of(row.session));
+                                           resolution_of(row.session), std::move(keys));
   if (row.session.numerics_id == numerics_id() && row.session.identity != hash(session->identity()))
     return std::unexpected("its scene is read as another one");
   session->restored(

@@ -94,7 +94,7 @@ void Ticket::give_back() {
 Accounts::Accounts(const Quota& quota, WorkClock clock)
     : quota_(quota),
       clock_(clock ? std::move(clock) : WorkClock(&std::chrono::steady_clock::now)),
-      everybody_(quota_, clock_) {}
+      everybody_({}, quota_, clock_) {}
 
 Account& Accounts::of(const Principal& principal) {
   if (principal.name.empty()) return everybody_;
@@ -105,7 +105,7 @@ Account& Accounts::of(const Principal& principal) {
   }
   const std::unique_lock lock(mutex_);
   auto& account = named_[principal.name];
-  if (!account) account = std::make_unique<Account>(quota_, clock_);
+  if (!account) account = std::make_unique<Account>(principal, quota_, clock_);
   return *account;
 }
 

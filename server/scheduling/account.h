@@ -20,11 +20,16 @@ using WorkClock = std::function<WorkRate::Time()>;
 /// What a principal has in use, beside its quota. Thread-safe.
 class Account {
  public:
-  Account(const Quota& quota, const WorkClock& clock)
-      : quota_(quota), clock_(clock), rate_(quota.work_a_second), share_(&rate_) {}
+  Account(Principal principal, const Quota& quota, const WorkClock& clock)
+      : principal_(std::move(principal)),
+        quota_(quota),
+        clock_(clock),
+        rate_(quota.work_a_second),
+        share_(&rate_) {}
   Account(const Account&) = delete;
   Account& operator=(const Account&) = delete;
 
+  const Principal& principal() const { return principal_; }
   /// Its part of the threads.
   Share& share() { return share_; }
 
@@ -46,6 +51,7 @@ class Account {
  private:
   friend class Ticket;
 
+  const Principal principal_;
   const Quota quota_;
   const WorkClock& clock_;
   WorkRate rate_;

@@ -1,10 +1,13 @@
 #include "server/sessions/checkpoint_bytes.h"
 
+#include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstring>
 #include <optional>
 
-#include "server/sessions/identity.h"
+#include "server/sessions/checkpoint_keys.h"
+#include "server/sessions/digest.h"
 #include "server/sessions/numerics_id.h"
 
 namespace stiefel::server {
@@ -12,7 +15,13 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little);
 
-constexpr std::string_view magic = "STFLCKP2";
+constexpr std::string_view magic = "STFLCKP3";
+/// The last character is the format's version.
+constexpr std::string_view any_magic = magic.substr(0, magic.size() - 1);
+
+void append(std::string& bytes, const Bytes32& value) {
+  bytes.append(reinterpret_cast<const char*>(value.data()), value.size());
+}
 
 void append(std::string& bytes, std::uint64_t value) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
@@ -36,6 +45,13 @@ class Reader {
     std::memcpy(&value, taken->data(), sizeof value);
     return value;
   }
+  std::optional<Bytes32> bytes32() {
+    Bytes32 value;
+    const auto taken = bytes(value.size());
+    if (!taken) return std::nullopt;
+    std::ranges::copy(*taken, value.begin());
+    return value;
+  }
   std::size_t left() const { return left_.size(); }
 
  private:
@@ -47,41 +63,53 @@ class Reader {
 std::string encode_checkpoint(const Session& session, const Simulation& simulation) {
   std::vector<double> saved(simulation.saved_size());
   simulation.save(saved);
+  const CheckpointKey& key = session.checkpoint_keys().signing();
   std::string bytes(magic);
+  bytes.reserve(checkpoint_bytes(session));
+  bytes += key.name;
   append(bytes, numerics_id().size());
   bytes += numerics_id();
-  append(bytes, hash(session.identity()));
+  append(bytes, sha256(session.identity()));
   append(bytes, static_cast<std::uint64_t>(simulation.step()));
   bytes.append(reinterpret_cast<const char*>(saved.data()), saved.size() * sizeof(double));
-  append(bytes, hash(bytes));
+  append(bytes, hmac_sha256(key.secret, bytes));
   return bytes;
 }
 
 std::size_t checkpoint_bytes(const Session& session) {
-  constexpr std::size_t numbers = 4;  // length of the numerics id, scene, step, checksum
-  return magic.size() + numerics_id().size() + numbers * sizeof(std::uint64_t) +
+  constexpr std::size_t numbers = 2;  // length of the numerics id, step
+  constexpr std::size_t digests = 2;  // of the scene, of all
+  return magic.size() + CheckpointKey::name_bytes + numerics_id().size() +
+         numbers * sizeof(std::uint64_t) + digests * sizeof(Bytes32) +
          session.saved_size() * sizeof(double);
 }
 
 std::expected<Checkpoint, CheckpointRefusal> decode_checkpoint(const Session& session,
                                                                std::string_view bytes) {
   const std::unexpected corrupt(CheckpointRefusal{CheckpointFault::corrupt, {}});
-  if (bytes.size() < magic.size() + sizeof(std::uint64_t)) return corrupt;
-  const auto body = bytes.substr(0, bytes.size() - sizeof(std::uint64_t));
-  if (Reader(bytes.substr(body.size())).number() != hash(body)) return corrupt;
+  const std::unexpected foreign(CheckpointRefusal{CheckpointFault::foreign, {}});
+  if (bytes.size() < magic.size() + CheckpointKey::name_bytes + sizeof(Bytes32)) return corrupt;
+  const auto signed_bytes = bytes.substr(0, bytes.size() - sizeof(Bytes32));
 
-  Reader in(body);
-  if (in.bytes(magic.size()) != magic) return corrupt;
+  Reader in(signed_bytes);
+  const std::string_view format = *in.bytes(magic.size());
+  if (!format.starts_with(any_magic)) return corrupt;
+  if (format != magic) return foreign;
+  const CheckpointKey* key = session.checkpoint_keys().find(*in.bytes(CheckpointKey::name_bytes));
+  if (key == nullptr) return foreign;
+  const Bytes32 mac = *Reader(bytes.substr(signed_bytes.size())).bytes32();
+  if (!equal_secrets(mac, hmac_sha256(key->secret, signed_bytes))) return corrupt;
+
   const auto length = in.number();
   const auto numerics = in.bytes(length.value_or(0));
-  const auto scene = in.number();
+  const auto scene = in.bytes32();
   const auto step = in.number();
   if (!length || !numerics || !scene || !step) return corrupt;
   if (*numerics != numerics_id()) {
     return std::unexpected(
         CheckpointRefusal{CheckpointFault::other_numerics, std::string(*numerics)});
   }
-  if (*scene != hash(session.identity())) {
+  if (*scene != sha256(session.identity())) {
     return std::unexpected(CheckpointRefusal{CheckpointFault::other_scene, {}});
   }
   if (*step > static_cast<std::uint64_t>(Session::max_step)) return corrupt;
@@ -91,6 +119,8 @@ std::expected<Checkpoint, CheckpointRefusal> decode_checkpoint(const Session& se
                         std::vector<double>(session.saved_size())};
   std::memcpy(checkpoint.saved.data(), in.bytes(in.left())->data(),
               checkpoint.saved.size() * sizeof(double));
+  if (!std::ranges::all_of(checkpoint.saved, [](double x) { return std::isfinite(x); }))
+    return corrupt;
   return checkpoint;
 }
 

@@ -4,62 +4,78 @@
 #include <utility>
 
 namespace stiefel::server {
+namespace {
 
-Registry::Registry(std::uint32_t max_sessions, std::chrono::milliseconds idle_timeout, Clock clock)
+/// One name for both. No id has a NUL, so that no two pairs have one.
+std::string tombstone(const Principal& principal, std::string_view id) {
+  return principal.name + '\0' + std::string(id);
+}
+
+}  // namespace
+
+Registry::Registry(std::uint32_t max_sessions, std::chrono::milliseconds idle_timeout, Clock clock,
+                   std::shared_ptr<const CheckpointKeys> keys)
     : max_sessions_(max_sessions),
       idle_timeout_(idle_timeout),
       clock_(std::make_shared<const Clock>(clock ? std::move(clock)
-                                                 : Clock(&std::chrono::steady_clock::now))) {}
+                                                 : Clock(&std::chrono::steady_clock::now))),
+      keys_(std::move(keys)) {}
 
 std::expected<Registry::Created, Registry::CreateError> Registry::create(
-    const std::string& id, Scene scene, std::string_view checkpoint, Resolution resolution,
-    bool recreate) {
-  const auto fresh = std::make_shared<Session>(id, std::move(scene), clock_, std::move(resolution));
+    const Principal& principal, const std::string& id, Scene scene, std::string_view checkpoint,
+    Resolution resolution, bool recreate) {
+  const auto fresh =
+      std::make_shared<Session>(id, std::move(scene), clock_, std::move(resolution), keys_);
   if (auto fault = fresh->overflow()) return std::unexpected(*std::move(fault));
+  bool ignored = false;
   std::optional<Checkpoint> saved;
   if (!checkpoint.empty()) {
     auto decoded = decode_checkpoint(*fresh, checkpoint);
-    if (!decoded) return std::unexpected(std::move(decoded.error()));
-    saved = *std::move(decoded);
+    ignored = !decoded && decoded.error().fault == CheckpointFault::foreign;
+    if (!decoded && !ignored) return std::unexpected(std::move(decoded.error()));
+    if (decoded) saved = *std::move(decoded);
   }
+  SessionKey key{principal.name, id};
   const std::lock_guard lock(mutex_);
-  const auto found = sessions_.find(id);
+  const auto found = sessions_.find(key);
   if (found != sessions_.end()) {
     if (found->second->identity() != fresh->identity())
       return std::unexpected(Conflict::other_scene);
     if (saved) found->second->adopt(saved->step, std::move(saved->saved));
-    return Created{SessionLease(found->second), false, found->second->receipt()};
+    return Created{SessionLease(found->second), false, ignored, found->second->receipt()};
   }
-  if (recreate && tombstones_.contains(id, (*clock_)())) return std::unexpected(Conflict::deleted);
+  if (recreate && tombstones_.contains(tombstone(principal, id), (*clock_)()))
+    return std::unexpected(Conflict::deleted);
   if (sessions_.size() >= max_sessions_) return std::unexpected(Conflict::too_many);
   if (saved) fresh->adopt(saved->step, std::move(saved->saved));
-  tombstones_.remove(id);
-  const auto place = sessions_.emplace(id, fresh).first;
-  if (!ledger_) return Created{SessionLease(fresh), true};
+  tombstones_.remove(tombstone(principal, id));
+  const auto place = sessions_.emplace(std::move(key), fresh).first;
+  fresh->belong_to(principal);
+  if (!ledger_) return Created{SessionLease(fresh), true, ignored};
   try {
-    fresh->write_to(*ledger_, {});
+    fresh->write_to(*ledger_);
     fresh->written_by(ledger_->put(fresh));
   } catch (...) {
     sessions_.erase(place);
     throw;
   }
-  return Created{SessionLease(fresh), true, fresh->receipt()};
+  return Created{SessionLease(fresh), true, ignored, fresh->receipt()};
 }
 
-std::optional<SessionLease> Registry::find(std::string_view id) const {
+std::optional<SessionLease> Registry::find(const Principal& principal, std::string_view id) const {
   const std::shared_lock lock(mutex_);
-  const auto found = sessions_.find(id);
+  const auto found = sessions_.find(SessionKeyLess::View(principal.name, id));
   if (found == sessions_.end()) return std::nullopt;
   return SessionLease(found->second);
 }
 
-Registry::Erased Registry::erase(std::string_view id) {
+Registry::Erased Registry::erase(const Principal& principal, std::string_view id) {
   std::shared_ptr<Session> dropped;
   const std::lock_guard lock(mutex_);
-  tombstones_.put(std::string(id), (*clock_)());
+  tombstones_.put(tombstone(principal, id), (*clock_)());
   std::shared_ptr<Receipt> receipt;
-  if (ledger_) receipt = ledger_->erase({}, std::string(id));
-  const auto found = sessions_.find(id);
+  if (ledger_) receipt = ledger_->erase(principal, std::string(id));
+  const auto found = sessions_.find(SessionKeyLess::View(principal.name, id));
   if (found == sessions_.end()) return {false, std::move(receipt)};
   dropped = std::move(found->second);
   dropped->close();
@@ -70,34 +86,37 @@ Registry::Erased Registry::erase(std::string_view id) {
 void Registry::write_to(Ledger& ledger) {
   const std::lock_guard lock(mutex_);
   ledger_ = &ledger;
-  for (const auto& [id, session] : sessions_) session->write_to(ledger, session->owner());
+  for (const auto& [key, session] : sessions_) session->write_to(ledger);
 }
 
 void Registry::restore(std::shared_ptr<Session> session) {
   const std::lock_guard lock(mutex_);
-  sessions_.emplace(session->id(), std::move(session));
+  SessionKey key{session->owner().name, session->id()};
+  sessions_.emplace(std::move(key), std::move(session));
 }
 
 void Registry::drop(const Session& session) {
   std::shared_ptr<Session> dropped;
   const std::lock_guard lock(mutex_);
-  const auto found = sessions_.find(session.id());
+  const auto found = sessions_.find(SessionKeyLess::View(session.owner().name, session.id()));
   if (found == sessions_.end() || found->second.get() != &session) return;
   dropped = std::move(found->second);
   dropped->close();
   sessions_.erase(found);
 }
 
-bool Registry::deleted(std::string_view id) const {
+bool Registry::deleted(const Principal& principal, std::string_view id) const {
   const std::shared_lock lock(mutex_);
-  return tombstones_.contains(id, (*clock_)());
+  return tombstones_.contains(tombstone(principal, id), (*clock_)());
 }
 
-std::vector<std::shared_ptr<const Session>> Registry::page(std::string_view after,
+std::vector<std::shared_ptr<const Session>> Registry::page(const Principal& principal,
+                                                           std::string_view after,
                                                            std::size_t count) const {
   const std::shared_lock lock(mutex_);
   std::vector<std::shared_ptr<const Session>> sessions;
-  for (auto it = sessions_.upper_bound(after); it != sessions_.end() && sessions.size() < count;
+  for (auto it = sessions_.upper_bound(SessionKeyLess::View(principal.name, after));
+       it != sessions_.end() && it->first.principal == principal.name && sessions.size() < count;
        ++it) {
     sessions.push_back(it->second);
   }

@@ -18,32 +18,54 @@
 
 #include "server/sessions/checkpoint_bytes.h"
 #include "server/sessions/ledger.h"
+#include "server/sessions/principal.h"
 #include "server/sessions/session.h"
 #include "server/sessions/tombstones.h"
 
 namespace stiefel::server {
 
-/// The sessions by their ids. Thread-safe.
+/// What a session is found by: two principals may use one id, and each has a session of its own.
+struct SessionKey {
+  std::string principal, id;
+};
+
+/// By principal, then by id.
+struct SessionKeyLess {
+  using is_transparent = void;
+  struct View {
+    std::string_view principal, id;
+    View(std::string_view owner, std::string_view name) : principal(owner), id(name) {}
+    View(const SessionKey& key) : principal(key.principal), id(key.id) {}
+    auto operator<=>(const View&) const = default;
+  };
+  bool operator()(const View& a, const View& b) const { return a < b; }
+};
+
+/// The sessions by their principals and ids. Thread-safe.
 class Registry {
  public:
-  Registry(std::uint32_t max_sessions, std::chrono::milliseconds idle_timeout, Clock clock);
+  /// `keys`: of the checkpoints; those of the process if null.
+  Registry(std::uint32_t max_sessions, std::chrono::milliseconds idle_timeout, Clock clock,
+           std::shared_ptr<const CheckpointKeys> keys = nullptr);
 
   struct Created {
     SessionLease session;
     bool created;
+    bool checkpoint_ignored = false;  ///< another server's key signed it: CheckpointFault::foreign
     std::shared_ptr<Receipt> receipt = {};  ///< null without a ledger: nothing to wait for
   };
   enum class Conflict { other_scene, too_many, deleted };
   using CreateError = std::variant<Conflict, CheckpointRefusal, Overflow>;
 
-  /// A new session, or the one of that id, if its scene is the same; in its cache is what
+  /// A new session, or the principal's of that id, if its scene is the same; in its cache is what
   /// `checkpoint` holds unless that is empty. The checkpoint is checked in any case, and that the
-  /// fields at step 0 are finite numbers: no other is ever sent. With `recreate` no session comes
-  /// back that was deleted within the idle timeout.
-  std::expected<Created, CreateError> create(const std::string& id, Scene scene,
-                                             std::string_view checkpoint,
+  /// fields at step 0 are finite numbers: no other is ever sent. A checkpoint that another server
+  /// signed is ignored. With `recreate` no session comes back that was deleted within the idle
+  /// timeout.
+  std::expected<Created, CreateError> create(const Principal& principal, const std::string& id,
+                                             Scene scene, std::string_view checkpoint,
                                              Resolution resolution = {}, bool recreate = false);
-  std::optional<SessionLease> find(std::string_view id) const;
+  std::optional<SessionLease> find(const Principal& principal, std::string_view id) const;
   struct Erased {
     bool found;
     std::shared_ptr<Receipt> receipt = {};  ///< null without a ledger
@@ -51,11 +73,13 @@ class Registry {
   };
   /// The id counts as deleted whether it was there or not: a session of it may be on its way here
   /// from another server.
-  Erased erase(std::string_view id);
+  Erased erase(const Principal& principal, std::string_view id);
   /// Whether it was erased within the idle timeout, and not created anew.
-  bool deleted(std::string_view id) const;
-  /// At most `count` in the order of their ids, the first one after `id`. Looking renews nothing.
-  std::vector<std::shared_ptr<const Session>> page(std::string_view after, std::size_t count) const;
+  bool deleted(const Principal& principal, std::string_view id) const;
+  /// At most `count` of the principal's in the order of their ids, the first one after `after`.
+  /// Looking renews nothing.
+  std::vector<std::shared_ptr<const Session>> page(const Principal& principal,
+                                                   std::string_view after, std::size_t count) const;
   std::size_t size() const;
 
   /// Drops the sessions that had no call for the idle timeout; returns their number.
@@ -72,6 +96,7 @@ class Registry {
   /// Removes this session, unless another one has its name; the ledger does not learn of it.
   void drop(const Session& session);
   const std::shared_ptr<const Clock>& clock() const { return clock_; }
+  const std::shared_ptr<const CheckpointKeys>& keys() const { return keys_; }
 
   std::uint32_t max_sessions() const { return max_sessions_; }
   std::chrono::milliseconds idle_timeout() const { return idle_timeout_; }
@@ -82,7 +107,8 @@ class Registry {
   const std::shared_ptr<const Clock> clock_;
   Ledger* ledger_ = nullptr;
   mutable std::shared_mutex mutex_;
-  std::map<std::string, std::shared_ptr<Session>, std::less<>> sessions_;
+  const std::shared_ptr<const CheckpointKeys> keys_;
+  std::map<SessionKey, std::shared_ptr<Session>, SessionKeyLess> sessions_;
   Tombstones tombstones_{idle_timeout_};  // guarded by mutex_
 };
 

@@ -7,6 +7,7 @@
 
 #include "engine/simulation/catalogue/methods/step_weight.h"
 #include "server/scheduling/slice.h"
+#include "server/sessions/checkpoint_keys.h"
 #include "server/sessions/identity.h"
 
 namespace stiefel::server {
@@ -49,12 +50,13 @@ Saved save(const Simulation& simulation) {
 }  // namespace
 
 Session::Session(std::string id, Scene scene, std::shared_ptr<const Clock> clock,
-                 Resolution resolution)
+                 Resolution resolution, std::shared_ptr<const CheckpointKeys> keys)
     : id_(std::move(id)),
       scene_(std::move(scene)),
       resolution_(std::move(resolution)),
       identity_(identity_of(scene_.description())),
       clock_(std::move(clock)),
+      keys_(keys ? std::move(keys) : CheckpointKeys::of_process()),
       checkpoints_(1) {
   auto simulation = make_simulation(scene_);
   fields_ = simulation->fields();
@@ -156,11 +158,6 @@ std::int64_t Session::start_for(std::int64_t step) const {
   for (const auto& simulation : idle_)
     if (simulation->step() <= step) start = std::max(start, simulation->step());
   return start;
-}
-
-void Session::write_to(Ledger& ledger, Principal owner) {
-  ledger_ = &ledger;
-  owner_ = std::move(owner);
 }
 
 void Session::written_by(std::shared_ptr<Receipt> receipt) {

@@ -20,6 +20,8 @@
 
 namespace stiefel::server {
 
+class CheckpointKeys;
+
 using Clock = std::function<std::chrono::steady_clock::time_point()>;
 
 /// A field that is not finite at step 0.
@@ -35,8 +37,9 @@ class Session : public std::enable_shared_from_this<Session> {
  public:
   static constexpr std::int64_t max_step = std::int64_t{1} << 53;
 
+  /// `keys`: of its checkpoints; those of the process if null.
   Session(std::string id, Scene scene, std::shared_ptr<const Clock> clock,
-          Resolution resolution = {});
+          Resolution resolution = {}, std::shared_ptr<const CheckpointKeys> keys = nullptr);
 
   const std::string& id() const { return id_; }
   const Scene& scene() const { return scene_; }
@@ -44,6 +47,7 @@ class Session : public std::enable_shared_from_this<Session> {
   const Resolution& resolution() const { return resolution_; }
   /// Equal exactly for equal resolved scenes.
   const std::string& identity() const { return identity_; }
+  const CheckpointKeys& checkpoint_keys() const { return *keys_; }
   const std::vector<Field>& fields() const { return fields_; }
   std::size_t block_count() const { return block_count_; }
   std::size_t saved_size() const { return saved_size_; }
@@ -82,9 +86,10 @@ class Session : public std::enable_shared_from_this<Session> {
   std::int64_t cursor() const { return cursor_.load(std::memory_order_relaxed); }
 
   std::chrono::system_clock::time_point create_time() const { return create_time_; }
+  /// Before others see the session.
+  void belong_to(const Principal& owner) { owner_ = owner; }
   /// Before others see the session: from now on the ledger learns of the states that it caches.
-  /// `owner` is whose row it has there.
-  void write_to(Ledger& ledger, Principal owner);
+  void write_to(Ledger& ledger) { ledger_ = &ledger; }
   /// Before others see the session: whose it is and when it was created, by a server before this
   /// one.
   void restored(Principal owner, std::chrono::system_clock::time_point created) {
@@ -113,6 +118,7 @@ class Session : public std::enable_shared_from_this<Session> {
   const Resolution resolution_;
   const std::string identity_;
   const std::shared_ptr<const Clock> clock_;
+  const std::shared_ptr<const CheckpointKeys> keys_;
   std::shared_ptr<void> seat_;
   std::chrono::system_clock::time_point create_time_ = std::chrono::system_clock::now();
   Principal owner_;

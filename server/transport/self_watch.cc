@@ -31,13 +31,15 @@ bool connected(const Descriptor& socket, const SocketAddress& address, Clock::ti
 
 }  // namespace
 
-bool answers(const SocketAddress& address, std::chrono::milliseconds timeout) {
+bool answers(const SocketAddress& address, std::chrono::milliseconds timeout,
+             std::string_view hello) {
+  if (hello.empty()) hello = preface;
   const auto until = Clock::now() + timeout;
   const Descriptor socket(
       ::socket(address.storage.ss_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
   if (!socket) return true;
   if (!connected(socket, address, until)) return false;
-  send(socket.get(), preface.data(), preface.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+  send(socket.get(), hello.data(), hello.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
   std::size_t received = 0;
   while (received < frame_header && ready(socket, POLLIN, until)) {
     char bytes[64];
@@ -49,10 +51,11 @@ bool answers(const SocketAddress& address, std::chrono::milliseconds timeout) {
 }
 
 SelfWatch::SelfWatch(std::vector<SocketAddress> addresses, std::chrono::milliseconds patience,
-                     std::function<void()> give_up)
+                     std::function<void()> give_up, std::string tls_hello)
     : addresses_(std::move(addresses)),
       patience_(patience),
       give_up_(std::move(give_up)),
+      tls_hello_(std::move(tls_hello)),
       thread_([this](const std::stop_token& stop) { run(stop); }) {}
 
 void SelfWatch::run(const std::stop_token& stop) {
@@ -62,7 +65,9 @@ void SelfWatch::run(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
   while (!wake_.wait_for(lock, stop, pause, [&] { return stop.stop_requested(); })) {
     for (std::size_t i = 0; i < addresses_.size(); ++i) {
-      if (answers(addresses_[i], pause)) answered[i] = Clock::now();
+      const bool plain = addresses_[i].storage.ss_family == AF_UNIX;
+      if (answers(addresses_[i], pause, plain ? std::string_view() : tls_hello_))
+        answered[i] = Clock::now();
       if (stop.stop_requested()) return;
       if (Clock::now() - answered[i] >= patience_) return give_up_();
     }

@@ -56,6 +56,13 @@ std::optional<Listener> listening(SocketAddress at) {
   return Listener{std::move(socket), at, ntohs(port_of(at))};
 }
 
+SocketAddress address_of(const addrinfo& one) {
+  SocketAddress at;
+  at.length = one.ai_addrlen;
+  std::memcpy(&at.storage, one.ai_addr, one.ai_addrlen);
+  return at;
+}
+
 }  // namespace
 
 std::vector<Listener> listen_on_tcp(const std::string& address) {
@@ -64,9 +71,7 @@ std::vector<Listener> listen_on_tcp(const std::string& address) {
   std::vector<Listener> listeners;
   int fault = 0;
   for (const addrinfo* one = resolved->get(); one != nullptr; one = one->ai_next) {
-    SocketAddress at;
-    at.length = one->ai_addrlen;
-    std::memcpy(&at.storage, one->ai_addr, one->ai_addrlen);
+    SocketAddress at = address_of(*one);
     // All IP addresses of a name get the port that the first was given.
     if (!listeners.empty()) port_of(at) = htons(static_cast<in_port_t>(listeners.front().port));
     if (auto listener = listening(at))
@@ -77,6 +82,14 @@ std::vector<Listener> listen_on_tcp(const std::string& address) {
   if (listeners.empty())
     throw std::runtime_error("cannot listen on " + address + ": " + std::strerror(fault));
   return listeners;
+}
+
+std::vector<SocketAddress> tcp_addresses(const std::string& address) {
+  std::vector<SocketAddress> addresses;
+  if (const auto resolved = resolve(address))
+    for (const addrinfo* one = resolved->get(); one != nullptr; one = one->ai_next)
+      addresses.push_back(address_of(*one));
+  return addresses;
 }
 
 std::optional<std::string> tcp_fault(const std::string& address) {

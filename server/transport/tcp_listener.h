@@ -8,4 +8,7 @@ namespace stiefel::server {
 std::vector<Listener> listen_on_tcp(const std::string& address);
 std::optional<std::string> tcp_fault(const std::string& address);
 
+/// The IP addresses of host:port; none for a host that has none.
+std::vector<SocketAddress> tcp_addresses(const std::string& address);
+
 }  // namespace stiefel::server

@@ -7,12 +7,20 @@ import stiefel
 
 
 @pytest.fixture(scope="session")
-def address():
+def checkpoint_key(tmp_path_factory):
+    """The arguments by which servers take each other's checkpoints."""
+    file = tmp_path_factory.mktemp("key") / "key"
+    file.write_text(os.urandom(32).hex() + "\n")
+    return ["--checkpoint-key", str(file)]
+
+
+@pytest.fixture(scope="session")
+def address(checkpoint_key):
     given = os.environ.get("STIEFEL_ADDRESS")
     if given:
         yield given
         return
-    with stiefel.Server.start() as server:
+    with stiefel.Server.start(arguments=checkpoint_key) as server:
         yield server.address
 
 
@@ -23,9 +31,9 @@ def client(address):
 
 
 @pytest.fixture
-def other(address):
+def other(address, checkpoint_key):
     """A client of a second server process of the same build."""
     if os.environ.get("STIEFEL_ADDRESS"):
         pytest.skip("needs a second server of the same build")
-    with stiefel.Server.start() as server, stiefel.Client(server.address) as client:
+    with stiefel.Server.start(arguments=checkpoint_key) as server, stiefel.Client(server.address) as client:
         yield client

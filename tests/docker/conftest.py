@@ -39,7 +39,8 @@ def hardening() -> list[str]:
 
 class Container:
     def __init__(self) -> None:
-        network = ["--publish", "127.0.0.1::50551"]
+        # Published on this machine's loopback interface only, so that plaintext does not leave it.
+        network = ["--publish", "127.0.0.1::50551", "--env", "STIEFEL_LISTEN=0.0.0.0:50551", "--env", "STIEFEL_INSECURE=1"]
         if ENGINE == "podman":  # Needs no bridge this way.
             self.address = f"127.0.0.1:{free_port()}"
             network = ["--network", "host", "--env", f"STIEFEL_LISTEN={self.address}"]

@@ -86,6 +86,15 @@ def test_ends_well_on_sigterm() -> None:
         running.remove()
 
 
-def test_compose_offers_it_to_this_machine_only() -> None:
-    assert SERVICE["ports"]
-    assert all(port.startswith("127.0.0.1:") for port in SERVICE["ports"])
+def test_by_default_it_is_reached_over_a_socket_alone() -> None:
+    config = inspect("image", IMAGE)["Config"]
+    assert "STIEFEL_LISTEN=unix:/run/stiefel/stiefel.sock" in config["Env"]
+    assert "/run/stiefel" in config["Volumes"]
+    assert not SERVICE.get("ports") and SERVICE["network_mode"] == "none"
+    assert SERVICE["volumes"] == ["${STIEFEL_SOCKET:-socket}:/run/stiefel"]
+
+
+def test_beyond_the_container_it_does_not_listen_without_tls() -> None:
+    done = subprocess.run([ENGINE, "run", "--rm", *hardening(), "--network", "none", "--env", "STIEFEL_LISTEN=0.0.0.0:50551",
+                           IMAGE], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 1 and "0.0.0.0:50551: other machines reach it" in done.stderr

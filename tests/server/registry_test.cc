@@ -6,12 +6,15 @@
 #include <latch>
 #include <thread>
 
+#include "server/sessions/checkpoint_keys.h"
 #include "tests/server/scenes.h"
 
 namespace stiefel::server {
 namespace {
 
 using namespace std::chrono_literals;
+
+const Principal everybody;
 
 class RegistryTest : public testing::Test {
  protected:
@@ -20,8 +23,8 @@ class RegistryTest : public testing::Test {
 };
 
 TEST_F(RegistryTest, TheSameSceneIsTheSameSession) {
-  const auto first = registry_.create("a", test::scene(), "");
-  const auto again = registry_.create("a", test::scene(), "");
+  const auto first = registry_.create(everybody, "a", test::scene(), "");
+  const auto again = registry_.create(everybody, "a", test::scene(), "");
   ASSERT_TRUE(first && again);
   EXPECT_TRUE(first->created);
   EXPECT_FALSE(again->created);
@@ -30,58 +33,94 @@ TEST_F(RegistryTest, TheSameSceneIsTheSameSession) {
 
 TEST_F(RegistryTest, TheResolvedSceneIsTheSameSession) {
   const Scene scene = test::scene();
-  registry_.create("a", scene, "");
-  const auto again = registry_.create("a", Scene::resolve(scene.description()).value(), "");
+  registry_.create(everybody, "a", scene, "");
+  const auto again =
+      registry_.create(everybody, "a", Scene::resolve(scene.description()).value(), "");
   ASSERT_TRUE(again);
   EXPECT_FALSE(again->created);
 }
 
 TEST_F(RegistryTest, AnotherSceneIsAConflict) {
-  registry_.create("a", test::scene(), "");
+  registry_.create(everybody, "a", test::scene(), "");
   auto other = test::description();
   other.step = std::nextafter(*other.step, 1);
-  const auto result = registry_.create("a", Scene::resolve(other).value(), "");
+  const auto result = registry_.create(everybody, "a", Scene::resolve(other).value(), "");
   ASSERT_FALSE(result);
   EXPECT_EQ(std::get<Registry::Conflict>(result.error()), Registry::Conflict::other_scene);
 }
 
 TEST_F(RegistryTest, HoldsSoManyAndNoMore) {
-  for (const char* id : {"a", "b", "c"}) EXPECT_TRUE(registry_.create(id, test::scene(), ""));
-  const auto result = registry_.create("d", test::scene(), "");
+  for (const char* id : {"a", "b", "c"})
+    EXPECT_TRUE(registry_.create(everybody, id, test::scene(), ""));
+  const auto result = registry_.create(everybody, "d", test::scene(), "");
   ASSERT_FALSE(result);
   EXPECT_EQ(std::get<Registry::Conflict>(result.error()), Registry::Conflict::too_many);
-  EXPECT_TRUE(registry_.create("b", test::scene(), "")) << "an old one is still found";
-  EXPECT_TRUE(registry_.erase("a"));
-  EXPECT_FALSE(registry_.erase("a"));
-  EXPECT_TRUE(registry_.create("d", test::scene(), ""));
+  EXPECT_TRUE(registry_.create(everybody, "b", test::scene(), "")) << "an old one is still found";
+  EXPECT_TRUE(registry_.erase(everybody, "a"));
+  EXPECT_FALSE(registry_.erase(everybody, "a"));
+  EXPECT_TRUE(registry_.create(everybody, "d", test::scene(), ""));
+}
+
+TEST_F(RegistryTest, PrincipalsDoNotMeet) {
+  const Principal alice{"alice"}, bob{"bob"}, nearly{"alic"};
+  auto other = test::description();
+  other.step = std::nextafter(*other.step, 1);
+  const auto hers = registry_.create(alice, "a", test::scene(), "");
+  const auto his = registry_.create(bob, "a", Scene::resolve(other).value(), "");
+  ASSERT_TRUE(hers && his);
+  EXPECT_TRUE(hers->created && his->created) << "another scene of the same id is no conflict";
+  EXPECT_NE(&*hers->session, &*his->session);
+  EXPECT_TRUE(registry_.create(alice, "b", test::scene(), ""));
+  EXPECT_FALSE(registry_.find(bob, "b"));
+  EXPECT_FALSE(registry_.find(nearly, "ea"));
+  EXPECT_FALSE(registry_.erase(bob, "b"));
+  EXPECT_TRUE(registry_.page(everybody, "", 9).empty());
+  EXPECT_TRUE(registry_.page(nearly, "", 9).empty());
+  EXPECT_EQ(registry_.page(alice, "", 9).size(), 2u);
+  EXPECT_EQ(registry_.page(bob, "", 9).size(), 1u);
+  EXPECT_TRUE(registry_.page(bob, "a", 9).empty());
+  EXPECT_TRUE(registry_.erase(bob, "a"));
+  EXPECT_TRUE(registry_.find(alice, "a"));
+}
+
+TEST_F(RegistryTest, AForeignCheckpointIsIgnored) {
+  Registry elsewhere(3, 1h, {},
+                     std::make_shared<const CheckpointKeys>(std::vector{random_secret()}));
+  const auto there = elsewhere.create(everybody, "a", test::scene(), "");
+  ASSERT_TRUE(there);
+  const std::string bytes = encode_checkpoint(*there->session, *there->session->lease(0));
+  const auto here = registry_.create(everybody, "a", test::scene(), bytes);
+  ASSERT_TRUE(here);
+  EXPECT_TRUE(here->created && here->checkpoint_ignored);
+  EXPECT_FALSE(elsewhere.create(everybody, "b", test::scene(), bytes)->checkpoint_ignored);
 }
 
 TEST_F(RegistryTest, PagesInOrder) {
-  for (const char* id : {"c", "a", "b"}) registry_.create(id, test::scene(), "");
-  const auto first = registry_.page("", 2);
+  for (const char* id : {"c", "a", "b"}) registry_.create(everybody, id, test::scene(), "");
+  const auto first = registry_.page(everybody, "", 2);
   ASSERT_EQ(first.size(), 2u);
   EXPECT_EQ(first[0]->id(), "a");
   EXPECT_EQ(first[1]->id(), "b");
-  EXPECT_EQ(registry_.page("b", 2).at(0)->id(), "c");
-  EXPECT_TRUE(registry_.page("c", 2).empty());
+  EXPECT_EQ(registry_.page(everybody, "b", 2).at(0)->id(), "c");
+  EXPECT_TRUE(registry_.page(everybody, "c", 2).empty());
 }
 
 TEST_F(RegistryTest, DropsWhatIsIdle) {
-  registry_.create("a", test::scene(), "");
-  registry_.create("b", test::scene(), "");
+  registry_.create(everybody, "a", test::scene(), "");
+  registry_.create(everybody, "b", test::scene(), "");
   now_ += 59min;
   EXPECT_EQ(registry_.expire(), 0u);
-  EXPECT_TRUE(registry_.find("b"));
+  EXPECT_TRUE(registry_.find(everybody, "b"));
   now_ += 1min;
   EXPECT_EQ(registry_.expire(), 1u);
-  EXPECT_FALSE(registry_.find("a"));
-  EXPECT_TRUE(registry_.find("b")) << "a call renews";
+  EXPECT_FALSE(registry_.find(everybody, "a"));
+  EXPECT_TRUE(registry_.find(everybody, "b")) << "a call renews";
 }
 
 TEST_F(RegistryTest, DropsNothingInUse) {
-  registry_.create("a", test::scene(), "");
+  registry_.create(everybody, "a", test::scene(), "");
   {
-    const auto hold = registry_.find("a");
+    const auto hold = registry_.find(everybody, "a");
     now_ += 5h;
     EXPECT_EQ(registry_.expire(), 0u);
   }
@@ -91,9 +130,9 @@ TEST_F(RegistryTest, DropsNothingInUse) {
 }
 
 TEST_F(RegistryTest, LookingAtThePageRenewsNothing) {
-  registry_.create("a", test::scene(), "");
+  registry_.create(everybody, "a", test::scene(), "");
   now_ += 59min;
-  EXPECT_EQ(registry_.page("", 9).size(), 1u);
+  EXPECT_EQ(registry_.page(everybody, "", 9).size(), 1u);
   now_ += 1min;
   EXPECT_EQ(registry_.expire(), 1u);
 }
@@ -106,7 +145,7 @@ TEST_F(RegistryTest, CreatedByEightThreadsIsOneSession) {
     for (int i = 0; i < 8; ++i) {
       threads.emplace_back([&] {
         start.arrive_and_wait();
-        created += registry_.create("a", test::scene(), "").value().created;
+        created += registry_.create(everybody, "a", test::scene(), "").value().created;
       });
     }
   }
@@ -116,7 +155,7 @@ TEST_F(RegistryTest, CreatedByEightThreadsIsOneSession) {
 
 TEST(Sweeper, ExpiresByItself) {
   Registry registry(3, 1ms, {});
-  registry.create("a", test::scene(), "");
+  registry.create(everybody, "a", test::scene(), "");
   std::latch expired(1);
   Sweeper sweeper(registry, [&](std::size_t dropped) {
     EXPECT_EQ(dropped, 1u);

@@ -13,8 +13,9 @@ from stiefel.diagnosis import Conservation, Diagnosis, Domain, Invariant
 from stiefel.drive import Drive
 from stiefel.errors import (AlreadyExists, BuildChanged, Cancelled, Closed, CorruptReply, DeadlineExceeded, FailedPrecondition,
                             Internal, InvalidArgument, NotFound, NotStarted, ResourceExhausted, SceneWarning, StiefelError,
-                            Unavailable, Unimplemented, Violation)
+                            Unauthenticated, Unavailable, Unimplemented, Violation)
 from stiefel.scenes import SceneLike, to_dict, to_message
+from stiefel.security import Tls
 from stiefel.server import Server
 from stiefel.session import Session
 from stiefel.summary import Events, Summary
@@ -27,9 +28,9 @@ __all__ = [
     "CorruptReply", "DeadlineExceeded", "Diagnosis", "Domain", "Drive", "EstimatedError", "Events", "FailedPrecondition",
     "Geodesic", "Internal",
     "Invariant", "InvalidArgument", "NotFound", "NotStarted", "Outcome", "Point", "Price", "ResourceExhausted",
-    "RunStatus", "SceneLike", "SceneWarning", "Server", "Session", "State", "StiefelError", "Summary", "Tradeoff", "Trajectory", "Unavailable",
-    "Unimplemented", "Violation", "to_dict", "to_message",
-    "SweepFailed", "SweepResult", "__version__", "sweep",
+    "RunStatus", "SceneLike", "SceneWarning", "Server", "Session", "State", "StiefelError", "Summary", "SweepFailed",
+    "SweepResult", "Tls", "Tradeoff", "Trajectory", "Unauthenticated", "Unavailable", "Unimplemented", "Violation",
+    "__version__", "sweep", "to_dict", "to_message",
 ]
 
 

@@ -14,6 +14,7 @@ from stiefel.answers import Conversion, Geodesic
 from stiefel.errors import Closed, CorruptReply, InvalidArgument, SceneWarning, StiefelError, Violation, from_rpc_error
 from stiefel.recreation import Metadata, route
 from stiefel.scenes import SceneLike, to_matrix, to_message
+from stiefel.security import TlsLike, open_channel, token_from_environment
 from stiefel.session import Session
 from stiefel.tradeoff import Tradeoff
 from stiefel.v1.simulation_pb2_grpc import SimulationServiceStub
@@ -35,15 +36,27 @@ class Client:
     where its server is gone; where a server of another build answers for it, the client raises
     `BuildChanged`, unless `any_build`. As a context manager the client closes itself at the end; a call
     after that raises `Closed`. Safe to use from many threads.
+
+    `tls`: a file of authorities in PEM, True for those that gRPC comes with, or a `Tls`; by default the
+    file that STIEFEL_TLS_CA names, if it does. `token` tells the server who calls; by default it is
+    STIEFEL_TOKEN. InvalidArgument where it would be sent in plaintext beyond this machine. With
+    `channel`, one of gRPC's, there is neither address nor tls nor token: they are the channel's.
     """
 
     def __init__(self, address: Optional[str] = None, timeout: Optional[float] = 60.0, checksums: bool = True,
+                 tls: TlsLike = None, token: Optional[str] = None, channel: Optional[grpc.Channel] = None,
                  any_build: bool = False):
+        if channel is not None and not (address is None and tls is None and token is None):
+            raise InvalidArgument("channel: address, tls and token are those of the channel")
         self.address = address or os.environ.get("STIEFEL_ADDRESS", "127.0.0.1:50551")
         self.timeout = timeout
         self.checksums = checksums
         self.any_build = any_build
-        self.channel = grpc.insecure_channel(self.address, options=_OPTIONS)
+        if channel is None:
+            channel = open_channel(self.address, tls, token_from_environment() if token is None else token, _OPTIONS)
+        else:
+            self.address = "a channel of the caller's"
+        self.channel = channel
         self._stub = SimulationServiceStub(self.channel)  # type: ignore[no-untyped-call]
         self._closed = False
 

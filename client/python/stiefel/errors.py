@@ -87,6 +87,13 @@ class Unavailable(StiefelError):
     code = grpc.StatusCode.UNAVAILABLE
 
 
+class Unauthenticated(StiefelError):
+    """The server needs a token, or the one sent is unknown or was withdrawn: `reason` is TOKEN_MISSING or
+    TOKEN_UNKNOWN; empty for a call that ran when its token was withdrawn."""
+
+    code = grpc.StatusCode.UNAUTHENTICATED
+
+
 class Unimplemented(StiefelError):
     code = grpc.StatusCode.UNIMPLEMENTED
 
@@ -174,6 +181,10 @@ _REASONS = {  # the first that occurs in gRPC's message
     "Permission denied": "permission is denied",
     "No route to host": "there is no route to this host",
     "Network is unreachable": "its network cannot be reached",
+    "is not in peer certificate": "its certificate has another name",
+    "CERTIFICATE_VERIFY_FAILED": "its certificate is not trusted",
+    "certificate verify failed": "its certificate is not trusted",
+    "Ssl handshake failed": "the TLS handshake failed",
     "handshaker shutdown": "nothing that speaks gRPC answers there",
     "Timeout occurred": "the server does not answer",
     "contacting DNS servers": "no name server answers",

@@ -17,7 +17,8 @@ namespace stiefel::client {
 class Client {
  public:
   /// "host:port" or "unix:/path". Returns at once; the first call connects. Throws Error of the
-  /// code INVALID_ARGUMENT for what is no address, such as a port above 65535.
+  /// code INVALID_ARGUMENT for what is no address, such as a port above 65535, for a token that
+  /// would travel in plaintext beyond this machine, and for files of TLS that cannot be read.
   static Client connect(const std::string& address, Options options = {});
   /// Over a channel of the caller's, such as a server's in-process one.
   explicit Client(std::shared_ptr<grpc::Channel> channel, Options options = {});

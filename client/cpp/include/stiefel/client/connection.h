@@ -17,6 +17,7 @@
 #include "stiefel/client/error.h"
 #include "stiefel/client/recreation.h"
 #include "stiefel/client/refusals.h"
+#include "stiefel/client/security.h"
 #include "stiefel/client/unreachable.h"
 #include "stiefel/v1/simulation.grpc.pb.h"
 
@@ -41,6 +42,8 @@ struct Options {
   /// Its stop cancels every call that runs and every later one but the deletion of a session; they
   /// throw Error.
   std::stop_token stop = {};
+  /// Of a channel that `Client::connect` makes: TLS, and the token.
+  Security security = {};
 };
 
 /// Cancels the call of a context, which outlives it, when a stop is requested.

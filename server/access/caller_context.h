@@ -1,0 +1,24 @@
+#pragma once
+
+#include <grpcpp/server_context.h>
+
+#include <boost/intrusive/list_hook.hpp>
+
+#include "server/sessions/digest.h"
+#include "server/sessions/principal.h"
+
+namespace stiefel::server {
+
+/// The context of a call at a server with tokens: it knows who calls. `Callers` fills it in.
+class CallerContext final : public grpc::CallbackServerContext,
+                            public boost::intrusive::list_base_hook<> {
+ public:
+  const Principal& principal() const { return principal_; }
+
+ private:
+  friend class Callers;
+  Principal principal_;
+  Bytes32 digest_{};  // of the token
+};
+
+}  // namespace stiefel::server

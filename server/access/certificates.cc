@@ -1,0 +1,91 @@
+#include "server/access/certificates.h"
+
+#include <openssl/bio.h>
+#include <openssl/err.h>
+#include <openssl/pem.h>
+#include <openssl/x509.h>
+
+#include <ctime>
+#include <memory>
+
+namespace stiefel::server {
+namespace {
+
+template <auto release>
+struct Release {
+  template <class T>
+  void operator()(T* object) const {
+    release(object);
+  }
+};
+using Bio = std::unique_ptr<BIO, Release<BIO_free>>;
+using Certificate = std::unique_ptr<X509, Release<X509_free>>;
+using Key = std::unique_ptr<EVP_PKEY, Release<EVP_PKEY_free>>;
+
+/// OpenSSL keeps a queue of errors for each thread, of which gRPC would read ours.
+struct CleanErrors {
+  ~CleanErrors() { ERR_clear_error(); }
+};
+
+/// A key with a passphrase is refused: OpenSSL would ask for it on the terminal.
+int no_passphrase(char*, int, int, void*) { return -1; }
+
+Bio reader(const std::string& pem) {
+  return Bio(BIO_new_mem_buf(pem.data(), static_cast<int>(pem.size())));
+}
+
+/// All certificates of the text; none if one of them cannot be read.
+std::vector<Certificate> read_chain(const std::string& pem) {
+  std::vector<Certificate> chain;
+  const Bio bio = reader(pem);
+  while (Certificate one{PEM_read_bio_X509(bio.get(), nullptr, no_passphrase, nullptr)})
+    chain.push_back(std::move(one));
+  const bool ended = ERR_GET_REASON(ERR_peek_last_error()) == PEM_R_NO_START_LINE;
+  ERR_clear_error();
+  return ended ? std::move(chain) : std::vector<Certificate>();
+}
+
+std::chrono::system_clock::time_point expire_time(const Certificate& certificate) {
+  std::tm time{};
+  ASN1_TIME_to_tm(X509_get0_notAfter(certificate.get()), &time);
+  return std::chrono::system_clock::from_time_t(timegm(&time));
+}
+
+}  // namespace
+
+std::vector<std::string> paths_of(const TlsFiles& files) {
+  std::vector<std::string> paths = {files.certificate, files.key};
+  if (!files.client_ca.empty()) paths.push_back(files.client_ca);
+  return paths;
+}
+
+std::expected<Certificates, std::string> certificates(const TlsFiles& files,
+                                                      const WatchedFiles::Contents& contents) {
+  const CleanErrors clean;
+  static constexpr const char* flags[] = {"--tls-cert", "--tls-key", "--tls-client-ca"};
+  const std::vector<std::string> paths = paths_of(files);
+  const auto fault = [&](std::size_t file, const std::string& rule) {
+    return std::unexpected(std::string(flags[file]) + ": " + paths[file] + ": " + rule);
+  };
+  for (std::size_t file = 0; file < 2; ++file)
+    if (paths[file].empty())
+      return std::unexpected(std::string(flags[file]) +
+                             ": TLS needs a certificate and its key: --tls-cert and --tls-key");
+  for (std::size_t file = 0; file < paths.size(); ++file)
+    if (!contents[file]) return fault(file, contents[file].error());
+
+  const std::vector<Certificate> chain = read_chain(*contents[0]);
+  if (chain.empty()) return fault(0, "it must hold certificates in PEM");
+  const Key key(
+      PEM_read_bio_PrivateKey(reader(*contents[1]).get(), nullptr, no_passphrase, nullptr));
+  if (!key) return fault(1, "it must hold a private key in PEM, without passphrase");
+  if (X509_check_private_key(chain.front().get(), key.get()) != 1)
+    return fault(1, "it is not the key of the first certificate of " + files.certificate);
+  const bool with_clients = paths.size() > 2;
+  if (with_clients && read_chain(*contents[2]).empty())
+    return fault(2, "it must hold certificates in PEM");
+  return Certificates{*contents[0], *contents[1], with_clients ? *contents[2] : "",
+                      expire_time(chain.front())};
+}
+
+}  // namespace stiefel::server

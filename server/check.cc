@@ -1,0 +1,66 @@
+#include "server/check.h"
+
+#include <chrono>
+#include <exception>
+#include <iostream>
+
+#include "server/access/callers.h"
+#include "server/access/certificates.h"
+#include "server/access/exposure.h"
+#include "server/access/keys_file.h"
+#include "server/store/store_file.h"
+#include "server/transport/descriptor_limit.h"
+#include "server/transport/listener.h"
+
+namespace stiefel::server {
+namespace {
+
+using Faults = std::vector<std::string>;
+
+void check_addresses(const Options& options, Faults& faults) {
+  const bool guarded = options.access.tls.given() || options.access.insecure;
+  for (const std::string& address : options.listen) {
+    const std::string place = "--listen: " + address + ": ";
+    if (const auto fault = listen_fault(address))
+      faults.push_back(place + *fault);
+    else if (const auto exposed = guarded ? std::nullopt : exposure_fault(address))
+      faults.push_back(place + *exposed);
+  }
+}
+
+void check_files(const AccessOptions& access, Faults& faults) {
+  if (access.tls.given()) {
+    const auto found = certificates(access.tls, read_texts(paths_of(access.tls)));
+    if (!found)
+      faults.push_back(found.error());
+    else if (found->expire_time < std::chrono::system_clock::now())
+      faults.push_back("--tls-cert: " + access.tls.certificate + ": it has expired");
+  }
+  if (!access.tokens.empty())
+    for (const std::string& fault : faults_of_tokens(access.tokens))
+      faults.push_back("--tokens: " + access.tokens + ": " + fault);
+  try {
+    checkpoint_keys(access.checkpoint_key);
+  } catch (const std::exception& fault) {
+    faults.emplace_back(fault.what());
+  }
+}
+
+}  // namespace
+
+int check(const Options& options) {
+  Faults faults;
+  check_addresses(options, faults);
+  check_files(options.access, faults);
+  if (const auto fault = store_fault(options.store)) faults.push_back("--store: " + *fault);
+  raise_descriptor_limit();
+  const std::size_t most = possible_connections(options.connections.most);
+  if (most < options.connections.most)
+    faults.push_back("--max-connections: " + std::to_string(options.connections.most) +
+                     ": the limit of file descriptors leaves " + std::to_string(most));
+  for (const std::string& fault : faults) std::cerr << fault << '\n';
+  if (faults.empty()) std::cout << "the flags are sound; connections at once: " << most << '\n';
+  return faults.empty() ? 0 : 1;
+}
+
+}  // namespace stiefel::server
