@@ -246,6 +246,7 @@ def test_a_name_that_no_server_takes_is_not_routed(client, id):
 @pytest.mark.parametrize("code, says, taken", [
     (grpc.StatusCode.CANCELLED, "Received RST_STREAM with error code 8", True),
     (grpc.StatusCode.UNKNOWN, "Stream removed", True),
+    (grpc.StatusCode.CANCELLED, "CANCELLED", True),
     (grpc.StatusCode.CANCELLED, "Locally cancelled by application!", False),
     (grpc.StatusCode.RESOURCE_EXHAUSTED, "Received RST_STREAM with error code 11", False),
 ])
