@@ -176,9 +176,11 @@ def test_a_deletion_during_a_recreation_wins(place, client):
     send, created = session._recreation._send, threading.Event()
 
     def late(method, request, deadline):
-        send(method, request, deadline)
-        created.set()
-        session._recreation.end()  # as `delete` begins
+        reply = send(method, request, deadline)
+        if method == "CreateSession":
+            created.set()
+            session._recreation.end()  # as `delete` begins
+        return reply
     session._recreation._send = late
     with pytest.raises(stiefel.NotFound):
         session.step(1)
