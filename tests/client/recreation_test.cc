@@ -288,7 +288,7 @@ TEST(AsUnavailable, IsAConnectionThatBroke) {
   };
   EXPECT_EQ(seen(CANCELLED, "Received RST_STREAM with error code 8"), UNAVAILABLE);
   EXPECT_EQ(seen(UNKNOWN, "Stream removed"), UNAVAILABLE);
-  EXPECT_EQ(seen(CANCELLED, "CANCELLED"), CANCELLED) << "by the caller";
+  EXPECT_EQ(seen(CANCELLED, "CANCELLED"), UNAVAILABLE) << "by a server at its end";
   EXPECT_EQ(seen(CANCELLED, "Received RST_STREAM", "details"), CANCELLED) << "by the server";
   EXPECT_EQ(seen(RESOURCE_EXHAUSTED, "Received RST_STREAM with error code 11"), RESOURCE_EXHAUSTED);
 }

@@ -58,13 +58,10 @@ class Recreation:
 
     def call(self, method: str, request: Any, timeout: Optional[float] = None) -> Any:
         """One unary call by name, repeated where the session had to be created again."""
-        def attempt(left: Optional[float]) -> Any:
-            return calls.call(lambda left: self._attempt(method, request, left), self._client, left)
-
         deadline, waits = calls.Deadline(self._client.deadline(timeout)), calls.pauses(self._client)
         while True:
             try:
-                return attempt(deadline.left())
+                return self._send(method, request, deadline)
             except (NotFound, Unavailable) as error:
                 self.recover(error, waits, deadline)
 
@@ -150,8 +147,8 @@ class Recreation:
         if self._ended:  # meanwhile; the deletion may have come before the creation
             self._client.delete(self._id)
 
-    def _send(self, method: str, request: Any, deadline: calls.Deadline) -> None:
-        calls.call(lambda left: self._attempt(method, request, left), self._client, deadline.left())
+    def _send(self, method: str, request: Any, deadline: calls.Deadline) -> Any:
+        return calls.call(lambda left: self._attempt(method, request, left), self._client, deadline.left())
 
 
 def _refuses_checkpoint(error: StiefelError) -> bool:

@@ -151,7 +151,8 @@ struct Connection {
   /// The error of a call; of a server that cannot be reached in plain words.
   Error error(const grpc::Status& status) const {
     const bool connected = !channel || channel->GetState(false) == GRPC_CHANNEL_READY;
-    return Error(in_plain_words(as_unavailable(status), address, connected));
+    const bool stopped = options.stop.stop_requested();
+    return Error(in_plain_words(stopped ? status : as_unavailable(status), address, connected));
   }
 
   using Stub = v1::SimulationService::Stub;
