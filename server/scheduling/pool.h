@@ -10,6 +10,7 @@ class Pool {
   Pool(Scheduler& scheduler, JobKind kind) : scheduler_(scheduler), kind_(kind) {}
 
   void submit(Job* job) noexcept { scheduler_.submit(job, kind_); }
+  int threads() const { return scheduler_.threads(); }
 
   /// The price, in instructions, of work that cannot be predicted: about a slice, or, of work
   /// without slices, ten seconds.

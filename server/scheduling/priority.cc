@@ -2,18 +2,17 @@
 
 #include <sched.h>
 #include <sys/resource.h>
-#include <unistd.h>
 
 namespace stiefel::server {
 
 void lower_priority(bool kept) noexcept {
-  constexpr int nice_of_kept = 1, nice_of_others = 5;
+  constexpr int kept_below = 1, others_below = 5;
   if (!kept) {
     const sched_param none{};
     sched_setscheduler(0, SCHED_BATCH, &none);
   }
-  // On Linux the nice value is that of the thread.
-  setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kept ? nice_of_kept : nice_of_others);
+  // On Linux 0 is this thread, and the nice value is a thread's.
+  setpriority(PRIO_PROCESS, 0, getpriority(PRIO_PROCESS, 0) + (kept ? kept_below : others_below));
 }
 
 }  // namespace stiefel::server

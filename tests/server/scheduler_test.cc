@@ -11,7 +11,10 @@
 #include <thread>
 
 #include "server/scheduling/slice.h"
+#include "tests/server/scenes.h"
 #include "tests/server/scheduling.h"
+#include "tests/support/ensemble_of.h"
+#include "tests/support/random_scene.h"
 
 namespace stiefel::server {
 namespace {
@@ -298,6 +301,26 @@ TEST(Crew, ThereAreNeverMoreThreadsThanTheBudget) {
   }
   EXPECT_LE(at_most, threads);
   EXPECT_GE(at_most, 1);
+}
+
+TEST(Crew, AnEnsembleHasTheBitsThatItHasAlone) {
+  std::vector<SceneDescription> scenes;
+  for (unsigned b = 0; b < 40; ++b)
+    scenes.push_back(testing::description(testing::RandomBody(5, b + 1), 0.05, "variational"));
+  const Scene scene = Scene::resolve(testing::ensemble_of(scenes)).value();
+  const auto alone = make_simulation(scene), shared = make_simulation(scene);
+  ASSERT_TRUE(alone->advance(500).reached());
+  Scheduler scheduler(4);
+  std::latch done(1);
+  Calling job([&, slices = 0]() mutable {
+    EXPECT_TRUE(shared->advance(100).reached());
+    if (++slices < 5) return true;
+    done.count_down();
+    return false;
+  });
+  scheduler.submit(&job, JobKind::sliced);
+  done.wait();
+  EXPECT_EQ(test::saved(*shared), test::saved(*alone));
 }
 
 TEST(Crew, WhatAnItemThrowsIsThrown) {
