@@ -306,7 +306,8 @@ TEST_F(StoreTest, CheckFindsWhatOpeningWould) {
   }
   EXPECT_FALSE(store_fault(options_));
   test::write_file(folder_.file("text"), std::string(2000, 'x'));
-  EXPECT_THAT(store_fault({folder_.file("text")}).value_or(""), HasSubstr("not an SQLite database"));
+  EXPECT_THAT(store_fault({folder_.file("text")}).value_or(""),
+              HasSubstr("not an SQLite database"));
 }
 
 }  // namespace
