@@ -148,6 +148,7 @@ class Here(Workers):
         return self._server.use(use, self._threads)
 
     def close(self) -> None:
+        self._server.stop()  # ends calls that still run
         super().close()
         self._server.stop()
 

@@ -8,7 +8,7 @@ import time
 
 from stiefel import v1 as pb
 from stiefel.client import Client
-from stiefel.errors import CorruptReply, NotFound, Unavailable
+from stiefel.errors import CorruptReply, DeadlineExceeded, NotFound, Unavailable
 from stiefel.sweeps.chunks import Task
 from stiefel.sweeps.failures import LostServer, OtherNumerics
 from stiefel.sweeps.own_server import OwnServer
@@ -27,11 +27,11 @@ def compute(task: Task) -> Reduced:
 def compute_at(client: Client, task: Task) -> Reduced:
     """The task's statistics from the server of `client`. LostServer, OtherNumerics."""
     try:
-        return reduce(client, task.ensemble(), pb.SummarizeRequest.FromString(task.request), task.numerics_id)
+        return reduce(client, task.ensemble(), pb.SummarizeRequest.FromString(task.request), task.numerics_id, task.timeout)
     except OtherNumerics:
         time.sleep(REFUSAL)
         raise
-    except (Unavailable, NotFound, CorruptReply) as error:
+    except (Unavailable, NotFound, CorruptReply, DeadlineExceeded) as error:
         raise LostServer(f"{client.address} on {socket.gethostname()}: {error.message}") from None
 
 
