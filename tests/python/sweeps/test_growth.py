@@ -1,8 +1,8 @@
 """Short sweeps one after another leave nothing behind."""
 import gc
 import os
+import tempfile
 import threading
-from pathlib import Path
 
 import psutil
 import pytest
@@ -11,23 +11,25 @@ from cases import SPINS, sweep
 SWEEPS = int(os.environ.get("STIEFEL_SHORT_SWEEPS", "12"))
 
 
-def held():
+def held(folder):
     gc.collect()
     this = psutil.Process()
     return {"processes": len(this.children(recursive=True)), "descriptors": this.num_fds(), "threads": threading.active_count(),
-            "sockets": len(list(Path("/tmp").glob("stiefel-*")))}
+            "folders": len(list(folder.iterdir()))}
 
 
-def test_short_sweeps_leave_nothing():
+def test_short_sweeps_leave_nothing(tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))  # where servers have their sockets
+
     def one():
         sweep(axes={"body.angular_velocity": SPINS[:3]}, to=3)
 
     for _ in range(SWEEPS // 4):
         one()
-    before, memory = held(), psutil.Process().memory_info().rss
+    before, memory = held(tmp_path), psutil.Process().memory_info().rss
     for _ in range(SWEEPS):
         one()
-    assert held() == before
+    assert held(tmp_path) == before
     assert psutil.Process().memory_info().rss < memory + 20e6 + 2e3 * SWEEPS
 
 
