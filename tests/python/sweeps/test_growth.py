@@ -45,3 +45,20 @@ def test_progress_without_tqdm(monkeypatch, capsys, done, points, line):
             progress.add(done)
         assert progress.line().startswith(line)
     assert (capsys.readouterr().err == "") is (done == 0)
+
+
+def test_a_worker_has_its_share_of_the_machine(monkeypatch):
+    from stiefel.sweeps.chunks import Task
+    from stiefel.sweeps.own_server import Share
+    from stiefel.sweeps.worker import here, share_of
+
+    monkeypatch.delenv("SLURM_CPUS_PER_TASK", raising=False)
+    monkeypatch.setattr(os, "cpu_count", lambda: 8)
+    machine = psutil.virtual_memory().total
+    elsewhere = Task(b"", 1, (), b"", "")
+    assert share_of(elsewhere).threads == 1 and share_of(elsewhere).memory == pytest.approx(0.75 / 8 * machine, rel=0.02)
+    assert share_of(Task(b"", 1, (), b"", "", home=here())) == Share(0)
+    assert share_of(Task(b"", 1, (), b"", "", threads=3, home=here())) == Share(3)
+    assert share_of(Task(b"", 1, (), b"", "", threads=3)).threads == 3
+    monkeypatch.setenv("SLURM_CPUS_PER_TASK", "4")
+    assert share_of(elsewhere).threads == 4 and share_of(elsewhere).memory == pytest.approx(0.75 / 2 * machine, rel=0.02)

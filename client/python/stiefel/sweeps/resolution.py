@@ -10,7 +10,7 @@ from stiefel.errors import DeadlineExceeded, NotFound, Unavailable
 from stiefel.sweeps.chunks import Task
 from stiefel.sweeps.failures import LostServer
 from stiefel.sweeps.reduction import summary_of, temporary_session
-from stiefel.sweeps.worker import own_server, threads_of
+from stiefel.sweeps.worker import own_server, share_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +34,7 @@ class Resolved:
 
 def answer(question: Question) -> list[Resolved]:
     """By this process's own server. Raises what CreateSession and Summarize do, and LostServer."""
-    return own_server().use(lambda client: answer_at(client, question), threads_of(question.tasks[0]))
+    return own_server().use(lambda client: answer_at(client, question), share_of(question.tasks[0]))
 
 
 def answer_at(client: Client, question: Question) -> list[Resolved]:
