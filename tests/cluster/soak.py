@@ -159,7 +159,7 @@ def one_ensemble(bodies: int) -> tuple[float, float]:
             part = {path: numbers[begin:begin + largest] for path, numbers in values.items()}
             task = Task(base.SerializeToString(), len(next(iter(part.values()))),
                         tuple(Values(path, None, numbers) for path, numbers in part.items()), b"", "")
-            reduce(client, task.ensemble(), request, "")
+            reduce(client, task.ensemble(), request, "", None)
     return time_of.servers, time_of.everything
 
 

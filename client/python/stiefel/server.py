@@ -10,7 +10,7 @@ import threading
 import time
 import weakref
 from pathlib import Path
-from typing import IO, Optional, Sequence
+from typing import IO, Mapping, Optional, Sequence
 
 from stiefel.errors import NotStarted
 from stiefel.programs import bundled
@@ -30,10 +30,12 @@ class Server:
         _running.add(self)
 
     @classmethod
-    def start(cls, listen: Optional[str] = None, arguments: Sequence[str] = (), timeout: float = 30.0) -> Server:
+    def start(cls, listen: Optional[str] = None, arguments: Sequence[str] = (), timeout: float = 30.0,
+              environment: Optional[Mapping[str, str]] = None) -> Server:
         """Starts a server on a Unix socket that only this user can reach, or on `listen`.
 
-        "127.0.0.1:0" is a free port. `arguments` go to the command as they are. A program that ends,
+        "127.0.0.1:0" is a free port. `arguments` go to the command as they are; `environment` has
+        variables for it that this process's own replace. A program that ends,
         or has not said after `timeout` seconds where it listens, is killed: NotStarted, with what
         it wrote to stderr. FileNotFoundError if there is no program.
         """
@@ -43,7 +45,7 @@ class Server:
         try:
             # It stops when its stdin ends, which happens however this process does.
             process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                                       bufsize=0, env={"STIEFEL_LOG_LEVEL": "warn", **os.environ})
+                                       bufsize=0, env={"STIEFEL_LOG_LEVEL": "warn", **(environment or {}), **os.environ})
         except OSError as error:
             shutil.rmtree(folder, ignore_errors=True)
             raise _not_started(command, f"cannot be run: {error.strerror}", None, "") from error

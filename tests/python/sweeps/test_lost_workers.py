@@ -198,7 +198,7 @@ def _runs(pid):
 
 def test_a_forked_child_leaves_the_server_of_its_parent_alone():
     own = own_server.OwnServer()
-    own.use(lambda client: client.describe(), 1)
+    own.use(lambda client: client.describe(), own_server.Share(1))
     server = own._held.server
     child = os.fork()
     if child == 0:
@@ -206,6 +206,6 @@ def test_a_forked_child_leaves_the_server_of_its_parent_alone():
         own.stop()
         os._exit(code)
     assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
-    assert own.use(lambda client: client.describe().version, 1) and own._held.server is server
+    assert own.use(lambda client: client.describe().version, own_server.Share(1)) and own._held.server is server
     own.stop()
     assert server.process.poll() is not None

@@ -75,7 +75,7 @@ def test_an_executor_that_is_shut_down():
 
 
 def test_a_server_that_is_not_there(monkeypatch):
-    monkeypatch.setattr("stiefel.sweeps.failures.ATTEMPTS", 2)
+    monkeypatch.setattr("stiefel.sweeps.failures.ATTEMPTS", 1)
     with pytest.raises(stiefel.SweepFailed, match="no worker answered: LostServer: localhost:1.*cannot reach"):
         sweep(servers=["localhost:1"])
 

@@ -17,6 +17,7 @@ from stiefel.sweeps.axes import owner_of
 WORK = 2.0**34  #: instructions of a chunk, about a second of one core
 CREATION = 2.0**20  #: instructions for checking and setting up one member
 LARGEST = 1 << 14  #: members of a chunk
+SLOWEST = 100.0  #: times slower than predicted, when a server is taken to be lost
 KEPT = 1 << 20  #: numbers that the quantiles of one call may keep
 LANES = 16  #: members that fill whole vector registers
 
@@ -52,6 +53,7 @@ class Task:
     request: bytes  #: a SummarizeRequest without a session
     numerics_id: str  #: of the build that may compute it
     index: int = 0  #: of the chunk in its sweep
+    timeout: float = 600.0  #: seconds after which the server is taken to be lost
     threads: Optional[int] = None  #: of the worker's own server
     home: tuple[str, int] = field(default=("", 0))  #: host and process that the sweep runs in
 

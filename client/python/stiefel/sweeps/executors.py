@@ -10,7 +10,7 @@ from stiefel.client import Client
 from stiefel.errors import InvalidArgument, Violation
 from stiefel.sweeps.chunks import Task
 from stiefel.sweeps.failures import FRUITLESS, LostServer
-from stiefel.sweeps.own_server import TIMEOUT, OwnServer
+from stiefel.sweeps.own_server import TIMEOUT, OwnServer, Share
 from stiefel.sweeps.resolution import Question, Resolved, answer, answer_at
 from stiefel.sweeps.worker import compute, compute_at
 
@@ -134,7 +134,7 @@ class Here(Workers):
     """Threads of this process that call one server of its own, which computes on `threads` cores, 0: on all."""
 
     def __init__(self, threads: Optional[int]):
-        self._threads = threads or 0
+        self._share = Share(threads or 0)
         self._server = OwnServer()
         super().__init__(lambda: ThreadPoolExecutor(CALLS, "stiefel sweep"))
 
@@ -145,9 +145,10 @@ class Here(Workers):
         return self._submit(self._here, lambda client: compute_at(client, task))
 
     def _here(self, use: Callable[[Client], Any]) -> Any:
-        return self._server.use(use, self._threads)
+        return self._server.use(use, self._share)
 
     def close(self) -> None:
+        self._server.stop()  # ends calls that still run
         super().close()
         self._server.stop()
 

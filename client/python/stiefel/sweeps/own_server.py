@@ -25,6 +25,13 @@ class _Held(NamedTuple):
     client: Client
 
 
+class Share(NamedTuple):
+    """What the server may use of its machine."""
+
+    threads: int  #: 0: all cores
+    memory: Optional[int] = None  #: bytes; None: what the server takes by itself
+
+
 _all: "weakref.WeakSet[OwnServer]" = weakref.WeakSet()
 _inherited: list[_Held] = []  # of the parent: kept, so that no destructor of gRPC runs in the child
 
@@ -37,10 +44,10 @@ class OwnServer:
         self._held: Optional[_Held] = None
         _all.add(self)
 
-    def use(self, function: Callable[[Client], T], threads: int) -> T:
-        """`function` of a client of the server, which is started with so many threads where it is not there.
+    def use(self, function: Callable[[Client], T], share: Share) -> T:
+        """`function` of a client of the server, which is started with this share where it is not there.
         A server that `function` says is lost is stopped, and the next use starts another one. LostServer."""
-        held = self._hold(threads)
+        held = self._hold(share)
         try:
             return function(held.client)
         except LostServer:
@@ -55,14 +62,14 @@ class OwnServer:
         if held is not None:
             self._drop(held)
 
-    def _hold(self, threads: int) -> _Held:
+    def _hold(self, share: Share) -> _Held:
         with self._lock:
             if self._held is not None and self._held.server.process.poll() is not None:
                 _end(self._held)
                 self._held = None
             if self._held is None:
                 try:
-                    server = Server.start(arguments=["--threads", str(threads)])
+                    server = Server.start(arguments=["--threads", str(share.threads)], environment=_memory(share))
                 except NotStarted as error:
                     raise LostServer(f"on {socket.gethostname()}: {error.message}") from None
                 self._held = _Held(server, Client(server.address, timeout=TIMEOUT))
@@ -82,6 +89,10 @@ class OwnServer:
         if self._held is not None:
             _inherited.append(self._held)
             self._held = None
+
+
+def _memory(share: Share) -> dict[str, str]:
+    return {} if share.memory is None else {"STIEFEL_MEMORY": str(share.memory)}
 
 
 def _end(held: _Held) -> None:

@@ -14,7 +14,7 @@ from stiefel import v1 as pb
 from stiefel.errors import InvalidArgument, Violation
 from stiefel.scenes import to_dict
 from stiefel.sweeps.axes import Axes, set_common
-from stiefel.sweeps.chunks import LARGEST, Task, Values, members_of_a_chunk
+from stiefel.sweeps.chunks import LARGEST, SLOWEST, WORK, Task, Values, members_of_a_chunk
 from stiefel.sweeps.resolution import Question, Resolved
 
 Ask = Callable[[Question], list[Resolved]]
@@ -78,6 +78,8 @@ def make_plan(base: pb.Scene, axes: Axes, request: pb.SummarizeRequest, ask: Ask
     chunks: list[tuple[int, int, int]] = []
     for k, (group, one) in enumerate(zip(groups, resolved)):
         members = members_of_a_chunk(one.step_work, steps, one.kept * samples)
+        slowest = SLOWEST * members * steps * one.step_work / WORK
+        template = replace(template, timeout=max(template.timeout, slowest))
         chunks += [(k, begin, min(begin + members, group.end)) for begin in range(group.begin, group.end, members)]
     plan = Plan(axes, tuple(groups), order, tuple(chunks), request, resolved[0].numerics_id, resolved[0].build,
                 _described(groups), template, tuple(dict.fromkeys(text for one in resolved for text in one.warnings)))

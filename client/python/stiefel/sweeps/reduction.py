@@ -7,7 +7,7 @@ import socket
 import uuid
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from typing import Iterator
+from typing import Iterator, Optional
 
 from stiefel import v1 as pb
 from stiefel.arrays import Array
@@ -45,19 +45,21 @@ def request_of(to: int, start: int, every: int, summarize: Quantities) -> pb.Sum
     return request
 
 
-def reduce(client: Client, scene: pb.Scene, request: pb.SummarizeRequest, numerics_id: str) -> Reduced:
+def reduce(client: Client, scene: pb.Scene, request: pb.SummarizeRequest, numerics_id: str,
+           timeout: Optional[float]) -> Reduced:
     """The statistics of every member of the ensemble `scene`. OtherNumerics where the server's bits would be others."""
     with temporary_session(client, scene, numerics_id) as session:
-        arrays = summary_of(client, session, request, ensemble=True)
+        arrays = summary_of(client, session, request, True, timeout)
         return Reduced({name: array for name, array in arrays.items() if name not in _UNUSED}, session.numerics_id)
 
 
-def summary_of(client: Client, session: pb.Session, request: pb.SummarizeRequest, ensemble: bool) -> dict[str, Array]:
+def summary_of(client: Client, session: pb.Session, request: pb.SummarizeRequest, ensemble: bool,
+               timeout: Optional[float]) -> dict[str, Array]:
     """The arrays of a Summarize by their names on the wire."""
     asked = pb.SummarizeRequest()
     asked.CopyFrom(request)
     asked.session_id, asked.checksum = session.session_id, client.checksums
-    running = Summarizing(client, asked, ensemble, timeout=client.timeout)
+    running = Summarizing(client, asked, ensemble, timeout)
     for _ in running:
         pass
     return running.arrays

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 from stiefel import v1 as pb
 from stiefel.client import Client
-from stiefel.errors import NotFound, Unavailable
+from stiefel.errors import DeadlineExceeded, NotFound, Unavailable
 from stiefel.sweeps.chunks import Task
 from stiefel.sweeps.failures import LostServer
 from stiefel.sweeps.reduction import summary_of, temporary_session
-from stiefel.sweeps.worker import own_server, threads_of
+from stiefel.sweeps.worker import own_server, share_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,14 +34,14 @@ class Resolved:
 
 def answer(question: Question) -> list[Resolved]:
     """By this process's own server. Raises what CreateSession and Summarize do, and LostServer."""
-    return own_server().use(lambda client: answer_at(client, question), threads_of(question.tasks[0]))
+    return own_server().use(lambda client: answer_at(client, question), share_of(question.tasks[0]))
 
 
 def answer_at(client: Client, question: Question) -> list[Resolved]:
     try:
         build = client.describe().build
         return [_resolve(client, task, build) for task in question.tasks]
-    except (Unavailable, NotFound) as error:
+    except (Unavailable, NotFound, DeadlineExceeded) as error:
         raise LostServer(f"{client.address}: {error.message}") from None
 
 
@@ -52,7 +52,7 @@ def _resolve(client: Client, task: Task, build: str) -> Resolved:
     with temporary_session(client, scene, task.numerics_id) as session:
         filled_in = session.scene if session.scene.HasField("method") else scene
         method = filled_in.method.SerializeToString(deterministic=True) if filled_in.HasField("method") else b""
-        arrays = summary_of(client, session, _without_steps(task), task.members > 1)
+        arrays = summary_of(client, session, _without_steps(task), task.members > 1, task.timeout)
         kept = sum(math.prod(array.shape[task.members > 1:-1]) for name, array in arrays.items() if name.endswith(".quantiles"))
         return Resolved(method, session.step_price.work / task.members, kept, session.numerics_id, build,
                         tuple(session.warnings))
