@@ -132,7 +132,7 @@ def test_nobody_starves(client, record):
         np.testing.assert_array_equal(alone.step(to=count * 5000)["Q"], state["Q"])
     for session in long:
         session.delete()
-    record("10^9 steps: nobody starves", "seconds that a step waited at worst, beside 8 long ones on 2 threads",
+    record("10^9 steps beside short ones", "seconds that a step waited at worst, beside 8 long ones on 2 threads",
            max(waits))
 
 

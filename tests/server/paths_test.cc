@@ -91,7 +91,7 @@ void expect_field(const std::map<std::string, std::string>& faults, const std::s
   EXPECT_NE(found->second.find(description), std::string::npos) << all;
 }
 
-/// What a scene can have wrong, by its own paths.
+/// Faults of a scene, each with its path.
 const std::vector<std::pair<std::string, std::function<void(v1::Scene&)>>>& wrong_scenes() {
   static const std::vector<std::pair<std::string, std::function<void(v1::Scene&)>>> all = {
       {"system", [](auto& s) { s.set_system("rigid_bodi"); }},
@@ -375,7 +375,7 @@ TEST_F(Paths, OfWhatIsAskedOfASession) {
   }
 }
 
-// The same id with what has the same numbers but is another scene.
+// A session's id with another scene that has the same numbers.
 
 grpc::StatusCode create_again(test::Harness& harness, const v1::Scene& scene) {
   v1::CreateSessionRequest request;
