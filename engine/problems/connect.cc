@@ -77,8 +77,8 @@ std::optional<ConnectRefusal> refused(const TwoPointProblem& p) {
   return {};
 }
 
-/// Of a path of K steps in numbers: what relaxes it holds five d × d blocks and a basis of d
-/// directions for every inner frame; all starts are held at once.
+/// Refuses a path of K steps whose relaxation would need too much memory: five d × d blocks and a
+/// basis of d directions for every inner frame, for all starts at once.
 std::optional<ConnectRefusal> too_large(const TwoPointProblem& p, int K) {
   const double nN = static_cast<double>(p.Q_0.size()), n = static_cast<double>(p.Q_0.rows());
   const double d = nN - n * (n + 1) / 2;

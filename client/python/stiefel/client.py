@@ -119,8 +119,12 @@ class Client:
                  timeout: Optional[float] = None) -> Geodesic:
         """The geodesic from the frame Q_0 to the frame Q_T in that time; with `steps` the discrete one."""
         pair = pb.FramePair(q_0=to_matrix(Q_0, "Q_0"), q_t=to_matrix(Q_T, "Q_T"))
-        return self._connect([pair], inertia=inertia, time=time, steps=steps, samples=samples, seed=seed,
-                             restarts=restarts, timeout=timeout)[0]
+        try:
+            return self._connect([pair], inertia=inertia, time=time, steps=steps, samples=samples, seed=seed,
+                                 restarts=restarts, timeout=timeout)[0]
+        except StiefelError as error:
+            error.relative_to("pairs[0]")
+            raise
 
     def connect(self, pairs: Iterable[tuple[Any, Any]], inertia: Any = (), metric: str = "lambda", time: float = 1.0,
                 steps: int = 0, samples: int = 0, seed: int = 0, restarts: Optional[int] = None,

@@ -52,6 +52,13 @@ class StiefelError(Exception):
             lines.append(f"{self.partial.samples} samples had arrived; they are in `partial`")
         return "\n  ".join([self.message] + [line for line in lines if line not in self.message])
 
+    def relative_to(self, place: str) -> None:
+        """Shortens the paths of fields inside `place`, for a caller who gave only what is there: relative to
+        "pairs[0]" the path "pairs[0].Q_0" is "Q_0"."""
+        self.message = self.message.replace(place + ".", "")
+        self.violations = tuple(v._replace(field=v.field.removeprefix(place + ".")) for v in self.violations)
+        self.args = (self.message,)
+
 
 class InvalidArgument(StiefelError, ValueError):
     code = grpc.StatusCode.INVALID_ARGUMENT

@@ -14,11 +14,11 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 /// Units of work: about a second, of which the reference may take a third.
 constexpr double budget = 4e9, reference_share = 1.0 / 3;
-/// Of the budget for one run, and for all of one candidate.
+/// One run may take this share of the budget; a candidate may take so many runs.
 constexpr double run_share = 1.0 / 20;
 constexpr int most_runs = 14;
 constexpr int most_substeps = 1 << 20;
-/// What an extrapolated error is multiplied with.
+/// Factor on an extrapolated error.
 constexpr double caution = 2;
 
 /// "2.1e-09".
@@ -72,7 +72,7 @@ Chooser::Trial Chooser::attempt(const Candidate& candidate, const MethodDescript
   const double allowed = std::min(run_share * budget, left_);
   const std::int64_t to = affordable_steps(samples_, step_work, allowed);
   const Scene scene = start_.with(method).value();
-  // What rounding in single precision becomes cannot be told from a part.
+  // The growth of rounding errors in single precision cannot be extrapolated from a part.
   if (scene.in_float() && to < steps_) return Trial{*scene.description().method};
   const Run result = run(scene, candidate.weight, samples_, to, Watch::errors, {});
   left_ -= result.work;
@@ -144,7 +144,7 @@ std::optional<Chooser::Trial> Chooser::loosest_tolerance(const Candidate& candid
       if (!found || trial.cost < found->cost) found = trial;
       if (next <= 2 * epsilon || (best_ && trial.cost > 4 * best_->cost)) break;
     } else {
-      // The same strides as before: too loose still to change anything.
+      // A cost as before means that the tolerance did not change the steps.
       const bool same = trial.cost == last_cost;
       if (found || epsilon == finest || (!same && trial.error > 0.6 * last_error)) break;
       if (!same) last_error = trial.error;
@@ -168,7 +168,7 @@ std::expected<Choice, Violations> Chooser::choose() {
   });
   std::vector<const Candidate*> met;
   for (const Candidate& candidate : all_) {
-    // The same method in cheaper arithmetic.
+    // A sibling is the same method in cheaper arithmetic.
     const bool sibling = std::ranges::any_of(met, [&](const Candidate* other) {
       return other->method.name == candidate.method.name && other->order == candidate.order &&
              other->weight <= candidate.weight;

@@ -14,7 +14,7 @@
 namespace stiefel {
 namespace {
 
-/// Of the runs' length; with its halves, where runs may end that are cut short.
+/// Samples of a run at equal distances; a run that is cut short ends at one of their halves.
 constexpr std::int64_t evenly = 8;
 /// Manakov's coefficients cost N⁵ operations at every sample.
 constexpr int largest_with_manakov = 8;
@@ -106,8 +106,7 @@ Run run(const Scene& scene, double weight, const Samples& samples, std::int64_t 
   Run out;
   std::optional<InvariantWatch> invariants;
   if (watch == Watch::errors_and_invariants) invariants.emplace(scene, *now);
-  // Of a closed form every state, like of the others: it is all states that a method is compared
-  // by.
+  // Every state of a closed form is computed too: methods are compared by the cost of all states.
   const double steps = now->direct() ? 1 : slice_work / (weight * scene.substeps());
   const auto slice = static_cast<std::int64_t>(std::max(1.0, std::floor(steps)));
   const auto go_to = [&](std::int64_t step) {

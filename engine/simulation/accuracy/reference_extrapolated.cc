@@ -62,7 +62,7 @@ class ExtrapolatedReference final : public Reference {
     const Wide momentum = x.bottomRows(x.rows() - frame_rows_);
     return {x.topRows(frame_rows_), momentum.reshaped<Eigen::RowMajor>(rows_, cols_)};
   }
-  /// Of the numbers that an error of the attitude is absolute in.
+  /// Scale of the attitude's error: its largest entry, at least 1.
   static double size(const MotionState& state) {
     if (state.attitude.size() == 0) return 1;
     return std::max(1.0, static_cast<double>(state.attitude.cwiseAbs().maxCoeff()));

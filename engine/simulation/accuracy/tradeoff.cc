@@ -13,9 +13,9 @@ namespace stiefel {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-/// Of the budget.
+/// Share of the budget that the reference may take.
 constexpr double reference_share = 0.5;
-/// Of a candidate, for sharing what is left among those to come.
+/// Points expected of a candidate, for sharing the rest of the budget among those to come.
 constexpr int expected_points = 12;
 constexpr int last_doubling = 16, last_decade = 11;
 /// A point that does not halve the error did not help; after so many in a row no other will.
@@ -196,7 +196,7 @@ TradeoffPoint Tradeoff::Survey::measure(const Candidate& candidate, const Scene&
   point.extrapolated = first.steps < steps_;
   const double growth = growth_.beyond(candidate, first, samples_, steps_);
   if (point.extrapolated) {
-    // What an error oscillates through is not what it grows from.
+    // The amplitude of an oscillating error does not grow: extrapolate from its envelope.
     const double envelope = std::max(known, first.largest_error(first.errors.size()));
     const double factor = growth * std::min(envelope / point.error->largest(), 4.0);
     if (point.error->attitude) *point.error->attitude *= factor;

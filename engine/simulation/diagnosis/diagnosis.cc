@@ -43,7 +43,7 @@ std::vector<InvariantDrift> drifts(const Scene& scene, const Simulation& now,
   return out;
 }
 
-/// Of each invariant that of the member with the largest drift.
+/// For each invariant the drift of the member that has the largest.
 std::vector<InvariantDrift> worst_drifts(const Scene& scene, const Simulation& now,
                                          std::span<const std::string> only,
                                          const std::stop_token& stop) {

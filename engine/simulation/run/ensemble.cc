@@ -11,7 +11,7 @@
 namespace stiefel {
 namespace {
 
-/// What a step costs a body that goes together with others, roughly, on all cores, for slicing.
+/// Rough nanoseconds of a step of one body in a pack, on all cores, for slicing.
 constexpr double packed_nanoseconds = 5;
 /// Steps of bodies that go together between two looks at the stop token.
 constexpr std::int64_t between_looks = 4096;

@@ -24,7 +24,7 @@ double momentum_rate(const Scene& scene) {
   return size / inertia * std::sqrt(ddM.norm() / M.norm());
 }
 
-/// Of a system that recommends nothing: what chooses its own steps, else the last method that takes
+/// For a system without a recommendation: the adaptive method, else the last method that takes
 /// every scene.
 Recommendation by_default(const SystemInfo& system) {
   const MethodTraits* chosen = nullptr;
