@@ -10,6 +10,7 @@
 
 #include "grpc/health/v1/health.grpc.pb.h"
 #include "server/flags.h"
+#include "server/limits/freed_memory.h"
 #include "server/server.h"
 #include "server/transport/descriptor_limit.h"
 #include "server/transport/listener.h"
@@ -94,6 +95,7 @@ int serve(Options options, bool exit_with_parent) {
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   signal(SIGPIPE, SIG_IGN);
   stiefel::server::raise_descriptor_limit();
+  stiefel::server::keep_little_freed_memory();
   options.connections.unreachable = [] {
     std::cerr << "stiefel-server: does not answer its own connections" << std::endl;
     _exit(1);

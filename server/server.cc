@@ -12,8 +12,9 @@
 #include <utility>
 
 #include "server/address.h"
-#include "server/calls/limits.h"
 #include "server/calls/service.h"
+#include "server/limits/freed_memory.h"
+#include "server/limits/memory_limit.h"
 #include "server/transport/acceptor.h"
 #include "server/transport/descriptor_limit.h"
 #include "server/transport/self_watch.h"
@@ -54,6 +55,15 @@ void keep_connections(const ConnectionOptions& options, grpc::ServerBuilder& bui
       milliseconds(options.least_ping_interval));
 }
 
+/// Of what is being received: beyond its share gRPC ends idle connections first and then calls,
+/// with RESOURCE_EXHAUSTED.
+void limit_memory(std::uint64_t memory, grpc::ServerBuilder& builder) {
+  grpc::ResourceQuota quota("stiefel");
+  quota.Resize(grpc_share(memory));
+  builder.SetResourceQuota(quota);
+  builder.SetMaxReceiveMessageSize(static_cast<int>(largest_message(memory)));
+}
+
 /// gRPC 1.51 inflates a message before it compares its size with the limit: 4 MB become 4 GB. A
 /// call with compressed messages ends with UNIMPLEMENTED, and none is inflated.
 void refuse_compression(grpc::ServerBuilder& builder) {
@@ -67,22 +77,31 @@ void refuse_compression(grpc::ServerBuilder& builder) {
 struct Server::Parts {
   explicit Parts(const Options& options)
       : grace(options.grace),
+        memory_limit(options.memory > 0 ? options.memory : default_memory()),
         host{Log(options.log_level, options.log_json),
-             Registry(options.max_sessions, options.idle_timeout, options.clock), Lifecycle(),
-             Pool(options.threads), Pool(options.threads)},
+             memory_limit,
+             MemoryBudget(memory_limit - grpc_share(memory_limit) - program_share(memory_limit)),
+             Registry(options.max_sessions, options.idle_timeout, options.clock, host.memory),
+             Lifecycle(),
+             Pool(options.threads),
+             Pool(options.threads)},
         service(host),
-        sweeper(host.registry, [this](std::size_t dropped) {
-          host.log.line(Log::Level::info, "sessions expired",
-                        {{"count", static_cast<std::int64_t>(dropped)}});
-        }) {}
+        sweeper(host.registry,
+                [this](std::size_t dropped) {
+                  host.log.line(Log::Level::info, "sessions expired",
+                                {{"count", static_cast<std::int64_t>(dropped)}});
+                }),
+        freed_memory(host.memory) {}
 
   void listen(const std::vector<std::string>& at);
   void accept(const ConnectionOptions& options);
 
   const std::chrono::milliseconds grace;
+  const std::uint64_t memory_limit;
   Host host;
   Service service;
   Sweeper sweeper;
+  FreedMemory freed_memory;
   std::vector<std::string> addresses;
   std::vector<Listener> listeners;  // until the acceptor has them
   std::vector<SocketAddress> sockets;
@@ -132,7 +151,7 @@ Server::Server(Options options) : parts_(std::make_unique<Parts>(options)) {
   grpc::EnableDefaultHealthCheckService(true);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
   grpc::ServerBuilder builder;
-  builder.SetMaxReceiveMessageSize(static_cast<int>(max_message_bytes));
+  limit_memory(parts_->memory_limit, builder);
   keep_connections(options.connections, builder);
   refuse_compression(builder);
   using Builder = grpc::ServerBuilder::experimental_type;

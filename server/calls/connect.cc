@@ -2,16 +2,19 @@
 
 #include "server/calls/service.h"
 #include "server/calls/sliced_stream.h"
+#include "server/convert/memory_price.h"
 
 namespace stiefel::server {
 
 grpc::ServerWriteReactor<v1::ConnectResponse>* Service::Connect(Context* context,
                                                                 const v1::ConnectRequest* request) {
   const auto answer = std::make_shared<std::optional<ConnectAnswer>>();
+  const auto memory = std::make_shared<MemoryLease>();
   return new SlicedStream<v1::ConnectResponse>(
       host_, host_.searches, open(context, "Connect"),
-      [answer, request](const std::stop_token& stop,
-                        v1::ConnectResponse& response) -> std::expected<bool, grpc::Status> {
+      [this, answer, memory, request](const std::stop_token& stop, v1::ConnectResponse& response)
+          -> std::expected<bool, grpc::Status> {
+        if (!*memory) *memory = MemoryLease(host_.memory, connect_memory(*request));
         if (!*answer) {
           auto task = read(*request);
           if (!task) return std::unexpected(task.error());

@@ -22,6 +22,7 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
       : host_(host),
         context_(context),
         log_(std::move(log)),
+        memory_(host.memory, 0),
         shutdown_(host.lifecycle.stop_token(), RequestStop{stop_}) {
     StartRead(&request_);
   }
@@ -90,6 +91,7 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
   Host& host_;
   const grpc::CallbackServerContext& context_;
   CallLog log_;
+  MemoryLease memory_;  // of the largest reply so far, whose memory is kept
   v1::DriveRequest request_;
   v1::DriveResponse response_;
   std::string id_;  // of the session that the first good request named
@@ -130,7 +132,9 @@ grpc::Status DriveCall::prepare() {
   task_.to = request_.to();
   task_.return_checkpoint = request_.return_checkpoint();
   task_.checksum = request_.checksum();
-  return check_size(**lease_, task_);
+  const grpc::Status status = check_size(**lease_, task_);
+  if (status.ok()) memory_.grow_to(step_memory(**lease_, task_));
+  return status;
 }
 
 bool DriveCall::run_slice() noexcept {

@@ -5,6 +5,7 @@
 #include "server/calls/service.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
+#include "server/convert/memory_price.h"
 #include "server/convert/price.h"
 
 namespace stiefel::server {
@@ -15,6 +16,7 @@ grpc::Status fork(Host& host, const Session& from, const Cursor& cursor,
   to_proto(cursor, from.scene(), response->mutable_run_status());
   to_proto(from.work(cursor.start(), request.from_step()), 0, bound_of_steps(from),
            response->mutable_price());
+  response->mutable_price()->set_memory_bytes(from.simulation_bytes() + fork_memory(from));
   if (!cursor.run_status().reached()) return grpc::Status::OK;
   auto scene = forked(from, cursor, request);
   if (!scene) return scene.error();
@@ -40,11 +42,13 @@ grpc::ServerUnaryReactor* Service::ForkSession(Context* context,
       return refuse(status);
     if (const auto status = check_step("from_step", request->from_step()); !status.ok())
       return refuse(status);
+    MemoryLease memory(host_.memory, fork_memory(**from));
     return new CursorCall(
         host_, std::move(log), *std::move(from), request->from_step(),
         [&host = host_, request, response](const Session& at, const Cursor& cursor) {
           return fork(host, at, cursor, *request, response);
-        });
+        },
+        std::move(memory));
   } catch (...) {
     return refuse(errors::from_current_exception());
   }

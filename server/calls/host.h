@@ -7,6 +7,7 @@
 #include <stop_token>
 
 #include "server/calls/log.h"
+#include "server/limits/memory_budget.h"
 #include "server/sessions/pool.h"
 #include "server/sessions/registry.h"
 
@@ -50,6 +51,9 @@ struct RequestStop {
 /// What every call works with. The pools come last: they are gone before anything their jobs use.
 struct Host {
   Log log;
+  /// What the whole process may take, and the part of it that calls and sessions may.
+  const std::uint64_t memory_limit;
+  MemoryBudget memory;
   Registry registry;
   Lifecycle lifecycle;
   Pool pool;

@@ -7,7 +7,9 @@
 #include "server/calls/service.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
+#include "server/convert/memory_price.h"
 #include "server/convert/reply_limits.h"
+#include "stiefel/stop.h"
 
 namespace stiefel::server {
 namespace {
@@ -19,8 +21,12 @@ constexpr int few_members = 64;
 
 grpc::Status create(Host& host, const v1::CreateSessionRequest& request,
                     v1::CreateSessionResponse* response) {
+  const MemoryLease reading(host.memory, reading_memory(request.scene()));
+  MemoryLease resolving(host.memory, wants_choice(request.scene()) ? search_memory(request.scene())
+                                                                   : scene_memory(request.scene()));
   auto scene = read_scene(request.has_scene(), request.scene());
   if (!scene) return scene.error();
+  resolving = {};  // the session pays for its scene
   const Resolution resolution = scene->resolution;
   const auto admitted = admit(host, request.session_id(), *std::move(scene), Place::inside("scene"),
                               request.checkpoint());
@@ -76,7 +82,8 @@ grpc::ServerUnaryReactor* Service::CreateSession(Context* context,
                                                  const v1::CreateSessionRequest* request,
                                                  v1::CreateSessionResponse* response) {
   CallLog log = open(context, "CreateSession", request->session_id());
-  const auto work = [this, context, request, response](const std::stop_token& = {}) {
+  const auto work = [this, context, request, response](const std::stop_token& stop = {}) {
+    const StopScope scope(stop);
     if (host_.lifecycle.refusing()) return errors::shutting_down();
     if (const auto status = check_session_id(request->session_id()); !status.ok()) return status;
     if (const auto status = check_routing(*context, request->session_id()); !status.ok())

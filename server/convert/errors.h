@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "engine/representations/outside_domain.h"
+#include "server/limits/memory_budget.h"
 #include "server/sessions/session.h"
 #include "stiefel/scene.h"
 #include "stiefel/v1/error.pb.h"
@@ -44,6 +45,9 @@ grpc::Status shutting_down();
 grpc::Status cancelled();
 /// RESOURCE_EXHAUSTED, OUT_OF_MEMORY.
 grpc::Status out_of_memory();
+/// RESOURCE_EXHAUSTED, MEMORY_LIMIT with `bytes`, `free` and `limit`; a QuotaFailure of `memory`,
+/// and a RetryInfo if the bytes fit when others are given back.
+grpc::Status memory_exhausted(const MemoryExhausted& exhausted);
 /// INTERNAL, INTERNAL_ERROR: a fault of ours.
 grpc::Status internal(std::string_view what);
 

@@ -5,15 +5,22 @@
 
 namespace stiefel::server {
 
-Registry::Registry(std::uint32_t max_sessions, std::chrono::milliseconds idle_timeout, Clock clock)
+Registry::Registry(std::uint32_t max_sessions, std::chrono::milliseconds idle_timeout, Clock clock,
+                   MemoryBudget& memory)
     : max_sessions_(max_sessions),
       idle_timeout_(idle_timeout),
       clock_(std::make_shared<const Clock>(clock ? std::move(clock)
-                                                 : Clock(&std::chrono::steady_clock::now))) {}
+                                                 : Clock(&std::chrono::steady_clock::now))),
+      memory_(memory) {
+  memory_.reclaim_with([this](std::uint64_t bytes) { shed(bytes); });
+}
+
+Registry::~Registry() { memory_.reclaim_with({}); }
 
 std::expected<Registry::Created, Registry::CreateError> Registry::create(
     const std::string& id, Scene scene, std::string_view checkpoint, Resolution resolution) {
-  const auto fresh = std::make_shared<Session>(id, std::move(scene), clock_, std::move(resolution));
+  const auto fresh =
+      std::make_shared<Session>(id, std::move(scene), clock_, std::move(resolution), memory_);
   if (auto fault = fresh->overflow()) return std::unexpected(*std::move(fault));
   if (!checkpoint.empty()) {
     auto decoded = decode_checkpoint(*fresh, checkpoint);
@@ -77,6 +84,27 @@ std::size_t Registry::expire() {
     return true;
   });
   return dropped.size();
+}
+
+void Registry::shed(std::uint64_t bytes) const {
+  struct Cache {
+    std::chrono::steady_clock::duration idle;
+    std::uint64_t bytes;
+    std::shared_ptr<Session> session;
+  };
+  std::vector<Cache> caches;
+  {
+    const std::shared_lock lock(mutex_);
+    for (const auto& [id, session] : sessions_)
+      if (const std::uint64_t cached = session->cached_bytes(); cached > 0)
+        caches.push_back({session->idle_time(), cached, session});
+  }
+  std::ranges::stable_sort(caches, std::greater(), &Cache::idle);
+  for (const Cache& cache : caches) {
+    cache.session->shed();
+    if (cache.bytes >= bytes) return;
+    bytes -= cache.bytes;
+  }
 }
 
 std::chrono::system_clock::time_point Registry::expire_time(const Session& session) const {

@@ -24,7 +24,10 @@ namespace stiefel::server {
 /// The sessions by their ids. Thread-safe.
 class Registry {
  public:
-  Registry(std::uint32_t max_sessions, std::chrono::milliseconds idle_timeout, Clock clock);
+  /// The caches of the sessions are given up for whoever takes memory of the budget.
+  Registry(std::uint32_t max_sessions, std::chrono::milliseconds idle_timeout, Clock clock,
+           MemoryBudget& memory = MemoryBudget::unlimited());
+  ~Registry();
 
   struct Created {
     SessionLease session;
@@ -35,7 +38,7 @@ class Registry {
 
   /// A new session, with what `checkpoint` holds in its cache unless that is empty; or the one of
   /// that id, if its scene is the same. The checkpoint is checked in any case, and that the fields
-  /// at step 0 are finite numbers: no other is ever sent.
+  /// at step 0 are finite numbers: no other is ever sent. Throws MemoryExhausted.
   std::expected<Created, CreateError> create(const std::string& id, Scene scene,
                                              std::string_view checkpoint,
                                              Resolution resolution = {});
@@ -51,6 +54,9 @@ class Registry {
   /// The time at which the session expires without further calls.
   std::chrono::system_clock::time_point expire_time(const Session& session) const;
 
+  /// Gives up about so many bytes of caches, of the sessions first that were not used for longest.
+  void shed(std::uint64_t bytes) const;
+
   std::uint32_t max_sessions() const { return max_sessions_; }
   std::chrono::milliseconds idle_timeout() const { return idle_timeout_; }
 
@@ -58,6 +64,7 @@ class Registry {
   const std::uint32_t max_sessions_;
   const std::chrono::milliseconds idle_timeout_;
   const std::shared_ptr<const Clock> clock_;
+  MemoryBudget& memory_;
   mutable std::shared_mutex mutex_;
   std::map<std::string, std::shared_ptr<Session>, std::less<>> sessions_;
 };

@@ -42,17 +42,18 @@ PROTO = r"(stiefel/v1|proto)/.*"
 # What the folders outside the engine may include with quotes, TEXT and themselves besides.
 OTHERS = {
     "engine/include/stiefel": [PUBLIC],
-    "server/sessions": [PUBLIC, INTERNAL],
-    "server/convert": [PUBLIC, INTERNAL, PROTO, r"server/sessions/.*"],
-    "server/calls": [PROTO, r"server/(sessions|convert)/.*"],
+    "server/limits": [],
+    "server/sessions": [PUBLIC, INTERNAL, r"server/limits/.*"],
+    "server/convert": [PUBLIC, INTERNAL, PROTO, r"server/(limits|sessions)/.*"],
+    "server/calls": [PROTO, r"stiefel/stop\.h", r"server/(limits|sessions|convert)/.*"],
     "server/transport": [r"server/address\.h"],
-    "server": [PUBLIC, PROTO, r"server/(calls|transport)/.*", r"grpc/health/.*"],
+    "server": [PUBLIC, PROTO, r"server/(calls|limits|transport)/.*", r"grpc/health/.*"],
     "client/cpp": [CLIENT, PROTO],
     "client/cli": [PUBLIC, CLIENT, PROTO, r"client/cpp/.*", r"server/[a-z_]+\.h"],
 }
 # <grpcpp/...> and <google/protobuf/...>: what the wire is made of.
 WIRE = re.compile(r"(grpc|google/protobuf|src/proto/grpc)")
-WITHOUT_WIRE = ["engine", "server/sessions"]
+WITHOUT_WIRE = ["engine", "server/limits", "server/sessions"]
 
 
 class Line(NamedTuple):

@@ -1,0 +1,33 @@
+#include "server/limits/freed_memory.h"
+
+#include <malloc.h>
+
+#include <chrono>
+
+namespace stiefel::server {
+namespace {
+
+constexpr auto pause = std::chrono::milliseconds(500);
+constexpr int largest_kept = 512 * 1024, most_arenas = 8;
+
+}  // namespace
+
+void keep_little_freed_memory() {
+  mallopt(M_MMAP_THRESHOLD, largest_kept);
+  mallopt(M_TRIM_THRESHOLD, 2 * largest_kept);
+  mallopt(M_ARENA_MAX, most_arenas);
+}
+
+FreedMemory::FreedMemory(const MemoryBudget& budget)
+    : thread_([this, &budget](const std::stop_token& stop) {
+        std::uint64_t trimmed_at = 0;
+        std::unique_lock lock(mutex_);
+        while (!wake_.wait_for(lock, stop, pause, [&] { return stop.stop_requested(); })) {
+          const std::uint64_t now = budget.given_back();
+          if (now - trimmed_at < budget.limit() / 64) continue;
+          trimmed_at = now;
+          malloc_trim(0);
+        }
+      }) {}
+
+}  // namespace stiefel::server
