@@ -9,6 +9,7 @@
 #include "server/calls/service.h"
 #include "server/calls/step.h"
 #include "server/convert/errors.h"
+#include "server/convert/reply_limits.h"
 
 namespace stiefel::server {
 namespace {
@@ -32,7 +33,10 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
     read_ = true;
     try {
       clear();
-      if (const auto status = prepare(); !status.ok()) return reply(status);
+      const auto status = prepare();
+      // Its memory is kept for the next one, unless it is large.
+      if (request_.ByteSizeLong() > part_bytes / 16) request_ = {};
+      if (!status.ok()) return reply(status);
       if (step_inline(**lease_, task_, response_.mutable_step())) return reply(grpc::Status::OK);
     } catch (...) {
       return reply(errors::from_current_exception());
@@ -133,7 +137,8 @@ grpc::Status DriveCall::prepare() {
   task_.return_checkpoint = request_.return_checkpoint();
   task_.checksum = request_.checksum();
   const grpc::Status status = check_size(**lease_, task_);
-  if (status.ok()) memory_.grow_to(step_memory(**lease_, task_));
+  if (!status.ok()) return status;
+  memory_.grow_to(step_memory(**lease_, task_));
   return status;
 }
 

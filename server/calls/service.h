@@ -46,8 +46,8 @@ class Service final : public v1::SimulationService::WithRawCallbackMethod_Stream
   static grpc::ServerUnaryReactor* finished(Context* context, CallLog& log,
                                             const grpc::Status& status, std::int64_t steps = 0);
   /// Answers at once.
-  template <class Work>
-  grpc::ServerUnaryReactor* answer(Context* context, CallLog log, Work work);
+  template <class Response, class Work>
+  grpc::ServerUnaryReactor* answer(Context* context, CallLog log, Response* response, Work work);
 
   Host& host_;
 };

@@ -21,7 +21,6 @@ constexpr int few_members = 64;
 
 grpc::Status create(Host& host, const v1::CreateSessionRequest& request,
                     v1::CreateSessionResponse* response) {
-  const MemoryLease reading(host.memory, reading_memory(request.scene()));
   MemoryLease resolving(host.memory, wants_choice(request.scene()) ? search_memory(request.scene())
                                                                    : scene_memory(request.scene()));
   auto scene = read_scene(request.has_scene(), request.scene());
@@ -65,17 +64,36 @@ grpc::Status list(const Registry& registry, const v1::ListSessionsRequest& reque
   return grpc::Status::OK;
 }
 
+/// A reply that was made at once, and its memory until it is delivered. Deletes itself.
+class LargeAnswer final : public grpc::ServerUnaryReactor {
+ public:
+  LargeAnswer(const grpc::Status& status, MemoryLease memory) : memory_(std::move(memory)) {
+    Finish(status);
+  }
+  void OnDone() override { delete this; }
+
+ private:
+  const MemoryLease memory_;
+};
+
 }  // namespace
 
-template <class Work>
-grpc::ServerUnaryReactor* Service::answer(Context* context, CallLog log, Work work) {
+template <class Response, class Work>
+grpc::ServerUnaryReactor* Service::answer(Context* context, CallLog log, Response* response,
+                                          Work work) {
   grpc::Status status;
+  MemoryLease memory;
   try {
     status = work();
+    if (const std::size_t bytes = response->ByteSizeLong(); bytes > part_bytes / 16)
+      memory = MemoryLease(host_.memory, reply_memory(bytes));
   } catch (...) {
     status = errors::from_current_exception();
+    *response = {};
   }
-  return finished(context, log, status);
+  if (!memory) return finished(context, log, status);
+  log.finish(status);
+  return new LargeAnswer(status, std::move(memory));
 }
 
 grpc::ServerUnaryReactor* Service::CreateSession(Context* context,
@@ -90,19 +108,26 @@ grpc::ServerUnaryReactor* Service::CreateSession(Context* context,
       return status;
     return create(host_, *request, response);
   };
+  MemoryLease memory;
+  try {
+    memory = MemoryLease(host_.memory, reading_memory(*request));
+  } catch (...) {
+    return finished(context, log, errors::from_current_exception());
+  }
   const v1::Scene& scene = request->scene();
   const bool long_work = wants_choice(scene) || scene.inertia_size() > large_dimension ||
                          scene.members() > few_members;
-  if (long_work) return new PooledCall(host_, host_.searches, std::move(log), work);
+  if (long_work)
+    return new PooledCall(host_, host_.searches, std::move(log), work, std::move(memory));
   if (scene.inertia_size() > small_dimension || scene.has_members())
-    return new PooledCall(host_, host_.pool, std::move(log), work);
-  return answer(context, std::move(log), work);
+    return new PooledCall(host_, host_.pool, std::move(log), work, std::move(memory));
+  return answer(context, std::move(log), response, work);
 }
 
 grpc::ServerUnaryReactor* Service::GetSession(Context* context,
                                               const v1::GetSessionRequest* request,
                                               v1::GetSessionResponse* response) {
-  return answer(context, open(context, "GetSession", request->session_id()), [&] {
+  return answer(context, open(context, "GetSession", request->session_id()), response, [&] {
     const auto session = find_session(host_, *context, request->session_id());
     if (!session) return session.error();
     to_proto(**session, (*session)->resolution(), host_.registry, request->view(),
@@ -114,14 +139,14 @@ grpc::ServerUnaryReactor* Service::GetSession(Context* context,
 grpc::ServerUnaryReactor* Service::ListSessions(Context* context,
                                                 const v1::ListSessionsRequest* request,
                                                 v1::ListSessionsResponse* response) {
-  return answer(context, open(context, "ListSessions"),
+  return answer(context, open(context, "ListSessions"), response,
                 [&] { return list(host_.registry, *request, response); });
 }
 
 grpc::ServerUnaryReactor* Service::DeleteSession(Context* context,
                                                  const v1::DeleteSessionRequest* request,
-                                                 v1::DeleteSessionResponse*) {
-  return answer(context, open(context, "DeleteSession", request->session_id()), [&] {
+                                                 v1::DeleteSessionResponse* response) {
+  return answer(context, open(context, "DeleteSession", request->session_id()), response, [&] {
     if (const auto status = check_session_id(request->session_id()); !status.ok()) return status;
     const grpc::Status status = check_routing(*context, request->session_id());
     if (status.ok()) host_.registry.erase(request->session_id());

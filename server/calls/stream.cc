@@ -8,6 +8,7 @@
 #include "proto/checksum/checksum.h"
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
+#include "server/calls/sliced_stream.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
 #include "server/convert/memory_price.h"
@@ -222,13 +223,6 @@ void StreamCall::end(const grpc::Status& status) {
   }
 }
 
-/// A call that is refused.
-class RefusedStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
- public:
-  explicit RefusedStream(const grpc::Status& status) { Finish(status); }
-  void OnDone() override { delete this; }
-};
-
 bool parse(grpc::ByteBuffer bytes, v1::StreamRequest& message) {
   return grpc::SerializationTraits<v1::StreamRequest>::Deserialize(&bytes, &message).ok();
 }
@@ -253,10 +247,8 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* Service::Stream(Context* context,
   const bool parsed = parse(*bytes, message);
   const v1::StreamRequest* const request = &message;
   CallLog log = open(context, "Stream", request->session_id());
-  const auto refuse =
-      [&](const grpc::Status& status) -> grpc::ServerWriteReactor<grpc::ByteBuffer>* {
-    log.finish(status);
-    return new RefusedStream(status);
+  const auto refuse = [&](const grpc::Status& status) {
+    return new RefusedStream<grpc::ByteBuffer>(log, status);
   };
   try {
     if (!parsed) return refuse(errors::invalid("request", "no StreamRequest", "must be one"));

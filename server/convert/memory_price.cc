@@ -49,9 +49,8 @@ std::uint64_t stream_memory(const Session& session, const std::vector<std::size_
          (sample > max_reply_bytes ? sample : 0);
 }
 
-std::uint64_t reading_memory(const v1::Scene& scene) {
-  // The message, and the description that is compared with the resolved one.
-  return 2 * static_cast<std::uint64_t>(scene.ByteSizeLong()) + call_bytes;
+std::uint64_t reading_memory(const google::protobuf::Message& request) {
+  return 2 * static_cast<std::uint64_t>(request.ByteSizeLong()) + call_bytes;
 }
 
 std::uint64_t scene_memory(const v1::Scene& scene) {
@@ -62,22 +61,27 @@ std::uint64_t scene_memory(const v1::Scene& scene) {
 
 std::uint64_t search_memory(const v1::Scene& scene) {
   const auto [rows, cols] = block_shape(scene);
-  return largest_simulation_bytes(rows, cols) * 3 / 2 + reading_memory(scene) + scene_memory(scene);
+  return largest_simulation_bytes(rows, cols) * 3 / 2 + scene_memory(scene);
+}
+
+std::uint64_t tradeoff_memory(const v1::MeasureTradeoffRequest& request) {
+  return reading_memory(request) + search_memory(request.scene());
 }
 
 std::uint64_t fork_memory(const Session& from) {
   return 2 * scene_bytes(from.scene().description()) + call_bytes;
 }
 
-std::uint64_t conversion_memory(const v1::Scene& scene) {
+std::uint64_t conversion_memory(const v1::ConvertRequest& request) {
+  const v1::Scene& scene = request.scene();
   const auto [rows, cols] = block_shape(scene);
   const auto square = static_cast<std::uint64_t>(8 * std::max(rows, cols) * std::max(rows, cols));
-  return (wants_choice(scene) ? search_memory(scene) : 0) + 2 * reading_memory(scene) +
+  return (wants_choice(scene) ? search_memory(scene) : 0) + reading_memory(request) +
          2 * scene_memory(scene) + 40 * square;
 }
 
-std::uint64_t diagnosis_memory(const Session& session) {
-  return session.simulation_bytes() / 2 + 64 * session.saved_size() + call_bytes;
+std::uint64_t diagnosis_memory(const Session& session, const v1::DiagnoseRequest& request) {
+  return session.simulation_bytes() / 2 + 64 * session.saved_size() + reading_memory(request);
 }
 
 std::uint64_t connect_memory(const v1::ConnectRequest& request) {
@@ -91,8 +95,7 @@ std::uint64_t connect_memory(const v1::ConnectRequest& request) {
                                     n * N * (request.samples() + 16.0));
   }
   const double most = static_cast<double>(TwoPointProblem::most_bytes);
-  return 3 * static_cast<std::uint64_t>(request.ByteSizeLong()) + call_bytes +
-         static_cast<std::uint64_t>(std::min(8 * numbers, most));
+  return reading_memory(request) + static_cast<std::uint64_t>(std::min(8 * numbers, most));
 }
 
 }  // namespace stiefel::server
