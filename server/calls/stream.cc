@@ -40,7 +40,7 @@ class StreamCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, priv
         range_(range),
         checksum_(request.checksum()),
         large_(sample_bytes(**session_, fields_) > 2 * Sampling::batch_bytes),
-        memory_(host.memory, stream_memory(**session_, fields_)),
+        memory_(host.memory, stream_memory(**session_, fields_, range_.checkpoints())),
         pool_(host.pool_for((*session_)->step_cost())),
         shutdown_(host.lifecycle.stop_token(), RequestStop{stop_}) {
     if (request.scene_arrays()) messages_.add_scene((*session_)->scene().description());
@@ -177,7 +177,7 @@ void StreamCall::write_next() {
   } else {
     messages_.next(message_);
   }
-  if (!messages_.empty()) sampling_->rest();
+  if (large_ || !messages_.empty()) sampling_->rest();
   const Cursor& cursor = sampling_->cursor();
   message_.set_computed_steps(cursor.computed_steps());
   if (!std::exchange(priced_, true)) {

@@ -6,6 +6,7 @@
 #include "server/convert/convert.h"
 #include "server/convert/reply_limits.h"
 #include "server/convert/resolve.h"
+#include "server/sessions/checkpoint_bytes.h"
 #include "server/sessions/sampling.h"
 #include "stiefel/connect.h"
 
@@ -41,12 +42,14 @@ Shape block_shape(const v1::Scene& scene) {
 
 std::uint64_t reply_memory(std::uint64_t array_bytes) { return 3 * array_bytes + call_bytes; }
 
-std::uint64_t stream_memory(const Session& session, const std::vector<std::size_t>& fields) {
+std::uint64_t stream_memory(const Session& session, const std::vector<std::size_t>& fields,
+                            bool checkpoints) {
   const std::uint64_t sample = sample_bytes(session, fields);
   const std::uint64_t batch = std::max<std::uint64_t>(Sampling::batch_bytes, sample);
   // Batch, message and bytes; a sample that needs several messages is there besides.
   return call_bytes + 3 * std::min<std::uint64_t>(batch, max_reply_bytes) +
-         (sample > max_reply_bytes ? sample : 0);
+         (sample > max_reply_bytes ? sample : 0) +
+         (checkpoints ? 2 * checkpoint_bytes(session) : 0);
 }
 
 std::uint64_t reading_memory(const google::protobuf::Message& request) {

@@ -13,8 +13,10 @@ namespace stiefel::server {
 /// A reply with so many bytes of arrays: fields, message, message as bytes.
 std::uint64_t reply_memory(std::uint64_t array_bytes);
 
-/// A stream of the fields at its worst, when nobody reads it, without the state that it rests with.
-std::uint64_t stream_memory(const Session& session, const std::vector<std::size_t>& fields);
+/// A stream of the fields at its worst, when nobody reads it, without the state that it rests with;
+/// with or without checkpoints.
+std::uint64_t stream_memory(const Session& session, const std::vector<std::size_t>& fields,
+                            bool checkpoints);
 
 /// A request, and what is read from it.
 std::uint64_t reading_memory(const google::protobuf::Message& request);

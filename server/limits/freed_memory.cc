@@ -1,14 +1,23 @@
 #include "server/limits/freed_memory.h"
 
 #include <malloc.h>
+#include <unistd.h>
 
 #include <chrono>
+#include <fstream>
 
 namespace stiefel::server {
 namespace {
 
 constexpr auto pause = std::chrono::milliseconds(500);
 constexpr int largest_kept = 512 * 1024, most_arenas = 8;
+
+std::uint64_t resident_bytes() {
+  std::ifstream statm("/proc/self/statm");
+  std::uint64_t total = 0, resident = 0;
+  statm >> total >> resident;
+  return resident * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+}
 
 }  // namespace
 
@@ -25,6 +34,7 @@ FreedMemory::FreedMemory(const MemoryBudget& budget)
         while (!wake_.wait_for(lock, stop, pause, [&] { return stop.stop_requested(); })) {
           const std::uint64_t now = budget.given_back();
           if (now - trimmed_at < budget.limit() / 64) continue;
+          if (resident_bytes() < budget.used() + budget.limit() / 8) continue;
           trimmed_at = now;
           malloc_trim(0);
         }

@@ -13,8 +13,8 @@ namespace stiefel::server {
 /// host's settings alone.
 void keep_little_freed_memory();
 
-/// The thread that gives freed memory back to the system: within a second after a sixty-fourth of
-/// the budget was given back.
+/// The thread that gives freed memory back to the system: when a sixty-fourth of the budget was
+/// given back since it last did, and the process has an eighth more than is taken.
 class FreedMemory {
  public:
   explicit FreedMemory(const MemoryBudget& budget);

@@ -32,11 +32,13 @@ class Sampling {
     /// Checkpoints at the first sample so many steps past `from` or the checkpoint before; 0: none.
     std::int64_t checkpoint_every = 0;
     bool checkpoint_at_end = false;
+
+    bool checkpoints() const { return checkpoint_every > 0 || checkpoint_at_end; }
   };
   Sampling(Session& session, std::vector<std::size_t> fields, Range range);
 
-  /// One slice: goes on until the batch is full, all is sampled or the slice is over. A stop request
-  /// ends it with the last good state.
+  /// One slice: goes on until the batch is full, all is sampled or the slice is over. A stop
+  /// request ends it with the last good state.
   void fill(Batch& batch, const std::stop_token& stop = {});
   bool full(const Batch& batch) const { return batch.size() >= capacity_ || !checkpoint_.empty(); }
   /// Nothing comes after what is in the batch: `to` is reached, or see `cursor().run_status()`.

@@ -47,7 +47,10 @@ struct PricedState {
   std::vector<double> numbers;
 };
 
-std::uint64_t state_bytes(std::size_t numbers) { return numbers * sizeof(double); }
+/// The numbers, and what stands around them.
+std::uint64_t state_bytes(std::size_t numbers) { return numbers * sizeof(double) + 192; }
+/// A session without arrays: its strings, fields and lists.
+constexpr std::uint64_t session_object = 8 << 10;
 
 Saved with(MemoryLease memory, std::vector<double> numbers) {
   const auto priced = std::make_shared<const PricedState>(std::move(memory), std::move(numbers));
@@ -71,7 +74,7 @@ Session::Session(std::string id, Scene scene, std::shared_ptr<const Clock> clock
       identity_(identity_of(scene_.description())),
       clock_(std::move(clock)),
       simulation_bytes_(stiefel::simulation_bytes(scene_)),
-      scene_memory_(memory, scene_bytes(scene_.description()) + identity_.size() + sizeof(Session)),
+      scene_memory_(memory, scene_bytes(scene_.description()) + identity_.size() + session_object),
       simulations_memory_(memory, 0),
       checkpoints_(1) {
   auto simulation = make();
@@ -183,7 +186,7 @@ Saved Session::keep(const Simulation& simulation) {
 
 std::uint64_t Session::cached_bytes() const {
   const std::lock_guard lock(mutex_);
-  return idle_.size() * simulation_bytes_ + state_bytes(checkpoints_.computed() * saved_size_);
+  return idle_.size() * simulation_bytes_ + checkpoints_.computed() * state_bytes(saved_size_);
 }
 
 void Session::shed() {
