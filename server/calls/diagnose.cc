@@ -3,7 +3,7 @@
 #include "server/calls/service.h"
 #include "server/convert/diagnosis.h"
 #include "server/convert/errors.h"
-#include "server/convert/memory_price.h"
+#include "server/pricing/memory_price.h"
 
 namespace stiefel::server {
 

@@ -5,8 +5,8 @@
 #include "server/calls/service.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
-#include "server/convert/memory_price.h"
 #include "server/convert/price.h"
+#include "server/pricing/memory_price.h"
 
 namespace stiefel::server {
 namespace {

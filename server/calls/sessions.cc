@@ -7,8 +7,8 @@
 #include "server/calls/service.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
-#include "server/convert/memory_price.h"
 #include "server/convert/reply_limits.h"
+#include "server/pricing/memory_price.h"
 #include "stiefel/stop.h"
 
 namespace stiefel::server {

@@ -7,9 +7,9 @@
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
 #include "server/convert/errors.h"
-#include "server/convert/memory_price.h"
 #include "server/convert/price.h"
 #include "server/convert/reply_limits.h"
+#include "server/pricing/memory_price.h"
 #include "server/sessions/checkpoint_bytes.h"
 
 namespace stiefel::server {

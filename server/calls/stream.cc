@@ -11,10 +11,10 @@
 #include "server/calls/sliced_stream.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
-#include "server/convert/memory_price.h"
 #include "server/convert/price.h"
 #include "server/convert/reply_limits.h"
 #include "server/convert/stream_messages.h"
+#include "server/pricing/memory_price.h"
 #include "server/sessions/sampling.h"
 
 namespace stiefel::server {

@@ -20,20 +20,7 @@ struct Workspace {
 };
 
 constexpr Workspace workspaces[] = {
-    {"variational", 2, 104, 20, 45, 20, 20},
-    {"variational", 4, 312, 26, 150, 36, 50},
-    {"variational", 6, 518, 34, 230, 48, 80},
-    {"variational", 8, 930, 50, 450, 84, 140},
-    {"preprocessed_variational", 0, 40, 0, 0, 40, 0},
-    {"exact", 0, 97, 97, 97, 52, 4},
-    {"splitting", 0, 40, 0, 0, 16, 0},
-    {"munthe_kaas4", 0, 30, 30, 0, 18, 4},
-    {"crouch_grossman3", 0, 31, 31, 0, 18, 4},
-    {"implicit_midpoint", 0, 53, 53, 0, 32, 4},
-    {"gauss4", 0, 145, 145, 0, 150, 4},
-    {"rk4", 0, 34, 34, 0, 20, 4},
-    {"adaptive", 0, 62, 60, 0, 48, 4},
-    {"", 0, 84, 24, 45, 12, 20},
+#include "engine/simulation/catalogue/methods/workspaces.inc"
 };
 /// For a method that is not in the table.
 constexpr Workspace unknown = {"", 0, 200, 100, 100, 100, 40};

@@ -1,4 +1,4 @@
-#include "server/convert/memory_price.h"
+#include "server/pricing/memory_price.h"
 
 #include <algorithm>
 
