@@ -64,7 +64,7 @@ TEST(Workspace, OfEverySystemAndMethod) {
 }
 
 TEST(Workspace, OfFramesOfEveryShape) {
-  for (const auto [n, N] : {std::pair{2, 64}, {8, 128}, {32, 96}, {60, 80}, {4, 1000}})
+  for (const auto& [n, N] : {std::pair{2, 64}, {8, 128}, {32, 96}, {60, 80}, {4, 1000}})
     for_each_method(*catalogue().system("stiefel"), [&](const std::string& method, int order) {
       const testing::RandomFrame<double> frame(n, N, 1, 4);
       SceneDescription scene;
