@@ -32,7 +32,7 @@ namespace {
 class StreamCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, private Job {
  public:
   StreamCall(Host& host, CallLog log, SessionLease session, std::vector<std::size_t> fields,
-             Sampling::Range range, const v1::StreamRequest& request)
+             Sampling::Range range, const v1::StreamRequest& request, MemoryLease memory)
       : host_(host),
         log_(std::move(log)),
         session_(std::move(session)),
@@ -40,7 +40,7 @@ class StreamCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, priv
         range_(range),
         checksum_(request.checksum()),
         large_(sample_bytes(**session_, fields_) > 2 * Sampling::batch_bytes),
-        memory_(host.memory, stream_memory(**session_, fields_, range_.checkpoints())),
+        memory_(std::move(memory)),
         pool_(host.pool_for((*session_)->step_cost())),
         shutdown_(host.lifecycle.stop_token(), RequestStop{stop_}) {
     if (request.scene_arrays()) messages_.add_scene((*session_)->scene().description());
@@ -257,11 +257,12 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* Service::Stream(Context* context,
     if (const auto status = check_range(*request); !status.ok()) return refuse(status);
     auto fields = select_fields(**session, request->fields());
     if (!fields) return refuse(errors::invalid(fields.error()));
-    return new StreamCall(
-        host_, std::move(log), *std::move(session), *std::move(fields),
-        {request->from(), request->to(), std::max<std::int64_t>(request->every(), 1),
-         request->checkpoint_every(), request->return_checkpoint()},
-        *request);
+    const Sampling::Range range{request->from(), request->to(),
+                                std::max<std::int64_t>(request->every(), 1),
+                                request->checkpoint_every(), request->return_checkpoint()};
+    MemoryLease memory(host_.memory, stream_memory(**session, *fields, range.checkpoints()));
+    return new StreamCall(host_, std::move(log), *std::move(session), *std::move(fields), range,
+                          *request, std::move(memory));
   } catch (...) {
     return refuse(errors::from_current_exception());
   }
