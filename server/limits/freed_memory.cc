@@ -3,6 +3,7 @@
 #include <malloc.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <fstream>
 
@@ -10,7 +11,7 @@ namespace stiefel::server {
 namespace {
 
 constexpr auto pause = std::chrono::milliseconds(500);
-constexpr int largest_kept = 512 * 1024, most_arenas = 8;
+constexpr int largest_kept = 512 * 1024, arenas_a_core = 2;
 
 std::uint64_t resident_bytes() {
   std::ifstream statm("/proc/self/statm");
@@ -24,7 +25,8 @@ std::uint64_t resident_bytes() {
 void keep_little_freed_memory() {
   mallopt(M_MMAP_THRESHOLD, largest_kept);
   mallopt(M_TRIM_THRESHOLD, 2 * largest_kept);
-  mallopt(M_ARENA_MAX, most_arenas);
+  const auto cores = static_cast<int>(std::thread::hardware_concurrency());
+  mallopt(M_ARENA_MAX, arenas_a_core * std::max(cores, 2));
 }
 
 FreedMemory::FreedMemory(const MemoryBudget& budget)

@@ -9,7 +9,7 @@
 namespace stiefel::server {
 
 /// Settings of malloc for this process: what is at least 512 KiB large goes back to the system when
-/// it is freed, and there are at most 8 arenas. For programs, at their start; a library leaves its
+/// it is freed, and there are two arenas a core. For programs, at their start; a library leaves its
 /// host's settings alone.
 void keep_little_freed_memory();
 
