@@ -119,7 +119,8 @@ grpc::ServerUnaryReactor* Service::CreateSession(Context* context,
                          scene.members() > few_members;
   if (long_work)
     return new PooledCall(host_, host_.searches, std::move(log), work, std::move(memory));
-  if (scene.inertia_size() > small_dimension || scene.has_members())
+  if (scene.inertia_size() > small_dimension || scene.has_members() ||
+      request->ByteSizeLong() > part_bytes)
     return new PooledCall(host_, host_.pool, std::move(log), work, std::move(memory));
   return answer(context, std::move(log), response, work);
 }
