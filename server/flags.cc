@@ -6,6 +6,7 @@
 
 #include "engine/linalg/arithmetic/to_text.h"
 #include "server/address.h"
+#include "server/limits/memory_limit.h"
 
 namespace stiefel::server {
 namespace {
@@ -37,6 +38,14 @@ double seconds(std::chrono::milliseconds time) {
 /// Up to the next whole millisecond: what is not 0 does not become 0.
 std::chrono::milliseconds milliseconds(double seconds) {
   return std::chrono::ceil<std::chrono::milliseconds>(std::chrono::duration<double>(seconds));
+}
+
+/// Refuses what is no amount of memory.
+std::string sound_memory(const std::string& given) {
+  return read_bytes(given) ? ""
+                           : "'" + given +
+                                 "' must be a number of bytes, at least 64M, with K, M, G or T for "
+                                 "powers of 1024";
 }
 
 /// CLI11 puts lists in brackets.
@@ -103,6 +112,12 @@ void Flags::add_to(CLI::App& app) {
       ->envname("STIEFEL_MAX_SESSIONS")
       ->check(within<std::int64_t>(1, 4294967295, "a number"))
       ->capture_default_str();
+  app.add_option(
+         "--memory", memory_,
+         "Bytes that the process may take, such as 512M or 4G; what does not fit is refused. "
+         "Default: three quarters of the control group's limit, or of the machine's memory")
+      ->envname("STIEFEL_MEMORY")
+      ->check(sound_memory);
   app.add_option("--max-connections", options_.connections.most,
                  "Connections at once; the newest beyond it is refused. 0, and at most: the limit "
                  "of file descriptors less 96")
@@ -185,6 +200,7 @@ Options Flags::options() const {
   options.grace = milliseconds(grace_);
   options.connections.max_age = milliseconds(max_connection_age_);
   options.connections.self_watch = milliseconds(self_watch_);
+  if (!memory_.empty()) options.memory = read_bytes(memory_).value();
   options.log_json = log_format_ == "json";
   return options;
 }

@@ -48,6 +48,9 @@ struct Options {
   /// Threads that compute; 0 means one a core.
   int threads = 0;
   std::uint32_t max_sessions = 1000;
+  /// Bytes that the process may take; 0: three quarters of what the control group or the machine
+  /// has. Sessions, calls and messages that do not fit are refused with RESOURCE_EXHAUSTED.
+  std::uint64_t memory = 0;
   /// A session without a call for this time is dropped.
   std::chrono::milliseconds idle_timeout = std::chrono::hours(1);
   /// How long `shutdown` lets running work finish before it stops it.

@@ -58,8 +58,8 @@ v1::StepResponse Drive::step(std::int64_t to, const std::vector<std::string>& fi
     }
     const v1::Status& refusal = response.error();
     if (refusal.code() == grpc::StatusCode::RESOURCE_EXHAUSTED &&
-        pauses.allows_another({grpc::StatusCode::RESOURCE_EXHAUSTED, refusal.message(),
-                               refusal.SerializeAsString()}))
+        pauses.allows_another(
+            {grpc::StatusCode::RESOURCE_EXHAUSTED, refusal.message(), refusal.SerializeAsString()}))
       continue;
     const Error error(refusal);
     if (is_too_large(error)) {

@@ -26,8 +26,8 @@ void when_written(const Answered& answered, const std::function<void(const grpc:
   }
 }
 
-WrittenCall::WrittenCall(Host& host, CallLog log, const Answered& answered)
-    : host_(host), log_(std::move(log)) {
+WrittenCall::WrittenCall(Host& host, CallLog log, const Answered& answered, MemoryLease memory)
+    : host_(host), log_(std::move(log)), memory_(std::move(memory)) {
   host_.lifecycle.enter();
   when_written(answered, [this](const grpc::Status& status) {
     log_.finish(status);

@@ -24,15 +24,17 @@ struct Answered {
 /// thread waits. `send` throws nothing.
 void when_written(const Answered& answered, const std::function<void(const grpc::Status&)>& send);
 
-/// A unary call whose reply is ready and is sent once it is on disk. Deletes itself.
+/// A unary call whose reply is ready and is sent once it is on disk. `memory`: what the reply takes
+/// until it is delivered. Deletes itself.
 class WrittenCall final : public grpc::ServerUnaryReactor {
  public:
-  WrittenCall(Host& host, CallLog log, const Answered& answered);
+  WrittenCall(Host& host, CallLog log, const Answered& answered, MemoryLease memory = {});
   void OnDone() override;
 
  private:
   Host& host_;
   CallLog log_;
+  const MemoryLease memory_;
 };
 
 }  // namespace stiefel::server

@@ -8,9 +8,10 @@
 namespace stiefel::server {
 
 CursorCall::CursorCall(Host& host, CallLog log, SessionLease session, std::int64_t to,
-                       Search search, bool long_search)
+                       Search search, bool long_search, MemoryLease memory)
     : host_(host),
       log_(std::move(log)),
+      memory_(std::move(memory)),
       session_(std::move(session)),
       to_(to),
       answer_(std::move(search)),
@@ -30,16 +31,17 @@ CursorCall::CursorCall(Host& host, CallLog log, SessionLease session, std::int64
 }
 
 CursorCall::CursorCall(Host& host, CallLog log, SessionLease session, std::int64_t to,
-                       Answer answer)
+                       Answer answer, MemoryLease memory)
     : CursorCall(
           host, std::move(log), std::move(session), to,
           [answer = std::move(answer)](const Session& at, const Cursor& cursor,
                                        const std::stop_token&) { return answer(at, cursor); },
-          false) {}
+          false, std::move(memory)) {}
 
 CursorCall::CursorCall(Host& host, CallLog log, SessionLease session, std::int64_t to,
-                       Search search)
-    : CursorCall(host, std::move(log), std::move(session), to, std::move(search), true) {}
+                       Search search, MemoryLease memory)
+    : CursorCall(host, std::move(log), std::move(session), to, std::move(search), true,
+                 std::move(memory)) {}
 
 bool CursorCall::run_slice() noexcept {
   try {
@@ -88,9 +90,10 @@ void CursorCall::OnDone() {
   host.lifecycle.leave();
 }
 
-PooledCall::PooledCall(Host& host, Pool& pool, CallLog log, Work work)
+PooledCall::PooledCall(Host& host, Pool& pool, CallLog log, Work work, MemoryLease memory)
     : host_(host),
       log_(std::move(log)),
+      memory_(std::move(memory)),
       work_(std::move(work)),
       shutdown_(host.lifecycle.stop_token(), RequestStop{stop_}) {
   const grpc::Status admitted =

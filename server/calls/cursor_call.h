@@ -21,15 +21,18 @@ class CursorCall final : public grpc::ServerUnaryReactor, private Job {
   /// stop when the caller cancels or the server shuts down.
   using Search = std::function<Answered(const Session&, const Cursor&, const std::stop_token&)>;
 
-  CursorCall(Host& host, CallLog log, SessionLease session, std::int64_t to, Answer answer);
-  CursorCall(Host& host, CallLog log, SessionLease session, std::int64_t to, Search search);
+  /// `memory`: what the call holds until its reply is delivered.
+  CursorCall(Host& host, CallLog log, SessionLease session, std::int64_t to, Answer answer,
+             MemoryLease memory = {});
+  CursorCall(Host& host, CallLog log, SessionLease session, std::int64_t to, Search search,
+             MemoryLease memory = {});
 
   void OnCancel() override { stop_.request_stop(); }
   void OnDone() override;
 
  private:
   CursorCall(Host& host, CallLog log, SessionLease session, std::int64_t to, Search search,
-             bool long_search);
+             bool long_search, MemoryLease memory);
   bool run_slice() noexcept override;
   /// True when there is nothing left to advance.
   bool advance_cursor();
@@ -38,6 +41,7 @@ class CursorCall final : public grpc::ServerUnaryReactor, private Job {
   Host& host_;
   CallLog log_;
   Ticket ticket_;
+  const MemoryLease memory_;
   std::optional<SessionLease> session_;
   const std::int64_t to_;
   const Search answer_;
@@ -54,7 +58,8 @@ class PooledCall final : public grpc::ServerUnaryReactor, private Job {
  public:
   using Work = std::function<Answered(std::stop_token)>;
 
-  PooledCall(Host& host, Pool& pool, CallLog log, Work work);
+  /// `memory`: what the call holds until its reply is delivered.
+  PooledCall(Host& host, Pool& pool, CallLog log, Work work, MemoryLease memory = {});
   void OnCancel() override { stop_.request_stop(); }
   void OnDone() override;
 
@@ -64,6 +69,7 @@ class PooledCall final : public grpc::ServerUnaryReactor, private Job {
   Host& host_;
   CallLog log_;
   Ticket ticket_;
+  const MemoryLease memory_;
   const Work work_;
   std::stop_source stop_;
   std::stop_callback<RequestStop> shutdown_;

@@ -3,6 +3,7 @@
 #include "server/calls/service.h"
 #include "server/convert/diagnosis.h"
 #include "server/convert/errors.h"
+#include "server/pricing/memory_price.h"
 
 namespace stiefel::server {
 
@@ -17,16 +18,20 @@ grpc::ServerUnaryReactor* Service::Diagnose(Context* context, const v1::Diagnose
     auto read = DiagnoseTask::read(**session, *request);
     if (!read) return refuse(read.error());
     const auto task = std::make_shared<const DiagnoseTask>(*std::move(read));
+    MemoryLease memory(host_.memory, diagnosis_memory(**session, *request));
     if (task->takes_long())
       return new CursorCall(
           host_, std::move(log), *std::move(session), request->to(),
           [task, response](const Session& at, const Cursor& cursor, const std::stop_token& stop) {
             return task->answer(at, cursor, stop, response);
-          });
-    return new CursorCall(host_, std::move(log), *std::move(session), request->to(),
-                          [task, response](const Session& at, const Cursor& cursor) {
-                            return task->answer(at, cursor, {}, response);
-                          });
+          },
+          std::move(memory));
+    return new CursorCall(
+        host_, std::move(log), *std::move(session), request->to(),
+        [task, response](const Session& at, const Cursor& cursor) {
+          return task->answer(at, cursor, {}, response);
+        },
+        std::move(memory));
   } catch (...) {
     return refuse(errors::from_current_exception());
   }

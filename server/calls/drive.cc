@@ -10,6 +10,7 @@
 #include "server/calls/service.h"
 #include "server/calls/step.h"
 #include "server/convert/errors.h"
+#include "server/convert/reply_limits.h"
 
 namespace stiefel::server {
 namespace {
@@ -23,6 +24,7 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
       : host_(host),
         context_(context),
         log_(std::move(log)),
+        memory_(host.memory, 0),
         shutdown_(host.lifecycle.stop_token(), RequestStop{stop_}) {
     const grpc::Status admitted = admit(ticket_, log_.account(), Ticket::Kind::stream, 0);
     admitted.ok() ? StartRead(&request_) : end(admitted);
@@ -33,10 +35,13 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
     read_ = true;
     try {
       clear();
-      if (const auto status = prepare(); !status.ok()) return reply(status);
+      const auto status = prepare();
+      // Its memory is kept for the next one, unless it is large.
+      if (request_.ByteSizeLong() > part_bytes / 16) request_ = {};
+      if (!status.ok()) return reply(status);
       if (step_inline(**lease_, task_, log_.account(), response_.mutable_step()))
         return reply(grpc::Status::OK);
-      if (const auto status = enter(); !status.ok()) return reply(status);
+      if (const auto entered = enter(); !entered.ok()) return reply(entered);
     } catch (...) {
       return reply(errors::from_current_exception());
     }
@@ -98,6 +103,7 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
   const grpc::CallbackServerContext& context_;
   CallLog log_;
   Ticket ticket_, request_ticket_;
+  MemoryLease memory_;  // of the largest reply so far, whose memory is kept
   v1::DriveRequest request_;
   v1::DriveResponse response_;
   std::string id_;  // of the session that the first good request named
@@ -139,8 +145,9 @@ grpc::Status DriveCall::prepare() {
   task_.return_checkpoint = request_.return_checkpoint();
   task_.checksum = request_.checksum();
   if (const auto status = check_size(**lease_, task_); !status.ok()) return status;
-  const auto refusal = log_.account().overdrawn();
-  return refusal ? errors::over_quota(*refusal) : grpc::Status::OK;
+  if (const auto refusal = log_.account().overdrawn()) return errors::over_quota(*refusal);
+  memory_.grow_to(step_memory(**lease_, task_));
+  return grpc::Status::OK;
 }
 
 grpc::Status DriveCall::enter() {

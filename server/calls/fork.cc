@@ -6,6 +6,7 @@
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
 #include "server/convert/price.h"
+#include "server/pricing/memory_price.h"
 
 namespace stiefel::server {
 namespace {
@@ -15,6 +16,7 @@ Answered fork(Host& host, Account& account, const Session& from, const Cursor& c
   to_proto(cursor, from.scene(), response->mutable_run_status());
   to_proto(from.work(cursor.start(), request.from_step()), 0, bound_of_steps(from),
            response->mutable_price());
+  response->mutable_price()->set_memory_bytes(from.simulation_bytes() + fork_memory(from));
   if (!cursor.run_status().reached()) return grpc::Status::OK;
   auto scene = forked(from, cursor, request);
   if (!scene) return scene.error();
@@ -41,11 +43,13 @@ grpc::ServerUnaryReactor* Service::ForkSession(Context* context,
     if (const auto status = check_step("from_step", request->from_step()); !status.ok())
       return refuse(status);
     Account& account = log.account();
+    MemoryLease memory(host_.memory, fork_memory(**from));
     return new CursorCall(
         host_, std::move(log), *std::move(from), request->from_step(),
         [&host = host_, &account, request, response](const Session& at, const Cursor& cursor) {
           return fork(host, account, at, cursor, *request, response);
-        });
+        },
+        std::move(memory));
   } catch (...) {
     return refuse(errors::from_current_exception());
   }

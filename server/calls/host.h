@@ -9,6 +9,7 @@
 
 #include "server/calls/log.h"
 #include "server/calls/principal.h"
+#include "server/limits/memory_budget.h"
 #include "server/scheduling/account.h"
 #include "server/scheduling/pool.h"
 #include "server/scheduling/slice.h"
@@ -58,6 +59,9 @@ using Identify = std::function<Principal(const grpc::CallbackServerContext&)>;
 struct Host {
   Log log;
   Accounts accounts;
+  /// What the whole process may take, and the part of it that calls and sessions may.
+  const std::uint64_t memory_limit;
+  MemoryBudget memory;
   Registry registry;
   Lifecycle lifecycle;
   Identify identify;

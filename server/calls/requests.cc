@@ -27,8 +27,9 @@ OrStatus<SessionLease> find_session(const Host& host, const grpc::CallbackServer
   if (auto session = host.registry.find(principal, id)) return *std::move(session);
   const grpc::Status status = check_session_id(id, field);
   if (!status.ok()) return std::unexpected(status);
-  return std::unexpected(host.registry.deleted(principal, id) ? errors::session_deleted(id, field)
-                                                   : errors::session_not_found(id, field));
+  return std::unexpected(host.registry.deleted(principal, id)
+                             ? errors::session_deleted(id, field)
+                             : errors::session_not_found(id, field));
 }
 
 grpc::Status check_session_id(std::string_view id, const char* field) {

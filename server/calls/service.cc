@@ -5,6 +5,7 @@
 #include "server/calls/limits.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
+#include "server/limits/memory_limit.h"
 #include "server/sessions/numerics_id.h"
 
 namespace stiefel::server {
@@ -33,7 +34,8 @@ grpc::ServerUnaryReactor* Service::Describe(Context* context, const v1::Describe
     response->set_durable(host_.registry.durable());
     auto* limits = response->mutable_limits();
     limits->set_max_sessions(host_.registry.max_sessions());
-    limits->set_max_message_bytes(max_message_bytes);
+    limits->set_max_message_bytes(largest_message(host_.memory_limit));
+    limits->set_memory_bytes(host_.memory_limit);
     *limits->mutable_idle_timeout() = google::protobuf::util::TimeUtil::MillisecondsToDuration(
         host_.registry.idle_timeout().count());
     return finished(context, log, grpc::Status::OK);

@@ -8,6 +8,8 @@
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
 #include "server/convert/reply_limits.h"
+#include "server/pricing/memory_price.h"
+#include "stiefel/stop.h"
 
 namespace stiefel::server {
 namespace {
@@ -19,8 +21,11 @@ constexpr int few_members = 64;
 
 Answered create(Host& host, Account& account, const v1::CreateSessionRequest& request,
                 v1::CreateSessionResponse* response) {
+  MemoryLease resolving(host.memory, wants_choice(request.scene()) ? search_memory(request.scene())
+                                                                   : scene_memory(request.scene()));
   auto scene = read_scene(request.has_scene(), request.scene());
   if (!scene) return scene.error();
+  resolving = {};  // the session pays for its scene
   const Resolution resolution = scene->resolution;
   const auto admitted = admit(host, account, request.session_id(), *std::move(scene),
                               Place::inside("scene"), request.checkpoint(), request.recreate());
@@ -62,14 +67,20 @@ grpc::Status list(const Registry& registry, const Principal& principal,
 
 }  // namespace
 
-template <class Work>
-grpc::ServerUnaryReactor* Service::answer(Context* context, CallLog log, Work work) {
+template <class Response, class Work>
+grpc::ServerUnaryReactor* Service::answer(Context* context, CallLog log, Response* response,
+                                          Work work) {
   Answered answered{grpc::Status::OK};
+  MemoryLease memory;
   try {
     answered = work();
-    if (answered.receipt) return new WrittenCall(host_, std::move(log), answered);
+    if (const std::size_t bytes = response->ByteSizeLong(); bytes > part_bytes / 16)
+      memory = MemoryLease(host_.memory, reply_memory(bytes));
+    if (answered.receipt || memory)
+      return new WrittenCall(host_, std::move(log), answered, std::move(memory));
   } catch (...) {
     answered = errors::from_current_exception();
+    *response = {};
   }
   return finished(context, log, answered.status);
 }
@@ -80,26 +91,35 @@ grpc::ServerUnaryReactor* Service::CreateSession(Context* context,
   CallLog log = open(context, "CreateSession", request->session_id());
   Account& account = log.account();
   const auto work = [this, &account, context, request,
-                     response](const std::stop_token& = {}) -> Answered {
+                     response](const std::stop_token& stop = {}) -> Answered {
+    const StopScope scope(stop);
     if (host_.lifecycle.refusing()) return errors::shutting_down();
     if (const auto status = check_session_id(request->session_id()); !status.ok()) return status;
     if (const auto status = check_routing(*context, request->session_id()); !status.ok())
       return status;
     return create(host_, account, *request, response);
   };
+  MemoryLease memory;
+  try {
+    memory = MemoryLease(host_.memory, reading_memory(*request));
+  } catch (...) {
+    return finished(context, log, errors::from_current_exception());
+  }
   const v1::Scene& scene = request->scene();
   const bool long_work = wants_choice(scene) || scene.inertia_size() > large_dimension ||
                          scene.members() > few_members;
-  if (long_work) return new PooledCall(host_, host_.searches, std::move(log), work);
-  if (scene.inertia_size() > small_dimension || scene.has_members())
-    return new PooledCall(host_, host_.pool, std::move(log), work);
-  return answer(context, std::move(log), work);
+  if (long_work)
+    return new PooledCall(host_, host_.searches, std::move(log), work, std::move(memory));
+  if (scene.inertia_size() > small_dimension || scene.has_members() ||
+      request->ByteSizeLong() > part_bytes)
+    return new PooledCall(host_, host_.pool, std::move(log), work, std::move(memory));
+  return answer(context, std::move(log), response, work);
 }
 
 grpc::ServerUnaryReactor* Service::GetSession(Context* context,
                                               const v1::GetSessionRequest* request,
                                               v1::GetSessionResponse* response) {
-  return answer(context, open(context, "GetSession", request->session_id()), [&] {
+  return answer(context, open(context, "GetSession", request->session_id()), response, [&] {
     const auto session = find_session(host_, *context, request->session_id());
     if (!session) return session.error();
     to_proto(**session, (*session)->resolution(), host_.registry, request->view(),
@@ -111,20 +131,21 @@ grpc::ServerUnaryReactor* Service::GetSession(Context* context,
 grpc::ServerUnaryReactor* Service::ListSessions(Context* context,
                                                 const v1::ListSessionsRequest* request,
                                                 v1::ListSessionsResponse* response) {
-  return answer(context, open(context, "ListSessions"),
+  return answer(context, open(context, "ListSessions"), response,
                 [&] { return list(host_.registry, host_.identify(*context), *request, response); });
 }
 
 grpc::ServerUnaryReactor* Service::DeleteSession(Context* context,
                                                  const v1::DeleteSessionRequest* request,
-                                                 v1::DeleteSessionResponse*) {
-  return answer(context, open(context, "DeleteSession", request->session_id()), [&]() -> Answered {
+                                                 v1::DeleteSessionResponse* response) {
+  const auto work = [&]() -> Answered {
     if (const auto status = check_session_id(request->session_id()); !status.ok()) return status;
     if (const auto status = check_routing(*context, request->session_id()); !status.ok())
       return status;
     const Principal principal = host_.identify(*context);
     return {grpc::Status::OK, host_.registry.erase(principal, request->session_id()).receipt};
-  });
+  };
+  return answer(context, open(context, "DeleteSession", request->session_id()), response, work);
 }
 
 }  // namespace stiefel::server

@@ -13,6 +13,17 @@
 
 namespace stiefel::server {
 
+/// A call with a stream of answers that is refused. Deletes itself.
+template <class Message>
+class RefusedStream final : public grpc::ServerWriteReactor<Message> {
+ public:
+  RefusedStream(CallLog& log, const grpc::Status& status) {
+    log.finish(status);
+    this->Finish(status);
+  }
+  void OnDone() override { delete this; }
+};
+
 /// A call that answers with a stream of messages, each the work of one slice on a pool.
 /// While a message is written nothing is computed. Deletes itself.
 template <class Response>

@@ -19,6 +19,9 @@ struct StepTask {
   bool checksum = false;
 };
 
+/// Bytes of memory that the reply takes while it is made and sent.
+std::uint64_t step_memory(const Session& session, const StepTask& task);
+
 /// REPLY_TOO_LARGE if the reply would be.
 grpc::Status check_size(const Session& session, const StepTask& task);
 

@@ -57,8 +57,7 @@ class SummarizeCall final : public grpc::ServerWriteReactor<v1::SummarizeRespons
         session_(std::move(session)),
         request_(request),
         shutdown_(host.lifecycle.stop_token(), RequestStop{stop_}) {
-    const double price =
-        (*session_)->work((*session_)->start_for(request.from()), request.to());
+    const double price = (*session_)->work((*session_)->start_for(request.from()), request.to());
     const grpc::Status admitted = admit(ticket_, log_.account(), Ticket::Kind::stream, price);
     host_.lifecycle.enter();
     if (!admitted.ok()) {

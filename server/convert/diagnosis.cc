@@ -207,6 +207,7 @@ grpc::Status DiagnoseTask::answer(const Session& session, const Cursor& cursor,
   response->set_computed_steps(cursor.computed_steps());
   to_proto(session.work(cursor.start(), cursor.step()), 0, v1::PRICE_BOUND_AT_LEAST,
            response->mutable_price());
+  response->mutable_price()->set_memory_bytes(session.simulation_bytes() / 2 * 3);
   Diagnosis diagnosis = diagnose(scene, now, task.invariants, stop);
   shorten(task.max_invariants, diagnosis.invariants, response);
   to_proto(diagnosis, response);

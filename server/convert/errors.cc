@@ -10,6 +10,7 @@
 
 #include "engine/linalg/arithmetic/to_text.h"
 #include "server/convert/reply_limits.h"
+#include "stiefel/stop.h"
 
 namespace stiefel::server::errors {
 namespace {
@@ -17,7 +18,7 @@ namespace {
 // Status and details travel in trailers, of which clients accept 8 KiB.
 constexpr std::size_t max_text = 200;
 constexpr std::size_t max_total = 2000;
-constexpr int seconds_to_a_free_session = 1;
+constexpr int seconds_to_a_free_session = 1, seconds_to_free_memory = 1;
 
 /// Cuts at a character, never inside one.
 std::string shortened(std::string_view text) {
@@ -251,6 +252,24 @@ grpc::Status not_written(const WriteFault& fault) {
   return out_of_memory();
 }
 
+grpc::Status memory_exhausted(const MemoryExhausted& exhausted) {
+  const std::string bytes = std::to_string(exhausted.bytes());
+  const std::string free = std::to_string(exhausted.free());
+  const std::string limit = std::to_string(exhausted.limit());
+  v1::Status status;
+  add_info("MEMORY_LIMIT", {{"bytes", bytes}, {"free", free}, {"limit", limit}}, status);
+  v1::QuotaFailure quota;
+  quota.add_violations()->set_subject("memory");
+  quota.mutable_violations(0)->set_description(exhausted.what());
+  add_detail("QuotaFailure", quota, status);
+  if (exhausted.can_ever_fit()) {
+    v1::RetryInfo retry;
+    retry.mutable_retry_delay()->set_seconds(seconds_to_free_memory);
+    add_detail("RetryInfo", retry, status);
+  }
+  return make(grpc::RESOURCE_EXHAUSTED, exhausted.what(), std::move(status));
+}
+
 grpc::Status internal(std::string_view what) {
   return info(grpc::INTERNAL, shortened(what), "INTERNAL_ERROR");
 }
@@ -267,6 +286,10 @@ grpc::Status from_current_exception() {
     throw;
   } catch (const std::bad_alloc&) {
     return out_of_memory();
+  } catch (const Stopped&) {
+    return cancelled();
+  } catch (const MemoryExhausted& exhausted) {
+    return memory_exhausted(exhausted);
   } catch (const std::exception& exception) {
     return internal(exception.what());
   } catch (...) {

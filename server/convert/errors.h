@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "engine/representations/outside_domain.h"
+#include "server/limits/memory_budget.h"
 #include "server/scheduling/quota.h"
 #include "server/sessions/ledger.h"
 #include "server/sessions/session.h"
@@ -63,6 +64,9 @@ grpc::Status out_of_memory();
 /// A session or its deletion is not on disk: RESOURCE_EXHAUSTED, STORE_FULL or OUT_OF_MEMORY;
 /// UNAVAILABLE, STORE_UNAVAILABLE, when it may be a moment later; INTERNAL, STORE_DAMAGED.
 grpc::Status not_written(const WriteFault& fault);
+/// RESOURCE_EXHAUSTED, MEMORY_LIMIT with `bytes`, `free` and `limit`; a QuotaFailure of `memory`,
+/// and a RetryInfo if the bytes fit when others are given back.
+grpc::Status memory_exhausted(const MemoryExhausted& exhausted);
 /// INTERNAL, INTERNAL_ERROR: a fault of ours.
 grpc::Status internal(std::string_view what);
 

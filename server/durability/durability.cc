@@ -68,7 +68,8 @@ void Durability::restore() {
   std::atomic<std::int64_t> unread = 0;
   Rows rows(store_);
   const auto use = [&](const Store::Row& row) {
-    if (auto session = from_row(row, host_.registry.clock(), host_.registry.keys())) {
+    if (auto session =
+            from_row(row, host_.registry.clock(), host_.registry.keys(), host_.registry.memory())) {
       host_.registry.restore(*std::move(session));
     } else {
       ++unread;

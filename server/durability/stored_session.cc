@@ -73,9 +73,9 @@ StoredSession to_row(const Session& session) {
   return row;
 }
 
-std::expected<std::shared_ptr<Session>, std::string> from_row(const Store::Row& row,
-                                                              std::shared_ptr<const Clock> clock,
-                                                              std::shared_ptr<const CheckpointKeys> keys) {
+std::expected<std::shared_ptr<Session>, std::string> from_row(
+    const Store::Row& row, std::shared_ptr<const Clock> clock,
+    std::shared_ptr<const CheckpointKeys> keys, MemoryBudget& memory) {
   v1::Scene message;
   if (!message.ParseFromString(row.session.scene)) return std::unexpected("it has no scene");
   auto description = from_proto(message);
@@ -83,7 +83,7 @@ std::expected<std::shared_ptr<Session>, std::string> from_row(const Store::Row& 
   auto scene = Scene::resolve(*std::move(description));
   if (!scene) return because(scene.error());
   auto session = std::make_shared<Session>(row.session.id, *std::move(scene), std::move(clock),
-                                           resolution_of(row.session), std::move(keys));
+                                           resolution_of(row.session), std::move(keys), memory);
   if (row.session.numerics_id == numerics_id() && row.session.identity != hash(session->identity()))
     return std::unexpected("its scene is read as another one");
   session->restored(

@@ -14,18 +14,23 @@ std::string tombstone(const Principal& principal, std::string_view id) {
 }  // namespace
 
 Registry::Registry(std::uint32_t max_sessions, std::chrono::milliseconds idle_timeout, Clock clock,
-                   std::shared_ptr<const CheckpointKeys> keys)
+                   std::shared_ptr<const CheckpointKeys> keys, MemoryBudget& memory)
     : max_sessions_(max_sessions),
       idle_timeout_(idle_timeout),
       clock_(std::make_shared<const Clock>(clock ? std::move(clock)
                                                  : Clock(&std::chrono::steady_clock::now))),
-      keys_(std::move(keys)) {}
+      memory_(memory),
+      keys_(std::move(keys)) {
+  memory_.reclaim_with([this](std::uint64_t bytes) { shed(bytes); });
+}
+
+Registry::~Registry() { memory_.reclaim_with({}); }
 
 std::expected<Registry::Created, Registry::CreateError> Registry::create(
     const Principal& principal, const std::string& id, Scene scene, std::string_view checkpoint,
     Resolution resolution, bool recreate) {
-  const auto fresh =
-      std::make_shared<Session>(id, std::move(scene), clock_, std::move(resolution), keys_);
+  const auto fresh = std::make_shared<Session>(id, std::move(scene), clock_, std::move(resolution),
+                                               keys_, memory_);
   if (auto fault = fresh->overflow()) return std::unexpected(*std::move(fault));
   bool ignored = false;
   std::optional<Checkpoint> saved;
@@ -35,19 +40,22 @@ std::expected<Registry::Created, Registry::CreateError> Registry::create(
     if (!decoded && !ignored) return std::unexpected(std::move(decoded.error()));
     if (decoded) saved = *std::move(decoded);
   }
+  // Taking memory may shed caches under the lock, so that no state is adopted with it.
+  if (saved) fresh->adopt(saved->step, saved->saved);
   SessionKey key{principal.name, id};
-  const std::lock_guard lock(mutex_);
+  std::unique_lock lock(mutex_);
   const auto found = sessions_.find(key);
   if (found != sessions_.end()) {
     if (found->second->identity() != fresh->identity())
       return std::unexpected(Conflict::other_scene);
-    if (saved) found->second->adopt(saved->step, std::move(saved->saved));
-    return Created{SessionLease(found->second), false, ignored, found->second->receipt()};
+    Created there{SessionLease(found->second), false, ignored, found->second->receipt()};
+    lock.unlock();
+    if (saved) there.session->adopt(saved->step, std::move(saved->saved));
+    return there;
   }
   if (recreate && tombstones_.contains(tombstone(principal, id), (*clock_)()))
     return std::unexpected(Conflict::deleted);
   if (sessions_.size() >= max_sessions_) return std::unexpected(Conflict::too_many);
-  if (saved) fresh->adopt(saved->step, std::move(saved->saved));
   tombstones_.remove(tombstone(principal, id));
   const auto place = sessions_.emplace(std::move(key), fresh).first;
   fresh->belong_to(principal);
@@ -141,6 +149,27 @@ std::size_t Registry::expire() {
     return true;
   });
   return dropped.size();
+}
+
+void Registry::shed(std::uint64_t bytes) const {
+  struct Cache {
+    std::chrono::steady_clock::duration idle;
+    std::uint64_t bytes;
+    std::shared_ptr<Session> session;
+  };
+  std::vector<Cache> caches;
+  {
+    const std::shared_lock lock(mutex_);
+    for (const auto& [id, session] : sessions_)
+      if (const std::uint64_t cached = session->cached_bytes(); cached > 0)
+        caches.push_back({session->idle_time(), cached, session});
+  }
+  std::ranges::stable_sort(caches, std::greater(), &Cache::idle);
+  for (const Cache& cache : caches) {
+    cache.session->shed();
+    if (cache.bytes >= bytes) return;
+    bytes -= cache.bytes;
+  }
 }
 
 std::chrono::system_clock::time_point Registry::expire_time(const Session& session) const {

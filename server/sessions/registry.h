@@ -44,9 +44,12 @@ struct SessionKeyLess {
 /// The sessions by their principals and ids. Thread-safe.
 class Registry {
  public:
-  /// `keys`: of the checkpoints; those of the process if null.
+  /// `keys`: of the checkpoints; those of the process if null. The caches of the sessions are given
+  /// up for whoever takes memory of the budget.
   Registry(std::uint32_t max_sessions, std::chrono::milliseconds idle_timeout, Clock clock,
-           std::shared_ptr<const CheckpointKeys> keys = nullptr);
+           std::shared_ptr<const CheckpointKeys> keys = nullptr,
+           MemoryBudget& memory = MemoryBudget::unlimited());
+  ~Registry();
 
   struct Created {
     SessionLease session;
@@ -61,7 +64,7 @@ class Registry {
   /// `checkpoint` holds unless that is empty. The checkpoint is checked in any case, and that the
   /// fields at step 0 are finite numbers: no other is ever sent. A checkpoint that another server
   /// signed is ignored. With `recreate` no session comes back that was deleted within the idle
-  /// timeout.
+  /// timeout. Throws MemoryExhausted.
   std::expected<Created, CreateError> create(const Principal& principal, const std::string& id,
                                              Scene scene, std::string_view checkpoint,
                                              Resolution resolution = {}, bool recreate = false);
@@ -97,6 +100,9 @@ class Registry {
   void drop(const Session& session);
   const std::shared_ptr<const Clock>& clock() const { return clock_; }
   const std::shared_ptr<const CheckpointKeys>& keys() const { return keys_; }
+  MemoryBudget& memory() const { return memory_; }
+  /// Gives up about so many bytes of caches, of the sessions first that were not used for longest.
+  void shed(std::uint64_t bytes) const;
 
   std::uint32_t max_sessions() const { return max_sessions_; }
   std::chrono::milliseconds idle_timeout() const { return idle_timeout_; }
@@ -106,6 +112,7 @@ class Registry {
   const std::chrono::milliseconds idle_timeout_;
   const std::shared_ptr<const Clock> clock_;
   Ledger* ledger_ = nullptr;
+  MemoryBudget& memory_;
   mutable std::shared_mutex mutex_;
   const std::shared_ptr<const CheckpointKeys> keys_;
   std::map<SessionKey, std::shared_ptr<Session>, SessionKeyLess> sessions_;

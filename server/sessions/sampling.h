@@ -40,6 +40,8 @@ class Sampling {
     /// form. 0: none.
     std::int64_t checkpoint_every = 0;
     bool checkpoint_at_end = false;
+
+    bool checkpoints() const { return checkpoint_every > 0 || checkpoint_at_end; }
   };
   Sampling(Session& session, std::vector<std::size_t> fields, Range range);
 

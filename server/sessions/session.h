@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "server/limits/memory_budget.h"
 #include "server/sessions/checkpoints.h"
 #include "server/sessions/ledger.h"
 #include "server/sessions/resolution.h"
@@ -37,9 +38,12 @@ class Session : public std::enable_shared_from_this<Session> {
  public:
   static constexpr std::int64_t max_step = std::int64_t{1} << 53;
 
-  /// `keys`: of its checkpoints; those of the process if null.
+  /// `keys`: of its checkpoints; those of the process if null. Throws MemoryExhausted, as all that
+  /// makes simulations or keeps states does, when its scene, state and simulation do not fit into
+  /// the budget, which must outlive it.
   Session(std::string id, Scene scene, std::shared_ptr<const Clock> clock,
-          Resolution resolution = {}, std::shared_ptr<const CheckpointKeys> keys = nullptr);
+          Resolution resolution = {}, std::shared_ptr<const CheckpointKeys> keys = nullptr,
+          MemoryBudget& memory = MemoryBudget::unlimited());
 
   const std::string& id() const { return id_; }
   const Scene& scene() const { return scene_; }
@@ -72,6 +76,17 @@ class Session : public std::enable_shared_from_this<Session> {
   /// One with that state, which `save` gave at `step`.
   std::unique_ptr<Simulation> lease_at(std::int64_t step, std::span<const double> saved);
   void give_back(std::unique_ptr<Simulation> simulation);
+  /// The state of a simulation for a caller that rests: callers that rest at one step share it.
+  /// Null when there is no memory for it.
+  Saved keep(const Simulation& simulation);
+
+  /// Bytes that a simulation of the scene takes, predicted.
+  std::uint64_t simulation_bytes() const { return simulation_bytes_; }
+  /// Bytes of what `shed` would give up.
+  std::uint64_t cached_bytes() const;
+  /// Gives up what can be computed again: idle simulations, and the checkpoints after step 0 that
+  /// did not come from elsewhere.
+  void shed();
 
   /// The first step after `step` where `deposit` would keep the state.
   std::int64_t next_checkpoint(std::int64_t step) const;
@@ -112,7 +127,10 @@ class Session : public std::enable_shared_from_this<Session> {
   friend class SessionLease;
   void tell_ledger();
   void touch() { last_use_ = (*clock_)().time_since_epoch().count(); }
+  std::unique_ptr<Simulation> make();
+  void drop(std::unique_ptr<Simulation> simulation);
 
+  MemoryBudget& memory_;
   const std::string id_;
   const Scene scene_;
   const Resolution resolution_;
@@ -125,6 +143,9 @@ class Session : public std::enable_shared_from_this<Session> {
   Ledger* ledger_ = nullptr;
   std::shared_ptr<Receipt> receipt_;
   std::atomic<bool> ledger_knows_ = false;  // that there is a state it has not taken
+  const std::uint64_t simulation_bytes_;
+  const MemoryLease scene_memory_;
+  MemoryLease simulations_memory_;  ///< of the idle ones and of those that are leased
   std::vector<Field> fields_;
   std::size_t block_count_ = 0;
   std::size_t saved_size_ = 0;
@@ -142,6 +163,8 @@ class Session : public std::enable_shared_from_this<Session> {
   mutable std::mutex mutex_;
   Checkpoints checkpoints_;                        // guarded by mutex_
   std::vector<std::unique_ptr<Simulation>> idle_;  // guarded by mutex_; the last used at the back
+  /// The states of callers that rest, by step.
+  std::map<std::int64_t, std::weak_ptr<const std::vector<double>>> kept_;  // guarded by mutex_
 };
 
 /// A session in use: it does not expire during the lease, and its idle time starts again

@@ -7,6 +7,7 @@
 
 #include "engine/simulation/catalogue/system_entry.h"
 #include "engine/simulation/run/parallel.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 namespace {
@@ -26,6 +27,7 @@ std::unique_ptr<Simulation> make_simulation(const Scene& scene) {
 Ensemble::Ensemble(std::span<const Scene> scenes) {
   members_.reserve(scenes.size());
   for (const Scene& scene : scenes) {
+    stop_point();
     members_.push_back(make_simulation(scene));
     step_cost_ += members_.back()->step_cost();
   }
@@ -39,6 +41,7 @@ Ensemble::Ensemble(std::span<const Scene> scenes) {
 void Ensemble::form_groups(std::span<const Scene> scenes) {
   const auto lanes = static_cast<std::size_t>(body_lanes(scenes.front()));
   for (std::size_t at = 0; at < scenes.size();) {
+    stop_point();
     std::size_t count = 0;
     while (count < lanes && at + count < scenes.size() && can_be_packed(scenes[at + count]))
       ++count;

@@ -6,6 +6,7 @@
 
 #include "engine/simulation/catalogue/methods/method_traits.h"
 #include "engine/simulation/catalogue/system_entry.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 namespace {
@@ -53,6 +54,7 @@ MethodDescription Recommendation::description() const {
 int Recommendation::substeps(std::span<const Scene> scenes) const {
   double needed = 1;
   for (const Scene& scene : scenes) {
+    stop_point();
     const double h = std::abs(scene.step());
     if (largest_h_omega > 0)
       needed = std::max(needed, std::ceil(h * system_entry(scene.system())->make(scene)->rate() /
