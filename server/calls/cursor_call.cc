@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "server/calls/stoppable.h"
 #include "server/convert/errors.h"
 
 namespace stiefel::server {
@@ -29,7 +30,16 @@ CursorCall::CursorCall(Host& host, CallLog log, SessionLease session, std::int64
 
 CursorCall::CursorCall(Host& host, CallLog log, SessionLease session, std::int64_t to,
                        Search search)
-    : CursorCall(host, std::move(log), std::move(session), to, std::move(search), true) {}
+    : CursorCall(
+          host, std::move(log), std::move(session), to,
+          [&host, search = std::move(search)](const Session& at, const Cursor& cursor,
+                                              const std::stop_token& stop) {
+            const auto status =
+                stoppable(host.lifecycle, stop, [&] { return search(at, cursor, stop); });
+            // What was left out because of a stop is no answer.
+            return status && !stop.stop_requested() ? *status : stopped(host.lifecycle);
+          },
+          true) {}
 
 bool CursorCall::run_slice() noexcept {
   try {
@@ -86,7 +96,9 @@ PooledCall::PooledCall(Host& host, Pool& pool, CallLog log, Work work)
 bool PooledCall::run_slice() noexcept {
   grpc::Status status;
   try {
-    status = work_(stop_.get_token());
+    const std::stop_token stop = stop_.get_token();
+    const auto done = stoppable(host_.lifecycle, stop, [&] { return work_(stop); });
+    status = done ? *done : done.error();
   } catch (...) {
     status = errors::from_current_exception();
   }

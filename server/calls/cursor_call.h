@@ -17,7 +17,7 @@ class CursorCall final : public grpc::ServerUnaryReactor, private Job {
   /// Writes the reply from where the cursor ended.
   using Answer = std::function<grpc::Status(const Session&, const Cursor&)>;
   /// Writes the reply after more work, on the pool for work without slices. The token requests a
-  /// stop when the caller cancels or the server shuts down.
+  /// stop when the caller cancels or the server shuts down; the engine's work is then stopped.
   using Search = std::function<grpc::Status(const Session&, const Cursor&, const std::stop_token&)>;
 
   CursorCall(Host& host, CallLog log, SessionLease session, std::int64_t to, Answer answer);

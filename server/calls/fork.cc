@@ -10,6 +10,9 @@
 namespace stiefel::server {
 namespace {
 
+// Above it, to make the new scene is more than a slice of work.
+constexpr int small_dimension = 64;
+
 grpc::Status fork(Host& host, const Session& from, const Cursor& cursor,
                   const v1::ForkSessionRequest& request, v1::ForkSessionResponse* response) {
   to_proto(cursor, from.scene(), response->mutable_run_status());
@@ -40,11 +43,16 @@ grpc::ServerUnaryReactor* Service::ForkSession(Context* context,
       return refuse(status);
     if (const auto status = check_step("from_step", request->from_step()); !status.ok())
       return refuse(status);
-    return new CursorCall(
-        host_, std::move(log), *std::move(from), request->from_step(),
-        [&host = host_, request, response](const Session& at, const Cursor& cursor) {
-          return fork(host, at, cursor, *request, response);
-        });
+    const auto answer = [&host = host_, request, response](const Session& at,
+                                                           const Cursor& cursor) {
+      return fork(host, at, cursor, *request, response);
+    };
+    const bool large = (*from)->scene().dimension() > small_dimension;
+    if (!large)
+      return new CursorCall(host_, std::move(log), *std::move(from), request->from_step(), answer);
+    return new CursorCall(host_, std::move(log), *std::move(from), request->from_step(),
+                          [answer](const Session& at, const Cursor& cursor,
+                                   const std::stop_token&) { return answer(at, cursor); });
   } catch (...) {
     return refuse(errors::from_current_exception());
   }

@@ -7,7 +7,9 @@
 #include "server/calls/service.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
+#include "server/convert/price.h"
 #include "server/convert/reply_limits.h"
+#include "stiefel/tradeoff.h"
 
 namespace stiefel::server {
 namespace {
@@ -28,6 +30,8 @@ grpc::Status create(Host& host, const v1::CreateSessionRequest& request,
   to_proto(*admitted->session, resolution, host.registry, request.view(),
            response->mutable_session());
   response->set_created(admitted->created);
+  if (wants_choice(request.scene()))
+    to_proto(Choice::most_work, 0, v1::PRICE_BOUND_AT_MOST, response->mutable_price());
   return grpc::Status::OK;
 }
 

@@ -7,8 +7,7 @@
 #include <stop_token>
 #include <utility>
 
-#include "server/calls/host.h"
-#include "server/convert/errors.h"
+#include "server/calls/stoppable.h"
 
 namespace stiefel::server {
 
@@ -50,7 +49,7 @@ class SlicedStream final : public grpc::ServerWriteReactor<Response>, private Jo
       if (host_.lifecycle.refusing() && !std::exchange(started_, true))
         last = std::unexpected(errors::shutting_down());
       else
-        last = produce_(stop_.get_token(), message_);
+        last = produce();
       started_ = true;
       if (stop_.stop_requested() && !host_.lifecycle.stopping())
         last = std::unexpected(errors::cancelled());
@@ -67,6 +66,12 @@ class SlicedStream final : public grpc::ServerWriteReactor<Response>, private Jo
     else
       this->Finish(last.error());
     return false;
+  }
+
+  std::expected<bool, grpc::Status> produce() {
+    const std::stop_token stop = stop_.get_token();
+    const auto last = stoppable(host_.lifecycle, stop, [&] { return produce_(stop, message_); });
+    return last ? *last : std::unexpected(last.error());
   }
 
   Host& host_;

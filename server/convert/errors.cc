@@ -8,6 +8,7 @@
 
 #include "engine/linalg/arithmetic/to_text.h"
 #include "server/convert/reply_limits.h"
+#include "stiefel/stop.h"
 
 namespace stiefel::server::errors {
 namespace {
@@ -196,6 +197,8 @@ grpc::Status from_current_exception() {
     throw;
   } catch (const std::bad_alloc&) {
     return out_of_memory();
+  } catch (const Stopped&) {
+    return cancelled();
   } catch (const std::exception& exception) {
     return internal(exception.what());
   } catch (...) {

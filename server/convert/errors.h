@@ -40,7 +40,7 @@ grpc::Status outside_domain(const OutsideDomain& outside);
 grpc::Status unequal_determinants(const std::string& field, int Q_0, int Q_T);
 /// UNAVAILABLE, SHUTTING_DOWN.
 grpc::Status shutting_down();
-/// CANCELLED: the caller went away.
+/// CANCELLED: the caller went away; also for Stopped (stop.h).
 grpc::Status cancelled();
 /// RESOURCE_EXHAUSTED, OUT_OF_MEMORY.
 grpc::Status out_of_memory();

@@ -176,7 +176,6 @@ TradeoffPoint Tradeoff::Survey::measure(const Candidate& candidate, const Scene&
                                         const Run& first, const std::stop_token& stop) {
   TradeoffPoint point;
   point.method = *scene.description().method;
-  left_ -= first.work * (request_.repeats - 1);
   point.status = first.status;
   point.measured_steps = first.steps;
   point.drift = first.drift;
@@ -185,7 +184,8 @@ TradeoffPoint Tradeoff::Survey::measure(const Candidate& candidate, const Scene&
 
   const double time = std::abs(scene.time(first.steps));
   point.cpu_seconds_per_second.push_back(first.cpu_seconds / time);
-  for (int k = 1; k < request_.repeats && first.status.reached(); ++k) {
+  for (int k = 1; k < request_.repeats && first.status.reached() && first.spent <= left_; ++k) {
+    left_ -= first.spent;
     const Run again = run(scene, candidate.weight, samples_, first.steps, Watch::time, stop);
     if (again.status.outcome == Outcome::cancelled) {
       point.status = again.status;
