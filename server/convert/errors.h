@@ -16,7 +16,8 @@
 namespace stiefel::server::errors {
 
 /// INVALID_ARGUMENT: "field: value: rule", and the same as a BadRequest; with the reason of a fault
-/// that has one: TOLERANCE_NOT_MET with `tolerance`, `best_error` and `best_method`.
+/// that has one: TOLERANCE_NOT_MET with `tolerance`, `most_work` and, where they are
+/// known, `best_error`, `best_method` and `reference_work`.
 grpc::Status invalid(const Violations& violations);
 grpc::Status invalid(std::string field, std::string value, std::string rule);
 /// NOT_FOUND, SESSION_NOT_FOUND with `session_id`.
