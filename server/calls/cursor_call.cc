@@ -2,8 +2,9 @@
 
 #include <utility>
 
-#include "server/calls/stoppable.h"
+#include "server/calls/stopped.h"
 #include "server/convert/errors.h"
+#include "server/convert/stoppable.h"
 
 namespace stiefel::server {
 
@@ -30,15 +31,14 @@ CursorCall::CursorCall(Host& host, CallLog log, SessionLease session, std::int64
 
 CursorCall::CursorCall(Host& host, CallLog log, SessionLease session, std::int64_t to,
                        Search search)
-    : CursorCall(
-          host, std::move(log), std::move(session), to,
-          [&host, search = std::move(search)](const Session& at, const Cursor& cursor,
-                                              const std::stop_token& stop) {
-            const auto status =
-                stoppable(host.lifecycle, stop, [&] { return search(at, cursor, stop); });
-            // What was left out because of a stop is no answer.
-            return status && !stop.stop_requested() ? *status : stopped(host.lifecycle);
-          },
+    : CursorCall(host, std::move(log), std::move(session), to,
+                 [&host, search = std::move(search)](const Session& at, const Cursor& cursor,
+                                                     const std::stop_token& stop) {
+                   const auto status = stoppable(stop, [&] { return search(at, cursor, stop); });
+                 });
+// What was left out because of a stop is no answer.
+return status && !stop.stop_requested() ? *status : stopped(host.lifecycle);
+},
           true) {}
 
 bool CursorCall::run_slice() noexcept {
@@ -97,8 +97,7 @@ bool PooledCall::run_slice() noexcept {
   grpc::Status status;
   try {
     const std::stop_token stop = stop_.get_token();
-    const auto done = stoppable(host_.lifecycle, stop, [&] { return work_(stop); });
-    status = done ? *done : done.error();
+    status = stoppable(stop, [&] { return work_(stop); }).value_or(stopped(host_.lifecycle));
   } catch (...) {
     status = errors::from_current_exception();
   }

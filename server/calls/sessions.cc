@@ -9,7 +9,6 @@
 #include "server/convert/errors.h"
 #include "server/convert/price.h"
 #include "server/convert/reply_limits.h"
-#include "stiefel/tradeoff.h"
 
 namespace stiefel::server {
 namespace {
@@ -31,7 +30,7 @@ grpc::Status create(Host& host, const v1::CreateSessionRequest& request,
            response->mutable_session());
   response->set_created(admitted->created);
   if (wants_choice(request.scene()))
-    to_proto(Choice::most_work, 0, v1::PRICE_BOUND_AT_MOST, response->mutable_price());
+    to_proto(most_choice_work(), 0, v1::PRICE_BOUND_AT_MOST, response->mutable_price());
   return grpc::Status::OK;
 }
 

@@ -7,7 +7,8 @@
 #include <stop_token>
 #include <utility>
 
-#include "server/calls/stoppable.h"
+#include "server/calls/stopped.h"
+#include "server/convert/stoppable.h"
 
 namespace stiefel::server {
 
@@ -70,8 +71,8 @@ class SlicedStream final : public grpc::ServerWriteReactor<Response>, private Jo
 
   std::expected<bool, grpc::Status> produce() {
     const std::stop_token stop = stop_.get_token();
-    const auto last = stoppable(host_.lifecycle, stop, [&] { return produce_(stop, message_); });
-    return last ? *last : std::unexpected(last.error());
+    const auto last = stoppable(stop, [&] { return produce_(stop, message_); });
+    return last ? *last : std::unexpected(stopped(host_.lifecycle));
   }
 
   Host& host_;

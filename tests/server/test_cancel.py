@@ -14,7 +14,7 @@ from stiefel.v1 import simulation_pb2_grpc as rpc
 #: Seconds from the cancel to the server's reply; it is about 0.05 on a machine that has time.
 SOON = 2.0
 #: Seconds that a call gets before it is cancelled.
-UNDER_WAY = 0.5
+UNDER_WAY = 0.2
 
 
 def matrix(values):
