@@ -4,7 +4,7 @@
 
 #include "server/calls/stopped.h"
 #include "server/convert/errors.h"
-#include "server/convert/stoppable.h"
+#include "server/sessions/stoppable.h"
 
 namespace stiefel::server {
 
@@ -31,14 +31,14 @@ CursorCall::CursorCall(Host& host, CallLog log, SessionLease session, std::int64
 
 CursorCall::CursorCall(Host& host, CallLog log, SessionLease session, std::int64_t to,
                        Search search)
-    : CursorCall(host, std::move(log), std::move(session), to,
-                 [&host, search = std::move(search)](const Session& at, const Cursor& cursor,
-                                                     const std::stop_token& stop) {
-                   const auto status = stoppable(stop, [&] { return search(at, cursor, stop); });
-                 });
-// What was left out because of a stop is no answer.
-return status && !stop.stop_requested() ? *status : stopped(host.lifecycle);
-},
+    : CursorCall(
+          host, std::move(log), std::move(session), to,
+          [&host, search = std::move(search)](const Session& at, const Cursor& cursor,
+                                              const std::stop_token& stop) {
+            const auto status = stoppable(stop, [&] { return search(at, cursor, stop); });
+            // What was left out because of a stop is no answer.
+            return status && !stop.stop_requested() ? *status : stopped(host.lifecycle);
+          },
           true) {}
 
 bool CursorCall::run_slice() noexcept {

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "server/calls/stopped.h"
-#include "server/convert/stoppable.h"
+#include "server/sessions/stoppable.h"
 
 namespace stiefel::server {
 
