@@ -3,7 +3,9 @@
 #include <utility>
 
 #include "server/calls/admission.h"
+#include "server/calls/stopped.h"
 #include "server/convert/errors.h"
+#include "server/sessions/stoppable.h"
 
 namespace stiefel::server {
 
@@ -40,8 +42,16 @@ CursorCall::CursorCall(Host& host, CallLog log, SessionLease session, std::int64
 
 CursorCall::CursorCall(Host& host, CallLog log, SessionLease session, std::int64_t to,
                        Search search, MemoryLease memory)
-    : CursorCall(host, std::move(log), std::move(session), to, std::move(search), true,
-                 std::move(memory)) {}
+    : CursorCall(
+          host, std::move(log), std::move(session), to,
+          [&host, search = std::move(search)](const Session& at, const Cursor& cursor,
+                                              const std::stop_token& stop) -> Answered {
+            const auto answered = stoppable(stop, [&] { return search(at, cursor, stop); });
+            // What was left out because of a stop is no answer.
+            if (!answered || stop.stop_requested()) return stopped(host.lifecycle);
+            return *answered;
+          },
+          true, std::move(memory)) {}
 
 bool CursorCall::run_slice() noexcept {
   try {
@@ -111,7 +121,8 @@ PooledCall::PooledCall(Host& host, Pool& pool, CallLog log, Work work, MemoryLea
 bool PooledCall::run_slice() noexcept {
   Answered answered{grpc::Status::OK};
   try {
-    answered = work_(stop_.get_token());
+    const std::stop_token stop = stop_.get_token();
+    answered = stoppable(stop, [&] { return work_(stop); }).value_or(stopped(host_.lifecycle));
   } catch (...) {
     answered = errors::from_current_exception();
   }

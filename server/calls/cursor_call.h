@@ -18,7 +18,7 @@ class CursorCall final : public grpc::ServerUnaryReactor, private Job {
   /// Writes the reply from where the cursor ended.
   using Answer = std::function<Answered(const Session&, const Cursor&)>;
   /// Writes the reply after more work, on the pool for work without slices. The token requests a
-  /// stop when the caller cancels or the server shuts down.
+  /// stop when the caller cancels or the server shuts down; the engine's work is then stopped.
   using Search = std::function<Answered(const Session&, const Cursor&, const std::stop_token&)>;
 
   /// `memory`: what the call holds until its reply is delivered.

@@ -6,6 +6,12 @@
 #include "server/pricing/memory_price.h"
 
 namespace stiefel::server {
+namespace {
+
+/// Bytes.
+constexpr std::size_t short_request = std::size_t{64} << 10;
+
+}  // namespace
 
 grpc::ServerUnaryReactor* Service::Diagnose(Context* context, const v1::DiagnoseRequest* request,
                                             v1::DiagnoseResponse* response) {
@@ -15,6 +21,14 @@ grpc::ServerUnaryReactor* Service::Diagnose(Context* context, const v1::Diagnose
     auto session = find_session(host_, *context, request->session_id());
     if (!session) return refuse(session.error());
     if (const auto status = check_step("to", request->to()); !status.ok()) return refuse(status);
+    // A request of many matrices is read on the pool, where that can be told to stop.
+    if (request->ByteSizeLong() > short_request)
+      return new CursorCall(host_, std::move(log), *std::move(session), request->to(),
+                            [request, response](const Session& at, const Cursor& cursor,
+                                                const std::stop_token& stop) {
+                              const auto task = DiagnoseTask::read(at, *request);
+                              return task ? task->answer(at, cursor, stop, response) : task.error();
+                            });
     auto read = DiagnoseTask::read(**session, *request);
     if (!read) return refuse(read.error());
     const auto task = std::make_shared<const DiagnoseTask>(*std::move(read));

@@ -11,6 +11,9 @@
 namespace stiefel::server {
 namespace {
 
+// Above it, to make the new scene is more than a slice of work.
+constexpr int small_dimension = 64;
+
 Answered fork(Host& host, Account& account, const Session& from, const Cursor& cursor,
               const v1::ForkSessionRequest& request, v1::ForkSessionResponse* response) {
   to_proto(cursor, from.scene(), response->mutable_run_status());
@@ -42,12 +45,19 @@ grpc::ServerUnaryReactor* Service::ForkSession(Context* context,
       return refuse(status);
     if (const auto status = check_step("from_step", request->from_step()); !status.ok())
       return refuse(status);
-    Account& account = log.account();
     MemoryLease memory(host_.memory, fork_memory(**from));
+    const auto answer = [&host = host_, &account = log.account(), request, response](
+                            const Session& at, const Cursor& cursor) {
+      return fork(host, account, at, cursor, *request, response);
+    };
+    const bool large = (*from)->scene().dimension() > small_dimension;
+    if (!large)
+      return new CursorCall(host_, std::move(log), *std::move(from), request->from_step(), answer,
+                            std::move(memory));
     return new CursorCall(
         host_, std::move(log), *std::move(from), request->from_step(),
-        [&host = host_, &account, request, response](const Session& at, const Cursor& cursor) {
-          return fork(host, account, at, cursor, *request, response);
+        [answer](const Session& at, const Cursor& cursor, const std::stop_token&) {
+          return answer(at, cursor);
         },
         std::move(memory));
   } catch (...) {

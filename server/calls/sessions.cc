@@ -7,9 +7,9 @@
 #include "server/calls/service.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
+#include "server/convert/price.h"
 #include "server/convert/reply_limits.h"
 #include "server/pricing/memory_price.h"
-#include "stiefel/stop.h"
 
 namespace stiefel::server {
 namespace {
@@ -34,6 +34,8 @@ Answered create(Host& host, Account& account, const v1::CreateSessionRequest& re
            response->mutable_session());
   response->set_created(admitted->created);
   response->set_checkpoint_ignored(admitted->checkpoint_ignored);
+  if (wants_choice(request.scene()))
+    to_proto(most_choice_work(), 0, v1::PRICE_BOUND_AT_MOST, response->mutable_price());
   return {grpc::Status::OK, admitted->receipt};
 }
 
@@ -91,8 +93,7 @@ grpc::ServerUnaryReactor* Service::CreateSession(Context* context,
   CallLog log = open(context, "CreateSession", request->session_id());
   Account& account = log.account();
   const auto work = [this, &account, context, request,
-                     response](const std::stop_token& stop = {}) -> Answered {
-    const StopScope scope(stop);
+                     response](const std::stop_token& = {}) -> Answered {
     if (host_.lifecycle.refusing()) return errors::shutting_down();
     if (const auto status = check_session_id(request->session_id()); !status.ok()) return status;
     if (const auto status = check_routing(*context, request->session_id()); !status.ok())

@@ -9,7 +9,9 @@
 
 #include "server/calls/admission.h"
 #include "server/calls/host.h"
+#include "server/calls/stopped.h"
 #include "server/convert/errors.h"
+#include "server/sessions/stoppable.h"
 
 namespace stiefel::server {
 
@@ -70,7 +72,7 @@ class SlicedStream final : public grpc::ServerWriteReactor<Response>, private Jo
       if (host_.lifecycle.refusing() && !std::exchange(started_, true))
         last = std::unexpected(errors::shutting_down());
       else
-        last = produce_(stop_.get_token(), message_);
+        last = produce();
       started_ = true;
       if (stop_.stop_requested() && !host_.lifecycle.stopping())
         last = std::unexpected(errors::cancelled());
@@ -87,6 +89,12 @@ class SlicedStream final : public grpc::ServerWriteReactor<Response>, private Jo
     else
       this->Finish(last.error());
     return false;
+  }
+
+  std::expected<bool, grpc::Status> produce() {
+    const std::stop_token stop = stop_.get_token();
+    const auto last = stoppable(stop, [&] { return produce_(stop, message_); });
+    return last ? *last : std::unexpected(stopped(host_.lifecycle));
   }
 
   Host& host_;

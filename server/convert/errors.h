@@ -21,7 +21,8 @@
 namespace stiefel::server::errors {
 
 /// INVALID_ARGUMENT: "field: value: rule", and the same as a BadRequest; with the reason of a fault
-/// that has one: TOLERANCE_NOT_MET with `tolerance`, `best_error` and `best_method`.
+/// that has one: TOLERANCE_NOT_MET with `tolerance`, `most_work` and, where they are
+/// known, `best_error`, `best_method` and `reference_work`.
 grpc::Status invalid(const Violations& violations);
 grpc::Status invalid(std::string field, std::string value, std::string rule);
 /// NOT_FOUND, SESSION_NOT_FOUND with `session_id`.
@@ -57,7 +58,7 @@ grpc::Status token_missing();
 /// UNAUTHENTICATED, TOKEN_UNKNOWN: what it has there is no token of this server, or one that was
 /// withdrawn.
 grpc::Status token_unknown();
-/// CANCELLED: the caller went away.
+/// CANCELLED: the caller went away; also for Stopped (stop.h).
 grpc::Status cancelled();
 /// RESOURCE_EXHAUSTED, OUT_OF_MEMORY.
 grpc::Status out_of_memory();

@@ -41,8 +41,14 @@ class ExtrapolatedReference final : public Reference {
         coarse_(system.field, system.start, frame_rows_, coarse_columns, coarse_tolerance, first) {}
 
   std::optional<Answer> at(double time, const std::stop_token& stop) override {
-    const auto stopped = [&] { return stop.stop_requested() || work() > budget_; };
-    if (!fine_.go_to(time, stopped) || !coarse_.go_to(time, stopped)) return std::nullopt;
+    // No stride is begun that the budget does not pay for.
+    const auto before = [&](int columns) {
+      const double stride =
+          evaluation_ * static_cast<double>(Motion::evaluations_of_stride(columns));
+      return [&, stride] { return stop.stop_requested() || work() + stride > budget_; };
+    };
+    if (!fine_.go_to(time, before(fine_columns)) || !coarse_.go_to(time, before(coarse_columns)))
+      return std::nullopt;
     MotionState state = present(fine_.state());
     constexpr double unit = std::numeric_limits<long double>::epsilon();
     error_ = std::max({error_, fine_columns * unit * size(state),

@@ -48,8 +48,12 @@ class TaylorReference final : public Reference {
   }
 
   std::optional<Answer> at(double time, const std::stop_token& stop) override {
-    const auto stopped = [&] { return stop.stop_requested() || work() > budget_; };
-    if (!fine_.go_to(time, stopped) || !coarse_.go_to(time, stopped)) return std::nullopt;
+    // No series is begun that the budget does not pay for.
+    const auto before = [&](double series) {
+      return [&, series] { return stop.stop_requested() || work() + series > budget_; };
+    };
+    if (!fine_.go_to(time, before(work_)) || !coarse_.go_to(time, before(coarse_work_)))
+      return std::nullopt;
     MotionState state = present(fine_);
     error_ = std::max({error_, rounding(state), error_of(present(coarse_), state).largest()});
     return Answer{std::move(state), error_};
