@@ -232,7 +232,10 @@ void MemberGroup::write_states(std::size_t i, double up_to, std::size_t first_ti
     if ((between ? time.fraction : 1) > up_to) return;
     times_reached_ = std::max(times_reached_, j + 1);
     const Simulation* now = &state(i);
-    if (between) now = going(i).between.at(time.before, time.fraction, state_before(i));
+    if (between && simulation_->direct())
+      now = going(i).between.at_time(plan_.what.times[j]);
+    else if (between)
+      now = going(i).between.at(time.before, time.fraction, state_before(i));
     if (now == nullptr) continue;
     const std::vector<double> numbers = written(*now);
     // Field after field, in each member after member.

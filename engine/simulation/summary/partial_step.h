@@ -21,8 +21,12 @@ class PartialStep {
   /// the shorter step has no solution. `saved`: the state at step k. Its step index is not a
   /// scene's.
   const Simulation* at(std::int64_t k, double fraction, std::span<const double> saved);
+  /// Of a closed form: the simulation at that time.
+  const Simulation* at_time(double time);
 
  private:
+  const Simulation* advanced(SceneDescription shorter, std::span<const double> saved);
+
   const Scene& scene_;
   bool direct_;
   std::unique_ptr<Simulation> simulation_;
