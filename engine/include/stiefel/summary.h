@@ -58,7 +58,7 @@ struct SummaryDescription {
   std::int64_t from = 0, to = 0, every = 1;
   std::vector<Quantity> quantities = {};
   std::vector<EventDescription> events = {};  ///< after `from`, up to `to`
-  std::vector<double> times;  ///< in the order of the motion, from time(from) to time(to)
+  std::vector<double> times = {};  ///< in the order of the motion, from time(from) to time(to)
   std::vector<std::string> fields = {};  ///< written at events and times; the blocks when empty
 };
 
