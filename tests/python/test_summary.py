@@ -92,9 +92,9 @@ def test_an_event_of_a_discrete_system_is_an_interval(client):
     scene = {"system": "moser_veselov", "inertia": [2.5, 1.5, 0.5], "step": 0.1,
              "initial": {"Q": np.eye(3), "M": [[0, -0.3, 2], [0.3, 0, -0.2], [-2, 0.2, 0]]}}
     with client.create(scene) as session:
-        events = session.events(300, {"field": "M", "coefficients": [0, 1, 0, 0, 0, 0, 0, 0, 0]})
+        events = session.events(300, {"field": "M", "coefficients": [0, 0, 1, 0, 0, 0, 0, 0, 0]})
         run = session.trajectory(300)
-        expected = np.flatnonzero(np.diff(np.sign(run["M"][:, 0, 1])))
+        expected = np.flatnonzero(np.diff(np.sign(run["M"][:, 0, 2])))
         assert len(events) and list(events.step) == list(expected) and (events.fraction == 1).all()
         assert (events["M"] == run["M"][events.step + 1]).all()
         with pytest.raises(stiefel.InvalidArgument, match="discrete system"):
@@ -152,7 +152,7 @@ def test_members_are_as_alone(client):
 
 
 def test_members_that_stop_do_not_stop_the_others(client):
-    scene = ensemble(12, step=0.5, order=10)
+    scene = ensemble(12, step=0.1)
     scene["body"]["angular_velocity"][3 * 5:3 * 5 + 3] = [40.0, 30.0, 20.0]
     with client.create(scene) as session:
         summary = session.summarize(100, {"M": ["last", "max"]})
@@ -233,8 +233,8 @@ def test_a_broken_call_goes_on(session, monkeypatch, checkpoint_every):
     breaks = Breaks(session._client.stub.Summarize, [2, 4, 1])
     monkeypatch.setattr(session._client.stub, "Summarize", breaks)
     again = session.summarize(1000, asked, checkpoint_every=checkpoint_every)
-    assert len(breaks.requests) == (4 if checkpoint_every else 1) or not checkpoint_every
     if checkpoint_every:
+        assert len(breaks.requests) == 4
         assert breaks.requests[1].checkpoint and breaks.requests[1].checkpoint != breaks.requests[2].checkpoint
     for statistic, values in whole["M"].items():
         assert again["M"][statistic].tobytes() == values.tobytes()
