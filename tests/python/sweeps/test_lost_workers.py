@@ -2,10 +2,13 @@
 import os
 import pickle
 import signal
+import subprocess
+import sys
 import threading
 import time
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
 
 import pytest
 from cases import failures, small_chunks, sweep  # noqa: F401
@@ -182,6 +185,37 @@ def test_the_server_of_a_worker_that_was_killed_ends():
         while _runs(server) and time.monotonic() < end:
             time.sleep(0.05)
     assert not _runs(server)
+
+
+POOL = """
+import sys
+sys.path.insert(0, {here!r})
+from concurrent.futures import ProcessPoolExecutor
+import stiefel.sweeps.chunks
+from cases import sweep
+from test_lost_workers import _server_of_this_process
+
+if __name__ == "__main__":
+    stiefel.sweeps.chunks.LARGEST = 2  # both have tasks
+    pool = ProcessPoolExecutor(2)
+    sweep(executor=pool)
+    print(*pool._processes, pool.submit(_server_of_this_process).result(), flush=True)
+    sys.stdin.read()
+"""
+
+
+def test_the_workers_of_a_client_that_was_killed_end():
+    """By themselves they would wait for ever: each holds the other's pipe open."""
+    program = subprocess.Popen([sys.executable, "-c", POOL.format(here=str(Path(__file__).parent))], stdin=subprocess.PIPE,
+                               stdout=subprocess.PIPE, text=True)
+    left = [int(pid) for pid in program.stdout.readline().split()]
+    assert len(left) == 3 and all(map(_runs, left))
+    program.kill()
+    program.wait()
+    end = time.monotonic() + 30
+    while any(map(_runs, left)) and time.monotonic() < end:
+        time.sleep(0.05)
+    assert not any(map(_runs, left))
 
 
 def _server_of_this_process():

@@ -11,6 +11,7 @@ from stiefel.client import Client
 from stiefel.errors import CorruptReply, DeadlineExceeded, NotFound, Unavailable
 from stiefel.sweeps.chunks import Task
 from stiefel.sweeps.failures import LostServer, OtherNumerics
+from stiefel.sweeps.orphans import end_with_parent
 from stiefel.sweeps.own_server import OwnServer, Share
 from stiefel.sweeps.reduction import Reduced, reduce
 
@@ -21,6 +22,7 @@ _own = OwnServer()
 
 def compute(task: Task) -> Reduced:
     """The task's statistics, from this process's own server. LostServer, OtherNumerics."""
+    end_with_parent()
     return _own.use(lambda client: compute_at(client, task), share_of(task))
 
 
