@@ -71,8 +71,8 @@ grpc::ServerBidiReactor<v1::DriveRequest, v1::DriveResponse>* Gate::Drive(Contex
   return pass("Drive", &server::Service::Drive, context);
 }
 
-grpc::ServerWriteReactor<v1::StreamResponse>* Gate::Stream(Context* context,
-                                                           const v1::StreamRequest* request) {
+grpc::ServerWriteReactor<grpc::ByteBuffer>* Gate::Stream(Context* context,
+                                                         const grpc::ByteBuffer* request) {
   return pass("Stream", &server::Service::Stream, context, request);
 }
 

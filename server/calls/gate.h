@@ -8,7 +8,8 @@ namespace stiefel::server {
 /// The service as it is registered: every call passes here, and one whose caller is not let in ends
 /// with UNAUTHENTICATED. A call that is not forwarded here is UNIMPLEMENTED, so that no RPC can
 /// miss the check.
-class Gate final : public v1::SimulationService::CallbackService {
+class Gate final : public v1::SimulationService::WithRawCallbackMethod_Stream<
+                       v1::SimulationService::CallbackService> {
  public:
   /// `callers`: null where every caller is let in.
   Gate(Host& host, server::Service& service, Callers* callers)
@@ -27,7 +28,7 @@ class Gate final : public v1::SimulationService::CallbackService {
                                           v1::DeleteSessionResponse*) override;
   grpc::ServerUnaryReactor* Step(Context*, const v1::StepRequest*, v1::StepResponse*) override;
   grpc::ServerBidiReactor<v1::DriveRequest, v1::DriveResponse>* Drive(Context*) override;
-  grpc::ServerWriteReactor<v1::StreamResponse>* Stream(Context*, const v1::StreamRequest*) override;
+  grpc::ServerWriteReactor<grpc::ByteBuffer>* Stream(Context*, const grpc::ByteBuffer*) override;
   grpc::ServerWriteReactor<v1::SummarizeResponse>* Summarize(Context*,
                                                              const v1::SummarizeRequest*) override;
   grpc::ServerUnaryReactor* Diagnose(Context*, const v1::DiagnoseRequest*,
