@@ -11,10 +11,10 @@ import pytest
 from stiefel import v1 as pb
 from stiefel.v1 import simulation_pb2_grpc as rpc
 
-#: Seconds from the cancel to the server's reply; it is about 0.05 on a machine that has time.
-SOON = 2.0
-#: Seconds that a call gets before it is cancelled.
-UNDER_WAY = 0.2
+#: Seconds from the cancel to the server's reply; it is 0.05 to 0.3 on a machine that has time.
+SOON = 5.0
+#: Seconds that a call gets before it is cancelled; more where its request has many megabytes to travel.
+UNDER_WAY, UNDER_WAY_OF_LARGE = 0.3, 1.5
 
 
 def matrix(values):
@@ -106,8 +106,8 @@ CALLS = {
     "Diagnose, manakov": diagnosis_of(body(256, name="rk4"), invariants=["manakov"]),
     "Diagnose, estimate": diagnosis_of(body(24, name="rk4"), to=100, estimate_error=pb.ERROR_ESTIMATION_ALWAYS),
     "Diagnose, symplectic test": diagnosis_of(body(32, name="variational"), symplectic_test=pb.SymplecticTest(pairs=1000)),
-    "Diagnose, brackets": diagnosis_of(body(256, system="symmetric_rigid_body", name="variational"),
-                                       dirac_brackets=brackets(256, 24)),
+    "Diagnose, brackets": diagnosis_of(body(512, system="symmetric_rigid_body", name="variational"),
+                                       dirac_brackets=brackets(512, 2)),
     "MeasureTradeoff": stream_of("MeasureTradeoff", pb.MeasureTradeoffRequest(scene=body(512), budget=1e16)),
     "MeasureTradeoff, runs": stream_of("MeasureTradeoff", pb.MeasureTradeoffRequest(scene=body(24), budget=1e12)),
     "Connect": stream_of("Connect", joined(16, 1000)),
@@ -116,8 +116,8 @@ CALLS = {
         "Convert", pb.ConvertRequest(scene=body(512), to="parametric_rigid_body", parameter=0.1)),
 }
 
-#: What a server under valgrind or a build without optimisation is given less of.
-QUICK = ["CreateSession, choice", "Step, munthe_kaas4", "Diagnose, brackets", "MeasureTradeoff", "Connect",
+#: Those that `make test` has; each of them computed on for seconds before it looked at its token.
+QUICK = ["Step, variational, Lambda from 1 to 1000", "Diagnose, brackets", "MeasureTradeoff", "Connect",
          "Convert to interpolation"]
 
 
@@ -152,7 +152,7 @@ def start(process, name):
     call = CALLS[name](rpc.SimulationServiceStub(channel))
     if name.split(",")[0].split()[0] in STREAMS:
         threading.Thread(target=drain, args=(call,), daemon=True).start()
-    time.sleep(UNDER_WAY)
+    time.sleep(UNDER_WAY_OF_LARGE if "brackets" in name else UNDER_WAY)
     return channel, call
 
 
@@ -185,7 +185,7 @@ def test_a_cancelled_call_ends_soon(serve, name):
     assert seconds < SOON
 
 
-@pytest.mark.parametrize("name", ["Step, munthe_kaas4", "MeasureTradeoff"])
+@pytest.mark.parametrize("name", ["Step, variational, Lambda from 1 to 1000", "MeasureTradeoff"])
 def test_sigterm_ends_a_server_that_computes(serve, name):
     process = serve("--grace", "0.3")
     channel, _ = start(process, name)
