@@ -15,7 +15,7 @@ PYTHON := /usr/bin/python3
 cmake_build = $(PYTHON) docker/build.py $(1) $(JOBS) $(2)
 
 .PHONY: help packages packages-fuzz build build-run build-programs build-python build-tests build-bench run test test-long \
-        fuzz bench bench-peers bench-build image sanitize format install bare clean
+        fuzz bench bench-peers bench-build image wheel sanitize format install bare clean
 
 help: ## list these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-11s %s\n", $$1, $$2 }' Makefile
@@ -92,6 +92,10 @@ sanitize: build/asan/build.ninja build/tsan/build.ninja ## compile and run the t
 
 image: packages ## build the container image and test a running container
 	@tests/docker/image.sh
+
+wheel: build-programs ## make the Python wheels: one with server and command for this platform, one for every platform
+	@docker/packages.sh wheel
+	@$(PYTHON) client/python/wheel/make_wheels.py build/release build/wheel
 
 bare: ## run and test a fresh clone in a bare Debian 12, as root
 	@docker/packages.sh image

@@ -8,6 +8,7 @@
 #include "server/access/certificates.h"
 #include "server/access/exposure.h"
 #include "server/access/keys_file.h"
+#include "server/store/store_file.h"
 #include "server/transport/descriptor_limit.h"
 #include "server/transport/listener.h"
 
@@ -51,6 +52,7 @@ int check(const Options& options) {
   Faults faults;
   check_addresses(options, faults);
   check_files(options.access, faults);
+  if (const auto fault = store_fault(options.store)) faults.push_back("--store: " + *fault);
   raise_descriptor_limit();
   const std::size_t most = possible_connections(options.connections.most);
   if (most < options.connections.most)

@@ -6,6 +6,7 @@
 
 #include "engine/linalg/arithmetic/to_text.h"
 #include "server/address.h"
+#include "server/limits/memory_limit.h"
 
 namespace stiefel::server {
 namespace {
@@ -39,10 +40,47 @@ std::chrono::milliseconds milliseconds(double seconds) {
   return std::chrono::ceil<std::chrono::milliseconds>(std::chrono::duration<double>(seconds));
 }
 
+/// Refuses what is no amount of memory.
+std::string sound_memory(const std::string& given) {
+  return read_bytes(given) ? ""
+                           : "'" + given +
+                                 "' must be a number of bytes, at least 64M, with K, M, G or T for "
+                                 "powers of 1024";
+}
+
 /// CLI11 puts lists in brackets.
 std::string cell(std::string text) {
   if (text.starts_with('[')) text = text.substr(1, text.size() - 2);
   return text.empty() ? "" : "`" + text + "`";
+}
+
+/// The limits of each principal.
+void add_quota_to(CLI::App& app, Quota& quota) {
+  const auto add = [&app]<class Number>(const char* flag, const char* variable, Number& value,
+                                        const char* meaning) {
+    const auto range = [] {
+      if constexpr (std::is_integral_v<Number>)
+        return within<std::int64_t>(0, 1'000'000'000, "a number");
+      else
+        return within(0.0, 1e18, "a number of instructions");
+    };
+    app.add_option(flag, value, std::string(meaning) + "; 0: no limit")
+        ->envname(variable)
+        ->check(range())
+        ->capture_default_str();
+  };
+  add("--principal-sessions", "STIEFEL_PRINCIPAL_SESSIONS", quota.sessions,
+      "Sessions that one principal holds at once");
+  add("--principal-streams", "STIEFEL_PRINCIPAL_STREAMS", quota.streams,
+      "Streams and Drives that one principal has open at once");
+  add("--principal-calls", "STIEFEL_PRINCIPAL_CALLS", quota.calls,
+      "Other calls of one principal that compute or wait for a worker");
+  add("--principal-work-rate", "STIEFEL_PRINCIPAL_WORK_RATE", quota.work_a_second,
+      "Work a second of one principal, in instructions");
+  add("--principal-queued-work", "STIEFEL_PRINCIPAL_QUEUED_WORK", quota.queued_work,
+      "The prices of all calls of one principal that run or wait, in instructions");
+  add("--max-call-work", "STIEFEL_MAX_CALL_WORK", quota.call_work,
+      "The largest price of one call, in instructions");
 }
 
 }  // namespace
@@ -74,6 +112,12 @@ void Flags::add_to(CLI::App& app) {
       ->envname("STIEFEL_MAX_SESSIONS")
       ->check(within<std::int64_t>(1, 4294967295, "a number"))
       ->capture_default_str();
+  app.add_option(
+         "--memory", memory_,
+         "Bytes that the process may take, such as 512M or 4G; what does not fit is refused. "
+         "Default: three quarters of the control group's limit, or of the machine's memory")
+      ->envname("STIEFEL_MEMORY")
+      ->check(sound_memory);
   app.add_option("--max-connections", options_.connections.most,
                  "Connections at once; the newest beyond it is refused. 0, and at most: the limit "
                  "of file descriptors less 96")
@@ -102,6 +146,17 @@ void Flags::add_to(CLI::App& app) {
                  "not answered for so many seconds; 0: it does not")
       ->envname("STIEFEL_SELF_WATCH")
       ->check(within(0.0, 1e6, "a number of seconds"))
+      ->capture_default_str();
+  add_quota_to(app, options_.quota);
+  app.add_option("--store", options_.store.file,
+                 "File that keeps the sessions when the server ends, however it ends; empty: they "
+                 "live in memory and end with it")
+      ->envname("STIEFEL_STORE")
+      ->capture_default_str();
+  app.add_option("--store-limit", options_.store.limit,
+                 "The store's largest size in bytes, without its log; 0: as much as the disk has")
+      ->envname("STIEFEL_STORE_LIMIT")
+      ->check(within<std::int64_t>(0, std::int64_t{1} << 46, "a number of bytes"))
       ->capture_default_str();
   add_access_to(app);
   app.add_option("--log-level", options_.log_level, "What is logged on stderr")
@@ -145,6 +200,7 @@ Options Flags::options() const {
   options.grace = milliseconds(grace_);
   options.connections.max_age = milliseconds(max_connection_age_);
   options.connections.self_watch = milliseconds(self_watch_);
+  if (!memory_.empty()) options.memory = read_bytes(memory_).value();
   options.log_json = log_format_ == "json";
   return options;
 }

@@ -12,6 +12,7 @@
 #include "server/check.h"
 #include "server/flags.h"
 #include "server/health_check.h"
+#include "server/limits/freed_memory.h"
 #include "server/server.h"
 #include "server/transport/descriptor_limit.h"
 #include "server/transport/listener.h"
@@ -68,7 +69,9 @@ int serve(Options options, bool exit_with_parent) {
   sigaddset(&signals, SIGINT);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   signal(SIGPIPE, SIG_IGN);
+  signal(SIGXFSZ, SIG_IGN);  // a store at the process's limit of file sizes is a full one
   stiefel::server::raise_descriptor_limit();
+  stiefel::server::keep_little_freed_memory();
   options.connections.unreachable = [] {
     std::cerr << "stiefel-server: does not answer its own connections" << std::endl;
     _exit(1);

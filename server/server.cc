@@ -19,12 +19,13 @@
 #include "server/access/served_certificates.h"
 #include "server/address.h"
 #include "server/calls/gate.h"
-#include "server/calls/limits.h"
 #include "server/calls/service.h"
+#include "server/durability/durability.h"
+#include "server/limits/freed_memory.h"
+#include "server/limits/memory_limit.h"
 #include "server/transport/acceptor.h"
 #include "server/transport/descriptor_limit.h"
 #include "server/transport/self_watch.h"
-#include "stiefel/simulation.h"
 
 namespace stiefel::server {
 namespace {
@@ -71,6 +72,15 @@ void keep_connections(const ConnectionOptions& options, grpc::ServerBuilder& bui
       milliseconds(options.least_ping_interval));
 }
 
+/// Of what is being received: beyond its share gRPC ends idle connections first and then calls,
+/// with RESOURCE_EXHAUSTED.
+void limit_memory(std::uint64_t memory, grpc::ServerBuilder& builder) {
+  grpc::ResourceQuota quota("stiefel");
+  quota.Resize(grpc_share(memory));
+  builder.SetResourceQuota(quota);
+  builder.SetMaxReceiveMessageSize(static_cast<int>(largest_message(memory)));
+}
+
 /// gRPC 1.51 inflates a message before it compares its size with the limit: 4 MB become 4 GB. A
 /// call with compressed messages ends with UNIMPLEMENTED, and none is inflated.
 void refuse_compression(grpc::ServerBuilder& builder) {
@@ -84,15 +94,25 @@ void refuse_compression(grpc::ServerBuilder& builder) {
 struct Server::Parts {
   explicit Parts(const Options& options)
       : grace(options.grace),
+        memory_limit(options.memory > 0 ? options.memory : default_memory()),
         host{Log(options.log_level, options.log_json),
+             Accounts(options.quota, options.clock),
+             memory_limit,
+             MemoryBudget(memory_limit - grpc_share(memory_limit) - program_share(memory_limit)),
              Registry(options.max_sessions, options.idle_timeout, options.clock,
-                      checkpoint_keys(options.access.checkpoint_key)),
-             Lifecycle(), Pool(options.threads), Pool(options.threads)},
+                      checkpoint_keys(options.access.checkpoint_key), host.memory),
+             Lifecycle(),
+             options.identify ? options.identify : Identify(&principal_of),
+             Scheduler(options.threads)},
+        durability(options.store.file.empty() ? nullptr
+                                              : std::make_unique<Durability>(options.store, host)),
         service(host),
-        sweeper(host.registry, [this](std::size_t dropped) {
-          host.log.line(Log::Level::info, "sessions expired",
-                        {{"count", static_cast<std::int64_t>(dropped)}});
-        }) {
+        sweeper(host.registry,
+                [this](std::size_t dropped) {
+                  host.log.line(Log::Level::info, "sessions expired",
+                                {{"count", static_cast<std::int64_t>(dropped)}});
+                }),
+        freed_memory(host.memory) {
     guard(options.access);
     gate.emplace(host, service, callers ? &*callers : nullptr);
   }
@@ -103,12 +123,15 @@ struct Server::Parts {
   void accept(const ConnectionOptions& options);
 
   const std::chrono::milliseconds grace;
+  const std::uint64_t memory_limit;
   Host host;
+  std::unique_ptr<Durability> durability;  // null: sessions live in memory
   Service service;
   std::optional<ServedCertificates> certificates;
   std::optional<Callers> callers;
   std::optional<Gate> gate;
   Sweeper sweeper;
+  FreedMemory freed_memory;
   std::vector<std::string> addresses;
   std::vector<Listener> listeners;  // until the acceptor has them
   std::vector<SocketAddress> sockets;
@@ -175,12 +198,11 @@ void Server::Parts::accept(const ConnectionOptions& options) {
 }
 
 Server::Server(Options options) : parts_(std::make_unique<Parts>(options)) {
-  if (options.threads > 0) limit_ensemble_threads(options.threads);
   parts_->listen(options.listen, options.access);
   grpc::EnableDefaultHealthCheckService(true);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
   grpc::ServerBuilder builder;
-  builder.SetMaxReceiveMessageSize(static_cast<int>(max_message_bytes));
+  limit_memory(parts_->memory_limit, builder);
   keep_connections(options.connections, builder);
   refuse_compression(builder);
   using Builder = grpc::ServerBuilder::experimental_type;
@@ -218,6 +240,7 @@ void Server::shutdown() {
     host.log.line(Log::Level::info, "shutting down");
     if (!host.lifecycle.stopping()) host.lifecycle.wait_idle(parts_->grace);
     host.lifecycle.stop();
+    host.scheduler.lift_rates();
     // The in-process transport closes at once and would drop the last messages.
     host.lifecycle.wait_idle(delivery_time);
     parts_->self_watch.reset();

@@ -10,6 +10,13 @@
 #include <vector>
 
 #include "server/access/access_options.h"
+#include "server/scheduling/quota.h"
+#include "server/sessions/principal.h"
+#include "server/store/store_options.h"
+
+namespace grpc {
+class CallbackServerContext;
+}
 
 namespace stiefel::server {
 
@@ -41,6 +48,9 @@ struct Options {
   /// Threads that compute; 0 means one a core.
   int threads = 0;
   std::uint32_t max_sessions = 1000;
+  /// Bytes that the process may take; 0: three quarters of what the control group or the machine
+  /// has. Sessions, calls and messages that do not fit are refused with RESOURCE_EXHAUSTED.
+  std::uint64_t memory = 0;
   /// A session without a call for this time is dropped.
   std::chrono::milliseconds idle_timeout = std::chrono::hours(1);
   /// How long `shutdown` lets running work finish before it stops it.
@@ -50,6 +60,12 @@ struct Options {
   bool log_json = false;
   ConnectionOptions connections = {};
   AccessOptions access = {};
+  /// Where sessions outlive the process; without a file they live in memory.
+  StoreOptions store = {};
+  /// The limits of each principal.
+  Quota quota = {};
+  /// For tests: who calls; by the caller's token when empty.
+  std::function<Principal(const grpc::CallbackServerContext&)> identify = {};
   /// For tests; the steady clock when empty.
   std::function<std::chrono::steady_clock::time_point()> clock = {};
 };
@@ -60,7 +76,8 @@ class Server {
  public:
   /// Throws std::runtime_error when an address is none (address.h), cannot be listened on
   /// (transport/listener.h) or is one that other machines reach, without TLS and not `insecure`;
-  /// and for files that do not hold what they must (access/).
+  /// for files that do not hold what they must (access/); and when the store cannot be used
+  /// (store/store_file.h).
   explicit Server(Options options);
   /// Shuts down, without grace if `shutdown` was not called.
   ~Server();

@@ -32,6 +32,7 @@ struct RunCommand {
   std::int64_t from = 0;
   std::int64_t to = 0;
   std::optional<std::int64_t> every;
+  std::string times;  ///< a file of times, instead of from, to and every
   std::vector<std::string> fields;
   std::string output;
   std::optional<bool> estimate_error;
@@ -53,6 +54,21 @@ struct DiagnoseCommand {
   std::optional<bool> estimate_error;
 };
 ExitStatus diagnose(const DiagnoseCommand& command);
+
+struct SummarizeCommand {
+  std::string scene;
+  std::string server;
+  std::int64_t from = 0;
+  std::int64_t to = 0;
+  std::int64_t every = 1;
+  /// "energy=drift", "M=min,max".
+  std::vector<std::string> quantities;
+  /// A file with `quantities`, `events`, `times` and `fields`, as in stiefel.v1.SummarizeRequest.
+  std::string request;
+  bool over_members = false;
+  std::string output;
+};
+ExitStatus summarize(const SummarizeCommand& command);
 
 struct ConvertCommand {
   std::string scene;

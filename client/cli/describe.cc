@@ -97,7 +97,9 @@ ExitStatus describe(const DescribeCommand& command) {
     return reached;
   }
   std::cout << "stiefel " << reply.version() << "\nnumerics id: " << reply.numerics_id()
-            << "\nbuild: " << reply.build() << "\n\nMethods\n";
+            << "\nbuild: " << reply.build() << "\nsessions: "
+            << (reply.durable() ? "on disk" : "in memory, they end with the server")
+            << "\n\nMethods\n";
   Rows methods;
   for (const auto& method : reply.methods()) print(method, methods);
   print_table(methods, "  ");

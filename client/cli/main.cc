@@ -93,6 +93,15 @@ int main(int argc, char** argv) {
   RunCommand run_command;
   auto* run_app = app.add_subcommand("run", "Runs a scene and writes samples");
   add_scene(run_app, run_command.scene, run_command.to);
+  run_app->get_option("--to")->required(false);
+  run_app
+      ->add_option(
+          "--times", run_command.times,
+          "a file of times, separated by white space, instead of --to: samples at these "
+          "times, in the order of the motion. A state between two steps is what the method "
+          "makes of the one before with a shorter step")
+      ->type_name("FILE")
+      ->excludes("--to");
   run_app->add_option("--from", run_command.from, "the first sample; 0 by default")
       ->type_name("STEP");
   run_app
@@ -112,14 +121,54 @@ int main(int argc, char** argv) {
                    "a .json, .csv or .npz file; JSON on stdout by default. Outcome and diagnosis "
                    "are part of the JSON; with the other formats they go to stdout")
       ->type_name("FILE");
+  for (const char* option : {"--from", "--every"}) run_app->get_option("--times")->excludes(option);
   add_error(run_app, run_command.estimate_error);
   add_server(run_app, run_command.server);
   run_app->callback([&] {
-    origin = {
-        .file = run_command.scene,
-        .options = {
-            {"from", "--from"}, {"to", "--to"}, {"every", "--every"}, {"fields", "--fields"}}};
+    if (run_app->count("--to") + run_app->count("--times") == 0) throw CLI::RequiredError("--to");
+    origin = {.file = run_command.scene,
+              .options = {{"from", "--from"},
+                          {"to", "--to"},
+                          {"every", "--every"},
+                          {"fields", "--fields"},
+                          {"times", "--times"}}};
     command = [&] { return run(run_command); };
+  });
+
+  SummarizeCommand summarize_command;
+  auto* summarize_app = app.add_subcommand(
+      "summarize", "Prints statistics and events of a motion without its samples");
+  add_scene(summarize_app, summarize_command.scene, summarize_command.to);
+  summarize_app->add_option("--from", summarize_command.from, "the first sample; 0 by default")
+      ->type_name("STEP");
+  summarize_app
+      ->add_option("--every", summarize_command.every,
+                   "a sample every K steps, and always the last step; 1 by default")
+      ->type_name("K");
+  summarize_app
+      ->add_option("--quantity", summarize_command.quantities,
+                   "statistics of a field, an invariant or a family of invariants, of last, min, "
+                   "max, mean, rms, sign_changes, drift: energy=drift. May be repeated")
+      ->type_name("NAME=A,B,...");
+  summarize_app->add_flag("--over-members", summarize_command.over_members,
+                          "of an ensemble: statistics of all members together");
+  summarize_app
+      ->add_option(
+          "--request", summarize_command.request,
+          "a file with `quantities` (with quantiles and edges), `events` and `fields`: the "
+          "JSON form of stiefel.v1.SummarizeRequest")
+      ->type_name("FILE.json");
+  summarize_app->add_option("--output", summarize_command.output, "a .json file; stdout by default")
+      ->type_name("FILE.json");
+  add_server(summarize_app, summarize_command.server);
+  summarize_app->callback([&] {
+    origin = {.file = summarize_command.scene,
+              .options = {{"from", "--from"},
+                          {"to", "--to"},
+                          {"every", "--every"},
+                          {"events", "--request: events"},
+                          {"fields", "--request: fields"}}};
+    command = [&] { return summarize(summarize_command); };
   });
 
   DiagnoseCommand diagnose_command;

@@ -1,5 +1,6 @@
 #include <iostream>
 
+#include "client/cli/summaries/at_times.h"
 #include "client/cli/commands.h"
 #include "client/cli/endpoint.h"
 #include "client/cli/interrupt.h"
@@ -34,6 +35,7 @@ ExitStatus run(const RunCommand& command) {
   if (command.every && *command.every <= 0) {
     throw BadInput("--every: " + std::to_string(*command.every) + " must be positive");
   }
+  if (!command.times.empty()) return run_at_times(command);
   const v1::Scene scene = read_scene(command.scene);
   const auto sink = make_sink(command.output);
   const Endpoint endpoint(command.server);

@@ -36,8 +36,11 @@ Session Client::create(const v1::Scene& scene, std::string id, std::string check
   *request.mutable_scene() = scene;
   request.set_checkpoint(std::move(checkpoint));
   request.mutable_view()->set_checksum(connection_->options.checksums);
-  auto reply = connection_->call(&Stub::CreateSession, request, connection_->options.timeout);
-  return Session(connection_, std::move(*reply.mutable_session()), scene, false);
+  Recreation routed(connection_, request.session_id());
+  auto reply =
+      connection_->call(&Stub::CreateSession, request, connection_->options.timeout, &routed);
+  return Session(connection_, std::move(*reply.mutable_session()), scene, false,
+                 std::move(*request.mutable_checkpoint()));
 }
 
 Session Client::attach(const std::string& id) const {
@@ -45,7 +48,8 @@ Session Client::attach(const std::string& id) const {
   request.set_session_id(id);
   request.mutable_view()->set_scene(v1::SCENE_VIEW_FULL);
   request.mutable_view()->set_checksum(connection_->options.checksums);
-  auto reply = connection_->call(&Stub::GetSession, request, connection_->options.timeout);
+  Recreation routed(connection_, id);
+  auto reply = connection_->call(&Stub::GetSession, request, connection_->options.timeout, &routed);
   return Session(connection_, std::move(*reply.mutable_session()), {}, true);
 }
 
@@ -64,7 +68,8 @@ std::vector<v1::Session> Client::list() const {
 void Client::remove(const std::string& id) const {
   v1::DeleteSessionRequest request;
   request.set_session_id(id);
-  connection_->call(&Stub::DeleteSession, request, connection_->options.timeout);
+  Recreation routed(connection_, id);
+  connection_->call(&Stub::DeleteSession, request, connection_->options.timeout, &routed);
 }
 
 v1::ConvertResponse Client::convert(v1::ConvertRequest request) const {

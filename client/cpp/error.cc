@@ -13,6 +13,18 @@ bool unpack(const google::protobuf::Any& any, std::string_view name, Message& me
   return url.substr(url.rfind('/') + 1) == name && message.ParseFromString(any.value());
 }
 
+/// The details of an error that has no more than a reason.
+std::string with_reason(const char* reason) {
+  v1::ErrorInfo info;
+  info.set_reason(reason);
+  info.set_domain("stiefel");
+  v1::Status status;
+  auto* any = status.add_details();
+  any->set_type_url("type.googleapis.com/google.rpc.ErrorInfo");
+  any->set_value(info.SerializeAsString());
+  return status.SerializeAsString();
+}
+
 }  // namespace
 
 Error::Error(const grpc::Status& status)
@@ -28,6 +40,20 @@ Error::Error(grpc::StatusCode code, const std::string& message, const std::strin
   v1::Status status;
   if (status.ParseFromString(details)) read(status);
 }
+
+Error session_deleted(const std::string& session_id) {
+  return Error(grpc::StatusCode::NOT_FOUND,
+               "session_id: " + session_id + ": this session was deleted",
+               with_reason("SESSION_DELETED"));
+}
+
+BuildChanged::BuildChanged(const std::string& session_id, std::string began_with, std::string now)
+    : Error(grpc::StatusCode::FAILED_PRECONDITION,
+            "session " + session_id + " began with the numerics id " + began_with +
+                ", the server has " + now + ": the bits could differ",
+            with_reason("BUILD_CHANGED")),
+      began_with_(std::move(began_with)),
+      now_(std::move(now)) {}
 
 void Error::read(const v1::Status& status) {
   for (const auto& any : status.details()) {

@@ -4,7 +4,8 @@
 
 namespace stiefel::client {
 
-Fields scene_arrays(const Connection& connection, const std::string& session_id) {
+Fields scene_arrays(const Connection& connection, const std::string& session_id,
+                    const Recreation& routing) {
   v1::StreamRequest request;  // of the sample at step 0, which follows the arrays
   request.set_session_id(session_id);
   request.set_scene_arrays(true);
@@ -13,6 +14,7 @@ Fields scene_arrays(const Connection& connection, const std::string& session_id)
   for (auto waiting = connection.patience(deadline);;) {
     grpc::ClientContext context;
     deadline.limit(context);
+    routing.route(context);
     const CancelOnStop cancel(connection.options.stop, context);
     const auto reader = connection.stub->Stream(&context, request);
     Assembly arrays;

@@ -6,6 +6,7 @@
 namespace stiefel::client {
 
 /// All arrays of a session's resolved scene, each with its path as its name. Throws Error.
-Fields scene_arrays(const Connection& connection, const std::string& session_id);
+Fields scene_arrays(const Connection& connection, const std::string& session_id,
+                    const Recreation& routing);
 
 }  // namespace stiefel::client

@@ -18,28 +18,42 @@ struct Session::ResolvedScene {
   std::mutex mutex;
   bool whole;
   v1::Scene scene;
+  v1::Scene sent;  ///< what the caller gave, until it is whole
+
+  /// What creates the session again.
+  v1::Scene creating() {
+    const std::lock_guard lock(mutex);
+    return whole ? scene : sent;
+  }
 };
 
 Session::Session(std::shared_ptr<const Connection> connection, v1::Session description,
-                 v1::Scene base, bool kept)
+                 v1::Scene base, bool kept, std::string checkpoint)
     : connection_(std::move(connection)),
       description_(std::move(description)),
       scene_(std::make_shared<ResolvedScene>()),
       kept_(kept) {
   verify(description_, "the scene of session " + id());
   scene_->whole = description_.left_out().empty();
+  if (!scene_->whole) scene_->sent = base;
   scene_->scene = resolved_scene(std::move(base), description_.scene(), description_.cleared(),
                                  description_.left_out());
+  Recreation::SceneSource source;
+  if (!kept) source = [scene = scene_] { return scene->creating(); };
+  recreation_ = std::make_shared<Recreation>(connection_, description_, std::move(source),
+                                             std::move(checkpoint));
 }
 
 Session::~Session() {
   if (!connection_ || kept_) return;
+  recreation_->end();
   // One attempt: the server drops an idle session by itself.
   v1::DeleteSessionRequest request;
   request.set_session_id(id());
   v1::DeleteSessionResponse reply;
   grpc::ClientContext context;
   context.set_deadline(std::chrono::system_clock::now() + connection_->options.timeout);
+  Recreation(connection_, id()).route(context);
   connection_->stub->DeleteSession(&context, request, &reply);
 }
 
@@ -47,11 +61,12 @@ const v1::Scene& Session::scene() const {
   const std::lock_guard lock(scene_->mutex);
   if (!scene_->whole) {
     const auto& left_out = description_.left_out();
-    for (const auto& array : scene_arrays(*connection_, id())) {
+    for (const auto& array : scene_arrays(*connection_, id(), *recreation_)) {
       if (std::ranges::find(left_out, array.name()) != left_out.end())
         set_array(array, &scene_->scene);
     }
     scene_->whole = true;
+    scene_->sent.Clear();
   }
   return scene_->scene;
 }
@@ -60,7 +75,8 @@ v1::Session Session::refresh() const {
   v1::GetSessionRequest request;
   request.set_session_id(id());
   request.mutable_view()->set_scene(v1::SCENE_VIEW_NONE);
-  auto reply = connection_->call(&Stub::GetSession, request, connection_->options.timeout);
+  auto reply = connection_->call(&Stub::GetSession, request, connection_->options.timeout,
+                                 recreation_.get());
   return std::move(*reply.mutable_session());
 }
 
@@ -70,16 +86,19 @@ v1::StepResponse Session::step(std::int64_t to, const std::vector<std::string>& 
   request.set_session_id(id());
   request.set_to(to);
   request.mutable_fields()->Assign(fields.begin(), fields.end());
-  request.set_return_checkpoint(return_checkpoint);
+  request.set_return_checkpoint(return_checkpoint || recreation_->wants_checkpoint(to));
   request.set_checksum(connection_->options.checksums);
+  v1::StepResponse reply;
   try {
-    auto reply = connection_->call(&Stub::Step, request, connection_->options.compute_timeout);
+    reply = connection_->call(&Stub::Step, request, connection_->options.compute_timeout,
+                              recreation_.get());
     verify(reply.sample(), "the state at step " + std::to_string(to));
-    return reply;
   } catch (const Error& error) {
     if (!is_too_large(error)) throw;
+    reply = step_by_stream(connection_, request, recreation_);
   }
-  return step_by_stream(connection_, request);
+  recreation_->take(reply, return_checkpoint);
+  return reply;
 }
 
 v1::StepResponse Session::step(std::int64_t to, const std::vector<std::string>& fields) const {
@@ -88,9 +107,11 @@ v1::StepResponse Session::step(std::int64_t to, const std::vector<std::string>& 
 
 v1::StepResponse Session::checkpoint(std::int64_t to) const { return step(to, {}, true); }
 
-Drive Session::drive() const { return {connection_, id()}; }
+Drive Session::drive() const { return {connection_, id(), recreation_}; }
 
-Stream Session::stream(Range range) const { return {connection_, id(), std::move(range)}; }
+Stream Session::stream(Range range) const {
+  return {connection_, id(), std::move(range), recreation_};
+}
 
 v1::DiagnoseResponse Session::diagnose(std::int64_t to,
                                        const std::vector<std::string>& invariants) const {
@@ -103,7 +124,8 @@ v1::DiagnoseResponse Session::diagnose(std::int64_t to,
 v1::DiagnoseResponse Session::diagnose(v1::DiagnoseRequest request) const {
   request.set_session_id(id());
   request.set_checksum(connection_->options.checksums);
-  auto reply = connection_->call(&Stub::Diagnose, request, connection_->options.compute_timeout);
+  auto reply = connection_->call(&Stub::Diagnose, request, connection_->options.compute_timeout,
+                                 recreation_.get());
   verify(reply, "the diagnosis of step " + std::to_string(request.to()));
   return reply;
 }
@@ -113,10 +135,14 @@ Session Session::fork(v1::ForkSessionRequest request) const {
   if (request.session_id().empty()) request.set_session_id(make_uuid());
   request.mutable_view()->set_scene(v1::SCENE_VIEW_FILLED_IN);
   request.mutable_view()->set_checksum(connection_->options.checksums);
-  auto reply = connection_->call(&Stub::ForkSession, request, connection_->options.compute_timeout);
+  auto reply = connection_->call(&Stub::ForkSession, request, connection_->options.compute_timeout,
+                                 recreation_.get());
   if (!reply.has_session())
     throw Error(grpc::Status(grpc::StatusCode::FAILED_PRECONDITION, reply.run_status().message()));
-  return Session(connection_, std::move(*reply.mutable_session()), scene(), false);
+  Session forked(connection_, std::move(*reply.mutable_session()), scene(), false);
+  // Nobody sent these arrays: without them it could not be created again.
+  forked.scene();
+  return forked;
 }
 
 }  // namespace stiefel::client

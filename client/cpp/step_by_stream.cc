@@ -29,19 +29,22 @@ void copy_last_sample(const v1::StreamResponse& batch, v1::Sample* sample) {
 bool is_too_large(const Error& error) { return error.reason() == "REPLY_TOO_LARGE"; }
 
 v1::StepResponse step_by_stream(std::shared_ptr<const Connection> connection,
-                                const v1::StepRequest& request) {
+                                const v1::StepRequest& request,
+                                std::shared_ptr<Recreation> recreation) {
   Stream stream(std::move(connection), request.session_id(),
                 {.from = request.to(),
                  .to = request.to(),
                  .fields = {request.fields().begin(), request.fields().end()},
-                 .return_checkpoint = request.return_checkpoint()});
+                 .return_checkpoint = request.return_checkpoint()},
+                std::move(recreation));
   v1::StepResponse reply;
   while (const auto* batch = stream.next_batch()) copy_last_sample(*batch, reply.mutable_sample());
   if (!stream.run_status())
     throw Error(grpc::StatusCode::INTERNAL, "the stream ended without a run status");
   *reply.mutable_run_status() = *stream.run_status();
   reply.set_computed_steps(stream.computed_steps());
-  if (stream.checkpoint()) reply.set_checkpoint(stream.checkpoint()->bytes);
+  if (request.return_checkpoint() && stream.checkpoint())
+    reply.set_checkpoint(stream.checkpoint()->bytes);
   *reply.mutable_price() = stream.price();
   return reply;
 }

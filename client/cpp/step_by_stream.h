@@ -11,6 +11,7 @@ bool is_too_large(const Error& error);
 
 /// The reply of a Step, fetched over a stream, which has no limit of size. Throws Error.
 v1::StepResponse step_by_stream(std::shared_ptr<const Connection> connection,
-                                const v1::StepRequest& request);
+                                const v1::StepRequest& request,
+                                std::shared_ptr<Recreation> recreation);
 
 }  // namespace stiefel::client

@@ -8,8 +8,11 @@
 
 namespace stiefel::client {
 
-Stream::Stream(std::shared_ptr<const Connection> connection, std::string session_id, Range range)
+Stream::Stream(std::shared_ptr<const Connection> connection, std::string session_id, Range range,
+               std::shared_ptr<Recreation> recreation)
     : connection_(std::move(connection)),
+      recreation_(recreation ? std::move(recreation)
+                             : std::make_shared<Recreation>(connection_, session_id)),
       deadline_(connection_->options.compute_timeout),
       every_(range.every),
       assembly_(std::make_shared<Assembly>()) {
@@ -19,7 +22,10 @@ Stream::Stream(std::shared_ptr<const Connection> connection, std::string session
   request_.set_every(range.every);
   request_.mutable_fields()->Assign(range.fields.begin(), range.fields.end());
   request_.set_return_checkpoint(range.return_checkpoint);
-  request_.set_checkpoint_every(range.checkpoint_every);
+  const std::int64_t own = recreation_->checkpoint_every();
+  request_.set_checkpoint_every(range.checkpoint_every == 0 || own == 0
+                                    ? std::max(range.checkpoint_every, own)
+                                    : std::min(range.checkpoint_every, own));
   request_.set_checksum(connection_->options.checksums);
   open();
 }
@@ -32,10 +38,12 @@ Stream::~Stream() {
 
 void Stream::open() {
   *assembly_ = {};
+  answered_ = false;
   partial_checkpoint_.reset();
   cancel_.reset();
   context_ = std::make_unique<grpc::ClientContext>();
   deadline_.limit(*context_);
+  recreation_->route(*context_);
   cancel_ = std::make_unique<CancelOnStop>(connection_->options.stop, *context_);
   reader_ = connection_->stub->Stream(context_.get(), request_);
 }
@@ -72,12 +80,24 @@ void Stream::take_checkpoint() {
                        " is missing");
   partial_checkpoint_->bytes += part.data();
   if (partial_checkpoint_->bytes.size() == part.size())
-    checkpoint_ = std::exchange(partial_checkpoint_, std::nullopt);
+    recreation_->keep(*(checkpoint_ = std::exchange(partial_checkpoint_, std::nullopt)));
+}
+
+/// Whether the stream may be opened again after it failed: after a pause, or at a server where the
+/// session is created again. A server that held the session long ago needs the checkpoint first.
+bool Stream::recovers(const grpc::Status& status, Patience& pauses, Patience& recoveries) {
+  const auto created = [&] {
+    return recreation_->recovers(connection_->error(status), deadline_, recoveries);
+  };
+  if (answered_ && recreation_->has_checkpoint() && created()) return true;
+  return pauses.allows_another(status) || created();
 }
 
 const v1::StreamResponse* Stream::next_batch() {
-  for (auto patience = connection_->patience(deadline_); reader_;) {
+  auto patience = connection_->patience(deadline_), recoveries = connection_->patience(deadline_);
+  while (reader_) {
     if (reader_->Read(&batch_)) {
+      if (!std::exchange(answered_, true)) recreation_->check_build(*context_, false);
       if (take()) return &batch_;
       continue;
     }
@@ -85,7 +105,8 @@ const v1::StreamResponse* Stream::next_batch() {
     reader_.reset();
     computed_before_ += std::exchange(computed_, 0);
     if (status.ok()) break;
-    if (!patience.allows_another(status)) throw connection_->error(status);
+    recreation_->check_build(*context_, true);
+    if (!recovers(status, patience, recoveries)) throw connection_->error(status);
     if (last_step_) {
       resume_after(*last_step_);
     } else {

@@ -37,6 +37,8 @@ constexpr std::array reasons = {
     Reason{"Connection reset", "the connection broke"},
     Reason{"Broken pipe", "the connection broke"},
     Reason{"Socket closed", "the connection broke"},
+    Reason{"Received RST_STREAM", "the connection broke"},
+    Reason{"Stream removed", "the connection broke"},
     Reason{"is not in peer certificate", "its certificate has another name"},
     Reason{"CERTIFICATE_VERIFY_FAILED", "its certificate is not trusted"},
     Reason{"certificate verify failed", "its certificate is not trusted"},
@@ -90,6 +92,17 @@ std::optional<std::string> fault_of_address(std::string_view address) {
     return "an IPv6 address is written in brackets, [IPv6]:PORT";
   if (colon == 0) return "the host is missing";
   return fault_of_port(address.substr(colon + 1));
+}
+
+grpc::Status as_unavailable(const grpc::Status& status) {
+  const auto code = status.error_code();
+  const bool may_be = code == grpc::StatusCode::CANCELLED || code == grpc::StatusCode::INTERNAL ||
+                      code == grpc::StatusCode::UNKNOWN;
+  if (!may_be || !status.error_details().empty()) return status;
+  const std::string& message = status.error_message();
+  const bool broke = message.starts_with("Received RST_STREAM") || message == "Stream removed" ||
+                     message == "Socket closed" || message == "CANCELLED";
+  return broke ? grpc::Status(grpc::StatusCode::UNAVAILABLE, message) : status;
 }
 
 grpc::Status in_plain_words(const grpc::Status& status, const std::string& address,

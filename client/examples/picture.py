@@ -65,3 +65,25 @@ def scene(file: Any, title: str, run: Any, name: str, drift_time: Any, drifts: d
     drift.legend(loc="center left", bbox_to_anchor=(1, 0.5))
     diagram.save(figure, file)
     plt.close(figure)
+
+
+def basin(file: Any, flips: Any, largest: float, moments: Any, seconds: float) -> None:
+    """How often each body of a plane of initial spins turns over, (spins about axis 3, spins about axis 1)."""
+    figure, panel = plt.subplots(figsize=(7.6, 6.2), layout="constrained")
+    image = panel.imshow(flips, origin="lower", extent=(-largest, largest, -largest, largest), cmap="viridis",
+                         interpolation="nearest", rasterized=True)
+    # On the separatrix the motion tends to the spin about the middle axis, and turns over once at most.
+    slope = np.sqrt(moments[0] * (moments[1] - moments[0]) / (moments[2] * (moments[2] - moments[1])))
+    for sign in (-1, 1):
+        panel.plot([-largest, largest], [-sign * slope * largest, sign * slope * largest], color="white", lw=0.8,
+                   ls=(0, (5, 4)), label="separatrix" if sign > 0 else None)
+    panel.grid(False)
+    panel.set(xlabel="spin about axis 1 at the start, rad/s", ylabel="spin about axis 3 at the start, rad/s",
+              xlim=(-largest, largest), ylim=(-largest, largest))
+    panel.set_title(f"How often a body of moments {', '.join(f'{one:g}' for one in moments)} turns over in {seconds:g} s")
+    legend = panel.legend(loc="upper right", labelcolor="white", frameon=True, framealpha=0.35, facecolor="black",
+                          edgecolor="none")
+    legend.set_zorder(3)
+    figure.colorbar(image, ax=panel, label="changes of sign of the spin about axis 2")
+    diagram.save(figure, file)
+    plt.close(figure)

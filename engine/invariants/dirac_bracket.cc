@@ -1,11 +1,13 @@
 #include "engine/invariants/dirac_bracket.h"
 
 #include "engine/linalg/matrix_equations/stein.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 PairFunction::Jet PairFunction::at(const Matrix<double>& Q, const Matrix<double>& P) const {
   Jet jet{1, Matrix<double>::Zero(Q.rows(), Q.cols()), Matrix<double>::Zero(Q.rows(), Q.cols())};
   for (const auto& [A, B] : factors) {
+    stop_point(6 * static_cast<double>(Q.size()));
     const double f = trace_product(A, Q) + trace_product(B, P);
     jet.by_Q = f * jet.by_Q + 2 * jet.value * A;
     jet.by_P = f * jet.by_P + 2 * jet.value * B;
@@ -21,6 +23,7 @@ double dirac_bracket(const Matrix<double>& Q, const Matrix<double>& P, const Pai
     return trace_product(X, Y) / 2;
   };
   const auto twice_symmetric = [](const Matrix<double>& X) -> Matrix<double> {
+    stop_point(2 * static_cast<double>(X.rows() * X.size()));
     return X + X.transpose();
   };
   const Matrix<double> R = Q * P.transpose();

@@ -4,6 +4,7 @@
 #include <stop_token>
 #include <vector>
 
+#include "engine/linalg/iteration/product_by_columns.h"
 #include "engine/linalg/matrix_equations/eigenvectors.h"
 
 namespace stiefel {
@@ -28,6 +29,7 @@ Matrix<Scalar> spatial_momentum(const Matrix<Scalar>& Q, const Matrix<Scalar>& M
 template <class Scalar>
 Vector<Scalar> casimirs(const Matrix<Scalar>& M) {
   using Complex = std::complex<Scalar>;
+  stop_point(5 * static_cast<double>(M.rows() * M.size()));
   const Matrix<Complex> H = Complex(0, 1) * M.template cast<Complex>();
   const Eigen::SelfAdjointEigenSolver<Matrix<Complex>> solver(H, Eigen::EigenvaluesOnly);
   return solver.eigenvalues().reverse().head(M.cols() / 2);
@@ -43,13 +45,16 @@ std::vector<std::vector<Scalar>> manakov(const Vector<Scalar>& lambda, const Mat
   const Vector<Scalar> lambda2 = lambda.cwiseAbs2();
   std::vector<Matrix<Scalar>> power = {Matrix<Scalar>::Identity(N, N)};
   std::vector<std::vector<Scalar>> coefficients = {{static_cast<Scalar>(N)}};
+  Matrix<Scalar> product(N, N);
   for (int k = 1; k <= K; ++k) {  // (M + μΛ²)^k = (M + μΛ²)(M + μΛ²)^{k−1}
     power.push_back(lambda2.asDiagonal() * power.back());
     for (std::size_t j = power.size() - 2; j > 0; --j) {
       if (stop.stop_requested()) return coefficients;
-      power[j] = (M * power[j]).eval() + lambda2.asDiagonal() * power[j - 1];
+      product_by_columns(M, power[j], product);
+      power[j] = product + lambda2.asDiagonal() * power[j - 1];
     }
-    power[0] = (M * power[0]).eval();
+    product_by_columns(M, power[0], product);
+    power[0] = product;
     auto& traces = coefficients.emplace_back();
     for (const auto& P : power) traces.push_back(P.trace());
   }

@@ -6,6 +6,7 @@
 #include "engine/linalg/matrix_equations/lu.h"
 #include "engine/linalg/matrix_equations/lyapunov.h"
 #include "engine/maps/map.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 
@@ -61,6 +62,7 @@ class DiscreteStiefel {
     if (!state.x.value.allFinite()) return {Outcome::not_finite, std::nullopt};
     if (!find_B(state.x)) return {Outcome::solver_stalled, std::nullopt};
     for (Eigen::Index j = 0; j < state.x.value.cols(); ++j) {
+      stop_point(static_cast<double>(n_ * n_));
       for (Eigen::Index i = 0; i < n_; ++i) {
         Wide sum = 0;
         for (Eigen::Index k = 0; k < n_; ++k) sum += B_(i, k) * Wide(Q_(k, j));
@@ -94,11 +96,18 @@ class DiscreteStiefel {
     inverse_.noalias() = Work(-1) * Q_ * Q_.transpose();
     inverse_.diagonal().array() += Work(2);
     bar_ = Q_ * lambda_.cwiseInverse().asDiagonal();
+    const double product = static_cast<double>(n_ * Q_.size());
+    stop_point(product);
     X_.noalias() = bar_ * bar_.transpose();
+    stop_point(product);
     B_.noalias() = inverse_ * X_;
+    stop_point(product);
     G_.noalias() = B_ * inverse_;
+    stop_point(product);
     X_.noalias() = Q_prev_ * bar_.transpose();
+    stop_point(product);
     C_T_.noalias() = X_ * inverse_;
+    stop_point(product);
     E_.noalias() = Q_prev_ * Q_prev_.transpose();
     E_ -= I_;
     if (!(n_ == 1 ? find_scalar() : find_matrix())) return false;

@@ -8,6 +8,7 @@
 
 #include "engine/methods/support/method.h"
 #include "engine/systems/concepts.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 
@@ -31,6 +32,7 @@ struct Adaptive {
       .default_tolerance = 1e-9,
   };
   static constexpr int most_substeps = 10000;
+  static constexpr int stages = 13;
 
   template <class S>
   static constexpr bool applies = System<S>;
@@ -89,6 +91,7 @@ struct Adaptive {
       field(x_, slope_now_, Scalar(0));
       for (int k = 0; k < most_substeps; ++k) {
         if (stop.stop_requested()) return Outcome::cancelled;
+        stop_point(static_cast<double>(stages * x_.size()));
         const bool last = done + stride >= 1;
         if (last) stride = 1 - done;
         ++attempts_;

@@ -7,6 +7,7 @@
 #include "engine/linalg/matrix_equations/lu.h"
 #include "engine/linalg/matrix_equations/lyapunov.h"
 #include "engine/moser_veselov/cayley_sweep.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 
@@ -116,6 +117,7 @@ bool CayleyN<Scalar, arithmetic>::newton(const Matrix<Scalar>& K) {
   using std::isfinite;
   constexpr int most = 20;
   for (int k = 0; k < most; ++k) {
+    stop_point(2 * static_cast<double>(C_.rows() * C_.size()));
     residual(K);
     if (!F_.allFinite()) return false;
     linearise(K);
@@ -172,6 +174,7 @@ void CayleyN<Scalar, arithmetic>::finish() {
 
 template <class Scalar, Arithmetic arithmetic>
 void CayleyN<Scalar, arithmetic>::transport_frame(State& x) {
+  stop_point(static_cast<double>(C_.rows() * C_.size()));
   G_.noalias() = x.value.topRows(C_.rows()) * U_minus_I_;
   for (Eigen::Index j = 0; j < G_.cols(); ++j)
     for (Eigen::Index i = 0; i < G_.rows(); ++i) x.add_scalar(i, j, G_(i, j));

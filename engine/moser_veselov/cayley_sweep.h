@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "engine/linalg/arithmetic/scalar.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 
@@ -39,8 +40,10 @@ class CayleySweep {
     q_ = hOmega - Scalar(2) * (q_ - ratio_.cwiseProduct(D_));  // ω
     const Scalar size = q_.cwiseAbs().maxCoeff();
     product_ = q_;
+    look();
     product_.noalias() -= q_ * C;
     q_ = product_;
+    look();
     q_.noalias() += C * product_;
     for (Eigen::Index j = 0; j < C.cols(); ++j)
       for (Eigen::Index i = 0; i < j; ++i) {
@@ -52,11 +55,15 @@ class CayleySweep {
 
   /// Computes q and D for this C.
   void evaluate(const Matrix<Scalar>& C) {
+    look();
     product_.noalias() = C.transpose() * C;
     product_.diagonal().array() += Scalar(1);
+    look();
     llt_.compute(product_);
     q_ = C;
+    look();
     llt_.solveInPlace(q_);
+    look();
     D_.noalias() = C * q_;
   }
 
@@ -68,6 +75,9 @@ class CayleySweep {
   }
 
  private:
+  /// At the stop token, before each product: in extended precision one takes as long as a sweep.
+  void look() const { stop_point(static_cast<double>(ratio_.rows() * ratio_.size())); }
+
   Vector<Scalar> lambda_;
   Matrix<Scalar> ratio_, q_, D_, product_;
   Eigen::LLT<Matrix<Scalar>> llt_;

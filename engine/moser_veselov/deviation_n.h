@@ -2,6 +2,7 @@
 
 #include "engine/linalg/arithmetic/split_product.h"
 #include "engine/moser_veselov/deviation_sweeps.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 
@@ -49,6 +50,7 @@ class DeviationN : public DeviationSweeps<Scalar> {
   /// number of steps.
   void correct_product();
 
+  double product_operations() const { return static_cast<double>(N_ * N_ * N_); }
   Wide wide_XX(Eigen::Index i, Eigen::Index j) const {
     return G_(i, j) + (Wide(low_(i, j)) + low_(j, i));
   }
@@ -99,6 +101,7 @@ void DeviationN<Scalar, arithmetic>::transport_plainly(State& x) {
 template <class Scalar, Arithmetic arithmetic>
 void DeviationN<Scalar, arithmetic>::transport_carefully(State& x) {
   const Eigen::Index top = x.value.rows() - N_;
+  stop_point(product_operations());
   form_product(x);
   correct_product();
   for (Eigen::Index j = 0; j < N_; ++j)
@@ -123,6 +126,7 @@ const Matrix<Scalar>& DeviationN<Scalar, arithmetic>::U_minus_I() {
 
 template <class Scalar, Arithmetic arithmetic>
 void DeviationN<Scalar, arithmetic>::transport_frame(State& x) {
+  stop_point(product_operations());
   G_.noalias() = x.value.topRows(N_) * X_;
   for (Eigen::Index j = 0; j < N_; ++j)
     if constexpr (arithmetic == Arithmetic::plain)
@@ -160,6 +164,7 @@ void DeviationN<Scalar, arithmetic>::correct_product() {
         largest = std::max<Scalar>(largest, abs(step_change_(i, j)));
       }
     if (largest <= negligible * size) return;
+    stop_point(product_operations());
     low_.noalias() += X_.transpose() * step_change_;
   }
 }

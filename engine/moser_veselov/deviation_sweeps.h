@@ -6,6 +6,7 @@
 #include "engine/linalg/arithmetic/compensated.h"
 #include "engine/linalg/iteration/lagged_anderson.h"
 #include "engine/linalg/lie/mirror.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 
@@ -80,6 +81,7 @@ bool DeviationSweeps<Scalar>::sweep(const Matrix<Scalar>& K, bool to_its_last_bi
   if (!(size <= 1)) return false;
   Scalar last = 0;
   for (int k = 0; k < most; ++k) {
+    stop_point(static_cast<double>(N_ * N_ * N_));
     const Scalar defect = correct();
     const Scalar ratio = k == 0 ? slow : defect / last;
     const bool stagnates = k > 0 && !(ratio <= slow);

@@ -11,6 +11,7 @@
 #include "engine/problems/path.h"
 #include "engine/problems/shoot.h"
 #include "engine/problems/starts.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 namespace {
@@ -77,8 +78,8 @@ std::optional<ConnectRefusal> refused(const TwoPointProblem& p) {
   return {};
 }
 
-/// Of a path of K steps in numbers: what relaxes it holds five d × d blocks and a basis of d
-/// directions for every inner frame; all starts are held at once.
+/// Refuses a path of K steps whose relaxation would need too much memory: five d × d blocks and a
+/// basis of d directions for every inner frame, for all starts at once.
 std::optional<ConnectRefusal> too_large(const TwoPointProblem& p, int K) {
   const double nN = static_cast<double>(p.Q_0.size()), n = static_cast<double>(p.Q_0.rows());
   const double d = nN - n * (n + 1) / 2;
@@ -165,8 +166,22 @@ Shortest judged(const Posed& p, const MatrixXd& V, int seen) {
 
 }  // namespace
 
-std::expected<Geodesic, ConnectRefusal> connect(const TwoPointProblem& problem) {
-  if (const auto refusal = refused(problem)) return std::unexpected(*refusal);
+namespace {
+
+/// search() within the work and the token of the problem.
+template <class Search>
+auto within(const TwoPointProblem& problem, Search&& search) -> decltype(search()) {
+  const StopScope scope(problem.stop, problem.most_work);
+  try {
+    return search();
+  } catch (const Stopped&) {
+    if (problem.stop.stop_requested()) return std::unexpected(refusal::Cancelled{});
+    if (!scope.used_up()) throw;
+    return std::unexpected(refusal::NotConverged{std::numeric_limits<double>::infinity()});
+  }
+}
+
+std::expected<Geodesic, ConnectRefusal> search(const TwoPointProblem& problem) {
   constexpr double coarse = 1e-6, fine = 1e-9, margin = 1.1;
   const Posed p = posed(problem);
   const bool wide = p.spread() > 10;
@@ -210,10 +225,7 @@ std::expected<Geodesic, ConnectRefusal> connect(const TwoPointProblem& problem) 
   return best;
 }
 
-std::expected<DiscreteGeodesic, ConnectRefusal> connect(const TwoPointProblem& problem, int K) {
-  if (const auto refusal = refused(problem)) return std::unexpected(*refusal);
-  if (K < 1) return std::unexpected(refusal::Invalid{"K", std::to_string(K), "must be at least 1"});
-  if (const auto refusal = too_large(problem, K)) return std::unexpected(*refusal);
+std::expected<DiscreteGeodesic, ConnectRefusal> search(const TwoPointProblem& problem, int K) {
   constexpr double tolerance = 1e-10, stationary = 1e-12;
   const Posed p = posed(problem);
   const std::vector<Candidate> all = relaxed(p, problem, K, tolerance);
@@ -234,6 +246,20 @@ std::expected<DiscreteGeodesic, ConnectRefusal> connect(const TwoPointProblem& p
   result.distinct = static_cast<int>(all.size());
   result.start = best.start;
   return result;
+}
+
+}  // namespace
+
+std::expected<Geodesic, ConnectRefusal> connect(const TwoPointProblem& problem) {
+  if (const auto refusal = refused(problem)) return std::unexpected(*refusal);
+  return within(problem, [&] { return search(problem); });
+}
+
+std::expected<DiscreteGeodesic, ConnectRefusal> connect(const TwoPointProblem& problem, int K) {
+  if (const auto refusal = refused(problem)) return std::unexpected(*refusal);
+  if (K < 1) return std::unexpected(refusal::Invalid{"K", std::to_string(K), "must be at least 1"});
+  if (const auto refusal = too_large(problem, K)) return std::unexpected(*refusal);
+  return within(problem, [&] { return search(problem, K); });
 }
 
 }  // namespace stiefel

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/linalg/arithmetic/scalar.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 
@@ -115,6 +116,7 @@ class ExtrapolatedMotion {
   }
 
   void slope(const State& x) {
+    stop_point(static_cast<double>(4 * x.size() * x.cols()));
     slope_.resizeLike(x);
     field_(x, slope_);
     ++evaluations_;

@@ -9,6 +9,7 @@
 #include "engine/linalg/matrix_equations/eigenvectors.h"
 #include "engine/linalg/matrix_equations/inverse_inertia.h"
 #include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 namespace {
@@ -34,6 +35,8 @@ class Model {
     const VectorXd weight = K * lambda.transpose().replicate(n, 1).reshaped();
     MatrixXd weighted;
     for (std::size_t k = 1; k < steps(path); ++k) {
+      const auto size = static_cast<double>(n * N);
+      stop_point(size * size * (2 * size + static_cast<double>(n)));
       const MatrixXd& Q = path[k];
       const MatrixXd g = gradient(lambda, path, k);
       const MatrixXd E = tangent_basis(Q);
@@ -57,6 +60,7 @@ class Model {
     std::vector<MatrixXd> carried;
     step_.assign(count, VectorXd());
     for (std::size_t k = 0; k < count; ++k) {
+      stop_point(2.5 * std::pow(static_cast<double>(inner_[k].rows()), 3));
       MatrixXd D = inner_[k] + shift * metric_[k];
       step_[k] = -slope_[k];
       if (k > 0) {
@@ -93,6 +97,7 @@ class Model {
   Path moved(const Path& path) const {
     Path result = path;
     for (std::size_t k = 0; k < step_.size(); ++k) {
+      stop_point(static_cast<double>(basis_[k].size() + 10 * path[0].rows() * path[0].size()));
       const VectorXd delta = basis_[k] * step_[k];
       result[k + 1] = polar(path[k + 1] + delta.reshaped(path[0].rows(), path[0].cols()));
     }
@@ -151,6 +156,7 @@ double slope(const VectorXd& lambda, const Path& path) {
 Path refined(const Path& path) {
   Path result = {path[0]};
   for (std::size_t k = 0; k < steps(path); ++k) {
+    stop_point(10.0 * static_cast<double>(path[0].rows() * path[0].size()));
     result.push_back(polar((path[k] + path[k + 1]) / 2));
     result.push_back(path[k + 1]);
   }

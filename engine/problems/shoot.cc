@@ -10,6 +10,7 @@
 
 #include "engine/problems/geodesic_flow.h"
 #include "engine/problems/path.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 namespace {
@@ -31,6 +32,7 @@ bool integrate(const std::function<void(const std::vector<Scalar>& x, std::vecto
       odeint::make_controlled<odeint::runge_kutta_fehlberg78<State, Scalar>>(tolerance, tolerance);
   Scalar t = 0, dt = T / 32;
   for (int attempt = 0; attempt < most && t < T; ++attempt) {
+    stop_point(13 * 20 * static_cast<double>(x.size()));
     dt = std::min(dt, T - t);
     stepper.try_step(std::cref(field), x, t, dt);
     if (!(dt > T * Scalar(1e-9))) return false;
@@ -61,6 +63,7 @@ class Shooting {
     for (int k = 0; k < iterations && std::isfinite(best) && !stop.stop_requested(); ++k) {
       const std::optional<MatrixXd> J = derivative(c);
       if (!J) break;
+      stop_point(2 * static_cast<double>(J->size() * J->cols()));
       VectorXd step = -Eigen::ColPivHouseholderQR<MatrixXd>(*J).solve(rest);
       bool better = false, much = false;
       for (int halving = 0; halving < halvings && !better; ++halving, step /= 2) {

@@ -1,6 +1,5 @@
 #include "engine/problems/starts.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -8,6 +7,8 @@
 #include <random>
 
 #include "engine/linalg/matrix_equations/eigenvectors.h"
+#include "engine/linalg/matrix_equations/stoppable_schur.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 namespace {
@@ -98,7 +99,10 @@ class Starts {
 
   static Path turned(const MatrixXd& from, const PlaneRotations& W, const MatrixXd& to, int K) {
     Path path = {from};
-    for (int k = 1; k < K; ++k) path.push_back(from * W.at(double(k) / K));
+    for (int k = 1; k < K; ++k) {
+      stop_point(3.0 * static_cast<double>(to.cols() * to.cols() * to.cols()));
+      path.push_back(from * W.at(double(k) / K));
+    }
     path.push_back(to);
     return path;
   }
@@ -110,6 +114,7 @@ class Starts {
       Path path = {from};
       double least = 1;
       for (int k = 1; k < K; ++k) {
+        stop_point(20.0 * static_cast<double>(n_ * n_ * N_));
         const double s = double(k) / K;
         const MatrixXd A = (1 - s) * from + s * to + std::sin(pi * s) * bend;
         const MatrixXd square = A * A.transpose();

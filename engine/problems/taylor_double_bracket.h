@@ -7,6 +7,7 @@
 #include "engine/linalg/arithmetic/quadruple.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/problems/taylor_motion.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 
@@ -85,6 +86,7 @@ bool TaylorDoubleBracket<Scalar>::expand(const Matrix<Scalar>& x, Matrix<Scalar>
     for (int j = 0; j <= k; ++j) {
       const auto then = series.middleCols((k - j) * q_, q_);
       const auto V = V_[at(k - j)].leftCols(q_);
+      stop_point(static_cast<double>(8 * p_ * q_ * (p_ + q_)));
       next.topRows(2 * p_).noalias() += U_[at(j)] * then.topRows(2 * p_);
       next.topRows(2 * p_).noalias() -= Q_[at(j)] * V;
       next.bottomRows(2 * p_).noalias() += U_[at(j)] * then.bottomRows(2 * p_);
@@ -100,6 +102,7 @@ void TaylorDoubleBracket<Scalar>::generate(int k) {
   A_.setZero();
   B_.setZero();
   for (int j = 0; j <= k; ++j) {
+    stop_point(static_cast<double>(4 * p_ * q_ * (p_ + q_)));
     A_.noalias() += P_[at(j)] * Q_[at(k - j)].topRows(p_).transpose();
     B_.noalias() += P_[at(j)].transpose() * Q_[at(k - j)].leftCols(q_);
   }

@@ -3,6 +3,7 @@
 #include <functional>
 
 #include "engine/linalg/arithmetic/quadruple.h"
+#include "engine/linalg/iteration/product_by_columns.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/problems/taylor_motion.h"
 
@@ -59,8 +60,11 @@ bool TaylorParametricRigidBody<Scalar>::expand(const Matrix<Scalar>& x, Matrix<S
     inverse_inertia(lambda_, M(k), Scalar(2), now);
     if (k == 0) now.diagonal() = mu_ * lambda_;
     auto next = series.middleCols((k + 1) * N_, N_);
-    next.noalias() = series.leftCols((k + 1) * N_) * xi_.bottomRows((k + 1) * N_);
-    for (int j = 0; j <= k; ++j) next.bottomRows(N_).noalias() -= xi(j) * M(k - j);
+    product_by_columns(series.leftCols((k + 1) * N_), xi_.bottomRows((k + 1) * N_), next);
+    for (int j = 0; j <= k; ++j) {
+      stop_point(static_cast<double>(N_ * N_ * N_));
+      next.bottomRows(N_).noalias() -= xi(j) * M(k - j);
+    }
     next /= Scalar(k + 1);
   }
   return true;

@@ -6,6 +6,7 @@
 #include "engine/linalg/arithmetic/quadruple.h"
 #include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
 #include "engine/problems/taylor_motion.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 
@@ -65,12 +66,14 @@ bool TaylorStiefel<Scalar>::expand(const Matrix<Scalar>& x, Matrix<Scalar>& seri
     K.setZero();
     E_.setZero();
     for (int j = 0; j <= k; ++j) {
+      stop_point(static_cast<double>(2 * n_ * n_ * N));
       K += Q(j) * inverse_.asDiagonal() * Q(k - j).transpose();
       E_ -= Scalar(2) *
             ((S(j) * inverse_.asDiagonal()) * (S(k - j) * inverse_.asDiagonal()).transpose());
     }
     if (k == 0) lyapunov_.factor(K);
     for (int j = 1; j <= k; ++j) {
+      stop_point(static_cast<double>(2 * n_ * n_ * n_));
       const auto &K_j = K_[static_cast<std::size_t>(j)], &B_i = B_[static_cast<std::size_t>(k - j)];
       E_ -= K_j * B_i + B_i * K_j;
     }
@@ -78,7 +81,10 @@ bool TaylorStiefel<Scalar>::expand(const Matrix<Scalar>& x, Matrix<Scalar>& seri
     auto next = series.middleCols((k + 1) * N, N);
     next.topRows(n_) = S(k) * inverse_.asDiagonal();
     next.bottomRows(n_).setZero();
-    for (int j = 0; j <= k; ++j) next.bottomRows(n_) += B_[static_cast<std::size_t>(j)] * Q(k - j);
+    for (int j = 0; j <= k; ++j) {
+      stop_point(static_cast<double>(n_ * n_ * N));
+      next.bottomRows(n_) += B_[static_cast<std::size_t>(j)] * Q(k - j);
+    }
     next /= Scalar(k + 1);
   }
   return true;

@@ -5,6 +5,7 @@
 
 #include "engine/representations/outside_domain.h"
 #include "engine/representations/skew_norm.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 
@@ -69,6 +70,7 @@ MatrixWithin<Scalar> root_of_one_plus_square(const Matrix<Scalar>& A) {
   if (!A.allFinite())
     return std::unexpected(OutsideDomain{"S_M", std::numeric_limits<double>::infinity(), 2});
   const Matrix<Complex> H = Complex(0, 1) * A.template cast<Complex>();
+  stop_point(25 * static_cast<double>(A.rows() * A.size()));
   const Eigen::SelfAdjointEigenSolver<Matrix<Complex>> solver(H);
   const Vector<Scalar>& w = solver.eigenvalues();
   Vector<Scalar> root(w.size());
@@ -79,6 +81,7 @@ MatrixWithin<Scalar> root_of_one_plus_square(const Matrix<Scalar>& A) {
     root(i) = sqrt((1 - w(i)) * (1 + w(i)));
   }
   const Matrix<Complex>& Z = solver.eigenvectors();
+  stop_point(4 * static_cast<double>(A.rows() * A.size()));
   const Matrix<Complex> R = Z * root.template cast<Complex>().asDiagonal() * Z.adjoint();
   return R.real();
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "engine/linalg/matrix_equations/eigenvectors.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 
@@ -14,6 +15,7 @@ Scalar skew_norm(const Matrix<Scalar>& M) {
   using std::sqrt;
   const Scalar size = M.size() == 0 ? Scalar(0) : Scalar(M.cwiseAbs().maxCoeff());
   if (!(size > 0)) return size;
+  stop_point(3 * static_cast<double>(M.rows() * M.size()));
   const Matrix<Scalar> unit = M / size, square = unit.transpose() * unit;
   const Eigen::SelfAdjointEigenSolver<Matrix<Scalar>> solver(square, Eigen::EigenvaluesOnly);
   return size * sqrt(solver.eigenvalues()(M.cols() - 1));

@@ -3,12 +3,19 @@
 #include <memory>
 
 #include "engine/systems/concepts.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 
 /// A system whose states are matrices of any size.
 template <class S>
 concept HasMatrixStates = System<S> && std::same_as<typename S::State, Matrix<typename S::Scalar>>;
+
+/// The operations of a vector field: two products with the state, rows × cols.
+template <class State>
+double field_operations(const State& x) {
+  return static_cast<double>(x.rows() * x.rows() * x.cols());
+}
 
 /// Any system with matrix states, by its vector field alone. A method that needs only the field is
 /// compiled once, for this class, instead of once a system. The call is virtual; a product of
@@ -24,7 +31,11 @@ class MatrixSystem {
   requires(!std::derived_from<S, MatrixSystem>) MatrixSystem(S system)
       : held_(std::make_shared<Held<S>>(std::move(system))) {}
 
-  void field(const State& x, State& dx) { held_->field(x, dx); }
+  /// Looks at the stop token first.
+  void field(const State& x, State& dx) {
+    stop_point(field_operations(x));
+    held_->field(x, dx);
+  }
 
  private:
   struct Abstract {
@@ -54,11 +65,22 @@ class MatrixLieSystem {
   requires(LieSystem<S> && !std::derived_from<S, MatrixLieSystem>) MatrixLieSystem(S system)
       : held_(std::make_shared<Held<S>>(std::move(system))) {}
 
-  void field(const State& x, State& dx) { held_->field(x, dx); }
+  // Each looks at the stop token first.
+  void field(const State& x, State& dx) {
+    stop_point(field_operations(x));
+    held_->field(x, dx);
+  }
   Algebra zero() const { return held_->zero(); }
-  void generator(const State& x, Algebra& xi) { held_->generator(x, xi); }
-  void bracket(const Algebra& a, const Algebra& b, Algebra& c) const { held_->bracket(a, b, c); }
+  void generator(const State& x, Algebra& xi) {
+    stop_point(field_operations(x));
+    held_->generator(x, xi);
+  }
+  void bracket(const Algebra& a, const Algebra& b, Algebra& c) const {
+    stop_point(products(a, 1));
+    held_->bracket(a, b, c);
+  }
   void displacement(const State& x, const Algebra& theta, State& dx) {
+    stop_point(products(theta, 10));  // of which the exponential takes eight
     held_->displacement(x, theta, dx);
   }
 
@@ -85,6 +107,11 @@ class MatrixLieSystem {
     }
     S system;
   };
+  /// The operations of so many products of matrices like a.
+  static double products(const Algebra& a, int count) {
+    return static_cast<double>(count * a.rows() * a.rows() * a.cols());
+  }
+
   std::shared_ptr<Abstract> held_;
 };
 

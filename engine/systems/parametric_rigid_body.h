@@ -35,8 +35,8 @@ class ParametricRigidBody {
     return invariant == family::PQ_inverse;
   }
 
-  /// What methods keep on this system beyond what they declare for all systems. Every method
-  /// multiplies Q and P by the same matrix, which keeps P = AQ.
+  /// Invariants that methods keep on this system beyond those they declare for all systems. Every
+  /// method multiplies Q and P by the same matrix, which keeps P = AQ.
   static constexpr std::optional<Conservation> conservation(std::string_view invariant) {
     if (invariant == family::PQ_inverse) return Conservation::exact;
     return std::nullopt;

@@ -89,6 +89,14 @@ std::uint32_t checksum(const v1::ConnectResponse& geodesic) {
   return crc_of(geodesic.scene(), geodesic.trajectory());
 }
 
+std::uint32_t checksum(const v1::SummarizeResponse& part) {
+  const v1::EventBatch& events = part.events();
+  const v1::StateBatch& states = part.states();
+  return crc_of(part.step(), events.events(), events.steps(), events.fractions(), events.times(),
+                events.members(), events.fields(), states.steps(), states.times(), states.fields(),
+                std::string_view(part.checkpoint().data()), part.statistics());
+}
+
 std::uint32_t checksum(const v1::Session& session) { return crc_of(session.scene()); }
 
 }  // namespace stiefel::wire

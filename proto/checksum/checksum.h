@@ -13,6 +13,7 @@ std::uint32_t checksum(const v1::StreamResponse& batch);
 std::uint32_t checksum(const v1::DiagnoseResponse& diagnosis);
 std::uint32_t checksum(const v1::ConvertResponse& conversion);
 std::uint32_t checksum(const v1::ConnectResponse& geodesic);
+std::uint32_t checksum(const v1::SummarizeResponse& part);
 std::uint32_t checksum(const v1::Session& session);
 
 }  // namespace stiefel::wire

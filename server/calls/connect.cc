@@ -2,25 +2,32 @@
 
 #include "server/calls/service.h"
 #include "server/calls/sliced_stream.h"
+#include "server/pricing/memory_price.h"
 
 namespace stiefel::server {
 
 grpc::ServerWriteReactor<v1::ConnectResponse>* Service::Connect(Context* context,
                                                                 const v1::ConnectRequest* request) {
-  const auto answer = std::make_shared<std::optional<ConnectAnswer>>();
-  return new SlicedStream<v1::ConnectResponse>(
-      host_, host_.searches, open(context, "Connect"),
-      [answer, request](const std::stop_token& stop,
-                        v1::ConnectResponse& response) -> std::expected<bool, grpc::Status> {
-        if (!*answer) {
-          auto task = read(*request);
-          if (!task) return std::unexpected(task.error());
-          answer->emplace(*std::move(task));
-        }
-        if (const auto status = (*answer)->next(stop, response); !status.ok())
-          return std::unexpected(status);
-        return (*answer)->done();
-      });
+  CallLog log = open(context, "Connect");
+  try {
+    const auto memory = std::make_shared<const MemoryLease>(host_.memory, connect_memory(*request));
+    const auto answer = std::make_shared<std::optional<ConnectAnswer>>();
+    return new SlicedStream<v1::ConnectResponse>(
+        host_, host_.searches, std::move(log),
+        [memory, answer, request](const std::stop_token& stop, v1::ConnectResponse& response)
+            -> std::expected<bool, grpc::Status> {
+          if (!*answer) {
+            auto task = read(*request);
+            if (!task) return std::unexpected(task.error());
+            answer->emplace(*std::move(task));
+          }
+          if (const auto status = (*answer)->next(stop, response); !status.ok())
+            return std::unexpected(status);
+          return (*answer)->done();
+        });
+  } catch (...) {
+    return new RefusedStream<v1::ConnectResponse>(log, errors::from_current_exception());
+  }
 }
 
 }  // namespace stiefel::server

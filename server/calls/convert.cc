@@ -2,6 +2,7 @@
 #include "server/calls/sliced_stream.h"
 #include "server/convert/conversion.h"
 #include "server/convert/resolve.h"
+#include "server/pricing/memory_price.h"
 
 namespace stiefel::server {
 namespace {
@@ -13,18 +14,25 @@ constexpr int small_dimension = 64;
 
 grpc::ServerWriteReactor<v1::ConvertResponse>* Service::Convert(Context* context,
                                                                 const v1::ConvertRequest* request) {
-  const auto answer = std::make_shared<ConversionAnswer>(*request);
-  const v1::Scene& scene = request->scene();
-  const bool long_work = wants_choice(scene) || scene.inertia_size() > small_dimension;
-  Pool& pool = long_work ? host_.searches : host_.pool;
-  return new SlicedStream<v1::ConvertResponse>(
-      host_, pool, open(context, "Convert"),
-      [answer](const std::stop_token&,
-               v1::ConvertResponse& response) -> std::expected<bool, grpc::Status> {
-        if (const auto status = answer->next(response); !status.ok())
-          return std::unexpected(status);
-        return answer->done();
-      });
+  CallLog log = open(context, "Convert");
+  try {
+    const auto memory =
+        std::make_shared<const MemoryLease>(host_.memory, conversion_memory(*request));
+    const auto answer = std::make_shared<ConversionAnswer>(*request);
+    const v1::Scene& scene = request->scene();
+    const bool long_work = wants_choice(scene) || scene.inertia_size() > small_dimension;
+    Pool& pool = long_work ? host_.searches : host_.pool;
+    return new SlicedStream<v1::ConvertResponse>(
+        host_, pool, std::move(log),
+        [memory, answer](const std::stop_token&,
+                         v1::ConvertResponse& response) -> std::expected<bool, grpc::Status> {
+          if (const auto status = answer->next(response); !status.ok())
+            return std::unexpected(status);
+          return answer->done();
+        });
+  } catch (...) {
+    return new RefusedStream<v1::ConvertResponse>(log, errors::from_current_exception());
+  }
 }
 
 }  // namespace stiefel::server

@@ -2,34 +2,56 @@
 
 #include <utility>
 
+#include "server/calls/admission.h"
+#include "server/calls/stopped.h"
 #include "server/convert/errors.h"
+#include "server/sessions/stoppable.h"
 
 namespace stiefel::server {
 
 CursorCall::CursorCall(Host& host, CallLog log, SessionLease session, std::int64_t to,
-                       Search search, bool long_search)
+                       Search search, bool long_search, MemoryLease memory)
     : host_(host),
       log_(std::move(log)),
+      memory_(std::move(memory)),
       session_(std::move(session)),
       to_(to),
       answer_(std::move(search)),
       search_ahead_(long_search),
       shutdown_(host.lifecycle.stop_token(), RequestStop{stop_}) {
+  Pool& pool = host_.pool_for((*session_)->step_cost());
+  const double price = (*session_)->work((*session_)->start_for(to), to) +
+                       (long_search ? host_.searches.price_cap() : 0);
+  const grpc::Status admitted = admit(ticket_, log_.account(), Ticket::Kind::call, price);
   host_.lifecycle.enter();
-  host_.pool_for((*session_)->step_cost()).submit(this);
+  if (!admitted.ok()) {
+    finish(admitted);
+  } else {
+    Job::bill(log_.account().share(), price);
+    pool.submit(this);
+  }
 }
 
 CursorCall::CursorCall(Host& host, CallLog log, SessionLease session, std::int64_t to,
-                       Answer answer)
+                       Answer answer, MemoryLease memory)
     : CursorCall(
           host, std::move(log), std::move(session), to,
           [answer = std::move(answer)](const Session& at, const Cursor& cursor,
                                        const std::stop_token&) { return answer(at, cursor); },
-          false) {}
+          false, std::move(memory)) {}
 
 CursorCall::CursorCall(Host& host, CallLog log, SessionLease session, std::int64_t to,
-                       Search search)
-    : CursorCall(host, std::move(log), std::move(session), to, std::move(search), true) {}
+                       Search search, MemoryLease memory)
+    : CursorCall(
+          host, std::move(log), std::move(session), to,
+          [&host, search = std::move(search)](const Session& at, const Cursor& cursor,
+                                              const std::stop_token& stop) -> Answered {
+            const auto answered = stoppable(stop, [&] { return search(at, cursor, stop); });
+            // What was left out because of a stop is no answer.
+            if (!answered || stop.stop_requested()) return stopped(host.lifecycle);
+            return *answered;
+          },
+          true, std::move(memory)) {}
 
 bool CursorCall::run_slice() noexcept {
   try {
@@ -41,9 +63,9 @@ bool CursorCall::run_slice() noexcept {
         host_.searches.submit(this);
         return false;
       }
-      const grpc::Status status = answer_(**session_, *cursor_, stop_.get_token());
+      const Answered answered = answer_(**session_, *cursor_, stop_.get_token());
       const bool left = stop_.stop_requested() && !host_.lifecycle.stopping();
-      finish(left ? errors::cancelled() : status);
+      finish(left ? Answered(errors::cancelled()) : answered);
     } else {
       return true;
     }
@@ -61,11 +83,15 @@ bool CursorCall::advance_cursor() {
   return true;
 }
 
-void CursorCall::finish(const grpc::Status& status) {
-  log_.finish(status, cursor_ ? cursor_->computed_steps() : 0);
+void CursorCall::finish(const Answered& answered) {
+  const std::int64_t steps = cursor_ ? cursor_->computed_steps() : 0;
   cursor_.reset();
   session_.reset();
-  Finish(status);
+  ticket_.give_back();
+  when_written(answered, [this, steps](const grpc::Status& status) {
+    log_.finish(status, steps);
+    Finish(status);
+  });
 }
 
 void CursorCall::OnDone() {
@@ -74,24 +100,37 @@ void CursorCall::OnDone() {
   host.lifecycle.leave();
 }
 
-PooledCall::PooledCall(Host& host, Pool& pool, CallLog log, Work work)
+PooledCall::PooledCall(Host& host, Pool& pool, CallLog log, Work work, MemoryLease memory)
     : host_(host),
       log_(std::move(log)),
+      memory_(std::move(memory)),
       work_(std::move(work)),
       shutdown_(host.lifecycle.stop_token(), RequestStop{stop_}) {
+  const grpc::Status admitted =
+      admit(ticket_, log_.account(), Ticket::Kind::call, pool.price_cap());
   host_.lifecycle.enter();
-  pool.submit(this);
+  if (!admitted.ok()) {
+    log_.finish(admitted);
+    Finish(admitted);
+  } else {
+    Job::bill(log_.account().share(), pool.price_cap());
+    pool.submit(this);
+  }
 }
 
 bool PooledCall::run_slice() noexcept {
-  grpc::Status status;
+  Answered answered{grpc::Status::OK};
   try {
-    status = work_(stop_.get_token());
+    const std::stop_token stop = stop_.get_token();
+    answered = stoppable(stop, [&] { return work_(stop); }).value_or(stopped(host_.lifecycle));
   } catch (...) {
-    status = errors::from_current_exception();
+    answered = errors::from_current_exception();
   }
-  log_.finish(status);
-  Finish(status);
+  ticket_.give_back();
+  when_written(answered, [this](const grpc::Status& status) {
+    log_.finish(status);
+    Finish(status);
+  });
   return false;
 }
 

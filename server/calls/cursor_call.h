@@ -6,6 +6,7 @@
 #include <optional>
 #include <stop_token>
 
+#include "server/calls/answered.h"
 #include "server/calls/host.h"
 #include "server/sessions/cursor.h"
 
@@ -15,27 +16,32 @@ namespace stiefel::server {
 class CursorCall final : public grpc::ServerUnaryReactor, private Job {
  public:
   /// Writes the reply from where the cursor ended.
-  using Answer = std::function<grpc::Status(const Session&, const Cursor&)>;
+  using Answer = std::function<Answered(const Session&, const Cursor&)>;
   /// Writes the reply after more work, on the pool for work without slices. The token requests a
-  /// stop when the caller cancels or the server shuts down.
-  using Search = std::function<grpc::Status(const Session&, const Cursor&, const std::stop_token&)>;
+  /// stop when the caller cancels or the server shuts down; the engine's work is then stopped.
+  using Search = std::function<Answered(const Session&, const Cursor&, const std::stop_token&)>;
 
-  CursorCall(Host& host, CallLog log, SessionLease session, std::int64_t to, Answer answer);
-  CursorCall(Host& host, CallLog log, SessionLease session, std::int64_t to, Search search);
+  /// `memory`: what the call holds until its reply is delivered.
+  CursorCall(Host& host, CallLog log, SessionLease session, std::int64_t to, Answer answer,
+             MemoryLease memory = {});
+  CursorCall(Host& host, CallLog log, SessionLease session, std::int64_t to, Search search,
+             MemoryLease memory = {});
 
   void OnCancel() override { stop_.request_stop(); }
   void OnDone() override;
 
  private:
   CursorCall(Host& host, CallLog log, SessionLease session, std::int64_t to, Search search,
-             bool long_search);
+             bool long_search, MemoryLease memory);
   bool run_slice() noexcept override;
   /// True when there is nothing left to advance.
   bool advance_cursor();
-  void finish(const grpc::Status& status);
+  void finish(const Answered& answered);
 
   Host& host_;
   CallLog log_;
+  Ticket ticket_;
+  const MemoryLease memory_;
   std::optional<SessionLease> session_;
   const std::int64_t to_;
   const Search answer_;
@@ -50,9 +56,10 @@ class CursorCall final : public grpc::ServerUnaryReactor, private Job {
 /// caller cancels or the server goes down. Deletes itself.
 class PooledCall final : public grpc::ServerUnaryReactor, private Job {
  public:
-  using Work = std::function<grpc::Status(std::stop_token)>;
+  using Work = std::function<Answered(std::stop_token)>;
 
-  PooledCall(Host& host, Pool& pool, CallLog log, Work work);
+  /// `memory`: what the call holds until its reply is delivered.
+  PooledCall(Host& host, Pool& pool, CallLog log, Work work, MemoryLease memory = {});
   void OnCancel() override { stop_.request_stop(); }
   void OnDone() override;
 
@@ -61,6 +68,8 @@ class PooledCall final : public grpc::ServerUnaryReactor, private Job {
 
   Host& host_;
   CallLog log_;
+  Ticket ticket_;
+  const MemoryLease memory_;
   const Work work_;
   std::stop_source stop_;
   std::stop_callback<RequestStop> shutdown_;

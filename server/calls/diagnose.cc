@@ -3,8 +3,15 @@
 #include "server/calls/service.h"
 #include "server/convert/diagnosis.h"
 #include "server/convert/errors.h"
+#include "server/pricing/memory_price.h"
 
 namespace stiefel::server {
+namespace {
+
+/// Bytes.
+constexpr std::size_t short_request = std::size_t{64} << 10;
+
+}  // namespace
 
 grpc::ServerUnaryReactor* Service::Diagnose(Context* context, const v1::DiagnoseRequest* request,
                                             v1::DiagnoseResponse* response) {
@@ -14,19 +21,31 @@ grpc::ServerUnaryReactor* Service::Diagnose(Context* context, const v1::Diagnose
     auto session = find_session(host_, *context, request->session_id());
     if (!session) return refuse(session.error());
     if (const auto status = check_step("to", request->to()); !status.ok()) return refuse(status);
+    // A request of many matrices is read on the pool, where that can be told to stop.
+    if (request->ByteSizeLong() > short_request)
+      return new CursorCall(host_, std::move(log), *std::move(session), request->to(),
+                            [request, response](const Session& at, const Cursor& cursor,
+                                                const std::stop_token& stop) {
+                              const auto task = DiagnoseTask::read(at, *request);
+                              return task ? task->answer(at, cursor, stop, response) : task.error();
+                            });
     auto read = DiagnoseTask::read(**session, *request);
     if (!read) return refuse(read.error());
     const auto task = std::make_shared<const DiagnoseTask>(*std::move(read));
+    MemoryLease memory(host_.memory, diagnosis_memory(**session, *request));
     if (task->takes_long())
       return new CursorCall(
           host_, std::move(log), *std::move(session), request->to(),
           [task, response](const Session& at, const Cursor& cursor, const std::stop_token& stop) {
             return task->answer(at, cursor, stop, response);
-          });
-    return new CursorCall(host_, std::move(log), *std::move(session), request->to(),
-                          [task, response](const Session& at, const Cursor& cursor) {
-                            return task->answer(at, cursor, {}, response);
-                          });
+          },
+          std::move(memory));
+    return new CursorCall(
+        host_, std::move(log), *std::move(session), request->to(),
+        [task, response](const Session& at, const Cursor& cursor) {
+          return task->answer(at, cursor, {}, response);
+        },
+        std::move(memory));
   } catch (...) {
     return refuse(errors::from_current_exception());
   }

@@ -4,11 +4,13 @@
 #include <stop_token>
 #include <utility>
 
+#include "server/calls/admission.h"
 #include "server/calls/cursor_call.h"
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
 #include "server/calls/step.h"
 #include "server/convert/errors.h"
+#include "server/convert/reply_limits.h"
 
 namespace stiefel::server {
 namespace {
@@ -22,8 +24,10 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
       : host_(host),
         context_(context),
         log_(std::move(log)),
+        memory_(host.memory, 0),
         shutdown_(host.lifecycle.stop_token(), RequestStop{stop_}) {
-    StartRead(&request_);
+    const grpc::Status admitted = admit(ticket_, log_.account(), Ticket::Kind::stream, 0);
+    admitted.ok() ? StartRead(&request_) : end(admitted);
   }
 
   void OnReadDone(bool ok) override {
@@ -31,8 +35,13 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
     read_ = true;
     try {
       clear();
-      if (const auto status = prepare(); !status.ok()) return reply(status);
-      if (step_inline(**lease_, task_, response_.mutable_step())) return reply(grpc::Status::OK);
+      const auto status = prepare();
+      // Its memory is kept for the next one, unless it is large.
+      if (request_.ByteSizeLong() > part_bytes / 16) request_ = {};
+      if (!status.ok()) return reply(status);
+      if (step_inline(**lease_, task_, log_.account(), response_.mutable_step()))
+        return reply(grpc::Status::OK);
+      if (const auto entered = enter(); !entered.ok()) return reply(entered);
     } catch (...) {
       return reply(errors::from_current_exception());
     }
@@ -52,6 +61,8 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
 
  private:
   grpc::Status prepare();
+  /// Takes the place of a call for the request, which is not answered inline.
+  grpc::Status enter();
   bool run_slice() noexcept override;
 
   /// Keeps the memory of the reply before.
@@ -64,6 +75,7 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
   }
   void reply(const grpc::Status& status) {
     lease_.reset();
+    request_ticket_.give_back();
     if (status.ok()) {
       steps_ += response_.step().computed_steps();
     } else {
@@ -90,6 +102,8 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
   Host& host_;
   const grpc::CallbackServerContext& context_;
   CallLog log_;
+  Ticket ticket_, request_ticket_;
+  MemoryLease memory_;  // of the largest reply so far, whose memory is kept
   v1::DriveRequest request_;
   v1::DriveResponse response_;
   std::string id_;  // of the session that the first good request named
@@ -130,7 +144,18 @@ grpc::Status DriveCall::prepare() {
   task_.to = request_.to();
   task_.return_checkpoint = request_.return_checkpoint();
   task_.checksum = request_.checksum();
-  return check_size(**lease_, task_);
+  if (const auto status = check_size(**lease_, task_); !status.ok()) return status;
+  if (const auto refusal = log_.account().overdrawn()) return errors::over_quota(*refusal);
+  memory_.grow_to(step_memory(**lease_, task_));
+  return grpc::Status::OK;
+}
+
+grpc::Status DriveCall::enter() {
+  const Session& session = **lease_;
+  const double price = session.work(session.start_for(task_.to), task_.to);
+  const auto admitted = admit(request_ticket_, log_.account(), Ticket::Kind::call, price);
+  if (admitted.ok()) Job::bill(log_.account().share(), price);
+  return admitted;
 }
 
 bool DriveCall::run_slice() noexcept {

@@ -1,30 +1,34 @@
 #include "server/convert/fork.h"
 
 #include "server/calls/cursor_call.h"
-#include "server/calls/principal.h"
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
 #include "server/convert/price.h"
+#include "server/pricing/memory_price.h"
 
 namespace stiefel::server {
 namespace {
 
-grpc::Status fork(Host& host, const Principal& principal, const Session& from, const Cursor& cursor,
-                  const v1::ForkSessionRequest& request, v1::ForkSessionResponse* response) {
+// Above it, to make the new scene is more than a slice of work.
+constexpr int small_dimension = 64;
+
+Answered fork(Host& host, Account& account, const Session& from, const Cursor& cursor,
+              const v1::ForkSessionRequest& request, v1::ForkSessionResponse* response) {
   to_proto(cursor, from.scene(), response->mutable_run_status());
   to_proto(from.work(cursor.start(), request.from_step()), 0, bound_of_steps(from),
            response->mutable_price());
+  response->mutable_price()->set_memory_bytes(from.simulation_bytes() + fork_memory(from));
   if (!cursor.run_status().reached()) return grpc::Status::OK;
   auto scene = forked(from, cursor, request);
   if (!scene) return scene.error();
   const Resolution resolution = scene->resolution;
-  const auto made = admit(host, principal, request.session_id(), *std::move(scene), inherited());
+  const auto made = admit(host, account, request.session_id(), *std::move(scene), inherited());
   if (!made) return made.error();
   to_proto(*made->session, resolution, host.registry, request.view(), response->mutable_session());
   response->set_created(made->created);
-  return grpc::Status::OK;
+  return {grpc::Status::OK, made->receipt};
 }
 
 }  // namespace
@@ -41,11 +45,21 @@ grpc::ServerUnaryReactor* Service::ForkSession(Context* context,
       return refuse(status);
     if (const auto status = check_step("from_step", request->from_step()); !status.ok())
       return refuse(status);
-    return new CursorCall(host_, std::move(log), *std::move(from), request->from_step(),
-                          [&host = host_, principal = principal_of(*context), request, response](
-                              const Session& at, const Cursor& cursor) {
-                            return fork(host, principal, at, cursor, *request, response);
-                          });
+    MemoryLease memory(host_.memory, fork_memory(**from));
+    const auto answer = [&host = host_, &account = log.account(), request, response](
+                            const Session& at, const Cursor& cursor) {
+      return fork(host, account, at, cursor, *request, response);
+    };
+    const bool large = (*from)->scene().dimension() > small_dimension;
+    if (!large)
+      return new CursorCall(host_, std::move(log), *std::move(from), request->from_step(), answer,
+                            std::move(memory));
+    return new CursorCall(
+        host_, std::move(log), *std::move(from), request->from_step(),
+        [answer](const Session& at, const Cursor& cursor, const std::stop_token&) {
+          return answer(at, cursor);
+        },
+        std::move(memory));
   } catch (...) {
     return refuse(errors::from_current_exception());
   }

@@ -76,6 +76,11 @@ grpc::ServerWriteReactor<v1::StreamResponse>* Gate::Stream(Context* context,
   return pass("Stream", &server::Service::Stream, context, request);
 }
 
+grpc::ServerWriteReactor<v1::SummarizeResponse>* Gate::Summarize(
+    Context* context, const v1::SummarizeRequest* request) {
+  return pass("Summarize", &server::Service::Summarize, context, request);
+}
+
 grpc::ServerUnaryReactor* Gate::Diagnose(Context* context, const v1::DiagnoseRequest* request,
                                          v1::DiagnoseResponse* response) {
   return pass("Diagnose", &server::Service::Diagnose, context, request, response);

@@ -28,6 +28,8 @@ class Gate final : public v1::SimulationService::CallbackService {
   grpc::ServerUnaryReactor* Step(Context*, const v1::StepRequest*, v1::StepResponse*) override;
   grpc::ServerBidiReactor<v1::DriveRequest, v1::DriveResponse>* Drive(Context*) override;
   grpc::ServerWriteReactor<v1::StreamResponse>* Stream(Context*, const v1::StreamRequest*) override;
+  grpc::ServerWriteReactor<v1::SummarizeResponse>* Summarize(Context*,
+                                                             const v1::SummarizeRequest*) override;
   grpc::ServerUnaryReactor* Diagnose(Context*, const v1::DiagnoseRequest*,
                                      v1::DiagnoseResponse*) override;
   grpc::ServerUnaryReactor* ForkSession(Context*, const v1::ForkSessionRequest*,

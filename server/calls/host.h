@@ -3,11 +3,16 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <functional>
 #include <mutex>
 #include <stop_token>
 
 #include "server/calls/log.h"
-#include "server/sessions/pool.h"
+#include "server/calls/principal.h"
+#include "server/limits/memory_budget.h"
+#include "server/scheduling/account.h"
+#include "server/scheduling/pool.h"
+#include "server/scheduling/slice.h"
 #include "server/sessions/registry.h"
 
 namespace stiefel::server {
@@ -47,18 +52,37 @@ struct RequestStop {
   void operator()() { stop.request_stop(); }
 };
 
-/// What every call works with. The pools come last: they are gone before anything their jobs use.
+/// Who calls: `principal_of`, or what a test says.
+using Identify = std::function<Principal(const grpc::CallbackServerContext&)>;
+
+/// What every call works with. The scheduler comes last: it is gone before anything its jobs use.
 struct Host {
   Log log;
+  Accounts accounts;
+  /// What the whole process may take, and the part of it that calls and sessions may.
+  const std::uint64_t memory_limit;
+  MemoryBudget memory;
   Registry registry;
   Lifecycle lifecycle;
-  Pool pool;
-  /// For work that has no slices, or long ones, so that it is not in the way of what has short
-  /// ones.
-  Pool searches;
+  Identify identify;
+  Scheduler scheduler;
+  /// For steps that are short, for work that has slices, and for work that has none or long ones.
+  Pool steps{scheduler, JobKind::brief};
+  Pool pool{scheduler, JobKind::sliced};
+  Pool searches{scheduler, JobKind::whole};
 
   /// Where steps of that cost, in nanoseconds, belong: a slice is at least one of them.
-  Pool& pool_for(double step_cost) { return step_cost > 10 * slice_nanoseconds ? searches : pool; }
+  Pool& pool_for(double step_cost) {
+    switch (kind_of_steps(step_cost)) {
+      case JobKind::brief:
+        return steps;
+      case JobKind::sliced:
+        return pool;
+      case JobKind::whole:
+        break;
+    }
+    return searches;
+  }
 };
 
 }  // namespace stiefel::server

@@ -7,6 +7,8 @@
 #include <random>
 #include <stdexcept>
 
+#include "server/calls/push_back.h"
+
 namespace stiefel::server {
 namespace {
 
@@ -114,6 +116,7 @@ CallLog::CallLog(const Log& log, const grpc::CallbackServerContext& context, con
 
 void CallLog::finish(const grpc::Status& status, std::int64_t steps) noexcept {
   try {
+    if (context_) push_back(status, *context_);
     write(status, steps);
   } catch (const std::exception&) {
   }

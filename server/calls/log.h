@@ -16,6 +16,8 @@ class logger;
 
 namespace stiefel::server {
 
+class Account;
+
 /// Lines on stderr, as text or as JSON. Nothing is formatted below the level asked for.
 class Log {
  public:
@@ -45,6 +47,13 @@ class CallLog {
           std::string_view session_id = {});
   CallLog(CallLog&&) = default;
 
+  /// Who pays for the call, and where a refusal says when to try again. Before `finish`.
+  void bill(Account& account, grpc::CallbackServerContext& context) {
+    account_ = &account;
+    context_ = &context;
+  }
+  Account& account() const { return *account_; }
+
   /// Once; costs nothing when the level is above info. An INTERNAL error is a line of level error.
   /// A line for which there is no memory is not written.
   void finish(const grpc::Status& status, std::int64_t steps = 0) noexcept;
@@ -59,6 +68,8 @@ class CallLog {
   };
   const Log* log_;
   const char* method_;
+  Account* account_ = nullptr;
+  grpc::CallbackServerContext* context_ = nullptr;
   std::unique_ptr<Details> details_;
 };
 

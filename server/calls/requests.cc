@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <string>
 
-#include "server/calls/principal.h"
 #include "server/convert/errors.h"
 #include "server/sessions/numerics_id.h"
 
@@ -24,9 +23,13 @@ OrStatus<SessionLease> find_session(const Host& host, const grpc::CallbackServer
   if (host.lifecycle.refusing()) return std::unexpected(errors::shutting_down());
   if (const auto status = check_routing(context, id, field); !status.ok())
     return std::unexpected(status);
-  if (auto session = host.registry.find(principal_of(context), id)) return *std::move(session);
+  const Principal principal = host.identify(context);
+  if (auto session = host.registry.find(principal, id)) return *std::move(session);
   const grpc::Status status = check_session_id(id, field);
-  return std::unexpected(status.ok() ? errors::session_not_found(id, field) : status);
+  if (!status.ok()) return std::unexpected(status);
+  return std::unexpected(host.registry.deleted(principal, id)
+                             ? errors::session_deleted(id, field)
+                             : errors::session_not_found(id, field));
 }
 
 grpc::Status check_session_id(std::string_view id, const char* field) {
@@ -46,13 +49,22 @@ grpc::Status check_step(const char* field, std::int64_t value, std::int64_t low)
       "must be " + std::to_string(low) + " to " + std::to_string(Session::max_step));
 }
 
-OrStatus<Registry::Created> admit(Host& host, const Principal& principal, const std::string& id,
+OrStatus<Registry::Created> admit(Host& host, Account& account, const std::string& id,
                                   ResolvedScene scene, const Place& place,
-                                  std::string_view checkpoint) {
-  auto created = host.registry.create(principal, id, std::move(scene.scene), checkpoint,
-                                      std::move(scene.resolution));
-  if (created) return *std::move(created);
+                                  std::string_view checkpoint, bool recreate) {
+  auto seated = account.seat_session();
+  // To create a session that is there already takes no seat.
+  if (seated.refusal && !host.registry.find(account.principal(), id))
+    return std::unexpected(errors::over_quota(*seated.refusal));
+  auto created = host.registry.create(account.principal(), id, std::move(scene.scene), checkpoint,
+                                      std::move(scene.resolution), recreate);
+  if (created) {
+    if (created->created) created->session->hold(std::move(seated.seat));
+    return *std::move(created);
+  }
   if (const auto* conflict = std::get_if<Registry::Conflict>(&created.error())) {
+    if (*conflict == Registry::Conflict::deleted)
+      return std::unexpected(errors::session_deleted(id));
     return std::unexpected(*conflict == Registry::Conflict::other_scene
                                ? errors::session_has_other_scene(id)
                                : errors::too_many_sessions(host.registry.max_sessions()));

@@ -17,7 +17,8 @@ namespace stiefel::server {
 grpc::Status check_routing(const grpc::CallbackServerContext& context, std::string_view id,
                            const char* field = "session_id");
 
-/// UNAVAILABLE when shutting down, INVALID_ARGUMENT, NOT_FOUND, or the session.
+/// UNAVAILABLE when shutting down, INVALID_ARGUMENT, NOT_FOUND (never there, lost or deleted: see
+/// the reason), or the session.
 OrStatus<SessionLease> find_session(const Host& host, const grpc::CallbackServerContext& context,
                                     std::string_view id, const char* field = "session_id");
 
@@ -27,10 +28,11 @@ grpc::Status check_session_id(std::string_view id, const char* field = "session_
 /// INVALID_ARGUMENT unless low <= value <= Session::max_step.
 grpc::Status check_step(const char* field, std::int64_t value, std::int64_t low = 0);
 
-/// The principal's session of that scene under that id, new or there already; or why there is none.
-/// `place`: of the scene in the request.
-OrStatus<Registry::Created> admit(Host& host, const Principal& principal, const std::string& id,
+/// The account's session of that scene under that id, new or there already; or why there is none.
+/// `place`: of the scene in the request. A new session takes a seat of the account. `recreate`: see
+/// Registry::create.
+OrStatus<Registry::Created> admit(Host& host, Account& account, const std::string& id,
                                   ResolvedScene scene, const Place& place,
-                                  std::string_view checkpoint = {});
+                                  std::string_view checkpoint = {}, bool recreate = false);
 
 }  // namespace stiefel::server

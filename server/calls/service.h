@@ -7,7 +7,8 @@ namespace stiefel::server {
 
 /// The RPCs. Each has its own file, but for the short ones. Calls that compute longer than
 /// `inline_nanoseconds` do so on the host's pool.
-class Service final : public v1::SimulationService::CallbackService {
+class Service final : public v1::SimulationService::WithRawCallbackMethod_Stream<
+                          v1::SimulationService::CallbackService> {
  public:
   explicit Service(Host& host) : host_(host) {}
 
@@ -24,7 +25,9 @@ class Service final : public v1::SimulationService::CallbackService {
                                           v1::DeleteSessionResponse*) override;
   grpc::ServerUnaryReactor* Step(Context*, const v1::StepRequest*, v1::StepResponse*) override;
   grpc::ServerBidiReactor<v1::DriveRequest, v1::DriveResponse>* Drive(Context*) override;
-  grpc::ServerWriteReactor<v1::StreamResponse>* Stream(Context*, const v1::StreamRequest*) override;
+  /// Its messages, v1::StreamResponse, are made bytes where they are made: what waits for its
+  /// reader has them once.
+  grpc::ServerWriteReactor<grpc::ByteBuffer>* Stream(Context*, const grpc::ByteBuffer*) override;
   grpc::ServerUnaryReactor* Diagnose(Context*, const v1::DiagnoseRequest*,
                                      v1::DiagnoseResponse*) override;
   grpc::ServerUnaryReactor* ForkSession(Context*, const v1::ForkSessionRequest*,
@@ -35,6 +38,8 @@ class Service final : public v1::SimulationService::CallbackService {
                                                          const v1::ConnectRequest*) override;
   grpc::ServerWriteReactor<v1::MeasureTradeoffResponse>* MeasureTradeoff(
       Context*, const v1::MeasureTradeoffRequest*) override;
+  grpc::ServerWriteReactor<v1::SummarizeResponse>* Summarize(Context*,
+                                                             const v1::SummarizeRequest*) override;
 
  private:
   /// Every call begins with this: its log line, and the reply's metadata `stiefel-numerics-id`.
@@ -43,8 +48,8 @@ class Service final : public v1::SimulationService::CallbackService {
   static grpc::ServerUnaryReactor* finished(Context* context, CallLog& log,
                                             const grpc::Status& status, std::int64_t steps = 0);
   /// Answers at once.
-  template <class Work>
-  grpc::ServerUnaryReactor* answer(Context* context, CallLog log, Work work);
+  template <class Response, class Work>
+  grpc::ServerUnaryReactor* answer(Context* context, CallLog log, Response* response, Work work);
 
   Host& host_;
 };

@@ -3,12 +3,13 @@
 #include "server/calls/cursor_call.h"
 #include "server/calls/limits.h"
 #include "server/calls/page_token.h"
-#include "server/calls/principal.h"
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
+#include "server/convert/price.h"
 #include "server/convert/reply_limits.h"
+#include "server/pricing/memory_price.h"
 
 namespace stiefel::server {
 namespace {
@@ -18,19 +19,24 @@ namespace {
 constexpr int small_dimension = 32, large_dimension = 96;
 constexpr int few_members = 64;
 
-grpc::Status create(Host& host, const Principal& principal, const v1::CreateSessionRequest& request,
-                    v1::CreateSessionResponse* response) {
+Answered create(Host& host, Account& account, const v1::CreateSessionRequest& request,
+                v1::CreateSessionResponse* response) {
+  MemoryLease resolving(host.memory, wants_choice(request.scene()) ? search_memory(request.scene())
+                                                                   : scene_memory(request.scene()));
   auto scene = read_scene(request.has_scene(), request.scene());
   if (!scene) return scene.error();
+  resolving = {};  // the session pays for its scene
   const Resolution resolution = scene->resolution;
-  const auto admitted = admit(host, principal, request.session_id(), *std::move(scene),
-                              Place::inside("scene"), request.checkpoint());
+  const auto admitted = admit(host, account, request.session_id(), *std::move(scene),
+                              Place::inside("scene"), request.checkpoint(), request.recreate());
   if (!admitted) return admitted.error();
   to_proto(*admitted->session, resolution, host.registry, request.view(),
            response->mutable_session());
   response->set_created(admitted->created);
   response->set_checkpoint_ignored(admitted->checkpoint_ignored);
-  return grpc::Status::OK;
+  if (wants_choice(request.scene()))
+    to_proto(most_choice_work(), 0, v1::PRICE_BOUND_AT_MOST, response->mutable_price());
+  return {grpc::Status::OK, admitted->receipt};
 }
 
 /// A page ends when it has so many sessions as were asked for, or as many bytes as a reply may
@@ -63,41 +69,58 @@ grpc::Status list(const Registry& registry, const Principal& principal,
 
 }  // namespace
 
-template <class Work>
-grpc::ServerUnaryReactor* Service::answer(Context* context, CallLog log, Work work) {
-  grpc::Status status;
+template <class Response, class Work>
+grpc::ServerUnaryReactor* Service::answer(Context* context, CallLog log, Response* response,
+                                          Work work) {
+  Answered answered{grpc::Status::OK};
+  MemoryLease memory;
   try {
-    status = work();
+    answered = work();
+    if (const std::size_t bytes = response->ByteSizeLong(); bytes > part_bytes / 16)
+      memory = MemoryLease(host_.memory, reply_memory(bytes));
+    if (answered.receipt || memory)
+      return new WrittenCall(host_, std::move(log), answered, std::move(memory));
   } catch (...) {
-    status = errors::from_current_exception();
+    answered = errors::from_current_exception();
+    *response = {};
   }
-  return finished(context, log, status);
+  return finished(context, log, answered.status);
 }
 
 grpc::ServerUnaryReactor* Service::CreateSession(Context* context,
                                                  const v1::CreateSessionRequest* request,
                                                  v1::CreateSessionResponse* response) {
   CallLog log = open(context, "CreateSession", request->session_id());
-  const auto work = [this, context, request, response](const std::stop_token& = {}) {
+  Account& account = log.account();
+  const auto work = [this, &account, context, request,
+                     response](const std::stop_token& = {}) -> Answered {
     if (host_.lifecycle.refusing()) return errors::shutting_down();
     if (const auto status = check_session_id(request->session_id()); !status.ok()) return status;
     if (const auto status = check_routing(*context, request->session_id()); !status.ok())
       return status;
-    return create(host_, principal_of(*context), *request, response);
+    return create(host_, account, *request, response);
   };
+  MemoryLease memory;
+  try {
+    memory = MemoryLease(host_.memory, reading_memory(*request));
+  } catch (...) {
+    return finished(context, log, errors::from_current_exception());
+  }
   const v1::Scene& scene = request->scene();
   const bool long_work = wants_choice(scene) || scene.inertia_size() > large_dimension ||
                          scene.members() > few_members;
-  if (long_work) return new PooledCall(host_, host_.searches, std::move(log), work);
-  if (scene.inertia_size() > small_dimension || scene.has_members())
-    return new PooledCall(host_, host_.pool, std::move(log), work);
-  return answer(context, std::move(log), work);
+  if (long_work)
+    return new PooledCall(host_, host_.searches, std::move(log), work, std::move(memory));
+  if (scene.inertia_size() > small_dimension || scene.has_members() ||
+      request->ByteSizeLong() > part_bytes)
+    return new PooledCall(host_, host_.pool, std::move(log), work, std::move(memory));
+  return answer(context, std::move(log), response, work);
 }
 
 grpc::ServerUnaryReactor* Service::GetSession(Context* context,
                                               const v1::GetSessionRequest* request,
                                               v1::GetSessionResponse* response) {
-  return answer(context, open(context, "GetSession", request->session_id()), [&] {
+  return answer(context, open(context, "GetSession", request->session_id()), response, [&] {
     const auto session = find_session(host_, *context, request->session_id());
     if (!session) return session.error();
     to_proto(**session, (*session)->resolution(), host_.registry, request->view(),
@@ -109,19 +132,21 @@ grpc::ServerUnaryReactor* Service::GetSession(Context* context,
 grpc::ServerUnaryReactor* Service::ListSessions(Context* context,
                                                 const v1::ListSessionsRequest* request,
                                                 v1::ListSessionsResponse* response) {
-  return answer(context, open(context, "ListSessions"),
-                [&] { return list(host_.registry, principal_of(*context), *request, response); });
+  return answer(context, open(context, "ListSessions"), response,
+                [&] { return list(host_.registry, host_.identify(*context), *request, response); });
 }
 
 grpc::ServerUnaryReactor* Service::DeleteSession(Context* context,
                                                  const v1::DeleteSessionRequest* request,
-                                                 v1::DeleteSessionResponse*) {
-  return answer(context, open(context, "DeleteSession", request->session_id()), [&] {
+                                                 v1::DeleteSessionResponse* response) {
+  const auto work = [&]() -> Answered {
     if (const auto status = check_session_id(request->session_id()); !status.ok()) return status;
-    const grpc::Status status = check_routing(*context, request->session_id());
-    if (status.ok()) host_.registry.erase(principal_of(*context), request->session_id());
-    return status;
-  });
+    if (const auto status = check_routing(*context, request->session_id()); !status.ok())
+      return status;
+    const Principal principal = host_.identify(*context);
+    return {grpc::Status::OK, host_.registry.erase(principal, request->session_id()).receipt};
+  };
+  return answer(context, open(context, "DeleteSession", request->session_id()), response, work);
 }
 
 }  // namespace stiefel::server

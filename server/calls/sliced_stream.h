@@ -7,10 +7,24 @@
 #include <stop_token>
 #include <utility>
 
+#include "server/calls/admission.h"
 #include "server/calls/host.h"
+#include "server/calls/stopped.h"
 #include "server/convert/errors.h"
+#include "server/sessions/stoppable.h"
 
 namespace stiefel::server {
+
+/// A call with a stream of answers that is refused. Deletes itself.
+template <class Message>
+class RefusedStream final : public grpc::ServerWriteReactor<Message> {
+ public:
+  RefusedStream(CallLog& log, const grpc::Status& status) {
+    log.finish(status);
+    this->Finish(status);
+  }
+  void OnDone() override { delete this; }
+};
 
 /// A call that answers with a stream of messages, each the work of one slice on a pool.
 /// While a message is written nothing is computed. Deletes itself.
@@ -28,8 +42,16 @@ class SlicedStream final : public grpc::ServerWriteReactor<Response>, private Jo
         log_(std::move(log)),
         produce_(std::move(produce)),
         shutdown_(host.lifecycle.stop_token(), RequestStop{stop_}) {
+    const grpc::Status admitted =
+        admit(ticket_, log_.account(), Ticket::Kind::call, pool.price_cap());
     host_.lifecycle.enter();
-    pool_.submit(this);
+    if (!admitted.ok()) {
+      log_.finish(admitted);
+      this->Finish(admitted);
+    } else {
+      Job::bill(log_.account().share(), pool.price_cap());
+      pool_.submit(this);
+    }
   }
 
   void OnCancel() override { stop_.request_stop(); }
@@ -50,7 +72,7 @@ class SlicedStream final : public grpc::ServerWriteReactor<Response>, private Jo
       if (host_.lifecycle.refusing() && !std::exchange(started_, true))
         last = std::unexpected(errors::shutting_down());
       else
-        last = produce_(stop_.get_token(), message_);
+        last = produce();
       started_ = true;
       if (stop_.stop_requested() && !host_.lifecycle.stopping())
         last = std::unexpected(errors::cancelled());
@@ -69,9 +91,16 @@ class SlicedStream final : public grpc::ServerWriteReactor<Response>, private Jo
     return false;
   }
 
+  std::expected<bool, grpc::Status> produce() {
+    const std::stop_token stop = stop_.get_token();
+    const auto last = stoppable(stop, [&] { return produce_(stop, message_); });
+    return last ? *last : std::unexpected(stopped(host_.lifecycle));
+  }
+
   Host& host_;
   Pool& pool_;
   CallLog log_;
+  Ticket ticket_;
   const Produce produce_;
   std::stop_source stop_;
   std::stop_callback<RequestStop> shutdown_;

@@ -9,6 +9,7 @@
 #include "server/convert/errors.h"
 #include "server/convert/price.h"
 #include "server/convert/reply_limits.h"
+#include "server/pricing/memory_price.h"
 #include "server/sessions/checkpoint_bytes.h"
 
 namespace stiefel::server {
@@ -20,6 +21,10 @@ std::size_t reply_bytes(const Session& session, const StepTask& task) {
 }
 
 }  // namespace
+
+std::uint64_t step_memory(const Session& session, const StepTask& task) {
+  return reply_memory(reply_bytes(session, task));
+}
 
 grpc::Status check_size(const Session& session, const StepTask& task) {
   const std::size_t bytes = reply_bytes(session, task);
@@ -33,17 +38,21 @@ void answer_step(const Session& session, const Cursor& cursor, const StepTask& t
   response->set_computed_steps(cursor.computed_steps());
   to_proto(session.work(cursor.start(), task.to), reply_bytes(session, task),
            bound_of_steps(session), response->mutable_price());
+  response->mutable_price()->set_memory_bytes(session.simulation_bytes() +
+                                              step_memory(session, task));
   if (task.return_checkpoint)
     response->set_checkpoint(encode_checkpoint(session, cursor.simulation()));
   if (task.checksum) response->mutable_sample()->set_checksum(wire::checksum(response->sample()));
 }
 
-bool step_inline(Session& session, const StepTask& task, v1::StepResponse* response) {
+bool step_inline(Session& session, const StepTask& task, Account& account,
+                 v1::StepResponse* response) {
   if (session.step_cost() > inline_nanoseconds) return false;
   Cursor cursor(session, task.to);
   if (cursor.nanoseconds_to(task.to) > inline_nanoseconds) return false;
   std::int64_t budget = std::numeric_limits<std::int64_t>::max();
   cursor.advance(task.to, budget);
+  account.pay(session.work(cursor.start(), task.to));
   answer_step(session, cursor, task, response);
   return true;
 }
@@ -65,14 +74,17 @@ grpc::ServerUnaryReactor* Service::Step(grpc::CallbackServerContext* context,
     StepTask task{request->to(), *std::move(fields), request->return_checkpoint(),
                   request->checksum()};
     if (const auto status = check_size(**session, task); !status.ok()) return finish(status);
-    if (step_inline(**session, task, response)) return finish(grpc::Status::OK);
+    if (const auto refusal = log.account().overdrawn()) return finish(errors::over_quota(*refusal));
+    if (step_inline(**session, task, log.account(), response)) return finish(grpc::Status::OK);
     const std::int64_t to = task.to;
+    MemoryLease memory(host_.memory, step_memory(**session, task));
     return new CursorCall(
         host_, std::move(log), *std::move(session), to,
         [task = std::move(task), response](const Session& at, const Cursor& cursor) {
           answer_step(at, cursor, task, response);
           return grpc::Status::OK;
-        });
+        },
+        std::move(memory));
   } catch (...) {
     return finish(errors::from_current_exception());
   }

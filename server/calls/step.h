@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "server/convert/convert.h"
+#include "server/scheduling/account.h"
 #include "server/sessions/cursor.h"
 
 namespace stiefel::server {
@@ -18,6 +19,9 @@ struct StepTask {
   bool checksum = false;
 };
 
+/// Bytes of memory that the reply takes while it is made and sent.
+std::uint64_t step_memory(const Session& session, const StepTask& task);
+
 /// REPLY_TOO_LARGE if the reply would be.
 grpc::Status check_size(const Session& session, const StepTask& task);
 
@@ -25,7 +29,9 @@ grpc::Status check_size(const Session& session, const StepTask& task);
 void answer_step(const Session& session, const Cursor& cursor, const StepTask& task,
                  v1::StepResponse* response);
 
-/// Does it here and now if that is expected to take less than `inline_nanoseconds`.
-bool step_inline(Session& session, const StepTask& task, v1::StepResponse* response);
+/// Does it here and now, and lets the account pay, if that is expected to take less than
+/// `inline_nanoseconds`.
+bool step_inline(Session& session, const StepTask& task, Account& account,
+                 v1::StepResponse* response);
 
 }  // namespace stiefel::server

@@ -6,12 +6,16 @@
 #include <utility>
 
 #include "proto/checksum/checksum.h"
+#include "server/calls/admission.h"
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
+#include "server/calls/sliced_stream.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
 #include "server/convert/price.h"
+#include "server/convert/reply_limits.h"
 #include "server/convert/stream_messages.h"
+#include "server/pricing/memory_price.h"
 #include "server/sessions/sampling.h"
 
 namespace stiefel::server {
@@ -19,25 +23,37 @@ namespace {
 
 /// Fills one batch on the pool while the messages of the one before are written. With a message in
 /// flight and a full batch it rests until the reader has taken the message, and while one batch has
-/// more messages to come. Deletes itself.
+/// more messages to come. A large sample is not computed before its turn. Deletes itself.
+///
+/// A stream whose reader does not read has one message, as bytes, and a state that it shares with
+/// the other streams of the session that rest at that step.
 ///
 /// While the job is queued or runs, only the job touches the call; while it rests, only
 /// OnWriteDone.
-class StreamCall final : public grpc::ServerWriteReactor<v1::StreamResponse>, private Job {
+class StreamCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, private Job {
  public:
   StreamCall(Host& host, CallLog log, SessionLease session, std::vector<std::size_t> fields,
-             Sampling::Range range, const v1::StreamRequest& request)
+             Sampling::Range range, const v1::StreamRequest& request, MemoryLease memory)
       : host_(host),
         log_(std::move(log)),
         session_(std::move(session)),
         fields_(std::move(fields)),
         range_(range),
         checksum_(request.checksum()),
+        large_(sample_bytes(**session_, fields_) > 2 * Sampling::batch_bytes),
+        memory_(std::move(memory)),
         pool_(host.pool_for((*session_)->step_cost())),
         shutdown_(host.lifecycle.stop_token(), RequestStop{stop_}) {
     if (request.scene_arrays()) messages_.add_scene((*session_)->scene().description());
+    const double price = (*session_)->work((*session_)->start_for(range.from), range.to);
+    const grpc::Status admitted = admit(ticket_, log_.account(), Ticket::Kind::stream, price);
     host_.lifecycle.enter();
-    pool_.submit(this);
+    if (!admitted.ok()) {
+      end(admitted);
+    } else {
+      Job::bill(log_.account().share(), price);
+      pool_.submit(this);
+    }
   }
 
   void OnWriteDone(bool ok) override;
@@ -64,19 +80,25 @@ class StreamCall final : public grpc::ServerWriteReactor<v1::StreamResponse>, pr
   /// Sends the next message, or ends. True when there is more to fill.
   bool send() noexcept;
   void write_next();
+  /// Makes the message bytes, and gives back the memory of a large one.
+  void serialize();
   void end(const grpc::Status& status);
 
   Host& host_;
   CallLog log_;
+  Ticket ticket_;
   std::optional<SessionLease> session_;
   const std::vector<std::size_t> fields_;
   const Sampling::Range range_;
   const bool checksum_;
+  const bool large_;  ///< a sample alone fills two batches
+  MemoryLease memory_;
   Pool& pool_;
   std::optional<Sampling> sampling_;
   Batch batch_;                 // being filled
   StreamMessages messages_;     // of the batch before, to be written
-  v1::StreamResponse message_;  // being written
+  v1::StreamResponse message_;  // to be written next
+  grpc::ByteBuffer bytes_;      // being written
   bool priced_ = false;
   std::optional<grpc::Status> error_;
   std::atomic<bool> cancelled_ = false;
@@ -90,8 +112,10 @@ class StreamCall final : public grpc::ServerWriteReactor<v1::StreamResponse>, pr
 
 bool StreamCall::run_slice() noexcept {
   try {
-    if (work()) return true;
-    if (still_writing() && sampling_) sampling_->rest();
+    const bool more = work();
+    // While others have their turn, or the reader: a simulation of large N would wait with it.
+    if (sampling_ && (more || still_writing())) sampling_->rest();
+    if (more) return true;
   } catch (...) {
     error_ = errors::from_current_exception();
   }
@@ -125,7 +149,7 @@ bool StreamCall::fill() {
   } else {
     sampling_->fill(batch_, stop_.get_token());
   }
-  return batch_.size() == 0 && !sampling_->done();
+  return batch_.size() == 0 && !sampling_->full(batch_) && !sampling_->done();
 }
 
 bool StreamCall::send() noexcept {
@@ -138,17 +162,18 @@ bool StreamCall::send() noexcept {
     end(*error_);
     return false;
   }
-  const bool more = !messages_.empty();
+  bool more = !messages_.empty();
   if (!more && sampling_->done()) {
     end(grpc::Status::OK);
     return false;
   }
+  more = more || large_;
   {
     const std::lock_guard lock(mutex_);
     writing_ = true;
     resting_ = more;
   }
-  StartWrite(&message_);
+  StartWrite(&bytes_);
   return !more;
 }
 
@@ -161,15 +186,27 @@ void StreamCall::write_next() {
   } else {
     messages_.next(message_);
   }
-  if (!messages_.empty()) sampling_->rest();
+  if (large_ || !messages_.empty()) sampling_->rest();
   const Cursor& cursor = sampling_->cursor();
   message_.set_computed_steps(cursor.computed_steps());
-  if (!std::exchange(priced_, true))
+  if (!std::exchange(priced_, true)) {
     to_proto(sampling_->work(), sampling_->bytes(), bound_of_steps(**session_),
              message_.mutable_price());
+    message_.mutable_price()->set_memory_bytes((*session_)->simulation_bytes() + memory_.bytes());
+  }
   if (messages_.empty() && sampling_->done())
     to_proto(cursor, (*session_)->scene(), message_.mutable_run_status());
   if (checksum_) message_.set_checksum(wire::checksum(message_));
+  serialize();
+}
+
+void StreamCall::serialize() {
+  bytes_.Clear();
+  bool own = false;
+  const grpc::Status status =
+      grpc::SerializationTraits<v1::StreamResponse>::Serialize(message_, &bytes_, &own);
+  if (!status.ok()) throw std::bad_alloc();
+  if (large_) message_ = {};
 }
 
 void StreamCall::OnWriteDone(bool ok) {
@@ -180,7 +217,8 @@ void StreamCall::OnWriteDone(bool ok) {
     if (!std::exchange(resting_, false)) return;
   }
   if (cancelled_ && !error_) error_ = errors::cancelled();
-  if (send()) pool_.submit(this);
+  const bool is_next = !error_ && messages_.empty() && batch_.size() == 0;
+  if (is_next || send()) pool_.submit(this);
 }
 
 void StreamCall::end(const grpc::Status& status) {
@@ -188,18 +226,15 @@ void StreamCall::end(const grpc::Status& status) {
   sampling_.reset();
   session_.reset();
   if (status.ok()) {
-    StartWriteAndFinish(&message_, grpc::WriteOptions(), status);
+    StartWriteAndFinish(&bytes_, grpc::WriteOptions(), status);
   } else {
     Finish(status);
   }
 }
 
-/// A call that is refused.
-class RefusedStream final : public grpc::ServerWriteReactor<v1::StreamResponse> {
- public:
-  explicit RefusedStream(const grpc::Status& status) { Finish(status); }
-  void OnDone() override { delete this; }
-};
+bool parse(grpc::ByteBuffer bytes, v1::StreamRequest& message) {
+  return grpc::SerializationTraits<v1::StreamRequest>::Deserialize(&bytes, &message).ok();
+}
 
 grpc::Status check_range(const v1::StreamRequest& request) {
   if (const auto status = check_step("from", request.from()); !status.ok()) return status;
@@ -215,25 +250,28 @@ grpc::Status check_range(const v1::StreamRequest& request) {
 
 }  // namespace
 
-grpc::ServerWriteReactor<v1::StreamResponse>* Service::Stream(Context* context,
-                                                              const v1::StreamRequest* request) {
+grpc::ServerWriteReactor<grpc::ByteBuffer>* Service::Stream(Context* context,
+                                                            const grpc::ByteBuffer* bytes) {
+  v1::StreamRequest message;
+  const bool parsed = parse(*bytes, message);
+  const v1::StreamRequest* const request = &message;
   CallLog log = open(context, "Stream", request->session_id());
-  const auto refuse =
-      [&](const grpc::Status& status) -> grpc::ServerWriteReactor<v1::StreamResponse>* {
-    log.finish(status);
-    return new RefusedStream(status);
+  const auto refuse = [&](const grpc::Status& status) {
+    return new RefusedStream<grpc::ByteBuffer>(log, status);
   };
   try {
+    if (!parsed) return refuse(errors::invalid("request", "no StreamRequest", "must be one"));
     auto session = find_session(host_, *context, request->session_id());
     if (!session) return refuse(session.error());
     if (const auto status = check_range(*request); !status.ok()) return refuse(status);
     auto fields = select_fields(**session, request->fields());
     if (!fields) return refuse(errors::invalid(fields.error()));
-    return new StreamCall(
-        host_, std::move(log), *std::move(session), *std::move(fields),
-        {request->from(), request->to(), std::max<std::int64_t>(request->every(), 1),
-         request->checkpoint_every(), request->return_checkpoint()},
-        *request);
+    const Sampling::Range range{request->from(), request->to(),
+                                std::max<std::int64_t>(request->every(), 1),
+                                request->checkpoint_every(), request->return_checkpoint()};
+    MemoryLease memory(host_.memory, stream_memory(**session, *fields, range.checkpoints()));
+    return new StreamCall(host_, std::move(log), *std::move(session), *std::move(fields), range,
+                          *request, std::move(memory));
   } catch (...) {
     return refuse(errors::from_current_exception());
   }

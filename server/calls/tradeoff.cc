@@ -2,22 +2,30 @@
 
 #include "server/calls/service.h"
 #include "server/calls/sliced_stream.h"
+#include "server/pricing/memory_price.h"
 
 namespace stiefel::server {
 
 grpc::ServerWriteReactor<v1::MeasureTradeoffResponse>* Service::MeasureTradeoff(
     Context* context, const v1::MeasureTradeoffRequest* request) {
-  const auto answer = std::make_shared<TradeoffAnswer>(*request);
-  return new SlicedStream<v1::MeasureTradeoffResponse>(
-      host_, host_.searches, open(context, "MeasureTradeoff"),
-      [answer](const std::stop_token& stop,
-               v1::MeasureTradeoffResponse& response) -> std::expected<bool, grpc::Status> {
-        const auto status = answer->next(stop, response);
-        // What was measured up to a stop says nothing.
-        if (stop.stop_requested()) return std::unexpected(errors::shutting_down());
-        if (!status.ok()) return std::unexpected(status);
-        return answer->done();
-      });
+  CallLog log = open(context, "MeasureTradeoff");
+  try {
+    const auto memory =
+        std::make_shared<const MemoryLease>(host_.memory, tradeoff_memory(*request));
+    const auto answer = std::make_shared<TradeoffAnswer>(*request);
+    return new SlicedStream<v1::MeasureTradeoffResponse>(
+        host_, host_.searches, std::move(log),
+        [memory, answer](const std::stop_token& stop, v1::MeasureTradeoffResponse& response)
+            -> std::expected<bool, grpc::Status> {
+          const auto status = answer->next(stop, response);
+          // What was measured up to a stop says nothing.
+          if (stop.stop_requested()) return std::unexpected(errors::shutting_down());
+          if (!status.ok()) return std::unexpected(status);
+          return answer->done();
+        });
+  } catch (...) {
+    return new RefusedStream<v1::MeasureTradeoffResponse>(log, errors::from_current_exception());
+  }
 }
 
 }  // namespace stiefel::server

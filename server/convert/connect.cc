@@ -7,6 +7,7 @@
 #include "proto/checksum/checksum.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
+#include "server/convert/price.h"
 #include "server/convert/reply_limits.h"
 
 namespace stiefel::server {
@@ -134,6 +135,13 @@ std::optional<grpc::Status> check(TwoPointProblem problem, std::size_t pair) {
   return answer ? std::nullopt : fault(answer.error(), pair);
 }
 
+std::uint64_t trajectory_bytes(const TwoPointProblem& problem, const ConnectTask& task) {
+  const int samples = task.steps > 0 ? task.steps : task.samples;
+  return samples > 0 ? sizeof(double) * static_cast<std::uint64_t>(samples + 1) *
+                           static_cast<std::uint64_t>(problem.Q_0.size())
+                     : 0;
+}
+
 v1::Field to_field(const std::vector<Eigen::MatrixXd>& frames) {
   v1::Field out;
   out.set_name("Q");
@@ -179,6 +187,8 @@ grpc::Status ConnectAnswer::join(const std::stop_token& stop, v1::ConnectRespons
     run_status.outcome = Outcome::cancelled;
   }
   to_proto(run_status, response.mutable_run_status());
+  to_proto(problem.most_work, trajectory_bytes(problem, task_), v1::PRICE_BOUND_AT_MOST,
+           response.mutable_price());
   ++pair_;
   return grpc::Status::OK;
 }

@@ -2,14 +2,29 @@
 
 #include <algorithm>
 
+#include "engine/linalg/arithmetic/to_text.h"
 #include "proto/checksum/checksum.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
+#include "server/convert/price.h"
 #include "server/convert/reply_limits.h"
 #include "server/convert/resolve.h"
 #include "server/convert/scene_view.h"
+#include "stiefel/stop.h"
+#include "stiefel/tradeoff.h"
 
 namespace stiefel::server {
+
+namespace {
+
+/// The most operations that a conversion may take, of a scene with N × N matrices: 100 Schur
+/// decompositions. A branch that has to be followed to the edge of its domain takes about 50.
+double most_work(const Scene& scene) {
+  const double N = scene.dimension();
+  return 1e4 * N * N * N + 1e6;
+}
+
+}  // namespace
 
 grpc::Status refused(const ConversionRefusal& refusal) {
   if (const auto* violations = std::get_if<Violations>(&refusal))
@@ -24,7 +39,19 @@ grpc::Status ConversionAnswer::convert(v1::ConvertResponse& response) {
   ConversionTarget target{request_.to()};
   if (request_.has_epsilon()) target.epsilon = request_.epsilon();
   if (request_.has_parameter()) target.parameter = request_.parameter();
-  const auto converted = stiefel::convert(scene, target);
+  const std::stop_token never;
+  const StopScope cap(never, most_work(scene));
+  const auto converted = [&] {
+    try {
+      return stiefel::convert(scene, target);
+    } catch (const Stopped&) {
+      if (!cap.used_up()) throw;
+      return std::expected<Conversion, ConversionRefusal>(std::unexpected(Violations{
+          {"to", target.name, "takes more than " + to_text(most_work(scene)) + " operations"}}));
+    }
+  }();
+  to_proto(most_work(scene) + (resolution.choice ? Choice::most_work : 0), 0,
+           v1::PRICE_BOUND_AT_MOST, response.mutable_price());
   if (!converted) return refused(converted.error());
   if (converted->scene) {
     const SceneDescription& result = converted->scene->description();

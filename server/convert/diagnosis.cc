@@ -12,6 +12,7 @@
 #include "stiefel/catalogue.h"
 #include "stiefel/diagnosis.h"
 #include "stiefel/error_estimate.h"
+#include "stiefel/stop.h"
 
 namespace stiefel::server {
 namespace {
@@ -108,12 +109,14 @@ OrStatus<DiagnoseTask> DiagnoseTask::read(const Session& session,
     task.invariants.push_back(name);
   }
   for (int i = 0; i < request.forms_size(); ++i) {
+    stop_point();
     const auto& form = request.forms(i);
     const std::string path = indexed("forms", i);
     task.forms.push_back({form.form(), task.vector(path + ".first", form.first()),
                           task.vector(path + ".second", form.second())});
   }
   for (int i = 0; i < request.dirac_brackets_size(); ++i) {
+    stop_point();
     const auto& bracket = request.dirac_brackets(i);
     const std::string path = indexed("dirac_brackets", i);
     task.brackets.push_back({task.factors(path + ".first", bracket.first()),
@@ -148,6 +151,36 @@ bool DiagnoseTask::takes_long() const {
   const Parts& task = *parts_;
   return task.estimate_error != v1::ERROR_ESTIMATION_UNSPECIFIED || task.symplectic || task.large ||
          task.forms.size() + task.brackets.size() > few;
+}
+
+namespace {
+
+/// Of an invariant's name or family, or of none at all.
+bool asks_for(const std::vector<std::string>& invariants, std::string_view family, bool unasked) {
+  if (invariants.empty()) return unasked;
+  return std::ranges::any_of(invariants,
+                             [&](const std::string& name) { return name.starts_with(family); });
+}
+
+}  // namespace
+
+double DiagnoseTask::work(const Session& session) const {
+  // In products of N x N matrices: norms, Casimirs and momenta of both states; a form; a bracket.
+  constexpr double of_state = 200, of_form = 40, of_bracket = 250, steps_of_pair = 12;
+  const Parts& task = *parts_;
+  const Scene& scene = session.scene();
+  const double N = scene.dimension(), product = N * N * N;
+  double of_each = of_state * product;
+  if (asks_for(task.invariants, "manakov", N <= small_dimension)) of_each += N * N * product;
+  double work = of_each * std::max(1.0, static_cast<double>(scene.members().size()));
+  work += static_cast<double>(task.forms.size()) * of_form * product;
+  for (const Bracket& bracket : task.brackets)
+    work += of_bracket * product +
+            static_cast<double>(bracket.first.factors.size() + bracket.second.factors.size()) * 6 *
+                N * N;
+  if (task.symplectic) work += steps_of_pair * task.symplectic->pairs() * session.work(0, 1);
+  if (task.estimate_error != v1::ERROR_ESTIMATION_UNSPECIFIED) work += most_estimate_work;
+  return work;
 }
 
 namespace {
@@ -205,8 +238,9 @@ grpc::Status DiagnoseTask::answer(const Session& session, const Cursor& cursor,
   response->set_step(cursor.step());
   response->set_time(scene.time(cursor.step()));
   response->set_computed_steps(cursor.computed_steps());
-  to_proto(session.work(cursor.start(), cursor.step()), 0, v1::PRICE_BOUND_AT_LEAST,
+  to_proto(session.work(cursor.start(), cursor.step()) + work(session), 0, bound_of_steps(session),
            response->mutable_price());
+  response->mutable_price()->set_memory_bytes(session.simulation_bytes() / 2 * 3);
   Diagnosis diagnosis = diagnose(scene, now, task.invariants, stop);
   shorten(task.max_invariants, diagnosis.invariants, response);
   to_proto(diagnosis, response);

@@ -12,12 +12,16 @@ namespace stiefel::server {
 /// What a Diagnose asks for, once its names and shapes are checked.
 class DiagnoseTask {
  public:
+  /// Throws Stopped (stiefel/stop.h).
   static OrStatus<DiagnoseTask> read(const Session& session, const v1::DiagnoseRequest& request);
   DiagnoseTask(DiagnoseTask&&) noexcept;
   ~DiagnoseTask();
 
   /// Whether the answer may be long work without slices.
   bool takes_long() const;
+
+  /// Units of work of the answer beside the steps, predicted by its matrix products.
+  double work(const Session& session) const;
 
   /// The answer at the step where the cursor ended.
   grpc::Status answer(const Session& session, const Cursor& cursor, const std::stop_token& stop,

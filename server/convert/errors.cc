@@ -1,5 +1,7 @@
 #include "server/convert/errors.h"
 
+#include <google/protobuf/util/time_util.h>
+
 #include <algorithm>
 #include <exception>
 #include <initializer_list>
@@ -8,6 +10,7 @@
 
 #include "engine/linalg/arithmetic/to_text.h"
 #include "server/convert/reply_limits.h"
+#include "stiefel/stop.h"
 
 namespace stiefel::server::errors {
 namespace {
@@ -15,7 +18,7 @@ namespace {
 // Status and details travel in trailers, of which clients accept 8 KiB.
 constexpr std::size_t max_text = 200;
 constexpr std::size_t max_total = 2000;
-constexpr int seconds_to_a_free_session = 1;
+constexpr int seconds_to_a_free_session = 1, seconds_to_free_memory = 1;
 
 /// Cuts at a character, never inside one.
 std::string shortened(std::string_view text) {
@@ -103,6 +106,12 @@ grpc::Status session_not_found(std::string_view id, const char* field) {
               "SESSION_NOT_FOUND", {{"session_id", id}});
 }
 
+grpc::Status session_deleted(std::string_view id, const char* field) {
+  return info(grpc::NOT_FOUND,
+              std::string(field) + ": " + shortened(id) + ": this session was deleted",
+              "SESSION_DELETED", {{"session_id", id}});
+}
+
 grpc::Status session_has_other_scene(std::string_view id) {
   return info(grpc::ALREADY_EXISTS,
               "session_id: " + shortened(id) + ": there is a session of this id with another scene",
@@ -123,6 +132,42 @@ grpc::Status too_many_sessions(std::uint32_t max_sessions) {
   retry.mutable_retry_delay()->set_seconds(seconds_to_a_free_session);
   add_detail("RetryInfo", retry, status);
   return make(grpc::RESOURCE_EXHAUSTED, message, std::move(status));
+}
+
+grpc::Status over_quota(const Refusal& refusal) {
+  const std::string most = to_text(refusal.most), asked = to_text(refusal.asked);
+  const std::string description = "at most " + most + ", this call would make it " + asked;
+  const bool may_wait = refusal.retry_after.count() > 0;
+  v1::Status status;
+  add_info("OVER_QUOTA", {{"limit", refusal.limit}, {"most", most}, {"asked", asked}}, status);
+  v1::QuotaFailure quota;
+  quota.add_violations()->set_subject(refusal.limit);
+  quota.mutable_violations(0)->set_description(description);
+  add_detail("QuotaFailure", quota, status);
+  if (may_wait) {
+    v1::RetryInfo retry;
+    *retry.mutable_retry_delay() =
+        google::protobuf::util::TimeUtil::MillisecondsToDuration(refusal.retry_after.count());
+    add_detail("RetryInfo", retry, status);
+  }
+  const std::string advice =
+      may_wait ? ": wait " + std::to_string(refusal.retry_after.count()) + " ms" : ": ask for less";
+  return make(grpc::RESOURCE_EXHAUSTED, std::string(refusal.limit) + ": " + description + advice,
+              std::move(status));
+}
+
+std::optional<std::chrono::milliseconds> retry_delay(const grpc::Status& status) {
+  v1::Status details;
+  if (!details.ParseFromString(status.error_details())) return std::nullopt;
+  for (const auto& any : details.details()) {
+    v1::RetryInfo retry;
+    if (!any.type_url().ends_with("/google.rpc.RetryInfo") || !retry.ParseFromString(any.value()))
+      continue;
+    const std::chrono::nanoseconds delay = std::chrono::seconds(retry.retry_delay().seconds()) +
+                                           std::chrono::nanoseconds(retry.retry_delay().nanos());
+    return std::chrono::ceil<std::chrono::milliseconds>(delay);
+  }
+  return std::nullopt;
 }
 
 grpc::Status checkpoint_of_other_numerics(std::string_view theirs, std::string_view ours) {
@@ -190,6 +235,41 @@ grpc::Status out_of_memory() {
   }
 }
 
+grpc::Status not_written(const WriteFault& fault) {
+  const std::string reason = ": " + shortened(fault.what);
+  switch (fault.kind) {
+    case WriteFault::Kind::full:
+      return info(grpc::RESOURCE_EXHAUSTED, "there is no space in the store" + reason,
+                  "STORE_FULL");
+    case WriteFault::Kind::unavailable:
+      return info(grpc::UNAVAILABLE, "the store does not take it now" + reason,
+                  "STORE_UNAVAILABLE");
+    case WriteFault::Kind::damaged:
+      return info(grpc::INTERNAL, "the store is damaged" + reason, "STORE_DAMAGED");
+    case WriteFault::Kind::out_of_memory:
+      break;
+  }
+  return out_of_memory();
+}
+
+grpc::Status memory_exhausted(const MemoryExhausted& exhausted) {
+  const std::string bytes = std::to_string(exhausted.bytes());
+  const std::string free = std::to_string(exhausted.free());
+  const std::string limit = std::to_string(exhausted.limit());
+  v1::Status status;
+  add_info("MEMORY_LIMIT", {{"bytes", bytes}, {"free", free}, {"limit", limit}}, status);
+  v1::QuotaFailure quota;
+  quota.add_violations()->set_subject("memory");
+  quota.mutable_violations(0)->set_description(exhausted.what());
+  add_detail("QuotaFailure", quota, status);
+  if (exhausted.can_ever_fit()) {
+    v1::RetryInfo retry;
+    retry.mutable_retry_delay()->set_seconds(seconds_to_free_memory);
+    add_detail("RetryInfo", retry, status);
+  }
+  return make(grpc::RESOURCE_EXHAUSTED, exhausted.what(), std::move(status));
+}
+
 grpc::Status internal(std::string_view what) {
   return info(grpc::INTERNAL, shortened(what), "INTERNAL_ERROR");
 }
@@ -206,6 +286,10 @@ grpc::Status from_current_exception() {
     throw;
   } catch (const std::bad_alloc&) {
     return out_of_memory();
+  } catch (const Stopped&) {
+    return cancelled();
+  } catch (const MemoryExhausted& exhausted) {
+    return memory_exhausted(exhausted);
   } catch (const std::exception& exception) {
     return internal(exception.what());
   } catch (...) {

@@ -2,11 +2,16 @@
 
 #include <grpcpp/support/status.h>
 
+#include <chrono>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 
 #include "engine/representations/outside_domain.h"
+#include "server/limits/memory_budget.h"
+#include "server/scheduling/quota.h"
+#include "server/sessions/ledger.h"
 #include "server/sessions/session.h"
 #include "stiefel/scene.h"
 #include "stiefel/v1/error.pb.h"
@@ -16,16 +21,24 @@
 namespace stiefel::server::errors {
 
 /// INVALID_ARGUMENT: "field: value: rule", and the same as a BadRequest; with the reason of a fault
-/// that has one: TOLERANCE_NOT_MET with `tolerance`, `best_error` and `best_method`.
+/// that has one: TOLERANCE_NOT_MET with `tolerance`, `most_work` and, where they are
+/// known, `best_error`, `best_method` and `reference_work`.
 grpc::Status invalid(const Violations& violations);
 grpc::Status invalid(std::string field, std::string value, std::string rule);
 /// NOT_FOUND, SESSION_NOT_FOUND with `session_id`.
 grpc::Status session_not_found(std::string_view id, const char* field = "session_id");
+/// NOT_FOUND, SESSION_DELETED with `session_id`: nobody is to create it again.
+grpc::Status session_deleted(std::string_view id, const char* field = "session_id");
 /// ALREADY_EXISTS, SESSION_HAS_OTHER_SCENE with `session_id`.
 grpc::Status session_has_other_scene(std::string_view id);
 /// RESOURCE_EXHAUSTED, TOO_MANY_SESSIONS with `max_sessions`; a QuotaFailure, and a RetryInfo: a
 /// session may expire or be deleted by then.
 grpc::Status too_many_sessions(std::uint32_t max_sessions);
+/// RESOURCE_EXHAUSTED, OVER_QUOTA with `limit`, `most` and `asked`; a QuotaFailure whose subject is
+/// the limit, and a RetryInfo unless waiting does not help.
+grpc::Status over_quota(const Refusal& refusal);
+/// The delay of a status's RetryInfo, if it has one, rounded up.
+std::optional<std::chrono::milliseconds> retry_delay(const grpc::Status& status);
 /// FAILED_PRECONDITION, CHECKPOINT_OF_OTHER_NUMERICS with `checkpoint_numerics_id` and
 /// `server_numerics_id`.
 grpc::Status checkpoint_of_other_numerics(std::string_view theirs, std::string_view ours);
@@ -45,10 +58,16 @@ grpc::Status token_missing();
 /// UNAUTHENTICATED, TOKEN_UNKNOWN: what it has there is no token of this server, or one that was
 /// withdrawn.
 grpc::Status token_unknown();
-/// CANCELLED: the caller went away.
+/// CANCELLED: the caller went away; also for Stopped (stop.h).
 grpc::Status cancelled();
 /// RESOURCE_EXHAUSTED, OUT_OF_MEMORY.
 grpc::Status out_of_memory();
+/// A session or its deletion is not on disk: RESOURCE_EXHAUSTED, STORE_FULL or OUT_OF_MEMORY;
+/// UNAVAILABLE, STORE_UNAVAILABLE, when it may be a moment later; INTERNAL, STORE_DAMAGED.
+grpc::Status not_written(const WriteFault& fault);
+/// RESOURCE_EXHAUSTED, MEMORY_LIMIT with `bytes`, `free` and `limit`; a QuotaFailure of `memory`,
+/// and a RetryInfo if the bytes fit when others are given back.
+grpc::Status memory_exhausted(const MemoryExhausted& exhausted);
 /// INTERNAL, INTERNAL_ERROR: a fault of ours.
 grpc::Status internal(std::string_view what);
 

@@ -22,6 +22,8 @@ std::optional<ChosenMethod> take_choice(SceneDescription& resolved) {
 
 bool wants_choice(const v1::Scene& scene) { return scene.has_tolerance() && !scene.has_method(); }
 
+double most_choice_work() { return Choice::most_work; }
+
 OrStatus<ResolvedScene> read_scene(bool present, const v1::Scene& scene, const char* field) {
   if (!present) return std::unexpected(errors::invalid(field, "absent", "must be given"));
   const auto place = Place::inside(field);

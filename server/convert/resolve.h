@@ -26,4 +26,7 @@ OrStatus<ResolvedScene> read_scene(bool present, const v1::Scene& scene,
 /// Whether to resolve it is about a second's work, without slices.
 bool wants_choice(const v1::Scene& scene);
 
+/// The most units of work that it then takes for the choice.
+double most_choice_work();
+
 }  // namespace stiefel::server

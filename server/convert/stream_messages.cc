@@ -11,7 +11,7 @@ void StreamMessages::add_scene(const SceneDescription& resolved) {
 }
 
 void StreamMessages::pack(const Session& session, const std::vector<std::size_t>& fields,
-                          Batch& batch, std::string checkpoint, v1::StreamResponse& message) {
+                          Batch& batch, EncodedCheckpoint checkpoint, v1::StreamResponse& message) {
   message.mutable_steps()->Assign(batch.steps.begin(), batch.steps.end());
   message.mutable_times()->Assign(batch.times.begin(), batch.times.end());
   message.clear_sample_continues();
@@ -30,7 +30,10 @@ void StreamMessages::pack(const Session& session, const std::vector<std::size_t>
   }
   checkpoint_ = std::move(checkpoint);
   checkpoint_sent_ = 0;
-  if (batch.size() == 0) return;
+  if (batch.size() == 0) {
+    if (!empty()) next(message);
+    return;
+  }
   step_ = batch.steps.back();
   time_ = batch.times.back();
   if (batch.size() > 1 || sample_bytes(session, fields) <= max_reply_bytes) return;
@@ -47,19 +50,20 @@ void StreamMessages::next(v1::StreamResponse& message) {
     message.add_times(time_);
     sample_.take(part_bytes, message.mutable_fields());
     message.set_sample_continues(!sample_.empty());
-  } else if (!checkpoint_.empty()) {
+  } else if (!checkpoint_.bytes.empty()) {
     next_checkpoint_part(message);
   }
 }
 
 void StreamMessages::next_checkpoint_part(v1::StreamResponse& message) {
   v1::CheckpointPart& part = *message.mutable_checkpoint();
-  part.set_step(step_);
-  part.set_size(checkpoint_.size());
+  const std::string& bytes = checkpoint_.bytes;
+  part.set_step(checkpoint_.step);
+  part.set_size(bytes.size());
   part.set_offset(checkpoint_sent_);
-  part.set_data(checkpoint_.substr(checkpoint_sent_, part_bytes));
+  part.set_data(bytes.substr(checkpoint_sent_, part_bytes));
   checkpoint_sent_ += part.data().size();
-  if (checkpoint_sent_ == checkpoint_.size()) checkpoint_.clear();
+  if (checkpoint_sent_ == bytes.size()) checkpoint_ = {};
 }
 
 }  // namespace stiefel::server

@@ -10,19 +10,22 @@
 namespace stiefel::server {
 
 /// The messages of a stream, in their order: arrays of the scene; a batch of samples, or one sample
-/// in parts; the checkpoint of the last of them. Each has at most `max_reply_bytes` of arrays.
+/// in parts; the checkpoint of the last of them, or of a state between samples. Each has at most
+/// `max_reply_bytes` of arrays.
 class StreamMessages {
  public:
   /// The arrays of a scene. Before the first batch.
   void add_scene(const SceneDescription& resolved);
   /// Writes the first message of a batch, which is not to be filled further, over `message`, whose
-  /// memory the next batch gets. `checkpoint`: of the last sample, if there is one. Everything
-  /// before must have been taken.
+  /// memory the next batch gets. `checkpoint`: what follows the samples, without bytes if
+  /// nothing does. Everything before must have been taken.
   void pack(const Session& session, const std::vector<std::size_t>& fields, Batch& batch,
-            std::string checkpoint, v1::StreamResponse& message);
+            EncodedCheckpoint checkpoint, v1::StreamResponse& message);
 
   /// Whether nothing is left for `next`.
-  bool empty() const { return scene_arrays_.empty() && sample_.empty() && checkpoint_.empty(); }
+  bool empty() const {
+    return scene_arrays_.empty() && sample_.empty() && checkpoint_.bytes.empty();
+  }
   /// Writes what comes next over `message`.
   void next(v1::StreamResponse& message);
 
@@ -33,7 +36,7 @@ class StreamMessages {
   Parts sample_;  ///< a sample that is too large for a message
   std::int64_t step_ = 0;
   double time_ = 0;
-  std::string checkpoint_;
+  EncodedCheckpoint checkpoint_;
   std::size_t checkpoint_sent_ = 0;
 };
 

@@ -4,6 +4,7 @@
 
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
+#include "server/convert/price.h"
 #include "server/sessions/numerics_id.h"
 
 namespace stiefel::server {
@@ -32,6 +33,7 @@ void to_proto(const TradeoffSetup& setup, v1::TradeoffSetup* out) {
   out->set_budget(setup.budget);
   out->set_repeats(static_cast<std::uint32_t>(setup.repeats));
   out->set_curves(static_cast<std::uint32_t>(setup.curves));
+  server::to_proto(setup.budget, 0, v1::PRICE_BOUND_AT_MOST, out->mutable_price());
 }
 
 void to_proto(const TradeoffPoint& point, v1::TradeoffPoint* out) {

@@ -1,5 +1,6 @@
 #include "server/sessions/checkpoints.h"
 
+#include <algorithm>
 #include <iterator>
 #include <utility>
 
@@ -46,6 +47,19 @@ void Checkpoints::thin() {
 Checkpoints::Nearest Checkpoints::nearest(std::int64_t step) const {
   const auto found = std::prev(saved_.upper_bound(step));
   return {found->first, found->second};
+}
+
+std::size_t Checkpoints::computed() const {
+  const std::size_t fixed = saved_.contains(0) + (adopted_ && *adopted_ != 0);
+  return saved_.size() - std::min(saved_.size(), fixed);
+}
+
+void Checkpoints::shed() {
+  std::erase_if(saved_, [this](const auto& entry) {
+    const bool drop = entry.first != 0 && entry.first != adopted_;
+    if (drop) bytes_ -= bytes(entry.second);
+    return drop;
+  });
 }
 
 std::vector<std::int64_t> Checkpoints::steps() const {

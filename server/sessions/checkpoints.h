@@ -39,6 +39,11 @@ class Checkpoints {
   std::int64_t spacing() const { return spacing_; }
   std::vector<std::int64_t> steps() const;
 
+  /// How many can be computed again: all but step 0 and the adopted one.
+  std::size_t computed() const;
+  /// Drops them.
+  void shed();
+
  private:
   void thin();
 

@@ -15,16 +15,16 @@ constexpr std::size_t least_to_rest = 8192;
 
 void Cursor::rest() {
   if (!simulation_ || session_->saved_size() < least_to_rest) return;
+  rested_ = session_->keep(*simulation_);
+  if (!rested_) return;
   rested_at_ = simulation_->step();
-  rested_.resize(session_->saved_size());
-  simulation_->save(rested_);
   session_->give_back(std::move(simulation_));
 }
 
 void Cursor::wake() {
   if (simulation_) return;
-  simulation_ = session_->lease_at(rested_at_, rested_);
-  rested_ = {};
+  simulation_ = session_->lease_at(rested_at_, *rested_);
+  rested_.reset();
 }
 
 void Cursor::end(const RunStatus& run_status) {

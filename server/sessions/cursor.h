@@ -34,9 +34,10 @@ class Cursor {
     end(RunStatus{Outcome::cancelled, std::nullopt});
   }
 
-  /// Gives the simulation back while the reader is not ready, and keeps only its state: a
-  /// simulation of large N has many times as many numbers. `advance` and `cancel` take one up
-  /// again; until then there is neither `simulation` nor `step`.
+  /// Gives the simulation back while the reader is not ready or another call has the processor, and
+  /// keeps only its state: a simulation of large N has many times as many numbers. `advance` and
+  /// `cancel` take one up again; until then there is neither `simulation` nor `step`. Small
+  /// simulations stay.
   void rest();
 
   const RunStatus& run_status() const { return run_status_; }
@@ -61,7 +62,7 @@ class Cursor {
   std::unique_ptr<Simulation> simulation_;
   std::int64_t start_;
   std::int64_t rested_at_ = 0;
-  std::vector<double> rested_;  // the state while there is no simulation
+  Saved rested_;  // the state while there is no simulation
   std::int64_t mark_;
   std::int64_t computed_ = 0;
   RunStatus run_status_;

@@ -4,39 +4,70 @@
 #include <utility>
 
 namespace stiefel::server {
+namespace {
+
+/// One name for both. No id has a NUL, so that no two pairs have one.
+std::string tombstone(const Principal& principal, std::string_view id) {
+  return principal.name + '\0' + std::string(id);
+}
+
+}  // namespace
 
 Registry::Registry(std::uint32_t max_sessions, std::chrono::milliseconds idle_timeout, Clock clock,
-                   std::shared_ptr<const CheckpointKeys> keys)
+                   std::shared_ptr<const CheckpointKeys> keys, MemoryBudget& memory)
     : max_sessions_(max_sessions),
       idle_timeout_(idle_timeout),
       clock_(std::make_shared<const Clock>(clock ? std::move(clock)
                                                  : Clock(&std::chrono::steady_clock::now))),
-      keys_(std::move(keys)) {}
+      memory_(memory),
+      keys_(std::move(keys)) {
+  memory_.reclaim_with([this](std::uint64_t bytes) { shed(bytes); });
+}
+
+Registry::~Registry() { memory_.reclaim_with({}); }
 
 std::expected<Registry::Created, Registry::CreateError> Registry::create(
     const Principal& principal, const std::string& id, Scene scene, std::string_view checkpoint,
-    Resolution resolution) {
-  const auto fresh =
-      std::make_shared<Session>(id, std::move(scene), clock_, std::move(resolution), keys_);
+    Resolution resolution, bool recreate) {
+  const auto fresh = std::make_shared<Session>(id, std::move(scene), clock_, std::move(resolution),
+                                               keys_, memory_);
   if (auto fault = fresh->overflow()) return std::unexpected(*std::move(fault));
   bool ignored = false;
+  std::optional<Checkpoint> saved;
   if (!checkpoint.empty()) {
     auto decoded = decode_checkpoint(*fresh, checkpoint);
     ignored = !decoded && decoded.error().fault == CheckpointFault::foreign;
     if (!decoded && !ignored) return std::unexpected(std::move(decoded.error()));
-    if (decoded) fresh->adopt(decoded->step, std::move(decoded->saved));
+    if (decoded) saved = *std::move(decoded);
   }
+  // Taking memory may shed caches under the lock, so that no state is adopted with it.
+  if (saved) fresh->adopt(saved->step, saved->saved);
   SessionKey key{principal.name, id};
-  const std::lock_guard lock(mutex_);
+  std::unique_lock lock(mutex_);
   const auto found = sessions_.find(key);
   if (found != sessions_.end()) {
     if (found->second->identity() != fresh->identity())
       return std::unexpected(Conflict::other_scene);
-    return Created{SessionLease(found->second), false, ignored};
+    Created there{SessionLease(found->second), false, ignored, found->second->receipt()};
+    lock.unlock();
+    if (saved) there.session->adopt(saved->step, std::move(saved->saved));
+    return there;
   }
+  if (recreate && tombstones_.contains(tombstone(principal, id), (*clock_)()))
+    return std::unexpected(Conflict::deleted);
   if (sessions_.size() >= max_sessions_) return std::unexpected(Conflict::too_many);
-  sessions_.emplace(std::move(key), fresh);
-  return Created{SessionLease(fresh), true, ignored};
+  tombstones_.remove(tombstone(principal, id));
+  const auto place = sessions_.emplace(std::move(key), fresh).first;
+  fresh->belong_to(principal);
+  if (!ledger_) return Created{SessionLease(fresh), true, ignored};
+  try {
+    fresh->write_to(*ledger_);
+    fresh->written_by(ledger_->put(fresh));
+  } catch (...) {
+    sessions_.erase(place);
+    throw;
+  }
+  return Created{SessionLease(fresh), true, ignored, fresh->receipt()};
 }
 
 std::optional<SessionLease> Registry::find(const Principal& principal, std::string_view id) const {
@@ -46,15 +77,45 @@ std::optional<SessionLease> Registry::find(const Principal& principal, std::stri
   return SessionLease(found->second);
 }
 
-bool Registry::erase(const Principal& principal, std::string_view id) {
+Registry::Erased Registry::erase(const Principal& principal, std::string_view id) {
   std::shared_ptr<Session> dropped;
   const std::lock_guard lock(mutex_);
+  tombstones_.put(tombstone(principal, id), (*clock_)());
+  std::shared_ptr<Receipt> receipt;
+  if (ledger_) receipt = ledger_->erase(principal, std::string(id));
   const auto found = sessions_.find(SessionKeyLess::View(principal.name, id));
-  if (found == sessions_.end()) return false;
+  if (found == sessions_.end()) return {false, std::move(receipt)};
   dropped = std::move(found->second);
   dropped->close();
   sessions_.erase(found);
-  return true;
+  return {true, std::move(receipt)};
+}
+
+void Registry::write_to(Ledger& ledger) {
+  const std::lock_guard lock(mutex_);
+  ledger_ = &ledger;
+  for (const auto& [key, session] : sessions_) session->write_to(ledger);
+}
+
+void Registry::restore(std::shared_ptr<Session> session) {
+  const std::lock_guard lock(mutex_);
+  SessionKey key{session->owner().name, session->id()};
+  sessions_.emplace(std::move(key), std::move(session));
+}
+
+void Registry::drop(const Session& session) {
+  std::shared_ptr<Session> dropped;
+  const std::lock_guard lock(mutex_);
+  const auto found = sessions_.find(SessionKeyLess::View(session.owner().name, session.id()));
+  if (found == sessions_.end() || found->second.get() != &session) return;
+  dropped = std::move(found->second);
+  dropped->close();
+  sessions_.erase(found);
+}
+
+bool Registry::deleted(const Principal& principal, std::string_view id) const {
+  const std::shared_lock lock(mutex_);
+  return tombstones_.contains(tombstone(principal, id), (*clock_)());
 }
 
 std::vector<std::shared_ptr<const Session>> Registry::page(const Principal& principal,
@@ -78,14 +139,37 @@ std::size_t Registry::size() const {
 std::size_t Registry::expire() {
   std::vector<std::shared_ptr<Session>> dropped;
   const std::lock_guard lock(mutex_);
+  tombstones_.expire((*clock_)());
   std::erase_if(sessions_, [&](auto& entry) {
     Session& session = *entry.second;
     if (session.in_use() || session.idle_time() < idle_timeout_) return false;
+    if (ledger_) ledger_->erase({}, session.id());
     session.close();
     dropped.push_back(entry.second);
     return true;
   });
   return dropped.size();
+}
+
+void Registry::shed(std::uint64_t bytes) const {
+  struct Cache {
+    std::chrono::steady_clock::duration idle;
+    std::uint64_t bytes;
+    std::shared_ptr<Session> session;
+  };
+  std::vector<Cache> caches;
+  {
+    const std::shared_lock lock(mutex_);
+    for (const auto& [id, session] : sessions_)
+      if (const std::uint64_t cached = session->cached_bytes(); cached > 0)
+        caches.push_back({session->idle_time(), cached, session});
+  }
+  std::ranges::stable_sort(caches, std::greater(), &Cache::idle);
+  for (const Cache& cache : caches) {
+    cache.session->shed();
+    if (cache.bytes >= bytes) return;
+    bytes -= cache.bytes;
+  }
 }
 
 std::chrono::system_clock::time_point Registry::expire_time(const Session& session) const {

@@ -17,8 +17,10 @@
 #include <vector>
 
 #include "server/sessions/checkpoint_bytes.h"
+#include "server/sessions/ledger.h"
 #include "server/sessions/principal.h"
 #include "server/sessions/session.h"
+#include "server/sessions/tombstones.h"
 
 namespace stiefel::server {
 
@@ -42,28 +44,41 @@ struct SessionKeyLess {
 /// The sessions by their principals and ids. Thread-safe.
 class Registry {
  public:
-  /// `keys`: of the checkpoints; those of the process if null.
+  /// `keys`: of the checkpoints; those of the process if null. The caches of the sessions are given
+  /// up for whoever takes memory of the budget.
   Registry(std::uint32_t max_sessions, std::chrono::milliseconds idle_timeout, Clock clock,
-           std::shared_ptr<const CheckpointKeys> keys = nullptr);
+           std::shared_ptr<const CheckpointKeys> keys = nullptr,
+           MemoryBudget& memory = MemoryBudget::unlimited());
+  ~Registry();
 
   struct Created {
     SessionLease session;
     bool created;
     bool checkpoint_ignored = false;  ///< another server's key signed it: CheckpointFault::foreign
+    std::shared_ptr<Receipt> receipt = {};  ///< null without a ledger: nothing to wait for
   };
-  enum class Conflict { other_scene, too_many };
+  enum class Conflict { other_scene, too_many, deleted };
   using CreateError = std::variant<Conflict, CheckpointRefusal, Overflow>;
 
-  /// A new session, with what `checkpoint` holds in its cache unless that is empty; or the one of
-  /// that id, if its scene is the same. The checkpoint is checked in any case, and that the fields
-  /// at step 0 are finite numbers: no other is ever sent. A checkpoint that another server signed
-  /// is ignored.
+  /// A new session, or the principal's of that id, if its scene is the same; in its cache is what
+  /// `checkpoint` holds unless that is empty. The checkpoint is checked in any case, and that the
+  /// fields at step 0 are finite numbers: no other is ever sent. A checkpoint that another server
+  /// signed is ignored. With `recreate` no session comes back that was deleted within the idle
+  /// timeout. Throws MemoryExhausted.
   std::expected<Created, CreateError> create(const Principal& principal, const std::string& id,
                                              Scene scene, std::string_view checkpoint,
-                                             Resolution resolution = {});
+                                             Resolution resolution = {}, bool recreate = false);
   std::optional<SessionLease> find(const Principal& principal, std::string_view id) const;
-  /// False if there was none.
-  bool erase(const Principal& principal, std::string_view id);
+  struct Erased {
+    bool found;
+    std::shared_ptr<Receipt> receipt = {};  ///< null without a ledger
+    explicit operator bool() const { return found; }
+  };
+  /// The id counts as deleted whether it was there or not: a session of it may be on its way here
+  /// from another server.
+  Erased erase(const Principal& principal, std::string_view id);
+  /// Whether it was erased within the idle timeout, and not created anew.
+  bool deleted(const Principal& principal, std::string_view id) const;
   /// At most `count` of the principal's in the order of their ids, the first one after `after`.
   /// Looking renews nothing.
   std::vector<std::shared_ptr<const Session>> page(const Principal& principal,
@@ -75,6 +90,20 @@ class Registry {
   /// The time at which the session expires without further calls.
   std::chrono::system_clock::time_point expire_time(const Session& session) const;
 
+  /// Every change from now on is written to `ledger`, in its order; it must outlive the calls.
+  void write_to(Ledger& ledger);
+  /// Whether there is a ledger.
+  bool durable() const { return ledger_ != nullptr; }
+  /// Before there is a ledger: a session that is in it already, however many there are.
+  void restore(std::shared_ptr<Session> session);
+  /// Removes this session, unless another one has its name; the ledger does not learn of it.
+  void drop(const Session& session);
+  const std::shared_ptr<const Clock>& clock() const { return clock_; }
+  const std::shared_ptr<const CheckpointKeys>& keys() const { return keys_; }
+  MemoryBudget& memory() const { return memory_; }
+  /// Gives up about so many bytes of caches, of the sessions first that were not used for longest.
+  void shed(std::uint64_t bytes) const;
+
   std::uint32_t max_sessions() const { return max_sessions_; }
   std::chrono::milliseconds idle_timeout() const { return idle_timeout_; }
 
@@ -82,9 +111,12 @@ class Registry {
   const std::uint32_t max_sessions_;
   const std::chrono::milliseconds idle_timeout_;
   const std::shared_ptr<const Clock> clock_;
+  Ledger* ledger_ = nullptr;
+  MemoryBudget& memory_;
   mutable std::shared_mutex mutex_;
   const std::shared_ptr<const CheckpointKeys> keys_;
   std::map<SessionKey, std::shared_ptr<Session>, SessionKeyLess> sessions_;
+  Tombstones tombstones_{idle_timeout_};  // guarded by mutex_
 };
 
 /// The thread that calls `Registry::expire` a few times in every idle timeout.

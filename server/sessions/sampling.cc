@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/scheduling/slice.h"
 #include "server/sessions/checkpoint_bytes.h"
 #include "server/sessions/field_bytes.h"
-#include "server/sessions/pool.h"
 
 namespace stiefel::server {
 namespace {
@@ -26,21 +26,37 @@ Sampling::Sampling(Session& session, std::vector<std::size_t> fields, Range rang
       capacity_(std::max<std::size_t>(1, batch_bytes / sample_bytes(session, fields_))),
       next_(range.from),
       last_checkpoint_(range.from) {
+  if (range.checkpoint_every > 0 && range.from - cursor_.start() > range.checkpoint_every)
+    last_checkpoint_ = cursor_.start();
   const auto samples = (range.to - range.from) / range.every + 2;
   capacity_ = std::min(capacity_, static_cast<std::size_t>(samples));
 }
 
 void Sampling::fill(Batch& batch, const std::stop_token& stop) {
   std::int64_t budget = slice_steps(session_.step_cost());
-  while (!done_ && !full(batch) && cursor_.advance(next_, budget, stop)) {
+  while (!done_ && !full(batch) && cursor_.advance(target(), budget, stop)) {
+    if (cursor_.run_status().reached() && cursor_.step() < next_) {
+      checkpoint();
+      continue;
+    }
     sample(batch);
     if (!cursor_.run_status().reached() || next_ == range_.to) return end();
-    if (range_.checkpoint_every > 0 && last_ - last_checkpoint_ >= range_.checkpoint_every) {
-      last_checkpoint_ = last_;
-      checkpoint_ = encode_checkpoint(session_, cursor_.simulation());
-    }
+    if (range_.checkpoint_every > 0 && last_ - last_checkpoint_ >= range_.checkpoint_every)
+      checkpoint();
     next_ = range_.to - next_ > range_.every ? next_ + range_.every : range_.to;
   }
+}
+
+std::int64_t Sampling::target() const {
+  const std::int64_t every = range_.checkpoint_every;
+  const std::int64_t before = last_ < 0 ? cursor_.start() : last_;
+  if (every == 0 || next_ - before <= every || session_.direct()) return next_;
+  return std::min(next_, last_checkpoint_ + every);
+}
+
+void Sampling::checkpoint() {
+  last_checkpoint_ = cursor_.step();
+  checkpoint_ = {last_checkpoint_, encode_checkpoint(session_, cursor_.simulation())};
 }
 
 void Sampling::cancel(Batch& batch) {
@@ -52,7 +68,7 @@ void Sampling::cancel(Batch& batch) {
 
 void Sampling::end() {
   done_ = true;
-  if (range_.checkpoint_at_end) checkpoint_ = encode_checkpoint(session_, cursor_.simulation());
+  if (range_.checkpoint_at_end) checkpoint();
 }
 
 std::uint64_t Sampling::bytes() const {

@@ -6,9 +6,10 @@
 #include <utility>
 
 #include "engine/simulation/catalogue/methods/step_weight.h"
+#include "engine/simulation/catalogue/methods/workspace.h"
+#include "server/scheduling/slice.h"
 #include "server/sessions/checkpoint_keys.h"
 #include "server/sessions/identity.h"
-#include "server/sessions/pool.h"
 
 namespace stiefel::server {
 namespace {
@@ -41,24 +42,45 @@ std::optional<Overflow> find_overflow(const Simulation& simulation) {
   return std::nullopt;
 }
 
-Saved save(const Simulation& simulation) {
-  auto saved = std::make_shared<std::vector<double>>(simulation.saved_size());
-  simulation.save(*saved);
-  return saved;
+/// A state and the bytes that it takes, which are given back with the last reference to it.
+struct PricedState {
+  MemoryLease memory;
+  std::vector<double> numbers;
+};
+
+/// The numbers, and what stands around them.
+std::uint64_t state_bytes(std::size_t numbers) { return numbers * sizeof(double) + 192; }
+/// A session without arrays: its strings, fields and lists.
+constexpr std::uint64_t session_object = 8 << 10;
+
+Saved with(MemoryLease memory, std::vector<double> numbers) {
+  const auto priced = std::make_shared<const PricedState>(std::move(memory), std::move(numbers));
+  return {priced, &priced->numbers};
+}
+
+Saved save(const Simulation& simulation, MemoryLease memory) {
+  std::vector<double> numbers(simulation.saved_size());
+  simulation.save(numbers);
+  return with(std::move(memory), std::move(numbers));
 }
 
 }  // namespace
 
 Session::Session(std::string id, Scene scene, std::shared_ptr<const Clock> clock,
-                 Resolution resolution, std::shared_ptr<const CheckpointKeys> keys)
-    : id_(std::move(id)),
+                 Resolution resolution, std::shared_ptr<const CheckpointKeys> keys,
+                 MemoryBudget& memory)
+    : memory_(memory),
+      id_(std::move(id)),
       scene_(std::move(scene)),
       resolution_(std::move(resolution)),
       identity_(identity_of(scene_.description())),
       clock_(std::move(clock)),
       keys_(keys ? std::move(keys) : CheckpointKeys::of_process()),
+      simulation_bytes_(stiefel::simulation_bytes(scene_)),
+      scene_memory_(memory, scene_bytes(scene_.description()) + identity_.size() + session_object),
+      simulations_memory_(memory, 0),
       checkpoints_(1) {
-  auto simulation = make_simulation(scene_);
+  auto simulation = make();
   fields_ = simulation->fields();
   block_count_ = simulation->block_count();
   saved_size_ = simulation->saved_size();
@@ -70,10 +92,26 @@ Session::Session(std::string id, Scene scene, std::shared_ptr<const Clock> clock
                (direct_ ? 1 : scene_.substeps());
   overflow_ = find_overflow(*simulation);
   checkpoints_ = Checkpoints(first_spacing(step_cost_, saved_size_ * sizeof(double)));
-  checkpoints_.put(0, save(*simulation));
+  checkpoints_.put(0, save(*simulation, {memory, state_bytes(saved_size_)}));
   spacing_ = checkpoints_.spacing();
   idle_.push_back(std::move(simulation));
   touch();
+}
+
+std::unique_ptr<Simulation> Session::make() {
+  simulations_memory_.grow(simulation_bytes_);
+  try {
+    return make_simulation(scene_);
+  } catch (...) {
+    simulations_memory_.shrink(simulation_bytes_);
+    throw;
+  }
+}
+
+void Session::drop(std::unique_ptr<Simulation> simulation) {
+  if (!simulation) return;
+  simulation.reset();
+  simulations_memory_.shrink(simulation_bytes_);
 }
 
 std::unique_ptr<Simulation> Session::lease(std::int64_t step) {
@@ -96,7 +134,7 @@ std::unique_ptr<Simulation> Session::lease(std::int64_t step) {
     }
     if (near) return simulation;
   }
-  if (!simulation) simulation = make_simulation(scene_);
+  if (!simulation) simulation = make();
   if (simulation->step() != start.step) simulation->restore(start.step, *start.saved);
   return simulation;
 }
@@ -105,25 +143,63 @@ std::unique_ptr<Simulation> Session::lease_at(std::int64_t step, std::span<const
   std::unique_ptr<Simulation> simulation;
   {
     const std::lock_guard lock(mutex_);
-    if (!idle_.empty()) {
-      simulation = std::move(idle_.front());
-      idle_.erase(idle_.begin());
+    // One that is at that step has that state: a session is a function of the step.
+    auto best = std::ranges::find(idle_, step, [](const auto& one) { return one->step(); });
+    if (best == idle_.end()) best = idle_.begin();
+    if (best != idle_.end()) {
+      simulation = std::move(*best);
+      idle_.erase(best);
     }
   }
-  if (!simulation) simulation = make_simulation(scene_);
-  simulation->restore(step, saved);
+  if (!simulation) simulation = make();
+  if (simulation->step() != step) simulation->restore(step, saved);
   return simulation;
 }
 
 void Session::give_back(std::unique_ptr<Simulation> simulation) {
   cursor_.store(simulation->step(), std::memory_order_relaxed);
   std::unique_ptr<Simulation> dropped;
-  const std::lock_guard lock(mutex_);
-  if (idle_.size() == max_idle) {
-    dropped = std::move(idle_.front());
-    idle_.erase(idle_.begin());
+  {
+    const std::lock_guard lock(mutex_);
+    if (idle_.size() == max_idle) {
+      dropped = std::move(idle_.front());
+      idle_.erase(idle_.begin());
+    }
+    idle_.push_back(std::move(simulation));
   }
-  idle_.push_back(std::move(simulation));
+  drop(std::move(dropped));
+}
+
+Saved Session::keep(const Simulation& simulation) {
+  const std::int64_t step = simulation.step();
+  {
+    const std::lock_guard lock(mutex_);
+    if (const auto start = checkpoints_.nearest(step); start.step == step) return start.saved;
+    if (const auto found = kept_.find(step); found != kept_.end())
+      if (Saved saved = found->second.lock()) return saved;
+  }
+  MemoryLease memory = MemoryLease::if_it_fits(memory_, state_bytes(saved_size_));
+  if (!memory) return nullptr;
+  Saved saved = save(simulation, std::move(memory));
+  const std::lock_guard lock(mutex_);
+  std::erase_if(kept_, [](const auto& one) { return one.second.expired(); });
+  kept_[step] = saved;
+  return saved;
+}
+
+std::uint64_t Session::cached_bytes() const {
+  const std::lock_guard lock(mutex_);
+  return idle_.size() * simulation_bytes_ + checkpoints_.computed() * state_bytes(saved_size_);
+}
+
+void Session::shed() {
+  std::vector<std::unique_ptr<Simulation>> dropped;
+  {
+    const std::lock_guard lock(mutex_);
+    dropped = std::exchange(idle_, {});
+    checkpoints_.shed();
+  }
+  for (auto& simulation : dropped) drop(std::move(simulation));
 }
 
 std::int64_t Session::next_checkpoint(std::int64_t step) const {
@@ -137,16 +213,46 @@ void Session::deposit(const Simulation& simulation) {
     const std::lock_guard lock(mutex_);
     if (!checkpoints_.wants(step)) return;
   }
-  Saved saved = save(simulation);
-  const std::lock_guard lock(mutex_);
-  checkpoints_.put(step, std::move(saved));
-  spacing_ = checkpoints_.spacing();
+  MemoryLease memory = MemoryLease::if_it_fits(memory_, state_bytes(saved_size_));
+  if (!memory) return;  // a checkpoint is worth no other
+  Saved saved = save(simulation, std::move(memory));
+  {
+    const std::lock_guard lock(mutex_);
+    checkpoints_.put(step, std::move(saved));
+    spacing_ = checkpoints_.spacing();
+  }
+  tell_ledger();
 }
 
 void Session::adopt(std::int64_t step, std::vector<double> saved) {
+  MemoryLease memory(memory_, state_bytes(saved.size()));
+  Saved priced = with(std::move(memory), std::move(saved));
   const std::lock_guard lock(mutex_);
-  checkpoints_.adopt(step, std::make_shared<const std::vector<double>>(std::move(saved)));
+  checkpoints_.adopt(step, std::move(priced));
   spacing_ = checkpoints_.spacing();
+}
+
+std::int64_t Session::start_for(std::int64_t step) const {
+  const std::lock_guard lock(mutex_);
+  std::int64_t start = checkpoints_.nearest(step).step;
+  for (const auto& simulation : idle_)
+    if (simulation->step() <= step) start = std::max(start, simulation->step());
+  return start;
+}
+
+void Session::written_by(std::shared_ptr<Receipt> receipt) {
+  receipt_ = std::move(receipt);
+  if (cached_steps().back() > 0) tell_ledger();
+}
+
+void Session::tell_ledger() {
+  if (ledger_ && !ledger_knows_.exchange(true)) ledger_->cached(weak_from_this());
+}
+
+Checkpoints::Nearest Session::take_last_state() {
+  ledger_knows_ = false;
+  const std::lock_guard lock(mutex_);
+  return checkpoints_.nearest(max_step);
 }
 
 double Session::work(std::int64_t from, std::int64_t to) const {

@@ -24,10 +24,11 @@ import weights
 from peers import contest, environment, picture
 from server import Process, bare_echo, stiefel_server, what_closes
 
-COUNTS = dict(repeats=9, calls=2000, samples=1_000_000, seconds=0.05, largest=256, columns=4_000_000, unread=100, idle=1000,
-              instructions=2000)
+COUNTS = dict(repeats=9, calls=2000, shorts=1000, samples=1_000_000, seconds=0.05, largest=256, columns=4_000_000,
+              unread=100, idle=1000, instructions=2000)
 # Enough to see that everything runs.
-SMOKE = dict(repeats=1, calls=20, samples=5000, seconds=0.001, largest=8, columns=100_000, unread=5, idle=20, instructions=0)
+SMOKE = dict(repeats=1, calls=20, shorts=20, samples=5000, seconds=0.001, largest=8, columns=100_000, unread=5, idle=20,
+             instructions=0)
 THREADS = 2
 
 
@@ -60,10 +61,13 @@ def measure(build: Path, counts: dict[str, float]) -> list[dict]:
     run("steps", repeats, counts["seconds"], counts["largest"])
     run("large", repeats, counts["largest"], counts["seconds"])
     run("ensembles", repeats, counts["seconds"])
+    run("summaries", repeats, counts["seconds"])
     run("frames", repeats, counts["columns"])
     run("frames", "memory", min(counts["columns"], 1_000_000))
     with serve("--threads", THREADS) as server:
         run("workers", server.address, server.pid, THREADS, repeats)
+    with Process([str(programs / "bench_overload"), "serve", str(THREADS)]) as server:
+        run("overload", server.address, THREADS, repeats, counts["shorts"])
     # A server of its own for each, because the peak of its memory is read.
     for N, sessions in ((3, counts["unread"]), (64, 1)):
         with serve() as server:

@@ -1,4 +1,4 @@
-// What is wrong in a file is told by its path, with the name that was meant.
+// Faults of a file are reported with their paths and the name that was meant.
 #include "client/cli/message_file.h"
 
 #include <gtest/gtest.h>

@@ -19,6 +19,8 @@ class Unreliable : public v1::SimulationService::Service {
  public:
   int failures = 0;
   grpc::Status failure = unavailable;
+  /// Of the call with that number, from 1; `failure` without it.
+  std::function<grpc::Status(int)> next_failure;
   int messages_a_stream = 1'000'000;
   int streams_to_break = 1'000'000;
   int calls = 0;
@@ -29,7 +31,7 @@ class Unreliable : public v1::SimulationService::Service {
   grpc::Status Describe(grpc::ServerContext*, const v1::DescribeRequest*,
                         v1::DescribeResponse* reply) override {
     ++calls;
-    if (failures-- > 0) return failure;
+    if (failures-- > 0) return next_failure ? next_failure(calls) : failure;
     reply->set_version("1");
     return grpc::Status::OK;
   }
@@ -93,6 +95,26 @@ class Unreliable : public v1::SimulationService::Service {
     any.set_type_url("type.googleapis.com/google.rpc.ErrorInfo");
     any.set_value(info.SerializeAsString());
     return {grpc::StatusCode::INVALID_ARGUMENT, "too large", status.SerializeAsString()};
+  }
+
+  /// The step asked for, or the failure in the reply.
+  grpc::Status Drive(
+      grpc::ServerContext*,
+      grpc::ServerReaderWriter<v1::DriveResponse, v1::DriveRequest>* stream) override {
+    for (v1::DriveRequest request; stream->Read(&request);) {
+      ++calls;
+      v1::DriveResponse response;
+      if (failures-- > 0) {
+        response.mutable_error()->ParseFromString(failure.error_details());
+        response.mutable_error()->set_message(failure.error_message());
+      } else {
+        response.mutable_step()->mutable_sample()->set_step(request.to());
+        response.mutable_step()->mutable_sample()->set_checksum(
+            wire::checksum(response.step().sample()));
+      }
+      stream->Write(response);
+    }
+    return grpc::Status::OK;
   }
 
   /// Two samples a message, then a message with the run status alone.
@@ -191,6 +213,104 @@ TEST_F(RetryTest, AWrongRequestIsNotRepeated) {
   service_.failure = {grpc::StatusCode::INVALID_ARGUMENT, "no"};
   EXPECT_THROW(Client(channel_).describe(), Error);
   EXPECT_EQ(service_.calls, 1);
+}
+
+/// RESOURCE_EXHAUSTED, to be tried again after that time; of 0 ms: without a time.
+grpc::Status refusal(std::chrono::milliseconds delay) {
+  v1::Status status;
+  status.set_code(grpc::StatusCode::RESOURCE_EXHAUSTED);
+  if (delay.count() > 0) {
+    v1::RetryInfo retry;
+    retry.mutable_retry_delay()->set_seconds(delay.count() / 1000);
+    retry.mutable_retry_delay()->set_nanos(static_cast<int>(delay.count() % 1000) * 1'000'000);
+    auto& any = *status.add_details();
+    any.set_type_url("type.googleapis.com/google.rpc.RetryInfo");
+    any.set_value(retry.SerializeAsString());
+  }
+  return {grpc::StatusCode::RESOURCE_EXHAUSTED, "no place", status.SerializeAsString()};
+}
+
+TEST_F(RetryTest, ARefusalWithATimeIsRepeatedAfterIt) {
+  service_.failures = 3;
+  service_.failure = refusal(std::chrono::milliseconds(20));
+  Options options;
+  options.patience = std::chrono::milliseconds(0);  // of a server that is not there
+  const auto start = std::chrono::steady_clock::now();
+  EXPECT_EQ(Client(channel_, options).describe().version(), "1");
+  EXPECT_EQ(service_.calls, 4);
+  EXPECT_GE(std::chrono::steady_clock::now() - start, std::chrono::milliseconds(60));
+}
+
+TEST_F(RetryTest, ARefusalWithoutATimeIsNotRepeated) {
+  service_.failures = 1;
+  service_.failure = refusal(std::chrono::milliseconds(0));
+  EXPECT_THROW(Client(channel_).describe(), Error);
+  EXPECT_EQ(service_.calls, 1);
+}
+
+TEST_F(RetryTest, ARefusalUntilAfterTheDeadlineIsToldAtOnce) {
+  service_.failures = 1;
+  service_.failure = refusal(std::chrono::hours(1));
+  const auto start = std::chrono::steady_clock::now();
+  try {
+    Client(channel_).describe();
+    ADD_FAILURE() << "no Error was thrown";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), grpc::StatusCode::RESOURCE_EXHAUSTED) << error.what();
+    EXPECT_EQ(error.retry_delay(), std::chrono::hours(1));
+  }
+  EXPECT_EQ(service_.calls, 1);
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(10));
+}
+
+TEST_F(RetryTest, AStreamThatIsRefusedBegins) {
+  service_.failures = 2;
+  service_.failure = refusal(std::chrono::milliseconds(1));
+  EXPECT_THAT(steps({3, 5, 1}), testing::ElementsAre(3, 4, 5));
+  EXPECT_EQ(service_.calls, 3);
+}
+
+TEST_F(RetryTest, AttemptsForBothReasonsAddUp) {
+  service_.failures = 1'000'000;
+  int refused = 0;
+  service_.next_failure = [&](int call) {
+    if (call % 2) return unavailable;
+    ++refused;
+    return refusal(std::chrono::milliseconds(1));
+  };
+  Options options;
+  options.patience = std::chrono::milliseconds(60);
+  EXPECT_THROW(Client(channel_, options).describe(), Error);
+  EXPECT_EQ(service_.calls, 5) << "two pauses of patience, and a refusal before each and the end";
+  EXPECT_EQ(refused, 2);
+}
+
+TEST_F(RetryTest, ARefusedRequestOfADriveIsRepeatedOnIt) {
+  service_.failures = 3;
+  service_.failure = refusal(std::chrono::milliseconds(1));
+  v1::Session description;
+  description.set_session_id("any");
+  const Session session(connection(), description, {}, true);
+  Drive drive = session.drive();
+  EXPECT_EQ(drive.step(7).sample().step(), 7);
+  EXPECT_EQ(service_.calls, 4);
+  service_.failures = 1;
+  service_.failure = refusal(std::chrono::milliseconds(0));
+  EXPECT_THROW(drive.step(8), Error);
+  EXPECT_EQ(drive.step(9).sample().step(), 9) << "the drive lives";
+}
+
+TEST(RefusalsTest, AreBounded) {
+  Refusals refusals;
+  const grpc::Status status = refusal(std::chrono::milliseconds(5));
+  for (int i = 0; i < Refusals::most; ++i) {
+    const auto pause = refusals.next(status);
+    ASSERT_TRUE(pause);
+    EXPECT_GE(*pause, std::chrono::milliseconds(5));
+    EXPECT_LE(*pause, std::chrono::milliseconds(5 + std::min(10 << std::min(i, 7), 1000)));
+  }
+  EXPECT_FALSE(refusals.next(status));
+  EXPECT_FALSE(Refusals().next(unavailable));
 }
 
 TEST_F(RetryTest, ABrokenStreamGoesOnWhereItBroke) {

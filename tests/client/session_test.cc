@@ -141,7 +141,7 @@ TEST_F(SessionTest, SessionsGoWithTheirHandleUnlessKept) {
   EXPECT_TRUE(client_.list().empty());
   const Error gone = error_of([&] { client_.attach(id); });
   EXPECT_EQ(gone.code(), grpc::StatusCode::NOT_FOUND);
-  EXPECT_EQ(gone.reason(), "SESSION_NOT_FOUND");
+  EXPECT_EQ(gone.reason(), "SESSION_DELETED");
   EXPECT_EQ(gone.metadata().at("session_id"), id);
 
   {

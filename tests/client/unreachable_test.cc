@@ -1,4 +1,4 @@
-// What the client says of a server that it cannot reach.
+// The client's messages about a server that it cannot reach.
 #include <gmock/gmock.h>
 #include <netinet/in.h>
 #include <sys/socket.h>

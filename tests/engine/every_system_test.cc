@@ -120,7 +120,7 @@ std::map<std::string, Drift> drifts_over(std::int64_t steps, int scenes,
   return all;
 }
 
-/// What the catalogue declares is what happens, from both sides.
+/// Every invariant behaves as the catalogue declares, neither worse nor better.
 TEST_P(EverySystem, KeepsWhatItDeclares) {
   const auto [system, method, N] = GetParam();
   const double h = testing::step_of(system, method);

@@ -194,8 +194,8 @@ TEST(Reference, SaysHowFarItIsOff) {
   }
 }
 
-/// Of every system, at its start, soon after and later: its error is never 0, and what extended and
-/// quadruple precision differ by is not above what extended precision says.
+/// For every system, at the start, soon after and later: the reference's own error is never 0, and
+/// extended and quadruple precision differ by no more than the error stated in extended precision.
 TEST(Reference, OfNoSystemVouchesForItself) {
   for (const auto& system : catalogue().systems) {
     if (system.discrete) continue;

@@ -96,7 +96,7 @@ TEST(Stop, ATokenThatIsToldAlreadyStopsBeforeTheFirstStep) {
   }
 }
 
-/// What was told to stop goes on later with the bits of a run that nobody stopped.
+/// A stopped ensemble that goes on later has the bits of an ensemble that was not stopped.
 TEST(Stop, AnEnsembleGoesBackToWhereAllItsMembersWere) {
   for (const char* method : {"rk4", "munthe_kaas4"}) {
     SceneDescription many = body(3, method, 1);

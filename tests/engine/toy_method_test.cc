@@ -7,7 +7,7 @@
 namespace stiefel {
 namespace {
 
-/// What it takes to add a method: this struct in a file, and its name in the list of methods.h.
+/// Adding a method takes this struct in a file and its name in the list of methods.h.
 struct ExplicitEuler {
   static constexpr MethodTraits traits = {.name = "explicit_euler",
                                           .summary = "x + hX(x)",

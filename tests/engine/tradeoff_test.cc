@@ -266,8 +266,8 @@ TEST(Tradeoff, RefusesWhatHasNoMeaning) {
   EXPECT_EQ(field({without}), "");
 }
 
-/// What is not counted yet is estimated, and a scene says so (tests/bench/weights.py BUILD
-/// --write).
+/// A weight that was not counted yet is estimated, and the scene has a warning
+/// (tests/bench/weights.py BUILD --write).
 TEST(StepWeight, IsCountedOrSaidToBeEstimated) {
   int counted = 0;
   for (const auto& [system, method, N] : testing::every_pair()) {

@@ -34,7 +34,7 @@ class TwinOf final : public Twin {
   typename Map::Point::Scalar energy_at_start_;
 };
 
-/// `system` in the hands of the scene's method; that of `moser_veselov` is `variational`.
+/// The twin of `system` with the scene's method; for `moser_veselov` with `variational`.
 template <class S, class Read, class Energy>
 std::unique_ptr<Twin> twin_of(const Scene& scene, const S& system, const typename S::State& start,
                               Read read, Energy energy) {

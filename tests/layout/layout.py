@@ -30,9 +30,11 @@ ENGINE = [
     ["engine/simulation/accuracy"],
     ["engine/simulation/conversion"],
     ["engine/simulation/diagnosis"],
+    ["engine/simulation/summary"],
 ]
 # None of these sees another.
-TOP = {"engine/simulation/accuracy", "engine/simulation/conversion", "engine/simulation/diagnosis"}
+TOP = {"engine/simulation/accuracy", "engine/simulation/conversion", "engine/simulation/diagnosis",
+       "engine/simulation/summary"}
 # Numbers and names as text: every program writes errors with them.
 TEXT = {"engine/linalg/arithmetic/to_text.h", "engine/simulation/scene/near_name.h"}
 
@@ -42,18 +44,24 @@ PROTO = r"(stiefel/v1|proto)/.*"
 # What the folders outside the engine may include with quotes, TEXT and themselves besides.
 OTHERS = {
     "engine/include/stiefel": [PUBLIC],
-    "server/sessions": [PUBLIC, INTERNAL],
-    "server/convert": [PUBLIC, INTERNAL, PROTO, r"server/sessions/.*"],
-    "server/calls": [PROTO, r"server/(sessions|convert|access)/.*"],
-    "server/transport": [r"server/address\.h"],
+    "server/limits": [],
+    "server/scheduling": [INTERNAL, r"server/sessions/principal\.h"],
+    "server/sessions": [PUBLIC, INTERNAL, r"server/(limits|scheduling)/.*"],
+    "server/store": [r"server/sessions/.*"],
+    "server/convert": [PUBLIC, INTERNAL, PROTO, r"server/(limits|scheduling|sessions)/.*"],
+    "server/pricing": [PUBLIC, INTERNAL, PROTO, r"server/(limits|sessions|convert)/.*"],
     "server/access": [r"server/(sessions|transport)/.*", r"server/address\.h"],
-    "server": [PUBLIC, PROTO, r"server/(access|calls|transport)/.*", r"grpc/health/.*"],
+    "server/calls": [PROTO, r"stiefel/stop\.h", r"server/(access|limits|scheduling|sessions|convert|pricing)/.*"],
+    "server/durability": [PUBLIC, PROTO, r"server/(sessions|store|convert|calls)/.*"],
+    "server/transport": [r"server/address\.h"],
+    "server": [PUBLIC, PROTO, r"server/(access|calls|durability|limits|store|transport)/.*",
+               r"server/scheduling/quota\.h", r"server/sessions/principal\.h", r"grpc/health/.*"],
     "client/cpp": [CLIENT, PROTO],
     "client/cli": [PUBLIC, CLIENT, PROTO, r"client/cpp/.*", r"server/[a-z_]+\.h"],
 }
 # <grpcpp/...> and <google/protobuf/...>: what the wire is made of.
 WIRE = re.compile(r"(grpc|google/protobuf|src/proto/grpc)")
-WITHOUT_WIRE = ["engine", "server/sessions"]
+WITHOUT_WIRE = ["engine", "server/limits", "server/scheduling", "server/sessions", "server/store"]
 
 
 class Line(NamedTuple):

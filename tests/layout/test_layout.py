@@ -33,6 +33,8 @@ def test_every_source_is_in_a_folder_of_the_order():
     ("server/calls/a.cc", '#include "engine/simulation/run/ensemble.h"'),
     ("server/sessions/a.cc", '#include "stiefel/v1/scene.pb.h"'),
     ("server/sessions/a.cc", "#include <grpcpp/grpcpp.h>"),
+    ("server/sessions/a.cc", '#include "server/store/store.h"'),
+    ("server/store/a.cc", '#include "stiefel/v1/scene.pb.h"'),
     ("client/cpp/a.cc", '#include "stiefel/scene.h"'),
     ("client/cli/a.cc", '#include "server/calls/service.h"'),
 ])

@@ -10,7 +10,7 @@ METHODS = [name for path in (ROOT / "engine/methods").glob("*.h")
            for name in re.findall(r'\.name = "(\w+)"', path.read_text())]
 # Where a name is said: by itself, and in the table of what was counted.
 OWN = re.compile(r'info\.name = |static constexpr const char\* name = |\.name = ')
-DATA = {"engine/simulation/catalogue/methods/step_weights.inc"}
+DATA = {"engine/simulation/catalogue/methods/step_weights.inc", "engine/simulation/catalogue/methods/workspaces.inc"}
 # How a method keeps an invariant, said with the same word.
 CONSERVATION = 'return "exact";'
 

@@ -59,9 +59,19 @@ def refuse(context):
     context.abort(grpc.StatusCode.INVALID_ARGUMENT, TOO_LARGE.message)
 
 
+def refusal(delay=None):
+    """RESOURCE_EXHAUSTED, to be tried again after `delay` seconds."""
+    status = pb.Status(code=8, message="no place")
+    if delay is not None:
+        retry = pb.RetryInfo()
+        retry.retry_delay.FromNanoseconds(round(1e9 * delay))
+        status.details.add(type_url="type.googleapis.com/google.rpc.RetryInfo", value=retry.SerializeToString())
+    return status
+
+
 class Fake(SimulationServiceServicer):
-    """`failures` is how the next calls fail, first come first served; a number breaks a stream after
-    so many messages. A stream computes what it tells of, and waits `pause` seconds before each message.
+    """`failures` is how the next calls fail, first come first served: with a code, or with a `refusal`; a number breaks
+    a stream after so many messages. A stream computes what it tells of, and waits `pause` seconds before each message.
     `spoil` changes a message of a stream after its checksum was computed."""
 
     pause = 0.0
@@ -73,6 +83,10 @@ class Fake(SimulationServiceServicer):
 
     def _receive(self, request, context):
         self.requests.append(request)
+        if self.failures and isinstance(self.failures[0], pb.Status):
+            status = self.failures.pop(0)
+            context.set_trailing_metadata((("grpc-status-details-bin", status.SerializeToString()),))
+            context.abort(grpc.StatusCode.RESOURCE_EXHAUSTED, status.message)
         if self.failures and not isinstance(self.failures[0], int):
             context.abort(self.failures.pop(0), "on purpose")
 
@@ -99,6 +113,10 @@ class Fake(SimulationServiceServicer):
 
     def Drive(self, requests, context):
         for request in requests:
+            if self.failures and isinstance(self.failures[0], pb.Status):
+                self.requests.append(request)
+                yield pb.DriveResponse(error=self.failures.pop(0))
+                continue
             self._receive(request, context)
             if "large" in request.fields:
                 yield pb.DriveResponse(error=TOO_LARGE)

@@ -71,7 +71,7 @@ def test_a_session_ends_with_its_block(client):
         assert "rigid_body variational" in repr(session)
     with pytest.raises(stiefel.NotFound) as caught:
         session.step(to=1)
-    assert caught.value.reason == "SESSION_NOT_FOUND"
+    assert caught.value.reason == "SESSION_DELETED"
 
 
 def test_a_deadline_is_kept(session):

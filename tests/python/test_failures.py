@@ -7,7 +7,7 @@ import pytest
 
 import fake
 import stiefel
-from stiefel import calls
+from stiefel import calls, retry
 from stiefel import v1 as pb
 from stiefel.errors import in_plain_words
 
@@ -160,6 +160,55 @@ def test_other_errors_have_what_arrived_too(service, session):
         service.failures = [EXHAUSTED]
         session.step(to=5)
     assert caught.value.partial is None
+
+
+def test_a_refusal_with_a_time_is_made_again_after_it(service, session, monkeypatch):
+    slept = []
+    monkeypatch.setattr(calls.time, "sleep", slept.append)
+    service.failures, begin = [fake.refusal(0.25)] * 3, len(service.requests)
+    assert session.step(to=5).step == 5
+    assert len(service.requests) - begin == 4 and len(slept) == 3
+    for attempt, pause in enumerate(slept):
+        assert 0.25 <= pause <= 0.25 + 0.01 * 2**attempt
+
+
+def test_a_refusal_without_a_time_is_not(service, session):
+    service.failures, begin = [fake.refusal()], len(service.requests)
+    with pytest.raises(stiefel.ResourceExhausted, match="no place"):
+        session.step(to=5)
+    assert len(service.requests) - begin == 1
+
+
+def test_a_refusal_until_after_the_deadline_is_told_at_once(service, session):
+    service.failures, begin = [fake.refusal(100.0)], len(service.requests)
+    with pytest.raises(stiefel.ResourceExhausted) as caught:
+        session.step(to=5, timeout=10)
+    assert caught.value.retry_delay == 100 and len(service.requests) - begin == 1
+
+
+def test_attempts_at_an_absent_and_a_full_server_add_up(service, session):
+    """A call has at most the sum of both, whatever their order, and not the product."""
+    service.failures, begin = [UNAVAILABLE, fake.refusal(0.001)] * 100, len(service.requests)
+    with pytest.raises(stiefel.Unavailable):
+        session.step(to=5)
+    assert len(service.requests) - begin == 2 * calls.ATTEMPTS - 1
+    session._client.timeout = None
+    service.failures, begin = [fake.refusal(0.001)] * 1000, len(service.requests)
+    with pytest.raises(stiefel.ResourceExhausted):
+        session.step(to=5)
+    assert len(service.requests) - begin == retry.REFUSALS + 1
+
+
+def test_a_stream_and_a_drive_that_are_refused_go_on(service, session):
+    service.failures = [fake.refusal(0.001)] * 2
+    assert [int(batch.step[-1]) for batch in session.stream(to=15)] == [9, 15]
+    with session.drive() as drive:
+        service.failures = [fake.refusal(0.001)] * 3
+        assert drive.step(4).step == 4
+        service.failures = [fake.refusal()]
+        with pytest.raises(stiefel.ResourceExhausted):
+            drive.step(5)
+        assert drive.step(6).step == 6
 
 
 def test_details_that_cannot_be_read_are_left_out():

@@ -114,3 +114,13 @@ def test_calls_have_a_price(client):
         state = session.step(to=1000)
         assert state.price.work == pytest.approx(1000 * step.work, rel=0.01)
         assert session.diagnose(to=1000).price is not None
+
+
+def test_faults_of_one_pair_have_its_own_paths(client):
+    with pytest.raises(stiefel.InvalidArgument) as refusal:
+        client.geodesic([1, 2, 3], [[1, 0, 0]], [[2, 0, 0]])
+    assert {v.field for v in refusal.value.violations} == {"Q_T"}
+    assert "Q_T" in str(refusal.value) and "pairs" not in str(refusal.value)
+    with pytest.raises(stiefel.InvalidArgument) as refusal:
+        client.connect([([[1, 0, 0]], [[2, 0, 0]])], inertia=[1, 2, 3])
+    assert {v.field for v in refusal.value.violations} == {"pairs[0].Q_T"}

@@ -1,4 +1,4 @@
-// The same bytes for the state at step 10 000, however it is asked for.
+// The state at step 10 000 has the same bytes on every path to it.
 #include <latch>
 #include <thread>
 
@@ -16,7 +16,7 @@ class Bits : public testing::TestWithParam<test::Case> {
   test::Harness harness_;
   const std::string expected_ = test::expected_bytes(test::scene(GetParam()), last);
 
-  /// What is computed to get so much further: of a closed form one state.
+  /// States computed for so many steps: a closed form computes one.
   static std::int64_t computed(std::int64_t steps) {
     return GetParam().method == "exact" ? 1 : steps;
   }

@@ -43,7 +43,7 @@ Descriptor hello(const Server& server) {
   return socket;
 }
 
-/// What comes within `time`; `ended` when that includes the end of the connection.
+/// The bytes received within `time`; `ended` when the connection was closed.
 struct Heard {
   std::string bytes;
   bool ended = false;

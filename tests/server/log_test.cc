@@ -10,7 +10,7 @@ namespace {
 
 using Lines = std::vector<nlohmann::json>;
 
-/// What `work` logs as JSON, a line an element.
+/// The lines that `work` logs as JSON.
 template <class Work>
 Lines logged(Work work) {
   testing::internal::CaptureStderr();

@@ -8,7 +8,7 @@
 #include <new>
 #include <string_view>
 
-#include "server/sessions/pool.h"
+#include "server/scheduling/scheduler.h"
 #include "tests/server/harness.h"
 
 namespace {
@@ -28,7 +28,7 @@ bool on_pool() {
   thread_local const bool is = [] {
     char name[16] = {};
     pthread_getname_np(pthread_self(), name, sizeof name);
-    return std::string_view(name) == stiefel::server::Pool::thread_name;
+    return std::string_view(name) == stiefel::server::Scheduler::thread_name;
   }();
   return is;
 }

@@ -91,7 +91,7 @@ void expect_field(const std::map<std::string, std::string>& faults, const std::s
   EXPECT_NE(found->second.find(description), std::string::npos) << all;
 }
 
-/// What a scene can have wrong, by its own paths.
+/// Faults of a scene, each with its path.
 const std::vector<std::pair<std::string, std::function<void(v1::Scene&)>>>& wrong_scenes() {
   static const std::vector<std::pair<std::string, std::function<void(v1::Scene&)>>> all = {
       {"system", [](auto& s) { s.set_system("rigid_bodi"); }},
@@ -373,40 +373,6 @@ TEST_F(Paths, OfWhatIsAskedOfASession) {
     list.set_page_token(token);
     expect_field(ask(&test::Stub::ListSessions, list), "page_token", token);
   }
-}
-
-// The same id with what has the same numbers but is another scene.
-
-grpc::StatusCode create_again(test::Harness& harness, const v1::Scene& scene) {
-  v1::CreateSessionRequest request;
-  request.set_session_id("s");
-  *request.mutable_scene() = scene;
-  grpc::ClientContext context;
-  v1::CreateSessionResponse response;
-  return harness.stub->CreateSession(&context, request, &response).error_code();
-}
-
-TEST(Identity, OfOneMemberIsNotThatOfNone) {
-  test::Harness harness;
-  v1::Scene scene = test::wire_scene();
-  harness.create("s", scene);
-  EXPECT_EQ(create_again(harness, scene), grpc::OK);
-  scene.set_members(1);
-  EXPECT_EQ(create_again(harness, scene), grpc::ALREADY_EXISTS);
-}
-
-TEST(Identity, OfFourRowsIsNotThatOfTwoMembersOfTwo) {
-  test::Harness harness;
-  v1::Scene scene;
-  scene.set_system("stiefel");
-  scene.mutable_method()->set_name("variational");
-  scene.set_step(0.1);
-  for (int k = 0; k < 6; ++k) scene.add_inertia(1 + k);
-  (*scene.mutable_initial())["Q"] = matrix(RowMatrix::Identity(4, 6));
-  (*scene.mutable_initial())["S"] = matrix(RowMatrix::Zero(4, 6));
-  harness.create("s", scene);
-  scene.set_members(2);
-  EXPECT_EQ(create_again(harness, scene), grpc::ALREADY_EXISTS);
 }
 
 }  // namespace

@@ -132,6 +132,21 @@ TEST_F(Rpcs, DiagnoseComparesWithStepZero) {
   EXPECT_GT(response.domain().h_omega(), 0);
 }
 
+TEST_F(Rpcs, CallsWhoseWorkIsNotKnownHaveACap) {
+  v1::Scene scene = test::wire_scene();
+  v1::ConvertRequest convert;
+  *convert.mutable_scene() = scene;
+  convert.set_to("velocity");
+  EXPECT_EQ(harness_.convert(convert).front().price().bound(), v1::PRICE_BOUND_AT_MOST);
+  scene.clear_method();
+  scene.set_tolerance(1e-3);
+  scene.set_horizon(1);
+  const v1::CreateSessionResponse chosen = harness_.create("s", scene);
+  EXPECT_EQ(chosen.price().bound(), v1::PRICE_BOUND_AT_MOST);
+  EXPECT_EQ(chosen.price().work(), 4e9);
+  EXPECT_FALSE(harness_.create("t", test::wire_scene()).has_price());
+}
+
 TEST_F(Rpcs, DiagnoseKeepsTheLargestDriftsOfAFamily) {
   harness_.create("s", test::wire_scene({.method = "rk4", .dimension = 5}));
   const auto diagnose = [&](std::uint32_t most) {
@@ -145,7 +160,8 @@ TEST_F(Rpcs, DiagnoseKeepsTheLargestDriftsOfAFamily) {
     v1::DiagnoseResponse response;
     EXPECT_TRUE(harness_.stub->Diagnose(&context, request, &response).ok());
     EXPECT_EQ(response.checksum(), wire::checksum(response));
-    EXPECT_EQ(response.price().bound(), v1::PRICE_BOUND_AT_LEAST);
+    EXPECT_EQ(response.price().bound(), v1::PRICE_BOUND_EXPECTED);
+    EXPECT_GT(response.price().work(), 200 * 5 * 5 * 5);
     return response;
   };
   const auto all = diagnose(0), some = diagnose(3);

@@ -121,12 +121,13 @@ TEST_F(SamplingTest, CheckpointsAreOfTheSamplesTheyFollow) {
   while (!sampling.done()) {
     sampling.clear(batch);
     while (!sampling.done() && !sampling.full(batch)) sampling.fill(batch);
-    const std::string bytes = sampling.take_checkpoint();
+    const auto [step, bytes] = sampling.take_checkpoint();
     ASSERT_FALSE(bytes.empty());
-    EXPECT_TRUE(sampling.take_checkpoint().empty()) << "once";
+    EXPECT_TRUE(sampling.take_checkpoint().bytes.empty()) << "once";
     const auto checkpoint = decode_checkpoint(session_, bytes);
     ASSERT_TRUE(checkpoint);
     EXPECT_EQ(checkpoint->step, batch.steps.back());
+    EXPECT_EQ(checkpoint->step, step);
     EXPECT_EQ(checkpoint->saved, test::expected_state(session_.scene(), checkpoint->step));
     EXPECT_EQ(bytes.size(), checkpoint_bytes(session_));
     steps.push_back(checkpoint->step);

@@ -6,8 +6,8 @@
 #include <limits>
 #include <thread>
 
+#include "server/scheduling/slice.h"
 #include "server/sessions/cursor.h"
-#include "server/sessions/pool.h"
 #include "tests/server/scenes.h"
 
 namespace stiefel::server {

@@ -1,4 +1,5 @@
-// What of a scene is in a reply, and that the caller's scene with it is the resolved one.
+// A reply has only the fields that were filled in; merged into the caller's scene they give the
+// resolved one.
 #include <set>
 
 #include "proto/checksum/checksum.h"

@@ -6,8 +6,8 @@
 
 namespace stiefel {
 
-// What the variational steps take longest to compile of, in quadruple precision: once, in
-// quadruple.cc and quadruple_cayley.cc.
+// The parts of the variational step that take longest to compile in quadruple precision are
+// compiled once, in quadruple.cc and quadruple_cayley.cc.
 extern template class Lyapunov<Quad>;
 extern template class ConstraintRiccati<Quad>;
 extern template class RattleStiefel<Quad, Arithmetic::compensated>;

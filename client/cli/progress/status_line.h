@@ -13,8 +13,8 @@ struct Room {
   bool terminal = true;
 };
 
-/// What a command waits for, told on stderr while it waits: on a terminal from the first second on,
-/// four times a second; elsewhere a line every ten seconds.
+/// Tells on stderr what a command waits for: on a terminal from the first second on, four times a
+/// second; elsewhere a line every ten seconds.
 class StatusLine {
  public:
   /// The line, at most `columns` wide, called from a thread of its own four times a second on a

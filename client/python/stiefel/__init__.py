@@ -11,21 +11,26 @@ from stiefel.arrays import Batch, Outcome, Price, RunStatus, State, Trajectory
 from stiefel.client import Client
 from stiefel.diagnosis import Conservation, Diagnosis, Domain, Invariant
 from stiefel.drive import Drive
-from stiefel.errors import (AlreadyExists, Cancelled, Closed, CorruptReply, DeadlineExceeded, FailedPrecondition, Internal,
-                            InvalidArgument, NotFound, NotStarted, ResourceExhausted, SceneWarning, StiefelError,
+from stiefel.errors import (AlreadyExists, BuildChanged, Cancelled, Closed, CorruptReply, DeadlineExceeded, FailedPrecondition,
+                            Internal, InvalidArgument, NotFound, NotStarted, ResourceExhausted, SceneWarning, StiefelError,
                             Unauthenticated, Unavailable, Unimplemented, Violation)
 from stiefel.scenes import SceneLike, to_dict, to_message
 from stiefel.security import Tls
 from stiefel.server import Server
 from stiefel.session import Session
+from stiefel.summary import Events, Summary
+from stiefel.sweeps import SweepFailed, SweepResult, sweep
 from stiefel.tradeoff import Point, Tradeoff
+from stiefel.version import __version__
 
 __all__ = [
-    "AlreadyExists", "Batch", "Cancelled", "Choice", "Client", "Closed", "Conservation", "Conversion", "CorruptReply",
-    "DeadlineExceeded", "Diagnosis", "Domain", "Drive", "EstimatedError", "FailedPrecondition", "Geodesic", "Internal",
+    "AlreadyExists", "Batch", "BuildChanged", "Cancelled", "Choice", "Client", "Closed", "Conservation", "Conversion",
+    "CorruptReply", "DeadlineExceeded", "Diagnosis", "Domain", "Drive", "EstimatedError", "Events", "FailedPrecondition",
+    "Geodesic", "Internal",
     "Invariant", "InvalidArgument", "NotFound", "NotStarted", "Outcome", "Point", "Price", "ResourceExhausted",
-    "RunStatus", "SceneLike", "SceneWarning", "Server", "Session", "State", "StiefelError", "Tls", "Tradeoff", "Trajectory",
-    "Unauthenticated", "Unavailable", "Unimplemented", "Violation", "to_dict", "to_message",
+    "RunStatus", "SceneLike", "SceneWarning", "Server", "Session", "State", "StiefelError", "Summary", "SweepFailed",
+    "SweepResult", "Tls", "Tradeoff", "Trajectory", "Unauthenticated", "Unavailable", "Unimplemented", "Violation",
+    "__version__", "sweep", "to_dict", "to_message",
 ]
 
 

@@ -16,7 +16,7 @@ from stiefel.compare import ByValue
 Array = NDArray[Any]  # float64, complex128, or float32 in a scene of that scalar
 DTYPES: dict[int, np.dtype[Any]] = {
     pb.DATA_TYPE_FLOAT64: np.dtype("<f8"), pb.DATA_TYPE_COMPLEX128: np.dtype("<c16"),
-    pb.DATA_TYPE_FLOAT32: np.dtype("<f4"),
+    pb.DATA_TYPE_FLOAT32: np.dtype("<f4"), pb.DATA_TYPE_INT64: np.dtype("<i8"),
 }
 _STEP, _TIME = "step", "time"
 

@@ -1,19 +1,24 @@
-"""Deadlines and retries. Every call is idempotent, so a call that found no server is made again."""
+"""Deadlines and retries. Every call is idempotent, so a call that found no server, or one with no place for it, is made
+again."""
 from __future__ import annotations
 
 import time
-from typing import Any, Callable, Iterator, Optional
+from typing import TYPE_CHECKING, Any, Callable, Optional
 
 import grpc
 
-from stiefel.errors import DeadlineExceeded, StiefelError, Unavailable
+from stiefel.errors import DeadlineExceeded, StiefelError
+from stiefel.retry import ATTEMPTS, Pauses
 
-ATTEMPTS = 6
+if TYPE_CHECKING:
+    from stiefel.client import Client
+
+__all__ = ["ATTEMPTS", "Deadline", "call", "pause_or_raise", "pauses"]
 
 
-def pauses() -> Iterator[float]:
-    """Seconds to wait between attempts: 0.05, 0.1, 0.2, ... in all 1.55 s."""
-    return (0.05 * 2**attempt for attempt in range(ATTEMPTS - 1))
+def pauses(client: Client) -> Pauses:
+    """The pauses between the attempts of a call that begins now."""
+    return Pauses(client.channel)
 
 
 class Deadline:
@@ -32,30 +37,26 @@ class Deadline:
         return left is not None and left < seconds
 
 
-def call(method: Callable[[Optional[float]], Any], translate: Callable[[Exception], StiefelError],
-         timeout: Optional[float]) -> Any:
-    """One unary call: at most `timeout` seconds, retries included.
-
-    `method` gets the seconds left; `translate` makes this package's exception of gRPC's.
-    """
-    deadline, waits = Deadline(timeout), pauses()
+def call(method: Callable[[Optional[float]], Any], client: Client, timeout: Optional[float]) -> Any:
+    """One call of `client`: at most `timeout` seconds, retries included. `method` gets the seconds left."""
+    deadline, waits = Deadline(timeout), pauses(client)
     while True:
         try:
             return method(deadline.left())
         except (grpc.RpcError, ValueError) as failure:
-            error = translate(failure)
+            error = client.error(failure)
         pause_or_raise(error, waits, deadline)
 
 
-def pause_or_raise(error: StiefelError, waits: Iterator[float], deadline: Optional[Deadline] = None,
+def pause_or_raise(error: StiefelError, waits: Pauses, deadline: Optional[Deadline] = None,
                    late: bool = False) -> None:
-    """Sleeps before the next attempt, or raises `error` if there is to be none; with `late`
+    """Waits before the next attempt, or raises `error` if there is to be none; with `late`
     DeadlineExceeded if that is because the deadline comes first."""
-    wait = next(waits, None) if isinstance(error, Unavailable) else None
+    wait = waits.after(error)
     if wait is None:
         raise error from None
     if deadline is not None and deadline.comes_within(wait):
         if late:
             raise DeadlineExceeded(f"no time is left of {deadline.timeout:g} s: {error.message}") from error
         raise error from None
-    time.sleep(wait)
+    waits.rest(wait)

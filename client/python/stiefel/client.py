@@ -12,6 +12,7 @@ from stiefel import calls
 from stiefel import v1 as pb
 from stiefel.answers import Conversion, Geodesic
 from stiefel.errors import Closed, CorruptReply, InvalidArgument, SceneWarning, StiefelError, Violation, from_rpc_error
+from stiefel.recreation import Metadata, route
 from stiefel.scenes import SceneLike, to_matrix, to_message
 from stiefel.security import TlsLike, open_channel, token_from_environment
 from stiefel.session import Session
@@ -20,7 +21,7 @@ from stiefel.v1.simulation_pb2_grpc import SimulationServiceStub
 
 _OPTIONS = [
     ("grpc.initial_reconnect_backoff_ms", 50),
-    ("grpc.min_reconnect_backoff_ms", 50),
+    ("grpc.min_reconnect_backoff_ms", 5000),  # how long an attempt to connect may take, at least
     ("grpc.max_reconnect_backoff_ms", 1000),
 ]
 
@@ -31,8 +32,10 @@ class Client:
     `timeout` is the deadline of every call in seconds, unless the call has its own; None sets no
     deadline. A stream or a trajectory may take longer: it goes on as long as samples arrive within
     `timeout` seconds. `checksums`: the server sends checksums of the numbers of its replies, and the
-    client raises `CorruptReply` where they differ. As a context manager the client closes itself at the
-    end; a call after that raises `Closed`. Safe to use from many threads.
+    client raises `CorruptReply` where they differ. A session that `create` or `fork` made is created again
+    where its server is gone; where a server of another build answers for it, the client raises
+    `BuildChanged`, unless `any_build`. As a context manager the client closes itself at the end; a call
+    after that raises `Closed`. Safe to use from many threads.
 
     `tls`: a file of authorities in PEM, True for those that gRPC comes with, or a `Tls`; by default the
     file that STIEFEL_TLS_CA names, if it does. `token` tells the server who calls; by default it is
@@ -41,12 +44,14 @@ class Client:
     """
 
     def __init__(self, address: Optional[str] = None, timeout: Optional[float] = 60.0, checksums: bool = True,
-                 tls: TlsLike = None, token: Optional[str] = None, channel: Optional[grpc.Channel] = None):
+                 tls: TlsLike = None, token: Optional[str] = None, channel: Optional[grpc.Channel] = None,
+                 any_build: bool = False):
         if channel is not None and not (address is None and tls is None and token is None):
             raise InvalidArgument("channel: address, tls and token are those of the channel")
         self.address = address or os.environ.get("STIEFEL_ADDRESS", "127.0.0.1:50551")
         self.timeout = timeout
         self.checksums = checksums
+        self.any_build = any_build
         if channel is None:
             channel = open_channel(self.address, tls, token_from_environment() if token is None else token, _OPTIONS)
         else:
@@ -76,15 +81,15 @@ class Client:
         sent = to_message(scene)
         request = pb.CreateSessionRequest(session_id=str(uuid.uuid4()) if id is None else id, scene=sent,
                                           checkpoint=checkpoint, view=pb.SessionView(checksum=self.checksums))
-        reply = self.call("CreateSession", request)
+        reply = self.call("CreateSession", request, metadata=route(request.session_id))
         for text in reply.session.warnings:
             warnings.warn(text, SceneWarning, stacklevel=2)
-        return Session(self, reply.session, reply.created, sent)
+        return Session(self, reply.session, reply.created, sent, owner=True, checkpoint=checkpoint)
 
     def get(self, id: str) -> Session:
         """The session of that id; NotFound if there is none."""
         view = pb.SessionView(scene=pb.SCENE_VIEW_FULL, checksum=self.checksums)
-        reply = self.call("GetSession", pb.GetSessionRequest(session_id=id, view=view))
+        reply = self.call("GetSession", pb.GetSessionRequest(session_id=id, view=view), metadata=route(id))
         return Session(self, reply.session, created=False, base=pb.Scene())
 
     def list(self) -> Iterator[Session]:
@@ -99,7 +104,7 @@ class Client:
 
     def delete(self, id: str) -> None:
         """Deleting an unknown id succeeds."""
-        self.call("DeleteSession", pb.DeleteSessionRequest(session_id=id))
+        self.call("DeleteSession", pb.DeleteSessionRequest(session_id=id), metadata=route(id))
 
     def convert(self, scene: SceneLike, to: str, epsilon: Optional[float] = None,
                 parameter: Optional[float] = None) -> Conversion:
@@ -114,8 +119,12 @@ class Client:
                  timeout: Optional[float] = None) -> Geodesic:
         """The geodesic from the frame Q_0 to the frame Q_T in that time; with `steps` the discrete one."""
         pair = pb.FramePair(q_0=to_matrix(Q_0, "Q_0"), q_t=to_matrix(Q_T, "Q_T"))
-        return self._connect([pair], inertia=inertia, time=time, steps=steps, samples=samples, seed=seed,
-                             restarts=restarts, timeout=timeout)[0]
+        try:
+            return self._connect([pair], inertia=inertia, time=time, steps=steps, samples=samples, seed=seed,
+                                 restarts=restarts, timeout=timeout)[0]
+        except StiefelError as error:
+            error.relative_to("pairs[0]")
+            raise
 
     def connect(self, pairs: Iterable[tuple[Any, Any]], inertia: Any = (), metric: str = "lambda", time: float = 1.0,
                 steps: int = 0, samples: int = 0, seed: int = 0, restarts: Optional[int] = None,
@@ -159,15 +168,15 @@ class Client:
         finally:
             stream.cancel()
 
-    def call(self, method: str, request: Any, timeout: Optional[float] = None) -> Any:
+    def call(self, method: str, request: Any, timeout: Optional[float] = None, metadata: Metadata = ()) -> Any:
         """One unary call by name, with the deadline, the retries and the exceptions of this package."""
-        return calls.call(lambda left: getattr(self.stub, method)(request, timeout=left), self.error,
+        return calls.call(lambda left: getattr(self.stub, method)(request, timeout=left, metadata=metadata), self,
                           self.deadline(timeout))
 
     def call_all(self, method: str, request: Any, timeout: Optional[float] = None) -> Sequence[Any]:
         """All replies of a call that streams them, as `call` makes it."""
         replies: Sequence[Any] = calls.call(lambda left: tuple(getattr(self.stub, method)(request, timeout=left)),
-                                            self.error, self.deadline(timeout))
+                                            self, self.deadline(timeout))
         return replies
 
     def error(self, failure: Exception) -> StiefelError:

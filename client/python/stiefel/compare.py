@@ -13,6 +13,8 @@ def same(first: Any, second: Any) -> bool:
         return np.array_equal(first, second, equal_nan=True)
     if isinstance(first, dict) and isinstance(second, dict):
         return first.keys() == second.keys() and all(same(first[key], second[key]) for key in first)
+    if isinstance(first, tuple) and isinstance(second, tuple):
+        return len(first) == len(second) and all(map(same, first, second))
     return bool(first == second)
 
 

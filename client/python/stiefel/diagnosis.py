@@ -75,7 +75,7 @@ class Diagnosis:
     computed_steps: int = field(compare=False, repr=False)
     #: How many invariants a family has, of the families of which `invariants` has only those with the largest drifts.
     shortened: dict[str, int] = field(default_factory=dict)
-    price: Optional[Price] = field(default=None, compare=False, repr=False)  #: predicted, of the steps; not of the rest
+    price: Optional[Price] = field(default=None, compare=False, repr=False)  #: predicted, of the steps and of what is asked for
 
     @property
     def outcome(self) -> Outcome:

@@ -9,8 +9,7 @@ import grpc
 from stiefel import calls
 from stiefel import v1 as pb
 from stiefel.arrays import State
-from stiefel.checksums import verify_sample
-from stiefel.errors import InvalidArgument, Unavailable, from_status
+from stiefel.errors import InvalidArgument, NotFound, ResourceExhausted, Unavailable, from_status
 from stiefel.names import Names, names
 
 if TYPE_CHECKING:
@@ -35,14 +34,22 @@ class Drive:
     def step(self, to: int, fields: Optional[Names] = None, checkpoint: bool = False) -> State:
         """As `Session.step`. `fields` hold for the requests after this one too."""
         wanted = names("fields", fields) or self._fields
-        request = pb.DriveRequest(session_id=self._session.id, to=to, fields=wanted, return_checkpoint=checkpoint,
+        recreation = self._session._recreation
+        request = pb.DriveRequest(session_id=self._session.id, to=to, fields=wanted,
+                                  return_checkpoint=checkpoint or recreation.wants_checkpoint(to),
                                   checksum=self._session._client.checksums)
-        waits = calls.pauses()
+        client = self._session._client
+        waits, recoveries = calls.pauses(client), calls.pauses(client)
         while True:
             try:
-                state = self._ask(request)
-            except Unavailable as error:
-                self.close()
+                state = self._session._state(self._ask(request), checkpoint)
+            except (NotFound, Unavailable) as error:
+                try:
+                    calls.pause_or_raise(error, waits)
+                except (NotFound, Unavailable):
+                    recreation.recover(error, recoveries, calls.Deadline(None))
+                self.close()  # the next one begins where the session is now
+            except ResourceExhausted as error:
                 calls.pause_or_raise(error, waits)
             except InvalidArgument as error:
                 if error.reason != TOO_LARGE:
@@ -53,20 +60,27 @@ class Drive:
                 self._fields = wanted
                 return state
 
-    def _ask(self, request: pb.DriveRequest) -> State:
-        if self._replies is None:
+    def _ask(self, request: pb.DriveRequest) -> pb.StepResponse:
+        recreation, begins = self._session._recreation, self._replies is None
+        metadata = recreation.metadata
+        if begins:
             method, self._requests = self._session._client.stub.Drive, queue.SimpleQueue()
-            self._replies = method(iter(self._requests.get, None))
+            self._replies = method(iter(self._requests.get, None), metadata=metadata)
         self._requests.put(request)
         try:
             reply = next(self._replies)
         except grpc.RpcError as failure:
             self.close()
+            recreation.check_failure(failure)
             raise self._session._client.error(failure) from None
+        except StopIteration:
+            self.close()
+            raise Unavailable("the server ended the drive") from None
+        if begins:
+            recreation.check_build(self._replies)
         if reply.HasField("error"):
             raise from_status(reply.error)
-        verify_sample(reply.step.sample)
-        return State.of(reply.step)
+        return reply.step
 
     def close(self) -> None:
         if self._replies is not None:

@@ -52,6 +52,13 @@ class StiefelError(Exception):
             lines.append(f"{self.partial.samples} samples had arrived; they are in `partial`")
         return "\n  ".join([self.message] + [line for line in lines if line not in self.message])
 
+    def relative_to(self, place: str) -> None:
+        """Shortens the paths of fields inside `place`, for a caller who gave only what is there: relative to
+        "pairs[0]" the path "pairs[0].Q_0" is "Q_0"."""
+        self.message = self.message.replace(place + ".", "")
+        self.violations = tuple(v._replace(field=v.field.removeprefix(place + ".")) for v in self.violations)
+        self.args = (self.message,)
+
 
 class InvalidArgument(StiefelError, ValueError):
     code = grpc.StatusCode.INVALID_ARGUMENT
@@ -110,6 +117,19 @@ class CorruptReply(StiefelError):
 
 class Closed(FailedPrecondition):
     """A call of a client that is closed, or of one of its sessions, streams or drives."""
+
+
+class BuildChanged(FailedPrecondition):
+    """A server of another build answers for the session: its states could have other bits than those so far.
+
+    `Client(any_build=True)` goes on nevertheless.
+    """
+
+    def __init__(self, id: str, began_with: str, now: str):
+        super().__init__(f"session {id} began with the numerics id {began_with}, the server has {now}: the bits could "
+                         "differ", reason="BUILD_CHANGED")
+        self.began_with = began_with  #: the numerics id of the server that created the session
+        self.now = now  #: that of the server that answered
 
 
 class NotStarted(Unavailable, RuntimeError):
@@ -191,7 +211,16 @@ def in_plain_words(message: str) -> str:
     return f"cannot reach {address}: {reason}"
 
 
+# What gRPC says of a connection that broke while a call ran, such as that of a proxy to its server, and of a call that
+# reached a server at its end. The codes are CANCELLED, INTERNAL and UNKNOWN; an error of the server's own has details.
+_BROKEN = re.compile(r"Received RST_STREAM|Stream removed$|Socket closed$|CANCELLED$")
+
+
 def from_rpc_error(error: grpc.RpcError) -> StiefelError:
     trailing = dict(error.trailing_metadata() or ())
     details = trailing.get("grpc-status-details-bin", b"")
-    return make_error(error.code().value[0], in_plain_words(error.details() or ""), details)
+    message, code = error.details() or "", error.code()
+    maybe = code in (grpc.StatusCode.CANCELLED, grpc.StatusCode.INTERNAL, grpc.StatusCode.UNKNOWN)
+    if maybe and not details and _BROKEN.match(message):
+        code = grpc.StatusCode.UNAVAILABLE
+    return make_error(code.value[0], in_plain_words(message), details)

@@ -11,7 +11,8 @@ from stiefel import v1 as pb
 from stiefel.arrays import Batch, Price, RunStatus, read_steps
 from stiefel.assembly import Assembly
 from stiefel.checksums import verify_batch
-from stiefel.errors import CorruptReply, DeadlineExceeded, Internal, StiefelError, Unavailable
+from stiefel.errors import CorruptReply, DeadlineExceeded, Internal, NotFound, StiefelError, Unavailable
+from stiefel.recreation import Recreation
 
 if TYPE_CHECKING:
     from stiefel.client import Client
@@ -20,10 +21,12 @@ if TYPE_CHECKING:
 class Samples:
     """Iterates over batches of samples that are whole; the attributes tell of what has come so far."""
 
-    def __init__(self, client: Client, request: pb.StreamRequest, step: float, timeout: Optional[float]):
+    def __init__(self, client: Client, recreation: Recreation, request: pb.StreamRequest, step: float,
+                 timeout: Optional[float]):
         """`step`: the scene's. `timeout`: of all streams together; without it each has the client's, and
         one that brought something is followed by another."""
         self._client = client
+        self._recreation = recreation
         self._request = request
         self._every = request.every
         self._step = step
@@ -35,17 +38,22 @@ class Samples:
         self._checkpoint: list[bytes] = []
 
     def __iter__(self) -> Iterator[Batch]:
-        deadline, waits = calls.Deadline(self._timeout), calls.pauses()
+        deadline = calls.Deadline(self._timeout)
+        waits, recoveries = calls.pauses(self._client), calls.pauses(self._client)
         last: Optional[int] = None
         before = 0  # computed by the streams before this one
         while True:
             if last is not None:
                 setattr(self._request, "from", min(last + self._every, self._request.to))
-            stream = self._client.stub.Stream(self._request, timeout=self._client.deadline(deadline.left()))
-            progress, computed = False, 0
+            stream = self._client.stub.Stream(self._request, timeout=self._client.deadline(deadline.left()),
+                                              metadata=self._recreation.metadata)
+            progress, computed, answered = False, 0, False
             assembly, self._checkpoint = Assembly(), []
             try:
                 for message in stream:
+                    if not answered:
+                        self._recreation.check_build(stream)
+                        answered = True
                     computed = max(computed, message.computed_steps)
                     self.computed_steps = before + computed
                     batch = self._read(message, assembly)
@@ -56,14 +64,22 @@ class Samples:
                         return
                 error: StiefelError = Internal("the stream ended without saying how")
             except grpc.RpcError as failure:
+                self._recreation.check_failure(failure)
                 error = self._client.error(failure)
             finally:
                 stream.cancel()
             before += computed
             if progress and isinstance(error, Unavailable if self._timeout is not None else (DeadlineExceeded, Unavailable)):
-                waits = calls.pauses()
-            else:
+                waits, recoveries = calls.pauses(self._client), calls.pauses(self._client)
+                if not (self._recreation.has_checkpoint and self._recreation.is_gone(error)):
+                    continue
+                # Who answers next may have held the session long ago: it gets the checkpoint.
+                self._recreation.recover(error, recoveries, deadline)
+                continue
+            try:
                 calls.pause_or_raise(error, waits, deadline, late=True)
+            except (NotFound, Unavailable) as lost:
+                self._recreation.recover(lost, recoveries, deadline)
 
     def _read(self, message: pb.StreamResponse, assembly: Assembly) -> Optional[Batch]:
         """The samples that are whole with this message, if there are any."""
@@ -90,3 +106,4 @@ class Samples:
         self._checkpoint.append(part.data)
         if begun + len(part.data) == part.size:
             self.checkpoint, self._checkpoint = b"".join(self._checkpoint), []
+            self._recreation.keep(part.step, self.checkpoint)

@@ -10,9 +10,10 @@ import threading
 import time
 import weakref
 from pathlib import Path
-from typing import IO, Optional, Sequence
+from typing import IO, Mapping, Optional, Sequence
 
 from stiefel.errors import NotStarted
+from stiefel.programs import bundled
 
 _READY = b"listening on "
 _GRACE = 5.0
@@ -26,12 +27,15 @@ class Server:
         self.address = address
         self.process = process
         self._stop = weakref.finalize(self, _stop, process, folder, errors)
+        _running.add(self)
 
     @classmethod
-    def start(cls, listen: Optional[str] = None, arguments: Sequence[str] = (), timeout: float = 30.0) -> Server:
+    def start(cls, listen: Optional[str] = None, arguments: Sequence[str] = (), timeout: float = 30.0,
+              environment: Optional[Mapping[str, str]] = None) -> Server:
         """Starts a server on a Unix socket that only this user can reach, or on `listen`.
 
-        "127.0.0.1:0" is a free port. `arguments` go to the command as they are. A program that ends,
+        "127.0.0.1:0" is a free port. `arguments` go to the command as they are; `environment` has
+        variables for it that this process's own replace. A program that ends,
         or has not said after `timeout` seconds where it listens, is killed: NotStarted, with what
         it wrote to stderr. FileNotFoundError if there is no program.
         """
@@ -41,7 +45,7 @@ class Server:
         try:
             # It stops when its stdin ends, which happens however this process does.
             process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                                       bufsize=0, env={"STIEFEL_LOG_LEVEL": "warn", **os.environ})
+                                       bufsize=0, env={"STIEFEL_LOG_LEVEL": "warn", **(environment or {}), **os.environ})
         except OSError as error:
             shutil.rmtree(folder, ignore_errors=True)
             raise _not_started(command, f"cannot be run: {error.strerror}", None, "") from error
@@ -71,6 +75,13 @@ class Server:
         self._stop()
         return self.process.returncode
 
+    def leave_to_parent(self) -> None:
+        """In a forked child: the server stays the parent's, and ends with the parent although the child lives on."""
+        self._stop.detach()
+        for pipe in (self.process.stdin, self.process.stdout):
+            if pipe is not None:
+                pipe.close()
+
     def __enter__(self) -> Server:
         return self
 
@@ -82,20 +93,35 @@ class Server:
         return f"<stiefel.Server at {self.address}, process {self.process.pid}, {state}>"
 
 
+_running: "weakref.WeakSet[Server]" = weakref.WeakSet()
+
+
+def _forked() -> None:
+    for server in list(_running):
+        server.leave_to_parent()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forked)
+
+
 def find_server() -> str:
-    """`stiefel-server`: what STIEFEL_SERVER names, that of the build tree around this package, or on PATH."""
+    """`stiefel-server`: what STIEFEL_SERVER names, what the package holds, that of the build tree around it, or on PATH."""
     given = os.environ.get("STIEFEL_SERVER")
     if given:
         found = shutil.which(given)
         if not found:
             raise FileNotFoundError(f"STIEFEL_SERVER is {given}: there is no such program")
         return found
+    held = bundled("stiefel-server")
+    if held is not None:
+        return str(held)
     built = Path(__file__).resolve().parents[2] / "bin" / "stiefel-server"
     found = shutil.which(str(built)) or shutil.which("stiefel-server")
     if not found:
         raise FileNotFoundError(
             f"no stiefel-server: STIEFEL_SERVER is not set, {built} does not exist, and none of the folders of PATH "
-            f"({os.environ.get('PATH', '')}) has one. The installed package does not hold the program: name the "
+            f"({os.environ.get('PATH', '')}) has one. The wheel for every platform does not hold the program: name the "
             "one that was built in STIEFEL_SERVER, such as build/release/bin/stiefel-server")
     return found
 

@@ -3,7 +3,9 @@ from __future__ import annotations
 
 import threading
 import uuid
-from typing import TYPE_CHECKING, Any, Iterator, Mapping, Optional, Sequence
+from typing import TYPE_CHECKING, Any, Iterator, Mapping, Optional, Sequence, Union
+
+import numpy as np
 
 from stiefel import calls
 from stiefel import v1 as pb
@@ -13,11 +15,14 @@ from stiefel.assembly import Assembly
 from stiefel.checksums import verify_batch, verify_sample, verify_session
 from stiefel.diagnosis import Diagnosis
 from stiefel.drive import TOO_LARGE, Drive
-from stiefel.errors import FailedPrecondition, InvalidArgument, StiefelError
+from stiefel.errors import FailedPrecondition, InvalidArgument, StiefelError, Violation
 from stiefel.names import Names, names
+from stiefel.recreation import Recreation
 from stiefel.resolved import put, resolve, with_blocks_as_matrices
 from stiefel.samples import Samples
 from stiefel.scenes import to_dict, to_matrix, to_method
+from stiefel.summarizing import Summarizing
+from stiefel.summary import Events, Quantities, Summary, Wanted, to_events, to_quantities
 
 if TYPE_CHECKING:
     from stiefel.client import Client
@@ -28,16 +33,24 @@ Bracket = tuple[Sequence[tuple[Any, Any]], Sequence[tuple[Any, Any]]]
 
 
 class Session:
-    """Made by `Client.create` or `Client.get`. As a context manager it deletes itself at the end."""
+    """Made by `Client.create` or `Client.get`. As a context manager it deletes itself at the end.
 
-    def __init__(self, client: Client, message: pb.Session, created: bool, base: Optional[pb.Scene] = None):
-        """`base`: the scene that the message's completes; None for a session that is only listed."""
+    A session from `Client.create` or `fork` outlives its server: where it is gone, a call creates it again,
+    with the last checkpoint that has come, and goes on. Not after `delete`, by whomever.
+    """
+
+    def __init__(self, client: Client, message: pb.Session, created: bool, base: Optional[pb.Scene] = None,
+                 owner: bool = False, checkpoint: bytes = b""):
+        """`base`: the scene that the message's completes; None for a session that is only listed. `owner`: it was
+        created by this handle, with that `checkpoint`."""
         self._client = client
         self.message = message  #: the server's reply; of the scene it has only what the server filled in
         self.created = created  #: False if the session was there already
         self._lock = threading.Lock()
         self._scene: Optional[pb.Scene] = None
         self._whole = False
+        self._sent = base  # until all arrays of the resolved scene are here
+        self._recreation = Recreation(client, message, self._known_or_sent if owner else None, checkpoint)
         if base is not None:
             self._resolve(base)
 
@@ -73,7 +86,7 @@ class Session:
             if not self._whole:
                 arrays = self._fetch_arrays()
                 put({path: arrays[path] for path in self.message.left_out}, scene)
-                self._whole = True
+                self._whole, self._sent = True, None
         return scene
 
     def _known_scene(self) -> pb.Scene:
@@ -81,7 +94,7 @@ class Session:
         with self._lock:
             if self._scene is None:
                 view = pb.SessionView(scene=pb.SCENE_VIEW_FULL, checksum=self._client.checksums)
-                reply = self._client.call("GetSession", pb.GetSessionRequest(session_id=self.id, view=view))
+                reply = self._recreation.call("GetSession", pb.GetSessionRequest(session_id=self.id, view=view))
                 self.message = reply.session
                 self._resolve(pb.Scene())
             assert self._scene is not None
@@ -91,12 +104,19 @@ class Session:
         verify_session(self.message)
         self._scene = resolve(base, self.message.scene, self.message.cleared, self.message.left_out)
         self._whole = not self.message.left_out
+        self._sent = None if self._whole else base
+
+    def _known_or_sent(self) -> pb.Scene:
+        """What creates the session again: the resolved scene if all of it is here, else what was sent."""
+        scene = self._scene if self._whole else self._sent
+        assert scene is not None
+        return scene
 
     def _fetch_arrays(self) -> dict[str, Array]:
         request = pb.StreamRequest(session_id=self.id, scene_arrays=True, checksum=self._client.checksums)
 
         def fetch(left: Optional[float]) -> dict[str, Array]:
-            assembly, stream = Assembly(), self._client.stub.Stream(request, timeout=left)
+            assembly, stream = Assembly(), self._client.stub.Stream(request, timeout=left, metadata=self._recreation.metadata)
             try:
                 for message in stream:
                     if message.steps:  # the sample at step 0, after all arrays
@@ -107,22 +127,31 @@ class Session:
                 stream.cancel()
             return assembly.finish()
 
-        arrays: dict[str, Array] = calls.call(fetch, self._client.error, self._client.deadline(None))
+        arrays: dict[str, Array] = calls.call(fetch, self._client, self._client.deadline(None))
         return arrays
 
     def step(self, to: int, fields: Optional[Names] = None, checkpoint: bool = False,
              timeout: Optional[float] = None) -> State:
         """The state at step `to`, or the last good one before it. `fields`: a name or several; the system's blocks if none."""
         wanted = names("fields", fields)
-        request = pb.StepRequest(session_id=self.id, to=to, fields=wanted, return_checkpoint=checkpoint,
+        request = pb.StepRequest(session_id=self.id, to=to, fields=wanted,
+                                 return_checkpoint=checkpoint or self._recreation.wants_checkpoint(to),
                                  checksum=self._client.checksums)
         try:
-            reply = self._client.call("Step", request, timeout)
+            reply = self._recreation.call("Step", request, timeout)
         except InvalidArgument as error:
             if error.reason != TOO_LARGE:
                 raise
             return self.step_in_parts(to, wanted, checkpoint, timeout)
+        return self._state(reply, checkpoint)
+
+    def _state(self, reply: pb.StepResponse, checkpoint: bool) -> State:
+        """Of Step and Drive. A checkpoint that the caller did not ask for is for the recreation."""
         verify_sample(reply.sample)
+        if reply.checkpoint:
+            self._recreation.keep(reply.sample.step, reply.checkpoint)
+        if not checkpoint:
+            reply.ClearField("checkpoint")
         return State.of(reply)
 
     def step_in_parts(self, to: int, fields: Sequence[str], checkpoint: bool,
@@ -131,8 +160,8 @@ class Session:
         samples = self._samples(to, to, 1, fields, timeout, checkpoint)
         last = list(samples)[-1]
         return State(int(last.step[-1]), float(last.time[-1]), {name: values[-1] for name, values in last.items()},
-                     samples.run_status or RunStatus(Outcome.CANCELLED), samples.computed_steps, samples.checkpoint,
-                     samples.price)
+                     samples.run_status or RunStatus(Outcome.CANCELLED), samples.computed_steps,
+                     samples.checkpoint if checkpoint else b"", samples.price)
 
     def drive(self, fields: Optional[Names] = None) -> Drive:
         """`step` for tight loops, over one stream: `with session.drive() as drive: drive.step(k)`."""
@@ -158,7 +187,7 @@ class Session:
         for i, (one, other) in enumerate(dirac_brackets):
             request.dirac_brackets.add(first=_factors(one, f"dirac_brackets[{i}].first"),
                                        second=_factors(other, f"dirac_brackets[{i}].second"))
-        return Diagnosis.of(self._client.call("Diagnose", request, timeout))
+        return Diagnosis.of(self._recreation.call("Diagnose", request, timeout))
 
     def fork(self, at: int, method: Optional[Mapping[str, Any]] = None, step: Optional[float] = None,
              system: Optional[str] = None, id: Optional[str] = None,
@@ -172,13 +201,17 @@ class Session:
                                         view=pb.SessionView(checksum=self._client.checksums))
         if method is not None:
             request.method.CopyFrom(to_method(method))
-        reply = self._client.call("ForkSession", request, timeout)
+        reply = self._recreation.call("ForkSession", request, timeout)
         if not reply.HasField("session"):
             raise FailedPrecondition(f"step {at} cannot be reached: {reply.run_status.message}")
-        return Session(self._client, reply.session, reply.created, self.resolved())
+        forked = Session(self._client, reply.session, reply.created, self.resolved(), owner=True)
+        forked.resolved()  # which nobody sent, so that it could not be created again without all of it
+        return forked
 
     def delete(self) -> None:
-        self._client.call("DeleteSession", pb.DeleteSessionRequest(session_id=self.id))
+        """Ends it on its server; from now on this handle does not create it again."""
+        self._recreation.end()
+        self._client.delete(self.id)
 
     def stream(self, to: int, start: int = 0, every: int = 1,
                fields: Optional[Names] = None, timeout: Optional[float] = None) -> Iterator[Batch]:
@@ -190,10 +223,13 @@ class Session:
         """
         yield from self._samples(to, start, every or 1, names("fields", fields), timeout)
 
-    def trajectory(self, to: int, start: int = 0, every: int = 1,
+    def trajectory(self, to: Optional[int] = None, start: int = 0, every: int = 1,
                    fields: Optional[Names] = None, progress: bool = False,
-                   timeout: Optional[float] = None) -> Trajectory:
+                   timeout: Optional[float] = None, times: Optional[Sequence[float]] = None) -> Trajectory:
         """The samples at start, start + every, ... and at `to` as whole arrays, each allocated once.
+
+        With `times` instead of `to`: the states at any times, in the order given. A state between two steps is
+        what the method makes of the one before with a shorter step; `step` is then the last step at or before.
 
         `timeout` bounds the whole call, its resumptions and pauses included. An exception has what
         had arrived in `partial`:
@@ -203,6 +239,10 @@ class Session:
             except stiefel.DeadlineExceeded as late:
                 run = late.partial
         """
+        if times is not None:
+            return self._at_times(times, to, fields, timeout)
+        if to is None:
+            raise InvalidArgument("to: must be given, or times", (Violation("to", "must be given, or times"),))
         every = every or 1
         collector = Collector(max(-(-(to - start) // every), 0) + 1)
         samples = self._samples(to, start, every, names("fields", fields), timeout)
@@ -217,12 +257,88 @@ class Session:
             raise
         return collector.trajectory(samples.run_status or RunStatus(Outcome.CANCELLED), samples.computed_steps)
 
+    def summarize(self, to: int, quantities: Quantities, start: int = 0, every: int = 1,
+                  timeout: Optional[float] = None, checkpoint_every: int = 0, checkpoint: bytes = b"") -> Summary:
+        """Statistics of fields and invariants over the samples at start, start + every, ... and at `to`.
+
+            session.summarize(10**6, {"energy": "drift", "quaternion": ["last"],
+                                      "angular_velocity": ["rms", {"quantiles": [0.05, 0.95]}]})
+
+        Statistics: last, min, max, mean, rms, sign_changes, drift; quantiles of fractions, and a histogram between
+        `edges`. Of an ensemble they are of each member, or with `"over_members": True` of all together. A call
+        that breaks goes on at its last checkpoint, one every `checkpoint_every` steps; 0: it begins anew.
+        `timeout`: of the whole call; none by default.
+        """
+        request = self._summarize_request(to, start, every, checkpoint_every=checkpoint_every, checkpoint=checkpoint,
+                                          return_checkpoint=checkpoint_every > 0, quantities=to_quantities(quantities))
+        running = self._summarizing(request, timeout)
+        for _ in running:
+            pass
+        return running.summary()
+
+    def events(self, to: int, events: Union[Wanted, Sequence[Wanted]], start: int = 0,
+               fields: Optional[Names] = None, timeout: Optional[float] = None) -> Events:
+        """The zeros of g = sum(coefficients * field) - level after step `start`, up to step `to`.
+
+            flips = session.events(10**5, {"field": "angular_velocity", "coefficients": [0, 1, 0],
+                                           "direction": "rising"})
+
+        Each event is a mapping with field, coefficients, and where they are not the defaults level (0), direction
+        ("both", "rising", "falling"), limit (0: all) and terminal (False: the motion goes on). Where g_k and
+        g_k+1 have different signs there is one zero; two between the same two states are not seen. `fields`: of
+        the states at the events; the system's blocks by default.
+        """
+        running = self._summarizing(self._events_request(to, events, start, fields), timeout)
+        parts = [part for part in running if isinstance(part, Events)]
+        return Events.joined(parts, running.run_status or RunStatus(Outcome.CANCELLED))
+
+    def stream_events(self, to: int, events: Union[Wanted, Sequence[Wanted]], start: int = 0,
+                      fields: Optional[Names] = None, timeout: Optional[float] = None) -> Iterator[Events]:
+        """`events` batch by batch as they are found; to leave the iteration ends the search."""
+        for part in self._summarizing(self._events_request(to, events, start, fields), timeout):
+            if isinstance(part, Events):
+                yield part
+
+    def _events_request(self, to: int, events: Union[Wanted, Sequence[Wanted]], start: int,
+                        fields: Optional[Names]) -> pb.SummarizeRequest:
+        return self._summarize_request(to, start, 1, events=to_events(events), fields=names("fields", fields))
+
+    def _summarize_request(self, to: int, start: int, every: int, **request: Any) -> pb.SummarizeRequest:
+        message = pb.SummarizeRequest(session_id=self.id, to=to, every=every, checksum=self._client.checksums, **request)
+        setattr(message, "from", start)
+        return message
+
+    def _summarizing(self, request: pb.SummarizeRequest, timeout: Optional[float]) -> Summarizing:
+        return Summarizing(self._client, request, self._known_scene().HasField("members"), timeout)
+
+    def _at_times(self, times: Sequence[float], to: Optional[int], fields: Optional[Names],
+                  timeout: Optional[float]) -> Trajectory:
+        if to is not None:
+            raise InvalidArgument("times: must be absent where `to` is given", (Violation("times", "must be absent where `to` is given"),))
+        given, step = np.asarray(times, float).ravel(), self._known_scene().step
+        steps = given / step
+        if not (given.size and np.isfinite(steps).all()):
+            raise InvalidArgument("times: must be finite numbers, one or more", (Violation("times", "must be finite numbers, one or more"),))
+        order = np.argsort(steps, kind="stable")
+        first, last = steps[order[0]], steps[order[-1]]
+        request = self._summarize_request(int(np.ceil(last)), int(np.floor(first)), 1, times=given[order],
+                                          fields=names("fields", fields))
+        request.every = max(1, request.to)
+        running, collector = self._summarizing(request, timeout), Collector(given.size)
+        for part in running:
+            if isinstance(part, Batch):
+                collector.add(part)
+        run = collector.trajectory(running.run_status or RunStatus(Outcome.CANCELLED), running.computed_steps)
+        back = np.argsort(order[:run.samples], kind="stable")
+        return Trajectory(run.step[back], run.time[back], {name: values[back] for name, values in run.items()},
+                          run.run_status, run.computed_steps)
+
     def _samples(self, to: int, start: int, every: int, fields: Sequence[str], timeout: Optional[float],
                  checkpoint: bool = False) -> Samples:
         request = pb.StreamRequest(session_id=self.id, to=to, every=every, fields=fields, return_checkpoint=checkpoint,
-                                   checksum=self._client.checksums)
+                                   checkpoint_every=self._recreation.checkpoint_every(), checksum=self._client.checksums)
         setattr(request, "from", start)
-        return Samples(self._client, request, self._known_scene().step, timeout)
+        return Samples(self._client, self._recreation, request, self._known_scene().step, timeout)
 
     def __enter__(self) -> Session:
         return self

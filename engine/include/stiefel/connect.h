@@ -26,6 +26,8 @@ struct TwoPointProblem {
   std::uint64_t seed = 1;     ///< of the random starts
   int restarts = 4;           ///< paths through random frames, beside the direct ones
   std::stop_token stop = {};  ///< a stop request ends the search with Cancelled
+  /// Operations after which the search ends with NotConverged: about ten minutes.
+  double most_work = 1e12;
 
   /// max |QQᵀ − I| up to which a frame is accepted.
   static constexpr double frame_tolerance = 1e-9;
@@ -83,7 +85,7 @@ struct UnequalDeterminants {
   int Q_0, Q_T;
 };
 /// No solution was found; the best residual: max |Q(T) − Q_T|, or the gradient for the discrete
-/// problem.
+/// problem; infinite when the search took `most_work`.
 struct NotConverged {
   double residual;
 };

@@ -36,7 +36,7 @@ struct InvariantDrift {
 struct Diagnosis {
   std::vector<InvariantDrift> invariants;
   std::optional<double> orthogonality;  ///< max |QQᵀ − I|
-  double h_omega;                       ///< |h| ‖Ω‖, or |h| ‖Q̇‖ where n < N
+  double h_omega = 0;                   ///< |h| ‖Ω‖, or |h| ‖Q̇‖ where n < N
   std::optional<double> largest_step;
 };
 

@@ -80,7 +80,7 @@ class Scene {
   static constexpr int max_dimension = 512;
   /// n·N when n < N.
   static constexpr int max_elements = 1 << 24;
-  /// Of an ensemble.
+  /// Largest number of members of an ensemble.
   static constexpr int max_members = 1 << 16;
   /// Q is accepted, and repaired, up to this max |QQᵀ − I|; the same for | |attitude| − 1 |.
   static constexpr double frame_tolerance = 1e-6;

@@ -81,7 +81,7 @@ class Simulation {
   /// by rows; nothing where it has none, and for states that are no matrices of blocks.
   virtual std::optional<Eigen::MatrixXd> image(const Eigen::MatrixXd& x) const = 0;
 
-  /// Of an ensemble, at the same step; else none.
+  /// The members of an ensemble, all at `step()`; empty for a single motion.
   virtual std::span<const std::unique_ptr<Simulation>> members() const { return {}; }
 
   /// A rough count of nanoseconds a step takes (`direct`: an advance), from N and the method alone:

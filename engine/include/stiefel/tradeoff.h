@@ -27,6 +27,10 @@ struct Choice {
   MethodDescription method;
   /// The choice and its reasons: error, up to when, against which reference, at which work.
   std::string reason;
+  double work = 0;  ///< units of work that the choice took
+
+  /// The most that a choice takes: units of work, instructions, about a second.
+  static constexpr double most_work = 4e9;
 };
 
 /// The cheapest method, order, arithmetic and substeps whose error, the largest of attitude and
@@ -36,8 +40,13 @@ struct Choice {
 /// would cost too much, shorter ones are extrapolated by the declared growth, doubled; runs in
 /// single precision are not, and are then out of the question.
 ///
+/// Takes at most Choice::most_work. What is predicted to take more than is left of it is not run,
+/// and a run that takes more than predicted is ended. Where not even the first state of the
+/// reference is within it, from about N = 50 on, the choice is refused at once.
+///
 /// Expects a sound description with tolerance, horizon and step. When nothing meets the tolerance
-/// the refusal has reason TOLERANCE_NOT_MET, with the best that was found.
+/// the refusal has reason TOLERANCE_NOT_MET, with the best that was found, or with the price of the
+/// reference. Throws Stopped (stop.h).
 std::expected<Choice, Violations> choose_method(const SceneDescription& description,
                                                 const Place& place = {});
 
@@ -66,7 +75,7 @@ struct TradeoffSetup {
   std::int64_t reference_steps = 0;  ///< steps that the reference reached
   double budget = 0;
   int repeats = 0;
-  std::size_t curves = 0;  ///< candidates, each of which gives one point or more
+  std::size_t curves = 0;  ///< candidates, each of which gives one point or more, or is too dear
 };
 
 /// One method with its order, arithmetic, and substeps or tolerance. Errors, drift and work are
@@ -88,9 +97,10 @@ struct TradeoffPoint {
 
 /// Error against work on one scene, for each method, order and arithmetic with 1, 2, 4, ...
 /// substeps, or with the tolerances 1e-3, 1e-4, ..., until the error falls no more or the point's
-/// share of the budget is used up. Runs in single precision whose error is rounding are measured
-/// whole or left out. Points come one at a time. All results except the times are the same on every
-/// machine with the same build.
+/// share of the budget is used up. The whole survey keeps the budget: a candidate whose first run
+/// is predicted to take more than is left of it is left out. Runs in single precision whose error
+/// is rounding are measured whole or left out. Points come one at a time. All results except the
+/// times are the same on every machine with the same build.
 class Tradeoff {
  public:
   ~Tradeoff();

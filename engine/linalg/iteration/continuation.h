@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "stiefel/stop.h"
+
 namespace stiefel {
 
 /// Follows a solution from t = 0 to `end` along its branch. `solve(t)` starts from the solution
@@ -19,6 +21,7 @@ double continuation(double end, Solve&& solve,
   while (reached < end) {
     stride = std::min(stride, longest);
     const double t = reached + stride < end ? reached + stride : end;
+    stop_point();
     if (solve(t)) {
       reached = t;
       stride *= 2;

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "engine/linalg/arithmetic/scalar.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 
@@ -28,6 +29,7 @@ class FixedPoint {
     Scalar last = 0;
     bool mixing = false;
     for (int k = 0; k < most; ++k) {
+      stop_point(20.0 * static_cast<double>(z.size()));
       sweep(z, g_);
       f_ = g_ - z;
       if (!f_.allFinite()) return false;

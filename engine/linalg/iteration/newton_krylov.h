@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "engine/linalg/arithmetic/scalar.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 
@@ -27,6 +28,7 @@ class NewtonKrylov {
     prepare(z);
     Scalar last = std::numeric_limits<Scalar>::infinity();
     for (int k = 0; k < most; ++k) {
+      stop_point(10.0 * static_cast<double>(z.size()));
       sweep(z, g_);
       f_ = g_ - z;
       // The scale of the solution. Far from the solution g may be larger by powers of h.
@@ -69,6 +71,7 @@ class NewtonKrylov {
     Eigen::Index used = 0;
     while (used < hessenberg_.cols()) {
       const Eigen::Index k = used++;
+      stop_point(4.0 * static_cast<double>((k + 1) * z.size()));
       moved_.reshaped() = z.reshaped() + step * basis_.col(k);
       sweep(moved_, delta_);
       auto next = basis_.col(k + 1);

@@ -3,6 +3,7 @@
 #include <complex>
 
 #include "engine/linalg/matrix_equations/eigenvectors.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 
@@ -25,6 +26,7 @@ class SkewFlow {
 template <class Scalar>
 SkewFlow<Scalar>::SkewFlow(const Matrix<Scalar>& A) {
   if (A.rows() == 0) return;
+  stop_point(25 * static_cast<double>(A.rows() * A.size()));
   const Matrix<Complex> H = Complex(0, 1) * A.template cast<Complex>();
   const Eigen::SelfAdjointEigenSolver<Matrix<Complex>> solver(H);
   Z_ = turned_ = product_ = solver.eigenvectors();
@@ -36,6 +38,7 @@ void SkewFlow<Scalar>::operator()(Scalar t, Matrix<Scalar>& E) {
   using std::cos, std::sin;
   for (Eigen::Index i = 0; i < w_.size(); ++i)
     turned_.col(i) = Complex(cos(w_(i) * t), -sin(w_(i) * t)) * Z_.col(i);
+  stop_point(4 * static_cast<double>(Z_.rows() * Z_.size()));
   product_.noalias() = turned_ * Z_.adjoint();
   E = product_.real();
 }

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "engine/linalg/matrix_equations/lyapunov.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 
@@ -59,6 +60,7 @@ bool ConstraintRiccati<Scalar>::newton(const Matrix<Scalar>& A, const Matrix<Sca
   const Scalar enough = std::numeric_limits<Scalar>::epsilon() / 4 * E.cwiseAbs().maxCoeff();
   constexpr int most = 30;
   for (int k = 0; k < most; ++k) {
+    stop_point(6 * static_cast<double>(Y.rows() * Y.size()));
     PY_.noalias() = P * Y;
     C_ = A + PY_;
     delta_.noalias() = Y * A;

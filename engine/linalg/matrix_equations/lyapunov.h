@@ -4,6 +4,8 @@
 #include <complex>
 
 #include "engine/linalg/matrix_equations/householder.h"
+#include "engine/linalg/matrix_equations/stoppable_schur.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 
@@ -46,11 +48,14 @@ Lyapunov<Scalar>::Lyapunov(Eigen::Index N)
 
 template <class Scalar>
 void Lyapunov<Scalar>::factor(const Matrix<Scalar>& A) {
+  stop_point(20 * static_cast<double>(A.rows() * A.size()));
   Y_ = A.template cast<Complex>();
   hessenberg_.compute(Y_);
+  stop_point();
   write_householder_product(hessenberg_.packedMatrix(), hessenberg_.householderCoefficients(),
                             workspace_, product_);
   Y_ = hessenberg_.matrixH();
+  stop_point(60 * static_cast<double>(A.rows() * A.size()));
   schur_.computeFromHessenberg(Y_, product_);
 }
 
@@ -80,9 +85,12 @@ void Lyapunov<Scalar>::solve(const Matrix<Scalar>& G, Matrix<Scalar>& Y) {
   const auto& T = schur_.matrixT();
   const Eigen::Index N = Y_.rows();
   Y_ = G.template cast<Complex>();
+  stop_point();
   product_.noalias() = Z.adjoint() * Y_;
+  stop_point();
   Y_.noalias() = product_ * Z;
   for (Eigen::Index j = 0; j < N; ++j) {
+    stop_point(6 * static_cast<double>(N * N));
     for (Eigen::Index k = 0; k < j; ++k) Y_.col(j) -= T(k, j) * Y_.col(k);
     for (Eigen::Index i = 0; i < N; ++i) {
       Complex sum = Y_(i, j);
@@ -90,7 +98,9 @@ void Lyapunov<Scalar>::solve(const Matrix<Scalar>& G, Matrix<Scalar>& Y) {
       Y_(i, j) = sum / (std::conj(T(i, i)) + T(j, j));
     }
   }
+  stop_point(16 * static_cast<double>(N * N * N));
   product_.noalias() = Z * Y_;
+  stop_point();
   Y_.noalias() = product_ * Z.adjoint();
   Y = Y_.real();
 }

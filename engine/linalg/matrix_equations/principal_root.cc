@@ -1,6 +1,7 @@
 #include "engine/linalg/matrix_equations/principal_root.h"
 
 #include "engine/linalg/matrix_equations/lu.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 
@@ -9,7 +10,9 @@ Matrix<double> principal_root(const Matrix<double>& A) {
   const Matrix<double> I = Matrix<double>::Identity(A.rows(), A.cols());
   Matrix<double> X = A, Y = I;
   for (int k = 0; k < most; ++k) {
+    stop_point(3 * static_cast<double>(A.rows() * A.size()));
     const Matrix<double> next = (X + Eigen::PartialPivLU<Matrix<double>>(Y).solve(I)) / 2;
+    stop_point();
     Y = ((Y + Eigen::PartialPivLU<Matrix<double>>(X).solve(I)) / 2).eval();
     const double change = (next - X).cwiseAbs().maxCoeff();
     X = next;

@@ -4,6 +4,7 @@
 
 #include "engine/linalg/arithmetic/quadruple.h"
 #include "engine/linalg/matrix_equations/householder.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 
@@ -44,6 +45,7 @@ void SymmetricLyapunov<Scalar>::factor(const Matrix<Scalar>& K) {
     k_ = K(0, 0);
     return;
   }
+  stop_point(6 * static_cast<double>(K.rows() * K.size()));
   const Scalar scale = K.cwiseAbs().maxCoeff();
   product_ = K / scale;
   tridiagonal_.compute(product_);
@@ -62,10 +64,12 @@ void SymmetricLyapunov<Scalar>::solve(const Matrix<Scalar>& E, Matrix<Scalar>& X
     X(0, 0) = E(0, 0) / (2 * k_);
     return;
   }
+  stop_point(4 * static_cast<double>(E.rows() * E.size()));
   product_.noalias() = V_.transpose() * E;
   X.noalias() = product_ * V_;
   for (Eigen::Index j = 0; j < X.cols(); ++j)
     for (Eigen::Index i = 0; i < X.rows(); ++i) X(i, j) /= d_(i) + d_(j);
+  stop_point();
   product_.noalias() = V_ * X;
   X.noalias() = product_ * V_.transpose();
 }

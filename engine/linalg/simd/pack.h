@@ -97,7 +97,7 @@ struct Pack {
   Part v[parts];
 
   Pack() = default;
-  /// The same number in every lane.
+  /// Every lane holds x.
   [[gnu::always_inline]] Pack(Scalar x) {
 #pragma GCC unroll 4
     for (int p = 0; p < parts; ++p) v[p] = x - Part{};

@@ -6,6 +6,7 @@
 #include "engine/simulation/catalogue/methods/step_weight.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/invariant_names.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 namespace {
@@ -45,6 +46,7 @@ std::expected<Candidates, Violations> candidates(SceneDescription description, c
   std::vector<Candidate> all;
   const auto consider = [&](const MethodOnSystem& on, std::optional<int> order,
                             const char* arithmetic, const char* scalar) {
+    stop_point();
     const MethodInfo& info = *catalogue().method(on.method);
     const MethodDescription method{std::string(on.method), order, 1, arithmetic, {}, scalar};
     auto scene = start->with(method, place);

@@ -24,7 +24,7 @@ struct Candidate {
 
 /// Every method of the system that takes a scene, in each order, arithmetic and scalar.
 struct Candidates {
-  Scene start;  ///< the scene, in the hands of the first
+  Scene start;  ///< the scene with the first candidate's method
   std::vector<Candidate> all;
 };
 

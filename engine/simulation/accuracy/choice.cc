@@ -12,13 +12,15 @@ namespace stiefel {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-/// Units of work: about a second, of which the reference may take a third.
-constexpr double budget = 4e9, reference_share = 1.0 / 3;
-/// Of the budget for one run, and for all of one candidate.
+/// Shares of the budget for the reference: a third, and three quarters where its first state alone
+/// takes more than the third.
+constexpr double budget = Choice::most_work;
+constexpr double reference_share = 1.0 / 3, largest_reference_share = 3.0 / 4;
+/// One run may take this share of the budget; a candidate may take so many runs.
 constexpr double run_share = 1.0 / 20;
 constexpr int most_runs = 14;
 constexpr int most_substeps = 1 << 20;
-/// What an extrapolated error is multiplied with.
+/// Factor on an extrapolated error.
 constexpr double caution = 2;
 
 /// "2.1e-09".
@@ -42,6 +44,7 @@ class Chooser {
     double error = infinity;  ///< up to the horizon, in units of the tolerance
     double cost = infinity;
     std::int64_t steps = 0;
+    bool too_dear = false;  ///< not run, or ended, for its work
     bool good() const { return error <= 1; }
   };
 
@@ -72,11 +75,13 @@ Chooser::Trial Chooser::attempt(const Candidate& candidate, const MethodDescript
   const double allowed = std::min(run_share * budget, left_);
   const std::int64_t to = affordable_steps(samples_, step_work, allowed);
   const Scene scene = start_.with(method).value();
-  // What rounding in single precision becomes cannot be told from a part.
-  if (scene.in_float() && to < steps_) return Trial{*scene.description().method};
-  const Run result = run(scene, candidate.weight, samples_, to, Watch::errors, {});
-  left_ -= result.work;
   Trial trial{*scene.description().method};
+  trial.too_dear = static_cast<double>(to) * step_work > left_;
+  // The growth of rounding errors in single precision cannot be extrapolated from a part.
+  if (trial.too_dear || (scene.in_float() && to < steps_)) return trial;
+  const Run result = run(scene, candidate.weight, samples_, to, Watch::errors, {}, left_);
+  left_ -= result.spent;
+  trial.too_dear = result.status.outcome == Outcome::cancelled;
   trial.steps = result.steps;
   if (!result.status.reached() || result.errors.empty()) return trial;
   const std::size_t samples = result.errors.size();
@@ -100,6 +105,7 @@ std::optional<Chooser::Trial> Chooser::fewest_substeps(const Candidate& candidat
     const double bound = best_ ? best_->cost : infinity;
     if (whole_cost(candidate, m) >= bound) break;
     Trial trial = attempt(candidate, candidate.with_substeps(static_cast<int>(m)));
+    if (trial.too_dear) break;
     const double predicted = m * std::pow(trial.error, 1 / p);
     if (trial.good()) {
       found = std::move(trial);
@@ -139,12 +145,13 @@ std::optional<Chooser::Trial> Chooser::loosest_tolerance(const Candidate& candid
   double last_cost = at_once.cost;
   for (int k = 0; k < most_runs && left_ > 0; ++k) {
     Trial trial = attempt(candidate, candidate.with_tolerance(epsilon));
+    if (trial.too_dear) break;
     double next = std::clamp(0.5 * epsilon / trial.error, finest, coarsest);
     if (trial.good()) {
       if (!found || trial.cost < found->cost) found = trial;
       if (next <= 2 * epsilon || (best_ && trial.cost > 4 * best_->cost)) break;
     } else {
-      // The same strides as before: too loose still to change anything.
+      // A cost as before means that the tolerance did not change the steps.
       const bool same = trial.cost == last_cost;
       if (found || epsilon == finest || (!same && trial.error > 0.6 * last_error)) break;
       if (!same) last_error = trial.error;
@@ -158,7 +165,10 @@ std::optional<Chooser::Trial> Chooser::loosest_tolerance(const Candidate& candid
 
 std::expected<Choice, Violations> Chooser::choose() {
   const double time = std::abs(start_.time(steps_));
-  samples_ = take_samples(start_, steps_, {time, reference_share * budget, false}, {});
+  for (const double share : {reference_share, largest_reference_share}) {
+    samples_ = take_samples(start_, steps_, {time, share * budget, false}, {});
+    if (!samples_.steps.empty() || samples_.work > 0) break;
+  }
   if (samples_.steps.empty()) return std::unexpected(nothing());
   left_ -= samples_.work;
   // The high orders first: what they cost bounds what the others need to try.
@@ -168,7 +178,7 @@ std::expected<Choice, Violations> Chooser::choose() {
   });
   std::vector<const Candidate*> met;
   for (const Candidate& candidate : all_) {
-    // The same method in cheaper arithmetic.
+    // A sibling is the same method in cheaper arithmetic.
     const bool sibling = std::ranges::any_of(met, [&](const Candidate* other) {
       return other->method.name == candidate.method.name && other->order == candidate.order &&
              other->weight <= candidate.weight;
@@ -182,7 +192,7 @@ std::expected<Choice, Violations> Chooser::choose() {
     if (!best_ || trial->cost < best_->cost) best_ = trial;
   }
   if (!best_) return std::unexpected(nothing());
-  return Choice{best_->method, reason(*best_)};
+  return Choice{best_->method, reason(*best_), budget - left_};
 }
 
 Violations Chooser::nothing() const {
@@ -195,10 +205,15 @@ Violations Chooser::nothing() const {
                 to_text(nearest_.method) + ")"
       : samples_.reference.empty()
           ? "cannot be checked: " + start_.system() + " has no reference; name a method"
-          : "cannot be met: no method got to a first measurement within the effort "
-            "that a choice may take; name a method");
+      : samples_.steps.empty()
+          ? "cannot be checked: the first state of its reference, " + samples_.reference +
+                ", takes " + short_text(samples_.first_price) +
+                " units of work, and a choice may take " + short_text(budget) + "; name a method"
+          : "cannot be met: no method got to a first measurement within the " + short_text(budget) +
+                " units of work that a choice may take; name a method");
   refusal.reason = "TOLERANCE_NOT_MET";
-  refusal.metadata = {{"tolerance", to_text(tolerance_)}};
+  refusal.metadata = {{"tolerance", to_text(tolerance_)}, {"most_work", to_text(budget)}};
+  if (samples_.first_price > 0) refusal.metadata["reference_work"] = to_text(samples_.first_price);
   if (any) {
     refusal.metadata["best_error"] = to_text(error);
     refusal.metadata["best_method"] = to_text(nearest_.method);

@@ -8,6 +8,7 @@
 #include "engine/simulation/catalogue/methods/step_weight.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/simulation.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 namespace {
@@ -70,6 +71,12 @@ class Comparison {
 
  private:
   std::optional<Measured> measure(bool quadruple) {
+    auto measured = unless_stopped(stop_, [&] { return compared(quadruple); });
+    if (measured) return *std::move(measured);
+    return refuse("was cancelled after " + work_text(out_.work));
+  }
+
+  std::optional<Measured> compared(bool quadruple) {
     const double time = scene_.time(now_.step()), before = out_.work, left = budget_ - before;
     const auto reference = make_reference(scene_, {std::abs(time), left, quadruple});
     if (!reference) {

@@ -14,7 +14,7 @@
 namespace stiefel {
 namespace {
 
-/// Of the runs' length; with its halves, where runs may end that are cut short.
+/// Samples of a run at equal distances; a run that is cut short ends at one of their halves.
 constexpr std::int64_t evenly = 8;
 /// Manakov's coefficients cost N⁵ operations at every sample.
 constexpr int largest_with_manakov = 8;
@@ -79,17 +79,23 @@ Samples take_samples(const Scene& scene, std::int64_t steps, const ReferenceNeed
   for (std::int64_t k = steps; k >= 1; k /= 2) wanted.insert(k);
   for (std::int64_t i = 1; i <= evenly; ++i)
     wanted.insert(std::max<std::int64_t>(1, steps / evenly * i + steps % evenly * i / evenly));
-  const auto reference = make_reference(scene, need);
   Samples samples;
+  const auto reference =
+      unless_stopped(stop, [&] { return make_reference(scene, need); }).value_or(nullptr);
   if (!reference) return samples;
   samples.reference = reference->description();
   for (const std::int64_t step : wanted) {
-    auto answer = reference->at(scene.time(step), stop);
+    auto answer = unless_stopped(stop, [&] {
+                    return reference->at(scene.time(step), stop);
+                  }).value_or(std::nullopt);
     if (!answer) break;
     samples.steps.push_back(step);
     samples.answers.push_back(*std::move(answer));
   }
   samples.work = reference->work();
+  if (samples.steps.empty() && !stop.stop_requested())
+    samples.first_price =
+        reference->predicted_work(scene.time(*wanted.begin()), stop).value_or(samples.work);
   return samples;
 }
 
@@ -100,21 +106,28 @@ double Run::largest_error(std::size_t samples) const {
   return largest;
 }
 
-Run run(const Scene& scene, double weight, const Samples& samples, std::int64_t to, Watch watch,
-        const std::stop_token& stop) {
+namespace {
+
+void run_within(const StopScope& cap, double most_work, const Scene& scene, double weight,
+                const Samples& samples, std::int64_t to, Watch watch, Run& out) {
   const auto now = make_simulation(scene);
-  Run out;
+  const auto count = [&] {
+    out.steps = now->step();
+    out.work = weight * static_cast<double>(now->map_steps());
+    out.spent = std::max(out.work, cap.operations());
+  };
   std::optional<InvariantWatch> invariants;
   if (watch == Watch::errors_and_invariants) invariants.emplace(scene, *now);
-  // Of a closed form every state, like of the others: it is all states that a method is compared
-  // by.
+  // Every state of a closed form is computed too: methods are compared by the cost of all states.
   const double steps = now->direct() ? 1 : slice_work / (weight * scene.substeps());
   const auto slice = static_cast<std::int64_t>(std::max(1.0, std::floor(steps)));
   const auto go_to = [&](std::int64_t step) {
     const double start = thread_seconds();
     while (now->step() < step && out.status.reached()) {
-      out.status = stop.stop_requested() ? RunStatus{Outcome::cancelled, std::nullopt}
-                                         : now->advance(std::min(slice, step - now->step()));
+      stop_point();
+      out.status = out.work > most_work ? RunStatus{Outcome::cancelled, std::nullopt}
+                                        : now->advance(std::min(slice, step - now->step()));
+      count();
     }
     out.cpu_seconds += thread_seconds() - start;
     return out.status.reached();
@@ -126,8 +139,23 @@ Run run(const Scene& scene, double weight, const Samples& samples, std::int64_t 
     out.errors.push_back(error_of(read_motion(scene, *now), samples.answers[i].state));
     if (invariants) invariants->look(*now, out);
   }
-  out.steps = now->step();
-  out.work = weight * static_cast<double>(now->map_steps());
+}
+
+}  // namespace
+
+Run run(const Scene& scene, double weight, const Samples& samples, std::int64_t to, Watch watch,
+        const std::stop_token& stop, double most_work) {
+  Run out;
+  {
+    const StopScope cap(stop, most_work);
+    try {
+      run_within(cap, most_work, scene, weight, samples, to, watch, out);
+    } catch (const Stopped&) {
+      if (!stop.stop_requested() && !cap.used_up()) throw;
+      out.status = RunStatus{Outcome::cancelled, std::nullopt};
+    }
+  }
+  if (out.status.outcome == Outcome::cancelled) stop_point();  // of the scopes around it
   return out;
 }
 

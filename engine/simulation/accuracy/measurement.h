@@ -5,6 +5,7 @@
 #include "engine/simulation/accuracy/candidates.h"
 #include "engine/simulation/accuracy/reference.h"
 #include "stiefel/simulation.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 
@@ -17,6 +18,7 @@ struct Samples {
   std::vector<Reference::Answer> answers;
   std::string reference;
   double work = 0;
+  double first_price = 0;  ///< where there are none: what the first would take, as far as is known
 
   std::int64_t last() const { return steps.empty() ? 0 : steps.back(); }
 };
@@ -35,6 +37,7 @@ struct Run {
   std::vector<MotionError> errors;  ///< at the samples up to where it went
   std::int64_t steps = 0;
   double work = 0;
+  double spent = 0;  ///< of the budget: `work`, or more where steps failed
   double cpu_seconds = 0;
   double drift = 0;
   std::string drift_of;
@@ -44,9 +47,10 @@ struct Run {
 
 enum class Watch { errors, errors_and_invariants, time };
 
-/// Up to a sample's step, or until the token asks to stop: then the run status is `cancelled`.
+/// Up to a sample's step, or until the token asks to stop or `most_work` is used up: then the run
+/// status is `cancelled`. Throws Stopped where a scope around it says so.
 Run run(const Scene& scene, double weight, const Samples& samples, std::int64_t to, Watch watch,
-        const std::stop_token& stop);
+        const std::stop_token& stop, double most_work = StopScope::unlimited);
 
 /// The largest sample whose run takes at most so much work when a step takes `step_work`; the first
 /// one at least.

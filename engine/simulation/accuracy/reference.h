@@ -15,8 +15,8 @@ class Simulation;
 
 /// Attitude and momentum in the variables and axes in which a scene reports them: Q and M; Q and
 /// Q̇Λ on V(n, N); the blocks Q and P where there is no M. No attitude in a momentum-only scene.
-/// Of a system with neither M, P nor Q̇ the momentum is its blocks but for the frame: one as it is,
-/// several as a column of their numbers, row by row.
+/// Attitude and momentum at a time. In a system with neither M, P nor Q̇ the momentum is its other
+/// blocks: one block as it is, several as a column of their numbers, row by row.
 struct MotionState {
   Matrix<long double> attitude, momentum;
   bool complex =
@@ -48,8 +48,8 @@ class Reference {
   virtual std::string description() const = 0;
   /// The work so far, in instructions.
   virtual double work() const = 0;
-  /// What it will have taken at that time, judged by the start of the motion; never less than what
-  /// is known to be needed. Nothing where that cannot be told without going there.
+  /// The work that `at(time)` will have taken in all, predicted from the start of the motion, at
+  /// least the work already done. Empty where only computing it would tell.
   virtual std::optional<double> predicted_work(double /*time*/, const std::stop_token& /*stop*/) {
     return std::nullopt;
   }

@@ -41,8 +41,14 @@ class ExtrapolatedReference final : public Reference {
         coarse_(system.field, system.start, frame_rows_, coarse_columns, coarse_tolerance, first) {}
 
   std::optional<Answer> at(double time, const std::stop_token& stop) override {
-    const auto stopped = [&] { return stop.stop_requested() || work() > budget_; };
-    if (!fine_.go_to(time, stopped) || !coarse_.go_to(time, stopped)) return std::nullopt;
+    // No stride is begun that the budget does not pay for.
+    const auto before = [&](int columns) {
+      const double stride =
+          evaluation_ * static_cast<double>(Motion::evaluations_of_stride(columns));
+      return [&, stride] { return stop.stop_requested() || work() + stride > budget_; };
+    };
+    if (!fine_.go_to(time, before(fine_columns)) || !coarse_.go_to(time, before(coarse_columns)))
+      return std::nullopt;
     MotionState state = present(fine_.state());
     constexpr double unit = std::numeric_limits<long double>::epsilon();
     error_ = std::max({error_, fine_columns * unit * size(state),
@@ -62,7 +68,7 @@ class ExtrapolatedReference final : public Reference {
     const Wide momentum = x.bottomRows(x.rows() - frame_rows_);
     return {x.topRows(frame_rows_), momentum.reshaped<Eigen::RowMajor>(rows_, cols_)};
   }
-  /// Of the numbers that an error of the attitude is absolute in.
+  /// Scale of the attitude's error: its largest entry, at least 1.
   static double size(const MotionState& state) {
     if (state.attitude.size() == 0) return 1;
     return std::max(1.0, static_cast<double>(state.attitude.cwiseAbs().maxCoeff()));

@@ -17,7 +17,7 @@ namespace {
 /// Units of work an operation takes: instructions of the software that adds or multiplies.
 template <class Scalar>
 constexpr double operation_work = std::is_same_v<Scalar, Quad> ? 80 : 8;
-/// What a series may leave out in each precision.
+/// Relative truncation error of a series in each precision.
 constexpr double quadruple_epsilon = 1e-26, extended_epsilon = 1e-18;
 /// How much more the second solution leaves out, whose distance from the first is the error. It has
 /// series of a lower order, and of another length. In extended precision little more, so that over
@@ -48,8 +48,12 @@ class TaylorReference final : public Reference {
   }
 
   std::optional<Answer> at(double time, const std::stop_token& stop) override {
-    const auto stopped = [&] { return stop.stop_requested() || work() > budget_; };
-    if (!fine_.go_to(time, stopped) || !coarse_.go_to(time, stopped)) return std::nullopt;
+    // No series is begun that the budget does not pay for.
+    const auto before = [&](double series) {
+      return [&, series] { return stop.stop_requested() || work() + series > budget_; };
+    };
+    if (!fine_.go_to(time, before(work_)) || !coarse_.go_to(time, before(coarse_work_)))
+      return std::nullopt;
     MotionState state = present(fine_);
     error_ = std::max({error_, rounding(state), error_of(present(coarse_), state).largest()});
     return Answer{std::move(state), error_};
@@ -92,7 +96,7 @@ class TaylorReference final : public Reference {
     return stiefel::present(presentation_, motion.state(), momentum_rows_);
   }
 
-  /// What rounding alone may do, which two solutions may have in common: a series in extended
+  /// Bound on the rounding error, which two solutions may have in common: a series in extended
   /// precision is a sum of `order` rounded terms, one in quadruple precision is rounded once, when
   /// it is reported; each relative to the largest number on the way to the result.
   double rounding(const MotionState& state) const {

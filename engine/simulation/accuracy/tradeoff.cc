@@ -13,9 +13,9 @@ namespace stiefel {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-/// Of the budget.
+/// Share of the budget that the reference may take.
 constexpr double reference_share = 0.5;
-/// Of a candidate, for sharing what is left among those to come.
+/// Points expected of a candidate, for sharing the rest of the budget among those to come.
 constexpr int expected_points = 12;
 constexpr int last_doubling = 16, last_decade = 11;
 /// A point that does not halve the error did not help; after so many in a row no other will.
@@ -94,13 +94,15 @@ std::expected<TradeoffSetup, Violations> Tradeoff::Survey::solve_reference(
   const double time = std::abs(start_.time(steps_));
   samples_ = take_samples(start_, steps_, {time, reference_share * request_.budget}, stop);
   left_ -= samples_.work;
-  if (samples_.reference.empty())
+  if (samples_.reference.empty() && !stop.stop_requested())
     return std::unexpected(Violations{
         {"scene.system", start_.system(), "has no reference to measure errors against"}});
   if (samples_.steps.empty() && !stop.stop_requested())
-    return std::unexpected(Violations{
-        {"budget", to_text(request_.budget),
-         "must be larger: " + samples_.reference + " takes half of it to the first state"}});
+    return std::unexpected(
+        Violations{{"budget", to_text(request_.budget),
+                    "must be larger: " + samples_.reference + " takes " +
+                        scientific_text(samples_.first_price, 2) +
+                        " units of work to the first state, and may take half of the budget"}});
   TradeoffSetup setup{machine(), build_fingerprint(), samples_.reference};
   setup.reference_error = reference_error();
   setup.horizon = time;
@@ -128,14 +130,20 @@ std::optional<TradeoffPoint> Tradeoff::Survey::next(const std::stop_token& stop)
     const double least = scene.in_float() ? least_part_in_float : least_part;
     const bool too_short = static_cast<double>(to) < least * static_cast<double>(steps_) ||
                            static_cast<double>(to) * step_work > share();
+    const bool too_dear =
+        static_cast<double>(to) * step_work * static_cast<double>(request_.repeats) > left_;
     const auto first =
-        knob_ > 0 && too_short ? std::nullopt : first_run(candidate, scene, to, stop);
+        (knob_ > 0 && too_short) || too_dear ? std::nullopt : first_run(candidate, scene, to, stop);
     if (!first) {
       next_candidate();
       continue;
     }
     auto point = measure(candidate, scene, *first, stop);
-    if (point.status.outcome == Outcome::cancelled) return std::nullopt;
+    if (stop.stop_requested()) return std::nullopt;
+    if (point.status.outcome == Outcome::cancelled) {  // it took more than was left
+      next_candidate();
+      continue;
+    }
     const bool another = advance_knob(point);
     if (!another) continue;
     costs_.push_back(point.work);
@@ -148,8 +156,9 @@ std::optional<TradeoffPoint> Tradeoff::Survey::next(const std::stop_token& stop)
 std::optional<Run> Tradeoff::Survey::first_run(const Candidate& candidate, const Scene& scene,
                                                std::int64_t to, const std::stop_token& stop) {
   const auto go_to = [&](std::int64_t steps) {
-    Run made = run(scene, candidate.weight, samples_, steps, Watch::errors_and_invariants, stop);
-    left_ -= made.work;
+    Run made = run(scene, candidate.weight, samples_, steps, Watch::errors_and_invariants, stop,
+                   std::max(left_, 0.0));
+    left_ -= made.spent;
     return made;
   };
   if (to == steps_ || !scene.in_float()) return go_to(to);
@@ -167,7 +176,6 @@ TradeoffPoint Tradeoff::Survey::measure(const Candidate& candidate, const Scene&
                                         const Run& first, const std::stop_token& stop) {
   TradeoffPoint point;
   point.method = *scene.description().method;
-  left_ -= first.work * (request_.repeats - 1);
   point.status = first.status;
   point.measured_steps = first.steps;
   point.drift = first.drift;
@@ -176,7 +184,8 @@ TradeoffPoint Tradeoff::Survey::measure(const Candidate& candidate, const Scene&
 
   const double time = std::abs(scene.time(first.steps));
   point.cpu_seconds_per_second.push_back(first.cpu_seconds / time);
-  for (int k = 1; k < request_.repeats && first.status.reached(); ++k) {
+  for (int k = 1; k < request_.repeats && first.status.reached() && first.spent <= left_; ++k) {
+    left_ -= first.spent;
     const Run again = run(scene, candidate.weight, samples_, first.steps, Watch::time, stop);
     if (again.status.outcome == Outcome::cancelled) {
       point.status = again.status;
@@ -196,7 +205,7 @@ TradeoffPoint Tradeoff::Survey::measure(const Candidate& candidate, const Scene&
   point.extrapolated = first.steps < steps_;
   const double growth = growth_.beyond(candidate, first, samples_, steps_);
   if (point.extrapolated) {
-    // What an error oscillates through is not what it grows from.
+    // The amplitude of an oscillating error does not grow: extrapolate from its envelope.
     const double envelope = std::max(known, first.largest_error(first.errors.size()));
     const double factor = growth * std::min(envelope / point.error->largest(), 4.0);
     if (point.error->attitude) *point.error->attitude *= factor;

@@ -68,7 +68,7 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
   return simulate(scene, Ellipsoid<double>(lambda), observables, cost);
 }
 
-/// What moves qdot need not move p.
+/// Why a method that applies to (q, qdot) does not apply to (q, p); empty if it does.
 std::string refusal(const Scene& scene, std::string_view method) {
   if (scene.block("p").size() == 0) return "";
   std::string others;

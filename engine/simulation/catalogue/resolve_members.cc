@@ -3,6 +3,7 @@
 #include "engine/simulation/catalogue/methods/recommendation.h"
 #include "engine/simulation/catalogue/resolve.h"
 #include "engine/simulation/scene/members.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 namespace {
@@ -26,21 +27,32 @@ std::expected<std::vector<Scene>, Violations> resolve_members(SceneDescription& 
   if (!wrong.empty()) return std::unexpected(std::move(wrong));
   std::vector<Scene> members;
   members.reserve(static_cast<std::size_t>(*ensemble.members));
-  for (int b = 0; b < *ensemble.members && wrong.size() < most_violations; ++b) {
-    auto resolved = Scene::resolve(member_of(ensemble, b), largest_repair, place);
-    if (resolved) {
-      members.push_back(*std::move(resolved));
-      continue;
-    }
-    for (Violation& violation : resolved.error()) {
-      violation.value += " (member " + std::to_string(b) + ")";
+  const auto refuse = [&](std::size_t member, const Violations& violations) {
+    for (Violation violation : violations) {
+      violation.value += " (member " + std::to_string(member) + ")";
       wrong.push_back(std::move(violation));
     }
+  };
+  for (int b = 0; b < *ensemble.members && wrong.size() < most_violations; ++b) {
+    stop_point();
+    auto resolved = Scene::resolve(member_of(ensemble, b), largest_repair, place);
+    if (resolved)
+      members.push_back(*std::move(resolved));
+    else
+      refuse(static_cast<std::size_t>(b), resolved.error());
   }
   if (!wrong.empty()) return std::unexpected(std::move(wrong));
   if (!ensemble.method && !members.front().method().empty()) {
     ensemble.method = recommended_method(members);
-    return resolve_members(ensemble, largest_repair, place);
+    for (std::size_t b = 0; b < members.size() && wrong.size() < most_violations; ++b) {
+      stop_point();
+      auto changed = members[b].with(*ensemble.method, place);
+      if (changed)
+        members[b] = *std::move(changed);
+      else
+        refuse(b, changed.error());
+    }
+    if (!wrong.empty()) return std::unexpected(std::move(wrong));
   }
 
   const SceneDescription& first = members.front().description();

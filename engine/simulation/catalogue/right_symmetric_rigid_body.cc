@@ -1,10 +1,10 @@
 #include "engine/systems/right_symmetric_rigid_body.h"
 
-#include "engine/representations/left_right.h"
 #include "engine/simulation/catalogue/families/forms.h"
 #include "engine/simulation/catalogue/families/recommended.h"
 #include "engine/simulation/catalogue/families/rigid_body_data.h"
 #include "engine/simulation/catalogue/families/rigid_forms.h"
+#include "engine/simulation/catalogue/families/symmetric_observables.h"
 #include "engine/simulation/catalogue/families/symmetric_scene.h"
 #include "engine/simulation/catalogue/motions/motion_starts.h"
 #include "engine/simulation/catalogue/representations/representations.h"
@@ -14,23 +14,8 @@ namespace stiefel {
 namespace {
 
 std::unique_ptr<Simulation> make(const Scene& scene) {
-  const int N = scene.dimension();
-  const double epsilon = scene.epsilon();
-  StackedObservables observables(stacked(scene, "Q", "P"));
-  observables.block("Q", 0, N).block("P", N, N);
-  report_rigid_form(
-      observables, scene,
-      {.Q = [N](const auto& x) { return x.topRows(N).eval(); },
-       .M =
-           [=](const auto& x) { return Psi_right<double>(x.topRows(N), x.bottomRows(N), epsilon); },
-       .side = Side::right,
-       .A = [N](const auto& x) -> Eigen::MatrixXd {
-         return x.bottomRows(N).transpose() * x.topRows(N);
-       },
-       .scaled = true,
-       .terms = costate_terms(N, epsilon)});
-  return simulate(scene, RightSymmetricRigidBody<double>(scene.inertia(), epsilon), observables,
-                  rigid_body_cost(N));
+  return simulate(scene, RightSymmetricRigidBody<double>(scene.inertia(), scene.epsilon()),
+                  symmetric_observables(scene, Side::right), rigid_body_cost(scene.dimension()));
 }
 
 }  // namespace

@@ -1,11 +1,10 @@
 #include "engine/systems/symmetric_rigid_body.h"
 
-#include "engine/invariants/symmetric_rigid_body.h"
-#include "engine/representations/psi.h"
 #include "engine/simulation/catalogue/families/forms.h"
 #include "engine/simulation/catalogue/families/recommended.h"
 #include "engine/simulation/catalogue/families/rigid_body_data.h"
 #include "engine/simulation/catalogue/families/rigid_forms.h"
+#include "engine/simulation/catalogue/families/symmetric_observables.h"
 #include "engine/simulation/catalogue/families/symmetric_scene.h"
 #include "engine/simulation/catalogue/motions/motion_starts.h"
 #include "engine/simulation/catalogue/representations/representations.h"
@@ -15,19 +14,8 @@ namespace stiefel {
 namespace {
 
 std::unique_ptr<Simulation> make(const Scene& scene) {
-  const int N = scene.dimension();
-  const double epsilon = scene.epsilon();
-  StackedObservables observables(stacked(scene, "Q", "P"));
-  observables.block("Q", 0, N).block("P", N, N);
-  report_rigid_form(
-      observables, scene,
-      {.Q = [N](const auto& x) { return x.topRows(N).eval(); },
-       .M = [=](const auto& x) { return Psi<double>(x.topRows(N), x.bottomRows(N), epsilon); },
-       .A = [N](const auto& x) { return constant_A<double>(x.topRows(N), x.bottomRows(N)); },
-       .scaled = true,
-       .terms = costate_terms(N, epsilon)});
-  return simulate(scene, SymmetricRigidBody<double>(scene.inertia(), epsilon), observables,
-                  rigid_body_cost(N));
+  return simulate(scene, SymmetricRigidBody<double>(scene.inertia(), scene.epsilon()),
+                  symmetric_observables(scene), rigid_body_cost(scene.dimension()));
 }
 
 }  // namespace

@@ -6,8 +6,8 @@
 namespace stiefel {
 namespace {
 
-/// Of the largest moment: what a triangle inequality may fail by when the moments, or the tensor
-/// that they come from, were rounded.
+/// A triangle inequality of the moments may fail by this part of the largest moment, when the
+/// moments or their tensor were rounded.
 constexpr double rounding = 16 * 0x1p-53;
 
 std::string numbered(const char* name, Eigen::Index i) { return name + std::to_string(i + 1); }

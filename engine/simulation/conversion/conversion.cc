@@ -14,7 +14,7 @@
 namespace stiefel {
 namespace {
 
-/// Of a system or one of `other_targets`; null where it has no other form.
+/// The representation of a system, or one of `other_targets`; null where there is none.
 const Representation* representation_of(std::string_view name) {
   if (const SystemEntry* entry = system_entry(name)) return entry->representation;
   constexpr const Representation* others[] = {

@@ -30,13 +30,14 @@ std::expected<Scene, ConnectRefusal> scene_of(const TwoPointProblem& problem, co
       refusal::Invalid{"time", to_text(problem.time), "makes numbers that no scene can hold"});
 }
 
-/// Q at step 0 and at `samples` steps after it.
-std::vector<Eigen::MatrixXd> followed(const Scene& scene, int samples) {
+/// Q at step 0 and at `samples` steps after it, or at fewer when the token asks to stop.
+std::vector<Eigen::MatrixXd> followed(const Scene& scene, int samples,
+                                      const std::stop_token& stop) {
   std::vector<Eigen::MatrixXd> frames;
   if (samples == 0) return frames;
   const auto simulation = make_simulation(scene);
   frames.push_back(simulation->get("Q"));
-  for (int k = 0; k < samples && simulation->advance(1).reached(); ++k)
+  for (int k = 0; k < samples && simulation->advance(1, stop).reached(); ++k)
     frames.push_back(simulation->get("Q"));
   return frames;
 }
@@ -60,8 +61,10 @@ std::expected<JoiningScene, ConnectRefusal> continuous(const TwoPointProblem& pr
   const int substeps = static_cast<int>(std::clamp(wanted, 1.0, 1e6));
   const auto scene = scene_of(problem, *answer, {Variational::traits.name, 8, substeps, ""}, step);
   if (!scene) return std::unexpected(scene.error());
+  auto trajectory = followed(*scene, samples, problem.stop);
+  if (problem.stop.stop_requested()) return std::unexpected(refusal::Cancelled{});
   return JoiningScene{*scene,           answer->energy,   answer->residual,
-                      answer->shortest, answer->distinct, followed(*scene, samples)};
+                      answer->shortest, answer->distinct, std::move(trajectory)};
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "stiefel/diagnosis.h"
 #include "engine/simulation/stepping/invariant_list.h"
+#include "stiefel/stop.h"
 
 #include <algorithm>
 #include <cmath>
@@ -43,7 +44,7 @@ std::vector<InvariantDrift> drifts(const Scene& scene, const Simulation& now,
   return out;
 }
 
-/// Of each invariant that of the member with the largest drift.
+/// For each invariant the drift of the member that has the largest.
 std::vector<InvariantDrift> worst_drifts(const Scene& scene, const Simulation& now,
                                          std::span<const std::string> only,
                                          const std::stop_token& stop) {
@@ -66,13 +67,19 @@ std::vector<InvariantDrift> worst_drifts(const Scene& scene, const Simulation& n
 Diagnosis diagnose(const Scene& scene, const Simulation& now, std::span<const std::string> only,
                    const std::stop_token& stop) {
   Diagnosis diagnosis;
-  diagnosis.invariants = scene.members().empty() ? drifts(scene, now, only, stop)
-                                                 : worst_drifts(scene, now, only, stop);
-  diagnosis.orthogonality = now.orthogonality();
-  const double h = std::abs(scene.step()) / scene.substeps();
-  diagnosis.h_omega = h * now.rate();
-  if (scene.dimension() <= largest_domain_search && !stop.stop_requested())
-    diagnosis.largest_step = now.largest_step(domain_search_limit * h);
+  unless_stopped(stop, [&] {
+    diagnosis.invariants = scene.members().empty() ? drifts(scene, now, only, stop)
+                                                   : worst_drifts(scene, now, only, stop);
+    stop_point();
+    diagnosis.orthogonality = now.orthogonality();
+    stop_point();
+    const double h = std::abs(scene.step()) / scene.substeps();
+    diagnosis.h_omega = h * now.rate();
+    stop_point();
+    if (scene.dimension() <= largest_domain_search)
+      diagnosis.largest_step = now.largest_step(domain_search_limit * h);
+    return true;
+  });
   return diagnosis;
 }
 

@@ -10,6 +10,7 @@
 #include "engine/simulation/scene/near_name.h"
 #include "engine/simulation/scene/scene_draft.h"
 #include "stiefel/simulation.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 namespace {
@@ -125,12 +126,18 @@ std::expected<std::optional<double>, Violations> symplectic_defect(const Scene& 
   if (has.empty() || !has_blocks(now, *has.front()))
     return std::unexpected(
         Violations{place.violation("", scene.system(), "this system's states have no two-form")});
-  const auto map = make_simulation(scene);
-  const auto phi = [&](const Dense& x) {
-    return stop.stop_requested() ? std::nullopt : map->image(x);
-  };
-  const Dense x = in_principal_axes(scene, state_of(*has.front(), now));
-  return symplectic_defect<double>(has.front()->space(scene), phi, x, pairs, seed);
+  return unless_stopped(stop,
+                        [&] {
+                          const auto map = make_simulation(scene);
+                          const auto phi = [&](const Dense& x) {
+                            stop_point();
+                            return map->image(x);
+                          };
+                          const Dense x = in_principal_axes(scene, state_of(*has.front(), now));
+                          return symplectic_defect<double>(has.front()->space(scene), phi, x, pairs,
+                                                           seed);
+                        })
+      .value_or(std::nullopt);
 }
 
 std::expected<double, Violations> dirac_bracket(const Scene& scene, const Simulation& now,

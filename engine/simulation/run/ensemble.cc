@@ -1,17 +1,18 @@
 #include "engine/simulation/run/ensemble.h"
 
 #include <algorithm>
-#include <execution>
 #include <utility>
 
 #include <tbb/global_control.h>
 
 #include "engine/simulation/catalogue/system_entry.h"
+#include "engine/simulation/run/parallel.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 namespace {
 
-/// What a step costs a body that goes together with others, roughly, on all cores, for slicing.
+/// Rough nanoseconds of a step of one body in a pack, on all cores, for slicing.
 constexpr double packed_nanoseconds = 5;
 /// Steps of bodies that go together between two looks at the stop token.
 constexpr std::int64_t between_looks = 4096;
@@ -26,6 +27,7 @@ std::unique_ptr<Simulation> make_simulation(const Scene& scene) {
 Ensemble::Ensemble(std::span<const Scene> scenes) {
   members_.reserve(scenes.size());
   for (const Scene& scene : scenes) {
+    stop_point();
     members_.push_back(make_simulation(scene));
     step_cost_ += members_.back()->step_cost();
   }
@@ -39,6 +41,7 @@ Ensemble::Ensemble(std::span<const Scene> scenes) {
 void Ensemble::form_groups(std::span<const Scene> scenes) {
   const auto lanes = static_cast<std::size_t>(body_lanes(scenes.front()));
   for (std::size_t at = 0; at < scenes.size();) {
+    stop_point();
     std::size_t count = 0;
     while (count < lanes && at + count < scenes.size() && can_be_packed(scenes[at + count]))
       ++count;
@@ -81,7 +84,8 @@ RunStatus Ensemble::advance(std::int64_t steps, const std::stop_token& stop) {
 }
 
 void Ensemble::go(std::int64_t steps, const std::stop_token& stop) {
-  std::for_each(std::execution::par, groups_.begin(), groups_.end(), [&](Group& group) {
+  const double all = direct() ? step_cost_ : step_cost_ * static_cast<double>(steps);
+  for_each_in_parallel(groups_, all, [&](Group& group) {
     group.reached = steps;
     if (group.packed) {
       group.before = group.states;

@@ -47,7 +47,7 @@ class Ensemble final : public Simulation {
     std::vector<double> states = {}, before = {};  ///< now and before the last advance
     mutable bool stale = false;
     std::int64_t packed_steps = 0;
-    /// Of the last advance: steps taken, and why no more.
+    /// Steps that the last advance took, and why it ended.
     std::int64_t reached = 0;
     RunStatus status = {};
   };

@@ -30,8 +30,8 @@ class PackedBodies {
   virtual Progress advance(std::span<double> states, std::int64_t steps) = 0;
 };
 
-/// What bodies are made of that go together in Scalars, double or float. Of the last three two are
-/// empty.
+/// Bodies that are stepped side by side in packs of Scalars, double or float. Two of the last three
+/// members are empty.
 template <class Scalar_>
 struct BodiesSideBySide {
   using Scalar = Scalar_;

@@ -25,7 +25,7 @@ std::optional<double> angular_speed(const Scene& scene, double rate) {
   return std::nullopt;
 }
 
-/// What the domain's edge is in degrees: "the step of 0.5 turns the body by 143° and has ...".
+/// The domain's edge in degrees: "the step of 0.5 turns the body by 143° and has ...".
 std::string left_domain(const RunStatus& status, const Scene& scene, double speed) {
   const double h = std::abs(scene.step()) / scene.substeps();
   const auto degrees = [&](double time) {
@@ -55,8 +55,8 @@ std::string other_method(const Scene& scene, const SystemInfo& system, Among&& a
   return "";
 }
 
-/// What takes the scene where its own method does not: the closed form where there is one, else the
-/// method that chooses its own steps; of a discrete system those of the continuous one.
+/// A method that can go on where the scene's own cannot: the closed form where there is one, else
+/// the adaptive method; for a discrete system those of its continuous counterpart.
 std::string neighbour(const Scene& scene) {
   const SystemEntry& entry = *system_entry(scene.system());
   const SystemInfo* system =

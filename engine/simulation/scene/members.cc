@@ -8,7 +8,7 @@
 namespace stiefel {
 namespace {
 
-/// Of a member: its index among `count`, and the shape of its blocks.
+/// A member's index among `count`, and the shape of its blocks.
 struct Member {
   int index, count;
   std::size_t rows = 0, cols = 0;

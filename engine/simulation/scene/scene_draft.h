@@ -24,13 +24,13 @@ class SceneDraft {
   SceneDraft(Scene scene, const Place& place)
       : scene_(std::move(scene)), largest_repair_(Scene::drift_tolerance), place_(place) {}
 
-  // What needs the catalogue (catalogue/resolve.cc):
+  // Defined in catalogue/resolve.cc, because they need the catalogue:
 
   /// Checks system, method and step, and lets the system check what is its own.
   void check();
   /// The scene once it is checked, with what was left open filled in.
   std::expected<Scene, Violations> resolve();
-  /// A sound scene in the hands of another method.
+  /// This checked scene with another method.
   std::expected<Scene, Violations> with(MethodDescription method);
 
   SceneDescription& given() { return scene_.description_; }

@@ -17,10 +17,10 @@ struct Rows {};
 struct Numbers {
   std::size_t each;
 };
-/// The same with as many numbers as a member's blocks have rows, or columns.
+/// A field with one number for each row, or column, of a member's blocks.
 struct NumberPerRow {};
 struct NumberPerColumn {};
-/// Of the ensemble; a member is without it.
+/// A field of the ensemble that its members do not have.
 struct Ensemble {};
 }  // namespace share
 

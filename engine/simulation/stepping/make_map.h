@@ -6,8 +6,8 @@
 
 namespace stiefel {
 
-/// `system` in the hands of one method, in the arithmetic the scene asks for. `cost`: nanoseconds
-/// of a step, roughly.
+/// The simulation of `system` by Method, in the arithmetic of the scene. `cost`: nanoseconds of a
+/// step, roughly.
 template <class Method, class S, class Observables>
 std::unique_ptr<Simulation> make_map(const Scene& scene, const S& system,
                                      const Observables& observables, double cost) {

@@ -7,8 +7,8 @@
 
 namespace stiefel {
 
-/// Whether Method needs no more of S, whose states are matrices, than its vector field; or than its
-/// group's action. Then it is compiled once for all such systems.
+/// Whether Method uses only the vector field of S, or only its group action, and the states of S
+/// are matrices. Such a method is compiled once for all these systems.
 template <class Method, class S>
 constexpr bool by_field_alone = [] {
   if constexpr (!HasMatrixStates<S>)
@@ -26,14 +26,15 @@ constexpr bool by_action_alone = [] {
     return Method::template applies<MatrixLieSystem<typename S::Scalar>>;
 }();
 
-/// A system in the hands of the scene's method, if that is one which needs its vector field alone;
-/// else null. `cost`: nanoseconds of a step, roughly.
+/// The simulation of `system` by the scene's method, if the method uses only the vector field; else
+/// null. `cost`: nanoseconds of a step, roughly.
 template <class Scalar>
 std::unique_ptr<Simulation> simulate_matrices(const Scene& scene,
                                               const MatrixSystem<Scalar>& system,
                                               const MatrixObservables<Scalar>& observables,
                                               double cost);
-/// If it is one which needs its group's action alone.
+/// The simulation of `system` by the scene's method, if the method uses only the group action; else
+/// null.
 template <class Scalar>
 std::unique_ptr<Simulation> simulate_matrices(const Scene& scene,
                                               const MatrixLieSystem<Scalar>& system,

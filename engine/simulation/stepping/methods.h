@@ -58,8 +58,9 @@ using Methods = TypeList<     //
 template <bool MethodTraits::*declared>
 using MethodsThat = typename Declaring<declared, Methods>::type;
 
-/// What moves the systems that are offered in single precision. The state is rounded once, where it
-/// starts, and all that moves it are numbers of 24 bits; the carries of compensated arithmetic too.
+/// The methods of the systems that are offered in single precision. The state is rounded once,
+/// where it starts, and all that moves it are numbers of 24 bits; the carries of compensated
+/// arithmetic too.
 using MethodsInFloat = MethodsThat<&MethodTraits::in_float>;
 
 }  // namespace stiefel

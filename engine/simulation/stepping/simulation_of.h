@@ -6,6 +6,7 @@
 #include "engine/simulation/stepping/invariant_list.h"
 #include "stiefel/scene.h"
 #include "stiefel/simulation.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 
@@ -21,6 +22,7 @@ class SimulationOf final : public Simulation {
         observables_(std::move(observables)),
         substeps_(scene.substeps()),
         step_cost_(step_cost * substeps_),
+        stops_inside_(step_cost >= long_step || chooses_steps),
         state_(map_.start(observables_.start(scene))),
         before_(state_) {
     fields_ = observables_.fields();
@@ -37,28 +39,21 @@ class SimulationOf final : public Simulation {
       return map_steps_;
   }
 
+  /// A step that takes long, or chooses its own steps, is stopped inside, and what it did to the
+  /// state undone. The copy of the state that this needs is nothing beside such a step.
   RunStatus advance(std::int64_t steps, const std::stop_token& stop) override {
-    if constexpr (DirectMap<F>) {
-      if (steps == 0) return {};
-      const auto to = static_cast<long double>(step_ + steps) * substeps_;
-      const RunStatus status = map_.at(state_, to);
-      ++map_steps_;
-      if (status.reached()) step_ += steps;
-      return status;
+    if (!stops_inside_) {
+      const StopScope whole_steps = StopScope::nothing();
+      return walk(steps, stop);
     }
-    for (; steps > 0; --steps) {
-      if (substeps_ > 1) before_ = state_;
-      for (int k = 0; k < substeps_; ++k) {
-        const RunStatus status = step_of_map(stop);
-        if (status.reached()) continue;
-        if (k > 0) state_ = before_;
-        return status;
-      }
-      ++step_;
+    try {
+      const StopScope scope(stop);
+      return walk(steps, stop);
+    } catch (const Stopped&) {
+      state_ = before_;
+      return {Outcome::cancelled, std::nullopt};
     }
-    return {};
   }
-
   std::size_t saved_size() const override { return saved_size_; }
 
   void save(std::span<double> out) const override {
@@ -101,6 +96,33 @@ class SimulationOf final : public Simulation {
   double step_cost() const override { return step_cost_; }
 
  private:
+  /// Nanoseconds from which on a step takes long: 5 million instructions.
+  static constexpr double long_step = 1e6;
+  static constexpr bool chooses_steps = requires(F map) { map.attempts(); };
+
+  RunStatus walk(std::int64_t steps, const std::stop_token& stop) {
+    if constexpr (DirectMap<F>) {
+      if (steps == 0) return {};
+      if (stops_inside_) before_ = state_;
+      const auto to = static_cast<long double>(step_ + steps) * substeps_;
+      const RunStatus status = map_.at(state_, to);
+      ++map_steps_;
+      if (status.reached()) step_ += steps;
+      return status;
+    }
+    for (; steps > 0; --steps) {
+      if (substeps_ > 1 || stops_inside_) before_ = state_;
+      for (int k = 0; k < substeps_; ++k) {
+        const RunStatus status = step_of_map(stop);
+        if (status.reached()) continue;
+        if (k > 0) state_ = before_;
+        return status;
+      }
+      ++step_;
+    }
+    return {};
+  }
+
   RunStatus step_of_map(const std::stop_token& stop) {
     if (stop.stop_requested()) return RunStatus{Outcome::cancelled, std::nullopt};
     ++map_steps_;
@@ -114,6 +136,7 @@ class SimulationOf final : public Simulation {
   Observables observables_;
   int substeps_;
   double step_cost_;
+  bool stops_inside_;
   mutable typename F::State state_;  // `each` serves saving and restoring
   typename F::State before_;
   std::size_t saved_size_ = 0;

@@ -10,5 +10,6 @@ from stiefel.v1.run_pb2 import *  # noqa: F401,F403
 from stiefel.v1.scene_pb2 import *  # noqa: F401,F403
 from stiefel.v1.session_pb2 import *  # noqa: F401,F403
 from stiefel.v1.simulation_pb2 import *  # noqa: F401,F403
+from stiefel.v1.summary_pb2 import *  # noqa: F401,F403
 from stiefel.v1.tensor_pb2 import *  # noqa: F401,F403
 from stiefel.v1.tradeoff_pb2 import *  # noqa: F401,F403

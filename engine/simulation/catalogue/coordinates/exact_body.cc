@@ -14,7 +14,7 @@ using Wide = ExtendedBody::Wide;
 using WidePoint = So3<Wide, true>::State;
 using Quaternion = Eigen::Matrix<Wide, 4, 1>;
 
-/// What Exact moves; states (q; m) in the scene's axes.
+/// The system that Exact moves: states (q; m) in the axes of the scene.
 struct BodyAsGiven {
   using Scalar = double;
   using State = Space::State;

@@ -9,7 +9,7 @@
 
 namespace stiefel {
 
-// What several systems recommend. What recommendation.h says of it is measured by
+// Recommendations that several systems share. Their bounds (recommendation.h) are measured by
 // tests/engine/recommendation_for_long_test.cc.
 
 /// Steps with error control. In longer steps than h||Omega|| = 0.5 rounding would exceed what the
@@ -32,9 +32,9 @@ inline constexpr Recommendation at_constant_Omega = {
     .method = MuntheKaas4::traits.name,
     .order = MuntheKaas4::traits.default_order};
 
-/// Of bodies whose M is a product of what is moved: its error grows with the square of the time.
+/// For bodies whose M is a product of the blocks: its error grows with the square of the time.
 inline constexpr std::array for_products = {at_constant_Omega, with_error_control(2e-13)};
-/// Of costates on V(n, N).
+/// For costates on V(n, N).
 inline constexpr std::array for_costates = {with_error_control(1e-11, 0.15)};
 
 }  // namespace stiefel

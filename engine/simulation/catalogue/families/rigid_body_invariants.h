@@ -17,7 +17,7 @@ std::vector<InvariantInfo> rigid_body_invariant_infos(Side side = Side::left);
 struct Rounding {
   /// The size of the matrices that M is a difference of; 0 where the state holds M itself.
   double terms = 0;
-  /// What no scale of M is below.
+  /// Lower bound of the scale of M.
   double least_norm = 0;
 };
 

@@ -6,6 +6,7 @@
 
 #include "engine/simulation/catalogue/methods/method_traits.h"
 #include "engine/simulation/catalogue/system_entry.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 namespace {
@@ -24,7 +25,7 @@ double momentum_rate(const Scene& scene) {
   return size / inertia * std::sqrt(ddM.norm() / M.norm());
 }
 
-/// Of a system that recommends nothing: what chooses its own steps, else the last method that takes
+/// For a system without a recommendation: the adaptive method, else the last method that takes
 /// every scene.
 Recommendation by_default(const SystemInfo& system) {
   const MethodTraits* chosen = nullptr;
@@ -53,6 +54,7 @@ MethodDescription Recommendation::description() const {
 int Recommendation::substeps(std::span<const Scene> scenes) const {
   double needed = 1;
   for (const Scene& scene : scenes) {
+    stop_point();
     const double h = std::abs(scene.step());
     if (largest_h_omega > 0)
       needed = std::max(needed, std::ceil(h * system_entry(scene.system())->make(scene)->rate() /

@@ -19,8 +19,8 @@ struct Recommendation {
   int order = 0;  ///< 0 of a closed form
   std::string_view arithmetic = "plain";
   double tolerance = 0;  ///< of methods that choose their own steps, else 0
-  /// Of a substep, |h|‖Ω‖ and |h|(‖M̈‖/‖M‖)^{1/2} in the initial state: there are as many substeps
-  /// as that takes. 0: no bound.
+  /// Bounds on |h|‖Ω‖ and |h|(‖M̈‖/‖M‖)^{1/2} of a substep h in the initial state, which determine
+  /// the number of substeps. 0: no bound.
   double largest_h_omega = 0, largest_h_momentum_rate = 0;
 
   /// The method with one substep.

@@ -19,7 +19,8 @@ struct VectorField {
   Eigen::Index frame_rows = 0;
 };
 
-/// Of a system as a template of its scalar makes it: vector_field(Brockett<long double>(...), H).
+/// The vector field of a system that is a template of its scalar, for example
+/// vector_field(Brockett<long double>(...), H).
 template <System S>
 requires std::same_as<typename S::State, VectorField::State> VectorField
 vector_field(S system, const Eigen::MatrixXd& start, Eigen::Index frame_rows = 0) {

@@ -79,7 +79,7 @@ WithinDomain<Expression> write_angular_velocity(const Phase& x, const Conversion
   return Expression{{{"Q", x.Q}, {"U", AngularVelocity<double>(x.lambda, x.Q, x.S).dense()}}};
 }
 
-/// What two frames hold of M ≠ 0.
+/// Adds how well two frames determine M ≠ 0.
 void add_condition(const Phase& x, Margins& margins) {
   if (!x.M.isZero(0))
     margins.push_back({"1/condition of M", inverse_condition_Sigma_L(x.lambda, x.M, x.step)});

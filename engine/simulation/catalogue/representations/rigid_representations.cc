@@ -20,7 +20,8 @@ Phase phase(const Scene& scene, Dense Q, Dense M) {
   return {scene.inertia(), scene.step(), std::move(Q), std::move(M), {}};
 }
 
-/// What the blocks hold of M ≠ 0: M has their rounding divided by this. 0 has no digits to lose.
+/// Adds how well the blocks determine M ≠ 0: the relative error of M is that of the blocks divided
+/// by this margin. M = 0 is exact.
 void add_condition(const Dense& M, double inverse_condition, Margins& margins) {
   if (!M.isZero(0)) margins.push_back({"1/condition of M", inverse_condition});
 }

@@ -15,6 +15,8 @@
 #include <vector>
 
 #include "stiefel/client/error.h"
+#include "stiefel/client/recreation.h"
+#include "stiefel/client/refusals.h"
 #include "stiefel/client/security.h"
 #include "stiefel/client/unreachable.h"
 #include "stiefel/v1/simulation.grpc.pb.h"
@@ -34,6 +36,9 @@ struct Options {
   /// Whether the server sends checksums (CRC-32C) of the numbers of its replies. The client
   /// compares them on receipt and throws CorruptReply where they differ.
   bool checksums = true;
+  /// Whether a session goes on at a server of another build, whose states may have other bits.
+  /// Without it a call that such a server answers throws BuildChanged.
+  bool any_build = false;
   /// Its stop cancels every call that runs and every later one but the deletion of a session; they
   /// throw Error.
   std::stop_token stop = {};
@@ -91,17 +96,18 @@ class Patience {
       : channel_(channel), limit_(limit), deadline_(deadline), stop_(std::move(stop)) {}
 
   /// True after a pause; false at once if the status is not UNAVAILABLE or patience has run out,
-  /// and when a stop is requested.
+  /// and when a stop is requested. A refusal that says when to come back has pauses of its own
+  /// (refusals.h), and none that would end after the deadline.
   bool allows_another(const grpc::Status& status) {
-    if (status.error_code() != grpc::StatusCode::UNAVAILABLE || waited_ >= limit_) return false;
+    if (const auto pause = refusals_.next(status)) return allows_pause(*pause);
+    const auto code = as_unavailable(status).error_code();
+    if (code != grpc::StatusCode::UNAVAILABLE || waited_ >= limit_) return false;
     const auto until = std::chrono::system_clock::now() + deadline_.at_most(pause_);
     if (channel_ && channel_->GetState(true) != GRPC_CHANNEL_READY) {
       // gRPC connects only while a thread waits inside it, so this thread must not sleep outside.
       channel_->WaitForConnected(until);
     } else {
-      std::mutex mutex;
-      std::unique_lock lock(mutex);
-      std::condition_variable_any().wait_until(lock, stop_, until, [] { return false; });
+      sleep_until(until);
     }
     waited_ += pause_;
     pause_ = std::min(2 * pause_, std::chrono::milliseconds(400));
@@ -109,6 +115,18 @@ class Patience {
   }
 
  private:
+  bool allows_pause(std::chrono::milliseconds pause) {
+    if (deadline_.at_most(pause) < pause) return false;
+    sleep_until(std::chrono::system_clock::now() + pause);
+    return !stop_.stop_requested();
+  }
+  void sleep_until(std::chrono::system_clock::time_point until) {
+    std::mutex mutex;
+    std::unique_lock lock(mutex);
+    std::condition_variable_any().wait_until(lock, stop_, until, [] { return false; });
+  }
+
+  Refusals refusals_;
   grpc::Channel* channel_;
   std::chrono::milliseconds limit_;
   Deadline deadline_;
@@ -133,7 +151,8 @@ struct Connection {
   /// The error of a call; of a server that cannot be reached in plain words.
   Error error(const grpc::Status& status) const {
     const bool connected = !channel || channel->GetState(false) == GRPC_CHANNEL_READY;
-    return Error(in_plain_words(status, address, connected));
+    const bool stopped = options.stop.stop_requested();
+    return Error(in_plain_words(stopped ? status : as_unavailable(status), address, connected));
   }
 
   using Stub = v1::SimulationService::Stub;
@@ -143,19 +162,25 @@ struct Connection {
   using StreamingMethod = std::unique_ptr<grpc::ClientReader<Reply>> (Stub::*)(grpc::ClientContext*,
                                                                                const Request&);
 
-  /// One unary call, repeated while the server is UNAVAILABLE. Throws Error.
+  /// One unary call, repeated while the server is UNAVAILABLE; a call of a `session` also where
+  /// that had to be created again. Throws Error.
   template <class Request, class Reply>
   Reply call(Method<Request, Reply> method, const Request& request,
-             std::optional<std::chrono::milliseconds> timeout) const {
+             std::optional<std::chrono::milliseconds> timeout,
+             Recreation* session = nullptr) const {
     const Deadline deadline(timeout);
+    Patience recoveries(nullptr, options.patience, deadline, options.stop);
     for (auto waiting = patience(deadline);;) {
       grpc::ClientContext context;
       deadline.limit(context);
       const CancelOnStop cancel(options.stop, context);
+      if (session) session->route(context);
       Reply reply;
       const grpc::Status status = (stub.get()->*method)(&context, request, &reply);
+      if (session) session->check_build(context, !status.ok());
       if (status.ok()) return reply;
-      if (!waiting.allows_another(status)) throw error(status);
+      if (waiting.allows_another(status)) continue;
+      if (!session || !session->recovers(error(status), deadline, recoveries)) throw error(status);
     }
   }
 

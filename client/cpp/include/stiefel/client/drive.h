@@ -9,10 +9,12 @@
 
 namespace stiefel::client {
 
-/// Step for tight loops, over one call that stays open. Not thread-safe.
+/// Step for tight loops, over one call that stays open, and is opened again where it breaks because
+/// the server is UNAVAILABLE. Not thread-safe.
 class Drive {
  public:
-  Drive(std::shared_ptr<const Connection> connection, std::string session_id);
+  Drive(std::shared_ptr<const Connection> connection, std::string session_id,
+        std::shared_ptr<Recreation> recreation = nullptr);
   ~Drive();
   Drive(Drive&&) noexcept = default;
   Drive& operator=(Drive&&) = delete;
@@ -23,9 +25,13 @@ class Drive {
   v1::StepResponse step(std::int64_t to, const std::vector<std::string>& fields = {});
 
  private:
-  [[noreturn]] void fail();
+  void open();
+  void close();
+  /// Sends the request and waits for the reply. Not OK when the call broke, which is then closed.
+  grpc::Status ask(v1::DriveResponse& response);
 
   std::shared_ptr<const Connection> connection_;
+  std::shared_ptr<Recreation> recreation_;
   std::unique_ptr<grpc::ClientContext> context_;
   std::unique_ptr<CancelOnStop> cancel_;
   std::unique_ptr<grpc::ClientReaderWriter<v1::DriveRequest, v1::DriveResponse>> call_;

@@ -62,6 +62,26 @@ class Error : public std::runtime_error {
   std::map<std::string, std::string> metadata_;
 };
 
+/// The error of a call for a session that its handle has deleted; the code is NOT_FOUND, the reason
+/// SESSION_DELETED.
+Error session_deleted(const std::string& session_id);
+
+/// A server of another build answers for a session: its states could have other bits than those so
+/// far. The code is FAILED_PRECONDITION, the reason BUILD_CHANGED.
+class BuildChanged : public Error {
+ public:
+  BuildChanged(const std::string& session_id, std::string began_with, std::string now);
+
+  /// The numerics id of the server that created the session.
+  const std::string& began_with() const { return began_with_; }
+  /// That of the server that answered.
+  const std::string& now() const { return now_; }
+
+ private:
+  std::string began_with_;
+  std::string now_;
+};
+
 /// A reply whose numbers are not those that the server sent: its checksum differs, or a part of an
 /// array is missing. The code is DATA_LOSS.
 class CorruptReply : public Error {

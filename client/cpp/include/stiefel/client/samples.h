@@ -31,7 +31,7 @@ struct FieldView {
   bool complex = false;
   std::size_t members = 0;  ///< 0 unless it is of an ensemble
 
-  /// Of `values`, or of `floats`.
+  /// The number of `values`, or of `floats` in single precision.
   std::size_t size() const { return values.size() + floats.size(); }
   double operator[](std::size_t i) const { return floats.empty() ? values[i] : floats[i]; }
 };

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -12,11 +13,15 @@ namespace stiefel::client {
 
 /// A simulation held by a server: a pure function from step index to state. Steps are absolute,
 /// ≥ 0. Deleted from the server on destruction unless kept. Different threads may call it at once.
+///
+/// A session from Client::create or fork outlives its server: where it is gone, a call creates it
+/// again, with the last checkpoint that has come, and goes on. A deleted one stays deleted.
 class Session {
  public:
-  /// `base`: the scene that `description.scene` completes.
+  /// `base`: the scene that `description.scene` completes. A session that is `kept` is one that
+  /// this handle found, and never creates. `checkpoint`: with which it was created.
   Session(std::shared_ptr<const Connection> connection, v1::Session description, v1::Scene base,
-          bool kept);
+          bool kept, std::string checkpoint = "");
   ~Session();
   Session(Session&& other) noexcept = default;
   Session& operator=(Session&&) = delete;
@@ -49,6 +54,15 @@ class Session {
   /// A diagnosis with two-forms and brackets; the session's id is filled in.
   v1::DiagnoseResponse diagnose(v1::DiagnoseRequest request) const;
 
+  /// Statistics, events and states at times; the session's id is filled in. `receive` gets events
+  /// and states as they come, each batch whole, and ends the call by returning false. The result is
+  /// the last message with all statistics, empty if the receiver ended the call; in its checkpoint
+  /// the data of the last one that came. A call that breaks goes on from its last checkpoint, or
+  /// begins again, unless events or states would come twice. Throws Error.
+  using SummaryReceiver = std::function<bool(const v1::SummarizeResponse&)>;
+  v1::SummarizeResponse summarize(v1::SummarizeRequest request,
+                                  const SummaryReceiver& receive = {}) const;
+
   /// A new session that starts where this one is at step `from_step`, with what the request
   /// changes; ids are filled in where they are empty. Throws Error, also when that step cannot be
   /// reached.
@@ -66,6 +80,7 @@ class Session {
   std::shared_ptr<const Connection> connection_;
   v1::Session description_;
   std::shared_ptr<ResolvedScene> scene_;
+  std::shared_ptr<Recreation> recreation_;
   bool kept_;
 };
 

@@ -28,23 +28,19 @@ struct Range {
   std::int64_t checkpoint_every = 0;
 };
 
-/// A state that Client::create accepts.
-struct Checkpoint {
-  std::int64_t step = 0;
-  std::string bytes;
-};
-
 /// A stream of samples, many to a message, as an input range:
 ///
 ///     for (const SampleView sample : stream) use(sample.step(), sample.field("Q").values);
 ///
 /// or batch by batch with `next_batch`. A sample larger than a message is a batch of its own. A
-/// stream that breaks because the server is UNAVAILABLE goes on where it broke;
+/// stream that breaks because the server is UNAVAILABLE goes on where it broke, at another server
+/// too if its handle created the session;
 /// Options::compute_timeout bounds it from its construction to its end, whatever the number of
 /// streams. Destroying it cancels it. Not thread-safe.
 class Stream {
  public:
-  Stream(std::shared_ptr<const Connection> connection, std::string session_id, Range range);
+  Stream(std::shared_ptr<const Connection> connection, std::string session_id, Range range,
+         std::shared_ptr<Recreation> recreation = nullptr);
   ~Stream();
   Stream(Stream&&) noexcept = default;
   /// Would abandon the stream assigned to without cancelling it.
@@ -53,7 +49,8 @@ class Stream {
   /// The next samples, null at the end. Valid until the next call. Throws Error.
   const v1::StreamResponse* next_batch();
 
-  /// The last checkpoint that has arrived, of those that the range asks for.
+  /// The last checkpoint that has arrived, of those that the range asks for, and of those, about
+  /// one in a second of work, with which a session is created again.
   const std::optional<Checkpoint>& checkpoint() const { return checkpoint_; }
 
   /// The predicted price of the first stream, as far as it has arrived.
@@ -99,8 +96,11 @@ class Stream {
   /// True when `batch_` has samples that are whole and new.
   bool take();
   void take_checkpoint();
+  bool recovers(const grpc::Status& status, Patience& pauses, Patience& recoveries);
 
   std::shared_ptr<const Connection> connection_;
+  std::shared_ptr<Recreation> recreation_;
+  bool answered_ = false;  // the reader in use has brought a message
   Deadline deadline_;
   v1::StreamRequest request_;
   std::int64_t every_;

@@ -13,6 +13,11 @@ namespace stiefel::client {
 /// which are gRPC's to check.
 std::optional<std::string> fault_of_address(std::string_view address);
 
+/// UNAVAILABLE for a call whose connection broke while it ran, such as that of a proxy to its
+/// server, and for one that reached a server at its end: gRPC reports them as CANCELLED, INTERNAL or
+/// UNKNOWN. Any other status as it is. Not for calls that this side has cancelled.
+grpc::Status as_unavailable(const grpc::Status& status);
+
 /// "cannot reach HOST:PORT: the connection is refused", in place of what gRPC says of a call that
 /// found no server; any other status as it is. What a server itself says has details and stays.
 /// `connected`: whether the channel was when the call failed; a deadline that passes without a

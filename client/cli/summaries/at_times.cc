@@ -1,0 +1,98 @@
+#include "client/cli/summaries/at_times.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iostream>
+
+#include "client/cli/endpoint.h"
+#include "client/cli/interrupt.h"
+#include "client/cli/message_file.h"
+#include "client/cli/progress/progress.h"
+#include "client/cli/report.h"
+#include "client/cli/sinks/sink.h"
+
+namespace stiefel::cli {
+namespace {
+
+std::vector<double> read_times(const std::string& path) {
+  std::ifstream file(path);
+  if (!file) throw BadInput("--times: " + path + " cannot be read");
+  std::vector<double> times;
+  for (std::string word; file >> word;) {
+    std::size_t end = 0;
+    double time = NAN;
+    try {
+      time = std::stod(word, &end);
+    } catch (const std::exception&) {
+    }
+    if (end != word.size() || !std::isfinite(time))
+      throw BadInput("--times: " + path + ": " + word + " is not a finite number");
+    times.push_back(time);
+  }
+  if (times.empty()) throw BadInput("--times: " + path + " has no times");
+  return times;
+}
+
+/// The range of steps around the times, and the times in the order of the motion.
+v1::SummarizeRequest request_for(const RunCommand& command, double step) {
+  std::vector<double> times = read_times(command.times);
+  std::ranges::stable_sort(times, [&](double a, double b) { return a / step < b / step; });
+  constexpr double most = 0x1p53;
+  const double first = std::floor(times.front() / step), last = std::ceil(times.back() / step);
+  if (!(first >= 0 && last <= most))
+    throw BadInput("--times: must be in the direction of the scene's step, within 2^53 steps");
+  v1::SummarizeRequest request;
+  request.set_from(static_cast<std::int64_t>(first));
+  request.set_to(static_cast<std::int64_t>(last));
+  request.set_every(std::max<std::int64_t>(1, request.to()));
+  request.mutable_times()->Add(times.begin(), times.end());
+  request.mutable_fields()->Add(command.fields.begin(), command.fields.end());
+  return request;
+}
+
+}  // namespace
+
+ExitStatus run_at_times(const RunCommand& command) {
+  const v1::Scene scene = read_scene(command.scene);
+  const auto sink = make_sink(command.output);
+  const v1::SummarizeRequest request = request_for(command, scene.step());
+  const Endpoint endpoint(command.server);
+  const auto session = endpoint.client().create(scene);
+  print_remarks(session.description());
+  v1::SummarizeResponse end;
+  v1::DiagnoseResponse diagnosis;
+  {
+    Progress progress(session, request.to());
+    try {
+      end = session.summarize(request, [&](const v1::SummarizeResponse& message) {
+        progress.at(message.step());
+        if (!message.has_states()) return true;
+        v1::StreamResponse batch;
+        *batch.mutable_steps() = message.states().steps();
+        *batch.mutable_times() = message.states().times();
+        *batch.mutable_fields() = message.states().fields();
+        sink->write(batch);
+        return true;
+      });
+      v1::DiagnoseRequest to_diagnose;
+      to_diagnose.set_to(request.to());
+      to_diagnose.set_estimate_error(error_estimation(command.estimate_error));
+      diagnosis = session.diagnose(to_diagnose);
+    } catch (const client::Error&) {
+      if (!interrupted()) throw;
+      const bool to_stdout = command.output.empty();
+      if (to_stdout) sink->finish({{"outcome", "CANCELLED"}, {"message", "interrupted"}});
+      throw Interrupted(progress.how_far() + (to_stdout ? "; the samples up to there are on stdout"
+                                                        : "; nothing was written"));
+    }
+  }
+  const auto result = report(end.run_status(), diagnosis, session.choice());
+  sink->finish(result);
+  if (!command.output.empty() && !command.output.ends_with(".json"))
+    std::cout << result.dump(2) << '\n';
+  show_summary(diagnosis);
+  return conclude(end.run_status(), diagnosis.step());
+}
+
+}  // namespace stiefel::cli

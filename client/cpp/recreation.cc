@@ -1,0 +1,158 @@
+#include "stiefel/client/recreation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "stiefel/client/connection.h"
+
+namespace stiefel::client {
+namespace {
+
+using Stub = v1::SimulationService::Stub;
+
+constexpr const char* session_key = "stiefel-session";
+constexpr const char* numerics_key = "stiefel-numerics-id";
+/// Instructions, about a second.
+constexpr double work_between_checkpoints = 5e9;
+constexpr double most_steps = 9007199254740992.0;  // 2^53
+
+/// gRPC aborts on metadata that HTTP does not allow; what no server takes as an id is not routed.
+bool routable(const std::string& id) {
+  return !id.empty() && id.size() <= 128 && std::ranges::all_of(id, [](char c) {
+    return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '.' ||
+           c == '_' || c == '-';
+  });
+}
+
+bool refuses_checkpoint(const Error& error) {
+  return error.reason().starts_with("CHECKPOINT_") ||
+         std::ranges::any_of(error.violations(),
+                             [](const auto& v) { return v.field == "checkpoint"; });
+}
+
+std::string entry(const std::map<std::string, std::string>& metadata, const std::string& key) {
+  const auto found = metadata.find(key);
+  return found == metadata.end() ? "" : found->second;
+}
+
+}  // namespace
+
+Recreation::Recreation(std::shared_ptr<const Connection> connection, std::string session_id)
+    : connection_(std::move(connection)), session_id_(std::move(session_id)) {}
+
+Recreation::Recreation(std::shared_ptr<const Connection> connection, const v1::Session& session,
+                       SceneSource scene, std::string checkpoint)
+    : connection_(std::move(connection)),
+      session_id_(session.session_id()),
+      numerics_id_(session.numerics_id()),
+      step_work_(session.step_price().work()),
+      scene_(std::move(scene)),
+      checkpoint_{.step = 0, .bytes = std::move(checkpoint)} {}
+
+void Recreation::check_not_deleted() const {
+  const std::lock_guard lock(mutex_);
+  if (ended_) throw session_deleted(session_id_);
+}
+
+void Recreation::route(grpc::ClientContext& context) const {
+  check_not_deleted();
+  if (routable(session_id_)) context.AddMetadata(session_key, session_id_);
+}
+
+void Recreation::check_build(const grpc::ClientContext& context, bool failed) const {
+  if (connection_->options.any_build || numerics_id_.empty() || (failed && !scene())) return;
+  const auto& metadata = context.GetServerInitialMetadata();
+  const auto found = metadata.find(numerics_key);
+  if (found == metadata.end()) return;
+  const std::string now(found->second.data(), found->second.size());
+  if (now != numerics_id_) throw BuildChanged(session_id_, numerics_id_, now);
+}
+
+bool Recreation::is_gone(const Error& error) const {
+  return error.code() == grpc::StatusCode::UNAVAILABLE ||
+         (error.reason() == "SESSION_NOT_FOUND" &&
+          entry(error.metadata(), "session_id") == session_id_);
+}
+
+bool Recreation::recovers(const Error& error, const Deadline& deadline, Patience& pauses) {
+  const SceneSource source = scene();
+  if (!source || !is_gone(error)) return false;
+  if (!pauses.allows_another(grpc::Status(grpc::StatusCode::UNAVAILABLE, ""))) return false;
+  create(source, deadline);
+  return true;
+}
+
+void Recreation::create(const SceneSource& source, const Deadline& deadline) {
+  v1::CreateSessionRequest request;
+  request.set_session_id(session_id_);
+  *request.mutable_scene() = source();
+  request.set_recreate(true);
+  request.mutable_view()->set_scene(v1::SCENE_VIEW_NONE);
+  {
+    const std::lock_guard lock(mutex_);
+    request.set_checkpoint(checkpoint_.bytes);
+  }
+  v1::Session began;
+  began.set_session_id(session_id_);
+  began.set_numerics_id(numerics_id_);
+  Recreation once(connection_, began, nullptr);
+  const auto timeout = deadline.at_most(connection_->options.timeout);
+  try {
+    connection_->call(&Stub::CreateSession, request, timeout, &once);
+  } catch (const Error& error) {
+    if (request.checkpoint().empty() || !refuses_checkpoint(error)) throw;
+    if (error.reason() == "CHECKPOINT_OF_OTHER_NUMERICS" && !connection_->options.any_build)
+      throw BuildChanged(session_id_, numerics_id_, entry(error.metadata(), "server_numerics_id"));
+    keep({});
+    request.clear_checkpoint();
+    connection_->call(&Stub::CreateSession, request, timeout, &once);
+  }
+  if (scene()) return;
+  // It was deleted meanwhile, perhaps before the creation arrived.
+  v1::DeleteSessionRequest deletion;
+  deletion.set_session_id(session_id_);
+  connection_->call(&Stub::DeleteSession, deletion, timeout, &once);
+}
+
+Recreation::SceneSource Recreation::scene() const {
+  const std::lock_guard lock(mutex_);
+  return scene_;
+}
+
+void Recreation::end() {
+  const std::lock_guard lock(mutex_);
+  scene_ = nullptr;
+  ended_ = true;
+}
+
+void Recreation::keep(Checkpoint checkpoint) {
+  const std::lock_guard lock(mutex_);
+  checkpoint_ = std::move(checkpoint);
+}
+
+bool Recreation::has_checkpoint() const {
+  const std::lock_guard lock(mutex_);
+  return !checkpoint_.bytes.empty();
+}
+
+std::int64_t Recreation::checkpoint_every() const {
+  if (step_work_ <= 0 || !scene()) return 0;
+  const double steps = std::min(work_between_checkpoints / step_work_, most_steps);
+  return std::max<std::int64_t>(1, std::llround(steps));
+}
+
+bool Recreation::wants_checkpoint(std::int64_t to) const {
+  const std::int64_t every = checkpoint_every();
+  if (every == 0) return false;
+  const std::lock_guard lock(mutex_);
+  return to < checkpoint_.step || to - checkpoint_.step >= every;
+}
+
+void Recreation::take(v1::StepResponse& reply, bool asked) {
+  if (reply.checkpoint().empty()) return;
+  keep({.step = reply.sample().step(), .bytes = reply.checkpoint()});
+  if (!asked) reply.clear_checkpoint();
+}
+
+}  // namespace stiefel::client

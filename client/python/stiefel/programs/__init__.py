@@ -1,0 +1,35 @@
+"""The programs that the wheel for this platform holds, as the console scripts `stiefel-server` and `stiefel`.
+
+They stand in this folder with the shared libraries that they need. In the build tree and in the wheel for every platform
+the folder holds none.
+"""
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import NoReturn, Optional
+
+_FOLDER = Path(__file__).parent
+
+
+def bundled(name: str) -> Optional[Path]:
+    """The program of that name in this folder; None where there is none."""
+    path = _FOLDER / name
+    return path if os.access(path, os.X_OK) and path.is_file() else None
+
+
+def server() -> NoReturn:
+    _run("stiefel-server")
+
+
+def command() -> NoReturn:
+    _run("stiefel")
+
+
+def _run(name: str) -> NoReturn:
+    """In the place of this process, so that signals and the exit status are the program's."""
+    path = bundled(name)
+    if path is None:
+        sys.exit(f"{name}: this installation of the package holds no programs; the wheel for Linux on x86_64 does")
+    os.execv(path, [name, *sys.argv[1:]])

@@ -1,0 +1,155 @@
+"""A session outlives its server: the handle that created it creates it again where it is gone."""
+from __future__ import annotations
+
+import re
+import threading
+from typing import TYPE_CHECKING, Any, Callable, Optional
+
+import grpc
+
+from stiefel import calls
+from stiefel import v1 as pb
+from stiefel.errors import BuildChanged, NotFound, StiefelError, Unavailable
+from stiefel.retry import Pauses
+
+if TYPE_CHECKING:
+    from stiefel.client import Client
+
+#: Units of work, instructions, between two checkpoints: about a second.
+WORK_BETWEEN_CHECKPOINTS = 5e9
+
+_SESSION, _NUMERICS = "stiefel-session", "stiefel-numerics-id"
+_ROUTABLE = re.compile(r"[A-Za-z0-9._-]{1,128}")
+
+Metadata = tuple[tuple[str, str], ...]
+
+
+def route(id: str) -> Metadata:
+    """The metadata by which a proxy finds the server of a session; none for what no server takes as an id."""
+    return ((_SESSION, id),) if _ROUTABLE.fullmatch(id) else ()
+
+
+class Recreation:
+    """What the calls of one handle share: the name that they are routed by, the build that they are compared
+    with and, in a handle that created its session, the scene and the last checkpoint, from which any server
+    goes on. Thread-safe.
+    """
+
+    def __init__(self, client: Client, message: pb.Session, scene: Optional[Callable[[], pb.Scene]] = None,
+                 checkpoint: bytes = b""):
+        """`message`: the session as it was when the handle began. `scene`: gives the scene that creates it again;
+        None for a handle that did not create it."""
+        self._client = client
+        self._id = message.session_id
+        self._numerics = message.numerics_id
+        self._step_work = message.step_price.work
+        self._scene = scene
+        self._lock = threading.Lock()
+        self._checkpoint, self._checkpoint_step = checkpoint, 0
+        self._ended = False
+
+    @property
+    def metadata(self) -> Metadata:
+        """Of every call. NotFound if this handle has deleted its session."""
+        if self._ended:
+            raise NotFound(f"session_id: {self._id}: this session was deleted", reason="SESSION_DELETED",
+                           metadata={"session_id": self._id})
+        return route(self._id)
+
+    def call(self, method: str, request: Any, timeout: Optional[float] = None) -> Any:
+        """One unary call by name, repeated where the session had to be created again."""
+        deadline, waits = calls.Deadline(self._client.deadline(timeout)), calls.pauses(self._client)
+        while True:
+            try:
+                return self._send(method, request, deadline)
+            except (NotFound, Unavailable) as error:
+                self.recover(error, waits, deadline)
+
+    def recover(self, error: StiefelError, waits: Pauses, deadline: calls.Deadline) -> None:
+        """Creates the session again and pauses; raises `error` if that is not this handle's to do, if `waits` are
+        used up or the deadline comes first, and BuildChanged where another build answers."""
+        wait = waits.unavailable() if self.is_gone(error) else None
+        if wait is None or deadline.comes_within(wait):
+            raise error from None
+        self._create(deadline)
+        waits.rest(wait)
+
+    def is_gone(self, error: StiefelError) -> bool:
+        """Whether `error` means that the session or its server is gone and this handle creates it again."""
+        lost = isinstance(error, Unavailable) or (
+            error.reason == "SESSION_NOT_FOUND" and error.metadata.get("session_id") == self._id)
+        return self._scene is not None and lost
+
+    def end(self) -> None:
+        """From now on this handle creates nothing and finds nothing, at no server: it deletes its session."""
+        self._scene, self._ended = None, True
+
+    def check_build(self, call: Any) -> None:
+        """BuildChanged if the server that answered a call computes other bits than the one of the beginning."""
+        if self._client.any_build or not self._numerics:
+            return
+        for key, value in call.initial_metadata() or ():
+            if key == _NUMERICS and value != self._numerics:
+                raise BuildChanged(self._id, self._numerics, value)
+
+    def check_failure(self, call: Any) -> None:
+        """`check_build` of a call that failed; only where the session could be created there."""
+        if self._scene is not None:
+            self.check_build(call)
+
+    def keep(self, step: int, checkpoint: bytes) -> None:
+        """`checkpoint`: of the state at `step`; the session goes on from there if it is created again."""
+        with self._lock:
+            self._checkpoint, self._checkpoint_step = checkpoint, step
+
+    @property
+    def has_checkpoint(self) -> bool:
+        return bool(self._checkpoint)
+
+    def checkpoint_every(self) -> int:
+        """Steps of a stream between two checkpoints; 0 for none."""
+        if self._scene is None or self._step_work <= 0:
+            return 0
+        return max(1, round(min(WORK_BETWEEN_CHECKPOINTS / self._step_work, 2.0**53)))
+
+    def wants_checkpoint(self, to: int) -> bool:
+        """Whether the way from the last checkpoint to step `to` is so long that a new one is worth its bytes."""
+        every = self.checkpoint_every()
+        return every > 0 and not 0 <= to - self._checkpoint_step < every
+
+    def _attempt(self, method: str, request: Any, timeout: Optional[float]) -> Any:
+        try:
+            reply, call = getattr(self._client.stub, method).with_call(request, timeout=timeout, metadata=self.metadata)
+        except grpc.RpcError as failure:
+            self.check_failure(failure)
+            raise
+        self.check_build(call)
+        return reply
+
+    def _create(self, deadline: calls.Deadline) -> None:
+        scene = self._scene
+        if scene is None:
+            return
+        with self._lock:
+            checkpoint = self._checkpoint
+        request = pb.CreateSessionRequest(session_id=self._id, scene=scene(), checkpoint=checkpoint, recreate=True,
+                                          view=pb.SessionView(scene=pb.SCENE_VIEW_NONE))
+        try:
+            self._send("CreateSession", request, deadline)
+        except StiefelError as error:
+            if not checkpoint or not _refuses_checkpoint(error):
+                raise
+            if error.reason == "CHECKPOINT_OF_OTHER_NUMERICS" and not self._client.any_build:
+                raise BuildChanged(self._id, self._numerics, error.metadata.get("server_numerics_id", "")) from error
+            self.keep(0, b"")
+            request.checkpoint = b""
+            self._send("CreateSession", request, deadline)
+        if self._ended:  # meanwhile; the deletion may have come before the creation
+            self._client.delete(self._id)
+
+    def _send(self, method: str, request: Any, deadline: calls.Deadline) -> Any:
+        return calls.call(lambda left: self._attempt(method, request, left), self._client, deadline.left())
+
+
+def _refuses_checkpoint(error: StiefelError) -> bool:
+    return error.reason.startswith("CHECKPOINT_") or any(v.field == "checkpoint" for v in error.violations)

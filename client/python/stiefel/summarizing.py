@@ -1,0 +1,129 @@
+"""The stream of a Summarize: reads it, and goes on where it broke."""
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Iterator, Optional, Union
+
+import grpc
+import numpy as np
+
+from stiefel import calls
+from stiefel import v1 as pb
+from stiefel.arrays import Array, Batch, Price, RunStatus
+from stiefel.assembly import Assembly
+from stiefel.checksums import verify
+from stiefel.errors import CorruptReply, Internal, StiefelError
+from stiefel.summary import Events, Summary
+
+if TYPE_CHECKING:
+    from stiefel.client import Client
+
+
+class Summarizing:
+    """Events and states at times as they come; the summary afterwards.
+
+    A stream that breaks because the server is unavailable goes on at the last checkpoint that the request
+    asked for, or begins anew; what has been handed out is not handed out again.
+    """
+
+    def __init__(self, client: Client, request: pb.SummarizeRequest, ensemble: bool, timeout: Optional[float]):
+        self._client = client
+        self._request = request
+        self._ensemble = ensemble
+        self._timeout = timeout
+        self._checkpoint: list[bytes] = []
+        self.run_status: Optional[RunStatus] = None  #: at the end
+        self.arrays: dict[str, Array] = {}  #: statistics by their names, at the end
+        self.computed_steps = 0
+        self.price: Optional[Price] = None
+        self.checkpoint = request.checkpoint  #: the last one that is complete
+
+    def summary(self) -> Summary:
+        """After the end."""
+        assert self.run_status is not None
+        return Summary.of(self.arrays, self.run_status, self.computed_steps, self.price, self.checkpoint)
+
+    def __iter__(self) -> Iterator[Union[Events, Batch]]:
+        deadline, waits = calls.Deadline(self._timeout), calls.pauses()
+        taken = {Events: 0, Batch: 0}  # handed out
+        kept = dict(taken)  # of what came before the checkpoint
+        before = 0  # steps computed by broken streams
+        while True:
+            stream = self._client.stub.Summarize(self._request, timeout=deadline.left())
+            seen, fields, statistics = dict(kept), Assembly(), Assembly()
+            self._checkpoint = []
+            computed = 0
+            try:
+                for message in stream:
+                    self._verify(message)
+                    computed = message.computed_steps
+                    self.computed_steps = before + computed
+                    if self.price is None and message.HasField("price"):
+                        self.price = Price.of(message.price)
+                    statistics.take(message.statistics)
+                    batch = self._read(message, fields)
+                    if batch is not None:
+                        kind, count = type(batch), len(batch) if isinstance(batch, Events) else batch.samples
+                        old = max(0, min(count, taken[kind] - seen[kind]))
+                        seen[kind] += count
+                        if old < count:
+                            taken[kind] = seen[kind]
+                            yield batch if old == 0 else _after(batch, old)
+                    if message.HasField("checkpoint") and self._take_checkpoint(message.checkpoint):
+                        kept, self._request.checkpoint = dict(seen), self.checkpoint
+                    if message.HasField("run_status"):
+                        self.run_status = RunStatus.of(message.run_status)
+                        self.arrays = statistics.finish()
+                        return
+                error: StiefelError = Internal("the stream ended without saying how")
+            except grpc.RpcError as failure:
+                error = self._client.error(failure)
+            finally:
+                stream.cancel()
+            before += computed
+            calls.pause_or_raise(error, waits, deadline, late=True)
+
+    def _read(self, message: pb.SummarizeResponse, assembly: Assembly) -> Union[Events, Batch, None]:
+        """The events or states that are whole with this message."""
+        if message.HasField("events"):
+            assembly.take(message.events.fields)
+            return None if message.continues else Events.of(message.events, assembly.finish(), self._ensemble)
+        if message.HasField("states"):
+            assembly.take(message.states.fields)
+            if not message.continues:
+                return Batch(np.array(message.states.steps, np.int64), np.array(message.states.times), assembly.finish())
+        return None
+
+    def _take_checkpoint(self, part: pb.CheckpointPart) -> bool:
+        """Whether it is complete."""
+        if part.offset == 0:
+            self._checkpoint = []
+        begun = sum(map(len, self._checkpoint))
+        if part.offset != begun:
+            raise CorruptReply(f"a part of the checkpoint of step {part.step} is missing")
+        self._checkpoint.append(part.data)
+        if begun + len(part.data) < part.size:
+            return False
+        self.checkpoint, self._checkpoint = b"".join(self._checkpoint), []
+        return True
+
+    @staticmethod
+    def _verify(message: pb.SummarizeResponse) -> None:
+        if not message.HasField("checksum"):
+            return
+        events, states = message.events, message.states
+
+        def numbers(values: Any, dtype: str) -> bytes:
+            return np.array(values, dtype).tobytes()
+
+        verify(message, [
+            numbers(message.step, "<i8"), numbers(events.events, "<u4"), numbers(events.steps, "<i8"),
+            numbers(events.fractions, "<f8"), numbers(events.times, "<f8"), numbers(events.members, "<u4"),
+            *(field.value.data for field in events.fields), numbers(states.steps, "<i8"), numbers(states.times, "<f8"),
+            *(field.value.data for field in states.fields), message.checkpoint.data,
+            *(field.value.data for field in message.statistics)], "a message of the summary")
+
+
+def _after(batch: Union[Events, Batch], count: int) -> Union[Events, Batch]:
+    if isinstance(batch, Events):
+        return batch.after(count)
+    return Batch(batch.step[count:], batch.time[count:], {name: values[count:] for name, values in batch.items()})

@@ -1,0 +1,216 @@
+"""Axes of a sweep: the values of named paths into a scene, as a grid or side by side."""
+from __future__ import annotations
+
+import re
+import reprlib
+from dataclasses import dataclass
+from typing import Any, Mapping, Optional
+
+import numpy as np
+from google.protobuf.descriptor import FieldDescriptor
+from numpy.typing import NDArray
+
+from stiefel import v1 as pb
+from stiefel.errors import InvalidArgument, Violation
+from stiefel.scenes import to_message
+
+#: Fields of which each member of an ensemble has its own: the numbers of one member, None: as many as its dimension.
+LISTS: dict[str, Optional[int]] = {
+    "inertia": None, "inertia_u": None, "inertia_v": None,
+    "body.inertia_tensor": 6, "body.moments": 3, "body.attitude": 4, "body.angular_velocity": 3,
+}
+#: Fields that all members of an ensemble have in common: points that differ in one are of different ensembles.
+COMMON = ("step", "epsilon", "parameter", "method.name", "method.order", "method.substeps", "method.arithmetic",
+          "method.tolerance", "method.scalar")
+POINT = "point"  #: the dimension of axes that stand side by side
+_ENTRY = re.compile(r"(.+)\[(\d+)(?:, *(\d+))?\]")
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """The values along one axis. `field` is the path without an index, `entry` the index of the one number that varies."""
+
+    path: str
+    field: str
+    entry: Optional[tuple[int, ...]]
+    values: NDArray[Any]  #: (points, ...): of a list (points, numbers), of a block (points, rows, cols), else (points,)
+
+    @property
+    def common(self) -> bool:
+        return self.field in COMMON
+
+
+@dataclass(frozen=True, eq=False)
+class Axes:
+    """All axes. A grid has a dimension for each of them; axes side by side have the one dimension `POINT`."""
+
+    axes: tuple[Axis, ...]
+    zipped: bool
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        sizes = tuple(len(axis.values) for axis in self.axes)
+        return sizes[:1] if self.zipped else sizes
+
+    @property
+    def dims(self) -> tuple[str, ...]:
+        """Names of the dimensions. An axis of single numbers or names lends its path; one of lists or blocks is
+        counted by `PATH_point`, because an array of several dimensions is no index."""
+        if self.zipped:
+            return (POINT,)
+        return tuple(axis.path if axis.values.ndim == 1 else f"{axis.path}_{POINT}" for axis in self.axes)
+
+    @property
+    def points(self) -> int:
+        return int(np.prod(self.shape, dtype=np.int64))
+
+    def at(self, points: NDArray[np.int64]) -> list[NDArray[np.int64]]:
+        """The index along each axis of points counted in row-major order."""
+        if self.zipped:
+            return [points] * len(self.axes)
+        return list(np.unravel_index(points, self.shape))
+
+
+def read_axes(axes: Mapping[str, Any], zipped: bool) -> Axes:
+    """Checks paths and shapes. InvalidArgument names every axis that is wrong."""
+    if not isinstance(axes, Mapping) or not axes:
+        raise _wrong([Violation("axes", f"{reprlib.repr(axes)}: must be a mapping from paths into the scene to values")])
+    read: list[Axis] = []
+    wrong: list[Violation] = []
+    for path, values in axes.items():
+        try:
+            read.append(_axis(path, values))
+        except InvalidArgument as error:
+            wrong += error.violations
+    if wrong:
+        raise _wrong(wrong)
+    result = Axes(tuple(read), zipped)
+    _check_together(result)
+    return result
+
+
+def _axis(path: Any, values: Any) -> Axis:
+    place = f"axes[{path!r}]"
+    if not isinstance(path, str):
+        raise _wrong([Violation(place, "must be a path into the scene")])
+    found = _ENTRY.fullmatch(path)
+    field = found[1] if found else path
+    entry = tuple(int(index) for index in found.groups()[1:] if index is not None) if found else None
+    rank = _rank(path, field, entry, place)
+    try:
+        array = np.asarray(values)
+    except ValueError:
+        array = np.empty(0, object)
+    text = field in ("method.name", "method.arithmetic", "method.scalar")
+    if not _fits(array, field, text):
+        raise _wrong([Violation(place, f"{reprlib.repr(values)}: must be {'names' if text else 'numbers'}, one kind in all")])
+    if field.startswith("initial.") and rank == 3 and array.ndim == 2:
+        array = array[:, np.newaxis, :]  # a block of one row
+    each = LISTS.get(field)
+    shape = {1: "(points)", 2: f"(points, {each or 'dimension'})", 3: "(points, rows, cols)"}[rank]
+    if array.ndim != rank or 0 in array.shape or (rank == 2 and each not in (None, array.shape[1])):
+        raise _wrong([Violation(place, f"the shape {array.shape}: must be {shape}")])
+    return Axis(path, field, entry, _plain(array, field))
+
+
+def _rank(path: str, field: str, entry: Optional[tuple[int, ...]], place: str) -> int:
+    """How many dimensions the values of a path have."""
+    whole = 3 if field.startswith("initial.") and field != "initial." else 2 if field in LISTS else 1 if field in COMMON else 0
+    if whole == 0:
+        known = ", ".join((*LISTS, "initial.BLOCK", *COMMON))
+        raise _wrong([Violation(place, f"{path}: must be a field that a sweep varies: {known}")])
+    if entry is None:
+        return whole
+    if len(entry) != whole - 1:
+        raise _wrong([Violation(place, f"{path}: must have {whole - 1} indices, or none for the whole field")])
+    return 1
+
+
+def _fits(array: NDArray[Any], field: str, text: bool) -> bool:
+    if text:
+        return array.dtype.kind == "U"
+    if field in ("method.order", "method.substeps"):
+        return array.dtype.kind in "iu" and array.ndim == 1 and (array.size == 0 or int(array.min()) >= 0)
+    return array.dtype.kind in ("iufc" if field.startswith("initial.") else "iuf")
+
+
+def _plain(array: NDArray[Any], field: str) -> NDArray[Any]:
+    """The kind of numbers that travels, little-endian."""
+    if array.dtype.kind == "U":
+        return array
+    if field in ("method.order", "method.substeps"):
+        return array.astype("<i8")
+    return np.ascontiguousarray(array, "<c16" if array.dtype.kind == "c" else "<f8")
+
+
+def _check_together(axes: Axes) -> None:
+    wrong = []
+    if axes.zipped:
+        sizes = {axis.path: len(axis.values) for axis in axes.axes}
+        if len(set(sizes.values())) > 1:
+            wrong.append(Violation("axes", f"{sizes}: must have as many values each, because they stand side by side"))
+    for one in axes.axes:
+        others = [axis for axis in axes.axes if axis is not one and axis.field == one.field]
+        if others and (one.entry is None or any(axis.entry in (None, one.entry) for axis in others)):
+            wrong.append(Violation(f"axes[{one.path!r}]", f"{others[0].path} is an axis too: must be different numbers"))
+    if wrong:
+        raise _wrong(wrong)
+
+
+def base_of(scene: Any, axes: Axes) -> pb.Scene:
+    """The scene without the fields that an axis sets whole. InvalidArgument where it is an ensemble itself, and where
+    an axis sets one entry of a field that it does not have."""
+    base = pb.Scene()
+    base.CopyFrom(to_message(scene))
+    wrong = []
+    if base.HasField("members"):
+        wrong.append(Violation("scene.members", f"{base.members}: must be absent, the sweep makes its own ensembles"))
+    for axis in axes.axes:
+        if axis.entry is not None:
+            shape = _shape(base, axis.field)
+            if len(shape) != len(axis.entry) or any(k >= size for k, size in zip(axis.entry, shape)):
+                there = f"has the shape {shape}" if shape else "is absent"
+                wrong.append(Violation(f"axes[{axis.path!r}]", f"the scene's {axis.field} {there}: must have this entry"))
+        elif not axis.common:
+            clear(base, axis.field)
+    if wrong:
+        raise _wrong(wrong)
+    return base
+
+
+def _shape(scene: pb.Scene, field: str) -> tuple[int, ...]:
+    if field.startswith("initial."):
+        name = field[len("initial."):]
+        if name in scene.initial_tensors:
+            return tuple(scene.initial_tensors[name].shape)
+        return (scene.initial[name].rows, scene.initial[name].cols) if name in scene.initial else ()
+    owner, name = owner_of(scene, field)
+    return (len(getattr(owner, name)),) if len(getattr(owner, name)) else ()
+
+
+def owner_of(scene: pb.Scene, field: str) -> tuple[Any, str]:
+    """The message that has the field, and the field's name there."""
+    part, _, name = field.rpartition(".")
+    return (getattr(scene, part) if part else scene), name
+
+
+def clear(scene: pb.Scene, field: str) -> None:
+    if field.startswith("initial."):
+        name = field[len("initial."):]
+        scene.initial.pop(name, None)
+        scene.initial_tensors.pop(name, None)
+        return
+    owner, name = owner_of(scene, field)
+    owner.ClearField(name)
+
+
+def set_common(scene: pb.Scene, field: str, value: Any) -> None:
+    """Sets a number or a name that all members share."""
+    owner, name = owner_of(scene, field)
+    kind = owner.DESCRIPTOR.fields_by_name[name].cpp_type
+    whole = kind == FieldDescriptor.CPPTYPE_UINT32
+    setattr(owner, name, str(value) if kind == FieldDescriptor.CPPTYPE_STRING else int(value) if whole else float(value))
+
+
+def _wrong(violations: list[Violation]) -> InvalidArgument:
+    return InvalidArgument("; ".join(f"{v.field}: {v.description}" for v in violations), tuple(violations))

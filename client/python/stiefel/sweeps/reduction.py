@@ -1,0 +1,85 @@
+"""What a sweep reads of a motion: the statistics of its samples, made where the motion is."""
+from __future__ import annotations
+
+import os
+import reprlib
+import socket
+import uuid
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from typing import Iterator, Optional
+
+from stiefel import v1 as pb
+from stiefel.arrays import Array
+from stiefel.client import Client
+from stiefel.errors import InvalidArgument, StiefelError, Violation
+from stiefel.summarizing import Summarizing
+from stiefel.summary import Quantities, to_quantities
+from stiefel.sweeps.failures import OtherNumerics
+
+OUTCOME = "outcome"
+# Of events, which a sweep does not ask for; and the number of samples, which `last_step` says.
+_UNUSED = ("samples", "ended_by")
+
+
+@dataclass(frozen=True, eq=False)
+class Reduced:
+    """The statistics of a chunk, each (members, ...), and the build that computed them."""
+
+    arrays: dict[str, Array]
+    numerics_id: str
+
+
+def request_of(to: int, start: int, every: int, summarize: Quantities) -> pb.SummarizeRequest:
+    """The request without a session. InvalidArgument where a statistic has no such name."""
+    if not hasattr(summarize, "items") or not summarize:
+        raise _refused("summarize", f"{reprlib.repr(summarize)}: must be a mapping from fields and invariants to statistics")
+    request = pb.SummarizeRequest(to=to, every=every, quantities=to_quantities(summarize))
+    setattr(request, "from", start)
+    for quantity in request.quantities:
+        place = f"summarize[{quantity.name!r}]"
+        if quantity.over_members:
+            raise _refused(place, "over_members: must be absent, reduce the arrays that come home: result.mean()")
+        if not (quantity.statistics or quantity.quantiles or quantity.edges):
+            raise _refused(place, "nothing is asked for: must have a statistic, quantiles or edges")
+    return request
+
+
+def reduce(client: Client, scene: pb.Scene, request: pb.SummarizeRequest, numerics_id: str,
+           timeout: Optional[float]) -> Reduced:
+    """The statistics of every member of the ensemble `scene`. OtherNumerics where the server's bits would be others."""
+    with temporary_session(client, scene, numerics_id) as session:
+        arrays = summary_of(client, session, request, True, timeout)
+        return Reduced({name: array for name, array in arrays.items() if name not in _UNUSED}, session.numerics_id)
+
+
+def summary_of(client: Client, session: pb.Session, request: pb.SummarizeRequest, ensemble: bool,
+               timeout: Optional[float]) -> dict[str, Array]:
+    """The arrays of a Summarize by their names on the wire."""
+    asked = pb.SummarizeRequest()
+    asked.CopyFrom(request)
+    asked.session_id, asked.checksum = session.session_id, client.checksums
+    running = Summarizing(client, asked, ensemble, timeout)
+    for _ in running:
+        pass
+    return running.arrays
+
+
+@contextmanager
+def temporary_session(client: Client, scene: pb.Scene, numerics_id: str) -> Iterator[pb.Session]:
+    """A session that is deleted at the end. OtherNumerics where the server has another numerics id than that
+    given, which may be empty."""
+    reply = client.call("CreateSession", pb.CreateSessionRequest(session_id=str(uuid.uuid4()), scene=scene))
+    session = reply.session
+    try:
+        if numerics_id not in ("", session.numerics_id):
+            raise OtherNumerics(f"the server of process {os.getpid()} on {socket.gethostname()} has the numerics id "
+                                f"{session.numerics_id}, the sweep {numerics_id}: install one build on all workers")
+        yield session
+    finally:
+        with suppress(StiefelError):  # the server drops idle sessions
+            client.delete(session.session_id)
+
+
+def _refused(path: str, rule: str) -> InvalidArgument:
+    return InvalidArgument(f"{path}: {rule}", (Violation(path, rule),))

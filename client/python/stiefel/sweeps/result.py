@@ -1,0 +1,116 @@
+"""What a sweep returns: one array a statistic over all points, as an xarray.Dataset where xarray is installed."""
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass, field
+from typing import Any, Iterator, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiefel import v1 as pb
+from stiefel.compare import ByValue
+from stiefel.sweeps.axes import Axes
+from stiefel.sweeps.reduction import OUTCOME, Reduced
+
+Variable = tuple[tuple[str, ...], NDArray[Any]]  # names of the dimensions, values
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SweepResult(ByValue, Mapping[str, NDArray[Any]]):
+    """The content of the Dataset without xarray: `result["energy.drift"]` is an array over the points.
+
+    coords: the parameters; variables: the statistics, "outcome" (the numbers of `Outcome` on the wire, named in
+    attrs["outcomes"]; 0: not computed) and "last_step"; both with the names of their dimensions.
+    """
+
+    coords: dict[str, Variable]
+    variables: dict[str, Variable]
+    attrs: dict[str, Any] = field(compare=False)
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        for part in (self.variables, self.coords):
+            if name in part:
+                return part[name][1]
+        raise KeyError(f"no {name!r}; there are {', '.join((*self.variables, *self.coords))}")
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.variables)
+
+    def __len__(self) -> int:
+        return len(self.variables)
+
+    def to_xarray(self) -> Any:
+        import xarray
+
+        return xarray.Dataset(dict(self.variables), dict(self.coords), self.attrs)
+
+    def __repr__(self) -> str:
+        shapes = ", ".join(f"{name} {values.shape}" for name, (_, values) in self.variables.items())
+        return f"<stiefel.SweepResult: {shapes}>"
+
+
+class Table:
+    """The statistics of the points that are done, in arrays that are allocated once."""
+
+    def __init__(self, axes: Axes):
+        self._axes = axes
+        self.arrays: dict[str, NDArray[Any]] = {}
+
+    def put(self, points: NDArray[np.int64], arrays: Mapping[str, NDArray[Any]]) -> None:
+        for name, values in arrays.items():
+            if name not in self.arrays:
+                empty = np.nan if values.dtype.kind in "fc" else 0
+                self.arrays[name] = np.full((self._axes.points, *values.shape[1:]), empty, values.dtype)
+            self.arrays[name][points] = values
+
+    def result(self, attrs: Mapping[str, Any]) -> SweepResult:
+        """`attrs` with the SHA-256 added."""
+        dims, shape = self._axes.dims, self._axes.shape
+        variables: dict[str, Variable] = {}
+        for name in sorted(self.arrays):
+            values = self.arrays[name]
+            variables[name] = ((*dims, *_inner_dims(name, values.ndim - 1)), values.reshape(*shape, *values.shape[1:]))
+        coords = {axis.path: ((dims[0 if self._axes.zipped else k], *_inner_dims(axis.path, axis.values.ndim - 1)), axis.values)
+                  for k, axis in enumerate(self._axes.axes)}
+        codes = {name[len("OUTCOME_"):]: number for name, number in pb.Outcome.items()}
+        return SweepResult(coords, variables, {**attrs, "outcomes": json.dumps(codes), "sha256": sha256(coords, variables)})
+
+
+def canonical(reduced: Reduced) -> dict[str, NDArray[Any]]:
+    """Little-endian arrays with one NaN; outcomes as bytes."""
+    result = {}
+    for name, values in reduced.arrays.items():
+        if name == OUTCOME:
+            values = values.astype("u1")
+        values = np.ascontiguousarray(values, values.dtype.newbyteorder("<"))
+        if values.dtype.kind in "fc":
+            nan = np.isnan(values.view(values.real.dtype))
+            if nan.any():
+                values = values.copy()  # what comes from a worker may be read-only
+                values.view(values.real.dtype)[nan] = np.nan
+        result[name] = values
+    return result
+
+
+def sha256(*parts: Mapping[str, Variable]) -> str:
+    """Of name, type, shape and row-major little-endian bytes of each array, in the order of the names."""
+    digest = hashlib.sha256()
+    for part in parts:
+        for name in sorted(part):
+            values = np.ascontiguousarray(part[name][1])
+            digest.update(f"{name} {values.dtype.str} {values.shape}\n".encode())
+            digest.update(values.data.cast("B") if values.size and values.dtype.kind != "U" else values.tobytes())
+    return digest.hexdigest()
+
+
+def _inner_dims(name: str, count: int) -> tuple[str, ...]:
+    """The dimensions behind the points: rows and columns of a field, the numbers of a list or of a family of invariants,
+    and after them the quantiles or the bins of a histogram."""
+    owner, _, statistic = name.rpartition(".")
+    if statistic in ("quantiles", "histogram"):
+        return (*_inner_dims(f"{owner}.last", count - 1), name.replace(".", "_"))
+    if f"STATISTIC_{statistic.upper()}" in pb.Statistic.keys():
+        name = owner
+    return {0: (), 1: (f"{name}_entry",), 2: (f"{name}_row", f"{name}_col")}[count]

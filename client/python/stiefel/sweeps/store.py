@@ -1,0 +1,122 @@
+"""A Zarr group with the finished chunks of one sweep.
+
+Only the process that runs the sweep writes. A chunk's mark, the SHA-256 of its numbers, is written after them: a chunk
+without its mark, or with another one, is computed again.
+"""
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from pathlib import Path
+from typing import Any, Iterator, Mapping, Optional
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiefel.errors import InvalidArgument, Violation
+from stiefel.sweeps.plan import Plan
+
+_SWEEP, _MARKS, _SHAPES = "stiefel_sweep", "done", "stiefel_arrays"
+_SIZE = 32  # bytes of a mark
+
+
+class Store:
+    """Made, or found with chunks of the same sweep, before work starts. InvalidArgument where it is of another one."""
+
+    def __init__(self, store: Any, plan: Plan):
+        self._plan = plan
+        self._group = _open(store)
+        self._arrays: dict[str, Any] = {}
+        self._complete = False  # every array of the sweep is known to be there
+        found = self._group.attrs.get(_SWEEP)
+        identity = plan.identity()
+        if found is None and len(list(self._group)) > 0:
+            raise _wrong(store, "holds something else: must be empty or the store of this sweep")
+        if found is not None and found != identity:
+            differs = ", ".join(_differences(found, identity))
+            raise _wrong(store, f"is the store of another sweep: {differs} differ; must be empty or the store of this sweep")
+        if found is None:
+            self._group.attrs[_SWEEP] = identity
+        if _MARKS not in self._group:
+            self._create(_MARKS, (len(plan.chunks), _SIZE), np.dtype("u1"), 1, (f"{_MARKS}_chunk", f"{_MARKS}_byte"))
+        self._marks = self._group[_MARKS]
+
+    def finished(self) -> Iterator[tuple[int, dict[str, NDArray[Any]]]]:
+        """The chunks that are done, with their numbers."""
+        marks = np.asarray(self._marks[:])
+        names = self._group.attrs.get(_SHAPES, [])
+        if any(name not in self._group for name in names):
+            return
+        for chunk in np.flatnonzero(marks.any(axis=1)).tolist():
+            _, begin, end = self._plan.chunks[chunk]
+            arrays = {name: np.asarray(self._array(name)[begin:end]) for name in names}
+            if _mark(arrays).tobytes() == marks[chunk].tobytes():
+                yield chunk, arrays
+
+    def put(self, chunk: int, arrays: Mapping[str, NDArray[Any]]) -> None:
+        """The numbers, then the mark."""
+        _, begin, end = self._plan.chunks[chunk]
+        if not self._complete:
+            self._create_all(arrays)
+        for name, values in arrays.items():
+            self._array(name)[begin:end] = values
+        self._marks[chunk] = _mark(arrays)
+
+    def _create_all(self, arrays: Mapping[str, NDArray[Any]]) -> None:
+        _, begin, end = self._plan.chunks[0]
+        for name, values in arrays.items():
+            if name not in self._group:
+                shape = (len(self._plan.order), *values.shape[1:])
+                dims = ("point", *(f"{name}_{k}" for k in range(values.ndim - 1)))
+                self._create(name, shape, values.dtype, end - begin, dims)
+        self._group.attrs[_SHAPES] = sorted(arrays)
+        self._complete = True
+
+    def _create(self, name: str, shape: tuple[int, ...], dtype: np.dtype[Any], rows: int, dims: tuple[str, ...]) -> None:
+        make = getattr(self._group, "create_array", None) or self._group.create_dataset  # of zarr 3 and of zarr 2
+        array = make(name, shape=shape, dtype=dtype, chunks=(rows, *shape[1:]), fill_value=0)
+        array.attrs["_ARRAY_DIMENSIONS"] = list(dims)
+
+    def _array(self, name: str) -> Any:
+        if name not in self._arrays:
+            self._arrays[name] = self._group[name]
+        return self._arrays[name]
+
+
+def _open(store: Any) -> Any:
+    try:
+        import zarr
+    except ImportError:
+        raise _wrong(store, "zarr is not installed: pip install stiefel[xarray]") from None
+    if isinstance(store, (str, os.PathLike)):
+        path = Path(store)
+        if path.is_dir() and any(path.iterdir()) and not any((path / name).exists() for name in (".zgroup", "zarr.json")):
+            raise _wrong(store, "is a folder with something else in it: must be empty or the store of this sweep")
+        store = str(path)
+    try:
+        return zarr.open_group(store, mode="a")
+    except Exception as error:  # whatever the kind of store raises
+        raise _wrong(store, f"cannot be opened: {type(error).__name__}: {error}") from error
+
+
+def _mark(arrays: Mapping[str, NDArray[Any]]) -> NDArray[np.uint8]:
+    digest = hashlib.sha256()
+    for name in sorted(arrays):
+        values = np.ascontiguousarray(arrays[name])
+        digest.update(f"{name} {values.dtype.str} {values.shape}\n".encode() + values.tobytes())
+    return np.frombuffer(digest.digest(), np.uint8)
+
+
+def _differences(found: Any, identity: Mapping[str, Any]) -> list[str]:
+    found = found if isinstance(found, Mapping) else {}
+    parts = [name for name in identity if json.dumps(found.get(name), sort_keys=True) != json.dumps(identity[name], sort_keys=True)]
+    return parts or ["its parts"]
+
+
+def _wrong(store: Any, rule: str) -> InvalidArgument:
+    return InvalidArgument(f"store: {store}: {rule}", (Violation("store", f"{store}: {rule}"),))
+
+
+def open_store(store: Optional[Any], plan: Plan) -> Optional[Store]:
+    return None if store is None else Store(store, plan)

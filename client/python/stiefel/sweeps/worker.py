@@ -1,0 +1,81 @@
+"""A worker: computes tasks at a server of its own, which it starts with the first and keeps."""
+from __future__ import annotations
+
+import os
+import socket
+import sys
+import time
+
+from stiefel import v1 as pb
+from stiefel.client import Client
+from stiefel.errors import CorruptReply, DeadlineExceeded, NotFound, Unavailable
+from stiefel.sweeps.chunks import Task
+from stiefel.sweeps.failures import LostServer, OtherNumerics
+from stiefel.sweeps.orphans import end_with_parent
+from stiefel.sweeps.own_server import OwnServer, Share
+from stiefel.sweeps.reduction import Reduced, reduce
+
+REFUSAL = 1.0  #: seconds that a refused task takes, so that a worker of another build does not draw all tasks
+
+_own = OwnServer()
+
+
+def compute(task: Task) -> Reduced:
+    """The task's statistics, from this process's own server. LostServer, OtherNumerics."""
+    end_with_parent()
+    return _own.use(lambda client: compute_at(client, task), share_of(task))
+
+
+def compute_at(client: Client, task: Task) -> Reduced:
+    """The task's statistics from the server of `client`. LostServer, OtherNumerics."""
+    try:
+        return reduce(client, task.ensemble(), pb.SummarizeRequest.FromString(task.request), task.numerics_id, task.timeout)
+    except OtherNumerics:
+        time.sleep(REFUSAL)
+        raise
+    except (Unavailable, NotFound, CorruptReply, DeadlineExceeded) as error:
+        raise LostServer(f"{client.address} on {socket.gethostname()}: {error.message}") from None
+
+
+def own_server() -> OwnServer:
+    """The server of this process."""
+    return _own
+
+
+def share_of(task: Task) -> Share:
+    """This worker's part of its machine: what the sweep says, else what the scheduler gave it."""
+    if task.home == here():
+        return Share(task.threads or 0)
+    given = scheduled()
+    if task.threads is None:
+        return given
+    return Share(task.threads, given.memory) if task.threads else Share(0)
+
+
+def scheduled() -> Share:
+    """What Dask, Ray or Slurm gave this process; where none of them did, one thread. Of the memory, which without a
+    limit is the cores' part of the machine's, a quarter is left to the worker itself."""
+    threads, memory = int(os.environ.get("SLURM_CPUS_PER_TASK", "1")), None
+    if "distributed" in sys.modules:
+        from distributed import get_worker
+
+        try:
+            worker = get_worker()
+            threads, memory = int(worker.state.nthreads), worker.memory_manager.memory_limit
+        except (ValueError, AttributeError):
+            pass  # no task of Dask
+    elif "ray" in sys.modules:
+        import ray
+
+        if ray.is_initialized():
+            resources = ray.get_runtime_context().get_assigned_resources()
+            threads, memory = max(int(resources.get("CPU", 1)), 1), resources.get("memory")
+    if not memory:
+        machine = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+        memory = machine * min(threads / (os.cpu_count() or 1), 1)
+    return Share(threads, int(0.75 * memory))
+
+
+def here() -> tuple[str, int]:
+    """This host and process."""
+    return socket.gethostname(), os.getpid()

@@ -1,0 +1,51 @@
+"""The programs of the platform wheel with the shared libraries that the platform does not promise, and their licenses."""
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+# What PEP 600 lets a wheel take from the system, as far as these programs need it.
+SYSTEM = {"ld-linux-x86-64.so.2", "ld-linux-aarch64.so.1", "libc.so.6", "libdl.so.2", "libgcc_s.so.1", "libm.so.6",
+          "libpthread.so.0", "libresolv.so.2", "librt.so.1", "libstdc++.so.6", "libz.so.1", "linux-vdso.so.1"}
+
+
+def libraries(program: Path) -> dict[str, Path]:
+    """The files of the shared libraries that `program` needs, by soname, without those of the system."""
+    lines = subprocess.run(["ldd", program], check=True, capture_output=True, text=True).stdout
+    missing = re.findall(r"(\S+) => not found", lines)
+    if missing:
+        raise FileNotFoundError(f"{program}: {', '.join(missing)}: not found")
+    found = re.findall(r"^\s*(\S+) => (/\S+) ", lines, re.MULTILINE)
+    return {name: Path(file) for name, file in found if name not in SYSTEM}
+
+
+def bundle(programs: list[Path], folder: Path) -> dict[str, Path]:
+    """Copies the programs and their libraries into one folder, stripped; each finds its libraries beside itself."""
+    needed: dict[str, Path] = {}
+    for program in programs:
+        needed.update(libraries(program))
+    for name, file in [*needed.items(), *((program.name, program) for program in programs)]:
+        copy = folder / name
+        shutil.copyfile(file, copy)
+        copy.chmod(0o755)
+        subprocess.run(["strip", "--strip-unneeded", copy], check=True)
+        subprocess.run(["patchelf", "--set-rpath", "$ORIGIN", copy], check=True)
+    return needed
+
+
+def write_licenses(files: list[Path], folder: Path) -> None:
+    """The copyright file of every Debian package that the files come from."""
+    for package in sorted({package_of(file) for file in files}):
+        shutil.copyfile(Path("/usr/share/doc", package, "copyright"), folder / f"{package}.copyright")
+
+
+def package_of(file: Path) -> str:
+    """dpkg knows a library by the path it was installed at, which may be behind a link of the root."""
+    names = {str(file), str(file.resolve()), str(file).removeprefix("/usr"), f"/usr{file}", f"/usr{file.resolve()}"}
+    for name in sorted(names):
+        found = subprocess.run(["dpkg-query", "--search", name], capture_output=True, text=True)
+        if found.returncode == 0:
+            return found.stdout.split(":")[0]
+    raise FileNotFoundError(f"no Debian package has {file}, so its license is not known")

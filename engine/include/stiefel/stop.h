@@ -1,0 +1,96 @@
+#pragma once
+
+#include <cstdint>
+#include <exception>
+#include <limits>
+#include <optional>
+#include <stop_token>
+#include <type_traits>
+#include <utility>
+
+namespace stiefel {
+
+/// Thrown by a computation within a StopScope that ends before it has a result: a token requests a
+/// stop, or the scope's work is used up.
+class Stopped : public std::exception {
+ public:
+  const char* what() const noexcept override { return "the computation was told to stop"; }
+};
+
+/// Makes what this thread computes while the scope lives stoppable. A long computation looks at the
+/// scope before each of its pieces, such as a product of large matrices or an iteration of a
+/// solver: `stop_point` then throws Stopped when the token requests a stop. Scopes nest; a look is
+/// at all of them. Other threads have scopes of their own.
+///
+/// A function of this library that takes a token opens a scope for it, and says what it returns
+/// when the token stops it. `Simulation::advance` never throws Stopped: it returns to the last good
+/// state. Everything else (Scene::resolve, choose_method, convert, dirac_bracket, ...) lets Stopped
+/// pass.
+class StopScope {
+ public:
+  static constexpr double unlimited = std::numeric_limits<double>::infinity();
+
+  /// `token` must outlive the scope. `most_work`: the operations after which Stopped is thrown too,
+  /// counted by what the pieces announce; the same on every machine.
+  explicit StopScope(const std::stop_token& token, double most_work = unlimited)
+      : token_(&token), most_(most_work) {}
+  explicit StopScope(std::stop_token&&, double = unlimited) = delete;
+
+  /// A scope in which nothing is stopped, whatever scopes there are around it: for code that could
+  /// not restore its state.
+  static StopScope nothing() { return StopScope(); }
+
+  StopScope(const StopScope&) = delete;
+  StopScope& operator=(const StopScope&) = delete;
+  ~StopScope() { innermost() = outer_; }
+
+  /// The looks so far, the operations that they announced, and whether those were too many.
+  std::int64_t looks() const { return looks_; }
+  double operations() const { return operations_; }
+  bool used_up() const { return operations_ > most_; }
+
+  /// Looks at this thread's scopes before a piece of work of so many operations.
+  static void look(double operations) {
+    for (StopScope* scope = innermost(); scope != nullptr && scope->token_ != nullptr;
+         scope = scope->outer_)
+      scope->look_here(operations);
+  }
+
+ private:
+  StopScope() = default;
+
+  static StopScope*& innermost() {
+    static thread_local constinit StopScope* scope = nullptr;
+    return scope;
+  }
+
+  void look_here(double operations) {
+    ++looks_;
+    operations_ += operations;
+    if (used_up() || token_->stop_requested()) throw Stopped();
+  }
+
+  const std::stop_token* token_ = nullptr;  ///< null: nothing is stopped
+  double most_ = unlimited, operations_ = 0;
+  std::int64_t looks_ = 0;
+  StopScope* const outer_ = std::exchange(innermost(), this);
+};
+
+/// Called before a piece of work of about so many operations (multiplications with their
+/// additions). Throws Stopped when this thread's scopes say so.
+inline void stop_point(double operations = 0) { StopScope::look(operations); }
+
+/// `work()` within the scope of `token`; nothing when that token stopped it.
+template <class Work>
+auto unless_stopped(const std::stop_token& token, Work&& work)
+    -> std::optional<std::invoke_result_t<Work>> {
+  try {
+    const StopScope scope(token);
+    return work();
+  } catch (const Stopped&) {
+    if (!token.stop_requested()) throw;
+    return std::nullopt;
+  }
+}
+
+}  // namespace stiefel

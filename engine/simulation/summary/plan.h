@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+#include <expected>
+#include <vector>
+
+#include "engine/simulation/summary/readings.h"
+#include "stiefel/scene.h"
+#include "stiefel/simulation.h"
+#include "stiefel/summary.h"
+
+namespace stiefel {
+
+/// A checked description, with what follows from it for every member.
+struct Plan {
+  /// When a time of the description comes.
+  struct Time {
+    std::int64_t before;   ///< the last step at or before it
+    std::int64_t arrival;  ///< the first step at or after it
+    double fraction;       ///< it is at before + fraction, 0 ≤ fraction < 1
+  };
+  /// What a quantity reads of one member.
+  struct Read {
+    std::size_t size = 0;  ///< numbers; of a complex field two for each element
+    std::vector<std::size_t> shape = {};
+    bool complex = false;
+    bool on_the_way = false;  ///< at every sample and not only at the last one
+    bool drift = false;
+  };
+
+  SummaryDescription what;
+  bool discrete = false;
+  std::vector<Time> times;
+  std::vector<Read> reads;
+  std::vector<std::size_t> fields;  ///< indices of those that are written at times and events
+  std::size_t state_size = 0;       ///< their numbers, of one member
+  bool reads_on_the_way = false;
+
+  std::int64_t samples() const {
+    const std::int64_t steps = what.to - what.from;
+    return steps / what.every + 1 + (steps % what.every > 0);
+  }
+  /// Whether a step is from + i·every, i ≥ 0.
+  bool on_grid(std::int64_t step) const {
+    return step >= what.from && (step - what.from) % what.every == 0;
+  }
+  /// The first step of the grid after `step`, or `to`.
+  std::int64_t next_sample(std::int64_t step) const {
+    if (step < what.from) return what.from;
+    const std::int64_t done = (step - what.from) / what.every * what.every;
+    return what.to - what.from - done > what.every ? what.from + done + what.every : what.to;
+  }
+};
+
+/// Checks a description against `start`, the scene (of an ensemble its first member) at step 0.
+std::expected<Plan, Violations> make_plan(const Scene& scene, const Simulation& start,
+                                          SummaryDescription what);
+
+}  // namespace stiefel

@@ -1,0 +1,123 @@
+#include "engine/simulation/summary/readings.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "engine/simulation/stepping/invariant_list.h"
+#include "engine/simulation/summary/energy_of_body.h"
+#include "stiefel/diagnosis.h"
+#include "stiefel/invariant_names.h"
+
+namespace stiefel {
+namespace {
+
+/// A field, as it is sampled.
+class FieldReading final : public Reading {
+ public:
+  FieldReading(const Simulation& start, std::size_t index)
+      : index_(index), start_(static_cast<std::size_t>(start.fields()[index].size())) {
+    size_ = start_.size();
+    const Field& field = start.fields()[index];
+    shape_ = {static_cast<std::size_t>(field.rows), static_cast<std::size_t>(field.cols)};
+    start.write(index, start_);
+  }
+
+  void read(const Simulation& now, std::span<double> values, std::span<double> drifts,
+            const std::stop_token&) override {
+    now.write(index_, values);
+    for (std::size_t i = 0; i < drifts.size(); ++i) drifts[i] = std::abs(values[i] - start_[i]);
+  }
+
+ private:
+  std::size_t index_;
+  std::vector<double> start_;
+};
+
+/// Invariants by way of the list that Diagnose reads. One that is no number at a later state is
+/// NaN.
+class InvariantReading final : public Reading {
+ public:
+  InvariantReading(const Simulation& start, std::string name) : only_{std::move(name)} {
+    InvariantList list(only_);
+    start.invariants(list);
+    for (const auto& entry : list.entries())
+      start_.push_back({entry.name, entry.value, entry.scale});
+    size_ = start_.size();
+    if (size_ != 1 || start_.front().name != only_.front()) shape_ = {size_};
+  }
+
+  void read(const Simulation& now, std::span<double> values, std::span<double> drifts,
+            const std::stop_token& stop) override {
+    InvariantList list(only_, stop);
+    now.invariants(list);
+    std::size_t at = 0;
+    for (std::size_t i = 0; i < start_.size(); ++i) {
+      const bool there = at < list.entries().size() && list.entries()[at].name == start_[i].name;
+      const long double value =
+          there ? list.entries()[at++].value : std::numeric_limits<long double>::quiet_NaN();
+      values[i] = static_cast<double>(value);
+      if (!drifts.empty()) drifts[i] = drift_of(start_[i].value, value, start_[i].scale);
+    }
+  }
+
+ private:
+  struct AtStart {
+    std::string name;
+    long double value, scale;
+  };
+
+  const std::vector<std::string> only_;
+  std::vector<AtStart> start_;
+};
+
+/// The energy of a body in three dimensions, with the bits of InvariantReading and without its
+/// allocations.
+class EnergyReading final : public Reading {
+ public:
+  EnergyReading(const EnergyOfBody& energy, const InvariantList::Entry& start)
+      : energy_(energy), initial_(start.value), scale_(start.scale) {
+    size_ = 1;
+  }
+
+  void read(const Simulation& now, std::span<double> values, std::span<double> drifts,
+            const std::stop_token&) override {
+    const long double E = energy_(now);
+    const bool finite = std::isfinite(static_cast<double>(E));
+    values[0] = finite ? static_cast<double>(E) : std::numeric_limits<double>::quiet_NaN();
+    if (!drifts.empty())
+      drifts[0] = finite ? drift_of(initial_, E, scale_) : std::numeric_limits<double>::quiet_NaN();
+  }
+
+ private:
+  EnergyOfBody energy_;
+  long double initial_, scale_;
+};
+
+std::unique_ptr<Reading> energy_reading(const Scene& scene, const Simulation& start) {
+  const std::vector<std::string> only{std::string(family::energy)};
+  InvariantList list(only);
+  start.invariants(list);
+  if (list.entries().size() != 1) return nullptr;
+  if (const auto energy = EnergyOfBody::make(scene, start, list.entries().front().value))
+    return std::make_unique<EnergyReading>(*energy, list.entries().front());
+  return nullptr;
+}
+
+}  // namespace
+
+std::unique_ptr<Reading> make_reading(const Scene& scene, const Simulation& start,
+                                      const std::string& name) {
+  const auto field = std::ranges::find(start.fields(), name, &Field::name);
+  if (field != start.fields().end())
+    return std::make_unique<FieldReading>(start,
+                                          static_cast<std::size_t>(field - start.fields().begin()));
+  if (!is_invariant(scene, name)) return nullptr;
+  if (name == family::energy)
+    if (auto fast = energy_reading(scene, start)) return fast;
+  auto reading = std::make_unique<InvariantReading>(start, name);
+  if (reading->size() == 0) return nullptr;
+  return reading;
+}
+
+}  // namespace stiefel

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "engine/simulation/summary/member_group.h"
+
+namespace stiefel {
+
+/// The arrays of Summary::statistics, from groups that are done, in the order of their members.
+std::vector<SummaryArray> results(const Plan& plan, std::span<const MemberGroup* const> groups,
+                                  bool ensemble);
+
+/// Bytes of their numbers.
+std::uint64_t result_bytes(const Plan& plan, std::size_t members);
+
+}  // namespace stiefel

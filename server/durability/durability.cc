@@ -1,0 +1,110 @@
+#include "server/durability/durability.h"
+
+#include <atomic>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "server/durability/stored_session.h"
+#include "server/sessions/numerics_id.h"
+
+namespace stiefel::server {
+namespace {
+
+constexpr auto between_reports = std::chrono::seconds(1);
+
+/// Rows that several threads make sessions of; the first exception ends it.
+class Rows {
+ public:
+  explicit Rows(Store& store) : reader_(store) {}
+
+  template <class Use>
+  void work(const Use& use) {
+    try {
+      while (const auto row = next()) use(*row);
+    } catch (...) {
+      const std::lock_guard lock(mutex_);
+      if (!failure_) failure_ = std::current_exception();
+    }
+  }
+  void rethrow() const {
+    if (failure_) std::rethrow_exception(failure_);
+  }
+
+ private:
+  std::optional<Store::Row> next() {
+    const std::lock_guard lock(mutex_);
+    return failure_ ? std::nullopt : reader_.next();
+  }
+
+  std::mutex mutex_;
+  Store::Reader reader_;
+  std::exception_ptr failure_;
+};
+
+}  // namespace
+
+Durability::Durability(const StoreOptions& options, Host& host)
+    : file_(options.file), host_(host), store_(options), journal_(store_, hooks()) {
+  host.registry.write_to(journal_);
+}
+
+Journal::Hooks Durability::hooks() {
+  restore();
+  return {to_row, [this](const Session& session) { host_.registry.drop(session); },
+          [this](const WriteFault& fault) { report(fault); }};
+}
+
+void Durability::restore() {
+  const auto start = std::chrono::steady_clock::now();
+  std::int64_t dropped = 0;
+  try {
+    store_.transact([&] { dropped = store_.drop_checkpoints_except(numerics_id()); });
+  } catch (const StoreError& error) {  // a full disk; they are not taken in any case
+    report(error.fault());
+  }
+  std::atomic<std::int64_t> unread = 0;
+  Rows rows(store_);
+  const auto use = [&](const Store::Row& row) {
+    if (auto session =
+            from_row(row, host_.registry.clock(), host_.registry.keys(), host_.registry.memory())) {
+      host_.registry.restore(*std::move(session));
+    } else {
+      ++unread;
+      host_.log.line(Log::Level::error, "stored session cannot be restored",
+                     {{"session", row.session.id}, {"error", session.error()}});
+    }
+  };
+  {
+    std::vector<std::jthread> threads;
+    for (int i = 1; i < host_.pool.threads(); ++i) threads.emplace_back([&] { rows.work(use); });
+    rows.work(use);
+  }
+  try {
+    rows.rethrow();
+  } catch (const StoreError& error) {
+    throw std::runtime_error("the store " + file_ + " is damaged: " + error.what() +
+                             ": restore a backup");
+  }
+  const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - start;
+  host_.log.line(Log::Level::info, "store opened",
+                 {{"file", file_},
+                  {"sessions", static_cast<std::int64_t>(host_.registry.size())},
+                  {"unreadable", unread.load()},
+                  {"checkpoints_dropped", dropped},
+                  {"milliseconds", took.count()}});
+}
+
+/// On the journal's thread.
+void Durability::report(const WriteFault& fault) {
+  ++unreported_;
+  const auto now = std::chrono::steady_clock::now();
+  if (now < next_report_) return;
+  next_report_ = now + between_reports;
+  host_.log.line(Log::Level::error, "store not written",
+                 {{"error", fault.what}, {"count", std::exchange(unreported_, 0)}});
+}
+
+}  // namespace stiefel::server

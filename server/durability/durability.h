@@ -1,0 +1,35 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <string>
+
+#include "server/calls/host.h"
+#include "server/store/journal.h"
+#include "server/store/store.h"
+
+namespace stiefel::server {
+
+/// The sessions of a host in a store: those that are there are restored, and every change from then
+/// on is written.
+class Durability {
+ public:
+  /// Returns when every session is in the registry; one that this build cannot read stays in the
+  /// file and is logged. Throws std::runtime_error when the store cannot be used. Must be gone
+  /// before the host, and after the calls.
+  Durability(const StoreOptions& options, Host& host);
+
+ private:
+  void restore();
+  Journal::Hooks hooks();
+  void report(const WriteFault& fault);
+
+  const std::string file_;
+  Host& host_;
+  std::chrono::steady_clock::time_point next_report_ = {};
+  std::int64_t unreported_ = 0;
+  Store store_;
+  Journal journal_;
+};
+
+}  // namespace stiefel::server

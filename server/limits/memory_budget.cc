@@ -1,0 +1,83 @@
+#include "server/limits/memory_budget.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace stiefel::server {
+
+MemoryExhausted::MemoryExhausted(std::uint64_t bytes, std::uint64_t free, std::uint64_t limit)
+    : bytes_(bytes), free_(free), limit_(limit) {
+  text_ = "the call needs " + std::to_string(bytes_) + " bytes of memory, of which " +
+          std::to_string(free_) + " of " + std::to_string(limit_) + " are free";
+}
+
+MemoryBudget& MemoryBudget::unlimited() {
+  static MemoryBudget all(std::numeric_limits<std::uint64_t>::max());
+  return all;
+}
+
+void MemoryBudget::reclaim_with(Reclaim reclaim) {
+  const std::lock_guard lock(reclaiming_);
+  reclaim_ = std::move(reclaim);
+}
+
+bool MemoryBudget::try_take(std::uint64_t bytes) noexcept {
+  std::uint64_t used = used_.load(std::memory_order_relaxed);
+  do {
+    if (bytes > limit_ - used) return false;
+  } while (!used_.compare_exchange_weak(used, used + bytes, std::memory_order_relaxed));
+  return true;
+}
+
+void MemoryBudget::take(std::uint64_t bytes) {
+  if (try_take(bytes)) return;
+  if (bytes <= limit_) {
+    const std::lock_guard lock(reclaiming_);
+    if (try_take(bytes)) return;  // another call has made room
+    // More than is needed, so that the next calls need not look again.
+    if (reclaim_) reclaim_(std::max(bytes, limit_ / 16));
+    if (try_take(bytes)) return;
+  }
+  throw MemoryExhausted(bytes, limit_ - std::min(used(), limit_), limit_);
+}
+
+void MemoryBudget::give_back(std::uint64_t bytes) noexcept {
+  used_.fetch_sub(bytes, std::memory_order_relaxed);
+  given_back_.fetch_add(bytes, std::memory_order_relaxed);
+}
+
+MemoryLease MemoryLease::if_it_fits(MemoryBudget& budget, std::uint64_t bytes) {
+  MemoryLease lease;
+  if (!budget.try_take(bytes)) return lease;
+  lease.budget_ = &budget;
+  lease.bytes_ = bytes;
+  return lease;
+}
+
+MemoryLease& MemoryLease::operator=(MemoryLease&& other) noexcept {
+  if (this == &other) return *this;
+  shrink(bytes());
+  budget_ = other.budget_;
+  bytes_ = other.bytes_.exchange(0);
+  return *this;
+}
+
+void MemoryLease::grow(std::uint64_t more) {
+  budget_->take(more);
+  bytes_.fetch_add(more, std::memory_order_relaxed);
+}
+
+void MemoryLease::grow_to(std::uint64_t bytes) {
+  const std::uint64_t held = this->bytes();
+  if (bytes > held) grow(bytes - held);
+}
+
+void MemoryLease::shrink(std::uint64_t less) noexcept {
+  std::uint64_t held = bytes_.load(std::memory_order_relaxed);
+  while (
+      !bytes_.compare_exchange_weak(held, held - std::min(held, less), std::memory_order_relaxed)) {
+  }
+  if (budget_ && less > 0) budget_->give_back(std::min(held, less));
+}
+
+}  // namespace stiefel::server

@@ -1,0 +1,93 @@
+#include "server/limits/memory_limit.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <limits>
+
+namespace stiefel::server {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint64_t MiB = std::uint64_t{1} << 20;
+constexpr std::uint64_t unknown = std::numeric_limits<std::uint64_t>::max();
+
+/// The number that a file begins with; `unknown` for "max", and without the file.
+std::uint64_t number_in(const fs::path& file) {
+  std::ifstream in(file);
+  std::uint64_t number = 0;
+  return in >> number ? number : unknown;
+}
+
+std::uint64_t machine_memory(const fs::path& root) {
+  std::ifstream in(root / "proc/meminfo");
+  std::string name;
+  std::uint64_t kilobytes = 0;
+  while (in >> name >> kilobytes) {
+    if (name == "MemTotal:") return kilobytes * 1024;
+    in.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
+  }
+  return unknown;
+}
+
+/// The limit of a group and of those that it is in, down from `mount`.
+std::uint64_t group_limit(const fs::path& mount, const fs::path& group, const char* file) {
+  // In a container the group's path may be that of the host, and the mount is the group itself.
+  std::uint64_t least = number_in(mount / file);
+  fs::path at = mount;
+  for (const fs::path& part : group.relative_path()) {
+    at /= part;
+    least = std::min(least, number_in(at / file));
+  }
+  return least;
+}
+
+}  // namespace
+
+std::optional<std::uint64_t> read_bytes(std::string_view text) {
+  constexpr std::string_view suffixes = "KMGT";
+  double unit = 1;
+  if (!text.empty()) {
+    const auto power = suffixes.find(text.back());
+    if (power != std::string_view::npos) {
+      unit = std::ldexp(1.0, 10 * static_cast<int>(power + 1));
+      text.remove_suffix(1);
+    }
+  }
+  double number = 0;
+  const auto read =
+      std::from_chars(text.data(), text.data() + text.size(), number, std::chars_format::fixed);
+  if (read.ec != std::errc() || read.ptr != text.data() + text.size()) return std::nullopt;
+  const double bytes = number * unit;
+  if (!(bytes >= static_cast<double>(least_memory) && bytes <= 0x1p60)) return std::nullopt;
+  return static_cast<std::uint64_t>(bytes);
+}
+
+std::uint64_t available_memory(const fs::path& root) {
+  std::uint64_t least = machine_memory(root);
+  const fs::path mount = root / "sys/fs/cgroup";
+  std::ifstream groups(root / "proc/self/cgroup");
+  for (std::string line; std::getline(groups, line);) {  // "0::/path" or "4:memory:/path"
+    const auto first = line.find(':'), second = line.find(':', first + 1);
+    if (second == std::string::npos) continue;
+    const std::string controllers = line.substr(first + 1, second - first - 1);
+    const fs::path group = line.substr(second + 1);
+    if (controllers.empty())
+      least = std::min(least, group_limit(mount, group, "memory.max"));
+    else if ((',' + controllers + ',').find(",memory,") != std::string::npos)
+      least = std::min(least, group_limit(mount / "memory", group, "memory.limit_in_bytes"));
+  }
+  return least;
+}
+
+std::uint64_t default_memory() { return std::max(least_memory, available_memory() / 4 * 3); }
+
+std::uint64_t largest_message(std::uint64_t memory) { return std::min(256 * MiB, memory / 16); }
+
+std::uint64_t grpc_share(std::uint64_t memory) { return memory / 4; }
+
+std::uint64_t program_share(std::uint64_t memory) { return std::min(32 * MiB, memory / 8); }
+
+}  // namespace stiefel::server

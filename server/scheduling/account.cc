@@ -1,0 +1,112 @@
+#include "server/scheduling/account.h"
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+#include <utility>
+
+namespace stiefel::server {
+namespace {
+
+using std::chrono::milliseconds;
+
+// When a place may be free again, where nothing tells: calls end soon, streams and sessions later.
+constexpr milliseconds until_a_call_ends{100}, until_a_stream_ends{1000},
+    until_a_session_goes{1000};
+/// What one thread does in a second, roughly, in instructions.
+constexpr double work_of_a_second = 5e9;
+/// Prices count as at most that in the sum of queued ones, which then cannot overflow: three days.
+constexpr double largest_price = 0x1p50;
+
+std::optional<Refusal> enter(std::atomic<std::uint32_t>& count, std::uint32_t most,
+                             const char* limit, milliseconds retry_after) {
+  const std::uint32_t now = count.fetch_add(1, std::memory_order_relaxed) + 1;
+  if (most == 0 || now <= most) return std::nullopt;
+  count.fetch_sub(1, std::memory_order_relaxed);
+  return Refusal{limit, static_cast<double>(most), static_cast<double>(now), retry_after};
+}
+
+milliseconds at_least_one(double seconds) {
+  constexpr double longest = 60;
+  return milliseconds(std::max<std::int64_t>(
+      1, static_cast<std::int64_t>(std::ceil(1e3 * std::min(seconds, longest)))));
+}
+
+}  // namespace
+
+std::optional<Refusal> Account::overdrawn() {
+  if (!rate_.limited()) return std::nullopt;
+  const auto wait = rate_.wait(WorkRate::Seconds(0), clock_());
+  if (wait.count() <= 0) return std::nullopt;
+  return Refusal{"principal_work_rate", quota_.work_a_second,
+                 quota_.work_a_second * (1 + wait.count()), at_least_one(wait.count())};
+}
+
+Account::Seated Account::seat_session() {
+  if (auto refusal = enter(sessions_, quota_.sessions, "principal_sessions", until_a_session_goes))
+    return {nullptr, refusal};
+  const auto leave = [](std::atomic<std::uint32_t>* count) {
+    count->fetch_sub(1, std::memory_order_relaxed);
+  };
+  return {Seat(std::shared_ptr<std::atomic<std::uint32_t>>(&sessions_, leave)), std::nullopt};
+}
+
+Ticket& Ticket::operator=(Ticket&& other) noexcept {
+  if (this == &other) return *this;
+  give_back();
+  account_ = std::exchange(other.account_, nullptr);
+  kind_ = other.kind_;
+  price_ = other.price_;
+  return *this;
+}
+
+std::optional<Refusal> Ticket::take(Account& account, Kind kind, double price) {
+  give_back();
+  const Quota& quota = account.quota_;
+  if (quota.call_work > 0 && price > quota.call_work)
+    return Refusal{"call_work", quota.call_work, price, milliseconds(0)};
+  if (auto refusal = account.overdrawn()) return refusal;
+  const bool stream = kind == Kind::stream;
+  auto& count = stream ? account.streams_ : account.calls_;
+  if (auto refusal = stream ? enter(count, quota.streams, "principal_streams", until_a_stream_ends)
+                            : enter(count, quota.calls, "principal_calls", until_a_call_ends))
+    return refusal;
+  account_ = &account;
+  kind_ = kind;
+  price_ = static_cast<std::uint64_t>(std::clamp(price, 0.0, largest_price));
+  const std::uint64_t before = account.queued_.fetch_add(price_, std::memory_order_relaxed);
+  const double queued = static_cast<double>(before + price_);
+  // A call that is alone may cost more.
+  if (quota.queued_work <= 0 || queued <= quota.queued_work || before == 0) return std::nullopt;
+  give_back();
+  return Refusal{"principal_queued_work", quota.queued_work, queued,
+                 at_least_one((queued - quota.queued_work) / work_of_a_second)};
+}
+
+void Ticket::give_back() {
+  Account* account = std::exchange(account_, nullptr);
+  if (!account) return;
+  (kind_ == Kind::stream ? account->streams_ : account->calls_)
+      .fetch_sub(1, std::memory_order_relaxed);
+  account->queued_.fetch_sub(price_, std::memory_order_relaxed);
+}
+
+Accounts::Accounts(const Quota& quota, WorkClock clock)
+    : quota_(quota),
+      clock_(clock ? std::move(clock) : WorkClock(&std::chrono::steady_clock::now)),
+      everybody_({}, quota_, clock_) {}
+
+Account& Accounts::of(const Principal& principal) {
+  if (principal.name.empty()) return everybody_;
+  {
+    const std::shared_lock lock(mutex_);
+    const auto found = named_.find(principal.name);
+    if (found != named_.end()) return *found->second;
+  }
+  const std::unique_lock lock(mutex_);
+  auto& account = named_[principal.name];
+  if (!account) account = std::make_unique<Account>(principal, quota_, clock_);
+  return *account;
+}
+
+}  // namespace stiefel::server

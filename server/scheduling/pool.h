@@ -1,0 +1,26 @@
+#pragma once
+
+#include "server/scheduling/scheduler.h"
+
+namespace stiefel::server {
+
+/// Where jobs of one kind enter the scheduler.
+class Pool {
+ public:
+  Pool(Scheduler& scheduler, JobKind kind) : scheduler_(scheduler), kind_(kind) {}
+
+  void submit(Job* job) noexcept { scheduler_.submit(job, kind_); }
+  int threads() const { return scheduler_.threads(); }
+
+  /// The price, in instructions, of work that cannot be predicted: about a slice, or, of work
+  /// without slices, ten seconds.
+  double price_cap() const { return kind_ == JobKind::whole ? whole_cap : short_work; }
+
+ private:
+  static constexpr double whole_cap = 5e10;
+
+  Scheduler& scheduler_;
+  const JobKind kind_;
+};
+
+}  // namespace stiefel::server

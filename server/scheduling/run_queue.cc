@@ -1,0 +1,108 @@
+#include "server/scheduling/run_queue.h"
+
+#include <algorithm>
+
+namespace stiefel::server {
+namespace {
+
+constexpr std::uint8_t shorts = 0;
+/// The queue of longer jobs of a kind.
+std::uint8_t queue_of(JobKind kind) {
+  return static_cast<std::uint8_t>(1 + static_cast<std::uint8_t>(kind));
+}
+
+}  // namespace
+
+void JobList::append(Job* job) {
+  job->next_ = nullptr;
+  job->previous_ = last_;
+  (last_ ? last_->next_ : first_) = job;
+  last_ = job;
+}
+
+void JobList::remove(Job* job) {
+  (job->previous_ ? job->previous_->next_ : first_) = job->next_;
+  (job->next_ ? job->next_->previous_ : last_) = job->previous_;
+}
+
+bool RunQueue::push(Job* job, JobKind kind) {
+  job->kind_ = kind;
+  enqueue(job);
+  return job->queue_ == shorts;
+}
+
+void RunQueue::enqueue(Job* job) {
+  Share& share = share_of(job);
+  job->order_ = ++arrivals_;
+  job->queue_ = job->is_short() ? shorts : queue_of(job->kind_);
+  job->queued_ = true;
+  share.queues_[job->queue_].append(job);
+  if (job->queue_ == shorts) shorts_.fetch_add(1, std::memory_order_relaxed);
+  if (share.jobs_++ > 0) return;
+  // What it did not use while it had nothing to do is gone.
+  share.pass_ = std::max(share.pass_, served_);
+  share.previous_ = nullptr;
+  share.next_ = first_;
+  if (first_) first_->previous_ = &share;
+  first_ = &share;
+}
+
+void RunQueue::remove(Job* job) {
+  Share& share = share_of(job);
+  share.queues_[job->queue_].remove(job);
+  job->queued_ = false;
+  if (job->queue_ == shorts) shorts_.fetch_sub(1, std::memory_order_relaxed);
+  if (--share.jobs_ > 0) return;
+  (share.previous_ ? share.previous_->next_ : first_) = share.next_;
+  if (share.next_) share.next_->previous_ = share.previous_;
+}
+
+Job* RunQueue::first_long(const Share& share, JobKind most, Time now) {
+  Job* first = nullptr;
+  for (std::uint8_t queue = shorts + 1; queue <= queue_of(most); ++queue) {
+    Job* job = share.queues_[queue].first();
+    if (job && (!first || job->order_ < first->order_)) first = job;
+  }
+  if (!first || !share.rate_ || lifted_) return first;
+  const WorkRate::Seconds wait = share.rate_->wait(reserve, now);
+  if (wait.count() <= 0) return first;
+  const Time at = now + std::chrono::ceil<Time::duration>(wait);
+  ready_at_ = std::min(ready_at_.value_or(at), at);
+  return nullptr;
+}
+
+RunQueue::Turn RunQueue::pop(JobKind most, Time now) {
+  ready_at_.reset();
+  const Share* fair = nullptr;   // the one for which the least was done
+  Job* longer = nullptr;         // its first longer job
+  const Share* quick = nullptr;  // that of those with a short job to go before
+  for (Share* share = first_; share; share = share->next_) {
+    Job* first = first_long(*share, most, now);
+    const Job* brief = share->queues_[shorts].first();
+    if (!first && !brief) continue;
+    if (!fair || share->pass_ < fair->pass_) {
+      fair = share;
+      longer = first;
+    }
+    const bool due = first && share->shorts_since_long_ > patience;
+    if (brief && !due && (!quick || share->pass_ < quick->pass_)) quick = share;
+  }
+  if (!fair) return {};
+  served_ = std::max(served_, fair->pass_);
+  const bool before = quick && (quick->pass_ <= fair->pass_ + lead || !longer);
+  Job* job = before ? quick->queues_[shorts].first() : longer;
+  remove(job);
+  return {job, &share_of(job), job->kind_, before};
+}
+
+void RunQueue::charge(const Turn& turn, double work, bool more, Time now) {
+  Share& share = *turn.share;
+  share.pass_ += work;
+  share.shorts_since_long_ = turn.is_short ? share.shorts_since_long_ + work : 0;
+  if (share.rate_) share.rate_->spend(work, now);
+  if (!more) return;
+  turn.job->spent_ += work;
+  enqueue(turn.job);
+}
+
+}  // namespace stiefel::server

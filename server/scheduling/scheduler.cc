@@ -1,0 +1,222 @@
+#include "server/scheduling/scheduler.h"
+
+#include <pthread.h>
+#include <time.h>
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <utility>
+
+#include "server/scheduling/priority.h"
+#include "server/scheduling/slice.h"
+
+namespace stiefel::server {
+namespace {
+
+/// The nominal rate at which processor time is work.
+constexpr double instructions_a_nanosecond = 5;
+/// Items of an ensemble are handed out together until they take so long.
+constexpr double portion_nanoseconds = 2e4;
+
+double processor_work() {
+  timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return instructions_a_nanosecond *
+         (1e9 * static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_nsec));
+}
+
+/// Whose job this worker runs.
+thread_local Share* share_at_work = nullptr;
+
+}  // namespace
+
+/// Items that several workers do together.
+struct Scheduler::Items {
+  const std::size_t count, portion;
+  const Item item;
+  void* const context;
+  std::atomic<std::size_t> next = 0;
+  std::exception_ptr failure = nullptr;  // guarded by the scheduler's mutex
+
+  /// Does items until none is left or `pause` says so.
+  template <class Pause>
+  void run(const Pause& pause) {
+    while (!pause()) {
+      const std::size_t first = next.fetch_add(portion, std::memory_order_relaxed);
+      if (first >= count) return;
+      for (std::size_t i = first; i < std::min(first + portion, count); ++i) item(context, i);
+    }
+  }
+};
+
+/// Lets one more worker do items. Gives way to short jobs that wait.
+class Scheduler::Helper final : public Job {
+ public:
+  void join(Scheduler& scheduler, Items& items, Share& share) {
+    scheduler_ = &scheduler;
+    items_ = &items;
+    bill(share, no_price);
+  }
+  bool done() const { return done_; }
+
+ private:
+  bool run_slice() noexcept override {
+    Scheduler& scheduler = *scheduler_;
+    std::exception_ptr failure;
+    try {
+      items_->run([&] { return scheduler.queue_.short_waits(); });
+    } catch (...) {
+      failure = std::current_exception();
+    }
+    const std::lock_guard lock(scheduler.mutex_);
+    if (failure) items_->failure = failure;
+    done_ = true;
+    scheduler.helped_.notify_all();
+    return false;
+  }
+
+  Scheduler* scheduler_ = nullptr;
+  Items* items_ = nullptr;
+  bool done_ = false;  // guarded by the scheduler's mutex
+};
+
+Scheduler::Scheduler(int threads, Meter meter)
+    : meter_(meter ? std::move(meter) : Meter(&processor_work)) {
+  if (threads <= 0) threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  others_ = static_cast<std::size_t>(std::max(1, threads - 1));
+  workers_.reserve(static_cast<std::size_t>(threads));
+  for (int i = 0; i < threads; ++i) {
+    const bool kept = i > 0 && i == threads - 1;
+    workers_.emplace_back([this, kept] { work(kept); });
+  }
+}
+
+Scheduler::~Scheduler() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  lift_rates();
+  workers_.clear();
+}
+
+void Scheduler::lift_rates() {
+  const std::lock_guard lock(mutex_);
+  queue_.lift_rates();
+  wake_.notify_all();
+  wake_kept_.notify_all();
+}
+
+void Scheduler::submit(Job* job, JobKind kind) noexcept {
+  const std::lock_guard lock(mutex_);
+  const bool is_short = queue_.push(job, kind);
+  wake_for(kind, is_short);
+}
+
+void Scheduler::wake_for(JobKind kind, bool is_short) {
+  if (kept_idle_ && is_short)
+    wake_kept_.notify_one();
+  else if (idle_ > 0)
+    wake_.notify_one();
+  else if (kept_idle_ && kind <= reach(true))
+    wake_kept_.notify_one();
+}
+
+void Scheduler::wake_another() {
+  if (queue_.empty()) return;
+  if (idle_ > 0)
+    wake_.notify_one();
+  else if (kept_idle_)
+    wake_kept_.notify_one();
+}
+
+JobKind Scheduler::reach(bool kept) const {
+  if (!kept) return JobKind::whole;
+  return in_whole_ == others_ ? JobKind::sliced : JobKind::brief;
+}
+
+void Scheduler::wait(std::unique_lock<std::mutex>& lock, bool kept) {
+  std::condition_variable& wake = kept ? wake_kept_ : wake_;
+  kept ? void(kept_idle_ = true) : void(++idle_);
+  if (const auto at = queue_.ready_at())
+    wake.wait_until(lock, *at);
+  else
+    wake.wait(lock);
+  kept ? void(kept_idle_ = false) : void(--idle_);
+}
+
+void Scheduler::work(bool kept) {
+  pthread_setname_np(pthread_self(), thread_name);
+  lower_priority(kept);
+  const CrewOfThisThread crew(*this);
+  std::unique_lock lock(mutex_);
+  while (true) {
+    const RunQueue::Turn turn = queue_.pop(reach(kept), std::chrono::steady_clock::now());
+    if (!turn.job && stopping_) return;
+    if (!turn.job) {
+      wait(lock, kept);
+      continue;
+    }
+    const bool whole = turn.kind == JobKind::whole;
+    in_whole_ += whole;
+    wake_another();
+    lock.unlock();
+    share_at_work = turn.share;
+    const double before = meter_();
+    bool more;
+    {
+      const SliceLength length(kept && !turn.is_short ? brief_slice_nanoseconds
+                                                      : slice_nanoseconds);
+      more = turn.job->run_slice();
+    }
+    const double done = meter_() - before;
+    lock.lock();
+    in_whole_ -= whole;
+    queue_.charge(turn, done, more, std::chrono::steady_clock::now());
+  }
+}
+
+void Scheduler::run(std::size_t count, double nanoseconds, Item item, void* context) {
+  const double each = nanoseconds / static_cast<double>(count);
+  const double portion = std::clamp(portion_nanoseconds / std::max(each, 1.0), 1.0, 1e9);
+  Items items{count, static_cast<std::size_t>(portion), item, context};
+  std::array<Helper, most_helpers> helpers;
+  const std::size_t called = call_helpers(helpers, items, kind_of_steps(each));
+  std::exception_ptr failure;
+  try {
+    items.run([] { return false; });
+  } catch (...) {
+    failure = std::current_exception();
+  }
+  dismiss(std::span(helpers).first(called));
+  if (!failure) failure = items.failure;
+  if (failure) std::rethrow_exception(failure);
+}
+
+std::size_t Scheduler::call_helpers(std::array<Helper, most_helpers>& helpers, Items& items,
+                                    JobKind kind) {
+  const std::lock_guard lock(mutex_);
+  const std::size_t free = idle_ + (kept_idle_ && kind <= reach(true));
+  const std::size_t portions = (items.count + items.portion - 1) / items.portion;
+  const std::size_t called = std::min({free, portions - 1, most_helpers});
+  for (Helper& helper : std::span(helpers).first(called)) {
+    helper.join(*this, items, *share_at_work);
+    queue_.push(&helper, kind);
+    (idle_ > 0 ? wake_ : wake_kept_).notify_one();
+  }
+  if (called > 0 && called > idle_) wake_kept_.notify_one();
+  return called;
+}
+
+void Scheduler::dismiss(std::span<Helper> helpers) {
+  std::unique_lock lock(mutex_);
+  for (Helper& helper : helpers) {
+    if (RunQueue::is_queued(&helper))
+      queue_.remove(&helper);
+    else
+      helped_.wait(lock, [&] { return helper.done(); });
+  }
+}
+
+}  // namespace stiefel::server

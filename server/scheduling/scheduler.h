@@ -1,0 +1,71 @@
+#pragma once
+
+#include <array>
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <span>
+#include <thread>
+#include <vector>
+
+#include "engine/simulation/run/crew.h"
+#include "server/scheduling/run_queue.h"
+
+namespace stiefel::server {
+
+/// The threads that compute: one budget for stepping, ensembles and searches. Jobs run one slice at
+/// a time in the order of RunQueue. With two threads or more one worker is kept for short jobs: of
+/// longer ones it runs brief slices only, sliced ones while every other worker is inside a whole
+/// one, and never a whole one. An ensemble that a job advances is shared with the workers that have
+/// nothing to do. The threads have a lower priority than those of gRPC.
+class Scheduler final : private Crew {
+ public:
+  /// The work that the calling thread has done so far, in instructions.
+  using Meter = std::function<double()>;
+  /// What ps and top call the threads.
+  static constexpr const char* thread_name = "compute";
+
+  /// 0 threads means one a core. Without a meter: the thread's processor time at a nominal rate.
+  explicit Scheduler(int threads, Meter meter = {});
+  /// Runs what is queued to its end.
+  ~Scheduler() override;
+  Scheduler(const Scheduler&) = delete;
+  Scheduler& operator=(const Scheduler&) = delete;
+
+  /// The job must live until its `run_slice` returns false. Allocates nothing: a job that is
+  /// submitted runs, whatever memory is left.
+  void submit(Job* job, JobKind kind) noexcept;
+  /// From now on no job waits for its principal's work rate: what runs is to end.
+  void lift_rates();
+  int threads() const { return static_cast<int>(workers_.size()); }
+
+ private:
+  struct Items;
+  class Helper;
+  static constexpr std::size_t most_helpers = 63;
+
+  void work(bool kept);
+  /// What the worker runs beside short jobs.
+  JobKind reach(bool kept) const;
+  void wait(std::unique_lock<std::mutex>& lock, bool kept);
+  /// Wakes a worker that may run it, if one has nothing to do.
+  void wake_for(JobKind kind, bool is_short);
+  /// Wakes a worker with nothing to do while jobs wait: one call may have woken it for two jobs.
+  void wake_another();
+  void run(std::size_t count, double nanoseconds, Item item, void* context) override;
+  std::size_t call_helpers(std::array<Helper, most_helpers>& helpers, Items& items, JobKind kind);
+  void dismiss(std::span<Helper> helpers);
+
+  const Meter meter_;
+  std::mutex mutex_;
+  std::condition_variable wake_, wake_kept_, helped_;
+  RunQueue queue_;        // guarded by mutex_, as the rest is
+  std::size_t idle_ = 0;  // workers with nothing to do, but for the kept one
+  bool kept_idle_ = false;
+  std::size_t in_whole_ = 0;  // workers inside a whole slice
+  std::size_t others_ = 0;    // workers that are not kept
+  bool stopping_ = false;
+  std::vector<std::jthread> workers_;
+};
+
+}  // namespace stiefel::server

@@ -1,0 +1,24 @@
+#include "server/scheduling/slice.h"
+
+#include <algorithm>
+
+namespace stiefel::server {
+namespace {
+
+thread_local double length = slice_nanoseconds;
+
+}  // namespace
+
+std::int64_t slice_steps(double step_cost) {
+  return static_cast<std::int64_t>(std::max(1.0, length / std::max(step_cost, 1.0)));
+}
+
+JobKind kind_of_steps(double step_cost) {
+  if (step_cost <= brief_slice_nanoseconds) return JobKind::brief;
+  return step_cost <= slice_nanoseconds ? JobKind::sliced : JobKind::whole;
+}
+
+SliceLength::SliceLength(double nanoseconds) { length = nanoseconds; }
+SliceLength::~SliceLength() { length = slice_nanoseconds; }
+
+}  // namespace stiefel::server

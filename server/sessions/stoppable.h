@@ -1,0 +1,18 @@
+#pragma once
+
+#include <optional>
+#include <stop_token>
+#include <type_traits>
+#include <utility>
+
+#include "stiefel/stop.h"
+
+namespace stiefel::server {
+
+/// What `work()` computes in the engine is stopped when the token requests it; nothing then.
+template <class Work>
+std::optional<std::invoke_result_t<Work>> stoppable(const std::stop_token& stop, Work&& work) {
+  return unless_stopped(stop, std::forward<Work>(work));
+}
+
+}  // namespace stiefel::server

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstdint>
+#include <expected>
+#include <string>
+#include <string_view>
+
+#include "server/sessions/checkpoint_bytes.h"
+#include "server/sessions/session.h"
+
+namespace stiefel::server {
+
+enum class SummaryFault { corrupt, other_scene, other_request, other_numerics };
+struct SummaryRefusal {
+  SummaryFault fault;
+  std::string numerics_id;  ///< other_numerics: of the server that wrote it
+};
+
+/// A summary on its way as bytes, opaque to clients: magic, numerics id, hash of the scene, that of
+/// the request (`digest`), what Summary::save gave, checksum.
+std::string encode_summary(const Session& session, std::uint64_t digest, std::string_view saved);
+
+/// What Summary::save gave, for a summary of the same resolved scene, request and numerics id;
+/// never trusts the bytes.
+std::expected<std::string_view, SummaryRefusal> decode_summary(const Session& session,
+                                                               std::uint64_t digest,
+                                                               std::string_view bytes);
+
+}  // namespace stiefel::server

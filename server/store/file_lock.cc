@@ -1,0 +1,48 @@
+#include "server/store/file_lock.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+#include <utility>
+
+namespace stiefel::server {
+namespace {
+
+/// The number that the holder wrote into the file.
+std::string holder_of(int descriptor) {
+  std::array<char, 32> text{};
+  const ssize_t count = pread(descriptor, text.data(), text.size(), 0);
+  if (count <= 0) return "another process";
+  return "process " + std::string(text.data(), static_cast<std::size_t>(count));
+}
+
+}  // namespace
+
+FileLock::FileLock(const std::string& file)
+    : descriptor_(open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600)) {
+  if (descriptor_ < 0) throw std::runtime_error(file + ": " + std::strerror(errno));
+  if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
+    const int error = errno;
+    const std::string what = error == EWOULDBLOCK ? "in use by " + holder_of(descriptor_)
+                                                  : file + ": " + std::strerror(error);
+    close(descriptor_);
+    throw std::runtime_error(what);
+  }
+  // For the message alone: on a full disk the file stays empty.
+  const std::string number = std::to_string(getpid());
+  if (ftruncate(descriptor_, 0) == 0)
+    static_cast<void>(pwrite(descriptor_, number.data(), number.size(), 0) > 0);
+}
+
+FileLock::~FileLock() {
+  if (descriptor_ >= 0) close(descriptor_);
+}
+
+FileLock::FileLock(FileLock&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
+
+}  // namespace stiefel::server

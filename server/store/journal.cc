@@ -1,0 +1,209 @@
+#include "server/store/journal.h"
+
+#include <pthread.h>
+
+#include <algorithm>
+#include <new>
+#include <utility>
+
+#include "server/sessions/identity.h"
+#include "server/sessions/numerics_id.h"
+#include "server/sessions/session.h"
+
+namespace stiefel::server {
+namespace {
+
+/// What ps and top call the thread.
+constexpr const char* thread_name = "store";
+/// How long changes that wait put off the checkpoints.
+constexpr auto longest_delay = std::chrono::seconds(5);
+
+WriteFault fault_of_current_exception() {
+  try {
+    try {
+      throw;
+    } catch (const StoreError& error) {
+      return error.fault();
+    } catch (const std::bad_alloc&) {
+      throw;
+    } catch (const std::exception& error) {
+      return {WriteFault::Kind::damaged, error.what()};
+    }
+  } catch (const std::bad_alloc&) {
+    return {WriteFault::Kind::out_of_memory, {}};
+  }
+}
+
+StoredCheckpoint to_row(const Session& session, const Checkpoints::Nearest& last) {
+  const auto& numbers = *last.saved;
+  return {
+      session.owner(),
+      session.id(),
+      numerics_id(),
+      hash(session.identity()),
+      last.step,
+      std::string(reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(double))};
+}
+
+}  // namespace
+
+Journal::Journal(Store& store, Hooks hooks, std::chrono::milliseconds between_checkpoints)
+    : store_(store),
+      hooks_(std::move(hooks)),
+      between_checkpoints_(between_checkpoints),
+      thread_([this](const std::stop_token& stop) { work(stop); }) {}
+
+Journal::~Journal() {
+  thread_.request_stop();
+  thread_.join();
+}
+
+std::shared_ptr<Receipt> Journal::submit(Change change) {
+  auto receipt = change.receipt = std::make_shared<Receipt>();
+  {
+    const std::lock_guard lock(mutex_);
+    queue_.push_back(std::move(change));
+  }
+  wake_.notify_one();
+  return receipt;
+}
+
+std::shared_ptr<Receipt> Journal::put(std::shared_ptr<Session> session) {
+  return submit(
+      {.session = std::move(session), .tombstone = {}, .principal = {}, .id = {}, .receipt = {}});
+}
+
+std::shared_ptr<Receipt> Journal::erase(const Principal& principal, std::string id) {
+  return submit(
+      {.session = {}, .tombstone = {}, .principal = principal, .id = std::move(id), .receipt = {}});
+}
+
+std::shared_ptr<Receipt> Journal::bury(Tombstone tombstone) {
+  return submit(
+      {.session = {}, .tombstone = std::move(tombstone), .principal = {}, .id = {}, .receipt = {}});
+}
+
+void Journal::cached(std::weak_ptr<Session> session) noexcept {
+  try {
+    const std::lock_guard lock(mutex_);
+    with_states_.push_back(std::move(session));
+  } catch (const std::bad_alloc&) {  // a checkpoint is never a promise
+  }
+}
+
+void Journal::work(const std::stop_token& stop) {
+  pthread_setname_np(pthread_self(), thread_name);
+  const auto now = &std::chrono::steady_clock::now;
+  auto next_pass = now() + between_checkpoints_;
+  std::vector<Change> changes;
+  std::unique_lock lock(mutex_);
+  while (true) {
+    wake_.wait_until(lock, stop, next_pass, [this] { return !queue_.empty(); });
+    const bool stopping = stop.stop_requested();
+    if (!queue_.empty()) {
+      changes.swap(queue_);
+      lock.unlock();
+      write(changes);
+      changes.clear();
+      lock.lock();
+    }
+    const bool due = now() >= next_pass && (queue_.empty() || now() >= next_pass + longest_delay);
+    if (due || (stopping && queue_.empty())) {
+      auto sessions = std::exchange(with_states_, {});
+      lock.unlock();
+      if (!sessions.empty()) write_checkpoints(std::move(sessions));
+      lock.lock();
+      next_pass = now() + between_checkpoints_;
+    }
+    if (stopping && queue_.empty()) return;
+  }
+}
+
+void Journal::write(std::span<const Change> changes) {
+  while (!changes.empty()) {
+    std::size_t count = 0, bytes = 0;
+    while (count < std::min(changes.size(), max_changes) && bytes < max_bytes)
+      if (const auto& session = changes[count++].session) bytes += session->identity().size();
+    write_together(changes.first(count));
+    changes = changes.subspan(count);
+  }
+}
+
+void Journal::write_together(std::span<const Change> changes) {
+  const auto fault = transact(changes);
+  if (fault) return write_singly(changes);
+  for (const Change& change : changes) settle(change, std::nullopt);
+}
+
+void Journal::write_singly(std::span<const Change> changes) {
+  bool made_room = false;
+  const auto full = [](const auto& fault) {
+    return fault && fault->kind == WriteFault::Kind::full;
+  };
+  for (const Change& change : changes) {
+    auto fault = transact({&change, 1});
+    if (full(fault) && !std::exchange(made_room, true)) {
+      store_.make_room();
+      fault = transact({&change, 1});
+    }
+    if (full(fault) && !change.session) fault = transact({&change, 1}, true);
+    settle(change, std::move(fault));
+  }
+}
+
+std::optional<WriteFault> Journal::transact(std::span<const Change> changes, bool with_reserve) {
+  const auto apply_all = [&] {
+    for (const Change& change : changes) apply(change);
+  };
+  try {
+    with_reserve ? store_.transact_with_reserve(apply_all) : store_.transact(apply_all);
+    transactions_.fetch_add(1, std::memory_order_relaxed);
+    return std::nullopt;
+  } catch (...) {
+    return fault_of_current_exception();
+  }
+}
+
+void Journal::apply(const Change& change) {
+  if (change.session)
+    store_.put(hooks_.to_row(*change.session));
+  else if (change.tombstone)
+    store_.put(*change.tombstone);
+  else
+    store_.erase(change.principal, change.id);
+}
+
+void Journal::settle(const Change& change, std::optional<WriteFault> fault) {
+  if (fault) report(*fault);
+  if (fault && change.session) hooks_.drop(*change.session);
+  change.receipt->settle(std::move(fault));
+}
+
+void Journal::report(const WriteFault& fault) const noexcept {
+  try {
+    hooks_.report(fault);
+  } catch (const std::exception&) {  // no memory for a line of the log
+  }
+}
+
+void Journal::write_checkpoints(std::vector<std::weak_ptr<Session>> sessions) {
+  std::size_t bytes = 0;
+  try {
+    store_.transact([&] {
+      for (const auto& one : sessions) {
+        const auto session = one.lock();
+        if (!session) continue;
+        const auto last = session->take_last_state();
+        const std::size_t size = session->saved_size() * sizeof(double);
+        // A closed session has no row any more, or another one has it.
+        if (session->closed() || last.step == 0 || bytes + size > max_checkpoint_bytes) continue;
+        bytes += size;
+        store_.put(to_row(*session, last));
+      }
+    });
+  } catch (...) {
+    report(fault_of_current_exception());
+  }
+}
+
+}  // namespace stiefel::server

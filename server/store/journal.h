@@ -1,0 +1,96 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <stop_token>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "server/sessions/ledger.h"
+#include "server/store/store.h"
+
+namespace stiefel::server {
+
+/// Writes a registry's changes into a store, on a thread of its own. The changes that arrive while
+/// one transaction is on its way to the disk are the next one, so that many calls share one wait
+/// for the disk. A transaction that fails is tried again change by change: what does not fit fails
+/// alone, and deletions may use the store's reserve.
+///
+/// Checkpoints are written behind, when nothing else waits: of each session its last state, a few
+/// seconds after it was cached. They are dropped when there are too many bytes of them, when they
+/// fail, and when a session needs their place.
+class Journal final : public Ledger {
+ public:
+  struct Hooks {
+    /// A session as a row.
+    std::function<StoredSession(const Session&)> to_row;
+    /// Drops a session that could not be written from the registry.
+    std::function<void(const Session&)> drop;
+    /// Tells of a change that nobody waits for and that failed.
+    std::function<void(const WriteFault&)> report;
+  };
+  /// Between two passes that write checkpoints.
+  static constexpr auto checkpoint_interval = std::chrono::milliseconds(2000);
+  /// Of a pass.
+  static constexpr std::size_t max_checkpoint_bytes = std::size_t{16} << 20;
+  /// The most changes and bytes of a transaction.
+  static constexpr std::size_t max_changes = 1024;
+  static constexpr std::size_t max_bytes = std::size_t{32} << 20;
+
+  /// The store must outlive it, and what the hooks use.
+  Journal(Store& store, Hooks hooks,
+          std::chrono::milliseconds between_checkpoints = checkpoint_interval);
+  /// Writes what waits, the checkpoints too.
+  ~Journal() override;
+
+  std::shared_ptr<Receipt> put(std::shared_ptr<Session> session) override;
+  std::shared_ptr<Receipt> erase(const Principal& principal, std::string id) override;
+  /// In the order of `put` and `erase`.
+  std::shared_ptr<Receipt> bury(Tombstone tombstone);
+  void cached(std::weak_ptr<Session> session) noexcept override;
+
+  /// Transactions so far that wrote sessions, deletions or tombstones.
+  std::uint64_t transactions() const { return transactions_.load(std::memory_order_relaxed); }
+
+ private:
+  /// A session to write, or a name to erase, or a tombstone.
+  struct Change {
+    std::shared_ptr<Session> session;
+    std::optional<Tombstone> tombstone;
+    Principal principal;
+    std::string id;
+    std::shared_ptr<Receipt> receipt;
+  };
+
+  std::shared_ptr<Receipt> submit(Change change);
+  void work(const std::stop_token& stop);
+  void write(std::span<const Change> changes);
+  void write_together(std::span<const Change> changes);
+  void write_singly(std::span<const Change> changes);
+  std::optional<WriteFault> transact(std::span<const Change> changes, bool with_reserve = false);
+  void apply(const Change& change);
+  void settle(const Change& change, std::optional<WriteFault> fault);
+  void report(const WriteFault& fault) const noexcept;
+  void write_checkpoints(std::vector<std::weak_ptr<Session>> sessions);
+
+  Store& store_;
+  const Hooks hooks_;
+  const std::chrono::milliseconds between_checkpoints_;
+  std::atomic<std::uint64_t> transactions_ = 0;
+
+  std::mutex mutex_;
+  std::condition_variable_any wake_;
+  std::vector<Change> queue_;                        // guarded by mutex_
+  std::vector<std::weak_ptr<Session>> with_states_;  // guarded by mutex_
+  std::jthread thread_;
+};
+
+}  // namespace stiefel::server

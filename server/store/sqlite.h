@@ -1,0 +1,87 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+#include "server/sessions/ledger.h"
+
+struct sqlite3;
+struct sqlite3_stmt;
+
+namespace stiefel::server {
+
+/// A call of SQLite that failed, in SQLite's words.
+class StoreError : public std::runtime_error {
+ public:
+  StoreError(WriteFault::Kind kind, const std::string& what)
+      : std::runtime_error(what), kind_(kind) {}
+  WriteFault::Kind kind() const { return kind_; }
+  WriteFault fault() const { return {kind_, what()}; }
+
+ private:
+  WriteFault::Kind kind_;
+};
+
+/// A connection to an SQLite file. For one thread at a time.
+class Database {
+ public:
+  enum class Mode { existing, create, read_only };
+  /// `vfs`: SQLite's name of the file system to use, null for its default. Throws StoreError.
+  Database(const std::string& file, Mode mode, const char* vfs = nullptr);
+  ~Database();
+  Database(Database&& other) noexcept;
+  Database& operator=(Database&&) = delete;
+
+  /// Statements without results.
+  void run(const std::string& sql);
+  /// The first column of the first row.
+  std::int64_t number(const std::string& sql);
+  std::string text(const std::string& sql);
+  bool in_transaction() const;
+  /// Waits for the locks of other programs, such as a backup, up to 5 s. The default.
+  void set_patience();
+  /// The rows that the last statement inserted or deleted.
+  std::int64_t changes() const;
+
+ private:
+  friend class Statement;
+  [[noreturn]] void fail(int code) const;
+  void check(int code) const;
+
+  sqlite3* handle_;
+};
+
+/// A prepared statement. Parameters are numbered from 1, columns from 0; what is bound must live
+/// until the statement is reset. The database must outlive it.
+class Statement {
+ public:
+  Statement(Database& database, std::string_view sql);
+  ~Statement();
+  Statement(const Statement&) = delete;
+  Statement& operator=(const Statement&) = delete;
+
+  Statement& bind(int parameter, std::int64_t value);
+  Statement& bind(int parameter, std::string_view text);
+  Statement& bind_blob(int parameter, std::string_view bytes);
+  /// NULL where absent.
+  Statement& bind(int parameter, std::optional<double> value);
+
+  /// The next row: false after the last one.
+  bool step();
+  /// Runs it to its end and makes it ready for the next parameters.
+  void execute();
+
+  std::int64_t integer(int column) const;
+  std::optional<double> real(int column) const;
+  /// Text or a blob.
+  std::string bytes(int column) const;
+
+ private:
+  Database& database_;
+  sqlite3_stmt* handle_ = nullptr;
+};
+
+}  // namespace stiefel::server

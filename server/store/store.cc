@@ -1,0 +1,207 @@
+#include "server/store/store.h"
+
+#include <bit>
+
+#include "server/sessions/identity.h"
+
+namespace stiefel::server {
+namespace {
+
+/// Columns one after another, each text with its length.
+class Digest {
+ public:
+  Digest& add(std::string_view text) {
+    add(static_cast<std::int64_t>(text.size()));
+    bytes_.append(text);
+    return *this;
+  }
+  Digest& add(std::int64_t value) {
+    bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
+    return *this;
+  }
+  std::int64_t value() const { return std::bit_cast<std::int64_t>(hash(bytes_)); }
+
+ private:
+  std::string bytes_;
+};
+
+std::int64_t digest_of(const StoredSession& s) {
+  Digest digest;
+  digest.add(s.principal.name).add(s.id).add(s.create_time).add(s.numerics_id);
+  digest.add(std::bit_cast<std::int64_t>(s.identity)).add(s.scene).add(s.filled_in).add(s.cleared);
+  if (s.choice) {
+    digest.add(std::bit_cast<std::int64_t>(s.choice->tolerance));
+    digest.add(std::bit_cast<std::int64_t>(s.choice->horizon)).add(s.choice->reason);
+  }
+  return digest.value();
+}
+
+std::int64_t digest_of(const StoredCheckpoint& c) {
+  return Digest()
+      .add(c.principal.name)
+      .add(c.id)
+      .add(c.numerics_id)
+      .add(std::bit_cast<std::int64_t>(c.identity))
+      .add(c.step)
+      .add(c.state)
+      .value();
+}
+
+constexpr std::string_view select =
+    "SELECT principal, id, s.create_time, s.numerics_id, s.identity, s.scene, s.filled_in, "
+    "s.cleared, s.tolerance, s.horizon, s.reason, s.digest, c.numerics_id, c.identity, c.step, "
+    "c.state, c.digest FROM session AS s LEFT JOIN checkpoint AS c USING (principal, id)";
+
+}  // namespace
+
+Store::Store(const StoreOptions& options)
+    : file_(open_store(options)),
+      put_session_(file_.database,
+                   "INSERT OR REPLACE INTO session VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"),
+      erase_session_(file_.database, "DELETE FROM session WHERE principal = ? AND id = ?"),
+      put_checkpoint_(file_.database,
+                      "INSERT OR REPLACE INTO checkpoint VALUES (?, ?, ?, ?, ?, ?, ?)"),
+      erase_checkpoint_(file_.database, "DELETE FROM checkpoint WHERE principal = ? AND id = ?"),
+      put_tombstone_(file_.database, "INSERT OR REPLACE INTO tombstone VALUES (?, ?, ?)"),
+      erase_tombstone_(file_.database, "DELETE FROM tombstone WHERE principal = ? AND id = ?") {}
+
+void Store::transact(const std::function<void()>& changes) {
+  Database& database = file_.database;
+  database.run("BEGIN IMMEDIATE");
+  try {
+    changes();
+    database.run("COMMIT");
+  } catch (...) {
+    // SQLite has rolled back by itself after some errors.
+    if (database.in_transaction()) {
+      try {
+        database.run("ROLLBACK");
+      } catch (const StoreError&) {
+      }
+    }
+    throw;
+  }
+}
+
+void Store::put(const StoredSession& s) {
+  const auto& choice = s.choice;
+  put_session_.bind(1, s.principal.name)
+      .bind(2, s.id)
+      .bind(3, s.create_time)
+      .bind(4, s.numerics_id)
+      .bind(5, std::bit_cast<std::int64_t>(s.identity))
+      .bind_blob(6, s.scene)
+      .bind(7, s.filled_in)
+      .bind(8, s.cleared)
+      .bind(9, choice ? std::optional(choice->tolerance) : std::nullopt)
+      .bind(10, choice ? std::optional(choice->horizon) : std::nullopt)
+      .bind(11, choice ? std::string_view(choice->reason) : std::string_view())
+      .bind(12, digest_of(s))
+      .execute();
+  erase_checkpoint_.bind(1, s.principal.name).bind(2, s.id).execute();
+}
+
+void Store::erase(const Principal& principal, std::string_view id) {
+  erase_session_.bind(1, principal.name).bind(2, id).execute();
+  erase_checkpoint_.bind(1, principal.name).bind(2, id).execute();
+}
+
+void Store::put(const StoredCheckpoint& c) {
+  put_checkpoint_.bind(1, c.principal.name)
+      .bind(2, c.id)
+      .bind(3, c.numerics_id)
+      .bind(4, std::bit_cast<std::int64_t>(c.identity))
+      .bind(5, c.step)
+      .bind_blob(6, c.state)
+      .bind(7, digest_of(c))
+      .execute();
+}
+
+void Store::put(const Tombstone& tombstone) {
+  put_tombstone_.bind(1, tombstone.principal.name)
+      .bind(2, tombstone.id)
+      .bind(3, tombstone.until)
+      .execute();
+}
+
+void Store::erase_tombstone(const Principal& principal, std::string_view id) {
+  erase_tombstone_.bind(1, principal.name).bind(2, id).execute();
+}
+
+std::vector<Tombstone> Store::tombstones(std::int64_t now) {
+  Statement over(file_.database, "DELETE FROM tombstone WHERE until <= ?");
+  over.bind(1, now).execute();
+  Statement all(file_.database, "SELECT principal, id, until FROM tombstone");
+  std::vector<Tombstone> tombstones;
+  while (all.step()) tombstones.push_back({Principal{all.bytes(0)}, all.bytes(1), all.integer(2)});
+  return tombstones;
+}
+
+std::int64_t Store::drop_checkpoints_except(std::string_view numerics_id) {
+  Statement others(
+      file_.database,
+      "DELETE FROM checkpoint WHERE numerics_id <> ? OR NOT EXISTS (SELECT 1 FROM "
+      "session AS s WHERE s.principal = checkpoint.principal AND s.id = checkpoint.id)");
+  others.bind(1, numerics_id).execute();
+  return file_.database.changes();
+}
+
+void Store::make_room() noexcept {
+  file_.reserve.release();
+  try {
+    transact([this] { file_.database.run("DELETE FROM checkpoint"); });
+  } catch (const std::exception&) {  // the disk is as full as before
+  }
+  empty_log();
+  file_.reserve.hold();
+}
+
+void Store::transact_with_reserve(const std::function<void()>& changes) {
+  file_.reserve.release();
+  try {
+    transact(changes);
+  } catch (...) {
+    file_.reserve.hold();
+    throw;
+  }
+  empty_log();
+  file_.reserve.hold();
+}
+
+void Store::empty_log() noexcept {
+  try {  // without waiting for a backup that reads the log
+    file_.database.run("PRAGMA busy_timeout=0");
+    file_.database.run("PRAGMA wal_checkpoint(TRUNCATE)");
+  } catch (const std::exception&) {
+  }
+  file_.database.set_patience();
+}
+
+Store::Reader::Reader(Store& store) : select_(store.file_.database, select) {}
+
+std::optional<Store::Row> Store::Reader::next() {
+  if (!select_.step()) return std::nullopt;
+  const Statement& row = select_;
+  StoredSession s{Principal{row.bytes(0)},
+                  row.bytes(1),
+                  row.integer(2),
+                  row.bytes(3),
+                  std::bit_cast<std::uint64_t>(row.integer(4)),
+                  row.bytes(5),
+                  row.bytes(6),
+                  row.bytes(7),
+                  std::nullopt};
+  if (const auto tolerance = row.real(8))
+    s.choice = StoredChoice{*tolerance, row.real(9).value_or(0), row.bytes(10)};
+  if (digest_of(s) != row.integer(11))
+    throw StoreError(WriteFault::Kind::damaged,
+                     "the row of session '" + s.id + "' differs from its digest");
+  StoredCheckpoint c{s.principal,     s.id,
+                     row.bytes(12),   std::bit_cast<std::uint64_t>(row.integer(13)),
+                     row.integer(14), row.bytes(15)};
+  if (c.numerics_id.empty() || digest_of(c) != row.integer(16))
+    return Row{std::move(s), std::nullopt};
+  return Row{std::move(s), std::move(c)};
+}
+
+}  // namespace stiefel::server

@@ -1,0 +1,206 @@
+#include "server/store/store_file.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+
+namespace stiefel::server {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Pages in the log at which SQLite moves them into the file: as many as the reserve has room for.
+constexpr std::int64_t log_pages = 256;
+/// The log is cut to this size afterwards.
+constexpr std::int64_t log_bytes = std::int64_t{4} << 20;
+
+constexpr const char* tables = R"sql(
+CREATE TABLE session (
+  principal TEXT NOT NULL,
+  id TEXT NOT NULL,
+  create_time INTEGER NOT NULL,  -- nanoseconds since 1970
+  numerics_id TEXT NOT NULL,     -- of the server that wrote the row
+  identity INTEGER NOT NULL,     -- hash of the resolved scene
+  scene BLOB NOT NULL,           -- stiefel.v1.Scene, resolved
+  filled_in TEXT NOT NULL,       -- paths of fields, one a line
+  cleared TEXT NOT NULL,
+  tolerance REAL,                -- what the method was chosen for, if it was
+  horizon REAL,
+  reason TEXT NOT NULL,
+  digest INTEGER NOT NULL,       -- hash of the columns above
+  PRIMARY KEY (principal, id)
+) STRICT;
+CREATE TABLE checkpoint (
+  principal TEXT NOT NULL,
+  id TEXT NOT NULL,
+  numerics_id TEXT NOT NULL,
+  identity INTEGER NOT NULL,
+  step INTEGER NOT NULL,
+  state BLOB NOT NULL,           -- float64, little-endian
+  digest INTEGER NOT NULL,
+  PRIMARY KEY (principal, id)
+) STRICT;
+CREATE TABLE tombstone (
+  principal TEXT NOT NULL,
+  id TEXT NOT NULL,
+  until INTEGER NOT NULL,        -- nanoseconds since 1970
+  PRIMARY KEY (principal, id)
+) STRICT, WITHOUT ROWID;
+)sql";
+
+void sync_folder(const fs::path& folder) {
+  const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0 || fsync(descriptor) != 0) {
+    const std::string what = folder.string() + ": " + std::strerror(errno);
+    if (descriptor >= 0) close(descriptor);
+    throw std::runtime_error(what);
+  }
+  close(descriptor);
+}
+
+/// Beside the place, then renamed: a process that is killed meanwhile leaves no half store.
+void make_store(const fs::path& file, const char* vfs) {
+  const std::string draft = file.string() + "-new";
+  for (const char* suffix : {"", "-journal", "-wal", "-shm"}) fs::remove(draft + suffix);
+  {
+    Database database(draft, Database::Mode::create, vfs);
+    database.run("PRAGMA synchronous=FULL");
+    database.run("BEGIN");
+    database.run(tables);
+    database.run("PRAGMA application_id=" + std::to_string(application_id));
+    database.run("PRAGMA user_version=" + std::to_string(schema_version));
+    database.run("COMMIT");
+  }
+  fs::permissions(draft, fs::perms::owner_read | fs::perms::owner_write);
+  fs::rename(draft, file);
+  sync_folder(file.parent_path());
+}
+
+/// Four bytes of a file's header, the most significant first.
+std::int64_t header_number(const std::string& header, std::size_t offset) {
+  std::uint32_t value = 0;
+  for (std::size_t i = 0; i < 4; ++i)
+    value = value << 8 | static_cast<unsigned char>(header[offset + i]);
+  return value;
+}
+
+/// Whether the file is one of ours, by its header alone (sqlite.org/fileformat.html): nothing of
+/// another program is touched.
+void check_header(const fs::path& file) {
+  constexpr std::size_t user_version_at = 60, application_id_at = 68;
+  std::string header(100, '\0');
+  std::ifstream in(file, std::ios::binary);
+  if (!in) throw std::runtime_error(std::strerror(errno));
+  in.read(header.data(), static_cast<std::streamsize>(header.size()));
+  if (!in || !header.starts_with("SQLite format 3"))
+    throw std::runtime_error("it is not an SQLite database");
+  const std::int64_t owner = header_number(header, application_id_at);
+  if (owner != application_id)
+    throw std::runtime_error("it is an SQLite file of another program (application_id " +
+                             std::to_string(owner) + ")");
+  const std::int64_t version = header_number(header, user_version_at);
+  if (version != schema_version)
+    throw std::runtime_error("its schema version is " + std::to_string(version) +
+                             ", this server knows version " + std::to_string(schema_version));
+}
+
+void configure(Database& database, std::uint64_t limit) {
+  if (const std::string mode = database.text("PRAGMA journal_mode=WAL"); mode != "wal")
+    throw std::runtime_error("this file system allows no write-ahead log (journal mode " + mode +
+                             ")");
+  database.run("PRAGMA synchronous=FULL");
+  database.run("PRAGMA mmap_size=0");
+  database.run("PRAGMA temp_store=MEMORY");  // a container may have no folder for others
+  database.run("PRAGMA wal_autocheckpoint=" + std::to_string(log_pages));
+  database.run("PRAGMA journal_size_limit=" + std::to_string(log_bytes));
+  if (limit == 0) return;
+  const auto page = static_cast<std::uint64_t>(database.number("PRAGMA page_size"));
+  database.run("PRAGMA max_page_count=" + std::to_string(std::max<std::uint64_t>(limit / page, 1)));
+}
+
+void check_pages(Database& database) {
+  if (const std::string fault = database.text("PRAGMA integrity_check(1)"); fault != "ok")
+    throw StoreError(WriteFault::Kind::damaged, fault);
+}
+
+/// Whether there is a file that may be a store.
+bool is_there(const fs::path& file) {
+  std::error_code ignored;
+  const bool log = fs::file_size(file.string() + "-wal", ignored) > 0 && !ignored;
+  const bool there = fs::exists(file);
+  if (there && !fs::is_regular_file(file)) throw std::runtime_error("it is not a file");
+  const bool empty = !there || fs::file_size(file) == 0;
+  if (log && empty)
+    throw std::runtime_error(
+        "it is empty or absent although its log, the file with -wal at the end, is not: restore a "
+        "backup");
+  if (there && empty)
+    throw std::runtime_error("it is empty: restore a backup, or remove it to begin a new store");
+  return there;
+}
+
+StoreFile open_at(const fs::path& file, const StoreOptions& options) {
+  FileLock lock(file.string() + "-lock");
+  if (is_there(file)) check_header(file);
+  // SQLite makes files beside this one, on a full disk too.
+  Reserve reserve(file.string() + "-reserve");
+  reserve.release();
+  if (!fs::exists(file)) make_store(file, options.vfs);
+  Database database(file.string(), Database::Mode::existing, options.vfs);
+  configure(database, options.limit);
+  check_pages(database);
+  reserve.hold();
+  return {std::move(lock), std::move(reserve), std::move(database)};
+}
+
+/// The file, whatever links its name goes through.
+fs::path file_of(const StoreOptions& options) {
+  return fs::weakly_canonical(fs::absolute(options.file));
+}
+
+/// Runs `work` and gives its errors the name of the store.
+template <class Work>
+auto naming(const StoreOptions& options, const Work& work) {
+  try {
+    return work();
+  } catch (const fs::filesystem_error& error) {
+    throw std::runtime_error("the store " + options.file + ": " + error.code().message());
+  } catch (const StoreError& error) {
+    const bool damaged = error.kind() == WriteFault::Kind::damaged;
+    throw std::runtime_error("the store " + options.file + (damaged ? " is damaged: " : ": ") +
+                             error.what() + (damaged ? ": restore a backup" : ""));
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error("the store " + options.file + ": " + error.what());
+  }
+}
+
+}  // namespace
+
+StoreFile open_store(const StoreOptions& options) {
+  return naming(options, [&] { return open_at(file_of(options), options); });
+}
+
+std::optional<std::string> store_fault(const StoreOptions& options) {
+  if (options.file.empty()) return std::nullopt;
+  try {
+    naming(options, [&] {
+      const fs::path file = file_of(options);
+      if (is_there(file)) {
+        check_header(file);
+      } else if (access(file.parent_path().c_str(), W_OK) != 0) {
+        throw std::runtime_error(file.parent_path().string() + ": " + std::strerror(errno));
+      }
+    });
+    return std::nullopt;
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+}
+
+}  // namespace stiefel::server

@@ -1,0 +1,43 @@
+"""auditwheel finds in the platform wheel what its name promises.
+
+    audit.py FOLDER_OF_WHEELS
+"""
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import zipfile
+from pathlib import Path
+
+from environment import environment, wheel_in
+
+
+def main(wheels: Path) -> None:
+    wheel = wheel_in(wheels)
+    promised = re.search(r"-manylinux_(\d+)_(\d+)_x86_64\.whl$", wheel.name)
+    assert promised, f"{wheel.name}: must be a wheel for manylinux on x86_64"
+    with tempfile.TemporaryDirectory() as folder:
+        python = environment(Path(folder), "auditwheel")
+        path = f"/usr/bin:{os.environ['PATH']}"  # for patchelf
+        said = subprocess.run([python.with_name("auditwheel"), "show", wheel], env={**os.environ, "PATH": path}, check=True,
+                              capture_output=True, text=True).stdout
+    said = " ".join(said.split())
+    found = re.search(r'consistent with the following platform tag: "manylinux_(\d+)_(\d+)_x86_64"', said)
+    assert found, said
+    assert tuple(map(int, found.groups())) <= tuple(map(int, promised.groups())), said
+    print(f"{wheel.name} runs where {found[0].split()[-1]} does")
+
+    with zipfile.ZipFile(wheel) as archive:
+        names = archive.namelist()
+        libraries = [name for name in names if ".so." in name]
+        licenses = [name for name in names if name.endswith(".copyright")]
+    assert libraries and licenses and any(name.endswith("dist-info/LICENSE") for name in names)
+    assert all(name.startswith("stiefel/programs/") for name in libraries)
+    print(f"{len(libraries)} libraries, {len(licenses)} licenses")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

@@ -1,0 +1,215 @@
+"""The bodies of a sweep on a cluster of one, two and four workers, and while one is killed every few seconds.
+
+    soak.py dask|ray|processes [--bodies N] [--kill-every SECONDS]
+
+Prints processor times and hashes; fails where a hash differs or a bound is exceeded.
+"""
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import threading
+import time
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
+from typing import Any, Callable, Iterator
+
+import numpy as np
+import psutil
+
+import stiefel
+from stiefel.sweeps.chunks import Task, Values
+from stiefel.sweeps.reduction import reduce, request_of
+
+STEPS = 10_000
+SCENE = {"system": "rigid_body", "step": 0.01, "method": {"name": "preprocessed_variational", "order": 10},
+         "body": {"moments": [1, 2, 3], "angular_velocity": [0, 1, 0]}}
+SUMMARIZE = {"quaternion": ["last"], "energy": ["drift"]}
+SERVERS_BOUND = 1.03  # of the servers' processor time against one ensemble in one process
+EVERYTHING_BOUND = {"dask": 1.10, "ray": 1.20, "processes": 1.10}
+MEMORY_BOUND = 300e6  # bytes of this process
+
+
+def axes(bodies: int) -> dict[str, Any]:
+    rng = np.random.default_rng(18)
+    moments = 1 + rng.random(size=(bodies, 3))  # the sum of any two exceeds the third
+    return {"body.moments": moments, "body.angular_velocity": rng.normal(size=(bodies, 3))}
+
+
+@contextmanager
+def dask(workers: int) -> Iterator[Any]:
+    from distributed import Client, LocalCluster
+
+    with LocalCluster(n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None) as cluster, \
+            Client(cluster) as client:
+        yield client.get_executor()
+
+
+@contextmanager
+def ray(workers: int) -> Iterator[Any]:
+    import ray
+
+    import stiefel.ray
+
+    os.environ["RAY_AUTH_MODE"] = "disabled"
+    ray.init(num_cpus=workers, include_dashboard=False, log_to_driver=False)
+    try:
+        yield stiefel.ray.Executor()
+    finally:
+        ray.shutdown()
+
+
+@contextmanager
+def processes(workers: int) -> Iterator[Any]:
+    with ProcessPoolExecutor(workers) as pool:
+        yield pool
+
+
+def is_server(process: psutil.Process) -> bool:
+    return "stiefel-server" in process.name()
+
+
+def is_worker(process: psutil.Process) -> bool:
+    """A process that has started a server. Its own processes are no others of the cluster."""
+    return any(is_server(child) for child in process.children())
+
+
+def descendants() -> list[psutil.Process]:
+    """Of this process. Ray's daemons are its children, too."""
+    return psutil.Process().children(recursive=True)
+
+
+class ProcessorTime:
+    """Seconds of user and system time, of servers and of all, this process included; sampled, so that those that end
+    are counted up to their last sample."""
+
+    def __init__(self) -> None:
+        self._seen: dict[tuple[int, float], tuple[bool, float, float]] = {}
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+
+    def sample(self, first: bool = False) -> None:
+        for process in [psutil.Process(), *descendants()]:
+            try:
+                key, spent = (process.pid, process.create_time()), sum(process.cpu_times()[:2])
+                server, begun, _ = self._seen.get(key, (is_server(process), spent if first else 0.0, 0.0))
+                self._seen[key] = (server, begun, spent)
+            except psutil.Error:
+                pass
+
+    def _run(self) -> None:
+        while not self._stop.wait(0.2):
+            self.sample()
+
+    def __enter__(self) -> ProcessorTime:
+        self.sample(first=True)
+        self._thread.start()
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self._stop.set()
+        self._thread.join()
+        self.sample()
+
+    @property
+    def servers(self) -> float:
+        return sum(end - begun for server, begun, end in self._seen.values() if server)
+
+    @property
+    def everything(self) -> float:
+        return sum(end - begun for _, begun, end in self._seen.values())
+
+
+@contextmanager
+def killing(every: float) -> Iterator[list[int]]:
+    """Kills a worker every so many seconds."""
+    killed: list[int] = []
+    stop = threading.Event()
+
+    def run() -> None:
+        while not stop.wait(every):
+            workers = [process for process in descendants() if process.is_running() and is_worker(process)]
+            if workers:
+                worker = workers[len(killed) % len(workers)]
+                try:
+                    worker.send_signal(signal.SIGKILL)
+                    killed.append(worker.pid)
+                except psutil.Error:
+                    pass
+
+    thread = threading.Thread(target=run, daemon=True)
+    thread.start()
+    yield killed
+    stop.set()
+    thread.join()
+
+
+def one_ensemble(bodies: int) -> tuple[float, float]:
+    """Processor seconds of a server, and of it and this process, that computes the bodies as one ensemble; of more
+    bodies than an ensemble may have, as few ensembles as possible."""
+    values = axes(bodies)
+    largest = 1 << 16
+    request = request_of(STEPS, 0, 1, SUMMARIZE)
+    with stiefel.Server.start() as server, stiefel.Client(server.address, timeout=None) as client, ProcessorTime() as time_of:
+        base = stiefel.to_message(SCENE)
+        for name in ("moments", "angular_velocity"):
+            base.body.ClearField(name)
+        for begin in range(0, bodies, largest):
+            part = {path: numbers[begin:begin + largest] for path, numbers in values.items()}
+            task = Task(base.SerializeToString(), len(next(iter(part.values()))),
+                        tuple(Values(path, None, numbers) for path, numbers in part.items()), b"", "")
+            reduce(client, task.ensemble(), request, "", None)
+    return time_of.servers, time_of.everything
+
+
+def sweep(bodies: int, executor: Any) -> Any:
+    return stiefel.sweep(SCENE, axes(bodies), to=STEPS, summarize=SUMMARIZE, zipped=True, executor=executor)
+
+
+def check(what: str, holds: bool, wrong: list[str]) -> None:
+    print(f"{what}: {'yes' if holds else 'NO'}", flush=True)
+    if not holds:
+        wrong.append(what)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("cluster", choices=("dask", "ray", "processes"))
+    parser.add_argument("--bodies", type=int, default=100_000)
+    parser.add_argument("--kill-every", type=float, default=5.0)
+    arguments = parser.parse_args()
+    make: Callable[[int], Any] = {"dask": dask, "ray": ray, "processes": processes}[arguments.cluster]
+    bodies, wrong, hashes = arguments.bodies, [], {}
+
+    alone_servers, alone = one_ensemble(bodies)
+    print(f"one ensemble of {bodies} bodies: servers {alone_servers:.1f} s, everything {alone:.1f} s", flush=True)
+
+    for workers in (1, 2, 4):
+        with make(workers) as executor:
+            stiefel.sweep(SCENE, {"step": [0.01]}, to=1, summarize=SUMMARIZE, executor=executor)  # workers are up
+            with ProcessorTime() as spent:
+                result = sweep(bodies, executor)
+        hashes[f"{workers} workers"] = result.attrs["sha256"]
+        print(f"{workers} workers: servers {spent.servers:.1f} s ({spent.servers / alone_servers:.3f} x), everything "
+              f"{spent.everything:.1f} s ({spent.everything / alone:.3f} x), {result.attrs['chunks']} chunks, "
+              f"this process {psutil.Process().memory_info().rss / 1e6:.0f} MB, sha256 {result.attrs['sha256'][:16]}", flush=True)
+        if workers == 2:
+            check(f"servers at most {SERVERS_BOUND} x", spent.servers <= SERVERS_BOUND * alone_servers, wrong)
+            bound = EVERYTHING_BOUND[arguments.cluster]
+            check(f"everything at most {bound} x", spent.everything <= bound * alone, wrong)
+            check("this process below 300 MB", psutil.Process().memory_info().rss < MEMORY_BOUND, wrong)
+
+    with make(2) as executor, killing(arguments.kill_every) as killed:
+        result = sweep(bodies, executor)
+    hashes["killed"] = result.attrs["sha256"]
+    print(f"{len(killed)} workers were killed; failures {result.attrs['failures']}, sha256 {result.attrs['sha256'][:16]}")
+    check("workers were killed", len(killed) > 0, wrong)
+    check("one hash in all", len(set(hashes.values())) == 1, wrong)
+    check("nothing missing", bool((np.asarray(result["outcome"]) == 1).all()), wrong)
+    if wrong:
+        raise SystemExit("; ".join(wrong) + ": not so")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,261 @@
+// Stop scopes: every long computation looks at them between its pieces; one that is stopped has no
+// result, changes nothing, and gives its bits when it is done again.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <thread>
+
+#include "stiefel/connect.h"
+#include "stiefel/conversion.h"
+#include "stiefel/diagnosis.h"
+#include "stiefel/error_estimate.h"
+#include "stiefel/simulation.h"
+#include "stiefel/stop.h"
+#include "stiefel/tradeoff.h"
+
+namespace stiefel {
+namespace {
+
+const std::stop_token never;
+
+std::stop_token at_once() {
+  std::stop_source source;
+  source.request_stop();
+  return source.get_token();
+}
+
+TEST(StopScope, ThrowsWhenATokenOfAnyScopeAroundItRequestsAStop) {
+  std::stop_source source;
+  const std::stop_token token = source.get_token();
+  const StopScope outer(token);
+  const StopScope inner(never);
+  stop_point();
+  EXPECT_EQ(outer.looks(), 1);
+  source.request_stop();
+  EXPECT_THROW(stop_point(), Stopped);
+  EXPECT_EQ(inner.looks(), 2);
+}
+
+TEST(StopScope, ThrowsWhenTheAnnouncedWorkIsUsedUp) {
+  const StopScope scope(never, 10);
+  stop_point(4);
+  stop_point(6);
+  EXPECT_FALSE(scope.used_up());
+  EXPECT_THROW(stop_point(1), Stopped);
+  EXPECT_TRUE(scope.used_up());
+  EXPECT_EQ(scope.operations(), 11);
+}
+
+TEST(StopScope, EndsWithItsBlockAndBelongsToItsThread) {
+  const std::stop_token token = at_once();
+  {
+    const StopScope scope(token);
+    EXPECT_THROW(stop_point(), Stopped);
+    std::jthread([] { EXPECT_NO_THROW(stop_point()); });
+    const StopScope none = StopScope::nothing();
+    EXPECT_NO_THROW(stop_point());
+  }
+  EXPECT_NO_THROW(stop_point());
+}
+
+TEST(StopScope, UnlessStoppedGivesTheResultOrNothing) {
+  const auto work = [] {
+    stop_point();
+    return 7;
+  };
+  EXPECT_EQ(unless_stopped(never, work), 7);
+  const std::stop_token token = at_once();
+  EXPECT_EQ(unless_stopped(token, work), std::nullopt);
+  const StopScope outer(token);
+  EXPECT_THROW(unless_stopped(never, work), Stopped) << "not by its own token";
+}
+
+/// ‖Ω‖ is about 1.
+SceneDescription body(int N, const std::string& method, double step = 0.05, double widest = 2) {
+  SceneDescription scene;
+  scene.system = "rigid_body";
+  if (!method.empty()) scene.method = MethodDescription{method, std::nullopt, 1, ""};
+  scene.step = step;
+  RowMatrix M(N, N);
+  for (int i = 0; i < N; ++i) scene.inertia.push_back(std::pow(widest, static_cast<double>(i) / N));
+  for (int i = 0; i < N; ++i)
+    for (int j = 0; j < N; ++j)
+      M(i, j) =
+          std::sin(7.0 * (i + 1) * (j + 1)) * (i < j ? 1 : -1) * (i != j) * std::sqrt(1.0 / N);
+  for (int i = 0; i < N; ++i)
+    for (int j = 0; j < i; ++j) M(i, j) = -M(j, i);
+  scene.initial["Q"] = RowMatrix(RowMatrix::Identity(N, N));
+  scene.initial["M"] = M;
+  return scene;
+}
+
+Scene resolved(SceneDescription description) {
+  return Scene::resolve(std::move(description)).value();
+}
+
+/// The operations that `work` announces, and how many looks they come in.
+struct Count {
+  double operations;
+  std::int64_t looks;
+};
+template <class Work>
+Count count(Work&& work) {
+  const StopScope scope(never);
+  work();
+  return {scope.operations(), scope.looks()};
+}
+
+/// `work` is stopped wherever a part of what it announces is used up.
+template <class Work>
+void stops_everywhere(Work&& work, std::int64_t least_looks) {
+  const Count whole = count(work);
+  EXPECT_GE(whole.looks, least_looks);
+  for (const double part : {0.0, 0.1, 0.5, 0.9, 0.999}) {
+    const StopScope scope(never, part * whole.operations);
+    EXPECT_THROW(work(), Stopped) << part;
+  }
+  EXPECT_EQ(count(work).looks, whole.looks) << "done again it is another computation";
+}
+
+TEST(StopScope, ReachesTheChoiceOfAMethod) {
+  SceneDescription scene = body(24, "");
+  scene.tolerance = 1e-3;
+  scene.horizon = 2;
+  stops_everywhere([&] { ASSERT_TRUE(choose_method(scene)); }, 500);
+}
+
+TEST(StopScope, ReachesConversions) {
+  const Scene scene = resolved(body(40, "rk4"));
+  for (const char* to : {"interpolation", "symmetric_rigid_body", "moser_veselov_pair"})
+    stops_everywhere([&] { ASSERT_TRUE(convert(scene, {to})) << to; }, 2);
+  ConversionTarget parametric{"parametric_rigid_body"};
+  parametric.parameter = 0.1;
+  stops_everywhere([&] { ASSERT_TRUE(convert(scene, parametric)); }, 10);
+}
+
+TEST(StopScope, ReachesABracket) {
+  const Scene scene = resolved(body(24, "rk4"));
+  const Scene symmetric = *convert(scene, {"symmetric_rigid_body"})->scene;
+  const auto now = make_simulation(symmetric);
+  const RowMatrix A = now->get("Q"), none = RowMatrix::Zero(24, 24);
+  const PairFactors F{{{A, none}}}, K{{{none, A}}};
+  stops_everywhere([&] { ASSERT_TRUE(dirac_bracket(symmetric, *now, F, K, {})); }, 24);
+}
+
+/// Stopped inside a step, a simulation is where it was, and goes on with the bits of one that was
+/// never stopped.
+void stops_inside_a_step(const SceneDescription& description) {
+  const Scene scene = resolved(description);
+  const auto undisturbed = make_simulation(scene), stopped = make_simulation(scene);
+  ASSERT_TRUE(undisturbed->advance(1).reached());
+  ASSERT_TRUE(stopped->advance(1).reached());
+  const auto saved = [](const Simulation& simulation) {
+    std::vector<double> out(simulation.saved_size());
+    simulation.save(out);
+    return out;
+  };
+  const auto before = saved(*stopped);
+  const Count step = count([&] { ASSERT_TRUE(undisturbed->advance(1).reached()); });
+  EXPECT_GE(step.looks, 4) << scene.method();
+  for (const double part : {0.05, 0.5, 0.95}) {
+    const StopScope scope(never, part * step.operations);
+    EXPECT_EQ(stopped->advance(1).outcome, Outcome::cancelled) << scene.method() << " " << part;
+    EXPECT_EQ(stopped->step(), 1);
+    EXPECT_EQ(saved(*stopped), before) << scene.method() << " " << part;
+  }
+  ASSERT_TRUE(stopped->advance(1).reached());
+  EXPECT_EQ(saved(*stopped), saved(*undisturbed)) << scene.method();
+}
+
+TEST(StopScope, AStepOfALargeBodyIsStoppedInside) {
+  for (const char* method : {"rk4", "munthe_kaas4", "crouch_grossman3", "implicit_midpoint",
+                             "gauss4", "variational", "adaptive"})
+    stops_inside_a_step(body(96, method));
+  SceneDescription high = body(96, "variational");
+  high.method->order = 4;
+  stops_inside_a_step(high);
+  stops_inside_a_step(body(96, "variational", 0.05, 1000));
+  SceneDescription discrete = body(96, "");
+  discrete.system = "moser_veselov";
+  stops_inside_a_step(discrete);
+}
+
+TEST(StopScope, AStepOfASmallBodyIsWhole) {
+  const auto now = make_simulation(resolved(body(6, "gauss4")));
+  const StopScope scope(never, 0);
+  EXPECT_TRUE(now->advance(3).reached());
+  EXPECT_EQ(scope.looks(), 0);
+}
+
+TEST(StopScope, TheSearchForAGeodesicKeepsItsWork) {
+  TwoPointProblem problem;
+  problem.inertia = Eigen::VectorXd::LinSpaced(6, 1, 2);
+  problem.Q_0 = Eigen::MatrixXd::Identity(6, 6);
+  problem.Q_T = problem.Q_0;
+  problem.Q_T.topLeftCorner(2, 2) << 0.8, 0.6, -0.6, 0.8;
+  const Count whole = count([&] { ASSERT_TRUE(connect(problem)); });
+  EXPECT_GE(whole.looks, 1000);
+  problem.most_work = whole.operations / 2;
+  const auto answer = connect(problem);
+  ASSERT_FALSE(answer);
+  EXPECT_TRUE(std::holds_alternative<refusal::NotConverged>(answer.error()));
+  problem.stop = at_once();
+  const auto cancelled = connect(problem);
+  ASSERT_FALSE(cancelled);
+  EXPECT_TRUE(std::holds_alternative<refusal::Cancelled>(cancelled.error()));
+}
+
+TEST(StopScope, AnEstimateSaysThatItWasCancelled) {
+  const Scene scene = resolved(body(8, "rk4"));
+  const auto now = make_simulation(scene);
+  ASSERT_TRUE(now->advance(4).reached());
+  EXPECT_TRUE(estimate_error(scene, *now, 5e10, never).missing.empty());
+  const std::stop_token token = at_once();
+  EXPECT_NE(estimate_error(scene, *now, 5e10, token).missing.find("was cancelled"),
+            std::string::npos);
+  const StopScope scope(never, 1e4);
+  EXPECT_THROW(estimate_error(scene, *now, 5e10, never), Stopped);
+}
+
+TEST(StopScope, AChoiceKeepsItsWorkOrIsRefused) {
+  for (const int N : {4, 16, 32, 48, 64, 512}) {
+    SceneDescription scene = body(N, "");
+    scene.tolerance = 1e-10;
+    scene.horizon = 50;
+    const StopScope scope(never);
+    const auto chosen = choose_method(scene);
+    EXPECT_LE(scope.operations(), 1.1 * Choice::most_work) << N;
+    if (chosen) {
+      EXPECT_LE(chosen->work, 1.1 * Choice::most_work) << N;
+      EXPECT_GT(chosen->work, 0) << N;
+    } else {
+      const Violation& refusal = chosen.error().front();
+      EXPECT_EQ(refusal.field, "tolerance") << N;
+      EXPECT_EQ(refusal.reason, "TOLERANCE_NOT_MET") << N;
+      EXPECT_EQ(refusal.metadata.at("most_work"), "4e+09") << N;
+    }
+    if (N < 32) {
+      EXPECT_TRUE(chosen) << N;
+    }
+    if (N >= 64) {
+      ASSERT_FALSE(chosen) << N;
+      EXPECT_GT(std::stod(chosen.error().front().metadata.at("reference_work")), 3e9) << N;
+      EXPECT_NE(chosen.error().front().rule.find("units of work"), std::string::npos);
+    }
+  }
+}
+
+TEST(StopScope, ATradeoffKeepsItsBudget) {
+  TradeoffRequest request{body(24, "")};
+  request.budget = 2e9;
+  auto survey = Tradeoff::prepare(request).value();
+  const StopScope scope(never);
+  ASSERT_TRUE(survey.solve_reference(never));
+  int points = 0;
+  while (survey.next(never)) ++points;
+  EXPECT_GT(points, 5);
+  EXPECT_LE(scope.operations(), 1.1 * request.budget);
+}
+
+}  // namespace
+}  // namespace stiefel

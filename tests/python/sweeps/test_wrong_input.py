@@ -1,0 +1,89 @@
+"""Wrong input: an error with the path and the rule, before work starts."""
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from cases import MOMENTS, SCENE, SPINS, sweep
+
+import stiefel
+
+
+@pytest.mark.parametrize("axes, message", [
+    ({}, "axes: {}: must be a mapping from paths into the scene to values"),
+    ({"body.spin": SPINS}, r"axes\['body.spin'\]: body.spin: must be a field that a sweep varies: inertia, "),
+    ({"initial.": SPINS}, r"axes\['initial.'\]: initial.: must be a field that a sweep varies"),
+    ({"members": [1, 2]}, r"axes\['members'\]: members: must be a field that a sweep varies"),
+    ({3: [1]}, r"axes\[3\]: must be a path into the scene"),
+    ({"body.moments": [1, 2, 3]}, r"axes\['body.moments'\]: the shape \(3,\): must be \(points, 3\)"),
+    ({"body.moments": MOMENTS[:, :2]}, r"axes\['body.moments'\]: the shape \(60, 2\): must be \(points, 3\)"),
+    ({"body.moments": np.empty((0, 3))}, r"axes\['body.moments'\]: the shape \(0, 3\): must be"),
+    ({"body.moments": [[1, 2, 3], [1, 2]]}, r"axes\['body.moments'\]: .*: must be numbers, one kind in all"),
+    ({"body.moments": [["a", "b", "c"]]}, r"axes\['body.moments'\]: .*: must be numbers"),
+    ({"step": [[0.1]]}, r"axes\['step'\]: the shape \(1, 1\): must be \(points\)"),
+    ({"step": ["fast"]}, r"axes\['step'\]: \['fast'\]: must be numbers"),
+    ({"method.name": [1, 2]}, r"axes\['method.name'\]: \[1, 2\]: must be names"),
+    ({"method.order": [2.5]}, r"axes\['method.order'\]: \[2.5\]: must be numbers"),
+    ({"method.order": [-2]}, r"axes\['method.order'\]: \[-2\]: must be numbers"),
+    ({"initial.Q": np.eye(3)[0]}, r"axes\['initial.Q'\]: the shape \(3,\): must be \(points, rows, cols\)"),
+    ({"body.moments[0,1]": [1]}, r"axes\['body.moments\[0,1\]'\]: .*: must have 1 indices, or none"),
+    ({"body.moments[3]": [1]}, r"the scene's body.moments has the shape \(3,\): must have this entry"),
+    ({"initial.Q[0,0]": [1]}, r"the scene's initial.Q is absent: must have this entry"),
+    ({"body.moments": MOMENTS, "body.moments[0]": [1]}, "body.moments.* is an axis too"),
+    ({"body.moments": MOMENTS, "body.angular_velocity": SPINS[:7]}, r"'body.moments': 60, .*: must have as many values"),
+])
+def test_axes(axes, message):
+    with pytest.raises(stiefel.InvalidArgument, match=message) as caught:
+        sweep(axes=axes)
+    assert caught.value.violations
+
+
+def test_all_wrong_axes_are_named():
+    with pytest.raises(stiefel.InvalidArgument) as caught:
+        sweep(axes={"body.spin": [1], "step": [[1]]})
+    assert [violation.field for violation in caught.value.violations] == ["axes['body.spin']", "axes['step']"]
+
+
+@pytest.mark.parametrize("options, message", [
+    ({"summarize": {}}, "summarize: {}: must be a mapping from fields and invariants"),
+    ({"summarize": {"energy": "mode"}}, "quantities.energy: 'mode': must be one of last, min, max"),
+    ({"summarize": {"energy": []}}, r"summarize\['energy'\]: nothing is asked for"),
+    ({"summarize": {"energy": {"median": 1}}}, "quantities.energy: 'median': must be one of statistics, quantiles"),
+    ({"summarize": {"energy": {"statistics": "mean", "over_members": True}}}, "over_members: must be absent"),
+    ({"summarize": {"spin": "last"}}, "spin"),
+    ({"to": -1}, "to: -1: must be a whole number of at least 0"),
+    ({"to": 1.5}, "to: 1.5: must be a whole number"),
+    ({"every": 0}, "every: 0: must be a whole number of at least 1"),
+    ({"executor": 7}, "executor: 7: must be an executor of concurrent.futures"),
+    ({"executor": lambda: 7}, "executor: 7: must have submit"),
+    ({"servers": []}, r"servers: \[\]: must be a list of addresses"),
+    ({"servers": "localhost:1"}, "servers: 'localhost:1': must be a list of addresses"),
+    ({"servers": ["localhost:1"], "executor": lambda: None}, "executor: servers are given too"),
+    ({"scene": {**SCENE, "members": 3}}, "scene.members: 3: must be absent"),
+    ({"scene": {**SCENE, "sytem": 3}}, "scene.sytem: unknown field"),
+    ({"scene": {**SCENE, "method": {"name": "verlet"}}}, 'scene.method.name: "verlet": must be one of'),
+])
+def test_options(options, message):
+    with pytest.raises(stiefel.InvalidArgument, match=message):
+        sweep(**options)
+
+
+def test_an_executor_that_is_shut_down():
+    pool = ThreadPoolExecutor(1)
+    pool.shutdown()
+    with pytest.raises(RuntimeError, match="cannot schedule new futures after shutdown"):
+        sweep(executor=pool)
+
+
+def test_a_server_that_is_not_there(monkeypatch):
+    monkeypatch.setattr("stiefel.sweeps.failures.ATTEMPTS", 1)
+    with pytest.raises(stiefel.SweepFailed, match="no worker answered: LostServer: localhost:1.*cannot reach"):
+        sweep(servers=["localhost:1"])
+
+
+def test_a_point_that_is_no_body_is_found_with_its_place(monkeypatch):
+    """The server finds it when the chunk comes, and says which."""
+    monkeypatch.setattr("stiefel.sweeps.chunks.LARGEST", 4)
+    moments = MOMENTS.copy()
+    moments[30] = [1, -2, 3]
+    with pytest.raises(stiefel.InvalidArgument, match=r"scene.body.moments: .*\(member 2\).*chunk of points 28 to 31"):
+        sweep(axes={"body.moments": moments})

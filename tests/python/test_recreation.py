@@ -1,0 +1,272 @@
+"""A handle creates its session again where its server has lost it, and only that handle does."""
+import threading
+import time
+
+import grpc
+import numpy as np
+import pytest
+
+import fake
+import stiefel
+from stiefel import calls, recreation
+from stiefel import v1 as pb
+
+BODY = {"system": "rigid_body", "step": 0.01, "body": {"moments": [1, 2, 3], "angular_velocity": [0.1, 1, 0.2]}}
+
+
+class Replaceable:
+    """A server that loses its sessions whenever it is replaced, at one address."""
+
+    def __init__(self, folder):
+        self.address = f"unix:{folder}/server"
+        self.server = None
+        self.replace()
+
+    def replace(self):
+        self.stop()
+        self.server = stiefel.Server.start(listen=self.address)
+
+    def stop(self):
+        if self.server:
+            self.server.process.kill()
+            self.server.process.wait()
+            self.server.stop()
+        self.server = None
+
+
+@pytest.fixture
+def place(tmp_path, monkeypatch):
+    key = tmp_path / "checkpoint.key"  # of all servers: each takes the checkpoints of the one before
+    key.write_text("7f" * 32 + "\n")
+    key.chmod(0o600)
+    monkeypatch.setenv("STIEFEL_CHECKPOINT_KEY", str(key))
+    place = Replaceable(tmp_path)
+    yield place
+    place.stop()
+
+
+@pytest.fixture
+def client(place):
+    with stiefel.Client(place.address) as client:
+        yield client
+
+
+def find(client, seconds=20):
+    """Waits until the client has found the server again; on a busy machine its retries may end before."""
+    end = time.monotonic() + seconds
+    while True:
+        try:
+            return client.describe()
+        except stiefel.Unavailable:
+            assert time.monotonic() < end
+
+
+def same(one, other):
+    return one.step == other.step and one.keys() == other.keys() and all(np.array_equal(one[k], other[k]) for k in one)
+
+
+def test_every_call_goes_on_at_a_server_that_lost_the_session(place, client):
+    session = client.create(BODY)
+    expected, drive = session.step(300), session.drive()
+    assert same(drive.step(300), expected)
+    drift = session.diagnose(300).invariants[0].drift
+    fork = session.fork(300, step=0.02)
+    forked = fork.step(10)
+    place.replace()
+    assert same(session.step(300), expected)
+    place.replace()
+    assert same(drive.step(300), expected)
+    place.replace()
+    assert session.diagnose(300).invariants[0].drift == drift
+    place.replace()
+    assert same(session.fork(300, step=0.02).step(10), forked)
+    place.replace()
+    assert same(fork.step(10), forked), "whose parent is not there"
+    place.replace()
+    last, = session.stream(to=300, start=300)
+    assert all(np.array_equal(last[field][0], expected[field]) for field in expected)
+
+
+def test_a_stream_goes_on_where_it_broke(place, client):
+    session = client.create(BODY)
+    whole, parts = session.trajectory(to=20_000), []
+    for batch in session.stream(to=20_000):
+        parts.append(batch)
+        if len(parts) in (1, 5):
+            place.replace()
+    assert np.array_equal(np.concatenate([batch.step for batch in parts]), whole.step)
+    assert np.array_equal(np.concatenate([batch["Q"] for batch in parts]), whole["Q"])
+
+
+def test_it_goes_on_from_the_last_checkpoint(place, client):
+    session = client.create(BODY)
+    checkpoint = session.step(5000, checkpoint=True).checkpoint
+    place.replace()
+    assert session.step(5001).computed_steps == 1
+    other = client.create(BODY, checkpoint=checkpoint)
+    place.replace()
+    assert other.step(5002).computed_steps == 2, "with which it was created"
+
+
+def test_checkpoints_come_by_themselves_about_every_second_of_work(place, client, monkeypatch):
+    session = client.create(BODY)
+    monkeypatch.setattr(recreation, "WORK_BETWEEN_CHECKPOINTS", 1000 * session.step_price.work)
+    assert session.step(999).checkpoint == b"" and not session._recreation.has_checkpoint
+    assert session.step(1000).checkpoint == b"", "which nobody asked for"
+    place.replace()
+    assert session.step(1001).computed_steps == 1
+    with session.drive() as drive:
+        assert drive.step(3000).checkpoint == b""
+    place.replace()
+    assert session.step(3001).computed_steps == 1
+    list(session.stream(to=10_500, start=10_000, every=500))
+    place.replace()
+    assert session.step(10_500).computed_steps < 1500, "a checkpoint comes with the next sample"
+    list(session.stream(to=50_000, start=11_000, every=39_000))
+    place.replace()
+    assert session.step(50_000).computed_steps <= 1000, "between two samples"
+
+
+def test_only_the_handle_that_created_it_creates_it_again(place, client):
+    session = client.create(BODY)
+    found, listed = client.get(session.id), next(client.list())
+    place.replace()
+    find(client)
+    for handle in (found, listed):
+        with pytest.raises(stiefel.NotFound) as caught:
+            handle.step(1)
+        assert caught.value.reason == "SESSION_NOT_FOUND"
+    with pytest.raises(stiefel.NotFound):
+        list(found.stream(to=3))
+    assert list(client.list()) == []
+    assert session.step(1).step == 1 and found.step(1).step == 1
+
+
+def test_a_deleted_session_stays_deleted(place, client):
+    session = client.create(BODY)
+    drive = session.drive()
+    drive.step(1)
+    with stiefel.Client(place.address) as other:
+        other.delete(session.id)
+    for call in (lambda: session.step(1), lambda: drive.step(1), lambda: session.fork(1), lambda: session.diagnose(1),
+                 lambda: session.trajectory(to=3)):
+        with pytest.raises(stiefel.NotFound, match="was deleted") as caught:
+            call()
+        assert caught.value.reason == "SESSION_DELETED"
+    assert list(client.list()) == []
+
+
+def test_a_handle_that_deleted_its_session_makes_no_call(place, client):
+    session = client.create(BODY, id="mine")
+    drive = session.drive()
+    drive.step(1)
+    session.delete()
+    client.create(BODY, id="mine")
+    for call in (lambda: session.step(1), lambda: drive.step(1), lambda: session.trajectory(to=3)):
+        with pytest.raises(stiefel.NotFound) as caught:
+            call()
+        assert caught.value.reason == "SESSION_DELETED"
+    session.delete()
+    assert list(client.list()) == []
+
+
+def test_a_deletion_during_a_recreation_wins(place, client):
+    session = client.create(BODY)
+    place.replace()
+    send, created = session._recreation._send, threading.Event()
+
+    def late(method, request, deadline):
+        reply = send(method, request, deadline)
+        if method == "CreateSession":
+            created.set()
+            session._recreation.end()  # as `delete` begins
+        return reply
+    session._recreation._send = late
+    with pytest.raises(stiefel.NotFound):
+        session.step(1)
+    assert created.is_set() and list(client.list()) == []
+
+
+def test_without_a_server_it_ends(place, client, monkeypatch):
+    monkeypatch.setattr(calls.time, "sleep", lambda seconds: None)
+    session = client.create(BODY)
+    place.stop()
+    for call in (lambda: session.step(1), lambda: session.trajectory(to=10), lambda: session.drive().step(1)):
+        with pytest.raises(stiefel.Unavailable):
+            call()
+    with pytest.raises((stiefel.Unavailable, stiefel.DeadlineExceeded)):
+        session.step(1, timeout=0.1)
+
+
+class OtherBuild(fake.Fake):
+    """The fake with the numerics id "other"; it takes no checkpoint, and keeps what calls are routed by."""
+
+    routed = None
+
+    def _receive(self, request, context):
+        context.send_initial_metadata((("stiefel-numerics-id", "other"),))
+        self.routed = dict(context.invocation_metadata()).get("stiefel-session")
+        super()._receive(request, context)
+
+    def CreateSession(self, request, context):
+        self._receive(request, context)
+        return pb.CreateSessionResponse(session=fake.SESSION)
+
+
+@pytest.fixture
+def other_build(tmp_path, monkeypatch):
+    monkeypatch.setattr(fake, "Fake", OtherBuild)
+    service, server, service.address = fake.serve(tmp_path)
+    yield service
+    server.stop(None)
+
+
+def session_of(client, numerics_id):
+    message = pb.Session(session_id="fake", numerics_id=numerics_id)
+    return stiefel.Session(client, message, True, pb.Scene(step=0.5), owner=True)
+
+
+def test_another_build_is_not_gone_on_at_silently(other_build):
+    with stiefel.Client(other_build.address) as client:
+        session = session_of(client, "mine")
+        for call in (lambda: session.step(1), lambda: session.trajectory(to=10), lambda: session.drive().step(1)):
+            with pytest.raises(stiefel.BuildChanged, match="mine.*other") as caught:
+                call()
+            assert (caught.value.began_with, caught.value.now, caught.value.reason) == ("mine", "other", "BUILD_CHANGED")
+            assert isinstance(caught.value, stiefel.FailedPrecondition) and other_build.routed == "fake"
+        assert session_of(client, "other").step(1).step == 1
+        assert session_of(client, "").step(1).step == 1, "which did not say"
+
+
+def test_nor_where_the_session_is_gone(other_build):
+    with stiefel.Client(other_build.address) as client:
+        other_build.failures = [grpc.StatusCode.NOT_FOUND]
+        with pytest.raises(stiefel.BuildChanged):
+            session_of(client, "mine").step(1)
+
+
+def test_but_on_request(other_build):
+    with stiefel.Client(other_build.address, any_build=True) as client:
+        assert session_of(client, "mine").step(1).step == 1
+        assert session_of(client, "mine").trajectory(to=10).samples == 11
+
+
+@pytest.mark.parametrize("id", ["no name", "line\nbreak", "ü", "x" * 129, ""])
+def test_a_name_that_no_server_takes_is_not_routed(client, id):
+    with pytest.raises(stiefel.InvalidArgument, match="session_id"):
+        client.get(id)
+
+
+@pytest.mark.parametrize("code, says, taken", [
+    (grpc.StatusCode.CANCELLED, "Received RST_STREAM with error code 8", True),
+    (grpc.StatusCode.UNKNOWN, "Stream removed", True),
+    (grpc.StatusCode.CANCELLED, "CANCELLED", True),
+    (grpc.StatusCode.CANCELLED, "Locally cancelled by application!", False),
+    (grpc.StatusCode.RESOURCE_EXHAUSTED, "Received RST_STREAM with error code 11", False),
+])
+def test_a_connection_that_broke_is_unavailable(code, says, taken):
+    class Failure(grpc.RpcError):
+        def code(self): return code
+        def details(self): return says
+        def trailing_metadata(self): return ()
+    assert isinstance(stiefel.errors.from_rpc_error(Failure()), stiefel.Unavailable) == taken

@@ -1,0 +1,193 @@
+"""What docker/ says of several servers: the files are valid, agree with each other, and do what they say."""
+from __future__ import annotations
+
+import base64
+import json
+import re
+import signal
+import subprocess
+import time
+from pathlib import Path
+from typing import Any
+
+import grpc
+import pytest
+import yaml
+
+import stiefel
+from cluster import ROOT, envoy_configuration, find_haproxy, free_ports, haproxy_environment, wait_for
+from conftest import long
+
+DOCKER = ROOT / "docker"
+KUBERNETES = DOCKER / "kubernetes"
+BODY = {"system": "rigid_body", "step": 0.01, "body": {"moments": [1, 2, 3], "angular_velocity": [0.1, 1, 0.2]}}
+
+
+def manifests() -> dict[tuple[str, str], Any]:
+    """By kind and name."""
+    files = yaml.safe_load((KUBERNETES / "kustomization.yaml").read_text())["resources"]
+    assert {path.name for path in KUBERNETES.glob("*.yaml")} == {*files, "kustomization.yaml"}
+    every = [manifest for file in files for manifest in yaml.safe_load_all((KUBERNETES / file).read_text())]
+    return {(manifest["kind"], manifest["metadata"]["name"]): manifest for manifest in every}
+
+
+def pods(manifest: Any) -> Any:
+    return manifest["spec"]["template"]["metadata"]["labels"]
+
+
+def test_haproxy_takes_its_configuration(tmp_path: Path) -> None:
+    environment = haproxy_environment(tmp_path, *[[1, 2, 3], 4, 5])
+    done = subprocess.run([find_haproxy(), "-c", "-f", DOCKER / "haproxy.cfg"], env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "WARNING" not in done.stdout + done.stderr
+
+
+def test_the_proxies_know_the_servers_of_compose() -> None:
+    compose = yaml.safe_load((DOCKER / "replicas.yaml").read_text())
+    servers = sorted(name for name in compose["services"] if name != "proxy")
+    assert servers == ["stiefel-1", "stiefel-2", "stiefel-3"]
+    assert re.findall(r"STIEFEL_REPLICAS_\d-(stiefel-\d):50551", (DOCKER / "haproxy.cfg").read_text()) == servers
+    cluster, = yaml.safe_load((DOCKER / "envoy.yaml").read_text())["static_resources"]["clusters"]
+    addresses = [endpoint["endpoint"]["address"]["socket_address"] for endpoint in
+                 cluster["load_assignment"]["endpoints"][0]["lb_endpoints"]]
+    assert [address["address"] for address in addresses] == servers
+    assert {address["port_value"] for address in addresses} == {50551}
+    alone = yaml.safe_load((DOCKER / "compose.yaml").read_text())["services"]["stiefel"]
+    for name in servers:
+        for key in ("read_only", "cap_drop", "security_opt", "mem_limit", "pids_limit", "stop_grace_period"):
+            assert compose["services"][name][key] == alone[key], key
+        assert "ports" not in compose["services"][name] and compose["networks"]["servers"] == {"internal": True}
+
+
+def test_kubernetes_manifests_agree() -> None:
+    every = manifests()
+    servers, proxies = every["Deployment", "stiefel"], every["Deployment", "stiefel-proxy"]
+    for deployment in (servers, proxies):
+        assert deployment["spec"]["selector"]["matchLabels"] == pods(deployment)
+        for container in deployment["spec"]["template"]["spec"]["containers"]:
+            assert container["securityContext"]["readOnlyRootFilesystem"] and container["resources"]["limits"]["memory"]
+    for service, deployment in (("stiefel-servers", servers), ("stiefel", proxies)):
+        assert every["Service", service]["spec"]["selector"] == pods(deployment)
+        ports = {port["name"] for port in deployment["spec"]["template"]["spec"]["containers"][0]["ports"]}
+        assert {port["targetPort"] for port in every["Service", service]["spec"]["ports"]} <= ports
+    assert every["Service", "stiefel-servers"]["spec"]["clusterIP"] == "None", "headless"
+    for name, deployment in (("stiefel", servers), ("stiefel-proxy", proxies)):
+        assert every["PodDisruptionBudget", name]["spec"]["selector"]["matchLabels"] == pods(deployment)
+    policy = every["NetworkPolicy", "stiefel"]["spec"]
+    assert policy["podSelector"]["matchLabels"] == pods(servers)
+    assert policy["ingress"][0]["from"] == [{"podSelector": {"matchLabels": pods(proxies)}}]
+    scaler = every["HorizontalPodAutoscaler", "stiefel"]["spec"]
+    assert scaler["scaleTargetRef"]["name"] == "stiefel" and scaler["minReplicas"] == servers["spec"]["replicas"]
+    assert scaler["metrics"][0]["pods"]["metric"]["name"] == "stiefel_work_queued"
+    pod = servers["spec"]["template"]["spec"]
+    environment = {entry["name"]: entry["value"] for entry in pod["containers"][0]["env"]}
+    assert pod["terminationGracePeriodSeconds"] > float(environment["STIEFEL_GRACE"]) + 2
+
+
+def test_envoy_in_kubernetes_finds_the_headless_service(tmp_path: Path) -> None:
+    command = next(line.lstrip("# ") for line in (KUBERNETES / "kustomization.yaml").read_text().splitlines() if "sed" in line)
+    made = subprocess.run(["sh", "-c", command.replace("> /tmp/envoy.yaml", "")], cwd=ROOT, capture_output=True, text=True, check=True)
+    cluster, = yaml.safe_load(made.stdout)["static_resources"]["clusters"]
+    endpoint, = cluster["load_assignment"]["endpoints"][0]["lb_endpoints"]
+    assert endpoint["endpoint"]["address"]["socket_address"] == {"address": "stiefel-servers", "port_value": 50551}
+    assert ("Service", "stiefel-servers") in manifests()
+
+
+def test_a_server_that_is_told_to_stop_loses_no_call(make_cluster: Any) -> None:
+    """It finishes what runs, refuses what is new, and answers the proxy's health check with NOT_SERVING."""
+    cluster = make_cluster("haproxy")
+    with stiefel.Client(cluster.address) as client:
+        sessions = [client.create(BODY) for _ in range(12)]
+        expected = [session.step(50) for session in sessions]
+        replica = cluster.replicas[0]
+        replica.child.send_signal(signal.SIGTERM)
+        end, calls = time.monotonic() + 3, 0
+        while time.monotonic() < end:
+            for session, state in zip(sessions, expected):
+                assert (session.step(50)["Q"] == state["Q"]).all()
+                calls += 1
+        assert calls > 100
+        replica.child.wait(30)
+        replica.start()
+        wait_for(replica.port)
+
+
+@long
+def test_kubernetes_takes_the_manifests(peers: Path) -> None:
+    for file in yaml.safe_load((KUBERNETES / "kustomization.yaml").read_text())["resources"]:
+        done = subprocess.run([peers / "kubernetes-validate", "--strict", KUBERNETES / file], capture_output=True, text=True)
+        assert done.returncode == 0, done.stdout + done.stderr
+
+
+class Json:
+    """Calls by curl over TLS, as JSON."""
+
+    def __init__(self, folder: Path, port: int):
+        self.folder, self.port = folder, port
+
+    def __call__(self, method: str, session: str = "", **request: Any) -> Any:
+        done = subprocess.run(
+            ["curl", "-sS", "--cacert", self.folder / "cert.pem", "-H", "content-type: application/json",
+             *(["-H", f"stiefel-session: {session}"] if session else []), "-d", json.dumps(request),
+             "-w", "\n%header{grpc-message}\n%{http_code}",
+             f"https://localhost:{self.port}/stiefel.v1.SimulationService/{method}"], capture_output=True, text=True, check=True)
+        body, self.message, self.status = done.stdout.rsplit("\n", 2)
+        return json.loads(body) if self.status == "200" else None
+
+
+@long
+def test_envoy_speaks_json(make_cluster: Any, tmp_path: Path) -> None:
+    """Every unary RPC, by curl."""
+    cluster = make_cluster("envoy")
+    call = Json(tmp_path, cluster.tls)
+    assert call("Describe")["numerics_id"] and call.status == "200"
+    created = call("CreateSession", "s", session_id="s", scene=BODY)
+    assert created["created"] and created["session"]["system"] == "rigid_body"
+    assert call("GetSession", "s", session_id="s")["session"]["session_id"] == "s"
+    listed = [session["session_id"] for _ in range(9) for session in call("ListSessions").get("sessions", [])]
+    assert "s" in listed, "at one of the servers, which have no store in common"
+    reply = call("Step", "s", session_id="s", to=10)
+    assert reply["sample"]["step"] == "10" and reply["run_status"]["outcome"] == "OUTCOME_REACHED"
+    assert call("Diagnose", "s", session_id="s", to=10)["invariants"]
+    forked = call("ForkSession", "s", session_id="f", from_session_id="s", from_step=10)
+    assert forked["created"]
+    assert call("DeleteSession", "s", session_id="s") == {}
+    call("Step", "s", session_id="s", to=10)
+    assert call.status == "404" and "was deleted" in call.message
+    call("Step", "s", session_id="s", to="ten")
+    assert call.status == "400"
+
+
+@long
+def test_envoy_speaks_grpc_web(make_cluster: Any, tmp_path: Path) -> None:
+    """Describe with an empty message, in the encoding that browsers send."""
+    cluster = make_cluster("envoy")
+    done = subprocess.run(["curl", "-sS", "--cacert", tmp_path / "cert.pem", "-H", "content-type: application/grpc-web-text",
+                           "-H", "accept: application/grpc-web-text", "-d", base64.b64encode(bytes(5)).decode(),
+                           f"https://localhost:{cluster.tls}/stiefel.v1.SimulationService/Describe"], capture_output=True, check=True)
+    frame = base64.b64decode(done.stdout[:8])
+    assert frame[0] == 0 and int.from_bytes(frame[1:5], "big") > 1000, "the length of a DescribeResponse"
+
+
+@long
+def test_envoy_refuses_what_is_too_much(make_cluster: Any, tmp_path: Path, peers: Path) -> None:
+    cluster = make_cluster("envoy")
+    folder = tmp_path / "limited"
+    folder.mkdir()
+    local, tls = free_ports(2)
+    configuration = envoy_configuration(folder, [replica.port for replica in cluster.replicas], local, tls, calls_a_second=5)
+    with subprocess.Popen([peers / "envoy", "-c", configuration, "--use-dynamic-base-id", "--log-level", "off"]) as envoy:
+        try:
+            wait_for(local)
+            time.sleep(1)
+            with grpc.insecure_channel(f"127.0.0.1:{local}") as channel:
+                describe = stiefel.v1.simulation_pb2_grpc.SimulationServiceStub(channel).Describe
+                codes = set()
+                for _ in range(40):
+                    try:
+                        describe(stiefel.v1.DescribeRequest())
+                    except grpc.RpcError as error:
+                        codes.add(error.code())
+            assert codes == {grpc.StatusCode.RESOURCE_EXHAUSTED}
+        finally:
+            envoy.terminate()

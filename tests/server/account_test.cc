@@ -1,0 +1,144 @@
+#include "server/scheduling/account.h"
+
+#include <gtest/gtest.h>
+
+#include <thread>
+#include <vector>
+
+namespace stiefel::server {
+namespace {
+
+using namespace std::chrono_literals;
+using Kind = Ticket::Kind;
+
+TEST(WorkRate, FillsUpToASecond) {
+  WorkRate rate(1000);
+  WorkRate::Time now{1h};
+  EXPECT_EQ(rate.wait(0s, now).count(), 0);
+  rate.spend(1500, now);
+  EXPECT_NEAR(rate.wait(0s, now).count(), 0.5, 1e-9);
+  EXPECT_NEAR(rate.wait(100ms, now).count(), 0.6, 1e-9);
+  now += 250ms;
+  EXPECT_NEAR(rate.wait(0s, now).count(), 0.25, 1e-9);
+  now += 1h;
+  rate.spend(1000, now);
+  EXPECT_NEAR(rate.wait(100ms, now).count(), 0.1, 1e-9) << "an hour saves no more than a second";
+  now -= 30min;
+  EXPECT_NEAR(rate.wait(100ms, now).count(), 0.1, 1e-9) << "a time before takes nothing away";
+}
+
+TEST(WorkRate, WithoutALimitNothingWaits) {
+  WorkRate rate;
+  rate.spend(1e30, WorkRate::Time(1h));
+  EXPECT_FALSE(rate.limited());
+  EXPECT_EQ(rate.wait(500ms, WorkRate::Time(1h)).count(), 0);
+}
+
+TEST(Account, CallsAndStreamsAtOnce) {
+  Accounts accounts({.streams = 1, .calls = 2});
+  Account& account = accounts.of({"alice"});
+  Ticket first, second, third;
+  EXPECT_FALSE(first.take(account, Kind::call, 1));
+  EXPECT_FALSE(second.take(account, Kind::call, 1));
+  const auto refusal = third.take(account, Kind::call, 1);
+  ASSERT_TRUE(refusal);
+  EXPECT_STREQ(refusal->limit, "principal_calls");
+  EXPECT_EQ(refusal->most, 2);
+  EXPECT_EQ(refusal->asked, 3);
+  EXPECT_GT(refusal->retry_after, 0ms);
+  EXPECT_FALSE(third.take(account, Kind::stream, 1)) << "a stream is not a call";
+  EXPECT_FALSE(Ticket().take(accounts.of({"bob"}), Kind::call, 1)) << "each has its own";
+  const Ticket moved = std::move(first);
+  EXPECT_TRUE(first.take(account, Kind::call, 1)) << "the moved ticket holds the place";
+  second.give_back();
+  second.give_back();
+  EXPECT_FALSE(first.take(account, Kind::call, 1));
+  EXPECT_TRUE(second.take(account, Kind::call, 1)) << "given back once";
+}
+
+TEST(Account, ACallThatCostsTooMuchNeverSucceeds) {
+  Accounts accounts({.call_work = 1000});
+  Ticket ticket;
+  EXPECT_FALSE(ticket.take(accounts.of({}), Kind::call, 1000));
+  const auto refusal = ticket.take(accounts.of({}), Kind::call, 1001);
+  ASSERT_TRUE(refusal);
+  EXPECT_STREQ(refusal->limit, "call_work");
+  EXPECT_EQ(refusal->retry_after, 0ms);
+}
+
+TEST(Account, QueuedWorkIsTheSumOfPrices) {
+  Accounts accounts({.queued_work = 1e10});
+  Account& account = accounts.of({});
+  Ticket first, second, third;
+  EXPECT_FALSE(first.take(account, Kind::stream, 1e30)) << "alone it may cost more";
+  const auto refusal = second.take(account, Kind::call, 1);
+  ASSERT_TRUE(refusal);
+  EXPECT_STREQ(refusal->limit, "principal_queued_work");
+  first.give_back();
+  EXPECT_FALSE(first.take(account, Kind::call, 6e9));
+  EXPECT_FALSE(second.take(account, Kind::call, 4e9));
+  const auto next = third.take(account, Kind::call, 5e9);
+  ASSERT_TRUE(next);
+  EXPECT_EQ(next->asked, 1.5e10);
+  EXPECT_EQ(next->retry_after, 1s) << "what a thread needs for what is too much";
+  second.give_back();
+  EXPECT_TRUE(third.take(account, Kind::call, 5e9));
+  first.give_back();
+  EXPECT_FALSE(third.take(account, Kind::call, 5e9)) << "a refused call has left nothing behind";
+}
+
+TEST(Account, WorkASecond) {
+  WorkRate::Time now{1h};
+  Accounts accounts({.work_a_second = 1000}, [&now] { return now; });
+  Account& account = accounts.of({});
+  EXPECT_FALSE(account.overdrawn());
+  account.pay(3500);
+  const auto refusal = account.overdrawn();
+  ASSERT_TRUE(refusal);
+  EXPECT_STREQ(refusal->limit, "principal_work_rate");
+  EXPECT_EQ(refusal->retry_after, 2500ms);
+  EXPECT_TRUE(Ticket().take(account, Kind::call, 1));
+  now += 2600ms;
+  EXPECT_FALSE(account.overdrawn());
+  EXPECT_FALSE(Ticket().take(account, Kind::call, 1));
+}
+
+TEST(Account, SeatsAreGivenBack) {
+  Accounts accounts({.sessions = 1});
+  Account& account = accounts.of({});
+  Account::Seat seat = account.seat_session().seat;
+  EXPECT_TRUE(seat);
+  const Account::Seat copy = seat;
+  seat.reset();
+  const auto second = account.seat_session();
+  EXPECT_FALSE(second.seat);
+  ASSERT_TRUE(second.refusal);
+  EXPECT_STREQ(second.refusal->limit, "principal_sessions");
+}
+
+TEST(Account, ManyThreadsNeverHoldMoreThanTheLimit) {
+  Accounts accounts({.calls = 3});
+  std::atomic<int> inside = 0, at_most = 0, taken = 0;
+  std::vector<std::jthread> threads;
+  for (int t = 0; t < 8; ++t) {
+    threads.emplace_back([&] {
+      for (int i = 0; i < 2000; ++i) {
+        Account& account = accounts.of({"one"});
+        Ticket ticket;
+        if (ticket.take(account, Kind::call, 1)) continue;
+        ++taken;
+        const int now = ++inside;
+        for (int seen = at_most; now > seen && !at_most.compare_exchange_weak(seen, now);) {
+        }
+        --inside;
+      }
+    });
+  }
+  threads.clear();
+  EXPECT_LE(at_most, 3);
+  EXPECT_GT(taken, 0);
+  EXPECT_FALSE(Ticket().take(accounts.of({"one"}), Kind::call, 1));
+}
+
+}  // namespace
+}  // namespace stiefel::server

@@ -1,0 +1,141 @@
+"""A socket between client and server that does to the bytes what networks do: `FaultSocket(address, fault)`."""
+import contextlib
+import random
+import socket
+import struct
+import threading
+import time
+
+CHUNK = 65536
+
+
+def plain(source, target, _):
+    while data := source.recv(CHUNK):
+        target.sendall(data)
+
+
+def latency(source, target, _):
+    """Every chunk comes 20 to 60 ms late."""
+    delay = random.Random(1)
+    while data := source.recv(CHUNK):
+        time.sleep(delay.uniform(0.02, 0.06))
+        target.sendall(data)
+
+
+def bandwidth(source, target, _):
+    """400 kB a second."""
+    while data := source.recv(4096):
+        target.sendall(data)
+        time.sleep(len(data) / 4e5)
+
+
+def slicer(source, target, _):
+    """Chunks of 1 to 50 bytes, each a packet of its own."""
+    size = random.Random(2)
+    target.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    while data := source.recv(CHUNK):
+        while data:
+            cut = size.randrange(1, 51) if len(data) < 20_000 else 4000
+            target.sendall(data[:cut])
+            data = data[cut:]
+
+
+def slow_close(source, target, _):
+    """Bytes pass as they are; the end of the connection comes 300 ms late."""
+    plain(source, target, _)
+    time.sleep(0.3)
+
+
+class Ends:
+    """After a number of bytes in all, by `how`: "reset", "close" or "silence" (nothing comes any more)."""
+
+    def __init__(self, how, limit):
+        self.how, self.limit = how, limit
+
+    def __call__(self, source, target, pair):
+        while data := source.recv(CHUNK):
+            with pair.lock:
+                passed = data[:max(self.limit - pair.passed, 0)]
+                pair.passed += len(passed)
+                over = pair.passed >= self.limit
+            if passed:
+                target.sendall(passed)
+            if over and self.how == "reset":
+                pair.reset()
+            if over and self.how == "close":
+                return
+            if over and self.how == "silence":
+                pair.ended.wait(60)
+                return
+
+
+class Pair:
+    def __init__(self, near, far):
+        self.near, self.far = near, far
+        self.lock, self.passed, self.ended = threading.Lock(), 0, threading.Event()
+
+    def reset(self):
+        """RST instead of FIN, to both sides."""
+        for one in (self.near, self.far):
+            with contextlib.suppress(OSError):
+                one.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        self.close()
+
+    def close(self):
+        self.ended.set()
+        for one in (self.near, self.far):
+            with contextlib.suppress(OSError):
+                one.shutdown(socket.SHUT_RDWR)
+            one.close()
+
+
+class FaultSocket:
+    """Listens on `address` and passes bytes on to `target` through `fault`, a function (source, target, pair).
+
+    `connections` is how many the fault is done to; those after them pass as they are. None: all.
+    """
+
+    def __init__(self, target, fault, connections=None):
+        self._target, self._fault, self._left = target, fault, connections
+        self._listener = socket.create_server(("127.0.0.1", 0))
+        self.address = "127.0.0.1:%d" % self._listener.getsockname()[1]
+        self._pairs = []
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    def _accept(self):
+        while True:
+            try:
+                near, _ = self._listener.accept()
+            except OSError:
+                return
+            fault = self._fault
+            if self._left is not None:
+                self._left -= 1
+                if self._left < 0:
+                    fault = plain
+            host, port = self._target.rsplit(":", 1)
+            try:
+                pair = Pair(near, socket.create_connection((host, int(port))))
+            except OSError:
+                near.close()
+                continue
+            self._pairs.append(pair)
+            for one, other in ((pair.near, pair.far), (pair.far, pair.near)):
+                threading.Thread(target=self._pass, args=(fault, one, other, pair), daemon=True).start()
+
+    @staticmethod
+    def _pass(fault, source, target, pair):
+        with contextlib.suppress(OSError, ValueError):
+            fault(source, target, pair)
+        pair.close()
+
+    def close(self):
+        self._listener.close()
+        for pair in self._pairs:
+            pair.close()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()

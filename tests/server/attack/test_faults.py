@@ -1,0 +1,122 @@
+"""Every call through a socket that delays, cuts, resets or swallows: the right answer or a typed error, never another."""
+import numpy as np
+import pytest
+
+import stiefel
+from conftest import BODY, Process
+from fault_socket import Ends, FaultSocket, bandwidth, latency, plain, slicer, slow_close
+
+METHOD = {"name": "variational", "order": 4}
+SCENE = {**BODY, "method": METHOD}
+WIDE = {"system": "stiefel", "step": 0.01, "inertia": list(np.linspace(1, 2, 40)), "method": {"name": "rk4"},
+        "initial": {"Q": np.eye(20, 40), "S": np.hstack([np.zeros((20, 20)), np.eye(20)])}}
+
+
+def drive(session):
+    with session.drive(fields=["Q", "M"]) as loop:
+        return [loop.step(to=k)["Q"] for k in range(0, 40, 3)]
+
+
+def fork(client, session):
+    with session.fork(at=5, id=session.id + ".fork") as other:
+        return other.step(to=7)["Q"]
+
+
+def session_call(work, scene=SCENE):
+    def call(client, name):
+        with client.create(scene, id=name) as session:
+            return work(client, session)
+    return call
+
+
+# One of every RPC, a function (client, id of a session) whose answer depends on nothing else.
+CALLS = {
+    "Describe": lambda client, name: client.describe().numerics_id,
+    "CreateSession": session_call(lambda client, session: session.scene["method"]),
+    "GetSession": session_call(lambda client, session: client.get(session.id).scene["body"]["moments"]),
+    "ListSessions": session_call(lambda client, session: session.id in [one.id for one in client.list()]),
+    "DeleteSession": lambda client, name: client.delete(name),
+    "Step": session_call(lambda client, session: session.step(to=100)["Q"]),
+    "Drive": session_call(lambda client, session: drive(session)),
+    "Stream": session_call(lambda client, session: session.trajectory(to=400, fields=["Q", "M"])["Q"]),
+    "Stream of large samples": session_call(
+        lambda client, session: session.trajectory(to=40, every=2, fields=["Q"])["Q"], WIDE),
+    "Diagnose": session_call(lambda client, session: [i.value for i in session.diagnose(to=50).invariants]),
+    "ForkSession": session_call(fork),
+    "Convert": lambda client, name: client.convert(SCENE, "velocity").blocks["Qdot"],
+    "Connect": lambda client, name: client.geodesic([1, 2, 3], [[1, 0, 0]], [[0, 1, 0]], samples=5).trajectory,
+    "MeasureTradeoff": lambda client, name: client.tradeoff(SCENE, horizon=0.5, budget=3e8, repeats=1).setup.horizon,
+}
+
+FAULTS = {
+    "latency": latency, "bandwidth": bandwidth, "slicer": slicer, "slow close": slow_close,
+    **{f"{how} after {limit} bytes": Ends(how, limit)
+       for how in ("reset", "close") for limit in (0, 60, 700, 5000, 60_000)},
+    "silence after 0 bytes": Ends("silence", 0), "silence after 700 bytes": Ends("silence", 700),
+}
+# Where no connection works, every call waits for its retries: four calls show it.
+FEW = ("Describe", "Step", "Stream", "Drive")
+
+
+@pytest.fixture(scope="module")
+def process():
+    server = Process("--log-level", "error")
+    yield server
+    assert server.stop() == 0
+
+
+@pytest.fixture(scope="module")
+def answers(process):
+    with stiefel.Client(process.address) as client:
+        return {name: call(client, f"plain-{number}") for number, (name, call) in enumerate(CALLS.items())}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_every_call_with_every_connection_faulty(process, answers, fault):
+    """With silence a call ends at its deadline. After few bytes no call gets through, and each says so."""
+    number = list(FAULTS).index(fault)
+    failures = 0
+    with FaultSocket(process.address, FAULTS[fault]) as between:
+        for name, call in CALLS.items():
+            if fault.endswith((" 0 bytes", " 60 bytes", " 700 bytes")) and name not in FEW:
+                continue
+            with stiefel.Client(between.address, timeout=1.0 if "silence" in fault else 20) as client:
+                try:
+                    answer = call(client, f"{number}-{name.replace(' ', '-')}")
+                except stiefel.StiefelError as error:
+                    failures += 1
+                    assert isinstance(error, (stiefel.Unavailable, stiefel.DeadlineExceeded, stiefel.Cancelled)), error
+                else:
+                    np.testing.assert_equal(answer, answers[name])
+    may_fail = any(how in fault for how in ("reset", "close after", "silence"))
+    assert failures == 0 or may_fail
+    if fault.endswith(("after 0 bytes", "after 60 bytes")):
+        assert failures > 0
+    with stiefel.Client(process.address) as client:
+        assert client.describe().numerics_id == answers["Describe"]
+
+
+@pytest.mark.parametrize("limit", [0, 300, 900, 2500, 9000, 40_000])
+@pytest.mark.parametrize("how", ["reset", "close"])
+def test_a_call_whose_first_connections_break_is_answered(process, answers, how, limit):
+    """The client makes a broken call again, and a stream goes on where it broke: no sample is missing or other.
+    A broken measurement of a trade-off is an error: it takes minutes, and its caller decides."""
+    for name, call in CALLS.items():
+        if name == "MeasureTradeoff":
+            continue
+        with FaultSocket(process.address, Ends(how, limit), connections=2) as between, \
+             stiefel.Client(between.address) as client:
+            answer = call(client, f"{how}-{limit}-{name.replace(' ', '-')}")
+            np.testing.assert_equal(answer, answers[name])
+
+
+def test_a_server_that_goes_down_and_comes_back(answers):
+    first = Process("--log-level", "error")
+    with FaultSocket(first.address, plain) as between, stiefel.Client(between.address) as client:
+        assert CALLS["Step"](client, "before").tolist() == answers["Step"].tolist()
+        first.stop()
+        with pytest.raises(stiefel.Unavailable):
+            client.describe()
+        second = Process("--log-level", "error", listen=first.address)
+        np.testing.assert_array_equal(CALLS["Step"](client, "after"), answers["Step"])
+        assert second.stop() == 0

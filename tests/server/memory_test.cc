@@ -1,0 +1,333 @@
+// The budget of memory: what is taken before it is allocated, given up, refused and given back.
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+#include "server/limits/memory_budget.h"
+#include "server/limits/memory_limit.h"
+#include "tests/server/harness.h"
+
+namespace stiefel {
+namespace {
+
+using server::MemoryBudget;
+using server::MemoryExhausted;
+using server::MemoryLease;
+
+constexpr std::uint64_t MiB = 1 << 20;
+
+TEST(MemoryBudget, TakesWhatFitsAndGivesBack) {
+  MemoryBudget budget(100);
+  {
+    const MemoryLease first(budget, 60);
+    EXPECT_EQ(budget.used(), 60);
+    EXPECT_FALSE(MemoryLease::if_it_fits(budget, 41));
+    MemoryLease second(budget, 40);
+    EXPECT_THROW(second.grow(1), MemoryExhausted);
+    second.shrink(30);
+    second.grow_to(20);
+    EXPECT_EQ(second.bytes(), 20);
+    MemoryLease moved = std::move(second);
+    second = {};
+    EXPECT_EQ(budget.used(), 80);
+    moved = MemoryLease(budget, 5);
+    EXPECT_EQ(budget.used(), 65);
+    moved.shrink(1000);
+    EXPECT_EQ(budget.used(), 60);
+  }
+  EXPECT_EQ(budget.used(), 0);
+  EXPECT_EQ(budget.given_back(), 60U + 30U + 20U + 5U);
+}
+
+TEST(MemoryBudget, SaysWhatItRefuses) {
+  MemoryBudget budget(100);
+  const MemoryLease held(budget, 70);
+  try {
+    const MemoryLease more(budget, 40);
+    FAIL();
+  } catch (const MemoryExhausted& refusal) {
+    EXPECT_EQ(refusal.bytes(), 40);
+    EXPECT_EQ(refusal.free(), 30);
+    EXPECT_EQ(refusal.limit(), 100);
+    EXPECT_TRUE(refusal.can_ever_fit());
+  }
+  try {
+    const MemoryLease more(budget, 101);
+    FAIL();
+  } catch (const MemoryExhausted& refusal) {
+    EXPECT_FALSE(refusal.can_ever_fit());
+  }
+}
+
+TEST(MemoryBudget, GivesUpCachesFirst) {
+  MemoryBudget budget(100);
+  MemoryLease cache(budget, 90);
+  int asked = 0;
+  budget.reclaim_with([&](std::uint64_t) {
+    ++asked;
+    cache = {};
+  });
+  const MemoryLease needed(budget, 50);
+  EXPECT_EQ(asked, 1);
+  EXPECT_EQ(budget.used(), 50);
+  EXPECT_THROW(MemoryLease(budget, 101), MemoryExhausted);
+  EXPECT_EQ(asked, 1) << "what can never fit costs nobody a cache";
+}
+
+TEST(MemoryBudget, IsNeverExceeded) {
+  MemoryBudget budget(1000);
+  std::atomic<bool> exceeded = false;
+  std::vector<std::jthread> threads;
+  for (int t = 0; t < 4; ++t)
+    threads.emplace_back([&, t] {
+      for (int k = 0; k < 20'000; ++k) {
+        const auto lease =
+            MemoryLease::if_it_fits(budget, static_cast<std::uint64_t>(97 * t + k % 400));
+        if (budget.used() > 1000) exceeded = true;
+      }
+    });
+  threads.clear();
+  EXPECT_FALSE(exceeded);
+  EXPECT_EQ(budget.used(), 0);
+}
+
+TEST(MemoryLimit, ReadsBytes) {
+  EXPECT_EQ(server::read_bytes("64M"), 64 * MiB);
+  EXPECT_EQ(server::read_bytes("1.5G"), 1536 * MiB);
+  EXPECT_EQ(server::read_bytes("1048576K"), 1024 * MiB);
+  EXPECT_EQ(server::read_bytes("2T"), 2 * 1024 * 1024 * MiB);
+  EXPECT_EQ(server::read_bytes("67108864"), 64 * MiB);
+  for (const char* text : {"", "M", "63M", "-1G", "1g", "1GB", "1 G", " 1G", "0x10000000", "nan",
+                           "inf", "nanG", "1e400", "2000000T", "1GG"})
+    EXPECT_FALSE(server::read_bytes(text)) << text;
+}
+
+/// A /proc and a /sys/fs/cgroup of its own.
+class Groups : public testing::Test {
+ protected:
+  Groups() { write("proc/meminfo", "MemTotal:       16384 kB\nMemFree:  1 kB\n"); }
+  ~Groups() override { std::filesystem::remove_all(root_); }
+  void write(const std::string& path, const std::string& text) {
+    std::filesystem::create_directories((root_ / path).parent_path());
+    std::ofstream(root_ / path) << text;
+  }
+  std::uint64_t available() const { return server::available_memory(root_); }
+
+  const std::filesystem::path root_ =
+      std::filesystem::temp_directory_path() / ("stiefel_groups_" + std::to_string(getpid()));
+};
+
+TEST_F(Groups, NoneButTheMachine) { EXPECT_EQ(available(), 16 * MiB); }
+
+TEST_F(Groups, OfVersion2AndTheGroupsAbove) {
+  write("proc/self/cgroup", "0::/a.slice/b.service\n");
+  write("sys/fs/cgroup/a.slice/b.service/memory.max", "max\n");
+  EXPECT_EQ(available(), 16 * MiB);
+  write("sys/fs/cgroup/a.slice/memory.max", "5000000\n");
+  EXPECT_EQ(available(), 5'000'000);
+  write("sys/fs/cgroup/a.slice/b.service/memory.max", "4000000\n");
+  EXPECT_EQ(available(), 4'000'000);
+}
+
+TEST_F(Groups, OfVersion2InAContainer) {
+  write("proc/self/cgroup", "0::/\n");
+  write("sys/fs/cgroup/memory.max", "3000000\n");
+  EXPECT_EQ(available(), 3'000'000);
+}
+
+TEST_F(Groups, OfVersion1) {
+  write("proc/self/cgroup", "5:cpu,cpuacct:/x\n4:memory:/y\n");
+  write("sys/fs/cgroup/memory/y/memory.limit_in_bytes", "2000000\n");
+  EXPECT_EQ(available(), 2'000'000);
+  write("sys/fs/cgroup/memory/memory.limit_in_bytes", "9223372036854771712\n");
+  EXPECT_EQ(available(), 2'000'000);
+}
+
+TEST(MemoryLimit, LargestMessage) {
+  EXPECT_EQ(server::largest_message(256 * MiB), 16 * MiB);
+  EXPECT_EQ(server::largest_message(1024 * 1024 * MiB), 256 * MiB);
+}
+
+template <class Detail>
+Detail detail(const grpc::Status& status, const std::string& type) {
+  v1::Status whole;
+  EXPECT_TRUE(whole.ParseFromString(status.error_details()));
+  Detail out;
+  for (const auto& any : whole.details())
+    if (any.type_url() == "type.googleapis.com/google.rpc." + type)
+      out.ParseFromString(any.value());
+  return out;
+}
+
+/// RESOURCE_EXHAUSTED of memory; whether to try again later.
+void expect_refused(const grpc::Status& status, bool later) {
+  ASSERT_EQ(status.error_code(), grpc::RESOURCE_EXHAUSTED) << status.error_message();
+  EXPECT_EQ(detail<v1::ErrorInfo>(status, "ErrorInfo").reason(), "MEMORY_LIMIT");
+  const auto quota = detail<v1::QuotaFailure>(status, "QuotaFailure");
+  ASSERT_EQ(quota.violations_size(), 1);
+  EXPECT_EQ(quota.violations(0).subject(), "memory");
+  EXPECT_EQ(detail<v1::RetryInfo>(status, "RetryInfo").retry_delay().seconds() > 0, later);
+}
+
+class Memory : public testing::Test {
+ protected:
+  explicit Memory(std::uint64_t bytes = 64 * MiB) : harness_({.threads = 2, .memory = bytes}) {}
+
+  grpc::Status create(const std::string& id, const v1::Scene& scene) {
+    v1::CreateSessionRequest request;
+    request.set_session_id(id);
+    *request.mutable_scene() = scene;
+    request.mutable_view()->set_scene(v1::SCENE_VIEW_NONE);
+    grpc::ClientContext context;
+    v1::CreateSessionResponse response;
+    return harness_.stub->CreateSession(&context, request, &response);
+  }
+  grpc::Status step(const std::string& id, std::int64_t to, v1::StepResponse* out = nullptr) {
+    v1::StepRequest request;
+    request.set_session_id(id);
+    request.set_to(to);
+    grpc::ClientContext context;
+    v1::StepResponse response;
+    return harness_.stub->Step(&context, request, out ? out : &response);
+  }
+
+  test::Harness harness_;
+};
+
+const v1::Scene body_100() { return test::wire_scene({.method = "rk4", .dimension = 100}); }
+
+TEST_F(Memory, IsInTheLimits) {
+  grpc::ClientContext context;
+  v1::DescribeResponse response;
+  ASSERT_TRUE(harness_.stub->Describe(&context, {}, &response).ok());
+  EXPECT_EQ(response.limits().memory_bytes(), 64 * MiB);
+  EXPECT_EQ(response.limits().max_message_bytes(), 4 * MiB);
+}
+
+/// Simulations and checkpoints are caches: more sessions fit than simulations, and every one goes
+/// on, with the bits that it has alone.
+TEST_F(Memory, CachesAreGivenUpForNewSessions) {
+  int created = 0;
+  grpc::Status refusal;
+  for (; created < 1000; ++created) {
+    refusal = create("s" + std::to_string(created), body_100());
+    if (!refusal.ok()) break;
+  }
+  expect_refused(refusal, true);
+  EXPECT_GT(created, 25) << "11 would fit with their simulations";
+  v1::StepResponse first, last;
+  ASSERT_TRUE(step("s0", 3, &first).ok());
+  ASSERT_TRUE(step("s" + std::to_string(created - 1), 3, &last).ok());
+  const std::string expected =
+      test::expected_bytes(test::scene({.method = "rk4", .dimension = 100}), 3);
+  EXPECT_EQ(test::bytes_of(first.sample()), expected);
+  EXPECT_EQ(test::bytes_of(last.sample()), expected);
+  EXPECT_GE(first.price().memory_bytes(), 30 * 100 * 100 * 8);
+
+  grpc::ClientContext context;
+  v1::DeleteSessionRequest request;
+  request.set_session_id("s1");
+  v1::DeleteSessionResponse response;
+  ASSERT_TRUE(harness_.stub->DeleteSession(&context, request, &response).ok());
+  EXPECT_TRUE(create("after", body_100()).ok());
+}
+
+TEST_F(Memory, WhatNeverFitsIsRefusedForGood) {
+  auto scene = test::wire_scene({.method = "variational", .dimension = 100});
+  scene.mutable_method()->set_order(8);
+  expect_refused(create("large", scene), false);
+  EXPECT_TRUE(create("small", test::wire_scene()).ok());
+}
+
+TEST_F(Memory, MembersArePricedBeforeTheyAreMade) {
+  v1::Scene scene;
+  scene.set_system("rigid_body");
+  scene.set_step(0.01);
+  scene.set_members(Scene::max_members);
+  for (const double I : {1., 2., 3.}) scene.mutable_body()->add_moments(I);
+  for (const double w : {0.1, 1., 0.2}) scene.mutable_body()->add_angular_velocity(w);
+  expect_refused(create("many", scene), false);
+  scene.set_members(1000);
+  EXPECT_TRUE(create("some", scene).ok());
+}
+
+TEST_F(Memory, LongWorkIsPriced) {
+  v1::MeasureTradeoffRequest request;
+  *request.mutable_scene() = body_100();
+  grpc::ClientContext context;
+  const auto stream = harness_.stub->MeasureTradeoff(&context, request);
+  v1::MeasureTradeoffResponse response;
+  EXPECT_FALSE(stream->Read(&response));
+  expect_refused(stream->Finish(), false);
+}
+
+/// Those that do not fit are refused, the others wait, and all of it is given back.
+TEST_F(Memory, StreamsThatNobodyReads) {
+  ASSERT_TRUE(create("s", body_100()).ok());
+  constexpr int count = 200;
+  std::vector<std::unique_ptr<grpc::ClientContext>> contexts;
+  std::vector<std::unique_ptr<grpc::ClientReader<v1::StreamResponse>>> streams;
+  int refused = 0;
+  for (int i = 0; i < count; ++i) {
+    v1::StreamRequest request;
+    request.set_session_id("s");
+    request.set_to(1'000'000'000);
+    contexts.push_back(std::make_unique<grpc::ClientContext>());
+    streams.push_back(harness_.stub->Stream(contexts.back().get(), request));
+    v1::StreamResponse first;
+    if (streams.back()->Read(&first)) {
+      EXPECT_GT(first.price().memory_bytes(), 0);
+      continue;
+    }
+    ++refused;
+    expect_refused(streams.back()->Finish(), true);
+    streams.pop_back();
+    contexts.pop_back();
+  }
+  EXPECT_GT(refused, 0);
+  EXPECT_GT(streams.size(), 20);
+  for (auto& context : contexts) context->TryCancel();
+  for (auto& stream : streams) {
+    v1::StreamResponse message;
+    while (stream->Read(&message)) {
+    }
+    stream->Finish();
+  }
+  EXPECT_TRUE(step("s", 5).ok());
+}
+
+/// The state that many resting streams share is each one's own: read on, they have the right bits.
+TEST_F(Memory, StreamsThatRestTogetherGoOn) {
+  ASSERT_TRUE(create("s", body_100()).ok());
+  std::vector<std::unique_ptr<grpc::ClientContext>> contexts;
+  std::vector<std::unique_ptr<grpc::ClientReader<v1::StreamResponse>>> streams;
+  for (int i = 0; i < 8; ++i) {
+    v1::StreamRequest request;
+    request.set_session_id("s");
+    request.set_from(i % 3);
+    request.set_to(40 + i);
+    request.set_every(1 + i % 2);
+    contexts.push_back(std::make_unique<grpc::ClientContext>());
+    streams.push_back(harness_.stub->Stream(contexts.back().get(), request));
+  }
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));  // they rest
+  const Scene scene = test::scene({.method = "rk4", .dimension = 100});
+  for (std::size_t i = 0; i < streams.size(); ++i) {
+    v1::StreamResponse message;
+    std::string Q, M;
+    std::int64_t last = -1;
+    while (streams[i]->Read(&message)) {
+      last = message.steps(message.steps_size() - 1);
+      Q = message.fields(0).value().data();
+      M = message.fields(1).value().data();
+    }
+    EXPECT_TRUE(streams[i]->Finish().ok());
+    EXPECT_EQ(last, 40 + static_cast<std::int64_t>(i));
+    const std::size_t size = 100 * 100 * sizeof(double);
+    EXPECT_EQ(Q.substr(Q.size() - size) + M.substr(M.size() - size),
+              test::expected_bytes(scene, last));
+  }
+}
+
+}  // namespace
+}  // namespace stiefel

@@ -1,0 +1,308 @@
+// The limits of principals over the wire: what is refused, by which name, and when to come back.
+#include <atomic>
+#include <optional>
+#include <thread>
+
+#include "tests/server/harness.h"
+
+namespace stiefel {
+namespace {
+
+using namespace std::chrono_literals;
+constexpr std::int64_t forever = 1'000'000'000'000;
+
+/// The caller is whom its metadata names.
+server::Options by_name(server::Options options) {
+  options.identify = [](const grpc::CallbackServerContext& context) {
+    const auto sent = context.client_metadata().find("x-principal");
+    if (sent == context.client_metadata().end()) return server::Principal{};
+    return server::Principal{std::string(sent->second.data(), sent->second.size())};
+  };
+  return options;
+}
+
+/// What a refusal says, in its details and its trailing metadata.
+struct Told {
+  std::string limit;
+  std::optional<std::chrono::milliseconds> delay;
+  std::string push_back;
+};
+
+Told told(const v1::Status& status) {
+  Told told;
+  for (const auto& any : status.details()) {
+    v1::QuotaFailure quota;
+    v1::RetryInfo retry;
+    if (any.type_url() == "type.googleapis.com/google.rpc.QuotaFailure") {
+      EXPECT_TRUE(quota.ParseFromString(any.value()));
+      EXPECT_EQ(quota.violations_size(), 1);
+      told.limit = quota.violations(0).subject();
+      EXPECT_NE(quota.violations(0).description().find("at most"), std::string::npos);
+    } else if (any.type_url() == "type.googleapis.com/google.rpc.RetryInfo") {
+      EXPECT_TRUE(retry.ParseFromString(any.value()));
+      told.delay = std::chrono::seconds(retry.retry_delay().seconds()) +
+                   std::chrono::milliseconds(retry.retry_delay().nanos() / 1'000'000);
+    }
+  }
+  return told;
+}
+
+Told told(const grpc::Status& status, const grpc::ClientContext& context) {
+  EXPECT_EQ(status.error_code(), grpc::RESOURCE_EXHAUSTED) << status.error_message();
+  v1::Status details;
+  EXPECT_TRUE(details.ParseFromString(status.error_details()));
+  Told result = told(details);
+  const auto sent = context.GetServerTrailingMetadata().find("grpc-retry-pushback-ms");
+  if (sent != context.GetServerTrailingMetadata().end())
+    result.push_back = {sent->second.data(), sent->second.size()};
+  return result;
+}
+
+void expect_refused(const Told& told, const std::string& limit) {
+  EXPECT_EQ(told.limit, limit);
+  ASSERT_TRUE(told.delay) << limit;
+  EXPECT_GE(*told.delay, 1ms);
+  EXPECT_LE(*told.delay, 1min);
+  EXPECT_EQ(told.push_back, std::to_string(told.delay->count()));
+}
+
+/// A Step that does not end by itself, until it is destroyed.
+class Running {
+ public:
+  Running(test::Stub& stub, const std::string& principal, std::int64_t to = forever) {
+    context.AddMetadata("x-principal", principal);
+    request_.set_session_id("s");
+    request_.set_to(to);
+    stub.async()->Step(&context, &request_, &response, [this](const grpc::Status& ended) {
+      status = ended;
+      done_ = true;
+      done_.notify_all();
+    });
+  }
+  ~Running() {
+    context.TryCancel();
+    wait();
+  }
+  void wait() { done_.wait(false); }
+
+  grpc::ClientContext context;
+  grpc::Status status;
+  v1::StepResponse response;
+
+ private:
+  v1::StepRequest request_;
+  std::atomic<bool> done_ = false;
+};
+
+grpc::Status step(test::Stub& stub, grpc::ClientContext& context, std::int64_t to) {
+  v1::StepRequest request;
+  request.set_session_id("s");
+  request.set_to(to);
+  v1::StepResponse response;
+  return stub.Step(&context, request, &response);
+}
+
+grpc::Status step_as(test::Stub& stub, const std::string& principal, std::int64_t to,
+                     grpc::ClientContext& context) {
+  context.AddMetadata("x-principal", principal);
+  return step(stub, context, to);
+}
+
+TEST(Quotas, CallsAtOnce) {
+  test::Harness harness(by_name({.quota = {.calls = 2}}));
+  harness.create("s", test::wire_scene());
+  std::vector<std::unique_ptr<Running>> calls;
+  for (int i = 0; i < 2; ++i) calls.push_back(std::make_unique<Running>(*harness.stub, "greedy"));
+  // The third is refused once the first two have arrived.
+  for (const auto end = std::chrono::steady_clock::now() + 30s;
+       std::chrono::steady_clock::now() < end;) {
+    grpc::ClientContext context;
+    const auto status = step_as(*harness.stub, "greedy", 100'000, context);
+    if (status.ok()) continue;
+    expect_refused(told(status, context), "principal_calls");
+    break;
+  }
+  grpc::ClientContext inline_one, other;
+  EXPECT_TRUE(step_as(*harness.stub, "greedy", 1, inline_one).ok()) << "takes no worker's time";
+  EXPECT_TRUE(step_as(*harness.stub, "modest", 100'000, other).ok()) << "another principal's";
+  calls.clear();
+  for (;;) {  // the places are free again
+    grpc::ClientContext context;
+    if (step_as(*harness.stub, "greedy", 100'000, context).ok()) break;
+  }
+}
+
+TEST(Quotas, StreamsAndDrivesAtOnce) {
+  test::Harness harness(by_name({.quota = {.streams = 1}}));
+  harness.create("s", test::wire_scene());
+  grpc::ClientContext first_context;
+  const auto first = harness.stub->Drive(&first_context);
+  v1::DriveRequest request;
+  request.set_session_id("s");
+  request.set_to(5);
+  v1::DriveResponse response;
+  ASSERT_TRUE(first->Write(request) && first->Read(&response));
+  EXPECT_EQ(response.step().sample().step(), 5);
+
+  grpc::ClientContext second_context;
+  const auto second = harness.stub->Drive(&second_context);
+  EXPECT_FALSE(second->Read(&response));
+  expect_refused(told(second->Finish(), second_context), "principal_streams");
+
+  v1::StreamRequest stream;
+  stream.set_session_id("s");
+  stream.set_to(5);
+  grpc::ClientContext third_context;
+  const auto third = harness.stub->Stream(&third_context, stream);
+  v1::StreamResponse message;
+  EXPECT_FALSE(third->Read(&message));
+  expect_refused(told(third->Finish(), third_context), "principal_streams");
+
+  first->WritesDone();
+  EXPECT_TRUE(first->Finish().ok());
+  for (bool served = false; !served;) {
+    grpc::ClientContext context;
+    const auto again = harness.stub->Stream(&context, stream);
+    served = again->Read(&message);
+    while (again->Read(&message)) {
+    }
+    again->Finish();
+  }
+}
+
+TEST(Quotas, Sessions) {
+  test::Harness harness(by_name({.quota = {.sessions = 1}}));
+  const auto create = [&](const std::string& principal, const std::string& id,
+                          grpc::ClientContext& context) {
+    context.AddMetadata("x-principal", principal);
+    v1::CreateSessionRequest request;
+    request.set_session_id(id);
+    *request.mutable_scene() = test::wire_scene();
+    v1::CreateSessionResponse response;
+    return harness.stub->CreateSession(&context, request, &response);
+  };
+  const auto created = [&](const std::string& principal, const std::string& id) {
+    grpc::ClientContext context;
+    return create(principal, id, context).ok();
+  };
+  EXPECT_TRUE(created("alice", "a"));
+  EXPECT_TRUE(created("alice", "a")) << "the session that is there takes no other seat";
+  grpc::ClientContext context;
+  expect_refused(told(create("alice", "b", context), context), "principal_sessions");
+  EXPECT_TRUE(created("bob", "b"));
+  EXPECT_TRUE(created("alice", "b")) << "another's, which is there";
+
+  v1::ForkSessionRequest fork;
+  fork.set_session_id("c");
+  fork.set_from_session_id("a");
+  grpc::ClientContext fork_context;
+  fork_context.AddMetadata("x-principal", "alice");
+  v1::ForkSessionResponse forked;
+  const auto status = harness.stub->ForkSession(&fork_context, fork, &forked);
+  expect_refused(told(status, fork_context), "principal_sessions");
+
+  v1::DeleteSessionRequest gone;
+  gone.set_session_id("a");
+  grpc::ClientContext delete_context;
+  v1::DeleteSessionResponse deleted;
+  EXPECT_TRUE(harness.stub->DeleteSession(&delete_context, gone, &deleted).ok());
+  EXPECT_TRUE(created("alice", "c")) << "the seat is free";
+}
+
+TEST(Quotas, ThePriceOfOneCall) {
+  test::Harness harness({.quota = {.call_work = 1e9}});
+  harness.create("s", test::wire_scene());
+  grpc::ClientContext small, large;
+  EXPECT_TRUE(step(*harness.stub, small, 10'000).ok());
+  const auto status = step(*harness.stub, large, forever);
+  const Told refusal = told(status, large);
+  EXPECT_EQ(refusal.limit, "call_work");
+  EXPECT_FALSE(refusal.delay) << "to wait does not help";
+  EXPECT_EQ(refusal.push_back, "-1");
+  EXPECT_NE(status.error_message().find("at most 1e+09"), std::string::npos)
+      << status.error_message();
+
+  v1::ConnectRequest connect;
+  grpc::ClientContext searched;
+  const auto reader = harness.stub->Connect(&searched, connect);
+  v1::ConnectResponse message;
+  EXPECT_FALSE(reader->Read(&message));
+  EXPECT_EQ(told(reader->Finish(), searched).limit, "call_work") << "a search counts as 5e10";
+}
+
+TEST(Quotas, QueuedWork) {
+  test::Harness harness({.quota = {.queued_work = 1e12}});
+  harness.create("s", test::wire_scene());
+  const Running running(*harness.stub, "");
+  for (const auto end = std::chrono::steady_clock::now() + 30s;
+       std::chrono::steady_clock::now() < end;) {
+    grpc::ClientContext context;
+    const auto status = step(*harness.stub, context, forever / 2);
+    if (status.ok()) continue;
+    expect_refused(told(status, context), "principal_queued_work");
+    break;
+  }
+}
+
+TEST(Quotas, WorkASecondAndDrivesAreToldInTheirReplies) {
+  std::atomic<std::int64_t> hours = 1;
+  test::Harness harness({.quota = {.work_a_second = 2e6}, .clock = [&] {
+                           return std::chrono::steady_clock::time_point(std::chrono::hours(hours));
+                         }});
+  harness.create("s", test::wire_scene());
+  grpc::ClientContext drive_context;
+  const auto drive = harness.stub->Drive(&drive_context);
+  v1::DriveRequest request;
+  request.set_session_id("s");
+  v1::DriveResponse response;
+  // Single steps of some thousand instructions, answered inline.
+  std::int64_t to = 0;
+  do {
+    request.set_to(++to);
+    ASSERT_TRUE(drive->Write(request) && drive->Read(&response));
+  } while (response.has_step() && to < 10'000);
+  ASSERT_TRUE(response.has_error()) << to;
+  EXPECT_GT(to, 10);
+  EXPECT_EQ(response.error().code(), grpc::RESOURCE_EXHAUSTED);
+  const Told refusal = told(response.error());
+  EXPECT_EQ(refusal.limit, "principal_work_rate");
+  EXPECT_TRUE(refusal.delay);
+  grpc::ClientContext context;
+  expect_refused(told(step(*harness.stub, context, to + 1), context), "principal_work_rate");
+  ++hours;
+  ASSERT_TRUE(drive->Write(request) && drive->Read(&response));
+  EXPECT_EQ(response.step().sample().step(), to);
+  drive->WritesDone();
+  EXPECT_TRUE(drive->Finish().ok());
+}
+
+TEST(Quotas, AShutdownDoesNotWaitForTheWorkRate) {
+  test::Harness harness({.grace = 10ms, .quota = {.work_a_second = 1e5}});
+  harness.create("s", test::wire_scene());
+  Running running(*harness.stub, "");
+  for (bool overdrawn = false; !overdrawn;) {  // by a slice: a minute and more of that rate
+    grpc::ClientContext context;
+    overdrawn = !step(*harness.stub, context, 1).ok();
+  }
+  const auto start = std::chrono::steady_clock::now();
+  harness.server.shutdown();
+  EXPECT_LT(std::chrono::steady_clock::now() - start, 20s);
+  running.wait();
+  EXPECT_TRUE(running.status.ok()) << running.status.error_message();
+  EXPECT_EQ(running.response.run_status().outcome(), v1::OUTCOME_CANCELLED);
+}
+
+TEST(Quotas, WithoutLimitsNothingIsRefused) {
+  test::Harness harness({.quota = {.streams = 0, .calls = 0}});
+  harness.create("s", test::wire_scene());
+  std::vector<std::unique_ptr<Running>> calls;
+  for (int i = 0; i < 100; ++i)
+    calls.push_back(std::make_unique<Running>(*harness.stub, "", 50'000));
+  for (const auto& call : calls) {
+    call->wait();
+    EXPECT_TRUE(call->status.ok()) << call->status.error_message();
+  }
+}
+
+}  // namespace
+}  // namespace stiefel

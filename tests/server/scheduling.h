@@ -1,0 +1,46 @@
+#pragma once
+
+#include <latch>
+#include <string>
+
+#include "server/scheduling/scheduler.h"
+
+namespace stiefel::server {
+
+/// Work in instructions that this thread's jobs have done: what a scheduler of a test counts in
+/// place of processor time.
+inline thread_local double work_done = 0;
+inline double counted_work() { return work_done; }
+
+/// A job of `slices` slices of `work` instructions each, which notes each in `order` by its name.
+/// `done` counts down at its end.
+class CountedJob final : public Job {
+ public:
+  CountedJob(char name, int slices, double work, std::string* order = nullptr)
+      : name_(name), left_(slices), work_(work), order_(order) {}
+  CountedJob& of(Share& share, double price) {
+    bill(share, price);
+    return *this;
+  }
+  CountedJob& until(std::latch* done) {
+    done_ = done;
+    return *this;
+  }
+
+  bool run_slice() noexcept override {
+    if (order_) *order_ += name_;
+    work_done += work_;
+    if (--left_ > 0) return true;
+    if (done_) done_->count_down();
+    return false;
+  }
+
+ private:
+  const char name_;
+  int left_;
+  const double work_;
+  std::string* const order_;
+  std::latch* done_ = nullptr;
+};
+
+}  // namespace stiefel::server

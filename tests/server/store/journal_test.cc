@@ -1,0 +1,206 @@
+#include "server/store/journal.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <latch>
+#include <thread>
+
+#include "server/sessions/cursor.h"
+#include "server/sessions/numerics_id.h"
+#include "tests/server/store/folder.h"
+#include "tests/server/store/ledgers.h"
+
+namespace stiefel::server {
+namespace {
+
+using namespace std::chrono_literals;
+using test::outcome;
+using test::Written;
+
+class JournalTest : public testing::Test {
+ protected:
+  test::Folder folder_;
+  const StoreOptions options_{folder_.file()};
+};
+
+TEST_F(JournalTest, WhatIsAcknowledgedIsInTheFile) {
+  {
+    Written written(options_);
+    const auto a = written.create("a", 1), b = written.create("b", 2);
+    EXPECT_FALSE(outcome(*a) || outcome(*b));
+    EXPECT_FALSE(outcome(*written.registry.erase("a").receipt));
+    Database other(options_.file, Database::Mode::read_only);
+    EXPECT_EQ(other.text("SELECT id FROM session"), "b") << "before the server ends";
+  }
+  const auto stored = test::stored(options_.file);
+  EXPECT_EQ(stored.size(), 1u);
+  EXPECT_EQ(stored.at("b"), identity_of(test::numbered_scene(2).description()));
+}
+
+TEST_F(JournalTest, ASessionThatIsThereAlreadyWaitsForTheSameRow) {
+  Written written(options_);
+  const auto first = written.create("a"), again = written.create("a");
+  EXPECT_EQ(first, again);
+  EXPECT_FALSE(outcome(*again));
+  EXPECT_EQ(written.create("a"), first) << "settled: nobody waits";
+}
+
+TEST_F(JournalTest, ManyAtOnceAreFewTransactions) {
+  Written written(options_);
+  constexpr int threads = 8, each = 250;
+  std::atomic<int> acknowledged = 0;
+  std::latch all(threads * each);
+  {
+    std::vector<std::jthread> workers;
+    for (int t = 0; t < threads; ++t)
+      workers.emplace_back([&, t] {
+        for (int i = 0; i < each; ++i)
+          written.create(std::to_string(t) + "-" + std::to_string(i))->then([&](const auto& fault) {
+            acknowledged += !fault;
+            all.count_down();
+          });
+      });
+  }
+  all.wait();
+  EXPECT_EQ(acknowledged, threads * each);
+  EXPECT_LT(written.journal.transactions(), threads * each / 4u);
+}
+
+TEST_F(JournalTest, TheLastOfOneNameCounts) {
+  {
+    Written written(options_);
+    std::shared_ptr<Receipt> last;
+    for (int i = 0; i < 100; ++i) {
+      written.create("a", i);
+      if (i < 99) written.registry.erase("a");
+      if (i % 2) written.create("b", i), last = written.registry.erase("b").receipt;
+    }
+    outcome(*last);
+  }
+  const auto stored = test::stored(options_.file);
+  EXPECT_EQ(stored.size(), 1u);
+  EXPECT_EQ(stored.at("a"), identity_of(test::numbered_scene(99).description()));
+}
+
+TEST_F(JournalTest, NamesOfManyThreadsEndAsTheRegistryHasThem) {
+  std::map<std::string, std::string> expected;
+  {
+    Written written(options_);
+    std::vector<std::jthread> workers;
+    for (int t = 0; t < 4; ++t)
+      workers.emplace_back([&, t] {
+        for (int i = 0; i < 200; ++i) {
+          const std::string id = std::to_string(i % 5);
+          if ((i + t) % 3 == 0)
+            written.registry.erase(id);
+          else
+            static_cast<void>(written.registry.create(id, test::numbered_scene(i + t), ""));
+        }
+      });
+    workers.clear();
+    for (const auto& session : written.registry.page("", 10))
+      expected[session->id()] = session->identity();
+  }
+  EXPECT_EQ(test::stored(options_.file), expected);
+}
+
+TEST_F(JournalTest, WhatDoesNotFitFailsAloneAndIsNoSession) {
+  Written written({options_.file, 100'000});
+  std::vector<std::pair<std::string, std::shared_ptr<Receipt>>> receipts;
+  for (int i = 0; i < 400; ++i) {
+    const std::string id = "s" + std::to_string(i);
+    receipts.emplace_back(id, written.create(id, i));
+  }
+  int failed = 0;
+  for (const auto& [id, receipt] : receipts) {
+    const auto fault = outcome(*receipt);
+    failed += fault.has_value();
+    EXPECT_TRUE(!fault || fault->kind == WriteFault::Kind::full) << id;
+    EXPECT_EQ(written.registry.find(id).has_value(), !fault) << id;
+  }
+  EXPECT_GT(failed, 0);
+  EXPECT_LT(failed, 400);
+  EXPECT_FALSE(written.reports.empty());
+  // Deletions make room: a page is free when its sessions are gone.
+  for (int i = 0; i < 20; ++i)
+    EXPECT_FALSE(outcome(*written.registry.erase("s" + std::to_string(i)).receipt));
+  EXPECT_FALSE(outcome(*written.create("new", 1)));
+}
+
+TEST_F(JournalTest, CheckpointsMakeRoomForSessions) {
+  Written written({options_.file, 150'000}, 10ms);
+  EXPECT_FALSE(outcome(*written.create("large")));
+  written.store.transact([&] {  // before the journal's thread has anything to do
+    written.store.put(StoredCheckpoint{Principal{}, "large", "n", 0, 1, std::string(90'000, 'x')});
+  });
+  for (int i = 0; i < 60; ++i) EXPECT_FALSE(outcome(*written.create(std::to_string(i), i)));
+}
+
+TEST_F(JournalTest, ExpiredSessionsLeaveTheFile) {
+  std::chrono::steady_clock::time_point now{};
+  {
+    Store store(options_);
+    Registry registry(10, 1h, [&] { return now; });
+    Journal journal(store, {test::identity_row, {}, {}});
+    registry.write_to(journal);
+    static_cast<void>(registry.create("a", test::scene(), ""));
+    now += 30min;
+    static_cast<void>(registry.create("b", test::scene(), ""));
+    now += 30min;
+    EXPECT_EQ(registry.expire(), 1u);
+  }
+  const auto stored = test::stored(options_.file);
+  EXPECT_EQ(stored.size(), 1u);
+  EXPECT_TRUE(stored.contains("b"));
+}
+
+TEST_F(JournalTest, TheLastCachedStateIsWrittenBehind) {
+  std::vector<double> expected;
+  std::int64_t step = 0;
+  {
+    Written written(options_, 5ms);
+    outcome(*written.create("a"));
+    const auto session = written.registry.find("a");
+    Cursor cursor(**session, 100'000);
+    std::int64_t budget = 1'000'000;
+    EXPECT_TRUE(cursor.advance(100'000, budget));
+    step = (*session)->cached_steps().back();
+    expected = test::expected_state(test::numbered_scene(0), step);
+  }
+  Store store(options_);
+  Store::Reader reader(store);
+  const auto row = reader.next();
+  ASSERT_TRUE(row && row->checkpoint);
+  EXPECT_GT(step, 0);
+  EXPECT_EQ(row->checkpoint->step, step);
+  EXPECT_EQ(row->checkpoint->numerics_id, numerics_id());
+  ASSERT_EQ(row->checkpoint->state.size(), expected.size() * sizeof(double));
+  EXPECT_EQ(std::memcmp(row->checkpoint->state.data(), expected.data(), expected.size() * 8), 0);
+}
+
+TEST_F(JournalTest, TombstonesGoWithTheDeletion) {
+  {
+    Written written(options_);
+    written.create("a");
+    written.registry.erase("a");
+    EXPECT_FALSE(outcome(*written.journal.bury({Principal{"p"}, "a", 100})));
+  }
+  Store store(options_);
+  ASSERT_EQ(store.tombstones(0).size(), 1u);
+  EXPECT_EQ(store.tombstones(0)[0].id, "a");
+}
+
+TEST_F(JournalTest, AReceiptTellsLateAskersToo) {
+  Receipt receipt;
+  int told = 0;
+  receipt.then([&](const auto& fault) { told += fault.has_value(); });
+  EXPECT_EQ(told, 0);
+  receipt.settle(WriteFault{WriteFault::Kind::full, "full"});
+  receipt.then([&](const auto& fault) { told += fault->what == "full"; });
+  EXPECT_EQ(told, 2);
+}
+
+}  // namespace
+}  // namespace stiefel::server

@@ -1,0 +1,99 @@
+"""--memory: what is read, what is refused, and how much of the machine's memory the process takes."""
+import os
+import subprocess
+import time
+
+import grpc
+import pytest
+
+from conftest import eventually
+from flood import Health, body, creation, flood
+from stiefel import v1 as pb
+from stiefel.v1 import simulation_pb2_grpc as rpc
+
+MiB = 1 << 20
+
+
+def resident(process):
+    with open(f"/proc/{process.child.pid}/statm", encoding="ascii") as statm:
+        return int(statm.read().split()[1]) * 4096
+
+
+@pytest.mark.parametrize("value", ["nan", "1", "63M", "-1G", "1GB", "0x10000000", "1,5G"])
+def test_no_amount_of_memory(value):
+    for arguments, variables in [([f"--memory={value}"], {}), ([], {"STIEFEL_MEMORY": value})]:
+        told = subprocess.run([os.environ["STIEFEL_SERVER"], "check", *arguments], capture_output=True, text=True,
+                              timeout=20, env={**os.environ, **variables})
+        assert told.returncode != 0 and f"'{value}' must be a number of bytes" in told.stderr
+
+
+def test_the_limits_follow_from_it(serve):
+    with serve("--memory", "0.5G").channel() as channel:
+        limits = rpc.SimulationServiceStub(channel).Describe(pb.DescribeRequest()).limits
+        assert limits.memory_bytes == 512 * MiB and limits.max_message_bytes == 32 * MiB
+
+
+def test_a_stream_request_that_is_none(serve):
+    with serve().channel() as channel:
+        stream = channel.unary_stream("/stiefel.v1.SimulationService/Stream")(b"\xff\xff\xff")
+        with pytest.raises(grpc.RpcError) as caught:
+            next(stream)
+        assert caught.value.code() is grpc.StatusCode.INVALID_ARGUMENT
+
+
+def test_everything_at_once(serve):
+    """The long form with a gigabyte is tests/extremes/test_memory.py."""
+    process = serve("--memory", "256M", "--log-level", "off", "--threads", "2")
+    with Health(process) as health:
+        ends = flood(process, sessions=60, dimension=128, ensembles=6, members=20_000, streams=100, messages=6)
+    assert not ends.untyped, ends.untyped[:3]
+    assert not health.wrong and health.answers > 10 and health.longest < 10, (health.longest, health.wrong[:3])
+    assert process.memory() < 1.2 * 256 * MiB, (process.memory() / MiB, ends.count)
+    assert set(ends.of("session")) == {"OK", "RESOURCE_EXHAUSTED"}, ends.count
+    assert set(ends.of("ensemble")) <= {"OK", "RESOURCE_EXHAUSTED"}
+    assert set(ends.of("stream")) <= {"OK", "RESOURCE_EXHAUSTED"} and "OK" in ends.of("stream")
+    assert set(ends.of("bomb")) == {"UNIMPLEMENTED"}
+    assert set(ends.of("forged")) <= {"INVALID_ARGUMENT", "RESOURCE_EXHAUSTED"}
+    assert set(ends.of("message")) <= {"INVALID_ARGUMENT", "RESOURCE_EXHAUSTED"}
+    with process.channel() as channel:  # it goes on
+        stub = rpc.SimulationServiceStub(channel)
+        assert stub.Step(pb.StepRequest(session_id="streamed", to=3)).sample.step == 3
+
+
+@pytest.mark.parametrize("N, most", [(64, 100), (256, 400)])
+def test_a_hundred_streams_of_one_session_that_nobody_reads(serve, N, most):
+    process = serve("--log-level", "off")
+    idle = resident(process)
+    with process.channel() as channel:
+        stub = rpc.SimulationServiceStub(channel)
+        stub.CreateSession(creation("s", body(N)))
+        unread = [stub.Stream(pb.StreamRequest(session_id="s", to=10**12)) for _ in range(100)]
+        for stream in unread:
+            next(stream)
+        sizes = []
+
+        def rests():
+            time.sleep(0.3)
+            sizes.append(resident(process))
+            return sizes[-3:] == [sizes[-1]] * 3
+        eventually(rests, 60)
+        assert max(sizes) - idle < most * 10**6, [(size - idle) / 1e6 for size in sizes]
+        for stream in unread:
+            stream.cancel()
+
+
+def test_memory_goes_back(serve):
+    """Sessions that are deleted leave little behind."""
+    process = serve("--log-level", "off", "--memory", "512M")
+    with process.channel() as channel:
+        stub = rpc.SimulationServiceStub(channel)
+        stub.CreateSession(creation("warm", body(64)))
+        idle = resident(process)
+        for k in range(40):
+            stub.CreateSession(creation(f"s{k}", body(64)))
+            stub.Step(pb.StepRequest(session_id=f"s{k}", to=2))
+        full = resident(process)
+        for k in range(40):
+            stub.DeleteSession(pb.DeleteSessionRequest(session_id=f"s{k}"))
+        assert eventually(lambda: resident(process) - idle < (full - idle) / 4, 10), \
+            (idle / MiB, full / MiB, resident(process) / MiB)

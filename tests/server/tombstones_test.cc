@@ -1,0 +1,113 @@
+#include "server/sessions/tombstones.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "server/sessions/registry.h"
+#include "tests/server/scenes.h"
+
+namespace stiefel::server {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Tombstones::Time start{};
+
+TEST(Tombstones, LastForTheirLifetime) {
+  Tombstones tombstones(1h);
+  tombstones.put("a", start);
+  tombstones.put("b", start + 30min);
+  EXPECT_TRUE(tombstones.contains("a", start + 59min));
+  EXPECT_FALSE(tombstones.contains("a", start + 1h)) << "though nothing dropped it yet";
+  EXPECT_TRUE(tombstones.contains("b", start + 1h));
+  EXPECT_FALSE(tombstones.contains("c", start));
+  tombstones.expire(start + 1h);
+  EXPECT_EQ(tombstones.size(), 1u);
+}
+
+TEST(Tombstones, ADeletionAgainStartsAnew) {
+  Tombstones tombstones(1h);
+  tombstones.put("a", start);
+  tombstones.put("b", start + 1min);
+  tombstones.put("a", start + 30min);
+  EXPECT_EQ(tombstones.size(), 2u);
+  tombstones.expire(start + 80min);
+  EXPECT_EQ(tombstones.size(), 1u);
+  EXPECT_TRUE(tombstones.contains("a", start + 80min));
+  tombstones.remove("a");
+  tombstones.remove("a");
+  EXPECT_EQ(tombstones.size(), 0u);
+}
+
+TEST(Tombstones, TheOldestGoFirstWhenThereAreTooMany) {
+  Tombstones many(1h);
+  for (std::size_t i = 0; i < Tombstones::max_count + 5; ++i) many.put(std::to_string(i), start);
+  EXPECT_EQ(many.size(), Tombstones::max_count);
+  EXPECT_FALSE(many.contains("4", start));
+  EXPECT_TRUE(many.contains("5", start));
+
+  Tombstones long_names(1h);
+  const std::size_t size = 4000, fit = Tombstones::max_bytes / (size + Tombstones::entry_bytes);
+  for (std::size_t i = 0; i < fit + 3; ++i)
+    long_names.put(std::to_string(i) + std::string(size - std::to_string(i).size(), 'x'), start);
+  EXPECT_EQ(long_names.size(), fit);
+}
+
+class RegistryTombstones : public testing::Test {
+ protected:
+  auto create(bool recreate) { return registry_.create("a", test::scene(), "", {}, recreate); }
+
+  std::chrono::steady_clock::time_point now_{};
+  Registry registry_{3, 1h, [this] { return now_; }};
+};
+
+TEST_F(RegistryTombstones, ADeletedSessionDoesNotComeBack) {
+  create(false);
+  EXPECT_FALSE(registry_.deleted("a"));
+  registry_.erase("a");
+  EXPECT_TRUE(registry_.deleted("a"));
+  const auto back = create(true);
+  ASSERT_FALSE(back);
+  EXPECT_EQ(std::get<Registry::Conflict>(back.error()), Registry::Conflict::deleted);
+  now_ += 1h;
+  EXPECT_FALSE(registry_.deleted("a"));
+  EXPECT_TRUE(create(true));
+}
+
+TEST_F(RegistryTombstones, ADeletionMayComeBeforeTheSession) {
+  EXPECT_FALSE(registry_.erase("a"));
+  EXPECT_FALSE(create(true));
+}
+
+TEST_F(RegistryTombstones, ANewCreationMayUseTheName) {
+  create(false);
+  registry_.erase("a");
+  EXPECT_TRUE(create(false)->created);
+  EXPECT_FALSE(registry_.deleted("a"));
+  EXPECT_FALSE(create(true)->created) << "which is then there for every handle";
+}
+
+TEST_F(RegistryTombstones, AnExpiredSessionComesBack) {
+  create(false);
+  now_ += 1h;
+  EXPECT_EQ(registry_.expire(), 1u);
+  EXPECT_TRUE(create(true)->created);
+}
+
+TEST_F(RegistryTombstones, ACheckpointReachesASessionThatIsThere) {
+  Registry other(1, 1h, {});
+  const auto ahead = other.create("a", test::scene(), "");
+  auto simulation = ahead->session->lease(0);
+  simulation->advance(5000);
+  const std::string checkpoint = encode_checkpoint(*ahead->session, *simulation);
+
+  create(false);
+  const auto again = registry_.create("a", test::scene(), checkpoint, {}, true);
+  ASSERT_TRUE(again);
+  EXPECT_FALSE(again->created);
+  EXPECT_EQ(again->session->lease(5001)->step(), 5000);
+}
+
+}  // namespace
+}  // namespace stiefel::server
