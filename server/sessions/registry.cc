@@ -1,17 +1,10 @@
 #include "server/sessions/registry.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 namespace stiefel::server {
-namespace {
-
-/// One name for both. No id has a NUL, so that no two pairs have one.
-std::string tombstone(const Principal& principal, std::string_view id) {
-  return principal.name + '\0' + std::string(id);
-}
-
-}  // namespace
 
 Registry::Registry(std::uint32_t max_sessions, std::chrono::milliseconds idle_timeout, Clock clock,
                    std::shared_ptr<const CheckpointKeys> keys, MemoryBudget& memory)
@@ -53,10 +46,10 @@ std::expected<Registry::Created, Registry::CreateError> Registry::create(
     if (saved) there.session->adopt(saved->step, std::move(saved->saved));
     return there;
   }
-  if (recreate && tombstones_.contains(tombstone(principal, id), (*clock_)()))
-    return std::unexpected(Conflict::deleted);
+  if (recreate && has_tombstone(principal, id)) return std::unexpected(Conflict::deleted);
   if (sessions_.size() >= max_sessions_) return std::unexpected(Conflict::too_many);
-  tombstones_.remove(tombstone(principal, id));
+  if (const auto tombstones = tombstones_.find(principal.name); tombstones != tombstones_.end())
+    tombstones->second.remove(id);
   const auto place = sessions_.emplace(std::move(key), fresh).first;
   fresh->belong_to(principal);
   if (!ledger_) return Created{SessionLease(fresh), true, ignored};
@@ -80,7 +73,8 @@ std::optional<SessionLease> Registry::find(const Principal& principal, std::stri
 Registry::Erased Registry::erase(const Principal& principal, std::string_view id) {
   std::shared_ptr<Session> dropped;
   const std::lock_guard lock(mutex_);
-  tombstones_.put(tombstone(principal, id), (*clock_)());
+  tombstones_.try_emplace(principal.name, idle_timeout_)
+      .first->second.put(std::string(id), (*clock_)());
   std::shared_ptr<Receipt> receipt;
   if (ledger_) receipt = ledger_->erase(principal, std::string(id));
   const auto found = sessions_.find(SessionKeyLess::View(principal.name, id));
@@ -115,7 +109,12 @@ void Registry::drop(const Session& session) {
 
 bool Registry::deleted(const Principal& principal, std::string_view id) const {
   const std::shared_lock lock(mutex_);
-  return tombstones_.contains(tombstone(principal, id), (*clock_)());
+  return has_tombstone(principal, id);
+}
+
+bool Registry::has_tombstone(const Principal& principal, std::string_view id) const {
+  const auto tombstones = tombstones_.find(principal.name);
+  return tombstones != tombstones_.end() && tombstones->second.contains(id, (*clock_)());
 }
 
 std::vector<std::shared_ptr<const Session>> Registry::page(const Principal& principal,
@@ -139,11 +138,14 @@ std::size_t Registry::size() const {
 std::size_t Registry::expire() {
   std::vector<std::shared_ptr<Session>> dropped;
   const std::lock_guard lock(mutex_);
-  tombstones_.expire((*clock_)());
+  for (auto of_one = tombstones_.begin(); of_one != tombstones_.end();) {
+    of_one->second.expire((*clock_)());
+    of_one = of_one->second.size() == 0 ? tombstones_.erase(of_one) : std::next(of_one);
+  }
   std::erase_if(sessions_, [&](auto& entry) {
     Session& session = *entry.second;
     if (session.in_use() || session.idle_time() < idle_timeout_) return false;
-    if (ledger_) ledger_->erase({}, session.id());
+    if (ledger_) ledger_->erase(session.owner(), session.id());
     session.close();
     dropped.push_back(entry.second);
     return true;

@@ -108,6 +108,9 @@ class Registry {
   std::chrono::milliseconds idle_timeout() const { return idle_timeout_; }
 
  private:
+  /// With the lock held.
+  bool has_tombstone(const Principal& principal, std::string_view id) const;
+
   const std::uint32_t max_sessions_;
   const std::chrono::milliseconds idle_timeout_;
   const std::shared_ptr<const Clock> clock_;
@@ -116,7 +119,8 @@ class Registry {
   mutable std::shared_mutex mutex_;
   const std::shared_ptr<const CheckpointKeys> keys_;
   std::map<SessionKey, std::shared_ptr<Session>, SessionKeyLess> sessions_;
-  Tombstones tombstones_{idle_timeout_};  // guarded by mutex_
+  /// By principal, so that nobody's deletions push out another's.
+  std::map<std::string, Tombstones, std::less<>> tombstones_;  // guarded by mutex_
 };
 
 /// The thread that calls `Registry::expire` a few times in every idle timeout.

@@ -12,6 +12,7 @@ import json
 import os
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 # Before grpc is imported.
@@ -21,7 +22,7 @@ import callgrind
 import report
 import weights
 from peers import contest, environment, picture
-from server import Process, bare_echo, stiefel_server
+from server import Process, bare_echo, stiefel_server, what_closes
 
 COUNTS = dict(repeats=9, calls=2000, shorts=1000, samples=1_000_000, seconds=0.05, largest=256, columns=4_000_000,
               unread=100, idle=1000, instructions=2000)
@@ -49,6 +50,10 @@ def measure(build: Path, counts: dict[str, float]) -> list[dict]:
     repeats = counts["repeats"]
     with serve() as server, bare_echo(programs) as echo:
         run("latency", server.address, echo.address, repeats, counts["calls"])
+    with tempfile.TemporaryDirectory() as folder:
+        arguments, authority, token = what_closes(build, Path(folder))
+        with serve() as server, serve(*arguments) as closed:
+            run("closed", server.address, closed.address, authority, token, repeats, counts["calls"])
     with serve() as server, bare_echo(programs) as echo:
         run("streaming", server.address, echo.address, repeats, counts["samples"])
         os.environ["PYTHONPATH"] = os.pathsep.join([str(build / "python"), str(programs)])

@@ -3,7 +3,11 @@ from __future__ import annotations
 
 import os
 import subprocess
+import sys
 from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
+from authority import Authority  # noqa: E402
 
 _READY = "listening on "
 
@@ -34,3 +38,13 @@ def stiefel_server(build: Path, *arguments: object) -> Process:
 
 def bare_echo(programs: Path) -> Process:
     return Process([str(programs / "bench_echo_server")])
+
+
+def what_closes(build: Path, folder: Path) -> tuple[list[str], str, str]:
+    """The arguments of a server with TLS and one token, its authority's file, and the token."""
+    authority = Authority(folder)
+    identity = authority.issue()
+    made = subprocess.run([str(build / "bin/stiefel-server"), "token", "bench"], capture_output=True, text=True, check=True)
+    token, line = made.stdout.splitlines()
+    (folder / "tokens").write_text(line)
+    return ["--tls-cert", identity.certificate, "--tls-key", identity.key, "--tokens", str(folder / "tokens")], authority.ca, token

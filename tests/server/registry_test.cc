@@ -83,6 +83,43 @@ TEST_F(RegistryTest, PrincipalsDoNotMeet) {
   EXPECT_TRUE(registry_.find(alice, "a"));
 }
 
+TEST_F(RegistryTest, WhatOneDeletesDoesNotBringAnothersBack) {
+  const Principal alice{"alice"}, bob{"bob"};
+  registry_.create(alice, "a", test::scene(), "");
+  registry_.erase(alice, "a");
+  for (std::size_t i = 0; i < 2 * Tombstones::max_count; ++i)
+    registry_.erase(bob, std::to_string(i));
+  EXPECT_TRUE(registry_.deleted(alice, "a"));
+  EXPECT_FALSE(registry_.deleted(bob, "a"));
+  EXPECT_FALSE(registry_.create(alice, "a", test::scene(), "", {}, true));
+  now_ += 1h;
+  registry_.expire();
+  EXPECT_FALSE(registry_.deleted(alice, "a"));
+}
+
+/// Notes who owned what is erased.
+struct Erasures final : Ledger {
+  std::shared_ptr<Receipt> put(std::shared_ptr<Session>) override { return nullptr; }
+  std::shared_ptr<Receipt> erase(const Principal& principal, std::string id) override {
+    erased.push_back(principal.name + '/' + id);
+    return nullptr;
+  }
+  void cached(std::weak_ptr<Session>) noexcept override {}
+
+  std::vector<std::string> erased;
+};
+
+TEST_F(RegistryTest, WhatExpiresIsErasedAsItsOwners) {
+  Erasures ledger;
+  Registry registry(3, 1h, [this] { return now_; });
+  registry.write_to(ledger);
+  registry.create(Principal{"alice"}, "a", test::scene(), "");
+  registry.create(everybody, "a", test::scene(), "");
+  now_ += 1h;
+  EXPECT_EQ(registry.expire(), 2u);
+  EXPECT_EQ(ledger.erased, (std::vector<std::string>{"/a", "alice/a"}));
+}
+
 TEST_F(RegistryTest, AForeignCheckpointIsIgnored) {
   Registry elsewhere(3, 1h, {},
                      std::make_shared<const CheckpointKeys>(std::vector{random_secret()}));
