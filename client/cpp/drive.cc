@@ -35,8 +35,8 @@ void Drive::close() {
 }
 
 v1::StepResponse Drive::step(std::int64_t to, const std::vector<std::string>& fields) {
-  if (!call_) throw Error(grpc::StatusCode::FAILED_PRECONDITION, "the drive has ended");
   recreation_->check_not_deleted();
+  if (!call_) open();  // the step before has failed
   const auto in_force = request_.fields();
   request_.set_to(to);
   if (!fields.empty()) request_.mutable_fields()->Assign(fields.begin(), fields.end());
