@@ -11,6 +11,7 @@ from stiefel import v1 as pb
 from stiefel.arrays import State
 from stiefel.errors import InvalidArgument, NotFound, Unavailable, from_status
 from stiefel.names import Names, names
+from stiefel.recreation import pauses
 
 if TYPE_CHECKING:
     from stiefel.session import Session
@@ -38,7 +39,7 @@ class Drive:
         request = pb.DriveRequest(session_id=self._session.id, to=to, fields=wanted,
                                   return_checkpoint=checkpoint or recreation.wants_checkpoint(to),
                                   checksum=self._session._client.checksums)
-        waits, recoveries = calls.pauses(), calls.pauses()
+        waits, recoveries = calls.pauses(), pauses()
         while True:
             try:
                 state = self._session._state(self._ask(request), checkpoint)
