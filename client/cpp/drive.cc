@@ -35,14 +35,16 @@ void Drive::close() {
 }
 
 v1::StepResponse Drive::step(std::int64_t to, const std::vector<std::string>& fields) {
-  if (!call_) throw Error(grpc::StatusCode::FAILED_PRECONDITION, "the drive has ended");
   recreation_->check_not_deleted();
+  if (!call_) open();  // the step before has failed
   const auto in_force = request_.fields();
   request_.set_to(to);
   if (!fields.empty()) request_.mutable_fields()->Assign(fields.begin(), fields.end());
   request_.set_return_checkpoint(recreation_->wants_checkpoint(to));
   const Deadline none(std::nullopt);
-  for (auto pauses = connection_->patience(none), recoveries = connection_->patience(none);;) {
+  for (auto pauses = connection_->patience(none),
+            recoveries = connection_->patience_to_recover(none);
+       ;) {
     v1::DriveResponse response;
     if (const grpc::Status status = ask(response); !status.ok()) {
       if (!pauses.allows_another(status) &&

@@ -94,7 +94,8 @@ bool Stream::recovers(const grpc::Status& status, Patience& pauses, Patience& re
 }
 
 const v1::StreamResponse* Stream::next_batch() {
-  auto patience = connection_->patience(deadline_), recoveries = connection_->patience(deadline_);
+  auto patience = connection_->patience(deadline_),
+       recoveries = connection_->patience_to_recover(deadline_);
   while (reader_) {
     if (reader_->Read(&batch_)) {
       if (!std::exchange(answered_, true)) recreation_->check_build(*context_, false);

@@ -101,7 +101,8 @@ grpc::Status as_unavailable(const grpc::Status& status) {
   if (!may_be || !status.error_details().empty()) return status;
   const std::string& message = status.error_message();
   const bool broke = message.starts_with("Received RST_STREAM") || message == "Stream removed" ||
-                     message == "Socket closed" || message == "CANCELLED";
+                     message == "Socket closed" || message == "CANCELLED" ||
+                     message == "No status received";
   return broke ? grpc::Status(grpc::StatusCode::UNAVAILABLE, message) : status;
 }
 

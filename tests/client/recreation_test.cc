@@ -77,30 +77,6 @@ TEST_F(RecreationTest, EveryCallGoesOnAtAServerThatLostTheSession) {
   EXPECT_EQ(batch->fields(0).value().data(), expected.substr(0, 9 * sizeof(double)));
 }
 
-TEST_F(RecreationTest, AStreamGoesOnWhereItBroke) {
-  const auto session = client_.create(tumbling());
-  std::string expected, streamed;
-  const auto append = [](Stream& stream, std::string& all, auto meanwhile) {
-    std::int64_t next = 0;
-    for (const SampleView sample : stream) {
-      EXPECT_EQ(sample.step(), next++);
-      for (int i = 0; i < sample.field_count(); ++i) {
-        const auto values = sample.field(i).values;
-        all.append(reinterpret_cast<const char*>(values.data()), values.size_bytes());
-      }
-      meanwhile(sample.step());
-    }
-    EXPECT_EQ(next, 50'001);
-  };
-  auto whole = session.stream({.to = 50'000});
-  append(whole, expected, [](auto) {});
-  auto broken = session.stream({.to = 50'000});
-  append(broken, streamed, [&](std::int64_t step) {
-    if (step == 1000 || step == 30'000) replace();
-  });
-  EXPECT_EQ(streamed, expected);
-}
-
 TEST_F(RecreationTest, ItGoesOnFromTheLastCheckpoint) {
   const auto session = client_.create(tumbling());
   EXPECT_FALSE(session.checkpoint(5000).checkpoint().empty());

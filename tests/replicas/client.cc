@@ -38,9 +38,16 @@ void append_state(const Simulation& simulation, std::string& bytes) {
   }
 }
 
+/// Without negative zeros, which JSON does not keep.
+SceneDescription description() {
+  SceneDescription scene = test::description();
+  for (auto& [name, block] : scene.initial) block.values.array() += 0.0;
+  return scene;
+}
+
 v1::Scene wire_scene() {
   v1::Scene scene;
-  server::to_proto(test::description(), &scene);
+  server::to_proto(description(), &scene);
   return scene;
 }
 
@@ -61,7 +68,7 @@ void write_states(const std::string& folder, std::int64_t from, std::int64_t cou
     throw std::runtime_error("the scene is no JSON");
   write(folder + "/scene.json", json);
   std::string states;
-  const auto simulation = make_simulation(test::scene());
+  const auto simulation = make_simulation(Scene::resolve(description()).value());
   simulation->advance(from);
   for (std::int64_t i = 0; i < count; ++i, simulation->advance(1))
     append_state(*simulation, states);

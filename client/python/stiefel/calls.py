@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Callable, Optional
 import grpc
 
 from stiefel.errors import DeadlineExceeded, StiefelError
-from stiefel.retry import ATTEMPTS, Pauses
+from stiefel.retry import ATTEMPTS, Pauses, rest
 
 if TYPE_CHECKING:
     from stiefel.client import Client
@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 __all__ = ["ATTEMPTS", "Deadline", "call", "pause_or_raise", "pauses"]
 
 
-def pauses(client: Client) -> Pauses:
+def pauses() -> Pauses:
     """The pauses between the attempts of a call that begins now."""
-    return Pauses(client.channel)
+    return Pauses()
 
 
 class Deadline:
@@ -39,16 +39,16 @@ class Deadline:
 
 def call(method: Callable[[Optional[float]], Any], client: Client, timeout: Optional[float]) -> Any:
     """One call of `client`: at most `timeout` seconds, retries included. `method` gets the seconds left."""
-    deadline, waits = Deadline(timeout), pauses(client)
+    deadline, waits = Deadline(timeout), pauses()
     while True:
         try:
             return method(deadline.left())
         except (grpc.RpcError, ValueError) as failure:
             error = client.error(failure)
-        pause_or_raise(error, waits, deadline)
+        pause_or_raise(error, waits, client, deadline)
 
 
-def pause_or_raise(error: StiefelError, waits: Pauses, deadline: Optional[Deadline] = None,
+def pause_or_raise(error: StiefelError, waits: Pauses, client: Client, deadline: Optional[Deadline] = None,
                    late: bool = False) -> None:
     """Waits before the next attempt, or raises `error` if there is to be none; with `late`
     DeadlineExceeded if that is because the deadline comes first."""
@@ -59,4 +59,4 @@ def pause_or_raise(error: StiefelError, waits: Pauses, deadline: Optional[Deadli
         if late:
             raise DeadlineExceeded(f"no time is left of {deadline.timeout:g} s: {error.message}") from error
         raise error from None
-    waits.rest(wait)
+    rest(client.channel, wait)

@@ -11,6 +11,7 @@ from stiefel import v1 as pb
 from stiefel.arrays import State
 from stiefel.errors import InvalidArgument, NotFound, ResourceExhausted, Unavailable, from_status
 from stiefel.names import Names, names
+from stiefel.recreation import pauses
 
 if TYPE_CHECKING:
     from stiefel.session import Session
@@ -38,19 +39,18 @@ class Drive:
         request = pb.DriveRequest(session_id=self._session.id, to=to, fields=wanted,
                                   return_checkpoint=checkpoint or recreation.wants_checkpoint(to),
                                   checksum=self._session._client.checksums)
-        client = self._session._client
-        waits, recoveries = calls.pauses(client), calls.pauses(client)
+        waits, recoveries = calls.pauses(), pauses()
         while True:
             try:
                 state = self._session._state(self._ask(request), checkpoint)
             except (NotFound, Unavailable) as error:
                 try:
-                    calls.pause_or_raise(error, waits)
+                    calls.pause_or_raise(error, waits, self._session._client)
                 except (NotFound, Unavailable):
                     recreation.recover(error, recoveries, calls.Deadline(None))
                 self.close()  # the next one begins where the session is now
             except ResourceExhausted as error:
-                calls.pause_or_raise(error, waits)
+                calls.pause_or_raise(error, waits, self._session._client)
             except InvalidArgument as error:
                 if error.reason != TOO_LARGE:
                     raise

@@ -213,7 +213,7 @@ def in_plain_words(message: str) -> str:
 
 # What gRPC says of a connection that broke while a call ran, such as that of a proxy to its server, and of a call that
 # reached a server at its end. The codes are CANCELLED, INTERNAL and UNKNOWN; an error of the server's own has details.
-_BROKEN = re.compile(r"Received RST_STREAM|Stream removed$|Socket closed$|CANCELLED$")
+_BROKEN = re.compile(r"Received RST_STREAM|Stream removed$|Socket closed$|CANCELLED$|No status received")
 
 
 def from_rpc_error(error: grpc.RpcError) -> StiefelError:

@@ -19,37 +19,32 @@ class Pauses:
     delay: that delay and a random time of up to 0.01, 0.02, 0.04 ... 1 s, so that callers refused together do not
     come back together."""
 
-    def __init__(self, channel: grpc.Channel) -> None:
-        self._channel = channel
+    def __init__(self) -> None:
         self._unavailable = 0
         self._refusals = 0
 
     def after(self, error: StiefelError) -> Optional[float]:
         """The pause before the next attempt; None if there is to be none."""
-        if isinstance(error, Unavailable):
-            return self.unavailable()
+        if isinstance(error, Unavailable) and self._unavailable < ATTEMPTS - 1:
+            self._unavailable += 1
+            return float(0.05 * 2 ** (self._unavailable - 1))
         if isinstance(error, ResourceExhausted) and error.retry_delay is not None and self._refusals < REFUSALS:
             self._refusals += 1
             return error.retry_delay + random.uniform(0, min(0.01 * 2 ** (self._refusals - 1), 1.0))
         return None
 
-    def unavailable(self) -> Optional[float]:
-        """The pause before the next attempt at a server that is not there; None if there is to be none."""
-        if self._unavailable == ATTEMPTS - 1:
-            return None
-        self._unavailable += 1
-        return float(0.05 * 2 ** (self._unavailable - 1))
 
-    def rest(self, seconds: float) -> None:
-        """Waits that long, or until a channel that was not connected is. gRPC connects only while somebody watches the
-        channel or calls, so sleeping would not do."""
-        connected, seen = threading.Event(), []
+def rest(channel: grpc.Channel, seconds: float) -> None:
+    """Waits that long, or until a channel that was not connected is. gRPC connects only while somebody watches the channel
+    or calls, so sleeping would not do."""
+    connected = threading.Event()
+    seen: list[grpc.ChannelConnectivity] = []
 
-        def watch(state: grpc.ChannelConnectivity) -> None:
-            if state is grpc.ChannelConnectivity.READY and seen:
-                connected.set()
-            seen.append(state)
+    def watch(state: grpc.ChannelConnectivity) -> None:
+        if state is grpc.ChannelConnectivity.READY and seen:
+            connected.set()
+        seen.append(state)
 
-        self._channel.subscribe(watch, try_to_connect=True)
-        connected.wait(seconds)
-        self._channel.unsubscribe(watch)
+    channel.subscribe(watch, try_to_connect=True)
+    connected.wait(seconds)
+    channel.unsubscribe(watch)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Iterator, Optional
 import grpc
 import numpy as np
 
-from stiefel import calls
+from stiefel import calls, recreation
 from stiefel import v1 as pb
 from stiefel.arrays import Batch, Price, RunStatus, read_steps
 from stiefel.assembly import Assembly
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
 class Samples:
     """Iterates over batches of samples that are whole; the attributes tell of what has come so far."""
 
-    def __init__(self, client: Client, recreation: Recreation, request: pb.StreamRequest, step: float,
+    def __init__(self, client: Client, handle: Recreation, request: pb.StreamRequest, step: float,
                  timeout: Optional[float]):
         """`step`: the scene's. `timeout`: of all streams together; without it each has the client's, and
         one that brought something is followed by another."""
         self._client = client
-        self._recreation = recreation
+        self._recreation = handle
         self._request = request
         self._every = request.every
         self._step = step
@@ -39,7 +39,7 @@ class Samples:
 
     def __iter__(self) -> Iterator[Batch]:
         deadline = calls.Deadline(self._timeout)
-        waits, recoveries = calls.pauses(self._client), calls.pauses(self._client)
+        waits, recoveries = calls.pauses(), recreation.pauses()
         last: Optional[int] = None
         before = 0  # computed by the streams before this one
         while True:
@@ -70,14 +70,14 @@ class Samples:
                 stream.cancel()
             before += computed
             if progress and isinstance(error, Unavailable if self._timeout is not None else (DeadlineExceeded, Unavailable)):
-                waits, recoveries = calls.pauses(self._client), calls.pauses(self._client)
+                waits, recoveries = calls.pauses(), recreation.pauses()
                 if not (self._recreation.has_checkpoint and self._recreation.is_gone(error)):
                     continue
                 # Who answers next may have held the session long ago: it gets the checkpoint.
                 self._recreation.recover(error, recoveries, deadline)
                 continue
             try:
-                calls.pause_or_raise(error, waits, deadline, late=True)
+                calls.pause_or_raise(error, waits, self._client, deadline, late=True)
             except (NotFound, Unavailable) as lost:
                 self._recreation.recover(lost, recoveries, deadline)
 

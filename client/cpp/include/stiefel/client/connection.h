@@ -148,6 +148,12 @@ struct Connection {
     return {channel.get(), options.patience, deadline, options.stop};
   }
 
+  /// For the recreations of a session within one call: each is a server's answer, so they may be
+  /// many where one server after the other is lost.
+  Patience patience_to_recover(Deadline deadline) const {
+    return {nullptr, 10 * options.patience, deadline, options.stop};
+  }
+
   /// The error of a call; of a server that cannot be reached in plain words.
   Error error(const grpc::Status& status) const {
     const bool connected = !channel || channel->GetState(false) == GRPC_CHANNEL_READY;
@@ -169,7 +175,7 @@ struct Connection {
              std::optional<std::chrono::milliseconds> timeout,
              Recreation* session = nullptr) const {
     const Deadline deadline(timeout);
-    Patience recoveries(nullptr, options.patience, deadline, options.stop);
+    auto recoveries = patience_to_recover(deadline);
     for (auto waiting = patience(deadline);;) {
       grpc::ClientContext context;
       deadline.limit(context);
