@@ -1,6 +1,6 @@
 #include <iostream>
 
-#include "client/cli/at_times.h"
+#include "client/cli/summaries/at_times.h"
 #include "client/cli/commands.h"
 #include "client/cli/endpoint.h"
 #include "client/cli/interrupt.h"

@@ -10,7 +10,8 @@
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
 #include "server/convert/price.h"
-#include "server/convert/summary.h"
+#include "server/convert/summary/messages.h"
+#include "server/convert/summary/request.h"
 #include "server/sessions/numerics_id.h"
 #include "server/sessions/summary_checkpoint.h"
 

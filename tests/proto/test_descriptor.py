@@ -49,9 +49,9 @@ def test_a_breaking_change_is_found(change):
 def test_an_addition_breaks_nothing():
     files = copy.deepcopy(present())
     sample(files).field.add(name="more", json_name="more", number=41, type=1, label=1)
-    file_of(files, "run").message_type.add(name="SummarizeRequest")
-    file_of(files, "simulation").service[0].method.add(name="Summarize", input_type=".stiefel.v1.SummarizeRequest",
-                                                       output_type=".stiefel.v1.SummarizeRequest")
+    file_of(files, "run").message_type.add(name="PredictRequest")
+    file_of(files, "simulation").service[0].method.add(name="Predict", input_type=".stiefel.v1.PredictRequest",
+                                                       output_type=".stiefel.v1.PredictRequest")
     assert breaking(present(), files) == []
 
 

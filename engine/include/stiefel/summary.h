@@ -32,9 +32,10 @@ enum class Statistic {
 struct Quantity {
   std::string name;
   std::vector<Statistic> statistics;
-  std::vector<double> quantiles;  ///< fractions in [0, 1]; linear between two neighbours in order
-  std::vector<double> edges;      ///< increasing: counts in [e_0, e_1), …, [e_{last−1}, e_last]
-  bool over_members = false;      ///< of an ensemble: of the values of all members
+  std::vector<double> quantiles =
+      {};                          ///< fractions in [0, 1]; linear between two neighbours in order
+  std::vector<double> edges = {};  ///< increasing: counts in [e_0, e_1), …, [e_{last−1}, e_last]
+  bool over_members = false;       ///< of an ensemble: of the values of all members
 };
 
 enum class Direction { both, rising, falling };
@@ -44,7 +45,7 @@ enum class Direction { both, rising, falling };
 /// seen.
 struct EventDescription {
   std::string field;
-  std::vector<double> coefficients;  ///< one for each number of the field, row by row
+  std::vector<double> coefficients = {};  ///< one for each number of the field, row by row
   double level = 0;
   Direction direction = Direction::both;
   std::uint64_t limit = 0;  ///< only the first so many, of each member; 0: all
@@ -55,10 +56,10 @@ struct EventDescription {
 /// motion ends before.
 struct SummaryDescription {
   std::int64_t from = 0, to = 0, every = 1;
-  std::vector<Quantity> quantities;
-  std::vector<EventDescription> events;  ///< after `from`, up to `to`
-  std::vector<double> times;        ///< in the order of the motion, from time(from) to time(to)
-  std::vector<std::string> fields;  ///< written at events and times; the blocks when empty
+  std::vector<Quantity> quantities = {};
+  std::vector<EventDescription> events = {};  ///< after `from`, up to `to`
+  std::vector<double> times = {};  ///< in the order of the motion, from time(from) to time(to)
+  std::vector<std::string> fields = {};  ///< written at events and times; the blocks when empty
 };
 
 /// The number of a statistic for every element, row-major; before the elements' axes the members'.

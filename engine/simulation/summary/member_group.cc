@@ -181,7 +181,7 @@ std::vector<MemberGroup::Found> MemberGroup::find_events(std::size_t i) {
     if (event.limit > 0 && member.events[e] >= event.limit) continue;
     if (!crosses(member.g[e], g_[e], event.direction)) continue;
     const auto g = [&](double fraction) -> std::optional<double> {
-      const Simulation* now = member.between.at(step_ - 1, fraction, state_before(i));
+      const Simulation* now = member.between.at(step_ - 1, fraction, state_before(i), stop_);
       if (now == nullptr) return std::nullopt;
       return functions_.value(*now, e);
     };
@@ -198,7 +198,8 @@ std::optional<double> MemberGroup::report_events(std::size_t i) {
     const EventDescription& event = plan_.what.events[e];
     const Simulation* at = &state(i);
     if (fraction < 1)
-      if (const auto* there = member.between.at(step_ - 1, fraction, state_before(i))) at = there;
+      if (const auto* there = member.between.at(step_ - 1, fraction, state_before(i), stop_))
+        at = there;
     const long double steps = static_cast<long double>(step_ - 1) + fraction;
     events_.push_back({e, step_ - 1, fraction, static_cast<double>(steps * member.scene->step()),
                        first_ + alive_[i], written(*at)});
@@ -232,7 +233,10 @@ void MemberGroup::write_states(std::size_t i, double up_to, std::size_t first_ti
     if ((between ? time.fraction : 1) > up_to) return;
     times_reached_ = std::max(times_reached_, j + 1);
     const Simulation* now = &state(i);
-    if (between) now = going(i).between.at(time.before, time.fraction, state_before(i));
+    if (between && simulation_->direct())
+      now = going(i).between.at_time(plan_.what.times[j], stop_);
+    else if (between)
+      now = going(i).between.at(time.before, time.fraction, state_before(i), stop_);
     if (now == nullptr) continue;
     const std::vector<double> numbers = written(*now);
     // Field after field, in each member after member.

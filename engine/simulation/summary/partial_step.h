@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <stop_token>
 
 #include "stiefel/scene.h"
 #include "stiefel/simulation.h"
@@ -18,11 +19,17 @@ class PartialStep {
   PartialStep(const Scene& scene, bool direct) : scene_(scene), direct_(direct) {}
 
   /// The simulation at step k + fraction, 0 < fraction < 1, valid until the next call; null where
-  /// the shorter step has no solution. `saved`: the state at step k. Its step index is not a
-  /// scene's.
-  const Simulation* at(std::int64_t k, double fraction, std::span<const double> saved);
+  /// the shorter step has no solution, or when it is asked to stop. `saved`: the state at step k.
+  /// Its step index is not a scene's.
+  const Simulation* at(std::int64_t k, double fraction, std::span<const double> saved,
+                       const std::stop_token& stop);
+  /// Of a closed form: the simulation at that time.
+  const Simulation* at_time(double time, const std::stop_token& stop);
 
  private:
+  const Simulation* advanced(SceneDescription shorter, std::span<const double> saved,
+                             const std::stop_token& stop);
+
   const Scene& scene_;
   bool direct_;
   std::unique_ptr<Simulation> simulation_;

@@ -7,6 +7,7 @@
 #include "engine/simulation/stepping/invariant_list.h"
 #include "engine/simulation/summary/energy_of_body.h"
 #include "stiefel/diagnosis.h"
+#include "stiefel/invariant_names.h"
 
 namespace stiefel {
 namespace {
@@ -94,7 +95,7 @@ class EnergyReading final : public Reading {
 };
 
 std::unique_ptr<Reading> energy_reading(const Scene& scene, const Simulation& start) {
-  const std::vector<std::string> only{"energy"};
+  const std::vector<std::string> only{std::string(family::energy)};
   InvariantList list(only);
   start.invariants(list);
   if (list.entries().size() != 1) return nullptr;
@@ -112,7 +113,7 @@ std::unique_ptr<Reading> make_reading(const Scene& scene, const Simulation& star
     return std::make_unique<FieldReading>(start,
                                           static_cast<std::size_t>(field - start.fields().begin()));
   if (!is_invariant(scene, name)) return nullptr;
-  if (name == "energy")
+  if (name == family::energy)
     if (auto fast = energy_reading(scene, start)) return fast;
   auto reading = std::make_unique<InvariantReading>(start, name);
   if (reading->size() == 0) return nullptr;

@@ -2,21 +2,15 @@
 
 #include <cstdint>
 #include <deque>
+#include <string>
 #include <vector>
 
 #include "server/convert/parts.h"
-#include "server/convert/resolve.h"
 #include "server/sessions/session.h"
 #include "stiefel/summary.h"
 #include "stiefel/v1/summary.pb.h"
 
 namespace stiefel::server {
-
-/// The description in a request. Its numbers are Summary's to check.
-OrStatus<SummaryDescription> from_proto(const v1::SummarizeRequest& request);
-
-/// A digest of all in a request that decides its summary.
-std::uint64_t digest_of(v1::SummarizeRequest request);
 
 /// What a Summarize has to send, in messages with at most `max_reply_bytes` of arrays.
 class SummaryMessages {

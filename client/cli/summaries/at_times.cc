@@ -1,4 +1,4 @@
-#include "client/cli/at_times.h"
+#include "client/cli/summaries/at_times.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,0 +1,86 @@
+"""`stiefel summarize`, and `stiefel run --times`."""
+import json
+
+import numpy as np
+import pytest
+
+
+def test_statistics_are_those_of_the_samples(stiefel, write, scene):
+    path = write(scene)
+    result = stiefel("summarize", path, "--to", 100, "--every", 3, "--quantity", "energy=drift,last",
+                     "--quantity", "M=min,max,sign_changes")
+    assert result.status == 0, result.err
+    samples = stiefel("run", path, "--to", 100, "--every", 3, "--fields", "M").json["samples"]
+    M = np.array([sample["fields"]["M"]["values"] for sample in samples])
+    found = result.json
+    assert found["outcome"] == "REACHED" and found["last_step"] == 100 and found["samples"] == len(M) == 35
+    assert found["statistics"]["M.min"] == {"shape": [3, 3], "values": M.min(0).tolist()}
+    assert found["statistics"]["M.max"]["values"] == M.max(0).tolist()
+    assert found["statistics"]["energy.drift"]["shape"] == [] and found["statistics"]["energy.drift"]["values"][0] < 1e-12
+
+
+def test_a_request_has_events_and_quantiles(stiefel, write, scene):
+    request = {"quantities": [{"name": "M", "quantiles": [0.5], "edges": [-4, 0, 4]}], "fields": ["M"],
+               "events": [{"field": "M", "coefficients": [0, 0, 1] + 6 * [0], "direction": "DIRECTION_RISING", "limit": 2}]}
+    result = stiefel("summarize", write(scene), "--to", 40_000, "--request", write(request, "request.json"))
+    assert result.status == 0, result.err
+    found = result.json
+    assert found["statistics"]["M.quantiles"]["shape"] == [3, 3, 1]
+    assert found["statistics"]["M.histogram"]["shape"] == [3, 3, 2]
+    assert len(found["events"]) == 2
+    for event in found["events"]:
+        assert event["event"] == 0 and event["step"] * 0.01 <= event["time"] <= (event["step"] + 1) * 0.01
+        assert abs(event["fields"]["M"][2]) < 1e-12
+
+
+def test_an_ensemble_has_outcomes(stiefel, write, scene, tmp_path):
+    two = {**scene, "members": 2, "initial": {
+        name: {"rows": 6, "cols": 3, "values": 2 * block["values"]} for name, block in scene["initial"].items()}}
+    result = stiefel("summarize", write(two), "--to", 10, "--quantity", "energy=mean", "--over-members",
+                     "--output", tmp_path / "out.json")
+    assert result.status == 0 and result.out == ""
+    found = json.loads((tmp_path / "out.json").read_text())
+    assert found["outcomes"] == ["REACHED", "REACHED"] and found["last_step"] == [10, 10]
+    assert found["statistics"]["energy.mean"]["shape"] == []
+
+
+@pytest.mark.parametrize("arguments, message", [
+    (["--quantity", "energy"], "must be NAME=STATISTIC"),
+    (["--quantity", "energy=drfit"], "must name last, min"),
+    ([], "give --quantity"),
+    (["--quantity", "enrgy=drift"], "did you mean"),
+    (["--quantity", "M=min", "--every", 0], "must be positive"),
+    (["--quantity", "M=min", "--from", 20], "--to"),
+])
+def test_bad_input_is_told(stiefel, write, scene, arguments, message):
+    result = stiefel("summarize", write(scene), "--to", 10, *arguments)
+    assert result.status == 2 and message in result.err and result.out == ""
+
+
+def test_a_stop_is_an_outcome(stiefel, write, too_long):
+    result = stiefel("summarize", write(too_long), "--to", 10, "--quantity", "M=last")
+    assert result.status == 3 and result.json["outcome"] == "LEFT_DOMAIN" and result.json["last_step"] == 0
+
+
+def test_samples_at_times(stiefel, write, scene):
+    path, times = write(scene), write("0.2 0.015\n0.03\n0.1234", "times.txt")
+    result = stiefel("run", path, "--times", times, "--fields", "M")
+    assert result.status == 0, result.err
+    samples = result.json["samples"]
+    assert [sample["time"] for sample in samples] == [0.015, 0.03, 0.1234, 0.2]
+    assert [sample["step"] for sample in samples] == [1, 3, 12, 20]
+    steps = stiefel("run", path, "--to", 20, "--fields", "M").json["samples"]
+    assert samples[1]["fields"] == steps[3]["fields"] and samples[3]["fields"] == steps[20]["fields"]
+    assert "diagnosis" in result.json
+
+
+@pytest.mark.parametrize("text, message", [("", "has no times"), ("1 x", "x is not a finite number"), ("-1", "direction")])
+def test_bad_times_are_told(stiefel, write, scene, text, message):
+    result = stiefel("run", write(scene), "--times", write(text, "times.txt"))
+    assert result.status == 2 and message in result.err
+
+
+def test_a_run_needs_an_end(stiefel, write, scene):
+    result = stiefel("run", write(scene))
+    assert result.status == 2 and "--to" in result.err
+    assert stiefel("run", write(scene), "--to", 3, "--times", write("1", "times.txt")).status == 2

@@ -1,0 +1,324 @@
+"""Statistics, events and states at any times, against the samples that they are made of."""
+import threading
+import time
+
+import grpc
+import numpy as np
+import pytest
+
+import stiefel
+from stiefel import calls
+from stiefel import v1 as pb
+
+I, M_1, M_3 = (1.0, 2.0, 3.0), 0.5, 1.5
+#: Circles the third axis: m_2 is 0 at the multiples of 2K/p.
+TOP = {"system": "rigid_body", "method": {"name": "preprocessed_variational", "order": 10}, "step": 0.05,
+       "body": {"moments": I, "angular_velocity": [M_1 / I[0], 0, M_3 / I[2]]}}
+FLIP = {"field": "angular_velocity", "coefficients": [0, 1, 0]}
+STATISTICS = ["last", "min", "max", "mean", "rms", "sign_changes", "drift"]
+
+
+def half_period():
+    p, k2 = M_3 / I[2], 3 * M_1**2 / M_3**2
+    a, b = np.longdouble(1), np.sqrt(np.longdouble(1 - k2))
+    for _ in range(10):
+        a, b = (a + b) / 2, np.sqrt(a * b)
+    return float(np.arccos(np.longdouble(-1)) / a / p)
+
+
+@pytest.fixture
+def session(client):
+    with client.create(TOP) as session:
+        yield session
+
+
+def ensemble(count, step=0.05, **method):
+    rng = np.random.default_rng(1)
+    return {**TOP, "step": step, "members": count, "method": {**TOP["method"], **method},
+            "body": {"moments": I, "angular_velocity": rng.normal(size=3 * count).tolist()}}
+
+
+def test_statistics_are_those_of_the_samples(session):
+    edges, fractions = [-2, -0.5, 0, 0.25, 2], [0, 0.1, 0.5, 1]
+    summary = session.summarize(1000, {"M": [*STATISTICS, {"quantiles": fractions, "edges": edges}]}, start=3, every=7)
+    run = session.trajectory(1000, start=3, every=7, fields="M")
+    M, found = run["M"], summary["M"]
+    assert summary.samples == run.samples and summary.last_step == 1000 and summary.ended_by == -1
+    assert summary.outcome == summary.outcomes == stiefel.Outcome.REACHED
+    assert (found["last"] == M[-1]).all() and (found["min"] == M.min(0)).all() and (found["max"] == M.max(0)).all()
+    assert (found["drift"] == abs(M - session.step(0)["M"]).max(0)).all()
+    np.testing.assert_allclose(found["mean"], M.astype(np.longdouble).mean(0).astype(float), rtol=1e-15, atol=1e-17)
+    np.testing.assert_allclose(found["rms"], np.sqrt((M.astype(np.longdouble)**2).mean(0)).astype(float), rtol=1e-15)
+    assert (found["quantiles"] == np.moveaxis(np.quantile(M, fractions, axis=0), 0, -1)).all()
+    for i, j in np.ndindex(3, 3):
+        assert (found["histogram"][i, j] == np.histogram(M[:, i, j], edges)[0]).all()
+        signs = np.sign(M[:, i, j])[M[:, i, j] != 0]
+        assert found["sign_changes"][i, j] == (signs[1:] != signs[:-1]).sum()
+    assert found["histogram"].dtype == np.int64 and found["last"].shape == (3, 3)
+
+
+def test_the_drift_is_diagnose_s(session):
+    summary = session.summarize(300, {"energy": "drift", "spatial_momentum": ["drift", "last"]}, every=100)
+    diagnoses = [session.diagnose(step).invariants for step in (0, 100, 200, 300)]
+    largest = {i.name: max(d[k].drift for d in diagnoses) for k, i in enumerate(diagnoses[0])}
+    assert summary["energy"]["drift"] == largest["energy"] and summary["energy"]["drift"].shape == ()
+    assert list(summary["spatial_momentum"]["drift"]) == [
+        value for name, value in largest.items() if name.startswith("spatial_momentum")]
+    assert summary.price.bound == "at_least" and summary.price.work > 0
+
+
+def test_events_are_where_the_closed_form_has_them(session):
+    half = half_period()
+    flips = session.events(int(50.5 * half / 0.05), FLIP, fields="M")
+    assert len(flips) == 50 and flips.member is None and flips.run_status.outcome == "REACHED"
+    np.testing.assert_allclose(flips.time, half * np.arange(1, 51), rtol=1e-12)
+    assert (abs(flips["M"][:, 0, 2]) < 1e-13).all()
+    assert ((0 < flips.fraction) & (flips.fraction <= 1)).all()
+    assert (flips.step * 0.05 <= flips.time).all() and (flips.time <= (flips.step + 1) * 0.05).all()
+
+
+def test_events_have_directions_limits_and_an_end(session):
+    both = session.events(2000, FLIP)
+    up, down = (session.events(2000, {**FLIP, "direction": way}) for way in ("rising", "falling"))
+    assert sorted([*up.time, *down.time]) == list(both.time) and abs(len(up) - len(down)) <= 1
+    assert list(session.events(2000, {**FLIP, "limit": 3}).time) == list(both.time[:3])
+    two = session.events(2000, [{**FLIP, "limit": 3, "terminal": True}, {**FLIP, "level": 0.1}])
+    assert (two.event == 0).sum() == 3 and two.time.max() == both.time[2]
+    parts = list(session.stream_events(2000, FLIP))
+    assert [time for part in parts for time in part.time] == list(both.time)
+
+
+def test_an_event_of_a_discrete_system_is_an_interval(client):
+    scene = {"system": "moser_veselov", "inertia": [2.5, 1.5, 0.5], "step": 0.1,
+             "initial": {"Q": np.eye(3), "M": [[0, -0.3, 2], [0.3, 0, -0.2], [-2, 0.2, 0]]}}
+    with client.create(scene) as session:
+        events = session.events(300, {"field": "M", "coefficients": [0, 0, 1, 0, 0, 0, 0, 0, 0]})
+        run = session.trajectory(300)
+        expected = np.flatnonzero(np.diff(np.sign(run["M"][:, 0, 2])))
+        assert len(events) and list(events.step) == list(expected) and (events.fraction == 1).all()
+        assert (events["M"] == run["M"][events.step + 1]).all()
+        with pytest.raises(stiefel.InvalidArgument, match="discrete system"):
+            session.trajectory(times=[0.15])
+
+
+def test_states_at_any_times(session):
+    times = [3.0, 0.0, 0.123, 17.01, 17.02, 3.0]
+    run = session.trajectory(times=times)
+    assert list(run.time) == times and run["Q"].shape == (6, 3, 3)
+    assert list(run.step) == [60, 0, 2, 340, 340, 60]
+    assert (run["Q"][0] == session.step(60)["Q"]).all() and (run["Q"][1] == session.step(0)["Q"]).all()
+    exact = {**TOP, "method": {"name": "exact"}}
+    with session._client.create(exact) as closed:
+        truth = closed.trajectory(times=times)
+    for name in ("Q", "M"):
+        np.testing.assert_allclose(run[name], truth[name], atol=1e-12)
+    assert (session.trajectory(100)["Q"] == session.trajectory(100)["Q"]).all()
+    with pytest.raises(stiefel.InvalidArgument):
+        session.trajectory(times=[-1.0])
+    with pytest.raises(stiefel.InvalidArgument):
+        session.trajectory(to=3, times=[1.0])
+    with pytest.raises(stiefel.InvalidArgument):
+        session.trajectory()
+
+
+def test_many_times_come_in_parts(session):
+    times = np.linspace(0, 100, 30_001)
+    run = session.trajectory(times=times, fields=["Q", "M"])
+    assert run.samples == 30_001 and list(run.time) == list(times)
+    assert np.isfinite(run["Q"]).all() and len(np.unique(run["M"][:, 0, 2])) > 20_000
+
+
+def test_members_are_as_alone(client):
+    scene = ensemble(20)
+    asked = {"M": [*STATISTICS, {"quantiles": [0.3]}], "energy": ["drift", "last"]}
+    with client.create(scene) as session:
+        summary = session.summarize(500, asked, every=3)
+        events = session.events(500, FLIP)
+        over = session.summarize(500, {"M": {"statistics": ["min", "max", "sign_changes"], "over_members": True}}, every=3)
+        run = session.trajectory(500, every=3, fields="M")
+        states = session.trajectory(times=[1.01, 2.02], fields="M")
+    assert summary["M"]["last"].shape == (20, 3, 3) and list(summary.outcomes) == ["REACHED"] * 20
+    assert (over["M"]["min"] == run["M"].min((0, 1))).all() and (over["M"]["max"] == run["M"].max((0, 1))).all()
+    assert (over["M"]["sign_changes"] == summary["M"]["sign_changes"].sum(0)).all()
+    for member in (0, 7, 19):
+        spin = scene["body"]["angular_velocity"][3 * member:3 * member + 3]
+        with client.create({**TOP, "body": {**TOP["body"], "angular_velocity": spin}}) as alone:
+            one, flips = alone.summarize(500, asked, every=3), alone.events(500, FLIP)
+            assert (alone.trajectory(times=[1.01, 2.02], fields="M")["M"] == states["M"][:, member]).all()
+        for name, statistics in one.items():
+            for statistic, values in statistics.items():
+                assert summary[name][statistic][member].tobytes() == values.tobytes(), (name, statistic)
+        assert list(events.time[events.member == member]) == list(flips.time)
+
+
+def test_members_that_stop_do_not_stop_the_others(client):
+    scene = ensemble(12, step=0.1)
+    scene["body"]["angular_velocity"][3 * 5:3 * 5 + 3] = [40.0, 30.0, 20.0]
+    with client.create(scene) as session:
+        summary = session.summarize(100, {"M": ["last", "max"]})
+    assert summary.outcomes[5] == "LEFT_DOMAIN" and summary.run_status.member == 5
+    assert summary.outcome is stiefel.Outcome.LEFT_DOMAIN
+    assert (np.delete(summary.outcomes, 5) == "REACHED").all() and (np.delete(summary.last_step, 5) == 100).all()
+    assert summary.last_step[5] == 0 and np.isfinite(summary["M"]["last"]).all()
+
+
+def every_message(session, **request):
+    return list(session._client.stub.Summarize(pb.SummarizeRequest(session_id=session.id, **request)))
+
+
+def arrays(messages):
+    return {field.name: field.value.data for message in messages for field in message.statistics}
+
+
+def test_a_checkpoint_goes_on_with_the_same_bytes(session):
+    request = dict(to=1000, every=3, quantities=[
+        pb.Quantity(name="M", statistics=range(1, 8), quantiles=[0.1, 0.9]), pb.Quantity(name="energy", statistics=[7, 4])],
+        events=[pb.Event(field="angular_velocity", coefficients=[0, 1, 0])])
+    whole = every_message(session, checkpoint_every=130, **request)
+    checkpoints = [m.checkpoint for m in whole if m.HasField("checkpoint")]
+    assert [c.step for c in checkpoints] == list(range(130, 1000, 130))
+    times = [time for m in whole for time in m.events.times]
+    for checkpoint in checkpoints:
+        rest = every_message(session, checkpoint=checkpoint.data, **request)
+        assert arrays(rest) == arrays(whole)
+        late = [time for m in rest for time in m.events.times]
+        assert late == times[len(times) - len(late):] and rest[-1].computed_steps == whole[-1].computed_steps
+    other = {**request, "every": 5}
+    with pytest.raises(grpc.RpcError, match="must come from a Summarize of the same request"):
+        every_message(session, checkpoint=checkpoints[0].data, **other)
+    for damaged in (checkpoints[0].data[:-1], b"x", checkpoints[0].data[:100] + b"\0" + checkpoints[0].data[101:]):
+        with pytest.raises(grpc.RpcError, match="damaged"):
+            every_message(session, checkpoint=damaged, **request)
+
+
+class Broken(grpc.RpcError):
+    def code(self):
+        return grpc.StatusCode.UNAVAILABLE
+
+    def details(self):
+        return "on purpose"
+
+    def trailing_metadata(self):
+        return ()
+
+
+class Breaks:
+    """Summarize, broken after so many messages, once for each number."""
+
+    def __init__(self, call, after):
+        self.call, self.after, self.requests = call, list(after), []
+
+    def __call__(self, request, timeout=None):
+        self.requests.append(pb.SummarizeRequest.FromString(request.SerializeToString()))
+        return self
+
+    def __iter__(self):
+        stream, left = self.call(self.requests[-1]), self.after.pop(0) if self.after else None
+        for message in stream:
+            if left == 0:
+                stream.cancel()
+                raise Broken()
+            left = None if left is None else left - 1
+            yield message
+
+    def cancel(self):
+        pass
+
+
+@pytest.mark.parametrize("checkpoint_every", [0, 100])
+def test_a_broken_call_goes_on(session, monkeypatch, checkpoint_every):
+    monkeypatch.setattr(calls.time, "sleep", lambda seconds: None)
+    asked = {"M": [*STATISTICS, {"quantiles": [0.5]}]}
+    whole = session.summarize(1000, asked)
+    breaks = Breaks(session._client.stub.Summarize, [2, 4, 1])
+    monkeypatch.setattr(session._client.stub, "Summarize", breaks)
+    again = session.summarize(1000, asked, checkpoint_every=checkpoint_every)
+    if checkpoint_every:
+        assert len(breaks.requests) == 4
+        assert breaks.requests[1].checkpoint and breaks.requests[1].checkpoint != breaks.requests[2].checkpoint
+    for statistic, values in whole["M"].items():
+        assert again["M"][statistic].tobytes() == values.tobytes()
+
+
+def test_events_of_a_broken_call_come_once(session, monkeypatch):
+    monkeypatch.setattr(calls.time, "sleep", lambda seconds: None)
+    many = [{**FLIP, "level": level} for level in np.linspace(-0.2, 0.2, 40)]
+    whole = session.events(20_000, many, fields=["Q", "M", "Omega"])
+    breaks = Breaks(session._client.stub.Summarize, [3, 2, 6])
+    monkeypatch.setattr(session._client.stub, "Summarize", breaks)
+    again = session.events(20_000, many, fields=["Q", "M", "Omega"])
+    assert len(breaks.requests) == 4 and len(again) > 1000
+    assert list(again.time) == list(whole.time) and (again["Q"] == whole["Q"]).all()
+
+
+@pytest.mark.parametrize("change, field", [
+    (dict(quantities=[pb.Quantity(name="enrgy", statistics=[1])]), "quantities[0].name"),
+    (dict(quantities=[pb.Quantity(name="energy", statistics=[99])]), "quantities[0].statistics"),
+    (dict(quantities=[pb.Quantity(name="energy")]), "quantities[0].statistics"),
+    (dict(quantities=[pb.Quantity(name="energy", statistics=[1])] * 65), "quantities"),
+    (dict(quantities=[pb.Quantity(name="M", quantiles=[0.5])], to=2**20), "quantities"),
+    (dict(quantities=[pb.Quantity(name="M", edges=[2, 1])]), "quantities[0].edges"),
+    (dict(events=[pb.Event(field="M", coefficients=[1])]), "events[0].coefficients"),
+    (dict(events=[pb.Event(field="M", coefficients=[float("nan")] * 9)]), "events[0]"),
+    (dict(events=[pb.Event(field="M", coefficients=[1] * 9, direction=7)]), "events[0].direction"),
+    (dict(times=[0.5, 0.2]), "times[1]"),
+    (dict(times=[float("inf")]), "times[0]"),
+    (dict(times=[6.0]), "times[0]"),
+    (dict(fields=["nothing"]), "fields[0]"),
+    (dict(to=-1), "to"),
+    (dict(every=-1), "every"),
+    (dict(checkpoint_every=-1), "checkpoint_every"),
+])
+def test_a_wrong_request_names_its_field(session, change, field):
+    with pytest.raises(stiefel.InvalidArgument) as caught:
+        try:
+            every_message(session, **{"to": 100, **change})
+        except grpc.RpcError as failure:
+            raise session._client.error(failure) from None
+    assert caught.value.violations[0].field == field
+    assert session.summarize(10, {"energy": "drift"}).outcome == "REACHED"
+
+
+@pytest.mark.parametrize("asked", [{"energy": "drfit"}, {"energy": {"quantile": [1]}}, {"energy": ["last", {"statistics": "x"}]}])
+def test_a_misspelt_statistic_is_refused_here(session, asked):
+    with pytest.raises(stiefel.InvalidArgument, match="must be one of"):
+        session.summarize(10, asked)
+
+
+def test_a_cancelled_call_ends_soon(session):
+    stream = session._client.stub.Summarize(pb.SummarizeRequest(
+        session_id=session.id, to=10**12, quantities=[pb.Quantity(name="casimirs", statistics=[7])]))
+    next(iter(stream))  # of its progress
+    begin = time.monotonic()
+    stream.cancel()
+    with pytest.raises(grpc.RpcError):
+        next(stream)
+    for _ in range(5):  # the pool is free again
+        session.step(to=10)
+    assert time.monotonic() - begin < 5
+
+
+def test_two_at_once_do_not_mix(session):
+    results = {}
+
+    def work(start):
+        results[start] = session.summarize(3000, {"M": STATISTICS}, start=start)["M"]
+
+    threads = [threading.Thread(target=work, args=[start]) for start in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    for start, found in results.items():
+        alone = session.summarize(3000, {"M": STATISTICS}, start=start)["M"]
+        assert all(found[name].tobytes() == alone[name].tobytes() for name in STATISTICS)
+
+
+def test_a_summary_is_a_thousandth_of_its_samples(session):
+    def size(messages):
+        return sum(message.ByteSize() for message in messages)
+
+    summary = size(every_message(session, to=20_000, quantities=[
+        pb.Quantity(name="energy", statistics=[7]), pb.Quantity(name="quaternion", statistics=[1])]))
+    stream = size(session._client.stub.Stream(pb.StreamRequest(session_id=session.id, to=20_000)))
+    assert summary < 1e-3 * stream
