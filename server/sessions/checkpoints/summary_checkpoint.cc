@@ -1,4 +1,4 @@
-#include "server/sessions/summary_checkpoint.h"
+#include "server/sessions/checkpoints/summary_checkpoint.h"
 
 #include <cstring>
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "server/sessions/checkpoint_bytes.h"
+#include "server/sessions/checkpoints/checkpoint_bytes.h"
 #include "server/sessions/session.h"
 
 namespace stiefel::server {
