@@ -39,6 +39,9 @@ OrStatus<std::string_view> open_checkpoint(const Session& session,
     case SummaryFault::other_request:
       return std::unexpected(
           errors::invalid("checkpoint", value, "must come from a Summarize of the same request"));
+    case SummaryFault::foreign:
+      return std::unexpected(errors::invalid(
+          "checkpoint", value, "must come from a server with this server's --checkpoint-key"));
     case SummaryFault::corrupt:
       break;
   }

@@ -34,6 +34,7 @@ class Summarizing:
         self._ensemble = ensemble
         self._timeout = timeout
         self._checkpoint: list[bytes] = []
+        self._given = request.checkpoint  # by the caller
         self.run_status: Optional[RunStatus] = None  #: at the end
         self.arrays: dict[str, Array] = {}  #: statistics by their names, at the end
         self.computed_steps = 0
@@ -87,6 +88,9 @@ class Summarizing:
             finally:
                 stream.cancel()
             before += computed
+            if self._request.checkpoint != self._given and recreation.refuses_checkpoint(error):
+                kept, self._request.checkpoint = dict.fromkeys(kept, 0), self._given  # of a server with another key
+                continue
             try:
                 calls.pause_or_raise(error, waits, self._client, deadline, late=True)
             except (NotFound, Unavailable) as lost:
