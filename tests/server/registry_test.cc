@@ -14,7 +14,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-const Principal everybody;
+using test::everybody;
 
 class RegistryTest : public testing::Test {
  protected:
