@@ -57,7 +57,7 @@ ExitStatus diagnose(const DiagnoseCommand& command);
 
 struct SummarizeCommand {
   std::string scene;
-  std::string server;
+  Remote server;
   std::int64_t from = 0;
   std::int64_t to = 0;
   std::int64_t every = 1;

@@ -18,8 +18,9 @@ struct CertificateFetcher {
     try {
       const Certificates now = served.current();
       const grpc_ssl_pem_key_cert_pair pair = {now.key.c_str(), now.chain.c_str()};
-      *config = grpc_ssl_server_certificate_config_create(
-          now.client_ca.empty() ? nullptr : now.client_ca.c_str(), &pair, 1);
+      // gRPC 1.51 aborts without authorities, even where it asks no client for a certificate.
+      const std::string& authorities = now.client_ca.empty() ? now.chain : now.client_ca;
+      *config = grpc_ssl_server_certificate_config_create(authorities.c_str(), &pair, 1);
     } catch (const std::exception&) {
       return GRPC_SSL_CERTIFICATE_CONFIG_RELOAD_FAIL;  // the ones before stay
     }

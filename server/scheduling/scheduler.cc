@@ -174,6 +174,8 @@ void Scheduler::work(bool kept) {
     lock.lock();
     in_whole_ -= whole;
     queue_.charge(turn, done, more, std::chrono::steady_clock::now());
+    // A job that was short may be too long for the kept worker from now on.
+    if (kept && more) wake_another();
   }
 }
 

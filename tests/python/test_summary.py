@@ -186,7 +186,7 @@ def test_a_checkpoint_goes_on_with_the_same_bytes(session):
     other = {**request, "every": 5}
     with pytest.raises(grpc.RpcError, match="must come from a Summarize of the same request"):
         every_message(session, checkpoint=checkpoints[0].data, **other)
-    for damaged in (checkpoints[0].data[:-1], b"x", checkpoints[0].data[:100] + b"\0" + checkpoints[0].data[101:]):
+    for damaged in (checkpoints[0].data[:-1], b"x", checkpoints[0].data[:100] + bytes([checkpoints[0].data[100] ^ 1]) + checkpoints[0].data[101:]):
         with pytest.raises(grpc.RpcError, match="damaged"):
             every_message(session, checkpoint=damaged, **request)
 
@@ -198,6 +198,9 @@ class Broken(grpc.RpcError):
     def details(self):
         return "on purpose"
 
+    def initial_metadata(self):
+        return ()
+
     def trailing_metadata(self):
         return ()
 
@@ -208,7 +211,7 @@ class Breaks:
     def __init__(self, call, after):
         self.call, self.after, self.requests = call, list(after), []
 
-    def __call__(self, request, timeout=None):
+    def __call__(self, request, timeout=None, metadata=None):
         self.requests.append(pb.SummarizeRequest.FromString(request.SerializeToString()))
         return self
 
@@ -220,6 +223,9 @@ class Breaks:
                 raise Broken()
             left = None if left is None else left - 1
             yield message
+
+    def initial_metadata(self):
+        return ()
 
     def cancel(self):
         pass
