@@ -16,16 +16,17 @@ from stiefel.sweeps.axes import owner_of
 
 WORK = 2.0**34  #: instructions of a chunk, about a second of one core
 CREATION = 2.0**20  #: instructions for checking and setting up one member
+READING = 2.0**12  #: instructions for one quantity of one sample, which a predicted price leaves out
 LARGEST = 1 << 14  #: members of a chunk
 SLOWEST = 100.0  #: times slower than predicted, when a server is taken to be lost
 KEPT = 1 << 20  #: numbers that the quantiles of one call may keep
 LANES = 16  #: members that fill whole vector registers
 
 
-def members_of_a_chunk(step_work: float, steps: int, kept: int) -> int:
-    """The members whose `steps` steps of `step_work` instructions each are about `WORK`, and of whom quantiles may
-    keep `kept` numbers each."""
-    fit = int(WORK / (step_work * max(steps, 1) + CREATION))
+def members_of_a_chunk(step_work: float, steps: int, readings: int, kept: int) -> int:
+    """The members whose `steps` steps of `step_work` instructions each, with so many quantities read on the way, are
+    about `WORK`, and of whom quantiles may keep `kept` numbers each."""
+    fit = int(WORK / (step_work * max(steps, 1) + READING * readings + CREATION))
     fit = min(fit, LARGEST, KEPT // kept if kept else LARGEST)
     fit = max(fit, 1)
     return fit - fit % LANES if fit > LANES else fit

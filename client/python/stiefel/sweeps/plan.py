@@ -77,7 +77,7 @@ def make_plan(base: pb.Scene, axes: Axes, request: pb.SummarizeRequest, ask: Ask
     samples = -(-max(request.to - getattr(request, "from"), 0) // request.every) + 1
     chunks: list[tuple[int, int, int]] = []
     for k, (group, one) in enumerate(zip(groups, resolved)):
-        members = members_of_a_chunk(one.step_work, steps, one.kept * samples)
+        members = members_of_a_chunk(one.step_work, steps, samples * len(request.quantities), one.kept * samples)
         slowest = SLOWEST * members * steps * one.step_work / WORK
         template = replace(template, timeout=max(template.timeout, slowest))
         chunks += [(k, begin, min(begin + members, group.end)) for begin in range(group.begin, group.end, members)]
