@@ -1,0 +1,67 @@
+#include "server/metrics/exporter.h"
+
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <prometheus/exposer.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "server/access/exposure.h"
+#include "server/address.h"
+#include "server/transport/listener.h"
+#include "server/transport/tcp_listener.h"
+
+namespace stiefel::server {
+namespace {
+
+/// A port of CivetWeb's: IP:port, or +port for all addresses of IPv6 and IPv4.
+std::string civetweb_port(const Listener& listener) {
+  const std::string port = std::to_string(listener.port);
+  char text[INET6_ADDRSTRLEN] = {};
+  if (listener.address.storage.ss_family == AF_INET) {
+    const auto& ip = reinterpret_cast<const sockaddr_in&>(listener.address.storage);
+    return std::string(inet_ntop(AF_INET, &ip.sin_addr, text, sizeof text)) + ":" + port;
+  }
+  const auto& ip = reinterpret_cast<const sockaddr_in6&>(listener.address.storage);
+  if (IN6_IS_ADDR_UNSPECIFIED(&ip.sin6_addr)) return "+" + port;
+  return "[" + std::string(inet_ntop(AF_INET6, &ip.sin6_addr, text, sizeof text)) + "]:" + port;
+}
+
+/// The ports of an address. They are free: each was listened on just now, which also gives the
+/// reason where one is not.
+std::string civetweb_ports(const std::string& address, int& port) {
+  std::string all;
+  for (const Listener& listener : listen_on_tcp(address)) {
+    port = listener.port;
+    all += (all.empty() ? "" : ",") + civetweb_port(listener);
+  }
+  return all;
+}
+
+}  // namespace
+
+std::optional<std::string> metrics_fault(const std::string& address, bool insecure) {
+  if (is_unix(address)) return "must be host:port: Prometheus reads no Unix sockets";
+  if (insecure || std::ranges::all_of(tcp_addresses(address), is_local)) return std::nullopt;
+  return "other machines reach it, and metrics have neither TLS nor tokens: give --insecure";
+}
+
+Exporter::Exporter(const std::string& address, Metrics metrics) : metrics_(std::move(metrics)) {
+  int port = 0;
+  const std::string ports = civetweb_ports(address, port);
+  // Four readers at once, each with two seconds to send its request.
+  const std::vector<std::string> options{"listening_ports",    ports, "num_threads", "4",
+                                         "request_timeout_ms", "2000"};
+  try {
+    exposer_ = std::make_unique<prometheus::Exposer>(options);
+  } catch (const std::exception& fault) {
+    throw std::runtime_error("cannot listen on " + address + ": " + fault.what());
+  }
+  for (const auto& one : metrics_) exposer_->RegisterCollectable(one);
+  url_ = "http://" + address.substr(0, address.rfind(':') + 1) + std::to_string(port) + "/metrics";
+}
+
+Exporter::~Exporter() = default;
+
+}  // namespace stiefel::server
