@@ -4,7 +4,7 @@
 
 #include <boost/intrusive/list_hook.hpp>
 
-#include "server/sessions/digest.h"
+#include "server/sessions/checkpoints/digest.h"
 #include "server/sessions/principal.h"
 
 namespace stiefel::server {

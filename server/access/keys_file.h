@@ -3,7 +3,7 @@
 #include <memory>
 #include <string>
 
-#include "server/sessions/checkpoint_keys.h"
+#include "server/sessions/checkpoints/checkpoint_keys.h"
 
 namespace stiefel::server {
 

@@ -4,7 +4,7 @@
 #include <cstring>
 #include <stdexcept>
 
-#include "server/sessions/lines.h"
+#include "server/sessions/checkpoints/lines.h"
 
 namespace stiefel::server {
 namespace {

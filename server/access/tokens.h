@@ -6,7 +6,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "server/sessions/digest.h"
+#include "server/sessions/checkpoints/digest.h"
 #include "server/sessions/principal.h"
 
 namespace stiefel::server {

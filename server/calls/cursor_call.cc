@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "server/calls/admission.h"
+#include "server/admission/admission.h"
 #include "server/calls/stopped.h"
 #include "server/convert/errors.h"
 #include "server/sessions/stoppable.h"

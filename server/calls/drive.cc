@@ -4,7 +4,7 @@
 #include <stop_token>
 #include <utility>
 
-#include "server/calls/admission.h"
+#include "server/admission/admission.h"
 #include "server/calls/cursor_call.h"
 #include "server/calls/requests.h"
 #include "server/calls/service.h"

@@ -8,8 +8,8 @@
 #include <mutex>
 #include <stop_token>
 
-#include "server/calls/log.h"
-#include "server/calls/principal.h"
+#include "server/admission/log.h"
+#include "server/admission/principal.h"
 #include "server/limits/memory_budget.h"
 #include "server/scheduling/account.h"
 #include "server/scheduling/pool.h"

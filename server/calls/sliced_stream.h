@@ -7,7 +7,7 @@
 #include <stop_token>
 #include <utility>
 
-#include "server/calls/admission.h"
+#include "server/admission/admission.h"
 #include "server/calls/host.h"
 #include "server/calls/stopped.h"
 #include "server/convert/errors.h"

@@ -10,7 +10,7 @@
 #include "server/convert/price.h"
 #include "server/convert/reply_limits.h"
 #include "server/pricing/memory_price.h"
-#include "server/sessions/checkpoint_bytes.h"
+#include "server/sessions/checkpoints/checkpoint_bytes.h"
 
 namespace stiefel::server {
 namespace {

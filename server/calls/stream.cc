@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "proto/checksum/checksum.h"
-#include "server/calls/admission.h"
+#include "server/admission/admission.h"
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
 #include "server/calls/sliced_stream.h"

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "proto/checksum/checksum.h"
-#include "server/calls/admission.h"
+#include "server/admission/admission.h"
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
 #include "server/convert/convert.h"
@@ -14,7 +14,7 @@
 #include "server/convert/summary/messages.h"
 #include "server/convert/summary/request.h"
 #include "server/sessions/numerics_id.h"
-#include "server/sessions/summary_checkpoint.h"
+#include "server/sessions/checkpoints/summary_checkpoint.h"
 
 namespace stiefel::server {
 namespace {
@@ -39,6 +39,9 @@ OrStatus<std::string_view> open_checkpoint(const Session& session,
     case SummaryFault::other_request:
       return std::unexpected(
           errors::invalid("checkpoint", value, "must come from a Summarize of the same request"));
+    case SummaryFault::foreign:
+      return std::unexpected(errors::invalid(
+          "checkpoint", value, "must come from a server with this server's --checkpoint-key"));
     case SummaryFault::corrupt:
       break;
   }

@@ -6,7 +6,7 @@
 #include "server/convert/convert.h"
 #include "server/convert/reply_limits.h"
 #include "server/convert/resolve.h"
-#include "server/sessions/checkpoint_bytes.h"
+#include "server/sessions/checkpoints/checkpoint_bytes.h"
 #include "server/sessions/sampling.h"
 #include "stiefel/connect.h"
 

@@ -16,7 +16,7 @@
 #include <variant>
 #include <vector>
 
-#include "server/sessions/checkpoint_bytes.h"
+#include "server/sessions/checkpoints/checkpoint_bytes.h"
 #include "server/sessions/ledger.h"
 #include "server/sessions/principal.h"
 #include "server/sessions/session.h"

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "server/scheduling/slice.h"
-#include "server/sessions/checkpoint_bytes.h"
+#include "server/sessions/checkpoints/checkpoint_bytes.h"
 #include "server/sessions/field_bytes.h"
 
 namespace stiefel::server {

@@ -8,7 +8,7 @@
 #include "engine/simulation/catalogue/methods/step_weight.h"
 #include "engine/simulation/catalogue/methods/workspace.h"
 #include "server/scheduling/slice.h"
-#include "server/sessions/checkpoint_keys.h"
+#include "server/sessions/checkpoints/checkpoint_keys.h"
 #include "server/sessions/identity.h"
 
 namespace stiefel::server {

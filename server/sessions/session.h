@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "server/limits/memory_budget.h"
-#include "server/sessions/checkpoints.h"
+#include "server/sessions/checkpoints/checkpoints.h"
 #include "server/sessions/ledger.h"
 #include "server/sessions/resolution.h"
 #include "stiefel/scene.h"

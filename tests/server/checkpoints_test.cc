@@ -1,4 +1,4 @@
-#include "server/sessions/checkpoints.h"
+#include "server/sessions/checkpoints/checkpoints.h"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,8 @@
 #include <limits>
 #include <random>
 
-#include "server/sessions/checkpoint_bytes.h"
-#include "server/sessions/checkpoint_keys.h"
+#include "server/sessions/checkpoints/checkpoint_bytes.h"
+#include "server/sessions/checkpoints/checkpoint_keys.h"
 #include "server/sessions/cursor.h"
 #include "tests/server/scenes.h"
 

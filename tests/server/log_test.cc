@@ -2,7 +2,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "server/calls/log.h"
+#include "server/admission/log.h"
 #include "tests/server/harness.h"
 
 namespace stiefel {

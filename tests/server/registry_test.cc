@@ -6,7 +6,7 @@
 #include <latch>
 #include <thread>
 
-#include "server/sessions/checkpoint_keys.h"
+#include "server/sessions/checkpoints/checkpoint_keys.h"
 #include "tests/server/scenes.h"
 
 namespace stiefel::server {
@@ -14,7 +14,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-const Principal everybody;
+using test::everybody;
 
 class RegistryTest : public testing::Test {
  protected:

@@ -5,7 +5,7 @@
 #include <array>
 #include <cstring>
 
-#include "server/sessions/checkpoint_bytes.h"
+#include "server/sessions/checkpoints/checkpoint_bytes.h"
 #include "tests/server/scenes.h"
 
 namespace stiefel::server {

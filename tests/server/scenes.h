@@ -4,10 +4,14 @@
 #include <string>
 #include <vector>
 
+#include "server/sessions/principal.h"
 #include "stiefel/scene.h"
 #include "stiefel/simulation.h"
 
 namespace stiefel::test {
+
+/// The principal of a server without tokens.
+inline const server::Principal everybody;
 
 /// A motion that is neither constant nor linear; h ||Omega|| is about 0.03.
 struct Case {

@@ -10,6 +10,8 @@
 namespace stiefel::server {
 namespace {
 
+using test::everybody;
+
 using namespace std::chrono_literals;
 
 constexpr Tombstones::Time start{};
@@ -56,7 +58,7 @@ TEST(Tombstones, TheOldestGoFirstWhenThereAreTooMany) {
 
 class RegistryTombstones : public testing::Test {
  protected:
-  auto create(bool recreate) { return registry_.create("a", test::scene(), "", {}, recreate); }
+  auto create(bool recreate) { return registry_.create(everybody, "a", test::scene(), "", {}, recreate); }
 
   std::chrono::steady_clock::time_point now_{};
   Registry registry_{3, 1h, [this] { return now_; }};
@@ -64,27 +66,27 @@ class RegistryTombstones : public testing::Test {
 
 TEST_F(RegistryTombstones, ADeletedSessionDoesNotComeBack) {
   create(false);
-  EXPECT_FALSE(registry_.deleted("a"));
-  registry_.erase("a");
-  EXPECT_TRUE(registry_.deleted("a"));
+  EXPECT_FALSE(registry_.deleted(everybody, "a"));
+  registry_.erase(everybody, "a");
+  EXPECT_TRUE(registry_.deleted(everybody, "a"));
   const auto back = create(true);
   ASSERT_FALSE(back);
   EXPECT_EQ(std::get<Registry::Conflict>(back.error()), Registry::Conflict::deleted);
   now_ += 1h;
-  EXPECT_FALSE(registry_.deleted("a"));
+  EXPECT_FALSE(registry_.deleted(everybody, "a"));
   EXPECT_TRUE(create(true));
 }
 
 TEST_F(RegistryTombstones, ADeletionMayComeBeforeTheSession) {
-  EXPECT_FALSE(registry_.erase("a"));
+  EXPECT_FALSE(registry_.erase(everybody, "a"));
   EXPECT_FALSE(create(true));
 }
 
 TEST_F(RegistryTombstones, ANewCreationMayUseTheName) {
   create(false);
-  registry_.erase("a");
+  registry_.erase(everybody, "a");
   EXPECT_TRUE(create(false)->created);
-  EXPECT_FALSE(registry_.deleted("a"));
+  EXPECT_FALSE(registry_.deleted(everybody, "a"));
   EXPECT_FALSE(create(true)->created) << "which is then there for every handle";
 }
 
@@ -97,13 +99,13 @@ TEST_F(RegistryTombstones, AnExpiredSessionComesBack) {
 
 TEST_F(RegistryTombstones, ACheckpointReachesASessionThatIsThere) {
   Registry other(1, 1h, {});
-  const auto ahead = other.create("a", test::scene(), "");
+  const auto ahead = other.create(everybody, "a", test::scene(), "");
   auto simulation = ahead->session->lease(0);
   simulation->advance(5000);
   const std::string checkpoint = encode_checkpoint(*ahead->session, *simulation);
 
   create(false);
-  const auto again = registry_.create("a", test::scene(), checkpoint, {}, true);
+  const auto again = registry_.create(everybody, "a", test::scene(), checkpoint, {}, true);
   ASSERT_TRUE(again);
   EXPECT_FALSE(again->created);
   EXPECT_EQ(again->session->lease(5001)->step(), 5000);

@@ -146,7 +146,7 @@ class Recreation:
         try:
             self._send("CreateSession", request, deadline)
         except StiefelError as error:
-            if not checkpoint or not _refuses_checkpoint(error):
+            if not checkpoint or not refuses_checkpoint(error):
                 raise
             if error.reason == "CHECKPOINT_OF_OTHER_NUMERICS" and not self._client.any_build:
                 raise BuildChanged(self._id, self._numerics, error.metadata.get("server_numerics_id", "")) from error
@@ -160,5 +160,6 @@ class Recreation:
         return calls.call(lambda left: self._attempt(method, request, left), self._client, deadline.left())
 
 
-def _refuses_checkpoint(error: StiefelError) -> bool:
+def refuses_checkpoint(error: StiefelError) -> bool:
+    """Whether the same request without its checkpoint may succeed."""
     return error.reason.startswith("CHECKPOINT_") or any(v.field == "checkpoint" for v in error.violations)

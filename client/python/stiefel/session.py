@@ -309,7 +309,7 @@ class Session:
         return message
 
     def _summarizing(self, request: pb.SummarizeRequest, timeout: Optional[float]) -> Summarizing:
-        return Summarizing(self._client, request, self._known_scene().HasField("members"), timeout)
+        return Summarizing(self._client, self._recreation, request, self._known_scene().HasField("members"), timeout)
 
     def _at_times(self, times: Sequence[float], to: Optional[int], fields: Optional[Names],
                   timeout: Optional[float]) -> Trajectory:

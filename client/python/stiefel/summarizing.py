@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING, Any, Iterator, Optional, Union
 import grpc
 import numpy as np
 
-from stiefel import calls
+from stiefel import calls, recreation
 from stiefel import v1 as pb
 from stiefel.arrays import Array, Batch, Price, RunStatus
 from stiefel.assembly import Assembly
 from stiefel.checksums import verify
-from stiefel.errors import CorruptReply, Internal, StiefelError
+from stiefel.errors import CorruptReply, Internal, NotFound, StiefelError, Unavailable
+from stiefel.recreation import Recreation
 from stiefel.summary import Events, Summary
 
 if TYPE_CHECKING:
@@ -21,16 +22,19 @@ if TYPE_CHECKING:
 class Summarizing:
     """Events and states at times as they come; the summary afterwards.
 
-    A stream that breaks because the server is unavailable goes on at the last checkpoint that the request
-    asked for, or begins anew; what has been handed out is not handed out again.
+    A stream that breaks because the server is unavailable, or has lost the session, goes on at the last
+    checkpoint that the request asked for, or begins anew; what has been handed out is not handed out again.
     """
 
-    def __init__(self, client: Client, request: pb.SummarizeRequest, ensemble: bool, timeout: Optional[float]):
+    def __init__(self, client: Client, recreation: Recreation, request: pb.SummarizeRequest, ensemble: bool,
+                 timeout: Optional[float]):
         self._client = client
+        self._recreation = recreation
         self._request = request
         self._ensemble = ensemble
         self._timeout = timeout
         self._checkpoint: list[bytes] = []
+        self._given = request.checkpoint  # by the caller
         self.run_status: Optional[RunStatus] = None  #: at the end
         self.arrays: dict[str, Array] = {}  #: statistics by their names, at the end
         self.computed_steps = 0
@@ -43,17 +47,20 @@ class Summarizing:
         return Summary.of(self.arrays, self.run_status, self.computed_steps, self.price, self.checkpoint)
 
     def __iter__(self) -> Iterator[Union[Events, Batch]]:
-        deadline, waits = calls.Deadline(self._timeout), calls.pauses()
+        deadline, waits, recoveries = calls.Deadline(self._timeout), calls.pauses(), recreation.pauses()
         taken = {Events: 0, Batch: 0}  # handed out
         kept = dict(taken)  # of what came before the checkpoint
         before = 0  # steps computed by broken streams
         while True:
-            stream = self._client.stub.Summarize(self._request, timeout=deadline.left())
+            stream = self._client.stub.Summarize(self._request, timeout=deadline.left(),
+                                                 metadata=self._recreation.metadata)
             seen, fields, statistics = dict(kept), Assembly(), Assembly()
             self._checkpoint = []
             computed = 0
             try:
                 for message in stream:
+                    if computed == 0:
+                        self._recreation.check_build(stream)
                     self._verify(message)
                     computed = message.computed_steps
                     self.computed_steps = before + computed
@@ -76,11 +83,18 @@ class Summarizing:
                         return
                 error: StiefelError = Internal("the stream ended without saying how")
             except grpc.RpcError as failure:
+                self._recreation.check_failure(failure)
                 error = self._client.error(failure)
             finally:
                 stream.cancel()
             before += computed
-            calls.pause_or_raise(error, waits, deadline, late=True)
+            if self._request.checkpoint != self._given and recreation.refuses_checkpoint(error):
+                kept, self._request.checkpoint = dict.fromkeys(kept, 0), self._given  # of a server with another key
+                continue
+            try:
+                calls.pause_or_raise(error, waits, self._client, deadline, late=True)
+            except (NotFound, Unavailable) as lost:
+                self._recreation.recover(lost, recoveries, deadline)
 
     def _read(self, message: pb.SummarizeResponse, assembly: Assembly) -> Union[Events, Batch, None]:
         """The events or states that are whole with this message."""

@@ -31,7 +31,8 @@ def test_each_motion_has_the_bits_that_it_has_alone(client, small_chunks):
 
 def test_the_bytes_do_not_depend_on_who_computes_them(client, small_chunks):
     hashes = {"here": sweep().attrs["sha256"], "one thread": sweep(threads=1).attrs["sha256"],
-              "a server": sweep(servers=[client.address]).attrs["sha256"]}
+              "a server": sweep(servers=[client.address]).attrs["sha256"],
+              "a client": sweep(servers=[client, client.address]).attrs["sha256"]}
     with ThreadPoolExecutor(3) as threads:
         hashes["threads"] = sweep(executor=threads).attrs["sha256"]
     for workers in (1, 2, 4):
@@ -40,6 +41,7 @@ def test_the_bytes_do_not_depend_on_who_computes_them(client, small_chunks):
     with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("fork")) as pool:
         hashes["forked processes"] = sweep(executor=pool).attrs["sha256"]
     assert len(set(hashes.values())) == 1, hashes
+    assert not client.closed
 
 
 def test_the_bytes_do_not_depend_on_the_chunks(monkeypatch):

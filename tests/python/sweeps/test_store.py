@@ -86,7 +86,7 @@ def test_what_is_no_store_is_refused_before_work(tmp_path, computed):
     (tmp_path / "notes").mkdir()
     (tmp_path / "notes" / "text").write_text("mine")
     (tmp_path / "file").write_text("mine")
-    zarr.open_group(str(tmp_path / "other.zarr"), mode="w").create_dataset("x", shape=3)
+    zarr.open_group(str(tmp_path / "other.zarr"), mode="w").create_group("x")
     for name, message in [("notes", "is a folder with something else in it"), ("file", "cannot be opened"),
                           ("other.zarr", "holds something else")]:
         with pytest.raises(stiefel.InvalidArgument, match=f"store: .*{name}: {message}"):
@@ -104,15 +104,20 @@ sweep(to=20_000, store=sys.argv[1], threads=1)
 """
 
 
+def marks(store):
+    """The files of the marks, in the layouts of Zarr 2 and 3."""
+    return sum(path.is_file() and path.name.strip("0123456789.") == "" and path.name[0] != "." for path in store.rglob("done/**/*"))
+
+
 def test_a_sweep_whose_client_was_killed_goes_on(tmp_path, computed):
     """Killed between the numbers and marks of chunks, anywhere."""
     store = tmp_path / "sweep.zarr"
     program = subprocess.Popen([sys.executable, "-c", KILLED.format(here=str(Path(__file__).parent)), store])
-    while len(list(store.glob("done/[0-9]*"))) < 3 and program.poll() is None:
+    while marks(store) < 3 and program.poll() is None:
         time.sleep(0.005)
     program.send_signal(signal.SIGKILL)
     assert program.wait() == -signal.SIGKILL
-    done = len(list(store.glob("done/[0-9]*")))
+    done = marks(store)
     assert 3 <= done < 15
     found = sweep(to=20_000, store=store)
     assert len(computed) == 15 - done
@@ -132,4 +137,4 @@ def test_the_store_is_made_before_work(tmp_path, monkeypatch):
                         lambda client, task: seen.append(os.listdir(tmp_path / "sweep.zarr")) or 1 / 0)
     with pytest.raises(ZeroDivisionError):
         sweep(store=tmp_path / "sweep.zarr")
-    assert ".zgroup" in seen[0] and "done" in seen[0]
+    assert "done" in seen[0] and len(seen[0]) >= 2

@@ -55,7 +55,7 @@ def test_all_wrong_axes_are_named():
     ({"every": 0}, "every: 0: must be a whole number of at least 1"),
     ({"executor": 7}, "executor: 7: must be an executor of concurrent.futures"),
     ({"executor": lambda: 7}, "executor: 7: must have submit"),
-    ({"servers": []}, r"servers: \[\]: must be a list of addresses"),
+    ({"servers": []}, r"servers: \[\]: must be a list of addresses or clients"),
     ({"servers": "localhost:1"}, "servers: 'localhost:1': must be a list of addresses"),
     ({"servers": ["localhost:1"], "executor": lambda: None}, "executor: servers are given too"),
     ({"scene": {**SCENE, "members": 3}}, "scene.members: 3: must be absent"),

@@ -11,6 +11,8 @@
 namespace stiefel::server {
 namespace {
 
+using test::everybody;
+
 using test::ForgetfulVfs;
 using test::outcome;
 using test::Written;
@@ -41,9 +43,9 @@ Expected run(const StoreOptions& options, ForgetfulVfs& vfs, std::uint64_t seed)
     std::vector<Call> calls;
     for (int i = 0, count = 1 + draw(4); i < count; ++i) {
       const std::string id = std::to_string(10 * i + draw(3));
-      const bool there = written.registry.find(id).has_value();
+      const bool there = written.registry.find(everybody, id).has_value();
       if (there)
-        calls.push_back({id, std::nullopt, written.registry.erase(id).receipt});
+        calls.push_back({id, std::nullopt, written.registry.erase(everybody, id).receipt});
       else
         calls.push_back({id, round, written.create(id, round)});
     }

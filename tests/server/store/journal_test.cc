@@ -15,6 +15,8 @@
 namespace stiefel::server {
 namespace {
 
+using test::everybody;
+
 using namespace std::chrono_literals;
 using test::outcome;
 using test::Written;
@@ -30,7 +32,7 @@ TEST_F(JournalTest, WhatIsAcknowledgedIsInTheFile) {
     Written written(options_);
     const auto a = written.create("a", 1), b = written.create("b", 2);
     EXPECT_FALSE(outcome(*a) || outcome(*b));
-    EXPECT_FALSE(outcome(*written.registry.erase("a").receipt));
+    EXPECT_FALSE(outcome(*written.registry.erase(everybody, "a").receipt));
     Database other(options_.file, Database::Mode::read_only);
     EXPECT_EQ(other.text("SELECT id FROM session"), "b") << "before the server ends";
   }
@@ -74,8 +76,8 @@ TEST_F(JournalTest, TheLastOfOneNameCounts) {
     std::shared_ptr<Receipt> last;
     for (int i = 0; i < 100; ++i) {
       written.create("a", i);
-      if (i < 99) written.registry.erase("a");
-      if (i % 2) written.create("b", i), last = written.registry.erase("b").receipt;
+      if (i < 99) written.registry.erase(everybody, "a");
+      if (i % 2) written.create("b", i), last = written.registry.erase(everybody, "b").receipt;
     }
     outcome(*last);
   }
@@ -94,13 +96,13 @@ TEST_F(JournalTest, NamesOfManyThreadsEndAsTheRegistryHasThem) {
         for (int i = 0; i < 200; ++i) {
           const std::string id = std::to_string(i % 5);
           if ((i + t) % 3 == 0)
-            written.registry.erase(id);
+            written.registry.erase(everybody, id);
           else
-            static_cast<void>(written.registry.create(id, test::numbered_scene(i + t), ""));
+            static_cast<void>(written.registry.create(everybody, id, test::numbered_scene(i + t), ""));
         }
       });
     workers.clear();
-    for (const auto& session : written.registry.page("", 10))
+    for (const auto& session : written.registry.page(everybody, "", 10))
       expected[session->id()] = session->identity();
   }
   EXPECT_EQ(test::stored(options_.file), expected);
@@ -118,14 +120,14 @@ TEST_F(JournalTest, WhatDoesNotFitFailsAloneAndIsNoSession) {
     const auto fault = outcome(*receipt);
     failed += fault.has_value();
     EXPECT_TRUE(!fault || fault->kind == WriteFault::Kind::full) << id;
-    EXPECT_EQ(written.registry.find(id).has_value(), !fault) << id;
+    EXPECT_EQ(written.registry.find(everybody, id).has_value(), !fault) << id;
   }
   EXPECT_GT(failed, 0);
   EXPECT_LT(failed, 400);
   EXPECT_FALSE(written.reports.empty());
   // Deletions make room: a page is free when its sessions are gone.
   for (int i = 0; i < 20; ++i)
-    EXPECT_FALSE(outcome(*written.registry.erase("s" + std::to_string(i)).receipt));
+    EXPECT_FALSE(outcome(*written.registry.erase(everybody, "s" + std::to_string(i)).receipt));
   EXPECT_FALSE(outcome(*written.create("new", 1)));
 }
 
@@ -145,9 +147,9 @@ TEST_F(JournalTest, ExpiredSessionsLeaveTheFile) {
     Registry registry(10, 1h, [&] { return now; });
     Journal journal(store, {test::identity_row, {}, {}});
     registry.write_to(journal);
-    static_cast<void>(registry.create("a", test::scene(), ""));
+    static_cast<void>(registry.create(everybody, "a", test::scene(), ""));
     now += 30min;
-    static_cast<void>(registry.create("b", test::scene(), ""));
+    static_cast<void>(registry.create(everybody, "b", test::scene(), ""));
     now += 30min;
     EXPECT_EQ(registry.expire(), 1u);
   }
@@ -162,7 +164,7 @@ TEST_F(JournalTest, TheLastCachedStateIsWrittenBehind) {
   {
     Written written(options_, 5ms);
     outcome(*written.create("a"));
-    const auto session = written.registry.find("a");
+    const auto session = written.registry.find(everybody, "a");
     Cursor cursor(**session, 100'000);
     std::int64_t budget = 1'000'000;
     EXPECT_TRUE(cursor.advance(100'000, budget));
@@ -184,7 +186,7 @@ TEST_F(JournalTest, TombstonesGoWithTheDeletion) {
   {
     Written written(options_);
     written.create("a");
-    written.registry.erase("a");
+    written.registry.erase(everybody, "a");
     EXPECT_FALSE(outcome(*written.journal.bury({Principal{"p"}, "a", 100})));
   }
   Store store(options_);

@@ -44,7 +44,7 @@ struct Written {
   }
 
   std::shared_ptr<server::Receipt> create(const std::string& id, int scene = 0) {
-    return registry.create(id, numbered_scene(scene), "").value().receipt;
+    return registry.create(everybody, id, numbered_scene(scene), "").value().receipt;
   }
 
   server::Registry registry{100'000, std::chrono::hours(1), {}};

@@ -6,6 +6,7 @@ import warnings
 from concurrent.futures import Executor
 from typing import Any, Callable, Mapping, Optional, Sequence, Union
 
+from stiefel.client import Client
 from stiefel.errors import InvalidArgument, SceneWarning, Violation
 from stiefel.scenes import SceneLike
 from stiefel.summary import Quantities
@@ -25,7 +26,7 @@ __all__ = ["LostServer", "OtherNumerics", "SweepFailed", "SweepResult", "sweep"]
 
 def sweep(scene: SceneLike, axes: Mapping[str, Any], to: int, summarize: Quantities, *,
           start: int = 0, every: int = 1, zipped: bool = False,
-          executor: Optional[Union[Executor, Callable[[], Executor]]] = None, servers: Optional[Sequence[str]] = None,
+          executor: Optional[Union[Executor, Callable[[], Executor]]] = None, servers: Optional[Sequence[Union[str, Client]]] = None,
           store: Optional[Any] = None, progress: bool = False, threads: Optional[int] = None) -> Any:
     """The motions of `scene` with every value of `axes`, reduced to statistics where they run.
 
@@ -39,7 +40,8 @@ def sweep(scene: SceneLike, axes: Mapping[str, Any], to: int, summarize: Quantit
     summarize: of fields and invariants at the steps start, start + every, ... and `to`: names of statistics (last,
         min, max, mean, rms, sign_changes, drift), quantiles and histograms, as in `Session.summarize`.
     executor: any of concurrent.futures, those of Dask, mpi4py and loky, `stiefel.ray.Executor`, or a function that
-        makes one anew when it breaks. None: one server here on all cores; `servers`: running servers by address.
+        makes one anew when it breaks. None: one server here on all cores; `servers`: running servers by address, or
+        clients of them, where they need more than an address.
     store: a Zarr group, by path or as what zarr.open_group takes. Finished chunks in it are not computed again.
     progress: shows motions done and the time left.
     threads: those of each worker's own server. None: what Dask, Ray or Slurm gave the worker, else 1, here all cores.

@@ -98,15 +98,15 @@ def _like(executor: Any) -> Optional[Callable[[], Executor]]:
 class Servers(Workers):
     """Threads of this process that call running servers, each server with a few calls at once."""
 
-    def __init__(self, addresses: Sequence[str]):
-        if isinstance(addresses, str) or not addresses or not all(isinstance(one, str) for one in addresses):
-            rule = f"{addresses!r}: must be a list of addresses"
+    def __init__(self, servers: Sequence[Union[str, Client]]):
+        if isinstance(servers, str) or not servers or not all(isinstance(one, (str, Client)) for one in servers):
+            rule = f"{servers!r}: must be a list of addresses or clients"
             raise InvalidArgument(f"servers: {rule}", (Violation("servers", rule),))
-        self._clients = [Client(address, timeout=TIMEOUT) for address in addresses]
+        self._own = [Client(one, timeout=TIMEOUT) for one in servers if isinstance(one, str)]
         self._free: "queue.SimpleQueue[Client]" = queue.SimpleQueue()
-        for client in self._clients * CALLS:
+        for client in (self._own + [one for one in servers if isinstance(one, Client)]) * CALLS:
             self._free.put(client)
-        super().__init__(lambda: ThreadPoolExecutor(CALLS * len(self._clients), "stiefel sweep"))
+        super().__init__(lambda: ThreadPoolExecutor(CALLS * len(servers), "stiefel sweep"))
 
     def ask(self, question: Question) -> "Future[list[Resolved]]":
         return self._submit(self._at_a_free_one, lambda client: answer_at(client, question))
@@ -125,7 +125,7 @@ class Servers(Workers):
             self._free.put(client)
 
     def close(self) -> None:
-        for client in self._clients:
+        for client in self._own:
             client.close()
         super().close()
 
@@ -153,7 +153,8 @@ class Here(Workers):
         self._server.stop()
 
 
-def workers_for(executor: Optional[Given], servers: Optional[Sequence[str]], threads: Optional[int]) -> Workers:
+def workers_for(executor: Optional[Given], servers: Optional[Sequence[Union[str, Client]]],
+                threads: Optional[int]) -> Workers:
     """InvalidArgument where both are given, or neither an executor nor what makes one."""
     if executor is not None and servers is not None:
         rule = "servers are given too: must be one of them"

@@ -13,6 +13,7 @@ from stiefel import v1 as pb
 from stiefel.arrays import Array
 from stiefel.client import Client
 from stiefel.errors import InvalidArgument, StiefelError, Violation
+from stiefel.recreation import Recreation
 from stiefel.summarizing import Summarizing
 from stiefel.summary import Quantities, to_quantities
 from stiefel.sweeps.failures import OtherNumerics
@@ -59,7 +60,7 @@ def summary_of(client: Client, session: pb.Session, request: pb.SummarizeRequest
     asked = pb.SummarizeRequest()
     asked.CopyFrom(request)
     asked.session_id, asked.checksum = session.session_id, client.checksums
-    running = Summarizing(client, asked, ensemble, timeout)
+    running = Summarizing(client, Recreation(client, session), asked, ensemble, timeout)
     for _ in running:
         pass
     return running.arrays

@@ -5,6 +5,7 @@ import os
 import socket
 import sys
 import time
+from typing import Optional
 
 from stiefel import v1 as pb
 from stiefel.client import Client
@@ -55,7 +56,8 @@ def share_of(task: Task) -> Share:
 def scheduled() -> Share:
     """What Dask, Ray or Slurm gave this process; where none of them did, one thread. Of the memory, which without a
     limit is the cores' part of the machine's, a quarter is left to the worker itself."""
-    threads, memory = int(os.environ.get("SLURM_CPUS_PER_TASK", "1")), None
+    threads = int(os.environ.get("SLURM_CPUS_PER_TASK", "1"))
+    memory: Optional[float] = None
     if "distributed" in sys.modules:
         from distributed import get_worker
 

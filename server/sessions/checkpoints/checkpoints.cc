@@ -1,4 +1,4 @@
-#include "server/sessions/checkpoints.h"
+#include "server/sessions/checkpoints/checkpoints.h"
 
 #include <algorithm>
 #include <iterator>

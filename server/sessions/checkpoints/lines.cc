@@ -1,4 +1,4 @@
-#include "server/sessions/lines.h"
+#include "server/sessions/checkpoints/lines.h"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "server/sessions/checkpoint_bytes.h"
+#include "server/sessions/checkpoints/checkpoint_bytes.h"
 
 #include <algorithm>
 #include <bit>
@@ -6,8 +6,8 @@
 #include <cstring>
 #include <optional>
 
-#include "server/sessions/checkpoint_keys.h"
-#include "server/sessions/digest.h"
+#include "server/sessions/checkpoints/checkpoint_keys.h"
+#include "server/sessions/checkpoints/digest.h"
 #include "server/sessions/numerics_id.h"
 
 namespace stiefel::server {

@@ -1,4 +1,4 @@
-#include "server/sessions/digest.h"
+#include "server/sessions/checkpoints/digest.h"
 
 #include <openssl/crypto.h>
 #include <openssl/evp.h>

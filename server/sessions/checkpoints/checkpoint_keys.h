@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "server/sessions/digest.h"
+#include "server/sessions/checkpoints/digest.h"
 
 namespace stiefel::server {
 

@@ -1,4 +1,4 @@
-#include "server/calls/push_back.h"
+#include "server/admission/push_back.h"
 
 #include <string>
 

@@ -1,4 +1,4 @@
-#include "server/calls/principal.h"
+#include "server/admission/principal.h"
 
 #include "server/access/caller_context.h"
 

@@ -1,8 +1,8 @@
-#include "server/sessions/checkpoint_keys.h"
+#include "server/sessions/checkpoints/checkpoint_keys.h"
 
 #include <algorithm>
 
-#include "server/sessions/lines.h"
+#include "server/sessions/checkpoints/lines.h"
 
 namespace stiefel::server {
 

@@ -1,4 +1,4 @@
-#include "server/calls/log.h"
+#include "server/admission/log.h"
 
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
@@ -7,7 +7,7 @@
 #include <random>
 #include <stdexcept>
 
-#include "server/calls/push_back.h"
+#include "server/admission/push_back.h"
 #include "server/convert/errors.h"
 #include "server/metrics/trace_id.h"
 #include "server/scheduling/account.h"
