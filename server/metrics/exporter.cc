@@ -15,26 +15,22 @@
 namespace stiefel::server {
 namespace {
 
-/// A port of CivetWeb's: IP:port, or +port for all addresses of IPv6 and IPv4.
-std::string civetweb_port(const Listener& listener) {
-  const std::string port = std::to_string(listener.port);
-  char text[INET6_ADDRSTRLEN] = {};
-  if (listener.address.storage.ss_family == AF_INET) {
-    const auto& ip = reinterpret_cast<const sockaddr_in&>(listener.address.storage);
-    return std::string(inet_ntop(AF_INET, &ip.sin_addr, text, sizeof text)) + ":" + port;
-  }
-  const auto& ip = reinterpret_cast<const sockaddr_in6&>(listener.address.storage);
-  if (IN6_IS_ADDR_UNSPECIFIED(&ip.sin6_addr)) return "+" + port;
-  return "[" + std::string(inet_ntop(AF_INET6, &ip.sin6_addr, text, sizeof text)) + "]:" + port;
+bool is_ipv4(const SocketAddress& address) { return address.storage.ss_family == AF_INET; }
+
+std::string text_of(const Listener& listener) {
+  const auto& address = reinterpret_cast<const sockaddr_in&>(listener.address.storage);
+  char ip[INET_ADDRSTRLEN] = {};
+  inet_ntop(AF_INET, &address.sin_addr, ip, sizeof ip);
+  return std::string(ip) + ":" + std::to_string(listener.port);
 }
 
-/// The ports of an address. They are free: each was listened on just now, which also gives the
-/// reason where one is not.
+/// The IPv4 addresses in the form of CivetWeb. They are free: each was listened on just now, which
+/// also gives the reason where one is not.
 std::string civetweb_ports(const std::string& address, int& port) {
   std::string all;
   for (const Listener& listener : listen_on_tcp(address)) {
     port = listener.port;
-    all += (all.empty() ? "" : ",") + civetweb_port(listener);
+    if (is_ipv4(listener.address)) all += (all.empty() ? "" : ",") + text_of(listener);
   }
   return all;
 }
@@ -43,7 +39,10 @@ std::string civetweb_ports(const std::string& address, int& port) {
 
 std::optional<std::string> metrics_fault(const std::string& address, bool insecure) {
   if (is_unix(address)) return "must be host:port: Prometheus reads no Unix sockets";
-  if (insecure || std::ranges::all_of(tcp_addresses(address), is_local)) return std::nullopt;
+  const std::vector<SocketAddress> addresses = tcp_addresses(address);
+  if (!addresses.empty() && std::ranges::none_of(addresses, is_ipv4))
+    return "must have an IPv4 address: the HTTP server has no IPv6";
+  if (insecure || std::ranges::all_of(addresses, is_local)) return std::nullopt;
   return "other machines reach it, and metrics have neither TLS nor tokens: give --insecure";
 }
 

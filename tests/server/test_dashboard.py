@@ -2,11 +2,8 @@
 import json
 import re
 import shutil
-import socket
 import subprocess
-import urllib.parse
 import urllib.request
-from pathlib import Path
 
 import grpc
 import pytest
@@ -14,10 +11,10 @@ import yaml
 
 import stiefel
 from conftest import BODY, Process, eventually
+from prometheus import DOCKER, Prometheus
 from stiefel import v1 as pb
 from stiefel.v1 import simulation_pb2_grpc as rpc
 
-DOCKER = Path(__file__).resolve().parents[2] / "docker"
 DASHBOARD = json.loads((DOCKER / "grafana/dashboard.json").read_text(encoding="utf-8"))
 RULES = DOCKER / "prometheus/rules.yaml"
 QUERIES = [(panel["title"], target["expr"]) for panel in DASHBOARD["panels"] for target in panel["targets"]]
@@ -26,48 +23,11 @@ METRIC = re.compile(r"\b(?:stiefel|process)_[a-z_]+\b")
 needs_prometheus = pytest.mark.skipif(not shutil.which("promtool"), reason="Debian's package prometheus is not there")
 
 
-class Prometheus:
-    """Reads the metrics of a server twice a second, with the rules of docker/prometheus."""
-
-    def __init__(self, folder, target):
-        config = yaml.safe_load((DOCKER / "prometheus/prometheus.yaml").read_text(encoding="utf-8"))
-        config["global"] = {"scrape_interval": "500ms", "scrape_timeout": "500ms", "evaluation_interval": "500ms"}
-        config["rule_files"] = [str(RULES)]
-        config["scrape_configs"][0]["static_configs"] = [{"targets": [target]}]
-        (folder / "prometheus.yaml").write_text(yaml.safe_dump(config))
-        self.address = f"127.0.0.1:{free_port()}"
-        self.child = subprocess.Popen(
-            ["prometheus", f"--config.file={folder}/prometheus.yaml", f"--storage.tsdb.path={folder}/data",
-             f"--web.listen-address={self.address}", "--log.level=error"], stdout=subprocess.DEVNULL)
-
-    def ask(self, path, **parameters):
-        try:
-            with urllib.request.urlopen(f"http://{self.address}/api/v1/{path}?{urllib.parse.urlencode(parameters)}",
-                                        timeout=10) as answer:
-                return json.load(answer)["data"]
-        except OSError:  # it is not there yet
-            return None
-
-    def has_data(self, expression):
-        answer = self.ask("query", query=expression)
-        return bool(answer and answer["result"])
-
-    def stop(self):
-        self.child.terminate()
-        self.child.wait(20)
-
-
-def free_port():
-    with socket.socket() as one:
-        one.bind(("127.0.0.1", 0))
-        return one.getsockname()[1]
-
-
 @pytest.fixture(scope="module")
 def read_by_prometheus(tmp_path_factory):
     process = Process("--metrics", "127.0.0.1:0")
     url = process.child.stdout.readline().split()[-1]
-    prometheus = Prometheus(tmp_path_factory.mktemp("prometheus"), re.match(r"http://(.*)/metrics", url)[1])
+    prometheus = Prometheus(tmp_path_factory.mktemp("prometheus"), [re.match(r"http://(.*)/metrics", url)[1]])
     yield process, url, prometheus
     prometheus.stop()
     process.stop()

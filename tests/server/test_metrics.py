@@ -232,7 +232,7 @@ def test_without_the_flag_there_is_nothing(serve):
 
 
 @pytest.mark.parametrize("address, rule", [
-    ("0.0.0.0:0", "other machines reach it"), ("[::]:0", "other machines reach it"),
+    ("0.0.0.0:0", "other machines reach it"), ("[::1]:0", "must have an IPv4 address"),
     ("unix:/tmp/metrics", "must be host:port"), ("127.0.0.1", "")])
 def test_where_metrics_are_not_served(address, rule):
     for arguments in (["check", "--metrics", address], ["--listen", "127.0.0.1:0", "--metrics", address]):
