@@ -35,7 +35,7 @@ constexpr std::array usual_reasons{"INTERNAL_ERROR",   "MEMORY_LIMIT", "OUT_OF_M
 const prometheus::Histogram::BucketBoundaries bounds{1e-5, 2e-5, 5e-5, 1e-4, 2e-4, 5e-4, 1e-3, 2e-3,
                                                      5e-3, 0.01, 0.02, 0.05, 0.1,  0.2,  0.5,  1,
                                                      2,    5,    10,   30,   100,  300};
-constexpr int internal = 13;
+constexpr std::size_t unknown = 2;
 
 }  // namespace
 
@@ -123,12 +123,12 @@ CallMetrics::Running::Running(CallMetrics* metrics, std::string_view method)
   begin_ = Clock::now();
 }
 
-CallMetrics::Running::~Running() { end(internal); }
+CallMetrics::Running::~Running() { end(static_cast<int>(unknown)); }
 
 void CallMetrics::Running::end(int code) noexcept {
   Method* const method = std::exchange(method_, nullptr);
   if (!method) return;
-  method->ended[static_cast<std::size_t>(0 <= code && code < codes ? code : 2)].fetch_add(
+  method->ended[0 <= code && code < codes ? static_cast<std::size_t>(code) : unknown].fetch_add(
       1, std::memory_order_release);
   method->seconds.Observe(std::chrono::duration<double>(Clock::now() - begin_).count());
 }

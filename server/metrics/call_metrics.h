@@ -67,7 +67,7 @@ class CallMetrics::Running {
   Running(CallMetrics* metrics, std::string_view method);
   Running(Running&& other) noexcept
       : method_(std::exchange(other.method_, nullptr)), begin_(other.begin_) {}
-  /// A call that did not say how it ended counts as INTERNAL.
+  /// A call that did not say how it ended, because there was no memory for it, counts as UNKNOWN.
   ~Running();
 
   /// Once, with gRPC's status code.
