@@ -8,6 +8,7 @@
 #include "server/access/certificates.h"
 #include "server/access/exposure.h"
 #include "server/access/keys_file.h"
+#include "server/metrics/exporter.h"
 #include "server/store/store_file.h"
 #include "server/transport/descriptor_limit.h"
 #include "server/transport/listener.h"
@@ -26,6 +27,12 @@ void check_addresses(const Options& options, Faults& faults) {
     else if (const auto exposed = guarded ? std::nullopt : exposure_fault(address))
       faults.push_back(place + *exposed);
   }
+  if (options.metrics.empty()) return;
+  const std::string place = "--metrics: " + options.metrics + ": ";
+  if (const auto fault = metrics_fault(options.metrics, options.access.insecure))
+    faults.push_back(place + *fault);
+  else if (const auto none = listen_fault(options.metrics))
+    faults.push_back(place + *none);
 }
 
 void check_files(const AccessOptions& access, Faults& faults) {

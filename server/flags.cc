@@ -159,6 +159,13 @@ void Flags::add_to(CLI::App& app) {
       ->check(within<std::int64_t>(0, std::int64_t{1} << 46, "a number of bytes"))
       ->capture_default_str();
   add_access_to(app);
+  app.add_option("--metrics", options_.metrics,
+                 "host:port where Prometheus reads metrics over HTTP, at /metrics (0: any free "
+                 "port); without TLS and tokens, so beyond this machine only with --insecure. "
+                 "Empty: nowhere")
+      ->envname("STIEFEL_METRICS")
+      ->check(sound_address)
+      ->capture_default_str();
   app.add_option("--log-level", options_.log_level, "What is logged on stderr")
       ->envname("STIEFEL_LOG_LEVEL")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "critical", "off"}))

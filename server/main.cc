@@ -81,6 +81,8 @@ int serve(Options options, bool exit_with_parent) {
     for (const std::string& address : server.addresses()) {
       std::cout << "listening on " << address << std::endl;
     }
+    if (const std::string url = server.metrics_url(); !url.empty())
+      std::cout << "metrics at " << url << std::endl;
     if (exit_with_parent) watch_parent();
     int received = 0;
     sigwait(&signals, &received);

@@ -23,6 +23,8 @@
 #include "server/durability/durability.h"
 #include "server/limits/freed_memory.h"
 #include "server/limits/memory_limit.h"
+#include "server/metrics/exporter.h"
+#include "server/metrics/server_metrics.h"
 #include "server/transport/acceptor.h"
 #include "server/transport/descriptor_limit.h"
 #include "server/transport/self_watch.h"
@@ -52,6 +54,13 @@ bool is_unix_socket(int connection) {
   int domain = 0;
   socklen_t size = sizeof domain;
   return getsockopt(connection, SOL_SOCKET, SO_DOMAIN, &domain, &size) == 0 && domain == AF_UNIX;
+}
+
+std::vector<std::string> method_names() {
+  const auto* service = v1::StepRequest::descriptor()->file()->service(0);
+  std::vector<std::string> names;
+  for (int i = 0; i < service->method_count(); ++i) names.push_back(service->method(i)->name());
+  return names;
 }
 
 int milliseconds(std::chrono::milliseconds time) {
@@ -103,6 +112,7 @@ struct Server::Parts {
                       checkpoint_keys(options.access.checkpoint_key), host.memory),
              Lifecycle(),
              options.identify ? options.identify : Identify(&principal_of),
+             options.metrics.empty() ? nullptr : std::make_shared<Metrics>(method_names()),
              Scheduler(options.threads)},
         durability(options.store.file.empty() ? nullptr
                                               : std::make_unique<Durability>(options.store, host)),
@@ -121,6 +131,7 @@ struct Server::Parts {
   void guard(const AccessOptions& access);
   void listen(const std::vector<std::string>& at, const AccessOptions& access);
   void accept(const ConnectionOptions& options);
+  void export_metrics(const std::string& address, bool insecure);
 
   const std::chrono::milliseconds grace;
   const std::uint64_t memory_limit;
@@ -132,6 +143,7 @@ struct Server::Parts {
   std::optional<Gate> gate;
   Sweeper sweeper;
   FreedMemory freed_memory;
+  std::optional<Exporter> exporter;
   std::vector<std::string> addresses;
   std::vector<Listener> listeners;  // until the acceptor has them
   std::vector<SocketAddress> sockets;
@@ -173,6 +185,19 @@ void Server::Parts::listen(const std::vector<std::string>& at, const AccessOptio
   }
 }
 
+void Server::Parts::export_metrics(const std::string& address, bool insecure) {
+  if (address.empty()) return;
+  if (const auto fault =
+          address_fault(address).or_else([&] { return metrics_fault(address, insecure); }))
+    throw std::runtime_error("cannot serve metrics on " + address + ": " + *fault);
+  const ServerMetrics::Parts parts{host.registry, host.scheduler, host.accounts, host.memory,
+                                   STIEFEL_VERSION};
+  exporter.emplace(address, Exporter::Metrics{{host.metrics, &host.metrics->calls},
+                                              {host.metrics, &host.metrics->streams},
+                                              std::make_shared<ServerMetrics>(parts)});
+  host.log.line(Log::Level::info, "metrics", {{"url", exporter->url()}});
+}
+
 void Server::Parts::accept(const ConnectionOptions& options) {
   if (listeners.empty()) return;
   const std::size_t most = possible_connections(options.most);
@@ -199,6 +224,7 @@ void Server::Parts::accept(const ConnectionOptions& options) {
 
 Server::Server(Options options) : parts_(std::make_unique<Parts>(options)) {
   parts_->listen(options.listen, options.access);
+  parts_->export_metrics(options.metrics, options.access.insecure);
   grpc::EnableDefaultHealthCheckService(true);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
   grpc::ServerBuilder builder;
@@ -227,6 +253,8 @@ Server::~Server() {
 }
 
 const std::vector<std::string>& Server::addresses() const { return parts_->addresses; }
+
+std::string Server::metrics_url() const { return parts_->exporter ? parts_->exporter->url() : ""; }
 
 std::shared_ptr<grpc::Channel> Server::in_process_channel() {
   return parts_->grpc->InProcessChannel(grpc::ChannelArguments());

@@ -58,6 +58,8 @@ struct Options {
   /// trace, debug, info, warn, error, critical, off. One line an RPC at info, on stderr.
   std::string log_level = "warn";
   bool log_json = false;
+  /// Where metrics are served over HTTP, host:port; empty: there are none.
+  std::string metrics = {};
   ConnectionOptions connections = {};
   AccessOptions access = {};
   /// Where sessions outlive the process; without a file they live in memory.
@@ -75,7 +77,8 @@ struct Options {
 class Server {
  public:
   /// Throws std::runtime_error when an address is none (address.h), cannot be listened on
-  /// (transport/listener.h) or is one that other machines reach, without TLS and not `insecure`;
+  /// (transport/listener.h) or is one that other machines reach, without TLS and not `insecure`
+  /// (for metrics: metrics/exporter.h);
   /// for files that do not hold what they must (access/); and when the store cannot be used
   /// (store/store_file.h).
   explicit Server(Options options);
@@ -86,6 +89,9 @@ class Server {
 
   /// What a client connects to, in the order of `Options::listen`, with the port that was chosen.
   const std::vector<std::string>& addresses() const;
+
+  /// Where the metrics are read, "http://127.0.0.1:9464/metrics"; empty without `Options::metrics`.
+  std::string metrics_url() const;
 
   /// A channel that needs no address. It must not be used after the server is gone.
   std::shared_ptr<grpc::Channel> in_process_channel();

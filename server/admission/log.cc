@@ -8,6 +8,10 @@
 #include <stdexcept>
 
 #include "server/admission/push_back.h"
+#include "server/convert/errors.h"
+#include "server/metrics/trace_id.h"
+#include "server/scheduling/account.h"
+#include "server/scheduling/scheduler.h"
 
 namespace stiefel::server {
 namespace {
@@ -26,31 +30,16 @@ spdlog::level::level_enum to_spdlog(Log::Level level) {
   return spdlog::level::err;
 }
 
-const char* code_name(grpc::StatusCode code) {
-  static constexpr const char* names[] = {"OK",
-                                          "CANCELLED",
-                                          "UNKNOWN",
-                                          "INVALID_ARGUMENT",
-                                          "DEADLINE_EXCEEDED",
-                                          "NOT_FOUND",
-                                          "ALREADY_EXISTS",
-                                          "PERMISSION_DENIED",
-                                          "RESOURCE_EXHAUSTED",
-                                          "FAILED_PRECONDITION",
-                                          "ABORTED",
-                                          "OUT_OF_RANGE",
-                                          "UNIMPLEMENTED",
-                                          "INTERNAL",
-                                          "UNAVAILABLE",
-                                          "DATA_LOSS",
-                                          "UNAUTHENTICATED"};
-  return names[code];
-}
-
 std::string new_request_id() {
   thread_local std::mt19937_64 random(std::random_device{}());
   return fmt::format("{:016x}", random());
 }
+
+/// Instructions as a whole number; a price may be beyond all of them.
+std::int64_t whole(double work) { return static_cast<std::int64_t>(std::min(work, 0x1p62)); }
+
+/// At most 128 bytes, which is what an id may have.
+std::string cut(std::string_view text) { return std::string(text.substr(0, 128)); }
 
 std::string as_json(std::string_view message, const Log::Facts& facts) {
   nlohmann::ordered_json line{{"message", message}};
@@ -102,34 +91,88 @@ void Log::line(Level level, std::string_view message, const Facts& facts) const 
   logger_->log(to_spdlog(level), "{}", json_ ? as_json(message, facts) : as_text(message, facts));
 }
 
+std::string_view trace_id_of(const grpc::CallbackServerContext& context) {
+  const auto [first, last] = context.client_metadata().equal_range("traceparent");
+  // Of several none is to be believed.
+  if (first == last || std::next(first) != last) return {};
+  return trace_id({first->second.data(), first->second.size()});
+}
+
 CallLog::CallLog(const Log& log, const grpc::CallbackServerContext& context, const char* method,
-                 std::string_view session_id)
-    : log_(&log), method_(method) {
+                 std::string_view session_id, Metrics* metrics)
+    : log_(&log),
+      method_(method),
+      metrics_(metrics),
+      running_(metrics ? &metrics->calls : nullptr, method) {
   if (!log.enabled(Log::Level::info)) return;
   const auto sent = context.client_metadata().find("x-request-id");
   details_ = std::make_unique<Details>(Details{
-      sent == context.client_metadata().end()
-          ? new_request_id()
-          : std::string(sent->second.data(), std::min<std::size_t>(sent->second.size(), 128)),
-      std::string(session_id.substr(0, 128)), std::chrono::steady_clock::now()});
+      sent == context.client_metadata().end() ? new_request_id()
+                                              : cut({sent->second.data(), sent->second.size()}),
+      std::string(trace_id_of(context)), cut(session_id), cut(context.peer()),
+      std::chrono::steady_clock::now()});
+}
+
+void CallLog::worked() {
+  if (details_) work_ += take_slice_work();
+}
+
+void CallLog::name(std::string_view session_id) {
+  if (details_) details_->session_id = cut(session_id);
+}
+
+void CallLog::begin() noexcept {
+  try {
+    if (metrics_) stream_ = std::make_unique<OpenStreams::Stream>(metrics_->streams);
+    if (!details_) return;
+    Log::Facts line = facts();
+    line.push_back({"price", whole(price_)});
+    log_->line(Log::Level::info, "rpc begins", line);
+  } catch (const std::exception&) {
+  }
+}
+
+void CallLog::refuse(const grpc::Status& status) const noexcept {
+  if (!metrics_ || status.ok() || status.error_code() == grpc::CANCELLED) return;
+  try {
+    const auto [reason, limit] = errors::reason(status);
+    metrics_->calls.refused(reason.empty() ? code_name(status.error_code()) : reason, limit);
+  } catch (const std::exception&) {
+  }
 }
 
 void CallLog::finish(const grpc::Status& status, std::int64_t steps) noexcept {
+  refuse(status);
+  running_.end(status.error_code());
+  stream_.reset();
   try {
     if (context_) push_back(status, *context_);
+    worked();
     write(status, steps);
   } catch (const std::exception&) {
   }
   details_.reset();
 }
 
+Log::Facts CallLog::facts() const {
+  Log::Facts facts;
+  if (details_) {
+    facts.push_back({"request_id", details_->request_id});
+    if (!details_->trace_id.empty()) facts.push_back({"trace_id", details_->trace_id});
+  }
+  facts.push_back({"method", method_});
+  if (!details_) return facts;
+  facts.push_back({"session", details_->session_id});
+  facts.push_back({"peer", details_->peer});
+  if (account_ && !account_->principal().name.empty())
+    facts.push_back({"principal", account_->principal().name});
+  return facts;
+}
+
 void CallLog::write(const grpc::Status& status, std::int64_t steps) const {
   const bool ours = status.error_code() == grpc::INTERNAL;
   if (!details_ && !ours) return;
-  std::vector<Log::Fact> facts;
-  if (details_) facts.push_back({"request_id", details_->request_id});
-  facts.push_back({"method", method_});
-  if (details_) facts.push_back({"session", details_->session_id});
+  Log::Facts facts = this->facts();
   facts.push_back({"code", code_name(status.error_code())});
   if (!status.ok()) facts.push_back({"error", status.error_message()});
   if (details_) {
@@ -137,6 +180,8 @@ void CallLog::write(const grpc::Status& status, std::int64_t steps) const {
         std::chrono::steady_clock::now() - details_->start;
     facts.push_back({"milliseconds", took.count()});
     facts.push_back({"steps", steps});
+    facts.push_back({"price", whole(price_)});
+    facts.push_back({"work", whole(work_)});
   }
   log_->line(ours ? Log::Level::error : Log::Level::info, "rpc", facts);
 }

@@ -22,6 +22,7 @@ CursorCall::CursorCall(Host& host, CallLog log, SessionLease session, std::int64
   Pool& pool = host_.pool_for((*session_)->step_cost());
   const double price = (*session_)->work((*session_)->start_for(to), to) +
                        (long_search ? host_.searches.price_cap() : 0);
+  log_.price(price);
   const grpc::Status admitted = admit(ticket_, log_.account(), Ticket::Kind::call, price);
   host_.lifecycle.enter();
   if (!admitted.ok()) {
@@ -60,6 +61,7 @@ bool CursorCall::run_slice() noexcept {
     } else if (walked_ || advance_cursor()) {
       walked_ = true;
       if (std::exchange(search_ahead_, false)) {
+        log_.worked();
         host_.searches.submit(this);
         return false;
       }
@@ -67,6 +69,7 @@ bool CursorCall::run_slice() noexcept {
       const bool left = stop_.stop_requested() && !host_.lifecycle.stopping();
       finish(left ? Answered(errors::cancelled()) : answered);
     } else {
+      log_.worked();
       return true;
     }
   } catch (...) {
@@ -88,6 +91,7 @@ void CursorCall::finish(const Answered& answered) {
   cursor_.reset();
   session_.reset();
   ticket_.give_back();
+  log_.worked();
   when_written(answered, [this, steps](const grpc::Status& status) {
     log_.finish(status, steps);
     Finish(status);
@@ -106,6 +110,7 @@ PooledCall::PooledCall(Host& host, Pool& pool, CallLog log, Work work, MemoryLea
       memory_(std::move(memory)),
       work_(std::move(work)),
       shutdown_(host.lifecycle.stop_token(), RequestStop{stop_}) {
+  log_.price(pool.price_cap());
   const grpc::Status admitted =
       admit(ticket_, log_.account(), Ticket::Kind::call, pool.price_cap());
   host_.lifecycle.enter();
@@ -127,6 +132,7 @@ bool PooledCall::run_slice() noexcept {
     answered = errors::from_current_exception();
   }
   ticket_.give_back();
+  log_.worked();
   when_written(answered, [this](const grpc::Status& status) {
     log_.finish(status);
     Finish(status);

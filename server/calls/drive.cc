@@ -39,8 +39,10 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
       // Its memory is kept for the next one, unless it is large.
       if (request_.ByteSizeLong() > part_bytes / 16) request_ = {};
       if (!status.ok()) return reply(status);
-      if (step_inline(**lease_, task_, log_.account(), response_.mutable_step()))
+      if (step_inline(**lease_, task_, log_.account(), response_.mutable_step())) {
+        log_.did(response_.step().price().work());
         return reply(grpc::Status::OK);
+      }
       if (const auto entered = enter(); !entered.ok()) return reply(entered);
     } catch (...) {
       return reply(errors::from_current_exception());
@@ -50,6 +52,7 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
     host_.pool_for((*lease_)->step_cost()).submit(this);
   }
   void OnWriteDone(bool ok) override {
+    log_.written();
     if (std::exchange(running_, false)) host_.lifecycle.leave();
     ok ? StartRead(&request_) : end(errors::cancelled());
   }
@@ -79,8 +82,10 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
     if (status.ok()) {
       steps_ += response_.step().computed_steps();
     } else {
+      log_.refuse(status);
       errors::to_proto(status, response_.mutable_error());
     }
+    log_.writing();
     StartWrite(&response_);
   }
   void reply_from_pool(const grpc::Status& status) {
@@ -132,7 +137,10 @@ grpc::Status DriveCall::prepare() {
     if (!found) return found.error();
     lease_.emplace(*std::move(found));
     session_ = lease_->session();
-    id_ = (*lease_)->id();
+    if (std::exchange(id_, (*lease_)->id()).empty()) {
+      log_.name(id_);
+      log_.begin();
+    }
     task_.fields = *select_fields(**lease_, {});
   }
   if (const auto status = check_step("to", request_.to()); !status.ok()) return status;
@@ -154,6 +162,7 @@ grpc::Status DriveCall::enter() {
   const Session& session = **lease_;
   const double price = session.work(session.start_for(task_.to), task_.to);
   const auto admitted = admit(request_ticket_, log_.account(), Ticket::Kind::call, price);
+  log_.price(price);
   if (admitted.ok()) Job::bill(log_.account().share(), price);
   return admitted;
 }
@@ -165,9 +174,11 @@ bool DriveCall::run_slice() noexcept {
     if (cancelled_ || host_.lifecycle.stopping()) {
       if (cursor_->step() < task_.to) cursor_->cancel();
     } else if (!cursor_->advance(task_.to, budget, stop_.get_token())) {
+      log_.worked();
       return true;
     }
     answer_step(**lease_, *cursor_, task_, response_.mutable_step());
+    log_.worked();
     reply_from_pool(grpc::Status::OK);
   } catch (...) {
     reply_from_pool(errors::from_current_exception());

@@ -30,7 +30,7 @@ Reactor* Gate::pass(const char* name, Reactor* (server::Service::*call)(Context*
     status = errors::from_current_exception();
   }
   if (status.ok()) return (service_.*call)(context, messages...);
-  CallLog(host_.log, *context, name).finish(status);
+  CallLog(host_.log, *context, name, {}, host_.metrics.get()).finish(status);
   return new Ended<Reactor>(status);
 }
 

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <stop_token>
 
@@ -65,6 +66,8 @@ struct Host {
   Registry registry;
   Lifecycle lifecycle;
   Identify identify;
+  /// Null: nobody reads any.
+  std::shared_ptr<Metrics> metrics;
   Scheduler scheduler;
   /// For steps that are short, for work that has slices, and for work that has none or long ones.
   Pool steps{scheduler, JobKind::brief};

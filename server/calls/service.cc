@@ -12,7 +12,9 @@ namespace stiefel::server {
 
 CallLog Service::open(Context* context, const char* method, std::string_view session_id) {
   context->AddInitialMetadata("stiefel-numerics-id", numerics_id());
-  CallLog log(host_.log, *context, method, session_id);
+  if (const auto trace = trace_id_of(*context); !trace.empty())
+    context->AddTrailingMetadata("stiefel-trace-id", std::string(trace));
+  CallLog log(host_.log, *context, method, session_id, host_.metrics.get());
   log.bill(host_.accounts.of(host_.identify(*context)), *context);
   return log;
 }

@@ -42,7 +42,8 @@ class Service final : public v1::SimulationService::WithRawCallbackMethod_Stream
                                                              const v1::SummarizeRequest*) override;
 
  private:
-  /// Every call begins with this: its log line, and the reply's metadata `stiefel-numerics-id`.
+  /// Every call begins with this: its log line and counts, the reply's metadata
+  /// `stiefel-numerics-id`, and, of a call with a `traceparent`, the trailing `stiefel-trace-id`.
   CallLog open(Context* context, const char* method, std::string_view session_id = {});
   /// A unary call that has ended.
   static grpc::ServerUnaryReactor* finished(Context* context, CallLog& log,

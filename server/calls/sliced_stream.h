@@ -42,6 +42,8 @@ class SlicedStream final : public grpc::ServerWriteReactor<Response>, private Jo
         log_(std::move(log)),
         produce_(std::move(produce)),
         shutdown_(host.lifecycle.stop_token(), RequestStop{stop_}) {
+    log_.price(pool.price_cap());
+    log_.begin();
     const grpc::Status admitted =
         admit(ticket_, log_.account(), Ticket::Kind::call, pool.price_cap());
     host_.lifecycle.enter();
@@ -56,6 +58,7 @@ class SlicedStream final : public grpc::ServerWriteReactor<Response>, private Jo
 
   void OnCancel() override { stop_.request_stop(); }
   void OnWriteDone(bool ok) override {
+    log_.written();
     if (!ok) stop_.request_stop();
     pool_.submit(this);
   }
@@ -80,6 +83,8 @@ class SlicedStream final : public grpc::ServerWriteReactor<Response>, private Jo
       last = std::unexpected(errors::from_current_exception());
     }
     if (last && !*last) {
+      log_.worked();
+      log_.writing();
       this->StartWrite(&message_);
       return false;
     }

@@ -75,7 +75,10 @@ grpc::ServerUnaryReactor* Service::Step(grpc::CallbackServerContext* context,
                   request->checksum()};
     if (const auto status = check_size(**session, task); !status.ok()) return finish(status);
     if (const auto refusal = log.account().overdrawn()) return finish(errors::over_quota(*refusal));
-    if (step_inline(**session, task, log.account(), response)) return finish(grpc::Status::OK);
+    if (step_inline(**session, task, log.account(), response)) {
+      log.did(response->price().work());
+      return finish(grpc::Status::OK);
+    }
     const std::int64_t to = task.to;
     MemoryLease memory(host_.memory, step_memory(**session, task));
     return new CursorCall(

@@ -46,6 +46,8 @@ class StreamCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, priv
         shutdown_(host.lifecycle.stop_token(), RequestStop{stop_}) {
     if (request.scene_arrays()) messages_.add_scene((*session_)->scene().description());
     const double price = (*session_)->work((*session_)->start_for(range.from), range.to);
+    log_.price(price);
+    log_.begin();
     const grpc::Status admitted = admit(ticket_, log_.account(), Ticket::Kind::stream, price);
     host_.lifecycle.enter();
     if (!admitted.ok()) {
@@ -115,10 +117,14 @@ bool StreamCall::run_slice() noexcept {
     const bool more = work();
     // While others have their turn, or the reader: a simulation of large N would wait with it.
     if (sampling_ && (more || still_writing())) sampling_->rest();
-    if (more) return true;
+    if (more) {
+      log_.worked();
+      return true;
+    }
   } catch (...) {
     error_ = errors::from_current_exception();
   }
+  log_.worked();
   {
     const std::lock_guard lock(mutex_);
     resting_ = writing_;
@@ -173,6 +179,7 @@ bool StreamCall::send() noexcept {
     writing_ = true;
     resting_ = more;
   }
+  log_.writing();
   StartWrite(&bytes_);
   return !more;
 }
@@ -213,6 +220,7 @@ void StreamCall::OnWriteDone(bool ok) {
   {
     const std::lock_guard lock(mutex_);
     writing_ = false;
+    log_.written();
     if (!ok) cancelled_ = true;
     if (!std::exchange(resting_, false)) return;
   }

@@ -62,6 +62,8 @@ class SummarizeCall final : public grpc::ServerWriteReactor<v1::SummarizeRespons
         request_(request),
         shutdown_(host.lifecycle.stop_token(), RequestStop{stop_}) {
     const double price = (*session_)->work((*session_)->start_for(request.from()), request.to());
+    log_.price(price);
+    log_.begin();
     const grpc::Status admitted = admit(ticket_, log_.account(), Ticket::Kind::stream, price);
     host_.lifecycle.enter();
     if (!admitted.ok()) {
@@ -74,6 +76,7 @@ class SummarizeCall final : public grpc::ServerWriteReactor<v1::SummarizeRespons
 
   void OnCancel() override { stop_.request_stop(); }
   void OnWriteDone(bool ok) override {
+    log_.written();
     if (!ok) stop_.request_stop();
     pool_.submit(this);
   }
@@ -124,6 +127,7 @@ bool SummarizeCall::run_slice() noexcept {
     if (status.ok() && leaving()) status = errors::cancelled();
     if (status.ok()) {
       const bool silent = !messages_ || (messages_->empty() && !done_);
+      log_.worked();
       if (silent && slices_ < slices_between_messages) return true;
       send();
       return false;
@@ -241,6 +245,7 @@ void SummarizeCall::send() {
   }
   if (request_.checksum()) message_.set_checksum(wire::checksum(message_));
   if (last) return end(grpc::Status::OK);
+  log_.writing();
   StartWrite(&message_);
 }
 

@@ -170,6 +170,20 @@ std::optional<std::chrono::milliseconds> retry_delay(const grpc::Status& status)
   return std::nullopt;
 }
 
+Reason reason(const grpc::Status& status) {
+  v1::Status details;
+  if (!details.ParseFromString(status.error_details())) return {};
+  for (const auto& any : details.details()) {
+    v1::ErrorInfo info;
+    if (!any.type_url().ends_with("/google.rpc.ErrorInfo") || !info.ParseFromString(any.value()))
+      continue;
+    const auto limit = info.metadata().find("limit");
+    const bool named = info.reason() == "OVER_QUOTA" && limit != info.metadata().end();
+    return {info.reason(), named ? limit->second : ""};
+  }
+  return {};
+}
+
 grpc::Status checkpoint_of_other_numerics(std::string_view theirs, std::string_view ours) {
   return info(grpc::FAILED_PRECONDITION,
               "checkpoint: written with the numerics id " + shortened(theirs) +

@@ -39,6 +39,11 @@ grpc::Status too_many_sessions(std::uint32_t max_sessions);
 grpc::Status over_quota(const Refusal& refusal);
 /// The delay of a status's RetryInfo, if it has one, rounded up.
 std::optional<std::chrono::milliseconds> retry_delay(const grpc::Status& status);
+/// The reason of a status's ErrorInfo, and the limit that it names: both may be empty.
+struct Reason {
+  std::string reason, limit;
+};
+Reason reason(const grpc::Status& status);
 /// FAILED_PRECONDITION, CHECKPOINT_OF_OTHER_NUMERICS with `checkpoint_numerics_id` and
 /// `server_numerics_id`.
 grpc::Status checkpoint_of_other_numerics(std::string_view theirs, std::string_view ours);

@@ -109,4 +109,16 @@ Account& Accounts::of(const Principal& principal) {
   return *account;
 }
 
+Accounts::Use Accounts::use() const {
+  Use all;
+  const auto add = [&all](const Account& account) {
+    all.admitted += account.queued_.load(std::memory_order_relaxed);
+    all.paid += account.paid_.load(std::memory_order_relaxed);
+  };
+  add(everybody_);
+  const std::shared_lock lock(mutex_);
+  for (const auto& [name, account] : named_) add(*account);
+  return all;
+}
+
 }  // namespace stiefel::server

@@ -37,6 +37,7 @@ class Account {
   std::optional<Refusal> overdrawn();
   /// Counts work, in instructions, that was not done as a job.
   void pay(double work) {
+    paid_.fetch_add(static_cast<std::uint64_t>(work), std::memory_order_relaxed);
     if (rate_.limited()) rate_.spend(work, clock_());
   }
 
@@ -50,6 +51,7 @@ class Account {
 
  private:
   friend class Ticket;
+  friend class Accounts;
 
   const Principal principal_;
   const Quota quota_;
@@ -58,6 +60,7 @@ class Account {
   Share share_;
   std::atomic<std::uint32_t> sessions_ = 0, streams_ = 0, calls_ = 0;
   std::atomic<std::uint64_t> queued_ = 0;  // instructions
+  std::atomic<std::uint64_t> paid_ = 0;    // instructions
 };
 
 /// A call's place in an account, given back when the ticket goes.
@@ -90,11 +93,18 @@ class Accounts {
   /// That of the principal, new the first time.
   Account& of(const Principal& principal);
 
+  /// Of all principals together, in instructions.
+  struct Use {
+    std::uint64_t admitted = 0;  ///< the prices of the calls that run or wait
+    std::uint64_t paid = 0;      ///< work that was not done as a job
+  };
+  Use use() const;
+
  private:
   const Quota quota_;
   const WorkClock clock_;
   Account everybody_;  // of the principal without a name: found without a lock
-  std::shared_mutex mutex_;
+  mutable std::shared_mutex mutex_;
   std::unordered_map<std::string, std::unique_ptr<Account>> named_;  // guarded by mutex_
 };
 

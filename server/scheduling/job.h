@@ -51,7 +51,8 @@ class Job {
   Job* next_ = nullptr;  // in a queue
   Job* previous_ = nullptr;
   Share* share_ = nullptr;
-  std::uint64_t order_ = 0;  // of arrival
+  std::uint64_t order_ = 0;    // of arrival
+  std::uint64_t waiting_ = 0;  // what it counts in RunQueue::waiting_work while it is queued
   double price_ = 0;
   double spent_ = 0;
   JobKind kind_ = JobKind::sliced;

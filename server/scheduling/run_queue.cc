@@ -11,6 +11,12 @@ std::uint8_t queue_of(JobKind kind) {
   return static_cast<std::uint8_t>(1 + static_cast<std::uint8_t>(kind));
 }
 
+/// Of a job that has taken more than its price a slice is left, as far as anybody knows.
+std::uint64_t work_left(double price, double spent) {
+  return static_cast<std::uint64_t>(price > spent ? std::min(price - spent, RunQueue::most_waiting)
+                                                  : short_work);
+}
+
 }  // namespace
 
 void JobList::append(Job* job) {
@@ -36,6 +42,8 @@ void RunQueue::enqueue(Job* job) {
   job->order_ = ++arrivals_;
   job->queue_ = job->is_short() ? shorts : queue_of(job->kind_);
   job->queued_ = true;
+  job->waiting_ = work_left(job->price_, job->spent_);
+  waiting_.fetch_add(job->waiting_, std::memory_order_relaxed);
   share.queues_[job->queue_].append(job);
   if (job->queue_ == shorts) shorts_.fetch_add(1, std::memory_order_relaxed);
   if (share.jobs_++ > 0) return;
@@ -51,6 +59,7 @@ void RunQueue::remove(Job* job) {
   Share& share = share_of(job);
   share.queues_[job->queue_].remove(job);
   job->queued_ = false;
+  waiting_.fetch_sub(job->waiting_, std::memory_order_relaxed);
   if (job->queue_ == shorts) shorts_.fetch_sub(1, std::memory_order_relaxed);
   if (--share.jobs_ > 0) return;
   (share.previous_ ? share.previous_->next_ : first_) = share.next_;

@@ -52,6 +52,8 @@ class RunQueue {
   /// Work in instructions.
   static constexpr double lead = 10 * short_work;
   static constexpr double patience = 8 * short_work;
+  /// A job that waits counts for at most so much waiting work: about a second of a thread.
+  static constexpr double most_waiting = 5e9;
   /// Longer jobs leave so much of a second's work to the calls that come.
   static constexpr WorkRate::Seconds reserve{0.1};
 
@@ -77,6 +79,9 @@ class RunQueue {
   bool empty() const { return first_ == nullptr; }
   /// From any thread: whether a short job waits.
   bool short_waits() const { return shorts_.load(std::memory_order_relaxed) > 0; }
+  /// From any thread: the work of the jobs that wait for a worker, in instructions: what is left of
+  /// the price of each, at most `most_waiting`.
+  std::uint64_t waiting_work() const { return waiting_.load(std::memory_order_relaxed); }
   /// When the first of those beyond their work rate may go on, that the last `pop` passed over.
   std::optional<Time> ready_at() const { return ready_at_; }
   /// Work rates hold no longer.
@@ -92,6 +97,7 @@ class RunQueue {
   double served_ = 0;       // the pass of the share that was served last
   std::uint64_t arrivals_ = 0;
   std::atomic<int> shorts_ = 0;
+  std::atomic<std::uint64_t> waiting_ = 0;
   std::optional<Time> ready_at_;
   bool lifted_ = false;
 };

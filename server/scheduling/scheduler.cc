@@ -28,8 +28,18 @@ double processor_work() {
 
 /// Whose job this worker runs.
 thread_local Share* share_at_work = nullptr;
+/// The slice that this thread runs: its meter, null outside one, and what that said when the work
+/// was taken last.
+thread_local const Scheduler::Meter* slice_meter = nullptr;
+thread_local double slice_mark = 0;
 
 }  // namespace
+
+double take_slice_work() {
+  if (!slice_meter) return 0;
+  const double before = std::exchange(slice_mark, (*slice_meter)());
+  return slice_mark - before;
+}
 
 /// Items that several workers do together.
 struct Scheduler::Items {
@@ -37,7 +47,8 @@ struct Scheduler::Items {
   const Item item;
   void* const context;
   std::atomic<std::size_t> next = 0;
-  std::exception_ptr failure = nullptr;  // guarded by the scheduler's mutex
+  std::exception_ptr failure = nullptr;  // guarded by the scheduler's mutex, as the next is
+  double helpers_work = 0;               // instructions
 
   /// Does items until none is left or `pause` says so.
   template <class Pause>
@@ -71,6 +82,7 @@ class Scheduler::Helper final : public Job {
     }
     const std::lock_guard lock(scheduler.mutex_);
     if (failure) items_->failure = failure;
+    items_->helpers_work += take_slice_work();
     done_ = true;
     scheduler.helped_.notify_all();
     return false;
@@ -164,6 +176,8 @@ void Scheduler::work(bool kept) {
     lock.unlock();
     share_at_work = turn.share;
     const double before = meter_();
+    slice_meter = &meter_;
+    slice_mark = before;
     bool more;
     {
       const SliceLength length(kept && !turn.is_short ? brief_slice_nanoseconds
@@ -171,8 +185,10 @@ void Scheduler::work(bool kept) {
       more = turn.job->run_slice();
     }
     const double done = meter_() - before;
+    slice_meter = nullptr;
     lock.lock();
     in_whole_ -= whole;
+    work_done_.fetch_add(done, std::memory_order_relaxed);
     queue_.charge(turn, done, more, std::chrono::steady_clock::now());
     // A job that was short may be too long for the kept worker from now on.
     if (kept && more) wake_another();
@@ -192,6 +208,7 @@ void Scheduler::run(std::size_t count, double nanoseconds, Item item, void* cont
     failure = std::current_exception();
   }
   dismiss(std::span(helpers).first(called));
+  slice_mark -= items.helpers_work;
   if (!failure) failure = items.failure;
   if (failure) std::rethrow_exception(failure);
 }

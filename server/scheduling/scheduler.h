@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <condition_variable>
 #include <functional>
 #include <mutex>
@@ -12,6 +13,10 @@
 #include "server/scheduling/run_queue.h"
 
 namespace stiefel::server {
+
+/// The work of the slice that this thread runs, and of those that helped it, in instructions: since
+/// the slice began, or since the last call. 0 outside a slice.
+double take_slice_work();
 
 /// The threads that compute: one budget for stepping, ensembles and searches. Jobs run one slice at
 /// a time in the order of RunQueue. With two threads or more one worker is kept for short jobs: of
@@ -38,6 +43,10 @@ class Scheduler final : private Crew {
   /// From now on no job waits for its principal's work rate: what runs is to end.
   void lift_rates();
   int threads() const { return static_cast<int>(workers_.size()); }
+  /// The work of all slices that have ended, in instructions.
+  double work_done() const { return work_done_.load(std::memory_order_relaxed); }
+  /// RunQueue::waiting_work.
+  std::uint64_t waiting_work() const { return queue_.waiting_work(); }
 
  private:
   struct Items;
@@ -64,6 +73,7 @@ class Scheduler final : private Crew {
   bool kept_idle_ = false;
   std::size_t in_whole_ = 0;  // workers inside a whole slice
   std::size_t others_ = 0;    // workers that are not kept
+  std::atomic<double> work_done_ = 0;
   bool stopping_ = false;
   std::vector<std::jthread> workers_;
 };

@@ -103,6 +103,19 @@ TEST(Account, WorkASecond) {
   EXPECT_FALSE(Ticket().take(account, Kind::call, 1));
 }
 
+TEST(Account, TheUseOfAllIsTheSum) {
+  Accounts accounts({});
+  Ticket first, second;
+  EXPECT_FALSE(first.take(accounts.of({}), Kind::call, 100));
+  EXPECT_FALSE(second.take(accounts.of({"alice"}), Kind::stream, 20));
+  accounts.of({"alice"}).pay(3);
+  accounts.of({}).pay(4);
+  EXPECT_EQ(accounts.use().admitted, 120U);
+  EXPECT_EQ(accounts.use().paid, 7U);
+  first.give_back();
+  EXPECT_EQ(accounts.use().admitted, 20U);
+}
+
 TEST(Account, SeatsAreGivenBack) {
   Accounts accounts({.sessions = 1});
   Account& account = accounts.of({});

@@ -51,6 +51,27 @@ TEST_F(RunQueueTest, JobsOfAShareTakeTurns) {
   EXPECT_EQ(order_, "abcaca");
 }
 
+TEST_F(RunQueueTest, WhatWaitsIsWhatIsLeftOfThePrices) {
+  Share share;
+  EXPECT_EQ(queue_.waiting_work(), 0U);
+  queue(share, 'a', 2, slice, 3 * slice);
+  queue(share, 'b', 1, slice, endless);
+  const auto most = static_cast<std::uint64_t>(RunQueue::most_waiting);
+  EXPECT_EQ(queue_.waiting_work(), 3 * 10'000'000U + most) << "no job counts for more than that";
+  turn();
+  EXPECT_EQ(queue_.waiting_work(), 2 * 10'000'000U + most) << "a slice less";
+  while (turn()) {
+  }
+  EXPECT_EQ(queue_.waiting_work(), 0U);
+}
+
+TEST_F(RunQueueTest, AJobBeyondItsPriceHasASliceLeft) {
+  Share share;
+  queue(share, 'a', 3, 5 * slice, 4 * slice);
+  turn();
+  EXPECT_EQ(queue_.waiting_work(), 10'000'000U);
+}
+
 TEST_F(RunQueueTest, SharesAreEqualWhateverTheJobs) {
   Share greedy, modest, others;
   for (int i = 0; i < 50; ++i) queue(greedy, 'g', 1000, slice, endless);

@@ -78,6 +78,31 @@ TEST(Scheduler, JobsTakeTurns) {
   EXPECT_EQ(order, "slololll");
 }
 
+TEST(Scheduler, TellsTheWorkOfASliceAndOfAll) {
+  std::vector<double> taken;
+  {
+    std::latch done(1);
+    Scheduler scheduler(1, &counted_work);
+    Calling job([&] {
+      work_done += 5;
+      taken.push_back(take_slice_work());
+      work_done += 3;
+      taken.push_back(take_slice_work());
+      taken.push_back(take_slice_work());
+      if (taken.size() < 6) return true;
+      done.count_down();
+      return false;
+    });
+    scheduler.submit(&job, JobKind::brief);
+    done.wait();
+    while (scheduler.work_done() < 16) std::this_thread::yield();
+    EXPECT_EQ(scheduler.work_done(), 16);
+    EXPECT_EQ(scheduler.waiting_work(), 0U);
+  }
+  EXPECT_EQ(taken, (std::vector<double>{5, 3, 0, 5, 3, 0}));
+  EXPECT_EQ(take_slice_work(), 0) << "outside a slice";
+}
+
 TEST(Scheduler, FinishesWhatIsQueued) {
   std::atomic<int> slices = 0;
   std::list<Calling> jobs;

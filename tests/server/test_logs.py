@@ -1,0 +1,161 @@
+"""The lines of the log: one a call, one at a stream's start, valid JSON whatever a caller sends, and nothing secret."""
+import json
+import os
+import subprocess
+
+import grpc
+import pytest
+
+import stiefel
+from conftest import BODY
+from stiefel import v1 as pb
+from stiefel.v1 import simulation_pb2_grpc as rpc
+
+TRACE = "4bf92f3577b34da6a3ce929d0e0e4736"
+PARENT = f"00-{TRACE}-00f067aa0ba902b7-01"
+
+
+@pytest.fixture
+def logged(serve):
+    """Runs calls against a server and returns its log as objects."""
+    def logged(work, *arguments):
+        process = serve("--log-format", "json", *arguments)
+        with process.channel() as channel:
+            work(rpc.SimulationServiceStub(channel), process)
+        process.child.stdin.close()
+        process.child.wait(20)
+        text = process.child.stderr.read()
+        return [json.loads(line) for line in text.splitlines()]
+    return logged
+
+
+def create(stub, process, **more):
+    with stiefel.Client(process.address, **more) as client:
+        session = client.create(BODY)
+        return session.id
+
+
+def of(lines, method, message="rpc"):
+    return [line for line in lines if line.get("method") == method and line["message"] == message]
+
+
+def test_a_call_is_a_line_with_peer_price_and_work(logged):
+    said = {}
+
+    def work(stub, process):
+        said["id"] = create(stub, process)
+        said["inline"] = stub.Step(pb.StepRequest(session_id=said["id"], to=3), timeout=10).price.work
+        said["pooled"] = stub.Step(pb.StepRequest(session_id=said["id"], to=100_000), timeout=60).price.work
+    steps = of(logged(work), "Step")
+    assert [line["price"] for line in steps] == pytest.approx([said["inline"], said["pooled"]], rel=0.01, abs=1)
+    for line in steps:
+        assert line["session"] == said["id"] and line["code"] == "OK" and line["peer"].startswith("ipv4:127.0.0.1:")
+        assert "trace_id" not in line and line["request_id"]
+    assert steps[0]["work"] == steps[0]["price"]
+    # The pooled one was measured; its price is a prediction.
+    assert steps[1]["price"] / 20 < steps[1]["work"] < 20 * steps[1]["price"]
+
+
+def test_a_stream_has_a_line_at_its_start(logged):
+    def work(stub, process):
+        session = create(stub, process)
+        assert list(stub.Stream(pb.StreamRequest(session_id=session, to=1000), timeout=60))
+        assert list(stub.Drive(iter([pb.DriveRequest(session_id=session, to=k) for k in (1, 2)]), timeout=60))
+        assert list(stub.Summarize(pb.SummarizeRequest(session_id=session, to=50), timeout=60))
+    lines = logged(work)
+    for method in ("Stream", "Drive", "Summarize"):
+        (begin,), (end,) = of(lines, method, "rpc begins"), of(lines, method)
+        assert lines.index(begin) < lines.index(end)
+        for key in ("request_id", "session", "peer"):
+            assert begin[key] == end[key] != ""
+        assert "code" not in begin and end["code"] == "OK"
+    assert of(lines, "Stream", "rpc begins")[0]["price"] == of(lines, "Stream")[0]["price"] > 0
+    assert of(lines, "Stream")[0]["work"] > 0
+    assert of(lines, "Step", "rpc begins") == []
+
+
+@pytest.mark.parametrize("metadata, told", [
+    ([("traceparent", PARENT)], TRACE),
+    ([("traceparent", PARENT[:-2] + "00")], TRACE),
+    ([("traceparent", "cc" + PARENT[2:] + "-more")], TRACE),
+    ([("traceparent", PARENT + "-more")], None),
+    ([("traceparent", "ff" + PARENT[2:])], None),
+    ([("traceparent", PARENT.upper())], None),
+    ([("traceparent", PARENT[:-1])], None),
+    ([("traceparent", "")], None),
+    ([("traceparent", PARENT.replace("-", "_"))], None),
+    ([("traceparent", f"00-{'0' * 32}-00f067aa0ba902b7-01")], None),
+    ([("traceparent", f"00-{TRACE}-{'0' * 16}-01")], None),
+    ([("traceparent", "x" * 4000)], None),
+    ([("traceparent", PARENT), ("traceparent", PARENT)], None),
+    ([], None)])
+def test_trace_ids(logged, metadata, told):
+    trailers = {}
+
+    def work(stub, process):
+        del process
+        _, unary = stub.Describe.with_call(pb.DescribeRequest(), metadata=metadata, timeout=10)
+        trailers["unary"] = dict(unary.trailing_metadata())
+        with pytest.raises(grpc.RpcError) as refused:
+            list(stub.Stream(pb.StreamRequest(session_id="nobody"), metadata=metadata, timeout=10))
+        trailers["stream"] = dict(refused.value.trailing_metadata())
+    lines = logged(work)
+    for found in trailers.values():
+        assert found.get("stiefel-trace-id") == told
+    for line in of(lines, "Describe") + of(lines, "Stream"):
+        assert line.get("trace_id") == told
+
+
+HOSTILE = ['quote"', "back\\slash", "new\nline", "tab\t", "nul\0", "escape\x1b[31m", "\u2028 separator", "\ud7ff\uffff",
+           '","level":"error","message":"forged', "{}%s%n{0}", "é" * 200, "😀" * 100, "x" * 100_000]
+
+
+@pytest.mark.parametrize("form", ["json", "text"])
+def test_hostile_ids(serve, form):
+    process = serve("--log-format", form)
+    with process.channel() as channel:
+        stub = rpc.SimulationServiceStub(channel)
+        for text in HOSTILE:
+            with pytest.raises(grpc.RpcError):
+                stub.GetSession(pb.GetSessionRequest(session_id=text), timeout=10)
+            with pytest.raises(grpc.RpcError):
+                stub.Step(pb.StepRequest(session_id=text), timeout=10)
+            replies = list(stub.Drive(iter([pb.DriveRequest(session_id=text)]), timeout=10))
+            assert [reply.error.code for reply in replies] == [grpc.StatusCode.INVALID_ARGUMENT.value[0]]
+        # A header holds printable ASCII only.
+        stub.Describe(pb.DescribeRequest(), metadata=[("x-request-id", 'a"b\\c {"level":"error"}')], timeout=10)
+    process.child.stdin.close()
+    process.child.wait(20)
+    lines = process.child.stderr.read().split("\n")
+    assert lines.pop() == ""
+    # One line a call and no more: nothing that a caller sends begins another.
+    assert sum(" rpc " in line or '"rpc"' in line for line in lines) == 3 * len(HOSTILE) + 1
+    if form == "json":
+        objects = [json.loads(line) for line in lines]
+        assert all(line["level"] in ("info", "warning") for line in objects)
+        assert all(len(line.get("session", "")) <= 128 for line in objects)
+        assert of(objects, "Describe")[0]["request_id"] == 'a"b\\c {"level":"error"}'
+    else:
+        assert not any("\x1b" in line or "\0" in line for line in lines)
+
+
+def test_no_secret_is_logged(serve, tmp_path):
+    made = subprocess.run([os.environ["STIEFEL_SERVER"], "token", "alice"], capture_output=True, text=True, check=True)
+    token, row = made.stdout.splitlines()
+    (tmp_path / "tokens").write_text(row + "\n")
+    (tmp_path / "key").write_text("ab" * 32 + "\n")
+    process = serve("--log-format", "json", "--log-level", "trace", "--tokens", str(tmp_path / "tokens"),
+                    "--checkpoint-key", str(tmp_path / "key"))
+    wrong = "f" * len(token)
+    with process.channel() as channel:
+        stub = rpc.SimulationServiceStub(channel)
+        with pytest.raises(grpc.RpcError):
+            stub.Describe(pb.DescribeRequest(), metadata=[("authorization", f"Bearer {wrong}")], timeout=10)
+        stub.Describe(pb.DescribeRequest(), metadata=[("authorization", f"Bearer {token}")], timeout=10)
+    process.child.stdin.close()
+    process.child.wait(20)
+    text = process.child.stderr.read()
+    for secret in (token, wrong, row.split()[-1], "ab" * 32, "Bearer"):
+        assert secret not in text
+    lines = [json.loads(line) for line in text.splitlines()]
+    assert [line.get("principal") for line in of(lines, "Describe")] == [None, "alice"]

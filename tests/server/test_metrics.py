@@ -1,0 +1,254 @@
+"""What a server tells Prometheus, over HTTP, of calls that were made over gRPC."""
+import os
+import re
+import socket
+import subprocess
+import threading
+import time
+import urllib.error
+import urllib.request
+
+import grpc
+import pytest
+
+import stiefel
+from conftest import BODY, eventually
+from stiefel import v1 as pb
+from stiefel.v1 import simulation_pb2_grpc as rpc
+
+SAMPLE = re.compile(r'^([a-z_]+)(?:\{(.*)\})? (\S+)$')
+
+
+def read(url):
+    """{(name, (label, value), ...): value} of every sample."""
+    samples = {}
+    with urllib.request.urlopen(url, timeout=10) as page:
+        for line in page.read().decode().splitlines():
+            if line and not line.startswith("#"):
+                name, labels, value = SAMPLE.match(line).groups()
+                pairs = tuple(sorted(re.findall(r'(\w+)="([^"]*)"', labels or "")))
+                samples[(name, *pairs)] = float(value)
+    return samples
+
+
+class Metered:
+    """A server with metrics; `url` is where."""
+
+    def __init__(self, process):
+        self.process, self.address = process, process.address
+        line = process.child.stdout.readline()
+        assert line.startswith("metrics at http://127.0.0.1:"), line
+        self.url = line.split()[-1]
+
+    def value(self, name, **labels):
+        return read(self.url).get((name, *sorted(labels.items())))
+
+
+@pytest.fixture
+def metered(serve):
+    return lambda *arguments: Metered(serve("--metrics", "127.0.0.1:0", *arguments))
+
+
+def test_calls_are_counted_by_method_and_code(metered):
+    server = metered()
+    with stiefel.Client(server.address) as client:
+        session = client.create(BODY)
+        for to in range(5):
+            session.step(to)
+    with grpc.insecure_channel(server.address) as channel:
+        stub = rpc.SimulationServiceStub(channel)
+        for _ in range(3):
+            with pytest.raises(grpc.RpcError):
+                stub.GetSession(pb.GetSessionRequest(session_id="nobody"), timeout=10)
+    seen = read(server.url)
+    calls = lambda method, code: seen[("stiefel_calls_total", ("code", code), ("method", method))]
+    assert calls("CreateSession", "OK") == 1 and calls("Step", "OK") == 5 and calls("Step", "INTERNAL") == 0
+    assert calls("GetSession", "NOT_FOUND") == 3
+    assert seen[("stiefel_refusals_total", ("reason", "SESSION_NOT_FOUND"))] == 3
+    assert seen[("stiefel_call_seconds_count", ("method", "Step"))] == 5
+    assert 0 < seen[("stiefel_call_seconds_sum", ("method", "Step"))] < 10
+    assert seen[("stiefel_calls_running", ("method", "Step"))] == 0
+    buckets = [value for key, value in seen.items()
+               if key[0] == "stiefel_call_seconds_bucket" and ("method", "Step") in key]
+    assert buckets == sorted(buckets) and buckets[-1] == 5
+    # Every RPC of the service is there.
+    methods = {dict(key[1:])["method"] for key in seen if key[0] == "stiefel_calls_total"}
+    assert methods == {method.name for method in
+                       pb.StepRequest.DESCRIPTOR.file.services_by_name["SimulationService"].methods}
+
+
+def test_what_the_server_holds(metered):
+    server = metered("--threads", "2", "--max-sessions", "7")
+    with stiefel.Client(server.address) as client:
+        sessions = [client.create(BODY) for _ in range(3)]
+        version = client.describe().version
+        sessions[0].step(200_000)
+        seen = read(server.url)
+        assert seen[("stiefel_sessions",)] == 3 and seen[("stiefel_sessions_limit",)] == 7
+        assert seen[("stiefel_threads",)] == 2
+        assert 0 < seen[("stiefel_memory_bytes",)] < seen[("stiefel_memory_limit_bytes",)]
+        # 200 000 steps of some hundred instructions, and at most some thousand.
+        assert 1e7 < seen[("stiefel_work_done_total",)] < 1e10
+        assert seen[("stiefel_work_queued",)] == 0 and seen[("stiefel_work_admitted",)] == 0
+        build = next(key for key in seen if key[0] == "stiefel_build_info")
+        assert dict(build[1:])["version"] == version and len(dict(build[1:])["numerics_id"]) > 8
+        assert seen[("process_resident_memory_bytes",)] > 1e6 and seen[("process_open_fds",)] > 5
+        assert abs(seen[("process_start_time_seconds",)] - time.time()) < 600
+        sessions[1].delete()
+    assert server.value("stiefel_sessions") == 2
+
+
+def test_inline_steps_are_work(metered):
+    server = metered()
+    with stiefel.Client(server.address) as client:
+        session = client.create(BODY)
+        before = server.value("stiefel_work_done_total")
+        prices = 0
+        with grpc.insecure_channel(server.address) as channel:
+            stub = rpc.SimulationServiceStub(channel)
+            for to in range(1, 20):
+                prices += stub.Step(pb.StepRequest(session_id=session.id, to=to), timeout=10).price.work
+        assert server.value("stiefel_work_done_total") - before == pytest.approx(prices, abs=20)
+
+
+def test_waiting_work_is_seen_and_goes(metered):
+    server = metered("--threads", "1")
+    with stiefel.Client(server.address) as client, grpc.insecure_channel(server.address) as channel:
+        stub = rpc.SimulationServiceStub(channel)
+        sessions = [client.create(BODY) for _ in range(4)]
+        calls = [stub.Step.future(pb.StepRequest(session_id=session.id, to=2_000_000_000)) for session in sessions]
+        # One of the four runs, and the waiting ones count 5e9 each.
+        assert eventually(lambda: server.value("stiefel_work_queued") >= 3 * 5e9, 30)
+        assert server.value("stiefel_work_queued") <= 4 * 5e9
+        assert server.value("stiefel_work_admitted") > 4e11
+        assert server.value("stiefel_calls_running", method="Step") == 4
+        for call in calls:
+            call.cancel()
+        assert eventually(lambda: server.value("stiefel_calls_running", method="Step") == 0, 30)
+        assert server.value("stiefel_work_queued") == 0 and server.value("stiefel_work_admitted") == 0
+        assert server.value("stiefel_calls_total", method="Step", code="CANCELLED") == 4
+
+
+def test_a_reader_that_does_not_read_is_behind(metered):
+    server = metered()
+    with stiefel.Client(server.address) as client, grpc.insecure_channel(server.address) as channel:
+        session = client.create(BODY)
+        stream = rpc.SimulationServiceStub(channel).Stream(
+            pb.StreamRequest(session_id=session.id, to=10_000_000), timeout=120)
+        next(stream)
+        assert eventually(lambda: server.value("stiefel_streams_behind") == 1, 30)
+        assert server.value("stiefel_streams_open") == 1
+        assert server.value("stiefel_stream_lag_seconds") > 0.1
+        stream.cancel()
+        assert eventually(lambda: server.value("stiefel_streams_open") == 0, 30)
+        assert server.value("stiefel_stream_lag_seconds") == 0
+
+
+def test_refusals_name_the_limit_inside_a_drive_too(metered):
+    server = metered("--principal-calls", "1", "--max-call-work", "1e6", "--max-sessions", "1")
+    with stiefel.Client(server.address) as client, grpc.insecure_channel(server.address) as channel:
+        stub, session = rpc.SimulationServiceStub(channel), client.create(BODY)
+        with pytest.raises(grpc.RpcError):
+            stub.Step(pb.StepRequest(session_id=session.id, to=10**9), timeout=10)
+        reply = next(stub.Drive(iter([pb.DriveRequest(session_id=session.id, to=10**9)]), timeout=10))
+        assert reply.error.code == grpc.StatusCode.RESOURCE_EXHAUSTED.value[0]
+        assert server.value("stiefel_refusals_total", reason="OVER_QUOTA", limit="call_work") == 2
+        with pytest.raises(grpc.RpcError):
+            stub.Step(pb.StepRequest(session_id=session.id, to=-1), timeout=10)
+        assert server.value("stiefel_refusals_total", reason="INVALID_ARGUMENT") == 1
+        with pytest.raises(grpc.RpcError):
+            request = pb.CreateSessionRequest(session_id="second")
+            request.scene.CopyFrom(stub.GetSession(
+                pb.GetSessionRequest(session_id=session.id, view=pb.SESSION_VIEW_FULL), timeout=10).session.scene)
+            stub.CreateSession(request, timeout=10)
+        assert server.value("stiefel_refusals_total", reason="TOO_MANY_SESSIONS") == 1
+
+
+def test_a_refused_token_is_counted(serve, tmp_path):
+    (tmp_path / "tokens").write_text("")
+    server = Metered(serve("--metrics", "127.0.0.1:0", "--tokens", str(tmp_path / "tokens")))
+    with grpc.insecure_channel(server.address) as channel, pytest.raises(grpc.RpcError):
+        rpc.SimulationServiceStub(channel).Describe(pb.DescribeRequest(), timeout=10)
+    assert server.value("stiefel_calls_total", method="Describe", code="UNAUTHENTICATED") == 1
+    assert server.value("stiefel_refusals_total", reason="TOKEN_MISSING") == 1
+
+
+def test_readers_at_once_with_calls(metered):
+    """Scrapes while calls begin and end: no sample is torn, and no count is negative or falls."""
+    server, stop, faults = metered(), threading.Event(), []
+
+    def scrape():
+        last = 0
+        while not stop.is_set():
+            seen = read(server.url)
+            count = seen[("stiefel_calls_total", ("code", "OK"), ("method", "Step"))]
+            running = seen[("stiefel_calls_running", ("method", "Step"))]
+            if count < last or not 0 <= running <= 2:
+                faults.append((count, last, running))
+            last = count
+    scrapers = [threading.Thread(target=scrape) for _ in range(3)]
+    with stiefel.Client(server.address) as client:
+        session = client.create(BODY)
+        for scraper in scrapers:
+            scraper.start()
+        for to in range(500):
+            session.step(to % 50)
+        stop.set()
+        for scraper in scrapers:
+            scraper.join()
+    assert faults == []
+    assert server.value("stiefel_calls_total", method="Step", code="OK") == 500
+
+
+def test_only_the_metrics_are_served(metered):
+    server = metered()
+    root = server.url.removesuffix("/metrics")
+    for path in ("/", "/etc/passwd", "/../../etc/passwd", "/metrics/../../etc/passwd", "/%2e%2e/%2e%2e/etc/passwd"):
+        host, port = root.removeprefix("http://").split(":")
+        with socket.create_connection((host, int(port)), timeout=10) as connection:
+            connection.sendall(f"GET {path} HTTP/1.0\r\n\r\n".encode())
+            answer = connection.makefile("rb").read()
+        assert answer.startswith((b"HTTP/1.1 404", b"HTTP/1.0 404", b"HTTP/1.1 400", b"HTTP/1.0 400",
+                                  b"HTTP/1.1 403")), (path, answer[:200])
+        assert b"root:" not in answer
+
+
+def test_silent_readers_hold_up_nobody_for_long(metered):
+    server = metered()
+    host, port = re.match(r"http://(.*):(\d+)/", server.url).groups()
+    silent = [socket.create_connection((host, int(port))) for _ in range(8)]
+    begin = time.monotonic()
+    with urllib.request.urlopen(server.url, timeout=60) as page:
+        assert page.status == 200
+    assert time.monotonic() - begin < 40
+    for connection in silent:
+        connection.close()
+
+
+def test_without_the_flag_there_is_nothing(serve):
+    process = serve()
+    assert process.stop() == 0
+    assert "metrics" not in process.child.stdout.read()
+
+
+@pytest.mark.parametrize("address, rule", [
+    ("0.0.0.0:0", "other machines reach it"), ("[::1]:0", "must have an IPv4 address"),
+    ("unix:/tmp/metrics", "must be host:port"), ("127.0.0.1", "")])
+def test_where_metrics_are_not_served(address, rule):
+    for arguments in (["check", "--metrics", address], ["--listen", "127.0.0.1:0", "--metrics", address]):
+        told = subprocess.run([os.environ["STIEFEL_SERVER"], *arguments], capture_output=True, text=True, timeout=20)
+        assert told.returncode != 0 and "metrics" in told.stderr and rule in told.stderr
+
+
+def test_other_machines_may_read_where_the_operator_says_so(serve):
+    process = serve("--metrics", "0.0.0.0:0", "--insecure")
+    url = process.child.stdout.readline().split()[-1]
+    assert read(url.replace("0.0.0.0", "127.0.0.1"))[("stiefel_threads",)] >= 1
+
+
+def test_a_port_that_is_taken(serve):
+    first = Metered(serve("--metrics", "127.0.0.1:0"))
+    taken = re.match(r"http://(.*)/metrics", first.url)[1]
+    told = subprocess.run([os.environ["STIEFEL_SERVER"], "--listen", "127.0.0.1:0", "--metrics", taken],
+                          capture_output=True, text=True, timeout=20)
+    assert told.returncode == 1 and taken in told.stderr and "Address already in use" in told.stderr
