@@ -30,7 +30,9 @@ std::string civetweb_ports(const std::string& address, int& port) {
   std::string all;
   for (const Listener& listener : listen_on_tcp(address)) {
     port = listener.port;
-    if (is_ipv4(listener.address)) all += (all.empty() ? "" : ",") + text_of(listener);
+    if (!is_ipv4(listener.address)) continue;
+    if (!all.empty()) all += ',';
+    all += text_of(listener);
   }
   return all;
 }
