@@ -57,7 +57,8 @@ bool is_unix_socket(int connection) {
 }
 
 std::vector<std::string> method_names() {
-  const auto* service = v1::StepRequest::descriptor()->file()->service(0);
+  const auto* service = google::protobuf::DescriptorPool::generated_pool()->FindServiceByName(
+      v1::SimulationService::service_full_name());
   std::vector<std::string> names;
   for (int i = 0; i < service->method_count(); ++i) names.push_back(service->method(i)->name());
   return names;

@@ -1,5 +1,6 @@
 // The command `stiefel`: simulations from the command line, on a server of its own or another.
 #include <CLI/CLI.hpp>
+#include <cstdlib>
 #include <exception>
 #include <functional>
 #include <iostream>
@@ -69,6 +70,8 @@ ExitStatus explain(const client::Error& error, const Origin& origin) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  // What fails is told by the command, in its own words; GRPC_VERBOSITY shows gRPC's too.
+  setenv("GRPC_VERBOSITY", "NONE", 0);
   CLI::App app(
       "Simulates torque-free rigid bodies in any dimension and geodesics on Stiefel manifolds, and "
       "reports how accurate the result is.",

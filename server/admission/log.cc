@@ -1,6 +1,5 @@
 #include "server/admission/log.h"
 
-#include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <nlohmann/json.hpp>
@@ -8,6 +7,7 @@
 #include <stdexcept>
 
 #include "server/admission/push_back.h"
+#include "server/admission/stderr_sink.h"
 #include "server/convert/errors.h"
 #include "server/metrics/trace_id.h"
 #include "server/scheduling/account.h"
@@ -66,10 +66,13 @@ std::string as_text(std::string_view message, const Log::Facts& facts) {
 
 }  // namespace
 
-Log::Log(const std::string& level, bool json)
-    : logger_(std::make_unique<spdlog::logger>("stiefel",
-                                               std::make_shared<spdlog::sinks::stderr_sink_mt>())),
-      json_(json) {
+Log::Log(const std::string& level, bool json) : json_(json) {
+  const auto told = [json](std::uint64_t dropped) {
+    constexpr const char* message = "log lines were dropped: nobody read stderr";
+    const Facts facts{{"count", static_cast<std::int64_t>(dropped)}};
+    return json ? as_json(message, facts) : as_text(message, facts);
+  };
+  logger_ = std::make_unique<spdlog::logger>("stiefel", std::make_shared<StderrSink>(told));
   const auto parsed = spdlog::level::from_str(level);
   if (parsed == spdlog::level::off && level != "off") {
     throw std::runtime_error("log level: '" + level +

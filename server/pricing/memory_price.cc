@@ -78,9 +78,10 @@ std::uint64_t fork_memory(const Session& from) {
 std::uint64_t conversion_memory(const v1::ConvertRequest& request) {
   const v1::Scene& scene = request.scene();
   const auto [rows, cols] = block_shape(scene);
-  const auto square = static_cast<std::uint64_t>(8 * std::max(rows, cols) * std::max(rows, cols));
+  // Frames of n < N rows have maps of n x N and n x n, the others N x N.
+  const auto maps = static_cast<std::uint64_t>(8 * (rows * cols + rows * rows));
   return (wants_choice(scene) ? search_memory(scene) : 0) + reading_memory(request) +
-         2 * scene_memory(scene) + 40 * square;
+         2 * scene_memory(scene) + 40 * maps;
 }
 
 std::uint64_t diagnosis_memory(const Session& session, const v1::DiagnoseRequest& request) {

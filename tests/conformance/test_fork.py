@@ -62,8 +62,11 @@ def test_a_wrong_change_names_the_field(client, change, fault):
 
 def test_of_an_unknown_session(client):
     session = client.create(scenes.free(4))
+    by_id = client.get(session.id)
     session.delete()
     with pytest.raises(stiefel.NotFound, match=f"from_session_id: {session.id}"):
+        by_id.fork(at=1)
+    with pytest.raises(stiefel.NotFound, match=session.id):
         session.fork(at=1)
 
 

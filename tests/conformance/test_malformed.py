@@ -1,10 +1,12 @@
 """Wrong requests: each is refused with its code, the path of the field and the rule, and nothing moves."""
+import grpc
 import numpy as np
 import pytest
 
 import scenes
 import stiefel
 from stiefel import v1 as pb
+from stiefel.errors import from_status
 
 INVALID, MISSING, EXISTS = stiefel.InvalidArgument, stiefel.NotFound, stiefel.AlreadyExists
 BIG = 2**53 + 1
@@ -155,10 +157,10 @@ def good(client):
 
 def ask(client, method, request):
     if method == "Stream":
-        session = client.get("good")
-        session.message.session_id = request.session_id
-        return list(session.stream(to=request.to, start=getattr(request, "from"), every=request.every,
-                                   fields=request.fields))
+        try:
+            return list(client.stub.Stream(request))
+        except grpc.RpcError as failure:
+            raise client.error(failure) from None
     return client.call(method, request)
 
 
@@ -207,8 +209,6 @@ def test_a_bad_request_does_not_end_a_drive(good):
         assert drive.step(7).fields.keys() == {"M"}, "the last fields that were named hold on"
 
 
-def test_a_drive_of_an_unknown_session(client, good):
-    good = client.get("good")
-    good.message.session_id = "nobody"
-    with good.drive() as drive, pytest.raises(MISSING, match="nobody"):
-        drive.step(1)
+def test_a_drive_of_an_unknown_session(client):
+    reply = next(client.stub.Drive(iter([pb.DriveRequest(session_id="nobody", to=1)])))
+    assert isinstance(from_status(reply.error), MISSING) and "nobody" in reply.error.message

@@ -30,14 +30,15 @@ double counted(const Scene& scene) {
   return allocated() - before;
 }
 
-/// Not below what is counted, and above it by at most half.
+/// Not below what is counted, and at most twice it: a row of the table holds for several systems, of
+/// which some keep half as many matrices.
 void expect_price(const SceneDescription& description, const std::string& what) {
   const auto scene = Scene::resolve(description);
   if (!scene) return;  // not every method takes every scene
   const double actual = counted(*scene);
   const auto priced = static_cast<double>(simulation_bytes(*scene));
   EXPECT_GE(priced, actual - slack) << what;
-  EXPECT_LE(priced, 1.5 * actual + 8 * slack) << what;
+  EXPECT_LE(priced, 2 * actual + 8 * slack) << what;
 }
 
 std::vector<int> orders_of(std::string_view method) {

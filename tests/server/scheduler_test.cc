@@ -220,7 +220,7 @@ TEST(Scheduler, TheKeptWorkerRunsLongJobsInBriefSlicesOnly) {
 }
 
 TEST(Scheduler, ItsThreadsGiveWayToOthers) {
-  std::latch done(2), both(2);
+  std::latch done(2), both(2), begun(1);
   std::array<std::atomic<int>, 2> nice{};
   std::array<std::string, 2> names;
   Scheduler scheduler(2);
@@ -228,6 +228,7 @@ TEST(Scheduler, ItsThreadsGiveWayToOthers) {
   Share share;
   for (std::size_t i = 0; i < 2; ++i) {
     jobs.emplace_back([&, i] {
+      if (i == 0) begun.count_down();
       both.arrive_and_wait();
       nice[i] = getpriority(PRIO_PROCESS, static_cast<id_t>(gettid()));
       char name[16] = {};
@@ -237,6 +238,7 @@ TEST(Scheduler, ItsThreadsGiveWayToOthers) {
       return false;
     });
     scheduler.submit(&jobs.back().of(share, i == 0 ? endless : 1), JobKind::sliced);
+    begun.wait();  // the endless one is on the other worker, and the short one has the kept
   }
   done.wait();
   const int own = getpriority(PRIO_PROCESS, 0);

@@ -140,7 +140,8 @@ class Replies:
     def of(self, method, seconds):
         """The time and the line of the method's end; None if it does not come."""
         def found():
-            return next((entry for entry in self.lines if f'"method":"{method}"' in entry[1]), None)
+            return next((entry for entry in self.lines if '"message":"rpc"' in entry[1] and f'"method":"{method}"' in entry[1]),
+                        None)
         with self.news:
             self.news.wait_for(found, seconds)
             return found()

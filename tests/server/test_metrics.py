@@ -74,7 +74,7 @@ def test_calls_are_counted_by_method_and_code(metered):
     # Every RPC of the service is there.
     methods = {dict(key[1:])["method"] for key in seen if key[0] == "stiefel_calls_total"}
     assert methods == {method.name for method in
-                       pb.StepRequest.DESCRIPTOR.file.services_by_name["SimulationService"].methods}
+                       pb.simulation_pb2.DESCRIPTOR.services_by_name["SimulationService"].methods}
 
 
 def test_what_the_server_holds(metered):
@@ -159,7 +159,7 @@ def test_refusals_name_the_limit_inside_a_drive_too(metered):
         with pytest.raises(grpc.RpcError):
             request = pb.CreateSessionRequest(session_id="second")
             request.scene.CopyFrom(stub.GetSession(
-                pb.GetSessionRequest(session_id=session.id, view=pb.SESSION_VIEW_FULL), timeout=10).session.scene)
+                pb.GetSessionRequest(session_id=session.id, view=pb.SCENE_VIEW_FULL), timeout=10).session.scene)
             stub.CreateSession(request, timeout=10)
         assert server.value("stiefel_refusals_total", reason="TOO_MANY_SESSIONS") == 1
 

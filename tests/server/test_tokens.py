@@ -13,6 +13,7 @@ from conftest import BODY, eventually
 
 import stiefel
 from stiefel import v1 as pb
+from stiefel.errors import from_status
 
 RUN = {**BODY, "method": {"name": "rk4"}}
 SERVICE = pb.simulation_pb2.DESCRIPTOR.services_by_name["SimulationService"]
@@ -154,8 +155,9 @@ def test_two_principals_do_not_meet(guarded):
             assert told(lambda: bob.call("Diagnose", pb.DiagnoseRequest(session_id=guess))) == expected
             fork = pb.ForkSessionRequest(session_id="f", from_session_id=guess)
             assert told(lambda: bob.call("ForkSession", fork))[0] == grpc.StatusCode.NOT_FOUND
-            with his.drive() as drive:
-                assert told(lambda: drive._ask(pb.DriveRequest(session_id=guess, to=1))) == expected
+            reply = next(bob.stub.Drive(iter([pb.DriveRequest(session_id=guess, to=1)])))
+            told_in_drive = from_status(reply.error)
+            assert (told_in_drive.code, told_in_drive.message, told_in_drive.reason) == expected
         assert [session.id for session in bob.list()] == ["same"]
         assert [session.id for session in alice.list()] == ["only-hers", "same"]
         bob.delete("only-hers")

@@ -43,9 +43,10 @@ std::unique_ptr<Simulation> make(const Scene& scene, const Eigen::MatrixXd& star
     of_S(x, out);
     if (with_M || !out.wants(family::PQt)) return;
     const Eigen::MatrixXd A = costate_product<double>(x.topRows(n), x.bottomRows(n));
+    const double scale = x.bottomRows(n).norm();
     for (Eigen::Index i = 0; i < n; ++i)
       for (Eigen::Index j = 0; j < n; ++j)
-        out.add(family::PQt, indexed(family::PQt, i + 1, j + 1), A(i, j), x.bottomRows(n).norm());
+        out.add(family::PQt, indexed(family::PQt, i + 1, j + 1), A(i, j), scale);
   };
   return simulate(scene, StiefelCostate<double>(lambda, n), observables, 3 * stiefel_cost(n, N));
 }

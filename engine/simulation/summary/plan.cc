@@ -53,6 +53,13 @@ class Check {
     return all;
   }
 
+  /// "; did you mean energy?": of the fields, else of the invariants.
+  std::string near_quantity(const std::string& name) const {
+    const std::string of_fields = did_you_mean(name, start_.fields(), &Field::name);
+    const auto& invariants = catalogue().system(scene_.system())->invariants;
+    return of_fields.empty() ? did_you_mean(name, invariants, &InvariantInfo::name) : of_fields;
+  }
+
   void quantity(std::size_t i) {
     const Quantity& asked = plan_.what.quantities[i];
     Plan::Read read;
@@ -60,8 +67,7 @@ class Check {
     const auto reading = make_reading(one, start_, asked.name);
     if (!reading) {
       refuse(at("quantities", i, ".name"), asked.name,
-             "must be one of " + names(true) +
-                 did_you_mean(asked.name, start_.fields(), &Field::name));
+             "must be one of " + names(true) + near_quantity(asked.name));
       plan_.reads.push_back(read);
       return;
     }

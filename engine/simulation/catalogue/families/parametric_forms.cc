@@ -115,9 +115,10 @@ StackedObservables parametric_observables(const Scene& scene, double h) {
     if (!out.wants(family::PQ_inverse)) return;
     const Eigen::MatrixXd A =
         x.topRows(N).transpose().partialPivLu().solve(x.bottomRows(N).transpose()).transpose();
+    const double scale = A.norm();
     for (Eigen::Index i = 0; i < N; ++i)
       for (Eigen::Index j = 0; j < N; ++j)
-        out.add(family::PQ_inverse, indexed(family::PQ_inverse, i + 1, j + 1), A(i, j), A.norm());
+        out.add(family::PQ_inverse, indexed(family::PQ_inverse, i + 1, j + 1), A(i, j), scale);
   };
   observables.rate = [=](const Eigen::MatrixXd& x) { return angular_velocity_norm(lambda, M(x)); };
   return observables;

@@ -60,9 +60,10 @@ void report_rigid_form(StackedObservables& observables, const Scene& scene, Rigi
     rigid_body_invariants(form.side, lambda, Q, M, out, {.terms = form.terms ? form.terms(x) : 0});
     if (!form.A || !out.wants(family::PQt)) return;
     const Eigen::MatrixXd A = form.A(x);
+    const double scale = A.norm();
     for (Eigen::Index i = 0; i < N; ++i)
       for (Eigen::Index j = 0; j < N; ++j)
-        out.add(family::PQt, indexed(family::PQt, i + 1, j + 1), A(i, j), A.norm());
+        out.add(family::PQt, indexed(family::PQt, i + 1, j + 1), A(i, j), scale);
   };
   observables.orthogonality = [Q = form.Q](const Eigen::MatrixXd& x) {
     return std::optional(orthogonality_defect(Q(x)));

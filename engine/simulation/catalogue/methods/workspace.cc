@@ -40,7 +40,7 @@ const Workspace& workspace_of(const Scene& scene) {
 double numbers(const Workspace& kept, double n, double N) {
   if (n < N) return kept.wide * n * N + kept.rows * n * n + kept.kilobytes * 128;
   if (N <= 3) return kept.body * N * N;
-  return kept.square * N * N + (N > 4 ? kept.kilobytes * 128 : 0);
+  return kept.square * N * N + kept.kilobytes * 128;
 }
 
 double numbers(const Scene& scene) {
