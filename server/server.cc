@@ -73,6 +73,7 @@ void keep_connections(const ConnectionOptions& options, grpc::ServerBuilder& bui
   set(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, milliseconds(options.patience));
   if (options.max_age.count() > 0)
     set(GRPC_ARG_MAX_CONNECTION_AGE_MS, milliseconds(options.max_age));
+  set(GRPC_ARG_MAX_CONCURRENT_STREAMS, options.calls);
   set(GRPC_ARG_KEEPALIVE_TIME_MS, milliseconds(options.keepalive));
   set(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, milliseconds(options.keepalive_timeout));
   set(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);

@@ -29,6 +29,8 @@ struct ConnectionOptions {
   std::chrono::milliseconds patience = std::chrono::seconds(10);
   /// An older connection takes no new calls and ends with its last one; 0: none is too old.
   std::chrono::milliseconds max_age = std::chrono::milliseconds(0);
+  /// Calls of one connection at once. A client of gRPC keeps further calls back until one ends.
+  int calls = 2000;
   /// The server pings a connection on which nothing came for `keepalive`, and closes it when
   /// nothing comes for `keepalive_timeout` either.
   std::chrono::milliseconds keepalive = std::chrono::seconds(20);

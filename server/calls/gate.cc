@@ -34,8 +34,8 @@ Reactor* Gate::pass(const char* name, Reactor* (server::Service::*call)(Context*
   return new Ended<Reactor>(status);
 }
 
-grpc::ServerUnaryReactor* Gate::Describe(Context* context, const v1::DescribeRequest* request,
-                                         v1::DescribeResponse* response) {
+grpc::ServerUnaryReactor* Gate::Describe(Context* context, const grpc::ByteBuffer* request,
+                                         grpc::ByteBuffer* response) {
   return pass("Describe", &server::Service::Describe, context, request, response);
 }
 

@@ -8,16 +8,14 @@ namespace stiefel::server {
 /// The service as it is registered: every call passes here, and one whose caller is not let in ends
 /// with UNAUTHENTICATED. A call that is not forwarded here is UNIMPLEMENTED, so that no RPC can
 /// miss the check.
-class Gate final : public v1::SimulationService::WithRawCallbackMethod_Stream<
-                       v1::SimulationService::CallbackService> {
+class Gate final : public ServiceInBytes {
  public:
   /// `callers`: null where every caller is let in.
   Gate(Host& host, server::Service& service, Callers* callers)
       : host_(host), service_(service), callers_(callers) {}
 
   using Context = grpc::CallbackServerContext;
-  grpc::ServerUnaryReactor* Describe(Context*, const v1::DescribeRequest*,
-                                     v1::DescribeResponse*) override;
+  grpc::ServerUnaryReactor* Describe(Context*, const grpc::ByteBuffer*, grpc::ByteBuffer*) override;
   grpc::ServerUnaryReactor* CreateSession(Context*, const v1::CreateSessionRequest*,
                                           v1::CreateSessionResponse*) override;
   grpc::ServerUnaryReactor* GetSession(Context*, const v1::GetSessionRequest*,

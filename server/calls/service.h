@@ -1,20 +1,24 @@
 #pragma once
 
+#include <mutex>
+
 #include "server/calls/host.h"
 #include "stiefel/v1/simulation.grpc.pb.h"
 
 namespace stiefel::server {
 
+/// The replies of Describe, which is always the same, and of Stream are made as bytes.
+using ServiceInBytes = v1::SimulationService::WithRawCallbackMethod_Describe<
+    v1::SimulationService::WithRawCallbackMethod_Stream<v1::SimulationService::CallbackService>>;
+
 /// The RPCs. Each has its own file, but for the short ones. Calls that compute longer than
 /// `inline_nanoseconds` do so on the host's pool.
-class Service final : public v1::SimulationService::WithRawCallbackMethod_Stream<
-                          v1::SimulationService::CallbackService> {
+class Service final : public ServiceInBytes {
  public:
   explicit Service(Host& host) : host_(host) {}
 
   using Context = grpc::CallbackServerContext;
-  grpc::ServerUnaryReactor* Describe(Context*, const v1::DescribeRequest*,
-                                     v1::DescribeResponse*) override;
+  grpc::ServerUnaryReactor* Describe(Context*, const grpc::ByteBuffer*, grpc::ByteBuffer*) override;
   grpc::ServerUnaryReactor* CreateSession(Context*, const v1::CreateSessionRequest*,
                                           v1::CreateSessionResponse*) override;
   grpc::ServerUnaryReactor* GetSession(Context*, const v1::GetSessionRequest*,
@@ -53,6 +57,8 @@ class Service final : public v1::SimulationService::WithRawCallbackMethod_Stream
   grpc::ServerUnaryReactor* answer(Context* context, CallLog log, Response* response, Work work);
 
   Host& host_;
+  std::once_flag described_;
+  grpc::ByteBuffer description_;  // the reply of Describe
 };
 
 }  // namespace stiefel::server

@@ -10,6 +10,7 @@
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
 #include "server/calls/sliced_stream.h"
+#include "server/calls/wire_bytes.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
 #include "server/convert/price.h"
@@ -82,8 +83,6 @@ class StreamCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, priv
   /// Sends the next message, or ends. True when there is more to fill.
   bool send() noexcept;
   void write_next();
-  /// Makes the message bytes, and gives back the memory of a large one.
-  void serialize();
   void end(const grpc::Status& status);
 
   Host& host_;
@@ -193,7 +192,7 @@ void StreamCall::write_next() {
   } else {
     messages_.next(message_);
   }
-  if (large_ || !messages_.empty()) sampling_->rest();
+  sampling_->rest();
   const Cursor& cursor = sampling_->cursor();
   message_.set_computed_steps(cursor.computed_steps());
   if (!std::exchange(priced_, true)) {
@@ -204,16 +203,8 @@ void StreamCall::write_next() {
   if (messages_.empty() && sampling_->done())
     to_proto(cursor, (*session_)->scene(), message_.mutable_run_status());
   if (checksum_) message_.set_checksum(wire::checksum(message_));
-  serialize();
-}
-
-void StreamCall::serialize() {
-  bytes_.Clear();
-  bool own = false;
-  const grpc::Status status =
-      grpc::SerializationTraits<v1::StreamResponse>::Serialize(message_, &bytes_, &own);
-  if (!status.ok()) throw std::bad_alloc();
-  if (large_) message_ = {};
+  serialize(message_, bytes_);
+  if (large_) message_ = {};  // its memory goes back
 }
 
 void StreamCall::OnWriteDone(bool ok) {
@@ -238,10 +229,6 @@ void StreamCall::end(const grpc::Status& status) {
   } else {
     Finish(status);
   }
-}
-
-bool parse(grpc::ByteBuffer bytes, v1::StreamRequest& message) {
-  return grpc::SerializationTraits<v1::StreamRequest>::Deserialize(&bytes, &message).ok();
 }
 
 grpc::Status check_range(const v1::StreamRequest& request) {

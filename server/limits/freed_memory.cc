@@ -11,6 +11,10 @@ namespace stiefel::server {
 namespace {
 
 constexpr auto pause = std::chrono::milliseconds(500);
+constexpr auto longest_wait = std::chrono::seconds(5);
+/// Bytes given back since the last time, and bytes beyond what is taken.
+constexpr std::uint64_t least_given_back = std::uint64_t{64} << 20;
+constexpr std::uint64_t least_surplus = std::uint64_t{64} << 20;
 constexpr int largest_kept = 512 * 1024, arenas_a_core = 2;
 
 std::uint64_t resident_bytes() {
@@ -31,13 +35,21 @@ void keep_little_freed_memory() {
 
 FreedMemory::FreedMemory(const MemoryBudget& budget)
     : thread_([this, &budget](const std::stop_token& stop) {
+        using Clock = std::chrono::steady_clock;
         std::uint64_t trimmed_at = 0;
+        Clock::time_point last = Clock::now();
         std::unique_lock lock(mutex_);
         while (!wake_.wait_for(lock, stop, pause, [&] { return stop.stop_requested(); })) {
           const std::uint64_t now = budget.given_back();
-          if (now - trimmed_at < budget.limit() / 64) continue;
-          if (resident_bytes() < budget.used() + budget.limit() / 8) continue;
+          // What gRPC gave back is not in the budget, hence the time.
+          if (now - trimmed_at < std::min(budget.limit() / 64, least_given_back) &&
+              Clock::now() - last < longest_wait)
+            continue;
+          const std::uint64_t used = budget.used();
+          const std::uint64_t surplus = std::min(budget.limit() / 8, least_surplus);
+          if (resident_bytes() < used + std::max(surplus, used / 8)) continue;
           trimmed_at = now;
+          last = Clock::now();
           malloc_trim(0);
         }
       }) {}

@@ -13,8 +13,9 @@ namespace stiefel::server {
 /// host's settings alone.
 void keep_little_freed_memory();
 
-/// The thread that gives freed memory back to the system: when a sixty-fourth of the budget was
-/// given back since it last did, and the process has an eighth more than is taken.
+/// The thread that gives freed memory back to the system, if the process has 64 MiB or an eighth of
+/// what is taken beyond that: when 64 MiB, or a sixty-fourth of a smaller budget, were given back
+/// since it last did, and five seconds after it last did.
 class FreedMemory {
  public:
   explicit FreedMemory(const MemoryBudget& budget);

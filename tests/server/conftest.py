@@ -52,6 +52,11 @@ class Process:
         with open(f"/proc/{self.child.pid}/status", encoding="ascii") as status:
             return next(int(line.split()[1]) for line in status if line.startswith("VmHWM")) * 1024
 
+    def resident(self):
+        """In bytes."""
+        with open(f"/proc/{self.child.pid}/statm", encoding="ascii") as statm:
+            return int(statm.read().split()[1]) * os.sysconf("SC_PAGESIZE")
+
     def open_descriptors(self):
         return len(os.listdir(f"/proc/{self.child.pid}/fd"))
 

@@ -14,11 +14,6 @@ from stiefel.v1 import simulation_pb2_grpc as rpc
 MiB = 1 << 20
 
 
-def resident(process):
-    with open(f"/proc/{process.child.pid}/statm", encoding="ascii") as statm:
-        return int(statm.read().split()[1]) * 4096
-
-
 @pytest.mark.parametrize("value", ["nan", "1", "63M", "-1G", "1GB", "0x10000000", "1,5G"])
 def test_no_amount_of_memory(value):
     for arguments, variables in [([f"--memory={value}"], {}), ([], {"STIEFEL_MEMORY": value})]:
@@ -63,7 +58,7 @@ def test_everything_at_once(serve):
 @pytest.mark.parametrize("N, most", [(64, 100), (256, 400)])
 def test_a_hundred_streams_of_one_session_that_nobody_reads(serve, N, most):
     process = serve("--log-level", "off")
-    idle = resident(process)
+    idle = process.resident()
     with process.channel() as channel:
         stub = rpc.SimulationServiceStub(channel)
         stub.CreateSession(creation("s", body(N)))
@@ -74,7 +69,7 @@ def test_a_hundred_streams_of_one_session_that_nobody_reads(serve, N, most):
 
         def rests():
             time.sleep(0.3)
-            sizes.append(resident(process))
+            sizes.append(process.resident())
             return sizes[-3:] == [sizes[-1]] * 3
         eventually(rests, 60)
         assert max(sizes) - idle < most * 10**6, [(size - idle) / 1e6 for size in sizes]
@@ -88,12 +83,12 @@ def test_memory_goes_back(serve):
     with process.channel() as channel:
         stub = rpc.SimulationServiceStub(channel)
         stub.CreateSession(creation("warm", body(64)))
-        idle = resident(process)
+        idle = process.resident()
         for k in range(40):
             stub.CreateSession(creation(f"s{k}", body(64)))
             stub.Step(pb.StepRequest(session_id=f"s{k}", to=2))
-        full = resident(process)
+        full = process.resident()
         for k in range(40):
             stub.DeleteSession(pb.DeleteSessionRequest(session_id=f"s{k}"))
-        assert eventually(lambda: resident(process) - idle < (full - idle) / 4, 10), \
-            (idle / MiB, full / MiB, resident(process) / MiB)
+        assert eventually(lambda: process.resident() - idle < (full - idle) / 4, 10), \
+            (idle / MiB, full / MiB, process.resident() / MiB)

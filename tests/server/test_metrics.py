@@ -159,7 +159,7 @@ def test_refusals_name_the_limit_inside_a_drive_too(metered):
         with pytest.raises(grpc.RpcError):
             request = pb.CreateSessionRequest(session_id="second")
             request.scene.CopyFrom(stub.GetSession(
-                pb.GetSessionRequest(session_id=session.id, view=pb.SCENE_VIEW_FULL), timeout=10).session.scene)
+                pb.GetSessionRequest(session_id=session.id, view=pb.SessionView(scene=pb.SCENE_VIEW_FULL)), timeout=10).session.scene)
             stub.CreateSession(request, timeout=10)
         assert server.value("stiefel_refusals_total", reason="TOO_MANY_SESSIONS") == 1
 

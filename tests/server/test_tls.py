@@ -120,6 +120,9 @@ def test_a_certificate_exchanged_under_load_loses_no_call(serve, authority, iden
     shutil.copy(identity.certificate, tmp_path / "server.pem")
     shutil.copy(identity.key, tmp_path / "server.key")
     process = serve("--tls-cert", str(tmp_path / "server.pem"), "--tls-key", str(tmp_path / "server.key"), "--log-level", "info")
+    said = []
+    reader = threading.Thread(target=lambda: said.extend(process.child.stderr))
+    reader.start()
     first = served_serial(process.address, authority)
     stop, calls, lost = threading.Event(), [0, 0], []
 
@@ -158,7 +161,8 @@ def test_a_certificate_exchanged_under_load_loses_no_call(serve, authority, iden
     assert not lost and min(calls) > 10
     assert last != first
     process.stop()
-    said = process.child.stderr.read()
+    reader.join(30)
+    said = "".join(said)
     assert said.count("info new certificates") == 2 and "new certificates not taken" in said
     assert "PRIVATE KEY" not in said
 

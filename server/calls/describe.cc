@@ -1,0 +1,44 @@
+#include <google/protobuf/util/time_util.h>
+
+#include "server/calls/limits.h"
+#include "server/calls/service.h"
+#include "server/calls/wire_bytes.h"
+#include "server/convert/convert.h"
+#include "server/convert/errors.h"
+#include "server/limits/memory_limit.h"
+
+namespace stiefel::server {
+namespace {
+
+v1::DescribeResponse description(const Host& host) {
+  v1::DescribeResponse response;
+  describe_engine(&response);
+  response.set_version(STIEFEL_VERSION);
+  response.set_durable(host.registry.durable());
+  auto* limits = response.mutable_limits();
+  limits->set_max_sessions(host.registry.max_sessions());
+  limits->set_max_message_bytes(largest_message(host.memory_limit));
+  limits->set_memory_bytes(host.memory_limit);
+  *limits->mutable_idle_timeout() = google::protobuf::util::TimeUtil::MillisecondsToDuration(
+      host.registry.idle_timeout().count());
+  return response;
+}
+
+}  // namespace
+
+grpc::ServerUnaryReactor* Service::Describe(Context* context, const grpc::ByteBuffer* request,
+                                            grpc::ByteBuffer* response) {
+  CallLog log = open(context, "Describe");
+  try {
+    if (v1::DescribeRequest none; !parse(*request, none))
+      return finished(context, log,
+                      errors::invalid("request", "no DescribeRequest", "must be one"));
+    std::call_once(described_, [this] { serialize(description(host_), description_); });
+    *response = description_;
+    return finished(context, log, grpc::Status::OK);
+  } catch (...) {
+    return finished(context, log, errors::from_current_exception());
+  }
+}
+
+}  // namespace stiefel::server

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <grpcpp/grpcpp.h>
+
+#include <new>
+
+namespace stiefel::server {
+
+/// The message that the bytes are; false where they are none.
+template <class Message>
+bool parse(grpc::ByteBuffer bytes, Message& message) {
+  return grpc::SerializationTraits<Message>::Deserialize(&bytes, &message).ok();
+}
+
+/// The bytes of a message, which copies of the buffer share.
+template <class Message>
+void serialize(const Message& message, grpc::ByteBuffer& bytes) {
+  bytes.Clear();
+  bool own = false;
+  if (!grpc::SerializationTraits<Message>::Serialize(message, &bytes, &own).ok())
+    throw std::bad_alloc();
+}
+
+}  // namespace stiefel::server
