@@ -171,7 +171,7 @@ def test_the_session_on_a_server_is_deleted(start, write, scene, tmp_path):
         log = [json.loads(line) for line in server.communicate(timeout=30)[1].splitlines()]
     assert [line["code"] for line in log if line.get("method") == "DeleteSession"] == ["OK"]
     assert {line["code"] for line in log if line.get("method") == "Stream" and "code" in line} == {"CANCELLED"}
-    assert all(line["message"] == "rpc" for line in log if "method" in line)
+    assert {line["message"] for line in log if "method" in line} == {"rpc", "rpc begins"}
 
 
 # Progress

@@ -2,12 +2,13 @@
 import json
 import os
 import subprocess
+import threading
 
 import grpc
 import pytest
 
 import stiefel
-from conftest import BODY
+from conftest import BODY, eventually
 from stiefel import v1 as pb
 from stiefel.v1 import simulation_pb2_grpc as rpc
 
@@ -159,3 +160,24 @@ def test_no_secret_is_logged(serve, tmp_path):
         assert secret not in text
     lines = [json.loads(line) for line in text.splitlines()]
     assert [line.get("principal") for line in of(lines, "Describe")] == [None, "alice"]
+
+
+def test_a_reader_that_does_not_read_stops_nobody(serve):
+    """A pipe holds 64 KiB, some 300 lines; what comes later is dropped and counted."""
+    process, calls = serve("--log-format", "json"), 2000
+    with process.channel() as channel:
+        stub = rpc.SimulationServiceStub(channel)
+        for _ in range(calls):
+            stub.ListSessions(pb.ListSessionsRequest(), timeout=10)
+        lines = []
+        reader = threading.Thread(target=lambda: lines.extend(map(json.loads, process.child.stderr)))
+        reader.start()
+        assert eventually(lambda: len(lines) > 100)
+        stub.ListSessions(pb.ListSessionsRequest(), timeout=10)
+    process.stop()
+    reader.join(20)
+    written = of(lines, "ListSessions")
+    dropped = [line for line in lines if "dropped" in line["message"]]
+    assert 100 < len(written) < calls and written[-1]["code"] == "OK"
+    assert sum(line["count"] for line in dropped) + len(written) == calls + 1
+    assert all(line["level"] == "warning" for line in dropped)
