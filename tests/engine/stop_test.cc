@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <ctime>
 #include <numeric>
 #include <thread>
 
@@ -150,10 +151,10 @@ TEST(Stop, ManyNamesOfInvariantsAreLookedUpAndNotSearched) {
   const Scene scene = resolved(body(96, "rk4", 1));
   std::vector<std::string> names = {"spatial_momentum[1,2]", "energy"};
   for (int i = 0; i < 1'000'000; ++i) names.push_back("spatial_momentum[0," + std::to_string(i));
-  const auto start = std::chrono::steady_clock::now();
+  const std::clock_t start = std::clock();  // processor time: others may have the machine
   const auto diagnosis = diagnose(scene, *make_simulation(scene), names);
   EXPECT_EQ(diagnosis.invariants.size(), 2u);
-  EXPECT_LT(std::chrono::steady_clock::now() - start, 5s) << "4560 components of 10^6 names";
+  EXPECT_LT(std::clock() - start, 5 * CLOCKS_PER_SEC) << "4560 components of 10^6 names";
 }
 
 TwoPointProblem between_frames(int N) {
