@@ -7,8 +7,8 @@
 #include "engine/simulation/run/packed_bodies.h"
 #include "stiefel/simulation.h"
 #include "tests/bench/measure.h"
-#include "tests/support/ensemble_of.h"
-#include "tests/support/random_scene.h"
+#include "tests/support/scenes/ensemble_of.h"
+#include "tests/support/scenes/random_scene.h"
 
 namespace {
 

@@ -9,7 +9,7 @@
 #include "stiefel/simulation.h"
 #include "tests/bench/measure.h"
 #include "tests/bench/process.h"
-#include "tests/support/random_frame.h"
+#include "tests/support/scenes/random_frame.h"
 
 namespace {
 

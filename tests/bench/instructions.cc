@@ -1,8 +1,8 @@
 // Makes the given number of steps and nothing else, for callgrind to count. Arguments: method, N,
 // steps; or "frames" for a variational step on V(4, N).
 #include "stiefel/simulation.h"
-#include "tests/support/random_frame.h"
-#include "tests/support/random_scene.h"
+#include "tests/support/scenes/random_frame.h"
+#include "tests/support/scenes/random_scene.h"
 
 namespace {
 

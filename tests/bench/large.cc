@@ -4,8 +4,8 @@
 
 #include "stiefel/simulation.h"
 #include "tests/bench/measure.h"
-#include "tests/support/j_d_schur.h"
-#include "tests/support/random_scene.h"
+#include "tests/support/linalg/j_d_schur.h"
+#include "tests/support/scenes/random_scene.h"
 
 namespace {
 

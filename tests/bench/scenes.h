@@ -4,7 +4,7 @@
 
 #include "server/convert/convert.h"
 #include "stiefel/v1/scene.pb.h"
-#include "tests/support/random_scene.h"
+#include "tests/support/scenes/random_scene.h"
 
 namespace stiefel::bench {
 

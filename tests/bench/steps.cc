@@ -4,7 +4,7 @@
 
 #include "stiefel/simulation.h"
 #include "tests/bench/measure.h"
-#include "tests/support/random_scene.h"
+#include "tests/support/scenes/random_scene.h"
 
 namespace {
 

@@ -5,7 +5,7 @@
 #include "stiefel/simulation.h"
 #include "stiefel/summary.h"
 #include "tests/bench/measure.h"
-#include "tests/support/random_scene.h"
+#include "tests/support/scenes/random_scene.h"
 
 namespace {
 

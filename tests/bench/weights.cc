@@ -7,8 +7,8 @@
 #include "engine/simulation/catalogue/system_entry.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/simulation.h"
-#include "tests/support/any_scene.h"
-#include "tests/support/random_frame.h"
+#include "tests/support/scenes/any_scene.h"
+#include "tests/support/scenes/random_frame.h"
 
 using namespace stiefel;
 

@@ -7,7 +7,7 @@
 #include "stiefel/diagnosis.h"
 #include "tests/extremes/bodies.h"
 #include "tests/extremes/extremes.h"
-#include "tests/extremes/twin.h"
+#include "tests/extremes/twin/twin.h"
 
 namespace stiefel::extremes {
 namespace {

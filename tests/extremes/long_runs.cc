@@ -8,9 +8,9 @@
 #include "stiefel/diagnosis.h"
 #include "tests/extremes/extremes.h"
 #include "tests/extremes/growth.h"
-#include "tests/extremes/twin.h"
-#include "tests/support/any_scene.h"
-#include "tests/support/random_scene.h"
+#include "tests/extremes/twin/twin.h"
+#include "tests/support/scenes/any_scene.h"
+#include "tests/support/scenes/random_scene.h"
 
 namespace stiefel::extremes {
 namespace {

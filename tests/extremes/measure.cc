@@ -6,7 +6,7 @@
 #include "stiefel/catalogue.h"
 #include "stiefel/diagnosis.h"
 #include "tests/extremes/extremes.h"
-#include "tests/extremes/twin.h"
+#include "tests/extremes/twin/twin.h"
 
 namespace stiefel::extremes {
 namespace {

@@ -10,7 +10,7 @@
 #include "stiefel/catalogue.h"
 #include "tests/extremes/bodies.h"
 #include "tests/extremes/extremes.h"
-#include "tests/extremes/twin.h"
+#include "tests/extremes/twin/twin.h"
 
 namespace stiefel::extremes {
 namespace {

@@ -5,7 +5,7 @@
 #include "stiefel/diagnosis.h"
 #include "tests/extremes/bodies.h"
 #include "tests/extremes/side_by_side.h"
-#include "tests/extremes/twin.h"
+#include "tests/extremes/twin/twin.h"
 
 namespace stiefel::extremes {
 namespace {

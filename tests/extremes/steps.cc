@@ -6,8 +6,8 @@
 #include "stiefel/catalogue.h"
 #include "stiefel/diagnosis.h"
 #include "tests/extremes/extremes.h"
-#include "tests/support/any_scene.h"
-#include "tests/support/every_pair.h"
+#include "tests/support/scenes/any_scene.h"
+#include "tests/support/scenes/every_pair.h"
 
 namespace stiefel::extremes {
 namespace {

@@ -1,5 +1,5 @@
 """--memory 1G under everything at once: 10^4 sessions of N = 256, 10^6 members, 1000 streams that nobody reads, messages
-at the limit. The short form with 256 MiB is tests/server/test_memory.py."""
+at the limit. The short form with 256 MiB is tests/server/process/test_memory.py."""
 import sys
 from pathlib import Path
 

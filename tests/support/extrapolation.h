@@ -4,7 +4,7 @@
 
 #include "engine/linalg/arithmetic/scalar.h"
 #include "engine/linalg/matrix_equations/lu.h"
-#include "tests/support/quadruple.h"
+#include "tests/support/linalg/quadruple.h"
 
 namespace stiefel::testing {
 

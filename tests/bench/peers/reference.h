@@ -6,7 +6,7 @@
 
 #include "tests/bench/measure.h"
 #include "tests/bench/peers/contestant.h"
-#include "tests/support/quadruple.h"
+#include "tests/support/linalg/quadruple.h"
 
 namespace stiefel::bench {
 

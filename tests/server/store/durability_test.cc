@@ -12,8 +12,8 @@
 #include "tests/server/harness.h"
 #include "tests/server/store/folder.h"
 #include "tests/server/store/forgetful_vfs.h"
-#include "tests/support/any_scene.h"
-#include "tests/support/every_pair.h"
+#include "tests/support/scenes/any_scene.h"
+#include "tests/support/scenes/every_pair.h"
 
 namespace stiefel::test {
 namespace {

@@ -10,7 +10,7 @@
 namespace stiefel {
 
 // Recommendations that several systems share. Their bounds (recommendation.h) are measured by
-// tests/engine/recommendation_for_long_test.cc.
+// tests/engine/long/recommendation_for_long_test.cc.
 
 /// Steps with error control. In longer steps than h||Omega|| = 0.5 rounding would exceed what the
 /// tolerance leaves to a stride.

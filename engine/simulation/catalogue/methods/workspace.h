@@ -8,7 +8,7 @@ namespace stiefel {
 
 /// Bytes that `make_simulation(scene)` and its first steps allocate, predicted from a table of how
 /// many matrices of the scene's size each method keeps; of an ensemble the sum over its members. An
-/// upper bound but for small objects: tests/engine/workspace_test.cc counts them.
+/// upper bound but for small objects: tests/engine/programs/workspace_test.cc counts them.
 std::size_t simulation_bytes(const Scene& scene);
 
 /// Bytes that the largest simulation of a scene with n x N blocks takes, whatever its method.

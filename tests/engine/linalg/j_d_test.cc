@@ -1,0 +1,226 @@
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+
+#include "engine/linalg/lie/orthogonal.h"
+#include "engine/maps/moser_veselov.h"
+#include "tests/support/linalg/j_d_schur.h"
+#include "tests/support/scenes/random_scene.h"
+
+namespace stiefel {
+namespace {
+
+using testing::RandomBody;
+using MapN = MoserVeselov<SoN<double>, Arithmetic::compensated>;
+using Map3 = MoserVeselov<So3<double, true>, Arithmetic::compensated>;
+using Map4 = MoserVeselov<So4<double, true>, Arithmetic::compensated>;
+
+double largest(const Eigen::MatrixXd& A) { return A.cwiseAbs().maxCoeff(); }
+
+Eigen::MatrixXd stacked(const Eigen::MatrixXd& Q, const Eigen::MatrixXd& M) {
+  Eigen::MatrixXd x(Q.rows() + M.rows(), M.cols());
+  x << Q, M;
+  return x;
+}
+
+/// U of one step from Q = I.
+struct Solved {
+  RunStatus status;
+  Eigen::MatrixXd U, M;
+};
+
+Solved solve_n(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& M, double h) {
+  const Eigen::Index N = lambda.size();
+  MapN map(lambda, h);
+  auto state = map.start(stacked(Eigen::MatrixXd::Identity(N, N), M));
+  const RunStatus status = map.step(state);
+  return {status, state.x.value.topRows(N), state.x.value.bottomRows(N)};
+}
+
+Solved solve_3(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& M, double h) {
+  Map3 map(lambda, h);
+  Map3::Point x;
+  x << 1, 0, 0, 0, vee(M);
+  auto state = map.start(x);
+  const RunStatus status = map.step(state);
+  return {status, rotation_matrix<double>(state.x.value.head<4>()), hat(state.x.value.tail<3>())};
+}
+
+/// One step in the coordinates of So4.
+Map4::Point coordinates(const Eigen::MatrixXd& Q, const Eigen::MatrixXd& M) {
+  Map4::Point x;
+  x.head<16>() = Q.reshaped();
+  for (int k = 0; k < 6; ++k) x(16 + k) = M(skew4_rows[k], skew4_columns[k]);
+  return x;
+}
+
+Solved solve_4(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& M, double h) {
+  Map4 map(lambda, h);
+  auto state = map.start(coordinates(Eigen::Matrix4d::Identity(), M));
+  const RunStatus status = map.step(state);
+  Solved out{status, state.x.value.head<16>().reshaped(4, 4), Eigen::Matrix4d::Zero()};
+  for (int k = 0; k < 6; ++k) {
+    out.M(skew4_rows[k], skew4_columns[k]) = state.x.value(16 + k);
+    out.M(skew4_columns[k], skew4_rows[k]) = -state.x.value(16 + k);
+  }
+  return out;
+}
+
+/// One step by the solver for N dimensions.
+Solved solve(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& M, double h) {
+  if (lambda.size() == 3) return solve_3(lambda, M, h);
+  if (lambda.size() == 4) return solve_4(lambda, M, h);
+  return solve_n(lambda, M, h);
+}
+
+/// UΛ − ΛUᵀ = hM, UᵀU = I and M′ = UᵀMU, for what a step gave.
+void expect_solution(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& M, double h,
+                     const Solved& s, double bound) {
+  ASSERT_TRUE(s.status.reached());
+  const Eigen::MatrixXd L = lambda.asDiagonal();
+  EXPECT_LT(largest(s.U * L - L * s.U.transpose() - h * M), bound * lambda.maxCoeff());
+  EXPECT_LT(orthogonality_defect(s.U), bound);
+  EXPECT_LT(largest(s.U.transpose() * M * s.U - s.M), bound * largest(M));
+}
+
+class JDInverse : public ::testing::TestWithParam<int> {};
+
+TEST_P(JDInverse, AgreesWithTheSchurSolver) {
+  const int N = GetParam();
+  for (unsigned seed = 1; seed <= 5; ++seed)
+    for (const double h : {1e-3, 0.05, 0.2, 0.4, 0.7, -0.3}) {
+      const RandomBody body(N, seed);
+      const auto U = testing::J_D_inverse_schur(body.lambda, h * body.M);
+      const Solved fast = solve_n(body.lambda, body.M, h);
+      ASSERT_EQ(U.has_value(), fast.status.reached()) << N << " " << seed << " " << h;
+      if (!U) continue;
+      expect_solution(body.lambda, body.M, h, fast, 2e-14);
+      EXPECT_LT(largest(*U - fast.U), 1e-11);
+      if (N != 3 && N != 4) continue;
+      const Solved fixed = solve(body.lambda, body.M, h);
+      expect_solution(body.lambda, body.M, h, fixed, 4e-15);
+      EXPECT_LT(largest(*U - fixed.U), 1e-12);
+    }
+}
+INSTANTIATE_TEST_SUITE_P(Dimensions, JDInverse, ::testing::Values(2, 3, 4, 7, 12));
+
+TEST(JDInverseEdge, LeftDomainNamesTheLargestStep) {
+  int left = 0;
+  for (const int N : {3, 4, 6})
+    for (unsigned seed = 1; seed <= 6; ++seed) {
+      const RandomBody body(N, seed);
+      const Solved far = solve(body.lambda, body.M, 3);
+      if (far.status.reached()) continue;
+      ++left;
+      ASSERT_EQ(far.status.outcome, Outcome::left_domain);
+      const double h = *far.status.largest_step;
+      EXPECT_LT(largest(far.M - body.M), 1e-15);  // nothing moved
+      const Solved inside = solve(body.lambda, body.M, h);
+      expect_solution(body.lambda, body.M, h, inside, 1e-12);
+      EXPECT_TRUE(testing::J_D_inverse_schur(body.lambda, 0.999 * h * body.M));
+      EXPECT_FALSE(testing::J_D_inverse_schur(body.lambda, 1.0015 * h * body.M))
+          << N << " " << seed;
+    }
+  EXPECT_GE(left, 12);
+}
+
+/// Momenta scaled by any factor, equal and unequal λ: no step returns NaN.
+TEST(JDInverseEdge, FarBeyondTheLargestStepThereIsNone) {
+  for (const int N : {3, 4, 5})
+    for (const double spread : {1.0, 4.0, 1e3})
+      for (const double factor : {1e1, 1e3, 1e6, 1e27, 1e140}) {
+        RandomBody body(N, 3, spread);
+        if (spread == 1) body.lambda.setOnes();
+        const Solved far = solve(body.lambda, factor * body.M, 1);
+        EXPECT_EQ(far.status.outcome, Outcome::left_domain) << N << " " << spread << " " << factor;
+        const double h = far.status.largest_step.value_or(0);
+        expect_solution(body.lambda, factor * body.M, h, solve(body.lambda, factor * body.M, h),
+                        1e-12);
+      }
+}
+
+TEST(JDInverseEdge, PlatesAndSlightlyNegativeLambda) {
+  for (const double least : {0.0, -0.3, 1e-9})
+    for (const int N : {3, 4, 5}) {
+      RandomBody body(N, 11);
+      body.lambda(0) = least;
+      for (const double h : {0.01, 0.2, 0.5}) {
+        expect_solution(body.lambda, body.M, h, solve_n(body.lambda, body.M, h), 1e-14);
+        expect_solution(body.lambda, body.M, h, solve(body.lambda, body.M, h), 1e-14);
+      }
+    }
+}
+
+/// A negative λ: for every |c|, a step that is taken has w_i + w_j in Re > 0, w = spec(UΛ);
+/// otherwise it would be on another branch.
+TEST(JDInverseEdge, NegativeLambdaTakesNoOtherBranch) {
+  int taken = 0;
+  for (unsigned seed = 1; seed <= 200; ++seed)
+    for (const double h : {0.3, 1.0, 1.5, 2.0, 2.5}) {
+      const Eigen::Vector3d lambda(-0.6, 0.9, 1.2), I(2.1, 0.6, 0.3);
+      const Eigen::Vector3d omega = vee(RandomBody(3, seed).M).normalized();
+      const Solved s = solve_3(lambda, hat(I.cwiseProduct(omega)), h);
+      EXPECT_TRUE(s.status.reached() || s.status.outcome == Outcome::left_domain);
+      if (!s.status.reached()) continue;
+      ++taken;
+      const Eigen::Matrix3d W = s.U * lambda.asDiagonal();
+      const Eigen::Matrix3d sums = W.trace() * Eigen::Matrix3d::Identity() - W;
+      EXPECT_GT(sums.eigenvalues().real().minCoeff(), -1e-6) << seed << " " << h;
+    }
+  EXPECT_GT(taken, 300);
+}
+
+TEST(JDInverseEdge, WideInertiaKeepsOrthogonality) {
+  for (const double spread : {1e3, 1e5})
+    for (unsigned seed = 1; seed <= 3; ++seed) {
+      const RandomBody body(6, seed, spread);
+      expect_solution(body.lambda, body.M, 0.1, solve_n(body.lambda, body.M, 0.1), 1e-14);
+    }
+}
+
+TEST(JDInverseEdge, RestAndTinyMomenta) {
+  for (const double scale : {0.0, 1e-200, 1e-30}) {
+    const RandomBody body(4, 2);
+    for (const auto& by : {solve_n, solve_4}) {
+      const Solved s = by(body.lambda, scale * body.M, 0.1);
+      ASSERT_TRUE(s.status.reached());
+      EXPECT_LE(largest(s.M - scale * body.M), 0.2 * scale);
+    }
+  }
+}
+
+TEST(MoserVeselov, FixedAndDynamicSizeAgree) {
+  const RandomBody body(3, 4);
+  MapN map_n(body.lambda, 0.1);
+  Map3 map_3(body.lambda, 0.1);
+  auto state_n = map_n.start(stacked(body.Q, body.M));
+  Map3::Point x;
+  x << quaternion_of(body.Q), vee(body.M);
+  auto state_3 = map_3.start(x);
+  for (int k = 0; k < 1000; ++k) {
+    ASSERT_TRUE(map_n.step(state_n).reached());
+    ASSERT_TRUE(map_3.step(state_3).reached());
+  }
+  const auto Q = rotation_matrix<double>(state_3.x.value.head<4>());
+  constexpr double ulps = 64;  // of 1, after 1000 steps: the frame given differs by one
+  EXPECT_LT(largest(Q - state_n.x.value.topRows(3)), ulps * 0x1p-52);
+  EXPECT_LT(largest(hat(state_3.x.value.tail<3>()) - state_n.x.value.bottomRows(3)),
+            ulps * 0x1p-52 * largest(body.M));
+}
+
+TEST(MoserVeselov, CoordinatesOfFourDimensionsAgree) {
+  const RandomBody body(4, 4);
+  MapN map_n(body.lambda, 0.1);
+  Map4 map_4(body.lambda, 0.1);
+  auto state_n = map_n.start(stacked(body.Q, body.M));
+  auto state_4 = map_4.start(coordinates(body.Q, body.M));
+  for (int k = 0; k < 1000; ++k) {
+    ASSERT_TRUE(map_n.step(state_n).reached());
+    ASSERT_TRUE(map_4.step(state_4).reached());
+  }
+  const auto& x = state_n.x.value;
+  EXPECT_LT(largest(state_4.x.value - coordinates(x.topRows(4), x.bottomRows(4))), 64 * 0x1p-52);
+}
+
+}  // namespace
+}  // namespace stiefel

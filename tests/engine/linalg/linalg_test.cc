@@ -1,0 +1,206 @@
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "engine/linalg/arithmetic/compensated.h"
+#include "engine/linalg/arithmetic/split_product.h"
+#include "engine/linalg/iteration/continuation.h"
+#include "engine/linalg/iteration/history.h"
+#include "engine/linalg/iteration/lagged_anderson.h"
+#include "engine/linalg/lie/orthogonal.h"
+#include "engine/linalg/lie/so_3.h"
+#include "engine/linalg/lie/so_n.h"
+#include "engine/linalg/matrix_equations/lyapunov.h"
+#include "tests/support/scenes/random_scene.h"
+
+namespace stiefel {
+namespace {
+
+using testing::RandomBody;
+
+double largest(const Eigen::MatrixXd& A) { return A.cwiseAbs().maxCoeff(); }
+
+/// A state in both spaces.
+struct BothSpaces {
+  So3<double, true>::State q;
+  SoN<double>::State X;
+  explicit BothSpaces(const RandomBody& body) : X(6, 3) {
+    q << quaternion_of(body.Q), vee(body.M);
+    X << body.Q, body.M;
+  }
+};
+
+TEST(So3, AgreesWithSoN) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    const RandomBody body(3, seed);
+    const BothSpaces at(body);
+    SoN<double> space_n(3);
+    Eigen::Vector3d omega, other = Eigen::Vector3d(0.3, -0.2, 0.5) * seed / 10, bracket;
+    Eigen::MatrixXd Omega(3, 3), Bracket(3, 3);
+    So3<double, true>::inverse_inertia(body.lambda, at.q, omega);
+    SoN<double>::inverse_inertia(body.lambda, at.X, Omega);
+    EXPECT_LT(largest(hat(omega) - Omega), 1e-15);
+
+    So3<double, true>::bracket(omega, other, bracket);
+    SoN<double>::bracket(Omega, hat(other), Bracket);
+    EXPECT_LT(largest(hat(bracket) - Bracket), 1e-15);
+
+    So3<double, true>::State dq;
+    SoN<double>::State dX(6, 3);
+    So3<double, true>::displacement(at.q, other, dq);
+    space_n.displacement(at.X, hat(other), dX);
+    const Eigen::Vector4d moved = (at.q + dq).head<4>();
+    EXPECT_LT(largest(rotation_matrix<double>(moved) - (at.X + dX).topRows(3)), 2e-15);
+    EXPECT_LT(largest(hat((at.q + dq).tail<3>()) - (at.X + dX).bottomRows(3)), 1e-14);
+  }
+}
+
+TEST(So3, QuaternionOfEveryBranch) {
+  for (unsigned seed = 1; seed <= 200; ++seed) {
+    const Eigen::Matrix3d Q = RandomBody(3, seed).Q;
+    EXPECT_LT(largest(rotation_matrix<double>(quaternion_of(Q)) - Q), 2e-15);
+  }
+  for (const Eigen::Vector3d& d : {Eigen::Vector3d(1, -1, -1), {-1, 1, -1}, {-1, -1, 1}}) {
+    const Eigen::Matrix3d Q = d.asDiagonal();
+    EXPECT_EQ(rotation_matrix<double>(quaternion_of(Q)), Q);
+  }
+}
+
+TEST(SkewExponential, AgreesWithItsSeriesAndIsOrthogonal) {
+  for (const double size : {1e-12, 1e-3, 0.4, 0.9, 3.0, 8.0})
+    for (const int N : {2, 3, 5, 9}) {
+      const Eigen::MatrixXd M = RandomBody(N, 7).M;
+      const Eigen::MatrixXd Theta = M * (size / M.cwiseAbs().colwise().sum().maxCoeff());
+      Eigen::MatrixXd D(N, N);
+      SkewExponential<double> exponential(N);
+      exponential(Theta, D);
+      Matrix<long double> term = Matrix<long double>::Identity(N, N);
+      Matrix<long double> series = Matrix<long double>::Zero(N, N);
+      for (int k = 1; k < 120; ++k) {
+        term = (term * Theta.cast<long double>() / k).eval();
+        series += term;
+      }
+      EXPECT_LT(largest((D.cast<long double>() - series).cast<double>()),
+                4e-15 * std::max(size, 1e-30) * std::max(1.0, size))
+          << N << " " << size;
+      EXPECT_LT(orthogonality_defect(D + Eigen::MatrixXd::Identity(N, N)),
+                1e-14 * std::max(1., size));
+    }
+}
+
+TEST(Lyapunov, SolvesItsEquation) {
+  for (const int N : {1, 2, 5, 12}) {
+    const RandomBody body(std::max(N, 2), 3);
+    Eigen::MatrixXd A = (body.M + Eigen::MatrixXd(body.lambda.asDiagonal())).topLeftCorner(N, N);
+    const Eigen::MatrixXd G = body.Q.topLeftCorner(N, N);
+    Lyapunov<double> lyapunov(N);
+    Eigen::MatrixXd Y(N, N);
+    lyapunov.factor(A);
+    lyapunov.solve(G, Y);
+    EXPECT_LT(largest(A.transpose() * Y + Y * A - G), 1e-13);
+  }
+}
+
+TEST(SplitProduct, IsExactFarBelowRounding) {
+  std::mt19937_64 generator(5);
+  const auto uniform = [&] { return 2 * std::generate_canonical<double, 53>(generator) - 1; };
+  for (const int N : {3, 8, 40}) {
+    Eigen::MatrixXd X(N, N), epsilon(N, N), high(N, N), low(N, N);
+    for (double& x : X.reshaped()) x = uniform();
+    for (double& x : epsilon.reshaped()) x = 0x1p-54 * uniform();
+    SplitProduct<double> product(N);
+    product(X, epsilon, high, low);
+    const Matrix<long double> exact_X = X.cast<long double>() + epsilon.cast<long double>();
+    const Matrix<long double> exact = exact_X.transpose() * exact_X;
+    double worst = 0;
+    for (int j = 0; j < N; ++j)
+      for (int i = 0; i <= j; ++i) {
+        const long double sum = (static_cast<long double>(low(i, j)) + low(j, i)) + high(i, j);
+        worst = std::max(worst, static_cast<double>(std::abs(sum - exact(i, j))));
+      }
+    EXPECT_LT(worst, N * 0x1p-62) << N;  // the comparison itself is no better
+  }
+}
+
+TEST(Accumulator, CompensatedLosesNothingPlainDoes) {
+  using Block = Eigen::Vector2d;
+  Accumulator<Block, Arithmetic::compensated> careful(Block(1, 1));
+  Accumulator<Block, Arithmetic::plain> plain(Block(1, 1));
+  for (int k = 0; k < 1'000'000; ++k) {
+    careful.add_scalar(0, 0, 0x1p-54);
+    careful.add(1, 0, 0x1p-60L);
+    plain.add_scalar(0, 0, 0x1p-54);
+  }
+  EXPECT_EQ(careful.value(0), 1 + 1e6 * 0x1p-54);
+  EXPECT_EQ(careful.value(1) + careful.carry(1), 1 + 1e6 * 0x1p-60);
+  EXPECT_EQ(plain.value(0), 1);
+}
+
+TEST(History, ExtrapolatesCubicsExactly) {
+  History<double, 4> history(1, 1);
+  Eigen::MatrixXd next(1, 1), value(1, 1);
+  EXPECT_FALSE(history.predict(next));
+  const auto cubic = [](double t) { return 3 - 2 * t + 5 * t * t - t * t * t; };
+  for (int k = 0; k < 6; ++k) {
+    value(0, 0) = cubic(k);
+    history.push(value);
+  }
+  ASSERT_TRUE(history.predict(next));
+  EXPECT_DOUBLE_EQ(next(0, 0), cubic(6));
+}
+
+/// 9 smooth values give the accuracy of 8 points; from noise nothing is predicted.
+TEST(History, TakesAsManyPointsAsHelp) {
+  History<double, 8> smooth(1, 1), noise(1, 1);
+  Eigen::MatrixXd next(1, 1), value(1, 1);
+  for (int k = 0; k < 9; ++k) {
+    value(0, 0) = std::cos(0.2 * k);
+    smooth.push(value);
+    value(0, 0) = k % 2 == 0 ? 1 : -1;
+    noise.push(value);
+  }
+  ASSERT_TRUE(smooth.predict(next));
+  EXPECT_NEAR(next(0, 0), std::cos(0.2 * 9), 1e-5);
+  EXPECT_FALSE(noise.predict(next));
+}
+
+/// x = Ax + b, ten sweeps, eight of them accelerated: by how much less the accelerated iterate errs
+/// than the plain one.
+double gain(const Eigen::MatrixXd& A) {
+  const Eigen::Index N = A.rows();
+  const Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(N, -1, 1);
+  const Eigen::VectorXd solution = (Eigen::MatrixXd::Identity(N, N) - A).partialPivLu().solve(b);
+  LaggedAnderson<double> accelerate(N);
+  Eigen::VectorXd plain = Eigen::VectorXd::Zero(N), x = plain, g(N);
+  for (int k = 0; k < 10; ++k) {
+    plain = A * plain + b;
+    g = A * x + b;
+    accelerate(x, g);
+  }
+  return (x - solution).norm() / (plain - solution).norm();
+}
+
+TEST(LaggedAnderson, TakesErrorsAwayThatTurnAndEnlargesNoOthers) {
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    const Eigen::MatrixXd turn = RandomBody(30, seed).M, squeeze = turn * turn;
+    EXPECT_LT(gain(turn * (0.3 / turn.operatorNorm())), 0x1p-4) << seed;
+    for (const double s : {0.3, -0.3})
+      EXPECT_LT(gain(squeeze * (s / squeeze.operatorNorm())), 1) << seed;
+  }
+}
+
+TEST(FollowBranch, FindsTheEndToOnePerMille) {
+  for (const double end : {1e-5, 0.01, 0.3337, 0.99}) {
+    const double found = continuation(1, [&](double t) { return t <= end; });
+    EXPECT_LE(found, end);
+    EXPECT_GE(found, end * (1 - 1e-3));
+  }
+  const auto with_gap = [](double t) { return t < 0.4 || t > 0.45; };
+  EXPECT_EQ(continuation(1, with_gap), 1);
+  EXPECT_NEAR(continuation(1, with_gap, 0.04), 0.4, 0.4e-3);
+  EXPECT_EQ(continuation(1, [](double) { return true; }), 1);
+  EXPECT_EQ(continuation(1, [](double) { return false; }), 0);
+}
+
+}  // namespace
+}  // namespace stiefel

@@ -1,0 +1,233 @@
+#include "engine/maps/rattle_stiefel.h"
+
+#include <gtest/gtest.h>
+
+#include "engine/invariants/stiefel.h"
+#include "engine/methods/variational.h"
+#include "tests/support/linalg/constraint_riccati_spectral.h"
+#include "tests/support/integrate.h"
+#include "tests/support/scenes/random_frame.h"
+
+namespace stiefel {
+namespace {
+
+using testing::RandomFrame;
+constexpr auto compensated = Arithmetic::compensated;
+
+template <Arithmetic arithmetic>
+using VariationalMap = Variational::Map<Stiefel<double>, arithmetic>;
+
+static_assert(Variational::applies<Stiefel<double>> && Variational::applies<Ellipsoid<double>>);
+static_assert(Variational::applies<RigidBody<SoN<double>>> && !Variational::applies<double>);
+
+template <Arithmetic arithmetic = compensated>
+VariationalMap<arithmetic> map_of(const RandomFrame<double>& frame, double h) {
+  return {Stiefel<double>(frame.lambda, frame.Q.rows()), h, 2};
+}
+
+/// Q at t = 1.
+Matrix<double> run(const RandomFrame<double>& frame, int steps) {
+  auto map = map_of(frame, 1.0 / steps);
+  auto state = map.start(frame.state());
+  for (int k = 0; k < steps; ++k) EXPECT_TRUE(map.step(state).reached());
+  return state.x.value.topRows(frame.Q.rows());
+}
+
+TEST(RattleStiefel, IsOfSecondOrder) {
+  for (const auto& [n, N] : {std::pair{1, 4}, {2, 5}, {3, 6}, {4, 9}, {5, 7}, {4, 4}})
+    for (unsigned seed = 1; seed <= 3; ++seed) {
+      const RandomFrame<double> frame(n, N, seed);
+      const Matrix<long double> x =
+          testing::integrate(Stiefel<long double>(frame.lambda.cast<long double>(), n),
+                             Matrix<long double>(frame.state().cast<long double>()), 1.0L);
+      const Matrix<double> Q = x.topRows(n).cast<double>();
+      const double coarse = (run(frame, 40) - Q).norm(), fine = (run(frame, 80) - Q).norm();
+      EXPECT_NEAR(std::log2(coarse / fine), 2, 0.05) << n << " " << N << " " << coarse;
+    }
+}
+
+TEST(RattleStiefel, IsTheMoserVeselovMapAtFullRank) {
+  for (const int N : {3, 5})
+    for (unsigned seed = 1; seed <= 5; ++seed) {
+      const RandomFrame<double> frame(N, N, seed);
+      const auto M_of = [](const auto& Q, const auto& S) {
+        return Matrix<double>(Q.transpose() * S - S.transpose() * Q);
+      };
+      auto map = map_of(frame, 0.1);
+      auto state = map.start(frame.state());
+      MoserVeselov<SoN<double>, compensated> moser_veselov(frame.lambda, 0.1);
+      Matrix<double> x(2 * N, N);
+      x << frame.Q, M_of(frame.Q, frame.S);
+      auto other = moser_veselov.start(x);
+      for (int k = 0; k < 50; ++k) {
+        ASSERT_TRUE(map.step(state).reached());
+        ASSERT_TRUE(moser_veselov.step(other).reached());
+      }
+      const Matrix<double> Q = state.x.value.topRows(N), S = state.x.value.bottomRows(N);
+      EXPECT_LT((Q - other.x.value.topRows(N)).norm(), 1e-13);
+      EXPECT_LT((M_of(Q, S) - other.x.value.bottomRows(N)).norm(), 1e-13 * S.norm());
+    }
+}
+
+TEST(RattleStiefel, IsReversible) {
+  for (const auto& [n, N] : {std::pair{1, 5}, {2, 6}, {3, 3}}) {
+    const RandomFrame<double> frame(n, N, 4);
+    auto there = map_of(frame, 0.1), back = map_of(frame, -0.1);
+    auto out = there.start(frame.state());
+    for (int k = 0; k < 100; ++k) ASSERT_TRUE(there.step(out).reached());
+    auto home = back.start(out.x.value);
+    for (int k = 0; k < 100; ++k) ASSERT_TRUE(back.step(home).reached());
+    EXPECT_LT((home.x.value - frame.state()).norm(), 1e-12);
+    EXPECT_GT((out.x.value - frame.state()).norm(), 1e-1);
+  }
+}
+
+TEST(RattleStiefel, WithVelocitiesIsTheSameMotion) {
+  for (const auto& [n, N] : {std::pair{1, 20}, {2, 5}, {6, 9}}) {
+    const RandomFrame<double> frame(n, N, 5);
+    const Matrix<double> inverse = frame.lambda.cwiseInverse().asDiagonal();
+    Matrix<double> x = frame.state();
+    x.bottomRows(n) = frame.S * inverse;
+    RattleStiefel<double, compensated> with_S(frame.lambda, n, 0.1);
+    RattleStiefel<double, compensated, Under::Qdot> with_Qdot(frame.lambda, n, 0.1);
+    auto a = with_S.start(frame.state());
+    auto b = with_Qdot.start(x);
+    for (int k = 0; k < 50; ++k) {
+      ASSERT_TRUE(with_S.step(a).reached());
+      ASSERT_TRUE(with_Qdot.step(b).reached());
+    }
+    EXPECT_LT((a.x.value.topRows(n) - b.x.value.topRows(n)).norm(), 1e-13);
+    EXPECT_LT((a.x.value.bottomRows(n) * inverse - b.x.value.bottomRows(n)).norm(), 1e-13);
+  }
+}
+
+/// The equation of the constraint as the paper has it, from Q and S.
+struct Equation {
+  Matrix<double> A, P, E;
+  Equation(const RandomFrame<double>& frame, double h) {
+    const Matrix<double> inverse = frame.lambda.cwiseInverse().asDiagonal();
+    const Matrix<double> G = frame.Q * inverse, D = frame.Q + h * frame.S * inverse;
+    A = G * D.transpose();
+    P = G * G.transpose();
+    E = D * D.transpose() - Matrix<double>::Identity(G.rows(), G.rows());
+  }
+};
+
+TEST(RattleStiefel, FindsTheSolutionUpToTheEdgeOfTheDomainAndNamesTheEdge) {
+  for (const auto& [n, N] : {std::pair{1, 4}, {2, 5}, {3, 6}, {3, 3}, {5, 8}})
+    for (unsigned seed = 1; seed <= 5; ++seed) {
+      const RandomFrame<double> frame(n, N, seed);
+      double edge = 0.05;
+      while (true) {
+        const Equation at(frame, edge);
+        if (!testing::constraint_riccati_spectral(at.A, at.P, at.E)) break;
+        edge *= 1.0005;
+      }
+      auto beyond = map_of(frame, 1.05 * edge);
+      auto state = beyond.start(frame.state());
+      const Matrix<double> before = state.x.value;
+      const RunStatus status = beyond.step(state);
+      EXPECT_EQ(status.outcome, Outcome::left_domain);
+      EXPECT_NEAR(status.largest_step.value_or(0), edge, 2e-3 * edge) << n << " " << N;
+      EXPECT_NEAR(beyond.largest_step(state, 100).value_or(0), edge, 2e-3 * edge);
+      EXPECT_EQ(state.x.value, before);
+
+      for (const double h : {0.1 * edge, 0.5 * edge, 0.95 * edge, -0.3 * edge}) {
+        auto map = map_of(frame, h);
+        auto inside = map.start(frame.state());
+        ASSERT_TRUE(map.step(inside).reached());
+        const Equation at(frame, h);
+        const auto Y = testing::constraint_riccati_spectral(at.A, at.P, at.E);
+        ASSERT_TRUE(Y);
+        const Matrix<double> inverse = frame.lambda.cwiseInverse().asDiagonal();
+        const Matrix<double> Q = frame.Q + (h * frame.S + *Y * frame.Q) * inverse;
+        EXPECT_LT((inside.x.value.topRows(n) - Q).norm(), 1e-11) << h / edge;
+        EXPECT_LT(frame_defect(inside.x.value.topRows(n)), 1e-14);
+      }
+    }
+}
+
+struct Drift {
+  double momentum = 0, orthogonality = 0, first_half = 0, second_half = 0;
+};
+
+template <Arithmetic arithmetic>
+Drift drift(int n, int N, unsigned seed, int steps) {
+  const RandomFrame<double> frame(n, N, seed);
+  auto map = map_of<arithmetic>(frame, 0.1);
+  auto state = map.start(frame.state());
+  const Matrix<double> m = frame_momentum<double>(frame.Q, frame.S);
+  const double E = stiefel_energy<double>(frame.lambda, frame.S);
+  Drift worst;
+  for (int k = 0; k < steps; ++k) {
+    EXPECT_TRUE(map.step(state).reached());
+    const Matrix<double> Q = state.x.value.topRows(n), S = state.x.value.bottomRows(n);
+    double& energy = 2 * k < steps ? worst.first_half : worst.second_half;
+    energy = std::max(energy, std::abs(stiefel_energy<double>(frame.lambda, S) / E - 1));
+    if (k % 100 != 99) continue;
+    worst.orthogonality = std::max(worst.orthogonality, frame_defect(Q));
+    worst.momentum =
+        std::max(worst.momentum, (frame_momentum<double>(Q, S) - m).norm() / frame.S.norm());
+  }
+  return worst;
+}
+
+/// The motion is chaotic, so the largest error of one scene has no trend; the test compares means
+/// over 32 scenes.
+TEST(RattleStiefel, BoundsTheEnergy) {
+  for (const auto& [n, N] : {std::pair{1, 4}, {2, 5}, {3, 6}}) {
+    double first = 0, second = 0;
+    for (unsigned seed = 1; seed <= 32; ++seed) {
+      const Drift worst = drift<compensated>(n, N, seed, 6'000);
+      first += worst.first_half / 32;
+      second += worst.second_half / 32;
+    }
+    EXPECT_LE(second, 1.1 * first) << n << " " << N;
+    EXPECT_LE(first, 1e-2) << n << " " << N;
+  }
+}
+
+TEST(RattleStiefel, KeepsMomentumAndFrameOver100000Steps) {
+  for (const auto& [n, N] : {std::pair{1, 4}, {2, 5}, {3, 6}}) {
+    const Drift worst = drift<compensated>(n, N, 7, 100'000);
+    EXPECT_LE(worst.momentum, 1e-13) << n << " " << N;
+    EXPECT_LE(worst.orthogonality, 2e-15) << n << " " << N;
+    EXPECT_LE(worst.second_half, 1e-2) << n << " " << N;
+  }
+  const Drift plain = drift<Arithmetic::plain>(2, 5, 7, 100'000);
+  EXPECT_LE(plain.momentum, 1e-12);
+  EXPECT_LE(plain.orthogonality, 2e-15);
+  const Drift full = drift<compensated>(3, 3, 7, 100'000);
+  EXPECT_LE(std::max(full.second_half, full.momentum), 1e-13);
+}
+
+TEST(RattleStiefel, KeepsLargeFramesOrthonormal) {
+  const RandomFrame<double> frame(4, 1000, 1, 100);
+  auto map = map_of(frame, 0.1);
+  auto state = map.start(frame.state());
+  const Matrix<double> m = frame_momentum<double>(frame.Q, frame.S);
+  for (int k = 0; k < 500; ++k) ASSERT_TRUE(map.step(state).reached());
+  const Matrix<double> Q = state.x.value.topRows(4), S = state.x.value.bottomRows(4);
+  EXPECT_LT(frame_defect(Q), 4e-15);
+  EXPECT_LT((frame_momentum<double>(Q, S) - m).norm() / frame.S.norm(), 1e-14);
+}
+
+TEST(RattleStiefel, WorksInSinglePrecision) {
+  const RandomFrame<float> frame(2, 5, 3);
+  RattleStiefel<float, compensated> map(frame.lambda, 2, 0.1F);
+  auto state = map.start(frame.state());
+  for (int k = 0; k < 1000; ++k) ASSERT_TRUE(map.step(state).reached());
+  EXPECT_LT(frame_defect(state.x.value.topRows(2)), 1e-6F);
+}
+
+TEST(RattleStiefel, RefusesWhatIsNotFinite) {
+  const RandomFrame<double> frame(2, 5, 3);
+  auto map = map_of(frame, 0.1);
+  Matrix<double> x = frame.state();
+  x(3, 2) = std::numeric_limits<double>::quiet_NaN();
+  auto state = map.start(x);
+  EXPECT_EQ(map.step(state).outcome, Outcome::not_finite);
+}
+
+}  // namespace
+}  // namespace stiefel

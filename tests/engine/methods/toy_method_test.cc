@@ -1,0 +1,55 @@
+#include <gtest/gtest.h>
+
+#include "engine/methods/support/method.h"
+#include "engine/simulation/stepping/methods.h"
+#include "tests/support/scenes/random_scene.h"
+
+namespace stiefel {
+namespace {
+
+/// Adding a method takes this struct in a file and its name in the list of methods.h.
+struct ExplicitEuler {
+  static constexpr MethodTraits traits = {.name = "explicit_euler",
+                                          .summary = "x + hX(x)",
+                                          .source = "Euler 1768",
+                                          .file = "",
+                                          .orders = {1},
+                                          .default_order = 1,
+                                          .reversible = false};
+  template <class S>
+  static constexpr bool applies = System<S>;
+  template <class>
+  static constexpr Conservation conservation(std::string_view) {
+    return Conservation::drifts;
+  }
+
+  template <System S, Arithmetic arithmetic>
+  class Map : public ExplicitMap<Map<S, arithmetic>, S, arithmetic> {
+   public:
+    Map(S system, typename S::Scalar h, int)
+        : ExplicitMap<Map, S, arithmetic>(std::move(system), h) {}
+    void displacement(const typename S::State& x, typename S::State& dx) {
+      this->system_.field(x, dx);
+      dx *= this->h_;
+    }
+  };
+};
+
+TEST(ToyMethod, IsAMethodOnEverySpace) {
+  using Body3 = RigidBody<So3<double, true>>;
+  using BodyN = RigidBody<SoN<double>>;
+  static_assert(Method<ExplicitEuler> && ExplicitEuler::applies<BodyN>);
+  static_assert(stiefel::Map<ExplicitEuler::Map<Body3, Arithmetic::plain>>);
+  const testing::RandomBody body(5, 1);
+  ExplicitEuler::Map<BodyN, Arithmetic::plain> map(BodyN(body.lambda), 0.5, 1);
+  Eigen::MatrixXd x(10, 5);
+  x << body.Q, body.M;
+  auto state = map.start(x);
+  ASSERT_TRUE(map.step(state).reached());
+  Eigen::MatrixXd Omega(5, 5);
+  SoN<double>::inverse_inertia(body.lambda, body.M, Omega);
+  EXPECT_LT((state.x.value.topRows(5) - body.Q - 0.5 * body.Q * Omega).norm(), 1e-15);
+}
+
+}  // namespace
+}  // namespace stiefel

@@ -1,0 +1,230 @@
+// A scene with a tolerance instead of a method.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/simulation/accuracy/reference.h"
+#include "stiefel/catalogue.h"
+#include "stiefel/simulation.h"
+#include "stiefel/tradeoff.h"
+#include "tests/support/scenes/any_scene.h"
+#include "tests/support/surveys/choice_survey.h"
+#include "tests/support/exact_motion.h"
+#include "tests/support/extrapolation.h"
+#include "tests/support/scenes/random_matrices.h"
+#include "tests/support/scenes/random_scene.h"
+
+namespace stiefel {
+namespace {
+
+using testing::Quad;
+using testing::RandomBody;
+
+SceneDescription asked(double tolerance, double horizon, int N = 4, double step = 0.25) {
+  SceneDescription d = testing::description(RandomBody(N, 6), step, "rk4");
+  d.method.reset();
+  d.tolerance = tolerance;
+  d.horizon = horizon;
+  return d;
+}
+
+TEST(Choice, StaysWithinTheToleranceAtAboutTheLeastCost) {
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    const auto outcome = testing::survey_choice(seed);
+    EXPECT_TRUE(outcome.made) << outcome.scene << ": " << outcome.chosen;
+    EXPECT_LE(outcome.error, 1) << outcome.scene << ": " << outcome.chosen;
+    EXPECT_LE(outcome.cost, 2) << outcome.scene << ": " << outcome.chosen;
+    EXPECT_GT(outcome.cost, 0) << outcome.scene;
+  }
+}
+
+TEST(Choice, FixesTheMethodAndKeepsTheStep) {
+  const Scene scene = resolve_choosing(asked(1e-7, 10)).value();
+  const auto& d = scene.description();
+  ASSERT_TRUE(d.method);
+  EXPECT_TRUE(d.method->order && d.method->substeps && !d.method->arithmetic.empty());
+  EXPECT_EQ(d.step, 0.25);
+  EXPECT_EQ(d.tolerance, 1e-7);
+  EXPECT_EQ(d.horizon, 10);
+  EXPECT_NE(d.choice.find(d.method->name), std::string::npos) << d.choice;
+  EXPECT_NE(d.choice.find("Taylor series"), std::string::npos) << d.choice;
+}
+
+/// The error of a chosen scene at its horizon over its tolerance, `exact` being blocks that its
+/// simulation reports; 0 where the tolerance is refused as one that cannot be met.
+double error_over_tolerance(const SceneDescription& d, const auto& exact) {
+  const auto scene = resolve_choosing(d);
+  if (!scene) {
+    EXPECT_EQ(scene.error().front().reason, "TOLERANCE_NOT_MET") << scene.error().front().rule;
+    return 0;
+  }
+  const auto now = make_simulation(*scene);
+  EXPECT_TRUE(now->advance(std::llround(*d.horizon / scene->step())).reached());
+  const MotionState state = read_motion(*scene, *now);
+  const double error = error_of(state, exact(*scene)).largest();
+  EXPECT_LE(error, *d.tolerance) << scene->description().choice;
+  return error / *d.tolerance;
+}
+
+/// A scene on which one substep of `adaptive` reaches rounding at every tolerance.
+TEST(Choice, OfADoubleBracketStaysWithinItsTolerance) {
+  int made = 0;
+  for (const auto& [seed, tolerance, horizon] :
+       {std::tuple{1u, 1e-12, 400.0}, {2u, 1e-12, 100.0}, {3u, 1e-12, 100.0}, {4u, 1e-9, 50.0}}) {
+    testing::RandomMatrices<double> random(seed);
+    SceneDescription d;
+    d.system = "double_bracket";
+    d.inertia_u = {1, 1.7, 2.5};
+    d.inertia_v = {0.8, 1.9};
+    for (const char* name : {"Q", "P"})
+      d.initial[name] =
+          Block(RowMatrix(random.matrix(3, 2) / 2), RowMatrix(random.matrix(3, 2) / 2));
+    d.step = 0.05;
+    d.tolerance = tolerance;
+    d.horizon = horizon;
+    made += error_over_tolerance(d, [&](const Scene& scene) {
+              const auto lambda = [](const std::vector<double>& l) -> Vector<Quad> {
+                return Eigen::Map<const Eigen::VectorXd>(l.data(), std::ssize(l)).cast<Quad>();
+              };
+              Matrix<Quad> x(12, 2);
+              x << scene.block("Q").cast<Quad>(), scene.block("P").cast<Quad>();
+              x = testing::extrapolate(
+                  testing::PrintedDoubleBracket(lambda(d.inertia_u), lambda(d.inertia_v)), x,
+                  Quad(horizon), static_cast<int>(4 * horizon));
+              MotionState exact{Matrix<long double>(3, 4), Matrix<long double>(3, 4), true};
+              for (int j = 0; j < 2; ++j)
+                for (int part = 0; part < 2; ++part) {
+                  exact.attitude.col(2 * j + part) =
+                      x.col(j).segment(3 * part, 3).cast<long double>();
+                  exact.momentum.col(2 * j + part) =
+                      x.col(j).segment(6 + 3 * part, 3).cast<long double>();
+                }
+              return exact;
+            }) > 0;
+  }
+  EXPECT_GE(made, 2);
+}
+
+TEST(Choice, OfAParametricRigidBodyStaysWithinItsTolerance) {
+  int made = 0;
+  for (const auto& [seed, tolerance] : {std::pair{1u, 1e-12}, {2u, 1e-11}, {3u, 1e-8}}) {
+    SceneDescription d = testing::any_scene("parametric_rigid_body", "", seed, 0.05);
+    d.tolerance = tolerance;
+    d.horizon = 100;
+    made +=
+        error_over_tolerance(d, [&](const Scene& scene) {
+          const testing::PrintedParametricRigidBody printed(scene.inertia().cast<Quad>(),
+                                                            scene.parameter());
+          Matrix<Quad> x(8, 4);
+          x << scene.Q().cast<Quad>(), scene.block("P").cast<Quad>();
+          x = testing::extrapolate(printed, x, Quad(*d.horizon), 400);
+          return MotionState{x.topRows(4).cast<long double>(), printed.M(x).cast<long double>()};
+        }) > 0;
+  }
+  EXPECT_GE(made, 2);
+}
+
+TEST(Choice, OfAResolvedSceneIsWhatItIs) {
+  const Scene once = resolve_choosing(asked(1e-7, 10)).value();
+  const Scene again = Scene::resolve(once.description()).value();
+  EXPECT_EQ(again.description().choice, once.description().choice);
+  EXPECT_EQ(again.method(), once.method());
+  EXPECT_EQ(again.substeps(), once.substeps());
+  EXPECT_EQ(again.order(), once.order());
+  EXPECT_EQ(again.arithmetic(), once.arithmetic());
+  // A second choice for this scene gives the same method.
+  EXPECT_EQ(resolve_choosing(asked(1e-7, 10)).value().description().choice,
+            once.description().choice);
+}
+
+TEST(Choice, CostsMoreForMoreAccuracy) {
+  double first = 0, last = 0;
+  for (const double tolerance : {1e-3, 1e-6, 1e-9, 1e-12}) {
+    const Scene scene = resolve_choosing(asked(tolerance, 20)).value();
+    const auto now = make_simulation(scene);
+    ASSERT_TRUE(now->advance(80).reached());
+    const RandomBody body(4, 6);
+    const auto exact = testing::exact_motion(body.lambda, body.Q, body.M, 20);
+    const double error = (now->get("Q") - exact.Q).cwiseAbs().maxCoeff();
+    EXPECT_LE(error, tolerance) << scene.description().choice;
+    EXPECT_GT(error, 1e-4 * tolerance) << scene.description().choice;  // not far better than asked
+    const std::string& text = scene.description().choice;
+    const double work = std::stod(text.substr(text.find(" at ") + 4));
+    EXPECT_GE(work, last) << text;
+    last = work;
+    if (first == 0) first = work;
+  }
+  EXPECT_GT(last, 4 * first);
+}
+
+TEST(Choice, OfALongHorizonStaysWithinTheTolerance) {
+  SceneDescription d = asked(1e-5, 20000, 3);
+  const Scene scene = resolve_choosing(d).value();
+  const auto now = make_simulation(scene);
+  ASSERT_TRUE(now->advance(80000).reached());
+  const RandomBody body(3, 6);
+  const auto exact = testing::exact_motion(body.lambda, body.Q, body.M, 20000);
+  EXPECT_LE((now->get("Q") - exact.Q).cwiseAbs().maxCoeff(), 1e-5) << scene.description().choice;
+}
+
+TEST(Choice, OfEverySystemThatTakesAMethod) {
+  for (const auto& system : catalogue().systems) {
+    SceneDescription d = testing::any_scene(std::string(system.name), "", 2, 0.1);
+    d.tolerance = 1e-6;
+    d.horizon = 1;
+    const auto scene = resolve_choosing(d);
+    if (system.discrete) {
+      ASSERT_FALSE(scene);
+      EXPECT_EQ(scene.error().front().field, "tolerance");
+    } else {
+      ASSERT_TRUE(scene) << system.name << ": " << scene.error().front().rule;
+      EXPECT_TRUE(make_simulation(*scene)->advance(10).reached());
+    }
+  }
+}
+
+TEST(Choice, ThatCannotBeMadeSaysTheBestThatWasFound) {
+  const auto refused = resolve_choosing(asked(1e-15, 400));
+  ASSERT_FALSE(refused);
+  const Violation& violation = refused.error().front();
+  EXPECT_EQ(violation.field, "tolerance");
+  EXPECT_EQ(violation.value, "1e-15");
+  EXPECT_EQ(violation.reason, "TOLERANCE_NOT_MET");
+  const double best = std::stod(violation.metadata.at("best_error"));
+  EXPECT_GT(best, 1e-15);
+  EXPECT_LT(best, 1e-11);
+  EXPECT_NE(violation.rule.find(violation.metadata.at("best_method")), std::string::npos);
+}
+
+TEST(Choice, NeedsToleranceAndHorizonAndNoMethod) {
+  const auto fault = [](SceneDescription d) {
+    const auto scene = resolve_choosing(std::move(d));
+    return scene ? std::string() : scene.error().front().field;
+  };
+  SceneDescription d = asked(1e-6, 10);
+  d.horizon.reset();
+  EXPECT_EQ(fault(d), "horizon");
+  EXPECT_EQ(fault(asked(1e-6, -1)), "horizon");
+  EXPECT_EQ(fault(asked(1e-6, INFINITY)), "horizon");
+  EXPECT_EQ(fault(asked(0, 1)), "tolerance");
+  EXPECT_EQ(fault(asked(2, 1)), "tolerance");
+  EXPECT_EQ(fault(asked(NAN, 1)), "tolerance");
+  d = asked(1e-6, 10);
+  d.method = MethodDescription{"rk4", {}, {}, "", {}};
+  EXPECT_EQ(fault(d), "tolerance");
+  d.tolerance.reset();
+  EXPECT_EQ(fault(d), "");  // a horizon may stay: MeasureTradeoff reads it
+  d.method.reset();
+  EXPECT_EQ(fault(d), "");  // the recommended one
+  d = asked(1e-6, 10);
+  d.choice = "mine";
+  EXPECT_EQ(fault(d), "choice");
+  d = asked(1e-6, 10);
+  d.initial.erase("M");  // before anything is measured
+  EXPECT_EQ(fault(d), "initial.M");
+}
+
+}  // namespace
+}  // namespace stiefel

@@ -1,0 +1,324 @@
+#include "stiefel/connect.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <boost/numeric/odeint/integrate/integrate_adaptive.hpp>
+#include <boost/numeric/odeint/stepper/bulirsch_stoer.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "engine/maps/moser_veselov.h"
+#include "tests/support/exact_motion.h"
+#include "tests/support/reference_motions.h"
+#include "tests/support/scenes/two_frames.h"
+
+namespace stiefel {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using std::numbers::pi;
+using testing::random_frames;
+
+/// The multiplier form of the geodesic equation, Q̈ = BQΛ⁻¹ with B from (QQᵀ)¨ = 0, as a linear
+/// system for all n² entries of B: no code of the engine.
+MatrixXd frame_at(const VectorXd& lambda, const MatrixXd& Q_0, const MatrixXd& Qdot, double t) {
+  using Wide = long double;
+  using WideMatrix = Eigen::Matrix<Wide, Eigen::Dynamic, Eigen::Dynamic>;
+  using State = std::vector<Wide>;
+  const Index n = Q_0.rows(), N = Q_0.cols(), size = n * N;
+  const WideMatrix I = WideMatrix::Identity(n, n);
+  const auto field = [&](const State& x, State& dx, Wide) {
+    const Eigen::Map<const WideMatrix> Q(x.data(), n, N), V(x.data() + size, n, N);
+    const WideMatrix QL = Q * lambda.cast<Wide>().cwiseInverse().asDiagonal();
+    const WideMatrix K = QL * Q.transpose(), rate = -2 * V * V.transpose();
+    WideMatrix sum(n * n, n * n);  // of K ⊗ I and I ⊗ K
+    for (Index i = 0; i < n; ++i)
+      for (Index j = 0; j < n; ++j)
+        sum.block(i * n, j * n, n, n) = K(i, j) * I + (i == j ? K : WideMatrix::Zero(n, n));
+    const WideMatrix B = sum.partialPivLu().solve(rate.reshaped()).reshaped(n, n);
+    Eigen::Map<WideMatrix>(dx.data(), n, N) = V;
+    Eigen::Map<WideMatrix>(dx.data() + size, n, N) = B * QL;
+  };
+  State x(static_cast<std::size_t>(2 * size));
+  Eigen::Map<WideMatrix>(x.data(), n, N) = Q_0.cast<Wide>();
+  Eigen::Map<WideMatrix>(x.data() + size, n, N) = Qdot.cast<Wide>();
+  boost::numeric::odeint::integrate_adaptive(
+      boost::numeric::odeint::bulirsch_stoer<State, Wide>(1e-16L, 1e-16L), field, x, Wide(0),
+      Wide(t), Wide(t) / 100);
+  return Eigen::Map<WideMatrix>(x.data(), n, N).cast<double>();
+}
+
+/// max |Q(T) − Q_T| of an answer, by integrators that the answer does not use.
+double miss(const TwoPointProblem& p, const Geodesic& answer) {
+  const MatrixXd end = p.Q_0.rows() == p.Q_0.cols()
+                           ? testing::exact_motion(p.inertia, answer.Q, answer.M, p.time).Q
+                           : frame_at(p.inertia, answer.Q, answer.Qdot, p.time);
+  return (end - p.Q_T).cwiseAbs().maxCoeff();
+}
+
+double energy(const VectorXd& lambda, const MatrixXd& V) {
+  return (V * lambda.asDiagonal() * V.transpose()).trace() / 2;
+}
+
+MatrixXd from_rows(const std::vector<double>& numbers, int n, int N) {
+  return Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
+      numbers.data(), n, N);
+}
+
+template <class Refusal>
+bool refused_as(const TwoPointProblem& problem) {
+  const auto answer = connect(problem);
+  return !answer && std::holds_alternative<Refusal>(answer.error());
+}
+
+TEST(Connect, JoinsTheEndsOfReferenceMotionsWithNoMoreEnergy) {
+  for (const auto& motion : testing::reference_motions()) {
+    SCOPED_TRACE(motion.name);
+    TwoPointProblem p;
+    p.inertia = Eigen::Map<const VectorXd>(motion.lambda.data(), motion.N);
+    p.Q_0 = from_rows(motion.Q_0, motion.n, motion.N);
+    p.Q_T = from_rows(motion.Q, motion.n, motion.N);
+    p.time = motion.t;
+    const auto answer = connect(p);
+    ASSERT_TRUE(answer);
+    EXPECT_LT(miss(p, *answer), 1e-11);
+    EXPECT_LT(answer->residual, 1e-11);
+
+    MatrixXd V = from_rows(motion.momentum, motion.n, motion.N);
+    if (motion.n == motion.N) {
+      for (int i = 0; i < motion.N; ++i)
+        for (int j = 0; j < motion.N; ++j)
+          if (i != j) V(i, j) /= p.inertia(i) + p.inertia(j);
+    } else {
+      V = (V * p.inertia.cwiseInverse().asDiagonal()).eval();
+    }
+    EXPECT_LE(answer->energy, energy(p.inertia, V) * (1 + 1e-12));
+    EXPECT_NEAR(answer->energy, energy(p.inertia, answer->Qdot), 1e-13 * answer->energy);
+  }
+}
+
+TEST(Connect, JoinsRandomFrames) {
+  for (const auto& [n, N] : {std::pair(1, 3), {2, 5}, {3, 8}, {5, 5}})
+    for (const double spread : {4.0, 100.0})
+      for (unsigned seed = 1; seed <= 20; ++seed) {
+        SCOPED_TRACE(::testing::Message() << n << " " << N << " " << spread << " " << seed);
+        TwoPointProblem p = random_frames(n, N, spread, seed);
+        p.time = 0.7;
+        p.restarts = 1;
+        const auto answer = connect(p);
+        ASSERT_TRUE(answer);
+        EXPECT_LT(miss(p, *answer), 1e-11);
+        EXPECT_GE(answer->distinct, 1);
+      }
+}
+
+/// exp(A) by its series, halved and squared.
+MatrixXd exponential(const MatrixXd& A) {
+  constexpr int halvings = 8;
+  const MatrixXd small = A / std::exp2(halvings);
+  MatrixXd sum = MatrixXd::Identity(A.rows(), A.cols()), term = sum;
+  for (int k = 1; k < 18; ++k) sum += term = (term * small / k).eval();
+  for (int k = 0; k < halvings; ++k) sum = (sum * sum).eval();
+  return sum;
+}
+
+/// Λ = λI: Q(t) in closed form (Edelman, Arias and Smith 1998, (2.42)).
+MatrixXd round_geodesic(const MatrixXd& Q, const MatrixXd& Qdot, double t) {
+  const Index n = Q.rows(), N = Q.cols();
+  const MatrixXd Y = Q.transpose(), H = Qdot.transpose(), A = Y.transpose() * H;
+  MatrixXd generator(2 * n, 2 * n), YH(N, 2 * n);
+  generator << A, -H.transpose() * H, MatrixXd::Identity(n, n), A;
+  YH << Y, H;
+  return (YH * exponential(t * generator).leftCols(n) * exponential(-t * A)).transpose();
+}
+
+TEST(Connect, RecoversRoundGeodesicsUpToTheInjectivityRadius) {
+  for (const auto& [n, N] :
+       {std::pair(1, 2), {1, 3}, {2, 3}, {2, 5}, {3, 6}, {3, 3}, {4, 4}, {5, 5}})
+    for (unsigned seed = 1; seed <= 5; ++seed) {
+      SCOPED_TRACE(::testing::Message() << n << " " << N << " " << seed);
+      const double radius = n == N ? std::numbers::sqrt2 * pi : pi, T = 2;
+      TwoPointProblem p = random_frames(n, N, 1, seed);
+      p.inertia.setConstant(1.7);
+      p.time = T;
+      const MatrixXd& Q = p.Q_0;
+      MatrixXd V = random_frames(n, N, 1, seed + 50).Q_T;
+      V -= ((V * Q.transpose() + Q * V.transpose()) / 2 * Q).eval();
+      V *= 0.9 * radius / T / V.norm();
+      p.Q_T = round_geodesic(Q, V, T);
+      const auto answer = connect(p);
+      ASSERT_TRUE(answer);
+      EXPECT_LT((answer->Qdot - V).cwiseAbs().maxCoeff(), 1e-12);
+      EXPECT_EQ(answer->shortest, Shortest::yes);
+    }
+}
+
+TEST(Connect, DoesNotClaimToBeShortestBeyondTheRadius) {
+  // Two planes turned by 3 each: the minimum is longer than √2·π.
+  TwoPointProblem p = random_frames(4, 4, 1, 1);
+  p.inertia.setConstant(1);
+  p.Q_0 = MatrixXd::Identity(4, 4);
+  p.Q_T = MatrixXd::Identity(4, 4) * std::cos(3.0);
+  p.Q_T(1, 0) = p.Q_T(3, 2) = std::sin(3.0);
+  p.Q_T(0, 1) = p.Q_T(2, 3) = -std::sin(3.0);
+  const auto answer = connect(p);
+  ASSERT_TRUE(answer);
+  EXPECT_NEAR(answer->energy, 18, 1e-10);
+  EXPECT_EQ(answer->shortest, Shortest::unknown);
+}
+
+TEST(Connect, GoesTheShortWayRoundACircle) {
+  TwoPointProblem p = random_frames(2, 2, 1, 1);
+  p.inertia << 3, 1;
+  p.Q_0.setIdentity();
+  p.Q_T << std::cos(2), -std::sin(2), std::sin(2), std::cos(2);
+  const auto body = connect(p);
+  ASSERT_TRUE(body);
+  EXPECT_NEAR(body->energy, (3 + 1) * 4 / 2.0, 1e-12);
+  EXPECT_EQ(body->shortest, Shortest::yes);
+
+  // An ellipse: half of its perimeter is 4E(3/4) semi-axes 2 and 1: the time integral of √(2E).
+  p = random_frames(1, 2, 1, 1);
+  p.inertia << 4, 1;
+  p.Q_0 << 1, 0;
+  p.Q_T << 0, -1;
+  const auto ellipse = connect(p);
+  ASSERT_TRUE(ellipse);
+  EXPECT_NEAR(std::sqrt(2 * ellipse->energy), 2 * std::comp_ellint_2(std::sqrt(0.75)), 1e-11);
+  EXPECT_LT(ellipse->Qdot(0, 1), 0);
+  EXPECT_EQ(ellipse->shortest, Shortest::yes);
+}
+
+TEST(Connect, StaysWhereItIs) {
+  for (const auto& [n, N] : {std::pair(1, 2), {1, 4}, {2, 3}, {3, 3}}) {
+    TwoPointProblem p = random_frames(n, N, 4, 3);
+    p.Q_T = p.Q_0;
+    const auto answer = connect(p);
+    ASSERT_TRUE(answer);
+    EXPECT_LT(answer->energy, 1e-28);
+    EXPECT_EQ(answer->shortest, Shortest::yes);
+  }
+}
+
+TEST(Connect, FindsOneOfManyBetweenAntipodes) {
+  TwoPointProblem p = random_frames(1, 4, 1, 7);
+  p.inertia.setConstant(1);
+  p.Q_T = -p.Q_0;
+  const auto answer = connect(p);
+  ASSERT_TRUE(answer);
+  EXPECT_NEAR(std::sqrt(2 * answer->energy), pi, 1e-10);
+  EXPECT_LT(miss(p, *answer), 1e-11);
+}
+
+TEST(Connect, RepairsFramesWithinTheTolerance) {
+  TwoPointProblem p = random_frames(2, 5, 4, 4);
+  p.Q_0(0, 0) += 3e-10;
+  const auto answer = connect(p);
+  ASSERT_TRUE(answer);
+  EXPECT_LT((answer->Q * answer->Q.transpose() - MatrixXd::Identity(2, 2)).norm(), 1e-15);
+}
+
+TEST(Connect, RefusesWhatHasNoMeaning) {
+  TwoPointProblem p = random_frames(3, 3, 4, 2);
+  TwoPointProblem bad = p;
+  bad.Q_T.row(1) = -bad.Q_T.row(1);
+  EXPECT_TRUE(refused_as<refusal::UnequalDeterminants>(bad));
+  bad = p;
+  bad.Q_0(1, 2) += 1e-6;
+  EXPECT_TRUE(refused_as<refusal::NotOrthonormal>(bad));
+  bad.Q_0(1, 2) = std::nan("");
+  EXPECT_TRUE(refused_as<refusal::NotOrthonormal>(bad));
+  bad = p;
+  bad.inertia << 1, 2, -1;
+  EXPECT_TRUE(refused_as<refusal::Invalid>(bad));
+  bad = p;
+  bad.time = 0;
+  EXPECT_TRUE(refused_as<refusal::Invalid>(bad));
+  bad.Q_0 = bad.Q_T = MatrixXd::Ones(1, 1);
+  EXPECT_TRUE(refused_as<refusal::Invalid>(bad));
+  bad = random_frames(2, 3, 4, 2);
+  bad.inertia(1) = 0;
+  EXPECT_TRUE(refused_as<refusal::Invalid>(bad));
+}
+
+TEST(Connect, DividesByNoInertiaOfABody) {
+  TwoPointProblem p = random_frames(3, 3, 4, 5);
+  p.inertia << 2, 1, -0.3;
+  const auto answer = connect(p);
+  ASSERT_TRUE(answer);
+  EXPECT_LT(miss(p, *answer), 1e-11);
+}
+
+TEST(Connect, IsTheSameForTheSameSeedAndScalesWithTimeAndInertia) {
+  TwoPointProblem p = random_frames(2, 5, 100, 9);
+  const auto once = connect(p), again = connect(p);
+  ASSERT_TRUE(once && again);
+  EXPECT_TRUE(once->Qdot == again->Qdot);
+  p.time = 3;
+  p.inertia *= 5e4;
+  const auto scaled = connect(p);
+  ASSERT_TRUE(scaled);
+  EXPECT_LT((3 * scaled->Qdot - once->Qdot).norm(), 1e-11 * once->Qdot.norm());
+  EXPECT_NEAR(scaled->energy * 9 / 5e4, once->energy, 1e-11 * once->energy);
+}
+
+TEST(ConnectDiscrete, IsATrajectoryOfTheMoserVeselovMap) {
+  for (const int N : {3, 5}) {
+    const int K = 20;
+    TwoPointProblem p = random_frames(N, N, 4, 6);
+    p.time = 2;
+    const auto answer = connect(p, K);
+    ASSERT_TRUE(answer);
+    MoserVeselov<SoN<double>, Arithmetic::compensated> map(p.inertia, p.time / K);
+    MatrixXd start(2 * N, N);
+    start << answer->Q[0], answer->M;
+    auto state = map.start(start);
+    for (int k = 1; k <= K; ++k) {
+      ASSERT_TRUE(map.step(state).reached());
+      EXPECT_LT((state.x.value.topRows(N) - answer->Q[k]).cwiseAbs().maxCoeff(), 1e-11);
+    }
+  }
+}
+
+/// [ST] (54) with differences: (Q_{k+1} − 2Q_k + Q_{k−1})Λ = BQ_k with symmetric B, its momentum
+/// Q_kΛQ_{k+1}ᵀ − Q_{k+1}ΛQ_kᵀ is the same at every k, and S is the momentum at Q_0.
+TEST(ConnectDiscrete, SatisfiesTheDiscreteEulerLagrangeEquations) {
+  for (const auto& [n, N] : {std::pair(1, 3), {2, 5}, {3, 5}}) {
+    const int K = 24;
+    TwoPointProblem p = random_frames(n, N, 4, 8);
+    p.time = 1.5;
+    const auto answer = connect(p, K);
+    ASSERT_TRUE(answer);
+    const auto& Q = answer->Q;
+    EXPECT_EQ(Q.size(), K + 1u);
+    EXPECT_LT((Q[0] - p.Q_0).norm() + (Q[K] - p.Q_T).norm(), 1e-14);
+    const auto L = p.inertia.asDiagonal();
+    const double h = p.time / K;
+    const MatrixXd m = (answer->S * Q[0].transpose() - Q[0] * answer->S.transpose()) * h;
+    for (int k = 1; k < K; ++k) {
+      const MatrixXd force = (Q[k + 1] - 2 * Q[k] + Q[k - 1]) * L, B = force * Q[k].transpose();
+      EXPECT_LT((force - B * Q[k]).norm(), 1e-12);
+      EXPECT_LT((B - B.transpose()).norm(), 1e-12);
+      EXPECT_LT((Q[k + 1] * L * Q[k].transpose() - Q[k] * L * Q[k + 1].transpose() - m).norm(),
+                1e-11);
+    }
+    const MatrixXd Qdot = answer->S * p.inertia.cwiseInverse().asDiagonal();
+    EXPECT_LT((Qdot * Q[0].transpose() + Q[0] * Qdot.transpose()).norm(), 1e-12);
+  }
+}
+
+TEST(ConnectDiscrete, ApproachesTheGeodesicByOrderTwo) {
+  const TwoPointProblem p = random_frames(2, 5, 4, 8);
+  const auto exact = connect(p);
+  const auto coarse = connect(p, 32), fine = connect(p, 64);
+  ASSERT_TRUE(exact && coarse && fine);
+  const double order = std::log2((coarse->S - exact->S).norm() / (fine->S - exact->S).norm());
+  EXPECT_GT(order, 1.9);
+  EXPECT_LT(order, 2.1);
+}
+
+}  // namespace
+}  // namespace stiefel

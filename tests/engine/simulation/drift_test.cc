@@ -1,0 +1,69 @@
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdio>
+
+#include "stiefel/diagnosis.h"
+#include "tests/support/scenes/random_scene.h"
+
+namespace stiefel {
+namespace {
+
+// The sanitizers check the code of a step; they do not need 10⁶ steps.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr std::array<std::int64_t, 4> decades = {100, 1'000, 10'000, 100'000};
+#else
+constexpr std::array<std::int64_t, 4> decades = {1'000, 10'000, 100'000, 1'000'000};
+#endif
+
+struct Worst {
+  double energy = 0, momentum = 0, manakov = 0, orthogonality = 0;
+  void include(const Diagnosis& diagnosis) {
+    for (const auto& invariant : diagnosis.invariants) {
+      double& w = invariant.name == "energy"              ? energy
+                  : invariant.name.starts_with("spatial") ? momentum
+                  : invariant.name.starts_with("manakov") ? manakov
+                                                          : momentum;
+      w = std::max(w, invariant.drift());
+    }
+    orthogonality = std::max(orthogonality, *diagnosis.orthogonality);
+  }
+  double largest() const { return std::max({energy, momentum, manakov}); }
+};
+
+/// Drift at each decade of steps, the worst of three seeds: h‖Ω‖ = 0.1, Λ over 1 : 4.
+std::array<Worst, 4> drifts(int N, const char* arithmetic) {
+  std::array<Worst, 4> worst;
+  for (unsigned seed = 1; seed <= 3; ++seed) {
+    const Scene scene = testing::random_scene(N, seed, 0.1, "variational", arithmetic);
+    const auto simulation = make_simulation(scene);
+    for (std::size_t k = 0; k < decades.size(); ++k) {
+      EXPECT_TRUE(simulation->advance(decades[k] - simulation->step()).reached());
+      worst[k].include(diagnose(scene, *simulation));
+    }
+  }
+  for (std::size_t k = 0; k < decades.size(); ++k)
+    std::printf(
+        "N = %d %-11s %8lld steps: energy %.1e  momentum %.1e  Manakov %.1e  |QtQ - I| %.1e\n", N,
+        arithmetic, static_cast<long long>(decades[k]), worst[k].energy, worst[k].momentum,
+        worst[k].manakov, worst[k].orthogonality);
+  return worst;
+}
+
+class LongRun : public ::testing::TestWithParam<int> {};
+
+/// 10⁶ steps. The bound of compensated arithmetic is absolute. Plain arithmetic must drift at least
+/// ten times as much, else compensation has no effect.
+TEST_P(LongRun, CompensatedDriftStaysAtRounding) {
+  const auto compensated = drifts(GetParam(), "compensated");
+  const auto plain = drifts(GetParam(), "plain");
+  for (const auto& at : compensated) {
+    EXPECT_LE(at.largest(), 1e-12);
+    EXPECT_LE(at.orthogonality, 1e-13);
+  }
+  EXPECT_GE(plain.back().largest(), 10 * compensated.back().largest());
+}
+INSTANTIATE_TEST_SUITE_P(Dimensions, LongRun, ::testing::Values(3, 8));
+
+}  // namespace
+}  // namespace stiefel

@@ -1,0 +1,325 @@
+#include "engine/simulation/run/ensemble.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "engine/linalg/simd/pack.h"
+#include "engine/simulation/run/packed_bodies.h"
+#include "stiefel/diagnosis.h"
+#include "tests/support/scenes/ensemble_of.h"
+#include "tests/support/scenes/random_scene.h"
+
+namespace stiefel {
+namespace {
+
+using testing::description;
+using testing::ensemble_of;
+using testing::RandomBody;
+
+Scene resolved(SceneDescription given) { return Scene::resolve(std::move(given)).value(); }
+
+std::vector<double> saved(const Simulation& simulation) {
+  std::vector<double> out(simulation.saved_size());
+  simulation.save(out);
+  return out;
+}
+
+/// Bodies of h‖Ω‖ from a tenth of `step` to `step`.
+std::vector<SceneDescription> bodies(int count, const std::string& method, std::optional<int> order,
+                                     const std::string& arithmetic, double step, bool frame,
+                                     int N = 3) {
+  std::vector<SceneDescription> all;
+  for (int b = 0; b < count; ++b) {
+    RandomBody body(N, static_cast<unsigned>(b + 1));
+    body.M *= 0.1 + 0.9 * b / count;
+    all.push_back(description(body, step, method, arithmetic));
+    if (all.back().method) all.back().method->order = order;
+    if (!frame) all.back().initial.erase("Q");
+  }
+  return all;
+}
+
+/// The members' states one after another, each computed alone.
+std::vector<double> alone(const std::vector<SceneDescription>& scenes, std::int64_t steps) {
+  std::vector<double> all;
+  for (const SceneDescription& scene : scenes) {
+    const auto simulation = make_simulation(resolved(scene));
+    EXPECT_TRUE(simulation->advance(steps).reached());
+    const auto state = saved(*simulation);
+    all.insert(all.end(), state.begin(), state.end());
+  }
+  return all;
+}
+
+struct Way {
+  std::string method;
+  std::optional<int> order;
+  int N = 3;
+};
+const Way ways[] = {{"rk4", {}},
+                    {"variational", 2},
+                    {"variational", 4},
+                    {"variational", 6},
+                    {"variational", 8},
+                    {"preprocessed_variational", 4},
+                    {"preprocessed_variational", 10},
+                    {"preprocessed_variational", 16},
+                    {"rk4", {}, 4},
+                    {"variational", 2, 4},
+                    {"variational", 6, 4}};
+
+void expect_the_bits_that_they_have_alone(const Way& way, const char* arithmetic,
+                                          const char* scalar) {
+  for (const bool frame : {true, false})
+    for (const int substeps : {1, 3}) {
+      auto scenes = bodies(21, way.method, way.order, arithmetic, 0.3, frame, way.N);
+      for (auto& scene : scenes) {
+        scene.method->substeps = substeps;
+        scene.method->scalar = scalar;
+      }
+      const Scene together = resolved(ensemble_of(scenes));
+      ASSERT_TRUE(can_be_packed(together.members().front()));
+      const auto once = make_simulation(together), often = make_simulation(together);
+      ASSERT_TRUE(once->advance(50).reached());
+      for (int k = 0; k < 50; ++k) ASSERT_TRUE(often->advance(1).reached());
+      const auto expected = alone(scenes, 50);
+      EXPECT_EQ(saved(*once), expected);
+      EXPECT_EQ(saved(*often), expected);
+    }
+}
+
+TEST(Ensemble, BodiesThatGoTogetherHaveTheBitsThatTheyHaveAlone) {
+  for (const Way& way : ways)
+    for (const char* arithmetic : {"plain", "compensated"})
+      for (const char* scalar : {"double", "float"}) {
+        SCOPED_TRACE(way.method + " " + std::to_string(way.order.value_or(0)) +
+                     " N = " + std::to_string(way.N) + " " + arithmetic + " " + scalar);
+        expect_the_bits_that_they_have_alone(way, arithmetic, scalar);
+      }
+}
+
+/// Steps for which the solver for packs fails in some lanes and succeeds in others.
+TEST(Ensemble, HardStepsAreTakenAlone) {
+  for (const int N : {3, 4})
+    for (const char* arithmetic : {"plain", "compensated"})
+      for (const char* scalar : {"double", "float"}) {
+        auto scenes = bodies(16, "variational", 2, arithmetic, 1.0, true, N);
+        for (auto& scene : scenes) scene.method->scalar = scalar;
+        const auto ensemble = make_simulation(resolved(ensemble_of(scenes)));
+        ASSERT_TRUE(ensemble->advance(200).reached());
+        EXPECT_EQ(saved(*ensemble), alone(scenes, 200));
+      }
+}
+
+/// For a λ < 0 a small |c|² does not prove the branch, so no lane is easy.
+TEST(Ensemble, NegativeLambdaInFourDimensionsIsTakenAlone) {
+  auto scenes = bodies(8, "variational", 2, "compensated", 0.3, true, 4);
+  for (std::size_t b = 0; b < scenes.size(); b += 3) scenes[b].inertia[1] = -0.2;
+  const auto ensemble = make_simulation(resolved(ensemble_of(scenes)));
+  ASSERT_TRUE(ensemble->advance(50).reached());
+  EXPECT_EQ(saved(*ensemble), alone(scenes, 50));
+}
+
+void expect_hard_steps(int N) {
+  const auto scenes = bodies(16, "variational", 2, "plain", 1.0, true, N);
+  const Scene together = resolved(ensemble_of(scenes));
+  const auto lanes = static_cast<std::size_t>(body_lanes(together));
+  int stopped = 0;
+  for (std::size_t first = 0; first < scenes.size(); first += lanes) {
+    const auto packed = pack_bodies(together.members().subspan(first, lanes));
+    std::vector<double> states;
+    for (std::size_t k = first; k < first + lanes; ++k) {
+      const auto state = saved(*make_simulation(together.members()[k]));
+      states.insert(states.end(), state.begin(), state.end());
+    }
+    stopped += packed->advance(states, 200).steps < 200;
+  }
+  EXPECT_GT(stopped, 0) << N;
+}
+
+TEST(Ensemble, SomeStepsOfThatAreHard) {
+  for (const int N : {3, 4}) expect_hard_steps(N);
+}
+
+template <Isa isa, class Scalar>
+std::vector<double> after(const BodiesSideBySide<Scalar>& given, std::vector<double> states,
+                          std::int64_t steps) {
+  constexpr std::size_t lanes = vector_width<Scalar>(isa);
+  const auto each = states.size() / 16;
+  for (std::size_t k = 0; k < 16; k += lanes) {
+    auto some = given;
+    const auto rotate = [k](auto& stages) {
+      for (auto& stage : stages)
+        std::rotate(stage.begin(), stage.begin() + static_cast<std::ptrdiff_t>(k), stage.end());
+    };
+    rotate(some.stages_3);
+    rotate(some.stages_4);
+    const auto theirs = std::span(states).subspan(k * each, lanes * each);
+    EXPECT_EQ(pack_bodies_on<isa>(some)->advance(theirs, steps).steps, steps);
+  }
+  return states;
+}
+
+template <class Scalar>
+void expect_the_same_bits(int N, const char* arithmetic, const char* scalar) {
+  auto scenes = bodies(16, "variational", 4, arithmetic, 0.1, true, N);
+  for (auto& scene : scenes) scene.method->scalar = scalar;
+  const Scene together = resolved(ensemble_of(scenes));
+  const auto given = side_by_side<Scalar>(together.members(), 16);
+  std::vector<double> states;
+  for (const Scene& body : together.members()) {
+    const auto state = saved(*make_simulation(body));
+    states.insert(states.end(), state.begin(), state.end());
+  }
+  const auto expected = after<Isa::baseline>(given, states, 100);
+  EXPECT_EQ(after<Isa::avx2>(given, states, 100), expected) << N << arithmetic << scalar;
+  if (widest_isa() == Isa::avx512) {
+    EXPECT_EQ(after<Isa::avx512>(given, states, 100), expected) << N << arithmetic << scalar;
+  }
+}
+
+TEST(Ensemble, EveryInstructionSetGivesTheSameBits) {
+  if (widest_isa() == Isa::baseline) GTEST_SKIP() << "a machine with the baseline alone";
+  for (const int N : {3, 4})
+    for (const char* arithmetic : {"plain", "compensated"}) {
+      expect_the_same_bits<double>(N, arithmetic, "double");
+      expect_the_same_bits<float>(N, arithmetic, "float");
+    }
+}
+
+/// A body whose numbers are near the ends of the range is not packed.
+TEST(Ensemble, ExtremeScalesGoAlone) {
+  RandomBody body(3, 1);
+  EXPECT_TRUE(can_be_packed(resolved(description(body, 0.1, "rk4"))));
+  body.M *= 1e-150;
+  EXPECT_FALSE(can_be_packed(resolved(description(body, 0.1, "rk4"))));
+  body.M *= 1e143;
+  auto in_float = description(body, 0.1, "rk4");
+  EXPECT_TRUE(can_be_packed(resolved(in_float)));
+  in_float.method->scalar = "float";
+  EXPECT_FALSE(can_be_packed(resolved(in_float)));
+}
+
+/// The step at which a scene stops, if that is within `steps`.
+std::pair<std::int64_t, RunStatus> stop_of(const SceneDescription& scene, std::int64_t steps) {
+  const auto simulation = make_simulation(resolved(scene));
+  const RunStatus status = simulation->advance(steps);
+  return {simulation->step(), status};
+}
+
+/// A body whose rk4 diverges, after some steps.
+SceneDescription diverging(const SceneDescription& like, std::int64_t steps) {
+  for (unsigned seed = 1; seed < 100; ++seed)
+    for (double rate = 10; rate < 100; rate *= 1.3) {
+      RandomBody body(3, seed, 40);
+      body.M *= rate;
+      SceneDescription scene = like;
+      scene.inertia = {body.lambda.begin(), body.lambda.end()};
+      scene.initial["M"] = body.M;
+      const auto [step, status] = stop_of(scene, steps);
+      if (!status.reached() && step >= 3) return scene;
+    }
+  throw std::logic_error("none of them diverges");
+}
+
+TEST(Ensemble, AllStopWhereTheFirstMemberStops) {
+  constexpr std::int64_t steps = 1000;
+  auto scenes = bodies(11, "rk4", {}, "plain", 0.3, true);
+  scenes[7] = diverging(scenes[7], steps);
+  const std::int64_t step = stop_of(scenes[7], steps).first;
+  const auto ensemble = make_simulation(resolved(ensemble_of(scenes)));
+  const RunStatus together = ensemble->advance(steps);
+  EXPECT_EQ(together.outcome, Outcome::not_finite);
+  EXPECT_EQ(together.member, 7);
+  EXPECT_EQ(ensemble->step(), step);
+  EXPECT_EQ(saved(*ensemble), alone(scenes, step));
+  EXPECT_TRUE(to_sentence(together).starts_with("member 7: "));
+}
+
+TEST(Ensemble, FieldsStandOneMemberAfterAnother) {
+  const auto scenes = bodies(3, "rk4", {}, "plain", 0.1, true);
+  const auto ensemble = make_simulation(resolved(ensemble_of(scenes)));
+  EXPECT_EQ(ensemble->fields()[0].members, 3);
+  EXPECT_EQ(ensemble->fields()[0].size(), 27);
+  for (int b = 0; b < 3; ++b)
+    EXPECT_EQ(Eigen::MatrixXd(ensemble->get("M").middleRows(3 * b, 3)),
+              make_simulation(resolved(scenes[static_cast<std::size_t>(b)]))->get("M"));
+}
+
+TEST(Ensemble, TheDiagnosisIsOfTheWorstMember) {
+  const auto scenes = bodies(5, "rk4", {}, "plain", 0.5, true);
+  const Scene together = resolved(ensemble_of(scenes));
+  const auto ensemble = make_simulation(together);
+  ASSERT_TRUE(ensemble->advance(100).reached());
+  const Diagnosis all = diagnose(together, *ensemble);
+  for (std::size_t i = 0; i < all.invariants.size(); ++i) {
+    double worst = 0;
+    for (std::size_t b = 0; b < scenes.size(); ++b) {
+      const auto one = diagnose(together.members()[b], *ensemble->members()[b]).invariants[i];
+      worst = std::max(worst, one.drift());
+      if (static_cast<std::int64_t>(b) == all.invariants[i].member) {
+        EXPECT_EQ(one.drift(), all.invariants[i].drift());
+      }
+    }
+    EXPECT_EQ(all.invariants[i].drift(), worst) << all.invariants[i].name;
+  }
+}
+
+Violations refusal(SceneDescription given) {
+  const auto made = Scene::resolve(std::move(given));
+  return made ? Violations{} : made.error();
+}
+
+TEST(Ensemble, RefusalsNameTheMember) {
+  auto good = ensemble_of(bodies(4, "variational", 2, "plain", 0.1, true));
+  auto bad = good;
+  bad.initial["Q"].values.row(7) *= 2;
+  ASSERT_EQ(refusal(bad).size(), 1u);
+  EXPECT_EQ(refusal(bad)[0].field, "initial.Q");
+  EXPECT_NE(refusal(bad)[0].value.find("(member 2)"), std::string::npos);
+
+  bad = good;
+  bad.members = 5;
+  EXPECT_EQ(refusal(bad).at(0).field, "initial.M");
+  for (const int count : {-1, 0, Scene::max_members + 1}) {
+    bad.members = count;
+    EXPECT_EQ(refusal(bad).at(0).field, "members");
+  }
+  bad = good;
+  bad.method.reset();
+  bad.tolerance = 1e-6;
+  bad.horizon = 10;
+  EXPECT_EQ(refusal(bad).at(0).field, "tolerance");
+}
+
+/// A list with the numbers of one member holds for all members.
+TEST(Ensemble, InertiaMayBeCommon) {
+  const auto scenes = bodies(4, "rk4", {}, "plain", 0.1, true);
+  auto common = ensemble_of(scenes);
+  common.inertia.resize(3);
+  const Scene together = resolved(common);
+  for (const Scene& member : together.members())
+    EXPECT_EQ(member.inertia(), together.members()[0].inertia());
+}
+
+TEST(Ensemble, OfBodiesInEngineersTerms) {
+  SceneDescription given;
+  given.system = "rigid_body";
+  given.method = MethodDescription{"preprocessed_variational", 10, {}, ""};
+  given.body = BodyDescription{{}, {1, 2, 2.5}, {}, {1, 2, 3, 0.1, 0, 1}};
+  given.step = 0.1;
+  given.members = 2;
+  const Scene together = resolved(given);
+  EXPECT_EQ(together.description().body->attitude, (std::vector<double>{1, 0, 0, 0}));
+  const auto ensemble = make_simulation(together);
+  ASSERT_TRUE(ensemble->advance(10).reached());
+  given.members.reset();
+  given.body->angular_velocity = {0.1, 0, 1};
+  const auto second = make_simulation(resolved(given));
+  ASSERT_TRUE(second->advance(10).reached());
+  EXPECT_EQ(Eigen::MatrixXd(ensemble->get("quaternion").row(1)), second->get("quaternion"));
+}
+
+}  // namespace
+}  // namespace stiefel

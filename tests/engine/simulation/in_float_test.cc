@@ -1,0 +1,135 @@
+#include "engine/simulation/catalogue/coordinates/in_float.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "stiefel/diagnosis.h"
+#include "tests/support/scenes/any_scene.h"
+#include "tests/support/scenes/random_scene.h"
+
+namespace stiefel {
+namespace {
+
+constexpr double u = 0x1p-24;  // of a float
+
+struct Entry {
+  SceneDescription scene;
+  std::string text;
+};
+
+SceneDescription with_scalar(SceneDescription scene, const char* scalar) {
+  scene.method->scalar = scalar;
+  return scene;
+}
+
+/// Every method and order that is offered in float, on bodies of each kind and on V(2,5).
+std::vector<Entry> offered(const std::string& arithmetic) {
+  std::vector<Entry> all;
+  for (const auto& system : catalogue().systems)
+    for (const auto& on : system.methods) {
+      if (!on.in_float) continue;
+      for (const int order : catalogue().method(on.method)->orders)
+        for (const int N : {3, 4, 5}) {
+          if (system.name == "stiefel" && N > 3) continue;
+          const std::string method(on.method);
+          SceneDescription scene =
+              system.name == "rigid_body"
+                  ? testing::description(testing::RandomBody(N, 1), 0.1, method)
+                  : testing::any_scene(std::string(system.name), method, 1, 0.1);
+          scene.method = MethodDescription{method, order, 1, arithmetic, {}, "float"};
+          if (!Scene::resolve(scene)) continue;
+          all.push_back({scene, std::string(system.name) + " " + method + " " +
+                                    std::to_string(order) + " N = " + std::to_string(N)});
+        }
+    }
+  return all;
+}
+
+std::unique_ptr<Simulation> made(const SceneDescription& scene) {
+  return make_simulation(Scene::resolve(scene).value());
+}
+
+double distance(const Simulation& a, const Simulation& b) {
+  double largest = 0;
+  for (std::size_t k = 0; k < a.block_count(); ++k) {
+    const auto& name = a.fields()[k].name;
+    largest = std::max(largest, (a.get(name) - b.get(name)).cwiseAbs().maxCoeff());
+  }
+  return largest;
+}
+
+TEST(InFloat, IsOfferedForBothSystems) { EXPECT_EQ(offered("plain").size(), 27u); }
+
+/// Float and double differ by the rounding of 24 bits, and by no less.
+TEST(InFloat, IsTheSameMapToItsRounding) {
+  for (const char* arithmetic : {"plain", "compensated"})
+    for (const auto& [scene, text] : offered(arithmetic)) {
+      constexpr int steps = 200;
+      const auto single = made(scene), twice = made(with_scalar(scene, "double"));
+      ASSERT_TRUE(single->advance(steps).reached()) << text;
+      ASSERT_TRUE(twice->advance(steps).reached()) << text;
+      const double apart = distance(*single, *twice);
+      EXPECT_LT(apart, 100 * u * (*arithmetic == 'p' ? steps : std::sqrt(steps)))
+          << text << " " << arithmetic;
+      EXPECT_GT(apart, u / 4) << text << " " << arithmetic;
+    }
+}
+
+/// In compensated arithmetic the invariants that the map keeps exactly perform a random walk.
+TEST(InFloat, CompensatedArithmeticKeepsInvariantsForLong) {
+  constexpr int steps = 10'000;
+  for (const auto& [scene, text] : offered("compensated")) {
+    const auto single = made(scene);
+    ASSERT_TRUE(single->advance(steps).reached()) << text;
+    const auto diagnosis = diagnose(Scene::resolve(scene).value(), *single);
+    for (const auto& invariant : diagnosis.invariants) {
+      if (invariant.conservation != Conservation::exact) continue;
+      EXPECT_LT(invariant.drift(), 10 * u * std::sqrt(steps)) << text << " " << invariant.name;
+    }
+  }
+}
+
+TEST(InFloat, AStateIsSavedWhole) {
+  for (const auto& [scene, text] : offered("compensated")) {
+    const auto one = made(scene), other = made(scene);
+    ASSERT_TRUE(one->advance(30).reached()) << text;
+    std::vector<double> saved(one->saved_size());
+    one->save(saved);
+    other->restore(30, saved);
+    one->advance(30);
+    other->advance(30);
+    EXPECT_EQ(distance(*one, *other), 0) << text;
+  }
+}
+
+TEST(InFloat, EndsWhereTheBranchDoes) {
+  SceneDescription scene = testing::description(testing::RandomBody(3, 1), 3, "variational");
+  const RunStatus in_double = made(scene)->advance(1);
+  const RunStatus status = made(with_scalar(scene, "float"))->advance(1);
+  EXPECT_EQ(status.outcome, Outcome::left_domain);
+  EXPECT_NEAR(status.largest_step.value(), in_double.largest_step.value(), 0.01);
+}
+
+TEST(InFloat, IsRefusedWithARuleWhereItIsNot) {
+  const auto rule = [](SceneDescription scene, const char* scalar) {
+    const auto resolved = Scene::resolve(with_scalar(std::move(scene), scalar));
+    return resolved ? "" : resolved.error().front().field + " " + resolved.error().front().rule;
+  };
+  const SceneDescription body = testing::description(testing::RandomBody(3, 1), 0.1, "variational");
+  EXPECT_EQ(rule(body, "float"), "");
+  EXPECT_EQ(rule(body, "half"), "method.scalar must be double or float");
+  SceneDescription exact = body;
+  exact.method = MethodDescription{"exact", {}, {}, ""};
+  EXPECT_EQ(rule(exact, "float"),
+            "method.scalar of rigid_body is only for variational, preprocessed_variational, rk4");
+  EXPECT_EQ(rule(testing::any_scene("symmetric_rigid_body", "rk4", 1, 0.1), "float"),
+            "method.scalar must be double: symmetric_rigid_body is computed in nothing else");
+  SceneDescription far = body;
+  far.step = 1e20;
+  EXPECT_NE(rule(far, "float").find("step |step| must be 1e-18 to 1e+18"), std::string::npos);
+  EXPECT_EQ(rule(far, "double"), "");
+}
+
+}  // namespace
+}  // namespace stiefel

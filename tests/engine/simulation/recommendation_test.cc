@@ -1,0 +1,173 @@
+#include "engine/simulation/catalogue/methods/recommendation.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "stiefel/catalogue.h"
+#include "stiefel/conversion.h"
+#include "stiefel/simulation.h"
+#include "tests/support/scenes/any_scene.h"
+#include "tests/support/scenes/random_scene.h"
+#include "tests/support/surveys/recommendation_survey.h"
+
+namespace stiefel {
+namespace {
+
+using testing::RandomBody;
+
+std::vector<std::string> continuous_systems() {
+  std::vector<std::string> names;
+  for (const auto& system : catalogue().systems)
+    if (!system.discrete) names.emplace_back(system.name);
+  return names;
+}
+
+SceneDescription body(int N, double step, double spread = 4) {
+  SceneDescription d = testing::description(RandomBody(N, 1, spread), step, "rk4");
+  d.method.reset();
+  return d;
+}
+
+MethodDescription method_of(const SceneDescription& description) {
+  return *Scene::resolve(description).value().description().method;
+}
+
+class RecommendedMethod : public ::testing::TestWithParam<std::string> {};
+INSTANTIATE_TEST_SUITE_P(Catalogue, RecommendedMethod, ::testing::ValuesIn(continuous_systems()),
+                         [](const auto& which) { return which.param; });
+
+/// The first seeds of the long survey, in small dimensions.
+TEST_P(RecommendedMethod, IsAccurateAndCheap) {
+  const std::string& system = GetParam();
+  const bool slow = system.find("rigid_body") == std::string::npos && system != "mclachlan_scovel";
+  for (unsigned seed = 1; seed <= 8; ++seed) {
+    const auto outcome =
+        testing::survey_recommendation(testing::scene_without_method(system, seed, slow ? 3 : 5));
+    SCOPED_TRACE(std::to_string(seed) + ": " + outcome.scene + ", " + outcome.method +
+                 ", against " + outcome.cheapest);
+    EXPECT_LE(outcome.error, 1e-8 * outcome.condition);
+    EXPECT_LE(outcome.cost, 3);
+  }
+}
+
+TEST_P(RecommendedMethod, OfAResolvedSceneStays) {
+  auto given = testing::any_scene(GetParam(), "", 1, 0.1);
+  const auto once = Scene::resolve(given).value().description();
+  ASSERT_TRUE(once.method);
+  const auto twice = Scene::resolve(once).value().description();
+  EXPECT_EQ(once.method->name, twice.method->name);
+  EXPECT_EQ(once.method->order, twice.method->order);
+  EXPECT_EQ(once.method->substeps, twice.method->substeps);
+  EXPECT_EQ(once.method->arithmetic, twice.method->arithmetic);
+  EXPECT_EQ(once.method->tolerance, twice.method->tolerance);
+  EXPECT_EQ(once.method->scalar, twice.method->scalar);
+  const auto one = make_simulation(Scene::resolve(once).value()),
+             other = make_simulation(Scene::resolve(given).value());
+  ASSERT_TRUE(one->advance(20).reached() && other->advance(20).reached());
+  for (const auto& field : one->fields())
+    EXPECT_EQ(one->get(field.name), other->get(field.name)) << field.name;
+}
+
+/// Every recommended method is one of the system's and accepts every scene for which it is
+/// recommended.
+TEST_P(RecommendedMethod, IsOneOfTheSystemAndTheLastTakesEveryScene) {
+  const SystemInfo& system = *catalogue().system(GetParam());
+  const auto all = recommended(GetParam());
+  ASSERT_FALSE(all.empty());
+  for (const auto& one : all) {
+    EXPECT_EQ(std::ranges::count(system.methods, one.method, &MethodOnSystem::method), 1);
+    EXPECT_EQ(one.where.empty(), one.takes == nullptr);
+    EXPECT_EQ(one.tolerance > 0, one.method == "adaptive");
+  }
+  EXPECT_TRUE(all.back().takes == nullptr);
+}
+
+/// h‖Ω‖ = 20: no solver stalls.
+TEST_P(RecommendedMethod, ReachesTheEndOfALongStep) {
+  auto given = testing::scene_without_method(GetParam(), 5, 4);
+  const double rate = make_simulation(Scene::resolve(given).value())->rate();
+  given.step = 20 / rate;
+  const auto simulation = make_simulation(Scene::resolve(given).value());
+  EXPECT_TRUE(simulation->advance(5).reached());
+}
+
+TEST(Recommendation, DependsOnTheShape) {
+  EXPECT_EQ(method_of(body(3, 0.1)).name, "preprocessed_variational");
+  EXPECT_EQ(method_of(body(4, 0.1)).name, "variational");
+  EXPECT_EQ(method_of(body(5, 0.1)).name, "adaptive");
+  auto two_valued = body(5, 0.1);
+  two_valued.inertia = {1, 2, 2, 1, 1};
+  EXPECT_EQ(method_of(two_valued).name, "exact");
+  auto momentum_only = body(4, 0.1);
+  momentum_only.initial.erase("Q");
+  EXPECT_EQ(method_of(momentum_only).name, "rk4");
+  EXPECT_FALSE(
+      Scene::resolve(testing::any_scene("moser_veselov", "", 1, 0.1)).value().description().method);
+}
+
+TEST(Recommendation, SubstepsFollowFromTheStep) {
+  // ‖Ω‖ = 1, and 0.3 is the largest h‖Ω‖ of a substep in three dimensions.
+  EXPECT_EQ(method_of(body(3, 0.29)).substeps, 1);
+  EXPECT_EQ(method_of(body(3, 0.31)).substeps, 2);
+  EXPECT_EQ(method_of(body(3, -2)).substeps, 7);
+  EXPECT_EQ(method_of(body(4, 1)).substeps, 7);
+  auto at_rest = body(4, 1);
+  at_rest.initial["M"] = RowMatrix(RowMatrix::Zero(4, 4));
+  EXPECT_EQ(method_of(at_rest).substeps, 1);
+  at_rest.initial.erase("Q");
+  EXPECT_EQ(method_of(at_rest).substeps, 1);
+}
+
+TEST(Recommendation, DoesNotDependOnUnits) {
+  for (const bool momentum_only : {false, true}) {
+    auto metres = body(4, 0.2);
+    if (momentum_only) metres.initial.erase("Q");
+    auto other = metres;
+    for (double& l : other.inertia) l *= 1e100;
+    other.initial["M"].values *= 1e140;
+    other.step = 1e-40 * *other.step;
+    EXPECT_EQ(method_of(metres).substeps, method_of(other).substeps);
+  }
+}
+
+TEST(Recommendation, IsAccurateInLongSteps) {
+  for (const int N : {3, 4, 5}) {
+    auto given = body(N, 2.5, 30);
+    const auto outcome = testing::survey_recommendation(given);
+    EXPECT_LE(outcome.error, 1e-8) << outcome.scene << " " << outcome.method;
+  }
+}
+
+/// An ensemble takes the first that is for all of its members, and substeps enough for the fastest.
+TEST(Recommendation, OfAnEnsembleIsForAllMembers) {
+  auto slow = body(5, 0.4);
+  SceneDescription both = slow;
+  both.members = 2;
+  RowMatrix Q(10, 5), M(10, 5);
+  Q << slow.initial["Q"].values, slow.initial["Q"].values;
+  M << slow.initial["M"].values, 3 * slow.initial["M"].values;
+  both.initial = {{"Q", Q}, {"M", M}};
+  auto fast = slow;
+  fast.initial["M"].values *= 3;
+  EXPECT_EQ(method_of(both).substeps, method_of(fast).substeps);
+  EXPECT_LT(method_of(slow).substeps, method_of(fast).substeps);
+
+  both.inertia = {1, 2, 2, 2, 2, 1, 2, 3, 4, 5};  // the first alone would take `exact`
+  EXPECT_EQ(method_of(both).name, "adaptive");
+  const Scene ensemble = Scene::resolve(both).value();
+  for (const Scene& member : ensemble.members()) EXPECT_EQ(member.method(), "adaptive");
+}
+
+TEST(Recommendation, IsTakenByAConversionToWhatHasNotTheMethod) {
+  const Scene top = Scene::resolve(body(3, 0.1)).value();
+  const auto right = convert(top, {"right_rigid_body"}).value().scene.value();
+  EXPECT_EQ(right.method(), "adaptive");
+  EXPECT_EQ(right.tolerance(), recommended("right_rigid_body").back().tolerance);
+  const auto gauss = Scene::resolve(testing::any_scene("rigid_body", "gauss4", 1, 0.1)).value();
+  EXPECT_EQ(convert(gauss, {"right_rigid_body"}).value().scene->method(), "gauss4");
+}
+
+}  // namespace
+}  // namespace stiefel

@@ -1,0 +1,210 @@
+#include "stiefel/scene.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include "engine/linalg/lie/so_3.h"
+#include "stiefel/simulation.h"
+#include "tests/support/scenes/random_scene.h"
+
+namespace stiefel {
+namespace {
+
+using testing::description;
+using testing::RandomBody;
+
+SceneDescription good() { return description(RandomBody(3, 1), 0.1, "variational"); }
+SceneDescription good_body() {
+  SceneDescription d;
+  d.system = "rigid_body";
+  d.method = MethodDescription{"variational", {}, {}, ""};
+  d.body = BodyDescription{
+      {17023.3, 124825.7, 129112.2, 397.1, -2171.4, 344.2}, {}, {}, {0.01, 0.02, 0.05}};
+  d.step = 0.5;
+  return d;
+}
+
+struct Bad {
+  const char* field;
+  const char* rule;
+  std::function<void(SceneDescription&)> spoil;
+};
+
+TEST(Scene, RefusesByFieldValueAndRule) {
+  const double nan = std::nan(""), infinity = std::numeric_limits<double>::infinity();
+  const std::vector<Bad> cases = {
+      {"system", "must be one of rigid_body", [](auto& d) { d.system = "rigid_boy"; }},
+      {"system", "; did you mean rigid_body?", [](auto& d) { d.system = "rigid_boy"; }},
+      {"method.name", "; did you mean munthe_kaas4?",
+       [](auto& d) { d.method->name = "munte_kaas4"; }},
+      {"method.name", "must be one of", [](auto& d) { d.method->name = "euler"; }},
+      {"method.order", "must be one of 2", [](auto& d) { d.method->order = 3; }},
+      {"method.substeps", "1 to", [](auto& d) { d.method->substeps = 0; }},
+      {"method.arithmetic", "compensated or plain",
+       [](auto& d) { d.method->arithmetic = "exact"; }},
+      {"method", "discrete", [](auto& d) { d.system = "moser_veselov"; }},
+      {"step", "must be finite and not 0", [](auto& d) { d.step = 0; }},
+      {"step", "must be given", [](auto& d) { d.step.reset(); }},
+      {"step", "finite", [=](auto& d) { d.step = nan; }},
+      {"inertia", "2 to", [](auto& d) { d.inertia = {1}; }},
+      {"inertia[1]", "finite", [=](auto& d) { d.inertia[1] = infinity; }},
+      {"inertia", "λ_i + λ_j",
+       [](auto& d) {
+         d.inertia = {1, -1, 3};
+       }},
+      {"initial.M", "must be given", [](auto& d) { d.initial.erase("M"); }},
+      {"initial.M", "3 x 3", [](auto& d) { d.initial["M"] = RowMatrix(RowMatrix::Zero(3, 2)); }},
+      {"initial.M", "skew", [](auto& d) { d.initial["M"].values(0, 1) += 1e-6; }},
+      {"initial.M[2,0]", "finite", [=](auto& d) { d.initial["M"].values(2, 0) = nan; }},
+      {"initial.Q", "orthonormal", [](auto& d) { d.initial["Q"].values *= 1.01; }},
+      {"initial.P", "blocks", [](auto& d) { d.initial["P"] = RowMatrix(RowMatrix::Zero(3, 3)); }},
+      {"inertia", "absent", [](auto& d) { d.body = good_body().body; }},
+  };
+  for (const auto& bad : cases) {
+    SceneDescription d = good();
+    bad.spoil(d);
+    const auto scene = Scene::resolve(d);
+    ASSERT_FALSE(scene) << bad.field << " " << bad.rule;
+    EXPECT_TRUE(std::ranges::any_of(scene.error(),
+                                    [&](const Violation& v) {
+                                      return v.field == bad.field &&
+                                             v.rule.find(bad.rule) != std::string::npos &&
+                                             !v.value.empty();
+                                    }))
+        << bad.field << " " << scene.error()[0].field << " " << scene.error()[0].rule;
+  }
+}
+
+TEST(Scene, RefusesBodies) {
+  const std::vector<Bad> cases = {
+      {"body", "exactly one",
+       [](auto& d) {
+         d.body->moments = {1, 2, 3};
+       }},
+      {"body", "exactly one", [](auto& d) { d.body->inertia_tensor.clear(); }},
+      {"body.inertia_tensor", "6 numbers", [](auto& d) { d.body->inertia_tensor.pop_back(); }},
+      {"body.inertia_tensor", "> 0", [](auto& d) { d.body->inertia_tensor[0] = 1; }},
+      {"body.attitude", "4 numbers",
+       [](auto& d) {
+         d.body->attitude = {1, 0, 0};
+       }},
+      {"body.attitude", "norm 1",
+       [](auto& d) {
+         d.body->attitude = {2, 0, 0, 0};
+       }},
+      {"body.angular_velocity", "3 numbers", [](auto& d) { d.body->angular_velocity = {}; }},
+  };
+  for (const auto& bad : cases) {
+    SceneDescription d = good_body();
+    bad.spoil(d);
+    const auto scene = Scene::resolve(d);
+    ASSERT_FALSE(scene) << bad.field;
+    EXPECT_EQ(scene.error()[0].field, bad.field);
+    EXPECT_NE(scene.error()[0].rule.find(bad.rule), std::string::npos) << scene.error()[0].rule;
+  }
+}
+
+TEST(Scene, AMissingStepIsAbsentAndNot0) {
+  for (const char* system : {"rigid_body", "symmetric_moser_veselov", "parametric_moser_veselov"}) {
+    SceneDescription d = good();
+    d.system = system;
+    d.step.reset();
+    const auto scene = Scene::resolve(d);
+    ASSERT_FALSE(scene) << system;
+    const auto found = std::ranges::find(scene.error(), "step", &Violation::field);
+    ASSERT_NE(found, scene.error().end()) << system;
+    EXPECT_EQ(found->value, "absent");
+    EXPECT_EQ(found->rule, "must be given, finite and not 0");
+  }
+}
+
+TEST(Scene, ViolationsAreAtThePlaceOfTheDescription) {
+  SceneDescription d = good();
+  d.step = 0;
+  d.method->order = 3;
+  d.initial["Q"].values *= 2;
+  const auto fields = [&](const Place& place) {
+    const auto scene = Scene::resolve(d, Scene::frame_tolerance, place);
+    std::vector<std::string> out;
+    for (const auto& violation : scene.error()) out.push_back(violation.field);
+    return out;
+  };
+  using Fields = std::vector<std::string>;
+  EXPECT_EQ(fields({}), (Fields{"method.order", "initial.Q", "step"}));
+  EXPECT_EQ(fields(Place::inside("scene")),
+            (Fields{"scene.method.order", "scene.initial.Q", "scene.step"}));
+  EXPECT_EQ(fields(Place::made_of("from").with("method", "method").with("step", "new.step")),
+            (Fields{"method.order", "from", "new.step"}));
+  d.members = 1;
+  EXPECT_EQ(fields(Place::inside("scene")),
+            (Fields{"scene.method.order", "scene.initial.Q", "scene.step"}));
+}
+
+TEST(Place, AViolationOfWhatHasNoFieldThereTellsTheFieldInItsValue) {
+  const Violation inherited = Place::made_of("from_session_id").violation("initial.Q", "2", "rule");
+  EXPECT_EQ(inherited.field, "from_session_id");
+  EXPECT_EQ(inherited.value, "initial.Q: 2");
+  const Violation whole = Place::inside("scene").violation("", "2", "rule");
+  EXPECT_EQ(whole.field, "scene");
+  EXPECT_EQ(whole.value, "2");
+  Place elsewhere = Place::inside("scene");
+  elsewhere.with("step", "step");
+  EXPECT_EQ(elsewhere.violation("steps", "", "").field, "scene.steps") << "a name is a whole name";
+}
+
+TEST(Scene, ReportsEveryViolationAtOnce) {
+  SceneDescription d = good();
+  d.step = 0;
+  d.method->name = "euler";
+  d.initial["Q"].values *= 2;
+  EXPECT_EQ(Scene::resolve(d).error().size(), 3u);
+}
+
+TEST(Scene, ResolvingTwiceIsResolvingOnce) {
+  SceneDescription slightly_off = good();
+  slightly_off.initial["Q"].values(0, 0) += 1e-8;
+  for (const auto& d : {good(), good_body(), slightly_off}) {
+    const Scene once = Scene::resolve(d).value();
+    const Scene twice = Scene::resolve(once.description()).value();
+    EXPECT_EQ(once.Q(), twice.Q());
+    EXPECT_EQ(once.M(), twice.M());
+    EXPECT_EQ(twice.description().method->arithmetic, "compensated");
+    EXPECT_EQ(twice.description().method->substeps, 1);
+  }
+}
+
+TEST(Scene, BodyComesBackInItsCallersAxes) {
+  const Scene scene = Scene::resolve(good_body()).value();
+  const auto simulation = make_simulation(scene);
+  const auto field = [&](const char* name) {
+    std::vector<double> out(9);
+    for (std::size_t k = 0; k < simulation->fields().size(); ++k)
+      if (simulation->fields()[k].name == name) {
+        simulation->write(k, out);
+        out.resize(static_cast<std::size_t>(simulation->fields()[k].size()));
+        return out;
+      }
+    ADD_FAILURE() << name;
+    return out;
+  };
+  const auto& t = scene.description().body->inertia_tensor;
+  Eigen::Matrix3d I;
+  I << t[0], t[3], t[4], t[3], t[1], t[5], t[4], t[5], t[2];
+  const Eigen::Vector3d omega(scene.description().body->angular_velocity.data());
+  const Eigen::Matrix3d M = hat(Eigen::Vector3d(I * omega));
+  const auto Q = field("Q"), m = field("M"), q = field("quaternion"), w = field("angular_velocity");
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      EXPECT_NEAR(Q[3 * i + j], i == j, 1e-15);
+      EXPECT_NEAR(m[3 * i + j], M(i, j), 1e-11);
+    }
+  for (int k = 0; k < 3; ++k) EXPECT_NEAR(w[k], omega(k), 1e-16);
+  for (int k = 0; k < 4; ++k) EXPECT_NEAR(q[k], k == 0, 1e-15);
+}
+
+}  // namespace
+}  // namespace stiefel

@@ -1,0 +1,128 @@
+#include "stiefel/simulation.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "stiefel/diagnosis.h"
+#include "tests/support/exact_motion.h"
+#include "tests/support/scenes/random_scene.h"
+
+namespace stiefel {
+namespace {
+
+using testing::random_scene;
+using testing::RandomBody;
+
+std::vector<double> saved(const Simulation& s) {
+  std::vector<double> out(s.saved_size());
+  s.save(out);
+  return out;
+}
+
+class EveryMethod : public ::testing::TestWithParam<std::tuple<int, std::string>> {};
+
+TEST_P(EveryMethod, TheStateAtAStepHasOneSetOfBits) {
+  const auto [N, method] = GetParam();
+  const Scene scene = random_scene(N, 3, 0.08, method);
+  const auto once = make_simulation(scene), many = make_simulation(scene),
+             resumed = make_simulation(scene);
+  ASSERT_TRUE(once->advance(200).reached());
+  for (int k = 0; k < 200; ++k) {
+    ASSERT_TRUE(many->advance(1).reached());
+    if (many->step() == 77) resumed->restore(77, saved(*many));
+  }
+  ASSERT_TRUE(resumed->advance(123).reached());
+  EXPECT_EQ(saved(*once), saved(*many));
+  EXPECT_EQ(saved(*once), saved(*resumed));
+  EXPECT_EQ(once->step(), 200);
+}
+
+TEST_P(EveryMethod, SubstepsAreSmallerSteps) {
+  const auto [N, method] = GetParam();
+  if (method.empty()) GTEST_SKIP() << "a discrete system has no substeps";
+  SceneDescription d = testing::description(RandomBody(N, 3), 0.125, method);
+  const auto small = make_simulation(Scene::resolve(d).value());
+  d.step = 1;
+  d.method->substeps = 8;
+  const auto large = make_simulation(Scene::resolve(d).value());
+  ASSERT_TRUE(small->advance(80).reached());
+  ASSERT_TRUE(large->advance(10).reached());
+  EXPECT_EQ(saved(*small), saved(*large));
+}
+
+TEST_P(EveryMethod, MomentumAloneMovesAsWithTheFrame) {
+  const auto [N, method] = GetParam();
+  SceneDescription d = testing::description(RandomBody(N, 5), 0.1, method);
+  const auto both = make_simulation(Scene::resolve(d).value());
+  d.initial.erase("Q");
+  const Scene scene = Scene::resolve(d).value();
+  const auto alone = make_simulation(scene);
+  EXPECT_EQ(alone->fields()[0].name, "M");
+  EXPECT_EQ(alone->block_count(), 1u);
+  ASSERT_TRUE(both->advance(50).reached());
+  ASSERT_TRUE(alone->advance(50).reached());
+  EXPECT_LT((both->get("M") - alone->get("M")).norm(), 1e-14);
+  EXPECT_FALSE(diagnose(scene, *alone).orthogonality);
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, EveryMethod,
+                         ::testing::Combine(::testing::Values(2, 3, 5),
+                                            ::testing::Values("", "variational", "rk4",
+                                                              "munthe_kaas4")));
+
+TEST(Simulation, ConvergesToTheExactMotionInTheCallersAxes) {
+  const RandomBody body(3, 6);
+  const auto exact = testing::exact_motion(body.lambda, body.Q, body.M, 2);
+  const auto simulation = make_simulation(random_scene(3, 6, 0.002, "munthe_kaas4"));
+  ASSERT_TRUE(simulation->advance(1000).reached());
+  EXPECT_LT((simulation->get("Q") - exact.Q).norm(), 1e-10);
+  EXPECT_LT((simulation->get("M") - exact.M).norm(), 1e-10);
+}
+
+TEST(Simulation, ReflectedFramesMoveToo) {
+  RandomBody body(3, 2);
+  body.Q.row(0) = -body.Q.row(0);
+  const auto exact = testing::exact_motion(body.lambda, body.Q, body.M, 1);
+  const auto simulation =
+      make_simulation(Scene::resolve(testing::description(body, 0.002, "munthe_kaas4")).value());
+  ASSERT_TRUE(simulation->advance(500).reached());
+  EXPECT_LT((simulation->get("Q") - exact.Q).norm(), 1e-10);
+}
+
+TEST(Simulation, StopsAtTheLastGoodState) {
+  SceneDescription d = testing::description(RandomBody(4, 1), 3, "variational");
+  const auto simulation = make_simulation(Scene::resolve(d).value());
+  const RunStatus status = simulation->advance(10);
+  EXPECT_EQ(status.outcome, Outcome::left_domain);
+  EXPECT_GT(*status.largest_step, 0.2);
+  EXPECT_EQ(simulation->step(), 0);
+  EXPECT_NE(to_sentence(status).find("largest"), std::string::npos);
+
+  d = testing::description(RandomBody(4, 1), 50, "rk4");
+  const auto wild = make_simulation(Scene::resolve(d).value());
+  EXPECT_EQ(wild->advance(1000).outcome, Outcome::not_finite);
+  EXPECT_TRUE(wild->get("Q").allFinite());
+}
+
+TEST(Simulation, TheQuaternionIsContinuous) {
+  const auto simulation = make_simulation(random_scene(3, 8, 0.1, "variational"));
+  std::size_t index = 0;
+  while (simulation->fields()[index].name != "quaternion") ++index;
+  std::vector<double> before(4), now(4);
+  simulation->write(index, before);
+  bool changed_sign = false;
+  for (int k = 0; k < 500; ++k) {
+    ASSERT_TRUE(simulation->advance(1).reached());
+    simulation->write(index, now);
+    double product = 0;
+    for (int i = 0; i < 4; ++i) product += before[i] * now[i];
+    EXPECT_GT(product, 0.9);
+    changed_sign = changed_sign || now[0] < 0;
+    before = now;
+  }
+  EXPECT_TRUE(changed_sign);
+}
+
+}  // namespace
+}  // namespace stiefel

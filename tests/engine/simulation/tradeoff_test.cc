@@ -1,0 +1,287 @@
+// Error against cost, measured.
+#include "stiefel/tradeoff.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/simulation/accuracy/candidates.h"
+#include "engine/simulation/accuracy/pareto_front.h"
+#include "engine/simulation/catalogue/methods/step_weight.h"
+#include "stiefel/catalogue.h"
+#include "tests/support/scenes/any_scene.h"
+#include "tests/support/scenes/every_pair.h"
+#include "tests/support/exact_motion.h"
+#include "tests/support/scenes/random_scene.h"
+
+namespace stiefel {
+namespace {
+
+using testing::RandomBody;
+
+struct Table {
+  TradeoffSetup setup;
+  std::vector<TradeoffPoint> points;
+  std::vector<std::size_t> front;
+};
+
+Table measure(SceneDescription scene, double horizon, double budget = 2e9) {
+  Table table;
+  auto tradeoff = Tradeoff::prepare({std::move(scene), horizon, budget, 1}).value();
+  table.setup = tradeoff.solve_reference({}).value();
+  while (auto point = tradeoff.next({})) table.points.push_back(*std::move(point));
+  table.front = tradeoff.front();
+  return table;
+}
+
+bool same_entry(const TradeoffPoint& a, const TradeoffPoint& b) {
+  return a.method.name == b.method.name && a.method.order == b.method.order &&
+         a.method.substeps == b.method.substeps && a.method.tolerance == b.method.tolerance &&
+         a.method.arithmetic == b.method.arithmetic && a.method.scalar == b.method.scalar;
+}
+
+double rounding(const TradeoffPoint& p) { return p.method.scalar == "float" ? 0x1p-24 : 0x1p-53; }
+
+/// Against Boost.odeint in extended precision, which shares no code with the reference.
+TEST(Tradeoff, MeasuresTheErrorsOfAttitudeAndMomentum) {
+  for (const int N : {3, 5}) {
+    const RandomBody body(N, 7);
+    const SceneDescription scene = testing::description(body, 0.25, "variational");
+    const auto exact = testing::exact_motion(body.lambda, body.Q, body.M, 5);
+    const Table table = measure(scene, 5);
+    EXPECT_EQ(table.setup.steps, 20);
+    ASSERT_GT(table.points.size(), 60u);
+    for (const auto& point : table.points) {
+      if (!point.error || point.extrapolated) continue;
+      const auto now = make_simulation(Scene::resolve(scene).value().with(point.method).value());
+      ASSERT_TRUE(now->advance(20).reached());
+      const double attitude = (now->get("Q") - exact.Q).cwiseAbs().maxCoeff();
+      const double momentum =
+          (now->get("M") - exact.M).cwiseAbs().maxCoeff() / exact.M.cwiseAbs().maxCoeff();
+      EXPECT_NEAR(*point.error->attitude, attitude, 1e-3 * attitude + 5e-16);
+      EXPECT_NEAR(point.error->momentum, momentum, 1e-3 * momentum + 5e-16);
+      EXPECT_EQ(point.measured_steps, 20);
+      EXPECT_EQ(point.cpu_seconds_per_second.size(), 1u);
+    }
+  }
+}
+
+TEST(Tradeoff, KnowsEveryMethodInEachOrderAndArithmetic) {
+  const Table table = measure(testing::description(RandomBody(4, 1), 0.25, "rk4"), 2.5);
+  for (const auto& on : catalogue().system("rigid_body")->methods)
+    for (const int order : catalogue().method(on.method)->orders)
+      for (const char* arithmetic : {"plain", "compensated"}) {
+        int smaller = 0, count = 0;
+        double last = 1;
+        for (const auto& p : table.points)
+          if (p.method.name == on.method && p.method.order == order &&
+              p.method.arithmetic == arithmetic && p.error) {
+            ++count;
+            smaller += p.error->largest() < last;
+            last = p.error->largest();
+          }
+        if (count == 0 && !catalogue().method(on.method)->default_tolerance)
+          continue;  // a method for other N
+        EXPECT_GE(count, 3) << on.method;
+        EXPECT_GE(smaller, 2) << on.method;
+      }
+}
+
+TEST(Tradeoff, CountsWorkAndNotTime) {
+  const auto scene = testing::description(RandomBody(3, 2), 0.25, "rk4");
+  const Table once = measure(scene, 10), again = measure(scene, 10);
+  ASSERT_EQ(once.points.size(), again.points.size());
+  for (std::size_t i = 0; i < once.points.size(); ++i) {
+    const auto &a = once.points[i], &b = again.points[i];
+    ASSERT_TRUE(same_entry(a, b));
+    EXPECT_EQ(a.work, b.work);
+    EXPECT_EQ(a.measured_steps, b.measured_steps);
+    ASSERT_EQ(a.error.has_value(), b.error.has_value());
+    if (!a.error) continue;
+    EXPECT_EQ(a.error->largest(), b.error->largest());
+    if (a.method.tolerance || a.extrapolated) continue;
+    EXPECT_DOUBLE_EQ(a.work, 40 * *a.method.substeps *
+                                 step_weight(Scene::resolve(scene).value().with(a.method).value()));
+  }
+  EXPECT_EQ(once.front, again.front);
+}
+
+TEST(Tradeoff, MarksWhatNoOtherPointBeats) {
+  const Table table = measure(testing::description(RandomBody(4, 4), 0.25, "rk4"), 10);
+  const auto error = [&](const TradeoffPoint& p) {
+    return std::max(p.error->largest(), table.setup.reference_error);
+  };
+  ASSERT_GT(table.front.size(), 3u);
+  for (std::size_t i = 0; i < table.points.size(); ++i) {
+    const auto& p = table.points[i];
+    if (!p.error) continue;
+    const bool beaten = std::ranges::any_of(table.points, [&](const TradeoffPoint& q) {
+      return q.error && q.work <= p.work && error(q) <= error(p) &&
+             (q.work < p.work || error(q) < error(p));
+    });
+    const bool marked = std::ranges::find(table.front, i) != table.front.end();
+    EXPECT_EQ(marked, !beaten) << to_text(p.method);
+  }
+}
+
+TEST(ParetoFront, HasNoPointThatIsBeatenOrIsNoNumber) {
+  EXPECT_EQ(pareto_front({{1, 5}, {2, 3}, {2, 4}, {3, 3}, {4, 1}, {0.5, std::nan("")}}),
+            (std::vector<std::size_t>{0, 1, 4}));
+  EXPECT_EQ(pareto_front({{1, 1}, {1, 1}}), std::vector<std::size_t>{0});
+  EXPECT_TRUE(pareto_front({{1, std::nan("")}}).empty());
+}
+
+/// With a twelfth of the budget many runs are cut short. Their extrapolation to the horizon is
+/// close to the measurement there.
+TEST(Tradeoff, ExtrapolatesWhatTheBudgetDoesNotReach) {
+  int extrapolated = 0, near = 0;
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    const auto scene = testing::description(RandomBody(4, seed), 0.25, "rk4");
+    const Table whole = measure(scene, 100, 5e10), part = measure(scene, 100, 4e9);
+    for (const auto& p : part.points) {
+      EXPECT_EQ(p.extrapolated, p.measured_steps < 400 && p.error);
+      if (!p.extrapolated) continue;
+      for (const auto& q : whole.points) {
+        if (!same_entry(p, q) || q.extrapolated || !q.error) continue;
+        EXPECT_NEAR(p.work / q.work, 1, 0.2);
+        if (q.error->largest() > 0.1 || q.error->largest() < 1e4 * rounding(q))
+          continue;  // saturated; rounding
+        const double ratio = p.error->largest() / q.error->largest();
+        ++extrapolated;
+        near += ratio > 0.25 && ratio < 4;
+        EXPECT_GT(ratio, 1.0 / 16) << to_text(p.method) << " from " << p.measured_steps << " steps";
+        EXPECT_LT(ratio, 16) << to_text(p.method);
+      }
+    }
+  }
+  EXPECT_GT(extrapolated, 40);
+  EXPECT_GT(near, 0.9 * extrapolated);
+}
+
+/// In single precision the extrapolation is as close. Runs whose error is rounding, which cannot be
+/// extrapolated, are measured to the end.
+TEST(Tradeoff, ExtrapolatesSinglePrecisionAsWell) {
+  int extrapolated = 0, near = 0;
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    const auto scene = testing::description(RandomBody(3 + seed % 3, seed), 0.25, "rk4");
+    const Table whole = measure(scene, 100, 5e10), part = measure(scene, 100, seed % 2 ? 4e9 : 1e9);
+    for (const auto& p : part.points) {
+      if (!p.extrapolated || p.method.scalar != "float") continue;
+      for (const auto& q : whole.points) {
+        if (!same_entry(p, q) || q.extrapolated || !q.error || q.error->largest() > 0.1) continue;
+        const double ratio = p.error->largest() / q.error->largest();
+        ++extrapolated;
+        near += ratio > 0.25 && ratio < 4;
+        EXPECT_GT(ratio, 0.125) << to_text(p.method) << " from " << p.measured_steps << " steps";
+        EXPECT_LT(ratio, 8) << to_text(p.method) << " from " << p.measured_steps << " steps";
+      }
+    }
+  }
+  EXPECT_GT(extrapolated, 40);
+  EXPECT_GE(near, 0.99 * extrapolated) << "of " << extrapolated;
+}
+
+/// For so small a budget the reference is in extended precision.
+TEST(Tradeoff, HasNoErrorBelowThatOfTheReference) {
+  const Table table = measure(testing::any_scene("double_bracket", "rk4", 1, 0.25), 40);
+  EXPECT_GT(table.setup.reference_error, 1e-17);
+  for (const auto& p : table.points) {
+    if (!p.error) continue;
+    EXPECT_GE(*p.error->attitude, table.setup.reference_error);
+    EXPECT_GE(p.error->momentum, table.setup.reference_error);
+    if (p.below_reference && !p.extrapolated) {
+      EXPECT_EQ(p.error->largest(), table.setup.reference_error);
+    }
+  }
+}
+
+/// At rest every method agrees with the reference to the last bit; the error reported is that of
+/// the reference.
+TEST(Tradeoff, NeverSaysThatAnErrorIsZero) {
+  SceneDescription rest = testing::description(RandomBody(4, 2), 0.25, "rk4");
+  rest.initial["M"] = RowMatrix(RowMatrix::Zero(4, 4));
+  const Table table = measure(rest, 5);
+  ASSERT_GT(table.setup.reference_error, 0);
+  ASSERT_GT(table.points.size(), 5u);
+  int below = 0;
+  for (const auto& p : table.points) {
+    ASSERT_TRUE(p.error) << to_text(p.method);
+    EXPECT_GE(*p.error->attitude, table.setup.reference_error) << to_text(p.method);
+    EXPECT_GE(p.error->momentum, table.setup.reference_error) << to_text(p.method);
+    below += p.below_reference;
+  }
+  EXPECT_GT(below, 0);
+}
+
+TEST(Tradeoff, LooksAtTheInvariantsOverTheRun) {
+  const Table table = measure(testing::description(RandomBody(4, 3), 0.25, "rk4"), 25);
+  for (const auto& p : table.points) {
+    if (!p.error) continue;
+    if (p.method.name == "variational") {
+      EXPECT_LT(p.drift, 1e4 * rounding(p)) << to_text(p.method);
+    } else if (p.method.name == "rk4" && *p.method.substeps == 1) {
+      EXPECT_GT(p.drift, 1e-5);
+    }
+  }
+}
+
+TEST(Tradeoff, OfAStepTooLongSaysSoAndGoesOn) {
+  const Table table = measure(testing::description(RandomBody(4, 3), 3, "rk4"), 30);
+  const auto stopped = std::ranges::count_if(table.points, [](const TradeoffPoint& p) {
+    return p.status.outcome == Outcome::left_domain && !p.error;
+  });
+  EXPECT_GT(stopped, 0);
+  EXPECT_TRUE(std::ranges::any_of(table.points, [](const TradeoffPoint& p) {
+    return p.method.name == "variational" && p.error && p.error->largest() < 1e-8;
+  }));
+}
+
+TEST(Tradeoff, StopsWhenItIsToldTo) {
+  auto tradeoff = Tradeoff::prepare({testing::description(RandomBody(3, 1), 0.1, "rk4")}).value();
+  ASSERT_TRUE(tradeoff.solve_reference({}));
+  std::stop_source stop;
+  ASSERT_TRUE(tradeoff.next(stop.get_token()));
+  stop.request_stop();
+  EXPECT_FALSE(tradeoff.next(stop.get_token()));
+}
+
+TEST(Tradeoff, RefusesWhatHasNoMeaning) {
+  const auto scene = testing::description(RandomBody(3, 1), 0.1, "rk4");
+  const auto field = [](const TradeoffRequest& request) {
+    const auto made = Tradeoff::prepare(request);
+    return made ? std::string() : made.error().front().field;
+  };
+  EXPECT_EQ(field({scene}), "");
+  EXPECT_EQ(field({scene, -1.0}), "horizon");
+  EXPECT_EQ(field({scene, 1.0, 0}), "budget");
+  EXPECT_EQ(field({scene, 1.0, 1e9, 0}), "repeats");
+  EXPECT_EQ(field({testing::any_scene("moser_veselov", "", 1, 0.1)}), "scene.system");
+  EXPECT_EQ(field({testing::any_scene("no_such", "", 1, 0.1)}), "scene.system");
+  SceneDescription wrong = scene;
+  wrong.initial.erase("M");
+  EXPECT_EQ(field({wrong}), "scene.initial.M");
+  SceneDescription without = scene;
+  without.method.reset();
+  EXPECT_EQ(field({without}), "");
+}
+
+/// A weight that was not counted yet is estimated, and the scene has a warning
+/// (tests/bench/weights.py BUILD --write).
+TEST(StepWeight, IsCountedOrSaidToBeEstimated) {
+  int counted = 0;
+  for (const auto& [system, method, N] : testing::every_pair()) {
+    const auto made = Scene::resolve(testing::any_scene(system, method, 1, 0.1, N));
+    if (!made || method.empty()) continue;
+    EXPECT_GT(step_weight(*made), 0);
+    const auto said = warnings(*made);
+    const bool estimated = std::ranges::any_of(
+        said, [](const std::string& text) { return text.find("is estimated") != text.npos; });
+    EXPECT_NE(is_weighed(*made), estimated) << system << " " << method;
+    counted += is_weighed(*made);
+  }
+  EXPECT_GT(counted, 40);
+}
+
+}  // namespace
+}  // namespace stiefel

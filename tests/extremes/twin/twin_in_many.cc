@@ -1,0 +1,10 @@
+#include "tests/extremes/twin/twin_in_many.h"
+#include "tests/support/linalg/quadruple.h"
+
+namespace stiefel::extremes {
+
+std::unique_ptr<Twin> twin_in_many(const Scene& scene, Perturbation moved) {
+  return twin_in_many_in<Quad>(scene, moved);
+}
+
+}  // namespace stiefel::extremes

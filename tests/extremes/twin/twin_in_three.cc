@@ -1,0 +1,23 @@
+#include "engine/invariants/rigid_body.h"
+#include "tests/extremes/twin/twin_of.h"
+#include "tests/support/linalg/quadruple.h"
+
+namespace stiefel::extremes {
+
+std::unique_ptr<Twin> twin_in_three(const Scene& scene, Perturbation moved) {
+  using Body = RigidBody<So3<Quad, true>>;
+  const Body body(moved.of<Quad>(scene.inertia()));
+  Body::State x;
+  x << moved.of<Quad>(scene.attitude()).normalized(), moved.of<Quad>(vee(scene.M()));
+  const auto read = [determinant = scene.determinant()](const Body::State& at) {
+    const Matrix<Quad> Q = determinant * rotation_matrix<Quad>(at.head<4>());
+    const Matrix<Quad> M = hat(at.tail<3>());
+    return MotionState{Q.cast<long double>(), M.cast<long double>()};
+  };
+  const auto energy = [lambda = body.lambda()](const Body::State& at) {
+    return stiefel::energy<Quad>(lambda, hat(at.tail<3>()));
+  };
+  return twin_of(scene, body, x, read, energy);
+}
+
+}  // namespace stiefel::extremes

@@ -1,0 +1,12 @@
+#include "tests/support/linalg/quadruple.h"
+
+#include "engine/maps/frames/frame_pass_on.h"
+
+namespace stiefel {
+
+template class Lyapunov<Quad>;
+template class ConstraintRiccati<Quad>;
+template class RattleStiefel<Quad, Arithmetic::compensated>;
+template class RattleStiefel<Quad, Arithmetic::plain>;
+
+}  // namespace stiefel

@@ -1,0 +1,10 @@
+#include "tests/support/linalg/quadruple.h"
+
+template class Eigen::PartialPivLU<stiefel::Matrix<stiefel::Quad>>;
+
+namespace stiefel {
+
+template class CayleyN<Quad, Arithmetic::compensated>;
+template class CayleyN<Quad, Arithmetic::plain>;
+
+}  // namespace stiefel

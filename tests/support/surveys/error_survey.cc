@@ -1,0 +1,245 @@
+#include "tests/support/surveys/error_survey.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <random>
+#include <sstream>
+
+#include "engine/invariants/parametric_rigid_body.h"
+#include "engine/representations/left_right.h"
+#include "engine/representations/mclachlan_scovel.h"
+#include "engine/systems/double_bracket.h"
+#include "engine/systems/ellipsoid.h"
+#include "engine/systems/mclachlan_scovel.h"
+#include "engine/systems/parametric_rigid_body.h"
+#include "engine/systems/reduced_rigid_body.h"
+#include "engine/systems/right_rigid_body.h"
+#include "engine/systems/right_symmetric_rigid_body.h"
+#include "engine/systems/stiefel.h"
+#include "engine/systems/stiefel_costate.h"
+#include "engine/systems/symmetric_rigid_body.h"
+#include "stiefel/catalogue.h"
+#include "stiefel/error_estimate.h"
+#include "stiefel/simulation.h"
+#include "tests/support/scenes/any_scene.h"
+#include "tests/support/exact_motion.h"
+#include "tests/support/integrate.h"
+
+namespace stiefel::testing {
+namespace {
+
+using Wide = long double;
+using Dense = Matrix<Wide>;
+
+/// Attitude and momentum as the simulation of a scene reports them.
+struct Truth {
+  Dense attitude, momentum;
+};
+
+template <class System>
+Dense moved(System system, const Scene& scene, const char* first, const char* second, double t) {
+  const Eigen::MatrixXd &a = scene.block(first), &b = scene.block(second);
+  Dense x(a.rows() + b.rows(), a.cols());
+  x << a.cast<Wide>(), b.cast<Wide>();
+  return t == 0 ? x : integrate(std::move(system), x, static_cast<Wide>(t));
+}
+
+template <class System>
+Dense velocity(System system, const Dense& x) {
+  Dense rate = x;
+  system.field(x, rate);
+  return rate.topRows(x.rows() / 2);
+}
+
+Truth reduced(const Scene& scene, const Vector<Wide>& lambda, double t) {
+  const Dense Q = scene.Q().cast<Wide>(), P = scene.block("P").cast<Wide>();
+  const Dense A = P * Q.transpose();
+  const Wide epsilon = scene.epsilon();
+  const Dense end = integrate(ReducedRigidBody<Wide>(lambda, A, epsilon), Q, static_cast<Wide>(t));
+  return {end, end.transpose() * (A - A.transpose()) * end / epsilon};
+}
+
+Truth double_bracket(const Scene& scene, double t) {
+  const auto vector = [](const std::vector<double>& v) {
+    return Vector<Wide>(Eigen::Map<const Eigen::VectorXd>(v.data(), std::ssize(v)).cast<Wide>());
+  };
+  const auto& given = scene.description();
+  const Dense x = moved(DoubleBracket<Wide>(vector(given.inertia_u), vector(given.inertia_v)),
+                        scene, "Q", "P", t);
+  return {x.topRows(x.rows() / 2), x.bottomRows(x.rows() / 2)};
+}
+
+Truth truth(const Scene& scene, double t) {
+  const std::string& system = scene.system();
+  if (system == "double_bracket") return double_bracket(scene, t);
+  const Vector<Wide> lambda = scene.inertia().cast<Wide>();
+  const Wide epsilon = scene.epsilon();
+  const auto halves = [](const Dense& x) {
+    return Truth{x.topRows(x.rows() / 2), x.bottomRows(x.rows() / 2)};
+  };
+  const auto geodesic = [&](auto flow, const Dense& x) {
+    return Truth{x.topRows(x.rows() / 2), velocity(flow, x) * lambda.asDiagonal()};
+  };
+  if (system == "rigid_body") {
+    const Motion motion = exact_motion(scene.inertia(), scene.Q(), scene.M(), t);
+    return {motion.Q.cast<Wide>(), motion.M.cast<Wide>()};
+  }
+  if (system == "right_rigid_body")
+    return halves(moved(RightRigidBody<Wide>(lambda), scene, "Q", "M", t));
+  if (system == "symmetric_rigid_body") {
+    const auto [Q, P] =
+        halves(moved(SymmetricRigidBody<Wide>(lambda, epsilon), scene, "Q", "P", t));
+    return {Q, Psi<Wide>(Q, P, epsilon)};
+  }
+  if (system == "right_symmetric_rigid_body") {
+    const auto [Q, P] =
+        halves(moved(RightSymmetricRigidBody<Wide>(lambda, epsilon), scene, "Q", "P", t));
+    return {Q, Psi_right<Wide>(Q, P, epsilon)};
+  }
+  if (system == "reduced_rigid_body") return reduced(scene, lambda, t);
+  if (system == "mclachlan_scovel") {
+    const auto [Q, B] = halves(moved(McLachlanScovel<Wide>(lambda), scene, "Q", "B", t));
+    return {Q, M_of_B<Wide>(Q, B)};
+  }
+  if (system == "parametric_rigid_body") {
+    const Wide mu = scene.parameter();
+    const auto [Q, P] =
+        halves(moved(ParametricRigidBody<Wide>(lambda, mu, epsilon), scene, "Q", "P", t));
+    Dense M = parametric_momentum<Wide>(Q, P) / epsilon;
+    M.diagonal() -= mu * lambda.cwiseAbs2();
+    return {Q, M};
+  }
+  if (system == "ellipsoid") {
+    const bool costate = scene.block("p").size() > 0;
+    const EllipsoidCostate<Wide> with_p(lambda);
+    const Ellipsoid<Wide> with_qdot(lambda);
+    return costate ? geodesic(with_p, moved(with_p, scene, "q", "p", t))
+                   : geodesic(with_qdot, moved(with_qdot, scene, "q", "qdot", t));
+  }
+  const Eigen::Index n = scene.Q().rows();
+  if (system == "stiefel") return halves(moved(Stiefel<Wide>(lambda, n), scene, "Q", "S", t));
+  const StiefelCostate<Wide> costate(lambda, n);
+  return geodesic(costate, moved(costate, scene, "Q", "P", t));
+}
+
+/// Real and imaginary parts of a complex field are elements of a row, one after the other; in a
+/// state they are rows.
+Dense field(const Simulation& now, const std::string& name, bool complex) {
+  const Dense value = now.get(name).cast<Wide>();
+  if (!complex) return value;
+  Dense rows(2 * value.rows(), value.cols() / 2);
+  for (Eigen::Index i = 0; i < value.rows(); ++i)
+    for (Eigen::Index j = 0; j < rows.cols(); ++j) {
+      rows(i, j) = value(i, 2 * j);
+      rows(value.rows() + i, j) = value(i, 2 * j + 1);
+    }
+  return rows;
+}
+
+Dense momentum(const Scene& scene, const Simulation& now) {
+  const auto has = [&](const char* name) {
+    return std::ranges::any_of(now.fields(), [&](const Field& f) { return f.name == name; });
+  };
+  if (has("Qdot")) return field(now, "Qdot", false) * scene.inertia().cast<Wide>().asDiagonal();
+  return field(now, has("M") ? "M" : "P", scene.system() == "double_bracket");
+}
+
+std::optional<double> ratio(std::optional<double> estimate, Wide error) {
+  if (!estimate || !(error > 1e-14L)) return std::nullopt;
+  return *estimate / static_cast<double>(error);
+}
+
+SceneDescription random_description(unsigned seed, std::int64_t& steps) {
+  std::mt19937_64 generator(seed);
+  const auto uniform = [&](double low, double high) {
+    return low + (high - low) * std::generate_canonical<double, 53>(generator);
+  };
+  const auto any_of = [&](const auto& list) -> const auto& {
+    return list[static_cast<std::size_t>(uniform(0, static_cast<double>(list.size())))];
+  };
+  std::vector<const SystemInfo*> systems;
+  for (const auto& system : catalogue().systems)
+    if (!system.discrete) systems.push_back(&system);
+  const SystemInfo& system = *any_of(systems);
+  const MethodOnSystem& on = any_of(system.methods);
+  const bool only_3 = on.where == "N = 3";
+  const int N = only_3 ? 3 : static_cast<int>(uniform(3, 7));
+  const double step = (uniform(0, 1) < 0.2 ? -1 : 1) * 0.01 * std::pow(20, uniform(0, 1));
+  SceneDescription d = any_scene(std::string(system.name), std::string(on.method), seed, step, N);
+  const auto& orders = catalogue().method(on.method)->orders;
+  if (!orders.empty()) d.method->order = any_of(orders);
+  if (uniform(0, 1) < 0.5) d.method->arithmetic = "plain";
+  if (on.in_float && uniform(0, 1) < 0.15) d.method->scalar = "float";
+  const bool own_steps = catalogue().method(on.method)->default_tolerance > 0;
+  if (own_steps) d.method->tolerance = std::pow(10, uniform(-12, -4));
+  steps = static_cast<std::int64_t>(std::pow(10, uniform(0.5, 2.5)));
+  if (own_steps) steps = std::max<std::int64_t>(1, steps / 10);  // of longer steps
+  if (system.name == "parametric_rigid_body") steps = std::min<std::int64_t>(steps, 50);
+  return d;
+}
+
+}  // namespace
+
+ErrorOutcome survey_error(unsigned seed) {
+  std::int64_t steps = 0;
+  const SceneDescription d = random_description(seed, steps);
+  std::ostringstream what;
+  what << "seed " << seed << ": " << d.system << " by " << d.method->name << " "
+       << d.method->order.value_or(0) << " " << d.method->arithmetic << " " << d.method->scalar
+       << ", N = " << d.inertia.size() << ", " << steps << " steps of " << *d.step;
+  ErrorOutcome out;
+  out.scene = what.str();
+  const Scene scene = Scene::resolve(d).value();
+  const auto now = make_simulation(scene);
+  now->advance(steps);  // however far
+  const ErrorEstimate estimate = estimate_error(scene, *now, 5e10, {});
+  out.reference = estimate.reference;
+  out.missing = estimate.missing;
+  const Truth exact = truth(scene, scene.time(now->step()));
+  const Dense Q =
+      field(*now, scene.system() == "ellipsoid" ? "q" : "Q", scene.system() == "double_bracket");
+  const Dense M = momentum(scene, *now);
+  out.attitude = ratio(estimate.attitude, (Q - exact.attitude).cwiseAbs().maxCoeff());
+  out.momentum = ratio(estimate.momentum, (M - exact.momentum).cwiseAbs().maxCoeff() /
+                                              exact.momentum.cwiseAbs().maxCoeff());
+  return out;
+}
+
+void expect_estimates(unsigned first, unsigned count) {
+  int judged = 0, high = 0, missing = 0;
+  double least = 1e300, most = 0;
+  std::map<std::string, int> references;
+  for (unsigned seed = first; seed < first + count; ++seed) {
+    const ErrorOutcome outcome = survey_error(seed);
+    ++references[outcome.reference];
+    missing += !outcome.missing.empty();
+    if (!outcome.missing.empty())
+      std::printf("%s: %s\n", outcome.scene.c_str(), outcome.missing.c_str());
+    for (const auto& ratio : {outcome.attitude, outcome.momentum}) {
+      if (!ratio) continue;
+      ++judged;
+      high += *ratio > 10;
+      least = std::min(least, *ratio);
+      most = std::max(most, *ratio);
+      EXPECT_GE(*ratio, 0.5) << outcome.scene << ", against " << outcome.reference;
+      if (*ratio > 10)
+        std::printf("%s: %.3g times the true error, against %s\n", outcome.scene.c_str(), *ratio,
+                    outcome.reference.c_str());
+    }
+  }
+  std::printf(
+      "%d errors of %u scenes: estimates are %.3g to %.3g times the true error, %d above "
+      "10 times; %d scenes have none\n",
+      judged, count, least, most, high, missing);
+  for (const auto& [reference, scenes] : references)
+    std::printf("%4d against %s\n", scenes, reference.c_str());
+  EXPECT_GT(judged, static_cast<int>(count));  // two for each scene with errors above 1e-14
+  EXPECT_LE(high, judged / 20);
+  EXPECT_LE(missing, static_cast<int>(count / 20));
+}
+
+}  // namespace stiefel::testing

@@ -1,0 +1,102 @@
+#include "tests/support/surveys/exact_survey.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <map>
+
+#include "engine/methods/exact.h"
+#include "tests/support/linalg/quadruple.h"
+#include "tests/support/scenes/random_top.h"
+
+namespace stiefel::testing {
+namespace {
+
+using BodyInDouble = RigidBody<So3<double, true>>;
+using BodyInQuad = RigidBody<So3<Quad, true>>;
+using QuadState = BodyInQuad::State;
+
+EulerTop<Quad, true> motion(const RandomTop& top) {
+  const BodyInQuad body(top.lambda.cast<Quad>());
+  return Exact::MotionOf<BodyInQuad>::make(body, top.x.cast<Quad>());
+}
+
+/// As a fraction of the size, q and m each.
+double distance(const QuadState& a, const QuadState& b) {
+  const Quad q = (a - b).head<4>().norm() / b.head<4>().norm();
+  const Quad size = b.tail<3>().norm();
+  const Quad m = size > 0 ? Quad((a - b).tail<3>().norm() / size) : Quad(a.tail<3>().norm());
+  return static_cast<double>(q > m ? q : m);
+}
+
+/// The distance of the vector field from a difference of order 6 in d, relative to the rate.
+double field_error(const RandomTop& top, const EulerTop<Quad, true>& exact) {
+  BodyInQuad body(top.lambda.cast<Quad>());
+  const Quad t = top.t;
+  QuadState field;
+  body.field(exact.at(t), field);
+  const QuadState at = exact.at(t);
+  const Quad rate = 2 * field.head<4>().norm() / at.head<4>().norm();
+  if (rate == 0) return distance(at, exact.at(0));
+  const Quad d = Quad(1e-4) / rate;
+  const auto difference = [&](int k) {
+    return QuadState((exact.at(t + k * d) - exact.at(t - k * d)) / (60 * d));
+  };
+  const QuadState slope = 45 * difference(1) - 9 * difference(2) + difference(3);
+  QuadState error = (slope - field) / rate;
+  error.tail<3>() /= at.tail<3>().norm();
+  return static_cast<double>(error.norm());
+}
+
+/// The change of the solution when each input changes by one ulp.
+double one_ulp_of_input(const RandomTop& top, const QuadState& x) {
+  double sum = 0;
+  const auto add = [&](auto change) {
+    RandomTop moved = top;
+    change(moved);
+    sum += distance(motion(moved).at(top.t), x);
+  };
+  for (int i = 0; i < 3; ++i) {
+    add([&](RandomTop& to) { to.lambda(i) *= 1 + std::numeric_limits<double>::epsilon(); });
+    add([&](RandomTop& to) { to.x(4 + i) *= 1 + std::numeric_limits<double>::epsilon(); });
+  }
+  return sum;
+}
+
+}  // namespace
+
+void survey_exact(unsigned first, unsigned count) {
+  struct Worst {
+    int tops = 0;
+    double ulps = 0, field = 0;
+  };
+  std::map<std::string, Worst> worst;
+  for (unsigned seed = first; seed < first + count; ++seed) {
+    const RandomTop top(seed);
+    const EulerTop<Quad, true> exact = motion(top);
+    EXPECT_LT(distance(exact.at(0), top.x.cast<Quad>()), 1e-31) << top.kind << " " << seed;
+    const double field = field_error(top, exact);
+    EXPECT_LT(field, 1e-23 * top.one_and_angle()) << top.kind << " " << seed;
+
+    Exact::Map<BodyInDouble, Arithmetic::compensated> map(BodyInDouble(top.lambda), top.t, 0);
+    auto state = map.start(top.x);
+    ASSERT_TRUE(map.at(state, 1).reached()) << top.kind << " " << seed;
+    const QuadState x = exact.at(top.t);
+    const double ulp = 0x1p-52, error = distance(state.x.value.cast<Quad>(), x);
+    double bound = ulp * top.one_and_angle();
+    if (top.near_separatrix() && top.kind != "on the separatrix") bound += one_ulp_of_input(top, x);
+    EXPECT_LE(error, bound) << top.kind << " " << seed;
+
+    Worst& w = worst[top.kind];
+    ++w.tops;
+    w.ulps = std::max(w.ulps, error / ulp / top.one_and_angle());
+    w.field = std::max(w.field, field);
+  }
+  for (const auto& [kind, w] : worst)
+    std::printf("%-24s %5d bodies: %.2g ulp per (1 + angle); field to %.1e\n", kind.c_str(), w.tops,
+                w.ulps, w.field);
+}
+
+}  // namespace stiefel::testing

@@ -1,0 +1,269 @@
+#include "tests/support/surveys/recommendation_survey.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <sstream>
+
+#include "engine/simulation/accuracy/measurement.h"
+#include "engine/simulation/catalogue/methods/step_weight.h"
+#include "tests/support/scenes/random_frame.h"
+#include "tests/support/scenes/random_matrices.h"
+#include "tests/support/scenes/random_scene.h"
+
+namespace stiefel::testing {
+namespace {
+
+constexpr double rotations = 100, wanted = 1e-8;
+
+std::vector<double> numbers(const Eigen::VectorXd& v) { return {v.begin(), v.end()}; }
+
+class SceneMaker {
+ public:
+  SceneMaker(const std::string& system, unsigned seed, int largest_N)
+      : seed_(seed), generator_(seed), largest_N_(largest_N) {
+    d_.system = system;
+    spread_ = std::pow(10, uniform(0.5, 2));
+    values_ = uniform(0, 1) < 0.9 ? 0 : uniform(0, 1) < 0.7 ? 2 : 1;
+  }
+
+  SceneDescription made() {
+    const std::string& system = d_.system;
+    if (system == "double_bracket")
+      double_bracket();
+    else if (system.starts_with("parametric"))
+      parametric();
+    else if (system.starts_with("stiefel") || system == "ellipsoid")
+      frames();
+    else
+      body();
+    d_.step = 1;
+    SceneDescription probe = d_;
+    probe.method = MethodDescription{"rk4", {}, {}, ""};
+    const double rate = make_simulation(Scene::resolve(probe).value())->rate();
+    d_.step = (uniform(0, 1) < 0.5 ? -1 : 1) * uniform(0.05, 0.3) / rate;
+    return d_;
+  }
+
+ private:
+  double uniform(double low, double high) {
+    return low + (high - low) * std::generate_canonical<double, 53>(generator_);
+  }
+  int whole(int low, int high) { return low + static_cast<int>(uniform(0, high - low + 1)); }
+
+  /// Λ with all its values, or with `values_` of them.
+  Eigen::VectorXd lambda(const Eigen::VectorXd& all) const {
+    Eigen::VectorXd few = all;
+    for (Eigen::Index i = 0; values_ > 0 && i < all.size(); ++i)
+      few(i) = all(i % 3 == 0 && values_ == 2 ? 0 : all.size() - 1);
+    return few;
+  }
+
+  void body() {
+    const int N = uniform(0, 1) < 0.4 ? whole(3, 4) : whole(2, largest_N_);
+    const RandomBody body(N, seed_, spread_);
+    const double mass = std::pow(10, uniform(-0.3, 0.3)), rate = std::pow(10, uniform(-0.3, 0.3));
+    const Eigen::VectorXd l = lambda(body.lambda);
+    d_.inertia = numbers(mass * l);
+    const bool bare = d_.system == "rigid_body" && uniform(0, 1) < 0.3;
+    if (!bare) d_.initial["Q"] = body.Q;
+    if (d_.system.find("symmetric") != std::string::npos ||
+        (d_.system == "reduced_rigid_body" && uniform(0, 1) < 0.5)) {
+      if (uniform(0, 1) < 0.5) {  // two frames
+        d_.initial["P"] = RandomBody(N, seed_ + 1000).Q;
+        return;
+      }
+    }
+    d_.initial["M"] = mass * rate * body.M;
+  }
+
+  /// G = W + (I + W²)^{1/2} of W = (M + μΛ²)/2; Q grows like e^{μλt}, by e at most.
+  void parametric() {
+    const int N = whole(2, std::min(largest_N_, 6));
+    const RandomBody body(N, seed_, std::min(spread_, 5.0));
+    const Eigen::MatrixXd M = body.M / body.M.norm();
+    const double longest = rotations * 2 * std::numbers::pi * body.M.norm();
+    const double mu = uniform(-1, 1) / (longest * body.lambda.maxCoeff());
+    Eigen::MatrixXd W = M;
+    W.diagonal() += mu * body.lambda.cwiseAbs2();
+    W /= 2;
+    const Eigen::MatrixXd I = Eigen::MatrixXd::Identity(N, N);
+    Eigen::MatrixXd root = I, square = I + W * W;
+    for (int k = 0; k < 40; ++k) root = (root + root.partialPivLu().solve(square)) / 2;
+    d_.inertia = numbers(body.lambda);
+    d_.parameter = mu;
+    d_.initial["Q"] = body.Q;
+    d_.initial["P"] = Eigen::MatrixXd(body.Q * (W + root));
+  }
+
+  void frames() {
+    const bool vector = d_.system == "ellipsoid";
+    const int N = whole(2, largest_N_), n = vector ? 1 : whole(1, std::min(N - 1, 4));
+    RandomFrame<double> frame(n, N, seed_, values_ == 1 ? 1 : spread_);
+    const double mass = std::pow(10, uniform(-0.3, 0.3)), rate = std::pow(10, uniform(-0.3, 0.3));
+    const Eigen::MatrixXd Qdot = rate * frame.S * frame.lambda.cwiseInverse().asDiagonal();
+    const Eigen::MatrixXd S = mass * rate * frame.S, &Q = frame.Q;
+    d_.inertia = numbers(mass * frame.lambda);
+    d_.initial[vector ? "q" : "Q"] = Q;
+    if (vector && uniform(0, 1) < 0.5)
+      d_.initial["p"] = S;
+    else if (vector)
+      d_.initial["qdot"] = Qdot;
+    else if (d_.system == "stiefel")
+      d_.initial["S"] = S;
+    else if (d_.system == "stiefel_costate")
+      d_.initial["P"] = Eigen::MatrixXd(S + 0.3 * mass * rate * Q);
+    else
+      d_.initial["M"] = Eigen::MatrixXd(Q.transpose() * S - S.transpose() * Q);
+  }
+
+  void double_bracket() {
+    RandomMatrices<double> random(seed_);
+    const int p = whole(1, std::min(4, largest_N_)), q = whole(1, std::min(5, largest_N_));
+    d_.inertia_u = numbers(random.lambda(p, std::min(spread_, 10.0)));
+    d_.inertia_v = numbers(random.lambda(q, std::min(spread_, 10.0)));
+    for (const char* name : {"Q", "P"})
+      d_.initial[name] = Block(RowMatrix(random.matrix(p, q)), RowMatrix(random.matrix(p, q)));
+  }
+
+  SceneDescription d_;
+  unsigned seed_;
+  std::mt19937_64 generator_;
+  int largest_N_, values_;
+  double spread_;
+};
+
+/// max |A − Â| / max |Â| of both.
+double relative_error(const MotionState& state, const MotionState& exact) {
+  const auto of = [](const Matrix<long double>& a, const Matrix<long double>& b) -> double {
+    if (a.size() == 0 || b.size() == 0) return 0;
+    return static_cast<double>((a - b).cwiseAbs().maxCoeff() / b.cwiseAbs().maxCoeff());
+  };
+  const double error =
+      std::max(of(state.attitude, exact.attitude), of(state.momentum, exact.momentum));
+  return std::isfinite(error) ? error : std::numeric_limits<double>::infinity();
+}
+
+/// Error and work of a run over all samples; it ends, with an infinite error, where the error is
+/// above `limit` or the work above `bound`.
+struct Judged {
+  double error = 0, work = 0;
+};
+Judged judge(const Scene& scene, const Samples& samples, double limit, double bound) {
+  const double weight = step_weight(scene);
+  const auto now = make_simulation(scene);
+  Judged out;
+  for (std::size_t i = 0; i < samples.steps.size(); ++i) {
+    // A closed form counts every state, like the trade-off.
+    const std::int64_t most = now->direct() ? 1 : samples.steps[i];
+    while (now->step() < samples.steps[i])
+      if (!now->advance(std::min(most, samples.steps[i] - now->step())).reached())
+        return {INFINITY, out.work};
+    const double error = relative_error(read_motion(scene, *now), samples.answers[i].state);
+    out.error = std::max(out.error, error);
+    out.work = weight * static_cast<double>(now->map_steps());
+    const double part = static_cast<double>(samples.last()) / static_cast<double>(now->step());
+    const double whole_work = (i > 3 ? part / 1.2 : 1) * out.work;
+    if (out.error > limit || whole_work > bound) return {INFINITY, out.work};
+  }
+  return out;
+}
+
+bool on_frames(const std::string& system) {
+  return system.starts_with("stiefel") || system == "ellipsoid";
+}
+
+/// The growth factor, from the start to the end, of a change of the initial momentum by 1e-10.
+double condition_of(const Scene& scene, const Samples& samples) {
+  if (!on_frames(scene.system())) return 1;
+  constexpr double tiny = 1e-10;
+  // Back through Scene::resolve, which takes the change onto the manifold.
+  SceneDescription moved = scene.description();
+  for (auto& [name, block] : moved.initial) {
+    if (name == "Q" || name == "q") continue;
+    std::mt19937_64 generator(7);
+    std::normal_distribution<double> normal;
+    RowMatrix change(block.values.rows(), block.values.cols());
+    for (double& x : change.reshaped()) x = normal(generator);
+    const RowMatrix& frame =
+        moved.initial.contains("q") ? moved.initial.at("q").values : moved.initial.at("Q").values;
+    if (name == "M") {
+      const RowMatrix X = change.topRows(frame.rows());
+      change = frame.transpose() * X - X.transpose() * frame;
+    } else {
+      const RowMatrix cross = change * frame.transpose();
+      change -= (cross + cross.transpose()) / 2 * frame;
+    }
+    change *= block.values.cwiseAbs().maxCoeff() / change.cwiseAbs().maxCoeff();
+    block.values += tiny * change;
+  }
+  const auto other = Scene::resolve(moved);
+  if (!other) return 1;
+  const double time = std::abs(scene.time(samples.last()));
+  const auto reference = make_reference(*other, {time, 1e12, false});
+  const auto end = reference->at(scene.time(samples.last()), {});
+  if (!end) return 1;
+  return std::max(1.0, relative_error(end->state, samples.answers.back().state) / tiny);
+}
+
+}  // namespace
+
+SceneDescription scene_without_method(const std::string& system, unsigned seed, int largest_N) {
+  return SceneMaker(system, seed, largest_N).made();
+}
+
+RecommendationOutcome survey_recommendation(const SceneDescription& description,
+                                            const std::optional<MethodDescription>& method) {
+  SceneDescription given = description;
+  if (method) given.method = method;
+  const Scene scene = Scene::resolve(given).value();
+  const double rate = make_simulation(scene)->rate();
+  const auto steps = steps_to(rotations * 2 * std::numbers::pi / rate, scene.step());
+  const Samples samples =
+      take_samples(scene, steps, {std::abs(scene.time(steps)), 1e12, false}, {});
+
+  RecommendationOutcome out;
+  std::ostringstream what;
+  what << scene.system() << " n=" << scene.block(scene.system() == "ellipsoid" ? "q" : "Q").rows()
+       << " N=" << scene.dimension() << " h|Omega|=" << rate * scene.step() << " Lambda 1:"
+       << (scene.dimension() > 0 ? scene.inertia().maxCoeff() / scene.inertia().minCoeff() : 0);
+  out.scene = what.str();
+  out.method = to_text(*scene.description().method);
+  if (samples.steps.empty() || samples.last() < steps) {
+    out.error = INFINITY;
+    out.scene += " (the reference ended)";
+    return out;
+  }
+  out.reference_error = samples.answers.back().error;
+  out.condition = condition_of(scene, samples);
+  const Judged own = judge(scene, samples, INFINITY, INFINITY);
+  out.error = own.error;
+
+  const double limit = wanted * out.condition;
+  if (limit >= saturated_error) return out;
+  double best = own.work;
+  SceneDescription open = description;
+  open.method.reset();
+  auto [start, all] = candidates(open).value();
+  std::ranges::stable_sort(all, {}, &Candidate::weight);
+  for (const Candidate& candidate : all)
+    for (int knob = 0; knob < (candidate.order == 0 ? 1 : candidate.own_steps ? 12 : 17); ++knob) {
+      const auto with = candidate.own_steps ? candidate.with_tolerance(std::pow(10, -3 - knob))
+                                            : candidate.with_substeps(1 << knob);
+      const double least = candidate.weight * with.substeps.value_or(1);
+      if (least * static_cast<double>(steps) >= best) break;
+      const Judged judged = judge(start.with(with).value(), samples, limit, best);
+      if (!(judged.error <= limit)) continue;
+      if (judged.work < best) {
+        best = judged.work;
+        out.cheapest = to_text(with);
+      }
+      break;
+    }
+  out.cost = own.work / best;
+  return out;
+}
+
+}  // namespace stiefel::testing
