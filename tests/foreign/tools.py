@@ -12,7 +12,7 @@ import pytest
 
 GO = {
     "grpcurl": "github.com/fullstorydev/grpcurl/cmd/grpcurl@v1.9.4",
-    "ghz": "github.com/bojand/ghz/cmd/ghz@v0.121.0",
+    "ghz": "github.com/bojand/ghz/cmd/ghz@v0.93.0",
     "toxiproxy": "github.com/Shopify/toxiproxy/v2/cmd/server@v2.5.0",
 }
 NPM = ["@grpc/grpc-js@1.14.7", "@grpc/proto-loader@0.8.1"]
