@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import base64
 import json
+import os
 import subprocess
 from pathlib import Path
 from typing import Any
@@ -37,8 +38,9 @@ def generated(programs: Path, tmp_path_factory: Any) -> Path:
 
 def test_every_rpc(programs: Path, generated: Path, server: stiefel.Server, calls: list[Call], compare: Any) -> None:
     asked = [{"rpc": call.rpc, "requests": call.requests, "session": call.session} for call in calls]
+    alone = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}  # without our package
     done = subprocess.run([programs / "python", HERE / "grpclib_client.py", *server.address.split(":"), generated],
-                          input=json.dumps(asked), capture_output=True, text=True, timeout=600)
+                          input=json.dumps(asked), capture_output=True, text=True, timeout=600, env=alone)
     assert done.returncode == 0, done.stderr
     answers = []
     for call, line in zip(calls, done.stdout.splitlines()):
