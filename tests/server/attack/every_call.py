@@ -16,7 +16,7 @@ def drive(session):
 def summarize(session):
     """Of 20 000 steps, so that it can break in between; with checkpoints, from which it goes on."""
     told = session.summarize(20_000, {"energy": ["last", "drift"], "Q": ["mean"]}, checkpoint_every=2000)
-    return {name: told[name] for name in ("energy.last", "energy.drift", "Q.mean")}
+    return told["energy"]["last"], told["energy"]["drift"], told["Q"]["mean"]
 
 
 def fork(client, session):
