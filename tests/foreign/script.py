@@ -1,0 +1,91 @@
+"""One call of every RPC and more, as JSON that any client of gRPC can send: `script(N)`."""
+from __future__ import annotations
+
+import base64
+from dataclasses import dataclass
+from typing import Any, Optional
+
+import numpy as np
+
+SIZES = (3, 64, 512)
+STEPS = {3: 40, 64: 8, 512: 2}
+Json = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Call:
+    name: str
+    rpc: str
+    requests: tuple[Json, ...]  # several for Drive only
+    fails: Optional[tuple[str, str]] = None  # status code and ErrorInfo.reason
+    session: str = ""  # of the metadata stiefel-session
+
+
+def tensor(array: np.ndarray) -> Json:
+    return {"shape": list(array.shape), "data_type": "DATA_TYPE_FLOAT64",
+            "data": base64.b64encode(array.astype("<f8").tobytes()).decode()}
+
+
+def scene(size: int) -> Json:
+    """A rigid body in so many dimensions."""
+    if size == 3:
+        return {"system": "rigid_body", "step": 0.05, "method": {"name": "variational", "order": 4},
+                "body": {"moments": [1, 2, 3], "angular_velocity": [0.1, 1, 0.2]}}
+    random = np.random.default_rng(size)
+    orthogonal, _ = np.linalg.qr(random.standard_normal((size, size)))
+    upper = np.triu(random.standard_normal((size, size)), 1)
+    return {"system": "rigid_body", "step": 0.01, "method": {"name": "rk4"}, "inertia": list(np.linspace(1, 2, size)),
+            "initial_tensors": {"Q": tensor(orthogonal), "M": tensor((upper - upper.T) / size)}}
+
+
+def frames(size: int) -> Json:
+    """Two unit vectors a quarter of a great circle apart."""
+    rows = [{"rows": 1, "cols": size, "values": list(np.eye(size)[k])} for k in (0, 1)]
+    return {"q_0": rows[0], "q_t": rows[1]}
+
+
+LARGEST_SPHERE = 129  # Connect takes frames with at most 128 degrees of freedom
+QUARTER = 0.5 * (np.pi / 2) ** 2  # the energy of the way between `frames` in time 1
+
+
+def script(size: int) -> list[Call]:
+    """In this order: sessions are made, used, forked and deleted. What does not fit into a message is refused, and comes
+    by Stream."""
+    body, id, fork, last = scene(size), f"s-{size}", f"f-{size}", STEPS[size]
+    large = size == 512
+    too_dear = ("INVALID_ARGUMENT", "") if large else None  # the reference takes 2e12 to the first state
+    too_large = ("INVALID_ARGUMENT", "REPLY_TOO_LARGE") if large else None
+
+    def call(rpc: str, *requests: Json, name: str = "", fails: Optional[tuple[str, str]] = None) -> Call:
+        session = requests[0].get("from_session_id") or requests[0].get("session_id", "")
+        return Call(name or rpc, rpc, requests, fails, session)
+    return [
+        call("Describe", {}),
+        call("CreateSession", {"session_id": id, "scene": body, "view": {"checksum": True}}),
+        call("CreateSession", {"session_id": id, "scene": body}, name="CreateSession again"),
+        call("CreateSession", {"session_id": id, "scene": {**body, "step": 0.07}}, name="CreateSession of another scene",
+             fails=("ALREADY_EXISTS", "SESSION_HAS_OTHER_SCENE")),
+        call("CreateSession", {"session_id": "bad", "scene": {**body, "step": 0}}, name="CreateSession without a step",
+             fails=("INVALID_ARGUMENT", "")),
+        call("GetSession", {"session_id": id, "view": {"scene": "SCENE_VIEW_FULL", "checksum": True}}),
+        call("ListSessions", {"page_size": 1}),
+        call("Step", {"session_id": id, "to": last, "return_checkpoint": True}, fails=too_large),
+        call("Step", {"session_id": id, "to": last, "fields": ["Q"], "checksum": True}, name="Step with Q"),
+        call("Drive", {"session_id": id, "to": 1, "fields": ["Q"]}, {"to": -1}, {"to": last, "checksum": True}),
+        call("Stream", {"session_id": id, "to": last, "every": 2, "return_checkpoint": True, "scene_arrays": True,
+                        "checksum": True}),
+        call("Summarize", {"session_id": id, "to": last, "times": [0, body["step"] / 3], "fields": ["Q"], "checksum": True,
+                           "quantities": [{"name": "energy", "statistics": ["STATISTIC_LAST", "STATISTIC_DRIFT"]}]}),
+        call("Diagnose", {"session_id": id, "to": last, "checksum": True}),
+        call("ForkSession", {"session_id": fork, "from_session_id": id, "from_step": 1, "method": {"name": "munthe_kaas4"}}),
+        call("Step", {"session_id": fork, "to": 1, "fields": ["Q"]}, name="Step of a fork"),
+        call("Convert", {"scene": body, "to": "velocity", "checksum": True}),
+        call("Convert", {"scene": body, "to": "right_rigid_body", "view": "SCENE_VIEW_FULL"}, name="Convert to a system"),
+        call("Connect", {"metric": "METRIC_EUCLIDEAN", "time": 1, "pairs": [frames(min(size, LARGEST_SPHERE))], "samples": 4,
+                         "restarts": 0}),
+        call("MeasureTradeoff", {"scene": body, "horizon": body["step"], "budget": 1e10, "repeats": 1}, fails=too_dear),
+        call("DeleteSession", {"session_id": fork}),
+        call("DeleteSession", {"session_id": id}),
+        call("Step", {"session_id": id, "to": 1}, name="Step of a deleted session", fails=("NOT_FOUND", "SESSION_DELETED")),
+        call("Step", {"session_id": "none", "to": 1}, name="Step of no session", fails=("NOT_FOUND", "SESSION_NOT_FOUND")),
+    ]

