@@ -313,7 +313,7 @@ TEST(Quotas, Memory) {
                           grpc::ClientContext& context) {
     context.AddMetadata("x-principal", principal);
     v1::CreateSessionRequest request;
-    request.set_session_id("s" + std::to_string(number));
+    request.set_session_id(std::to_string(number));
     *request.mutable_scene() = test::wire_scene({.dimension = n});
     v1::CreateSessionResponse response;
     return harness.stub->CreateSession(&context, request, &response);
@@ -354,7 +354,7 @@ TEST(Quotas, Memory) {
     comes_to_pass([&](grpc::ClientContext& context) {
       context.AddMetadata("x-principal", "greedy");
       v1::StepRequest request;
-      request.set_session_id("s" + std::to_string(i));
+      request.set_session_id(std::to_string(i));
       request.set_to(3);
       v1::StepResponse response;
       return harness.stub->Step(&context, request, &response);
@@ -363,7 +363,7 @@ TEST(Quotas, Memory) {
 
   for (int i = 0; i < 3; ++i) {
     v1::DeleteSessionRequest gone;
-    gone.set_session_id("s" + std::to_string(i));
+    gone.set_session_id(std::to_string(i));
     grpc::ClientContext context;
     context.AddMetadata("x-principal", "greedy");
     v1::DeleteSessionResponse deleted;
