@@ -48,6 +48,12 @@ std::string sound_memory(const std::string& given) {
                                  "powers of 1024";
 }
 
+std::string sound_part_of_memory(const std::string& given) {
+  return read_bytes(given, 0)
+             ? ""
+             : "'" + given + "' must be a number of bytes, with K, M, G or T for powers of 1024";
+}
+
 /// CLI11 puts lists in brackets.
 std::string cell(std::string text) {
   if (text.starts_with('[')) text = text.substr(1, text.size() - 2);
@@ -148,6 +154,13 @@ void Flags::add_to(CLI::App& app) {
       ->check(within(0.0, 1e6, "a number of seconds"))
       ->capture_default_str();
   add_quota_to(app, options_.quota);
+  app.add_option(
+         "--principal-memory", principal_memory_,
+         "Bytes that the sessions and calls of one principal hold at once, such as 512M; 0: "
+         "no limit")
+      ->envname("STIEFEL_PRINCIPAL_MEMORY")
+      ->check(sound_part_of_memory)
+      ->capture_default_str();
   app.add_option("--store", options_.store.file,
                  "File that keeps the sessions when the server ends, however it ends; empty: they "
                  "live in memory and end with it")
@@ -208,6 +221,7 @@ Options Flags::options() const {
   options.connections.max_age = milliseconds(max_connection_age_);
   options.connections.self_watch = milliseconds(self_watch_);
   if (!memory_.empty()) options.memory = read_bytes(memory_).value();
+  options.quota.memory = read_bytes(principal_memory_, 0).value();
   options.log_json = log_format_ == "json";
   return options;
 }

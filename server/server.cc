@@ -107,9 +107,12 @@ struct Server::Parts {
       : grace(options.grace),
         memory_limit(options.memory > 0 ? options.memory : default_memory()),
         host{Log(options.log_level, options.log_json),
-             Accounts(options.quota, options.clock),
              memory_limit,
              MemoryBudget(memory_limit - grpc_share(memory_limit) - program_share(memory_limit)),
+             Accounts(options.quota, options.clock, host.memory,
+                      [this](const Principal& principal, std::uint64_t bytes) {
+                        host.registry.shed(bytes, &principal);
+                      }),
              Registry(options.max_sessions, options.idle_timeout, options.clock,
                       checkpoint_keys(options.access.checkpoint_key), host.memory),
              Lifecycle(),

@@ -10,7 +10,8 @@ grpc::ServerWriteReactor<v1::ConnectResponse>* Service::Connect(Context* context
                                                                 const v1::ConnectRequest* request) {
   CallLog log = open(context, "Connect");
   try {
-    const auto memory = std::make_shared<const MemoryLease>(host_.memory, connect_memory(*request));
+    const auto memory =
+        std::make_shared<const MemoryLease>(log.account().memory(), connect_memory(*request));
     const auto answer = std::make_shared<std::optional<ConnectAnswer>>();
     return new SlicedStream<v1::ConnectResponse>(
         host_, host_.searches, std::move(log),

@@ -17,7 +17,7 @@ grpc::ServerWriteReactor<v1::ConvertResponse>* Service::Convert(Context* context
   CallLog log = open(context, "Convert");
   try {
     const auto memory =
-        std::make_shared<const MemoryLease>(host_.memory, conversion_memory(*request));
+        std::make_shared<const MemoryLease>(log.account().memory(), conversion_memory(*request));
     const auto answer = std::make_shared<ConversionAnswer>(*request);
     const v1::Scene& scene = request->scene();
     const bool long_work = wants_choice(scene) || scene.inertia_size() > small_dimension;

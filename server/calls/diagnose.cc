@@ -32,7 +32,7 @@ grpc::ServerUnaryReactor* Service::Diagnose(Context* context, const v1::Diagnose
     auto read = DiagnoseTask::read(**session, *request);
     if (!read) return refuse(read.error());
     const auto task = std::make_shared<const DiagnoseTask>(*std::move(read));
-    MemoryLease memory(host_.memory, diagnosis_memory(**session, *request));
+    MemoryLease memory(log.account().memory(), diagnosis_memory(**session, *request));
     if (task->takes_long())
       return new CursorCall(
           host_, std::move(log), *std::move(session), request->to(),

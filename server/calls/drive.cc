@@ -24,7 +24,7 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
       : host_(host),
         context_(context),
         log_(std::move(log)),
-        memory_(host.memory, 0),
+        memory_(log_.account().memory(), 0),
         shutdown_(host.lifecycle.stop_token(), RequestStop{stop_}) {
     const grpc::Status admitted = admit(ticket_, log_.account(), Ticket::Kind::stream, 0);
     admitted.ok() ? StartRead(&request_) : end(admitted);

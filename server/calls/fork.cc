@@ -45,7 +45,7 @@ grpc::ServerUnaryReactor* Service::ForkSession(Context* context,
       return refuse(status);
     if (const auto status = check_step("from_step", request->from_step()); !status.ok())
       return refuse(status);
-    MemoryLease memory(host_.memory, fork_memory(**from));
+    MemoryLease memory(log.account().memory(), fork_memory(**from));
     const auto answer = [&host = host_, &account = log.account(), request, response](
                             const Session& at, const Cursor& cursor) {
       return fork(host, account, at, cursor, *request, response);

@@ -59,10 +59,10 @@ using Identify = std::function<Principal(const grpc::CallbackServerContext&)>;
 /// What every call works with. The scheduler comes last: it is gone before anything its jobs use.
 struct Host {
   Log log;
-  Accounts accounts;
   /// What the whole process may take, and the part of it that calls and sessions may.
   const std::uint64_t memory_limit;
   MemoryBudget memory;
+  Accounts accounts;
   Registry registry;
   Lifecycle lifecycle;
   Identify identify;

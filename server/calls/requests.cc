@@ -57,7 +57,7 @@ OrStatus<Registry::Created> admit(Host& host, Account& account, const std::strin
   if (seated.refusal && !host.registry.find(account.principal(), id))
     return std::unexpected(errors::over_quota(*seated.refusal));
   auto created = host.registry.create(account.principal(), id, std::move(scene.scene), checkpoint,
-                                      std::move(scene.resolution), recreate);
+                                      std::move(scene.resolution), recreate, &account.memory());
   if (created) {
     if (created->created) created->session->hold(std::move(seated.seat));
     return *std::move(created);

@@ -21,8 +21,9 @@ constexpr int few_members = 64;
 
 Answered create(Host& host, Account& account, const v1::CreateSessionRequest& request,
                 v1::CreateSessionResponse* response) {
-  MemoryLease resolving(host.memory, wants_choice(request.scene()) ? search_memory(request.scene())
-                                                                   : scene_memory(request.scene()));
+  MemoryLease resolving(account.memory(), wants_choice(request.scene())
+                                              ? search_memory(request.scene())
+                                              : scene_memory(request.scene()));
   auto scene = read_scene(request.has_scene(), request.scene());
   if (!scene) return scene.error();
   resolving = {};  // the session pays for its scene
@@ -77,7 +78,7 @@ grpc::ServerUnaryReactor* Service::answer(Context* context, CallLog log, Respons
   try {
     answered = work();
     if (const std::size_t bytes = response->ByteSizeLong(); bytes > part_bytes / 16)
-      memory = MemoryLease(host_.memory, reply_memory(bytes));
+      memory = MemoryLease(log.account().memory(), reply_memory(bytes));
     if (answered.receipt || memory)
       return new WrittenCall(host_, std::move(log), answered, std::move(memory));
   } catch (...) {
@@ -102,7 +103,7 @@ grpc::ServerUnaryReactor* Service::CreateSession(Context* context,
   };
   MemoryLease memory;
   try {
-    memory = MemoryLease(host_.memory, reading_memory(*request));
+    memory = MemoryLease(account.memory(), reading_memory(*request));
   } catch (...) {
     return finished(context, log, errors::from_current_exception());
   }

@@ -80,7 +80,7 @@ grpc::ServerUnaryReactor* Service::Step(grpc::CallbackServerContext* context,
       return finish(grpc::Status::OK);
     }
     const std::int64_t to = task.to;
-    MemoryLease memory(host_.memory, step_memory(**session, task));
+    MemoryLease memory(log.account().memory(), step_memory(**session, task));
     return new CursorCall(
         host_, std::move(log), *std::move(session), to,
         [task = std::move(task), response](const Session& at, const Cursor& cursor) {

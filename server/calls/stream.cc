@@ -264,7 +264,8 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* Service::Stream(Context* context,
     const Sampling::Range range{request->from(), request->to(),
                                 std::max<std::int64_t>(request->every(), 1),
                                 request->checkpoint_every(), request->return_checkpoint()};
-    MemoryLease memory(host_.memory, stream_memory(**session, *fields, range.checkpoints()));
+    MemoryLease memory(log.account().memory(),
+                       stream_memory(**session, *fields, range.checkpoints()));
     return new StreamCall(host_, std::move(log), *std::move(session), *std::move(fields), range,
                           *request, std::move(memory));
   } catch (...) {

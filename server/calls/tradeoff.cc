@@ -11,7 +11,7 @@ grpc::ServerWriteReactor<v1::MeasureTradeoffResponse>* Service::MeasureTradeoff(
   CallLog log = open(context, "MeasureTradeoff");
   try {
     const auto memory =
-        std::make_shared<const MemoryLease>(host_.memory, tradeoff_memory(*request));
+        std::make_shared<const MemoryLease>(log.account().memory(), tradeoff_memory(*request));
     const auto answer = std::make_shared<TradeoffAnswer>(*request);
     return new SlicedStream<v1::MeasureTradeoffResponse>(
         host_, host_.searches, std::move(log),

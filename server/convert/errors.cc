@@ -267,6 +267,12 @@ grpc::Status not_written(const WriteFault& fault) {
 }
 
 grpc::Status memory_exhausted(const MemoryExhausted& exhausted) {
+  if (exhausted.part()) {
+    const std::uint64_t used = exhausted.limit() - exhausted.free();
+    const auto wait = std::chrono::seconds(exhausted.can_ever_fit() ? seconds_to_free_memory : 0);
+    return over_quota({exhausted.part(), static_cast<double>(exhausted.limit()),
+                       static_cast<double>(used + exhausted.bytes()), wait});
+  }
   const std::string bytes = std::to_string(exhausted.bytes());
   const std::string free = std::to_string(exhausted.free());
   const std::string limit = std::to_string(exhausted.limit());

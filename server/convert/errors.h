@@ -71,7 +71,7 @@ grpc::Status out_of_memory();
 /// UNAVAILABLE, STORE_UNAVAILABLE, when it may be a moment later; INTERNAL, STORE_DAMAGED.
 grpc::Status not_written(const WriteFault& fault);
 /// RESOURCE_EXHAUSTED, MEMORY_LIMIT with `bytes`, `free` and `limit`; a QuotaFailure of `memory`,
-/// and a RetryInfo if the bytes fit when others are given back.
+/// and a RetryInfo if the bytes fit when others are given back. Of a part: `over_quota`.
 grpc::Status memory_exhausted(const MemoryExhausted& exhausted);
 /// INTERNAL, INTERNAL_ERROR: a fault of ours.
 grpc::Status internal(std::string_view what);

@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "server/durability/stored_session.h"
 #include "server/sessions/numerics_id.h"
 
 namespace stiefel::server {
@@ -57,19 +56,48 @@ Journal::Hooks Durability::hooks() {
           [this](const WriteFault& fault) { report(fault); }};
 }
 
+/// The limits of a principal are for what is new: a session that does not fit into a smaller one
+/// counts for the whole server alone.
+Restored Durability::restored(const Store::Row& row, Account& account) const {
+  const auto with = [&](MemoryBudget& memory) {
+    return from_row(row, host_.registry.clock(), host_.registry.keys(), memory);
+  };
+  try {
+    return with(account.memory());
+  } catch (const MemoryExhausted& exhausted) {
+    if (!exhausted.part()) throw;
+    return with(account.whole_memory());
+  }
+}
+
+void Durability::restore_tombstones() {
+  using Time = Ledger::Time;
+  const auto now = std::chrono::nanoseconds(Time::clock::now().time_since_epoch());
+  for (Tombstone& tombstone : store_.tombstones(now.count())) {
+    const std::chrono::nanoseconds until(tombstone.until);
+    host_.registry.bury(tombstone.principal, std::move(tombstone.id),
+                        Time(std::chrono::duration_cast<Time::duration>(until)));
+  }
+}
+
 void Durability::restore() {
   const auto start = std::chrono::steady_clock::now();
+  const auto now = std::chrono::nanoseconds(Ledger::Time::clock::now().time_since_epoch());
   std::int64_t dropped = 0;
   try {
-    store_.transact([&] { dropped = store_.drop_checkpoints_except(numerics_id()); });
+    store_.transact([&] {
+      dropped = store_.drop_checkpoints_except(numerics_id());
+      store_.trim_tombstones(now.count());
+    });
   } catch (const StoreError& error) {  // a full disk; they are not taken in any case
     report(error.fault());
   }
   std::atomic<std::int64_t> unread = 0;
   Rows rows(store_);
   const auto use = [&](const Store::Row& row) {
-    if (auto session =
-            from_row(row, host_.registry.clock(), host_.registry.keys(), host_.registry.memory())) {
+    Account& account = host_.accounts.of(row.session.principal);
+    if (auto session = restored(row, account)) {
+      (*session)->hold(account.seat_restored_session());
       host_.registry.restore(*std::move(session));
     } else {
       ++unread;
@@ -84,6 +112,7 @@ void Durability::restore() {
   }
   try {
     rows.rethrow();
+    restore_tombstones();
   } catch (const StoreError& error) {
     throw std::runtime_error("the store " + file_ + " is damaged: " + error.what() +
                              ": restore a backup");

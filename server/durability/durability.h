@@ -5,6 +5,7 @@
 #include <string>
 
 #include "server/calls/host.h"
+#include "server/durability/stored_session.h"
 #include "server/store/journal.h"
 #include "server/store/store.h"
 
@@ -21,6 +22,8 @@ class Durability {
 
  private:
   void restore();
+  void restore_tombstones();
+  Restored restored(const Store::Row& row, Account& account) const;
   Journal::Hooks hooks();
   void report(const WriteFault& fault);
 

@@ -73,9 +73,8 @@ StoredSession to_row(const Session& session) {
   return row;
 }
 
-std::expected<std::shared_ptr<Session>, std::string> from_row(
-    const Store::Row& row, std::shared_ptr<const Clock> clock,
-    std::shared_ptr<const CheckpointKeys> keys, MemoryBudget& memory) {
+Restored from_row(const Store::Row& row, std::shared_ptr<const Clock> clock,
+                  std::shared_ptr<const CheckpointKeys> keys, MemoryBudget& memory) {
   v1::Scene message;
   if (!message.ParseFromString(row.session.scene)) return std::unexpected("it has no scene");
   auto description = from_proto(message);

@@ -5,8 +5,9 @@
 
 namespace stiefel::server {
 
-MemoryExhausted::MemoryExhausted(std::uint64_t bytes, std::uint64_t free, std::uint64_t limit)
-    : bytes_(bytes), free_(free), limit_(limit) {
+MemoryExhausted::MemoryExhausted(std::uint64_t bytes, std::uint64_t free, std::uint64_t limit,
+                                 const char* part)
+    : bytes_(bytes), free_(free), limit_(limit), part_(part) {
   text_ = "the call needs " + std::to_string(bytes_) + " bytes of memory, of which " +
           std::to_string(free_) + " of " + std::to_string(limit_) + " are free";
 }
@@ -22,6 +23,13 @@ void MemoryBudget::reclaim_with(Reclaim reclaim) {
 }
 
 bool MemoryBudget::try_take(std::uint64_t bytes) noexcept {
+  if (!try_take_here(bytes)) return false;
+  if (!whole_ || whole_->try_take(bytes)) return true;
+  used_.fetch_sub(bytes, std::memory_order_relaxed);
+  return false;
+}
+
+bool MemoryBudget::try_take_here(std::uint64_t bytes) noexcept {
   std::uint64_t used = used_.load(std::memory_order_relaxed);
   do {
     if (bytes > limit_ - used) return false;
@@ -30,20 +38,32 @@ bool MemoryBudget::try_take(std::uint64_t bytes) noexcept {
 }
 
 void MemoryBudget::take(std::uint64_t bytes) {
-  if (try_take(bytes)) return;
+  take_here(bytes);
+  if (!whole_) return;
+  try {
+    whole_->take(bytes);
+  } catch (...) {
+    used_.fetch_sub(bytes, std::memory_order_relaxed);
+    throw;
+  }
+}
+
+void MemoryBudget::take_here(std::uint64_t bytes) {
+  if (try_take_here(bytes)) return;
   if (bytes <= limit_) {
     const std::lock_guard lock(reclaiming_);
-    if (try_take(bytes)) return;  // another call has made room
+    if (try_take_here(bytes)) return;  // another call has made room
     // More than is needed, so that the next calls need not look again.
     if (reclaim_) reclaim_(std::max(bytes, limit_ / 16));
-    if (try_take(bytes)) return;
+    if (try_take_here(bytes)) return;
   }
-  throw MemoryExhausted(bytes, limit_ - std::min(used(), limit_), limit_);
+  throw MemoryExhausted(bytes, limit_ - std::min(used(), limit_), limit_, name_);
 }
 
 void MemoryBudget::give_back(std::uint64_t bytes) noexcept {
   used_.fetch_sub(bytes, std::memory_order_relaxed);
   given_back_.fetch_add(bytes, std::memory_order_relaxed);
+  if (whole_) whole_->give_back(bytes);
 }
 
 MemoryLease MemoryLease::if_it_fits(MemoryBudget& budget, std::uint64_t bytes) {

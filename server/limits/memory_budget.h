@@ -14,7 +14,8 @@ namespace stiefel::server {
 /// up.
 class MemoryExhausted : public std::exception {
  public:
-  MemoryExhausted(std::uint64_t bytes, std::uint64_t free, std::uint64_t limit);
+  MemoryExhausted(std::uint64_t bytes, std::uint64_t free, std::uint64_t limit,
+                  const char* part = nullptr);
 
   const char* what() const noexcept override { return text_.c_str(); }
   std::uint64_t bytes() const { return bytes_; }
@@ -22,9 +23,12 @@ class MemoryExhausted : public std::exception {
   std::uint64_t limit() const { return limit_; }
   /// Whether the bytes fit when nobody else holds any.
   bool can_ever_fit() const { return bytes_ <= limit_; }
+  /// The name of the part that is exhausted; null: the whole budget is.
+  const char* part() const { return part_; }
 
  private:
   std::uint64_t bytes_, free_, limit_;
+  const char* part_;
   std::string text_;
 };
 
@@ -36,6 +40,10 @@ class MemoryBudget {
   using Reclaim = std::function<void(std::uint64_t bytes)>;
 
   explicit MemoryBudget(std::uint64_t limit) : limit_(limit) {}
+  /// A part of `whole`, which must outlive it: its bytes are taken from both. `name`: that of a
+  /// literal, for refusals.
+  MemoryBudget(std::uint64_t limit, MemoryBudget& whole, const char* name)
+      : limit_(limit), whole_(&whole), name_(name) {}
   MemoryBudget(const MemoryBudget&) = delete;
   MemoryBudget& operator=(const MemoryBudget&) = delete;
   /// Everything fits.
@@ -57,7 +65,12 @@ class MemoryBudget {
   void give_back(std::uint64_t bytes) noexcept;
 
  private:
+  bool try_take_here(std::uint64_t bytes) noexcept;
+  void take_here(std::uint64_t bytes);
+
   const std::uint64_t limit_;
+  MemoryBudget* const whole_ = nullptr;
+  const char* const name_ = nullptr;
   std::atomic<std::uint64_t> used_ = 0, given_back_ = 0;
   std::mutex reclaiming_;
   Reclaim reclaim_;  // guarded by reclaiming_

@@ -46,7 +46,7 @@ std::uint64_t group_limit(const fs::path& mount, const fs::path& group, const ch
 
 }  // namespace
 
-std::optional<std::uint64_t> read_bytes(std::string_view text) {
+std::optional<std::uint64_t> read_bytes(std::string_view text, std::uint64_t least) {
   constexpr std::string_view suffixes = "KMGT";
   double unit = 1;
   if (!text.empty()) {
@@ -61,7 +61,7 @@ std::optional<std::uint64_t> read_bytes(std::string_view text) {
       std::from_chars(text.data(), text.data() + text.size(), number, std::chars_format::fixed);
   if (read.ec != std::errc() || read.ptr != text.data() + text.size()) return std::nullopt;
   const double bytes = number * unit;
-  if (!(bytes >= static_cast<double>(least_memory) && bytes <= 0x1p60)) return std::nullopt;
+  if (!(bytes >= static_cast<double>(least) && bytes <= 0x1p60)) return std::nullopt;
   return static_cast<std::uint64_t>(bytes);
 }
 

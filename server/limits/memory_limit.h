@@ -8,11 +8,11 @@
 
 namespace stiefel::server {
 
-/// "268435456", "256M", "1.5G": a number and K, M, G or T for powers of 1024. Nothing for anything
-/// else, and for less than `least_memory`.
-std::optional<std::uint64_t> read_bytes(std::string_view text);
 /// The least that a server works with, in bytes: 64 MiB.
 inline constexpr std::uint64_t least_memory = std::uint64_t{64} << 20;
+/// "268435456", "256M", "1.5G": a number and K, M, G or T for powers of 1024. Nothing for anything
+/// else, and for less than `least`.
+std::optional<std::uint64_t> read_bytes(std::string_view text, std::uint64_t least = least_memory);
 
 /// The smaller of the machine's memory and the limit of the control group of this process, version
 /// 2 (memory.max, of every group above it too) or 1 (memory.limit_in_bytes). `root`: of /proc and

@@ -34,6 +34,19 @@ milliseconds at_least_one(double seconds) {
 
 }  // namespace
 
+Account::Account(Principal principal, const Quota& quota, const WorkClock& clock,
+                 MemoryBudget& memory, const ReclaimOf& reclaim)
+    : principal_(std::move(principal)),
+      quota_(quota),
+      clock_(clock),
+      whole_memory_(memory),
+      memory_(quota.memory, memory, "principal_memory"),
+      rate_(quota.work_a_second),
+      share_(&rate_) {
+  if (reclaim)
+    memory_.reclaim_with([this, &reclaim](std::uint64_t bytes) { reclaim(principal_, bytes); });
+}
+
 std::optional<Refusal> Account::overdrawn() {
   if (!rate_.limited()) return std::nullopt;
   const auto wait = rate_.wait(WorkRate::Seconds(0), clock_());
@@ -45,10 +58,19 @@ std::optional<Refusal> Account::overdrawn() {
 Account::Seated Account::seat_session() {
   if (auto refusal = enter(sessions_, quota_.sessions, "principal_sessions", until_a_session_goes))
     return {nullptr, refusal};
+  return {seat(), std::nullopt};
+}
+
+Account::Seat Account::seat_restored_session() {
+  sessions_.fetch_add(1, std::memory_order_relaxed);
+  return seat();
+}
+
+Account::Seat Account::seat() {
   const auto leave = [](std::atomic<std::uint32_t>* count) {
     count->fetch_sub(1, std::memory_order_relaxed);
   };
-  return {Seat(std::shared_ptr<std::atomic<std::uint32_t>>(&sessions_, leave)), std::nullopt};
+  return std::shared_ptr<std::atomic<std::uint32_t>>(&sessions_, leave);
 }
 
 Ticket& Ticket::operator=(Ticket&& other) noexcept {
@@ -91,10 +113,12 @@ void Ticket::give_back() {
   account->queued_.fetch_sub(price_, std::memory_order_relaxed);
 }
 
-Accounts::Accounts(const Quota& quota, WorkClock clock)
+Accounts::Accounts(const Quota& quota, WorkClock clock, MemoryBudget& memory, ReclaimOf reclaim)
     : quota_(quota),
       clock_(clock ? std::move(clock) : WorkClock(&std::chrono::steady_clock::now)),
-      everybody_({}, quota_, clock_) {}
+      memory_(memory),
+      reclaim_(std::move(reclaim)),
+      everybody_({}, quota_, clock_, memory_, reclaim_) {}
 
 Account& Accounts::of(const Principal& principal) {
   if (principal.name.empty()) return everybody_;
@@ -105,7 +129,7 @@ Account& Accounts::of(const Principal& principal) {
   }
   const std::unique_lock lock(mutex_);
   auto& account = named_[principal.name];
-  if (!account) account = std::make_unique<Account>(principal, quota_, clock_);
+  if (!account) account = std::make_unique<Account>(principal, quota_, clock_, memory_, reclaim_);
   return *account;
 }
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <unordered_map>
 
+#include "server/limits/memory_budget.h"
 #include "server/scheduling/quota.h"
 #include "server/scheduling/run_queue.h"
 #include "server/sessions/principal.h"
@@ -17,15 +18,15 @@ namespace stiefel::server {
 /// The time that work rates go by: the steady clock, or a test's.
 using WorkClock = std::function<WorkRate::Time()>;
 
+/// Gives up about so many bytes of a principal's caches.
+using ReclaimOf = std::function<void(const Principal&, std::uint64_t bytes)>;
+
 /// What a principal has in use, beside its quota. Thread-safe.
 class Account {
  public:
-  Account(Principal principal, const Quota& quota, const WorkClock& clock)
-      : principal_(std::move(principal)),
-        quota_(quota),
-        clock_(clock),
-        rate_(quota.work_a_second),
-        share_(&rate_) {}
+  /// `memory`: of the whole server.
+  Account(Principal principal, const Quota& quota, const WorkClock& clock, MemoryBudget& memory,
+          const ReclaimOf& reclaim);
   Account(const Account&) = delete;
   Account& operator=(const Account&) = delete;
 
@@ -41,6 +42,11 @@ class Account {
     if (rate_.limited()) rate_.spend(work, clock_());
   }
 
+  /// Of the whole server's memory the part that its sessions and calls may take. What does not fit
+  /// throws MemoryExhausted with the part `principal_memory`.
+  MemoryBudget& memory() { return quota_.memory > 0 ? memory_ : whole_memory_; }
+  MemoryBudget& whole_memory() { return whole_memory_; }
+
   /// A session's place; it is given back when the last copy goes.
   using Seat = std::shared_ptr<void>;
   struct Seated {
@@ -48,14 +54,21 @@ class Account {
     std::optional<Refusal> refusal;  // one if the principal has as many sessions as it may
   };
   Seated seat_session();
+  /// For a session that is there already: beyond the quota too.
+  Seat seat_restored_session();
 
  private:
   friend class Ticket;
   friend class Accounts;
 
+  /// Of one that is counted.
+  Seat seat();
+
   const Principal principal_;
   const Quota quota_;
   const WorkClock& clock_;
+  MemoryBudget& whole_memory_;
+  MemoryBudget memory_;
   WorkRate rate_;
   Share share_;
   std::atomic<std::uint32_t> sessions_ = 0, streams_ = 0, calls_ = 0;
@@ -88,7 +101,10 @@ class Ticket {
 /// there are principals. Thread-safe.
 class Accounts {
  public:
-  explicit Accounts(const Quota& quota, WorkClock clock = {});
+  /// `memory`: of the whole server, which must outlive it. `reclaim`: for a principal whose part of
+  /// it is used up.
+  explicit Accounts(const Quota& quota, WorkClock clock = {},
+                    MemoryBudget& memory = MemoryBudget::unlimited(), ReclaimOf reclaim = {});
 
   /// That of the principal, new the first time.
   Account& of(const Principal& principal);
@@ -103,6 +119,8 @@ class Accounts {
  private:
   const Quota quota_;
   const WorkClock clock_;
+  MemoryBudget& memory_;
+  const ReclaimOf reclaim_;
   Account everybody_;  // of the principal without a name: found without a lock
   mutable std::shared_mutex mutex_;
   std::unordered_map<std::string, std::unique_ptr<Account>> named_;  // guarded by mutex_

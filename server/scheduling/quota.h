@@ -12,6 +12,8 @@ struct Quota {
   std::uint32_t streams = 4096;
   /// Other calls that compute, those that wait for a worker included.
   std::uint32_t calls = 4096;
+  /// Bytes that sessions and calls hold.
+  std::uint64_t memory = 0;
   double work_a_second = 0;
   /// The prices of all calls that run or wait, together.
   double queued_work = 0;

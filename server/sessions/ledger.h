@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -43,18 +44,22 @@ class Receipt {
   std::vector<Done> waiting_;
 };
 
-/// Where a registry's changes are written, in the order of the calls. `put` and `erase` are called
-/// under the registry's lock: they note the change and return, and do not wait for a disk.
+/// Where a registry's changes are written, in the order of the calls. `put`, `erase` and `bury` are
+/// called under the registry's lock: they note the change and return, and do not wait for a disk.
 class Ledger {
  public:
+  using Time = std::chrono::system_clock::time_point;
+
   virtual ~Ledger() = default;
 
   /// A new session. If it cannot be written, the ledger drops it from the registry before it
   /// settles the receipt.
   virtual std::shared_ptr<Receipt> put(std::shared_ptr<Session> session) = 0;
-  /// A session is gone; also called for an id that the registry does not know, whose row may be
-  /// there because an earlier deletion failed.
+  /// A session has expired.
   virtual std::shared_ptr<Receipt> erase(const Principal& principal, std::string id) = 0;
+  /// A session was deleted, and no handle creates it again before `until`; also called for an id
+  /// that the registry does not know, whose row may be there because an earlier deletion failed.
+  virtual std::shared_ptr<Receipt> bury(const Principal& principal, std::string id, Time until) = 0;
   /// A session has a new cached state, which may be written some time later, or never.
   virtual void cached(std::weak_ptr<Session> session) noexcept = 0;
 };

@@ -21,9 +21,9 @@ Registry::~Registry() { memory_.reclaim_with({}); }
 
 std::expected<Registry::Created, Registry::CreateError> Registry::create(
     const Principal& principal, const std::string& id, Scene scene, std::string_view checkpoint,
-    Resolution resolution, bool recreate) {
+    Resolution resolution, bool recreate, MemoryBudget* memory) {
   const auto fresh = std::make_shared<Session>(id, std::move(scene), clock_, std::move(resolution),
-                                               keys_, memory_);
+                                               keys_, memory ? *memory : memory_);
   if (auto fault = fresh->overflow()) return std::unexpected(*std::move(fault));
   bool ignored = false;
   std::optional<Checkpoint> saved;
@@ -48,8 +48,7 @@ std::expected<Registry::Created, Registry::CreateError> Registry::create(
   }
   if (recreate && has_tombstone(principal, id)) return std::unexpected(Conflict::deleted);
   if (sessions_.size() >= max_sessions_) return std::unexpected(Conflict::too_many);
-  if (const auto tombstones = tombstones_.find(principal.name); tombstones != tombstones_.end())
-    tombstones->second.remove(id);
+  // A tombstone stays: it counts again if the session cannot be written, and ends before it.
   const auto place = sessions_.emplace(std::move(key), fresh).first;
   fresh->belong_to(principal);
   if (!ledger_) return Created{SessionLease(fresh), true, ignored};
@@ -73,10 +72,10 @@ std::optional<SessionLease> Registry::find(const Principal& principal, std::stri
 Registry::Erased Registry::erase(const Principal& principal, std::string_view id) {
   std::shared_ptr<Session> dropped;
   const std::lock_guard lock(mutex_);
-  tombstones_.try_emplace(principal.name, idle_timeout_)
-      .first->second.put(std::string(id), (*clock_)());
+  tombstones_of(principal).put(std::string(id), (*clock_)());
   std::shared_ptr<Receipt> receipt;
-  if (ledger_) receipt = ledger_->erase(principal, std::string(id));
+  if (ledger_)
+    receipt = ledger_->bury(principal, std::string(id), Ledger::Time::clock::now() + idle_timeout_);
   const auto found = sessions_.find(SessionKeyLess::View(principal.name, id));
   if (found == sessions_.end()) return {false, std::move(receipt)};
   dropped = std::move(found->second);
@@ -97,6 +96,14 @@ void Registry::restore(std::shared_ptr<Session> session) {
   sessions_.emplace(std::move(key), std::move(session));
 }
 
+void Registry::bury(const Principal& principal, std::string id, Ledger::Time until) {
+  using Duration = std::chrono::steady_clock::duration;
+  const auto left = std::chrono::duration_cast<Duration>(until - Ledger::Time::clock::now());
+  const std::lock_guard lock(mutex_);
+  const auto deleted = (*clock_)() - idle_timeout_ + std::min<Duration>(left, idle_timeout_);
+  tombstones_of(principal).put(std::move(id), deleted);
+}
+
 void Registry::drop(const Session& session) {
   std::shared_ptr<Session> dropped;
   const std::lock_guard lock(mutex_);
@@ -109,7 +116,12 @@ void Registry::drop(const Session& session) {
 
 bool Registry::deleted(const Principal& principal, std::string_view id) const {
   const std::shared_lock lock(mutex_);
-  return has_tombstone(principal, id);
+  return has_tombstone(principal, id) &&
+         !sessions_.contains(SessionKeyLess::View(principal.name, id));
+}
+
+Tombstones& Registry::tombstones_of(const Principal& principal) {
+  return tombstones_.try_emplace(principal.name, idle_timeout_).first->second;
 }
 
 bool Registry::has_tombstone(const Principal& principal, std::string_view id) const {
@@ -153,7 +165,7 @@ std::size_t Registry::expire() {
   return dropped.size();
 }
 
-void Registry::shed(std::uint64_t bytes) const {
+void Registry::shed(std::uint64_t bytes, const Principal* of) const {
   struct Cache {
     std::chrono::steady_clock::duration idle;
     std::uint64_t bytes;
@@ -162,9 +174,11 @@ void Registry::shed(std::uint64_t bytes) const {
   std::vector<Cache> caches;
   {
     const std::shared_lock lock(mutex_);
-    for (const auto& [id, session] : sessions_)
-      if (const std::uint64_t cached = session->cached_bytes(); cached > 0)
-        caches.push_back({session->idle_time(), cached, session});
+    const auto first =
+        of ? sessions_.lower_bound(SessionKeyLess::View(of->name, {})) : sessions_.begin();
+    for (auto it = first; it != sessions_.end() && (!of || it->first.principal == of->name); ++it)
+      if (const std::uint64_t cached = it->second->cached_bytes(); cached > 0)
+        caches.push_back({it->second->idle_time(), cached, it->second});
   }
   std::ranges::stable_sort(caches, std::greater(), &Cache::idle);
   for (const Cache& cache : caches) {

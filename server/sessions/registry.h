@@ -64,10 +64,12 @@ class Registry {
   /// `checkpoint` holds unless that is empty. The checkpoint is checked in any case, and that the
   /// fields at step 0 are finite numbers: no other is ever sent. A checkpoint that another server
   /// signed is ignored. With `recreate` no session comes back that was deleted within the idle
-  /// timeout. Throws MemoryExhausted.
+  /// timeout. `memory`: what a new session takes its bytes of, the registry's budget or a part of
+  /// it; that of the registry if null. Throws MemoryExhausted.
   std::expected<Created, CreateError> create(const Principal& principal, const std::string& id,
                                              Scene scene, std::string_view checkpoint,
-                                             Resolution resolution = {}, bool recreate = false);
+                                             Resolution resolution = {}, bool recreate = false,
+                                             MemoryBudget* memory = nullptr);
   std::optional<SessionLease> find(const Principal& principal, std::string_view id) const;
   struct Erased {
     bool found;
@@ -96,13 +98,17 @@ class Registry {
   bool durable() const { return ledger_ != nullptr; }
   /// Before there is a ledger: a session that is in it already, however many there are.
   void restore(std::shared_ptr<Session> session);
+  /// Before there is a ledger: a deletion that is in it already. Of one principal in the order of
+  /// their times; none lasts longer than the idle timeout from now.
+  void bury(const Principal& principal, std::string id, Ledger::Time until);
   /// Removes this session, unless another one has its name; the ledger does not learn of it.
   void drop(const Session& session);
   const std::shared_ptr<const Clock>& clock() const { return clock_; }
   const std::shared_ptr<const CheckpointKeys>& keys() const { return keys_; }
   MemoryBudget& memory() const { return memory_; }
-  /// Gives up about so many bytes of caches, of the sessions first that were not used for longest.
-  void shed(std::uint64_t bytes) const;
+  /// Gives up about so many bytes of caches, of the sessions first that were not used for longest;
+  /// of that principal's alone unless null.
+  void shed(std::uint64_t bytes, const Principal* of = nullptr) const;
 
   std::uint32_t max_sessions() const { return max_sessions_; }
   std::chrono::milliseconds idle_timeout() const { return idle_timeout_; }
@@ -110,6 +116,7 @@ class Registry {
  private:
   /// With the lock held.
   bool has_tombstone(const Principal& principal, std::string_view id) const;
+  Tombstones& tombstones_of(const Principal& principal);
 
   const std::uint32_t max_sessions_;
   const std::chrono::milliseconds idle_timeout_;

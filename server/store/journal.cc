@@ -18,6 +18,11 @@ constexpr const char* thread_name = "store";
 /// How long changes that wait put off the checkpoints.
 constexpr auto longest_delay = std::chrono::seconds(5);
 
+std::int64_t nanoseconds_of(Ledger::Time time) {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(time.time_since_epoch()).count();
+}
+std::int64_t nanoseconds_now() { return nanoseconds_of(Ledger::Time::clock::now()); }
+
 WriteFault fault_of_current_exception() {
   try {
     try {
@@ -70,17 +75,17 @@ std::shared_ptr<Receipt> Journal::submit(Change change) {
 
 std::shared_ptr<Receipt> Journal::put(std::shared_ptr<Session> session) {
   return submit(
-      {.session = std::move(session), .tombstone = {}, .principal = {}, .id = {}, .receipt = {}});
+      {.session = std::move(session), .principal = {}, .id = {}, .until = {}, .receipt = {}});
 }
 
 std::shared_ptr<Receipt> Journal::erase(const Principal& principal, std::string id) {
   return submit(
-      {.session = {}, .tombstone = {}, .principal = principal, .id = std::move(id), .receipt = {}});
+      {.session = {}, .principal = principal, .id = std::move(id), .until = {}, .receipt = {}});
 }
 
-std::shared_ptr<Receipt> Journal::bury(Tombstone tombstone) {
+std::shared_ptr<Receipt> Journal::bury(const Principal& principal, std::string id, Time until) {
   return submit(
-      {.session = {}, .tombstone = std::move(tombstone), .principal = {}, .id = {}, .receipt = {}});
+      {.session = {}, .principal = principal, .id = std::move(id), .until = until, .receipt = {}});
 }
 
 void Journal::cached(std::weak_ptr<Session> session) noexcept {
@@ -127,6 +132,14 @@ void Journal::write(std::span<const Change> changes) {
     write_together(changes.first(count));
     changes = changes.subspan(count);
   }
+  if (store_.tombstones_pile_up()) trim_tombstones();
+}
+
+void Journal::trim_tombstones() noexcept {
+  try {
+    store_.transact([this] { store_.trim_tombstones(nanoseconds_now()); });
+  } catch (...) {  // they only take space
+  }
 }
 
 void Journal::write_together(std::span<const Change> changes) {
@@ -143,12 +156,23 @@ void Journal::write_singly(std::span<const Change> changes) {
   for (const Change& change : changes) {
     auto fault = transact({&change, 1});
     if (full(fault) && !std::exchange(made_room, true)) {
-      store_.make_room();
+      store_.make_room(nanoseconds_now());
       fault = transact({&change, 1});
     }
-    if (full(fault) && !change.session) fault = transact({&change, 1}, true);
+    if (full(fault) && !change.session) fault = delete_from_full_store(change);
     settle(change, std::move(fault));
   }
+}
+
+std::optional<WriteFault> Journal::delete_from_full_store(const Change& change) {
+  auto fault = transact({&change, 1}, true);
+  try {
+    while (fault && fault->kind == WriteFault::Kind::full && store_.halve_tombstones())
+      fault = transact({&change, 1}, true);
+  } catch (...) {
+    return fault_of_current_exception();
+  }
+  return fault;
 }
 
 std::optional<WriteFault> Journal::transact(std::span<const Change> changes, bool with_reserve) {
@@ -165,12 +189,10 @@ std::optional<WriteFault> Journal::transact(std::span<const Change> changes, boo
 }
 
 void Journal::apply(const Change& change) {
-  if (change.session)
-    store_.put(hooks_.to_row(*change.session));
-  else if (change.tombstone)
-    store_.put(*change.tombstone);
-  else
-    store_.erase(change.principal, change.id);
+  if (change.session) return store_.put(hooks_.to_row(*change.session));
+  store_.erase(change.principal, change.id);
+  if (change.until)
+    store_.put(Tombstone{change.principal, change.id, nanoseconds_of(*change.until)});
 }
 
 void Journal::settle(const Change& change, std::optional<WriteFault> fault) {

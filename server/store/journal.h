@@ -22,7 +22,7 @@ namespace stiefel::server {
 /// Writes a registry's changes into a store, on a thread of its own. The changes that arrive while
 /// one transaction is on its way to the disk are the next one, so that many calls share one wait
 /// for the disk. A transaction that fails is tried again change by change: what does not fit fails
-/// alone, and deletions may use the store's reserve.
+/// alone. Deletions may use the store's reserve, and the place of older tombstones.
 ///
 /// Checkpoints are written behind, when nothing else waits: of each session its last state, a few
 /// seconds after it was cached. They are dropped when there are too many bytes of them, when they
@@ -53,20 +53,19 @@ class Journal final : public Ledger {
 
   std::shared_ptr<Receipt> put(std::shared_ptr<Session> session) override;
   std::shared_ptr<Receipt> erase(const Principal& principal, std::string id) override;
-  /// In the order of `put` and `erase`.
-  std::shared_ptr<Receipt> bury(Tombstone tombstone);
+  std::shared_ptr<Receipt> bury(const Principal& principal, std::string id, Time until) override;
   void cached(std::weak_ptr<Session> session) noexcept override;
 
   /// Transactions so far that wrote sessions, deletions or tombstones.
   std::uint64_t transactions() const { return transactions_.load(std::memory_order_relaxed); }
 
  private:
-  /// A session to write, or a name to erase, or a tombstone.
+  /// A session to write, or a name to erase, with a tombstone if there is a time for it.
   struct Change {
     std::shared_ptr<Session> session;
-    std::optional<Tombstone> tombstone;
     Principal principal;
     std::string id;
+    std::optional<Time> until;
     std::shared_ptr<Receipt> receipt;
   };
 
@@ -76,8 +75,10 @@ class Journal final : public Ledger {
   void write_together(std::span<const Change> changes);
   void write_singly(std::span<const Change> changes);
   std::optional<WriteFault> transact(std::span<const Change> changes, bool with_reserve = false);
+  std::optional<WriteFault> delete_from_full_store(const Change& change);
   void apply(const Change& change);
   void settle(const Change& change, std::optional<WriteFault> fault);
+  void trim_tombstones() noexcept;
   void report(const WriteFault& fault) const noexcept;
   void write_checkpoints(std::vector<std::weak_ptr<Session>> sessions);
 

@@ -1,5 +1,6 @@
 #include "server/store/store.h"
 
+#include <algorithm>
 #include <bit>
 
 #include "server/sessions/identity.h"
@@ -52,18 +53,31 @@ constexpr std::string_view select =
     "s.cleared, s.tolerance, s.horizon, s.reason, s.digest, c.numerics_id, c.identity, c.step, "
     "c.state, c.digest FROM session AS s LEFT JOIN checkpoint AS c USING (principal, id)";
 
+/// The newest of each principal first, then the second of each, and so on: the first ones stay.
+constexpr std::string_view keep_newest =
+    "DELETE FROM tombstone WHERE (principal, id) IN (SELECT principal, id FROM (SELECT principal, "
+    "id, row_number() OVER (PARTITION BY principal ORDER BY until DESC) AS place FROM tombstone) "
+    "ORDER BY place LIMIT -1 OFFSET ?)";
+
+std::int64_t most_tombstones_of(std::uint64_t store_limit) {
+  constexpr std::uint64_t most = std::uint64_t{1} << 18;
+  constexpr std::uint64_t bytes_of_one = 128, part = 8;
+  return static_cast<std::int64_t>(
+      store_limit == 0 ? most : std::min(most, store_limit / part / bytes_of_one));
+}
+
 }  // namespace
 
 Store::Store(const StoreOptions& options)
-    : file_(open_store(options)),
+    : most_tombstones_(most_tombstones_of(options.limit)),
+      file_(open_store(options)),
       put_session_(file_.database,
                    "INSERT OR REPLACE INTO session VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"),
       erase_session_(file_.database, "DELETE FROM session WHERE principal = ? AND id = ?"),
       put_checkpoint_(file_.database,
                       "INSERT OR REPLACE INTO checkpoint VALUES (?, ?, ?, ?, ?, ?, ?)"),
       erase_checkpoint_(file_.database, "DELETE FROM checkpoint WHERE principal = ? AND id = ?"),
-      put_tombstone_(file_.database, "INSERT OR REPLACE INTO tombstone VALUES (?, ?, ?)"),
-      erase_tombstone_(file_.database, "DELETE FROM tombstone WHERE principal = ? AND id = ?") {}
+      put_tombstone_(file_.database, "INSERT OR REPLACE INTO tombstone VALUES (?, ?, ?)") {}
 
 void Store::transact(const std::function<void()>& changes) {
   Database& database = file_.database;
@@ -122,19 +136,33 @@ void Store::put(const Tombstone& tombstone) {
       .bind(2, tombstone.id)
       .bind(3, tombstone.until)
       .execute();
-}
-
-void Store::erase_tombstone(const Principal& principal, std::string_view id) {
-  erase_tombstone_.bind(1, principal.name).bind(2, id).execute();
+  ++since_trim_;
 }
 
 std::vector<Tombstone> Store::tombstones(std::int64_t now) {
-  Statement over(file_.database, "DELETE FROM tombstone WHERE until <= ?");
-  over.bind(1, now).execute();
-  Statement all(file_.database, "SELECT principal, id, until FROM tombstone");
+  Statement all(file_.database,
+                "SELECT principal, id, until FROM tombstone WHERE until > ? ORDER BY until");
+  all.bind(1, now);
   std::vector<Tombstone> tombstones;
   while (all.step()) tombstones.push_back({Principal{all.bytes(0)}, all.bytes(1), all.integer(2)});
   return tombstones;
+}
+
+void Store::keep_newest_tombstones(std::int64_t count) {
+  Statement(file_.database, keep_newest).bind(1, count).execute();
+}
+
+void Store::trim_tombstones(std::int64_t now) {
+  since_trim_ = 0;
+  Statement(file_.database, "DELETE FROM tombstone WHERE until <= ?").bind(1, now).execute();
+  if (file_.database.number("SELECT count(*) FROM tombstone") > most_tombstones_)
+    keep_newest_tombstones(most_tombstones_);
+}
+
+bool Store::halve_tombstones() {
+  const std::int64_t count = file_.database.number("SELECT count(*) FROM tombstone");
+  transact_with_reserve([&] { keep_newest_tombstones(count / 2); });
+  return count > 0;
 }
 
 std::int64_t Store::drop_checkpoints_except(std::string_view numerics_id) {
@@ -146,10 +174,13 @@ std::int64_t Store::drop_checkpoints_except(std::string_view numerics_id) {
   return file_.database.changes();
 }
 
-void Store::make_room() noexcept {
+void Store::make_room(std::int64_t now) noexcept {
   file_.reserve.release();
   try {
-    transact([this] { file_.database.run("DELETE FROM checkpoint"); });
+    transact([&] {
+      file_.database.run("DELETE FROM checkpoint");
+      trim_tombstones(now);
+    });
   } catch (const std::exception&) {  // the disk is as full as before
   }
   empty_log();

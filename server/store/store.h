@@ -64,15 +64,23 @@ class Store {
   void erase(const Principal& principal, std::string_view id);
   void put(const StoredCheckpoint& checkpoint);
   void put(const Tombstone& tombstone);
-  void erase_tombstone(const Principal& principal, std::string_view id);
 
-  /// Those with `until` > now; the others are removed.
+  /// Those with `until` > now, the next to end first.
   std::vector<Tombstone> tombstones(std::int64_t now);
+  /// Removes the tombstones whose time is over, and the oldest ones beyond `most_tombstones`: of
+  /// the principals that have most.
+  void trim_tombstones(std::int64_t now);
+  /// Whether so many were put since the last time that it is worth while.
+  bool tombstones_pile_up() const { return since_trim_ > most_tombstones_ / 4; }
+  /// An eighth of the store's limit, and 2^18 at most.
+  std::int64_t most_tombstones() const { return most_tombstones_; }
+  /// Removes the older half of them, of the principals that have most; false if there were none.
+  bool halve_tombstones();
   /// Removes the checkpoints that another numerics id wrote, and those without a session; returns
   /// their number.
   std::int64_t drop_checkpoints_except(std::string_view numerics_id);
-  /// On a full disk: removes every checkpoint and empties the log.
-  void make_room() noexcept;
+  /// On a full disk: removes every checkpoint, trims the tombstones and empties the log.
+  void make_room(std::int64_t now) noexcept;
   /// `transact` with what is held back for deletions.
   void transact_with_reserve(const std::function<void()>& changes);
 
@@ -94,10 +102,12 @@ class Store {
 
  private:
   void empty_log() noexcept;
+  void keep_newest_tombstones(std::int64_t count);
 
+  const std::int64_t most_tombstones_;
+  std::int64_t since_trim_ = 0;  // tombstones
   StoreFile file_;
-  Statement put_session_, erase_session_, put_checkpoint_, erase_checkpoint_, put_tombstone_,
-      erase_tombstone_;
+  Statement put_session_, erase_session_, put_checkpoint_, erase_checkpoint_, put_tombstone_;
 };
 
 }  // namespace stiefel::server

@@ -45,7 +45,7 @@ PROTO = r"(stiefel/v1|proto)/.*"
 OTHERS = {
     "engine/include/stiefel": [PUBLIC],
     "server/limits": [],
-    "server/scheduling": [INTERNAL, r"server/sessions/principal\.h"],
+    "server/scheduling": [INTERNAL, r"server/limits/memory_budget\.h", r"server/sessions/principal\.h"],
     "server/sessions": [PUBLIC, INTERNAL, r"server/(limits|scheduling)/.*"],
     "server/store": [r"server/sessions/.*"],
     "server/convert": [PUBLIC, INTERNAL, PROTO, r"server/(limits|scheduling|sessions)/.*"],

@@ -1,7 +1,6 @@
 """Bytes that break HTTP/2's rules or use them to the full: the server lives, serves others, and holds little memory.
 
-Left out are the frames of CVE-2023-1428, CVE-2023-4785 and CVE-2023-33953, which gRPC 1.51 does not survive: a proxy
-in front of the server refuses them (docs/operations.md).
+The frames of CVE-2023-1428, CVE-2023-4785 and CVE-2023-33953 are in test_known_frames.py.
 """
 import contextlib
 import random

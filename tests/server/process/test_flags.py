@@ -8,7 +8,7 @@ import pytest
 DOCS = Path(__file__).resolve().parents[3] / "docs"
 NUMBERS = ["--threads", "--max-sessions", "--max-connections", "--store-limit", "--principal-sessions",
            "--principal-streams", "--principal-calls"]
-WORK = ["--principal-work-rate", "--principal-queued-work", "--max-call-work"]
+AMOUNTS = ["--principal-work-rate", "--principal-queued-work", "--max-call-work", "--principal-memory"]
 SECONDS = ["--grace", "--idle-timeout", "--max-connection-age", "--self-watch"]
 
 
@@ -18,14 +18,14 @@ def run(*arguments, **environment):
 
 
 @pytest.mark.parametrize("value", ["nan", "-nan", "NAN", "inf", "-inf", "-1", "1e400", "3x", " 3", "0x10", "1,5"])
-@pytest.mark.parametrize("flag", NUMBERS + WORK + SECONDS)
+@pytest.mark.parametrize("flag", NUMBERS + AMOUNTS + SECONDS)
 def test_what_is_no_number_of_the_range(flag, value):
     for told in (run("check", f"{flag}={value}"), run(f"{flag}={value}")):
         assert told.returncode != 0 and told.stdout == ""
         assert flag in told.stderr and f"'{value}' must be a number" in told.stderr
 
 
-@pytest.mark.parametrize("flag", NUMBERS + WORK + SECONDS)
+@pytest.mark.parametrize("flag", NUMBERS + AMOUNTS + SECONDS)
 def test_the_same_from_a_variable(flag):
     told = run("check", **{"STIEFEL_" + flag[2:].upper().replace("-", "_"): "nan"})
     assert told.returncode != 0 and "'nan' must be a number" in told.stderr

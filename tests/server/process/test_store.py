@@ -94,6 +94,22 @@ def sessions_of(stub):
             return found
 
 
+def reason(error):
+    status, info = pb.Status.FromString(dict(error.trailing_metadata())["grpc-status-details-bin"]), pb.ErrorInfo()
+    info.ParseFromString(status.details[0].value)
+    return info.reason
+
+
+def is_deleted(stub, id):
+    """Whether a handle that has lost the session is told that it may not create it again."""
+    request = pb.CreateSessionRequest(session_id=id, scene=scene_of(1), recreate=True)
+    try:
+        stub.CreateSession(request, timeout=20)
+    except grpc.RpcError as error:
+        return reason(error) == "SESSION_DELETED"
+    return False
+
+
 def verify(found, callers):
     """Every acknowledged session is there with its bits, no deleted one is; a call without an answer did it or not."""
     there = {id: session for caller in callers for id, session in caller.there.items()}
@@ -115,6 +131,7 @@ def test_nothing_acknowledged_is_lost_when_it_is_killed(tmp_path):
                 stub = rpc.SimulationServiceStub(channel)
                 found = sessions_of(stub)
                 verify(found, callers)
+                assert all(is_deleted(stub, id) for caller in callers for id in caller.gone), "may come back"
                 for id, bits in expected.items():
                     assert id not in found or blocks(stub, id, 20) == bits
                 items = list(found.items())
@@ -302,6 +319,54 @@ def test_a_backup_of_a_running_server_is_a_store(serve, tmp_path, way):
     with stiefel.Client(serve("--store", str(tmp_path / "copy")).address) as client:
         assert [one.id for one in client.list()] == [session.id]
         assert client.get(session.id).step(30).fields["Q"].tobytes() == bits
+
+
+def test_a_handle_does_not_bring_back_what_was_deleted_before_the_server_was_killed(serve, tmp_path):
+    process = serve("--store", str(tmp_path / "store"))
+    with stiefel.Client(process.address) as one, stiefel.Client(process.address) as other:
+        handle, kept = one.create(scene_of(1)), one.create(scene_of(2))
+        other.delete(handle.id)
+        process.child.kill()
+        process.stop()
+        serve("--store", str(tmp_path / "store"), listen=process.address)
+        with pytest.raises(stiefel.StiefelError) as refused:
+            handle.step(10)
+        assert refused.value.reason == "SESSION_DELETED"
+        assert kept.step(10).step == 10
+        assert [session.id for session in other.list()] == [kept.id]
+
+
+def test_a_tombstone_ends_when_its_time_is_over(serve, tmp_path):
+    store = str(tmp_path / "store")
+    process = serve("--store", store, "--idle-timeout", "0.5")
+    with process.channel() as channel:
+        rpc.SimulationServiceStub(channel).DeleteSession(pb.DeleteSessionRequest(session_id="a"), timeout=20)
+    process.child.kill()
+    process.stop()
+    time.sleep(0.5)
+    process = serve("--store", store)
+    with process.channel() as channel:
+        assert not is_deleted(rpc.SimulationServiceStub(channel), "a")
+    with sqlite3.connect(f"file:{store}?mode=ro", uri=True) as live:
+        assert live.execute("SELECT count(*) FROM tombstone").fetchone() == (0,)
+
+
+def test_restored_sessions_take_their_principals_seats(serve, tmp_path):
+    store = ("--store", str(tmp_path / "store"))
+    process = serve(*store)
+    with stiefel.Client(process.address) as client:
+        ids = [client.create(scene_of(number)).id for number in range(3)]
+    process.child.kill()
+    process.stop()
+    process = serve(*store, "--principal-sessions", "3")
+    with process.channel() as channel:
+        stub = rpc.SimulationServiceStub(channel)
+        more = pb.CreateSessionRequest(session_id="more", scene=scene_of(3))
+        with pytest.raises(grpc.RpcError) as refused:
+            stub.CreateSession(more, timeout=20)
+        assert refused.value.code() == grpc.StatusCode.RESOURCE_EXHAUSTED and reason(refused.value) == "OVER_QUOTA"
+        stub.DeleteSession(pb.DeleteSessionRequest(session_id=ids[0]), timeout=20)
+        assert stub.CreateSession(more, timeout=20).created
 
 
 def test_idle_sessions_leave_the_store(serve, tmp_path):

@@ -74,6 +74,42 @@ TEST(MemoryBudget, GivesUpCachesFirst) {
   EXPECT_EQ(asked, 1) << "what can never fit costs nobody a cache";
 }
 
+TEST(MemoryBudget, APartTakesFromTheWhole) {
+  MemoryBudget whole(100);
+  MemoryBudget part(60, whole, "part"), other(60, whole, "other");
+  MemoryLease cache(part, 50);
+  EXPECT_EQ(whole.used(), 50);
+  try {
+    const MemoryLease more(part, 20);
+    FAIL();
+  } catch (const MemoryExhausted& refusal) {
+    EXPECT_STREQ(refusal.part(), "part");
+    EXPECT_EQ(refusal.free(), 10);
+    EXPECT_EQ(refusal.limit(), 60);
+  }
+  EXPECT_FALSE(MemoryLease::if_it_fits(part, 20));
+  const MemoryLease others(other, 40);
+  try {
+    const MemoryLease more(other, 20);
+    FAIL();
+  } catch (const MemoryExhausted& refusal) {
+    EXPECT_EQ(refusal.part(), nullptr) << "the whole has 10 left";
+    EXPECT_EQ(refusal.free(), 10);
+  }
+  EXPECT_FALSE(MemoryLease::if_it_fits(other, 20));
+  EXPECT_EQ(whole.used(), 90);
+  EXPECT_EQ(other.used(), 40) << "what did not fit is not counted";
+  int asked = 0;
+  part.reclaim_with([&](std::uint64_t) {
+    ++asked;
+    cache = {};
+  });
+  { const MemoryLease needed(part, 20); }
+  EXPECT_EQ(asked, 1);
+  EXPECT_EQ(whole.used(), 40);
+  EXPECT_EQ(part.used(), 0);
+}
+
 TEST(MemoryBudget, IsNeverExceeded) {
   MemoryBudget budget(1000);
   std::atomic<bool> exceeded = false;
@@ -100,6 +136,9 @@ TEST(MemoryLimit, ReadsBytes) {
   for (const char* text : {"", "M", "63M", "-1G", "1g", "1GB", "1 G", " 1G", "0x10000000", "nan",
                            "inf", "nanG", "1e400", "2000000T", "1GG"})
     EXPECT_FALSE(server::read_bytes(text)) << text;
+  EXPECT_EQ(server::read_bytes("0", 0), 0);
+  EXPECT_EQ(server::read_bytes("63M", 0), 63 * MiB);
+  EXPECT_FALSE(server::read_bytes("-1", 0));
 }
 
 /// A /proc and a /sys/fs/cgroup of its own.

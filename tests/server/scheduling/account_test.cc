@@ -129,6 +129,34 @@ TEST(Account, SeatsAreGivenBack) {
   EXPECT_STREQ(second.refusal->limit, "principal_sessions");
 }
 
+TEST(Account, ARestoredSessionTakesASeatBeyondTheQuota) {
+  Accounts accounts({.sessions = 2});
+  Account& account = accounts.of({});
+  std::vector<Account::Seat> seats;
+  for (int i = 0; i < 3; ++i) seats.push_back(account.seat_restored_session());
+  EXPECT_TRUE(account.seat_session().refusal);
+  seats.pop_back();
+  EXPECT_TRUE(account.seat_session().refusal) << "two are there still";
+  seats.pop_back();
+  EXPECT_FALSE(account.seat_session().refusal);
+}
+
+TEST(Account, MemoryIsThePrincipalsPartOfTheServers) {
+  MemoryBudget whole(1000);
+  std::vector<std::string> asked;
+  Accounts accounts({.memory = 600}, {}, whole, [&](const Principal& principal, std::uint64_t) {
+    asked.push_back(principal.name);
+  });
+  MemoryBudget& alices = accounts.of({"alice"}).memory();
+  const MemoryLease most(alices, 500);
+  EXPECT_THROW(MemoryLease(alices, 200), MemoryExhausted);
+  EXPECT_EQ(asked, std::vector<std::string>{"alice"}) << "her own caches and nobody else's";
+  const MemoryLease bobs(accounts.of({"bob"}).memory(), 400);
+  EXPECT_EQ(whole.used(), 900u);
+  Accounts without({}, {}, whole);
+  EXPECT_EQ(&without.of({"alice"}).memory(), &whole);
+}
+
 TEST(Account, ManyThreadsNeverHoldMoreThanTheLimit) {
   Accounts accounts({.calls = 3});
   std::atomic<int> inside = 0, at_most = 0, taken = 0;

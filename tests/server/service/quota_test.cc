@@ -134,7 +134,8 @@ TEST(Quotas, CallsAtOnce) {
   EXPECT_FALSE(status.ok());
   grpc::ClientContext inline_one, other;
   EXPECT_TRUE(step_as(*harness.stub, "greedy", 1, inline_one).ok()) << "takes no worker's time";
-  EXPECT_TRUE(step_as(*harness.stub, "modest", far += 100'000, other).ok()) << "another principal's";
+  EXPECT_TRUE(step_as(*harness.stub, "modest", far += 100'000, other).ok())
+      << "another principal's";
   calls.clear();
   for (int attempt = 0; !status.ok() && attempt < 1000; ++attempt) {  // until the places are free
     grpc::ClientContext context;
@@ -303,6 +304,72 @@ TEST(Quotas, AShutdownDoesNotWaitForTheWorkRate) {
   running.wait();
   EXPECT_TRUE(running.status.ok()) << running.status.error_message();
   EXPECT_EQ(running.response.run_status().outcome(), v1::OUTCOME_CANCELLED);
+}
+
+TEST(Quotas, Memory) {
+  constexpr std::uint64_t limit = 2 << 20;
+  test::Harness harness(by_name({.quota = {.memory = limit}}));
+  const auto create = [&](const std::string& principal, int number, int n,
+                          grpc::ClientContext& context) {
+    context.AddMetadata("x-principal", principal);
+    v1::CreateSessionRequest request;
+    request.set_session_id(std::to_string(number));
+    *request.mutable_scene() = test::wire_scene({.dimension = n});
+    v1::CreateSessionResponse response;
+    return harness.stub->CreateSession(&context, request, &response);
+  };
+  int made = 0;
+  Told refusal;
+  for (bool refused = false; !refused && made < 10'000;) {
+    grpc::ClientContext context;
+    const auto status = create("greedy", made, 8, context);
+    refused = !status.ok();
+    if (refused)
+      expect_refused(refusal = told(status, context), "principal_memory");
+    else
+      ++made;
+  }
+  EXPECT_GT(made, 10);
+  EXPECT_LT(made, 2000) << "a session takes a kilobyte or more";
+  EXPECT_EQ(refusal.delay, 1s);
+  grpc::ClientContext never;
+  const Told too_large = told(create("modest", 0, 64, never), never);
+  EXPECT_EQ(too_large.limit, "principal_memory");
+  EXPECT_FALSE(too_large.delay) << "it does not fit into the whole quota";
+  grpc::ClientContext other;
+  EXPECT_TRUE(create("modest", 1, 8, other).ok()) << "another principal's bytes";
+
+  // A call gives its bytes back a moment after its reply.
+  const auto comes_to_pass = [](const auto& call) {
+    grpc::Status status(grpc::RESOURCE_EXHAUSTED, "");
+    for (int i = 0; i < 1000 && status.error_code() == grpc::RESOURCE_EXHAUSTED; ++i) {
+      if (i > 0) std::this_thread::sleep_for(10ms);
+      grpc::ClientContext context;
+      status = call(context);
+    }
+    EXPECT_TRUE(status.ok()) << status.error_message();
+  };
+  // With the bytes of all sessions taken each still steps: the caches of the others are given up.
+  for (int i = 0; i < made; i += 7) {
+    comes_to_pass([&](grpc::ClientContext& context) {
+      context.AddMetadata("x-principal", "greedy");
+      v1::StepRequest request;
+      request.set_session_id(std::to_string(i));
+      request.set_to(3);
+      v1::StepResponse response;
+      return harness.stub->Step(&context, request, &response);
+    });
+  }
+
+  for (int i = 0; i < 3; ++i) {
+    v1::DeleteSessionRequest gone;
+    gone.set_session_id(std::to_string(i));
+    grpc::ClientContext context;
+    context.AddMetadata("x-principal", "greedy");
+    v1::DeleteSessionResponse deleted;
+    EXPECT_TRUE(harness.stub->DeleteSession(&context, gone, &deleted).ok());
+  }
+  comes_to_pass([&](grpc::ClientContext& context) { return create("greedy", 0, 8, context); });
 }
 
 TEST(Quotas, WithoutLimitsNothingIsRefused) {

@@ -97,13 +97,14 @@ TEST_F(RegistryTest, WhatOneDeletesDoesNotBringAnothersBack) {
   EXPECT_FALSE(registry_.deleted(alice, "a"));
 }
 
-/// Notes who owned what is erased.
+/// Notes who owned what is erased; a session that is deleted is another matter.
 struct Erasures final : Ledger {
   std::shared_ptr<Receipt> put(std::shared_ptr<Session>) override { return nullptr; }
   std::shared_ptr<Receipt> erase(const Principal& principal, std::string id) override {
     erased.push_back(principal.name + '/' + id);
     return nullptr;
   }
+  std::shared_ptr<Receipt> bury(const Principal&, std::string, Time) override { return nullptr; }
   void cached(std::weak_ptr<Session>) noexcept override {}
 
   std::vector<std::string> erased;

@@ -58,7 +58,9 @@ TEST(Tombstones, TheOldestGoFirstWhenThereAreTooMany) {
 
 class RegistryTombstones : public testing::Test {
  protected:
-  auto create(bool recreate) { return registry_.create(everybody, "a", test::scene(), "", {}, recreate); }
+  auto create(bool recreate) {
+    return registry_.create(everybody, "a", test::scene(), "", {}, recreate);
+  }
 
   std::chrono::steady_clock::time_point now_{};
   Registry registry_{3, 1h, [this] { return now_; }};
@@ -88,6 +90,41 @@ TEST_F(RegistryTombstones, ANewCreationMayUseTheName) {
   EXPECT_TRUE(create(false)->created);
   EXPECT_FALSE(registry_.deleted(everybody, "a"));
   EXPECT_FALSE(create(true)->created) << "which is then there for every handle";
+}
+
+TEST_F(RegistryTombstones, ASessionThatCouldNotBeWrittenLeavesTheTombstone) {
+  registry_.erase(everybody, "a");
+  const auto made = create(false);
+  ASSERT_TRUE(made);
+  registry_.drop(*made->session);
+  EXPECT_TRUE(registry_.deleted(everybody, "a"));
+  EXPECT_FALSE(create(true));
+}
+
+TEST_F(RegistryTombstones, ATombstoneEndsBeforeTheSessionAfterIt) {
+  registry_.erase(everybody, "a");
+  create(false);
+  now_ += 1h;
+  EXPECT_EQ(registry_.expire(), 1u);
+  EXPECT_FALSE(registry_.deleted(everybody, "a"));
+  EXPECT_TRUE(create(true)) << "it expired and was not deleted again";
+}
+
+TEST_F(RegistryTombstones, OnesOfAServerBeforeLastForWhatIsLeft) {
+  const auto now = std::chrono::system_clock::now();
+  registry_.bury(everybody, "over", now - 1s);
+  registry_.bury(everybody, "a", now + 30min);
+  registry_.bury(everybody, "long", now + 5h);
+  EXPECT_FALSE(registry_.deleted(everybody, "over"));
+  EXPECT_TRUE(registry_.deleted(everybody, "a"));
+  now_ += 29min;
+  EXPECT_FALSE(create(true));
+  now_ += 2min;
+  registry_.expire();
+  EXPECT_TRUE(create(true));
+  EXPECT_TRUE(registry_.deleted(everybody, "long"));
+  now_ += 29min;
+  EXPECT_FALSE(registry_.deleted(everybody, "long")) << "the idle timeout has become shorter";
 }
 
 TEST_F(RegistryTombstones, AnExpiredSessionComesBack) {

@@ -199,6 +199,121 @@ TEST_F(DurabilityTest, ALongRunGoesOnFromItsCheckpoint) {
   EXPECT_LT(reply.computed_steps(), far / 2);
 }
 
+/// The reason why a handle that has lost this session may not create it again; OK if it did.
+std::string recreate(Stub& stub, const std::string& id, const v1::Scene& scene) {
+  v1::CreateSessionRequest request;
+  request.set_session_id(id);
+  *request.mutable_scene() = scene;
+  request.set_recreate(true);
+  grpc::ClientContext context;
+  v1::CreateSessionResponse response;
+  const End end{stub.CreateSession(&context, request, &response)};
+  return end.ok() ? "OK" : end.reason();
+}
+
+TEST_F(DurabilityTest, ADeletedSessionStaysDeletedAfterARestart) {
+  for (int restart = 0; restart < 3; ++restart) {
+    Harness harness(with_store(file_));
+    if (restart == 0) {
+      for (const char* id : {"a", "b"}) harness.create(id, numbered(0));
+      for (const char* id : {"a", "b", "never there"}) EXPECT_TRUE(erase(*harness.stub, id).ok());
+      harness.create("b", numbered(0));
+    }
+    for (const char* id : {"a", "never there"})
+      EXPECT_EQ(recreate(*harness.stub, id, numbered(0)), "SESSION_DELETED") << restart;
+    EXPECT_EQ(recreate(*harness.stub, "b", numbered(0)), "OK") << "it was created anew";
+  }
+  Harness harness(with_store(file_));
+  EXPECT_FALSE(get(*harness.stub, "a", v1::SCENE_VIEW_NONE));
+  EXPECT_TRUE(create(*harness.stub, "a", numbered(1)).ok()) << "a new creation may use the name";
+}
+
+TEST_F(DurabilityTest, ATombstoneEndsWithTheIdleTimeout) {
+  auto options = with_store(file_);
+  options.idle_timeout = std::chrono::milliseconds(1500);
+  const auto start = std::chrono::steady_clock::now();
+  {
+    Harness harness(options);
+    EXPECT_TRUE(erase(*harness.stub, "a").ok());
+  }
+  {
+    Harness harness(options);
+    const std::string told = recreate(*harness.stub, "a", numbered(0));
+    const bool over = std::chrono::steady_clock::now() - start >= options.idle_timeout;
+    EXPECT_TRUE(over || told == "SESSION_DELETED") << told;
+    EXPECT_TRUE(erase(*harness.stub, "b").ok());
+  }
+  std::this_thread::sleep_for(options.idle_timeout);
+  { EXPECT_EQ(recreate(*Harness(options).stub, "b", numbered(0)), "OK"); }
+  server::Store store({file_});
+  EXPECT_TRUE(store.tombstones(0).empty()) << "a server that starts removes what is over";
+}
+
+TEST_F(DurabilityTest, RestoredSessionsTakeTheirSeats) {
+  auto options = with_store(file_);
+  {
+    Harness harness(options);
+    for (const char* id : {"a", "b", "c"}) harness.create(id, numbered(0));
+  }
+  std::atomic<int> minutes = 0;
+  options.quota.sessions = 2;
+  options.idle_timeout = std::chrono::seconds(2);
+  options.clock = [&] {
+    return std::chrono::steady_clock::time_point(std::chrono::minutes(minutes));
+  };
+  Harness harness(options);
+  EXPECT_TRUE(get(*harness.stub, "c", v1::SCENE_VIEW_NONE)) << "beyond the quota";
+  EXPECT_EQ(create(*harness.stub, "d", numbered(0)).reason(), "OVER_QUOTA");
+  EXPECT_TRUE(create(*harness.stub, "a", numbered(0)).ok()) << "it is there";
+  EXPECT_TRUE(erase(*harness.stub, "a").ok());
+  EXPECT_EQ(create(*harness.stub, "d", numbered(0)).reason(), "OVER_QUOTA") << "two are there";
+  EXPECT_TRUE(erase(*harness.stub, "b").ok());
+  EXPECT_TRUE(create(*harness.stub, "d", numbered(0)).ok());
+  EXPECT_EQ(create(*harness.stub, "e", numbered(0)).reason(), "OVER_QUOTA");
+  ++minutes;  // "c" and "d" expire
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+  bool expired = false;
+  while (!expired && std::chrono::steady_clock::now() < end) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    expired = create(*harness.stub, "e", numbered(0)).ok();
+  }
+  EXPECT_TRUE(expired);
+}
+
+TEST_F(DurabilityTest, RestoredSessionsCountInTheirPrincipalsMemory) {
+  auto options = with_store(file_);
+  {
+    Harness harness(options);
+    for (int i = 0; i < 40; ++i) harness.create(std::to_string(i), numbered(i));
+  }
+  options.quota.memory = 40 * 10'000;  // the sessions without their simulations, and little more
+  const auto count = [](Stub& stub) {
+    int more = 0;
+    while (more < 1000 && create(stub, "m" + std::to_string(more), numbered(more)).ok()) ++more;
+    return more;
+  };
+  int with = 0, without = 0;
+  with = count(*Harness(options).stub);
+  std::filesystem::remove(file_);
+  without = count(*Harness(options).stub);
+  EXPECT_GT(without, 20);
+  EXPECT_LE(with, without - 20);
+}
+
+TEST_F(DurabilityTest, EverySessionIsRestoredHoweverSmallTheLimitOfAPrincipal) {
+  auto options = with_store(file_);
+  {
+    Harness harness(options);
+    for (int i = 0; i < 40; ++i) harness.create(std::to_string(i), numbered(i));
+  }
+  options.quota.memory = 50'000;
+  Harness harness(options);
+  for (int i = 0; i < 40; ++i)
+    EXPECT_TRUE(get(*harness.stub, std::to_string(i), v1::SCENE_VIEW_NONE)) << i;
+  const End end = create(*harness.stub, "more", numbered(0));
+  EXPECT_EQ(end.reason(), "OVER_QUOTA");
+}
+
 TEST_F(DurabilityTest, AStoreOfASecondServerIsRefused) {
   const Harness harness(with_store(file_));
   try {
@@ -308,8 +423,10 @@ TEST_F(DurabilityTest, NothingAcknowledgedIsLostWhenTheMachineStops) {
       }
       for (const auto& [id, from] : caller.forked)
         EXPECT_TRUE(get(*harness.stub, id, v1::SCENE_VIEW_NONE)) << id;
-      for (const auto& [id, gone] : caller.deleted)
+      for (const auto& [id, gone] : caller.deleted) {
         EXPECT_FALSE(get(*harness.stub, id, v1::SCENE_VIEW_NONE)) << id;
+        EXPECT_EQ(recreate(*harness.stub, id, numbered(0)), "SESSION_DELETED") << id;
+      }
       verified += caller.there.size() + caller.forked.size() + caller.deleted.size();
     }
   }

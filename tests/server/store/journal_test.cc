@@ -98,7 +98,8 @@ TEST_F(JournalTest, NamesOfManyThreadsEndAsTheRegistryHasThem) {
           if ((i + t) % 3 == 0)
             written.registry.erase(everybody, id);
           else
-            static_cast<void>(written.registry.create(everybody, id, test::numbered_scene(i + t), ""));
+            static_cast<void>(
+                written.registry.create(everybody, id, test::numbered_scene(i + t), ""));
         }
       });
     workers.clear();
@@ -186,12 +187,51 @@ TEST_F(JournalTest, TombstonesGoWithTheDeletion) {
   {
     Written written(options_);
     written.create("a");
-    written.registry.erase(everybody, "a");
-    EXPECT_FALSE(outcome(*written.journal.bury({Principal{"p"}, "a", 100})));
+    EXPECT_FALSE(outcome(*written.registry.erase(everybody, "a").receipt));
+    EXPECT_FALSE(outcome(*written.registry.erase(Principal{"p"}, "never there").receipt));
   }
   Store store(options_);
-  ASSERT_EQ(store.tombstones(0).size(), 1u);
-  EXPECT_EQ(store.tombstones(0)[0].id, "a");
+  const auto tombstones = store.tombstones(0);
+  ASSERT_EQ(tombstones.size(), 2u);
+  EXPECT_EQ(tombstones[0].id, "a");
+  EXPECT_EQ(tombstones[1].principal.name, "p");
+  const std::chrono::nanoseconds now(std::chrono::system_clock::now().time_since_epoch());
+  EXPECT_NEAR(static_cast<double>(tombstones[0].until - now.count()), 3600e9, 60e9)
+      << "Written has an idle timeout of an hour";
+}
+
+TEST_F(JournalTest, TombstonesNeverKeepADeletionOut) {
+  // The store is full of sessions and tombstones: every deletion is on disk all the same.
+  Written written({options_.file, 100'000});
+  std::vector<std::string> made;
+  for (int i = 0; i < 400; ++i) {
+    const std::string id = "s" + std::to_string(i);
+    if (!outcome(*written.create(id, i))) made.push_back(id);
+  }
+  ASSERT_LT(made.size(), 400u);
+  std::vector<std::shared_ptr<Receipt>> receipts;
+  for (int i = 0; i < 3000; ++i)
+    receipts.push_back(written.registry.erase(everybody, "none" + std::to_string(i)).receipt);
+  for (const std::string& id : made)
+    receipts.push_back(written.registry.erase(everybody, id).receipt);
+  for (const auto& receipt : receipts) EXPECT_FALSE(outcome(*receipt));
+  for (int i = 0; i < 100; ++i) EXPECT_FALSE(outcome(*written.create("t" + std::to_string(i), i)));
+}
+
+TEST_F(JournalTest, TombstonesStayFewInTheFile) {
+  std::int64_t most = 0;
+  {
+    Written written({options_.file, 1'000'000});
+    most = written.store.most_tombstones();
+    std::shared_ptr<Receipt> last;
+    for (int i = 0; i < 5000; ++i)
+      last = written.registry.erase(everybody, std::to_string(i)).receipt;
+    EXPECT_FALSE(outcome(*last));
+  }
+  Store store(options_);
+  const auto left = store.tombstones(0);
+  EXPECT_LE(std::ssize(left), most + most / 4 + 1);
+  EXPECT_EQ(left.back().id, "4999") << "the newest are kept";
 }
 
 TEST_F(JournalTest, AReceiptTellsLateAskersToo) {
