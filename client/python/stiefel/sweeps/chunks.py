@@ -59,6 +59,7 @@ class Task:
     threads: Optional[int] = None  #: of the worker's own server
     home: tuple[str, int] = field(default=("", 0))  #: host and process that the sweep runs in
     place: Optional[Place] = None  #: in a store that the worker may write to, if it sees it
+    attempt: int = 0  #: how often it failed before: Dask answers the same task again with the failure that it remembers
 
     @property
     def key(self) -> str:

@@ -26,7 +26,8 @@ def ask_until_answered(question: Question, workers: Workers, failures: Failures)
     """The answer of some worker. The question is given again while workers die. SweepFailed after too many."""
     while True:
         try:
-            return workers.ask(question).result()
+            again = tuple(replace(task, attempt=failures.of(QUESTION)) for task in question.tasks)
+            return workers.ask(replace(question, tasks=again)).result()
         except (Exception, CancelledError) as error:
             if not failures.may_try_again(QUESTION, error):
                 if failures.of(QUESTION) == 0:
@@ -54,7 +55,8 @@ def run_chunks(plan: Plan, chunks: Iterable[int], workers: Workers, failures: Fa
         while waiting or running:
             while waiting and len(running) < workers.window:
                 chunk = waiting.popleft()
-                running[workers.give(replace(plan.task(chunk), place=place(chunk)))] = chunk
+                task = replace(plan.task(chunk), place=place(chunk), attempt=failures.of(chunk))
+                running[workers.give(task)] = chunk
             for future in wait(running, return_when=FIRST_COMPLETED).done:
                 chunk = running.pop(future)
                 try:
