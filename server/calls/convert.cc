@@ -9,6 +9,7 @@ namespace {
 
 // Above it, a conversion is more than a slice of work.
 constexpr int small_dimension = 64;
+constexpr std::uint32_t few_members = 64;
 
 }  // namespace
 
@@ -20,7 +21,8 @@ grpc::ServerWriteReactor<v1::ConvertResponse>* Service::Convert(Context* context
         std::make_shared<const MemoryLease>(log.account().memory(), conversion_memory(*request));
     const auto answer = std::make_shared<ConversionAnswer>(*request);
     const v1::Scene& scene = request->scene();
-    const bool long_work = wants_choice(scene) || scene.inertia_size() > small_dimension;
+    const bool long_work = wants_choice(scene) || scene.inertia_size() > small_dimension ||
+                           scene.members() > few_members;
     Pool& pool = long_work ? host_.searches : host_.pool;
     return new SlicedStream<v1::ConvertResponse>(
         host_, pool, std::move(log),

@@ -18,10 +18,24 @@ namespace stiefel::server {
 namespace {
 
 /// The most operations that a conversion may take, of a scene with N × N matrices: 100 Schur
-/// decompositions. A branch that has to be followed to the edge of its domain takes about 50.
+/// decompositions. A branch that has to be followed to the edge of its domain takes about 50. Each
+/// member of an ensemble may be converted twice.
 double most_work(const Scene& scene) {
-  const double N = scene.dimension();
-  return 1e4 * N * N * N + 1e6;
+  const double N = scene.dimension(), members = static_cast<double>(scene.members().size());
+  return (1e4 * N * N * N + 1e6) * std::max(1.0, 2 * members);
+}
+
+/// A block, (rows, cols), of an ensemble (members, rows, cols).
+v1::Field block_field(const std::string& name, const Eigen::MatrixXd& block, const Scene& scene) {
+  const RowMatrix rows = block;
+  v1::Field field = to_field({name, rows.rows(), rows.cols(), rows.data(), nullptr});
+  const auto members = static_cast<std::int64_t>(scene.members().size());
+  if (members == 0) return field;
+  auto* shape = field.mutable_value()->mutable_shape();
+  shape->Clear();
+  for (const Eigen::Index extent : {members, rows.rows() / members, rows.cols()})
+    shape->Add(static_cast<std::uint64_t>(extent));
+  return field;
 }
 
 }  // namespace
@@ -65,11 +79,7 @@ grpc::Status ConversionAnswer::convert(v1::ConvertResponse& response) {
       if (std::ranges::find(left_out, array.path) != left_out.end())
         scene_arrays_.add(to_field(array));
   }
-  for (const auto& [name, block] : converted->blocks) {
-    const RowMatrix rows = block;
-    v1::Field field = to_field({name, rows.rows(), rows.cols(), rows.data(), nullptr});
-    blocks_.add(std::move(field));
-  }
+  for (const auto& [name, block] : converted->blocks) blocks_.add(block_field(name, block, scene));
   for (const auto& [domain, margin] : converted->margins) {
     auto* to = response.add_margins();
     to->set_domain(domain);

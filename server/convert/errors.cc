@@ -211,10 +211,14 @@ grpc::Status overflow(const Place& place, const Overflow& overflow) {
 
 grpc::Status outside_domain(const OutsideDomain& outside) {
   const std::string value = to_text(outside.value), bound = to_text(outside.bound);
-  return info(grpc::INVALID_ARGUMENT,
-              "outside the domain " + std::string(outside.domain) + ": " + value +
-                  ", where the bound is " + bound,
-              "OUTSIDE_DOMAIN", {{"domain", outside.domain}, {"value", value}, {"bound", bound}});
+  const std::string what = "outside the domain " + std::string(outside.domain) + ": " + value +
+                           ", where the bound is " + bound;
+  if (!outside.member)
+    return info(grpc::INVALID_ARGUMENT, what, "OUTSIDE_DOMAIN",
+                {{"domain", outside.domain}, {"value", value}, {"bound", bound}});
+  const std::string member = std::to_string(*outside.member);
+  return info(grpc::INVALID_ARGUMENT, "member " + member + ": " + what, "OUTSIDE_DOMAIN",
+              {{"domain", outside.domain}, {"value", value}, {"bound", bound}, {"member", member}});
 }
 
 grpc::Status unequal_determinants(const std::string& field, int Q_0, int Q_T) {

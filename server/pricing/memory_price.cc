@@ -9,6 +9,7 @@
 #include "server/sessions/checkpoints/checkpoint_bytes.h"
 #include "server/sessions/sampling.h"
 #include "stiefel/connect.h"
+#include "stiefel/tradeoff.h"
 
 namespace stiefel::server {
 namespace {
@@ -38,6 +39,14 @@ Shape block_shape(const v1::Scene& scene) {
   return largest;
 }
 
+/// Of the references of so many members, at up to 58 samples each: attitude and momentum in
+/// extended precision.
+std::uint64_t references_memory(const v1::Scene& scene, int members) {
+  const auto [rows, cols] = block_shape(scene);
+  const double held = std::min<double>(scene.members(), members);
+  return static_cast<std::uint64_t>(held * 58 * (2 * 16 * rows * cols + 128));
+}
+
 }  // namespace
 
 std::uint64_t reply_memory(std::uint64_t array_bytes) { return 3 * array_bytes + call_bytes; }
@@ -64,11 +73,13 @@ std::uint64_t scene_memory(const v1::Scene& scene) {
 
 std::uint64_t search_memory(const v1::Scene& scene) {
   const auto [rows, cols] = block_shape(scene);
-  return largest_simulation_bytes(rows, cols) * 3 / 2 + scene_memory(scene);
+  return largest_simulation_bytes(rows, cols) * 3 / 2 + 2 * scene_memory(scene) +
+         references_memory(scene, Choice::most_pilots);
 }
 
 std::uint64_t tradeoff_memory(const v1::MeasureTradeoffRequest& request) {
-  return reading_memory(request) + search_memory(request.scene());
+  return reading_memory(request) + search_memory(request.scene()) +
+         references_memory(request.scene(), TradeoffRequest::most_members);
 }
 
 std::uint64_t fork_memory(const Session& from) {

@@ -104,7 +104,7 @@ def test_engineers_may_have_many_bodies(client):
     ({"members": 10**6}, "members: 1000000"),
     ({"members": 4}, "initial.M: 9 x 3"),
     ({"inertia": [1, 1]}, "must have 3|must be 2 x 2"),
-    ({"method": None, "tolerance": 1e-6, "horizon": 1}, "tolerance"),
+    ({"method": None, "tolerance": 1e-6}, "horizon: absent"),
     ({"initial": {"M": np.zeros((3, 3, 3)), "Q": np.stack([np.eye(3), np.eye(3), np.diag([1, 1, 2])])}}, "member 2"),
 ], ids=lambda value: None if isinstance(value, str) else "".join(value))
 def test_what_is_wrong_is_named(client, changes, fault):
@@ -125,12 +125,48 @@ def test_the_same_numbers_in_other_members_are_another_scene(client):
             client.create({**four, "members": 2}, id="four-or-two")
 
 
-def test_what_is_of_single_scenes_is_refused(client):
-    scene = ensemble(spinning(3))
-    with pytest.raises(stiefel.InvalidArgument, match="scene.members: 3"):
-        client.convert(scene, "symmetric_rigid_body")
-    with pytest.raises(stiefel.InvalidArgument, match="scene.members: 3"):
-        list(client.tradeoff(scene))
+def test_a_method_is_chosen_for_all(client):
+    """The tolerance holds in each member, against the closed form."""
+    parts = spinning(3)
+    scene = ensemble(parts, tolerance=1e-9, horizon=3.0)
+    del scene["method"]
+    with client.create(scene) as together:
+        assert together.choice.tolerance == 1e-9 and "3 members" in together.choice.reason
+        last = round(3.0 / scene["step"])
+        reached = together.step(last)["Q"]
+        for member, part in enumerate(parts):
+            with client.create({**part, "method": {"name": "exact"}}) as exact:
+                assert np.abs(reached[member] - exact.step(last)["Q"]).max() < 1e-9
+        with pytest.raises(stiefel.InvalidArgument, match="scene.tolerance: 1e-15 .member"):
+            client.create({**scene, "tolerance": 1e-15, "horizon": 1e4})
+
+
+def test_each_member_is_converted(client, parts):
+    to = "symmetric_rigid_body" if np.shape(parts[0]["initial"]["Q"])[0] == len(parts[0]["inertia"]) else "stiefel_costate"
+    together = client.convert(ensemble(parts), to)
+    assert together.scene["members"] == len(parts)
+    with client.create(together.scene) as converted, client.create(ensemble(parts)) as given:
+        np.testing.assert_allclose(converted.step(0)["Q"], given.step(0)["Q"], atol=1e-15)
+    velocity = client.convert(ensemble(parts), "velocity")
+    alone = [client.convert(part, "velocity") for part in parts]
+    for name, values in velocity.blocks.items():
+        np.testing.assert_array_equal(values, np.stack([one.blocks[name] for one in alone]))
+    for domain, margin in velocity.margins.items():
+        assert margin == min(one.margins[domain] for one in alone)
+
+
+def test_a_tradeoff_has_the_error_of_the_worst_member(client):
+    parts = spinning(3)
+    points = client.tradeoff(ensemble(parts), horizon=0.5, budget=5e8, repeats=1).points
+    point = next(point for point in points if (point.method, point.scalar) == ("rk4", "double") and not point.extrapolated)
+    method = {"name": "rk4", "substeps": point.substeps, "arithmetic": point.arithmetic}
+    last = round(0.5 / parts[0]["step"])
+    errors = []
+    for part in parts:
+        with client.create({**part, "method": method}) as run, \
+                client.create({**part, "method": {"name": "exact"}}) as exact:
+            errors.append(np.abs(run.step(last)["Q"] - exact.step(last)["Q"]).max())
+    np.testing.assert_allclose(point.attitude_error, max(errors), rtol=1e-3, atol=1e-15)
 
 
 @pytest.mark.parametrize("change, fault", [

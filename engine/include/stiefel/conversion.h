@@ -54,6 +54,11 @@ using ConversionRefusal = std::variant<Violations, OutsideDomain>;
 /// n < N. The step stays; the method too where it applies, else it is the recommended one, and for
 /// a discrete system none. Scenes without Q, complex ones, and the discrete map of V(n, N), n < N,
 /// which is not the geodesic flow, have no other form. The scene's own system gives the scene.
+///
+/// The members of an ensemble are converted one by one, with one method for all of them; a block
+/// holds the rows of all. Margins are the smallest of any member, and a refusal names the member.
+/// Where the members choose different ε, an ensemble of a symmetric system starts from Q and M,
+/// with which each chooses its own; one of a parametric system takes the ε of least |ε| for all.
 std::expected<Conversion, ConversionRefusal> convert(const Scene& scene,
                                                      const ConversionTarget& target);
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <string_view>
 
 namespace stiefel {
@@ -10,6 +12,7 @@ struct OutsideDomain {
   std::string_view domain;
   double value;
   double bound;
+  std::optional<std::int64_t> member = {};  ///< of an ensemble
 };
 
 }  // namespace stiefel

@@ -31,6 +31,8 @@ struct Choice {
 
   /// The most that a choice takes: units of work, instructions, about a second.
   static constexpr double most_work = 4e9;
+  /// Members of an ensemble whose references are held at a time.
+  static constexpr int most_pilots = 33;
 };
 
 /// The cheapest method, order, arithmetic and substeps whose error, the largest of attitude and
@@ -44,6 +46,10 @@ struct Choice {
 /// and a run that takes more than predicted is ended. Where not even the first state of the
 /// reference is within it, from about N = 50 on, the choice is refused at once.
 ///
+/// Of an ensemble the method is one for all members, and the tolerance holds in each: every member
+/// is measured with it. The work is that of all members together; where it does not suffice for
+/// all, some thousand bodies of a thousand steps, the choice is refused.
+///
 /// Expects a sound description with tolerance, horizon and step. When nothing meets the tolerance
 /// the refusal has reason TOLERANCE_NOT_MET, with the best that was found, or with the price of the
 /// reference. Throws Stopped (stop.h).
@@ -55,7 +61,8 @@ std::expected<Scene, Violations> resolve_choosing(SceneDescription description,
                                                   double largest_repair = Scene::frame_tolerance,
                                                   const Place& place = {});
 
-/// A request for a trade-off. The scene's method is ignored.
+/// A request for a trade-off. The scene's method is ignored. Of an ensemble a point's error and
+/// drift are those of the worst member, its work and times those of all members together.
 struct TradeoffRequest {
   SceneDescription scene;
   std::optional<double> horizon = {};  ///< else the scene's, else 100 steps
@@ -64,6 +71,7 @@ struct TradeoffRequest {
 
   static constexpr double default_budget = 5e10;  ///< about ten seconds
   static constexpr std::int64_t default_steps = 100;
+  static constexpr int most_members = 1024;  ///< of an ensemble
 };
 
 struct TradeoffSetup {

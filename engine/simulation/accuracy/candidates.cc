@@ -17,6 +17,18 @@ bool keeps_energy(const MethodOnSystem& on) {
   });
 }
 
+std::expected<Scene, Violations> with_any_method(SceneDescription description, const Place& place) {
+  const SystemInfo* system = catalogue().system(description.system);
+  if (system != nullptr && system->discrete)
+    return std::unexpected(Violations{place.violation(
+        "system", '"' + description.system + '"',
+        "is a discrete system: its map is its motion, and no method can do it better")});
+  description.method.reset();
+  description.tolerance.reset();
+  description.choice.clear();
+  return Scene::resolve(std::move(description), Scene::frame_tolerance, place);
+}
+
 }  // namespace
 
 MethodDescription Candidate::with_substeps(int m) const {
@@ -31,17 +43,18 @@ MethodDescription Candidate::with_tolerance(double tolerance) const {
   return made;
 }
 
+std::expected<std::vector<Scene>, Violations> motions_of(SceneDescription description,
+                                                         const Place& place) {
+  const auto start = with_any_method(std::move(description), place);
+  if (!start) return std::unexpected(start.error());
+  if (start->members().empty()) return std::vector{*start};
+  return std::vector(start->members().begin(), start->members().end());
+}
+
 std::expected<Candidates, Violations> candidates(SceneDescription description, const Place& place) {
-  const SystemInfo* system = catalogue().system(description.system);
-  if (system != nullptr && system->discrete)
-    return std::unexpected(Violations{place.violation(
-        "system", '"' + description.system + '"',
-        "is a discrete system: its map is its motion, and no method can do it better")});
-  description.method.reset();
-  description.tolerance.reset();
-  description.choice.clear();
-  auto start = Scene::resolve(std::move(description), Scene::frame_tolerance, place);
+  auto start = with_any_method(std::move(description), place);
   if (!start) return std::unexpected(std::move(start.error()));
+  const SystemInfo* system = catalogue().system(start->system());
   Violations refused;
   std::vector<Candidate> all;
   const auto consider = [&](const MethodOnSystem& on, std::optional<int> order,

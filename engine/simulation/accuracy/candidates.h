@@ -32,6 +32,11 @@ struct Candidates {
 std::expected<Candidates, Violations> candidates(SceneDescription description,
                                                  const Place& place = {});
 
+/// The motions of a description, whose own method and tolerance are not looked at: the scene, or
+/// the members of an ensemble, with the recommended method; or what is wrong with it.
+std::expected<std::vector<Scene>, Violations> motions_of(SceneDescription description,
+                                                         const Place& place = {});
+
 /// "variational of order 4, 3 substeps, plain".
 std::string to_text(const MethodDescription& method);
 

@@ -6,7 +6,9 @@
 
 #include "engine/linalg/arithmetic/to_text.h"
 #include "engine/simulation/accuracy/error_growth.h"
+#include "engine/simulation/accuracy/measured_motions.h"
 #include "engine/simulation/accuracy/pareto_front.h"
+#include "engine/simulation/scene/members.h"
 #include "stiefel/version.h"
 
 namespace stiefel {
@@ -33,6 +35,28 @@ MotionError at_least(double known, MotionError error) {
   return error;
 }
 
+/// What is measured: the motions, and the entries that all of them take.
+struct Found {
+  MeasuredMotions motions;
+  std::vector<Candidate> all;
+};
+
+std::expected<Found, Violations> what_is_measured(const SceneDescription& scene,
+                                                  const Place& place) {
+  if (!scene.members) {
+    auto found = candidates(scene, place);
+    if (!found) return std::unexpected(std::move(found.error()));
+    return Found{MeasuredMotions({std::move(found->start)}), std::move(found->all)};
+  }
+  auto members = motions_of(scene, place);
+  if (!members) return std::unexpected(std::move(members.error()));
+  auto found = candidates(member_of(scene, 0), place);
+  if (!found) return std::unexpected(std::move(found.error()));
+  MeasuredMotions motions(*std::move(members));
+  auto all = taken_by_all(std::move(found->all), motions);
+  return Found{std::move(motions), std::move(all)};
+}
+
 double median(std::vector<double> values) {
   std::ranges::sort(values);
   return values[values.size() / 2];
@@ -42,7 +66,7 @@ double median(std::vector<double> values) {
 
 class Tradeoff::Survey {
  public:
-  Survey(TradeoffRequest request, Candidates candidates);
+  Survey(TradeoffRequest request, MeasuredMotions motions, std::vector<Candidate> candidates);
 
   std::expected<TradeoffSetup, Violations> solve_reference(const std::stop_token& stop);
   std::optional<TradeoffPoint> next(const std::stop_token& stop);
@@ -55,8 +79,9 @@ class Tradeoff::Survey {
                                const std::stop_token& stop);
   TradeoffPoint measure(const Candidate& candidate, const Scene& scene, const Run& first,
                         const std::stop_token& stop);
+  const Samples& samples() const { return motions_.samples(); }
   double reference_error() const {
-    return samples_.answers.empty() ? 0 : samples_.answers.back().error;
+    return samples().answers.empty() ? 0 : samples().answers.back().error;
   }
   /// True if the point is another one than the last.
   bool advance_knob(const TradeoffPoint& point);
@@ -64,10 +89,9 @@ class Tradeoff::Survey {
   double share() const;  ///< of what is left, for one run
 
   TradeoffRequest request_;
-  Scene start_;
-  std::vector<Candidate> candidates_;
+  MeasuredMotions motions_;
+  std::vector<Candidate> candidates_;  ///< those that all motions take
   std::int64_t steps_;
-  Samples samples_;
   double left_;                ///< of the budget
   std::size_t candidate_ = 0;  ///< the one in hand
   int knob_ = 0;               ///< 2^knob substeps, or tolerance 10^{−3−knob}
@@ -78,10 +102,11 @@ class Tradeoff::Survey {
   std::vector<double> costs_, errors_;
 };
 
-Tradeoff::Survey::Survey(TradeoffRequest request, Candidates candidates)
+Tradeoff::Survey::Survey(TradeoffRequest request, MeasuredMotions motions,
+                         std::vector<Candidate> candidates)
     : request_(std::move(request)),
-      start_(std::move(candidates.start)),
-      candidates_(std::move(candidates.all)),
+      motions_(std::move(motions)),
+      candidates_(std::move(candidates)),
       left_(request_.budget),
       best_(infinity) {
   const double step = *request_.scene.step;
@@ -91,23 +116,23 @@ Tradeoff::Survey::Survey(TradeoffRequest request, Candidates candidates)
 
 std::expected<TradeoffSetup, Violations> Tradeoff::Survey::solve_reference(
     const std::stop_token& stop) {
-  const double time = std::abs(start_.time(steps_));
-  samples_ = take_samples(start_, steps_, {time, reference_share * request_.budget}, stop);
-  left_ -= samples_.work;
-  if (samples_.reference.empty() && !stop.stop_requested())
+  const double time = std::abs(motions_.front().time(steps_));
+  motions_.solve_references(steps_, {time, reference_share * request_.budget}, stop);
+  left_ -= samples().work;
+  if (samples().reference.empty() && !stop.stop_requested())
     return std::unexpected(Violations{
-        {"scene.system", start_.system(), "has no reference to measure errors against"}});
-  if (samples_.steps.empty() && !stop.stop_requested())
+        {"scene.system", motions_.front().system(), "has no reference to measure errors against"}});
+  if (samples().steps.empty() && !stop.stop_requested())
     return std::unexpected(
         Violations{{"budget", to_text(request_.budget),
-                    "must be larger: " + samples_.reference + " takes " +
-                        scientific_text(samples_.first_price, 2) +
+                    "must be larger: " + samples().reference + " takes " +
+                        scientific_text(samples().first_price, 2) +
                         " units of work to the first state, and may take half of the budget"}});
-  TradeoffSetup setup{machine(), build_fingerprint(), samples_.reference};
+  TradeoffSetup setup{machine(), build_fingerprint(), samples().reference};
   setup.reference_error = reference_error();
   setup.horizon = time;
   setup.steps = steps_;
-  setup.reference_steps = samples_.last();
+  setup.reference_steps = samples().last();
   setup.budget = request_.budget;
   setup.repeats = static_cast<int>(request_.repeats);
   setup.curves = candidates_.size();
@@ -125,8 +150,8 @@ std::optional<TradeoffPoint> Tradeoff::Survey::next(const std::stop_token& stop)
     const auto method = candidate.own_steps ? candidate.with_tolerance(std::pow(10, -3 - knob_))
                                             : candidate.with_substeps(1 << knob_);
     const double step_work = candidate.weight * method.substeps.value_or(1);
-    const std::int64_t to = affordable_steps(samples_, step_work, share());
-    const Scene scene = start_.with(method).value();
+    const std::int64_t to = affordable_steps(samples(), step_work, share());
+    const Scene scene = motions_.front().with(method).value();
     const double least = scene.in_float() ? least_part_in_float : least_part;
     const bool too_short = static_cast<double>(to) < least * static_cast<double>(steps_) ||
                            static_cast<double>(to) * step_work > share();
@@ -156,19 +181,19 @@ std::optional<TradeoffPoint> Tradeoff::Survey::next(const std::stop_token& stop)
 std::optional<Run> Tradeoff::Survey::first_run(const Candidate& candidate, const Scene& scene,
                                                std::int64_t to, const std::stop_token& stop) {
   const auto go_to = [&](std::int64_t steps) {
-    Run made = run(scene, candidate.weight, samples_, steps, Watch::errors_and_invariants, stop,
-                   std::max(left_, 0.0));
+    Run made = motions_.run(*scene.description().method, candidate.weight, steps,
+                            Watch::errors_and_invariants, stop, std::max(left_, 0.0));
     left_ -= made.spent;
     return made;
   };
   if (to == steps_ || !scene.in_float()) return go_to(to);
   if (knob_ > 0) {
     Run part = go_to(to);
-    if (!part.status.reached() || growth_.falls_as_declared(candidate, 2, part, samples_))
+    if (!part.status.reached() || growth_.falls_as_declared(candidate, 2, part, samples()))
       return part;
   }
   const double whole = candidate.weight * scene.substeps() * static_cast<double>(steps_);
-  if (samples_.last() < steps_ || whole > expected_points * share()) return std::nullopt;
+  if (samples().last() < steps_ || whole > expected_points * share()) return std::nullopt;
   return go_to(steps_);
 }
 
@@ -186,7 +211,8 @@ TradeoffPoint Tradeoff::Survey::measure(const Candidate& candidate, const Scene&
   point.cpu_seconds_per_second.push_back(first.cpu_seconds / time);
   for (int k = 1; k < request_.repeats && first.status.reached() && first.spent <= left_; ++k) {
     left_ -= first.spent;
-    const Run again = run(scene, candidate.weight, samples_, first.steps, Watch::time, stop);
+    const Run again =
+        motions_.run(*scene.description().method, candidate.weight, first.steps, Watch::time, stop);
     if (again.status.outcome == Outcome::cancelled) {
       point.status = again.status;
       return point;
@@ -203,7 +229,7 @@ TradeoffPoint Tradeoff::Survey::measure(const Candidate& candidate, const Scene&
   point.error = at_least(known, first.errors.back());
   point.below_reference = first.errors.back().largest() <= known;
   point.extrapolated = first.steps < steps_;
-  const double growth = growth_.beyond(candidate, first, samples_, steps_);
+  const double growth = growth_.beyond(candidate, first, samples(), steps_);
   if (point.extrapolated) {
     // The amplitude of an oscillating error does not grow: extrapolate from its envelope.
     const double envelope = std::max(known, first.largest_error(first.errors.size()));
@@ -255,13 +281,19 @@ std::expected<Tradeoff, Violations> Tradeoff::prepare(TradeoffRequest request) {
   if (request.repeats < 1 || request.repeats > 100)
     wrong.push_back({"repeats", std::to_string(request.repeats), "must be 1 to 100"});
   const auto place = Place::inside("scene");
-  if (request.scene.members)
-    wrong.push_back(place.violation("members", std::to_string(*request.scene.members),
-                                    "must be absent: measure one member"));
-  auto found = candidates(request.scene, place);
+  const auto& members = request.scene.members;
+  const bool too_many = members && *members > TradeoffRequest::most_members;
+  if (too_many)
+    wrong.push_back(place.violation("members", std::to_string(*members),
+                                    "must be at most " +
+                                        std::to_string(TradeoffRequest::most_members) +
+                                        " in a trade-off, which keeps the reference of each"));
+  if (too_many) return std::unexpected(std::move(wrong));
+  auto found = what_is_measured(request.scene, place);
   if (!found) wrong.insert(wrong.end(), found.error().begin(), found.error().end());
   if (!wrong.empty()) return std::unexpected(std::move(wrong));
-  return Tradeoff(std::make_unique<Survey>(std::move(request), *std::move(found)));
+  return Tradeoff(std::make_unique<Survey>(std::move(request), std::move(found->motions),
+                                           std::move(found->all)));
 }
 
 Tradeoff::Tradeoff(std::unique_ptr<Survey> survey) : survey_(std::move(survey)) {}

@@ -34,15 +34,22 @@ std::expected<Scene, Violations> Scene::with(MethodDescription method, const Pla
 
 bool wants_choice(const SceneDescription& description) {
   const SystemEntry* entry = system_entry(description.system);
-  return description.tolerance && !description.method && !description.members && entry != nullptr &&
-         !entry->info.discrete;
+  return description.tolerance && !description.method && entry != nullptr && !entry->info.discrete;
 }
 
 Violations check_before_choice(const SceneDescription& description, double largest_repair,
                                const Place& place) {
+  if (description.members) return check_members_before_choice(description, largest_repair, place);
   SceneDraft draft(description, largest_repair, place);
   draft.check();
   return draft.violations();
+}
+
+Violation method_not_chosen(const Place& place) {
+  Violation out = place.violation("method", "absent",
+                                  "must be chosen for the tolerance first (resolve_choosing)");
+  out.reason = "METHOD_NOT_CHOSEN";
+  return out;
 }
 
 void SceneDraft::check() {
@@ -62,10 +69,7 @@ void SceneDraft::check() {
 
 std::expected<Scene, Violations> SceneDraft::resolve() {
   check();
-  if (sound() && wants_choice(given())) {
-    refuse("method", "absent", "must be chosen for the tolerance first (resolve_choosing)");
-    violations_.back().reason = "METHOD_NOT_CHOSEN";
-  }
+  if (sound() && wants_choice(given())) violations_.push_back(method_not_chosen(place_));
   if (sound() && !given().method && !system_->discrete) recommend();
   if (!sound()) return std::unexpected(std::move(violations_));
   return std::move(scene_);

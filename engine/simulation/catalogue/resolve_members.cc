@@ -18,20 +18,42 @@ MethodDescription recommended_method(std::span<const Scene> members) {
   return method;
 }
 
+void add_of_member(std::size_t member, const Violations& violations, Violations& wrong) {
+  for (Violation violation : violations) {
+    violation.value += " (member " + std::to_string(member) + ")";
+    wrong.push_back(std::move(violation));
+  }
+}
+
 }  // namespace
+
+Violations check_members_before_choice(const SceneDescription& ensemble, double largest_repair,
+                                       const Place& place) {
+  Violations wrong = check_members(ensemble, place);
+  if (!wrong.empty()) return wrong;
+  for (int b = 0; b < *ensemble.members && wrong.size() < most_violations; ++b) {
+    stop_point();
+    add_of_member(static_cast<std::size_t>(b),
+                  check_before_choice(member_of(ensemble, b), largest_repair, place), wrong);
+  }
+  return wrong;
+}
 
 std::expected<std::vector<Scene>, Violations> resolve_members(SceneDescription& ensemble,
                                                               double largest_repair,
                                                               const Place& place) {
-  Violations wrong = check_members(ensemble, place);
+  Violations wrong;
+  if (wants_choice(ensemble)) {
+    wrong = check_members_before_choice(ensemble, largest_repair, place);
+    if (wrong.empty()) wrong.push_back(method_not_chosen(place));
+    return std::unexpected(std::move(wrong));
+  }
+  wrong = check_members(ensemble, place);
   if (!wrong.empty()) return std::unexpected(std::move(wrong));
   std::vector<Scene> members;
   members.reserve(static_cast<std::size_t>(*ensemble.members));
   const auto refuse = [&](std::size_t member, const Violations& violations) {
-    for (Violation violation : violations) {
-      violation.value += " (member " + std::to_string(member) + ")";
-      wrong.push_back(std::move(violation));
-    }
+    add_of_member(member, violations, wrong);
   };
   for (int b = 0; b < *ensemble.members && wrong.size() < most_violations; ++b) {
     stop_point();

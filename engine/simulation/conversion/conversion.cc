@@ -7,6 +7,7 @@
 #include "engine/simulation/catalogue/representations/phase.h"
 #include "engine/simulation/catalogue/representations/representations.h"
 #include "engine/simulation/catalogue/system_entry.h"
+#include "engine/simulation/conversion/conversion_of_members.h"
 #include "engine/simulation/scene/near_name.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/simulation.h"
@@ -38,22 +39,6 @@ std::string rule_of_targets(std::string_view given) {
     known.push_back(name);
   }
   return "must be a system or one of " + others + did_you_mean(given, known);
-}
-
-/// The fields of a scene that a conversion makes come of the target, but for what was asked for.
-Place place_of_result(const ConversionTarget& target) {
-  Place place = Place::made_of(target.to);
-  if (target.epsilon) place.with("epsilon", "epsilon");
-  if (target.parameter) place.with("parameter", "parameter");
-  return place;
-}
-
-/// The scene's method where the system takes it; else none, so that it gets the recommended one.
-std::optional<MethodDescription> method_on(const SystemInfo& system, const Scene& scene) {
-  const auto& given = scene.description().method;
-  for (const auto& on : system.methods)
-    if (given && on.method == given->name) return given;
-  return std::nullopt;
 }
 
 SceneDescription describe(const Scene& scene, const SystemInfo& system, const Phase& phase,
@@ -97,6 +82,20 @@ Block block_of(const Simulation& now, std::size_t index) {
 
 }  // namespace
 
+Place place_of_result(const ConversionTarget& target) {
+  Place place = Place::made_of(target.to);
+  if (target.epsilon) place.with("epsilon", "epsilon");
+  if (target.parameter) place.with("parameter", "parameter");
+  return place;
+}
+
+std::optional<MethodDescription> method_on(const SystemInfo& system, const Scene& scene) {
+  const auto& given = scene.description().method;
+  for (const auto& on : system.methods)
+    if (given && on.method == given->name) return given;
+  return std::nullopt;
+}
+
 std::expected<Conversion, ConversionRefusal> convert(const Scene& scene,
                                                      const ConversionTarget& target) {
   const Representation* from = representation_of(scene.system());
@@ -116,11 +115,9 @@ std::expected<Conversion, ConversionRefusal> convert(const Scene& scene,
   }
   if (from == nullptr || from->read == nullptr)
     return refuse(target.scene.violation("system", scene.system(), "has no other form"));
-  if (!scene.members().empty())
-    return refuse(target.scene.violation("members", std::to_string(scene.members().size()),
-                                         "must be absent: convert the members one by one"));
   if (to == nullptr)
     return refuse({target.to, target.name, "cannot be reached from " + scene.system()});
+  if (!scene.members().empty()) return convert_members(scene, target);
   if (from->square && !scene.has_frame())
     return refuse(
         target.scene.violation("initial.Q", "absent", "must be given: other forms are of Q"));

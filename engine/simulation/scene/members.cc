@@ -81,10 +81,6 @@ Violations check_members(const SceneDescription& all, const Place& place) {
       wrong.push_back(place.violation(
           "initial." + name, shape_text(block.values.rows(), block.values.cols()),
           "must have as many rows for each of " + std::to_string(count) + " members"));
-  if (all.tolerance && !all.method)
-    wrong.push_back(place.violation("tolerance", to_text(*all.tolerance),
-                                    "must be absent in an ensemble: name a method (stiefel "
-                                    "tradeoff measures one member)"));
   return wrong;
 }
 

@@ -42,11 +42,14 @@ Accumulators::Accumulators(const Quantity& quantity, std::size_t size, std::size
   }
   if (!quantity.quantiles.empty()) kept_.reserve(keep);
   if (!quantity.edges.empty()) bins_.assign(size * (quantity.edges.size() - 1), 0);
+  drift_alone_ = least_.empty() && largest_.empty() && sum_.empty() && squares_.empty() &&
+                 changes_.empty() && quantity.quantiles.empty() && bins_.empty();
 }
 
 void Accumulators::take(std::span<const double> values, std::span<const double> drifts) {
   ++samples_;
   for (std::size_t i = 0; i < drift_.size(); ++i) raise(drift_[i], drifts[i]);
+  if (drift_alone_) return;
   for (std::size_t i = 0; i < least_.size(); ++i) lower(least_[i], values[i]);
   for (std::size_t i = 0; i < largest_.size(); ++i) raise(largest_[i], values[i]);
   for (std::size_t i = 0; i < sum_.size(); ++i) sum_[i].add(values[i]);

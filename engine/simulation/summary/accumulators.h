@@ -50,6 +50,7 @@ class Accumulators {
   std::vector<std::int8_t> sign_;  ///< of the last value that was not 0
   std::vector<double> kept_;       ///< sample after sample
   std::vector<std::int64_t> bins_;
+  bool drift_alone_;  ///< nothing else is asked for but last
 };
 
 /// Quantiles of values by linear interpolation between neighbours in order, at q·(count − 1): NaN

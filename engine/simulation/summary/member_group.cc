@@ -41,6 +41,8 @@ MemberGroup::MemberGroup(std::span<const Scene> scenes, std::size_t first, bool 
     member.events.assign(plan.what.events.size(), 0);
     members_.push_back(std::move(member));
   }
+  for (std::size_t q = 0; q < plan.reads.size(); ++q)
+    if (plan.reads[q].on_the_way) read_on_the_way_.push_back(q);
   values_.resize(most);
   drifts_.resize(most);
 }
@@ -146,25 +148,26 @@ void MemberGroup::begin(std::size_t first_time, std::span<StateAtTime> states) {
 
 void MemberGroup::arrive(std::size_t first_time, std::span<StateAtTime> states) {
   const bool events = !plan_.what.events.empty() && !before_.empty();
-  const bool sampled = step_ == next_sample_;
+  const bool times = next_time_ < plan_.times.size();
+  const bool sampled = step_ == next_sample_, last = step_ == plan_.what.to;
+  bool ended = last;
   for (std::size_t i = 0; i < alive_.size(); ++i) {
     const auto end = events ? report_events(i) : std::nullopt;
-    write_states(i, end.value_or(1), first_time, states);
+    if (times) write_states(i, end.value_or(1), first_time, states);
+    ended = ended || end.has_value();
     if (end) continue;
     if (sampled) take_sample(going(i), state(i));
-    if (step_ == plan_.what.to) finish(i, state(i), step_, {});
+    if (last) finish(i, state(i), step_, {});
   }
-  if (sampled && step_ < plan_.what.to)
-    next_sample_ += std::min(plan_.what.every, plan_.what.to - step_);
+  if (sampled && !last) next_sample_ += std::min(plan_.what.every, plan_.what.to - step_);
   while (next_time_ < plan_.times.size() && plan_.times[next_time_].arrival <= step_) ++next_time_;
   before_.clear();
-  regroup();
+  if (ended) regroup();
 }
 
 void MemberGroup::take_sample(Member& member, const Simulation& now) {
-  for (std::size_t q = 0; q < plan_.reads.size(); ++q) {
+  for (const std::size_t q : read_on_the_way_) {
     const Plan::Read& read = plan_.reads[q];
-    if (!read.on_the_way) continue;
     const auto values = std::span(values_).first(read.size);
     const auto drifts = std::span(drifts_).first(read.drift ? read.size : 0);
     member.readings[q]->read(now, values, drifts, stop_);

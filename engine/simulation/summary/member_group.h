@@ -113,8 +113,9 @@ class MemberGroup {
   bool ensemble_;
   const Plan& plan_;
   std::vector<Member> members_;
-  std::vector<std::size_t> alive_;  ///< in members_
-  std::vector<Scene> remaining_;    ///< their scenes, once some have left
+  std::vector<std::size_t> alive_;            ///< in members_
+  std::vector<std::size_t> read_on_the_way_;  ///< quantities that are read at every sample
+  std::vector<Scene> remaining_;              ///< their scenes, once some have left
   std::unique_ptr<Simulation> simulation_;
   std::size_t each_saved_;
   EventFunctions functions_;

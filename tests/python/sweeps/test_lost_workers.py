@@ -90,6 +90,29 @@ class KilledWorker(Exception):
     """As Dask raises it: the type is known by its name."""
 
 
+class Remembering(ThreadPoolExecutor):
+    """Knows a task by its content, as Dask does: one that failed fails for ever. The first, a question about the scene,
+    fails, and so do the fourth and the fifth."""
+
+    def __init__(self):
+        super().__init__(2)
+        self.given, self.known = 0, set()
+
+    def submit(self, function, *arguments):
+        content = pickle.dumps((function, arguments))
+        self.given += 1
+        if self.given in (1, 4, 5):
+            self.known.add(content)
+        return failed(KilledWorker()) if content in self.known else super().submit(function, *arguments)
+
+
+def test_a_task_that_failed_is_another_task_when_it_is_given_again():
+    with Remembering() as executor:
+        found = sweep(executor=executor)
+    assert len(executor.known) == 3 == failures(found)["KilledWorker"]
+    assert found.attrs["sha256"] == sweep().attrs["sha256"]
+
+
 def test_chunks_that_a_scheduler_gave_up_are_given_again():
     with Submitting(lambda count: failed(KilledWorker("task")) if count % 3 == 0 else None) as threads:
         found = sweep(executor=threads)

@@ -1,10 +1,13 @@
 """The store: finished chunks are not computed again, and only those of the same sweep."""
+import dataclasses
+import multiprocessing
 import os
 import shutil
 import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +16,7 @@ import zarr
 from cases import SPINS, failures, small_chunks, sweep  # noqa: F401
 
 import stiefel
-from stiefel.sweeps import worker
+from stiefel.sweeps import store, worker
 
 pytestmark = pytest.mark.usefixtures("small_chunks")
 
@@ -138,3 +141,66 @@ def test_the_store_is_made_before_work(tmp_path, monkeypatch):
     with pytest.raises(ZeroDivisionError):
         sweep(store=tmp_path / "sweep.zarr")
     assert "done" in seen[0] and len(seen[0]) >= 2
+
+
+def shared(tmp_path, **options):
+    """A sweep on two processes of its own with a store."""
+    with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn")) as pool:
+        return sweep(store=tmp_path / "sweep.zarr", executor=pool, threads=1, **options)
+
+
+@pytest.fixture
+def put(monkeypatch):
+    """The chunks whose numbers came home."""
+    chunks, put = [], store.Store.put
+    monkeypatch.setattr(store.Store, "put", lambda self, chunk, arrays: chunks.append(chunk) or put(self, chunk, arrays))
+    return chunks
+
+
+@pytest.fixture
+def one_at_a_time(monkeypatch):
+    """The first chunk is back, and the arrays are made, before most others are given."""
+    monkeypatch.setattr("stiefel.sweeps.executors.AHEAD", 1)
+
+
+def test_workers_that_see_the_store_write(tmp_path, put, one_at_a_time, computed):
+    expected = sweep().attrs["sha256"]
+    assert shared(tmp_path).attrs["sha256"] == expected
+    assert 1 <= len(put) <= 4
+    computed.clear()
+    assert sweep(store=tmp_path / "sweep.zarr").attrs["sha256"] == expected and computed == []
+
+
+def test_workers_that_see_another_store_send_their_numbers(tmp_path, put, one_at_a_time, monkeypatch):
+    """A challenge that is not in the group stands for a worker whose path leads elsewhere."""
+    place = store.Store.place
+
+    def elsewhere(self, chunk):
+        found = place(self, chunk)
+        return found and dataclasses.replace(found, challenge="0" * 64)
+
+    monkeypatch.setattr(store.Store, "place", elsewhere)
+    assert shared(tmp_path).attrs["sha256"] == sweep().attrs["sha256"]
+    assert sorted(put) == list(range(15))
+
+
+def test_a_chunk_that_is_not_there_after_all_is_computed_again(tmp_path, put, one_at_a_time, monkeypatch):
+    """A store that the worker sees in another state than the sweep: a damaged number stands for it."""
+    read = store.Store.read
+
+    def late(self, chunk, written):
+        self._group["energy.drift"][self._plan.chunks[chunk][1]] = 7.0
+        return read(self, chunk, written)
+
+    monkeypatch.setattr(store.Store, "read", late)
+    assert shared(tmp_path).attrs["sha256"] == sweep().attrs["sha256"]
+    assert len(put) > 4
+    group = zarr.open_group(str(tmp_path / "sweep.zarr"))
+    assert (np.asarray(group["energy.drift"][:]) != 7.0).all()
+
+
+def test_chunks_that_share_a_block_are_written_at_home(tmp_path, put, one_at_a_time):
+    """Six points for each step: the chunks of the second do not begin with a block of four."""
+    options = {"axes": {"step": [0.01, 0.02], "body.angular_velocity": SPINS[:6]}, "zipped": False}
+    assert shared(tmp_path, **options).attrs["sha256"] == sweep(**options).attrs["sha256"]
+    assert sorted(put) == [0, 1, 2, 3]

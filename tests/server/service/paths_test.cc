@@ -174,8 +174,8 @@ TEST_F(Paths, OfConvert) {
   *request.mutable_scene() = changed([](auto& s) { s.mutable_initial()->erase("Q"); });
   request.set_to("velocity");
   expect_field(convert(request), "scene.initial.Q", "absent");
-  *request.mutable_scene() = changed([](auto& s) { s.set_members(1); });
-  expect_field(convert(request), "scene.members", "1");
+  *request.mutable_scene() = changed([](auto& s) { s.set_members(2); });
+  expect_field(convert(request), "scene.initial.M", "3 x 3");
 }
 
 TEST_F(Paths, OfForkSession) {
@@ -233,12 +233,12 @@ TEST_F(Paths, OfMeasureTradeoff) {
     expect_field(measure(request), "scene." + field);
   }
   *request.mutable_scene() = test::wire_scene();
-  request.mutable_scene()->set_members(1);
+  request.mutable_scene()->set_members(5000);
   request.set_horizon(-1);
   request.set_budget(0);
   request.set_repeats(4'000'000'000);
   const auto faults = measure(request);
-  expect_field(faults, "scene.members", "1");
+  expect_field(faults, "scene.members", "5000: must be at most 1024");
   expect_field(faults, "horizon", "-1");
   expect_field(faults, "budget", "0");
   expect_field(faults, "repeats", "4000000000: must be 1 to 100");

@@ -18,6 +18,7 @@ from stiefel.sweeps.progress import Progress
 from stiefel.sweeps.reduction import request_of
 from stiefel.sweeps.result import SweepResult, Table
 from stiefel.sweeps.run import ask_until_answered, run_chunks
+from stiefel.sweeps.shared_store import Written
 from stiefel.sweeps.store import open_store
 from stiefel.sweeps.worker import here
 
@@ -42,7 +43,8 @@ def sweep(scene: SceneLike, axes: Mapping[str, Any], to: int, summarize: Quantit
     executor: any of concurrent.futures, those of Dask, mpi4py and loky, `stiefel.ray.Executor`, or a function that
         makes one anew when it breaks. None: one server here on all cores; `servers`: running servers by address, or
         clients of them, where they need more than an address.
-    store: a Zarr group, by path or as what zarr.open_group takes. Finished chunks in it are not computed again.
+    store: a Zarr group, by path or as what zarr.open_group takes. Finished chunks in it are not computed again. Workers
+        that see the path write their chunks themselves.
     progress: shows motions done and the time left.
     threads: those of each worker's own server. None: what Dask, Ray or Slurm gave the worker, else 1, here all cores.
 
@@ -81,15 +83,25 @@ def _run(plan: Plan, workers: Workers, failures: Failures, store: Optional[Any],
                              "chunks": len(plan.chunks), "failures": json.dumps(failures.counted)})
 
     with Progress(plan.axes.points, sum(len(plan.points(chunk)) for chunk in done), progress) as bar:
-        def take(chunk: int, arrays: Any) -> None:
-            if kept:
-                kept.put(chunk, arrays)
+        def finish(chunk: int, arrays: Any) -> None:
             table.put(plan.points(chunk), arrays)
             done.add(chunk)
             bar.add(len(plan.points(chunk)))
 
+        def take(chunk: int, arrays: Any) -> None:
+            if kept:
+                kept.put(chunk, arrays)
+            finish(chunk, arrays)
+
+        def take_written(chunk: int, written: Written) -> bool:
+            arrays = kept.read(chunk, written) if kept else None
+            if arrays is not None:
+                finish(chunk, arrays)
+            return arrays is not None
+
         try:
-            run_chunks(plan, [k for k in range(len(plan.chunks)) if k not in done], workers, failures, take)
+            run_chunks(plan, [k for k in range(len(plan.chunks)) if k not in done], workers, failures, take,
+                       kept.place if kept and workers.elsewhere else lambda chunk: None, take_written)
         except SweepFailed as error:
             raise _completed(error, len(done), len(plan.chunks), result() if done else None, kept is not None) from error.__cause__
     return result()

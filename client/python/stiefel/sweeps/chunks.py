@@ -13,6 +13,7 @@ from stiefel.resolved import matrix
 from stiefel.scenes import to_array
 from stiefel.arrays import decode
 from stiefel.sweeps.axes import owner_of
+from stiefel.sweeps.shared_store import Place
 
 WORK = 2.0**34  #: instructions of a chunk, about a second of one core
 CREATION = 2.0**20  #: instructions for checking and setting up one member
@@ -57,6 +58,8 @@ class Task:
     timeout: float = 600.0  #: seconds after which the server is taken to be lost
     threads: Optional[int] = None  #: of the worker's own server
     home: tuple[str, int] = field(default=("", 0))  #: host and process that the sweep runs in
+    place: Optional[Place] = None  #: in a store that the worker may write to, if it sees it
+    attempt: int = 0  #: how often it failed before: Dask answers the same task again with the failure that it remembers
 
     @property
     def key(self) -> str:

@@ -25,6 +25,8 @@ Given = Union[Executor, Callable[[], Executor]]
 class Workers:
     """Gives tasks to an executor. A process pool that broke is replaced by one like it."""
 
+    elsewhere = True  #: tasks run in other processes, which may write to a store
+
     def __init__(self, executor: Given):
         self._make = None if isinstance(executor, Executor) else executor
         self._mine = not isinstance(executor, Executor)
@@ -98,6 +100,8 @@ def _like(executor: Any) -> Optional[Callable[[], Executor]]:
 class Servers(Workers):
     """Threads of this process that call running servers, each server with a few calls at once."""
 
+    elsewhere = False
+
     def __init__(self, servers: Sequence[Union[str, Client]]):
         if isinstance(servers, str) or not servers or not all(isinstance(one, (str, Client)) for one in servers):
             rule = f"{servers!r}: must be a list of addresses or clients"
@@ -132,6 +136,8 @@ class Servers(Workers):
 
 class Here(Workers):
     """Threads of this process that call one server of its own, which computes on `threads` cores, 0: on all."""
+
+    elsewhere = False
 
     def __init__(self, threads: Optional[int]):
         self._share = Share(threads or 0)

@@ -3,7 +3,8 @@ from __future__ import annotations
 
 from collections import deque
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
-from typing import Any, Callable, Iterable
+from dataclasses import replace
+from typing import Any, Callable, Iterable, Optional
 
 from numpy.typing import NDArray
 
@@ -13,8 +14,10 @@ from stiefel.sweeps.failures import Failures, SweepFailed
 from stiefel.sweeps.plan import Plan, place_violations
 from stiefel.sweeps.resolution import Question, Resolved
 from stiefel.sweeps.result import canonical
+from stiefel.sweeps.shared_store import Place, Written
 
 Take = Callable[[int, "dict[str, NDArray[Any]]"], None]
+TakeWritten = Callable[[int, Written], bool]
 GRACE = 5.0  #: seconds for chunks that have begun when the sweep fails
 QUESTION = -1  # its place among the failures of chunks
 
@@ -23,7 +26,8 @@ def ask_until_answered(question: Question, workers: Workers, failures: Failures)
     """The answer of some worker. The question is given again while workers die. SweepFailed after too many."""
     while True:
         try:
-            return workers.ask(question).result()
+            again = tuple(replace(task, attempt=failures.of(QUESTION)) for task in question.tasks)
+            return workers.ask(replace(question, tasks=again)).result()
         except (Exception, CancelledError) as error:
             if not failures.may_try_again(QUESTION, error):
                 if failures.of(QUESTION) == 0:
@@ -33,8 +37,13 @@ def ask_until_answered(question: Question, workers: Workers, failures: Failures)
                 raise SweepFailed(f"the executor takes no tasks: {_text(error)}", failures=dict(failures.counted)) from error
 
 
-def run_chunks(plan: Plan, chunks: Iterable[int], workers: Workers, failures: Failures, take: Take) -> None:
+def run_chunks(plan: Plan, chunks: Iterable[int], workers: Workers, failures: Failures, take: Take,
+               place: Callable[[int], Optional[Place]] = lambda chunk: None,
+               take_written: TakeWritten = lambda chunk, written: False) -> None:
     """`take` gets each chunk with its numbers, in the order in which they finish.
+
+    `place`: where a worker may write a chunk; `take_written` gets a chunk that its worker wrote. False: it is not there,
+    and the chunk is given again.
 
     A chunk whose worker died is given again, at most `ATTEMPTS` times. SweepFailed where that or the executor does not
     suffice; what a task itself raises is raised as it is. What has begun by then may finish within `GRACE` seconds, and
@@ -46,7 +55,8 @@ def run_chunks(plan: Plan, chunks: Iterable[int], workers: Workers, failures: Fa
         while waiting or running:
             while waiting and len(running) < workers.window:
                 chunk = waiting.popleft()
-                running[workers.give(plan.task(chunk))] = chunk
+                task = replace(plan.task(chunk), place=place(chunk), attempt=failures.of(chunk))
+                running[workers.give(task)] = chunk
             for future in wait(running, return_when=FIRST_COMPLETED).done:
                 chunk = running.pop(future)
                 try:
@@ -56,20 +66,28 @@ def run_chunks(plan: Plan, chunks: Iterable[int], workers: Workers, failures: Fa
                     waiting.append(chunk)
                 else:
                     workers.finished()
-                    take(chunk, canonical(reduced))
+                    if not isinstance(reduced, Written):
+                        take(chunk, canonical(reduced))
+                    elif not take_written(chunk, reduced):
+                        waiting.append(chunk)
     except Exception:
-        _take_what_has_begun(running, take)
+        _take_what_has_begun(running, take, take_written)
         raise
     finally:
         for future in running:
             future.cancel()
 
 
-def _take_what_has_begun(running: "dict[Future[Any], int]", take: Take) -> None:
+def _take_what_has_begun(running: "dict[Future[Any], int]", take: Take, take_written: TakeWritten) -> None:
     begun = {future: chunk for future, chunk in running.items() if not future.cancel()}
     for future in wait(begun, timeout=GRACE).done:
-        if not future.cancelled() and future.exception() is None:
-            take(begun[future], canonical(future.result()))
+        if future.cancelled() or future.exception() is not None:
+            continue
+        reduced = future.result()
+        if isinstance(reduced, Written):
+            take_written(begun[future], reduced)
+        else:
+            take(begun[future], canonical(reduced))
 
 
 def _again_or_raise(error: BaseException, chunk: int, plan: Plan, workers: Workers, failures: Failures) -> None:

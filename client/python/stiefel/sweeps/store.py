@@ -1,13 +1,15 @@
 """A Zarr group with the finished chunks of one sweep.
 
-Only the process that runs the sweep writes. A chunk's mark, the SHA-256 of its numbers, is written after them: a chunk
-without its mark, or with another one, is computed again.
+The process that runs the sweep makes it and writes; workers that see it write their chunks themselves (shared_store). A
+chunk's mark, the SHA-256 of its numbers, is written after them: a chunk without its mark, or with another one, is
+computed again.
 """
 from __future__ import annotations
 
 import hashlib
 import json
 import os
+import secrets
 from pathlib import Path
 from typing import Any, Iterator, Mapping, Optional
 
@@ -16,8 +18,9 @@ from numpy.typing import NDArray
 
 from stiefel.errors import InvalidArgument, Violation
 from stiefel.sweeps.plan import Plan
+from stiefel.sweeps.shared_store import CHALLENGE, MARKS, Place, Written, mark_of, write
 
-_SWEEP, _MARKS, _SHAPES = "stiefel_sweep", "done", "stiefel_arrays"
+_SWEEP, _SHAPES = "stiefel_sweep", "stiefel_arrays"
 _SIZE = 32  # bytes of a mark
 
 
@@ -29,6 +32,10 @@ class Store:
         self._group = _open(store)
         self._arrays: dict[str, Any] = {}
         self._complete = False  # every array of the sweep is known to be there
+        self._path = os.path.abspath(store) if isinstance(store, (str, os.PathLike)) else None
+        self._challenge = ""  # of this run, once there is one
+        _, first, rows = plan.chunks[0]  # whether no two chunks share a block of an array
+        self._apart = all(begin % (rows - first) == 0 and end - begin <= rows - first for _, begin, end in plan.chunks)
         found = self._group.attrs.get(_SWEEP)
         identity = plan.identity()
         if found is None and len(list(self._group)) > 0:
@@ -38,9 +45,9 @@ class Store:
             raise _wrong(store, f"is the store of another sweep: {differs} differ; must be empty or the store of this sweep")
         if found is None:
             self._group.attrs[_SWEEP] = identity
-        if _MARKS not in self._group:
-            self._create(_MARKS, (len(plan.chunks), _SIZE), np.dtype("u1"), 1, (f"{_MARKS}_chunk", f"{_MARKS}_byte"))
-        self._marks = self._group[_MARKS]
+        if MARKS not in self._group:
+            self._create(MARKS, (len(plan.chunks), _SIZE), np.dtype("u1"), 1, (f"{MARKS}_chunk", f"{MARKS}_byte"))
+        self._marks = self._group[MARKS]
 
     def finished(self) -> Iterator[tuple[int, dict[str, NDArray[Any]]]]:
         """The chunks that are done, with their numbers."""
@@ -51,7 +58,7 @@ class Store:
         for chunk in np.flatnonzero(marks.any(axis=1)).tolist():
             _, begin, end = self._plan.chunks[chunk]
             arrays = {name: np.asarray(self._array(name)[begin:end]) for name in names}
-            if _mark(arrays).tobytes() == marks[chunk].tobytes():
+            if mark_of(arrays).tobytes() == marks[chunk].tobytes():
                 yield chunk, arrays
 
     def put(self, chunk: int, arrays: Mapping[str, NDArray[Any]]) -> None:
@@ -59,9 +66,31 @@ class Store:
         _, begin, end = self._plan.chunks[chunk]
         if not self._complete:
             self._create_all(arrays)
-        for name, values in arrays.items():
-            self._array(name)[begin:end] = values
-        self._marks[chunk] = _mark(arrays)
+        write(self._group, chunk, begin, end, arrays)
+
+    def place(self, chunk: int) -> Optional[Place]:
+        """Where a worker may write the chunk. None while arrays are missing, and of a store that has no path or in which
+        another chunk may be written at the same time into one block of an array."""
+        if self._path is None or not self._complete or not self._apart:
+            return None
+        if not self._challenge:
+            self._challenge = secrets.token_hex(32)
+            self._group.attrs[CHALLENGE] = self._challenge
+        _, begin, end = self._plan.chunks[chunk]
+        return Place(self._path, hashlib.sha256(self._challenge.encode()).hexdigest(), chunk, begin, end)
+
+    def read(self, chunk: int, written: Written) -> Optional[dict[str, NDArray[Any]]]:
+        """The numbers that a worker wrote. None where they are not those that it says it wrote: its store is seen in
+        another state here, and no worker may write any more."""
+        _, begin, end = self._plan.chunks[chunk]
+        try:
+            arrays = {name: np.asarray(self._array(name)[begin:end]) for name in self._group.attrs[_SHAPES]}
+            if mark_of(arrays).tobytes() == written.mark == np.asarray(self._marks[chunk]).tobytes():
+                return arrays
+        except Exception:  # a file that is not there yet: whatever the kind of store raises
+            pass
+        self._path = None
+        return None
 
     def _create_all(self, arrays: Mapping[str, NDArray[Any]]) -> None:
         _, begin, end = self._plan.chunks[0]
@@ -98,14 +127,6 @@ def _open(store: Any) -> Any:
         return zarr.open_group(store, mode="a")
     except Exception as error:  # whatever the kind of store raises
         raise _wrong(store, f"cannot be opened: {type(error).__name__}: {error}") from error
-
-
-def _mark(arrays: Mapping[str, NDArray[Any]]) -> NDArray[np.uint8]:
-    digest = hashlib.sha256()
-    for name in sorted(arrays):
-        values = np.ascontiguousarray(arrays[name])
-        digest.update(f"{name} {values.dtype.str} {values.shape}\n".encode() + values.tobytes())
-    return np.frombuffer(digest.digest(), np.uint8)
 
 
 def _differences(found: Any, identity: Mapping[str, Any]) -> list[str]:

@@ -5,7 +5,7 @@ import os
 import socket
 import sys
 import time
-from typing import Optional
+from typing import Optional, Union
 
 from stiefel import v1 as pb
 from stiefel.client import Client
@@ -15,16 +15,23 @@ from stiefel.sweeps.failures import LostServer, OtherNumerics
 from stiefel.sweeps.orphans import end_with_parent
 from stiefel.sweeps.own_server import OwnServer, Share
 from stiefel.sweeps.reduction import Reduced, reduce
+from stiefel.sweeps.result import canonical
+from stiefel.sweeps.shared_store import Written, write_if_seen
 
 REFUSAL = 1.0  #: seconds that a refused task takes, so that a worker of another build does not draw all tasks
 
 _own = OwnServer()
 
 
-def compute(task: Task) -> Reduced:
-    """The task's statistics, from this process's own server. LostServer, OtherNumerics."""
+def compute(task: Task) -> Union[Reduced, Written]:
+    """The task's statistics, from this process's own server, or their mark where this process wrote them into the store.
+    LostServer, OtherNumerics."""
     end_with_parent()
-    return _own.use(lambda client: compute_at(client, task), share_of(task))
+    reduced = _own.use(lambda client: compute_at(client, task), share_of(task))
+    if task.place is None:
+        return reduced
+    written = write_if_seen(task.place, canonical(reduced))
+    return written if isinstance(written, Written) else reduced
 
 
 def compute_at(client: Client, task: Task) -> Reduced:

@@ -1,0 +1,224 @@
+#include "engine/simulation/accuracy/chooser.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/linalg/arithmetic/to_text.h"
+#include "engine/simulation/catalogue/methods/step_weight.h"
+
+namespace stiefel {
+namespace {
+
+/// Shares of the budget for the reference: a third, and three quarters where its first state alone
+/// takes more than the third.
+constexpr double reference_share = 1.0 / 3, largest_reference_share = 3.0 / 4;
+/// One run may take this share of the budget; a candidate may take so many runs.
+constexpr double run_share = 1.0 / 20;
+constexpr int most_runs = 14;
+constexpr int most_substeps = 1 << 20;
+/// Factor on an extrapolated error.
+constexpr double caution = 2;
+/// A run of less than this part of the horizon says too little of it to accept a method.
+constexpr double least_part = 1.0 / 64;
+
+/// "2.1e-09".
+std::string short_text(double x) { return scientific_text(x, 2); }
+
+}  // namespace
+
+Chooser::Chooser(const SceneDescription& description, const Place& place, MeasuredMotions motions,
+                 std::vector<Candidate> candidates, double budget)
+    : description_(description),
+      place_(place),
+      motions_(std::move(motions)),
+      tolerance_(*description.tolerance),
+      steps_(steps_to(*description.horizon, *description.step)),
+      all_(std::move(candidates)),
+      budget_(budget),
+      left_(budget) {}
+
+Chooser::Trial Chooser::attempt(const Candidate& candidate, const MethodDescription& method) {
+  return attempt(candidate, method, std::min(run_share * budget_, left_));
+}
+
+Chooser::Trial Chooser::attempt(const Candidate& candidate, const MethodDescription& method,
+                                double allowed) {
+  const double step_work = candidate.weight * method.substeps.value_or(1);
+  const std::int64_t to = affordable_steps(samples(), step_work, allowed);
+  const Scene scene = motions_.front().with(method).value();
+  Trial trial{*scene.description().method};
+  trial.too_dear = static_cast<double>(to) * step_work > left_;
+  // The growth of rounding errors in single precision cannot be extrapolated from a part.
+  if (trial.too_dear || (scene.in_float() && to < steps_)) return trial;
+  const Run result = motions_.run(method, candidate.weight, to, Watch::errors, {}, left_);
+  left_ -= result.spent;
+  trial.too_dear = result.status.outcome == Outcome::cancelled;
+  trial.measured = !trial.too_dear;
+  trial.steps = result.steps;
+  if (!result.status.reached() || result.errors.empty()) return trial;
+  const std::size_t last = result.errors.size() - 1;
+  double error = result.largest_error(last + 1) + samples().answers[last].error;
+  const double growth = growth_.beyond(candidate, result, samples(), steps_);
+  if (result.steps < steps_) error *= caution * growth;
+  trial.error = std::isfinite(error) ? error / tolerance_ : infinity;
+  trial.cost = result.work * static_cast<double>(steps_) / static_cast<double>(result.steps);
+  if (trial.error < nearest_.error) nearest_ = trial;
+  return trial;
+}
+
+/// By the order p: m ← m (error)^{1/p}, up until the error is small enough and then down again, as
+/// long as what comes of it can still be the cheapest.
+std::optional<Chooser::Trial> Chooser::fewest_substeps(const Candidate& candidate) {
+  const double p = candidate.order;
+  std::optional<Trial> found;
+  double failed = 0, m = 1, last_error = infinity;
+  int idle = 0;
+  for (int k = 0; k < most_runs && left_ > 0 && m <= most_substeps; ++k) {
+    const double bound = best_ ? best_->cost : infinity;
+    if (whole_cost(candidate, m) >= bound) break;
+    Trial trial = attempt(candidate, candidate.with_substeps(static_cast<int>(m)));
+    if (trial.too_dear) break;
+    const double predicted = m * std::pow(trial.error, 1 / p);
+    if (trial.good()) {
+      found = std::move(trial);
+      const double fewer = std::ceil(std::max(predicted * 1.01, failed + 1));
+      if (!(fewer < 0.95 * m)) break;
+      m = fewer;
+      continue;
+    }
+    failed = m;
+    if (found) {  // between what fails and what does not
+      const double between = std::ceil(std::sqrt(m * *found->method.substeps));
+      if (!(between > m && between < 0.95 * *found->method.substeps)) break;
+      m = between;
+      continue;
+    }
+    if (std::isinf(trial.error)) {  // a step too long for the method
+      m *= 2;
+      continue;
+    }
+    // Rounding: shorter steps do not help any more.
+    idle = trial.error > 0.6 * last_error ? idle + 1 : 0;
+    if (idle >= 2) break;
+    last_error = trial.error;
+    m = std::ceil(std::clamp(1.02 * predicted, m + 1, 16 * m));
+  }
+  return found;
+}
+
+/// The tolerance of a method that chooses its own steps, per step of the scene. First the loosest
+/// of all, a step at once: between it and the tightest the error does not always fall.
+std::optional<Chooser::Trial> Chooser::loosest_tolerance(const Candidate& candidate) {
+  constexpr double finest = 1e-15, coarsest = 1;
+  const Trial at_once = attempt(candidate, candidate.with_tolerance(coarsest));
+  if (at_once.good()) return at_once;
+  std::optional<Trial> found;
+  double epsilon = std::clamp(tolerance_, finest, coarsest), last_error = infinity;
+  double last_cost = at_once.cost;
+  for (int k = 0; k < most_runs && left_ > 0; ++k) {
+    Trial trial = attempt(candidate, candidate.with_tolerance(epsilon));
+    if (trial.too_dear) break;
+    double next = std::clamp(0.5 * epsilon / trial.error, finest, coarsest);
+    if (trial.good()) {
+      if (!found || trial.cost < found->cost) found = trial;
+      if (next <= 2 * epsilon || (best_ && trial.cost > 4 * best_->cost)) break;
+    } else {
+      // A cost as before means that the tolerance did not change the steps.
+      const bool same = trial.cost == last_cost;
+      if (found || epsilon == finest || (!same && trial.error > 0.6 * last_error)) break;
+      if (!same) last_error = trial.error;
+      last_cost = trial.cost;
+      next = std::max(finest, std::min(next, epsilon / 10));
+    }
+    epsilon = next;
+  }
+  return found;
+}
+
+bool Chooser::solve_references() {
+  const double time = std::abs(motions_.front().time(steps_));
+  for (const double share : {reference_share, largest_reference_share}) {
+    motions_.solve_references(steps_, {time, share * budget_, false}, {});
+    if (!samples().steps.empty() || samples().work > 0) break;
+  }
+  left_ -= samples().work;
+  return !samples().steps.empty();
+}
+
+std::optional<Chooser::Trial> Chooser::measure(const MethodDescription& method) {
+  if (!solve_references()) return std::nullopt;
+  const double step_work = all_.front().weight * method.substeps.value_or(1);
+  const std::int64_t to = affordable_steps(samples(), step_work, left_);
+  if (static_cast<double>(to) < least_part * static_cast<double>(steps_)) return std::nullopt;
+  Trial trial = attempt(all_.front(), method, left_);
+  return trial.measured ? std::optional(std::move(trial)) : std::nullopt;
+}
+
+std::expected<Chooser::Trial, Violations> Chooser::choose() {
+  if (!solve_references()) return std::unexpected(nothing());
+  // The high orders first: what they cost bounds what the others need to try.
+  std::ranges::stable_sort(all_, [](const Candidate& a, const Candidate& b) {
+    if (a.order != b.order) return a.order > b.order;
+    return a.weight < b.weight;
+  });
+  std::vector<const Candidate*> met;
+  for (const Candidate& candidate : all_) {
+    // A sibling is the same method in cheaper arithmetic.
+    const bool sibling = std::ranges::any_of(met, [&](const Candidate* other) {
+      return other->method.name == candidate.method.name && other->order == candidate.order &&
+             other->weight <= candidate.weight;
+    });
+    if (sibling) continue;
+    growth_ = {};
+    const auto trial =
+        candidate.own_steps ? loosest_tolerance(candidate) : fewest_substeps(candidate);
+    if (!trial) continue;
+    met.push_back(&candidate);
+    if (!best_ || trial->cost < best_->cost) best_ = trial;
+  }
+  if (!best_) return std::unexpected(nothing());
+  return *best_;
+}
+
+Violations Chooser::nothing() const {
+  const bool any = std::isfinite(nearest_.error);
+  const double error = nearest_.error * tolerance_;
+  Violation refusal = place_.violation(
+      "tolerance", to_text(tolerance_),
+      any ? "cannot be met up to t = " + to_text(*description_.horizon) +
+                ": the best that was found errs by " + short_text(error) + " (" +
+                to_text(nearest_.method) + ")"
+      : samples().reference.empty()
+          ? "cannot be checked: " + motions_.front().system() + " has no reference; name a method"
+      : samples().steps.empty()
+          ? "cannot be checked: the first state of its reference, " + samples().reference +
+                ", takes " + short_text(samples().first_price) +
+                " units of work, and a choice may take " + short_text(budget_) + "; name a method"
+          : "cannot be met: no method got to a first measurement within the " +
+                short_text(budget_) + " units of work that a choice may take; name a method");
+  refusal.reason = "TOLERANCE_NOT_MET";
+  refusal.metadata = {{"tolerance", to_text(tolerance_)}, {"most_work", to_text(budget_)}};
+  if (samples().first_price > 0)
+    refusal.metadata["reference_work"] = to_text(samples().first_price);
+  if (any) {
+    refusal.metadata["best_error"] = to_text(error);
+    refusal.metadata["best_method"] = to_text(nearest_.method);
+  }
+  return {refusal};
+}
+
+std::string Chooser::reason(const Trial& trial) const {
+  const double measured = static_cast<double>(trial.steps) * std::abs(*description_.step);
+  std::string text = to_text(trial.method) + ": error " + short_text(trial.error * tolerance_) +
+                     " up to t = " + to_text(*description_.horizon) + " at " +
+                     short_text(trial.cost) + " units of work, the least of " +
+                     std::to_string(all_.size()) + " entries that stay within " +
+                     to_text(tolerance_) + "; against " + samples().reference + " (its error " +
+                     short_text(samples().answers.back().error) + ")";
+  if (!is_weighed(motions_.front().with(trial.method).value()))
+    text += "; the work of its steps is estimated";
+  if (trial.steps < steps_) text += ", measured to t = " + to_text(measured) + " and extrapolated";
+  return text;
+}
+
+}  // namespace stiefel
