@@ -6,10 +6,10 @@
 #include "stiefel/catalogue.h"
 #include "stiefel/conversion.h"
 #include "stiefel/simulation.h"
-#include "tests/support/any_scene.h"
-#include "tests/support/ensemble_of.h"
-#include "tests/support/random_frame.h"
-#include "tests/support/random_scene.h"
+#include "tests/support/scenes/any_scene.h"
+#include "tests/support/scenes/ensemble_of.h"
+#include "tests/support/scenes/random_frame.h"
+#include "tests/support/scenes/random_scene.h"
 
 namespace stiefel {
 namespace {
