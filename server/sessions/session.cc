@@ -42,6 +42,17 @@ std::optional<Overflow> find_overflow(const Simulation& simulation) {
   return std::nullopt;
 }
 
+/// Above it ‖Ω‖, which takes eigenvalues, costs more than the step whose price needs it is worth;
+/// the price is then that at h‖Ω‖ = 0.1.
+constexpr int largest_with_rate = 64;
+
+/// The price of a step of the map of that scene, one of the simulation's members.
+double step_price_of(const Scene& scene, const Simulation& simulation) {
+  if (scene.dimension() > largest_with_rate || !price_depends_on_rate(scene))
+    return step_weight(scene);
+  return step_price(scene, std::abs(scene.step()) / scene.substeps() * simulation.rate());
+}
+
 /// A state and the bytes that it takes, which are given back with the last reference to it.
 struct PricedState {
   MemoryLease memory;
@@ -87,8 +98,9 @@ Session::Session(std::string id, Scene scene, std::shared_ptr<const Clock> clock
   step_cost_ = simulation->step_cost();
   direct_ = simulation->direct();
   const auto members = scene_.members();
-  step_work_ = (members.empty() ? step_weight(scene_)
-                                : step_weight(members[0]) * static_cast<double>(members.size())) *
+  const Scene& one = members.empty() ? scene_ : members[0];
+  step_work_ = step_price_of(one, *simulation) *
+               static_cast<double>(std::max<std::size_t>(members.size(), 1)) *
                (direct_ ? 1 : scene_.substeps());
   overflow_ = find_overflow(*simulation);
   checkpoints_ = Checkpoints(first_spacing(step_cost_, saved_size_ * sizeof(double)));
