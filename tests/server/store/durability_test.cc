@@ -289,7 +289,7 @@ TEST_F(DurabilityTest, RestoredSessionsCountInTheirPrincipalsMemory) {
   options.quota.memory = 40 * 10'000;  // the sessions without their simulations, and little more
   const auto count = [](Stub& stub) {
     int more = 0;
-    while (more < 1000 && create(stub, "m" + std::to_string(more), numbered(more)).ok()) ++more;
+    while (more < 1000 && create(stub, std::to_string(1000 + more), numbered(more)).ok()) ++more;
     return more;
   };
   int with = 0, without = 0;
