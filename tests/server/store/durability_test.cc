@@ -216,10 +216,10 @@ TEST_F(DurabilityTest, ADeletedSessionStaysDeletedAfterARestart) {
     Harness harness(with_store(file_));
     if (restart == 0) {
       for (const char* id : {"a", "b"}) harness.create(id, numbered(0));
-      for (const char* id : {"a", "b", "never there"}) EXPECT_TRUE(erase(*harness.stub, id).ok());
+      for (const char* id : {"a", "b", "never-there"}) EXPECT_TRUE(erase(*harness.stub, id).ok());
       harness.create("b", numbered(0));
     }
-    for (const char* id : {"a", "never there"})
+    for (const char* id : {"a", "never-there"})
       EXPECT_EQ(recreate(*harness.stub, id, numbered(0)), "SESSION_DELETED") << restart;
     EXPECT_EQ(recreate(*harness.stub, "b", numbered(0)), "OK") << "it was created anew";
   }
