@@ -216,10 +216,10 @@ TEST_F(DurabilityTest, ADeletedSessionStaysDeletedAfterARestart) {
     Harness harness(with_store(file_));
     if (restart == 0) {
       for (const char* id : {"a", "b"}) harness.create(id, numbered(0));
-      for (const char* id : {"a", "b", "never there"}) EXPECT_TRUE(erase(*harness.stub, id).ok());
+      for (const char* id : {"a", "b", "never-there"}) EXPECT_TRUE(erase(*harness.stub, id).ok());
       harness.create("b", numbered(0));
     }
-    for (const char* id : {"a", "never there"})
+    for (const char* id : {"a", "never-there"})
       EXPECT_EQ(recreate(*harness.stub, id, numbered(0)), "SESSION_DELETED") << restart;
     EXPECT_EQ(recreate(*harness.stub, "b", numbered(0)), "OK") << "it was created anew";
   }
@@ -289,7 +289,7 @@ TEST_F(DurabilityTest, RestoredSessionsCountInTheirPrincipalsMemory) {
   options.quota.memory = 40 * 10'000;  // the sessions without their simulations, and little more
   const auto count = [](Stub& stub) {
     int more = 0;
-    while (more < 1000 && create(stub, "m" + std::to_string(more), numbered(more)).ok()) ++more;
+    while (more < 1000 && create(stub, std::to_string(1000 + more), numbered(more)).ok()) ++more;
     return more;
   };
   int with = 0, without = 0;
