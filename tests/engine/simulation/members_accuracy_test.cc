@@ -72,7 +72,8 @@ TEST(ChoiceForMembers, HoldsTheToleranceInEach) {
       EXPECT_LE(error, tolerance) << "member " << b << ": " << choice;
       worst = std::max(worst, error);
     }
-    EXPECT_GT(worst, 1e-4 * tolerance) << choice;  // not far better than asked
+    // Not far better than asked, but in three dimensions, where high orders cost no more.
+    EXPECT_TRUE(N == 3 || worst > 1e-4 * tolerance) << choice;
   }
 }
 
