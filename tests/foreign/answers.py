@@ -7,7 +7,7 @@ from typing import Any, Iterable
 
 import grpc
 from google.protobuf import json_format
-from google.protobuf.any_pb2 import Any as Any_
+from google.protobuf.any_pb2 import Any as AnyMessage
 from google.protobuf.message import Message
 
 from script import Call, Json
@@ -49,7 +49,7 @@ def detail_of(detail: Json) -> Message:
         packed = base64.b64decode(detail["value"])
     else:
         packed = json_format.ParseDict(detail, getattr(pb, url.rsplit(".", 1)[1])()).SerializeToString()
-    return Any_(type_url=url, value=packed)
+    return AnyMessage(type_url=url, value=packed)
 
 
 def reason_of(status: bytes) -> str:

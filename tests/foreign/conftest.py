@@ -11,7 +11,7 @@ import pytest
 
 import stiefel
 from answers import Answer, ask, check, whole
-from script import QUARTER, SIZES, STEPS, Call, Json, scene, script
+from script import QUARTER, SIZES, STEPS, Call, scene_of_arrays, script
 
 NOT_RUN = 77
 Start = Callable[[], stiefel.Server]
@@ -26,7 +26,7 @@ def start(tmp_path_factory: Any) -> Start:
     return lambda: stiefel.Server.start("127.0.0.1:0", environment={"STIEFEL_CHECKPOINT_KEY": str(key)})
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def server(start: Start) -> Iterator[stiefel.Server]:
     with start() as server:
         yield server
@@ -53,23 +53,12 @@ def compare(size: int, start: Start) -> Callable[[list[Call], list[Answer]], Non
                 check(call, answer, expected)
                 known(call, answer, size)
             streamed = whole("Stream", next(a.replies for c, a in zip(calls, answers) if c.rpc == "Stream"))
-            with stiefel.Client(other.address) as client, client.create(scene_of(size)) as session:
+            with stiefel.Client(other.address) as client, client.create(scene_of_arrays(size)) as session:
                 run = session.trajectory(to=STEPS[size], every=2)
                 assert list(streamed["samples"]) == run.step.tolist()
                 for name in ("Q", "M"):
                     assert streamed[f"fields.{name}"] == np.ascontiguousarray(run[name]).tobytes()
     return compare
-
-
-def scene_of(size: int) -> Json:
-    """For the Python client, whose arrays are numpy's."""
-    described = scene(size)
-    tensors = described.pop("initial_tensors", {})
-    if tensors:
-        import base64
-        described["initial"] = {name: np.frombuffer(base64.b64decode(each["data"])).reshape(each["shape"])
-                                for name, each in tensors.items()}
-    return described
 
 
 def known(call: Call, answer: Answer, size: int) -> None:

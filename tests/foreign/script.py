@@ -38,6 +38,15 @@ def scene(size: int) -> Json:
             "initial_tensors": {"Q": tensor(orthogonal), "M": tensor((upper - upper.T) / size)}}
 
 
+def scene_of_arrays(size: int) -> Json:
+    """`scene` as the Python client takes it."""
+    described = scene(size)
+    for name, each in described.pop("initial_tensors", {}).items():
+        array = np.frombuffer(base64.b64decode(each["data"])).reshape(each["shape"])
+        described.setdefault("initial", {})[name] = array
+    return described
+
+
 def frames(size: int) -> Json:
     """Two unit vectors a quarter of a great circle apart."""
     rows = [{"rows": 1, "cols": size, "values": list(np.eye(size)[k])} for k in (0, 1)]

@@ -36,7 +36,7 @@ class Proxy:
     tls: int
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def envoy(server: stiefel.Server, tmp_path_factory: Any) -> Iterator[Proxy]:
     """docker/envoy.yaml, with one server in the place of three."""
     program = tools.from_pypi("envoy") / "envoy"

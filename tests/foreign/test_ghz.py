@@ -10,7 +10,7 @@ import pytest
 
 import stiefel
 import tools
-from script import SIZES, Json
+from script import SIZES, Json, scene_of_arrays
 
 
 @pytest.fixture(scope="session")
@@ -18,12 +18,11 @@ def ghz() -> Path:
     return tools.from_go("ghz")
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def sessions(server: stiefel.Server) -> Any:
     """One of each size, by its size."""
-    from conftest import scene_of
     with stiefel.Client(server.address) as client:
-        yield {size: client.create(scene_of(size)).id for size in SIZES}
+        yield {size: client.create(scene_of_arrays(size)).id for size in SIZES}
 
 
 # How many calls each, which have to fit into a minute of a loaded machine.

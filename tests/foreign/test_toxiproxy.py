@@ -45,13 +45,13 @@ ENDS = {
 }
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def toxiproxy(server: stiefel.Server) -> Iterator[Toxiproxy]:
     with Toxiproxy(tools.from_go("toxiproxy"), server.address) as toxiproxy:
         yield toxiproxy
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def answers(server: stiefel.Server) -> dict[str, Any]:
     """Without a proxy."""
     with stiefel.Client(server.address) as client:
@@ -151,7 +151,7 @@ def run(command: list[str], address: str) -> "subprocess.CompletedProcess[str]":
     return subprocess.run([os.environ["STIEFEL_CLI"], *command, "--server", address], capture_output=True, text=True, timeout=240)
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def outputs(commands: dict[str, list[str]], server: stiefel.Server) -> dict[str, str]:
     done = {name: run(command, server.address) for name, command in commands.items()}
     assert {one.returncode for one in done.values()} == {0}, done
