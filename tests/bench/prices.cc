@@ -16,7 +16,7 @@
 #include "stiefel/simulation.h"
 #include "stiefel/tradeoff.h"
 #include "tests/bench/sized_scene.h"
-#include "tests/support/random_scene.h"
+#include "tests/support/scenes/random_scene.h"
 
 using namespace stiefel;
 

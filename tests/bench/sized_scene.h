@@ -3,8 +3,8 @@
 #include <string>
 
 #include "stiefel/catalogue.h"
-#include "tests/support/any_scene.h"
-#include "tests/support/random_frame.h"
+#include "tests/support/scenes/any_scene.h"
+#include "tests/support/scenes/random_frame.h"
 
 namespace stiefel::bench {
 
