@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/limits/failpoint.h"
+
 namespace stiefel::server {
 
 MemoryExhausted::MemoryExhausted(std::uint64_t bytes, std::uint64_t free, std::uint64_t limit)
@@ -30,6 +32,7 @@ bool MemoryBudget::try_take(std::uint64_t bytes) noexcept {
 }
 
 void MemoryBudget::take(std::uint64_t bytes) {
+  failpoint("memory.take");
   if (try_take(bytes)) return;
   if (bytes <= limit_) {
     const std::lock_guard lock(reclaiming_);

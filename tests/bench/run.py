@@ -19,6 +19,7 @@ from pathlib import Path
 sys.dont_write_bytecode = True
 
 import callgrind
+import prices
 import report
 import weights
 from peers import contest, environment, picture
@@ -77,6 +78,7 @@ def measure(build: Path, counts: dict[str, float]) -> list[dict]:
     found += callgrind.measure(programs / "bench_instructions", counts["instructions"])
     if counts["instructions"]:
         found += weights.measure(programs / "bench_weights")
+        found += prices.measure(programs / "bench_prices")
     return found
 
 

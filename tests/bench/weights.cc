@@ -1,14 +1,15 @@
-// Steps of every method on every system in several sizes, for callgrind to count one by one: before
-// each it prints "system method order arithmetic scalar n N steps". tests/bench/weights.py reads
-// both.
+// Steps of every method on the system that is named, in several sizes, for callgrind to count one
+// by one: after each it prints "system method|- order arithmetic scalar n N steps h‖Ω‖".
+// tests/bench/weights.py reads both. Without a name: the names of the systems.
 #include <iostream>
+#include <numeric>
+#include <set>
 
 #include "engine/simulation/catalogue/methods/step_weight.h"
 #include "engine/simulation/catalogue/system_entry.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/simulation.h"
-#include "tests/support/any_scene.h"
-#include "tests/support/random_frame.h"
+#include "tests/bench/sized_scene.h"
 
 using namespace stiefel;
 
@@ -19,31 +20,51 @@ extern "C" [[gnu::noinline]] void measured_steps(Simulation& simulation, std::in
 
 namespace {
 
+using bench::Size;
+
 constexpr double h_Omega = 0.1;
 
-struct Size {
-  int n, N;
-};
-
-/// A system on V(n, N), the momentum and costate forms too.
-SceneDescription frames(const std::string& system, Size size, bool round) {
-  const testing::RandomFrame<double> frame(size.n, size.N, 1, round ? 1 : 4);
-  SceneDescription d;
-  d.system = system;
-  d.inertia = {frame.lambda.begin(), frame.lambda.end()};
-  const bool vector = system == "ellipsoid";
-  d.initial[vector ? "q" : "Q"] = frame.Q;
-  if (vector)
-    d.initial["qdot"] = Eigen::MatrixXd(frame.S * frame.lambda.cwiseInverse().asDiagonal());
-  if (system == "stiefel") d.initial["S"] = frame.S;
-  if (system == "stiefel_costate") d.initial["P"] = frame.S;
-  if (system == "stiefel_momentum")
-    d.initial["M"] = Eigen::MatrixXd(frame.Q.transpose() * frame.S - frame.S.transpose() * frame.Q);
-  d.step = h_Omega;
-  return d;
+/// Explicit methods and closed forms: every step takes the count of the table, which has the
+/// remainders by a register's lanes. What iterates takes more or fewer instructions from step to
+/// step, and a few sizes suffice.
+bool counts_repeat(const std::string& method) {
+  static const std::set<std::string> explicit_methods = {"rk4", "munthe_kaas4", "crouch_grossman3"};
+  const MethodInfo* info = catalogue().method(method);
+  return explicit_methods.contains(method) || (info && info->orders.empty());
 }
 
-std::vector<Size> sizes(const std::string& system) {
+std::vector<Size> frame_sizes(const std::string& method, int order) {
+  if (!counts_repeat(method)) {
+    std::vector<Size> few = {{1, 4},  {1, 32},  {2, 5},   {3, 3},   {3, 12}, {4, 4},
+                             {4, 8},  {4, 32},  {6, 6},   {6, 12},  {8, 8},  {8, 16},
+                             {8, 40}, {12, 12}, {12, 40}, {16, 16}, {16, 64}};
+    if (order <= 2) few.insert(few.end(), {{32, 32}, {32, 64}});
+    return few;
+  }
+  std::vector<Size> all;
+  for (const int n : {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 16, 17, 18, 19, 32, 33, 64}) {
+    std::set<int> columns = {n, 32, 40, 64};
+    if (n < 10) columns.insert({n + 1, n + 2, n + 3, 8, 9, 10, 11, 12, 16, 20});
+    for (const int N : columns)
+      if (N >= std::max(n, 3)) all.push_back({n, N});
+  }
+  return all;
+}
+
+/// N of the systems with n = N and of the ellipsoid.
+std::vector<int> dimensions(const std::string& method, int order) {
+  if (!counts_repeat(method)) {
+    std::vector<int> few = {3, 4, 5, 6, 8, 10, 12, 16, 24, 32};
+    if (order <= 2) few.push_back(64);
+    return few;
+  }
+  std::vector<int> all(17);
+  std::iota(all.begin(), all.end(), 3);
+  all.insert(all.end(), {32, 33, 34, 35, 64, 65, 66, 67});
+  return all;
+}
+
+std::vector<Size> sizes(const std::string& system, const std::string& method, int order) {
   const SystemEntry& entry = *system_entry(system);
   if (entry.example) {
     const Scene one = Scene::resolve(testing::any_scene(system, "", 1, h_Omega)).value();
@@ -51,57 +72,81 @@ std::vector<Size> sizes(const std::string& system) {
     return {{static_cast<int>(n), static_cast<int>(N)}};
   }
   if (system == "double_bracket") return {{2, 3}};
-  if (system == "parametric_rigid_body") return {{4, 4}};
-  if (system == "ellipsoid") return {{1, 3}, {1, 8}, {1, 32}};
-  if (system.starts_with("stiefel"))
-    return {{1, 4}, {1, 32}, {2, 5}, {3, 3}, {3, 12}, {4, 32}, {8, 40}};
-  return {{3, 3}, {4, 4}, {6, 6}, {12, 12}, {32, 32}};
+  if (system.starts_with("parametric")) return {{4, 4}};
+  if (system == "discrete_stiefel") return {{2, 5}};
+  if (bench::on_frames(system) && system != "ellipsoid") return frame_sizes(method, order);
+  std::vector<Size> found;
+  for (const int N : dimensions(method, order)) found.push_back({system == "ellipsoid" ? 1 : N, N});
+  return found;
 }
 
-/// A closed form exists only for Λ of at most two values.
-SceneDescription scene(const std::string& system, const std::string& method, Size size) {
-  const bool closed_form = catalogue().method(method)->orders.empty();
-  if (system == "ellipsoid" || system.starts_with("stiefel"))
-    return frames(system, size, closed_form);
-  return testing::any_scene(system, closed_form ? method : "", 1, h_Omega, size.N);
+/// h‖Ω‖ besides h_Omega at which methods that iterate are counted, and the sizes for that.
+constexpr double other_rates[] = {0.01, 0.03, 0.3};
+
+std::vector<Size> sizes_for_rates(const std::string& system, const std::string& method, int order) {
+  const auto all = sizes(system, method, order);
+  if (counts_repeat(method) || all.size() == 1) return {};
+  std::vector<Size> found;
+  for (const Size size : all)
+    if (size.N == 3 || size.N == 4 || size.N == 8)
+      if (found.empty() || found.back().N < size.N) found.push_back(size);
+  return found;
 }
 
 void count(SceneDescription description, Size size) {
   const auto scene = Scene::resolve(std::move(description));
   if (!scene) return;  // the method is for other sizes
   const auto simulation = make_simulation(*scene);
-  constexpr int first = 16, steps = 4;  // by then solvers have their history
+  // By then solvers have their history.
+  const int first = counts_repeat(std::string(scene->method())) ? 1 : size.N <= 12 ? 16 : 6;
+  constexpr int steps = 4;
   if (!simulation->advance(first).reached()) return;
   const std::int64_t before = simulation->map_steps();
+  const double rate = std::abs(scene->step()) / scene->substeps() * simulation->rate();
   measured_steps(*simulation, steps);
-  std::cout << scene->system() << ' ' << scene->method() << ' ' << scene->order() << ' '
-            << scene->description().method->arithmetic << ' ' << scene->description().method->scalar
-            << ' ' << size.n << ' ' << size.N << ' ' << simulation->map_steps() - before << '\n';
+  const auto& method = scene->description().method;
+  std::cout << scene->system() << ' ' << (method ? scene->method() : "-") << ' ' << scene->order()
+            << ' ' << (method ? method->arithmetic : "compensated") << ' '
+            << (method ? method->scalar : "double") << ' ' << size.n << ' ' << size.N << ' '
+            << simulation->map_steps() - before << ' ' << rate << std::endl;
 }
 
-/// In every order, arithmetic and scalar; a closed form has none.
+/// In every size.
 void count(std::string_view system, std::string_view method, std::optional<int> order,
            const char* arithmetic, const char* scalar) {
-  for (const Size size : sizes(std::string(system))) {
-    SceneDescription d = scene(std::string(system), std::string(method), size);
-    d.method = MethodDescription{std::string(method), order, 1, arithmetic, {}, scalar};
+  const std::string of(system), by(method);
+  const auto at = [&](Size size, double rate) {
+    SceneDescription d = bench::sized_scene(of, by, size, 1, rate);
+    if (!by.empty()) d.method = MethodDescription{by, order, 1, arithmetic, {}, scalar};
     count(std::move(d), size);
+  };
+  for (const Size size : sizes(of, by, order.value_or(0))) at(size, h_Omega);
+  if (!by.empty() && catalogue().method(by)->default_tolerance > 0) return;
+  for (const Size size : sizes_for_rates(of, by, order.value_or(0)))
+    for (const double rate : other_rates) at(size, rate);
+}
+
+/// In every order, arithmetic and scalar; closed forms and discrete systems have none.
+void count(const SystemInfo& system) {
+  if (system.discrete) return count(system.name, "", std::nullopt, "compensated", "double");
+  for (const auto& on : system.methods) {
+    const auto& orders = catalogue().method(on.method)->orders;
+    for (const int order : orders)
+      for (const char* arithmetic : {"compensated", "plain"}) {
+        count(system.name, on.method, order, arithmetic, "double");
+        if (on.in_float) count(system.name, on.method, order, arithmetic, "float");
+      }
+    if (orders.empty()) count(system.name, on.method, std::nullopt, "compensated", "double");
   }
 }
 
 }  // namespace
 
-int main() {
+int main(int argc, char** argv) {
   for (const auto& system : catalogue().systems) {
-    if (system.discrete) continue;
-    for (const auto& on : system.methods) {
-      const auto& orders = catalogue().method(on.method)->orders;
-      for (const int order : orders)
-        for (const char* arithmetic : {"compensated", "plain"}) {
-          count(system.name, on.method, order, arithmetic, "double");
-          if (on.in_float) count(system.name, on.method, order, arithmetic, "float");
-        }
-      if (orders.empty()) count(system.name, on.method, std::nullopt, "compensated", "double");
-    }
+    if (argc == 1)
+      std::cout << system.name << '\n';
+    else if (system.name == argv[1])
+      count(system);
   }
 }

@@ -9,58 +9,100 @@ The table is engine/simulation/catalogue/methods/step_weights.inc; engine/simula
 from __future__ import annotations
 
 import argparse
+import os
 import re
 import shutil
 import subprocess
 import sys
 import tempfile
 from collections import defaultdict
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import NamedTuple
 
 TABLE = Path(__file__).parents[2] / "engine/simulation/catalogue/methods/step_weights.inc"
 Key = tuple[str, str, int, str, str]
 
 
-def count(program: Path) -> dict[Key, list[tuple[int, int, float]]]:
-    """(n, N, instructions a step) of every entry."""
+class Row(NamedTuple):
+    """(n, N, instructions a step) at h‖Ω‖ = 0.1, and (N, h‖Ω‖, instructions over those at 0.1) of what iterates."""
+    sizes: list[tuple[int, int, float]]
+    rates: list[tuple[int, float, float]] = []
+
+
+Table = dict[Key, Row]
+
+
+def count(program: Path) -> Table:
+    """Every entry; a process for each system, one a core at a time."""
+    systems = subprocess.run([program], check=True, capture_output=True, text=True).stdout.split()
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        found = {}
+        for one in pool.map(lambda system: count_system(program, system), systems):
+            found |= one
+    return found
+
+
+def count_system(program: Path, system: str) -> Table:
     with tempfile.TemporaryDirectory() as folder:
         done = subprocess.run(["valgrind", "--tool=callgrind", f"--callgrind-out-file={folder}/out",
-                               "--toggle-collect=measured_steps", "--dump-after=measured_steps", str(program)],
+                               "--toggle-collect=measured_steps", "--dump-after=measured_steps", program, system],
                               check=True, capture_output=True, text=True)
         lines = done.stdout.splitlines()
         totals = [int(re.search(r"^totals: (\d+)", (Path(folder) / f"out.{k + 1}").read_text(), re.M)[1])
                   for k in range(len(lines))]
-    found = defaultdict(list)
+    runs = defaultdict(lambda: defaultdict(list))
     for line, total in zip(lines, totals):
-        system, method, order, arithmetic, scalar, n, N, steps = line.split()
-        found[system, method, int(order), arithmetic, scalar].append((int(n), int(N), total / int(steps)))
-    return found
+        name, method, order, arithmetic, scalar, n, N, steps, rate = line.split()
+        key = name, "" if method == "-" else method, int(order), arithmetic, scalar
+        runs[key][int(n), int(N)].append((float(rate), total / int(steps)))
+    return {key: row_of(of_sizes) for key, of_sizes in runs.items()}
 
 
-def table(counts: dict[Key, list[tuple[int, int, float]]]) -> str:
-    lines = ["// Written by tests/bench/weights.py: instructions a step at sizes n, N."]
-    for (system, method, order, arithmetic, scalar), sizes in counts.items():
-        numbers = ", ".join(f"{{{n}, {N}, {w:.4g}}}" for n, N, w in sizes)
-        lines.append(f'{{"{system}", "{method}", {order}, "{arithmetic}", "{scalar}", {{{{{numbers}}}}}}},')
+def row_of(of_sizes: dict[tuple[int, int], list[tuple[float, float]]]) -> Row:
+    """From (h‖Ω‖, instructions) of each size, the one at 0.1 first."""
+    row = Row([], [])
+    for (n, N), counts in sorted(of_sizes.items()):
+        row.sizes.append((n, N, counts[0][1]))
+        if len(counts) > 1:
+            row.rates.extend((N, rate, w / counts[0][1]) for rate, w in sorted(counts))
+    return row
+
+
+def braced(numbers: list[tuple]) -> str:
+    return "{" + ", ".join("{" + ", ".join(f"{x:.4g}" for x in one) + "}" for one in numbers) + "}"
+
+
+def table(counts: Table) -> str:
+    lines = ["// Written by tests/bench/weights.py: instructions a step at sizes n, N, and factors at N, h‖Ω‖."]
+    for (system, method, order, arithmetic, scalar), (sizes, rates) in counts.items():
+        more = f", {braced(rates)}" if rates else ""
+        lines.append(f'{{"{system}", "{method}", {order}, "{arithmetic}", "{scalar}", {braced(sizes)}{more}}},')
     return "\n".join(lines) + "\n"
 
 
-def read(text: str) -> dict[Key, list[tuple[int, int, float]]]:
+def read(text: str) -> Table:
     """The inverse of `table`."""
     found = {}
     for line in text.splitlines()[1:]:
-        system, method, order, arithmetic, scalar = re.match(
-            r'\{"(\w+)", "(\w+)", (\d+), "(\w+)", "(\w+)"', line).groups()
-        sizes = re.findall(r"\{(\d+), (\d+), ([\d.e+]+)\}", line)
-        found[system, method, int(order), arithmetic, scalar] = [(int(n), int(N), float(w)) for n, N, w in sizes]
+        system, method, order, arithmetic, scalar, lists = re.match(
+            r'\{"(\w+)", "(\w*)", (\d+), "(\w+)", "(\w+)", (.*)\},$', line).groups()
+        row = Row([], [])
+        for numbers, into in zip(re.findall(r"\{(\{.*?\})\}", lists), row):
+            into.extend(tuple(map(float, one.split(", "))) for one in re.findall(r"\{(.*?)\}", numbers))
+        found[system, method, int(order), arithmetic, scalar] = Row([(int(n), int(N), w) for n, N, w in row.sizes],
+                                                                    [(int(N), h, x) for N, h, x in row.rates])
     return found
 
 
-def with_missing(used: dict[Key, list[tuple[int, int, float]]],
-                 counted: dict[Key, list[tuple[int, int, float]]]) -> str:
-    """The table with the rows in use as they are, and those that were counted and are not in it."""
-    merged = {key: used.get(key, sizes) for key, sizes in counted.items()}
-    return table(merged | {key: sizes for key, sizes in used.items() if key not in merged})
+def with_missing(used: Table, counted: Table) -> str:
+    """The table with the numbers in use as they are, and the rows, sizes and rates that were counted and are not in it."""
+    def joined(key: Key) -> Row:
+        rows = [table[key] for table in (counted, used) if key in table]
+        sizes = {(n, N): w for row in rows for n, N, w in row.sizes}
+        rates = next((row.rates for row in reversed(rows) if row.rates), [])
+        return Row([(n, N, w) for (n, N), w in sorted(sizes.items())], rates)
+    return table({key: joined(key) for key in [*counted, *(key for key in used if key not in counted)]})
 
 
 def measure(program: Path) -> list[dict]:
@@ -70,16 +112,16 @@ def measure(program: Path) -> list[dict]:
         return []
     print("  callgrind weights", file=sys.stderr)
     used = read(TABLE.read_text())
-    ratios = [max(now / then, then / now)
-              for key, sizes in count(program).items()
-              for (*_, now), (*_, then) in zip(sizes, used.get(key, []))]
+    then = {(key, n, N): w for key, row in used.items() for n, N, w in row.sizes}
+    ratios = [max(now / then[key, n, N], then[key, n, N] / now)
+              for key, row in count(program).items() for n, N, now in row.sizes if (key, n, N) in then]
     return [{"name": "weights of the methods, against a new count", "unit": "x", "bound": 1.25, "values": ratios}]
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("build", type=Path, help="the build directory")
-    parser.add_argument("--write", action="store_true", help="add the rows that the table lacks")
+    parser.add_argument("--write", action="store_true", help="add the rows and sizes that the table lacks")
     parser.add_argument("--rewrite", action="store_true", help="count every row anew")
     arguments = parser.parse_args()
     program = arguments.build / "tests/bench/bench_weights"

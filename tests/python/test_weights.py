@@ -9,7 +9,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "bench"))
 import weights  # noqa: E402
 
 HEUN = ("rigid_body", "heun", 2, "plain", "double")
-COUNTED = [(3, 3, 411.0), (4, 4, 5210.0)]
+COUNTED = weights.Row([(3, 3, 411.0), (4, 4, 5210.0)], [(3, 0.01, 0.5), (3, 0.1, 1.0)])
 
 
 def test_the_table_reads_back():
@@ -19,7 +19,7 @@ def test_the_table_reads_back():
 
 def test_only_missing_rows_are_added():
     used = weights.read(weights.TABLE.read_text())
-    counted = {key: [(n, N, 2 * w) for n, N, w in sizes] for key, sizes in used.items()}
+    counted = {key: weights.Row([(n, N, 2 * w) for n, N, w in row.sizes], row.rates) for key, row in used.items()}
     after = list(counted).index(("rigid_body", "variational", 2, "plain", "double")) + 1
     keys = list(counted)
     counted = {key: COUNTED if key == HEUN else counted[key] for key in [*keys[:after], HEUN, *keys[after:]]}
@@ -32,3 +32,11 @@ def test_only_missing_rows_are_added():
 def test_rows_that_were_not_counted_stay():
     used = weights.read(weights.TABLE.read_text())
     assert weights.read(weights.with_missing(used, {HEUN: COUNTED})) == {HEUN: COUNTED, **used}
+
+
+def test_sizes_and_rates_that_a_row_lacks_are_added():
+    counted = {HEUN: weights.Row([(4, 4, 1.0), (5, 5, 8000.0)], [(3, 0.01, 9.0)])}
+    row = weights.read(weights.with_missing({HEUN: COUNTED}, counted))[HEUN]
+    assert row == weights.Row([*COUNTED.sizes, (5, 5, 8000.0)], COUNTED.rates)
+    row = weights.read(weights.with_missing({HEUN: COUNTED._replace(rates=[])}, counted))[HEUN]
+    assert row.rates == [(3, 0.01, 9.0)]

@@ -159,3 +159,15 @@ def test_no_secret_is_logged(serve, tmp_path):
         assert secret not in text
     lines = [json.loads(line) for line in text.splitlines()]
     assert [line.get("principal") for line in of(lines, "Describe")] == [None, "alice"]
+
+
+@pytest.mark.parametrize("method", ["Step", "CreateSession", "Convert", "Stream", "Describe"])
+def test_a_request_that_is_no_message_has_its_line(logged, method):
+    def work(stub, process):
+        with grpc.insecure_channel(process.address) as channel:
+            call = channel.unary_stream(f"/stiefel.v1.SimulationService/{method}")
+            with pytest.raises(grpc.RpcError) as refused:
+                list(call(b"\xff" * 64, timeout=10))
+        assert refused.value.code() is grpc.StatusCode.INVALID_ARGUMENT
+    (line,) = of(logged(work), method)
+    assert line["code"] == "INVALID_ARGUMENT" and f"{method}Request" in line["error"]

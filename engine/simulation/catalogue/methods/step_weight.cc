@@ -1,8 +1,10 @@
 #include "engine/simulation/catalogue/methods/step_weight.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <initializer_list>
+#include <span>
+#include <vector>
 
 #include "engine/simulation/catalogue/system_entry.h"
 
@@ -13,11 +15,17 @@ struct Counted {
   double n, N, instructions;
 };
 
+/// Instructions at h‖Ω‖ over those at 0.1, in dimension N and larger ones.
+struct AtRate {
+  double N, h_omega, factor;
+};
+
 struct Weight {
   std::string_view system, method;
   int order;
   std::string_view arithmetic, scalar;
-  std::array<Counted, 8> sizes;  ///< then zeros
+  std::initializer_list<Counted> sizes;      ///< ascending in n, then in N
+  std::initializer_list<AtRate> rates = {};  ///< ascending in N, then in h_omega
 };
 
 constexpr Weight weights[] = {
@@ -46,8 +54,53 @@ const Weight* find(const Scene& scene) {
 
 double f(double n, double N) { return n * n * N + n * n * n + 8 * n * N; }
 
-double distance(const Counted& at, double n, double N) {
-  return std::abs(std::log(n / at.n)) + std::abs(std::log(N / at.N));
+/// A point of a curve of counts.
+struct At {
+  double x, instructions;
+};
+
+/// Products of matrices have more instructions where a size is no multiple of a register's lanes.
+constexpr double lanes = 4;
+
+/// The power law through the points next to x, of those with its remainder by `lanes` if they are
+/// on both sides of it, else of all; beyond the points `scale(x, x_i)` times the last of them.
+template <class Scale>
+double interpolate(const std::vector<At>& points, double x, const Scale& scale) {
+  for (const bool alike : {true, false}) {
+    const At *below = nullptr, *above = nullptr;
+    for (const At& point : points) {
+      if (alike && std::fmod(point.x, lanes) != std::fmod(x, lanes)) continue;
+      if (point.x <= x) below = &point;
+      if (point.x >= x && !above) above = &point;
+    }
+    if (below && below->x == x) return below->instructions;
+    if (alike && !(below && above)) continue;
+    if (!below || !above) {
+      const At& last = below ? *below : *above;
+      return last.instructions * scale(x, last.x);
+    }
+    const double share = std::log(x / below->x) / std::log(above->x / below->x);
+    return below->instructions * std::pow(above->instructions / below->instructions, share);
+  }
+  return 0;  // no points
+}
+
+/// Along N for each n of the table, then along n; along N = n where the table has such sizes alone.
+double instructions_at(const Weight& weight, double n, double N) {
+  const auto& sizes = weight.sizes;
+  std::vector<At> curve;
+  if (n == N && std::ranges::all_of(sizes, [](const Counted& at) { return at.n == at.N; })) {
+    for (const Counted& at : sizes) curve.push_back({at.n, at.instructions});
+    return interpolate(curve, n, [](double x, double last) { return f(x, x) / f(last, last); });
+  }
+  for (const Counted* at = sizes.begin(); at != sizes.end();) {
+    const double rows = at->n;
+    std::vector<At> along;
+    for (; at != sizes.end() && at->n == rows; ++at) along.push_back({at->N, at->instructions});
+    const auto scale = [rows](double x, double last) { return f(rows, x) / f(rows, last); };
+    curve.push_back({rows, interpolate(along, N, scale)});
+  }
+  return interpolate(curve, n, [N](double x, double last) { return f(x, N) / f(last, N); });
 }
 
 }  // namespace
@@ -71,10 +124,31 @@ double step_weight(const Scene& scene) {
   const Weight* found = find(scene);
   if (found == nullptr) return instructions * system.make(scene)->step_cost() / scene.substeps();
   const auto [n, N] = system.size ? system.size(scene) : frame_size(scene);
-  const Counted* nearest = &found->sizes.front();
-  for (const Counted& size : found->sizes)
-    if (size.n > 0 && distance(size, n, N) < distance(*nearest, n, N)) nearest = &size;
-  return nearest->instructions * f(n, N) / f(nearest->n, nearest->N);
+  return instructions_at(*found, n, N);
+}
+
+bool price_depends_on_rate(const Scene& scene) {
+  const Weight* found = find(scene);
+  return found != nullptr && found->rates.size() > 0;
+}
+
+double step_price(const Scene& scene, double h_omega) {
+  const double weight = step_weight(scene);
+  if (!price_depends_on_rate(scene) || !(h_omega > 0)) return weight;
+  const std::span<const AtRate> rates(find(scene)->rates);
+  double dimension = rates.front().N;
+  for (const AtRate& rate : rates)
+    if (rate.N <= scene.dimension()) dimension = rate.N;
+  const AtRate *below = nullptr, *above = nullptr;
+  for (const AtRate& rate : rates) {
+    if (rate.N != dimension) continue;
+    if (rate.h_omega <= h_omega) below = &rate;
+    if (rate.h_omega >= h_omega && !above) above = &rate;
+  }
+  if (!below || !above || below == above) return weight * (below ? below : above)->factor;
+  const double share =
+      std::log(h_omega / below->h_omega) / std::log(above->h_omega / below->h_omega);
+  return weight * below->factor * std::pow(above->factor / below->factor, share);
 }
 
 }  // namespace stiefel

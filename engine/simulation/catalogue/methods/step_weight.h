@@ -8,14 +8,21 @@
 namespace stiefel {
 
 /// Work of one step of the map that a scene asks for, in instructions as callgrind counts them at
-/// h‖Ω‖ = 0.1, from a table that tests/bench/weights.py measures in several sizes: of the nearest
-/// one by ratio, times f(n, N) over its f,
+/// h‖Ω‖ = 0.1, from a table that tests/bench/weights.py measures in several sizes: between two of
+/// them a power law, beyond them the last one times f(n, N) over its f,
 ///
 ///     f(n, N) = n²N + n³ + 8nN.
 ///
 /// Equal on every CPU for one build, so that every machine chooses the same method. Work is
 /// `Simulation::map_steps()` times this.
 double step_weight(const Scene& scene);
+
+/// The price of one step at that h‖Ω‖ > 0 (`Simulation::rate` times the step of the map): of an
+/// explicit method `step_weight`, of one that iterates times a factor of the table, which has it at
+/// some h‖Ω‖, the power law between them, and the nearest one's beyond them.
+double step_price(const Scene& scene, double h_omega);
+/// Whether `step_price` depends on h‖Ω‖.
+bool price_depends_on_rate(const Scene& scene);
 
 /// The rows of the first block of the scene's state, or N where it goes without, and N; what n and
 /// N are above unless the system says otherwise (SystemEntry::size).

@@ -1,0 +1,136 @@
+// The predicted price of steps of scenes beside their work, for callgrind to count. A line
+//
+//     system method|- order arithmetic scalar n N substeps seed h‖Ω‖ first steps
+//
+// of the input is a scene, whose `steps` steps after the first `first` ones are counted; the answer
+// is the line, the price of these steps and the steps that the map took, or `refused`. `--list`
+// prints each system with each of its methods: system, method, kind, orders, in_float, N (0: any).
+// `--caps` counts calls whose price is a cap. tests/bench/prices.py writes the lines.
+#include <functional>
+#include <iostream>
+#include <sstream>
+
+#include "engine/simulation/catalogue/methods/step_weight.h"
+#include "engine/simulation/catalogue/system_entry.h"
+#include "stiefel/connect.h"
+#include "stiefel/simulation.h"
+#include "stiefel/tradeoff.h"
+#include "tests/bench/sized_scene.h"
+#include "tests/support/random_scene.h"
+
+using namespace stiefel;
+
+/// The functions that callgrind counts, one dump for each call.
+extern "C" [[gnu::noinline]] void measured_steps(Simulation& simulation, std::int64_t steps) {
+  simulation.advance(steps);
+}
+extern "C" [[gnu::noinline]] void measured_call(const std::function<void()>& call) { call(); }
+
+namespace {
+
+std::string answer(const std::string& line) {
+  std::istringstream in(line);
+  std::string system, method, arithmetic, scalar;
+  int order = 0, substeps = 1;
+  bench::Size size{};
+  unsigned seed = 0;
+  double step = 0;
+  std::int64_t first = 0, steps = 0;
+  in >> system >> method >> order >> arithmetic >> scalar >> size.n >> size.N >> substeps >> seed >>
+      step >> first >> steps;
+  if (method == "-") method.clear();
+  SceneDescription d = bench::sized_scene(system, method, size, seed, step);
+  if (!method.empty()) {
+    d.method = MethodDescription{
+        method, order > 0 ? std::optional(order) : std::nullopt, substeps, arithmetic, {}, scalar};
+    if (const double tolerance = catalogue().method(method)->default_tolerance; tolerance > 0) {
+      d.method->tolerance = tolerance;
+      d.method->substeps.reset();
+    }
+  }
+  const auto scene = Scene::resolve(std::move(d));
+  if (!scene) return "refused";
+  const auto simulation = make_simulation(*scene);
+  if (!simulation->advance(first).reached()) return "refused";
+  const std::int64_t before = simulation->map_steps();
+  measured_steps(*simulation, steps);
+  if (simulation->step() != first + steps) return "stopped";  // counted, and no price
+  const double h_Omega = std::abs(scene->step()) / scene->substeps() * simulation->rate();
+  const double counted = simulation->direct() ? 1 : static_cast<double>(steps) * scene->substeps();
+  std::ostringstream out;
+  const auto [n, N] = frame_size(*scene);
+  out << n << ' ' << N << ' ' << step_price(*scene, h_Omega) * counted << ' '
+      << simulation->map_steps() - before << ' ' << h_Omega << ' '
+      << (is_weighed(*scene) ? "counted" : "estimated");
+  return out.str();
+}
+
+void list() {
+  for (const auto& system : catalogue().systems) {
+    if (system.discrete) std::cout << system.name << " - discrete 0 no -\n";
+    for (const auto& on : system.methods) {
+      const MethodInfo& method = *catalogue().method(on.method);
+      if (on.method.empty()) continue;
+      std::cout << system.name << ' ' << method.name << ' '
+                << (method.default_tolerance > 0 ? "own_steps"
+                    : method.orders.empty()      ? "closed_form"
+                                                 : "fixed_step")
+                << ' ';
+      if (method.orders.empty()) std::cout << 0;
+      for (std::size_t i = 0; i < method.orders.size(); ++i)
+        std::cout << (i > 0 ? "," : "") << method.orders[i];
+      std::cout << ' ' << (on.in_float ? "float" : "no") << ' '
+                << (on.where.empty() ? "-" : on.where) << '\n';
+    }
+  }
+}
+
+void caps() {
+  const auto say = [](const char* call, double cap) {
+    std::cout << call << ' ' << cap << std::endl;
+  };
+  for (const int N : {3, 5, 12}) {
+    SceneDescription d = testing::any_scene("rigid_body", "", 7, 0.1, N);
+    d.method.reset();
+    d.tolerance = 1e-8;
+    d.horizon = 1000;
+    measured_call([&] { (void)choose_method(d); });
+    say("choice", Choice::most_work);
+    d.tolerance.reset();
+    d.horizon = 20;
+    TradeoffRequest request{d};
+    request.budget = 1e9;
+    request.repeats = 1;
+    measured_call([&] {
+      auto tradeoff = Tradeoff::prepare(request);
+      if (tradeoff && tradeoff->solve_reference({}))
+        while (tradeoff->next({})) {
+        }
+    });
+    say("tradeoff", request.budget);
+  }
+  for (const int n : {1, 2}) {
+    const testing::RandomFrame<double> from(n, 4, 1, 4), to(n, 4, 2, 4);
+    TwoPointProblem problem;
+    problem.inertia = from.lambda;
+    problem.Q_0 = from.Q;
+    problem.Q_T = to.Q;
+    problem.most_work = 1e7;
+    measured_call([&] { (void)connect(problem); });
+    say("connect", problem.most_work);
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::string what = argc > 1 ? argv[1] : "";
+  if (what == "--list") {
+    list();
+  } else if (what == "--caps") {
+    caps();
+  } else {
+    for (std::string line; std::getline(std::cin, line);)
+      std::cout << line << " : " << answer(line) << std::endl;
+  }
+}

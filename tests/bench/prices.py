@@ -1,0 +1,155 @@
+"""The predicted prices of random scenes and calls against callgrind's count of them.
+
+    /usr/bin/python3 tests/bench/prices.py build/release                (300 scenes; make bench does)
+    /usr/bin/python3 tests/bench/prices.py build/release --scenes 1000 --seed 7
+
+Every system with every method comes as often as another; order, arithmetic, scalar, substeps, size (N from 3 to 64 and n
+from 1 to N, uniform in their logarithms) and h‖Ω‖ (0.01 to 0.3, likewise) are drawn. A scene whose method is for other
+sizes is left out. valgrind has no AVX-512, so that what is counted is the code for AVX2.
+"""
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import random
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections import defaultdict
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import NamedTuple
+
+# A price of these is a count: each step takes the instructions of every other.
+EXPLICIT = {"rk4", "munthe_kaas4", "crouch_grossman3", "splitting"}
+STEPS = 4
+# Of the values within it, what the share must be; caps are exceeded by at most a tenth.
+BOUNDS = {"explicit methods and closed forms": (1.1, 0.95), "implicit methods": (1.5, 0.95)}
+
+
+class Priced(NamedTuple):
+    line: str  # what the program was asked
+    kind: str
+    price: float
+    counted: float
+
+    @property
+    def ratio(self) -> float:
+        return self.price / self.counted
+
+
+def log_uniform(draw: random.Random, low: float, high: float) -> float:
+    return math.exp(draw.uniform(math.log(low), math.log(high)))
+
+
+def whole(draw: random.Random, low: int, high: int) -> int:
+    return min(high, int(log_uniform(draw, low, high + 1)))
+
+
+def scenes(program: Path, count: int, seed: int) -> list[tuple[str, str]]:
+    """(kind, line for the program) of scenes on which it runs."""
+    draw = random.Random(seed)
+    pairs = [line.split(maxsplit=5) for line in
+             subprocess.run([program, "--list"], check=True, capture_output=True, text=True).stdout.splitlines()]
+    found = []
+    for _ in range(count):
+        system, method, kind, orders, in_float, where = draw.choice(pairs)
+        N = 3 if where.strip() == "N = 3" else whole(draw, 3, 64)
+        n = whole(draw, 1, N)
+        order = draw.choice(orders.split(","))
+        scalar = draw.choice(["double", "float"]) if in_float == "float" else "double"
+        arithmetic = draw.choice(["compensated", "plain"]) if kind == "fixed_step" else "compensated"
+        substeps = draw.choice([1, 1, 2, 3]) if kind == "fixed_step" else 1
+        h = log_uniform(draw, 0.01, 0.3)
+        # Work of gigabytes of instructions before the count says nothing more.
+        first = 2 if method in EXPLICIT or kind == "closed_form" else 12 if N <= 24 else 5
+        found.append((kind_of(kind, method), f"{system} {method} {order} {arithmetic} {scalar} {n} {N} {substeps} "
+                                             f"{draw.randrange(1, 10**6)} {h:.4g} {first} {STEPS}"))
+    return found
+
+
+def kind_of(kind: str, method: str) -> str:
+    if kind == "closed_form" or method in EXPLICIT:
+        return "explicit methods and closed forms"
+    return "at least: methods that choose their steps" if kind == "own_steps" else "implicit methods"
+
+
+def callgrind(program: Path, function: str, *arguments: str, lines: str = "") -> tuple[list[str], list[int]]:
+    """What it answers, and the instructions of each call of the function."""
+    with tempfile.TemporaryDirectory() as folder:
+        done = subprocess.run(["valgrind", "--tool=callgrind", f"--callgrind-out-file={folder}/out",
+                               f"--toggle-collect={function}", f"--dump-after={function}", program, *arguments],
+                              check=True, capture_output=True, text=True, input=lines)
+        answers = [line for line in done.stdout.splitlines() if not line.endswith("refused")]
+        totals = [int(re.search(r"^totals: (\d+)", (Path(folder) / f"out.{k + 1}").read_text(), re.M)[1])
+                  for k in range(len(answers))]
+    return answers, totals
+
+
+def count_scenes(program: Path, asked: list[tuple[str, str]]) -> list[Priced]:
+    """A process a core, each with its share of the scenes."""
+    kinds = {line: kind for kind, line in asked}
+    cores = os.cpu_count() or 1
+    shares = ["".join(line + "\n" for _, line in asked[k::cores]) for k in range(cores)]
+    with ThreadPoolExecutor(cores) as pool:
+        done = list(pool.map(lambda share: callgrind(program, "measured_steps", lines=share), shares))
+    found = []
+    for answers, totals in done:
+        for answer, total in zip(answers, totals):
+            line, said = answer.split(" : ")
+            if said == "stopped":
+                continue
+            n, N, price, _, h, how = said.split()
+            found.append(Priced(f"{line} (n = {n}, N = {N}, h‖Ω‖ = {h}, {how})", kinds[line], float(price), total))
+    return found
+
+
+def count_caps(program: Path) -> list[Priced]:
+    answers, totals = callgrind(program, "measured_call", "--caps")
+    return [Priced(answer, "caps", float(answer.split()[1]), total) for answer, total in zip(answers, totals)]
+
+
+def table(priced: list[Priced], worst: int) -> str:
+    of = defaultdict(list)
+    for one in priced:
+        of[one.kind].append(one)
+    lines = []
+    for kind, all_of in sorted(of.items()):
+        share = {x: sum(1 / x <= one.ratio <= x for one in all_of) / len(all_of) for x in (1.1, 1.5, 2)}
+        lines.append(f"{kind}: {len(all_of)}; within 10 %: {share[1.1]:.0%}, 1.5x: {share[1.5]:.0%}, 2x: {share[2]:.0%}")
+        for one in sorted(all_of, key=lambda one: -abs(math.log(one.ratio)))[:worst]:
+            lines.append(f"  price / count {one.ratio:.3f}: {one.line}")
+    return "\n".join(lines)
+
+
+def measure(program: Path, count: int = 300, seed: int = 1) -> list[dict]:
+    """Rows for the table of make bench: the ratio beyond which 5 % of the prices lie, and the worst cap."""
+    if not shutil.which("valgrind"):
+        print("  no valgrind: the prices are not compared", file=sys.stderr)
+        return []
+    print("  callgrind prices", file=sys.stderr)
+    priced = count_scenes(program, scenes(program, count, seed))
+    rows = []
+    for kind, (bound, share) in BOUNDS.items():
+        ratios = sorted(max(one.ratio, 1 / one.ratio) for one in priced if one.kind == kind)
+        rows.append({"name": f"price of {kind}, {share:.0%} of {len(ratios)} scenes", "unit": "x", "bound": bound,
+                     "values": [ratios[math.ceil(share * len(ratios)) - 1]]})
+    return rows
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("build", type=Path, help="the build directory")
+    parser.add_argument("--scenes", type=int, default=300, help="random scenes")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--worst", type=int, default=5, help="scenes of each kind that are printed")
+    parser.add_argument("--caps", action="store_true", help="count calls whose price is a cap as well: minutes")
+    arguments = parser.parse_args()
+    binary = arguments.build / "tests/bench/bench_prices"
+    results = count_scenes(binary, scenes(binary, arguments.scenes, arguments.seed))
+    if arguments.caps:
+        results += count_caps(binary)
+    print(table(results, arguments.worst))
