@@ -85,10 +85,11 @@ constexpr double other_rates[] = {0.01, 0.03, 0.3};
 
 std::vector<Size> sizes_for_rates(const std::string& system, const std::string& method, int order) {
   const auto all = sizes(system, method, order);
-  if (counts_repeat(method) || all.size() == 1) return {};
+  if (counts_repeat(method)) return {};
+  if (all.size() == 1) return all;
   std::vector<Size> found;
   for (const Size size : all)
-    if (size.N == 3 || size.N == 4 || size.N == 8)
+    if (size.N == 3 || size.N == 4 || size.N == 8 || (size.N == 16 && order <= 4))
       if (found.empty() || found.back().N < size.N) found.push_back(size);
   return found;
 }

@@ -3,9 +3,16 @@
 // after it are as if nothing had failed.
 #include "tests/server/failpoints/failpoints.h"
 
-#include <cstdlib>
-#include <fstream>
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
+#include <algorithm>
+#include <fstream>
+#include <thread>
+
+#include "server/access/tokens.h"
 #include "tests/server/failpoints/every_call.h"
 #include "tests/server/store/folder.h"
 
@@ -127,6 +134,78 @@ TEST(Failpoints, OfConnections) {
       EXPECT_TRUE(failpoints.disarm()) << name;
       EXPECT_TRUE(describe(options.listen[0]).ok()) << name;
     }
+  }
+}
+
+/// New tokens are taken at the next look where the first one fails, and those before stay until
+/// then.
+TEST(Failpoints, OfTokens) {
+  Failpoints failpoints;
+  const Folder folder;
+  const std::string file = folder.file("tokens");
+  const auto alice = server::make_token("alice"), bob = server::make_token("bob");
+  std::ofstream(file) << alice.line << '\n';
+  server::Options options;
+  options.listen = {"unix:" + folder.file("socket")};
+  options.log_level = "off";
+  options.access.tokens = file;
+  const server::Server server(options);
+  const std::string& address = options.listen[0];
+  EXPECT_TRUE(describe(address, alice.token).ok());
+  for (const Failure how : {Failure::no_memory, Failure::exception}) {
+    failpoints.arm("tokens.admit", 1, how);
+    const grpc::Status refused = describe(address, alice.token);
+    EXPECT_FALSE(refused.ok());
+    EXPECT_TRUE(is_typed(refused)) << refused.error_message();
+    EXPECT_TRUE(failpoints.disarm());
+    EXPECT_TRUE(describe(address, alice.token).ok());
+  }
+  failpoints.arm("tokens.reload", 1, Failure::exception);
+  std::ofstream(file) << bob.line << '\n';
+  bool taken = false;
+  for (int i = 0; i < 100 && !taken; ++i) {
+    std::this_thread::sleep_for(100ms);
+    taken = describe(address, bob.token).ok();
+  }
+  EXPECT_TRUE(failpoints.disarm());
+  EXPECT_TRUE(taken);
+  EXPECT_EQ(describe(address, alice.token).error_code(), grpc::UNAUTHENTICATED);
+}
+
+/// The answer of an HTTP server at 127.0.0.1:port to GET /metrics; empty where there is none.
+std::string get_metrics(int port) {
+  const int connection = socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(static_cast<std::uint16_t>(port));
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  std::string answer;
+  if (connect(connection, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) {
+    constexpr std::string_view request = "GET /metrics HTTP/1.0\r\n\r\n";
+    if (write(connection, request.data(), request.size()) > 0) {
+      char buffer[4096];
+      for (ssize_t got; (got = read(connection, buffer, sizeof buffer)) > 0;)
+        answer.append(buffer, static_cast<std::size_t>(got));
+    }
+  }
+  close(connection);
+  return answer;
+}
+
+TEST(Failpoints, OfMetrics) {
+  Failpoints failpoints;
+  server::Options options;
+  options.log_level = "off";
+  options.metrics = "127.0.0.1:0";
+  const Harness harness(options);
+  const std::string url = harness.server.metrics_url();
+  const int port = std::stoi(url.substr(url.rfind(':') + 1));
+  ASSERT_NE(get_metrics(port).find("stiefel_sessions"), std::string::npos);
+  for (const Failure how : {Failure::no_memory, Failure::exception}) {
+    failpoints.arm("metrics.collect", 1, how);
+    EXPECT_EQ(get_metrics(port).find("stiefel_sessions"), std::string::npos);
+    EXPECT_TRUE(failpoints.disarm());
+    EXPECT_NE(get_metrics(port).find("stiefel_sessions"), std::string::npos);
   }
 }
 
