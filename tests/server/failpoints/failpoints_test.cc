@@ -65,11 +65,10 @@ void expect_right(const std::vector<Heard>& heard, const std::vector<Heard>& rig
   }
 }
 
-/// A pass in each third of a run: the first, one in the middle and the last.
+/// The first of a run, and one in its middle.
 std::vector<int> passes_of(int count) {
   std::vector<int> at = {1};
-  if (count > 2) at.push_back(count / 2 + 1);
-  if (count > 1) at.push_back(count);
+  if (count > 1) at.push_back(count / 2 + 1);
   return at;
 }
 
@@ -93,16 +92,16 @@ TEST(Failpoints, EveryOneThatCallsPass) {
       failed += failpoints.disarm();
       refused += std::ranges::any_of(heard, [](const Heard& call) { return !call.status.ok(); });
       expect_right(heard, right);
-      const std::vector<Heard> again = server.call_all();
-      for (const Heard& call : again)
-        EXPECT_TRUE(call.status.ok())
-            << call.call << " afterwards: " << call.status.error_message();
-      expect_right(again, right);
-      if (HasFailure()) return;
     }
+    SCOPED_TRACE("after " + name);
+    const std::vector<Heard> again = server.call_all();
+    for (const Heard& call : again)
+      EXPECT_TRUE(call.status.ok()) << call.call << ": " << call.status.error_message();
+    expect_right(again, right);
+    if (HasFailure()) return;
   }
   EXPECT_GE(passes.size(), 25u) << "failpoints that calls pass";
-  EXPECT_GE(failed, armed * 3 / 4);  // the last pass of a run need not come in the next
+  EXPECT_GE(failed, armed * 3 / 4);  // which passes are made depends on the threads' pace
   EXPECT_GE(refused, failed / 2);
   RecordProperty("failpoints", static_cast<int>(passes.size()));
   RecordProperty("failed", failed);
