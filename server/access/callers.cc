@@ -1,4 +1,5 @@
 #include "server/access/callers.h"
+#include "server/limits/failpoint.h"
 
 #include <grpc/grpc.h>
 
@@ -49,6 +50,7 @@ Callers::Callers(const std::string& file, Report report) : report_(std::move(rep
 }
 
 std::optional<Refused> Callers::admit(grpc::CallbackServerContext& context) {
+  failpoint("tokens.admit");
   const auto& metadata = context.client_metadata();
   if (!metadata.contains("authorization")) return Refused::token_missing;
   const auto [first, last] = metadata.equal_range("authorization");
@@ -70,6 +72,7 @@ void Callers::leave(CallerContext& context) noexcept {
 }
 
 void Callers::take(const WatchedFiles::Contents& contents) {
+  failpoint("tokens.reload");
   if (!contents[0]) {
     replace({});
     return report_({0, {contents[0].error() + ": nobody is let in"}});

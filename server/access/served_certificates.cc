@@ -1,4 +1,5 @@
 #include "server/access/served_certificates.h"
+#include "server/limits/failpoint.h"
 
 #include <grpc/grpc.h>
 #include <grpc/grpc_security.h>
@@ -79,6 +80,7 @@ Certificates ServedCertificates::current() const {
 }
 
 void ServedCertificates::take(const WatchedFiles::Contents& contents) {
+  failpoint("tls.reload");
   auto changed = certificates(files_, contents);
   if (!changed) return report_(changed.error());
   {

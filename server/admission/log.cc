@@ -9,6 +9,7 @@
 #include "server/admission/push_back.h"
 #include "server/admission/stderr_sink.h"
 #include "server/convert/errors.h"
+#include "server/limits/failpoint.h"
 #include "server/metrics/trace_id.h"
 #include "server/scheduling/account.h"
 #include "server/scheduling/scheduler.h"
@@ -91,7 +92,11 @@ bool Log::enabled(Level level) const { return logger_->should_log(to_spdlog(leve
 
 void Log::line(Level level, std::string_view message, const Facts& facts) const {
   if (!enabled(level)) return;
-  logger_->log(to_spdlog(level), "{}", json_ ? as_json(message, facts) : as_text(message, facts));
+  try {
+    failpoint("log.line");
+    logger_->log(to_spdlog(level), "{}", json_ ? as_json(message, facts) : as_text(message, facts));
+  } catch (const std::exception&) {  // a line is worth no call
+  }
 }
 
 std::string_view trace_id_of(const grpc::CallbackServerContext& context) {

@@ -5,6 +5,7 @@
 #include "server/admission/admission.h"
 #include "server/calls/stopped.h"
 #include "server/convert/errors.h"
+#include "server/limits/failpoint.h"
 #include "server/sessions/stoppable.h"
 
 namespace stiefel::server {
@@ -79,6 +80,7 @@ bool CursorCall::run_slice() noexcept {
 }
 
 bool CursorCall::advance_cursor() {
+  failpoint("call.advance");
   if (!cursor_) cursor_.emplace(**session_, to_);
   std::int64_t budget = slice_steps((*session_)->step_cost());
   if (!host_.lifecycle.stopping()) return cursor_->advance(to_, budget, stop_.get_token());

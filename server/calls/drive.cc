@@ -11,6 +11,7 @@
 #include "server/calls/step.h"
 #include "server/convert/errors.h"
 #include "server/convert/reply_limits.h"
+#include "server/limits/failpoint.h"
 
 namespace stiefel::server {
 namespace {
@@ -126,6 +127,7 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
 
 /// Checks the request and makes the task of it.
 grpc::Status DriveCall::prepare() {
+  failpoint("drive.prepare");
   if (host_.lifecycle.refusing()) return errors::shutting_down();
   const std::string& id = request_.session_id();
   if (!id_.empty() && !id.empty() && id != id_) {
@@ -159,6 +161,7 @@ grpc::Status DriveCall::prepare() {
 }
 
 grpc::Status DriveCall::enter() {
+  failpoint("drive.enter");
   const Session& session = **lease_;
   const double price = session.work(session.start_for(task_.to), task_.to);
   const auto admitted = admit(request_ticket_, log_.account(), Ticket::Kind::call, price);

@@ -1,5 +1,8 @@
 #include "server/calls/gate.h"
 
+#include <string>
+
+#include "server/calls/read_request.h"
 #include "server/convert/errors.h"
 
 namespace stiefel::server {
@@ -17,93 +20,96 @@ grpc::Status status_of(Refused refused) {
   return refused == Refused::token_missing ? errors::token_missing() : errors::token_unknown();
 }
 
+const google::protobuf::MethodDescriptor& method(const char* name) {
+  return *google::protobuf::DescriptorPool::generated_pool()
+              ->FindServiceByName(v1::SimulationService::service_full_name())
+              ->FindMethodByName(name);
+}
+
+template <class Request>
+grpc::Status fault_of(const ReadRequest<Request>& request) {
+  if (request.is_message) return grpc::Status::OK;
+  return errors::invalid("request", "no " + Request::descriptor()->name(), "must be one");
+}
+
 }  // namespace
 
-template <class Reactor, class... Messages>
-Reactor* Gate::pass(const char* name, Reactor* (server::Service::*call)(Context*, Messages...),
-                    Context* context, Messages... messages) {
-  grpc::Status status;
+Gate::Gate(Host& host, server::Service& service, Callers* callers)
+    : host_(host), service_(service), callers_(callers) {
+  using server::Service;
+  take("CreateSession", &Service::CreateSession);
+  take("GetSession", &Service::GetSession);
+  take("ListSessions", &Service::ListSessions);
+  take("DeleteSession", &Service::DeleteSession);
+  take("Step", &Service::Step);
+  take("Summarize", &Service::Summarize);
+  take("Diagnose", &Service::Diagnose);
+  take("ForkSession", &Service::ForkSession);
+  take("Convert", &Service::Convert);
+  take("Connect", &Service::Connect);
+  take("MeasureTradeoff", &Service::MeasureTradeoff);
+}
+
+template <class Reactor, class Forward>
+Reactor* Gate::pass(const char* name, Context* context, const grpc::Status& fault,
+                    const Forward& forward) {
+  grpc::Status status = fault;
   try {
-    const auto refused = callers_ ? callers_->admit(*context) : std::nullopt;
-    if (refused) status = status_of(*refused);
+    if (const auto refused = callers_ ? callers_->admit(*context) : std::nullopt)
+      status = status_of(*refused);
+    if (status.ok()) return forward();
   } catch (...) {
     status = errors::from_current_exception();
   }
-  if (status.ok()) return (service_.*call)(context, messages...);
-  CallLog(host_.log, *context, name, {}, host_.metrics.get()).finish(status);
+  try {
+    CallLog(host_.log, *context, name, {}, host_.metrics.get()).finish(status);
+  } catch (const std::exception&) {  // no memory for a line
+  }
   return new Ended<Reactor>(status);
+}
+
+template <class Request, class Response>
+void Gate::take(const char* name, Unary<Request, Response> call) {
+  using Handler = grpc::internal::CallbackUnaryHandler<ReadRequest<Request>, Response>;
+  MarkMethodCallback(
+      method(name).index(),
+      new Handler([this, name, call](Context* context, const ReadRequest<Request>* request,
+                                     Response* response) {
+        return pass<grpc::ServerUnaryReactor>(name, context, fault_of(*request), [&] {
+          return (service_.*call)(context, &request->message, response);
+        });
+      }));
+}
+
+template <class Request, class Response>
+void Gate::take(const char* name, Writing<Request, Response> call) {
+  using Handler = grpc::internal::CallbackServerStreamingHandler<ReadRequest<Request>, Response>;
+  MarkMethodCallback(
+      method(name).index(),
+      new Handler([this, name, call](Context* context, const ReadRequest<Request>* request) {
+        return pass<grpc::ServerWriteReactor<Response>>(name, context, fault_of(*request), [&] {
+          return (service_.*call)(context, &request->message);
+        });
+      }));
 }
 
 grpc::ServerUnaryReactor* Gate::Describe(Context* context, const grpc::ByteBuffer* request,
                                          grpc::ByteBuffer* response) {
-  return pass("Describe", &server::Service::Describe, context, request, response);
-}
-
-grpc::ServerUnaryReactor* Gate::CreateSession(Context* context,
-                                              const v1::CreateSessionRequest* request,
-                                              v1::CreateSessionResponse* response) {
-  return pass("CreateSession", &server::Service::CreateSession, context, request, response);
-}
-
-grpc::ServerUnaryReactor* Gate::GetSession(Context* context, const v1::GetSessionRequest* request,
-                                           v1::GetSessionResponse* response) {
-  return pass("GetSession", &server::Service::GetSession, context, request, response);
-}
-
-grpc::ServerUnaryReactor* Gate::ListSessions(Context* context,
-                                             const v1::ListSessionsRequest* request,
-                                             v1::ListSessionsResponse* response) {
-  return pass("ListSessions", &server::Service::ListSessions, context, request, response);
-}
-
-grpc::ServerUnaryReactor* Gate::DeleteSession(Context* context,
-                                              const v1::DeleteSessionRequest* request,
-                                              v1::DeleteSessionResponse* response) {
-  return pass("DeleteSession", &server::Service::DeleteSession, context, request, response);
-}
-
-grpc::ServerUnaryReactor* Gate::Step(Context* context, const v1::StepRequest* request,
-                                     v1::StepResponse* response) {
-  return pass("Step", &server::Service::Step, context, request, response);
+  return pass<grpc::ServerUnaryReactor>("Describe", context, grpc::Status::OK, [&] {
+    return service_.Describe(context, request, response);
+  });
 }
 
 grpc::ServerBidiReactor<v1::DriveRequest, v1::DriveResponse>* Gate::Drive(Context* context) {
-  return pass("Drive", &server::Service::Drive, context);
+  using Reactor = grpc::ServerBidiReactor<v1::DriveRequest, v1::DriveResponse>;
+  return pass<Reactor>("Drive", context, grpc::Status::OK, [&] { return service_.Drive(context); });
 }
 
 grpc::ServerWriteReactor<grpc::ByteBuffer>* Gate::Stream(Context* context,
                                                          const grpc::ByteBuffer* request) {
-  return pass("Stream", &server::Service::Stream, context, request);
-}
-
-grpc::ServerWriteReactor<v1::SummarizeResponse>* Gate::Summarize(
-    Context* context, const v1::SummarizeRequest* request) {
-  return pass("Summarize", &server::Service::Summarize, context, request);
-}
-
-grpc::ServerUnaryReactor* Gate::Diagnose(Context* context, const v1::DiagnoseRequest* request,
-                                         v1::DiagnoseResponse* response) {
-  return pass("Diagnose", &server::Service::Diagnose, context, request, response);
-}
-
-grpc::ServerUnaryReactor* Gate::ForkSession(Context* context, const v1::ForkSessionRequest* request,
-                                            v1::ForkSessionResponse* response) {
-  return pass("ForkSession", &server::Service::ForkSession, context, request, response);
-}
-
-grpc::ServerWriteReactor<v1::ConvertResponse>* Gate::Convert(Context* context,
-                                                             const v1::ConvertRequest* request) {
-  return pass("Convert", &server::Service::Convert, context, request);
-}
-
-grpc::ServerWriteReactor<v1::ConnectResponse>* Gate::Connect(Context* context,
-                                                             const v1::ConnectRequest* request) {
-  return pass("Connect", &server::Service::Connect, context, request);
-}
-
-grpc::ServerWriteReactor<v1::MeasureTradeoffResponse>* Gate::MeasureTradeoff(
-    Context* context, const v1::MeasureTradeoffRequest* request) {
-  return pass("MeasureTradeoff", &server::Service::MeasureTradeoff, context, request);
+  using Reactor = grpc::ServerWriteReactor<grpc::ByteBuffer>;
+  return pass<Reactor>("Stream", context, grpc::Status::OK,
+                       [&] { return service_.Stream(context, request); });
 }
 
 }  // namespace stiefel::server

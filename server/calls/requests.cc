@@ -4,6 +4,7 @@
 #include <string>
 
 #include "server/convert/errors.h"
+#include "server/limits/failpoint.h"
 #include "server/sessions/numerics_id.h"
 
 namespace stiefel::server {
@@ -20,6 +21,7 @@ grpc::Status check_routing(const grpc::CallbackServerContext& context, std::stri
 
 OrStatus<SessionLease> find_session(const Host& host, const grpc::CallbackServerContext& context,
                                     std::string_view id, const char* field) {
+  failpoint("call.find_session");
   if (host.lifecycle.refusing()) return std::unexpected(errors::shutting_down());
   if (const auto status = check_routing(context, id, field); !status.ok())
     return std::unexpected(status);
@@ -52,6 +54,7 @@ grpc::Status check_step(const char* field, std::int64_t value, std::int64_t low)
 OrStatus<Registry::Created> admit(Host& host, Account& account, const std::string& id,
                                   ResolvedScene scene, const Place& place,
                                   std::string_view checkpoint, bool recreate) {
+  failpoint("call.admit");
   auto seated = account.seat_session();
   // To create a session that is there already takes no seat.
   if (seated.refusal && !host.registry.find(account.principal(), id))

@@ -9,6 +9,7 @@
 #include "server/convert/errors.h"
 #include "server/convert/price.h"
 #include "server/convert/reply_limits.h"
+#include "server/limits/failpoint.h"
 #include "server/pricing/memory_price.h"
 
 namespace stiefel::server {
@@ -21,6 +22,7 @@ constexpr int few_members = 64;
 
 Answered create(Host& host, Account& account, const v1::CreateSessionRequest& request,
                 v1::CreateSessionResponse* response) {
+  failpoint("call.create");
   MemoryLease resolving(account.memory(), wants_choice(request.scene())
                                               ? search_memory(request.scene())
                                               : scene_memory(request.scene()));

@@ -11,6 +11,7 @@
 #include "server/calls/host.h"
 #include "server/calls/stopped.h"
 #include "server/convert/errors.h"
+#include "server/limits/failpoint.h"
 #include "server/sessions/stoppable.h"
 
 namespace stiefel::server {
@@ -97,6 +98,7 @@ class SlicedStream final : public grpc::ServerWriteReactor<Response>, private Jo
   }
 
   std::expected<bool, grpc::Status> produce() {
+    failpoint("call.produce");
     const std::stop_token stop = stop_.get_token();
     const auto last = stoppable(stop, [&] { return produce_(stop, message_); });
     return last ? *last : std::unexpected(stopped(host_.lifecycle));

@@ -9,6 +9,7 @@
 #include "server/convert/errors.h"
 #include "server/convert/price.h"
 #include "server/convert/reply_limits.h"
+#include "server/limits/failpoint.h"
 #include "server/pricing/memory_price.h"
 #include "server/sessions/checkpoints/checkpoint_bytes.h"
 
@@ -33,6 +34,7 @@ grpc::Status check_size(const Session& session, const StepTask& task) {
 
 void answer_step(const Session& session, const Cursor& cursor, const StepTask& task,
                  v1::StepResponse* response) {
+  failpoint("call.answer_step");
   to_proto(cursor, session.scene(), response->mutable_run_status());
   to_proto(session, cursor.simulation(), task.fields, response->mutable_sample());
   response->set_computed_steps(cursor.computed_steps());

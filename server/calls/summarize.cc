@@ -13,8 +13,9 @@
 #include "server/convert/price.h"
 #include "server/convert/summary/messages.h"
 #include "server/convert/summary/request.h"
-#include "server/sessions/numerics_id.h"
+#include "server/limits/failpoint.h"
 #include "server/sessions/checkpoints/summary_checkpoint.h"
+#include "server/sessions/numerics_id.h"
 
 namespace stiefel::server {
 namespace {
@@ -140,6 +141,7 @@ bool SummarizeCall::run_slice() noexcept {
 }
 
 grpc::Status SummarizeCall::work() {
+  failpoint("call.summarize");
   if (!summary_) {
     if (host_.lifecycle.refusing()) return errors::shutting_down();
     return start();
@@ -227,6 +229,7 @@ void SummarizeCall::shut_down() {
 }
 
 void SummarizeCall::send() {
+  failpoint("call.summary_message");
   slices_ = 0;
   message_.Clear();
   message_.set_step(summary_->step());

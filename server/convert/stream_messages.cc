@@ -3,6 +3,7 @@
 #include "server/convert/convert.h"
 #include "server/convert/reply_limits.h"
 #include "server/convert/scene_view.h"
+#include "server/limits/failpoint.h"
 
 namespace stiefel::server {
 
@@ -12,6 +13,7 @@ void StreamMessages::add_scene(const SceneDescription& resolved) {
 
 void StreamMessages::pack(const Session& session, const std::vector<std::size_t>& fields,
                           Batch& batch, EncodedCheckpoint checkpoint, v1::StreamResponse& message) {
+  failpoint("stream.pack");
   message.mutable_steps()->Assign(batch.steps.begin(), batch.steps.end());
   message.mutable_times()->Assign(batch.times.begin(), batch.times.end());
   message.clear_sample_continues();
@@ -42,6 +44,7 @@ void StreamMessages::pack(const Session& session, const std::vector<std::size_t>
 }
 
 void StreamMessages::next(v1::StreamResponse& message) {
+  failpoint("stream.next");
   message.Clear();
   if (!scene_arrays_.empty()) {
     scene_arrays_.take(part_bytes, message.mutable_scene_arrays());

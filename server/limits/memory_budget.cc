@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/limits/failpoint.h"
+
 namespace stiefel::server {
 
 MemoryExhausted::MemoryExhausted(std::uint64_t bytes, std::uint64_t free, std::uint64_t limit,
@@ -38,6 +40,7 @@ bool MemoryBudget::try_take_here(std::uint64_t bytes) noexcept {
 }
 
 void MemoryBudget::take(std::uint64_t bytes) {
+  failpoint("memory.take");
   take_here(bytes);
   if (!whole_) return;
   try {

@@ -3,9 +3,11 @@
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <prometheus/exposer.h>
+#include <prometheus/metric_family.h>
 
 #include <algorithm>
 #include <stdexcept>
+#include <utility>
 
 #include "server/access/exposure.h"
 #include "server/address.h"
@@ -37,6 +39,24 @@ std::string civetweb_ports(const std::string& address, int& port) {
   return all;
 }
 
+/// Metrics that are left out of an answer for which they cannot be made: the HTTP server is C and
+/// would end the process with an exception.
+class LeftOut final : public prometheus::Collectable {
+ public:
+  explicit LeftOut(std::shared_ptr<prometheus::Collectable> metrics)
+      : metrics_(std::move(metrics)) {}
+  std::vector<prometheus::MetricFamily> Collect() const override {
+    try {
+      return metrics_->Collect();
+    } catch (const std::exception&) {
+      return {};
+    }
+  }
+
+ private:
+  const std::shared_ptr<prometheus::Collectable> metrics_;
+};
+
 }  // namespace
 
 std::optional<std::string> metrics_fault(const std::string& address, bool insecure) {
@@ -48,7 +68,8 @@ std::optional<std::string> metrics_fault(const std::string& address, bool insecu
   return "other machines reach it, and metrics have neither TLS nor tokens: give --insecure";
 }
 
-Exporter::Exporter(const std::string& address, Metrics metrics) : metrics_(std::move(metrics)) {
+Exporter::Exporter(const std::string& address, Metrics metrics) {
+  for (auto& one : metrics) metrics_.push_back(std::make_shared<LeftOut>(std::move(one)));
   int port = 0;
   const std::string ports = civetweb_ports(address, port);
   // Four readers at once, each with two seconds to send its request.

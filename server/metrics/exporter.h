@@ -33,7 +33,7 @@ class Exporter {
   const std::string& url() const { return url_; }
 
  private:
-  const Metrics metrics_;
+  Metrics metrics_;
   std::string url_;
   std::unique_ptr<prometheus::Exposer> exposer_;
 };

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "server/limits/failpoint.h"
 #include "server/metrics/family.h"
 #include "server/sessions/numerics_id.h"
 
@@ -41,6 +42,7 @@ double open_descriptors() {
 }  // namespace
 
 std::vector<prometheus::MetricFamily> ServerMetrics::Collect() const {
+  failpoint("metrics.collect");
   const auto gauge = [](const char* name, const char* help, double value) {
     return single(name, help, MetricType::Gauge, value);
   };

@@ -8,6 +8,7 @@
 #include <exception>
 #include <utility>
 
+#include "server/limits/failpoint.h"
 #include "server/scheduling/priority.h"
 #include "server/scheduling/slice.h"
 
@@ -56,6 +57,7 @@ struct Scheduler::Items {
     while (!pause()) {
       const std::size_t first = next.fetch_add(portion, std::memory_order_relaxed);
       if (first >= count) return;
+      failpoint("scheduler.items");
       for (std::size_t i = first; i < std::min(first + portion, count); ++i) item(context, i);
     }
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "server/limits/failpoint.h"
 #include "stiefel/simulation.h"
 
 namespace stiefel::server {
@@ -32,12 +33,25 @@ void Cursor::end(const RunStatus& run_status) {
   if (run_status.outcome == Outcome::left_domain) rate_ = rate_at(run_status, *simulation_);
 }
 
+void Cursor::go(std::int64_t steps, const std::stop_token& stop) {
+  try {
+    const RunStatus status = simulation_->advance(steps, stop);
+    failpoint("cursor.step");
+    end(status);
+  } catch (...) {
+    // An exception in the middle of a step leaves no state behind.
+    session_->discard(std::move(simulation_));
+    throw;
+  }
+}
+
 bool Cursor::advance(std::int64_t to, std::int64_t& budget, const std::stop_token& stop) {
+  failpoint("cursor.advance");
   wake();
   std::int64_t at = simulation_->step();
   if (simulation_->direct() && at < to && run_status_.reached()) {  // no checkpoint would be nearer
     if (budget <= 0) return false;
-    end(simulation_->advance(to - at, stop));
+    go(to - at, stop);
     ++computed_;
     --budget;
     return true;
@@ -46,7 +60,7 @@ bool Cursor::advance(std::int64_t to, std::int64_t& budget, const std::stop_toke
     if (!run_status_.reached()) return true;
     if (budget <= 0) return false;
     const std::int64_t steps = std::min({to - at, budget, mark_ - at});
-    end(simulation_->advance(steps, stop));
+    go(steps, stop);
     const std::int64_t done = simulation_->step() - at;
     at += done;
     computed_ += done;

@@ -56,6 +56,8 @@ class Cursor {
 
  private:
   void wake();
+  /// So many steps.
+  void go(std::int64_t steps, const std::stop_token& stop);
   void end(const RunStatus& run_status);
 
   Session* session_;

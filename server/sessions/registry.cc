@@ -4,6 +4,8 @@
 #include <iterator>
 #include <utility>
 
+#include "server/limits/failpoint.h"
+
 namespace stiefel::server {
 
 Registry::Registry(std::uint32_t max_sessions, std::chrono::milliseconds idle_timeout, Clock clock,
@@ -22,6 +24,7 @@ Registry::~Registry() { memory_.reclaim_with({}); }
 std::expected<Registry::Created, Registry::CreateError> Registry::create(
     const Principal& principal, const std::string& id, Scene scene, std::string_view checkpoint,
     Resolution resolution, bool recreate, MemoryBudget* memory) {
+  failpoint("registry.create");
   const auto fresh = std::make_shared<Session>(id, std::move(scene), clock_, std::move(resolution),
                                                keys_, memory ? *memory : memory_);
   if (auto fault = fresh->overflow()) return std::unexpected(*std::move(fault));
@@ -50,11 +53,12 @@ std::expected<Registry::Created, Registry::CreateError> Registry::create(
   if (sessions_.size() >= max_sessions_) return std::unexpected(Conflict::too_many);
   // A tombstone stays: it counts again if the session cannot be written, and ends before it.
   const auto place = sessions_.emplace(std::move(key), fresh).first;
-  fresh->belong_to(principal);
-  if (!ledger_) return Created{SessionLease(fresh), true, ignored};
   try {
-    fresh->write_to(*ledger_);
-    fresh->written_by(ledger_->put(fresh));
+    fresh->belong_to(principal);
+    if (ledger_) {
+      fresh->write_to(*ledger_);
+      fresh->written_by(ledger_->put(fresh));
+    }
   } catch (...) {
     sessions_.erase(place);
     throw;
@@ -63,6 +67,7 @@ std::expected<Registry::Created, Registry::CreateError> Registry::create(
 }
 
 std::optional<SessionLease> Registry::find(const Principal& principal, std::string_view id) const {
+  failpoint("registry.find");
   const std::shared_lock lock(mutex_);
   const auto found = sessions_.find(SessionKeyLess::View(principal.name, id));
   if (found == sessions_.end()) return std::nullopt;
@@ -70,6 +75,7 @@ std::optional<SessionLease> Registry::find(const Principal& principal, std::stri
 }
 
 Registry::Erased Registry::erase(const Principal& principal, std::string_view id) {
+  failpoint("registry.erase");
   std::shared_ptr<Session> dropped;
   const std::lock_guard lock(mutex_);
   tombstones_of(principal).put(std::string(id), (*clock_)());
@@ -132,6 +138,7 @@ bool Registry::has_tombstone(const Principal& principal, std::string_view id) co
 std::vector<std::shared_ptr<const Session>> Registry::page(const Principal& principal,
                                                            std::string_view after,
                                                            std::size_t count) const {
+  failpoint("registry.page");
   const std::shared_lock lock(mutex_);
   std::vector<std::shared_ptr<const Session>> sessions;
   for (auto it = sessions_.upper_bound(SessionKeyLess::View(principal.name, after));
@@ -148,6 +155,7 @@ std::size_t Registry::size() const {
 }
 
 std::size_t Registry::expire() {
+  failpoint("registry.expire");
   std::vector<std::shared_ptr<Session>> dropped;
   const std::lock_guard lock(mutex_);
   for (auto of_one = tombstones_.begin(); of_one != tombstones_.end();) {
@@ -200,7 +208,11 @@ Sweeper::Sweeper(Registry& registry, std::function<void(std::size_t)> report)
             registry.idle_timeout() / 4, std::chrono::milliseconds(10), std::chrono::minutes(1));
         std::unique_lock lock(mutex_);
         while (!wake_.wait_for(lock, stop, pause, [&] { return stop.stop_requested(); })) {
-          if (const std::size_t dropped = registry.expire()) report(dropped);
+          try {
+            if (const std::size_t dropped = registry.expire()) report(dropped);
+          } catch (const std::exception&) {
+            // Without memory it sweeps again after the pause.
+          }
         }
       }) {}
 

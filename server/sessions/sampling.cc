@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/limits/failpoint.h"
 #include "server/scheduling/slice.h"
 #include "server/sessions/checkpoints/checkpoint_bytes.h"
 #include "server/sessions/field_bytes.h"
@@ -81,6 +82,7 @@ std::uint64_t Sampling::bytes() const {
 void Sampling::sample(Batch& batch) {
   const Simulation& simulation = cursor_.simulation();
   if (simulation.step() == last_) return;
+  failpoint("sampling.sample");
   last_ = simulation.step();
   const std::size_t index = batch.size();
   batch.steps.push_back(last_);

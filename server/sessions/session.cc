@@ -7,6 +7,7 @@
 
 #include "engine/simulation/catalogue/methods/step_weight.h"
 #include "engine/simulation/catalogue/methods/workspace.h"
+#include "server/limits/failpoint.h"
 #include "server/scheduling/slice.h"
 #include "server/sessions/checkpoints/checkpoint_keys.h"
 #include "server/sessions/identity.h"
@@ -70,6 +71,7 @@ Saved with(MemoryLease memory, std::vector<double> numbers) {
 }
 
 Saved save(const Simulation& simulation, MemoryLease memory) {
+  failpoint("session.save");
   std::vector<double> numbers(simulation.saved_size());
   simulation.save(numbers);
   return with(std::move(memory), std::move(numbers));
@@ -111,6 +113,7 @@ Session::Session(std::string id, Scene scene, std::shared_ptr<const Clock> clock
 }
 
 std::unique_ptr<Simulation> Session::make() {
+  failpoint("session.make");
   simulations_memory_.grow(simulation_bytes_);
   try {
     return make_simulation(scene_);
@@ -120,13 +123,14 @@ std::unique_ptr<Simulation> Session::make() {
   }
 }
 
-void Session::drop(std::unique_ptr<Simulation> simulation) {
+void Session::discard(std::unique_ptr<Simulation> simulation) noexcept {
   if (!simulation) return;
   simulation.reset();
   simulations_memory_.shrink(simulation_bytes_);
 }
 
 std::unique_ptr<Simulation> Session::lease(std::int64_t step) {
+  failpoint("session.lease");
   std::unique_ptr<Simulation> simulation;
   Checkpoints::Nearest start;
   {
@@ -146,12 +150,25 @@ std::unique_ptr<Simulation> Session::lease(std::int64_t step) {
     }
     if (near) return simulation;
   }
+  return at_state(std::move(simulation), start.step, *start.saved);
+}
+
+std::unique_ptr<Simulation> Session::at_state(std::unique_ptr<Simulation> simulation,
+                                              std::int64_t step, std::span<const double> saved) {
   if (!simulation) simulation = make();
-  if (simulation->step() != start.step) simulation->restore(start.step, *start.saved);
+  if (simulation->step() == step) return simulation;
+  try {
+    failpoint("session.restore");
+    simulation->restore(step, saved);
+  } catch (...) {
+    discard(std::move(simulation));
+    throw;
+  }
   return simulation;
 }
 
 std::unique_ptr<Simulation> Session::lease_at(std::int64_t step, std::span<const double> saved) {
+  failpoint("session.wake");
   std::unique_ptr<Simulation> simulation;
   {
     const std::lock_guard lock(mutex_);
@@ -163,23 +180,24 @@ std::unique_ptr<Simulation> Session::lease_at(std::int64_t step, std::span<const
       idle_.erase(best);
     }
   }
-  if (!simulation) simulation = make();
-  if (simulation->step() != step) simulation->restore(step, saved);
-  return simulation;
+  return at_state(std::move(simulation), step, saved);
 }
 
-void Session::give_back(std::unique_ptr<Simulation> simulation) {
+void Session::give_back(std::unique_ptr<Simulation> simulation) noexcept {
   cursor_.store(simulation->step(), std::memory_order_relaxed);
   std::unique_ptr<Simulation> dropped;
-  {
+  try {
     const std::lock_guard lock(mutex_);
+    failpoint("session.give_back");
     if (idle_.size() == max_idle) {
       dropped = std::move(idle_.front());
       idle_.erase(idle_.begin());
     }
     idle_.push_back(std::move(simulation));
+  } catch (const std::exception&) {  // no memory to keep it
+    discard(std::move(simulation));
   }
-  drop(std::move(dropped));
+  discard(std::move(dropped));
 }
 
 Saved Session::keep(const Simulation& simulation) {
@@ -211,7 +229,7 @@ void Session::shed() {
     dropped = std::exchange(idle_, {});
     checkpoints_.shed();
   }
-  for (auto& simulation : dropped) drop(std::move(simulation));
+  for (auto& simulation : dropped) discard(std::move(simulation));
 }
 
 std::int64_t Session::next_checkpoint(std::int64_t step) const {
@@ -220,6 +238,7 @@ std::int64_t Session::next_checkpoint(std::int64_t step) const {
 }
 
 void Session::deposit(const Simulation& simulation) {
+  failpoint("session.deposit");
   const std::int64_t step = simulation.step();
   {
     const std::lock_guard lock(mutex_);
@@ -237,6 +256,7 @@ void Session::deposit(const Simulation& simulation) {
 }
 
 void Session::adopt(std::int64_t step, std::vector<double> saved) {
+  failpoint("session.adopt");
   MemoryLease memory(memory_, state_bytes(saved.size()));
   Saved priced = with(std::move(memory), std::move(saved));
   const std::lock_guard lock(mutex_);

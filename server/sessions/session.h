@@ -75,7 +75,9 @@ class Session : public std::enable_shared_from_this<Session> {
   std::unique_ptr<Simulation> lease(std::int64_t step);
   /// One with that state, which `save` gave at `step`.
   std::unique_ptr<Simulation> lease_at(std::int64_t step, std::span<const double> saved);
-  void give_back(std::unique_ptr<Simulation> simulation);
+  void give_back(std::unique_ptr<Simulation> simulation) noexcept;
+  /// Instead of `give_back`: of one that an exception left between two states.
+  void discard(std::unique_ptr<Simulation> simulation) noexcept;
   /// The state of a simulation for a caller that rests: callers that rest at one step share it.
   /// Null when there is no memory for it.
   Saved keep(const Simulation& simulation);
@@ -128,7 +130,9 @@ class Session : public std::enable_shared_from_this<Session> {
   void tell_ledger();
   void touch() { last_use_ = (*clock_)().time_since_epoch().count(); }
   std::unique_ptr<Simulation> make();
-  void drop(std::unique_ptr<Simulation> simulation);
+  /// That simulation, or a new one where it is null, at that state.
+  std::unique_ptr<Simulation> at_state(std::unique_ptr<Simulation> simulation, std::int64_t step,
+                                       std::span<const double> saved);
 
   MemoryBudget& memory_;
   const std::string id_;

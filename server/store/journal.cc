@@ -6,6 +6,7 @@
 #include <new>
 #include <utility>
 
+#include "server/limits/failpoint.h"
 #include "server/sessions/identity.h"
 #include "server/sessions/numerics_id.h"
 #include "server/sessions/session.h"
@@ -64,6 +65,7 @@ Journal::~Journal() {
 }
 
 std::shared_ptr<Receipt> Journal::submit(Change change) {
+  failpoint("journal.submit");
   auto receipt = change.receipt = std::make_shared<Receipt>();
   {
     const std::lock_guard lock(mutex_);
@@ -211,6 +213,7 @@ void Journal::report(const WriteFault& fault) const noexcept {
 void Journal::write_checkpoints(std::vector<std::weak_ptr<Session>> sessions) {
   std::size_t bytes = 0;
   try {
+    failpoint("journal.checkpoints");
     store_.transact([&] {
       for (const auto& one : sessions) {
         const auto session = one.lock();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 
+#include "server/limits/failpoint.h"
 #include "server/sessions/identity.h"
 
 namespace stiefel::server {
@@ -80,10 +81,12 @@ Store::Store(const StoreOptions& options)
       put_tombstone_(file_.database, "INSERT OR REPLACE INTO tombstone VALUES (?, ?, ?)") {}
 
 void Store::transact(const std::function<void()>& changes) {
+  failpoint("store.begin");
   Database& database = file_.database;
   database.run("BEGIN IMMEDIATE");
   try {
     changes();
+    failpoint("store.commit");
     database.run("COMMIT");
   } catch (...) {
     // SQLite has rolled back by itself after some errors.
@@ -98,6 +101,7 @@ void Store::transact(const std::function<void()>& changes) {
 }
 
 void Store::put(const StoredSession& s) {
+  failpoint("store.put_session");
   const auto& choice = s.choice;
   put_session_.bind(1, s.principal.name)
       .bind(2, s.id)
@@ -116,11 +120,13 @@ void Store::put(const StoredSession& s) {
 }
 
 void Store::erase(const Principal& principal, std::string_view id) {
+  failpoint("store.erase");
   erase_session_.bind(1, principal.name).bind(2, id).execute();
   erase_checkpoint_.bind(1, principal.name).bind(2, id).execute();
 }
 
 void Store::put(const StoredCheckpoint& c) {
+  failpoint("store.put_checkpoint");
   put_checkpoint_.bind(1, c.principal.name)
       .bind(2, c.id)
       .bind(3, c.numerics_id)

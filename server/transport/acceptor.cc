@@ -11,6 +11,7 @@
 #include <new>
 #include <stdexcept>
 
+#include "server/limits/failpoint.h"
 #include "server/transport/refusal.h"
 
 namespace stiefel::server {
@@ -31,6 +32,15 @@ Descriptor checked(int descriptor, const char* what) {
 }
 
 Descriptor spare_descriptor() { return Descriptor(open("/dev/null", O_RDONLY | O_CLOEXEC)); }
+
+/// Without memory for a connection it is closed, and the thread goes on.
+template <class Work>
+void survive(const Work& work) {
+  try {
+    work();
+  } catch (const std::exception&) {
+  }
+}
 
 bool out_of_descriptors(int error) {
   return error == EMFILE || error == ENFILE || error == ENOBUFS || error == ENOMEM;
@@ -63,20 +73,17 @@ void Acceptor::run(const std::stop_token& stop) {
   std::array<epoll_event, 64> ready;
   while (!stop.stop_requested()) {
     const int count = epoll_wait(events_.get(), ready.data(), ready.size(), milliseconds_to_wait());
-    for (int i = 0; i < count; ++i) handle(ready[static_cast<std::size_t>(i)].data.fd);
-    drop_expired();
+    for (int i = 0; i < count; ++i)
+      survive([&] { handle(ready[static_cast<std::size_t>(i)].data.fd); });
+    survive([&] { drop_expired(); });
   }
 }
 
-/// Without memory for a connection it is closed, and the thread goes on.
 void Acceptor::handle(int ready) {
-  try {
-    if (by_descriptor_.contains(ready))
-      hear(ready);
-    else if (ready != wake_.get())
-      accept_from(ready);
-  } catch (const std::bad_alloc&) {
-  }
+  if (by_descriptor_.contains(ready))
+    hear(ready);
+  else if (ready != wake_.get())
+    accept_from(ready);
 }
 
 void Acceptor::watch(int descriptor) {
@@ -104,6 +111,7 @@ void Acceptor::accept_from(int listener) {
 }
 
 void Acceptor::take(Descriptor connection) {
+  failpoint("accept.take");
   if (open() + silent_.size() >= limits_.most + waiting_room) drop_oldest_silent();
   const int descriptor = connection.get();
   std::list<Silent> newest;
@@ -129,6 +137,7 @@ void Acceptor::hear(int descriptor) {
   if (got < 0 && (errno == EAGAIN || errno == EINTR)) return;
   Descriptor connection = forget(descriptor);
   if (got != 1) return;
+  failpoint("accept.give_away");
   if (open() >= limits_.most) return refuse(std::move(connection), "too many connections");
   open_.add(descriptor);
   give_away_(connection.release());

@@ -41,22 +41,23 @@ TEXT = {"engine/linalg/arithmetic/to_text.h", "engine/simulation/scene/near_name
 ENGINE_FOLDERS = [folder for line in ENGINE for folder in line]
 INTERNAL, PUBLIC, CLIENT = r"engine/.*", r"stiefel/[a-z_]+\.h", r"stiefel/client/.*"
 PROTO = r"(stiefel/v1|proto)/.*"
+FAILPOINT = r"server/limits/failpoint\.h"
 # What the folders outside the engine may include with quotes, TEXT and themselves besides.
 OTHERS = {
     "engine/include/stiefel": [PUBLIC],
     "server/limits": [],
-    "server/scheduling": [INTERNAL, r"server/limits/memory_budget\.h", r"server/sessions/principal\.h"],
+    "server/scheduling": [INTERNAL, r"server/limits/(memory_budget|failpoint)\.h", r"server/sessions/principal\.h"],
     "server/sessions": [PUBLIC, INTERNAL, r"server/(limits|scheduling)/.*"],
-    "server/store": [r"server/sessions/.*"],
+    "server/store": [FAILPOINT, r"server/sessions/.*"],
     "server/convert": [PUBLIC, INTERNAL, PROTO, r"server/(limits|scheduling|sessions)/.*"],
     "server/pricing": [PUBLIC, INTERNAL, PROTO, r"server/(limits|sessions|convert)/.*"],
-    "server/access": [r"server/(sessions|transport)/.*", r"server/address\.h"],
+    "server/access": [FAILPOINT, r"server/(sessions|transport)/.*", r"server/address\.h"],
     "server/metrics": [r"server/(access|limits|scheduling|sessions|transport)/.*", r"server/address\.h"],
-    "server/admission": [PROTO, r"server/(access|metrics|scheduling|sessions|convert)/.*"],
+    "server/admission": [PROTO, FAILPOINT, r"server/(access|metrics|scheduling|sessions|convert)/.*"],
     "server/calls": [PROTO, r"stiefel/stop\.h",
                      r"server/(access|admission|limits|metrics|scheduling|sessions|convert|pricing)/.*"],
     "server/durability": [PUBLIC, PROTO, r"server/(sessions|store|convert|calls|limits)/.*"],
-    "server/transport": [r"server/address\.h"],
+    "server/transport": [FAILPOINT, r"server/address\.h"],
     "server": [PUBLIC, PROTO, r"server/(access|admission|calls|durability|limits|metrics|store|transport)/.*",
                r"server/scheduling/quota\.h", r"server/sessions/principal\.h", r"grpc/health/.*"],
     "client/cpp": [CLIENT, PROTO],

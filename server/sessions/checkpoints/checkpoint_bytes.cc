@@ -6,6 +6,7 @@
 #include <cstring>
 #include <optional>
 
+#include "server/limits/failpoint.h"
 #include "server/sessions/checkpoints/checkpoint_keys.h"
 #include "server/sessions/checkpoints/digest.h"
 #include "server/sessions/numerics_id.h"
@@ -61,6 +62,7 @@ class Reader {
 }  // namespace
 
 std::string encode_checkpoint(const Session& session, const Simulation& simulation) {
+  failpoint("checkpoint.encode");
   std::vector<double> saved(simulation.saved_size());
   simulation.save(saved);
   const CheckpointKey& key = session.checkpoint_keys().signing();
@@ -86,6 +88,7 @@ std::size_t checkpoint_bytes(const Session& session) {
 
 std::expected<Checkpoint, CheckpointRefusal> decode_checkpoint(const Session& session,
                                                                std::string_view bytes) {
+  failpoint("checkpoint.decode");
   const std::unexpected corrupt(CheckpointRefusal{CheckpointFault::corrupt, {}});
   const std::unexpected foreign(CheckpointRefusal{CheckpointFault::foreign, {}});
   if (bytes.size() < magic.size() + CheckpointKey::name_bytes + sizeof(Bytes32)) return corrupt;

@@ -181,3 +181,15 @@ def test_a_reader_that_does_not_read_stops_nobody(serve):
     assert 100 < len(written) < calls and written[-1]["code"] == "OK"
     assert sum(line["count"] for line in dropped) + len(written) == calls + 1
     assert all(line["level"] == "warning" for line in dropped)
+
+
+@pytest.mark.parametrize("method", ["Step", "CreateSession", "Convert", "Stream", "Describe"])
+def test_a_request_that_is_no_message_has_its_line(logged, method):
+    def work(stub, process):
+        with grpc.insecure_channel(process.address) as channel:
+            call = channel.unary_stream(f"/stiefel.v1.SimulationService/{method}")
+            with pytest.raises(grpc.RpcError) as refused:
+                list(call(b"\xff" * 64, timeout=10))
+        assert refused.value.code() is grpc.StatusCode.INVALID_ARGUMENT
+    (line,) = of(logged(work), method)
+    assert line["code"] == "INVALID_ARGUMENT" and f"{method}Request" in line["error"]

@@ -94,7 +94,9 @@ TEST(OutOfMemory, EveryAllocationOfAStreamMayFail) {
 
 TEST(OutOfMemory, EveryAllocationOfAStepMayFail) {
   test::Harness harness({.threads = 1});
-  harness.create("s", test::wire_scene({.method = "rk4", .dimension = 100}));
+  const test::Case which{.method = "rk4", .dimension = 100};
+  harness.create("s", test::wire_scene(which));
+  const Scene scene = test::scene(which);
   int refused = 0;
   for (int k = 1; k <= 20; ++k) {
     grpc::ClientContext context;
@@ -108,6 +110,9 @@ TEST(OutOfMemory, EveryAllocationOfAStepMayFail) {
     if (status.ok()) continue;
     EXPECT_EQ(status.error_code(), grpc::RESOURCE_EXHAUSTED) << status.error_message();
     ++refused;
+    // The step that failed leaves no state behind that is none.
+    EXPECT_TRUE(test::bytes_of(harness.step("s", 10 * k).sample()) ==
+                test::expected_bytes(scene, 10 * k));
   }
   EXPECT_GT(refused, 0);
 }
