@@ -14,6 +14,7 @@
 #include "server/convert/summary/messages.h"
 #include "server/convert/summary/request.h"
 #include "server/limits/failpoint.h"
+#include "server/pricing/memory_price.h"
 #include "server/sessions/checkpoints/summary_checkpoint.h"
 #include "server/sessions/numerics_id.h"
 
@@ -106,6 +107,7 @@ class SummarizeCall final : public grpc::ServerWriteReactor<v1::SummarizeRespons
   Ticket ticket_;
   std::optional<SessionLease> session_;
   const v1::SummarizeRequest& request_;
+  MemoryLease memory_;
   std::optional<Summary> summary_;
   std::optional<SummaryMessages> messages_;
   v1::Price price_;
@@ -165,6 +167,7 @@ grpc::Status SummarizeCall::start() {
   if (!what) return what.error();
   auto summary = Summary::prepare(session.scene(), *std::move(what));
   if (!summary) return errors::invalid(summary.error());
+  memory_ = MemoryLease(log_.account().memory(), summary_memory(session, *summary));
   messages_.emplace(session, summary->description());
   if (request_.checkpoint().empty()) {
     auto simulation = session.lease(request_.from());

@@ -9,6 +9,7 @@
 #include "server/sessions/checkpoints/checkpoint_bytes.h"
 #include "server/sessions/sampling.h"
 #include "stiefel/connect.h"
+#include "stiefel/summary.h"
 #include "stiefel/tradeoff.h"
 
 namespace stiefel::server {
@@ -97,6 +98,14 @@ std::uint64_t conversion_memory(const v1::ConvertRequest& request) {
 
 std::uint64_t diagnosis_memory(const Session& session, const v1::DiagnoseRequest& request) {
   return session.simulation_bytes() / 2 + 64 * session.saved_size() + reading_memory(request);
+}
+
+std::uint64_t summary_memory(const Session& session, const Summary& summary) {
+  const bool keeps_values = std::ranges::any_of(
+      summary.description().quantities, [](const Quantity& one) { return !one.quantiles.empty(); });
+  // A number of the result has accumulators of several numbers.
+  return session.simulation_bytes() + 6 * summary.statistics_bytes() +
+         (keeps_values ? sizeof(double) * Summary::max_kept : 0) + call_bytes;
 }
 
 std::uint64_t connect_memory(const v1::ConnectRequest& request) {

@@ -6,6 +6,10 @@
 #include "server/sessions/session.h"
 #include "stiefel/v1/simulation.pb.h"
 
+namespace stiefel {
+class Summary;
+}
+
 /// The bytes of memory that calls take beside the sessions and their simulations, predicted from
 /// their requests.
 namespace stiefel::server {
@@ -33,6 +37,8 @@ std::uint64_t fork_memory(const Session& from);
 std::uint64_t conversion_memory(const v1::ConvertRequest& request);
 /// Diagnose, beside the simulation.
 std::uint64_t diagnosis_memory(const Session& session, const v1::DiagnoseRequest& request);
+/// Summarize: its simulation and what it accumulates.
+std::uint64_t summary_memory(const Session& session, const Summary& summary);
 /// The largest search of a Connect.
 std::uint64_t connect_memory(const v1::ConnectRequest& request);
 

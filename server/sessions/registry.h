@@ -105,7 +105,6 @@ class Registry {
   void drop(const Session& session);
   const std::shared_ptr<const Clock>& clock() const { return clock_; }
   const std::shared_ptr<const CheckpointKeys>& keys() const { return keys_; }
-  MemoryBudget& memory() const { return memory_; }
   /// Gives up about so many bytes of caches, of the sessions first that were not used for longest;
   /// of that principal's alone unless null.
   void shed(std::uint64_t bytes, const Principal* of = nullptr) const;
