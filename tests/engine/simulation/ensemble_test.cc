@@ -290,7 +290,7 @@ TEST(Ensemble, RefusalsNameTheMember) {
   bad.method.reset();
   bad.tolerance = 1e-6;
   bad.horizon = 10;
-  EXPECT_EQ(refusal(bad).at(0).field, "tolerance");
+  EXPECT_EQ(refusal(bad).at(0).field, "method") << "which resolve_choosing gives";
 }
 
 /// A list with the numbers of one member holds for all members.

@@ -1,5 +1,8 @@
 #include "tests/server/failpoints/every_call.h"
 
+#include <google/protobuf/io/coded_stream.h>
+#include <google/protobuf/io/zero_copy_stream_impl_lite.h>
+
 #include "server/sessions/session.h"
 
 namespace stiefel::test {
@@ -24,6 +27,17 @@ std::string samples(const v1::StreamResponse& message) {
   std::string bytes;
   for (const auto step : message.steps()) bytes += std::to_string(step) + ' ';
   return bytes + fields(message.fields());
+}
+
+/// Maps in the order of their keys.
+std::string serialized(const google::protobuf::Message& message) {
+  std::string bytes;
+  google::protobuf::io::StringOutputStream stream(&bytes);
+  google::protobuf::io::CodedOutputStream coded(&stream);
+  coded.SetSerializationDeterministic(true);
+  message.SerializeToCodedStream(&coded);
+  coded.Trim();
+  return bytes;
 }
 
 template <class Response>
@@ -124,7 +138,7 @@ void EveryCall::searches() {
   conversion.set_to("symmetric_rigid_body");
   read<v1::ConvertRequest, v1::ConvertResponse>(
       "Convert", &Stub::Convert, conversion,
-      [](const auto& response) { return response.scene().SerializeAsString(); });
+      [](const auto& response) { return serialized(response.scene()); });
 
   v1::ConnectRequest two_points;
   for (const double lambda : {1.0, 2.0, 3.0}) two_points.add_inertia(lambda);
