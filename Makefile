@@ -6,6 +6,8 @@ SHELL := /bin/bash
 # Parallel compilations: one for each 2 GB of free memory, at least one, at most one a core.
 JOBS ?= $(shell awk -v cores=$$(nproc) '/MemAvailable/ { fit = int($$2 / 2e6) } \
           END { print fit < 1 ? 1 : fit < cores ? fit : cores }' /proc/meminfo)
+# Tests of programs wait for them half of the time.
+TEST_JOBS = $(shell echo $$(( $(JOBS) + 1 )))
 STEPS ?= 10000
 PREFIX ?= /usr/local
 # Debian's Python has the installed packages; another Python may come first on PATH.
@@ -62,7 +64,7 @@ run: build-run ## simulate asteroid Toutatis, or SCENE=file.json STEPS=10000; wr
 	fi
 
 test: build-tests ## compile and run the tests
-	@ctest --preset release -j $(JOBS)
+	@ctest --preset release -j $(TEST_JOBS)
 
 test-long: build-bench build-tests ## run all tests, those that take minutes included, and the fuzz targets
 	@ctest --preset long -j $(JOBS)

@@ -57,12 +57,13 @@ std::unique_ptr<Stub> connect(const std::string& address) {
       grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments));
 }
 
-void create(Stub& stub, const std::string& id, unsigned seed) {
+void create(Stub& stub, const std::string& principal, const std::string& id, unsigned seed) {
   v1::CreateSessionRequest request;
   request.set_session_id(id);
   *request.mutable_scene() = bench::wire_scene(3, seed);
   v1::CreateSessionResponse response;
   grpc::ClientContext context;
+  context.AddMetadata("x-principal", principal);
   const auto status = stub.CreateSession(&context, request, &response);
   if (!status.ok()) throw std::runtime_error(status.error_message());
 }
@@ -89,7 +90,7 @@ struct Counts {
 void keep_busy(const std::stop_token& stop, const std::string& address, int principal,
                const std::string& id, Counts& counts) {
   const auto stub = connect(address);
-  create(*stub, id, 7);
+  create(*stub, std::to_string(principal), id, 7);
   for (std::int64_t to = long_steps; !stop.stop_requested();) {
     const auto status = step(*stub, std::to_string(principal), id, to);
     if (status.ok()) {
@@ -145,7 +146,7 @@ void measure(const std::string& address, int threads, int repeats, int calls) {
   bench::Figure refused{.name = "Overload, refusals", .unit = ""};
 
   const auto stub = connect(address);
-  create(*stub, "short", 1);
+  create(*stub, "3", "short", 1);
   std::int64_t to = 0;
   for (int repeat = 0; repeat < repeats; ++repeat) {
     std::array<std::vector<double>, short_steps.size()> idle, busy;
