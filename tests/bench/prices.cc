@@ -21,10 +21,10 @@
 using namespace stiefel;
 
 /// The functions that callgrind counts, one dump for each call.
-extern "C" [[gnu::noinline]] void measured_steps(Simulation& simulation, std::int64_t steps) {
+extern "C" [[gnu::noipa]] void measured_steps(Simulation& simulation, std::int64_t steps) {
   simulation.advance(steps);
 }
-extern "C" [[gnu::noinline]] void measured_call(const std::function<void()>& call) { call(); }
+extern "C" [[gnu::noipa]] void measured_call(const std::function<void()>& call) { call(); }
 
 namespace {
 
