@@ -21,7 +21,7 @@ class TokenTable {
   /// lines.
   static Parsed parse(std::string_view text);
 
-  /// Whose token has that digest; null if nobody's.
+  /// The principal whose token has that digest, or null.
   const Principal* find(const Bytes32& digest) const;
   std::size_t size() const { return principals_.size(); }
 

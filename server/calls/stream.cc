@@ -231,18 +231,6 @@ void StreamCall::end(const grpc::Status& status) {
   }
 }
 
-grpc::Status check_range(const v1::StreamRequest& request) {
-  if (const auto status = check_step("from", request.from()); !status.ok()) return status;
-  if (const auto status = check_step("to", request.to(), request.from()); !status.ok())
-    return status;
-  if (request.every() < 0)
-    return errors::invalid("every", std::to_string(request.every()), "must be at least 0");
-  if (request.checkpoint_every() < 0)
-    return errors::invalid("checkpoint_every", std::to_string(request.checkpoint_every()),
-                           "must be at least 0");
-  return grpc::Status::OK;
-}
-
 }  // namespace
 
 grpc::ServerWriteReactor<grpc::ByteBuffer>* Service::Stream(Context* context,

@@ -8,6 +8,7 @@
 #include "server/admission/admission.h"
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
+#include "server/calls/sliced_stream.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
 #include "server/convert/price.h"
@@ -267,34 +268,13 @@ void SummarizeCall::end(const grpc::Status& status) {
     Finish(status);
 }
 
-/// A call that is refused.
-class RefusedSummary final : public grpc::ServerWriteReactor<v1::SummarizeResponse> {
- public:
-  explicit RefusedSummary(const grpc::Status& status) { Finish(status); }
-  void OnDone() override { delete this; }
-};
-
-grpc::Status check_range(const v1::SummarizeRequest& request) {
-  if (const auto status = check_step("from", request.from()); !status.ok()) return status;
-  if (const auto status = check_step("to", request.to(), request.from()); !status.ok())
-    return status;
-  if (request.every() < 0)
-    return errors::invalid("every", std::to_string(request.every()), "must be at least 0");
-  if (request.checkpoint_every() < 0)
-    return errors::invalid("checkpoint_every", std::to_string(request.checkpoint_every()),
-                           "must be at least 0");
-  return grpc::Status::OK;
-}
-
 }  // namespace
 
 grpc::ServerWriteReactor<v1::SummarizeResponse>* Service::Summarize(
     Context* context, const v1::SummarizeRequest* request) {
   CallLog log = open(context, "Summarize", request->session_id());
-  const auto refuse =
-      [&](const grpc::Status& status) -> grpc::ServerWriteReactor<v1::SummarizeResponse>* {
-    log.finish(status);
-    return new RefusedSummary(status);
+  const auto refuse = [&](const grpc::Status& status) {
+    return new RefusedStream<v1::SummarizeResponse>(log, status);
   };
   try {
     auto session = find_session(host_, *context, request->session_id());

@@ -125,7 +125,7 @@ class Registry {
   mutable std::shared_mutex mutex_;
   const std::shared_ptr<const CheckpointKeys> keys_;
   std::map<SessionKey, std::shared_ptr<Session>, SessionKeyLess> sessions_;
-  /// By principal, so that nobody's deletions push out another's.
+  /// By principal: the deletions of one do not push out the tombstones of another.
   std::map<std::string, Tombstones, std::less<>> tombstones_;  // guarded by mutex_
 };
 

@@ -205,7 +205,8 @@ class Session:
         if not reply.HasField("session"):
             raise FailedPrecondition(f"step {at} cannot be reached: {reply.run_status.message}")
         forked = Session(self._client, reply.session, reply.created, self.resolved(), owner=True)
-        forked.resolved()  # which nobody sent, so that it could not be created again without all of it
+        # The server resolved the fork's scene; to create the session again elsewhere the handle needs all of it.
+        forked.resolved()
         return forked
 
     def delete(self) -> None:

@@ -19,7 +19,7 @@ void raise(double& largest, double x) {
   if (x > largest || std::isnan(x)) largest = x;
 }
 
-/// −0 before 0, so that the order of equal numbers is nobody's choice.
+/// The order of sorting, with −0 before 0: the bits of a quantile follow from the values alone.
 bool before(double a, double b) { return a < b || (a == b && std::signbit(a) && !std::signbit(b)); }
 
 }  // namespace

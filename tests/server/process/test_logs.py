@@ -162,7 +162,7 @@ def test_no_secret_is_logged(serve, tmp_path):
     assert [line.get("principal") for line in of(lines, "Describe")] == [None, "alice"]
 
 
-def test_a_reader_that_does_not_read_stops_nobody(serve):
+def test_calls_go_on_while_the_log_is_not_read(serve):
     """A pipe holds 64 KiB, some 300 lines; what comes later is dropped and counted."""
     process, calls = serve("--log-format", "json"), 2000
     with process.channel() as channel:

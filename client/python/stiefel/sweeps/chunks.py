@@ -25,8 +25,9 @@ LANES = 16  #: members that fill whole vector registers
 
 
 def members_of_a_chunk(step_work: float, steps: int, readings: int, kept: int) -> int:
-    """The members whose `steps` steps of `step_work` instructions each, with so many quantities read on the way, are
-    about `WORK`, and of whom quantiles may keep `kept` numbers each."""
+    """How many members a chunk has, so that its work is about `WORK` instructions and its quantiles keep at most `KEPT`
+    numbers. A member makes `steps` steps of `step_work` instructions, reads `readings` quantities on the way, and its
+    quantiles keep `kept` numbers."""
     fit = int(WORK / (step_work * max(steps, 1) + READING * readings + CREATION))
     fit = min(fit, LARGEST, KEPT // kept if kept else LARGEST)
     fit = max(fit, 1)
