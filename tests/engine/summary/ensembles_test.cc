@@ -1,0 +1,140 @@
+// Summaries of ensembles: of each member, and over the members.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numeric>
+
+#include "stiefel/simulation.h"
+#include "tests/engine/summary/summaries.h"
+#include "tests/support/scenes/ensemble_of.h"
+#include "tests/support/scenes/random_scene.h"
+
+namespace stiefel {
+namespace {
+
+using namespace testing;
+
+std::vector<SceneDescription> bodies(int count, const std::string& method, double step) {
+  std::vector<SceneDescription> scenes;
+  for (int b = 0; b < count; ++b)
+    scenes.push_back(
+        testing::description(RandomBody(3, 100 + static_cast<unsigned>(b)), step, method));
+  return scenes;
+}
+
+/// A body whose rk4 ends within 900 steps.
+SceneDescription diverging(SceneDescription scene) {
+  for (unsigned seed = 1; seed < 100; ++seed)
+    for (double rate = 10; rate < 100; rate *= 1.3) {
+      RandomBody body(3, seed, 40);
+      scene.inertia = {body.lambda.begin(), body.lambda.end()};
+      scene.initial["M"] = RowMatrix(body.M * rate);
+      const auto simulation = make_simulation(resolved(scene));
+      if (!simulation->advance(900).reached() && simulation->step() > 10) return scene;
+    }
+  throw std::logic_error("none of them diverges");
+}
+
+/// Each member has the numbers that it has alone, those that stop early and the others; whatever
+/// the threads.
+TEST(SummaryOfAnEnsemble, IsOfEachMemberWhatItIsAlone) {
+  for (const char* method : {"preprocessed_variational", "rk4", "exact"}) {
+    auto scenes = bodies(21, method, 0.3);
+    if (method == std::string_view("rk4")) {
+      scenes[7] = diverging(scenes[7]);
+      scenes[9] = diverging(scenes[9]);
+    }
+    const Scene ensemble = resolved(testing::ensemble_of(scenes));
+    auto what = with_all(everything(3, 900, 11), ensemble.step());
+    what.events[1].terminal = method != std::string_view("rk4");
+    std::vector<std::uint64_t> bits;
+    for (const int threads : {1, 2, 5}) {
+      limit_ensemble_threads(threads);
+      const Done all = run(ensemble, what, threads == 2 ? 10 : 1000);
+      if (bits.empty()) bits = all.bits();
+      EXPECT_EQ(all.bits(), bits) << method << " with " << threads << " threads";
+    }
+    limit_ensemble_threads(2);
+    const Done all = run(ensemble, what);
+    std::size_t events = 0;
+    for (std::size_t b = 0; b < scenes.size(); ++b) {
+      const Done one = run(resolved(scenes[b]), what);
+      for (std::size_t i = 0; i < one.statistics.size(); ++i) {
+        const auto &mine = one.statistics[i], &theirs = all.statistics[i];
+        const std::size_t each = mine.numbers.size(), counts = mine.counts.size();
+        for (std::size_t k = 0; k < each; ++k)
+          EXPECT_EQ(std::bit_cast<std::uint64_t>(theirs.numbers[b * each + k]),
+                    std::bit_cast<std::uint64_t>(mine.numbers[k]))
+              << method << " " << mine.name << " of member " << b;
+        for (std::size_t k = 0; k < counts; ++k)
+          EXPECT_EQ(theirs.counts[b * counts + k], mine.counts[k]) << mine.name;
+      }
+      std::size_t at = 0;
+      for (const Event& event : all.events) {
+        if (event.member != b) continue;
+        ASSERT_LT(at, one.events.size());
+        EXPECT_EQ(event.time, one.events[at].time);
+        EXPECT_EQ(event.fields, one.events[at++].fields);
+      }
+      EXPECT_EQ(at, one.events.size());
+      events += at;
+    }
+    EXPECT_EQ(events, all.events.size());
+    if (method != std::string_view("rk4")) continue;
+    EXPECT_EQ(all.status.outcome, Outcome::not_finite);
+    EXPECT_EQ(std::ranges::count_if(all["outcome"].counts, [](auto o) { return o != 0; }), 2);
+  }
+}
+
+TEST(SummaryOfAnEnsemble, OverTheMembersIsOfAllTheirSamples) {
+  const auto scenes = bodies(13, "preprocessed_variational", 0.2);
+  const Scene ensemble = resolved(testing::ensemble_of(scenes));
+  SummaryDescription what{.to = 200, .every = 5};
+  what.quantities = {
+      {"M", {Statistic::max, Statistic::mean, Statistic::sign_changes}, {0.25}, {-1, 0, 1}, true}};
+  const Done all = run(ensemble, what);
+  what.quantities[0].over_members = false;
+  std::vector<double> values, largest(9, -1e300);
+  long double sum = 0;
+  std::int64_t changes = 0, below = 0;
+  for (const auto& scene : scenes) {
+    const Done one = run(resolved(scene), what);
+    for (std::size_t i = 0; i < 9; ++i) largest[i] = std::max(largest[i], one["M.max"].numbers[i]);
+    changes += one["M.sign_changes"].counts[1];
+    below += one["M.histogram"].counts[2];
+    for (const auto& sample : samples(resolved(scene), "M", what)) {
+      values.push_back(sample[1]);
+      sum += sample[1];
+    }
+  }
+  EXPECT_EQ(all["M.max"].numbers, largest);
+  EXPECT_EQ(all["M.sign_changes"].counts[1], changes);
+  EXPECT_EQ(all["M.histogram"].counts[2], below);
+  EXPECT_NEAR(all["M.mean"].numbers[1],
+              static_cast<double>(sum / static_cast<long double>(values.size())), 1e-16);
+  std::ranges::sort(values);
+  const double position = 0.25 * static_cast<double>(values.size() - 1);
+  const auto at = static_cast<std::size_t>(position);
+  EXPECT_GE(all["M.quantiles"].numbers[1], values[at]);
+  EXPECT_LE(all["M.quantiles"].numbers[1], values[at + 1]);
+}
+
+TEST(SummaryOfAnEnsemble, ResumesWithTheSameBits) {
+  auto scenes = bodies(11, "rk4", 0.3);
+  scenes[7] = diverging(scenes[7]);
+  const Scene ensemble = resolved(testing::ensemble_of(scenes));
+  const auto what = everything(0, 900, 10);
+  const auto whole = run(ensemble, what).bits();
+  for (const std::int64_t at : {0, 5, 450, 899}) {
+    Summary first = prepare(ensemble, what);
+    while (first.step() < at) first.advance(100, at);
+    Summary second = prepare(ensemble, what);
+    ASSERT_TRUE(second.restore(first.save()));
+    EXPECT_EQ(finish(second).bits(), whole) << at;
+  }
+}
+
+}  // namespace
+}  // namespace stiefel
