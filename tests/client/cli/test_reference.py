@@ -9,7 +9,7 @@ import pytest
 
 from conftest import matrix
 
-CASES = json.loads((pathlib.Path(__file__).parents[1] / "support/reference.json").read_text())["cases"]
+CASES = json.loads((pathlib.Path(__file__).parents[2] / "support/reference.json").read_text())["cases"]
 ADAPTIVE = {"name": "adaptive", "tolerance": 1e-13}
 
 
