@@ -31,10 +31,11 @@ struct Worst {
   double largest() const { return std::max({energy, momentum, manakov}); }
 };
 
-/// Drift at each decade of steps, the worst of three seeds: h‖Ω‖ = 0.1, Λ over 1 : 4.
+/// Drift at each decade of steps, the worst of three seeds for N = 3, of one above: h‖Ω‖ = 0.1, Λ over 1 : 4.
 std::array<Worst, 4> drifts(int N, const char* arithmetic) {
   std::array<Worst, 4> worst;
-  for (unsigned seed = 1; seed <= 3; ++seed) {
+  const unsigned seeds = N == 3 ? 3 : 1;
+  for (unsigned seed = 1; seed <= seeds; ++seed) {
     const Scene scene = testing::random_scene(N, seed, 0.1, "variational", arithmetic);
     const auto simulation = make_simulation(scene);
     for (std::size_t k = 0; k < decades.size(); ++k) {
