@@ -8,6 +8,7 @@
 
 #include "engine/linalg/matrix_equations/eigenvectors.h"
 #include "engine/linalg/matrix_equations/stoppable_schur.h"
+#include "engine/problems/connect_work.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -100,7 +101,7 @@ class Starts {
   static Path turned(const MatrixXd& from, const PlaneRotations& W, const MatrixXd& to, int K) {
     Path path = {from};
     for (int k = 1; k < K; ++k) {
-      stop_point(3.0 * static_cast<double>(to.cols() * to.cols() * to.cols()));
+      stop_point(connect_work::turned(static_cast<double>(to.cols())));
       path.push_back(from * W.at(double(k) / K));
     }
     path.push_back(to);
@@ -114,7 +115,7 @@ class Starts {
       Path path = {from};
       double least = 1;
       for (int k = 1; k < K; ++k) {
-        stop_point(20.0 * static_cast<double>(n_ * n_ * N_));
+        stop_point(connect_work::straight(static_cast<double>(n_), static_cast<double>(N_)));
         const double s = double(k) / K;
         const MatrixXd A = (1 - s) * from + s * to + std::sin(pi * s) * bend;
         const MatrixXd square = A * A.transpose();
