@@ -12,10 +12,11 @@ inline double degrees(double n, double N) { return n * N - n * (n + 1) / 2; }
 
 /// The frame nearest to a matrix.
 inline double polar(double n, double N) { return 3700 + 43 * n * N + 13 * n * n * N + 420 * n * n; }
-/// A frame of a path of rotations, and of a straight one.
-inline double turned(double N) { return 1600 + 132 * N * N; }
+/// The planes of a rotation, a frame of a path of rotations, and one of a straight path.
+inline double planes(double N) { return 2100 * N * N + 25 * N * N * N; }
+inline double turned(double N) { return 1500 + 118 * N * N; }
 inline double straight(double n, double N) {
-  return 4700 + 36 * n * N + 29 * n * n * N + 900 * n * n;
+  return 5100 + 36 * n * N + 29 * n * n * N + 900 * n * n;
 }
 /// One frame's part of the quadratic model of the action, of its solution, and of the step.
 inline double model(double n, double N) {

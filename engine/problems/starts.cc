@@ -29,6 +29,7 @@ struct PlaneRotations {
 
   /// Takes the angles from the real Schur form of R, det R = 1, which is block diagonal.
   explicit PlaneRotations(const MatrixXd& R) {
+    stop_point(connect_work::planes(static_cast<double>(R.rows())));
     const Eigen::RealSchur<MatrixXd> schur(R);
     const MatrixXd& T = schur.matrixT();
     Z = schur.matrixU();
@@ -139,6 +140,7 @@ class Starts {
 
   /// A random frame; for n = N with the determinant of `like`.
   MatrixXd random_frame(const MatrixXd& like) {
+    stop_point(connect_work::straight(static_cast<double>(n_), static_cast<double>(N_)));
     MatrixXd R = polar(random());
     if (n_ == N_ && R.determinant() * like.determinant() < 0) R.row(0) = -R.row(0);
     return R;

@@ -23,8 +23,8 @@ double take_slice_work();
 /// a time in the order of RunQueue. With two threads or more one worker is kept for short jobs: of
 /// longer ones it runs brief slices only, sliced ones while every other worker is inside a whole
 /// one, and never a whole one. With one thread a second worker runs short jobs alone, while the
-/// first is inside a whole slice. An ensemble that a job advances is shared with the workers that have
-/// nothing to do. The threads have a lower priority than those of gRPC.
+/// first is inside a whole slice. An ensemble that a job advances is shared with the workers that
+/// have nothing to do. The threads have a lower priority than those of gRPC.
 class Scheduler final : private Crew {
  public:
   /// The work that the calling thread has done so far, in instructions.

@@ -137,9 +137,9 @@ void Session::look_at_members() {
     if (!overflow_) overflow_ = find_overflow(member);
     if (by_rate) rate = std::max(rate, member.rate());
   }));
-  step_work_ = ensemble_step_price(first, members.size(), step_price_of(first, rate),
-                                   h_omega(first, rate)) *
-               map_steps();
+  step_work_ =
+      ensemble_step_price(first, members.size(), step_price_of(first, rate), h_omega(first, rate)) *
+      map_steps();
 }
 
 std::unique_ptr<Simulation> Session::make() {

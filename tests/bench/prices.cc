@@ -2,11 +2,14 @@
 //
 //     system method|- order arithmetic scalar n N substeps seed h‖Ω‖ first steps members
 //
-// of the input is a scene, or for members > 0 an ensemble of such scenes, whose `steps` steps after the first `first` ones are counted; the answer
-// is the line, the price of these steps and the steps that the map took, or `refused`. `--list`
-// prints each system with each of its methods: system, method, kind, orders, in_float, whether bodies
-// go together in vector registers, N (0: any).
-// `--caps` counts calls whose price is a cap. tests/bench/prices.py writes the lines.
+// of the input is a scene, or for members > 0 an ensemble of such scenes, whose `steps` steps after
+// the first `first` ones are counted; the answer is the line, the price of these steps and the
+// steps that the map took, or `refused`. `--list` prints each system with each of its methods:
+// system, method, kind, orders, in_float, whether bodies go together in vector registers, N (0:
+// any).
+// `--caps` counts calls whose price is a cap, `--connect` those of them that are searches of
+// Connect. tests/bench/prices.py writes the lines.
+#include <Eigen/LU>
 #include <functional>
 #include <iostream>
 #include <sstream>
@@ -58,8 +61,7 @@ std::string answer(const std::string& line) {
   };
   std::vector<SceneDescription> bodies;
   for (unsigned b = 0; b < members; ++b) bodies.push_back(description(seed + b));
-  const auto scene =
-      Scene::resolve(members > 0 ? testing::ensemble_of(bodies) : description(seed));
+  const auto scene = Scene::resolve(members > 0 ? testing::ensemble_of(bodies) : description(seed));
   if (!scene) return "refused";
   const auto simulation = make_simulation(*scene);
   if (!simulation->advance(first).reached()) return "refused";
@@ -72,9 +74,8 @@ std::string answer(const std::string& line) {
   const auto [n, N] = frame_size(*scene);
   const double one = step_price(*scene, h_Omega);
   const double all = members > 0 ? ensemble_step_price(*scene, members, one, h_Omega) : one;
-  out << n << ' ' << N << ' ' << all * counted << ' '
-      << simulation->map_steps() - before << ' ' << h_Omega << ' '
-      << (is_weighed(*scene) ? "counted" : "estimated");
+  out << n << ' ' << N << ' ' << all * counted << ' ' << simulation->map_steps() - before << ' '
+      << h_Omega << ' ' << (is_weighed(*scene) ? "counted" : "estimated");
   return out.str();
 }
 
@@ -95,16 +96,34 @@ void list() {
       for (std::size_t i = 0; i < method.orders.size(); ++i)
         std::cout << (i > 0 ? "," : "") << method.orders[i];
       const bool in_packs = packed && method_traits(method.name)->packing != Packing::none;
-      std::cout << ' ' << (on.in_float ? "float" : "no") << ' ' << (in_packs ? "packed" : "no") << ' '
-                << (on.where.empty() ? "-" : on.where) << '\n';
+      std::cout << ' ' << (on.in_float ? "float" : "no") << ' ' << (in_packs ? "packed" : "no")
+                << ' ' << (on.where.empty() ? "-" : on.where) << '\n';
     }
   }
 }
 
+void say(const std::string& call, double cap) { std::cout << call << ' ' << cap << std::endl; }
+
+/// Searches that their cap ends, in every part of a search, and some that find an answer before.
+void connect_caps() {
+  for (const auto& [n, N] :
+       {std::pair{1, 2}, {1, 4}, {2, 4}, {3, 3}, {2, 6}, {4, 4}, {5, 8}, {8, 8}})
+    for (const int restarts : {4, 60})
+      for (const double cap : {1e7, 3e7}) {
+        const testing::RandomFrame<double> from(n, N, 1, 4), to(n, N, 2, 4);
+        TwoPointProblem problem;
+        problem.inertia = from.lambda;
+        problem.Q_0 = from.Q;
+        problem.Q_T = to.Q;
+        if (n == N && from.Q.determinant() * to.Q.determinant() < 0) problem.Q_T.row(0) *= -1;
+        problem.restarts = restarts;
+        problem.most_work = cap;
+        measured_call([&] { (void)connect(problem); });
+        say("connect_" + std::to_string(n) + "x" + std::to_string(N), cap);
+      }
+}
+
 void caps() {
-  const auto say = [](const char* call, double cap) {
-    std::cout << call << ' ' << cap << std::endl;
-  };
   for (const int N : {3, 5, 12}) {
     SceneDescription d = testing::any_scene("rigid_body", "", 7, 0.1, N);
     d.method.reset();
@@ -125,16 +144,7 @@ void caps() {
     });
     say("tradeoff", request.budget);
   }
-  for (const int n : {1, 2}) {
-    const testing::RandomFrame<double> from(n, 4, 1, 4), to(n, 4, 2, 4);
-    TwoPointProblem problem;
-    problem.inertia = from.lambda;
-    problem.Q_0 = from.Q;
-    problem.Q_T = to.Q;
-    problem.most_work = 1e7;
-    measured_call([&] { (void)connect(problem); });
-    say("connect", problem.most_work);
-  }
+  connect_caps();
 }
 
 }  // namespace
@@ -145,6 +155,8 @@ int main(int argc, char** argv) {
     list();
   } else if (what == "--caps") {
     caps();
+  } else if (what == "--connect") {
+    connect_caps();
   } else {
     for (std::string line; std::getline(std::cin, line);)
       std::cout << line << " : " << answer(line) << std::endl;

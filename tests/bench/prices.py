@@ -113,8 +113,8 @@ def count_scenes(program: Path, asked: list[tuple[str, str]]) -> list[Priced]:
     return found
 
 
-def count_caps(program: Path) -> list[Priced]:
-    answers, totals = callgrind(program, "measured_call", "--caps")
+def count_caps(program: Path, which: str = "--caps") -> list[Priced]:
+    answers, totals = callgrind(program, "measured_call", which)
     return [Priced(answer, "caps", float(answer.split()[1]), total) for answer, total in zip(answers, totals)]
 
 
@@ -143,6 +143,8 @@ def measure(program: Path, count: int = 300, seed: int = 1) -> list[dict]:
         ratios = sorted(max(one.ratio, 1 / one.ratio) for one in priced if one.kind == kind)
         rows.append({"name": f"price of {kind}, {share:.0%} of {len(ratios)} scenes", "unit": "x", "bound": bound,
                      "values": [ratios[math.ceil(share * len(ratios)) - 1]]})
+    rows.append({"name": "work of capped searches of Connect over their cap, the worst", "unit": "x", "bound": 1.1,
+                 "values": [max(1 / one.ratio for one in count_caps(program, "--connect"))]})
     return rows
 
 

@@ -1,7 +1,7 @@
 // Steps of every method on the system that is named, in several sizes, for callgrind to count one
 // by one: after each it prints "system method|- order arithmetic scalar n N steps h‖Ω‖". A system
-// whose bodies go together in vector registers is there again as packed_system, with a pack's steps.
-// tests/bench/weights.py reads both. Without a name: the names of the systems.
+// whose bodies go together in vector registers is there again as packed_system, with a pack's
+// steps. tests/bench/weights.py reads both. Without a name: the names of the systems.
 #include <iostream>
 #include <numeric>
 #include <set>
@@ -199,8 +199,7 @@ int main(int argc, char** argv) {
     const std::string packed = "packed_" + std::string(system.name), alone = packed + "_momentum";
     const bool in_packs = system_entry(system.name)->packed;
     if (argc == 1)
-      std::cout << system.name << '\n'
-                << (in_packs ? packed + "\n" + alone + "\n" : "");
+      std::cout << system.name << '\n' << (in_packs ? packed + "\n" + alone + "\n" : "");
     else if (system.name == argv[1])
       count(system);
     else if (in_packs && (argv[1] == packed || argv[1] == alone))

@@ -30,8 +30,8 @@ double counted(const Scene& scene) {
   return allocated() - before;
 }
 
-/// Not below what is counted, and at most twice it: a row of the table holds for several systems, of
-/// which some keep half as many matrices.
+/// Not below what is counted, and at most twice it: a row of the table holds for several systems,
+/// of which some keep half as many matrices.
 void expect_price(const SceneDescription& description, const std::string& what) {
   const auto scene = Scene::resolve(description);
   if (!scene) return;  // not every method takes every scene

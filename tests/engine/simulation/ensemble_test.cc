@@ -322,7 +322,8 @@ TEST(Ensemble, OfBodiesInEngineersTerms) {
   EXPECT_EQ(Eigen::MatrixXd(ensemble->get("quaternion").row(1)), second->get("quaternion"));
 }
 
-/// What a session asks before it makes the simulation; also where bodies are packed and others are not.
+/// What a session asks before it makes the simulation; also where bodies are packed and others are
+/// not.
 TEST(Ensemble, TheOutlineIsThatOfItsSimulation) {
   for (const char* method : {"variational", "adaptive", "exact"}) {
     auto scenes = bodies(19, method, {}, "", 0.1, true, 3);
@@ -330,9 +331,8 @@ TEST(Ensemble, TheOutlineIsThatOfItsSimulation) {
     const Scene together = resolved(ensemble_of(scenes));
     const auto simulation = make_simulation(together);
     std::vector<double> rates;
-    const Outline found = outline_of(together.members(), [&](const Simulation& member) {
-      rates.push_back(member.rate());
-    });
+    const Outline found = outline_of(
+        together.members(), [&](const Simulation& member) { rates.push_back(member.rate()); });
     const Outline expected = outline_of(*simulation);
     EXPECT_EQ(found.saved_size, expected.saved_size) << method;
     EXPECT_EQ(found.step_cost, expected.step_cost) << method;
