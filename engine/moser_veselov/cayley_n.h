@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "engine/linalg/arithmetic/compensated.h"
+#include "engine/linalg/arithmetic/stoppable_product.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/linalg/matrix_equations/lu.h"
 #include "engine/linalg/matrix_equations/lyapunov.h"
@@ -175,7 +176,7 @@ void CayleyN<Scalar, arithmetic>::finish() {
 template <class Scalar, Arithmetic arithmetic>
 void CayleyN<Scalar, arithmetic>::transport_frame(State& x) {
   stop_point(static_cast<double>(C_.rows() * C_.size()));
-  G_.noalias() = x.value.topRows(C_.rows()) * U_minus_I_;
+  stoppable_product(x.value.topRows(C_.rows()), U_minus_I_, G_);
   for (Eigen::Index j = 0; j < G_.cols(); ++j)
     for (Eigen::Index i = 0; i < G_.rows(); ++i) x.add_scalar(i, j, G_(i, j));
 }
@@ -183,16 +184,16 @@ void CayleyN<Scalar, arithmetic>::transport_frame(State& x) {
 template <class Scalar, Arithmetic arithmetic>
 void CayleyN<Scalar, arithmetic>::residual(const Matrix<Scalar>& K) {
   G_ = K;
-  G_.noalias() += K * C_;
+  add_stoppable_product(K, C_, G_);
   F_ = Scalar(-0.5) * G_;
-  F_.noalias() += Scalar(0.5) * (C_ * G_);
+  add_stoppable_product(Scalar(0.5) * C_, G_, F_);
   F_ += lambda_.asDiagonal() * C_ + C_ * lambda_.asDiagonal();
 }
 
 template <class Scalar, Arithmetic arithmetic>
 void CayleyN<Scalar, arithmetic>::linearise(const Matrix<Scalar>& K) {
   A_ = Scalar(0.5) * K;
-  A_.noalias() += Scalar(0.5) * (K * C_);
+  add_stoppable_product(Scalar(0.5) * K, C_, A_);
   A_.diagonal() += lambda_;
   lyapunov_.factor(A_);
 }

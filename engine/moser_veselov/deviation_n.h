@@ -1,6 +1,7 @@
 #pragma once
 
 #include "engine/linalg/arithmetic/split_product.h"
+#include "engine/linalg/arithmetic/stoppable_product.h"
 #include "engine/moser_veselov/deviation_sweeps.h"
 #include "stiefel/stop.h"
 
@@ -127,7 +128,7 @@ const Matrix<Scalar>& DeviationN<Scalar, arithmetic>::U_minus_I() {
 template <class Scalar, Arithmetic arithmetic>
 void DeviationN<Scalar, arithmetic>::transport_frame(State& x) {
   stop_point(product_operations());
-  G_.noalias() = x.value.topRows(N_) * X_;
+  stoppable_product(x.value.topRows(N_), X_, G_);
   for (Eigen::Index j = 0; j < N_; ++j)
     if constexpr (arithmetic == Arithmetic::plain)
       x.value.col(j).head(N_) += G_.col(j) / lambda_(j);
@@ -165,7 +166,7 @@ void DeviationN<Scalar, arithmetic>::correct_product() {
       }
     if (largest <= negligible * size) return;
     stop_point(product_operations());
-    low_.noalias() += X_.transpose() * step_change_;
+    add_stoppable_product(X_.transpose(), step_change_, low_);
   }
 }
 

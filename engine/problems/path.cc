@@ -9,6 +9,7 @@
 #include "engine/linalg/matrix_equations/eigenvectors.h"
 #include "engine/linalg/matrix_equations/inverse_inertia.h"
 #include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
+#include "engine/problems/connect_work.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -20,6 +21,15 @@ using Eigen::VectorXd;
 
 std::size_t steps(const Path& path) { return path.size() - 1; }
 
+/// Of a frame, or of all frames, of the path.
+double work_on(const Path& path, double (*of_frame)(double n, double N)) {
+  return of_frame(static_cast<double>(path[0].rows()), static_cast<double>(path[0].cols()));
+}
+double work_on(const Path& path, double (*of_all)(double frames, double n, double N)) {
+  return of_all(static_cast<double>(path.size()), static_cast<double>(path[0].rows()),
+                static_cast<double>(path[0].cols()));
+}
+
 MatrixXd gradient(const VectorXd& lambda, const Path& path, std::size_t k) {
   const double K = static_cast<double>(steps(path));
   return K * (2 * path[k] - path[k + 1] - path[k - 1]) * lambda.asDiagonal();
@@ -29,14 +39,14 @@ MatrixXd gradient(const VectorXd& lambda, const Path& path, std::size_t k) {
 /// inner frames.
 class Model {
  public:
-  Model(const VectorXd& lambda, const Path& path) {
+  Model(const VectorXd& lambda, const Path& path)
+      : n_(static_cast<double>(path[0].rows())), N_(static_cast<double>(path[0].cols())) {
     const Index n = path[0].rows(), N = path[0].cols();
     const double K = static_cast<double>(steps(path));
     const VectorXd weight = K * lambda.transpose().replicate(n, 1).reshaped();
     MatrixXd weighted;
     for (std::size_t k = 1; k < steps(path); ++k) {
-      const auto size = static_cast<double>(n * N);
-      stop_point(size * size * (2 * size + static_cast<double>(n)));
+      stop_point(connect_work::model(n_, N_));
       const MatrixXd& Q = path[k];
       const MatrixXd g = gradient(lambda, path, k);
       const MatrixXd E = tangent_basis(Q);
@@ -60,7 +70,7 @@ class Model {
     std::vector<MatrixXd> carried;
     step_.assign(count, VectorXd());
     for (std::size_t k = 0; k < count; ++k) {
-      stop_point(2.5 * std::pow(static_cast<double>(inner_[k].rows()), 3));
+      stop_point(connect_work::solution(n_, N_));
       MatrixXd D = inner_[k] + shift * metric_[k];
       step_[k] = -slope_[k];
       if (k > 0) {
@@ -97,7 +107,7 @@ class Model {
   Path moved(const Path& path) const {
     Path result = path;
     for (std::size_t k = 0; k < step_.size(); ++k) {
-      stop_point(static_cast<double>(basis_[k].size() + 10 * path[0].rows() * path[0].size()));
+      stop_point(connect_work::move(n_, N_));
       const VectorXd delta = basis_[k] * step_[k];
       result[k + 1] = polar(path[k + 1] + delta.reshaped(path[0].rows(), path[0].cols()));
     }
@@ -105,6 +115,7 @@ class Model {
   }
 
  private:
+  double n_, N_;
   std::vector<MatrixXd> basis_, metric_, inner_, outer_;
   std::vector<VectorXd> slope_, step_;
 };
@@ -142,6 +153,7 @@ MatrixXd tangent_basis(const MatrixXd& Q) {
 }
 
 double action(const VectorXd& lambda, const Path& path) {
+  stop_point(work_on(path, connect_work::action));
   double sum = 0;
   for (std::size_t k = 0; k < steps(path); ++k)
     sum += ((path[k + 1] - path[k]).cwiseAbs2() * lambda).sum();
@@ -156,7 +168,7 @@ double slope(const VectorXd& lambda, const Path& path) {
 Path refined(const Path& path) {
   Path result = {path[0]};
   for (std::size_t k = 0; k < steps(path); ++k) {
-    stop_point(10.0 * static_cast<double>(path[0].rows() * path[0].size()));
+    stop_point(work_on(path, connect_work::polar));
     result.push_back(polar((path[k] + path[k + 1]) / 2));
     result.push_back(path[k + 1]);
   }
@@ -164,6 +176,7 @@ Path refined(const Path& path) {
 }
 
 double distance(const Path& a, const Path& b) {
+  stop_point(work_on(a, connect_work::distance));
   double largest = 0;
   for (std::size_t k = 0; k < a.size(); ++k)
     largest = std::max(largest, (a[k] - b[k]).cwiseAbs().maxCoeff());

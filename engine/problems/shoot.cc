@@ -8,6 +8,7 @@
 #include <functional>
 #include <optional>
 
+#include "engine/problems/connect_work.h"
 #include "engine/problems/geodesic_flow.h"
 #include "engine/problems/path.h"
 #include "stiefel/stop.h"
@@ -20,11 +21,12 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 /// Moves x over a time T; false when the step size collapses or there are too many steps. `field`
-/// writes dx/dt. Compiled once a scalar, whatever the field.
+/// writes dx/dt; `work`: of an attempt, beside what the field announces. Compiled once a scalar,
+/// whatever the field.
 template <class Scalar>
 bool integrate(const std::function<void(const std::vector<Scalar>& x, std::vector<Scalar>& rate,
                                         Scalar t)>& field,
-               std::vector<Scalar>& x, Scalar T, Scalar tolerance) {
+               std::vector<Scalar>& x, Scalar T, Scalar tolerance, double work) {
   namespace odeint = boost::numeric::odeint;
   using State = std::vector<Scalar>;
   constexpr int most = 20000;
@@ -32,7 +34,7 @@ bool integrate(const std::function<void(const std::vector<Scalar>& x, std::vecto
       odeint::make_controlled<odeint::runge_kutta_fehlberg78<State, Scalar>>(tolerance, tolerance);
   Scalar t = 0, dt = T / 32;
   for (int attempt = 0; attempt < most && t < T; ++attempt) {
-    stop_point(13 * 20 * static_cast<double>(x.size()));
+    stop_point(work);
     dt = std::min(dt, T - t);
     stepper.try_step(std::cref(field), x, t, dt);
     if (!(dt > T * Scalar(1e-9))) return false;
@@ -119,7 +121,11 @@ class Shooting {
     std::vector<Scalar> x(blocks.size() * static_cast<std::size_t>(size));
     for (std::size_t k = 0; k < blocks.size(); ++k)
       field.block(x, k) = blocks[k].template cast<Scalar>();
-    if (!integrate<Scalar>(std::ref(field), x, Scalar(T), tolerance)) return {};
+    const bool alone = blocks.size() == 2;  // else the variations' work has the field's in it
+    const double work =
+        alone ? connect_work::flow(static_cast<double>(n), static_cast<double>(blocks[0].cols()))
+              : 0;
+    if (!integrate<Scalar>(std::ref(field), x, Scalar(T), tolerance, work)) return {};
     if (all)
       *all = Eigen::Map<Matrix<Scalar>>(x.data(), size, static_cast<Index>(blocks.size()))
                  .template cast<double>();

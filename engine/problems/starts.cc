@@ -8,6 +8,7 @@
 
 #include "engine/linalg/matrix_equations/eigenvectors.h"
 #include "engine/linalg/matrix_equations/stoppable_schur.h"
+#include "engine/problems/connect_work.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -28,6 +29,7 @@ struct PlaneRotations {
 
   /// Takes the angles from the real Schur form of R, det R = 1, which is block diagonal.
   explicit PlaneRotations(const MatrixXd& R) {
+    stop_point(connect_work::planes(static_cast<double>(R.rows())));
     const Eigen::RealSchur<MatrixXd> schur(R);
     const MatrixXd& T = schur.matrixT();
     Z = schur.matrixU();
@@ -100,7 +102,7 @@ class Starts {
   static Path turned(const MatrixXd& from, const PlaneRotations& W, const MatrixXd& to, int K) {
     Path path = {from};
     for (int k = 1; k < K; ++k) {
-      stop_point(3.0 * static_cast<double>(to.cols() * to.cols() * to.cols()));
+      stop_point(connect_work::turned(static_cast<double>(to.cols())));
       path.push_back(from * W.at(double(k) / K));
     }
     path.push_back(to);
@@ -114,7 +116,7 @@ class Starts {
       Path path = {from};
       double least = 1;
       for (int k = 1; k < K; ++k) {
-        stop_point(20.0 * static_cast<double>(n_ * n_ * N_));
+        stop_point(connect_work::straight(static_cast<double>(n_), static_cast<double>(N_)));
         const double s = double(k) / K;
         const MatrixXd A = (1 - s) * from + s * to + std::sin(pi * s) * bend;
         const MatrixXd square = A * A.transpose();
@@ -138,6 +140,7 @@ class Starts {
 
   /// A random frame; for n = N with the determinant of `like`.
   MatrixXd random_frame(const MatrixXd& like) {
+    stop_point(connect_work::straight(static_cast<double>(n_), static_cast<double>(N_)));
     MatrixXd R = polar(random());
     if (n_ == N_ && R.determinant() * like.determinant() < 0) R.row(0) = -R.row(0);
     return R;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "engine/linalg/arithmetic/stoppable_product.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/systems/moved_by.h"
 
@@ -27,7 +28,7 @@ class McLachlanScovel : public MovedBy<McLachlanScovel<Scalar_>, RightMultiplica
 
   void generator(const State& x, Algebra& Omega) {
     const Eigen::Index N = lambda_.size();
-    G_.noalias() = x.topRows(N).transpose() * x.bottomRows(N);
+    stoppable_product(x.topRows(N).transpose(), x.bottomRows(N), G_);
     inverse_inertia(lambda_, G_, Scalar(2), Omega);
   }
 

@@ -3,6 +3,7 @@
 #include <optional>
 #include <string_view>
 
+#include "engine/linalg/arithmetic/stoppable_product.h"
 #include "engine/linalg/lie/general_exponential.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/linalg/matrix_equations/lu.h"
@@ -63,7 +64,7 @@ class ParametricRigidBody {
 
   void field(const State& x, State& dx) {
     generator(x, xi_);
-    dx.noalias() = x * xi_;
+    stoppable_product(x, xi_, dx);
   }
 
   Algebra zero() const { return Algebra::Zero(lambda_.size(), lambda_.size()); }
@@ -71,10 +72,12 @@ class ParametricRigidBody {
   /// Ω + μΛ. Uses the skew part of M_μ only; the symmetric part is μΛ².
   void generator(const State& x, Algebra& xi) {
     const Eigen::Index N = lambda_.size();
+    stop_point();
     lu_.compute(x.topRows(N));
-    M_ = lu_.solve(x.bottomRows(N));
+    stoppable_solve(lu_, x.bottomRows(N), M_);
+    stop_point();
     lu_.compute(x.bottomRows(N));
-    D_ = lu_.solve(x.topRows(N));
+    stoppable_solve(lu_, x.topRows(N), D_);
     M_ -= D_;
     M_ /= 2;  // 2ε may overflow
     inverse_inertia(lambda_, M_, epsilon_, xi);
@@ -87,7 +90,7 @@ class ParametricRigidBody {
   }
   void displacement(const State& x, const Algebra& theta, State& dx) {
     exponential_(theta, D_);
-    dx.noalias() = x * D_;
+    stoppable_product(x, D_, dx);
   }
 
  private:

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "engine/linalg/arithmetic/stoppable_product.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/systems/moved_by.h"
 
@@ -36,8 +37,8 @@ class ReducedRigidBody : public MovedBy<ReducedRigidBody<Scalar_>, RightMultipli
   Matrix<Scalar> P(const State& Q) const { return A_ * Q; }
 
   void generator(const State& x, Algebra& Omega) {
-    product_.noalias() = A_ * x;
-    G_.noalias() = x.transpose() * product_;
+    stoppable_product(A_, x, product_);
+    stoppable_product(x.transpose(), product_, G_);
     inverse_inertia(lambda_, G_, epsilon_, Omega);
   }
 

@@ -2,6 +2,7 @@
 
 #include <string_view>
 
+#include "engine/linalg/arithmetic/stoppable_product.h"
 #include "engine/linalg/lie/multiplication.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/systems/concepts.h"
@@ -41,7 +42,8 @@ class RightRigidBody {
 
   void field(const State& x, State& dx) {
     generator(x, Omega_);
-    dx.topRows(x.rows() - N()).noalias() = Omega_ * x.topRows(x.rows() - N());
+    const Eigen::Index top = x.rows() - N();
+    stoppable_product(Omega_, x.topRows(top), dx.topRows(top));
     inertia_bracket(lambda_, Omega_, dx.bottomRows(N()));
     dx.bottomRows(N()) *= Scalar(-1);
   }
@@ -55,7 +57,7 @@ class RightRigidBody {
   /// With D = e^Θ − I and Y = DM: e^Θ M e^{−Θ} − M = Y − Yᵀ + YDᵀ.
   void displacement(const State& x, const Algebra& Theta, State& dx) {
     action_.displacement(x, Theta, dx);
-    product_.noalias() = dx.bottomRows(N()) * action_.D().transpose();
+    stoppable_product(dx.bottomRows(N()), action_.D().transpose(), product_);
     dx.bottomRows(N()) += product_ / 2;
     take_twice_skew_part(dx.bottomRows(N()));
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "engine/linalg/arithmetic/stoppable_product.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/systems/moved_by.h"
 
@@ -32,7 +33,7 @@ class RightSymmetricRigidBody
 
   void generator(const State& x, Algebra& Omega) {
     const Eigen::Index N = lambda_.size();
-    G_.noalias() = x.bottomRows(N) * x.topRows(N).transpose();
+    stoppable_product(x.bottomRows(N), x.topRows(N).transpose(), G_);
     inverse_inertia(lambda_, G_, epsilon_, Omega);
   }
 

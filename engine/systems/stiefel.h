@@ -1,5 +1,6 @@
 #pragma once
 
+#include "engine/linalg/arithmetic/stoppable_product.h"
 #include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
 #include "engine/systems/concepts.h"
 
@@ -33,11 +34,11 @@ class Stiefel {
       Qdot.col(j) = S.col(j) / lambda_(j);
       Sdot.col(j) = Q.col(j) / lambda_(j);
     }
-    K_.noalias() = Sdot * Q.transpose();
-    B_.noalias() = Scalar(-2) * Qdot * Qdot.transpose();
+    stoppable_product(Sdot, Q.transpose(), K_);
+    stoppable_product(Scalar(-2) * Qdot, Qdot.transpose(), B_);
     lyapunov_.factor(K_);
     lyapunov_.solve(B_, B_);
-    Sdot.noalias() = B_ * Q;
+    stoppable_product(B_, Q, Sdot);
   }
 
  private:

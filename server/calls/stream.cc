@@ -115,7 +115,7 @@ bool StreamCall::run_slice() noexcept {
   try {
     const bool more = work();
     // While others have their turn, or the reader: a simulation of large N would wait with it.
-    if (sampling_ && (more || still_writing())) sampling_->rest();
+    if (sampling_ && !error_ && (more || still_writing())) sampling_->rest();
     if (more) {
       log_.worked();
       return true;

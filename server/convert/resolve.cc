@@ -1,5 +1,6 @@
 #include "server/convert/resolve.h"
 
+#include <optional>
 #include <utility>
 
 #include "server/convert/convert.h"
@@ -11,8 +12,7 @@ namespace {
 
 /// Takes the tolerance and what the method was chosen for out of a description: the method that was
 /// chosen stands for them.
-std::optional<ChosenMethod> take_choice(SceneDescription& resolved) {
-  if (resolved.choice.empty()) return std::nullopt;
+ChosenMethod take_choice(SceneDescription& resolved) {
   ChosenMethod chosen{*resolved.tolerance, *resolved.horizon, std::exchange(resolved.choice, {})};
   resolved.tolerance.reset();
   return chosen;
@@ -27,17 +27,20 @@ double most_choice_work() { return Choice::most_work; }
 OrStatus<ResolvedScene> read_scene(bool present, const v1::Scene& scene, const char* field) {
   if (!present) return std::unexpected(errors::invalid(field, "absent", "must be given"));
   const auto place = Place::inside(field);
-  const auto given = from_proto(scene, place);
-  if (!given) return std::unexpected(errors::invalid(given.error()));
-  auto resolved = resolve_choosing(*given, Scene::frame_tolerance, place);
+  auto description = from_proto(scene, place);
+  if (!description) return std::unexpected(errors::invalid(description.error()));
+  // Instead of a second copy of the arrays.
+  const FieldDigests given = field_digests(*description);
+  auto resolved = resolve_choosing(*std::move(description), Scene::frame_tolerance, place);
   if (!resolved) return std::unexpected(errors::invalid(resolved.error()));
-  SceneDescription description = resolved->description();
-  auto choice = take_choice(description);
-  if (choice) {
-    resolved = Scene::resolve(description, Scene::frame_tolerance, place);
+  std::optional<ChosenMethod> choice;
+  if (!resolved->description().choice.empty()) {
+    SceneDescription chosen = resolved->description();
+    choice = take_choice(chosen);
+    resolved = Scene::resolve(std::move(chosen), Scene::frame_tolerance, place);
     if (!resolved) return std::unexpected(errors::invalid(resolved.error()));
   }
-  Difference changes = difference(*given, resolved->description());
+  Difference changes = difference(given, field_digests(resolved->description()));
   return ResolvedScene{*std::move(resolved), {std::move(changes), std::move(choice)}};
 }
 

@@ -67,9 +67,9 @@ std::uint64_t reading_memory(const google::protobuf::Message& request) {
 }
 
 std::uint64_t scene_memory(const v1::Scene& scene) {
-  SceneDescription members;
-  members.members = static_cast<int>(std::min<std::uint32_t>(scene.members(), Scene::max_members));
-  return 3 * static_cast<std::uint64_t>(scene.ByteSizeLong()) + scene_bytes(members);
+  // Of an ensemble the description; its members are resolved one after another.
+  const std::uint64_t copies = scene.has_members() ? 1 : 3;
+  return copies * static_cast<std::uint64_t>(scene.ByteSizeLong()) + 2 * scene_bytes({});
 }
 
 std::uint64_t search_memory(const v1::Scene& scene) {

@@ -80,13 +80,13 @@ Job* RunQueue::first_long(const Share& share, JobKind most, Time now) {
   return nullptr;
 }
 
-RunQueue::Turn RunQueue::pop(JobKind most, Time now) {
+RunQueue::Turn RunQueue::pop(std::optional<JobKind> most, Time now) {
   ready_at_.reset();
   const Share* fair = nullptr;   // the one for which the least was done
   Job* longer = nullptr;         // its first longer job
   const Share* quick = nullptr;  // that of those with a short job to go before
   for (Share* share = first_; share; share = share->next_) {
-    Job* first = first_long(*share, most, now);
+    Job* first = most ? first_long(*share, *most, now) : nullptr;
     const Job* brief = share->queues_[shorts].first();
     if (!first && !brief) continue;
     if (!fair || share->pass_ < fair->pass_) {

@@ -67,8 +67,8 @@ class RunQueue {
 
   /// Queues a job. True if it is short.
   bool push(Job* job, JobKind kind);
-  /// The next job for a worker that runs short jobs and longer ones up to that kind.
-  Turn pop(JobKind most, Time now);
+  /// The next job for a worker that runs short jobs and longer ones up to that kind, if any.
+  Turn pop(std::optional<JobKind> most, Time now);
   /// After its slice of `work` instructions; `more` queues the job again, without it the job may be
   /// gone.
   void charge(const Turn& turn, double work, bool more, Time now);

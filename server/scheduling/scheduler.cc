@@ -96,14 +96,13 @@ class Scheduler::Helper final : public Job {
 };
 
 Scheduler::Scheduler(int threads, Meter meter)
-    : meter_(meter ? std::move(meter) : Meter(&processor_work)) {
-  if (threads <= 0) threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  others_ = static_cast<std::size_t>(std::max(1, threads - 1));
-  workers_.reserve(static_cast<std::size_t>(threads));
-  for (int i = 0; i < threads; ++i) {
-    const bool kept = i > 0 && i == threads - 1;
-    workers_.emplace_back([this, kept] { work(kept); });
-  }
+    : meter_(meter ? std::move(meter) : Meter(&processor_work)),
+      threads_(threads > 0 ? threads
+                           : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()))),
+      others_(static_cast<std::size_t>(std::max(1, threads_ - 1))) {
+  workers_.reserve(others_ + 1);
+  for (std::size_t i = 0; i < others_; ++i) workers_.emplace_back([this] { work(false); });
+  workers_.emplace_back([this] { work(true); });
 }
 
 Scheduler::~Scheduler() {
@@ -129,7 +128,7 @@ void Scheduler::submit(Job* job, JobKind kind) noexcept {
 }
 
 void Scheduler::wake_for(JobKind kind, bool is_short) {
-  if (kept_idle_ && is_short)
+  if (kept_idle_ && is_short && kept_runs())
     wake_kept_.notify_one();
   else if (idle_ > 0)
     wake_.notify_one();
@@ -141,19 +140,21 @@ void Scheduler::wake_another() {
   if (queue_.empty()) return;
   if (idle_ > 0)
     wake_.notify_one();
-  else if (kept_idle_)
+  else if (kept_idle_ && kept_runs())
     wake_kept_.notify_one();
 }
 
-JobKind Scheduler::reach(bool kept) const {
+std::optional<JobKind> Scheduler::reach(bool kept) const {
   if (!kept) return JobKind::whole;
+  if (threads_ == 1) return std::nullopt;
   return in_whole_ == others_ ? JobKind::sliced : JobKind::brief;
 }
 
 void Scheduler::wait(std::unique_lock<std::mutex>& lock, bool kept) {
   std::condition_variable& wake = kept ? wake_kept_ : wake_;
   kept ? void(kept_idle_ = true) : void(++idle_);
-  if (const auto at = queue_.ready_at())
+  // Without longer jobs it waits for no work rate.
+  if (const auto at = queue_.ready_at(); at && reach(kept))
     wake.wait_until(lock, *at);
   else
     wake.wait(lock);
@@ -166,7 +167,9 @@ void Scheduler::work(bool kept) {
   const CrewOfThisThread crew(*this);
   std::unique_lock lock(mutex_);
   while (true) {
-    const RunQueue::Turn turn = queue_.pop(reach(kept), std::chrono::steady_clock::now());
+    const RunQueue::Turn turn = kept && !kept_runs()
+                                    ? RunQueue::Turn()
+                                    : queue_.pop(reach(kept), std::chrono::steady_clock::now());
     if (!turn.job && stopping_) return;
     if (!turn.job) {
       wait(lock, kept);

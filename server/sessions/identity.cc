@@ -3,6 +3,7 @@
 #include <span>
 
 #include "engine/simulation/scene/scene_fields.h"
+#include "server/sessions/checkpoints/digest.h"
 
 namespace stiefel::server {
 namespace {
@@ -11,13 +12,13 @@ namespace {
 class Writer {
  public:
   void put(std::uint64_t value) {
-    bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
+    hash_.add({reinterpret_cast<const char*>(&value), sizeof value});
   }
   void put(int value) { put(static_cast<std::uint64_t>(value)); }
   void put(double value) { doubles({&value, 1}); }
   void put(const std::string& value) {
     put(value.size());
-    bytes_.append(value);
+    hash_.add(value);
   }
   void put(const std::vector<double>& values) {
     put(values.size());
@@ -45,22 +46,57 @@ class Writer {
   void put(const T& description) {
     for_each_field<T>([&](const auto& field) { put(description.*field.member); });
   }
-  std::string take() { return std::move(bytes_); }
+  std::string digest() {
+    const Bytes32 bytes = hash_.digest();
+    return {bytes.begin(), bytes.end()};
+  }
 
  private:
   void doubles(std::span<const double> values) {
-    bytes_.append(reinterpret_cast<const char*>(values.data()), values.size_bytes());
+    hash_.add({reinterpret_cast<const char*>(values.data()), values.size_bytes()});
   }
 
-  std::string bytes_;
+  Sha256 hash_;
 };
+
+template <class T>
+bool there(const std::optional<T>& value) {
+  return value.has_value();
+}
+template <class T>
+bool there(const T& value) {
+  return !value.empty();
+}
+
+template <class T>
+void add_digest(const std::string& path, const T& value, FieldDigests& out) {
+  Writer of_value;
+  of_value.put(value);
+  if (there(value)) out.emplace_back(path, of_value.digest());
+}
+void add_digest(const std::string& path, const std::optional<BodyDescription>& body,
+                FieldDigests& out) {
+  if (!body) return;
+  out.emplace_back(path, "");
+  for_each_field<BodyDescription>([&](const auto& field) {
+    add_digest(path + "." + std::string(field.name), (*body).*field.member, out);
+  });
+}
 
 }  // namespace
 
 std::string identity_of(const SceneDescription& resolved) {
   Writer out;
   out.put(resolved);
-  return out.take();
+  return out.digest();
+}
+
+FieldDigests field_digests(const SceneDescription& description) {
+  FieldDigests out;
+  for_each_field<SceneDescription>([&](const auto& field) {
+    add_digest(std::string(field.name), description.*field.member, out);
+  });
+  return out;
 }
 
 std::uint64_t hash(std::string_view bytes) {

@@ -1,79 +1,20 @@
 #include "server/sessions/resolution.h"
 
 #include <algorithm>
-#include <cstring>
-
-#include "engine/simulation/scene/scene_fields.h"
 
 namespace stiefel::server {
 namespace {
 
-bool same(const double* a, const double* b, std::size_t count) {
-  return count == 0 || std::memcmp(a, b, count * sizeof(double)) == 0;
-}
-bool same(const std::string& a, const std::string& b) { return a == b; }
-bool same(int a, int b) { return a == b; }
-bool same(double a, double b) { return same(&a, &b, 1); }
-bool same(const std::vector<double>& a, const std::vector<double>& b) {
-  return a.size() == b.size() && same(a.data(), b.data(), a.size());
-}
-bool same(const RowMatrix& a, const RowMatrix& b) {
-  return a.rows() == b.rows() && a.cols() == b.cols() &&
-         same(a.data(), b.data(), static_cast<std::size_t>(a.size()));
-}
-bool same(const std::map<std::string, Block>& a, const std::map<std::string, Block>& b) {
-  return std::ranges::equal(a, b, [](const auto& x, const auto& y) {
-    return x.first == y.first && same(x.second.values, y.second.values) &&
-           same(x.second.imaginary, y.second.imaginary);
-  });
-}
-template <class T>
-bool same(const std::optional<T>& a, const std::optional<T>& b);
-template <Description T>
-bool same(const T& a, const T& b) {
-  bool all = true;
-  for_each_field<T>(
-      [&](const auto& field) { all = all && same(a.*field.member, b.*field.member); });
-  return all;
-}
-template <class T>
-bool same(const std::optional<T>& a, const std::optional<T>& b) {
-  return a.has_value() == b.has_value() && (!a || same(*a, *b));
+const std::string* find(const FieldDigests& digests, const std::string& path) {
+  const auto found = std::ranges::find(digests, path, &FieldDigests::value_type::first);
+  return found == digests.end() ? nullptr : &found->second;
 }
 
-template <class T>
-bool there(const std::optional<T>& value) {
-  return value.has_value();
+/// Whether the path is a part of a field that `digests` have not at all.
+bool within_absent(const std::string& path, const FieldDigests& digests) {
+  const std::size_t dot = path.find('.');
+  return dot != path.npos && !find(digests, path.substr(0, dot));
 }
-template <class T>
-bool there(const T& value) {
-  return !value.empty();
-}
-
-struct Comparison {
-  Difference out;
-
-  template <Description T>
-  void compare(const std::string& within, const T& given, const T& resolved) {
-    for_each_field<T>([&](const auto& field) {
-      compare_field(within + std::string(field.name), given.*field.member, resolved.*field.member);
-    });
-  }
-
- private:
-  template <class T>
-  void compare_field(const std::string& path, const T& given, const T& resolved) {
-    if (same(given, resolved)) return;
-    (there(resolved) ? out.filled_in : out.cleared).push_back(path);
-  }
-  void compare_field(const std::string& path, const std::optional<BodyDescription>& given,
-                     const std::optional<BodyDescription>& resolved) {
-    if (given && resolved)
-      compare(path + ".", *given, *resolved);
-    else if (!same(given, resolved))
-      (resolved ? out.filled_in : out.cleared).push_back(path);
-  }
-};
 
 }  // namespace
 
@@ -83,10 +24,19 @@ bool Difference::fills_in(std::string_view path) const {
   });
 }
 
+Difference difference(const FieldDigests& given, const FieldDigests& resolved) {
+  Difference out;
+  for (const auto& [path, digest] : resolved) {
+    const std::string* before = find(given, path);
+    if (before ? *before != digest : !within_absent(path, given)) out.filled_in.push_back(path);
+  }
+  for (const auto& [path, digest] : given)
+    if (!find(resolved, path) && !within_absent(path, resolved)) out.cleared.push_back(path);
+  return out;
+}
+
 Difference difference(const SceneDescription& given, const SceneDescription& resolved) {
-  Comparison comparison;
-  comparison.compare("", given, resolved);
-  return std::move(comparison.out);
+  return difference(field_digests(given), field_digests(resolved));
 }
 
 }  // namespace stiefel::server

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "server/sessions/identity.h"
 #include "stiefel/scene.h"
 
 namespace stiefel::server {
@@ -19,7 +20,9 @@ struct Difference {
   bool fills_in(std::string_view path) const;
 };
 
-/// Compares bits. The parts of `body` are fields of their own, all others are taken whole.
+/// Compares bits, of which the given description's digests are enough. The parts of `body` are
+/// fields of their own, all others are taken whole.
+Difference difference(const FieldDigests& given, const FieldDigests& resolved);
 Difference difference(const SceneDescription& given, const SceneDescription& resolved);
 
 /// What a scene's method was chosen for, and why this one.

@@ -7,6 +7,7 @@
 
 #include "engine/simulation/catalogue/methods/step_weight.h"
 #include "engine/simulation/catalogue/methods/workspace.h"
+#include "engine/simulation/run/ensemble_price.h"
 #include "server/limits/failpoint.h"
 #include "server/scheduling/slice.h"
 #include "server/sessions/checkpoints/checkpoint_keys.h"
@@ -47,11 +48,19 @@ std::optional<Overflow> find_overflow(const Simulation& simulation) {
 /// the price is then that at h‖Ω‖ = 0.1.
 constexpr int largest_with_rate = 64;
 
-/// The price of a step of the map of that scene, one of the simulation's members.
-double step_price_of(const Scene& scene, const Simulation& simulation) {
-  if (scene.dimension() > largest_with_rate || !price_depends_on_rate(scene))
-    return step_weight(scene);
-  return step_price(scene, std::abs(scene.step()) / scene.substeps() * simulation.rate());
+bool is_priced_by_rate(const Scene& scene) {
+  return scene.dimension() <= largest_with_rate && price_depends_on_rate(scene);
+}
+
+/// h‖Ω‖ of a step of the map.
+double h_omega(const Scene& scene, double rate) {
+  return std::abs(scene.step()) / scene.substeps() * rate;
+}
+
+/// The price of a step of the map of a scene that is no ensemble; `rate`: at its start, where the
+/// price depends on it.
+double step_price_of(const Scene& scene, double rate) {
+  return is_priced_by_rate(scene) ? step_price(scene, h_omega(scene, rate)) : step_weight(scene);
 }
 
 /// A state and the bytes that it takes, which are given back with the last reference to it.
@@ -90,26 +99,47 @@ Session::Session(std::string id, Scene scene, std::shared_ptr<const Clock> clock
       clock_(std::move(clock)),
       keys_(keys ? std::move(keys) : CheckpointKeys::of_process()),
       simulation_bytes_(stiefel::simulation_bytes(scene_)),
-      scene_memory_(memory, scene_bytes(scene_.description()) + identity_.size() + session_object),
+      scene_memory_(memory, stiefel::scene_bytes(scene_.description()) + session_object),
       simulations_memory_(memory, 0),
       checkpoints_(1) {
-  auto simulation = make();
-  fields_ = simulation->fields();
-  block_count_ = simulation->block_count();
-  saved_size_ = simulation->saved_size();
-  step_cost_ = simulation->step_cost();
-  direct_ = simulation->direct();
-  const auto members = scene_.members();
-  const Scene& one = members.empty() ? scene_ : members[0];
-  step_work_ = step_price_of(one, *simulation) *
-               static_cast<double>(std::max<std::size_t>(members.size(), 1)) *
-               (direct_ ? 1 : scene_.substeps());
-  overflow_ = find_overflow(*simulation);
-  checkpoints_ = Checkpoints(first_spacing(step_cost_, saved_size_ * sizeof(double)));
-  checkpoints_.put(0, save(*simulation, {memory, state_bytes(saved_size_)}));
-  spacing_ = checkpoints_.spacing();
-  idle_.push_back(std::move(simulation));
+  if (scene_.members().empty()) {
+    auto simulation = make();
+    take(outline_of(*simulation));
+    step_work_ =
+        step_price_of(scene_, is_priced_by_rate(scene_) ? simulation->rate() : 0) * map_steps();
+    overflow_ = find_overflow(*simulation);
+    checkpoints_.put(0, save(*simulation, {memory, state_bytes(saved_size_)}));
+    idle_.push_back(std::move(simulation));
+  } else {
+    look_at_members();
+  }
   touch();
+}
+
+void Session::take(Outline outline) {
+  fields_ = std::move(outline.fields);
+  block_count_ = outline.block_count;
+  saved_size_ = outline.saved_size;
+  step_cost_ = outline.step_cost;
+  direct_ = outline.direct;
+  checkpoints_ = Checkpoints(first_spacing(step_cost_, saved_size_ * sizeof(double)));
+  spacing_ = checkpoints_.spacing();
+}
+
+/// The members' simulations and states are many times as large as their scenes, so that they are
+/// not made before somebody steps.
+void Session::look_at_members() {
+  const auto members = scene_.members();
+  const Scene first = members.front();
+  const bool by_rate = is_priced_by_rate(first);
+  double rate = 0;
+  take(outline_of(members, [&](const Simulation& member) {
+    if (!overflow_) overflow_ = find_overflow(member);
+    if (by_rate) rate = std::max(rate, member.rate());
+  }));
+  step_work_ =
+      ensemble_step_price(first, members.size(), step_price_of(first, rate), h_omega(first, rate)) *
+      map_steps();
 }
 
 std::unique_ptr<Simulation> Session::make() {
@@ -150,7 +180,9 @@ std::unique_ptr<Simulation> Session::lease(std::int64_t step) {
     }
     if (near) return simulation;
   }
-  return at_state(std::move(simulation), start.step, *start.saved);
+  if (start.saved) return at_state(std::move(simulation), start.step, *start.saved);
+  discard(std::move(simulation));
+  return make();  // at step 0
 }
 
 std::unique_ptr<Simulation> Session::at_state(std::unique_ptr<Simulation> simulation,
@@ -204,7 +236,8 @@ Saved Session::keep(const Simulation& simulation) {
   const std::int64_t step = simulation.step();
   {
     const std::lock_guard lock(mutex_);
-    if (const auto start = checkpoints_.nearest(step); start.step == step) return start.saved;
+    const auto start = checkpoints_.nearest(step);
+    if (start.step == step && start.saved) return start.saved;
     if (const auto found = kept_.find(step); found != kept_.end())
       if (Saved saved = found->second.lock()) return saved;
   }
@@ -294,7 +327,9 @@ double Session::work(std::int64_t from, std::int64_t to) const {
 
 std::vector<std::int64_t> Session::cached_steps() const {
   const std::lock_guard lock(mutex_);
-  return checkpoints_.steps();
+  auto steps = checkpoints_.steps();
+  if (steps.empty() || steps.front() > 0) steps.insert(steps.begin(), 0);
+  return steps;
 }
 
 std::chrono::steady_clock::duration Session::idle_time() const {

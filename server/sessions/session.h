@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "engine/simulation/run/outline.h"
 #include "server/limits/memory_budget.h"
 #include "server/sessions/checkpoints/checkpoints.h"
 #include "server/sessions/ledger.h"
@@ -49,7 +50,7 @@ class Session : public std::enable_shared_from_this<Session> {
   const Scene& scene() const { return scene_; }
   /// How the scene came from what the session's creator gave.
   const Resolution& resolution() const { return resolution_; }
-  /// Equal exactly for equal resolved scenes.
+  /// Equal exactly for equal resolved scenes: 32 bytes.
   const std::string& identity() const { return identity_; }
   const CheckpointKeys& checkpoint_keys() const { return *keys_; }
   const std::vector<Field>& fields() const { return fields_; }
@@ -82,6 +83,8 @@ class Session : public std::enable_shared_from_this<Session> {
   /// Null when there is no memory for it.
   Saved keep(const Simulation& simulation);
 
+  /// Bytes that the scene takes, predicted.
+  std::uint64_t scene_bytes() const { return scene_memory_.bytes(); }
   /// Bytes that a simulation of the scene takes, predicted.
   std::uint64_t simulation_bytes() const { return simulation_bytes_; }
   /// Bytes of what `shed` would give up.
@@ -130,6 +133,11 @@ class Session : public std::enable_shared_from_this<Session> {
   void tell_ledger();
   void touch() { last_use_ = (*clock_)().time_since_epoch().count(); }
   std::unique_ptr<Simulation> make();
+  void take(Outline outline);
+  /// Instead of making the simulation of an ensemble.
+  void look_at_members();
+  /// Steps of the map between two states.
+  double map_steps() const { return direct_ ? 1 : scene_.substeps(); }
   /// That simulation, or a new one where it is null, at that state.
   std::unique_ptr<Simulation> at_state(std::unique_ptr<Simulation> simulation, std::int64_t step,
                                        std::span<const double> saved);

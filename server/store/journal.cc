@@ -130,7 +130,7 @@ void Journal::write(std::span<const Change> changes) {
   while (!changes.empty()) {
     std::size_t count = 0, bytes = 0;
     while (count < std::min(changes.size(), max_changes) && bytes < max_bytes)
-      if (const auto& session = changes[count++].session) bytes += session->identity().size();
+      if (const auto& session = changes[count++].session) bytes += session->scene_bytes();
     write_together(changes.first(count));
     changes = changes.subspan(count);
   }

@@ -88,7 +88,7 @@ void compare(const std::string& name, int N, const MethodDescription& method, in
     for (int b = 0; b < members; ++b)
       scenes.push_back(body(N, static_cast<unsigned>(i * members + b + 1), method));
     const Scene ensemble = Scene::resolve(testing::ensemble_of(scenes)).value();
-    const auto some = ensemble.members().first(most);
+    const auto some = ensemble.members().range(0, most);
     const auto bodies = side_by_side<Scalar>(some, most);
     const double alone = one_by_one(some, duration);
     if (widest_isa() != Isa::baseline)

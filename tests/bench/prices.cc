@@ -1,21 +1,29 @@
 // The predicted price of steps of scenes beside their work, for callgrind to count. A line
 //
-//     system method|- order arithmetic scalar n N substeps seed h‖Ω‖ first steps
+//     system method|- order arithmetic scalar n N substeps seed h‖Ω‖ first steps members
 //
-// of the input is a scene, whose `steps` steps after the first `first` ones are counted; the answer
-// is the line, the price of these steps and the steps that the map took, or `refused`. `--list`
-// prints each system with each of its methods: system, method, kind, orders, in_float, N (0: any).
-// `--caps` counts calls whose price is a cap. tests/bench/prices.py writes the lines.
+// of the input is a scene, or for members > 0 an ensemble of such scenes, whose `steps` steps after
+// the first `first` ones are counted; the answer is the line, the price of these steps and the
+// steps that the map took, or `refused`. `--list` prints each system with each of its methods:
+// system, method, kind, orders, in_float, whether bodies go together in vector registers, N (0:
+// any).
+// `--caps` counts calls whose price is a cap, `--connect` those of them that are searches of
+// Connect. tests/bench/prices.py writes the lines.
+#include <Eigen/LU>
 #include <functional>
 #include <iostream>
 #include <sstream>
+#include <vector>
 
+#include "engine/simulation/catalogue/methods/method_traits.h"
 #include "engine/simulation/catalogue/methods/step_weight.h"
 #include "engine/simulation/catalogue/system_entry.h"
+#include "engine/simulation/run/ensemble_price.h"
 #include "stiefel/connect.h"
 #include "stiefel/simulation.h"
 #include "stiefel/tradeoff.h"
 #include "tests/bench/sized_scene.h"
+#include "tests/support/scenes/ensemble_of.h"
 #include "tests/support/scenes/random_scene.h"
 
 using namespace stiefel;
@@ -36,19 +44,24 @@ std::string answer(const std::string& line) {
   unsigned seed = 0;
   double step = 0;
   std::int64_t first = 0, steps = 0;
+  unsigned members = 0;
   in >> system >> method >> order >> arithmetic >> scalar >> size.n >> size.N >> substeps >> seed >>
-      step >> first >> steps;
+      step >> first >> steps >> members;
   if (method == "-") method.clear();
-  SceneDescription d = bench::sized_scene(system, method, size, seed, step);
-  if (!method.empty()) {
+  const auto description = [&](unsigned from) {
+    SceneDescription d = bench::sized_scene(system, method, size, from, step);
+    if (method.empty()) return d;
     d.method = MethodDescription{
         method, order > 0 ? std::optional(order) : std::nullopt, substeps, arithmetic, {}, scalar};
     if (const double tolerance = catalogue().method(method)->default_tolerance; tolerance > 0) {
       d.method->tolerance = tolerance;
       d.method->substeps.reset();
     }
-  }
-  const auto scene = Scene::resolve(std::move(d));
+    return d;
+  };
+  std::vector<SceneDescription> bodies;
+  for (unsigned b = 0; b < members; ++b) bodies.push_back(description(seed + b));
+  const auto scene = Scene::resolve(members > 0 ? testing::ensemble_of(bodies) : description(seed));
   if (!scene) return "refused";
   const auto simulation = make_simulation(*scene);
   if (!simulation->advance(first).reached()) return "refused";
@@ -59,15 +72,18 @@ std::string answer(const std::string& line) {
   const double counted = simulation->direct() ? 1 : static_cast<double>(steps) * scene->substeps();
   std::ostringstream out;
   const auto [n, N] = frame_size(*scene);
-  out << n << ' ' << N << ' ' << step_price(*scene, h_Omega) * counted << ' '
-      << simulation->map_steps() - before << ' ' << h_Omega << ' '
-      << (is_weighed(*scene) ? "counted" : "estimated");
+  const double one = step_price(*scene, h_Omega);
+  const double all = members > 0 ? ensemble_step_price(*scene, members, one, h_Omega) : one;
+  out << n << ' ' << N << ' ' << all * counted << ' ' << simulation->map_steps() - before << ' '
+      << h_Omega << ' ' << (is_weighed(*scene) ? "counted" : "estimated");
   return out.str();
 }
 
 void list() {
   for (const auto& system : catalogue().systems) {
-    if (system.discrete) std::cout << system.name << " - discrete 0 no -\n";
+    const bool packed = system_entry(system.name)->packed;
+    if (system.discrete)
+      std::cout << system.name << " - discrete 0 no " << (packed ? "packed" : "no") << " -\n";
     for (const auto& on : system.methods) {
       const MethodInfo& method = *catalogue().method(on.method);
       if (on.method.empty()) continue;
@@ -79,16 +95,35 @@ void list() {
       if (method.orders.empty()) std::cout << 0;
       for (std::size_t i = 0; i < method.orders.size(); ++i)
         std::cout << (i > 0 ? "," : "") << method.orders[i];
-      std::cout << ' ' << (on.in_float ? "float" : "no") << ' '
-                << (on.where.empty() ? "-" : on.where) << '\n';
+      const bool in_packs = packed && method_traits(method.name)->packing != Packing::none;
+      std::cout << ' ' << (on.in_float ? "float" : "no") << ' ' << (in_packs ? "packed" : "no")
+                << ' ' << (on.where.empty() ? "-" : on.where) << '\n';
     }
   }
 }
 
+void say(const std::string& call, double cap) { std::cout << call << ' ' << cap << std::endl; }
+
+/// Searches that their cap ends, in every part of a search, and some that find an answer before.
+void connect_caps() {
+  for (const auto& [n, N] :
+       {std::pair{1, 2}, {1, 4}, {2, 4}, {3, 3}, {2, 6}, {4, 4}, {5, 8}, {8, 8}})
+    for (const int restarts : {4, 60})
+      for (const double cap : {1e7, 3e7}) {
+        const testing::RandomFrame<double> from(n, N, 1, 4), to(n, N, 2, 4);
+        TwoPointProblem problem;
+        problem.inertia = from.lambda;
+        problem.Q_0 = from.Q;
+        problem.Q_T = to.Q;
+        if (n == N && from.Q.determinant() * to.Q.determinant() < 0) problem.Q_T.row(0) *= -1;
+        problem.restarts = restarts;
+        problem.most_work = cap;
+        measured_call([&] { (void)connect(problem); });
+        say("connect_" + std::to_string(n) + "x" + std::to_string(N), cap);
+      }
+}
+
 void caps() {
-  const auto say = [](const char* call, double cap) {
-    std::cout << call << ' ' << cap << std::endl;
-  };
   for (const int N : {3, 5, 12}) {
     SceneDescription d = testing::any_scene("rigid_body", "", 7, 0.1, N);
     d.method.reset();
@@ -109,16 +144,7 @@ void caps() {
     });
     say("tradeoff", request.budget);
   }
-  for (const int n : {1, 2}) {
-    const testing::RandomFrame<double> from(n, 4, 1, 4), to(n, 4, 2, 4);
-    TwoPointProblem problem;
-    problem.inertia = from.lambda;
-    problem.Q_0 = from.Q;
-    problem.Q_T = to.Q;
-    problem.most_work = 1e7;
-    measured_call([&] { (void)connect(problem); });
-    say("connect", problem.most_work);
-  }
+  connect_caps();
 }
 
 }  // namespace
@@ -129,6 +155,8 @@ int main(int argc, char** argv) {
     list();
   } else if (what == "--caps") {
     caps();
+  } else if (what == "--connect") {
+    connect_caps();
   } else {
     for (std::string line; std::getline(std::cin, line);)
       std::cout << line << " : " << answer(line) << std::endl;

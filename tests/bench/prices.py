@@ -3,7 +3,8 @@
     /usr/bin/python3 tests/bench/prices.py build/release                (300 scenes; make bench does)
     /usr/bin/python3 tests/bench/prices.py build/release --scenes 1000 --seed 7
 
-Every system with every method comes as often as another; order, arithmetic, scalar, substeps, size (N from 3 to 64 and n
+Every system with every method comes as often as another, and half of the bodies that go together in vector registers as
+ensembles of 2 to 64; order, arithmetic, scalar, substeps, size (N from 3 to 64 and n
 from 1 to N, uniform in their logarithms) and h‖Ω‖ (0.01 to 0.3, likewise) are drawn. A scene whose method is for other
 sizes is left out. valgrind has no AVX-512, so that what is counted is the code for AVX2.
 """
@@ -26,6 +27,8 @@ from typing import NamedTuple
 # A price of these is a count: each step takes the instructions of every other.
 EXPLICIT = {"rk4", "munthe_kaas4", "crouch_grossman3", "splitting"}
 STEPS = 4
+# Of an ensemble: what a call takes beside its steps is then as little as in a slice of the server.
+STEPS_OF_PACKS = 256
 # Of the values within it, what the share must be; caps are exceeded by at most a tenth.
 BOUNDS = {"explicit methods and closed forms": (1.1, 0.95), "implicit methods": (1.5, 0.95)}
 
@@ -52,13 +55,15 @@ def whole(draw: random.Random, low: int, high: int) -> int:
 def scenes(program: Path, count: int, seed: int) -> list[tuple[str, str]]:
     """(kind, line for the program) of scenes on which it runs."""
     draw = random.Random(seed)
-    pairs = [line.split(maxsplit=5) for line in
+    pairs = [line.split(maxsplit=6) for line in
              subprocess.run([program, "--list"], check=True, capture_output=True, text=True).stdout.splitlines()]
     found = []
     for _ in range(count):
-        system, method, kind, orders, in_float, where = draw.choice(pairs)
-        N = 3 if where.strip() == "N = 3" else whole(draw, 3, 64)
+        system, method, kind, orders, in_float, packed, where = draw.choice(pairs)
+        together = packed == "packed" and draw.random() < 0.5
+        N = 3 if where.strip() == "N = 3" else draw.choice([3, 4]) if together else whole(draw, 3, 64)
         n = whole(draw, 1, N)
+        members = whole(draw, 2, 64) if together else 0
         order = draw.choice(orders.split(","))
         scalar = draw.choice(["double", "float"]) if in_float == "float" else "double"
         arithmetic = draw.choice(["compensated", "plain"]) if kind == "fixed_step" else "compensated"
@@ -67,7 +72,8 @@ def scenes(program: Path, count: int, seed: int) -> list[tuple[str, str]]:
         # Work of gigabytes of instructions before the count says nothing more.
         first = 2 if method in EXPLICIT or kind == "closed_form" else 12 if N <= 24 else 5
         found.append((kind_of(kind, method), f"{system} {method} {order} {arithmetic} {scalar} {n} {N} {substeps} "
-                                             f"{draw.randrange(1, 10**6)} {h:.4g} {first} {STEPS}"))
+                                             f"{draw.randrange(1, 10**6)} {h:.4g} {first} "
+                                             f"{STEPS_OF_PACKS if together else STEPS} {members}"))
     return found
 
 
@@ -107,8 +113,8 @@ def count_scenes(program: Path, asked: list[tuple[str, str]]) -> list[Priced]:
     return found
 
 
-def count_caps(program: Path) -> list[Priced]:
-    answers, totals = callgrind(program, "measured_call", "--caps")
+def count_caps(program: Path, which: str = "--caps") -> list[Priced]:
+    answers, totals = callgrind(program, "measured_call", which)
     return [Priced(answer, "caps", float(answer.split()[1]), total) for answer, total in zip(answers, totals)]
 
 
@@ -137,6 +143,8 @@ def measure(program: Path, count: int = 300, seed: int = 1) -> list[dict]:
         ratios = sorted(max(one.ratio, 1 / one.ratio) for one in priced if one.kind == kind)
         rows.append({"name": f"price of {kind}, {share:.0%} of {len(ratios)} scenes", "unit": "x", "bound": bound,
                      "values": [ratios[math.ceil(share * len(ratios)) - 1]]})
+    rows.append({"name": "work of capped searches of Connect over their cap, the worst", "unit": "x", "bound": 1.1,
+                 "values": [max(1 / one.ratio for one in count_caps(program, "--connect"))]})
     return rows
 
 

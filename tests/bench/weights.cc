@@ -1,15 +1,18 @@
 // Steps of every method on the system that is named, in several sizes, for callgrind to count one
-// by one: after each it prints "system method|- order arithmetic scalar n N steps h‖Ω‖".
-// tests/bench/weights.py reads both. Without a name: the names of the systems.
+// by one: after each it prints "system method|- order arithmetic scalar n N steps h‖Ω‖". A system
+// whose bodies go together in vector registers is there again as packed_system, with a pack's
+// steps. tests/bench/weights.py reads both. Without a name: the names of the systems.
 #include <iostream>
 #include <numeric>
 #include <set>
 
 #include "engine/simulation/catalogue/methods/step_weight.h"
 #include "engine/simulation/catalogue/system_entry.h"
+#include "engine/simulation/run/packed_bodies.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/simulation.h"
 #include "tests/bench/sized_scene.h"
+#include "tests/support/scenes/ensemble_of.h"
 
 using namespace stiefel;
 
@@ -141,13 +144,65 @@ void count(const SystemInfo& system) {
   }
 }
 
+/// Steps of as many bodies as go together in a register, of which the price of an ensemble consists
+/// (step_weight.h, pack_price); so many that what a call takes beside its steps does not count.
+void count_pack(SceneDescription one, bool frame, double rate) {
+  constexpr std::int64_t steps = 256;
+  std::vector<SceneDescription> bodies;
+  const int N = static_cast<int>(one.inertia.size());
+  const bool in_float = one.method && one.method->scalar == "float";
+  for (unsigned seed = 1; seed <= (in_float ? 8u : 4u); ++seed) {
+    SceneDescription body = testing::any_scene(one.system, "", seed, rate, N);
+    body.method = one.method;
+    if (!frame) body.initial.erase("Q");
+    bodies.push_back(std::move(body));
+  }
+  const auto scene = Scene::resolve(testing::ensemble_of(bodies));
+  if (!scene || !can_be_packed(*scene)) return;
+  const auto simulation = make_simulation(*scene);
+  if (!simulation->advance(1).reached()) return;
+  const double h_omega = std::abs(scene->step()) * simulation->rate();
+  measured_steps(*simulation, steps);
+  const auto& method = scene->description().method;
+  std::cout << "packed_" << scene->system() << (frame ? "" : "_momentum") << ' '
+            << (method ? scene->method() : "-") << ' ' << scene->order() << ' '
+            << (method ? method->arithmetic : "compensated") << ' '
+            << (method ? method->scalar : "double") << ' ' << N << ' ' << N << ' ' << steps << ' '
+            << h_omega << std::endl;
+}
+
+void count_packs(const SystemInfo& system, bool frame) {
+  const auto in_every_size = [&](SceneDescription one) {
+    one.system = system.name;
+    for (const int N : {3, 4}) {
+      one.inertia.resize(static_cast<std::size_t>(N));
+      count_pack(one, frame, h_Omega);
+      if (one.method && counts_repeat(one.method->name)) continue;
+      for (const double rate : other_rates) count_pack(one, frame, rate);
+    }
+  };
+  if (system.discrete) return in_every_size({});
+  for (const auto& on : system.methods)
+    for (const int order : catalogue().method(on.method)->orders)
+      for (const char* arithmetic : {"compensated", "plain"})
+        for (const char* scalar : {"double", "float"}) {
+          SceneDescription one;
+          one.method = MethodDescription{std::string(on.method), order, 1, arithmetic, {}, scalar};
+          in_every_size(std::move(one));
+        }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   for (const auto& system : catalogue().systems) {
+    const std::string packed = "packed_" + std::string(system.name), alone = packed + "_momentum";
+    const bool in_packs = system_entry(system.name)->packed;
     if (argc == 1)
-      std::cout << system.name << '\n';
+      std::cout << system.name << '\n' << (in_packs ? packed + "\n" + alone + "\n" : "");
     else if (system.name == argv[1])
       count(system);
+    else if (in_packs && (argv[1] == packed || argv[1] == alone))
+      count_packs(system, argv[1] == packed);
   }
 }

@@ -23,8 +23,8 @@ class Samples:
 
     def __init__(self, client: Client, handle: Recreation, request: pb.StreamRequest, step: float,
                  timeout: Optional[float]):
-        """`step`: the scene's. `timeout`: of all streams together; without it each has the client's, and
-        one that brought something is followed by another."""
+        """`step`: the scene's. `timeout`: of all streams together; without it the client's, which begins
+        anew where a stream that brought something is followed by another."""
         self._client = client
         self._recreation = handle
         self._request = request
@@ -38,15 +38,14 @@ class Samples:
         self._checkpoint: list[bytes] = []
 
     def __iter__(self) -> Iterator[Batch]:
-        deadline = calls.Deadline(self._timeout)
+        deadline = calls.Deadline(self._client.deadline(self._timeout))
         waits, recoveries = calls.pauses(), recreation.pauses()
         last: Optional[int] = None
         before = 0  # computed by the streams before this one
         while True:
             if last is not None:
                 setattr(self._request, "from", min(last + self._every, self._request.to))
-            stream = self._client.stub.Stream(self._request, timeout=self._client.deadline(deadline.left()),
-                                              metadata=self._recreation.metadata)
+            stream = self._client.stub.Stream(self._request, timeout=deadline.left(), metadata=self._recreation.metadata)
             progress, computed, answered = False, 0, False
             assembly, self._checkpoint = Assembly(), []
             try:
@@ -71,6 +70,8 @@ class Samples:
             before += computed
             if progress and isinstance(error, Unavailable if self._timeout is not None else (DeadlineExceeded, Unavailable)):
                 waits, recoveries = calls.pauses(), recreation.pauses()
+                if self._timeout is None:
+                    deadline = calls.Deadline(self._client.deadline(None))
                 if not (self._recreation.has_checkpoint and self._recreation.is_gone(error)):
                     continue
                 # Who answers next may have held the session long ago: it gets the checkpoint.

@@ -4,9 +4,7 @@
 #include <cstdint>
 #include <expected>
 #include <map>
-#include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -71,6 +69,8 @@ struct PrincipalAxes {
   Eigen::Vector3d moments;
   Eigen::Matrix3d rotation;
 };
+
+class Members;
 
 /// Everything that determines a motion. Immutable, and always valid: only `resolve` makes one.
 /// Resolving a resolved description gives the same scene, bit for bit.
@@ -140,9 +140,9 @@ class Scene {
   int determinant() const { return determinant_; }
   /// Only for a scene given by `body`.
   const std::optional<PrincipalAxes>& axes() const { return axes_; }
-  /// The members of an ensemble, each as a scene; the other functions of this class then return the
-  /// data of the first member.
-  std::span<const Scene> members() const;
+  /// The members of an ensemble, each as a scene, none of a single motion; the other functions of
+  /// this class then return the data of the first member. Must not outlive the scene.
+  Members members() const;
 
  private:
   Scene() = default;
@@ -154,8 +154,53 @@ class Scene {
   Eigen::Vector4d attitude_ = Eigen::Vector4d::UnitX();
   int determinant_ = 1;
   std::optional<PrincipalAxes> axes_;
-  std::shared_ptr<const std::vector<Scene>> members_;
 };
+
+/// The members of an ensemble as scenes of their own. Each is resolved when it is asked for, which
+/// takes some microseconds for a small one: an ensemble holds its numbers once, and no scene of
+/// each member.
+class Members {
+ public:
+  class Iterator;
+
+  std::size_t size() const { return count_; }
+  bool empty() const { return count_ == 0; }
+  /// Member b, 0 <= b < size().
+  Scene operator[](std::size_t b) const;
+  Scene front() const { return (*this)[0]; }
+  /// Members first ... first + count - 1.
+  std::vector<Scene> range(std::size_t first, std::size_t count) const;
+  Iterator begin() const;
+  Iterator end() const;
+
+ private:
+  friend class Scene;
+  explicit Members(const SceneDescription& ensemble)
+      : ensemble_(&ensemble), count_(static_cast<std::size_t>(ensemble.members.value_or(0))) {}
+
+  const SceneDescription* ensemble_;
+  std::size_t count_;
+};
+
+/// Gives each member by value.
+class Members::Iterator {
+ public:
+  Iterator(const Members& members, std::size_t at) : members_(members), at_(at) {}
+  Scene operator*() const { return members_[at_]; }
+  Iterator& operator++() {
+    ++at_;
+    return *this;
+  }
+  bool operator!=(const Iterator& other) const { return at_ != other.at_; }
+
+ private:
+  Members members_;
+  std::size_t at_;
+};
+
+inline Members Scene::members() const { return Members(description_); }
+inline Members::Iterator Members::begin() const { return {*this, 0}; }
+inline Members::Iterator Members::end() const { return {*this, count_}; }
 
 /// The warnings about an accepted scene, one sentence each; usually none.
 ///

@@ -86,6 +86,7 @@ void FixedPoint<Scalar>::mix(Matrix<Scalar>& z, Eigen::Index columns) {
     scale(i) = norm > 0 ? Scalar(1 / norm) : Scalar(0);
   }
   for (Eigen::Index i = 0; i < columns; ++i) {
+    stop_point();
     c(i) = scale(i) * df_.col(i).dot(last_f_.reshaped());
     for (Eigen::Index j = 0; j < columns; ++j)
       normal(i, j) = scale(i) * scale(j) * df_.col(i).dot(df_.col(j));

@@ -95,6 +95,7 @@ class NewtonKrylov {
     column.setZero();
     for (int pass = 0; pass < 2; ++pass)
       for (Eigen::Index i = 0; i <= k; ++i) {
+        stop_point();
         const Scalar along = basis_.col(i).dot(next);
         column(i) += along;
         next -= along * basis_.col(i);

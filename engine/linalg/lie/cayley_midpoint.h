@@ -1,5 +1,6 @@
 #pragma once
 
+#include "engine/linalg/arithmetic/stoppable_product.h"
 #include "engine/linalg/lie/so_3.h"
 #include "engine/linalg/lie/so_n.h"
 #include "engine/linalg/matrix_equations/lu.h"
@@ -35,8 +36,8 @@ template <class Scalar>
 void CayleyMidpoint<SoN<Scalar>>::midpoint(const Matrix<Scalar>& x, const Matrix<Scalar>& a,
                                            Matrix<Scalar>& middle) {
   factor(a);
-  X_ = lu_.solve(x.bottomRows(N_));
-  Y_ = lu_.solve(X_.transpose());
+  stoppable_solve(lu_, x.bottomRows(N_), X_);
+  stoppable_solve(lu_, X_.transpose(), Y_);
   middle.bottomRows(N_) = Y_.transpose();
 }
 
@@ -44,11 +45,11 @@ template <class Scalar>
 void CayleyMidpoint<SoN<Scalar>>::displacement(const Matrix<Scalar>& x, const Matrix<Scalar>& a,
                                                Matrix<Scalar>& dx) {
   factor(a);
-  X_ = lu_.solve(a);
+  stoppable_solve(lu_, a, X_);
   X_ *= Scalar(-2);
-  dx.noalias() = x * X_.transpose();
+  stoppable_product(x, X_.transpose(), dx);
   Y_ = dx.bottomRows(N_);
-  Y_.noalias() += Scalar(0.5) * (X_ * dx.bottomRows(N_));
+  add_stoppable_product(Scalar(0.5) * X_, dx.bottomRows(N_), Y_);
   dx.bottomRows(N_) = Y_ - Y_.transpose();
 }
 
@@ -56,6 +57,7 @@ template <class Scalar>
 void CayleyMidpoint<SoN<Scalar>>::factor(const Matrix<Scalar>& a) {
   X_ = a;
   X_.diagonal().array() += Scalar(1);
+  stop_point();
   lu_.compute(X_);
 }
 

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "engine/linalg/arithmetic/scalar.h"
+#include "engine/linalg/arithmetic/stoppable_product.h"
 #include "engine/linalg/matrix_equations/lu.h"
 
 namespace stiefel {
@@ -47,19 +48,20 @@ void GeneralExponential<Scalar>::operator()(const Matrix<Scalar>& A, Matrix<Scal
   for (Scalar size = norm; size > largest_norm() && isfinite(size); size /= 2, ++doublings)
     scaled_ /= Scalar(2);
 
-  square_.noalias() = scaled_ * scaled_;
-  fourth_.noalias() = square_ * square_;
-  sixth_.noalias() = fourth_ * square_;
+  stoppable_product(scaled_, scaled_, square_);
+  stoppable_product(square_, square_, fourth_);
+  stoppable_product(fourth_, square_, sixth_);
   even_ = b[7] * sixth_ + b[5] * fourth_ + b[3] * square_;
   even_.diagonal().array() += b[1];
-  odd_.noalias() = scaled_ * even_;
+  stoppable_product(scaled_, even_, odd_);
   even_ = b[6] * sixth_ + b[4] * fourth_ + b[2] * square_;
   even_.diagonal().array() += b[0];
+  stop_point();
   lu_.compute(even_ - odd_);
   odd_ *= Scalar(2);
-  D = lu_.solve(odd_);
+  stoppable_solve(lu_, odd_, D);
   for (int k = 0; k < doublings; ++k) {
-    odd_.noalias() = D * D;
+    stoppable_product(D, D, odd_);
     D = Scalar(2) * D + odd_;
   }
 }

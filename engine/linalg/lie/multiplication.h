@@ -1,5 +1,6 @@
 #pragma once
 
+#include "engine/linalg/arithmetic/stoppable_product.h"
 #include "engine/linalg/lie/exponential.h"
 #include "engine/linalg/lie/so_n.h"
 
@@ -18,14 +19,14 @@ class RightMultiplication {
 
   Algebra zero() const { return Algebra::Zero(N_, N_); }
   static void velocity(const State& x, const Algebra& Omega, State& dx) {
-    dx.noalias() = x * Omega;
+    stoppable_product(x, Omega, dx);
   }
   static void bracket(const Algebra& a, const Algebra& b, Algebra& c) {
     SoN<Scalar>::bracket(a, b, c);
   }
   void displacement(const State& x, const Algebra& Theta, State& dx) {
     exponential_(Theta, D_);
-    dx.noalias() = x * D_;
+    stoppable_product(x, D_, dx);
   }
 
  private:
@@ -48,7 +49,7 @@ class LeftMultiplication {
   static void velocity(const State& x, const Algebra& Omega, State& dx) {
     const Eigen::Index N = Omega.rows();
     for (Eigen::Index top = 0; top < x.rows(); top += N)
-      dx.middleRows(top, N).noalias() = Omega * x.middleRows(top, N);
+      stoppable_product(Omega, x.middleRows(top, N), dx.middleRows(top, N));
   }
   static void bracket(const Algebra& a, const Algebra& b, Algebra& c) {
     SoN<Scalar>::bracket(b, a, c);

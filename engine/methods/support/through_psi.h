@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "engine/linalg/arithmetic/compensated.h"
+#include "engine/linalg/arithmetic/stoppable_product.h"
 #include "engine/linalg/lie/so_3.h"
 #include "engine/linalg/lie/so_n.h"
 #include "engine/maps/map.h"
@@ -95,7 +96,7 @@ class ThroughPsi {
     if (!status.reached()) return status;
     const auto Q = state.symmetric.x.value.topRows(M_.rows());
     const auto P = state.symmetric.x.value.bottomRows(M_.rows());
-    QP_.noalias() = Q.transpose() * P;
+    stoppable_product(Q.transpose(), P, QP_);
     M_ = (QP_ - QP_.transpose()) / epsilon;
     Both::set(state.x.value, Q, M_);
     return {};

@@ -17,18 +17,6 @@ bool keeps_energy(const MethodOnSystem& on) {
   });
 }
 
-std::expected<Scene, Violations> with_any_method(SceneDescription description, const Place& place) {
-  const SystemInfo* system = catalogue().system(description.system);
-  if (system != nullptr && system->discrete)
-    return std::unexpected(Violations{place.violation(
-        "system", '"' + description.system + '"',
-        "is a discrete system: its map is its motion, and no method can do it better")});
-  description.method.reset();
-  description.tolerance.reset();
-  description.choice.clear();
-  return Scene::resolve(std::move(description), Scene::frame_tolerance, place);
-}
-
 }  // namespace
 
 MethodDescription Candidate::with_substeps(int m) const {
@@ -43,12 +31,24 @@ MethodDescription Candidate::with_tolerance(double tolerance) const {
   return made;
 }
 
+std::expected<Scene, Violations> with_any_method(SceneDescription description, const Place& place) {
+  const SystemInfo* system = catalogue().system(description.system);
+  if (system != nullptr && system->discrete)
+    return std::unexpected(Violations{place.violation(
+        "system", '"' + description.system + '"',
+        "is a discrete system: its map is its motion, and no method can do it better")});
+  description.method.reset();
+  description.tolerance.reset();
+  description.choice.clear();
+  return Scene::resolve(std::move(description), Scene::frame_tolerance, place);
+}
+
 std::expected<std::vector<Scene>, Violations> motions_of(SceneDescription description,
                                                          const Place& place) {
   const auto start = with_any_method(std::move(description), place);
   if (!start) return std::unexpected(start.error());
   if (start->members().empty()) return std::vector{*start};
-  return std::vector(start->members().begin(), start->members().end());
+  return start->members().range(0, start->members().size());
 }
 
 std::expected<Candidates, Violations> candidates(SceneDescription description, const Place& place) {

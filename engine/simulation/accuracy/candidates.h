@@ -32,8 +32,12 @@ struct Candidates {
 std::expected<Candidates, Violations> candidates(SceneDescription description,
                                                  const Place& place = {});
 
-/// The motions of a description, whose own method and tolerance are not looked at: the scene, or
-/// the members of an ensemble, with the recommended method; or what is wrong with it.
+/// The scene of a description with the recommended method, whatever its own method and tolerance;
+/// or what is wrong with it.
+std::expected<Scene, Violations> with_any_method(SceneDescription description,
+                                                 const Place& place = {});
+
+/// The motions of such a description: the scene, or the members of an ensemble.
 std::expected<std::vector<Scene>, Violations> motions_of(SceneDescription description,
                                                          const Place& place = {});
 

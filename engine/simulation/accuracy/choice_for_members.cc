@@ -25,9 +25,8 @@ bool is_entry(const Candidate& entry, const MethodDescription& method) {
 
 class MembersChooser {
  public:
-  MembersChooser(const SceneDescription& description, const Place& place,
-                 std::vector<Scene> members)
-      : description_(description), place_(place), members_(std::move(members)) {}
+  MembersChooser(const SceneDescription& description, const Place& place, const Scene& ensemble)
+      : description_(description), place_(place), members_(ensemble.members()) {}
 
   std::expected<Choice, Violations> choose();
 
@@ -43,7 +42,7 @@ class MembersChooser {
 
   const SceneDescription& description_;
   const Place& place_;
-  std::vector<Scene> members_;
+  const Members members_;
   std::vector<std::size_t> order_, pilots_, missed_;
   std::optional<std::size_t> worst_;  ///< the member with the largest error where that is known
   double left_ = Choice::most_work;
@@ -88,7 +87,7 @@ bool MembersChooser::measure_others(const Candidate& entry, Chooser::Trial& chos
   worst_ = pilots_.size() == 1 ? std::optional(pilots_.front()) : std::nullopt;
   for (std::size_t k = 0; k < others.size() && missed_.size() < most_new_pilots; ++k) {
     stop_point();
-    const Scene& member = members_[others[k]];
+    const Scene member = members_[others[k]];
     if (!member.with(chosen.method)) {
       missed_.push_back(others[k]);
       continue;
@@ -152,9 +151,9 @@ std::expected<Choice, Violations> MembersChooser::choose() {
 
 std::expected<Choice, Violations> choose_for_members(const SceneDescription& description,
                                                      const Place& place) {
-  auto members = motions_of(description, place);
-  if (!members) return std::unexpected(std::move(members.error()));
-  return MembersChooser(description, place, *std::move(members)).choose();
+  const auto ensemble = with_any_method(description, place);
+  if (!ensemble) return std::unexpected(ensemble.error());
+  return MembersChooser(description, place, *ensemble).choose();
 }
 
 }  // namespace stiefel

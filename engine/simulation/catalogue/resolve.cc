@@ -14,11 +14,8 @@ std::expected<Scene, Violations> Scene::resolve(SceneDescription description, do
                                                 const Place& place) {
   if (!description.members)
     return SceneDraft(std::move(description), largest_repair, place).resolve();
-  auto members = resolve_members(description, largest_repair, place);
-  if (!members) return std::unexpected(std::move(members.error()));
-  Scene ensemble = members->front();
-  ensemble.description_ = std::move(description);
-  ensemble.members_ = std::make_shared<const std::vector<Scene>>(*std::move(members));
+  auto ensemble = resolve_members(description, largest_repair, place);
+  if (ensemble) ensemble->description_ = std::move(description);
   return ensemble;
 }
 
@@ -108,11 +105,12 @@ void SceneDraft::check_choice() {
 }
 
 void SceneDraft::recommend() {
-  const std::span<const Scene> alone(&scene_, 1);
-  const Recommendation one = recommendation_for(alone);
+  Recommender recommender(given().system);
+  recommender.take(scene_);
+  const Recommendation one = recommender.chosen();
   given().method = one.description();
   check_method();
-  given().method->substeps = one.substeps(alone);
+  given().method->substeps = one.substeps(scene_);
 }
 
 void SceneDraft::check_method() {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <expected>
-#include <vector>
 
 #include "stiefel/scene.h"
 
@@ -21,12 +20,12 @@ Violations check_members_before_choice(const SceneDescription& ensemble, double 
 /// "the method must be chosen for the tolerance first", with reason METHOD_NOT_CHOSEN.
 Violation method_not_chosen(const Place& place);
 
-/// The members of an ensemble as scenes of their own (scene/members.h). What the description leaves
-/// open (method, order, ...) is filled in, in `ensemble` too, the same for all members. Only ε each
-/// chooses from its own ‖M‖: `ensemble` has it where they agree, else none. The violations are of
-/// the first members that have any, at most 16.
-std::expected<std::vector<Scene>, Violations> resolve_members(SceneDescription& ensemble,
-                                                              double largest_repair,
-                                                              const Place& place);
+/// Checks the members of an ensemble as scenes of their own (scene/members.h), one after another,
+/// and gives the first. What the description leaves open (method, order, ...) is filled in, in
+/// `ensemble` too, the same for all members. Only ε each chooses from its own ‖M‖: `ensemble` has
+/// it where they agree, else none. The violations are of the first members that have any, at most
+/// 16.
+std::expected<Scene, Violations> resolve_members(SceneDescription& ensemble, double largest_repair,
+                                                 const Place& place);
 
 }  // namespace stiefel

@@ -1,7 +1,10 @@
 #include <algorithm>
+#include <optional>
+#include <utility>
 
 #include "engine/simulation/catalogue/methods/recommendation.h"
 #include "engine/simulation/catalogue/resolve.h"
+#include "engine/simulation/catalogue/system_entry.h"
 #include "engine/simulation/scene/members.h"
 #include "stiefel/stop.h"
 
@@ -9,14 +12,6 @@ namespace stiefel {
 namespace {
 
 constexpr std::size_t most_violations = 16;
-
-/// One method for all of them.
-MethodDescription recommended_method(std::span<const Scene> members) {
-  const Recommendation one = recommendation_for(members);
-  MethodDescription method = one.description();
-  method.substeps = one.substeps(members);
-  return method;
-}
 
 void add_of_member(std::size_t member, const Violations& violations, Violations& wrong) {
   for (Violation violation : violations) {
@@ -39,9 +34,41 @@ Violations check_members_before_choice(const SceneDescription& ensemble, double 
   return wrong;
 }
 
-std::expected<std::vector<Scene>, Violations> resolve_members(SceneDescription& ensemble,
-                                                              double largest_repair,
-                                                              const Place& place) {
+namespace {
+
+/// Resolves member after member, for `look` at each; the violations of the first that have any, at
+/// most 16.
+template <class Look>
+Violations resolve_each(const SceneDescription& ensemble, double largest_repair, const Place& place,
+                        const Look& look) {
+  Violations wrong;
+  for (int b = 0; b < *ensemble.members && wrong.size() < most_violations; ++b) {
+    stop_point();
+    auto resolved = Scene::resolve(member_of(ensemble, b), largest_repair, place);
+    if (resolved)
+      look(*resolved);
+    else
+      add_of_member(static_cast<std::size_t>(b), resolved.error(), wrong);
+  }
+  return wrong;
+}
+
+/// One method for all of them, with substeps enough for the fastest.
+Violations recommend(const Recommendation& one, SceneDescription& ensemble, double largest_repair,
+                     const Place& place) {
+  ensemble.method = one.description();
+  int substeps = 1;
+  Violations wrong = resolve_each(ensemble, largest_repair, place, [&](const Scene& member) {
+    substeps = std::max(substeps, one.substeps(member));
+  });
+  ensemble.method->substeps = substeps;
+  return wrong;
+}
+
+}  // namespace
+
+std::expected<Scene, Violations> resolve_members(SceneDescription& ensemble, double largest_repair,
+                                                 const Place& place) {
   Violations wrong;
   if (wants_choice(ensemble)) {
     wrong = check_members_before_choice(ensemble, largest_repair, place);
@@ -50,41 +77,29 @@ std::expected<std::vector<Scene>, Violations> resolve_members(SceneDescription& 
   }
   wrong = check_members(ensemble, place);
   if (!wrong.empty()) return std::unexpected(std::move(wrong));
-  std::vector<Scene> members;
-  members.reserve(static_cast<std::size_t>(*ensemble.members));
-  const auto refuse = [&](std::size_t member, const Violations& violations) {
-    add_of_member(member, violations, wrong);
-  };
-  for (int b = 0; b < *ensemble.members && wrong.size() < most_violations; ++b) {
-    stop_point();
-    auto resolved = Scene::resolve(member_of(ensemble, b), largest_repair, place);
-    if (resolved)
-      members.push_back(*std::move(resolved));
-    else
-      refuse(static_cast<std::size_t>(b), resolved.error());
-  }
+  std::optional<Recommender> recommender;
+  const SystemEntry* system = system_entry(ensemble.system);
+  if (!ensemble.method && system != nullptr && !system->info.discrete)
+    recommender.emplace(ensemble.system);
+  std::optional<double> epsilon;
+  bool common_epsilon = true, any = false;
+  wrong = resolve_each(ensemble, largest_repair, place, [&](const Scene& member) {
+    const auto& own = member.description().epsilon;
+    if (!std::exchange(any, true)) epsilon = own;
+    common_epsilon = common_epsilon && own == epsilon;
+    if (recommender) recommender->take(member);
+  });
+  if (wrong.empty() && recommender)
+    wrong = recommend(recommender->chosen(), ensemble, largest_repair, place);
   if (!wrong.empty()) return std::unexpected(std::move(wrong));
-  if (!ensemble.method && !members.front().method().empty()) {
-    ensemble.method = recommended_method(members);
-    for (std::size_t b = 0; b < members.size() && wrong.size() < most_violations; ++b) {
-      stop_point();
-      auto changed = members[b].with(*ensemble.method, place);
-      if (changed)
-        members[b] = *std::move(changed);
-      else
-        refuse(b, changed.error());
-    }
-    if (!wrong.empty()) return std::unexpected(std::move(wrong));
-  }
 
-  const SceneDescription& first = members.front().description();
-  ensemble.method = first.method;
-  if (std::ranges::all_of(
-          members, [&](const Scene& one) { return one.description().epsilon == first.epsilon; }))
-    ensemble.epsilon = first.epsilon;  // else each chooses its own again
+  if (common_epsilon) ensemble.epsilon = epsilon;  // else each chooses its own again
+  auto first = Scene::resolve(member_of(ensemble, 0), largest_repair, place);
+  if (!first) return first;
+  ensemble.method = first->description().method;
   if (ensemble.body && ensemble.body->attitude.empty())
-    ensemble.body->attitude = first.body->attitude;
-  return members;
+    ensemble.body->attitude = first->description().body->attitude;
+  return first;
 }
 
 }  // namespace stiefel

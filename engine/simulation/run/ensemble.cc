@@ -6,14 +6,13 @@
 #include <tbb/global_control.h>
 
 #include "engine/simulation/catalogue/system_entry.h"
+#include "engine/simulation/run/groups.h"
 #include "engine/simulation/run/parallel.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
 namespace {
 
-/// Rough nanoseconds of a step of one body in a pack, on all cores, for slicing.
-constexpr double packed_nanoseconds = 5;
 /// Steps of bodies that go together between two looks at the stop token.
 constexpr std::int64_t between_looks = 4096;
 
@@ -24,39 +23,29 @@ std::unique_ptr<Simulation> make_simulation(const Scene& scene) {
   return system_entry(scene.system())->make(scene);
 }
 
-Ensemble::Ensemble(std::span<const Scene> scenes) {
+Ensemble::Ensemble(const Members& scenes) { take(scenes); }
+Ensemble::Ensemble(std::span<const Scene> scenes) { take(scenes); }
+
+template <class Scenes>
+void Ensemble::take(const Scenes& scenes) {
   members_.reserve(scenes.size());
-  for (const Scene& scene : scenes) {
-    stop_point();
-    members_.push_back(make_simulation(scene));
-    step_cost_ += members_.back()->step_cost();
-  }
+  for_each_group(scenes, [this](std::span<const Scene> together) { form_group(together); });
   fields_ = members_.front()->fields();
   for (Field& field : fields_) field.members = static_cast<int>(scenes.size());
   block_count_ = members_.front()->block_count();
-  each_saved_ = members_.front()->saved_size();
-  form_groups(scenes);
 }
 
-void Ensemble::form_groups(std::span<const Scene> scenes) {
-  const auto lanes = static_cast<std::size_t>(body_lanes(scenes.front()));
-  for (std::size_t at = 0; at < scenes.size();) {
-    stop_point();
-    std::size_t count = 0;
-    while (count < lanes && at + count < scenes.size() && can_be_packed(scenes[at + count]))
-      ++count;
-    Group& group = groups_.emplace_back(at, std::max<std::size_t>(count, 1));
-    group.states.resize(each_saved_ * (count > 1 ? lanes : 1));
-    for (std::size_t k = 0; k < group.count; ++k) members_[at + k]->save(state(group, k));
-    if (count > 1) {
-      group.packed = pack_bodies(scenes.subspan(at, count));
-      fill_lanes(group);
-      for (std::size_t k = 0; k < count; ++k)
-        step_cost_ +=
-            packed_nanoseconds * scenes[at + k].substeps() - members_[at + k]->step_cost();
-    }
-    at += groups_.back().count;
-  }
+void Ensemble::form_group(std::span<const Scene> scenes) {
+  Group& group = groups_.emplace_back(members_.size(), scenes.size());
+  for (const Scene& scene : scenes) members_.push_back(make_simulation(scene));
+  each_saved_ = members_.front()->saved_size();
+  const bool packed = scenes.size() > 1;
+  group.states.resize(packed ? each_saved_ * static_cast<std::size_t>(body_lanes(scenes[0])) : 0);
+  step_cost_ += group_cost(scenes, *members_.back());
+  if (!packed) return;
+  for (std::size_t k = 0; k < group.count; ++k) members_[group.first + k]->save(state(group, k));
+  group.packed = pack_bodies(scenes);
+  fill_lanes(group);
 }
 
 std::int64_t Ensemble::map_steps() const {

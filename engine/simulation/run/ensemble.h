@@ -11,6 +11,7 @@ namespace stiefel {
 /// member stops, all stop, at the last step that every one of them reached.
 class Ensemble final : public Simulation {
  public:
+  explicit Ensemble(const Members& scenes);
   explicit Ensemble(std::span<const Scene> scenes);
 
   bool direct() const override { return members_.front()->direct(); }
@@ -52,7 +53,9 @@ class Ensemble final : public Simulation {
     RunStatus status = {};
   };
 
-  void form_groups(std::span<const Scene> scenes);
+  template <class Scenes>
+  void take(const Scenes& scenes);
+  void form_group(std::span<const Scene> scenes);
   std::span<double> state(Group& group, std::size_t lane) const;
   /// Puts back what `before` or a caller kept of the group's members, at step_.
   void put_back(Group& group, std::span<const double> states);

@@ -1,9 +1,23 @@
 #include "stiefel/scene.h"
 
+#include <limits>
+
+#include "engine/simulation/scene/members.h"
+
 namespace stiefel {
 
-std::span<const Scene> Scene::members() const {
-  return members_ ? std::span<const Scene>(*members_) : std::span<const Scene>();
+/// The ensemble was resolved with these members, so that no repair is too large.
+Scene Members::operator[](std::size_t b) const {
+  return Scene::resolve(member_of(*ensemble_, static_cast<int>(b)),
+                        std::numeric_limits<double>::infinity())
+      .value();
+}
+
+std::vector<Scene> Members::range(std::size_t first, std::size_t count) const {
+  std::vector<Scene> some;
+  some.reserve(count);
+  for (std::size_t b = first; b < first + count; ++b) some.push_back((*this)[b]);
+  return some;
 }
 
 const Eigen::MatrixXd& Scene::block(const std::string& name) const {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <set>
 
 #include "engine/linalg/arithmetic/to_text.h"
@@ -25,7 +26,9 @@ class Check {
       : scene_(scene),
         start_(start),
         plan_(plan),
-        members_(std::max<std::size_t>(1, scene.members().size())) {}
+        members_(std::max<std::size_t>(1, scene.members().size())) {
+    if (!scene.members().empty()) first_ = scene.members().front();
+  }
 
   Violations run() {
     for (std::size_t i = 0; i < plan_.what.quantities.size(); ++i) quantity(i);
@@ -63,8 +66,7 @@ class Check {
   void quantity(std::size_t i) {
     const Quantity& asked = plan_.what.quantities[i];
     Plan::Read read;
-    const Scene& one = scene_.members().empty() ? scene_ : scene_.members().front();
-    const auto reading = make_reading(one, start_, asked.name);
+    const auto reading = make_reading(first_ ? *first_ : scene_, start_, asked.name);
     if (!reading) {
       refuse(at("quantities", i, ".name"), asked.name,
              "must be one of " + names(true) + near_quantity(asked.name));
@@ -236,6 +238,7 @@ class Check {
   }
 
   const Scene& scene_;
+  std::optional<Scene> first_;  ///< the first member
   const Simulation& start_;
   Plan& plan_;
   std::size_t members_;

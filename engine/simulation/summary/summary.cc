@@ -6,7 +6,7 @@
 
 #include <tbb/parallel_for.h>
 
-#include "engine/simulation/run/packed_bodies.h"
+#include "engine/simulation/run/groups.h"
 #include "engine/simulation/summary/member_group.h"
 #include "engine/simulation/summary/results.h"
 
@@ -25,6 +25,7 @@ std::vector<double> empty_state(std::size_t size) {
 struct Summary::Parts {
   const Scene& scene;
   Plan plan;
+  std::vector<std::vector<Scene>> scenes = {};  ///< the members of each group
   std::vector<std::unique_ptr<MemberGroup>> groups = {};
   std::size_t members = 1;
   std::size_t saved_size = 0;  ///< of one member
@@ -42,13 +43,12 @@ struct Summary::Parts {
       return;
     }
     members = all.size();
-    for (std::size_t at = 0; at < all.size();) {
-      const std::size_t lanes =
-          can_be_packed(all[at]) ? static_cast<std::size_t>(body_lanes(all[at])) : 1;
-      const std::size_t count = std::min(lanes, all.size() - at);
-      groups.push_back(std::make_unique<MemberGroup>(all.subspan(at, count), at, true, plan));
-      at += count;
-    }
+    std::size_t at = 0;
+    for_each_group(all, [&](std::span<const Scene> together) {
+      scenes.emplace_back(together.begin(), together.end());
+      groups.push_back(std::make_unique<MemberGroup>(scenes.back(), at, true, plan));
+      at += together.size();
+    });
   }
 
   bool done() const {
@@ -124,7 +124,7 @@ Summary::~Summary() = default;
 
 std::expected<Summary, Violations> Summary::prepare(const Scene& scene, SummaryDescription what) {
   const auto members = scene.members();
-  const auto start = make_simulation(members.empty() ? scene : members.front());
+  const auto start = members.empty() ? make_simulation(scene) : make_simulation(members.front());
   auto plan = make_plan(scene, *start, std::move(what));
   if (!plan) return std::unexpected(std::move(plan.error()));
   auto parts = std::unique_ptr<Parts>(new Parts{scene, *std::move(plan)});

@@ -45,7 +45,9 @@ void Checkpoints::thin() {
 }
 
 Checkpoints::Nearest Checkpoints::nearest(std::int64_t step) const {
-  const auto found = std::prev(saved_.upper_bound(step));
+  const auto after = saved_.upper_bound(step);
+  if (after == saved_.begin()) return {0, nullptr};
+  const auto found = std::prev(after);
   return {found->first, found->second};
 }
 

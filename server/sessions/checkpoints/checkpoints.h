@@ -31,7 +31,8 @@ class Checkpoints {
     std::int64_t step;
     Saved saved;
   };
-  /// The last one at or before `step`; `put(0, ...)` must have come first.
+  /// The last one at or before `step`; where there is none, step 0 without a state: that of the
+  /// scene.
   Nearest nearest(std::int64_t step) const;
 
   /// The first index after `step` where a state is worth keeping.

@@ -36,6 +36,25 @@ Bytes32 sha256(std::string_view bytes) {
   return digest;
 }
 
+Sha256::Sha256() : context_(EVP_MD_CTX_new()) {
+  if (!context_ || EVP_DigestInit_ex(context_.get(), algorithm(), nullptr) != 1)
+    throw std::runtime_error("OpenSSL has no SHA-256");
+}
+
+void Sha256::add(std::string_view bytes) {
+  if (EVP_DigestUpdate(context_.get(), bytes.data(), bytes.size()) != 1)
+    throw std::runtime_error("OpenSSL has no SHA-256");
+}
+
+Bytes32 Sha256::digest() {
+  Bytes32 out;
+  if (EVP_DigestFinal_ex(context_.get(), out.data(), nullptr) != 1)
+    throw std::runtime_error("OpenSSL has no SHA-256");
+  return out;
+}
+
+void Sha256::Free::operator()(evp_md_ctx_st* context) const { EVP_MD_CTX_free(context); }
+
 Bytes32 hmac_sha256(const Bytes32& key, std::string_view bytes) {
   Bytes32 mac;
   std::size_t size = 0;

@@ -2,9 +2,12 @@
 
 #include <array>
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+
+struct evp_md_ctx_st;
 
 namespace stiefel::server {
 
@@ -13,6 +16,21 @@ using Bytes32 = std::array<unsigned char, 32>;
 
 /// SHA-256 of the bytes. Throws std::runtime_error where OpenSSL fails.
 Bytes32 sha256(std::string_view bytes);
+
+/// SHA-256 of bytes that come in pieces. Throws std::runtime_error where OpenSSL fails.
+class Sha256 {
+ public:
+  Sha256();
+  void add(std::string_view bytes);
+  /// That of the pieces so far; the last call.
+  Bytes32 digest();
+
+ private:
+  struct Free {
+    void operator()(evp_md_ctx_st* context) const;
+  };
+  std::unique_ptr<evp_md_ctx_st, Free> context_;
+};
 
 /// HMAC-SHA256 (RFC 2104) of the bytes. Throws std::runtime_error where OpenSSL fails.
 Bytes32 hmac_sha256(const Bytes32& key, std::string_view bytes);

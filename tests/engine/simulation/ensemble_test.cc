@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "engine/linalg/simd/pack.h"
+#include "engine/simulation/run/outline.h"
 #include "engine/simulation/run/packed_bodies.h"
 #include "stiefel/diagnosis.h"
 #include "tests/support/scenes/ensemble_of.h"
@@ -127,7 +128,7 @@ void expect_hard_steps(int N) {
   const auto lanes = static_cast<std::size_t>(body_lanes(together));
   int stopped = 0;
   for (std::size_t first = 0; first < scenes.size(); first += lanes) {
-    const auto packed = pack_bodies(together.members().subspan(first, lanes));
+    const auto packed = pack_bodies(together.members().range(first, lanes));
     std::vector<double> states;
     for (std::size_t k = first; k < first + lanes; ++k) {
       const auto state = saved(*make_simulation(together.members()[k]));
@@ -166,7 +167,7 @@ void expect_the_same_bits(int N, const char* arithmetic, const char* scalar) {
   auto scenes = bodies(16, "variational", 4, arithmetic, 0.1, true, N);
   for (auto& scene : scenes) scene.method->scalar = scalar;
   const Scene together = resolved(ensemble_of(scenes));
-  const auto given = side_by_side<Scalar>(together.members(), 16);
+  const auto given = side_by_side<Scalar>(together.members().range(0, 16), 16);
   std::vector<double> states;
   for (const Scene& body : together.members()) {
     const auto state = saved(*make_simulation(body));
@@ -319,6 +320,32 @@ TEST(Ensemble, OfBodiesInEngineersTerms) {
   const auto second = make_simulation(resolved(given));
   ASSERT_TRUE(second->advance(10).reached());
   EXPECT_EQ(Eigen::MatrixXd(ensemble->get("quaternion").row(1)), second->get("quaternion"));
+}
+
+/// What a session asks before it makes the simulation; also where bodies are packed and others are
+/// not.
+TEST(Ensemble, TheOutlineIsThatOfItsSimulation) {
+  for (const char* method : {"variational", "adaptive", "exact"}) {
+    auto scenes = bodies(19, method, {}, "", 0.1, true, 3);
+    scenes[5].initial["M"].values *= 1e-210;  // its products are too small to be packed
+    const Scene together = resolved(ensemble_of(scenes));
+    const auto simulation = make_simulation(together);
+    std::vector<double> rates;
+    const Outline found = outline_of(
+        together.members(), [&](const Simulation& member) { rates.push_back(member.rate()); });
+    const Outline expected = outline_of(*simulation);
+    EXPECT_EQ(found.saved_size, expected.saved_size) << method;
+    EXPECT_EQ(found.step_cost, expected.step_cost) << method;
+    EXPECT_EQ(found.direct, expected.direct) << method;
+    EXPECT_EQ(found.block_count, expected.block_count) << method;
+    ASSERT_EQ(found.fields.size(), expected.fields.size()) << method;
+    for (std::size_t i = 0; i < found.fields.size(); ++i) {
+      EXPECT_EQ(found.fields[i].name, expected.fields[i].name) << method;
+      EXPECT_EQ(found.fields[i].size(), expected.fields[i].size()) << method;
+    }
+    EXPECT_EQ(rates.size(), 19u);
+    EXPECT_EQ(*std::ranges::max_element(rates), simulation->rate()) << method;
+  }
 }
 
 }  // namespace

@@ -1,10 +1,12 @@
 """Every call through a socket that delays, cuts, resets or swallows: the right answer or a typed error, never another."""
+import time
+
 import numpy as np
 import pytest
 
 import stiefel
 from conftest import Process
-from every_call import CALLS
+from every_call import CALLS, SCENE
 from fault_socket import Ends, FaultSocket, bandwidth, latency, plain, slicer, slow_close
 
 FAULTS = {
@@ -15,7 +17,7 @@ FAULTS = {
 }
 # Where no connection works, every call waits for its retries: four calls show it.
 FEW = ("Describe", "Step", "Stream", "Drive")
-# A stream whose first message never comes gives up after 22 s of new attempts: one of these faults shows it.
+# A stream whose first message never comes takes all of its timeout: one of these faults shows it.
 NO_STREAM = ("close after 5000 bytes", "reset after 60000 bytes", "close after 60000 bytes")
 #: Seconds of a call, by the fault's first word, where it may end by its deadline; 20 otherwise.
 PATIENCE = {"silence": 1, "reset": 5, "close": 5}
@@ -59,6 +61,19 @@ def test_every_call_with_every_connection_faulty(process, answers, fault):
         assert failures > 0
     with stiefel.Client(process.address) as client:
         assert client.describe().numerics_id == answers["Describe"]
+
+
+@pytest.mark.parametrize(("of_call", "of_client"), [(1.0, 60.0), (None, 1.0)])
+def test_a_stream_whose_first_message_never_comes_ends_with_its_timeout(process, of_call, of_client):
+    """However often its attempts fail, and whether the timeout is the call's or the client's."""
+    with FaultSocket(process.address, Ends("close", 5000)) as between, \
+         stiefel.Client(between.address, timeout=of_client) as client:
+        session = client.create(SCENE, id=f"cut-{of_client:g}")
+        begun = time.monotonic()
+        with pytest.raises((stiefel.Unavailable, stiefel.DeadlineExceeded)):
+            for _ in session.stream(to=4000, timeout=of_call):
+                pass
+        assert time.monotonic() - begun < 10
 
 
 @pytest.mark.parametrize("limit", [0, 300, 900, 2500, 9000, 40_000])

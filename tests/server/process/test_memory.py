@@ -4,6 +4,7 @@ import subprocess
 import time
 
 import grpc
+import numpy as np
 import pytest
 
 from conftest import eventually
@@ -53,6 +54,30 @@ def test_everything_at_once(serve):
     with process.channel() as channel:  # it goes on
         stub = rpc.SimulationServiceStub(channel)
         assert stub.Step(pb.StepRequest(session_id="streamed", to=3)).sample.step == 3
+
+
+def ensemble(members):
+    """Bodies in three dimensions, each with an attitude and a momentum of its own."""
+    scene = pb.Scene(system="rigid_body", inertia=[2.5, 1.5, 0.5], step=0.01, members=members,
+                     method=pb.Method(name="variational"))
+    M = np.zeros((members, 3, 3))
+    M[:, 0, 1], M[:, 0, 2], M[:, 1, 2] = np.random.default_rng(1).standard_normal((3, members))
+    for name, values in (("Q", np.tile(np.eye(3), (members, 1, 1))), ("M", M - M.transpose(0, 2, 1))):
+        scene.initial[name].CopyFrom(pb.Matrix(rows=3 * members, cols=3, values=values.ravel()))
+    return scene
+
+
+def test_members_take_three_times_their_request(serve):
+    """At the largest number of members, from the request's arrival to its reply; and they are stepped."""
+    process = serve("--log-level", "off")
+    with process.channel(options=[("grpc.max_send_message_length", -1)]) as channel:
+        stub = rpc.SimulationServiceStub(channel)
+        stub.CreateSession(creation("few", ensemble(500)))
+        idle, request = process.resident(), creation("many", ensemble(65_536))
+        stub.CreateSession(request, timeout=120)
+        taken, size = process.memory() - idle, request.ByteSize()
+        assert taken < 3 * size, (taken / MiB, size / MiB)
+        assert stub.Step(pb.StepRequest(session_id="many", to=2, fields=["quaternion"]), timeout=120).sample.step == 2
 
 
 @pytest.mark.parametrize("N, most", [(64, 100), (256, 400)])

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <barrier>
 #include <list>
+#include <semaphore>
 #include <stdexcept>
 #include <thread>
 
@@ -113,6 +114,35 @@ TEST(Scheduler, FinishesWhatIsQueued) {
           &jobs.emplace_back([&, left = 100]() mutable { return ++slices, --left > 0; }), kind);
   }
   EXPECT_EQ(slices, 300);
+}
+
+TEST(Scheduler, OneThreadRunsShortJobsBesideAWholeSlice) {
+  using std::chrono::seconds;
+  std::binary_semaphore begun(0), short_done(0);
+  std::atomic<int> long_slices = 0;
+  bool in_time = false;
+  Calling whole([&] {
+    begun.release();
+    in_time = short_done.try_acquire_for(seconds(30));
+    EXPECT_EQ(long_slices, 0) << "one thread computes";
+    return false;
+  });
+  Calling long_job([&] { return ++long_slices < 3; });
+  Calling short_job([&] {
+    short_done.release();
+    return false;
+  });
+  Share share, other;
+  {
+    Scheduler scheduler(1);
+    EXPECT_EQ(scheduler.threads(), 1);
+    scheduler.submit(&whole, JobKind::whole);
+    begun.acquire();
+    scheduler.submit(&long_job.of(share, endless), JobKind::brief);
+    scheduler.submit(&short_job.of(other, 1), JobKind::brief);
+  }
+  EXPECT_TRUE(in_time);
+  EXPECT_EQ(long_slices, 3);
 }
 
 TEST(Scheduler, AJobMaySubmitItselfAsAnotherKind) {

@@ -51,17 +51,15 @@ MethodDescription Recommendation::description() const {
   return out;
 }
 
-int Recommendation::substeps(std::span<const Scene> scenes) const {
+int Recommendation::substeps(const Scene& scene) const {
+  stop_point();
+  const double h = std::abs(scene.step());
   double needed = 1;
-  for (const Scene& scene : scenes) {
-    stop_point();
-    const double h = std::abs(scene.step());
-    if (largest_h_omega > 0)
-      needed = std::max(needed, std::ceil(h * system_entry(scene.system())->make(scene)->rate() /
-                                          largest_h_omega));
-    if (largest_h_momentum_rate > 0)
-      needed = std::max(needed, std::ceil(h * momentum_rate(scene) / largest_h_momentum_rate));
-  }
+  if (largest_h_omega > 0)
+    needed = std::max(needed, std::ceil(h * system_entry(scene.system())->make(scene)->rate() /
+                                        largest_h_omega));
+  if (largest_h_momentum_rate > 0)
+    needed = std::max(needed, std::ceil(h * momentum_rate(scene) / largest_h_momentum_rate));
   return static_cast<int>(std::min(needed, most_substeps));
 }
 
@@ -72,15 +70,12 @@ std::vector<Recommendation> recommended(std::string_view system) {
   return {entry->recommended.begin(), entry->recommended.end()};
 }
 
-Recommendation recommendation_for(std::span<const Scene> scenes) {
-  const auto all = recommended(scenes.front().system());
-  const auto takes = [&](const Recommendation& r) {
-    return r.takes == nullptr || std::ranges::all_of(scenes, r.takes);
-  };
-  const auto found = std::ranges::find_if(all, takes);
-  if (found == all.end())
-    throw std::logic_error("no recommendation of " + scenes.front().system() + " takes this scene");
-  return *found;
+void Recommender::take(const Scene& scene) {
+  std::erase_if(left_, [&](const Recommendation& r) { return r.takes && !r.takes(scene); });
+  if (left_.empty())
+    throw std::logic_error("no recommendation of " + scene.system() + " takes this scene");
 }
+
+Recommendation Recommender::chosen() const { return left_.front(); }
 
 }  // namespace stiefel

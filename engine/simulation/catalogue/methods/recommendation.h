@@ -1,6 +1,5 @@
 #pragma once
 
-#include <span>
 #include <string_view>
 #include <vector>
 
@@ -25,16 +24,26 @@ struct Recommendation {
 
   /// The method with one substep.
   MethodDescription description() const;
-  /// The least number of substeps that keeps each of these scenes, which have a method, within the
-  /// bounds above.
-  int substeps(std::span<const Scene> scenes) const;
+  /// The least number of substeps that keeps a scene, which has a method, within the bounds above.
+  int substeps(const Scene& scene) const;
 };
 
 /// The recommendations of a continuous system (SystemEntry::recommended), in order; the last takes
 /// every scene. None of another name.
 std::vector<Recommendation> recommended(std::string_view system);
 
-/// The first that takes all of these scenes of one continuous system, with or without a method.
-Recommendation recommendation_for(std::span<const Scene> scenes);
+/// Finds the first recommendation of a continuous system that takes each of some scenes, which come
+/// one after another.
+class Recommender {
+ public:
+  explicit Recommender(std::string_view system) : left_(recommended(system)) {}
+
+  /// A scene of the system, with or without a method.
+  void take(const Scene& scene);
+  Recommendation chosen() const;
+
+ private:
+  std::vector<Recommendation> left_;  ///< those that take all scenes so far
+};
 
 }  // namespace stiefel

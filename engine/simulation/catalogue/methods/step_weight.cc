@@ -4,6 +4,7 @@
 #include <cmath>
 #include <initializer_list>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "engine/simulation/catalogue/system_entry.h"
@@ -45,12 +46,14 @@ const Weight* find(std::string_view system, std::string_view method, int order,
   return found == std::end(weights) ? nullptr : found;
 }
 
-const Weight* find(const Scene& scene) {
+/// By the system's name in the table.
+const Weight* find(std::string_view system, const Scene& scene) {
   // A closed form, which has no order, is the same in both arithmetics.
   const bool plain = scene.order() > 0 && scene.arithmetic() == Arithmetic::plain;
-  return find(scene.system(), scene.method(), scene.order(), plain ? "plain" : "compensated",
+  return find(system, scene.method(), scene.order(), plain ? "plain" : "compensated",
               scene.in_float() ? "float" : "double");
 }
+const Weight* find(const Scene& scene) { return find(scene.system(), scene); }
 
 double f(double n, double N) { return n * n * N + n * n * n + 8 * n * N; }
 
@@ -103,6 +106,25 @@ double instructions_at(const Weight& weight, double n, double N) {
   return interpolate(curve, n, [N](double x, double last) { return f(x, N) / f(last, N); });
 }
 
+/// Instructions at that h‖Ω‖ > 0 over those at 0.1.
+double rate_factor(const Weight& weight, double N, double h_omega) {
+  const std::span<const AtRate> rates(weight.rates);
+  if (rates.empty() || !(h_omega > 0)) return 1;
+  double dimension = rates.front().N;
+  for (const AtRate& rate : rates)
+    if (rate.N <= N) dimension = rate.N;
+  const AtRate *below = nullptr, *above = nullptr;
+  for (const AtRate& rate : rates) {
+    if (rate.N != dimension) continue;
+    if (rate.h_omega <= h_omega) below = &rate;
+    if (rate.h_omega >= h_omega && !above) above = &rate;
+  }
+  if (!below || !above || below == above) return (below ? below : above)->factor;
+  const double share =
+      std::log(h_omega / below->h_omega) / std::log(above->h_omega / below->h_omega);
+  return below->factor * std::pow(above->factor / below->factor, share);
+}
+
 }  // namespace
 
 FrameSize frame_size(const Scene& scene) {
@@ -134,21 +156,18 @@ bool price_depends_on_rate(const Scene& scene) {
 
 double step_price(const Scene& scene, double h_omega) {
   const double weight = step_weight(scene);
-  if (!price_depends_on_rate(scene) || !(h_omega > 0)) return weight;
-  const std::span<const AtRate> rates(find(scene)->rates);
-  double dimension = rates.front().N;
-  for (const AtRate& rate : rates)
-    if (rate.N <= scene.dimension()) dimension = rate.N;
-  const AtRate *below = nullptr, *above = nullptr;
-  for (const AtRate& rate : rates) {
-    if (rate.N != dimension) continue;
-    if (rate.h_omega <= h_omega) below = &rate;
-    if (rate.h_omega >= h_omega && !above) above = &rate;
-  }
-  if (!below || !above || below == above) return weight * (below ? below : above)->factor;
-  const double share =
-      std::log(h_omega / below->h_omega) / std::log(above->h_omega / below->h_omega);
-  return weight * below->factor * std::pow(above->factor / below->factor, share);
+  if (!price_depends_on_rate(scene)) return weight;
+  return weight * rate_factor(*find(scene), scene.dimension(), h_omega);
+}
+
+int pack_lanes(const Scene& one) { return one.in_float() ? 8 : 4; }
+
+std::optional<double> pack_price(const Scene& one, double h_omega) {
+  const std::string name = "packed_" + one.system() + (one.has_frame() ? "" : "_momentum");
+  const Weight* found = find(name, one);
+  if (found == nullptr) return std::nullopt;
+  const double N = one.dimension();
+  return instructions_at(*found, N, N) * rate_factor(*found, N, h_omega);
 }
 
 }  // namespace stiefel

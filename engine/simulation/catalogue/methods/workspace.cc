@@ -27,8 +27,8 @@ constexpr Workspace unknown = {"", 0, 200, 100, 100, 100, 40};
 
 /// Of what a simulation and its lane in a pack have besides matrices.
 constexpr double object = 1500;
-/// A resolved member: strings, maps and vectors with few numbers each.
-constexpr std::size_t member_object = 2200;
+/// A resolved scene of few numbers: strings, maps and vectors.
+constexpr std::size_t object_of_scene = 2200;
 
 const Workspace& workspace_of(const Scene& scene) {
   const auto* found = std::ranges::find_if(workspaces, [&](const Workspace& one) {
@@ -75,9 +75,9 @@ std::size_t bytes(const T&) {
 
 std::size_t simulation_bytes(const Scene& scene) {
   const auto members = scene.members();
-  const Scene& one = members.empty() ? scene : members.front();
-  const double each = object + sizeof(double) * numbers(one);
-  return static_cast<std::size_t>(each) * std::max<std::size_t>(members.size(), 1);
+  const double kept = members.empty() ? numbers(scene) : numbers(members.front());
+  return static_cast<std::size_t>(object + sizeof(double) * kept) *
+         std::max<std::size_t>(members.size(), 1);
 }
 
 std::size_t array_bytes(const SceneDescription& description) {
@@ -94,11 +94,13 @@ std::size_t largest_simulation_bytes(double n, double N) {
 }
 
 std::size_t scene_bytes(const SceneDescription& description) {
-  // The arrays as they were given, as the members' own, and as the blocks that a simulation starts
-  // from: with M beside P, or the other way round, half as many again.
+  // The arrays as they were given and, but for an ensemble, whose members are made when they are
+  // asked for, as the blocks that a simulation starts from: with M beside P, or the other way
+  // round, half as many again.
   const std::size_t arrays = array_bytes(description);
-  const auto members = static_cast<std::size_t>(std::max(description.members.value_or(0), 0));
-  return arrays * (members > 0 ? 7 : 5) / 2 + (members + 1) * member_object;
+  if (!description.members) return arrays * 5 / 2 + object_of_scene;
+  const auto members = static_cast<std::size_t>(std::max(*description.members, 1));
+  return arrays + arrays / members * 5 / 2 + 2 * object_of_scene;
 }
 
 }  // namespace stiefel

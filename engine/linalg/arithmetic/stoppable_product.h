@@ -1,0 +1,69 @@
+#pragma once
+
+#include <Eigen/LU>
+#include <algorithm>
+
+#include "stiefel/stop.h"
+
+namespace stiefel {
+
+/// Operations of a piece of work on large matrices between two looks at the stop token: below 10⁸
+/// instructions with registers of two doubles.
+inline constexpr double piece_operations = 3e7;
+
+/// Calls `piece(j, columns)` for the columns of work that takes `of_column` operations each, a
+/// multiple of 8 at a time and at least two pieces, with a look at the stop token before each; or
+/// `whole()` where two pieces are too many. Eigen's kernels for products and for triangular systems
+/// sum every element over the same blocks whatever the number of columns, as long as a piece begins
+/// at a multiple of 4 and is no vector, so the bits are those of `whole()`.
+template <class Piece, class Whole>
+void by_columns(Eigen::Index all, double of_column, const Piece& piece, const Whole& whole) {
+  constexpr Eigen::Index least = 8;
+  if (of_column * static_cast<double>(all) <= 2 * piece_operations || all < 2 * least)
+    return whole();
+  const auto paid = static_cast<Eigen::Index>(piece_operations / of_column);
+  const Eigen::Index size = std::max(least, paid / least * least);
+  for (Eigen::Index j = 0, columns = 0; j < all; j += columns) {
+    const Eigen::Index left = all - j;
+    columns = left < 2 * size ? left : size;
+    stop_point();
+    piece(j, columns);
+  }
+}
+
+/// out = A·B; `out` is another matrix.
+template <class Left, class Right, class Out>
+void stoppable_product(const Left& A, const Right& B, Out&& out) {
+  by_columns(
+      B.cols(), static_cast<double>(A.rows()) * static_cast<double>(A.cols()),
+      [&](Eigen::Index j, Eigen::Index columns) {
+        if (j == 0) out.resize(A.rows(), B.cols());
+        out.middleCols(j, columns).noalias() = A * B.middleCols(j, columns);
+      },
+      [&] { out.noalias() = A * B; });
+}
+
+/// out ← out + A·B; `out` is another matrix.
+template <class Left, class Right, class Out>
+void add_stoppable_product(const Left& A, const Right& B, Out&& out) {
+  by_columns(
+      B.cols(), static_cast<double>(A.rows()) * static_cast<double>(A.cols()),
+      [&](Eigen::Index j, Eigen::Index columns) {
+        out.middleCols(j, columns).noalias() += A * B.middleCols(j, columns);
+      },
+      [&] { out.noalias() += A * B; });
+}
+
+/// X = A⁻¹B of the factors of A; X is another matrix.
+template <class Matrix, class Right, class Out>
+void stoppable_solve(const Eigen::PartialPivLU<Matrix>& A, const Right& B, Out& X) {
+  by_columns(
+      B.cols(), static_cast<double>(A.rows()) * static_cast<double>(A.cols()),
+      [&](Eigen::Index j, Eigen::Index columns) {
+        if (j == 0) X.resize(A.rows(), B.cols());
+        X.middleCols(j, columns) = A.solve(B.middleCols(j, columns));
+      },
+      [&] { X = A.solve(B); });
+}
+
+}  // namespace stiefel

@@ -1,0 +1,32 @@
+#include "engine/simulation/run/outline.h"
+
+#include "engine/simulation/run/groups.h"
+
+namespace stiefel {
+
+Outline outline_of(const Simulation& simulation) {
+  return {simulation.fields(), simulation.block_count(), simulation.saved_size(),
+          simulation.step_cost(), simulation.direct()};
+}
+
+Outline outline_of(const Members& members, const std::function<void(const Simulation&)>& look) {
+  Outline out;
+  for_each_group(members, [&](std::span<const Scene> group) {
+    std::unique_ptr<Simulation> one;
+    for (const Scene& scene : group) {
+      one = make_simulation(scene);
+      look(*one);
+    }
+    if (out.fields.empty()) {
+      const double before = out.step_cost;
+      out = outline_of(*one);
+      out.step_cost = before;
+    }
+    out.step_cost += group_cost(group, *one);
+  });
+  for (Field& field : out.fields) field.members = static_cast<int>(members.size());
+  out.saved_size *= members.size();
+  return out;
+}
+
+}  // namespace stiefel
