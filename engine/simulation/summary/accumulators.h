@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -22,6 +23,10 @@ class Accumulators {
 
   /// The next sample. `drifts` may be empty unless that statistic is asked for.
   void take(std::span<const double> values, std::span<const double> drifts);
+  /// Whether the largest drift of one number is all that is asked for, but for last.
+  bool drift_alone() const { return drift_alone_ && drift_.size() == 1; }
+  /// The next sample of such a quantity; nothing where its drift is not above those before.
+  void take_drift(std::optional<double> drift);
   /// Adds the samples of another member, as if they came after this one's.
   void merge(const Accumulators& other);
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <stop_token>
 #include <string>
@@ -26,6 +27,14 @@ class Reading {
   /// Statistic::drift defines them. Asked to stop it may leave them incomplete.
   virtual void read(const Simulation& now, std::span<double> values, std::span<double> drifts,
                     const std::stop_token& stop) = 0;
+
+  /// Whether `drift_above` may be called: the quantity is one number, which is read from what
+  /// Simulation::save gives.
+  virtual bool reads_saved() const { return false; }
+  /// The drift at a saved state; nothing where it is not above those of the calls before.
+  virtual std::optional<double> drift_above(std::span<const double> /*saved*/) {
+    return std::nullopt;
+  }
 
  protected:
   std::size_t size_ = 0;
