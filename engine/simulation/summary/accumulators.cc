@@ -60,9 +60,9 @@ void Accumulators::take(std::span<const double> values, std::span<const double> 
   if (!bins_.empty()) count_bins(values);
 }
 
-void Accumulators::take_drift(std::optional<double> drift) {
-  ++samples_;
-  if (drift) raise(drift_.front(), *drift);
+void Accumulators::take_drift(std::size_t samples, std::optional<double> largest) {
+  samples_ += static_cast<std::int64_t>(samples);
+  if (largest) raise(drift_.front(), *largest);
 }
 
 void Accumulators::count_changes(std::span<const double> values) {

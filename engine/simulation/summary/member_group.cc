@@ -8,6 +8,9 @@
 namespace stiefel {
 namespace {
 
+/// Numbers of states that wait to be read: they stay in the cache.
+constexpr std::size_t most_saved = 2048;
+
 std::unique_ptr<Simulation> simulation_of(std::span<const Scene> scenes, bool ensemble) {
   if (ensemble) return std::make_unique<Ensemble>(scenes);
   return make_simulation(scenes.front());
@@ -132,6 +135,7 @@ bool MemberGroup::go(std::int64_t next, const std::stop_token& stop) {
     interrupted_ = true;
     return false;
   }
+  take_saved();
   const auto stopped = static_cast<std::size_t>(status.member.value_or(0));
   RunStatus own = status;
   own.member.reset();
@@ -144,30 +148,49 @@ bool MemberGroup::go_by_samples(std::int64_t to, const std::stop_token& stop) {
   if (!begun_ || !plan_.what.events.empty() || !plan_.reads_on_the_way) return true;
   std::int64_t end = std::min(to, plan_.what.to - 1);
   if (next_time_ < plan_.times.size()) end = std::min(end, plan_.times[next_time_].before - 1);
-  while (!alive_.empty() && next_sample_ <= end) {
+  if (next_sample_ > end) return true;
+  make_room((end - next_sample_) / plan_.what.every + 1);
+  bool stopped = false;
+  while (!stopped && !alive_.empty() && next_sample_ <= end) {
     const std::int64_t next = next_sample_;
-    if (!go(next, stop)) return false;
+    stopped = !go(next, stop);
     if (step_ != next) continue;
     take_samples();
     next_sample_ += std::min(plan_.what.every, plan_.what.to - step_);
     if (!stop.stop_requested()) continue;
     interrupted_ = true;  // what was read last may be incomplete
-    return false;
+    stopped = true;
   }
-  return true;
+  take_saved();
+  saved_ = {};  // one of many groups
+  return !stopped;
 }
 
+void MemberGroup::make_room(std::int64_t samples) {
+  if (!reads_saved_) return;
+  const std::size_t size = each_saved_ * alive_.size(), most = std::max(most_saved / size, 1uz);
+  saved_.resize(size * std::min(most, static_cast<std::size_t>(samples)));
+}
+
+/// Samples that are read together do not wait for each other's divisions.
 void MemberGroup::take_samples() {
   if (!reads_saved_) {
     for (std::size_t i = 0; i < alive_.size(); ++i) take_sample(going(i), state(i));
     return;
   }
-  saved_.resize(each_saved_ * alive_.size());
-  simulation_->save(saved_);
+  const std::size_t size = each_saved_ * alive_.size();
+  simulation_->save(std::span(saved_).subspan(waiting_ * size, size));
+  if ((++waiting_ + 1) * size > saved_.size()) take_saved();
+}
+
+void MemberGroup::take_saved() {
+  const std::size_t count = std::exchange(waiting_, 0);
+  if (count == 0) return;
+  const std::size_t size = each_saved_ * alive_.size();
   for (std::size_t i = 0; i < alive_.size(); ++i) {
-    const auto saved = std::span(saved_).subspan(i * each_saved_, each_saved_);
+    const SavedStates states{std::span(saved_).subspan(i * each_saved_), size, count};
     for (const std::size_t q : read_on_the_way_)
-      going(i).accumulators[q].take_drift(going(i).readings[q]->drift_above(saved));
+      going(i).accumulators[q].take_drift(count, going(i).readings[q]->largest_drift(states));
   }
 }
 

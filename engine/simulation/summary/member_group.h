@@ -92,8 +92,10 @@ class MemberGroup {
   /// From sample to sample, as long as nothing else is to be done, up to `to`. False when it was
   /// asked to stop.
   bool go_by_samples(std::int64_t to, const std::stop_token& stop);
-  /// A sample of every member that goes on.
+  /// A sample of every member that goes on; where its state suffices it may wait.
   void take_samples();
+  void make_room(std::int64_t samples);
+  void take_saved();
   void arrive(std::size_t first_time, std::span<StateAtTime> states);
   void begin(std::size_t first_time, std::span<StateAtTime> states);
   void take_sample(Member& member, const Simulation& now);
@@ -122,14 +124,16 @@ class MemberGroup {
   std::vector<Member> members_;
   std::vector<std::size_t> alive_;            ///< in members_
   std::vector<std::size_t> read_on_the_way_;  ///< quantities that are read at every sample
-  bool reads_saved_ = false;                  ///< all of them by Reading::drift_above
+  bool reads_saved_ = false;                  ///< all of them by Reading::largest_drift
   std::vector<Scene> remaining_;              ///< their scenes, once some have left
   std::unique_ptr<Simulation> simulation_;
   bool direct_;
   std::size_t each_saved_;
   EventFunctions functions_;
   std::vector<double> before_;  ///< the states at step_ − 1, where they are needed
-  std::vector<double> saved_, values_, drifts_, g_;
+  std::vector<double> saved_;   ///< the states of `waiting_` samples, read together
+  std::size_t waiting_ = 0;
+  std::vector<double> values_, drifts_, g_;
   std::vector<Event> events_;
   std::int64_t step_ = 0, next_sample_ = 0, computed_ = 0;
   std::size_t next_time_ = 0, times_reached_ = 0;

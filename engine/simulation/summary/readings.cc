@@ -91,19 +91,27 @@ class EnergyReading final : public Reading {
 
   bool reads_saved() const override { return true; }
 
-  /// The drift grows with the change, so that only a new largest change is divided by the scale.
-  std::optional<double> drift_above(std::span<const double> saved) override {
-    const long double E = energy_(saved), change = std::abs(E - initial_);
-    if (!is_number(E)) return nan;
-    if (change <= largest_change_) return std::nullopt;
-    largest_change_ = change;
-    return drift_of(initial_, E, scale_);
+  /// The drift grows with the change, so that only the largest change is divided by the scale.
+  std::optional<double> largest_drift(const SavedStates& states) override {
+    long double largest = largest_change_;
+    for (std::size_t k = 0; k < states.count; ++k) {
+      const long double E = energy_(states[k]), change = std::abs(E - initial_);
+      if (!is_number(E)) return nan;
+      if (change > largest) largest = change;
+    }
+    if (largest == largest_change_) return std::nullopt;
+    largest_change_ = largest;
+    return static_cast<double>(scale_ > 0 || scale_ < 0 ? largest / scale_ : largest);
   }
 
  private:
   static constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-  static bool is_number(long double E) { return std::isfinite(static_cast<double>(E)); }
+  /// As a double.
+  static bool is_number(long double E) {
+    return std::abs(E) <= std::numeric_limits<double>::max() ||
+           std::isfinite(static_cast<double>(E));
+  }
 
   EnergyOfBody energy_;
   long double initial_, scale_, largest_change_ = -1;

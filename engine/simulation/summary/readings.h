@@ -13,6 +13,15 @@
 
 namespace stiefel {
 
+/// States of one scene as Simulation::save gives them, at samples that follow one another.
+struct SavedStates {
+  std::span<const double> numbers;  ///< of the first state on
+  std::size_t stride;               ///< numbers from one state to the next
+  std::size_t count;
+
+  std::span<const double> operator[](std::size_t k) const { return numbers.subspan(k * stride); }
+};
+
 /// Reads the values of one quantity from states of one scene.
 class Reading {
  public:
@@ -28,13 +37,12 @@ class Reading {
   virtual void read(const Simulation& now, std::span<double> values, std::span<double> drifts,
                     const std::stop_token& stop) = 0;
 
-  /// Whether `drift_above` may be called: the quantity is one number, which is read from what
+  /// Whether `largest_drift` may be called: the quantity is one number, which is read from what
   /// Simulation::save gives.
   virtual bool reads_saved() const { return false; }
-  /// The drift at a saved state; nothing where it is not above those of the calls before.
-  virtual std::optional<double> drift_above(std::span<const double> /*saved*/) {
-    return std::nullopt;
-  }
+  /// The largest drift at saved states, NaN if it is one at any of them; nothing where it is not
+  /// above that of the calls before.
+  virtual std::optional<double> largest_drift(const SavedStates&) { return std::nullopt; }
 
  protected:
   std::size_t size_ = 0;
