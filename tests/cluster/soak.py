@@ -88,10 +88,11 @@ def descendants() -> list[psutil.Process]:
 
 class Usage:
     """Seconds of user and system time, of servers and of all, this process included, and the memory of this process;
-    sampled, so that processes that end are counted up to their last sample."""
+    sampled, so that processes that end are counted up to their last sample. The sampling itself does not count."""
 
     def __init__(self) -> None:
         self._seen: dict[tuple[int, float], tuple[bool, float, float]] = {}
+        self._own = 0.0
         self.peak = 0  #: the most bytes that this process had
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
@@ -109,6 +110,7 @@ class Usage:
     def _run(self) -> None:
         while not self._stop.wait(0.2):
             self.sample()
+        self._own = time.thread_time()
 
     def __enter__(self) -> Usage:
         self.sample(first=True)
@@ -126,7 +128,7 @@ class Usage:
 
     @property
     def everything(self) -> float:
-        return sum(end - begun for _, begun, end in self._seen.values())
+        return sum(end - begun for _, begun, end in self._seen.values()) - self._own
 
 
 @contextmanager
