@@ -26,6 +26,11 @@ namespace {
 constexpr int slices_between_messages = 256;
 /// An ensemble of more has more than a slice of work before its first step.
 constexpr std::size_t few_members = 64;
+/// Its slices are so many times longer: each fetches all members from memory, once for all of its
+/// steps.
+constexpr int longer_for_many = 16;
+
+bool has_many(const Session& session) { return session.scene().members().size() > few_members; }
 
 OrStatus<std::string_view> open_checkpoint(const Session& session,
                                            const v1::SummarizeRequest& request) {
@@ -113,6 +118,7 @@ class SummarizeCall final : public grpc::ServerWriteReactor<v1::SummarizeRespons
   std::optional<SummaryMessages> messages_;
   v1::Price price_;
   v1::SummarizeResponse message_;  // being written
+  int longer_ = 1;                 // than a slice of a single motion
   std::int64_t steps_ = 1;         // of a slice
   std::int64_t last_mark_ = 0;
   int slices_ = 0;
@@ -132,7 +138,7 @@ bool SummarizeCall::run_slice() noexcept {
     if (status.ok()) {
       const bool silent = !messages_ || (messages_->empty() && !done_);
       log_.worked();
-      if (silent && slices_ < slices_between_messages) return true;
+      if (silent && slices_ < slices_between_messages / longer_) return true;
       send();
       return false;
     }
@@ -188,6 +194,7 @@ grpc::Status SummarizeCall::start() {
            summary->statistics_bytes() + times * messages_->state_bytes(),
            summary->reads_on_the_way() ? v1::PRICE_BOUND_AT_LEAST : bound_of_steps(session),
            &price_);
+  longer_ = has_many(session) ? longer_for_many : 1;
   steps_ = slice_steps(session.step_cost());
   last_mark_ = summary->step();
   summary_.emplace(*std::move(summary));
@@ -210,10 +217,10 @@ void SummarizeCall::advance() {
   const std::int64_t due = mark();
   summary_->advance(steps_, due, stop_.get_token());
   const std::chrono::duration<double, std::nano> taken = Clock::now() - begin;
-  if (taken.count() > 2 * slice_nanoseconds)
+  if (taken.count() > 2 * longer_ * slice_nanoseconds)
     steps_ = std::max<std::int64_t>(1, steps_ / 2);
-  else if (taken.count() < slice_nanoseconds / 2)
-    steps_ = std::min(2 * steps_, slice_steps((*session_)->step_cost()));
+  else if (taken.count() < longer_ * slice_nanoseconds / 2)
+    steps_ = std::min(2 * steps_, longer_ * slice_steps((*session_)->step_cost()));
   if (summary_->interrupted()) return;
   messages_->add(summary_->take_events());
   messages_->add(summary_->take_states());
@@ -280,8 +287,7 @@ grpc::ServerWriteReactor<v1::SummarizeResponse>* Service::Summarize(
     auto session = find_session(host_, *context, request->session_id());
     if (!session) return refuse(session.error());
     if (const auto status = check_range(*request); !status.ok()) return refuse(status);
-    const bool many = (*session)->scene().members().size() > few_members;
-    Pool& pool = many ? host_.searches : host_.pool_for((*session)->step_cost());
+    Pool& pool = has_many(**session) ? host_.searches : host_.pool_for((*session)->step_cost());
     return new SummarizeCall(host_, pool, std::move(log), *std::move(session), *request);
   } catch (...) {
     return refuse(errors::from_current_exception());

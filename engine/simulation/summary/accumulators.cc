@@ -60,6 +60,11 @@ void Accumulators::take(std::span<const double> values, std::span<const double> 
   if (!bins_.empty()) count_bins(values);
 }
 
+void Accumulators::take_drift(std::size_t samples, std::optional<double> largest) {
+  samples_ += static_cast<std::int64_t>(samples);
+  if (largest) raise(drift_.front(), *largest);
+}
+
 void Accumulators::count_changes(std::span<const double> values) {
   for (std::size_t i = 0; i < size_; ++i) {
     const auto sign = static_cast<std::int8_t>((values[i] > 0) - (values[i] < 0));

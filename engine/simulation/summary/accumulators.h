@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -22,6 +23,11 @@ class Accumulators {
 
   /// The next sample. `drifts` may be empty unless that statistic is asked for.
   void take(std::span<const double> values, std::span<const double> drifts);
+  /// Whether the largest drift of one number is all that is asked for, but for last.
+  bool drift_alone() const { return drift_alone_ && drift_.size() == 1; }
+  /// The next samples of such a quantity, with the largest of their drifts; nothing where it is not
+  /// above those before.
+  void take_drift(std::size_t samples, std::optional<double> largest);
   /// Adds the samples of another member, as if they came after this one's.
   void merge(const Accumulators& other);
 

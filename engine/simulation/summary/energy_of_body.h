@@ -2,6 +2,7 @@
 
 #include <array>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "engine/simulation/catalogue/system_entry.h"
@@ -11,7 +12,7 @@
 namespace stiefel {
 
 /// The energy ½ Σ m_k²/I_k, I_1 = λ_2 + λ_3 and cyclic, of a body in three dimensions, read from
-/// what its Simulation saves: (q; m), or m alone, before everything else. It has the bits of the
+/// what Simulation::save gives: (q; m), or m alone, before everything else. It has the bits of the
 /// energy among `Simulation::invariants`, in the same sums of extended precision, and allocates
 /// nothing.
 class EnergyOfBody {
@@ -23,28 +24,27 @@ class EnergyOfBody {
     const bool body = system_entry(scene.system())->packed && scene.dimension() == 3;
     const std::size_t first = scene.has_frame() ? 4 : 0;
     if (!body || scene.in_float() || start.saved_size() < first + 3) return std::nullopt;
-    EnergyOfBody energy(scene, start.saved_size(), first);
-    if (energy(start) != E) return std::nullopt;
+    const EnergyOfBody energy(scene, first);
+    std::vector<double> saved(start.saved_size());
+    start.save(saved);
+    if (energy(saved) != E) return std::nullopt;
     return energy;
   }
 
-  long double operator()(const Simulation& now) {
-    now.save(saved_);
-    const double* m = saved_.data() + first_;
+  long double operator()(std::span<const double> saved) const {
+    const double* m = saved.data() + first_;
     long double sum = 0;
     for (const int k : {2, 1, 0}) sum += static_cast<long double>(m[k]) * m[k] / I_[k];
     return sum / 2;
   }
 
  private:
-  EnergyOfBody(const Scene& scene, std::size_t saved_size, std::size_t first)
-      : saved_(saved_size), first_(first) {
+  EnergyOfBody(const Scene& scene, std::size_t first) : first_(first) {
     const Eigen::VectorXd& lambda = scene.inertia();
     for (const int k : {0, 1, 2})
       I_[k] = static_cast<long double>(lambda((k + 1) % 3)) + lambda((k + 2) % 3);
   }
 
-  std::vector<double> saved_;
   std::size_t first_;
   std::array<long double, 3> I_;
 };

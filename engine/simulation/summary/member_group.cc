@@ -8,6 +8,9 @@
 namespace stiefel {
 namespace {
 
+/// Numbers of states that wait to be read: they stay in the cache.
+constexpr std::size_t most_saved = 2048;
+
 std::unique_ptr<Simulation> simulation_of(std::span<const Scene> scenes, bool ensemble) {
   if (ensemble) return std::make_unique<Ensemble>(scenes);
   return make_simulation(scenes.front());
@@ -22,13 +25,14 @@ MemberGroup::MemberGroup(std::span<const Scene> scenes, std::size_t first, bool 
       ensemble_(ensemble),
       plan_(plan),
       simulation_(simulation_of(scenes, ensemble)),
+      direct_(simulation_->direct()),
       each_saved_(simulation_->saved_size() / scenes.size()),
       functions_(plan.what.events, ensemble ? *simulation_->members()[0] : *simulation_) {
   members_.reserve(scenes.size());
   std::size_t most = 0;
   for (std::size_t b = 0; b < scenes.size(); ++b) {
     alive_.push_back(b);
-    Member member{&scenes[b], {}, {}, {}, {}, {}, PartialStep(scenes[b], simulation_->direct())};
+    Member member{&scenes[b], {}, {}, {}, {}, {}, PartialStep(scenes[b], direct_)};
     for (std::size_t q = 0; q < plan.reads.size(); ++q) {
       const Quantity& quantity = plan.what.quantities[q];
       const Plan::Read& read = plan.reads[q];
@@ -45,6 +49,11 @@ MemberGroup::MemberGroup(std::span<const Scene> scenes, std::size_t first, bool 
     if (plan.reads[q].on_the_way) read_on_the_way_.push_back(q);
   values_.resize(most);
   drifts_.resize(most);
+  reads_saved_ = std::ranges::all_of(members_, [&](const Member& member) {
+    return std::ranges::all_of(read_on_the_way_, [&](std::size_t q) {
+      return member.accumulators[q].drift_alone() && member.readings[q]->reads_saved();
+    });
+  });
 }
 
 void MemberGroup::start_at(std::int64_t step, std::span<const double> saved) {
@@ -90,6 +99,8 @@ void MemberGroup::advance(std::int64_t to, std::size_t first_time, std::span<Sta
   stop_ = stop;
   if (step_ == plan_.what.from && !begun_) begin(first_time, states);
   while (!alive_.empty() && step_ < to) {
+    if (!go_by_samples(to, stop)) return;
+    if (alive_.empty() || step_ >= to) break;
     const std::int64_t next = next_stop(to);
     const bool between = next_time_ < plan_.times.size() &&
                          plan_.times[next_time_].before == step_ &&
@@ -116,7 +127,7 @@ void MemberGroup::advance(std::int64_t to, std::size_t first_time, std::span<Sta
 bool MemberGroup::go(std::int64_t next, const std::stop_token& stop) {
   const RunStatus status = simulation_->advance(next - step_, stop);
   const std::int64_t steps = simulation_->step() - step_;
-  const std::int64_t done = simulation_->direct() ? std::min<std::int64_t>(steps, 1) : steps;
+  const std::int64_t done = direct_ ? std::min<std::int64_t>(steps, 1) : steps;
   computed_ += done * static_cast<std::int64_t>(alive_.size());
   step_ = simulation_->step();
   if (status.reached()) return true;
@@ -124,12 +135,63 @@ bool MemberGroup::go(std::int64_t next, const std::stop_token& stop) {
     interrupted_ = true;
     return false;
   }
+  take_saved();
   const auto stopped = static_cast<std::size_t>(status.member.value_or(0));
   RunStatus own = status;
   own.member.reset();
   finish(stopped, state(stopped), step_, own);
   regroup();
   return true;
+}
+
+bool MemberGroup::go_by_samples(std::int64_t to, const std::stop_token& stop) {
+  if (!begun_ || !plan_.what.events.empty() || !plan_.reads_on_the_way) return true;
+  std::int64_t end = std::min(to, plan_.what.to - 1);
+  if (next_time_ < plan_.times.size()) end = std::min(end, plan_.times[next_time_].before - 1);
+  if (next_sample_ > end) return true;
+  make_room((end - next_sample_) / plan_.what.every + 1);
+  bool stopped = false;
+  while (!stopped && !alive_.empty() && next_sample_ <= end) {
+    const std::int64_t next = next_sample_;
+    stopped = !go(next, stop);
+    if (step_ != next) continue;
+    take_samples();
+    next_sample_ += std::min(plan_.what.every, plan_.what.to - step_);
+    if (!stop.stop_requested()) continue;
+    interrupted_ = true;  // what was read last may be incomplete
+    stopped = true;
+  }
+  take_saved();
+  saved_ = {};  // one of many groups
+  return !stopped;
+}
+
+void MemberGroup::make_room(std::int64_t samples) {
+  if (!reads_saved_) return;
+  const std::size_t size = each_saved_ * alive_.size(), most = std::max(most_saved / size, 1uz);
+  saved_.resize(size * std::min(most, static_cast<std::size_t>(samples)));
+}
+
+/// Samples that are read together do not wait for each other's divisions.
+void MemberGroup::take_samples() {
+  if (!reads_saved_) {
+    for (std::size_t i = 0; i < alive_.size(); ++i) take_sample(going(i), state(i));
+    return;
+  }
+  const std::size_t size = each_saved_ * alive_.size();
+  simulation_->save(std::span(saved_).subspan(waiting_ * size, size));
+  if ((++waiting_ + 1) * size > saved_.size()) take_saved();
+}
+
+void MemberGroup::take_saved() {
+  const std::size_t count = std::exchange(waiting_, 0);
+  if (count == 0) return;
+  const std::size_t size = each_saved_ * alive_.size();
+  for (std::size_t i = 0; i < alive_.size(); ++i) {
+    const SavedStates states{std::span(saved_).subspan(i * each_saved_), size, count};
+    for (const std::size_t q : read_on_the_way_)
+      going(i).accumulators[q].take_drift(count, going(i).readings[q]->largest_drift(states));
+  }
 }
 
 void MemberGroup::begin(std::size_t first_time, std::span<StateAtTime> states) {
@@ -236,7 +298,7 @@ void MemberGroup::write_states(std::size_t i, double up_to, std::size_t first_ti
     if ((between ? time.fraction : 1) > up_to) return;
     times_reached_ = std::max(times_reached_, j + 1);
     const Simulation* now = &state(i);
-    if (between && simulation_->direct())
+    if (between && direct_)
       now = going(i).between.at_time(plan_.what.times[j], stop_);
     else if (between)
       now = going(i).between.at(time.before, time.fraction, state_before(i), stop_);
@@ -282,104 +344,20 @@ void MemberGroup::regroup() {
     remaining.push_back(*members_[alive_[i]].scene);
   }
   std::erase_if(alive_, ended);
+  keep(std::move(remaining));
+  if (simulation_) simulation_->restore(step_, kept);
+}
+
+void MemberGroup::keep(std::vector<Scene> remaining) {
   simulation_.reset();
-  if (alive_.empty()) return;
   remaining_ = std::move(remaining);
-  simulation_ = simulation_of(remaining_, ensemble_);
-  simulation_->restore(step_, kept);
+  if (!remaining_.empty()) simulation_ = simulation_of(remaining_, ensemble_);
 }
 
 void MemberGroup::cancel() {
   for (std::size_t i = 0; i < alive_.size(); ++i)
     finish(i, state(i), step_, {Outcome::cancelled, std::nullopt});
   alive_.clear();
-}
-
-void MemberGroup::save(ByteWriter& out) const {
-  std::vector<double> saved(each_saved_ * alive_.size());
-  if (simulation_) simulation_->save(saved);
-  auto left = std::span<const double>(saved);
-  for (const Member& member : members_) {
-    for (const Accumulators& one : member.accumulators) one.save(out);
-    out.put(member.events);
-    out.put(member.end.has_value());
-    if (member.end) {
-      save_end(member, out);
-    } else {
-      const auto theirs = left.first(each_saved_);
-      out.put(std::vector<double>(theirs.begin(), theirs.end()));
-      left = left.subspan(each_saved_);
-    }
-  }
-}
-
-void MemberGroup::save_end(const Member& member, ByteWriter& out) {
-  const MemberEnd& end = *member.end;
-  out.put(static_cast<std::int32_t>(end.status.outcome));
-  out.put(end.status.largest_step.has_value());
-  out.put(end.status.largest_step.value_or(0));
-  out.put(end.last_step);
-  out.put(end.ended_by);
-  out.put(end.rate);
-  for (const auto& last : member.last) out.put(last);
-}
-
-void MemberGroup::restore_end(Member& member, ByteReader& in) {
-  MemberEnd& end = member.end.emplace();
-  std::int32_t outcome = 0;
-  bool has_step = false;
-  double largest = 0;
-  in.get(outcome);
-  in.get(has_step);
-  in.get(largest);
-  in.get(end.last_step);
-  in.get(end.ended_by);
-  in.get(end.rate);
-  end.status.outcome = static_cast<Outcome>(outcome);
-  if (has_step) end.status.largest_step = largest;
-  for (std::size_t q = 0; q < plan_.reads.size(); ++q) {
-    member.last[q].resize(plan_.reads[q].size);
-    in.get(member.last[q]);
-  }
-}
-
-void MemberGroup::restore(std::int64_t step, bool begun, ByteReader& in) {
-  std::vector<double> saved(each_saved_), all;
-  std::vector<Scene> remaining;
-  alive_.clear();
-  for (std::size_t b = 0; b < members_.size() && in.sound(); ++b) {
-    Member& member = members_[b];
-    for (Accumulators& one : member.accumulators) one.restore(in);
-    in.get(member.events);
-    bool ended = false;
-    in.get(ended);
-    if (ended) {
-      restore_end(member, in);
-      continue;
-    }
-    in.get(saved);
-    all.insert(all.end(), saved.begin(), saved.end());
-    alive_.push_back(b);
-    remaining.push_back(*member.scene);
-  }
-  if (!in.sound()) return;
-  if (alive_.size() < members_.size()) {
-    simulation_.reset();
-    remaining_ = std::move(remaining);
-    if (!alive_.empty()) simulation_ = simulation_of(remaining_, ensemble_);
-  }
-  if (!alive_.empty()) resume(step, begun, all);
-}
-
-void MemberGroup::resume(std::int64_t step, bool begun, std::span<const double> saved) {
-  simulation_->restore(step, saved);
-  step_ = step;
-  begun_ = begun;
-  if (!begun) return;
-  next_sample_ = plan_.next_sample(step);
-  while (next_time_ < plan_.times.size() && plan_.times[next_time_].arrival <= step) ++next_time_;
-  for (std::size_t i = 0; i < alive_.size(); ++i)
-    if (!plan_.what.events.empty()) functions_.values(state(i), going(i).g);
 }
 
 }  // namespace stiefel

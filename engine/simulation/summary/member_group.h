@@ -89,6 +89,13 @@ class MemberGroup {
   /// The next step at which something is to be done, at most `to`.
   std::int64_t next_stop(std::int64_t to) const;
   bool go(std::int64_t next, const std::stop_token& stop);
+  /// From sample to sample, as long as nothing else is to be done, up to `to`. False when it was
+  /// asked to stop.
+  bool go_by_samples(std::int64_t to, const std::stop_token& stop);
+  /// A sample of every member that goes on; where its state suffices it may wait.
+  void take_samples();
+  void make_room(std::int64_t samples);
+  void take_saved();
   void arrive(std::size_t first_time, std::span<StateAtTime> states);
   void begin(std::size_t first_time, std::span<StateAtTime> states);
   void take_sample(Member& member, const Simulation& now);
@@ -104,6 +111,8 @@ class MemberGroup {
               std::int64_t ended_by = -1);
   /// Takes the members out that have ended.
   void regroup();
+  /// From now on the simulation is that of these scenes; none where there are none.
+  void keep(std::vector<Scene> remaining);
   static void save_end(const Member& member, ByteWriter& out);
   void restore_end(Member& member, ByteReader& in);
   void resume(std::int64_t step, bool begun, std::span<const double> saved);
@@ -115,11 +124,15 @@ class MemberGroup {
   std::vector<Member> members_;
   std::vector<std::size_t> alive_;            ///< in members_
   std::vector<std::size_t> read_on_the_way_;  ///< quantities that are read at every sample
+  bool reads_saved_ = false;                  ///< all of them by Reading::largest_drift
   std::vector<Scene> remaining_;              ///< their scenes, once some have left
   std::unique_ptr<Simulation> simulation_;
+  bool direct_;
   std::size_t each_saved_;
   EventFunctions functions_;
   std::vector<double> before_;  ///< the states at step_ − 1, where they are needed
+  std::vector<double> saved_;   ///< the states of `waiting_` samples, read together
+  std::size_t waiting_ = 0;
   std::vector<double> values_, drifts_, g_;
   std::vector<Event> events_;
   std::int64_t step_ = 0, next_sample_ = 0, computed_ = 0;

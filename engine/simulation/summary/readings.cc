@@ -75,23 +75,47 @@ class InvariantReading final : public Reading {
 /// allocations.
 class EnergyReading final : public Reading {
  public:
-  EnergyReading(const EnergyOfBody& energy, const InvariantList::Entry& start)
-      : energy_(energy), initial_(start.value), scale_(start.scale) {
+  EnergyReading(const EnergyOfBody& energy, const InvariantList::Entry& start,
+                std::size_t saved_size)
+      : energy_(energy), initial_(start.value), scale_(start.scale), saved_(saved_size) {
     size_ = 1;
   }
 
   void read(const Simulation& now, std::span<double> values, std::span<double> drifts,
             const std::stop_token&) override {
-    const long double E = energy_(now);
-    const bool finite = std::isfinite(static_cast<double>(E));
-    values[0] = finite ? static_cast<double>(E) : std::numeric_limits<double>::quiet_NaN();
-    if (!drifts.empty())
-      drifts[0] = finite ? drift_of(initial_, E, scale_) : std::numeric_limits<double>::quiet_NaN();
+    now.save(saved_);
+    const long double E = energy_(saved_);
+    values[0] = is_number(E) ? static_cast<double>(E) : nan;
+    if (!drifts.empty()) drifts[0] = is_number(E) ? drift_of(initial_, E, scale_) : nan;
+  }
+
+  bool reads_saved() const override { return true; }
+
+  /// The drift grows with the change, so that only the largest change is divided by the scale.
+  std::optional<double> largest_drift(const SavedStates& states) override {
+    long double largest = largest_change_;
+    for (std::size_t k = 0; k < states.count; ++k) {
+      const long double E = energy_(states[k]), change = std::abs(E - initial_);
+      if (!is_number(E)) return nan;
+      if (change > largest) largest = change;
+    }
+    if (largest == largest_change_) return std::nullopt;
+    largest_change_ = largest;
+    return static_cast<double>(scale_ > 0 || scale_ < 0 ? largest / scale_ : largest);
   }
 
  private:
+  static constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+  /// As a double.
+  static bool is_number(long double E) {
+    return std::abs(E) <= std::numeric_limits<double>::max() ||
+           std::isfinite(static_cast<double>(E));
+  }
+
   EnergyOfBody energy_;
-  long double initial_, scale_;
+  long double initial_, scale_, largest_change_ = -1;
+  std::vector<double> saved_;
 };
 
 std::unique_ptr<Reading> energy_reading(const Scene& scene, const Simulation& start) {
@@ -100,7 +124,7 @@ std::unique_ptr<Reading> energy_reading(const Scene& scene, const Simulation& st
   start.invariants(list);
   if (list.entries().size() != 1) return nullptr;
   if (const auto energy = EnergyOfBody::make(scene, start, list.entries().front().value))
-    return std::make_unique<EnergyReading>(*energy, list.entries().front());
+    return std::make_unique<EnergyReading>(*energy, list.entries().front(), start.saved_size());
   return nullptr;
 }
 

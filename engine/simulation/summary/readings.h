@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <stop_token>
 #include <string>
@@ -11,6 +12,15 @@
 #include "stiefel/summary.h"
 
 namespace stiefel {
+
+/// States of one scene as Simulation::save gives them, at samples that follow one another.
+struct SavedStates {
+  std::span<const double> numbers;  ///< of the first state on
+  std::size_t stride;               ///< numbers from one state to the next
+  std::size_t count;
+
+  std::span<const double> operator[](std::size_t k) const { return numbers.subspan(k * stride); }
+};
 
 /// Reads the values of one quantity from states of one scene.
 class Reading {
@@ -26,6 +36,13 @@ class Reading {
   /// Statistic::drift defines them. Asked to stop it may leave them incomplete.
   virtual void read(const Simulation& now, std::span<double> values, std::span<double> drifts,
                     const std::stop_token& stop) = 0;
+
+  /// Whether `largest_drift` may be called: the quantity is one number, which is read from what
+  /// Simulation::save gives.
+  virtual bool reads_saved() const { return false; }
+  /// The largest drift at saved states, NaN if it is one at any of them; nothing where it is not
+  /// above that of the calls before.
+  virtual std::optional<double> largest_drift(const SavedStates&) { return std::nullopt; }
 
  protected:
   std::size_t size_ = 0;

@@ -88,6 +88,40 @@ TEST(SummaryOfAnEnsemble, IsOfEachMemberWhatItIsAlone) {
   }
 }
 
+/// The largest drift of the energy is read on a path of its own where nothing else is asked for on
+/// the way: it has the bits that it has among other statistics, also after a checkpoint and beside
+/// members that end.
+TEST(SummaryOfAnEnsemble, ReadsADriftAloneAsAmongOthers) {
+  for (const char* method : {"preprocessed_variational", "rk4", "exact"}) {
+    auto scenes = bodies(21, method, 0.3);
+    if (method == std::string_view("rk4"))
+      for (const std::size_t b : {7, 8, 20}) scenes[b] = diverging(scenes[b]);
+    const Scene ensemble = resolved(testing::ensemble_of(scenes));
+    for (const std::int64_t every : {1, 11}) {
+      SummaryDescription among{.from = 3, .to = 900, .every = every};
+      for (const double k : {5.0, 17.5, 17.75}) among.times.push_back(k * ensemble.step());
+      among.quantities = {{"energy", {Statistic::drift, Statistic::last}},
+                          {"quaternion", {Statistic::last}}};
+      SummaryDescription alone = among;
+      among.quantities[0].statistics.push_back(Statistic::min);
+      Done expected = run(ensemble, among);
+      std::erase_if(expected.statistics, [](const auto& one) { return one.name == "energy.min"; });
+      EXPECT_EQ(run(ensemble, alone).bits(), expected.bits()) << method << " every " << every;
+      Summary first = prepare(ensemble, alone);
+      Done resumed;
+      while (first.step() < 450) {
+        first.advance(7, 450);
+        resumed.take(first);
+      }
+      Summary second = prepare(ensemble, alone);
+      ASSERT_TRUE(second.restore(first.save()));
+      Done rest = finish(second, 13);
+      rest.states = resumed.states;
+      EXPECT_EQ(rest.bits(), expected.bits()) << method << " every " << every;
+    }
+  }
+}
+
 TEST(SummaryOfAnEnsemble, OverTheMembersIsOfAllTheirSamples) {
   const auto scenes = bodies(13, "preprocessed_variational", 0.2);
   const Scene ensemble = resolved(testing::ensemble_of(scenes));

@@ -104,7 +104,7 @@ def test_the_recommended_method_does_not_depend_on_the_chunks(monkeypatch):
     scene = {name: value for name, value in SCENE.items() if name != "method"}
     spins = np.outer(np.linspace(0.1, 300, 12), [0.1, 1, 0.1])
     one = sweep(scene=scene, axes={"body.angular_velocity": spins})
-    monkeypatch.setattr("stiefel.sweeps.plan.LARGEST", 5)
+    monkeypatch.setattr("stiefel.sweeps.choices.LARGEST", 5)
     monkeypatch.setattr("stiefel.sweeps.chunks.LARGEST", 2)
     many = sweep(scene=scene, axes={"body.angular_velocity": spins})
     assert json.loads(one.attrs["scene"])["method"]["substeps"] > 1

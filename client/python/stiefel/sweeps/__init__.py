@@ -17,7 +17,7 @@ from stiefel.sweeps.plan import Plan, make_plan
 from stiefel.sweeps.progress import Progress
 from stiefel.sweeps.reduction import request_of
 from stiefel.sweeps.result import SweepResult, Table
-from stiefel.sweeps.run import ask_until_answered, run_chunks
+from stiefel.sweeps.run import ask_all, run_chunks
 from stiefel.sweeps.shared_store import Written
 from stiefel.sweeps.store import open_store
 from stiefel.sweeps.worker import here
@@ -52,7 +52,8 @@ def sweep(scene: SceneLike, axes: Mapping[str, Any], to: int, summarize: Quantit
     "energy.drift" for each statistic, "outcome" and "last_step" of each motion, the axes as coordinates, and as
     attributes the resolved scene, the build and the SHA-256 of all arrays. The bytes do not depend on the executor,
     the number of workers, or what failed on the way. A scene without a method gets the recommended one, with the
-    substeps that the most demanding point needs.
+    substeps that the most demanding point needs; with a tolerance each point gets the method that is chosen for it
+    alone, and the variable "method" says which of attrs["methods"].
 
     InvalidArgument before work starts; SweepFailed, with what is done in `partial`, when a chunk failed too often or
     the executor is gone.
@@ -62,8 +63,8 @@ def sweep(scene: SceneLike, axes: Mapping[str, Any], to: int, summarize: Quantit
     request = request_of(_step("to", to), _step("start", start), _step("every", every), summarize)
     workers, failures = workers_for(executor, servers, threads), Failures()
     try:
-        plan = make_plan(base, given, request, lambda question: ask_until_answered(question, workers, failures), threads,
-                         here())
+        plan = make_plan(base, given, request,
+                         lambda count, question, take: ask_all(count, question, workers, failures, take), threads, here())
         for text in plan.warnings:
             warnings.warn(text, SceneWarning, stacklevel=2)
         return _as_dataset(_run(plan, workers, failures, store, progress, _described(request, summarize)))
@@ -78,9 +79,13 @@ def _run(plan: Plan, workers: Workers, failures: Failures, store: Optional[Any],
         table.put(plan.points(chunk), arrays)
         done.add(chunk)
 
+    methods, which = plan.methods() if plan.chooses else ([], None)
+    chosen = {"methods": json.dumps(methods)} if plan.chooses else {}
+
     def result() -> SweepResult:
         return table.result({"scene": json.dumps(plan.scene), **asked, "numerics_id": plan.numerics_id, "build": plan.build,
-                             "chunks": len(plan.chunks), "failures": json.dumps(failures.counted)})
+                             **chosen, "chunks": len(plan.chunks), "failures": json.dumps(failures.counted)},
+                            {} if which is None else {"method": which})
 
     with Progress(plan.axes.points, sum(len(plan.points(chunk)) for chunk in done), progress) as bar:
         def finish(chunk: int, arrays: Any) -> None:

@@ -7,7 +7,7 @@ from typing import Any, Optional
 
 import grpc
 
-from stiefel.errors import StiefelError
+from stiefel.errors import InvalidArgument, StiefelError, Violation
 
 ATTEMPTS = 16  #: times that one chunk is given to workers that die
 FRUITLESS = 8  #: replacements of a broken pool without a finished chunk between them
@@ -63,6 +63,12 @@ class Failures:
 
     def of(self, chunk: int) -> int:
         return self._chunks[chunk]
+
+
+def at(error: InvalidArgument, where: str) -> InvalidArgument:
+    """The error with the points of the sweep that it is about."""
+    return InvalidArgument(f"{error.message} ({where})",
+                           tuple(Violation(v.field, f"{v.description} ({where})") for v in error.violations), error.reason)
 
 
 def is_dead_worker(error: BaseException) -> bool:

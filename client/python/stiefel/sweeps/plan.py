@@ -4,29 +4,21 @@ from __future__ import annotations
 import hashlib
 import json
 from dataclasses import dataclass, replace
-from typing import Any, Callable, Optional, Sequence
+from typing import Any, Optional, Sequence
 
 import numpy as np
 from google.protobuf import json_format
 from numpy.typing import NDArray
 
 from stiefel import v1 as pb
-from stiefel.errors import InvalidArgument, Violation
+from stiefel.errors import InvalidArgument
 from stiefel.scenes import to_dict
-from stiefel.sweeps.axes import Axes, set_common
-from stiefel.sweeps.chunks import LARGEST, SLOWEST, WORK, Task, Values, members_of_a_chunk
-from stiefel.sweeps.resolution import Question, Resolved
-
-Ask = Callable[[Question], list[Resolved]]
-
-
-@dataclass(frozen=True, eq=False)
-class Group:
-    """Points that may be members of one ensemble: all that is common to members is the same."""
-
-    scene: pb.Scene
-    begin: int  #: in the order of the plan
-    end: int
+from stiefel.sweeps.axes import Axes
+from stiefel.sweeps.choices import AskAll, ask, by_choice, with_recommended
+from stiefel.sweeps.chunks import SLOWEST, WORK, Task, members_of_a_chunk
+from stiefel.sweeps.failures import at
+from stiefel.sweeps.groups import Group, groups_of, task_of
+from stiefel.sweeps.resolution import Question
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +32,8 @@ class Plan:
     request: pb.SummarizeRequest
     numerics_id: str
     build: str
-    scene: dict[str, Any]  #: the resolved base scene, without what the axes set
+    scene: dict[str, Any]  #: the resolved base scene, without what the axes set and without methods that differ
+    chooses: bool  #: each point has the method that is chosen for it
     template: Task  #: of which each task is a copy
     warnings: tuple[str, ...]
 
@@ -50,7 +43,15 @@ class Plan:
 
     def task(self, chunk: int) -> Task:
         group, begin, end = self.chunks[chunk]
-        return _task(self.template, self.axes, self.groups[group].scene, self.order[begin:end], chunk)
+        return task_of(self.template, self.axes, self.groups[group].scene, self.order[begin:end], chunk)
+
+    def methods(self) -> tuple[list[dict[str, Any]], NDArray[np.uint16]]:
+        """Those that were chosen, and for each point which."""
+        known = sorted({group.scene.method.SerializeToString(deterministic=True) for group in self.groups})
+        which = np.zeros(self.axes.points, "<u2")
+        for group in self.groups:
+            which[self.order[group.begin:group.end]] = known.index(group.scene.method.SerializeToString(deterministic=True))
+        return [to_dict(pb.Scene(method=pb.Method.FromString(name)))["method"] for name in known], which
 
     def identity(self) -> dict[str, Any]:
         """What decides the result's bytes, and where a store has which point; by parts, for comparison."""
@@ -64,15 +65,19 @@ class Plan:
         }
 
 
-def make_plan(base: pb.Scene, axes: Axes, request: pb.SummarizeRequest, ask: Ask, threads: Optional[int],
+def make_plan(base: pb.Scene, axes: Axes, request: pb.SummarizeRequest, ask_all: AskAll, threads: Optional[int],
               home: tuple[str, int]) -> Plan:
-    """`ask` resolves ensembles; InvalidArgument from there names what is wrong with the scene."""
+    """`ask_all` resolves ensembles; InvalidArgument from there names what is wrong with the scene."""
     template = Task(b"", 0, (), request.SerializeToString(deterministic=True), "", threads=threads, home=home)
-    groups, order = _groups(base, axes)
-    first = [_task(template, axes, group.scene, order[group.begin:group.begin + 1], 0) for group in groups]
-    resolved = ask(Question(tuple(first)))
-    template = replace(template, numerics_id=resolved[0].numerics_id)
-    groups = [_with_method(group, one, template, axes, order, ask) for group, one in zip(groups, resolved)]
+    given, order = groups_of(base, axes)
+    first = ask(Question(tuple(task_of(template, axes, group.scene, order[group.begin:group.begin + 1], 0) for group in given)),
+                ask_all)
+    template = replace(template, numerics_id=first[0].numerics_id)
+    parts = []
+    for group, one in zip(given, first):
+        parts += by_choice(group, template, axes, order, ask_all) if group.scene.HasField("tolerance") else [
+            (with_recommended(group, one, template, axes, order, ask_all), one)]
+    groups, resolved = tuple(group for group, _ in parts), [one for _, one in parts]
     steps = max(request.to, getattr(request, "from"))
     samples = -(-max(request.to - getattr(request, "from"), 0) // request.every) + 1
     chunks: list[tuple[int, int, int]] = []
@@ -81,72 +86,33 @@ def make_plan(base: pb.Scene, axes: Axes, request: pb.SummarizeRequest, ask: Ask
         slowest = SLOWEST * members * steps * one.step_work / WORK
         template = replace(template, timeout=max(template.timeout, slowest))
         chunks += [(k, begin, min(begin + members, group.end)) for begin in range(group.begin, group.end, members)]
-    plan = Plan(axes, tuple(groups), order, tuple(chunks), request, resolved[0].numerics_id, resolved[0].build,
-                _described(groups), template, tuple(dict.fromkeys(text for one in resolved for text in one.warnings)))
-    _check_shapes(plan, ask)
+    plan = Plan(axes, groups, order, tuple(chunks), request, first[0].numerics_id, first[0].build,
+                _described(groups, given), base.HasField("tolerance"), template,
+                tuple(dict.fromkeys(text for one in resolved for text in one.warnings)))
+    _check_shapes(plan, ask_all)
     return plan
 
 
-def _groups(base: pb.Scene, axes: Axes) -> tuple[list[Group], NDArray[np.int64]]:
-    points = np.arange(axes.points, dtype=np.int64)
-    common = [(axis, at) for axis, at in zip(axes.axes, axes.at(points)) if axis.common]
-    if not common:
-        return [Group(base, 0, len(points))], points
-    _, ids = np.unique(np.stack([at for _, at in common]), axis=1, return_inverse=True)
-    ids = ids.ravel()
-    order = np.argsort(ids, kind="stable").astype(np.int64)
-    bounds = np.flatnonzero(np.diff(ids[order], prepend=-1)).tolist() + [len(points)]
-    groups = []
-    for begin, end in zip(bounds, bounds[1:]):
-        scene = pb.Scene()
-        scene.CopyFrom(base)
-        for axis, at in common:
-            set_common(scene, axis.field, axis.values[at[order[begin]]])
-        groups.append(Group(scene, begin, end))
-    return groups, order
-
-
-def _task(template: Task, axes: Axes, scene: pb.Scene, points: NDArray[np.int64], index: int) -> Task:
-    values = tuple(Values(axis.field, axis.entry, axis.values[at]) for axis, at in zip(axes.axes, axes.at(points))
-                   if not axis.common)
-    return replace(template, scene=scene.SerializeToString(deterministic=True), members=len(points), values=values,
-                   index=index)
-
-
-def _with_method(group: Group, first: Resolved, template: Task, axes: Axes, order: NDArray[np.int64], ask: Ask) -> Group:
-    """The group with its method written out, so that it does not depend on the cut into chunks.
-
-    A recommended method has as many substeps as the most demanding point needs. One for a tolerance is chosen on the
-    first point.
-    """
-    if not first.method or group.scene.HasField("method"):
-        return group
-    scene = pb.Scene()
-    scene.CopyFrom(group.scene)
-    scene.method.ParseFromString(first.method)
-    if scene.HasField("tolerance"):
-        scene.ClearField("tolerance")
-        scene.ClearField("horizon")
-        return replace(group, scene=scene)
-    for begin in range(group.begin, group.end, LARGEST):
-        part = _task(template, axes, group.scene, order[begin:min(begin + LARGEST, group.end)], 0)
-        method = pb.Method.FromString(ask(Question((part,)))[0].method)
-        scene.method.substeps = max(scene.method.substeps, method.substeps)
-    return replace(group, scene=scene)
-
-
-def _check_shapes(plan: Plan, ask: Ask) -> None:
+def _check_shapes(plan: Plan, ask_all: AskAll) -> None:
     """The first chunk of each group as a whole, but its members few: an ensemble may need what one motion does not."""
     tasks = []
     for k, group in enumerate(plan.groups):
         if group.end - group.begin > 1:
-            tasks.append(_task(plan.template, plan.axes, group.scene, plan.order[group.begin:min(group.begin + 2, group.end)], k))
+            tasks.append(task_of(plan.template, plan.axes, group.scene, plan.order[group.begin:min(group.begin + 2, group.end)], k))
     if tasks:
-        ask(Question(tuple(tasks)))
+        ask(Question(tuple(tasks)), ask_all)
 
 
-def _described(groups: Sequence[Group]) -> dict[str, Any]:
-    """The scene of the groups, less what differs among them."""
+def _described(groups: Sequence[Group], given: Sequence[Group]) -> dict[str, Any]:
+    """The scene of the groups, less what differs among them. Where that is the method chosen for a tolerance, the tolerance
+    stands in its place."""
+    scene, asked = _common(groups), _common(given)
+    if "method" not in scene and "tolerance" in asked:
+        scene = asked
+    return scene
+
+
+def _common(groups: Sequence[Group]) -> dict[str, Any]:
     scene = to_dict(groups[0].scene)
     for group in groups[1:]:
         other = to_dict(group.scene)
@@ -160,8 +126,6 @@ def _digest(values: NDArray[Any]) -> str:
 
 
 def place_violations(error: InvalidArgument, plan: Plan, chunk: int) -> InvalidArgument:
-    """The error of a chunk with the point of the sweep where its first member stands."""
+    """The error of a chunk with the points of the sweep that are its members."""
     points = plan.points(chunk)
-    where = f"in the chunk of points {points[0]} to {points[-1]}"
-    return InvalidArgument(f"{error.message} ({where})", tuple(Violation(v.field, f"{v.description} ({where})")
-                                                              for v in error.violations), error.reason)
+    return at(error, f"in the chunk of points {points[0]} to {points[-1]}")

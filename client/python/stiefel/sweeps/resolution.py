@@ -6,18 +6,22 @@ from dataclasses import dataclass
 
 from stiefel import v1 as pb
 from stiefel.client import Client
-from stiefel.errors import DeadlineExceeded, NotFound, Unavailable
+from stiefel.errors import DeadlineExceeded, InvalidArgument, NotFound, Unavailable
 from stiefel.sweeps.chunks import Task
-from stiefel.sweeps.failures import LostServer
+from stiefel.sweeps.failures import LostServer, at
 from stiefel.sweeps.reduction import summary_of, temporary_session
 from stiefel.sweeps.worker import own_server, share_of
 
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """Ensembles to be resolved, as tasks whose request is not looked at. One of one member is a motion alone."""
+    """Ensembles to be resolved, as tasks whose request is not looked at. One of one member is a motion alone.
+
+    of_points: each task is the motion of the point that is its index, which errors then name.
+    """
 
     tasks: tuple[Task, ...]
+    of_points: bool = False
 
 
 @dataclass(frozen=True)
@@ -40,12 +44,19 @@ def answer(question: Question) -> list[Resolved]:
 def answer_at(client: Client, question: Question) -> list[Resolved]:
     try:
         build = client.describe().build
-        return [_resolve(client, task, build) for task in question.tasks]
+        return [_resolve(client, task, build, question.of_points) for task in question.tasks]
     except (Unavailable, NotFound, DeadlineExceeded) as error:
         raise LostServer(f"{client.address}: {error.message}") from None
 
 
-def _resolve(client: Client, task: Task, build: str) -> Resolved:
+def _resolve(client: Client, task: Task, build: str, of_point: bool) -> Resolved:
+    try:
+        return _resolve_alone(client, task, build)
+    except InvalidArgument as error:
+        raise (at(error, f"at point {task.index}") if of_point else error) from None
+
+
+def _resolve_alone(client: Client, task: Task, build: str) -> Resolved:
     scene = task.ensemble()
     if task.members == 1:
         scene.ClearField("members")  # one motion alone may have a tolerance

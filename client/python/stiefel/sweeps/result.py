@@ -4,6 +4,7 @@ from __future__ import annotations
 import hashlib
 import json
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Any, Iterator, Mapping
 
 import numpy as np
@@ -65,12 +66,11 @@ class Table:
                 self.arrays[name] = np.full((self._axes.points, *values.shape[1:]), empty, values.dtype)
             self.arrays[name][points] = values
 
-    def result(self, attrs: Mapping[str, Any]) -> SweepResult:
-        """`attrs` with the SHA-256 added."""
+    def result(self, attrs: Mapping[str, Any], also: Mapping[str, NDArray[Any]] = MappingProxyType({})) -> SweepResult:
+        """`attrs` with the SHA-256 added. `also`: more variables of all points."""
         dims, shape = self._axes.dims, self._axes.shape
         variables: dict[str, Variable] = {}
-        for name in sorted(self.arrays):
-            values = self.arrays[name]
+        for name, values in sorted({**self.arrays, **also}.items()):
             variables[name] = ((*dims, *_inner_dims(name, values.ndim - 1)), values.reshape(*shape, *values.shape[1:]))
         coords = {axis.path: ((dims[0 if self._axes.zipped else k], *_inner_dims(axis.path, axis.values.ndim - 1)), axis.values)
                   for k, axis in enumerate(self._axes.axes)}

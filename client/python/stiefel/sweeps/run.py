@@ -1,10 +1,10 @@
-"""Gives the chunks of a plan to workers, and takes their results as they come."""
+"""Gives questions and the chunks of a plan to workers, and takes their results as they come."""
 from __future__ import annotations
 
 from collections import deque
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from dataclasses import replace
-from typing import Any, Callable, Iterable, Optional
+from typing import Any, Callable, Iterable, Optional, Union
 
 from numpy.typing import NDArray
 
@@ -12,29 +12,38 @@ from stiefel.errors import InvalidArgument
 from stiefel.sweeps.executors import Workers
 from stiefel.sweeps.failures import Failures, SweepFailed
 from stiefel.sweeps.plan import Plan, place_violations
+from stiefel.sweeps.reduction import Reduced
 from stiefel.sweeps.resolution import Question, Resolved
 from stiefel.sweeps.result import canonical
 from stiefel.sweeps.shared_store import Place, Written
 
 Take = Callable[[int, "dict[str, NDArray[Any]]"], None]
 TakeWritten = Callable[[int, Written], bool]
+TakeAnswer = Callable[[int, "list[Resolved]"], None]
 GRACE = 5.0  #: seconds for chunks that have begun when the sweep fails
-QUESTION = -1  # its place among the failures of chunks
 
 
-def ask_until_answered(question: Question, workers: Workers, failures: Failures) -> "list[Resolved]":
-    """The answer of some worker. The question is given again while workers die. SweepFailed after too many."""
-    while True:
-        try:
-            again = tuple(replace(task, attempt=failures.of(QUESTION)) for task in question.tasks)
-            return workers.ask(replace(question, tasks=again)).result()
-        except (Exception, CancelledError) as error:
-            if not failures.may_try_again(QUESTION, error):
-                if failures.of(QUESTION) == 0:
-                    raise
-                raise SweepFailed(f"no worker answered: {_text(error)}", failures=dict(failures.counted)) from error
-            if not workers.replace(error):
-                raise SweepFailed(f"the executor takes no tasks: {_text(error)}", failures=dict(failures.counted)) from error
+def ask_all(count: int, question: Callable[[int], Question], workers: Workers, failures: Failures, take: TakeAnswer) -> None:
+    """`take` gets the number of each of `count` questions with its answer by some worker, in the order in which they come.
+    A question is given again while workers die. SweepFailed after too many."""
+    def ask(k: int) -> "Future[Any]":
+        asked = question(k)
+        again = tuple(replace(task, attempt=failures.of(_place(k))) for task in asked.tasks)
+        return workers.ask(replace(asked, tasks=again))
+
+    def check(error: BaseException, k: int) -> None:
+        if not failures.may_try_again(_place(k), error):
+            if failures.of(_place(k)) == 0:
+                raise error
+            raise SweepFailed(f"no worker answered: {_text(error)}", failures=dict(failures.counted)) from error
+        if not workers.replace(error):
+            raise SweepFailed(f"the executor takes no tasks: {_text(error)}", failures=dict(failures.counted)) from error
+
+    def taken(k: int, answer: "list[Resolved]") -> bool:
+        take(k, answer)
+        return True
+
+    _spread(range(count), workers, ask, taken, check, grace=0)
 
 
 def run_chunks(plan: Plan, chunks: Iterable[int], workers: Workers, failures: Failures, take: Take,
@@ -49,45 +58,50 @@ def run_chunks(plan: Plan, chunks: Iterable[int], workers: Workers, failures: Fa
     suffice; what a task itself raises is raised as it is. What has begun by then may finish within `GRACE` seconds, and
     the rest is cancelled where the executor can.
     """
-    waiting = deque(chunks)
+    def give(chunk: int) -> "Future[Any]":
+        return workers.give(replace(plan.task(chunk), place=place(chunk), attempt=failures.of(chunk)))
+
+    def taken(chunk: int, reduced: Union[Reduced, Written]) -> bool:
+        if isinstance(reduced, Written):
+            return take_written(chunk, reduced)
+        take(chunk, canonical(reduced))
+        return True
+
+    _spread(chunks, workers, give, taken, lambda error, chunk: _again_or_raise(error, chunk, plan, workers, failures), GRACE)
+
+
+def _spread(waiting: Iterable[int], workers: Workers, give: Callable[[int], "Future[Any]"], take: Callable[[int, Any], bool],
+            check: Callable[[BaseException, int], None], grace: float) -> None:
+    """Gives everything that waits, as much at once as the workers have a window for, until `take` has taken its results;
+    what it refuses, and what failed with an error that `check` lets pass, is given again. After an exception what has
+    begun may finish within `grace` seconds."""
+    left = deque(waiting)
     running: "dict[Future[Any], int]" = {}
     try:
-        while waiting or running:
-            while waiting and len(running) < workers.window:
-                chunk = waiting.popleft()
-                task = replace(plan.task(chunk), place=place(chunk), attempt=failures.of(chunk))
-                running[workers.give(task)] = chunk
+        while left or running:
+            while left and len(running) < workers.window:
+                one = left.popleft()
+                running[give(one)] = one
             for future in wait(running, return_when=FIRST_COMPLETED).done:
-                chunk = running.pop(future)
+                one = running.pop(future)
                 try:
-                    reduced = future.result()
+                    result = future.result()
                 except (Exception, CancelledError) as error:
-                    _again_or_raise(error, chunk, plan, workers, failures)
-                    waiting.append(chunk)
+                    check(error, one)
+                    left.append(one)
                 else:
                     workers.finished()
-                    if not isinstance(reduced, Written):
-                        take(chunk, canonical(reduced))
-                    elif not take_written(chunk, reduced):
-                        waiting.append(chunk)
+                    if not take(one, result):
+                        left.append(one)
     except Exception:
-        _take_what_has_begun(running, take, take_written)
+        begun = {future: one for future, one in running.items() if not future.cancel()}
+        for future in wait(begun, timeout=grace).done:
+            if not future.cancelled() and future.exception() is None:
+                take(begun[future], future.result())
         raise
     finally:
         for future in running:
             future.cancel()
-
-
-def _take_what_has_begun(running: "dict[Future[Any], int]", take: Take, take_written: TakeWritten) -> None:
-    begun = {future: chunk for future, chunk in running.items() if not future.cancel()}
-    for future in wait(begun, timeout=GRACE).done:
-        if future.cancelled() or future.exception() is not None:
-            continue
-        reduced = future.result()
-        if isinstance(reduced, Written):
-            take_written(begun[future], reduced)
-        else:
-            take(begun[future], canonical(reduced))
 
 
 def _again_or_raise(error: BaseException, chunk: int, plan: Plan, workers: Workers, failures: Failures) -> None:
@@ -100,6 +114,11 @@ def _again_or_raise(error: BaseException, chunk: int, plan: Plan, workers: Worke
                           f"{_text(error)}", failures=dict(failures.counted)) from error
     if not workers.replace(error):
         raise SweepFailed(f"the executor takes no more tasks: {_text(error)}", failures=dict(failures.counted)) from error
+
+
+def _place(question: int) -> int:
+    """Among the failures of chunks."""
+    return -1 - question
 
 
 def _text(error: BaseException) -> str:

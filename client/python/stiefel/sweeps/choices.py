@@ -1,0 +1,75 @@
+"""The methods of points whose scene names none: the recommended one, or that which is chosen for a tolerance."""
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiefel import v1 as pb
+from stiefel.sweeps.axes import Axes
+from stiefel.sweeps.chunks import LARGEST, Task
+from stiefel.sweeps.groups import Group, task_of
+from stiefel.sweeps.resolution import Question, Resolved
+
+#: Asks so many questions, which it gets by their numbers, and hands out the answers as they come.
+AskAll = Callable[[int, Callable[[int], Question], Callable[[int, "list[Resolved]"], None]], None]
+POINTS = 64  #: of a question; each takes a few milliseconds to a second
+
+
+def ask(question: Question, ask_all: AskAll) -> list[Resolved]:
+    """The answer to one question."""
+    answers: dict[int, list[Resolved]] = {}
+    ask_all(1, lambda k: question, answers.__setitem__)
+    return answers[0]
+
+
+def with_recommended(group: Group, first: Resolved, template: Task, axes: Axes, order: NDArray[np.int64],
+                     ask_all: AskAll) -> Group:
+    """The group with its method written out, so that it does not depend on the cut into chunks: the recommended method
+    with as many substeps as the most demanding point needs. `first`: of the first point."""
+    if not first.method or group.scene.HasField("method"):
+        return group
+    scene = pb.Scene()
+    scene.CopyFrom(group.scene)
+    scene.method.ParseFromString(first.method)
+    for begin in range(group.begin, group.end, LARGEST):
+        part = task_of(template, axes, group.scene, order[begin:min(begin + LARGEST, group.end)], 0)
+        method = pb.Method.FromString(ask(Question((part,)), ask_all)[0].method)
+        scene.method.substeps = max(scene.method.substeps, method.substeps)
+    return replace(group, scene=scene)
+
+
+def by_choice(group: Group, template: Task, axes: Axes, order: NDArray[np.int64],
+              ask_all: AskAll) -> list[tuple[Group, Resolved]]:
+    """The group cut by the method that is chosen for the tolerance at each point, so that each point has the method, and the
+    bits, that it has alone. Puts the points of a method together within `order`. InvalidArgument names a point at which
+    no method meets the tolerance."""
+    points = order[group.begin:group.end].copy()
+    chosen: dict[bytes, tuple[int, Resolved]] = {}  # by the method: its first point, counted within the group
+    methods: list[bytes] = [b""] * len(points)
+
+    def question(k: int) -> Question:
+        some = points[k * POINTS:(k + 1) * POINTS]
+        return Question(tuple(task_of(template, axes, group.scene, some[i:i + 1], int(some[i])) for i in range(len(some))), True)
+
+    def take(k: int, answers: list[Resolved]) -> None:
+        for i, one in enumerate(answers, k * POINTS):
+            chosen[one.method] = min(chosen.get(one.method, (i, one)), (i, one), key=lambda entry: entry[0])
+            methods[i] = chosen[one.method][1].method
+
+    ask_all(-(-len(points) // POINTS), question, take)
+    names, begin, found = sorted(chosen), group.begin, np.array(methods, object)
+    result: list[tuple[Group, Resolved]] = []
+    for name in names:
+        theirs = points[found == name]
+        order[begin:begin + len(theirs)] = theirs
+        scene = pb.Scene()
+        scene.CopyFrom(group.scene)
+        scene.method.ParseFromString(name)
+        scene.ClearField("tolerance")
+        scene.ClearField("horizon")
+        result.append((Group(scene, begin, begin + len(theirs)), chosen[name][1]))
+        begin += len(theirs)
+    return result
