@@ -29,7 +29,7 @@ void check_addresses(const Options& options, Faults& faults) {
   }
   if (options.metrics.empty()) return;
   const std::string place = "--metrics: " + options.metrics + ": ";
-  if (const auto fault = metrics_fault(options.metrics, options.access.insecure))
+  if (const auto fault = metrics_fault(options.metrics, guarded))
     faults.push_back(place + *fault);
   else if (const auto none = listen_fault(options.metrics))
     faults.push_back(place + *none);

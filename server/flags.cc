@@ -174,8 +174,7 @@ void Flags::add_to(CLI::App& app) {
   add_access_to(app);
   app.add_option("--metrics", options_.metrics,
                  "host:port where Prometheus reads metrics over HTTP, at /metrics (0: any free "
-                 "port); without TLS and tokens, so beyond this machine only with --insecure. "
-                 "Empty: nowhere")
+                 "port); over HTTPS where --tls-cert is given, without tokens. Empty: nowhere")
       ->envname("STIEFEL_METRICS")
       ->check(sound_address)
       ->capture_default_str();

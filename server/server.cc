@@ -192,14 +192,16 @@ void Server::Parts::listen(const std::vector<std::string>& at, const AccessOptio
 
 void Server::Parts::export_metrics(const std::string& address, bool insecure) {
   if (address.empty()) return;
-  if (const auto fault =
-          address_fault(address).or_else([&] { return metrics_fault(address, insecure); }))
+  if (const auto fault = address_fault(address).or_else(
+          [&] { return metrics_fault(address, certificates || insecure); }))
     throw std::runtime_error("cannot serve metrics on " + address + ": " + *fault);
   const ServerMetrics::Parts parts{host.registry, host.scheduler, host.accounts, host.memory,
                                    STIEFEL_VERSION};
-  exporter.emplace(address, Exporter::Metrics{{host.metrics, &host.metrics->calls},
-                                              {host.metrics, &host.metrics->streams},
-                                              std::make_shared<ServerMetrics>(parts)});
+  exporter.emplace(address,
+                   Exporter::Metrics{{host.metrics, &host.metrics->calls},
+                                     {host.metrics, &host.metrics->streams},
+                                     std::make_shared<ServerMetrics>(parts)},
+                   certificates ? &*certificates : nullptr);
   host.log.line(Log::Level::info, "metrics", {{"url", exporter->url()}});
 }
 

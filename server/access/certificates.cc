@@ -1,49 +1,14 @@
 #include "server/access/certificates.h"
 
-#include <openssl/bio.h>
-#include <openssl/err.h>
-#include <openssl/pem.h>
+#include <openssl/asn1.h>
 #include <openssl/x509.h>
 
 #include <ctime>
-#include <memory>
+
+#include "server/access/pem.h"
 
 namespace stiefel::server {
 namespace {
-
-template <auto release>
-struct Release {
-  template <class T>
-  void operator()(T* object) const {
-    release(object);
-  }
-};
-using Bio = std::unique_ptr<BIO, Release<BIO_free>>;
-using Certificate = std::unique_ptr<X509, Release<X509_free>>;
-using Key = std::unique_ptr<EVP_PKEY, Release<EVP_PKEY_free>>;
-
-/// OpenSSL keeps a queue of errors for each thread, of which gRPC would read ours.
-struct CleanErrors {
-  ~CleanErrors() { ERR_clear_error(); }
-};
-
-/// A key with a passphrase is refused: OpenSSL would ask for it on the terminal.
-int no_passphrase(char*, int, int, void*) { return -1; }
-
-Bio reader(const std::string& pem) {
-  return Bio(BIO_new_mem_buf(pem.data(), static_cast<int>(pem.size())));
-}
-
-/// All certificates of the text; none if one of them cannot be read.
-std::vector<Certificate> read_chain(const std::string& pem) {
-  std::vector<Certificate> chain;
-  const Bio bio = reader(pem);
-  while (Certificate one{PEM_read_bio_X509(bio.get(), nullptr, no_passphrase, nullptr)})
-    chain.push_back(std::move(one));
-  const bool ended = ERR_GET_REASON(ERR_peek_last_error()) == PEM_R_NO_START_LINE;
-  ERR_clear_error();
-  return ended ? std::move(chain) : std::vector<Certificate>();
-}
 
 std::chrono::system_clock::time_point expire_time(const Certificate& certificate) {
   std::tm time{};
@@ -76,8 +41,7 @@ std::expected<Certificates, std::string> certificates(const TlsFiles& files,
 
   const std::vector<Certificate> chain = read_chain(*contents[0]);
   if (chain.empty()) return fault(0, "it must hold certificates in PEM");
-  const Key key(
-      PEM_read_bio_PrivateKey(reader(*contents[1]).get(), nullptr, no_passphrase, nullptr));
+  const Key key = read_key(*contents[1]);
   if (!key) return fault(1, "it must hold a private key in PEM, without passphrase");
   if (X509_check_private_key(chain.front().get(), key.get()) != 1)
     return fault(1, "it is not the key of the first certificate of " + files.certificate);

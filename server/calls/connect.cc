@@ -13,7 +13,7 @@ grpc::ServerWriteReactor<v1::ConnectResponse>* Service::Connect(Context* context
     const auto memory =
         std::make_shared<const MemoryLease>(log.account().memory(), connect_memory(*request));
     const auto answer = std::make_shared<std::optional<ConnectAnswer>>();
-    return new SlicedStream<v1::ConnectResponse>(
+    return message_a_slice<v1::ConnectResponse>(
         host_, host_.searches, std::move(log),
         [memory, answer, request](const std::stop_token& stop, v1::ConnectResponse& response)
             -> std::expected<bool, grpc::Status> {

@@ -24,7 +24,7 @@ grpc::ServerWriteReactor<v1::ConvertResponse>* Service::Convert(Context* context
     const bool long_work = wants_choice(scene) || scene.inertia_size() > small_dimension ||
                            scene.members() > few_members;
     Pool& pool = long_work ? host_.searches : host_.pool;
-    return new SlicedStream<v1::ConvertResponse>(
+    return message_a_slice<v1::ConvertResponse>(
         host_, pool, std::move(log),
         [memory, answer](const std::stop_token&,
                          v1::ConvertResponse& response) -> std::expected<bool, grpc::Status> {

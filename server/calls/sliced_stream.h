@@ -2,8 +2,9 @@
 
 #include <grpcpp/support/server_callback.h>
 
+#include <cstdint>
 #include <expected>
-#include <functional>
+#include <memory>
 #include <stop_token>
 #include <utility>
 
@@ -27,32 +28,46 @@ class RefusedStream final : public grpc::ServerWriteReactor<Message> {
   void OnDone() override { delete this; }
 };
 
-/// A call that answers with a stream of messages, each the work of one slice on a pool.
-/// While a message is written nothing is computed. Deletes itself.
+/// How far a slice of work has come: the message needs more slices, or it is there, and more follow
+/// or none.
+enum class Progress : std::uint8_t { no_message, message, last_message };
+
+/// What a call computes that answers with a stream of messages.
+template <class Response>
+class StreamWork {
+ public:
+  virtual ~StreamWork() = default;
+  /// One slice, into the message as the slice before left it. The token asks to stop when the
+  /// caller cancels or the server goes down. An error ends the call.
+  virtual std::expected<Progress, grpc::Status> slice(const std::stop_token& stop,
+                                                      Response& message) = 0;
+  /// For the call's line in the log.
+  virtual std::int64_t computed_steps() const { return 0; }
+};
+
+/// A call that answers with a stream of messages, computed in slices on a pool. While a message is
+/// written nothing is computed. Before the last message is sent, the work and the call's place in
+/// its account are given back. Deletes itself.
 template <class Response>
 class SlicedStream final : public grpc::ServerWriteReactor<Response>, private Job {
  public:
-  /// Writes the next message; true for the last one. The token asks to stop when the caller cancels
-  /// or the server goes down.
-  using Produce =
-      std::function<std::expected<bool, grpc::Status>(const std::stop_token&, Response&)>;
+  using Work = std::unique_ptr<StreamWork<Response>>;
 
-  SlicedStream(Host& host, Pool& pool, CallLog log, Produce produce)
+  /// `price`: of all slices, in instructions.
+  SlicedStream(Host& host, Pool& pool, CallLog log, Ticket::Kind kind, double price, Work work)
       : host_(host),
         pool_(pool),
         log_(std::move(log)),
-        produce_(std::move(produce)),
+        work_(std::move(work)),
         shutdown_(host.lifecycle.stop_token(), RequestStop{stop_}) {
-    log_.price(pool.price_cap());
+    log_.price(price);
     log_.begin();
-    const grpc::Status admitted =
-        admit(ticket_, log_.account(), Ticket::Kind::call, pool.price_cap());
+    const grpc::Status admitted = admit(ticket_, log_.account(), kind, price);
     host_.lifecycle.enter();
     if (!admitted.ok()) {
-      log_.finish(admitted);
-      this->Finish(admitted);
+      end(admitted);
     } else {
-      Job::bill(log_.account().share(), pool.price_cap());
+      Job::bill(log_.account().share(), price);
       pool_.submit(this);
     }
   }
@@ -71,48 +86,78 @@ class SlicedStream final : public grpc::ServerWriteReactor<Response>, private Jo
 
  private:
   bool run_slice() noexcept override {
-    std::expected<bool, grpc::Status> last = false;
-    try {
-      if (host_.lifecycle.refusing() && !std::exchange(started_, true))
-        last = std::unexpected(errors::shutting_down());
-      else
-        last = produce();
-      started_ = true;
-      if (stop_.stop_requested() && !host_.lifecycle.stopping())
-        last = std::unexpected(errors::cancelled());
-    } catch (...) {
-      last = std::unexpected(errors::from_current_exception());
-    }
-    if (last && !*last) {
-      log_.worked();
-      log_.writing();
-      this->StartWrite(&message_);
+    const auto progress = slice();
+    if (!progress || *progress == Progress::last_message) {
+      end(progress ? grpc::Status::OK : progress.error());
       return false;
     }
-    log_.finish(last ? grpc::Status::OK : last.error());
-    if (last)
-      this->StartWriteAndFinish(&message_, grpc::WriteOptions(), grpc::Status::OK);
-    else
-      this->Finish(last.error());
+    log_.worked();
+    if (*progress == Progress::no_message) return true;
+    log_.writing();
+    this->StartWrite(&message_);
     return false;
   }
 
-  std::expected<bool, grpc::Status> produce() {
-    failpoint("call.produce");
-    const std::stop_token stop = stop_.get_token();
-    const auto last = stoppable(stop, [&] { return produce_(stop, message_); });
-    return last ? *last : std::unexpected(stopped(host_.lifecycle));
+  std::expected<Progress, grpc::Status> slice() {
+    try {
+      failpoint("call.slice");
+      if (!std::exchange(started_, true) && host_.lifecycle.refusing())
+        return std::unexpected(errors::shutting_down());
+      if (cancelled()) return std::unexpected(errors::cancelled());
+      const auto progress = work_->slice(stop_.get_token(), message_);
+      if (cancelled()) return std::unexpected(errors::cancelled());
+      return progress;
+    } catch (...) {
+      return std::unexpected(errors::from_current_exception());
+    }
+  }
+  bool cancelled() const { return stop_.stop_requested() && !host_.lifecycle.stopping(); }
+
+  void end(const grpc::Status& status) {
+    log_.finish(status, work_->computed_steps());
+    work_.reset();
+    ticket_.give_back();
+    if (status.ok())
+      this->StartWriteAndFinish(&message_, grpc::WriteOptions(), status);
+    else
+      this->Finish(status);
   }
 
   Host& host_;
   Pool& pool_;
   CallLog log_;
   Ticket ticket_;
-  const Produce produce_;
+  Work work_;
   std::stop_source stop_;
   std::stop_callback<RequestStop> shutdown_;
   bool started_ = false;
   Response message_;
 };
+
+/// A call each of whose slices makes a message: `produce(stop, message)` is an expected<bool,
+/// grpc::Status>, true for the last one. What it computes in the engine is stopped by the token.
+template <class Response, class Produce>
+grpc::ServerWriteReactor<Response>* message_a_slice(Host& host, Pool& pool, CallLog log,
+                                                    Produce produce) {
+  class Work final : public StreamWork<Response> {
+   public:
+    Work(const Lifecycle& lifecycle, Produce produce)
+        : lifecycle_(lifecycle), produce_(std::move(produce)) {}
+    std::expected<Progress, grpc::Status> slice(const std::stop_token& stop,
+                                                Response& message) override {
+      const auto last = stoppable(stop, [&] { return produce_(stop, message); });
+      if (!last) return std::unexpected(stopped(lifecycle_));
+      if (!*last) return std::unexpected(last->error());
+      return **last ? Progress::last_message : Progress::message;
+    }
+
+   private:
+    const Lifecycle& lifecycle_;
+    Produce produce_;
+  };
+  return new SlicedStream<Response>(host, pool, std::move(log), Ticket::Kind::call,
+                                    pool.price_cap(),
+                                    std::make_unique<Work>(host.lifecycle, std::move(produce)));
+}
 
 }  // namespace stiefel::server

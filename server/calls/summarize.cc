@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "proto/checksum/checksum.h"
-#include "server/admission/admission.h"
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
 #include "server/calls/sliced_stream.h"
@@ -57,109 +56,61 @@ OrStatus<std::string_view> open_checkpoint(const Session& session,
       errors::invalid("checkpoint", value, "must be what Summarize returned: it is damaged"));
 }
 
-/// Computes in slices on a pool, and rests while a message is written. Deletes itself.
-class SummarizeCall final : public grpc::ServerWriteReactor<v1::SummarizeResponse>, private Job {
+/// Moves a summary along the steps; its messages have what it found, checkpoints, and at least
+/// every 256 slices how far it is.
+class SummarizeWork final : public StreamWork<v1::SummarizeResponse> {
  public:
-  /// The request lives as long as the call.
-  SummarizeCall(Host& host, Pool& pool, CallLog log, SessionLease session,
+  /// The request and the account live as long as the call.
+  SummarizeWork(const Lifecycle& lifecycle, Account& account, SessionLease session,
                 const v1::SummarizeRequest& request)
-      : host_(host),
-        pool_(pool),
-        log_(std::move(log)),
-        session_(std::move(session)),
-        request_(request),
-        shutdown_(host.lifecycle.stop_token(), RequestStop{stop_}) {
-    const double price = (*session_)->work((*session_)->start_for(request.from()), request.to());
-    log_.price(price);
-    log_.begin();
-    const grpc::Status admitted = admit(ticket_, log_.account(), Ticket::Kind::stream, price);
-    host_.lifecycle.enter();
-    if (!admitted.ok()) {
-      end(admitted);
-    } else {
-      Job::bill(log_.account().share(), price);
-      pool_.submit(this);
-    }
-  }
+      : lifecycle_(lifecycle), account_(account), session_(std::move(session)), request_(request) {}
 
-  void OnCancel() override { stop_.request_stop(); }
-  void OnWriteDone(bool ok) override {
-    log_.written();
-    if (!ok) stop_.request_stop();
-    pool_.submit(this);
-  }
-  void OnDone() override {
-    Host& host = host_;
-    delete this;
-    host.lifecycle.leave();
-  }
+  std::expected<Progress, grpc::Status> slice(const std::stop_token& stop,
+                                              v1::SummarizeResponse& message) override;
+  std::int64_t computed_steps() const override { return summary_ ? summary_->computed_steps() : 0; }
 
  private:
-  bool run_slice() noexcept override;
-  /// One slice of work; an error ends the call.
-  grpc::Status work();
+  /// Whether the next message needs more slices.
+  bool silent() const { return !messages_ || (messages_->empty() && !done_); }
+  grpc::Status work(const std::stop_token& stop);
   grpc::Status start();
-  void advance();
+  void advance(const std::stop_token& stop);
   void shut_down();
-  void send();
-  void end(const grpc::Status& status);
+  Progress write(v1::SummarizeResponse& message);
   /// Where the next checkpoint is due.
   std::int64_t mark() const;
-  bool leaving() const { return stop_.stop_requested() && !host_.lifecycle.stopping(); }
 
-  Host& host_;
-  Pool& pool_;
-  CallLog log_;
-  Ticket ticket_;
-  std::optional<SessionLease> session_;
+  const Lifecycle& lifecycle_;
+  Account& account_;
+  const SessionLease session_;
   const v1::SummarizeRequest& request_;
   MemoryLease memory_;
   std::optional<Summary> summary_;
   std::optional<SummaryMessages> messages_;
   v1::Price price_;
-  v1::SummarizeResponse message_;  // being written
-  int longer_ = 1;                 // than a slice of a single motion
-  std::int64_t steps_ = 1;         // of a slice
+  int longer_ = 1;          // than a slice of a single motion
+  std::int64_t steps_ = 1;  // of a slice
   std::int64_t last_mark_ = 0;
   int slices_ = 0;
   bool done_ = false;
-  std::stop_source stop_;
-  std::stop_callback<RequestStop> shutdown_;
 };
 
-bool SummarizeCall::run_slice() noexcept {
-  grpc::Status status;
-  try {
-    if (leaving())
-      status = errors::cancelled();
-    else if (!messages_ || (messages_->empty() && !done_))
-      status = work();
-    if (status.ok() && leaving()) status = errors::cancelled();
-    if (status.ok()) {
-      const bool silent = !messages_ || (messages_->empty() && !done_);
-      log_.worked();
-      if (silent && slices_ < slices_between_messages / longer_) return true;
-      send();
-      return false;
-    }
-  } catch (...) {
-    status = errors::from_current_exception();
-  }
-  end(status);
-  return false;
+std::expected<Progress, grpc::Status> SummarizeWork::slice(const std::stop_token& stop,
+                                                           v1::SummarizeResponse& message) {
+  if (silent())
+    if (const auto status = work(stop); !status.ok()) return std::unexpected(status);
+  if (silent() && slices_ < slices_between_messages / longer_) return Progress::no_message;
+  return write(message);
 }
 
-grpc::Status SummarizeCall::work() {
-  failpoint("call.summarize");
-  if (!summary_) {
-    if (host_.lifecycle.refusing()) return errors::shutting_down();
-    return start();
-  }
+/// One slice; an error ends the call.
+grpc::Status SummarizeWork::work(const std::stop_token& stop) {
+  if (!summary_) return start();
   ++slices_;
-  if (host_.lifecycle.stopping()) {
+  if (lifecycle_.stopping()) {
     shut_down();
   } else {
-    advance();
+    advance(stop);
   }
   // What was being read when the server stopped it may be incomplete.
   if (summary_->interrupted()) return errors::shutting_down();
@@ -168,13 +119,13 @@ grpc::Status SummarizeCall::work() {
   return grpc::Status::OK;
 }
 
-grpc::Status SummarizeCall::start() {
-  Session& session = **session_;
+grpc::Status SummarizeWork::start() {
+  Session& session = *session_;
   auto what = from_proto(request_);
   if (!what) return what.error();
   auto summary = Summary::prepare(session.scene(), *std::move(what));
   if (!summary) return errors::invalid(summary.error());
-  memory_ = MemoryLease(log_.account().memory(), summary_memory(session, *summary));
+  memory_ = MemoryLease(account_.memory(), summary_memory(session, *summary));
   messages_.emplace(session, summary->description());
   if (request_.checkpoint().empty()) {
     auto simulation = session.lease(request_.from());
@@ -201,7 +152,7 @@ grpc::Status SummarizeCall::start() {
   return grpc::Status::OK;
 }
 
-std::int64_t SummarizeCall::mark() const {
+std::int64_t SummarizeWork::mark() const {
   const std::int64_t every = request_.checkpoint_every(), from = request_.from();
   constexpr auto never = std::numeric_limits<std::int64_t>::max();
   if (every == 0) return never;
@@ -211,68 +162,54 @@ std::int64_t SummarizeCall::mark() const {
 
 /// The length of a slice follows the clock, because reading may cost more than stepping; what is
 /// computed does not depend on it.
-void SummarizeCall::advance() {
+void SummarizeWork::advance(const std::stop_token& stop) {
   using Clock = std::chrono::steady_clock;
   const auto begin = Clock::now();
   const std::int64_t due = mark();
-  summary_->advance(steps_, due, stop_.get_token());
+  summary_->advance(steps_, due, stop);
   const std::chrono::duration<double, std::nano> taken = Clock::now() - begin;
   if (taken.count() > 2 * longer_ * slice_nanoseconds)
     steps_ = std::max<std::int64_t>(1, steps_ / 2);
   else if (taken.count() < longer_ * slice_nanoseconds / 2)
-    steps_ = std::min(2 * steps_, longer_ * slice_steps((*session_)->step_cost()));
+    steps_ = std::min(2 * steps_, longer_ * slice_steps(session_->step_cost()));
   if (summary_->interrupted()) return;
   messages_->add(summary_->take_events());
   messages_->add(summary_->take_states());
   done_ = summary_->done();
   if (summary_->step() < due || done_) return;
   last_mark_ = due;
-  messages_->add_checkpoint(due, encode_summary(**session_, digest_of(request_), summary_->save()));
+  messages_->add_checkpoint(due, encode_summary(*session_, digest_of(request_), summary_->save()));
 }
 
 /// The server goes down: what there is, and on request where another server goes on.
-void SummarizeCall::shut_down() {
+void SummarizeWork::shut_down() {
   if (request_.return_checkpoint())
     messages_->add_checkpoint(summary_->step(),
-                              encode_summary(**session_, digest_of(request_), summary_->save()));
+                              encode_summary(*session_, digest_of(request_), summary_->save()));
   summary_->cancel();
   done_ = true;
 }
 
-void SummarizeCall::send() {
+Progress SummarizeWork::write(v1::SummarizeResponse& message) {
   failpoint("call.summary_message");
   slices_ = 0;
-  message_.Clear();
-  message_.set_step(summary_->step());
-  message_.set_computed_steps(summary_->computed_steps());
+  message.Clear();
+  message.set_step(summary_->step());
+  message.set_computed_steps(summary_->computed_steps());
   if (price_.bound() != v1::PRICE_BOUND_UNSPECIFIED) {
-    message_.mutable_price()->Swap(&price_);
+    message.mutable_price()->Swap(&price_);
     price_.Clear();
   }
-  if (!messages_->empty()) messages_->next(message_);
+  if (!messages_->empty()) messages_->next(message);
   const bool last = done_ && messages_->empty();
   if (last) {
-    v1::RunStatus& status = *message_.mutable_run_status();
+    v1::RunStatus& status = *message.mutable_run_status();
     to_proto(summary_->status(), &status);
     if (!summary_->status().reached())
-      status.set_message(to_sentence(summary_->status(), (*session_)->scene(), summary_->rate()));
+      status.set_message(to_sentence(summary_->status(), session_->scene(), summary_->rate()));
   }
-  if (request_.checksum()) message_.set_checksum(wire::checksum(message_));
-  if (last) return end(grpc::Status::OK);
-  log_.writing();
-  StartWrite(&message_);
-}
-
-void SummarizeCall::end(const grpc::Status& status) {
-  log_.finish(status, summary_ ? summary_->computed_steps() : 0);
-  summary_.reset();
-  messages_.reset();
-  session_.reset();
-  ticket_.give_back();
-  if (status.ok())
-    StartWriteAndFinish(&message_, grpc::WriteOptions(), status);
-  else
-    Finish(status);
+  if (request_.checksum()) message.set_checksum(wire::checksum(message));
+  return last ? Progress::last_message : Progress::message;
 }
 
 }  // namespace
@@ -288,7 +225,11 @@ grpc::ServerWriteReactor<v1::SummarizeResponse>* Service::Summarize(
     if (!session) return refuse(session.error());
     if (const auto status = check_range(*request); !status.ok()) return refuse(status);
     Pool& pool = has_many(**session) ? host_.searches : host_.pool_for((*session)->step_cost());
-    return new SummarizeCall(host_, pool, std::move(log), *std::move(session), *request);
+    const double price = (*session)->work((*session)->start_for(request->from()), request->to());
+    Account& account = log.account();
+    return new SlicedStream<v1::SummarizeResponse>(
+        host_, pool, std::move(log), Ticket::Kind::stream, price,
+        std::make_unique<SummarizeWork>(host_.lifecycle, account, *std::move(session), *request));
   } catch (...) {
     return refuse(errors::from_current_exception());
   }

@@ -198,6 +198,78 @@ def test_without_a_server_it_ends(place, client, monkeypatch):
         session.step(1, timeout=0.1)
 
 
+class Forgetful(fake.Fake):
+    """The fake, which has lost its session when a call for it comes, `losses` times; `order` is what happened."""
+
+    def __init__(self):
+        super().__init__()
+        self.losses, self.there, self.order = 0, True, []
+
+    def CreateSession(self, request, context):
+        self.order.append("create")
+        self.there = True
+        return pb.CreateSessionResponse(session=fake.SESSION)
+
+    def error(self):
+        """NOT_FOUND where the session is not there."""
+        self.order.append("call")
+        if self.losses > 0:
+            self.there, self.losses = False, self.losses - 1
+        if self.there:
+            return None
+        info = pb.ErrorInfo(reason="SESSION_NOT_FOUND", domain="stiefel", metadata={"session_id": "fake"})
+        status = pb.Status(code=5, message="there is no such session")
+        status.details.add(type_url="type.googleapis.com/google.rpc.ErrorInfo", value=info.SerializeToString())
+        return status
+
+    def Drive(self, requests, context):
+        for request in requests:
+            error = self.error()
+            yield pb.DriveResponse(error=error) if error else pb.DriveResponse(step=super().Step(request, context))
+
+    def Step(self, request, context):
+        if error := self.error():
+            context.set_trailing_metadata((("grpc-status-details-bin", error.SerializeToString()),))
+            context.abort(grpc.StatusCode.NOT_FOUND, error.message)
+        return super().Step(request, context)
+
+
+@pytest.fixture
+def forgetful(tmp_path, monkeypatch):
+    monkeypatch.setattr(fake, "Fake", Forgetful)
+    service, server, service.address = fake.serve(tmp_path)
+    monkeypatch.setattr(recreation, "rest", lambda channel, seconds: service.order.append(seconds))
+    yield service
+    server.stop(None)
+
+
+@pytest.mark.parametrize("losses", [1, 3, 50])
+def test_a_session_that_is_lost_over_and_over_is_created_over_and_over(forgetful, losses):
+    with stiefel.Client(forgetful.address) as client:
+        session = session_of(client, "")
+        drive = session.drive()
+        for call in (session.step, drive.step):
+            forgetful.order.clear()
+            forgetful.losses = losses
+            assert call(7).step == 7
+            pauses = list(recreation.pauses())[:losses]
+            # The call comes right after the creation, not after a pause in which the session may be lost.
+            assert forgetful.order == ["call", *(event for pause in pauses for event in (pause, "create", "call"))]
+
+
+def test_in_the_end_the_loss_is_told(forgetful):
+    with stiefel.Client(forgetful.address) as client:
+        session = session_of(client, "")
+        drive = session.drive()
+        for call in (session.step, drive.step):
+            forgetful.order.clear()
+            forgetful.losses = 10**6
+            with pytest.raises(stiefel.NotFound, match="there is no such session"):
+                call(7)
+            assert forgetful.order.count("create") == recreation.RECOVERIES
+            assert sum(event for event in forgetful.order if isinstance(event, float)) == pytest.approx(20.375)
+
+
 class OtherBuild(fake.Fake):
     """The fake with the numerics id "other"; it takes no checkpoint, and keeps what calls are routed by."""
 

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import base64
 import json
+import os
 import re
 import signal
 import subprocess
@@ -77,11 +78,54 @@ def test_kubernetes_manifests_agree() -> None:
     assert policy["podSelector"]["matchLabels"] == pods(servers)
     assert policy["ingress"][0]["from"] == [{"podSelector": {"matchLabels": pods(proxies)}}]
     scaler = every["HorizontalPodAutoscaler", "stiefel"]["spec"]
-    assert scaler["scaleTargetRef"]["name"] == "stiefel" and scaler["minReplicas"] == servers["spec"]["replicas"]
+    assert scaler["scaleTargetRef"]["name"] == "stiefel" and "replicas" not in servers["spec"]
     assert scaler["metrics"][0]["pods"]["metric"]["name"] == "stiefel_work_queued"
     pod = servers["spec"]["template"]["spec"]
-    environment = {entry["name"]: entry["value"] for entry in pod["containers"][0]["env"]}
+    environment = {entry["name"]: entry.get("value") for entry in pod["containers"][0]["env"]}
     assert pod["terminationGracePeriodSeconds"] > float(environment["STIEFEL_GRACE"]) + 2
+
+
+def test_prometheus_finds_the_servers_of_kubernetes() -> None:
+    """By the label and the port of their pods, and under the job that the rules and the dashboard name."""
+    job, = yaml.safe_load((DOCKER / "prometheus/kubernetes.yaml").read_text())["scrape_configs"]
+    label, port = job["relabel_configs"][0]["regex"].split(";")
+    servers = manifests()["Deployment", "stiefel"]
+    container, = servers["spec"]["template"]["spec"]["containers"]
+    assert pods(servers) == {"app": label} and port in {one["name"] for one in container["ports"]}
+    environment = {entry["name"]: entry.get("value") for entry in container["env"]}
+    number, = [one["containerPort"] for one in container["ports"] if one["name"] == port]
+    assert environment["STIEFEL_METRICS"].endswith(f":{number}")
+    named = re.findall(r'job="(\w+)"', (DOCKER / "prometheus/rules.yaml").read_text())
+    assert {job["job_name"], *named} == {"stiefel"}
+
+
+def flags_of(container: Any) -> dict[str, str]:
+    """The variables of a server's container."""
+    return {entry["name"]: entry.get("value", "2") for entry in container["env"]}
+
+
+@pytest.mark.parametrize("given", ["kubernetes", "replicas.yaml", "compose.yaml", "stiefel.service", "Dockerfile"])
+def test_the_flags_of_each_deployment_are_sound(given: str, tmp_path: Path) -> None:
+    """Every variable is one of the server, and `check` takes their values."""
+    if given == "kubernetes":
+        variables = flags_of(manifests()["Deployment", "stiefel"]["spec"]["template"]["spec"]["containers"][0])
+    elif given.endswith(".yaml"):
+        service = next(iter(yaml.safe_load((DOCKER / given).read_text())["services"].values()))
+        variables = service.get("environment", {})
+    else:
+        variables = dict(re.findall(r"(STIEFEL_\w+)=(\S+)", "\n".join(
+            line for line in (DOCKER / given).read_text().splitlines() if re.match(r"(ENV|Environment=)", line))))
+    assert variables or given == "compose.yaml"
+    (tmp_path / "key").write_text(32 * "5a")
+    for name, value in variables.items():
+        if name.endswith("_KEY"):
+            variables[name] = str(tmp_path / "key")
+        variables[name] = variables[name].replace("/run/stiefel/", f"{tmp_path}/")
+    server = os.environ["STIEFEL_SERVER"]
+    known = subprocess.run([server, "flags"], capture_output=True, text=True, check=True).stdout
+    assert set(variables) <= set(re.findall(r"`(STIEFEL_\w+)`", known))
+    checked = subprocess.run([server, "check"], env={**os.environ, **variables}, capture_output=True, text=True)
+    assert checked.returncode == 0, checked.stderr
 
 
 def test_envoy_in_kubernetes_finds_the_headless_service(tmp_path: Path) -> None:
@@ -156,6 +200,25 @@ def test_envoy_speaks_json(make_cluster: Any, tmp_path: Path) -> None:
     assert call.status == "404" and "was deleted" in call.message
     call("Step", "s", session_id="s", to="ten")
     assert call.status == "400"
+
+
+@long
+def test_envoy_tells_the_errors_of_a_stream_over_http_1(make_cluster: Any, tmp_path: Path) -> None:
+    """In the trailers, whether it has begun or not."""
+    cluster = make_cluster("envoy")
+    call = Json(tmp_path, cluster.tls)
+    call("CreateSession", "s", session_id="s", scene=BODY)
+
+    def trailers(session: str, **request: Any) -> str:
+        done = subprocess.run(
+            ["curl", "-sS", "--http1.1", "--cacert", tmp_path / "cert.pem", "-D", "-", "-o", tmp_path / "body",
+             "-H", "content-type: application/json", "-H", f"stiefel-session: {session}", "-H", "grpc-timeout: 500m",
+             "-d", json.dumps({"session_id": session, **request}),
+             f"https://localhost:{cluster.tls}/stiefel.v1.SimulationService/Stream"], capture_output=True, text=True, check=True)
+        return done.stdout.split("\n\n" if "\r" not in done.stdout else "\r\n\r\n", 1)[1]
+    assert "grpc-status: 5" in trailers("nobody", to=1) and "grpc-message: session_id: nobody" in trailers("nobody", to=1)
+    begun = trailers("s", to=10**9, every=10**6)
+    assert "grpc-status: 4" in begun and b"steps" in (tmp_path / "body").read_bytes()
 
 
 @long

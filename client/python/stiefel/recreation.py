@@ -20,7 +20,7 @@ WORK_BETWEEN_CHECKPOINTS = 5e9
 
 #: Recreations of a session within one call: each is a server's answer, so they may be many where one server after the
 #: other is lost.
-RECOVERIES = 30
+RECOVERIES = 54
 
 _SESSION, _NUMERICS = "stiefel-session", "stiefel-numerics-id"
 _ROUTABLE = re.compile(r"[A-Za-z0-9._-]{1,128}")
@@ -34,8 +34,8 @@ def route(id: str) -> Metadata:
 
 
 def pauses() -> Iterator[float]:
-    """Seconds to wait after each recreation: 0.05, 0.1, 0.2, 0.4, 0.8, 0.8, ... in all 21.55 s."""
-    return (0.05 * 2**min(recovery, 4) for recovery in range(RECOVERIES))
+    """Seconds to wait before each recreation: 0.025, 0.05, 0.1, 0.2, 0.4, 0.4, ... in all 20.375 s."""
+    return (0.025 * 2**min(recovery, 4) for recovery in range(RECOVERIES))
 
 
 class Recreation:
@@ -75,13 +75,16 @@ class Recreation:
                 self.recover(error, waits, deadline)
 
     def recover(self, error: StiefelError, waits: Iterator[float], deadline: calls.Deadline) -> None:
-        """Creates the session again and pauses; raises `error` if that is not this handle's to do, if `waits` are
-        used up or the deadline comes first, and BuildChanged where another build answers."""
+        """Pauses and creates the session again; raises `error` if that is not this handle's to do, if `waits` are
+        used up or the deadline comes first, and BuildChanged where another build answers.
+
+        No pause follows the creation: where servers end one after the other, the session is lost again in any pause
+        that is as long as they last."""
         wait = next(waits, None) if self.is_gone(error) else None
         if wait is None or deadline.comes_within(wait):
             raise error from None
-        self._create(deadline)
         rest(self._client.channel, wait)
+        self._create(deadline)
 
     def is_gone(self, error: StiefelError) -> bool:
         """Whether `error` means that the session or its server is gone and this handle creates it again."""

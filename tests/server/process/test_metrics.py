@@ -1,47 +1,15 @@
 """What a server tells Prometheus, over HTTP, of calls that were made over gRPC."""
-import os
-import re
-import socket
-import subprocess
 import threading
 import time
-import urllib.error
-import urllib.request
 
 import grpc
 import pytest
 
 import stiefel
 from conftest import BODY, eventually
+from metered import Metered, read
 from stiefel import v1 as pb
 from stiefel.v1 import simulation_pb2_grpc as rpc
-
-SAMPLE = re.compile(r'^([a-z_]+)(?:\{(.*)\})? (\S+)$')
-
-
-def read(url):
-    """{(name, (label, value), ...): value} of every sample."""
-    samples = {}
-    with urllib.request.urlopen(url, timeout=10) as page:
-        for line in page.read().decode().splitlines():
-            if line and not line.startswith("#"):
-                name, labels, value = SAMPLE.match(line).groups()
-                pairs = tuple(sorted(re.findall(r'(\w+)="([^"]*)"', labels or "")))
-                samples[(name, *pairs)] = float(value)
-    return samples
-
-
-class Metered:
-    """A server with metrics; `url` is where."""
-
-    def __init__(self, process):
-        self.process, self.address = process, process.address
-        line = process.child.stdout.readline()
-        assert line.startswith("metrics at http://127.0.0.1:"), line
-        self.url = line.split()[-1]
-
-    def value(self, name, **labels):
-        return read(self.url).get((name, *sorted(labels.items())))
 
 
 @pytest.fixture
@@ -198,57 +166,3 @@ def test_readers_at_once_with_calls(metered):
             scraper.join()
     assert faults == []
     assert server.value("stiefel_calls_total", method="Step", code="OK") == 500
-
-
-def test_only_the_metrics_are_served(metered):
-    server = metered()
-    root = server.url.removesuffix("/metrics")
-    for path in ("/", "/etc/passwd", "/../../etc/passwd", "/metrics/../../etc/passwd", "/%2e%2e/%2e%2e/etc/passwd"):
-        host, port = root.removeprefix("http://").split(":")
-        with socket.create_connection((host, int(port)), timeout=10) as connection:
-            connection.sendall(f"GET {path} HTTP/1.0\r\n\r\n".encode())
-            answer = connection.makefile("rb").read()
-        assert answer.startswith((b"HTTP/1.1 404", b"HTTP/1.0 404", b"HTTP/1.1 400", b"HTTP/1.0 400",
-                                  b"HTTP/1.1 403")), (path, answer[:200])
-        assert b"root:" not in answer
-
-
-def test_silent_readers_hold_up_nobody_for_long(metered):
-    server = metered()
-    host, port = re.match(r"http://(.*):(\d+)/", server.url).groups()
-    silent = [socket.create_connection((host, int(port))) for _ in range(8)]
-    begin = time.monotonic()
-    with urllib.request.urlopen(server.url, timeout=60) as page:
-        assert page.status == 200
-    assert time.monotonic() - begin < 40
-    for connection in silent:
-        connection.close()
-
-
-def test_without_the_flag_there_is_nothing(serve):
-    process = serve()
-    assert process.stop() == 0
-    assert "metrics" not in process.child.stdout.read()
-
-
-@pytest.mark.parametrize("address, rule", [
-    ("0.0.0.0:0", "other machines reach it"), ("[::1]:0", "must have an IPv4 address"),
-    ("unix:/tmp/metrics", "must be host:port"), ("127.0.0.1", "")])
-def test_where_metrics_are_not_served(address, rule):
-    for arguments in (["check", "--metrics", address], ["--listen", "127.0.0.1:0", "--metrics", address]):
-        told = subprocess.run([os.environ["STIEFEL_SERVER"], *arguments], capture_output=True, text=True, timeout=20)
-        assert told.returncode != 0 and "metrics" in told.stderr and rule in told.stderr
-
-
-def test_other_machines_may_read_where_the_operator_says_so(serve):
-    process = serve("--metrics", "0.0.0.0:0", "--insecure")
-    url = process.child.stdout.readline().split()[-1]
-    assert read(url.replace("0.0.0.0", "127.0.0.1"))[("stiefel_threads",)] >= 1
-
-
-def test_a_port_that_is_taken(serve):
-    first = Metered(serve("--metrics", "127.0.0.1:0"))
-    taken = re.match(r"http://(.*)/metrics", first.url)[1]
-    told = subprocess.run([os.environ["STIEFEL_SERVER"], "--listen", "127.0.0.1:0", "--metrics", taken],
-                          capture_output=True, text=True, timeout=20)
-    assert told.returncode == 1 and taken in told.stderr and "Address already in use" in told.stderr

@@ -1,0 +1,139 @@
+#include "server/metrics/http_server.h"
+
+#include <sys/socket.h>
+
+#include <boost/asio/awaitable.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/ssl/context.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/core/tcp_stream.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/ssl/ssl_stream.hpp>
+#include <chrono>
+#include <exception>
+#include <list>
+#include <optional>
+#include <string_view>
+#include <thread>
+#include <utility>
+
+namespace stiefel::server {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = boost::beast::http;
+using asio::use_awaitable;
+using asio::ip::tcp;
+using namespace std::chrono_literals;
+
+constexpr int connections_at_once = 16;
+constexpr std::size_t largest_request = 8192;  // bytes
+constexpr auto request_patience = 2s, answer_patience = 10s;
+/// After an accept that failed, because the process has no descriptor left.
+constexpr auto pause = 100ms;
+
+tcp::acceptor acceptor_of(asio::io_context& context, Listener&& listener) {
+  const bool ipv6 = listener.address.storage.ss_family == AF_INET6;
+  return tcp::acceptor(context, ipv6 ? tcp::v6() : tcp::v4(), listener.socket.release());
+}
+
+}  // namespace
+
+struct HttpServer::Parts {
+  Parts(TlsContext given, std::string at, std::string type, Page body)
+      : path(std::move(at)), content_type(std::move(type)), page(std::move(body)) {
+    if (given) tls.emplace(given.release());
+  }
+  ~Parts() { context.stop(); }
+
+  http::response<http::string_body> answer(const http::request<http::empty_body>& request) const {
+    http::response<http::string_body> response(http::status::ok, 11);
+    const std::string_view target(request.target().data(), request.target().size());
+    if (request.version() != 10 && request.version() != 11) {
+      response.result(http::status::http_version_not_supported);
+    } else if (target.substr(0, target.find('?')) != path) {
+      response.result(http::status::not_found);
+    } else if (request.method() != http::verb::get) {
+      response.result(http::status::method_not_allowed);
+      response.set(http::field::allow, "GET");
+    } else {
+      response.set(http::field::content_type, content_type);
+      response.body() = page();
+    }
+    response.keep_alive(false);
+    response.prepare_payload();
+    return response;
+  }
+
+  template <class Stream>
+  asio::awaitable<void> converse(Stream& stream) const {
+    beast::flat_buffer buffer(largest_request);
+    http::request_parser<http::empty_body> request;
+    request.header_limit(largest_request);
+    co_await http::async_read_header(stream, buffer, request, use_awaitable);
+    beast::get_lowest_layer(stream).expires_after(answer_patience);
+    const auto response = answer(request.get());
+    co_await http::async_write(stream, response, use_awaitable);
+  }
+
+  asio::awaitable<void> serve(tcp::socket socket) {
+    beast::tcp_stream stream(std::move(socket));
+    stream.expires_after(request_patience);
+    if (!tls) {
+      co_await converse(stream);
+      stream.socket().shutdown(tcp::socket::shutdown_send);
+    } else {
+      beast::ssl_stream<beast::tcp_stream> encrypted(std::move(stream), *tls);
+      co_await encrypted.async_handshake(asio::ssl::stream_base::server, use_awaitable);
+      co_await converse(encrypted);
+      co_await encrypted.async_shutdown(use_awaitable);
+    }
+  }
+
+  /// One connection after another, until the context stops.
+  asio::awaitable<void> accept(tcp::acceptor& acceptor) {
+    for (;;) {
+      bool accepted = false;
+      try {
+        tcp::socket socket = co_await acceptor.async_accept(use_awaitable);
+        accepted = true;
+        co_await serve(std::move(socket));
+      } catch (const std::exception&) {  // the reader went away, or was too slow
+      }
+      if (!accepted) co_await asio::steady_timer(context, pause).async_wait(use_awaitable);
+    }
+  }
+
+  const std::string path, content_type;
+  const Page page;
+  std::optional<asio::ssl::context> tls;
+  asio::io_context context{1};
+  std::list<tcp::acceptor> acceptors;
+  std::jthread thread;  // ends before what it uses
+};
+
+HttpServer::HttpServer(std::vector<Listener> listeners, TlsContext tls, std::string path,
+                       std::string content_type, Page page)
+    : parts_(std::make_unique<Parts>(std::move(tls), std::move(path), std::move(content_type),
+                                     std::move(page))) {
+  for (Listener& listener : listeners) {
+    tcp::acceptor& acceptor =
+        parts_->acceptors.emplace_back(acceptor_of(parts_->context, std::move(listener)));
+    for (int i = 0; i < connections_at_once; ++i)
+      asio::co_spawn(parts_->context, parts_->accept(acceptor), asio::detached);
+  }
+  parts_->thread = std::jthread([&context = parts_->context] {
+    pthread_setname_np(pthread_self(), "metrics");
+    context.run();
+  });
+}
+
+HttpServer::~HttpServer() = default;
+
+}  // namespace stiefel::server

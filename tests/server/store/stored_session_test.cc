@@ -1,0 +1,57 @@
+// A session as rows of a store, and back.
+#include "server/durability/stored_session.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <memory>
+
+#include "server/sessions/identity.h"
+#include "tests/server/scenes.h"
+#include "tests/support/scenes/any_scene.h"
+#include "tests/support/scenes/every_pair.h"
+
+namespace stiefel::test {
+namespace {
+
+TEST(StoredSession, KeepsTheBitsOfEverySystemAndMethod) {
+  const auto clock = std::make_shared<const server::Clock>(&std::chrono::steady_clock::now);
+  int number = 0;
+  for (const auto& [system, method, N] : stiefel::testing::every_pair()) {
+    const auto given = stiefel::testing::any_scene(system, method, 1, 0.02, N);
+    const auto scene = Scene::resolve(given);
+    ASSERT_TRUE(scene) << system << " " << method;
+    server::Resolution resolution{server::difference(given, scene->description()), std::nullopt};
+    if (number++ % 2)
+      resolution.choice = server::ChosenMethod{0.1, 3, "for a reason\nof two lines"};
+    server::Session session("a", *scene, clock, resolution);
+    session.restored(server::Principal{"p"}, std::chrono::system_clock::now());
+    const auto row = server::to_row(session);
+    const auto again = server::from_row({row, std::nullopt}, clock);
+    ASSERT_TRUE(again) << system << " " << method << ": " << again.error();
+    EXPECT_EQ((*again)->identity(), session.identity()) << system << " " << method;
+    EXPECT_EQ((*again)->owner(), session.owner());
+    EXPECT_EQ((*again)->create_time(), session.create_time());
+    const server::Resolution& read = (*again)->resolution();
+    EXPECT_EQ(read.difference.filled_in, resolution.difference.filled_in);
+    EXPECT_EQ(read.difference.cleared, resolution.difference.cleared);
+    ASSERT_EQ(read.choice.has_value(), resolution.choice.has_value());
+    EXPECT_TRUE(!read.choice || read.choice->reason == resolution.choice->reason);
+  }
+  EXPECT_GT(number, 30);
+}
+
+TEST(StoredSession, OfAnotherSceneIsNotTakenForIt) {
+  const auto clock = std::make_shared<const server::Clock>(&std::chrono::steady_clock::now);
+  const server::Session session("a", scene(), clock);
+  auto row = server::to_row(session);
+  row.identity ^= 1;
+  EXPECT_FALSE(server::from_row({row, std::nullopt}, clock));
+  row.numerics_id = "another build";  // whose scenes may have more fields
+  EXPECT_TRUE(server::from_row({row, std::nullopt}, clock));
+  row.scene = "no message";
+  EXPECT_FALSE(server::from_row({row, std::nullopt}, clock));
+}
+
+}  // namespace
+}  // namespace stiefel::test
