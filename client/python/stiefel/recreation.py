@@ -10,7 +10,6 @@ import grpc
 from stiefel import calls
 from stiefel import v1 as pb
 from stiefel.errors import BuildChanged, NotFound, StiefelError, Unavailable
-from stiefel.retry import rest
 
 if TYPE_CHECKING:
     from stiefel.client import Client
@@ -81,7 +80,7 @@ class Recreation:
         if wait is None or deadline.comes_within(wait):
             raise error from None
         self._create(deadline)
-        rest(self._client.channel, wait)
+        self._client.connection.rest(wait)
 
     def is_gone(self, error: StiefelError) -> bool:
         """Whether `error` means that the session or its server is gone and this handle creates it again."""
