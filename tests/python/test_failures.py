@@ -164,7 +164,7 @@ def test_other_errors_have_what_arrived_too(service, session):
 
 def test_a_refusal_with_a_time_is_made_again_after_it(service, session, monkeypatch):
     slept = []
-    monkeypatch.setattr(calls, "rest", lambda channel, seconds: slept.append(seconds))
+    monkeypatch.setattr(session._client.connection, "rest", slept.append)
     service.failures, begin = [fake.refusal(0.25)] * 3, len(service.requests)
     assert session.step(to=5).step == 5
     assert len(service.requests) - begin == 4 and len(slept) == 3

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Callable, Optional
 import grpc
 
 from stiefel.errors import DeadlineExceeded, StiefelError
-from stiefel.retry import ATTEMPTS, Pauses, rest
+from stiefel.retry import ATTEMPTS, Pauses
 
 if TYPE_CHECKING:
     from stiefel.client import Client
@@ -59,4 +59,4 @@ def pause_or_raise(error: StiefelError, waits: Pauses, client: Client, deadline:
         if late:
             raise DeadlineExceeded(f"no time is left of {deadline.timeout:g} s: {error.message}") from error
         raise error from None
-    rest(client.channel, wait)
+    client.connection.rest(wait)

@@ -11,13 +11,16 @@ import grpc
 from stiefel import calls
 from stiefel import v1 as pb
 from stiefel.answers import Conversion, Geodesic
-from stiefel.errors import Closed, CorruptReply, InvalidArgument, SceneWarning, StiefelError, Violation, from_rpc_error
+from stiefel.connection import Connection
+from stiefel.errors import (Closed, CorruptReply, InvalidArgument, SceneWarning, StiefelError, Unimplemented, Violation,
+                            from_rpc_error)
 from stiefel.recreation import Metadata, route
 from stiefel.scenes import SceneLike, to_matrix, to_message
 from stiefel.security import TlsLike, open_channel, token_from_environment
 from stiefel.session import Session
 from stiefel.tradeoff import Tradeoff
 from stiefel.v1.simulation_pb2_grpc import SimulationServiceStub
+from stiefel.version import __version__
 
 _OPTIONS = [
     ("grpc.initial_reconnect_backoff_ms", 50),
@@ -57,6 +60,7 @@ class Client:
         else:
             self.address = "a channel of the caller's"
         self.channel = channel
+        self.connection = Connection(channel)
         self._stub = SimulationServiceStub(self.channel)  # type: ignore[no-untyped-call]
         self._closed = False
 
@@ -183,9 +187,14 @@ class Client:
         """This package's exception for gRPC's."""
         if self._closed:  # gRPC says so with a ValueError or CANCELLED
             return self._closed_error()
-        if isinstance(failure, grpc.RpcError):
-            return from_rpc_error(failure)
-        raise failure
+        if not isinstance(failure, grpc.RpcError):
+            raise failure
+        error = from_rpc_error(failure)
+        if isinstance(error, Unimplemented) and not error.reason:  # gRPC's own error, which names neither call nor version
+            said = f" ({error.message})" if error.message else ""
+            return Unimplemented(f"the server of {self.address} does not have this call{said}: it needs stiefel-server "
+                                 f"{__version__}, the version of this client, or a later one")
+        return error
 
     def _closed_error(self) -> Closed:
         return Closed(f"the client of {self.address} is closed")
@@ -196,6 +205,7 @@ class Client:
     def close(self) -> None:
         """Ends what is still running. Sessions stay on the server."""
         self._closed = True
+        self.connection.close()
         self.channel.close()
 
     @property

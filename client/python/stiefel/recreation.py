@@ -10,7 +10,6 @@ import grpc
 from stiefel import calls
 from stiefel import v1 as pb
 from stiefel.errors import BuildChanged, NotFound, StiefelError, Unavailable
-from stiefel.retry import rest
 
 if TYPE_CHECKING:
     from stiefel.client import Client
@@ -83,7 +82,7 @@ class Recreation:
         wait = next(waits, None) if self.is_gone(error) else None
         if wait is None or deadline.comes_within(wait):
             raise error from None
-        rest(self._client.channel, wait)
+        self._client.connection.rest(wait)
         self._create(deadline)
 
     def is_gone(self, error: StiefelError) -> bool:

@@ -3,10 +3,7 @@ while have attempts of their own, so that a call has at most the sum of both."""
 from __future__ import annotations
 
 import random
-import threading
 from typing import Optional
-
-import grpc
 
 from stiefel.errors import ResourceExhausted, StiefelError, Unavailable
 
@@ -32,19 +29,3 @@ class Pauses:
             self._refusals += 1
             return error.retry_delay + random.uniform(0, min(0.01 * 2 ** (self._refusals - 1), 1.0))
         return None
-
-
-def rest(channel: grpc.Channel, seconds: float) -> None:
-    """Waits that long, or until a channel that was not connected is. gRPC connects only while somebody watches the channel
-    or calls, so sleeping would not do."""
-    connected = threading.Event()
-    seen: list[grpc.ChannelConnectivity] = []
-
-    def watch(state: grpc.ChannelConnectivity) -> None:
-        if state is grpc.ChannelConnectivity.READY and seen:
-            connected.set()
-        seen.append(state)
-
-    channel.subscribe(watch, try_to_connect=True)
-    connected.wait(seconds)
-    channel.unsubscribe(watch)

@@ -1,9 +1,9 @@
 """Samples as they come over Stream, which resumes where it broke."""
 from __future__ import annotations
 
+from contextlib import closing
 from typing import TYPE_CHECKING, Iterator, Optional
 
-import grpc
 import numpy as np
 
 from stiefel import calls, recreation
@@ -11,8 +11,9 @@ from stiefel import v1 as pb
 from stiefel.arrays import Batch, Price, RunStatus, read_steps
 from stiefel.assembly import Assembly
 from stiefel.checksums import verify_batch
-from stiefel.errors import CorruptReply, DeadlineExceeded, Internal, NotFound, StiefelError, Unavailable
+from stiefel.errors import DeadlineExceeded, NotFound, StiefelError, Unavailable
 from stiefel.recreation import Recreation
+from stiefel.streams import CheckpointParts, messages
 
 if TYPE_CHECKING:
     from stiefel.client import Client
@@ -35,7 +36,7 @@ class Samples:
         self.computed_steps = 0  #: by all streams so far
         self.price: Optional[Price] = None  #: of the first stream
         self.checkpoint = b""  #: the last one that is complete, if the request asks for any
-        self._checkpoint: list[bytes] = []
+        self._parts = CheckpointParts()
 
     def __iter__(self) -> Iterator[Batch]:
         deadline = calls.Deadline(self._client.deadline(self._timeout))
@@ -46,27 +47,21 @@ class Samples:
             if last is not None:
                 setattr(self._request, "from", min(last + self._every, self._request.to))
             stream = self._client.stub.Stream(self._request, timeout=deadline.left(), metadata=self._recreation.metadata)
-            progress, computed, answered = False, 0, False
-            assembly, self._checkpoint = Assembly(), []
+            progress, computed = False, 0
+            assembly, self._parts = Assembly(), CheckpointParts()
             try:
-                for message in stream:
-                    if not answered:
-                        self._recreation.check_build(stream)
-                        answered = True
-                    computed = max(computed, message.computed_steps)
-                    self.computed_steps = before + computed
-                    batch = self._read(message, assembly)
-                    if batch is not None and (last is None or batch.step[0] > last):
-                        progress, last = True, int(batch.step[-1])
-                        yield batch
-                    if self.run_status is not None:
-                        return
-                error: StiefelError = Internal("the stream ended without saying how")
-            except grpc.RpcError as failure:
-                self._recreation.check_failure(failure)
-                error = self._client.error(failure)
-            finally:
-                stream.cancel()
+                with closing(messages(self._client, self._recreation, stream)) as arriving:
+                    for message in arriving:
+                        computed = max(computed, message.computed_steps)
+                        self.computed_steps = before + computed
+                        batch = self._read(message, assembly)
+                        if batch is not None and (last is None or batch.step[0] > last):
+                            progress, last = True, int(batch.step[-1])
+                            yield batch
+                        if self.run_status is not None:
+                            return
+            except StiefelError as broken:
+                error: StiefelError = broken
             before += computed
             if progress and isinstance(error, Unavailable if self._timeout is not None else (DeadlineExceeded, Unavailable)):
                 waits, recoveries = calls.pauses(), recreation.pauses()
@@ -92,19 +87,11 @@ class Samples:
         if message.HasField("run_status"):
             self.run_status = RunStatus.of(message.run_status)
         if message.HasField("checkpoint"):
-            self._read_checkpoint(message.checkpoint)
+            whole = self._parts.take(message.checkpoint)
+            if whole:
+                self.checkpoint = whole
+                self._recreation.keep(message.checkpoint.step, whole)
         if not message.steps:
             return None
         assembly.take(message.fields)
         return None if message.sample_continues else Batch(steps, times, assembly.finish())
-
-    def _read_checkpoint(self, part: pb.CheckpointPart) -> None:
-        if part.offset == 0:
-            self._checkpoint = []
-        begun = sum(map(len, self._checkpoint))
-        if part.offset != begun:
-            raise CorruptReply(f"a part of the checkpoint of step {part.step} is missing")
-        self._checkpoint.append(part.data)
-        if begun + len(part.data) == part.size:
-            self.checkpoint, self._checkpoint = b"".join(self._checkpoint), []
-            self._recreation.keep(part.step, self.checkpoint)

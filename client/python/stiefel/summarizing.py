@@ -1,9 +1,9 @@
 """The stream of a Summarize: reads it, and goes on where it broke."""
 from __future__ import annotations
 
+from contextlib import closing
 from typing import TYPE_CHECKING, Any, Iterator, Optional, Union
 
-import grpc
 import numpy as np
 
 from stiefel import calls, recreation
@@ -11,8 +11,9 @@ from stiefel import v1 as pb
 from stiefel.arrays import Array, Batch, Price, RunStatus
 from stiefel.assembly import Assembly
 from stiefel.checksums import verify
-from stiefel.errors import CorruptReply, Internal, NotFound, StiefelError, Unavailable
+from stiefel.errors import NotFound, StiefelError, Unavailable
 from stiefel.recreation import Recreation
+from stiefel.streams import CheckpointParts, messages
 from stiefel.summary import Events, Summary
 
 if TYPE_CHECKING:
@@ -33,7 +34,6 @@ class Summarizing:
         self._request = request
         self._ensemble = ensemble
         self._timeout = timeout
-        self._checkpoint: list[bytes] = []
         self._given = request.checkpoint  # by the caller
         self.run_status: Optional[RunStatus] = None  #: at the end
         self.arrays: dict[str, Array] = {}  #: statistics by their names, at the end
@@ -55,38 +55,33 @@ class Summarizing:
             stream = self._client.stub.Summarize(self._request, timeout=deadline.left(),
                                                  metadata=self._recreation.metadata)
             seen, fields, statistics = dict(kept), Assembly(), Assembly()
-            self._checkpoint = []
-            computed = 0
+            computed, parts = 0, CheckpointParts()
             try:
-                for message in stream:
-                    if computed == 0:
-                        self._recreation.check_build(stream)
-                    self._verify(message)
-                    computed = message.computed_steps
-                    self.computed_steps = before + computed
-                    if self.price is None and message.HasField("price"):
-                        self.price = Price.of(message.price)
-                    statistics.take(message.statistics)
-                    batch = self._read(message, fields)
-                    if batch is not None:
-                        kind, count = type(batch), len(batch) if isinstance(batch, Events) else batch.samples
-                        old = max(0, min(count, taken[kind] - seen[kind]))
-                        seen[kind] += count
-                        if old < count:
-                            taken[kind] = seen[kind]
-                            yield batch if old == 0 else _after(batch, old)
-                    if message.HasField("checkpoint") and self._take_checkpoint(message.checkpoint):
-                        kept, self._request.checkpoint = dict(seen), self.checkpoint
-                    if message.HasField("run_status"):
-                        self.run_status = RunStatus.of(message.run_status)
-                        self.arrays = statistics.finish()
-                        return
-                error: StiefelError = Internal("the stream ended without saying how")
-            except grpc.RpcError as failure:
-                self._recreation.check_failure(failure)
-                error = self._client.error(failure)
-            finally:
-                stream.cancel()
+                with closing(messages(self._client, self._recreation, stream)) as arriving:
+                    for message in arriving:
+                        self._verify(message)
+                        computed = message.computed_steps
+                        self.computed_steps = before + computed
+                        if self.price is None and message.HasField("price"):
+                            self.price = Price.of(message.price)
+                        statistics.take(message.statistics)
+                        batch = self._read(message, fields)
+                        if batch is not None:
+                            kind, count = type(batch), len(batch) if isinstance(batch, Events) else batch.samples
+                            old = max(0, min(count, taken[kind] - seen[kind]))
+                            seen[kind] += count
+                            if old < count:
+                                taken[kind] = seen[kind]
+                                yield batch if old == 0 else _after(batch, old)
+                        whole = parts.take(message.checkpoint) if message.HasField("checkpoint") else b""
+                        if whole:
+                            kept, self._request.checkpoint, self.checkpoint = dict(seen), whole, whole
+                        if message.HasField("run_status"):
+                            self.run_status = RunStatus.of(message.run_status)
+                            self.arrays = statistics.finish()
+                            return
+            except StiefelError as broken:
+                error: StiefelError = broken
             before += computed
             if self._request.checkpoint != self._given and recreation.refuses_checkpoint(error):
                 kept, self._request.checkpoint = dict.fromkeys(kept, 0), self._given  # of a server with another key
@@ -106,19 +101,6 @@ class Summarizing:
             if not message.continues:
                 return Batch(np.array(message.states.steps, np.int64), np.array(message.states.times), assembly.finish())
         return None
-
-    def _take_checkpoint(self, part: pb.CheckpointPart) -> bool:
-        """Whether it is complete."""
-        if part.offset == 0:
-            self._checkpoint = []
-        begun = sum(map(len, self._checkpoint))
-        if part.offset != begun:
-            raise CorruptReply(f"a part of the checkpoint of step {part.step} is missing")
-        self._checkpoint.append(part.data)
-        if begun + len(part.data) < part.size:
-            return False
-        self.checkpoint, self._checkpoint = b"".join(self._checkpoint), []
-        return True
 
     @staticmethod
     def _verify(message: pb.SummarizeResponse) -> None:

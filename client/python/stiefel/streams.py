@@ -1,0 +1,48 @@
+"""What the streams of the service have in common: how they end, and checkpoints in parts."""
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Iterator
+
+import grpc
+
+from stiefel import v1 as pb
+from stiefel.errors import CorruptReply, Internal
+from stiefel.recreation import Recreation
+
+if TYPE_CHECKING:
+    from stiefel.client import Client
+
+
+def messages(client: Client, recreation: Recreation, stream: Any) -> Iterator[Any]:
+    """The messages of a stream, which is cancelled when the iteration is left. Raises this package's exceptions where it
+    breaks, Internal where it ends although the iteration was not left, and BuildChanged."""
+    answered = False
+    try:
+        for message in stream:
+            if not answered:
+                recreation.check_build(stream)
+                answered = True
+            yield message
+    except grpc.RpcError as failure:
+        recreation.check_failure(failure)
+        raise client.error(failure) from None
+    finally:
+        stream.cancel()
+    raise Internal("the stream ended without saying how")
+
+
+class CheckpointParts:
+    """A checkpoint that comes in parts, in their order."""
+
+    def __init__(self) -> None:
+        self._parts: list[bytes] = []
+
+    def take(self, part: pb.CheckpointPart) -> bytes:
+        """The checkpoint with its last part, else nothing. CorruptReply where a part does not follow the one before."""
+        if part.offset == 0:
+            self._parts = []
+        begun = sum(map(len, self._parts))
+        if part.offset != begun:
+            raise CorruptReply(f"a part of the checkpoint of step {part.step} is missing")
+        self._parts.append(part.data)
+        return b"".join(self._parts) if begun + len(part.data) >= part.size else b""

@@ -1,0 +1,51 @@
+"""A client that is closed while its calls rest, or soon after."""
+import threading
+import time
+
+import grpc
+import pytest
+
+import fake
+import stiefel
+
+
+@pytest.fixture
+def service(tmp_path):
+    service, server, address = fake.serve(tmp_path)
+    service.address = address
+    yield service
+    server.stop(None)
+
+
+def test_no_thread_of_grpc_s_is_left_that_watches_a_closed_channel(service, monkeypatch):
+    """Two rests within 0.2 s, and the client is closed at once: gRPC's thread would look at the closed channel, and end
+    with a ValueError on stderr."""
+    ended = []
+    monkeypatch.setattr(threading, "excepthook", ended.append)
+    for _ in range(4):
+        with stiefel.Client(service.address) as client:
+            session = client.get("fake")
+            service.failures = [grpc.StatusCode.UNAVAILABLE] * 2
+            assert session.step(to=5).step == 5
+        assert not client.channel._connectivity_state.polling
+    time.sleep(0.5)
+    assert [one.exc_value for one in ended] == []
+
+
+def test_to_close_wakes_a_call_that_rests(service):
+    client = stiefel.Client(service.address, timeout=None)
+    session = client.get("fake")
+    service.failures = [fake.refusal(100.0)]
+    threading.Timer(0.3, client.close).start()
+    begun = time.monotonic()
+    with pytest.raises(stiefel.Closed):
+        session.step(to=5)
+    assert time.monotonic() - begun < 50
+
+
+def test_a_closed_connection_rests_no_more(service):
+    with stiefel.Client(service.address) as client:
+        pass
+    begun = time.monotonic()
+    client.connection.rest(100.0)
+    assert time.monotonic() - begun < 50
