@@ -1,6 +1,7 @@
 #include "stiefel/client/recreation.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -47,8 +48,12 @@ Recreation::Recreation(std::shared_ptr<const Connection> connection, const v1::S
       session_id_(session.session_id()),
       numerics_id_(session.numerics_id()),
       step_work_(session.step_price().work()),
-      scene_(std::move(scene)),
-      checkpoint_{.step = 0, .bytes = std::move(checkpoint)} {}
+      scene_(std::move(scene)) {
+  // A checkpoint that the session was created with is at one of the steps that the server has.
+  const auto& steps = session.cached_steps();
+  if (!checkpoint.empty())
+    keep({steps.empty() ? 0 : *std::ranges::max_element(steps), std::move(checkpoint)});
+}
 
 void Recreation::check_not_deleted() const {
   const std::lock_guard lock(mutex_);
@@ -89,22 +94,21 @@ void Recreation::create(const SceneSource& source, const Deadline& deadline) {
   *request.mutable_scene() = source();
   request.set_recreate(true);
   request.mutable_view()->set_scene(v1::SCENE_VIEW_NONE);
-  {
-    const std::lock_guard lock(mutex_);
-    request.set_checkpoint(checkpoint_.bytes);
-  }
   v1::Session began;
   began.set_session_id(session_id_);
   began.set_numerics_id(numerics_id_);
   Recreation once(connection_, began, nullptr);
   const auto timeout = deadline.at_most(connection_->options.timeout);
   try {
-    connection_->call(&Stub::CreateSession, request, timeout, &once);
+    for (const Checkpoint& checkpoint : checkpoints()) {
+      request.set_checkpoint(checkpoint.bytes);
+      connection_->call(&Stub::CreateSession, request, timeout, &once);
+    }
   } catch (const Error& error) {
     if (request.checkpoint().empty() || !refuses_checkpoint(error)) throw;
     if (error.reason() == "CHECKPOINT_OF_OTHER_NUMERICS" && !connection_->options.any_build)
       throw BuildChanged(session_id_, numerics_id_, entry(error.metadata(), "server_numerics_id"));
-    keep({});
+    forget();
     request.clear_checkpoint();
     connection_->call(&Stub::CreateSession, request, timeout, &once);
   }
@@ -128,12 +132,24 @@ void Recreation::end() {
 
 void Recreation::keep(Checkpoint checkpoint) {
   const std::lock_guard lock(mutex_);
-  checkpoint_ = std::move(checkpoint);
+  last_ = std::move(checkpoint);
+  if (earliest_.bytes.empty() || last_.step < earliest_.step) earliest_ = last_;
+}
+
+void Recreation::forget() {
+  const std::lock_guard lock(mutex_);
+  earliest_ = last_ = {};
+}
+
+std::vector<Checkpoint> Recreation::checkpoints() const {
+  const std::lock_guard lock(mutex_);
+  if (earliest_.step == last_.step) return {last_};
+  return {earliest_, last_};
 }
 
 bool Recreation::has_checkpoint() const {
   const std::lock_guard lock(mutex_);
-  return !checkpoint_.bytes.empty();
+  return !last_.bytes.empty();
 }
 
 std::int64_t Recreation::checkpoint_every() const {
@@ -146,7 +162,8 @@ bool Recreation::wants_checkpoint(std::int64_t to) const {
   const std::int64_t every = checkpoint_every();
   if (every == 0) return false;
   const std::lock_guard lock(mutex_);
-  return to < checkpoint_.step || to - checkpoint_.step >= every;
+  return std::ranges::none_of(std::array{std::int64_t{0}, earliest_.step, last_.step},
+                              [&](std::int64_t step) { return step <= to && to - step < every; });
 }
 
 void Recreation::take(v1::StepResponse& reply, bool asked) {

@@ -88,6 +88,22 @@ TEST_F(RecreationTest, ItGoesOnFromTheLastCheckpoint) {
   EXPECT_EQ(other.step(7001).computed_steps(), 1) << "with which it was created";
 }
 
+TEST_F(RecreationTest, ItGoesBackFromAnEarlierCheckpoint) {
+  const auto checkpoint = client_.create(tumbling()).checkpoint(5000).checkpoint();
+  const auto session = client_.create(tumbling(), "", checkpoint);
+  session.checkpoint(7000);
+  replace();
+  EXPECT_EQ(session.step(5002).computed_steps(), 2) << "from the one that it was created with";
+  EXPECT_EQ(session.step(7001).computed_steps(), 1) << "from the last one";
+
+  const auto other = client_.create(tumbling());
+  for (const std::int64_t step : {9000, 8000, 9500}) other.checkpoint(step);
+  replace();
+  auto drive = other.drive();
+  EXPECT_EQ(drive.step(8003).computed_steps(), 3);
+  EXPECT_EQ(drive.step(9501).computed_steps(), 1);
+}
+
 TEST_F(RecreationTest, OnlyTheHandleThatCreatedItCreatesItAgain) {
   const auto session = client_.create(tumbling());
   const auto found = client_.attach(session.id());
@@ -148,10 +164,11 @@ TEST_F(RecreationTest, CheckpointsComeAboutEverySecondOfWork) {
   EXPECT_EQ(handle.checkpoint_every(), 5);
   EXPECT_FALSE(handle.wants_checkpoint(4));
   EXPECT_TRUE(handle.wants_checkpoint(5));
-  handle.keep({.step = 5, .bytes = "state"});
-  EXPECT_FALSE(handle.wants_checkpoint(9));
-  EXPECT_TRUE(handle.wants_checkpoint(10));
-  EXPECT_TRUE(handle.wants_checkpoint(4)) << "that of step 5 does not help there";
+  handle.keep({.step = 50, .bytes = "state"});
+  EXPECT_FALSE(handle.wants_checkpoint(54));
+  EXPECT_TRUE(handle.wants_checkpoint(55));
+  EXPECT_TRUE(handle.wants_checkpoint(49)) << "that of step 50 does not help there";
+  EXPECT_FALSE(handle.wants_checkpoint(4)) << "step 0 is near";
   EXPECT_EQ(Recreation(nullptr, described, nullptr).checkpoint_every(), 0) << "creates nothing";
 }
 

@@ -108,6 +108,30 @@ def test_it_goes_on_from_the_last_checkpoint(place, client):
     assert other.step(5002).computed_steps == 2, "with which it was created"
 
 
+def test_it_goes_back_from_an_earlier_checkpoint(place, client):
+    """A call that goes back after the loss does not begin at step 0."""
+    checkpoint = client.create(BODY).step(5000, checkpoint=True).checkpoint
+    session = client.create(BODY, checkpoint=checkpoint)
+    for lost in range(2):
+        session.step(7000, checkpoint=True)
+        place.replace()
+        assert session.step(5002).computed_steps == 2, "from the one that it was created with"
+        assert session.step(7001).computed_steps == 1, "from the last one"
+    other = client.create(BODY)
+    for step in (9000, 8000, 9500):
+        other.step(step, checkpoint=True)
+    place.replace()
+    with other.drive() as drive:
+        assert drive.step(8003).computed_steps == 3 and drive.step(9501).computed_steps == 1
+
+
+def test_a_checkpoint_near_by_is_not_asked_for_again(client):
+    session = client.create(BODY, checkpoint=client.create(BODY).step(10**6, checkpoint=True).checkpoint)
+    handle, every = session._recreation, session._recreation.checkpoint_every()
+    assert not any(handle.wants_checkpoint(to) for to in (0, every - 1, 10**6, 10**6 + every - 1))
+    assert handle.wants_checkpoint(10**6 + every) and (every > 10**6 or handle.wants_checkpoint(every))
+
+
 def test_checkpoints_come_by_themselves_about_every_second_of_work(place, client, monkeypatch):
     session = client.create(BODY)
     monkeypatch.setattr(recreation, "WORK_BETWEEN_CHECKPOINTS", 1000 * session.step_price.work)

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import re
 import threading
-from typing import TYPE_CHECKING, Any, Callable, Iterator, Optional
+from typing import TYPE_CHECKING, Any, Callable, Iterator, NamedTuple, Optional
 
 import grpc
 
@@ -37,10 +37,18 @@ def pauses() -> Iterator[float]:
     return (0.025 * 2**min(recovery, 4) for recovery in range(RECOVERIES))
 
 
+class Checkpoint(NamedTuple):
+    step: int
+    state: bytes  #: empty for step 0, which every server has
+
+
+START = Checkpoint(0, b"")
+
+
 class Recreation:
     """What the calls of one handle share: the name that they are routed by, the build that they are compared
-    with and, in a handle that created its session, the scene and the last checkpoint, from which any server
-    goes on. Thread-safe.
+    with and, in a handle that created its session, the scene and two checkpoints, from which any server goes on:
+    the last one, and the earliest for calls that go back. Thread-safe.
     """
 
     def __init__(self, client: Client, message: pb.Session, scene: Optional[Callable[[], pb.Scene]] = None,
@@ -53,7 +61,8 @@ class Recreation:
         self._step_work = message.step_price.work
         self._scene = scene
         self._lock = threading.Lock()
-        self._checkpoint, self._checkpoint_step = checkpoint, 0
+        # A checkpoint that the session was created with is at one of the steps that the server has states of.
+        self._earliest = self._last = Checkpoint(max(message.cached_steps, default=0), checkpoint) if checkpoint else START
         self._ended = False
 
     @property
@@ -111,11 +120,13 @@ class Recreation:
     def keep(self, step: int, checkpoint: bytes) -> None:
         """`checkpoint`: of the state at `step`; the session goes on from there if it is created again."""
         with self._lock:
-            self._checkpoint, self._checkpoint_step = checkpoint, step
+            self._last = Checkpoint(step, checkpoint)
+            if not self._earliest.state or step < self._earliest.step:
+                self._earliest = self._last
 
     @property
     def has_checkpoint(self) -> bool:
-        return bool(self._checkpoint)
+        return bool(self._last.state)
 
     def checkpoint_every(self) -> int:
         """Steps of a stream between two checkpoints; 0 for none."""
@@ -124,9 +135,11 @@ class Recreation:
         return max(1, round(min(WORK_BETWEEN_CHECKPOINTS / self._step_work, 2.0**53)))
 
     def wants_checkpoint(self, to: int) -> bool:
-        """Whether the way from the last checkpoint to step `to` is so long that a new one is worth its bytes."""
+        """Whether the way from a checkpoint, or from step 0, to step `to` is so long that a new one is worth its bytes."""
         every = self.checkpoint_every()
-        return every > 0 and not 0 <= to - self._checkpoint_step < every
+        with self._lock:
+            steps = 0, self._earliest.step, self._last.step
+        return every > 0 and not any(0 <= to - step < every for step in steps)
 
     def _attempt(self, method: str, request: Any, timeout: Optional[float]) -> Any:
         try:
@@ -142,17 +155,20 @@ class Recreation:
         if scene is None:
             return
         with self._lock:
-            checkpoint = self._checkpoint
-        request = pb.CreateSessionRequest(session_id=self._id, scene=scene(), checkpoint=checkpoint, recreate=True,
+            checkpoints = dict.fromkeys((self._earliest, self._last))  # one if they are the same
+        request = pb.CreateSessionRequest(session_id=self._id, scene=scene(), recreate=True,
                                           view=pb.SessionView(scene=pb.SCENE_VIEW_NONE))
         try:
-            self._send("CreateSession", request, deadline)
+            for checkpoint in checkpoints:
+                request.checkpoint = checkpoint.state
+                self._send("CreateSession", request, deadline)
         except StiefelError as error:
-            if not checkpoint or not refuses_checkpoint(error):
+            if not request.checkpoint or not refuses_checkpoint(error):
                 raise
             if error.reason == "CHECKPOINT_OF_OTHER_NUMERICS" and not self._client.any_build:
                 raise BuildChanged(self._id, self._numerics, error.metadata.get("server_numerics_id", "")) from error
-            self.keep(0, b"")
+            with self._lock:
+                self._earliest = self._last = START
             request.checkpoint = b""
             self._send("CreateSession", request, deadline)
         if self._ended:  # meanwhile; the deletion may have come before the creation

@@ -23,7 +23,7 @@ void Checkpoints::adopt(std::int64_t step, Saved saved) {
   const auto before = std::exchange(adopted_, step);
   bytes_ += bytes(saved);
   saved_.emplace(step, std::move(saved));
-  if (before && *before % spacing_ != 0) {
+  if (before && *before > step && *before % spacing_ != 0) {
     const auto old = saved_.find(*before);
     bytes_ -= bytes(old->second);
     saved_.erase(old);

@@ -24,7 +24,8 @@ class Checkpoints {
   /// Whether `put` would take a state at this step.
   bool wants(std::int64_t step) const { return step % spacing_ == 0 && !saved_.contains(step); }
   void put(std::int64_t step, Saved saved);
-  /// Takes a state at any step, in the place of the one adopted before.
+  /// Takes a state at any step and keeps it, until another one is adopted. The one adopted before
+  /// goes if it is later than this one; if it is earlier it stays while there is place.
   void adopt(std::int64_t step, Saved saved);
 
   struct Nearest {

@@ -46,8 +46,13 @@ TEST(Checkpoints, KeepWhatWasAdopted) {
   for (std::int64_t step = 10; step <= 10'000; step += 10) checkpoints.put(step, numbers(4));
   EXPECT_EQ(checkpoints.nearest(150).step, 33);
   checkpoints.adopt(77, numbers(4));
-  EXPECT_EQ(checkpoints.nearest(76).step, 0);
+  EXPECT_EQ(checkpoints.nearest(76).step, 33) << "there is place for both";
   EXPECT_EQ(checkpoints.nearest(150).step, 77);
+  for (std::int64_t step = 10; step <= 1'000'000; step += 10) checkpoints.put(step, numbers(4));
+  EXPECT_EQ(checkpoints.nearest(76).step, 0);
+  EXPECT_EQ(checkpoints.nearest(150).step, 77) << "the last one stays";
+  checkpoints.adopt(55, numbers(4));
+  EXPECT_EQ(checkpoints.nearest(150).step, 55) << "in the place of a later one";
 }
 
 class CheckpointBytes : public testing::Test {

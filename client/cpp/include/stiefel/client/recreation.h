@@ -7,6 +7,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <vector>
 
 #include "stiefel/client/error.h"
 #include "stiefel/v1/session.pb.h"
@@ -28,8 +29,9 @@ struct Checkpoint {
 };
 
 /// What the calls of one handle share: the name that proxies route them by, the build that replies
-/// are compared with and, in the handle that created the session, the scene and the last
-/// checkpoint, from which any server goes on where the session's own is gone. Thread-safe.
+/// are compared with and, in the handle that created the session, the scene and two checkpoints,
+/// from which any server goes on where the session's own is gone: the last one, and the earliest
+/// for calls that go back. Thread-safe.
 class Recreation {
  public:
   using SceneSource = std::function<v1::Scene()>;
@@ -63,7 +65,8 @@ class Recreation {
   bool has_checkpoint() const;
   /// Steps of a stream between two checkpoints, about a second of priced work; 0: none.
   std::int64_t checkpoint_every() const;
-  /// Whether the way from the last checkpoint is so long that a new one is worth its bytes.
+  /// Whether the way from a checkpoint, or from step 0, is so long that a new one is worth its
+  /// bytes.
   bool wants_checkpoint(std::int64_t to) const;
   /// Keeps the checkpoint of a reply, which goes on to the caller only if it was `asked` for.
   void take(v1::StepResponse& reply, bool asked);
@@ -71,6 +74,9 @@ class Recreation {
  private:
   bool is_gone(const Error& error) const;
   void create(const SceneSource& scene, const Deadline& deadline);
+  /// Those that there are, the earliest first; one without bytes if there is none.
+  std::vector<Checkpoint> checkpoints() const;
+  void forget();
   SceneSource scene() const;
 
   const std::shared_ptr<const Connection> connection_;
@@ -78,9 +84,9 @@ class Recreation {
   const std::string numerics_id_;
   const double step_work_ = 0;
   mutable std::mutex mutex_;
-  SceneSource scene_;      // guarded by mutex_
-  bool ended_ = false;     // guarded by mutex_
-  Checkpoint checkpoint_;  // guarded by mutex_
+  SceneSource scene_;           // guarded by mutex_
+  bool ended_ = false;          // guarded by mutex_
+  Checkpoint earliest_, last_;  // guarded by mutex_; without bytes until there is one
 };
 
 }  // namespace stiefel::client
