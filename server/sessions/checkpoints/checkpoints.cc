@@ -19,28 +19,46 @@ void Checkpoints::put(std::int64_t step, Saved saved) {
 }
 
 void Checkpoints::adopt(std::int64_t step, Saved saved) {
-  if (saved_.contains(step)) return;
-  const auto before = std::exchange(adopted_, step);
-  bytes_ += bytes(saved);
-  saved_.emplace(step, std::move(saved));
-  if (before && *before > step && *before % spacing_ != 0) {
-    const auto old = saved_.find(*before);
-    bytes_ -= bytes(old->second);
-    saved_.erase(old);
+  if (step == 0 || is_adopted(step)) return;
+  if (!saved_.contains(step)) {
+    bytes_ += bytes(saved);
+    saved_.emplace(step, std::move(saved));
   }
+  adopted_.insert(std::ranges::upper_bound(adopted_, step), step);
+  if (adopted_.size() > 2) release(step == adopted_[1] ? 2 : 1);
   thin();
+}
+
+bool Checkpoints::is_adopted(std::int64_t step) const {
+  return std::ranges::find(adopted_, step) != adopted_.end();
+}
+
+void Checkpoints::release(std::size_t adopted) {
+  const auto one = adopted_.begin() + static_cast<std::ptrdiff_t>(adopted);
+  const std::int64_t step = *one;
+  adopted_.erase(one);
+  drop_if([&](std::int64_t kept) { return kept == step && step % spacing_ != 0; });
+}
+
+template <class Drop>
+void Checkpoints::drop_if(Drop drop) {
+  std::erase_if(saved_, [&](const auto& entry) {
+    const bool drops = drop(entry.first);
+    if (drops) bytes_ -= bytes(entry.second);
+    return drops;
+  });
 }
 
 void Checkpoints::thin() {
   while (saved_.size() > max_count || bytes_ > max_bytes) {
-    const std::size_t fixed = adopted_ ? 2 : 1;
-    if (saved_.size() <= fixed) return;
-    spacing_ *= 2;
-    std::erase_if(saved_, [this](const auto& entry) {
-      const bool drop = entry.first % spacing_ != 0 && entry.first != adopted_;
-      if (drop) bytes_ -= bytes(entry.second);
-      return drop;
-    });
+    if (computed() > 0) {
+      spacing_ *= 2;
+      drop_if([&](std::int64_t step) { return step % spacing_ != 0 && !is_adopted(step); });
+    } else if (adopted_.size() == 2) {
+      release(0);
+    } else {
+      return;
+    }
   }
 }
 
@@ -52,16 +70,11 @@ Checkpoints::Nearest Checkpoints::nearest(std::int64_t step) const {
 }
 
 std::size_t Checkpoints::computed() const {
-  const std::size_t fixed = saved_.contains(0) + (adopted_ && *adopted_ != 0);
-  return saved_.size() - std::min(saved_.size(), fixed);
+  return saved_.size() - saved_.contains(0) - adopted_.size();
 }
 
 void Checkpoints::shed() {
-  std::erase_if(saved_, [this](const auto& entry) {
-    const bool drop = entry.first != 0 && entry.first != adopted_;
-    if (drop) bytes_ -= bytes(entry.second);
-    return drop;
-  });
+  drop_if([&](std::int64_t step) { return step != 0 && !is_adopted(step); });
 }
 
 std::vector<std::int64_t> Checkpoints::steps() const {

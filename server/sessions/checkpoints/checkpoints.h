@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <map>
 #include <memory>
-#include <optional>
 #include <vector>
 
 namespace stiefel::server {
@@ -12,7 +11,7 @@ namespace stiefel::server {
 using Saved = std::shared_ptr<const std::vector<double>>;
 
 /// The states a session can start again from: step 0, the multiples of a spacing that doubles when
-/// there would be too many of them, and at most one state that came from elsewhere. Not
+/// there would be too many of them, and at most two states that came from elsewhere. Not
 /// thread-safe.
 class Checkpoints {
  public:
@@ -24,8 +23,8 @@ class Checkpoints {
   /// Whether `put` would take a state at this step.
   bool wants(std::int64_t step) const { return step % spacing_ == 0 && !saved_.contains(step); }
   void put(std::int64_t step, Saved saved);
-  /// Takes a state at any step and keeps it, until another one is adopted. The one adopted before
-  /// goes if it is later than this one; if it is earlier it stays while there is place.
+  /// Takes a state at any step. Of those adopted the earliest and the newest stay, where they have
+  /// no place together the later one.
   void adopt(std::int64_t step, Saved saved);
 
   struct Nearest {
@@ -41,16 +40,21 @@ class Checkpoints {
   std::int64_t spacing() const { return spacing_; }
   std::vector<std::int64_t> steps() const;
 
-  /// How many can be computed again: all but step 0 and the adopted one.
+  /// How many can be computed again: all but step 0 and the adopted ones.
   std::size_t computed() const;
   /// Drops them.
   void shed();
 
  private:
   void thin();
+  bool is_adopted(std::int64_t step) const;
+  /// No longer kept for itself.
+  void release(std::size_t adopted);
+  template <class Drop>
+  void drop_if(Drop drop);
 
   std::int64_t spacing_;
-  std::optional<std::int64_t> adopted_;
+  std::vector<std::int64_t> adopted_;  // at most two steps, the earlier first
   std::size_t bytes_ = 0;
   std::map<std::int64_t, Saved> saved_;
 };

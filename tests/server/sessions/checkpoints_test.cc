@@ -46,13 +46,29 @@ TEST(Checkpoints, KeepWhatWasAdopted) {
   for (std::int64_t step = 10; step <= 10'000; step += 10) checkpoints.put(step, numbers(4));
   EXPECT_EQ(checkpoints.nearest(150).step, 33);
   checkpoints.adopt(77, numbers(4));
-  EXPECT_EQ(checkpoints.nearest(76).step, 33) << "there is place for both";
-  EXPECT_EQ(checkpoints.nearest(150).step, 77);
-  for (std::int64_t step = 10; step <= 1'000'000; step += 10) checkpoints.put(step, numbers(4));
-  EXPECT_EQ(checkpoints.nearest(76).step, 0);
-  EXPECT_EQ(checkpoints.nearest(150).step, 77) << "the last one stays";
+  for (std::int64_t step = 10; step <= 100'000; step += 10) checkpoints.put(step, numbers(4));
+  checkpoints.shed();
+  EXPECT_EQ(checkpoints.computed(), 0u);
+  EXPECT_EQ(checkpoints.steps(), (std::vector<std::int64_t>{0, 33, 77}));
   checkpoints.adopt(55, numbers(4));
-  EXPECT_EQ(checkpoints.nearest(150).step, 55) << "in the place of a later one";
+  EXPECT_EQ(checkpoints.steps(), (std::vector<std::int64_t>{0, 33, 55})) << "the newest";
+  checkpoints.adopt(99, numbers(4));
+  EXPECT_EQ(checkpoints.steps(), (std::vector<std::int64_t>{0, 33, 99}));
+  checkpoints.adopt(20, numbers(4));
+  EXPECT_EQ(checkpoints.steps(), (std::vector<std::int64_t>{0, 20, 99})) << "the earliest";
+  checkpoints.adopt(99, numbers(4));
+  EXPECT_EQ(checkpoints.steps(), (std::vector<std::int64_t>{0, 20, 99})) << "once";
+}
+
+TEST(Checkpoints, TheLaterAdoptedOneStaysWhereThereIsPlaceForOne) {
+  const std::size_t half = Checkpoints::max_bytes / sizeof(double) / 2;
+  Checkpoints checkpoints(10);
+  checkpoints.put(0, numbers(half));
+  checkpoints.adopt(33, numbers(half));
+  EXPECT_EQ(checkpoints.steps(), (std::vector<std::int64_t>{0, 33}));
+  checkpoints.put(40, numbers(half));
+  checkpoints.adopt(77, numbers(half));
+  EXPECT_EQ(checkpoints.steps(), (std::vector<std::int64_t>{0, 77}));
 }
 
 class CheckpointBytes : public testing::Test {
