@@ -16,6 +16,17 @@ PREFACE = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n" + b"\0\0\0\4\0\0\0\0\0"  # and emp
 BODY = {"system": "rigid_body", "step": 0.05, "body": {"moments": [1, 2, 3], "angular_velocity": [0.1, 1, 0.2]}}
 
 
+def refused_at_the_start(*arguments, listen="127.0.0.1:0"):
+    """What `stiefel-server check` and the server itself, which both refuse these arguments, write to stderr."""
+    said = []
+    for command in (["check"], []):
+        done = subprocess.run([os.environ["STIEFEL_SERVER"], *command, *arguments, "--listen", listen], stdin=subprocess.DEVNULL,
+                              capture_output=True, text=True, timeout=20)
+        assert done.returncode == 1, done.stderr
+        said.append(done.stderr)
+    return said
+
+
 class Process:
     """A running stiefel-server; `address` is the first that it listens on."""
 
