@@ -7,7 +7,7 @@ import pytest
 
 import fake
 import stiefel
-from stiefel import calls, retry
+from stiefel import calls
 from stiefel import v1 as pb
 from stiefel.errors import in_plain_words
 
@@ -196,7 +196,7 @@ def test_attempts_at_an_absent_and_a_full_server_add_up(service, session):
     service.failures, begin = [fake.refusal(0.001)] * 1000, len(service.requests)
     with pytest.raises(stiefel.ResourceExhausted):
         session.step(to=5)
-    assert len(service.requests) - begin == retry.REFUSALS + 1
+    assert len(service.requests) - begin == calls.REFUSALS + 1
 
 
 def test_a_stream_and_a_drive_that_are_refused_go_on(service, session):

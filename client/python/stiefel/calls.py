@@ -1,24 +1,40 @@
 """Deadlines and retries. Every call is idempotent, so a call that found no server, or one with no place for it, is made
-again."""
+again. Both have attempts of their own, so that a call has at most the sum of both."""
 from __future__ import annotations
 
+import random
 import time
 from typing import TYPE_CHECKING, Any, Callable, Optional
 
 import grpc
 
-from stiefel.errors import DeadlineExceeded, StiefelError
-from stiefel.retry import ATTEMPTS, Pauses
+from stiefel.errors import DeadlineExceeded, ResourceExhausted, StiefelError, Unavailable
 
 if TYPE_CHECKING:
     from stiefel.client import Client
 
-__all__ = ["ATTEMPTS", "Deadline", "call", "pause_or_raise", "pauses"]
+ATTEMPTS = 6  # at a server that is not there
+REFUSALS = 64  # by a server that says when to come back
 
 
-def pauses() -> Pauses:
-    """The pauses between the attempts of a call that begins now."""
-    return Pauses()
+class Pauses:
+    """The pauses before the next attempts of one call, in seconds. For a server that is not there: 0.05, 0.1, 0.2 ... in all 1.55 s. For a refusal with a
+    delay: that delay and a random time of up to 0.01, 0.02, 0.04 ... 1 s, so that callers refused together do not
+    come back together."""
+
+    def __init__(self) -> None:
+        self._unavailable = 0
+        self._refusals = 0
+
+    def after(self, error: StiefelError) -> Optional[float]:
+        """The pause before the next attempt; None if there is to be none."""
+        if isinstance(error, Unavailable) and self._unavailable < ATTEMPTS - 1:
+            self._unavailable += 1
+            return float(0.05 * 2 ** (self._unavailable - 1))
+        if isinstance(error, ResourceExhausted) and error.retry_delay is not None and self._refusals < REFUSALS:
+            self._refusals += 1
+            return error.retry_delay + random.uniform(0, min(0.01 * 2 ** (self._refusals - 1), 1.0))
+        return None
 
 
 class Deadline:
@@ -39,7 +55,7 @@ class Deadline:
 
 def call(method: Callable[[Optional[float]], Any], client: Client, timeout: Optional[float]) -> Any:
     """One call of `client`: at most `timeout` seconds, retries included. `method` gets the seconds left."""
-    deadline, waits = Deadline(timeout), pauses()
+    deadline, waits = Deadline(timeout), Pauses()
     while True:
         try:
             return method(deadline.left())

@@ -39,7 +39,7 @@ class Drive:
         request = pb.DriveRequest(session_id=self._session.id, to=to, fields=wanted,
                                   return_checkpoint=checkpoint or recreation.wants_checkpoint(to),
                                   checksum=self._session._client.checksums)
-        waits, recoveries = calls.pauses(), pauses()
+        waits, recoveries = calls.Pauses(), pauses()
         while True:
             try:
                 state = self._session._state(self._ask(request), checkpoint)

@@ -40,7 +40,7 @@ class Samples:
 
     def __iter__(self) -> Iterator[Batch]:
         deadline = calls.Deadline(self._client.deadline(self._timeout))
-        waits, recoveries = calls.pauses(), recreation.pauses()
+        waits, recoveries = calls.Pauses(), recreation.pauses()
         last: Optional[int] = None
         before = 0  # computed by the streams before this one
         while True:
@@ -64,7 +64,7 @@ class Samples:
                 error: StiefelError = broken
             before += computed
             if progress and isinstance(error, Unavailable if self._timeout is not None else (DeadlineExceeded, Unavailable)):
-                waits, recoveries = calls.pauses(), recreation.pauses()
+                waits, recoveries = calls.Pauses(), recreation.pauses()
                 if self._timeout is None:
                     deadline = calls.Deadline(self._client.deadline(None))
                 if not (self._recreation.has_checkpoint and self._recreation.is_gone(error)):

@@ -47,7 +47,7 @@ class Summarizing:
         return Summary.of(self.arrays, self.run_status, self.computed_steps, self.price, self.checkpoint)
 
     def __iter__(self) -> Iterator[Union[Events, Batch]]:
-        deadline, waits, recoveries = calls.Deadline(self._timeout), calls.pauses(), recreation.pauses()
+        deadline, waits, recoveries = calls.Deadline(self._timeout), calls.Pauses(), recreation.pauses()
         taken = {Events: 0, Batch: 0}  # handed out
         kept = dict(taken)  # of what came before the checkpoint
         before = 0  # steps computed by broken streams
