@@ -18,9 +18,9 @@ REFUSALS = 64  # by a server that says when to come back
 
 
 class Pauses:
-    """The pauses before the next attempts of one call, in seconds. For a server that is not there: 0.05, 0.1, 0.2 ... in all 1.55 s. For a refusal with a
-    delay: that delay and a random time of up to 0.01, 0.02, 0.04 ... 1 s, so that callers refused together do not
-    come back together."""
+    """The pauses before the next attempts of one call, in seconds. For a server that is not there: 0.05, 0.1, 0.2 ...
+    in all 1.55 s. For a refusal with a delay: that delay and a random time of up to 0.01, 0.02, 0.04 ... 1 s, so that
+    callers refused together do not come back together."""
 
     def __init__(self) -> None:
         self._unavailable = 0
