@@ -16,6 +16,8 @@
 namespace stiefel::server {
 namespace {
 
+constexpr std::size_t few_members = 64;
+
 std::size_t reply_bytes(const Session& session, const StepTask& task) {
   return sample_bytes(session, task.fields) +
          (task.return_checkpoint ? checkpoint_bytes(session) : 0);
@@ -50,6 +52,8 @@ void answer_step(const Session& session, const Cursor& cursor, const StepTask& t
 bool step_inline(Session& session, const StepTask& task, Account& account,
                  v1::StepResponse* response) {
   if (session.step_cost() > inline_nanoseconds) return false;
+  // The simulation of more members may have to be made first, which takes 10 µs a member.
+  if (session.scene().members().size() > few_members) return false;
   Cursor cursor(session, task.to);
   if (cursor.nanoseconds_to(task.to) > inline_nanoseconds) return false;
   std::int64_t budget = std::numeric_limits<std::int64_t>::max();
