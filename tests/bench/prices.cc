@@ -151,6 +151,7 @@ void caps() {
 
 int main(int argc, char** argv) {
   const std::string what = argc > 1 ? argv[1] : "";
+  limit_ensemble_threads(1);  // callgrind counts the thread that calls
   if (what == "--list") {
     list();
   } else if (what == "--caps") {

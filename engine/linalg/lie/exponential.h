@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/linalg/arithmetic/scalar.h"
+#include "engine/linalg/arithmetic/stoppable_product.h"
 #include "engine/linalg/matrix_equations/lu.h"
 
 namespace stiefel {
@@ -41,19 +42,20 @@ void SkewExponential<Scalar>::operator()(const Matrix<Scalar>& theta, Matrix<Sca
   const int doublings = norm > largest_norm ? static_cast<int>(ceil(log2(norm / largest_norm))) : 0;
   const Scalar scale = exp2(Scalar(-doublings));
 
-  square_.noalias() = (scale * scale) * (theta * theta);
-  fourth_.noalias() = square_ * square_;
-  sixth_.noalias() = fourth_ * square_;
+  stoppable_product((scale * scale) * theta, theta, square_);
+  stoppable_product(square_, square_, fourth_);
+  stoppable_product(fourth_, square_, sixth_);
   even_ = b[7] * sixth_ + b[5] * fourth_ + b[3] * square_;
   even_.diagonal().array() += b[1];
-  odd_.noalias() = scale * (theta * even_);
+  stoppable_product(scale * theta, even_, odd_);
   even_ = b[6] * sixth_ + b[4] * fourth_ + b[2] * square_;
   even_.diagonal().array() += b[0];
+  stop_point();
   lu_.compute(even_ - odd_);
   odd_ *= Scalar(2);
-  D = lu_.solve(odd_);
+  stoppable_solve(lu_, odd_, D);
   for (int k = 0; k < doublings; ++k) {
-    odd_.noalias() = D * D;
+    stoppable_product(D, D, odd_);
     D = Scalar(2) * D + odd_;
     if (k % 4 == 3 || (k > 3 && k == doublings - 1)) restore_orthogonality(D);
   }
@@ -62,10 +64,10 @@ void SkewExponential<Scalar>::operator()(const Matrix<Scalar>& theta, Matrix<Sca
 /// UᵀU − I = D + Dᵀ + DᵀD.
 template <class Scalar>
 void SkewExponential<Scalar>::restore_orthogonality(Matrix<Scalar>& D) {
-  even_.noalias() = D.transpose() * D;
+  stoppable_product(D.transpose(), D, even_);
   even_ += D + D.transpose();
   odd_ = even_;
-  odd_.noalias() += D * even_;
+  add_stoppable_product(D, even_, odd_);
   D -= odd_ / 2;
 }
 

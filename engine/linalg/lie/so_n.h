@@ -1,6 +1,7 @@
 #pragma once
 
 #include "engine/linalg/arithmetic/scalar.h"
+#include "engine/linalg/arithmetic/stoppable_product.h"
 #include "engine/linalg/lie/exponential.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
 
@@ -44,13 +45,13 @@ struct SoN {
   /// (QΩ, [M, Ω]) for M = J(Ω).
   static void velocity(const Lambda& lambda, const State& x, const Algebra& Omega, State& dx) {
     const Eigen::Index N = x.cols(), top = x.rows() - N;
-    dx.topRows(top).noalias() = x.topRows(top) * Omega;
+    stoppable_product(x.topRows(top), Omega, dx.topRows(top));
     inertia_bracket(lambda, Omega, dx.bottomRows(N));
   }
 
   /// [A, B] = AB − BA = AB − (AB)ᵀ.
   static void bracket(const Algebra& A, const Algebra& B, Algebra& C) {
-    C.noalias() = A * B;
+    stoppable_product(A, B, C);
     take_twice_skew_part(C);
   }
 
@@ -58,8 +59,8 @@ struct SoN {
   /// DᵀY.
   void displacement(const State& x, const Algebra& Theta, State& dx) {
     exponential_(Theta, D_);
-    dx.noalias() = x * D_;
-    product_.noalias() = D_.transpose() * dx.bottomRows(N_);
+    stoppable_product(x, D_, dx);
+    stoppable_product(D_.transpose(), dx.bottomRows(N_), product_);
     dx.bottomRows(N_) += product_ / 2;
     take_twice_skew_part(dx);
   }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "engine/linalg/arithmetic/scalar.h"
+#include "engine/linalg/arithmetic/stoppable_product.h"
 
 namespace stiefel {
 
@@ -24,7 +25,7 @@ void inverse_inertia(const Vector<Scalar>& lambda, const Eigen::MatrixBase<G>& g
 template <class Scalar, class Algebra, class Result>
 void inertia_bracket(const Vector<Scalar>& lambda, const Eigen::MatrixBase<Algebra>& Omega,
                      Eigen::MatrixBase<Result>&& bracket) {
-  bracket.noalias() = Omega * Omega;
+  stoppable_product(Omega, Omega, bracket.derived());
   for (Eigen::Index j = 0; j < Omega.cols(); ++j) {
     bracket(j, j) = 0;
     for (Eigen::Index i = 0; i < j; ++i) {
