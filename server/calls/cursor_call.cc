@@ -73,6 +73,8 @@ bool CursorCall::run_slice() noexcept {
       log_.worked();
       return true;
     }
+  } catch (const Stopped&) {
+    finish(stopped(host_.lifecycle));
   } catch (...) {
     finish(errors::from_current_exception());
   }
@@ -81,7 +83,7 @@ bool CursorCall::run_slice() noexcept {
 
 bool CursorCall::advance_cursor() {
   failpoint("call.advance");
-  if (!cursor_) cursor_.emplace(**session_, to_);
+  if (!cursor_) cursor_.emplace(**session_, to_, stop_.get_token());
   std::int64_t budget = slice_steps((*session_)->step_cost());
   if (!host_.lifecycle.stopping()) return cursor_->advance(to_, budget, stop_.get_token());
   if (cursor_->step() < to_) cursor_->cancel();

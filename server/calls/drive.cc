@@ -9,6 +9,7 @@
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
 #include "server/calls/step.h"
+#include "server/calls/stopped.h"
 #include "server/convert/errors.h"
 #include "server/convert/reply_limits.h"
 #include "server/limits/failpoint.h"
@@ -172,7 +173,7 @@ grpc::Status DriveCall::enter() {
 
 bool DriveCall::run_slice() noexcept {
   try {
-    if (!cursor_) cursor_.emplace(**lease_, task_.to);
+    if (!cursor_) cursor_.emplace(**lease_, task_.to, stop_.get_token());
     std::int64_t budget = slice_steps((*lease_)->step_cost());
     if (cancelled_ || host_.lifecycle.stopping()) {
       if (cursor_->step() < task_.to) cursor_->cancel();
@@ -183,6 +184,8 @@ bool DriveCall::run_slice() noexcept {
     answer_step(**lease_, *cursor_, task_, response_.mutable_step());
     log_.worked();
     reply_from_pool(grpc::Status::OK);
+  } catch (const Stopped&) {
+    reply_from_pool(stopped(host_.lifecycle));
   } catch (...) {
     reply_from_pool(errors::from_current_exception());
   }

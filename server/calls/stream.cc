@@ -10,6 +10,7 @@
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
 #include "server/calls/sliced_stream.h"
+#include "server/calls/stopped.h"
 #include "server/calls/wire_bytes.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
@@ -120,6 +121,8 @@ bool StreamCall::run_slice() noexcept {
       log_.worked();
       return true;
     }
+  } catch (const Stopped&) {
+    error_ = stopped(host_.lifecycle);
   } catch (...) {
     error_ = errors::from_current_exception();
   }
@@ -138,7 +141,7 @@ bool StreamCall::work() {
     return false;
   }
   if (!sampling_) {
-    sampling_.emplace(**session_, fields_, range_);
+    sampling_.emplace(**session_, fields_, range_, stop_.get_token());
     sampling_->clear(batch_);
   }
   if (!messages_.empty()) return false;  // the arrays of the scene

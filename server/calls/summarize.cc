@@ -8,6 +8,7 @@
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
 #include "server/calls/sliced_stream.h"
+#include "server/calls/stopped.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
 #include "server/convert/price.h"
@@ -105,7 +106,10 @@ std::expected<Progress, grpc::Status> SummarizeWork::slice(const std::stop_token
 
 /// One slice; an error ends the call.
 grpc::Status SummarizeWork::work(const std::stop_token& stop) {
-  if (!summary_) return start();
+  if (!summary_) {
+    const auto begun = stoppable(stop, [this] { return start(); });
+    return begun ? *begun : stopped(lifecycle_);
+  }
   ++slices_;
   if (lifecycle_.stopping()) {
     shut_down();

@@ -4,6 +4,7 @@
 
 #include "server/limits/failpoint.h"
 #include "stiefel/simulation.h"
+#include "stiefel/stop.h"
 
 namespace stiefel::server {
 
@@ -13,6 +14,13 @@ namespace {
 constexpr std::size_t least_to_rest = 8192;
 
 }  // namespace
+
+std::unique_ptr<Simulation> Cursor::lease(Session& session, std::int64_t to,
+                                          const std::stop_token& stop) {
+  if (session.scene().members().empty()) return session.lease(to);
+  const StopScope scope(stop);
+  return session.lease(to);
+}
 
 void Cursor::rest() {
   if (!simulation_ || session_->saved_size() < least_to_rest) return;

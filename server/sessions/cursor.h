@@ -12,10 +12,12 @@ namespace stiefel::server {
 /// For one thread at a time.
 class Cursor {
  public:
-  /// Starts at the nearest state at or before `to`. The session must outlive the cursor.
-  Cursor(Session& session, std::int64_t to)
+  /// Starts at the nearest state at or before `to`. The session must outlive the cursor. Throws
+  /// Stopped (stiefel/stop.h) when `stop` requests it while an ensemble's simulation is made, which
+  /// takes 10 µs a member.
+  Cursor(Session& session, std::int64_t to, const std::stop_token& stop = {})
       : session_(&session),
-        simulation_(session.lease(to)),
+        simulation_(lease(session, to, stop)),
         start_(simulation_->step()),
         mark_(session.next_checkpoint(simulation_->step())) {}
   Cursor(Cursor&&) = default;
@@ -55,6 +57,8 @@ class Cursor {
   }
 
  private:
+  static std::unique_ptr<Simulation> lease(Session& session, std::int64_t to,
+                                           const std::stop_token& stop);
   void wake();
   /// So many steps.
   void go(std::int64_t steps, const std::stop_token& stop);

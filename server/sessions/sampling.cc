@@ -19,11 +19,12 @@ std::size_t sample_bytes(const Session& session, const std::vector<std::size_t>&
 
 }  // namespace
 
-Sampling::Sampling(Session& session, std::vector<std::size_t> fields, Range range)
+Sampling::Sampling(Session& session, std::vector<std::size_t> fields, Range range,
+                   const std::stop_token& stop)
     : session_(session),
       fields_(std::move(fields)),
       range_(range),
-      cursor_(session, range.from),
+      cursor_(session, range.from, stop),
       capacity_(std::max<std::size_t>(1, batch_bytes / sample_bytes(session, fields_))),
       next_(range.from),
       last_checkpoint_(range.from) {

@@ -43,7 +43,8 @@ class Sampling {
 
     bool checkpoints() const { return checkpoint_every > 0 || checkpoint_at_end; }
   };
-  Sampling(Session& session, std::vector<std::size_t> fields, Range range);
+  Sampling(Session& session, std::vector<std::size_t> fields, Range range,
+           const std::stop_token& stop = {});
 
   /// One slice: goes on until the batch is full, all is sampled or the slice is over. A stop
   /// request ends it with the last good state.
