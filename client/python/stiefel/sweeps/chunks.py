@@ -17,7 +17,7 @@ from stiefel.sweeps.shared_store import Place
 
 WORK = 2.0**34  #: instructions of a chunk, about a second of one core
 CREATION = 2.0**20  #: instructions for checking and setting up one member
-READING = 2.0**12  #: instructions for one quantity of one sample, which a predicted price leaves out
+READING = 2.0**10  #: instructions for one quantity of one sample, which a predicted price leaves out
 LARGEST = 1 << 14  #: members of a chunk
 SLOWEST = 100.0  #: times slower than predicted, when a server is taken to be lost
 KEPT = 1 << 20  #: numbers that the quantiles of one call may keep

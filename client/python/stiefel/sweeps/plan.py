@@ -80,9 +80,10 @@ def make_plan(base: pb.Scene, axes: Axes, request: pb.SummarizeRequest, ask_all:
     groups, resolved = tuple(group for group, _ in parts), [one for _, one in parts]
     steps = max(request.to, getattr(request, "from"))
     samples = -(-max(request.to - getattr(request, "from"), 0) // request.every) + 1
+    read = sum(_is_read_on_the_way(quantity) for quantity in request.quantities)
     chunks: list[tuple[int, int, int]] = []
     for k, (group, one) in enumerate(zip(groups, resolved)):
-        members = members_of_a_chunk(one.step_work, steps, samples * len(request.quantities), one.kept * samples)
+        members = members_of_a_chunk(one.step_work, steps, samples * read, one.kept * samples)
         slowest = SLOWEST * members * steps * one.step_work / WORK
         template = replace(template, timeout=max(template.timeout, slowest))
         chunks += [(k, begin, min(begin + members, group.end)) for begin in range(group.begin, group.end, members)]
@@ -91,6 +92,11 @@ def make_plan(base: pb.Scene, axes: Axes, request: pb.SummarizeRequest, ask_all:
                 tuple(dict.fromkeys(text for one in resolved for text in one.warnings)))
     _check_shapes(plan, ask_all)
     return plan
+
+
+def _is_read_on_the_way(quantity: pb.Quantity) -> bool:
+    """Whether anything but its last value is asked for."""
+    return bool(set(quantity.statistics) - {pb.STATISTIC_LAST} or quantity.quantiles or quantity.edges)
 
 
 def _check_shapes(plan: Plan, ask_all: AskAll) -> None:
