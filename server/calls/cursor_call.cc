@@ -7,6 +7,7 @@
 #include "server/convert/errors.h"
 #include "server/limits/failpoint.h"
 #include "server/sessions/stoppable.h"
+#include "stiefel/stop.h"
 
 namespace stiefel::server {
 

@@ -13,6 +13,7 @@
 #include "server/convert/errors.h"
 #include "server/convert/reply_limits.h"
 #include "server/limits/failpoint.h"
+#include "stiefel/stop.h"
 
 namespace stiefel::server {
 namespace {

@@ -19,6 +19,7 @@
 #include "server/convert/stream_messages.h"
 #include "server/pricing/memory_price.h"
 #include "server/sessions/sampling.h"
+#include "stiefel/stop.h"
 
 namespace stiefel::server {
 namespace {
