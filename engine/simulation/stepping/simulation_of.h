@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 
 #include "engine/maps/map.h"
 #include "engine/simulation/stepping/invariant_list.h"
@@ -22,9 +23,9 @@ class SimulationOf final : public Simulation {
         observables_(std::move(observables)),
         substeps_(scene.substeps()),
         step_cost_(step_cost * substeps_),
-        stops_inside_(step_cost >= long_step || chooses_steps),
         state_(map_.start(observables_.start(scene))),
         before_(state_) {
+    stops_inside_ = step_cost >= long_step || chooses_steps || is_large(scene);
     fields_ = observables_.fields();
     block_count_ = observables_.block_count();
     state_.each([this](auto& block) { saved_size_ += static_cast<std::size_t>(block.size()); });
@@ -39,7 +40,7 @@ class SimulationOf final : public Simulation {
       return map_steps_;
   }
 
-  /// A step that takes long, or chooses its own steps, is stopped inside, and what it did to the
+  /// A step that may take long, or chooses its own steps, is stopped inside, and what it did to the
   /// state undone. The copy of the state that this needs is nothing beside such a step.
   RunStatus advance(std::int64_t steps, const std::stop_token& stop) override {
     if (!stops_inside_) {
@@ -100,6 +101,13 @@ class SimulationOf final : public Simulation {
   static constexpr double long_step = 1e6;
   static constexpr bool chooses_steps = requires(F map) { map.attempts(); };
 
+  /// An implicit method may have to follow the solution of a step of h‖Ω‖ > 1 from h = 0, which
+  /// takes seconds where h‖Ω‖ is a billion.
+  bool is_large(const Scene& scene) const {
+    const double h = scene.description().step.value_or(0) / substeps_;  // none of a discrete system
+    return std::abs(h) * rate() > 1;
+  }
+
   RunStatus walk(std::int64_t steps, const std::stop_token& stop) {
     if constexpr (DirectMap<F>) {
       if (steps == 0) return {};
@@ -136,7 +144,7 @@ class SimulationOf final : public Simulation {
   Observables observables_;
   int substeps_;
   double step_cost_;
-  bool stops_inside_;
+  bool stops_inside_ = false;
   mutable typename F::State state_;  // `each` serves saving and restoring
   typename F::State before_;
   std::size_t saved_size_ = 0;
