@@ -10,6 +10,7 @@ import fake
 import stiefel
 from stiefel import calls, recreation
 from stiefel import v1 as pb
+from stiefel.connection import Connection
 
 BODY = {"system": "rigid_body", "step": 0.01, "body": {"moments": [1, 2, 3], "angular_velocity": [0.1, 1, 0.2]}}
 
@@ -262,7 +263,7 @@ class Forgetful(fake.Fake):
 def forgetful(tmp_path, monkeypatch):
     monkeypatch.setattr(fake, "Fake", Forgetful)
     service, server, service.address = fake.serve(tmp_path)
-    monkeypatch.setattr(recreation, "rest", lambda channel, seconds: service.order.append(seconds))
+    monkeypatch.setattr(Connection, "rest", lambda connection, seconds: service.order.append(seconds))
     yield service
     server.stop(None)
 

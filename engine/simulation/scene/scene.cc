@@ -7,9 +7,10 @@
 namespace stiefel {
 
 /// The ensemble was resolved with these members, so that no repair is too large.
+/// The members were checked with the ensemble. The bound of a repair is relative: times 0 it is 0.
 Scene Members::operator[](std::size_t b) const {
   return Scene::resolve(member_of(*ensemble_, static_cast<int>(b)),
-                        std::numeric_limits<double>::infinity())
+                        std::numeric_limits<double>::max())
       .value();
 }
 

@@ -88,6 +88,7 @@ TEST(Workspace, OfMembers) {
     for (unsigned b = 0; b < 2000; ++b)
       bodies.push_back(testing::description(testing::RandomBody(3, b + 1), 0.05, method));
     const SceneDescription ensemble = testing::ensemble_of(bodies);
+    ASSERT_TRUE(Scene::resolve(ensemble));  // which makes the tables of the first use
     const double before = allocated();
     SceneDescription copy = ensemble;
     const auto scene = Scene::resolve(std::move(copy)).value();

@@ -294,6 +294,21 @@ TEST(Ensemble, RefusalsNameTheMember) {
   EXPECT_EQ(refusal(bad).at(0).field, "method") << "which resolve_choosing gives";
 }
 
+/// Nothing is left of the bound of a repair, which is relative.
+TEST(Ensemble, MembersMayBeAtRest) {
+  SceneDescription two;
+  two.system = "stiefel";
+  two.method = MethodDescription{"variational", {}, {}, ""};
+  two.inertia = {1, 2, 3};
+  two.step = 0.1;
+  two.members = 2;
+  two.initial["Q"] = RowMatrix(RowMatrix::Identity(2, 3));
+  two.initial["S"] = RowMatrix(RowMatrix::Zero(2, 3));
+  const auto scene = Scene::resolve(two);
+  ASSERT_TRUE(scene);
+  for (const Scene& member : scene->members()) EXPECT_EQ(member.block("S").norm(), 0);
+}
+
 /// A list with the numbers of one member holds for all members.
 TEST(Ensemble, InertiaMayBeCommon) {
   const auto scenes = bodies(4, "rk4", {}, "plain", 0.1, true);

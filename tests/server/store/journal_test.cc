@@ -110,7 +110,7 @@ TEST_F(JournalTest, NamesOfManyThreadsEndAsTheRegistryHasThem) {
 }
 
 TEST_F(JournalTest, WhatDoesNotFitFailsAloneAndIsNoSession) {
-  Written written({options_.file, 100'000});
+  Written written({options_.file, 50'000});
   std::vector<std::pair<std::string, std::shared_ptr<Receipt>>> receipts;
   for (int i = 0; i < 400; ++i) {
     const std::string id = "s" + std::to_string(i);
@@ -202,7 +202,7 @@ TEST_F(JournalTest, TombstonesGoWithTheDeletion) {
 
 TEST_F(JournalTest, TombstonesNeverKeepADeletionOut) {
   // The store is full of sessions and tombstones: every deletion is on disk all the same.
-  Written written({options_.file, 100'000});
+  Written written({options_.file, 50'000});
   std::vector<std::string> made;
   for (int i = 0; i < 400; ++i) {
     const std::string id = "s" + std::to_string(i);
