@@ -122,11 +122,12 @@ TEST(Quotas, CallsAtOnce) {
   test::Harness harness(by_name({.quota = {.calls = 2}}));
   for (const char* principal : {"greedy", "modest"}) create_as(*harness.stub, principal, "s");
   std::vector<std::unique_ptr<Running>> calls;
-  for (int i = 0; i < 2; ++i) calls.push_back(std::make_unique<Running>(*harness.stub, "greedy"));
-  // The third is refused once the first two have arrived.
+  // A Step is refused once two calls have arrived; one of them may have been refused itself, while
+  // a Step had its place.
   std::int64_t far = 0;
   grpc::Status status;
   for (int attempt = 0; status.ok() && attempt < 1000; ++attempt) {
+    calls.push_back(std::make_unique<Running>(*harness.stub, "greedy"));
     grpc::ClientContext context;
     status = step_as(*harness.stub, "greedy", far += 100'000, context);
     if (!status.ok()) expect_refused(told(status, context), "principal_calls");
