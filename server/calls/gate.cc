@@ -29,6 +29,11 @@ const google::protobuf::MethodDescriptor& method(const char* name) {
 template <class Request>
 grpc::Status fault_of(const ReadRequest<Request>& request) {
   if (request.is_message) return grpc::Status::OK;
+  try {
+    if (request.failure) std::rethrow_exception(request.failure);
+  } catch (...) {
+    return errors::from_current_exception();
+  }
   return errors::invalid("request", "no " + Request::descriptor()->name(), "must be one");
 }
 

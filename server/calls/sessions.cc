@@ -29,9 +29,8 @@ Answered create(Host& host, Account& account, const v1::CreateSessionRequest& re
   auto scene = read_scene(request.has_scene(), request.scene());
   if (!scene) return scene.error();
   resolving = {};  // the session pays for its scene
-  // A session is made only where the reply of a step has room beside it: the state may have twice
-  // the arrays of the request.
-  const MemoryLease step(account.memory(), reply_memory(2 * request.scene().ByteSizeLong()));
+  // A session is made only where its first step and the reply have room beside it.
+  const MemoryLease step(account.memory(), first_step_memory(scene->scene, request.scene()));
   const Resolution resolution = scene->resolution;
   const auto admitted = admit(host, account, request.session_id(), *std::move(scene),
                               Place::inside("scene"), request.checkpoint(), request.recreate());

@@ -72,6 +72,12 @@ std::uint64_t scene_memory(const v1::Scene& scene) {
   return copies * static_cast<std::uint64_t>(scene.ByteSizeLong()) + 2 * scene_bytes({});
 }
 
+std::uint64_t first_step_memory(const Scene& resolved, const v1::Scene& scene) {
+  // The state may have twice the arrays of the request.
+  return reply_memory(2 * scene.ByteSizeLong()) +
+         (resolved.members().empty() ? 0 : simulation_bytes(resolved));
+}
+
 std::uint64_t search_memory(const v1::Scene& scene) {
   const auto [rows, cols] = block_shape(scene);
   return largest_simulation_bytes(rows, cols) * 3 / 2 + 2 * scene_memory(scene) +

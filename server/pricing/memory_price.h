@@ -26,6 +26,9 @@ std::uint64_t stream_memory(const Session& session, const std::vector<std::size_
 std::uint64_t reading_memory(const google::protobuf::Message& request);
 /// The resolved scene.
 std::uint64_t scene_memory(const v1::Scene& scene);
+/// The first step of a new session and its reply. An ensemble's simulation is made by that step,
+/// that of other scenes with the session.
+std::uint64_t first_step_memory(const Scene& resolved, const v1::Scene& scene);
 /// A choice of a method or a trade-off: one simulation at a time, of whatever method is largest,
 /// and a reference of twice the precision.
 std::uint64_t search_memory(const v1::Scene& scene);

@@ -278,8 +278,8 @@ TEST_F(Memory, WhatNeverFitsIsRefusedForGood) {
   EXPECT_TRUE(create("small", test::wire_scene()).ok());
 }
 
-/// A session of many members holds their numbers; its simulation is made, and priced, at the first
-/// step.
+/// The simulation of an ensemble is made at its first step; a session whose first step would have
+/// no room is not created.
 TEST_F(Memory, MembersArePricedBeforeTheyAreMade) {
   v1::Scene scene;
   scene.set_system("rigid_body");
@@ -287,15 +287,7 @@ TEST_F(Memory, MembersArePricedBeforeTheyAreMade) {
   scene.set_members(Scene::max_members);
   for (const double I : {1., 2., 3.}) scene.mutable_body()->add_moments(I);
   for (const double w : {0.1, 1., 0.2}) scene.mutable_body()->add_angular_velocity(w);
-  ASSERT_TRUE(create("many", scene).ok());
-  v1::StreamRequest request;
-  request.set_session_id("many");
-  request.set_to(1);
-  grpc::ClientContext context;
-  const auto stream = harness_.stub->Stream(&context, request);
-  v1::StreamResponse response;
-  EXPECT_FALSE(stream->Read(&response));
-  expect_refused(stream->Finish(), false);
+  expect_refused(create("many", scene), false);
   scene.set_members(1000);
   ASSERT_TRUE(create("some", scene).ok());
   EXPECT_TRUE(step("some", 1).ok());
