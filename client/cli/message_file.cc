@@ -9,6 +9,7 @@
 #include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <ranges>
 #include <set>
 #include <stdexcept>
 #include <vector>
@@ -43,16 +44,34 @@ const FieldDescriptor* find_field(const Types& types, const std::string& name) {
   return nullptr;
 }
 
+/// "; did you mean body.inertia_tensor?": a field of the messages, or of a message in them.
 std::string near_field(const Types& types, const std::string& name) {
-  std::vector<std::string> known;
+  // By the field's name. A field of `types` comes before one of the same name inside.
+  std::map<std::string, std::string> paths;
+  const auto add = [&](const Descriptor* type, const std::string& parent) {
+    for (int i = 0; i < type->field_count(); ++i)
+      paths.try_emplace(name_of(type->field(i)), parent + name_of(type->field(i)));
+  };
+  for (const Descriptor* type : types) add(type, "");
   for (const Descriptor* type : types)
-    for (int i = 0; i < type->field_count(); ++i) known.push_back(name_of(type->field(i)));
-  return did_you_mean(name, known);
+    for (int i = 0; i < type->field_count(); ++i) {
+      const FieldDescriptor* field = type->field(i);
+      if (field->message_type() != nullptr && !field->is_repeated())
+        add(field->message_type(), name_of(field) + ".");
+    }
+  const auto near = near_name(name, paths | std::views::keys);
+  return near ? "; did you mean " + paths.at(*near) + "?" : "";
+}
+
+/// "rows, cols, values".
+std::string fields_of(const Descriptor* type) {
+  return listed(std::views::iota(0, type->field_count()),
+                [&](int i) { return name_of(type->field(i)); });
 }
 
 /// Checks what protobuf's parser lets pass or reports without a place: syntax, names that the
-/// message has not, and names given twice (it would join the two arrays). What has the wrong type
-/// is left to protobuf.
+/// message has not, names given twice (it would join the two arrays), and an array in place of a
+/// message, such as a matrix as rows. Other wrong types are left to protobuf.
 class StrictSyntax : public nlohmann::json_sax<nlohmann::json> {
  public:
   /// `types`: the messages whose fields the whole object may have.
@@ -113,11 +132,15 @@ class StrictSyntax : public nlohmann::json_sax<nlohmann::json> {
       if (!array) inner.types = types_;
     } else if (const FieldDescriptor* field = levels_.back().next) {
       const bool element = levels_.back().array;
+      const bool one =
+          field->message_type() != nullptr && !field->is_map() && field->is_repeated() == element;
+      if (array && one)
+        return refuse("must be an object with the fields " + fields_of(field->message_type()));
       if (array)
         inner.next = field->is_repeated() && !field->is_map() && !element ? field : nullptr;
       else if (field->is_map())
         inner.map = field;
-      else if (field->is_repeated() == element && field->message_type() != nullptr)
+      else if (one)
         inner.types = {field->message_type()};
     }
     levels_.push_back(std::move(inner));

@@ -31,6 +31,8 @@ TEST(MessageFile, NamesAnUnknownFieldByItsPathAndTheNearOne) {
             "f: initial.Q.value: unknown field; did you mean values?");
   EXPECT_EQ(fault<S>(R"({"method": {"nme": "rk4"}})"),
             "f: method.nme: unknown field; did you mean name?");
+  EXPECT_EQ(fault<S>(R"({"inertia_tensr": []})"),
+            "f: inertia_tensr: unknown field; did you mean body.inertia_tensor?");
   EXPECT_EQ(fault<S>(R"({"mass": 1})"), "f: mass: unknown field");
   EXPECT_EQ(fault<S>(R"({"step": 1, "Step": 2})"), "f: Step: unknown field; did you mean step?");
 }
@@ -43,6 +45,16 @@ TEST(MessageFile, NamesTheElementOfAList) {
             "f: forms[0].first.Q.colls: unknown field; did you mean cols?");
   EXPECT_EQ(fault<R>(R"({"dirac_brackets": [{"first": [{"A": {}}, {"C": {}}]}]})"),
             "f: dirac_brackets[0].first[1].C: unknown field");
+}
+
+TEST(MessageFile, RefusesAnArrayInPlaceOfAMessage) {
+  EXPECT_EQ(fault<v1::Scene>(R"({"initial": {"M": [[0, -1], [1, 0]]}})"),
+            "f: initial.M: must be an object with the fields rows, cols, values, imaginary");
+  EXPECT_EQ(fault<v1::Scene>(R"({"body": [1, 2, 3]})"),
+            "f: body: must be an object with the fields inertia_tensor, moments, attitude, "
+            "angular_velocity");
+  EXPECT_TRUE(fault<v1::DiagnoseRequest>(R"({"forms": [[1]]})")
+                  .starts_with("f: forms[0]: must be an object with the fields form, "));
 }
 
 TEST(MessageFile, TakesBlocksOfAnyName) {

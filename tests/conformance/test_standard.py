@@ -68,6 +68,6 @@ def test_describe(client):
         assert {entry.method for entry in system.methods} <= ({""} if system.discrete else set(methods))
     for method in catalogue.methods:
         assert method.default_order in (method.orders or [0])
-    assert catalogue.limits.max_message_bytes >= 256 << 20
+    assert catalogue.limits.max_message_bytes == min(256 << 20, catalogue.limits.memory_bytes // 16)
     assert catalogue.limits.max_reply_bytes <= 4 << 20
     assert catalogue.limits.idle_timeout.seconds > 0

@@ -45,6 +45,8 @@ BODY = {"moments": [1, 2, 3]}
      "unknown field; did you mean inertia_tensor? It is [1, 2]"),
     ({"initial": {"M": {"rows": 1, "colums": 1}}}, "scene.initial.M.colums",
      "unknown field; did you mean cols? It is 1"),
+    ({**SCENE, "inertia_tensr": [1, 2]}, "scene.inertia_tensr",
+     "unknown field; did you mean body.inertia_tensor? It is [1, 2]"),
     ({"zzz": 1}, "scene.zzz", "unknown field; the fields are system, method, "),
     ({**SCENE, "step": "soon"}, "scene.step", "'soon': must be a number"),
     ({**SCENE, "inertia": "heavy"}, "scene.inertia", "['heavy']: must be numbers"),

@@ -61,7 +61,11 @@ def _of_scalar(key: str, value: Any, kind: type[Message], field: FieldDescriptor
 
 
 def _unknown(key: str, value: Any, descriptor: Descriptor) -> str:
-    """The nearest name, or all there are."""
-    near = difflib.get_close_matches(key, descriptor.fields_by_name, n=1)
-    hint = f"did you mean {near[0]}?" if near else f"the fields are {', '.join(descriptor.fields_by_name)}."
+    """The nearest name of a field, or of a field of a message in it; else all names."""
+    paths = {inner.name: f"{outer.name}.{inner.name}" for outer in descriptor.fields
+             if outer.message_type and outer.label != FieldDescriptor.LABEL_REPEATED
+             for inner in outer.message_type.fields}
+    paths.update({field.name: field.name for field in descriptor.fields})
+    near = difflib.get_close_matches(key, paths, n=1)
+    hint = f"did you mean {paths[near[0]]}?" if near else f"the fields are {', '.join(descriptor.fields_by_name)}."
     return f"unknown field; {hint} It is {reprlib.repr(value)}"

@@ -7,6 +7,21 @@
 
 namespace stiefel {
 
+/// The simulation of `system` by Method.
+template <class Method, class S, class Observables>
+std::unique_ptr<Simulation> simulate_by(const Scene& scene, const S& system,
+                                        const Observables& observables, double cost) {
+  using Scalar = typename S::Scalar;
+  if constexpr (by_field_alone<Method, S>)
+    return simulate_matrices(scene, MatrixSystem<Scalar>(system),
+                             MatrixObservables<Scalar>(observables), cost);
+  else if constexpr (by_action_alone<Method, S>)
+    return simulate_matrices(scene, MatrixLieSystem<Scalar>(system),
+                             MatrixObservables<Scalar>(observables), cost);
+  else
+    return make_map<Method>(scene, system, observables, cost);
+}
+
 /// The simulation of `system` by the scene's method, one of Among. `cost` is a rough number of
 /// nanoseconds a step.
 template <class Among = Methods, class S, class Observables>
@@ -15,17 +30,8 @@ std::unique_ptr<Simulation> simulate(const Scene& scene, const S& system,
   std::unique_ptr<Simulation> made;
   const auto attempt = [&]<class Method>(Method*) {
     if constexpr (Method::template applies<S>)
-      if (scene.method() == Method::traits.name) {
-        using Scalar = typename S::Scalar;
-        if constexpr (by_field_alone<Method, S>)
-          made = simulate_matrices(scene, MatrixSystem<Scalar>(system),
-                                   MatrixObservables<Scalar>(observables), cost);
-        else if constexpr (by_action_alone<Method, S>)
-          made = simulate_matrices(scene, MatrixLieSystem<Scalar>(system),
-                                   MatrixObservables<Scalar>(observables), cost);
-        else
-          made = make_map<Method>(scene, system, observables, cost);
-      }
+      if (scene.method() == Method::traits.name)
+        made = simulate_by<Method>(scene, system, observables, cost);
   };
   for_each_type(Among{}, attempt);
   return made;
