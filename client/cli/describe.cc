@@ -34,6 +34,9 @@ std::string text(const v1::Recommendation& recommended) {
   if (recommended.largest_h_momentum_rate() > 0)
     out << ", h(|M''|/|M|)^1/2 of a substep up to "
         << stiefel::to_text(recommended.largest_h_momentum_rate());
+  if (recommended.largest_h_velocity_rate() > 0)
+    out << ", h(|q'''|/|q'|)^1/2 of a substep up to "
+        << stiefel::to_text(recommended.largest_h_velocity_rate());
   return out.str();
 }
 

@@ -7,7 +7,7 @@
 namespace stiefel::testing {
 
 Motion exact_motion(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& Q,
-                    const Eigen::MatrixXd& M, double t) {
+                    const Eigen::MatrixXd& M, double t, long double tolerance) {
   using Wide = long double;
   using Matrix = Eigen::Matrix<Wide, Eigen::Dynamic, Eigen::Dynamic>;
   using State = std::vector<Wide>;
@@ -26,8 +26,8 @@ Motion exact_motion(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& Q,
     Eigen::Map<Matrix>(rate.data() + size, N, N) = momentum * Omega - Omega * momentum;
   };
   using Stepper = boost::numeric::odeint::bulirsch_stoer<State, Wide>;
-  boost::numeric::odeint::integrate_adaptive(Stepper(1e-17L, 1e-17L), field, x, Wide(0), Wide(t),
-                                             Wide(t) / 100);
+  boost::numeric::odeint::integrate_adaptive(Stepper(tolerance, tolerance), field, x, Wide(0),
+                                             Wide(t), Wide(t) / 100);
   return {Eigen::Map<Matrix>(x.data(), N, N).cast<double>(),
           Eigen::Map<Matrix>(x.data() + size, N, N).cast<double>()};
 }

@@ -55,7 +55,7 @@ constexpr std::array recommendations = {
                    .takes = in_4d_without_frame,
                    .method = Rk4::traits.name,
                    .order = 4,
-                   .largest_h_momentum_rate = 0.0037},
+                   .largest_h_momentum_rate = 0.0034},
     Recommendation{.where = "N = 4",
                    .takes = in_4d,
                    .method = Variational::traits.name,

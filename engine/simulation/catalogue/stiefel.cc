@@ -38,11 +38,26 @@ void check(SceneDraft& draft) {
 bool is_isotropic(const Scene& scene) {
   return IsotropicGeodesic<long double>::has(scene.inertia());
 }
-constexpr std::array recommendations = {Recommendation{.where = "Lambda a multiple of the identity",
-                                                       .takes = is_isotropic,
-                                                       .method = Exact::traits.name,
-                                                       .arithmetic = "compensated"},
-                                        with_error_control(5e-14, 0.1)};
+Eigen::Index rows(const Scene& scene) { return scene.block("Q").rows(); }
+bool in_the_plane(const Scene& scene) { return scene.dimension() == 2; }
+bool has_whole_attitude(const Scene& scene) { return rows(scene) >= scene.dimension() - 1; }
+bool is_one_point(const Scene& scene) { return rows(scene) == 1; }
+
+// With 1 < n < N - 1 most motions are chaotic. Their condition is then 1e6 and more after 100
+// rotations, and a larger tolerance keeps the error below 1e-8 times the condition.
+constexpr std::array recommendations = {
+    Recommendation{.where = "Lambda a multiple of the identity",
+                   .takes = is_isotropic,
+                   .method = Exact::traits.name,
+                   .arithmetic = "compensated"},
+    restricted("N = 2", in_the_plane, with_error_control(2e-13, 0.12)),
+    restricted("n >= N - 1", has_whole_attitude, with_error_control(5e-14, 0.12)),
+    Recommendation{.where = "n = 1",
+                   .takes = is_one_point,
+                   .method = Variational::traits.name,
+                   .order = 8,
+                   .largest_h_velocity_rate = 0.3},
+    with_error_control(2e-12, 0.15)};
 
 }  // namespace
 

@@ -6,8 +6,8 @@
 
 namespace stiefel {
 
-/// The ensemble was resolved with these members, so that no repair is too large.
-/// The members were checked with the ensemble. The bound of a repair is relative: times 0 it is 0.
+/// The members were checked with the ensemble, so that no repair is too large here. The bound is
+/// finite because it is multiplied by the size of a block, which is 0 at rest: ∞ · 0 would be NaN.
 Scene Members::operator[](std::size_t b) const {
   return Scene::resolve(member_of(*ensemble_, static_cast<int>(b)),
                         std::numeric_limits<double>::max())

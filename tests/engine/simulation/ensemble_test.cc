@@ -294,7 +294,7 @@ TEST(Ensemble, RefusalsNameTheMember) {
   EXPECT_EQ(refusal(bad).at(0).field, "method") << "which resolve_choosing gives";
 }
 
-/// Nothing is left of the bound of a repair, which is relative.
+/// The bound of a repair is relative to the size of S, which is 0 here.
 TEST(Ensemble, MembersMayBeAtRest) {
   SceneDescription two;
   two.system = "stiefel";

@@ -10,7 +10,8 @@ struct ErrorOutcome {
   std::string scene;      ///< the scene in words
   std::string reference;  ///< the reference of the estimate
   std::string missing;    ///< or why there is no estimate
-  /// Estimated over true error, where the true error is above 1e-14 and there is an estimate.
+  /// Estimated over true error, where there is an estimate and the true error is known to a tenth
+  /// and above 1e-14.
   std::optional<double> attitude, momentum;
 };
 

@@ -21,6 +21,14 @@ constexpr Recommendation with_error_control(double tolerance, double largest_h_o
           .largest_h_omega = largest_h_omega};
 }
 
+/// A recommendation for those scenes that `takes` accepts.
+constexpr Recommendation restricted(std::string_view where, bool (*takes)(const Scene&),
+                                    Recommendation to) {
+  to.where = where;
+  to.takes = takes;
+  return to;
+}
+
 /// Omega is constant: a step by the exponential is exact.
 inline bool turns_evenly(const Scene& scene) {
   const Eigen::VectorXd& lambda = scene.inertia();
@@ -33,8 +41,8 @@ inline constexpr Recommendation at_constant_Omega = {
     .order = MuntheKaas4::traits.default_order};
 
 /// For bodies whose M is a product of the blocks: its error grows with the square of the time.
-inline constexpr std::array for_products = {at_constant_Omega, with_error_control(2e-13)};
+inline constexpr std::array for_products = {at_constant_Omega, with_error_control(5e-14)};
 /// For costates on V(n, N).
-inline constexpr std::array for_costates = {with_error_control(1e-11, 0.15)};
+inline constexpr std::array for_costates = {with_error_control(3e-11, 0.15)};
 
 }  // namespace stiefel

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "engine/simulation/catalogue/methods/method_traits.h"
+#include "engine/simulation/catalogue/methods/motion_rates.h"
 #include "engine/simulation/catalogue/system_entry.h"
 #include "stiefel/stop.h"
 
@@ -12,18 +13,6 @@ namespace stiefel {
 namespace {
 
 constexpr double most_substeps = 1e6;
-
-/// (‖M̈‖/‖M‖)^{1/2} of a rigid body; with M and Λ scaled to 1, so that no square overflows.
-double momentum_rate(const Scene& scene) {
-  const double size = scene.M().cwiseAbs().maxCoeff(), inertia = scene.inertia().maxCoeff();
-  if (size == 0) return 0;
-  const Eigen::VectorXd lambda = scene.inertia() / inertia;
-  const Eigen::MatrixXd M = scene.M() / size, L = lambda.replicate(1, lambda.size());
-  const Eigen::MatrixXd sums = L + L.transpose(), Omega = M.cwiseQuotient(sums);
-  const Eigen::MatrixXd dM = M * Omega - Omega * M, dOmega = dM.cwiseQuotient(sums);
-  const Eigen::MatrixXd ddM = dM * Omega + M * dOmega - dOmega * M - Omega * dM;
-  return size / inertia * std::sqrt(ddM.norm() / M.norm());
-}
 
 /// For a system without a recommendation: the adaptive method, else the last method that takes
 /// every scene.
@@ -53,13 +42,14 @@ MethodDescription Recommendation::description() const {
 
 int Recommendation::substeps(const Scene& scene) const {
   stop_point();
-  const double h = std::abs(scene.step());
   double needed = 1;
-  if (largest_h_omega > 0)
-    needed = std::max(needed, std::ceil(h * system_entry(scene.system())->make(scene)->rate() /
-                                        largest_h_omega));
-  if (largest_h_momentum_rate > 0)
-    needed = std::max(needed, std::ceil(h * momentum_rate(scene) / largest_h_momentum_rate));
+  const auto keep = [&](double bound, const auto& rate) {
+    if (bound > 0) needed = std::max(needed, std::ceil(std::abs(scene.step()) * rate() / bound));
+  };
+  const auto Omega = [&] { return system_entry(scene.system())->make(scene)->rate(); };
+  keep(largest_h_omega, Omega);
+  keep(largest_h_momentum_rate, [&] { return mean_momentum_rate(scene, Omega()); });
+  keep(largest_h_velocity_rate, [&] { return largest_velocity_rate(scene); });
   return static_cast<int>(std::min(needed, most_substeps));
 }
 

@@ -18,9 +18,10 @@ struct Recommendation {
   int order = 0;  ///< 0 of a closed form
   std::string_view arithmetic = "plain";
   double tolerance = 0;  ///< of methods that choose their own steps, else 0
-  /// Bounds on |h|‖Ω‖ and |h|(‖M̈‖/‖M‖)^{1/2} of a substep h in the initial state, which determine
-  /// the number of substeps. 0: no bound.
-  double largest_h_omega = 0, largest_h_momentum_rate = 0;
+  /// Bounds for a substep h, which determine the number of substeps: on |h|‖Ω‖ in the initial
+  /// state; on |h| times mean_momentum_rate and largest_velocity_rate (motion_rates.h). 0: no
+  /// bound.
+  double largest_h_omega = 0, largest_h_momentum_rate = 0, largest_h_velocity_rate = 0;
 
   /// The method with one substep.
   MethodDescription description() const;
