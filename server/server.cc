@@ -270,8 +270,8 @@ std::shared_ptr<grpc::Channel> Server::in_process_channel() {
 void Server::shutdown() {
   std::call_once(parts_->shut_down, [this] {
     Host& host = parts_->host;
-    parts_->grpc->GetHealthCheckService()->Shutdown();
     host.lifecycle.refuse();
+    parts_->grpc->GetHealthCheckService()->Shutdown();
     host.log.line(Log::Level::info, "shutting down");
     if (!host.lifecycle.stopping()) host.lifecycle.wait_idle(parts_->grace);
     host.lifecycle.stop();
