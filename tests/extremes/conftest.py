@@ -9,6 +9,7 @@ import pytest
 import stiefel
 
 LONG = os.environ.get("STIEFEL_EXTREMES") == "long"
+SANITIZED = "STIEFEL_SANITIZED" in os.environ  # the server, which takes a sanitizer's memory too
 
 
 @pytest.fixture(scope="session")

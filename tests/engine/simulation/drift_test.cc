@@ -4,17 +4,16 @@
 #include <cstdio>
 
 #include "stiefel/diagnosis.h"
+#include "tests/support/sanitizer.h"
 #include "tests/support/scenes/random_scene.h"
 
 namespace stiefel {
 namespace {
 
 // The sanitizers check the code of a step; they do not need 10⁶ steps.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr std::array<std::int64_t, 4> decades = {100, 1'000, 10'000, 100'000};
-#else
-constexpr std::array<std::int64_t, 4> decades = {1'000, 10'000, 100'000, 1'000'000};
-#endif
+constexpr std::int64_t first_decade = testing::sanitized ? 100 : 1000;
+constexpr std::array decades = {first_decade, 10 * first_decade, 100 * first_decade,
+                                1000 * first_decade};
 
 struct Worst {
   double energy = 0, momentum = 0, manakov = 0, orthogonality = 0;
@@ -31,7 +30,8 @@ struct Worst {
   double largest() const { return std::max({energy, momentum, manakov}); }
 };
 
-/// Drift at each decade of steps, the worst of three seeds for N = 3, of one above: h‖Ω‖ = 0.1, Λ over 1 : 4.
+/// Drift at each decade of steps, the worst of three seeds for N = 3, of one above: h‖Ω‖ = 0.1, Λ
+/// over 1 : 4.
 std::array<Worst, 4> drifts(int N, const char* arithmetic) {
   std::array<Worst, 4> worst;
   const unsigned seeds = N == 3 ? 3 : 1;
