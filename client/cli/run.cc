@@ -1,6 +1,5 @@
 #include <iostream>
 
-#include "client/cli/summaries/at_times.h"
 #include "client/cli/commands.h"
 #include "client/cli/endpoint.h"
 #include "client/cli/interrupt.h"
@@ -8,6 +7,7 @@
 #include "client/cli/progress/progress.h"
 #include "client/cli/report.h"
 #include "client/cli/sinks/sink.h"
+#include "client/cli/summaries/at_times.h"
 
 namespace stiefel::cli {
 namespace {

@@ -6,8 +6,8 @@
 #include <limits>
 
 #include "client/cli/progress/progress.h"
-#include "client/cli/sinks/sink.h"
 #include "client/cli/progress/tradeoff_progress.h"
+#include "client/cli/sinks/sink.h"
 
 namespace stiefel::cli {
 namespace {

@@ -101,7 +101,8 @@ TEST_P(Steps, LargeOnes) {
           if (!long_form() && (sign < 0) != (h_omega == 0.9)) continue;
           if (h_omega > 3 && steps > 1) continue;  // the first says it
           // gauss4 takes 8 s of processor time for such a step of a body with N > 3.
-          if (!long_form() && h_omega > 1e3 && method == "gauss4" && way.inertia.size() > 3) continue;
+          if (!long_form() && h_omega > 1e3 && method == "gauss4" && way.inertia.size() > 3)
+            continue;
           measure_step(way, h_omega, sign * h_omega / rate, steps);
         }
   }

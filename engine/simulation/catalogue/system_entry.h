@@ -63,8 +63,8 @@ struct SystemEntry {
   /// goes without, and N.
   FrameSize (*size)(const Scene&) = nullptr;
   /// For tests and weights: a seeded scene without method and step, and the step at which the
-  /// errors of a method of order 4 are small but seen. Null: tests/support/scenes/any_scene.cc has scenes
-  /// of it.
+  /// errors of a method of order 4 are small but seen. Null: tests/support/scenes/any_scene.cc has
+  /// scenes of it.
   SceneDescription (*example)(unsigned seed) = nullptr;
   double example_step = 0.1;
 };

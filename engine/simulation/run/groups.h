@@ -9,8 +9,8 @@
 
 namespace stiefel {
 
-/// Gives the members of an ensemble to `visit` in their order, as they go together: as many in a row
-/// as a vector register has lanes of those that can be packed, the others alone.
+/// Gives the members of an ensemble to `visit` in their order, as they go together: as many in a
+/// row as a vector register has lanes of those that can be packed, the others alone.
 template <class Scenes, class Visit>
 void for_each_group(const Scenes& scenes, const Visit& visit) {
   std::vector<Scene> together;
@@ -31,8 +31,8 @@ void for_each_group(const Scenes& scenes, const Visit& visit) {
   flush();
 }
 
-/// Nanoseconds of a step of a group, roughly and on all cores, for slicing; `one`: the simulation of
-/// one of its members.
+/// Nanoseconds of a step of a group, roughly and on all cores, for slicing; `one`: the simulation
+/// of one of its members.
 inline double group_cost(std::span<const Scene> group, const Simulation& one) {
   constexpr double packed = 5;  // of one body
   if (group.size() == 1) return one.step_cost();

@@ -18,8 +18,8 @@ struct Outline {
 
 Outline outline_of(const Simulation& simulation);
 
-/// That of an ensemble, without its simulation: those of the members are made one after another, for
-/// `look` at each, and dropped.
+/// That of an ensemble, without its simulation: those of the members are made one after another,
+/// for `look` at each, and dropped.
 Outline outline_of(const Members& members, const std::function<void(const Simulation&)>& look);
 
 }  // namespace stiefel

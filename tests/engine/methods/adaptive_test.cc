@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "engine/systems/rigid_body.h"
-#include "tests/support/scenes/body_state.h"
 #include "tests/support/exact_motion.h"
+#include "tests/support/scenes/body_state.h"
 
 namespace stiefel {
 namespace {

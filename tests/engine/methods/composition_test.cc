@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "engine/methods/variational.h"
-#include "tests/support/scenes/body_state.h"
 #include "tests/support/linalg/quadruple.h"
+#include "tests/support/scenes/body_state.h"
 
 namespace stiefel {
 namespace {

@@ -9,10 +9,10 @@
 #include "engine/linalg/special_functions/jacobi_elliptic.h"
 #include "engine/methods/variational.h"
 #include "stiefel/simulation.h"
-#include "tests/support/surveys/exact_survey.h"
 #include "tests/support/linalg/quadruple.h"
-#include "tests/support/scenes/random_scene.h"
 #include "tests/support/reference_cases.h"
+#include "tests/support/scenes/random_scene.h"
+#include "tests/support/surveys/exact_survey.h"
 
 namespace stiefel {
 namespace {

@@ -10,8 +10,8 @@
 #include "engine/methods/implicit_midpoint.h"
 #include "engine/methods/munthe_kaas4.h"
 #include "engine/methods/variational.h"
-#include "tests/support/scenes/body_state.h"
 #include "tests/support/exact_motion.h"
+#include "tests/support/scenes/body_state.h"
 
 namespace stiefel {
 namespace {

@@ -7,9 +7,9 @@
 #include "engine/methods/exact.h"
 #include "engine/methods/variational.h"
 #include "stiefel/simulation.h"
-#include "tests/support/scenes/body_state.h"
-#include "tests/support/printed_series.h"
 #include "tests/support/linalg/quadruple.h"
+#include "tests/support/printed_series.h"
+#include "tests/support/scenes/body_state.h"
 
 namespace stiefel {
 namespace {

@@ -4,8 +4,8 @@
 
 #include "engine/invariants/stiefel.h"
 #include "engine/methods/variational.h"
-#include "tests/support/linalg/constraint_riccati_spectral.h"
 #include "tests/support/integrate.h"
+#include "tests/support/linalg/constraint_riccati_spectral.h"
 #include "tests/support/scenes/random_frame.h"
 
 namespace stiefel {

@@ -12,10 +12,10 @@
 #include "engine/systems/right_symmetric_rigid_body.h"
 #include "engine/systems/rigid_body.h"
 #include "engine/systems/symmetric_rigid_body.h"
-#include "tests/support/linalg/dual.h"
 #include "tests/support/flow.h"
-#include "tests/support/scenes/random_scene.h"
+#include "tests/support/linalg/dual.h"
 #include "tests/support/reference_cases.h"
+#include "tests/support/scenes/random_scene.h"
 #include "tests/support/scenes/rigid_forms.h"
 
 namespace stiefel {

@@ -9,12 +9,12 @@
 #include "stiefel/catalogue.h"
 #include "stiefel/simulation.h"
 #include "stiefel/tradeoff.h"
-#include "tests/support/scenes/any_scene.h"
-#include "tests/support/surveys/choice_survey.h"
 #include "tests/support/exact_motion.h"
 #include "tests/support/extrapolation.h"
+#include "tests/support/scenes/any_scene.h"
 #include "tests/support/scenes/random_matrices.h"
 #include "tests/support/scenes/random_scene.h"
+#include "tests/support/surveys/choice_survey.h"
 
 namespace stiefel {
 namespace {

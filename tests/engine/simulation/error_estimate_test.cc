@@ -9,10 +9,10 @@
 #include "engine/simulation/catalogue/methods/step_weight.h"
 #include "stiefel/simulation.h"
 #include "tests/support/scenes/any_scene.h"
-#include "tests/support/surveys/error_survey.h"
 #include "tests/support/scenes/random_frame.h"
 #include "tests/support/scenes/random_scene.h"
 #include "tests/support/scenes/random_top.h"
+#include "tests/support/surveys/error_survey.h"
 
 namespace stiefel {
 namespace {

@@ -8,9 +8,9 @@
 #include "engine/simulation/accuracy/measured_motions.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/tradeoff.h"
+#include "tests/support/exact_motion.h"
 #include "tests/support/scenes/any_scene.h"
 #include "tests/support/scenes/ensemble_of.h"
-#include "tests/support/exact_motion.h"
 #include "tests/support/scenes/random_scene.h"
 
 namespace stiefel {

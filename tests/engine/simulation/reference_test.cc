@@ -13,13 +13,13 @@
 #include "engine/problems/taylor_stiefel.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/simulation.h"
-#include "tests/support/scenes/any_scene.h"
-#include "tests/support/scenes/body_state.h"
 #include "tests/support/extrapolation.h"
 #include "tests/support/linalg/quadruple.h"
+#include "tests/support/reference_motions.h"
+#include "tests/support/scenes/any_scene.h"
+#include "tests/support/scenes/body_state.h"
 #include "tests/support/scenes/random_frame.h"
 #include "tests/support/scenes/random_matrices.h"
-#include "tests/support/reference_motions.h"
 
 namespace stiefel {
 namespace {

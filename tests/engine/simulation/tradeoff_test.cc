@@ -10,9 +10,9 @@
 #include "engine/simulation/accuracy/pareto_front.h"
 #include "engine/simulation/catalogue/methods/step_weight.h"
 #include "stiefel/catalogue.h"
+#include "tests/support/exact_motion.h"
 #include "tests/support/scenes/any_scene.h"
 #include "tests/support/scenes/every_pair.h"
-#include "tests/support/exact_motion.h"
 #include "tests/support/scenes/random_scene.h"
 
 namespace stiefel {

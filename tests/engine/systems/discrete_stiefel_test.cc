@@ -7,8 +7,8 @@
 #include "engine/invariants/stiefel.h"
 #include "engine/systems/stiefel.h"
 #include "tests/support/integrate.h"
-#include "tests/support/scenes/random_frame.h"
 #include "tests/support/reference_cases.h"
+#include "tests/support/scenes/random_frame.h"
 
 namespace stiefel {
 namespace {

@@ -10,9 +10,9 @@
 #include "engine/methods/munthe_kaas4.h"
 #include "engine/methods/rk4.h"
 #include "engine/systems/parametric_rigid_body.h"
-#include "tests/support/linalg/dual.h"
 #include "tests/support/exact_motion.h"
 #include "tests/support/flow.h"
+#include "tests/support/linalg/dual.h"
 #include "tests/support/scenes/random_scene.h"
 #include "tests/support/scenes/rigid_forms.h"
 

@@ -8,8 +8,8 @@
 #include "engine/maps/moser_veselov_pair.h"
 #include "engine/methods/variational.h"
 #include "tests/support/linalg/j_d_schur.h"
-#include "tests/support/scenes/random_scene.h"
 #include "tests/support/reference_cases.h"
+#include "tests/support/scenes/random_scene.h"
 #include "tests/support/scenes/rigid_forms.h"
 
 namespace stiefel {

@@ -9,8 +9,8 @@
 #include "engine/systems/ellipsoid.h"
 #include "engine/systems/stiefel_costate.h"
 #include "tests/support/integrate.h"
-#include "tests/support/scenes/random_frame.h"
 #include "tests/support/reference_cases.h"
+#include "tests/support/scenes/random_frame.h"
 
 namespace stiefel {
 namespace {

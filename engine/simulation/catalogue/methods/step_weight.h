@@ -22,8 +22,9 @@ double step_weight(const Scene& scene);
 /// explicit method `step_weight`, of one that iterates times a factor of the table, which has it at
 /// some h‖Ω‖, the power law between them, and the nearest one's beyond them.
 double step_price(const Scene& scene, double h_omega);
-/// The price of one step of as many bodies like this one as a register of AVX2 holds (`pack_lanes`),
-/// side by side; nothing where the table has none: for bodies that cannot be packed.
+/// The price of one step of as many bodies like this one as a register of AVX2 holds
+/// (`pack_lanes`), side by side; nothing where the table has none: for bodies that cannot be
+/// packed.
 std::optional<double> pack_price(const Scene& one, double h_omega);
 /// 4 numbers in double precision, 8 in single.
 int pack_lanes(const Scene& one);

@@ -14,8 +14,8 @@ namespace stiefel::client {
 std::optional<std::string> fault_of_address(std::string_view address);
 
 /// UNAVAILABLE for a call whose connection broke while it ran, such as that of a proxy to its
-/// server, and for one that reached a server at its end: gRPC reports them as CANCELLED, INTERNAL or
-/// UNKNOWN. Any other status as it is. Not for calls that this side has cancelled.
+/// server, and for one that reached a server at its end: gRPC reports them as CANCELLED, INTERNAL
+/// or UNKNOWN. Any other status as it is. Not for calls that this side has cancelled.
 grpc::Status as_unavailable(const grpc::Status& status);
 
 /// "cannot reach HOST:PORT: the connection is refused", in place of what gRPC says of a call that
