@@ -1,10 +1,10 @@
 """Workers that die, refuse, or are gone: a lost worker costs its chunk, and the bytes stay."""
+import itertools
 import os
 import pickle
 import signal
 import subprocess
 import sys
-import threading
 import time
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -38,22 +38,23 @@ def failed(error):
     return future
 
 
-def kill_one(pool):
-    """Kills a worker of the pool as soon as it has one."""
-    while not pool._processes:
-        time.sleep(0.01)
-    time.sleep(0.2)
-    os.kill(next(iter(pool._processes)), signal.SIGKILL)
+def losing_a_worker(pool):
+    """The pool, of which a process is killed as soon as the third chunk is submitted."""
+    submit, count = pool.submit, itertools.count(1)
+
+    def submit_and_kill(function, *arguments):
+        future = submit(function, *arguments)
+        if next(count) == 3:
+            os.kill(next(iter(pool._processes)), signal.SIGKILL)
+        return future
+    pool.submit = submit_and_kill
+    return pool
 
 
 def test_a_killed_worker_costs_its_chunk():
-    expected = sweep(to=20_000)
-    with ProcessPoolExecutor(2) as pool:
-        killer = threading.Thread(target=kill_one, args=[pool])
-        killer.start()
+    with losing_a_worker(ProcessPoolExecutor(2)) as pool:
         found = sweep(to=20_000, executor=pool)
-        killer.join()
-    assert found.attrs["sha256"] == expected.attrs["sha256"]
+    assert found.attrs["sha256"] == sweep(to=20_000).attrs["sha256"]
     assert failures(found)["BrokenProcessPool"] >= 1
 
 
@@ -77,9 +78,8 @@ def test_an_executor_may_be_made_anew_by_the_caller():
     made = []
 
     def make():
-        made.append(ProcessPoolExecutor(1))
-        if len(made) == 1:
-            threading.Thread(target=kill_one, args=[made[0]]).start()
+        pool = ProcessPoolExecutor(1)
+        made.append(pool if made else losing_a_worker(pool))
         return made[-1]
 
     found = sweep(to=20_000, executor=make)
