@@ -26,8 +26,8 @@ namespace {
 constexpr int slices_between_messages = 256;
 /// An ensemble of more has more than a slice of work before its first step.
 constexpr std::size_t few_members = 64;
-/// Its slices are so many times longer: each fetches all members from memory, once for all of its
-/// steps.
+/// Its slices are so many times longer: each fetches members from memory, once for all steps that
+/// it makes with them.
 constexpr int longer_for_many = 16;
 
 bool has_many(const Session& session) { return session.scene().members().size() > few_members; }
@@ -112,6 +112,8 @@ grpc::Status SummarizeWork::work(const std::stop_token& stop) {
   }
   ++slices_;
   if (lifecycle_.stopping()) {
+    // A checkpoint has all members at one step.
+    if (!summary_->aligned()) return errors::shutting_down();
     shut_down();
   } else {
     advance(stop);

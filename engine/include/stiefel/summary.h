@@ -115,6 +115,10 @@ class Summary {
   void start_at(std::int64_t step, std::span<const double> saved);
   /// Goes on by up to `steps` steps of all members, not beyond `bound`. Returns earlier when many
   /// events or states wait to be taken. Looks at `stop` before every step.
+  ///
+  /// Of many members with neither events nor times a call takes a part of the members by as many
+  /// more steps, and the next calls take the others to where the first went, whatever their `steps`
+  /// and `bound`. Each member is then fetched from memory once for all of these steps.
   void advance(std::int64_t steps, std::int64_t bound, const std::stop_token& stop = {});
   /// Ends where it is: with `cancelled` for all that have not ended.
   void cancel();
@@ -122,8 +126,10 @@ class Summary {
   /// All is done up to this step.
   std::int64_t step() const;
   bool done() const;
-  /// Whether the last `advance` was stopped on its way, so that members may be at different steps.
+  /// Whether the last `advance` was stopped on its way.
   bool interrupted() const;
+  /// Whether all members that have not ended are at `step()`.
+  bool aligned() const;
 
   /// What has come since the last call, in the order of steps, at one step of members, then times.
   std::vector<Event> take_events();
@@ -139,9 +145,8 @@ class Summary {
   /// Bytes of the numbers of `statistics`.
   std::uint64_t statistics_bytes() const;
 
-  /// Everything that decides what is still to come; between two calls of `advance` that was not
-  /// interrupted. `restore` returns false for what `save` of the same scene and description, but
-  /// for `to`, cannot have given.
+  /// Everything that decides what is still to come; only when it is `aligned`. `restore` returns
+  /// false for what `save` of the same scene and description, but for `to`, cannot have given.
   std::string save() const;
   bool restore(std::string_view saved);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <tuple>
 
 #include <tbb/parallel_for.h>
@@ -15,6 +16,8 @@ namespace {
 
 /// Numbers of events and states that wait to be taken, before a slice ends: 16 MiB.
 constexpr std::size_t most_waiting = std::size_t{1} << 21;
+/// Of the groups of members: enough in a part for every core.
+constexpr std::size_t least_part = 16, most_parts = 16;
 
 std::vector<double> empty_state(std::size_t size) {
   return std::vector<double>(size, canonical(NAN));
@@ -31,6 +34,8 @@ struct Summary::Parts {
   std::size_t saved_size = 0;  ///< of one member
   bool direct = false;
   std::int64_t step = 0, computed_before = 0;
+  std::int64_t round_end = 0;  ///< the step that the groups go to, one part of them after another
+  std::size_t ahead = 0;       ///< how many of them are there; 0 when all are
   std::size_t next_time = 0;
   bool interrupted = false;
   std::vector<Event> events = {};
@@ -53,6 +58,13 @@ struct Summary::Parts {
 
   bool done() const {
     return std::ranges::all_of(groups, [](const auto& group) { return group->done(); });
+  }
+
+  /// In how many parts the groups advance. What comes at events and times is told in the order of
+  /// steps, so that all groups advance together.
+  std::size_t parts() const {
+    if (!plan.what.events.empty() || !plan.times.empty()) return 1;
+    return std::clamp(groups.size() / least_part, std::size_t{1}, most_parts);
   }
 
   /// Where an advance by `steps` ends.
@@ -144,16 +156,25 @@ void Summary::start_at(std::int64_t step, std::span<const double> saved) {
 
 void Summary::advance(std::int64_t steps, std::int64_t bound, const std::stop_token& stop) {
   Parts& all = *parts_;
-  const std::int64_t to = all.target(steps, bound);
+  const std::size_t parts = all.parts(), count = all.groups.size();
+  if (all.ahead == 0) {
+    constexpr auto most = std::numeric_limits<std::int64_t>::max();
+    const auto times = static_cast<std::int64_t>(parts);
+    all.round_end = all.target(steps > most / times ? most : steps * times, bound);
+  }
+  const std::size_t end = std::min(count, all.ahead + (count + parts - 1) / parts);
   const std::size_t first_time = all.next_time;
-  const auto states = all.make_room(to);
-  tbb::parallel_for(std::size_t{0}, all.groups.size(),
-                    [&](std::size_t i) { all.groups[i]->advance(to, first_time, states, stop); });
+  const auto states = all.make_room(all.round_end);
+  tbb::parallel_for(all.ahead, end, [&](std::size_t i) {
+    all.groups[i]->advance(all.round_end, first_time, states, stop);
+  });
   all.collect_events();
   if (all.done()) all.drop_unreached(first_time);
   all.interrupted =
       std::ranges::any_of(all.groups, [](const auto& group) { return group->interrupted(); });
-  if (!all.interrupted) all.step = to;
+  if (all.interrupted) return;
+  all.ahead = end < count ? end : 0;
+  if (all.ahead == 0) all.step = all.round_end;
 }
 
 void Summary::cancel() {
@@ -163,6 +184,7 @@ void Summary::cancel() {
 std::int64_t Summary::step() const { return parts_->step; }
 bool Summary::done() const { return parts_->done(); }
 bool Summary::interrupted() const { return parts_->interrupted; }
+bool Summary::aligned() const { return !parts_->interrupted && parts_->ahead == 0; }
 
 std::vector<Event> Summary::take_events() { return std::exchange(parts_->events, {}); }
 std::vector<StateAtTime> Summary::take_states() { return std::exchange(parts_->states, {}); }

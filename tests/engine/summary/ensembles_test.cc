@@ -37,6 +37,54 @@ SceneDescription diverging(SceneDescription scene) {
   throw std::logic_error("none of them diverges");
 }
 
+/// Many members go in parts, one after another.
+TEST(SummaryOfAnEnsemble, OfManyMembersIsTheSameInPartsAndResumed) {
+  auto scenes = bodies(300, "rk4", 0.3);
+  scenes[7] = scenes[290] = diverging(scenes[7]);
+  const Scene ensemble = resolved(testing::ensemble_of(scenes));
+  const auto what = everything(3, 900, 11);
+  const auto whole = run(ensemble, what, 900).bits();
+  EXPECT_EQ(run(ensemble, what, 1).bits(), whole);
+  Summary summary = prepare(ensemble, what);
+  int in_parts = 0, resumed = 0;
+  while (!summary.done()) {
+    const std::int64_t before = summary.step();
+    summary.advance(40, what.to);
+    EXPECT_GE(summary.step(), before);
+    EXPECT_TRUE(summary.aligned() || summary.step() == before);
+    if (!summary.aligned()) {
+      ++in_parts;
+      continue;
+    }
+    Summary next = prepare(ensemble, what);
+    ASSERT_TRUE(next.restore(summary.save()));
+    EXPECT_EQ(next.save(), summary.save());
+    EXPECT_EQ(finish(next, 7).bits(), whole) << "from step " << next.step();
+    ++resumed;
+  }
+  EXPECT_GE(in_parts, 3);
+  EXPECT_GE(resumed, 3);
+  EXPECT_EQ(finish(summary).bits(), whole);
+}
+
+/// Those that were stopped in a part of them go on from where each is.
+TEST(SummaryOfAnEnsemble, OfManyMembersGoesOnAfterAStop) {
+  const Scene ensemble = resolved(testing::ensemble_of(bodies(300, "rk4", 0.1)));
+  SummaryDescription what{.to = 500};
+  what.quantities = {{"energy", {Statistic::drift}}};
+  const auto whole = run(ensemble, what, 500).bits();
+  Summary summary = prepare(ensemble, what);
+  std::stop_source stop;
+  stop.request_stop();
+  while (!summary.done()) {
+    summary.advance(20, what.to, stop.get_token());
+    EXPECT_TRUE(summary.interrupted() && !summary.aligned());
+    summary.advance(20, what.to);
+    EXPECT_FALSE(summary.interrupted());
+  }
+  EXPECT_EQ(finish(summary).bits(), whole);
+}
+
 /// Each member has the numbers that it has alone, those that stop early and the others; whatever
 /// the threads.
 TEST(SummaryOfAnEnsemble, IsOfEachMemberWhatItIsAlone) {
