@@ -192,8 +192,8 @@ TEST(Scheduler, OneWorkerIsKeptFromSearches) {
     std::latch searching(others), release(1), ran(3), rest(others);
     std::atomic<int> searches = 0, at_most = 0;
     Share share;
-    Scheduler scheduler(threads);
     std::list<Calling> jobs;
+    Scheduler scheduler(threads);
     for (int i = 0; i < 2 * others; ++i) {
       jobs.emplace_back([&, i] {
         at_most = std::max<int>(at_most, ++searches);
@@ -227,7 +227,6 @@ TEST(Scheduler, OneWorkerIsKeptFromSearches) {
 TEST(Scheduler, TheKeptWorkerRunsLongJobsInBriefSlicesOnly) {
   std::latch begun(2), release(1);
   std::atomic<std::int64_t> first = 0, second = 0;
-  Scheduler scheduler(2);
   Share share;
   Calling on_other([&] {
     first = slice_steps(200);
@@ -241,6 +240,7 @@ TEST(Scheduler, TheKeptWorkerRunsLongJobsInBriefSlicesOnly) {
     release.wait();
     return false;
   });
+  Scheduler scheduler(2);
   scheduler.submit(&on_other.of(share, endless), JobKind::sliced);
   scheduler.submit(&on_kept.of(share, endless), JobKind::brief);
   begun.wait();
@@ -253,9 +253,9 @@ TEST(Scheduler, ItsThreadsGiveWayToOthers) {
   std::latch done(2), both(2), begun(1);
   std::array<std::atomic<int>, 2> nice{};
   std::array<std::string, 2> names;
-  Scheduler scheduler(2);
   std::list<Calling> jobs;
   Share share;
+  Scheduler scheduler(2);
   for (std::size_t i = 0; i < 2; ++i) {
     jobs.emplace_back([&, i] {
       if (i == 0) begun.count_down();
@@ -340,8 +340,8 @@ TEST(Crew, ThereAreNeverMoreThreadsThanTheBudget) {
   constexpr int threads = 3;
   std::atomic<int> working = 0, at_most = 0;
   {
-    Scheduler scheduler(threads);
     std::list<Calling> jobs;
+    Scheduler scheduler(threads);
     for (int k = 0; k < 20; ++k) {
       jobs.emplace_back([&] {
         share_out(50, 1e7, [&](std::size_t) {

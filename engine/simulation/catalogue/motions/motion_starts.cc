@@ -36,7 +36,8 @@ struct Given {
   Dense block(const char* name) const { return numbers(scene.block(name)); }
   Start start(SeriesKind kind, const Dense& frame, const Dense& momentum) const {
     Start start{kind, lambda, {}, mu, Dense(frame.rows() + momentum.rows(), momentum.cols()), {}};
-    start.x << frame, momentum;
+    if (frame.size() > 0) start.x.topRows(frame.rows()) = frame;  // none where M goes alone
+    start.x.bottomRows(momentum.rows()) = momentum;
     return start;
   }
   Start body(const Dense& Q, const Dense& M) const { return start(SeriesKind::rigid_body, Q, M); }
