@@ -39,7 +39,8 @@ class RigidBodyObservables {
 
   Point start(const Scene& scene) const {
     Point x(scene.Q().rows() + N_, N_);
-    x << scene.Q(), scene.M();
+    if (x.rows() > N_) x.topRows(N_) = scene.Q();
+    x.bottomRows(N_) = scene.M();
     return x;
   }
   void invariants(const Point& x, InvariantList& out) const {
