@@ -1,11 +1,9 @@
 #pragma once
 
-#include <Eigen/QR>
 #include <random>
 
 #include "engine/linalg/arithmetic/quadruple.h"
 #include "engine/linalg/arithmetic/scalar.h"
-#include "engine/linalg/matrix_equations/lu.h"
 
 namespace stiefel::testing {
 
@@ -27,37 +25,6 @@ class RandomMatrices {
   std::mt19937 engine_;
   std::normal_distribution<double> normal_;
 };
-
-template <class Scalar>
-Matrix<Scalar> RandomMatrices<Scalar>::matrix(Eigen::Index rows, Eigen::Index cols) {
-  Matrix<Scalar> A(rows, cols);
-  for (Eigen::Index j = 0; j < cols; ++j)
-    for (Eigen::Index i = 0; i < rows; ++i)
-      A(i, j) = Scalar(normal_(engine_)) + Scalar(normal_(engine_)) * Scalar(0x1p-53);
-  return A;
-}
-
-template <class Scalar>
-Matrix<Scalar> RandomMatrices<Scalar>::skew(Eigen::Index N) {
-  const Matrix<Scalar> A = matrix(N, N);
-  return A - A.transpose();
-}
-
-template <class Scalar>
-Matrix<Scalar> RandomMatrices<Scalar>::frame(Eigen::Index n, Eigen::Index N) {
-  const Eigen::HouseholderQR<Matrix<Scalar>> qr(matrix(N, n));
-  Matrix<Scalar> Q = qr.householderQ() * Matrix<Scalar>::Identity(N, n);
-  if (n == N && Q.determinant() < 0) Q.col(0) *= Scalar(-1);
-  return Q.transpose();
-}
-
-template <class Scalar>
-Vector<Scalar> RandomMatrices<Scalar>::lambda(Eigen::Index N, double spread) {
-  std::uniform_real_distribution<double> uniform(1, spread);
-  Vector<Scalar> l(N);
-  for (Eigen::Index i = 0; i < N; ++i) l(i) = Scalar(uniform(engine_));
-  return l;
-}
 
 /// Two blocks by rows.
 template <class Scalar>

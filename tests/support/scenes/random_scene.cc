@@ -1,10 +1,11 @@
 #include "tests/support/scenes/random_scene.h"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
-#include <Eigen/QR>
 #include <cmath>
 #include <random>
+
+#include "engine/linalg/lie/orthonormal_columns.h"
+#include "engine/linalg/matrix_equations/lu.h"
+#include "tests/support/scenes/rigid_forms.h"
 
 namespace stiefel::testing {
 
@@ -18,13 +19,12 @@ RandomBody::RandomBody(int N, unsigned seed, double spread) : lambda(N), Q(N, N)
   lambda(0) = 1;
   lambda(N - 1) = spread;
   fill(Q);
-  Q = Eigen::MatrixXd(Eigen::HouseholderQR<Eigen::MatrixXd>(Q).householderQ());
+  Q = orthonormal_columns(Q, N);
   if (Q.determinant() < 0) Q.col(0) = -Q.col(0);
   Eigen::MatrixXd Omega(N, N);
   fill(Omega);
   Omega = (Omega - Omega.transpose()).eval();
-  Omega /= std::sqrt(
-      (Omega.transpose() * Omega).selfadjointView<Eigen::Lower>().eigenvalues().maxCoeff());
+  Omega /= operator_norm(Omega);
   M = lambda.asDiagonal() * Omega + Omega * lambda.asDiagonal();
 }
 

@@ -1,8 +1,9 @@
 #include "tests/support/scenes/rigid_forms.h"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
-#include <complex>
+#include <cmath>
+
+#include "engine/linalg/matrix_equations/eigenvectors.h"
+#include "engine/linalg/matrix_equations/lu.h"
 
 namespace stiefel::testing {
 
@@ -13,26 +14,29 @@ Eigen::MatrixXd stacked(const Eigen::MatrixXd& top, const Eigen::MatrixXd& botto
 }
 
 double operator_norm(const Eigen::MatrixXd& M) {
-  return std::sqrt(
-      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(M.transpose() * M).eigenvalues().tail<1>()(0));
+  const Eigen::MatrixXd square = M.transpose() * M;
+  return std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(square).eigenvalues().maxCoeff());
 }
 
 Eigen::MatrixXd symmetric_P(const Eigen::MatrixXd& Q, const Eigen::MatrixXd& M, double epsilon) {
   const Eigen::MatrixXd K = epsilon * M;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(
-      Eigen::MatrixXd::Identity(M.rows(), M.cols()) - K.transpose() * K / 4);
+  const Eigen::MatrixXd square =
+      Eigen::MatrixXd::Identity(M.rows(), M.cols()) - K.transpose() * K / 4;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(square);
   return Q * (K / 2 + solver.operatorSqrt());
 }
 
 double epsilon_for(const Eigen::MatrixXd& M) { return 0.9 / operator_norm(M); }
 
 Eigen::MatrixXd parametric_P(const Eigen::MatrixXd& Q, const Eigen::MatrixXd& Y) {
-  const Eigen::EigenSolver<Eigen::MatrixXd> solver(Y);
-  const Eigen::MatrixXcd V = solver.eigenvectors();
-  const Eigen::VectorXcd roots = solver.eigenvalues().unaryExpr(
-      [](std::complex<double> y) { return y / 2.0 + std::sqrt(1.0 + y * y / 4.0); });
-  const Eigen::MatrixXcd X = V * roots.asDiagonal() * V.inverse();
-  return Q * X.real();
+  const Eigen::MatrixXd I = Eigen::MatrixXd::Identity(Y.rows(), Y.cols());
+  Eigen::MatrixXd root = I + Y * Y / 4, inverse = I;
+  for (int k = 0; k < 20; ++k) {
+    const Eigen::MatrixXd before = root;
+    root = (before + inverse.inverse()) / 2;
+    inverse = ((inverse + before.inverse()) / 2).eval();
+  }
+  return Q * (Y / 2 + root);
 }
 
 }  // namespace stiefel::testing

@@ -7,7 +7,7 @@ namespace stiefel::testing {
 /// Two blocks by rows.
 Eigen::MatrixXd stacked(const Eigen::MatrixXd& top, const Eigen::MatrixXd& bottom);
 
-/// ‖M‖_op of a skew matrix.
+/// ‖M‖_op, the root of the largest eigenvalue of MᵀM.
 double operator_norm(const Eigen::MatrixXd& M);
 
 /// P of Ψ⁻¹ for εM, [RB] Prop. 3.5: P = Q(εM/2 + (I + ε²M²/4)^{1/2}), through the eigenvalues of
@@ -18,7 +18,7 @@ Eigen::MatrixXd symmetric_P(const Eigen::MatrixXd& Q, const Eigen::MatrixXd& M, 
 double epsilon_for(const Eigen::MatrixXd& M);
 
 /// P_μ with Q_μ⁻¹P_μ − P_μ⁻¹Q_μ = M + μΛ²: P_μ = Q_μX, X − X⁻¹ = Y, X = Y/2 + (I + Y²/4)^{1/2},
-/// through the eigenvectors of Y.
+/// the root by the iteration of Denman and Beavers.
 Eigen::MatrixXd parametric_P(const Eigen::MatrixXd& Q, const Eigen::MatrixXd& Y);
 
 }  // namespace stiefel::testing
