@@ -40,8 +40,8 @@ class Lyapunov {
 template <class Scalar>
 Lyapunov<Scalar>::Lyapunov(Eigen::Index N)
     : hessenberg_(N), schur_(N), Y_(N, N), product_(N, N), workspace_(N) {
-  // Starts with the factors of the identity, so that a copy made before `factor` reads no
-  // uninitialised numbers.
+  // Initialises the factors with those of the identity, so that a copy made before `factor` reads
+  // no uninitialised numbers.
   Y_.setIdentity();
   schur_.computeFromHessenberg(Y_, Y_, false);
 }
