@@ -93,7 +93,7 @@ struct Splitting {
         x(1 + b) = q_b * cosine + q_c * sine;
         x(1 + c) = q_c * cosine - q_b * sine;
       }
-      // turns m by θ, with sin θ and 1 − cos θ
+      // Turns m by θ, with sin θ and 1 − cos θ.
       const Working m_b = x(first + b), m_c = x(first + c);
       x(first + b) += 2 * sine * (cosine * m_c - sine * m_b);
       x(first + c) -= 2 * sine * (cosine * m_b + sine * m_c);

@@ -122,7 +122,7 @@ class Shooting {
     std::vector<Scalar> x(blocks.size() * static_cast<std::size_t>(size));
     for (std::size_t k = 0; k < blocks.size(); ++k)
       field.block(x, k) = blocks[k].template cast<Scalar>();
-    // otherwise the variations announce work that includes the field's
+    // Otherwise the variations announce work that includes the field's.
     const bool alone = blocks.size() == 2;
     const double work =
         alone ? connect_work::flow(static_cast<double>(n), static_cast<double>(blocks[0].cols()))
