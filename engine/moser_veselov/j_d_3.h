@@ -4,8 +4,8 @@
 
 namespace stiefel {
 
-/// Solves UΛ − ΛUᵀ = hM for U = J_D⁻¹(hM) in three dimensions and applies the step: the counterpart
-/// of JDInverseN.
+/// Solves UΛ − ΛUᵀ = hM for U = J_D⁻¹(hM) in three dimensions and applies the step, with the
+/// interface of JDInverseN.
 template <class Scalar, bool frame, Arithmetic arithmetic>
 class JDInverse3 {
  public:

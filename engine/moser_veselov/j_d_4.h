@@ -5,8 +5,8 @@
 
 namespace stiefel {
 
-/// Solves UΛ − ΛUᵀ = hM for U = J_D⁻¹(hM) in four dimensions and applies the step: the counterpart
-/// of JDInverseN. Long steps, and Λ with a λ < 0, use the general solver CayleyN.
+/// Solves UΛ − ΛUᵀ = hM for U = J_D⁻¹(hM) in four dimensions and applies the step, with the
+/// interface of JDInverseN. Long steps, and Λ with a λ < 0, use the general solver CayleyN.
 template <class Scalar, bool frame, Arithmetic arithmetic>
 class JDInverse4 {
  public:

@@ -63,7 +63,8 @@ class Model {
     }
   }
 
-  /// Solves (Hessian + shift · metric) x = −gradient; false where that matrix is not positive.
+  /// Solves (Hessian + shift · metric) x = −gradient. Returns false where that matrix is not
+  /// positive.
   bool solve(double shift) {
     const std::size_t count = inner_.size();
     std::vector<Eigen::LLT<MatrixXd>> factors;

@@ -29,7 +29,7 @@ Scalar unit_epsilon(const Matrix<Scalar>& M) {
   return unit_epsilon_of(skew_norm(M));
 }
 
-/// P with its ε.
+/// A matrix P together with its ε.
 template <class Scalar>
 struct ScaledP {
   Matrix<Scalar> P;

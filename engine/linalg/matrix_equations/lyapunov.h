@@ -21,13 +21,13 @@ class Lyapunov {
 
   void factor(const Matrix<Scalar>& A);
 
-  /// The smallest Re(w_i + w_j), i < j, over the eigenvalues w of A.
+  /// Returns the smallest Re(w_i + w_j), i < j, over the eigenvalues w of A.
   Scalar smallest_pair_sum() const;
 
-  /// The smallest Re w over the eigenvalues w of A.
+  /// Returns the smallest Re w over the eigenvalues w of A.
   Scalar smallest_real_part() const;
 
-  /// Y may be G.
+  /// Solves for Y with the factors of A. Y may be G.
   void solve(const Matrix<Scalar>& G, Matrix<Scalar>& Y);
 
  private:

@@ -18,7 +18,7 @@ class SymmetricLyapunov {
 
   void factor(const Matrix<Scalar>& K);
 
-  /// X may be E.
+  /// Solves for X with the factors of K. X may be E.
   void solve(const Matrix<Scalar>& E, Matrix<Scalar>& X);
 
  private:

@@ -8,7 +8,7 @@ namespace stiefel {
 /// fused only where the unfused result is the same.
 enum class Isa { baseline, avx2, avx512 };
 
-/// The widest instruction set that this build contains and this machine supports.
+/// Returns the widest instruction set that this build contains and this machine supports.
 Isa widest_isa();
 
 }  // namespace stiefel

@@ -15,8 +15,8 @@ namespace stiefel {
 struct Plan {
   /// The position of a time of the description among the steps.
   struct Time {
-    std::int64_t before;   ///< the last step at or before it
-    std::int64_t arrival;  ///< the first step at or after it
+    std::int64_t before;   ///< the last step at or before the time
+    std::int64_t arrival;  ///< the first step at or after the time
     double fraction;       ///< the time is at step before + fraction, 0 ≤ fraction < 1
   };
   /// What a quantity reads of one member.
