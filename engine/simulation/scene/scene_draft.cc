@@ -187,7 +187,7 @@ void SceneDraft::set_skew(const std::string& name, const RowMatrix& M) {
   if (!(defect <= Scene::skew_tolerance * M.cwiseAbs().maxCoeff()))
     return refuse("initial." + name, "max |M + Mᵀ| = " + to_text(defect), "must be skew-symmetric");
   if (!check_size(name, M)) return;
-  // Is M to the last bit if M is skew, denormal or not.
+  // If M is skew, the difference is M to the last bit, even where M is denormal.
   set_block(name, M - (M + M.transpose()) / 2);
 }
 
