@@ -9,15 +9,15 @@
 
 namespace stiefel {
 
-/// Dφ(x)·u of a map φ: Matrix → optional<Matrix> that is smooth near x, by the central difference
-/// of eighth order,
+/// Returns Dφ(x)·u of a map φ: Matrix → optional<Matrix> that is smooth near x, by the central
+/// difference of eighth order,
 ///
-///     Dφ·u = Σ_j c_j (φ(x + jδu) − φ(x − jδu))/δ,   c = 4/5, −1/5, 4/105, −1/280,
+///     Dφ·u = Σ_j c_j (φ(x + jδu) − φ(x − jδu))/δ,   c = 4/5, −1/5, 4/105, −1/280.
 ///
-/// δ = ε^{1/9}/8 over the largest entry of u, ε the rounding unit: 2e-3 in double, 1e-3 in long
+/// δ is ε^{1/9}/8 over the largest entry of u, ε the rounding unit: 2e-3 in double, 1e-3 in long
 /// double, 3e-5 in quadruple precision. The error is ε/δ + 600 (δ/r)⁸/r where φ is analytic along
 /// u/|u| up to the distance r: for r = ½, relative to φ, 1e-13, 1e-16 and 1e-29. On a manifold u
-/// must be tangent; the result then does not depend on φ off the manifold. Returns nothing where φ
+/// must be tangent; the result then does not depend on φ off the manifold. Returns nullopt where φ
 /// is not defined.
 template <class Scalar, class Map>
 std::optional<Matrix<Scalar>> derivative(Map&& phi, const Matrix<Scalar>& x,

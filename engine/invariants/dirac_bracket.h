@@ -20,8 +20,8 @@ struct PairFunction {
   Jet at(const Matrix<double>& Q, const Matrix<double>& P) const;
 };
 
-/// The Dirac bracket {F|S, K|S} at (Q, P) ∈ S, [RB] (3.15): the Poisson bracket of the form Ω_gl|S,
-/// for functions given on gl(N) × gl(N). ⟨X, Y⟩ = ½ tr(XᵀY), R = QPᵀ:
+/// Returns the Dirac bracket {F|S, K|S} at (Q, P) ∈ S, [RB] (3.15): the Poisson bracket of the form
+/// Ω_gl|S, for functions given on gl(N) × gl(N). With ⟨X, Y⟩ = ½ tr(XᵀY) and R = QPᵀ it is
 ///
 ///     ⟨∇₂K, ∇₁F⟩ − ⟨∇₁K, ∇₂F⟩ − ½⟨Q(∇₂K)ᵀ + (∇₂K)Qᵀ, (I + R⊗Rᵀ)⁻¹ R(P(∇₁F)ᵀ + (∇₁F)Pᵀ)⟩
 ///                             + ½⟨P(∇₁K)ᵀ + (∇₁K)Pᵀ, (I + R⊗Rᵀ)⁻¹ (Q(∇₂F)ᵀ + (∇₂F)Qᵀ)R⟩.

@@ -7,9 +7,9 @@
 
 namespace stiefel {
 
-/// The Hamiltonian of the coupled double bracket, ¼⟨U, J_U U⟩ + ¼⟨V, J_V V⟩ with ⟨A, B⟩ = ½
-/// tr(A†B), [RB] (5.6): ⅛ Σ |X_ij|²/(λ_i + λ_j) over X = PQ† − QP† with Λ_U and X = P†Q − Q†P with
-/// Λ_V. In the limits Λ_U → ∞ and Λ_V → ∞ it is half the rigid body's energy.
+/// Returns the Hamiltonian of the coupled double bracket, ¼⟨U, J_U U⟩ + ¼⟨V, J_V V⟩ with ⟨A, B⟩ = ½
+/// tr(A†B), [RB] (5.6): the sum of ⅛ Σ |X_ij|²/(λ_i + λ_j) for X = PQ† − QP† with Λ_U and for X =
+/// P†Q − Q†P with Λ_V. In the limits Λ_U → ∞ and Λ_V → ∞ it is half the rigid body's energy.
 template <class Scalar>
 Scalar double_bracket_hamiltonian(const Vector<Scalar>& lambda_u, const Vector<Scalar>& lambda_v,
                                   const Matrix<std::complex<Scalar>>& Q,
@@ -24,8 +24,9 @@ Scalar double_bracket_hamiltonian(const Vector<Scalar>& lambda_u, const Vector<S
   return term(lambda_u, P * Q.adjoint()) + term(lambda_v, P.adjoint() * Q);
 }
 
-/// The singular values of aQ + bP, descending: constant for every a and b, because U(p) × U(q) acts
-/// alike on Q and P. (a, b) = (1, 0) gives those of Q, (0, 1) those of P.
+/// Returns the singular values of aQ + bP in descending order. They are constant for every a and b,
+/// because U(p) × U(q) acts on Q and P in the same way. (a, b) = (1, 0) gives those of Q, (0, 1)
+/// those of P.
 template <class Scalar>
 Vector<Scalar> singular_values(const Matrix<std::complex<Scalar>>& Q,
                                const Matrix<std::complex<Scalar>>& P, std::complex<Scalar> a,

@@ -4,15 +4,15 @@
 
 namespace stiefel {
 
-/// Joachimsthal's invariant of geodesics on the ellipsoid: (qᵀΛ⁻¹q)(q̇ᵀq̇).
+/// Returns Joachimsthal's invariant of geodesics on the ellipsoid: (qᵀΛ⁻¹q)(q̇ᵀq̇).
 template <class Scalar>
 Scalar joachimsthal(const Vector<Scalar>& lambda, const Vector<Scalar>& q,
                     const Vector<Scalar>& qdot) {
   return q.cwiseAbs2().cwiseQuotient(lambda).sum() * qdot.squaredNorm();
 }
 
-/// F_k = ẋ_k² + Σ_{j≠k} (x_kẋ_j − x_jẋ_k)² / (λ_k − λ_j), x = Λ^{1/2}q, with Σ F_k = 2E. All λ_i
-/// must be different. O(N²) operations.
+/// Returns Uhlenbeck's integrals F_k = ẋ_k² + Σ_{j≠k} (x_kẋ_j − x_jẋ_k)² / (λ_k − λ_j), x =
+/// Λ^{1/2}q, with Σ F_k = 2E. All λ_i must be different. O(N²) operations.
 template <class Scalar>
 Vector<Scalar> uhlenbeck(const Vector<Scalar>& lambda, const Vector<Scalar>& q,
                          const Vector<Scalar>& qdot) {
@@ -28,11 +28,11 @@ Vector<Scalar> uhlenbeck(const Vector<Scalar>& lambda, const Vector<Scalar>& q,
   return F;
 }
 
-/// The coefficients of tr M(μ)^k, k = 1..K, of the Lax matrix [ST] (18) of (q, p),
+/// Returns the coefficients of tr M(μ)^k, k = 1..K, of the Lax matrix [ST] (18) of (q, p),
 ///
 ///     M(μ) = qpᵀ − pqᵀ + μΛ + μ⁻¹ qqᵀ Δ/(qᵀΛ⁻¹q),   Δ = (pᵀΛ⁻¹q)² − (pᵀΛ⁻¹p)(qᵀΛ⁻¹q).
 ///
-/// Element [k − 1][j] belongs to μ^{j−k}, j = 0..2k. p is any costate, Λq̇ among them.
+/// Element [k − 1][j] belongs to μ^{j−k}, j = 0..2k. p is any costate, for example Λq̇.
 template <class Scalar>
 std::vector<std::vector<Scalar>> lax_coefficients(const Vector<Scalar>& lambda,
                                                   const Vector<Scalar>& q, const Vector<Scalar>& p,

@@ -5,7 +5,8 @@
 namespace stiefel {
 
 /// The two-forms of both papers on pairs u, v of tangent vectors. A tangent vector is stacked like
-/// the state, two blocks of n × N each. All are bilinear and skew. The arguments are not checked.
+/// the state, two blocks of n × N each. All forms are bilinear and skew. The arguments are not
+/// checked.
 
 /// tr(AᵀB).
 template <class A, class B>
@@ -39,8 +40,8 @@ Scalar Omega_gl(const Matrix<Scalar>& u, const Matrix<Scalar>& v) {
 }
 
 /// Ω_L on SO(N) × SO(N) ∋ (Q_{k−1}, Q_k), [RB] (7.8), of L = tr(Q_{k−1}ΛQ_kᵀ), for u = (Q_{k−1}ξ_1,
-/// Q_kη_1) and v likewise: ½ tr(Q_kᵀQ_{k−1}(ξ_2Λη_1 − ξ_1Λη_2)), which is ½ tr(u_1Λv_2ᵀ −
-/// v_1Λu_2ᵀ). Symplectic on E_L (Theorem 7.2); for Λ = I it is Ω_gl.
+/// Q_kη_1) and v = (Q_{k−1}ξ_2, Q_kη_2): ½ tr(Q_kᵀQ_{k−1}(ξ_2Λη_1 − ξ_1Λη_2)), which is ½
+/// tr(u_1Λv_2ᵀ − v_1Λu_2ᵀ). Symplectic on E_L (Theorem 7.2); for Λ = I it is Ω_gl.
 template <class Scalar>
 Scalar Omega_L(const Vector<Scalar>& lambda, const Matrix<Scalar>& u, const Matrix<Scalar>& v) {
   const Eigen::Index N = u.cols();

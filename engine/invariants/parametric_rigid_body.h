@@ -5,14 +5,15 @@
 
 namespace stiefel {
 
-/// εM_μ = Q_μ⁻¹P_μ − P_μ⁻¹Q_μ, [RB] (8.5) and (8.10) with the scaling of Prop. 3.13. M_μ = M + μΛ²,
-/// where M must be skew. tr((εM_μ)^k) and every eigenvalue of εM_μ are constant.
+/// Returns εM_μ = Q_μ⁻¹P_μ − P_μ⁻¹Q_μ, [RB] (8.5) and (8.10) with the scaling of Prop. 3.13. M_μ =
+/// M + μΛ², where M must be skew. tr((εM_μ)^k) and every eigenvalue of εM_μ are constant.
 template <class Scalar>
 Matrix<Scalar> parametric_momentum(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
   return Q.partialPivLu().solve(P) - P.partialPivLu().solve(Q);
 }
 
-/// εm_μ = P_μQ_μ⁻¹ − Q_μP_μ⁻¹, constant; [RB] after (8.6). P_μQ_μ⁻¹ is too.
+/// Returns εm_μ = P_μQ_μ⁻¹ − Q_μP_μ⁻¹, which is constant; [RB] after (8.6). P_μQ_μ⁻¹ is constant
+/// too.
 template <class Scalar>
 Matrix<Scalar> parametric_spatial_momentum(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
   const Matrix<Scalar> A = Q.transpose().partialPivLu().solve(P.transpose()).transpose();

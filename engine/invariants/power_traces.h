@@ -22,16 +22,16 @@ void add_product(const MatrixPolynomial<Scalar>& a, const MatrixPolynomial<Scala
     }
 }
 
-/// The coefficients of tr(L(μ)^k), k = 1..K, for a diagonal plus a matrix of low rank,
+/// Returns the coefficients of tr(L(μ)^k), k = 1..K, for a diagonal plus a matrix of low rank,
 ///
 ///     L(μ) = μᵈD + ZᵀW(μ)Z,   D = diag, N × N,   Z r × N,   W r × r, polynomial in μ,
 ///
-/// in O(KN r²) and without an N × N matrix. With m_i = ZDⁱZᵀ, −∂_s log det(I − sL) gives
+/// in O(KN r²) operations and without an N × N matrix. With m_i = ZDⁱZᵀ, −∂_s log det(I − sL) gives
 ///
 ///     tr L^k = μᵈᵏ tr D^k + tr X_{k−1},
 ///     X_k = (k + 1) μᵈᵏ W m_k + Σ_{i=1}^{k} μ^{d(i−1)} W m_{i−1} X_{k−i}.
 ///
-/// Result: element [k − 1][j] belongs to μʲ in tr(L^k).
+/// Element [k − 1][j] of the result belongs to μʲ in tr(L^k).
 template <class Scalar>
 std::vector<std::vector<Scalar>> power_traces(const Vector<Scalar>& D, int d,
                                               const Matrix<Scalar>& Z,

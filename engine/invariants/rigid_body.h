@@ -9,7 +9,7 @@
 
 namespace stiefel {
 
-/// E = ½ tr(ΛΩᵀΩ) = ½ Σ_{i<j} M_ij² / (λ_i + λ_j).
+/// Returns E = ½ tr(ΛΩᵀΩ) = ½ Σ_{i<j} M_ij² / (λ_i + λ_j).
 template <class Scalar>
 Scalar energy(const Vector<Scalar>& lambda, const Matrix<Scalar>& M) {
   Scalar E = 0;
@@ -18,14 +18,15 @@ Scalar energy(const Vector<Scalar>& lambda, const Matrix<Scalar>& M) {
   return E / 2;
 }
 
-/// m = QMQᵀ, the momentum in space; [RB] Prop. 2.1.
+/// Returns m = QMQᵀ, the spatial momentum; [RB] Prop. 2.1.
 template <class Scalar>
 Matrix<Scalar> spatial_momentum(const Matrix<Scalar>& Q, const Matrix<Scalar>& M) {
   return Q * M * Q.transpose();
 }
 
-/// The Casimirs of so(N)*: w ≥ 0 of the eigenvalues ±iw of M, in descending order, one for each
-/// pair. Computed from the Hermitian matrix iM; from MᵀM only half the digits would remain.
+/// Returns the Casimirs of so(N)*: w ≥ 0 of the eigenvalues ±iw of M, in descending order, one for
+/// each pair. Computed from the Hermitian matrix iM; computed from MᵀM they would keep only half
+/// the digits.
 template <class Scalar>
 Vector<Scalar> casimirs(const Matrix<Scalar>& M) {
   using Complex = std::complex<Scalar>;
@@ -35,9 +36,9 @@ Vector<Scalar> casimirs(const Matrix<Scalar>& M) {
   return solver.eigenvalues().reverse().head(M.cols() / 2);
 }
 
-/// The coefficients of μ^j in tr((M + μΛ²)^k) for j = 0..k; [RB] (2.4). They are 0 for odd k − j.
-/// One call computes all k = 1..K: result[k][j]. N³K² operations. Asked to stop it gives those of
-/// the powers k that it has.
+/// Returns the coefficients of μ^j in tr((M + μΛ²)^k) for j = 0..k; [RB] (2.4). They are 0 for odd
+/// k − j. One call computes all k = 1..K: result[k][j]. N³K² operations. On a stop request returns
+/// the powers k computed so far.
 template <class Scalar>
 std::vector<std::vector<Scalar>> manakov(const Vector<Scalar>& lambda, const Matrix<Scalar>& M,
                                          int K, const std::stop_token& stop = {}) {

@@ -6,7 +6,7 @@ namespace stiefel {
 
 /// Invariants on V(n, N). Frames, S and P are n × N; m, k and PQᵀ are n × n. Nothing here is N × N.
 
-/// E = ½ tr(SΛ⁻¹Sᵀ), S = Q̇Λ.
+/// Returns E = ½ tr(SΛ⁻¹Sᵀ), S = Q̇Λ.
 template <class Scalar>
 Scalar stiefel_energy(const Vector<Scalar>& lambda, const Matrix<Scalar>& S) {
   Scalar E = 0;
@@ -14,35 +14,36 @@ Scalar stiefel_energy(const Vector<Scalar>& lambda, const Matrix<Scalar>& S) {
   return E / 2;
 }
 
-/// PQᵀ = ½(k + m), constant along (68)–(69) for every costate P.
+/// Returns PQᵀ = ½(k + m), constant along (68)–(69) for every costate P.
 template <class Scalar>
 Matrix<Scalar> costate_product(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
   return P * Q.transpose();
 }
 
-/// m = PQᵀ − QPᵀ, the momentum in space; P any costate, or S.
+/// Returns m = PQᵀ − QPᵀ, the spatial momentum; P is any costate, or S.
 template <class Scalar>
 Matrix<Scalar> frame_momentum(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
   const Matrix<Scalar> product = costate_product(Q, P);
   return product - product.transpose();
 }
 
-/// k = PQᵀ + QPᵀ; [ST] (76). Constant along (68)–(69). For P = S it is not constant: (Q, S) does
-/// not move by (69), and QSᵀ + SQᵀ is 0 only for Λ = I, because Q̇ = SΛ⁻¹ is tangent and S is not.
+/// Returns k = PQᵀ + QPᵀ; [ST] (76). It is constant along (68)–(69). For P = S it is not constant:
+/// (Q, S) does not move by (69), and QSᵀ + SQᵀ is 0 only for Λ = I, because Q̇ = SΛ⁻¹ is tangent
+/// and S is not.
 template <class Scalar>
 Matrix<Scalar> frame_symmetric_product(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
   const Matrix<Scalar> product = costate_product(Q, P);
   return product + product.transpose();
 }
 
-/// max |QQᵀ − I|.
+/// Returns max |QQᵀ − I|.
 template <class Derived>
 typename Derived::Scalar frame_defect(const Eigen::MatrixBase<Derived>& Q) {
   using Scalar = typename Derived::Scalar;
   return (Q * Q.transpose() - Matrix<Scalar>::Identity(Q.rows(), Q.rows())).cwiseAbs().maxCoeff();
 }
 
-/// m_k = Q_kΛQ_{k−1}ᵀ − Q_{k−1}ΛQ_kᵀ; [ST] (57).
+/// Returns m_k = Q_kΛQ_{k−1}ᵀ − Q_{k−1}ΛQ_kᵀ; [ST] (57).
 template <class Scalar>
 Matrix<Scalar> discrete_momentum(const Vector<Scalar>& lambda, const Matrix<Scalar>& Q_prev,
                                  const Matrix<Scalar>& Q) {
@@ -50,12 +51,12 @@ Matrix<Scalar> discrete_momentum(const Vector<Scalar>& lambda, const Matrix<Scal
   return product - product.transpose();
 }
 
-/// The coefficients of tr L(μ)^k, k = 1..K, of the discrete Lax matrix [ST] (61),
+/// Returns the coefficients of tr L(μ)^k, k = 1..K, of the discrete Lax matrix [ST] (61),
 ///
-///     L(μ) = Λ² + μM_k − μ²Q_{k−1}ᵀQ_{k−1},   M_k = Q_{k−1}ᵀQ_kΛ − ΛQ_kᵀQ_{k−1};
+///     L(μ) = Λ² + μM_k − μ²Q_{k−1}ᵀQ_{k−1},   M_k = Q_{k−1}ᵀQ_kΛ − ΛQ_kᵀQ_{k−1}.
 ///
-/// They determine the spectrum of L(μ), and it determines them. Element [k − 1][j] belongs to μʲ, j
-/// = 0..2k.
+/// The coefficients and the spectrum of L(μ) determine each other. Element [k − 1][j] belongs to
+/// μʲ, j = 0..2k.
 template <class Scalar>
 std::vector<std::vector<Scalar>> discrete_lax_coefficients(const Vector<Scalar>& lambda,
                                                            const Matrix<Scalar>& Q_prev,

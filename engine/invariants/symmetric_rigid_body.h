@@ -6,26 +6,27 @@
 
 namespace stiefel {
 
-/// M = (QᵀP − PᵀQ)/ε, the momentum in the body; [RB] (3.2).
+/// Returns M = (QᵀP − PᵀQ)/ε, the body momentum; [RB] (3.2).
 template <class Scalar>
 Matrix<Scalar> body_momentum(const Matrix<Scalar>& Q, const Matrix<Scalar>& P, Scalar epsilon) {
   return (Q.transpose() * P - P.transpose() * Q) / epsilon;
 }
 
-/// A = PQᵀ, constant along every motion of the symmetric representation; [RB] (8.2). Its skew part
-/// is εm/2. In the right-invariant form the constant is Q_rᵀP_r = A(Q_rᵀ, P_rᵀ)ᵀ.
+/// Returns A = PQᵀ, constant along every motion of the symmetric representation; [RB] (8.2). Its
+/// skew part is εm/2. In the right-invariant form the constant is Q_rᵀP_r = A(Q_rᵀ, P_rᵀ)ᵀ.
 template <class Scalar>
 Matrix<Scalar> constant_A(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
   return P * Q.transpose();
 }
 
-/// m_r = Q_rᵀM_rQ_r, the constant momentum of the right-invariant body; [RB] Prop. 2.1.
+/// Returns m_r = Q_rᵀM_rQ_r, the constant momentum of the right-invariant body; [RB] Prop. 2.1.
 template <class Scalar>
 Matrix<Scalar> right_momentum(const Matrix<Scalar>& Q, const Matrix<Scalar>& M) {
   return Q.transpose() * M * Q;
 }
 
-/// The coefficients of μ^j in tr((M + μB)^k), j = 0..k, for square M and B: result[k][j], k = 0..K.
+/// Returns the coefficients of μ^j in tr((M + μB)^k), j = 0..k, for square M and B: result[k][j], k
+/// = 0..K.
 template <class Scalar>
 std::vector<std::vector<Scalar>> pencil_traces(const Matrix<Scalar>& M, const Matrix<Scalar>& B,
                                                int K) {
@@ -43,8 +44,8 @@ std::vector<std::vector<Scalar>> pencil_traces(const Matrix<Scalar>& M, const Ma
   return coefficients;
 }
 
-/// The Manakov integrals in reduced form, [RB] (8.3): the coefficients of tr((A − Aᵀ + μQΛ²Qᵀ)^k).
-/// With A = PQᵀ they belong to εM.
+/// Returns the Manakov integrals in reduced form, [RB] (8.3): the coefficients of tr((A − Aᵀ +
+/// μQΛ²Qᵀ)^k). With A = PQᵀ they belong to εM.
 template <class Scalar>
 std::vector<std::vector<Scalar>> reduced_manakov(const Vector<Scalar>& lambda,
                                                  const Matrix<Scalar>& Q, const Matrix<Scalar>& A,

@@ -7,16 +7,16 @@
 
 namespace stiefel {
 
-/// The symplectic defect of a map φ at the state x: the largest
+/// Returns the symplectic defect of a map φ at the state x: the largest
 ///
 ///     |ω(Tφu, Tφv) − ω(u, v)| / (‖u‖‖v‖)
 ///
-/// over `pairs` seeded pairs of random tangent vectors at x, ω at φ(x) on the left. `space` is one
-/// of tangent_spaces.h. φ is one step of a method and returns nothing where there is no step. For a
-/// symplectic map the result is the error of `derivative`: below 1e-11 in double, 1e-14 in long
-/// double. Each block of a tangent vector has the size of the state's block, so the result does not
-/// depend on units. Returns nothing where φ is not defined on the whole neighbourhood that the
-/// differences need; a wider scalar needs a smaller one.
+/// over `pairs` pairs of random tangent vectors at x, drawn with `seed`; ω(Tφu, Tφv) is taken at
+/// φ(x). `space` is one of tangent_spaces.h. φ is one step of a method and returns nullopt where
+/// there is no step. For a symplectic map the result is the error of `derivative`: below 1e-11 in
+/// double, 1e-14 in long double. Each block of a tangent vector has the size of the state's block,
+/// so the result does not depend on units. Returns nullopt where φ is not defined on the whole
+/// neighbourhood that the differences need, which is smaller for a wider scalar.
 template <class Scalar, class Space, class Step>
 std::optional<double> symplectic_defect(const Space& space, Step&& phi, const Matrix<Scalar>& x,
                                         int pairs = 8, unsigned seed = 1) {
@@ -48,7 +48,7 @@ std::optional<double> symplectic_defect(const Space& space, Step&& phi, const Ma
   return worst;
 }
 
-/// φ for one step of a Map, from a new start at every call.
+/// Returns φ for one step of a Map, which begins each step without history.
 template <class Map>
 auto one_step(Map& map) {
   return [&map](const typename Map::Point& x) -> std::optional<typename Map::Point> {

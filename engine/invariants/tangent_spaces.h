@@ -8,10 +8,11 @@
 namespace stiefel {
 
 /// The symplectic manifolds on which the systems live. Each has `form(x, u, v)` and `tangent(x,
-/// G)`: a tangent vector at the state x from any matrix G of x's shape; this map is linear in G and
-/// onto. A state is two n × N blocks, one above the other.
+/// G)`, which returns a tangent vector at the state x from any matrix G of x's shape; this map is
+/// linear in G and onto. A state is two n × N blocks, one above the other.
 
-/// Qξ, ξ skew: the part of G tangent to QQᵀ = I_n, for every n ≤ N, without an N × N matrix.
+/// Returns the part Qξ of G, ξ skew, that is tangent to QQᵀ = I_n, for every n ≤ N, without an N ×
+/// N matrix.
 template <class Scalar>
 Matrix<Scalar> tangent_to_frames(const Matrix<Scalar>& Q, const Matrix<Scalar>& G) {
   const Matrix<Scalar> R = G * Q.transpose();

@@ -9,7 +9,7 @@ namespace stiefel {
 
 /// Discrete rigid bodies in the lanes of vector registers, one in each lane: the map of order 2,
 /// its symmetric compositions, and, with modified moments, PreprocessedMoserVeselov. A lane is easy
-/// when every stage finds its solution in the iteration for packs. `Body` is DiscreteBody3 or
+/// when every stage finds its solution by the iteration for packs. `Body` is DiscreteBody3 or
 /// DiscreteBody4.
 template <class Body>
 class DiscreteBodies {
@@ -25,7 +25,7 @@ class DiscreteBodies {
     }
   };
 
-  /// `stages` is the first half of the palindrome of stages, including the middle one.
+  /// `stages` is the first half of the palindromic sequence of stages, including the middle one.
   explicit DiscreteBodies(std::vector<Inertia> stages) : stages_(std::move(stages)) {}
 
   /// Makes the step in the easy lanes and returns them. The states in the other lanes become

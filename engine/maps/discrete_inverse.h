@@ -5,8 +5,8 @@
 
 namespace stiefel {
 
-/// U − I for maps that do not hold M: they form M from their state at every step and move the state
-/// by U. `State` is the system's state with the solver's history.
+/// Computes U − I for maps whose state does not hold M: such a map computes M from its state at
+/// every step and moves the state by U. `State` is the system's state with the solver's history.
 template <class Scalar, Arithmetic arithmetic>
 class DiscreteInverse {
  public:
@@ -30,10 +30,11 @@ class DiscreteInverse {
     return {Accumulator<Matrix<Scalar>, arithmetic>(x), branch_.memory()};
   }
 
-  /// The M that `solve` and `largest_step` read; the map writes it before it calls them.
+  /// Returns the M that `solve` and `largest_step` read; the map must write it before it calls
+  /// them.
   Matrix<Scalar>& M() { return M_.value; }
 
-  /// Finds U. On success it adds the solution to the history, and `U_minus_I` belongs to this U.
+  /// Finds U. On success adds the solution to the history; `U_minus_I` then belongs to this U.
   RunStatus solve(typename JDInverse::Memory& memory) {
     if (!M_.value.allFinite()) return {Outcome::not_finite, std::nullopt};
     if constexpr (arithmetic == Arithmetic::compensated) M_.carry.setZero();

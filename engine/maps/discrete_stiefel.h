@@ -84,9 +84,9 @@ class DiscreteStiefel {
   using Work = std::conditional_t<arithmetic == Arithmetic::compensated, Wide, Scalar>;
 
   /// Finds B with CX + XCᵀ = G + X(Q_{k−1}Q_{k−1}ᵀ − I)X; the last term removes the rounding errors
-  /// of Q_{k−1}, which Q_{k+1} would inherit. The step uses B(QQᵀ)⁻¹Q_k in place of BQ_k, so B is
-  /// returned as B(2I − QQᵀ): m changes by BQQᵀ − QQᵀBᵀ, and the rounding errors in Q_kQ_kᵀ − I
-  /// then do not change it.
+  /// of Q_{k−1}, which Q_{k+1} would inherit. The step uses B(QQᵀ)⁻¹Q_k in place of BQ_k, so this
+  /// function returns B as B(2I − QQᵀ): m changes by BQQᵀ − QQᵀBᵀ, and the rounding errors in
+  /// Q_kQ_kᵀ − I then do not change m.
   bool find_B(const Accumulator<Point, arithmetic>& x) {
     for (Eigen::Index j = 0; j < Q_.cols(); ++j)
       for (Eigen::Index i = 0; i < n_; ++i) {

@@ -8,9 +8,9 @@
 
 namespace stiefel {
 
-/// One step of size h. The state holds everything the next step depends on, solver history and
-/// round-off carries included; `x.value` is the system's state, and `each` visits every block of
-/// numbers. A step that does not end with `reached` leaves the state unchanged.
+/// One step of size h. The state holds everything that the next step depends on, including solver
+/// history and carried rounding errors; `x.value` is the system's state, and `each` visits every
+/// block of numbers. A step that does not end with `reached` leaves the state unchanged.
 template <class F>
 concept Map = requires(F map, typename F::State& state, const typename F::Point& start) {
   { map.step(state) } -> std::same_as<RunStatus>;
@@ -20,7 +20,7 @@ concept Map = requires(F map, typename F::State& state, const typename F::Point&
   state.each([](auto&) {});
 };
 
-/// A map that computes the state k steps after the start directly, for every k.
+/// A map whose `at` computes the state k steps after the start directly, for every k.
 template <class F>
 concept DirectMap = Map<F> && requires(F map, typename F::State& state) {
   { map.at(state, Extended<typename F::Point::Scalar>(1)) } -> std::same_as<RunStatus>;

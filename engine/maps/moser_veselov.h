@@ -62,7 +62,7 @@ class MoserVeselov {
     return status;
   }
 
-  /// The largest |h| up to `limit` for which a step from here exists, to 1e-3.
+  /// Returns the largest |h| up to `limit` for which a step from `state` exists, to 1e-3.
   std::optional<double> largest_step(const State& state, double limit) {
     return branch_.largest_step(state.x, limit);
   }

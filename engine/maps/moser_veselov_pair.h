@@ -5,7 +5,7 @@
 
 namespace stiefel {
 
-/// Moser and Veselov's algorithm 1, [RB] (4.4), for two frames the time h apart:
+/// Moser and Veselov's algorithm 1, [RB] (4.4), for two frames separated by the time h:
 ///
 ///     U_{k−1} = Q_{k−1}ᵀQ_k,   hM_k = U_{k−1}ᵀ J_D(U_{k−1}) U_{k−1} = ΛU_{k−1} − U_{k−1}ᵀΛ,
 ///     U_k = J_D⁻¹(hM_k),   Q_{k+1} = Q_k U_k.
@@ -13,8 +13,8 @@ namespace stiefel {
 /// h is only a unit of time: the frames alone determine the motion. The map is the Moser–Veselov
 /// map of (Q_k, M_k) and keeps m = Q_{k−1} J_D(U_{k−1}) Q_{k−1}ᵀ / h. M_k is computed once, at the
 /// start, from the difference of the frames, which avoids cancellation for small h. It then moves
-/// by M_{k+1} = U_kᵀM_kU_k; computed anew from the frames at every step, it would accumulate their
-/// rounding errors divided by h. State: Q_{k−1} over Q_k, 2N × N, and M_k.
+/// by M_{k+1} = U_kᵀM_kU_k. If it were computed from the frames at every step, it would accumulate
+/// their rounding errors divided by h. State: Q_{k−1} over Q_k, 2N × N, and M_k.
 template <class Scalar_, Arithmetic arithmetic>
 class MoserVeselovPair {
  public:
@@ -60,7 +60,7 @@ class MoserVeselovPair {
   }
 
  private:
-  /// (ΛE − EᵀΛ)/h with E = U_{k−1} − I = Q_{k−1}ᵀ(Q_k − Q_{k−1}).
+  /// Returns (ΛE − EᵀΛ)/h with E = U_{k−1} − I = Q_{k−1}ᵀ(Q_k − Q_{k−1}).
   Point momentum(const Point& x) const {
     const Point E = x.topRows(N_).transpose() * (x.bottomRows(N_) - x.topRows(N_));
     const Point product = lambda_.asDiagonal() * E;

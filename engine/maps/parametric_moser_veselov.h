@@ -56,14 +56,14 @@ class ParametricMoserVeselov {
   }
 
  private:
-  /// Forms M as the skew part of M^μ/h; μΛ² is symmetric.
+  /// Computes M as the skew part of M^μ/h; μΛ² is symmetric.
   void form_momentum(const Point& x) {
     lu_.compute(x.topRows(N_));
     inverse_.M() = lu_.solve(x.bottomRows(N_));
     lu_.compute(x.bottomRows(N_));
     product_ = lu_.solve(x.topRows(N_));
     inverse_.M() -= product_;
-    inverse_.M() /= 2;  // 2ε may overflow
+    inverse_.M() /= 2;  // halves M here, because 2ε may overflow
     inverse_.M() /= epsilon_;
     take_twice_skew_part(inverse_.M());
   }
@@ -71,7 +71,7 @@ class ParametricMoserVeselov {
   Scalar epsilon_;
   Eigen::Index N_;
   Vector<Scalar> mu_lambda_;
-  Scalar growth_;  ///< a bound of the factor by which a step can multiply an element
+  Scalar growth_;  ///< bounds the factor by which a step can multiply an element
   DiscreteInverse<Scalar, arithmetic> inverse_;
   Eigen::PartialPivLU<Matrix<Scalar>> lu_;
   Matrix<Scalar> product_, moved_;

@@ -6,8 +6,8 @@
 
 namespace stiefel {
 
-/// Solves U = J_D⁻¹(hM) with the modified moments J of ModifiedSeries in place of the moments of Λ:
-/// the counterpart of JDInverse3. `Memory` holds the J of a motion.
+/// Solves U = J_D⁻¹(hM) with the modified moments J of ModifiedSeries in place of the moments of Λ,
+/// with the interface of JDInverse3. `Memory` holds the J of a motion.
 template <class Scalar, bool frame, Arithmetic arithmetic>
 class ModifiedJDInverse3 {
  public:
@@ -19,11 +19,11 @@ class ModifiedJDInverse3 {
   ModifiedJDInverse3(const Vector<Scalar>& lambda, Scalar h, int order)
       : h_(h), order_(order), body_moments_(lambda) {}
 
-  /// J of the motion through x. J is marked as not positive where the branch of U from the identity
-  /// ends at a shorter step t·h, t < 1: J(t·h) varies with t, and a U beyond a gap without
-  /// solutions is not a step. The end of the branch depends on |m|² and the energy only, so the m
-  /// at the start decides for the whole motion. In tests the branch ended at h|ω| ≥ 1.4, for rods
-  /// and plates too.
+  /// Returns the J of the motion through x. Marks J as not positive where the branch of U from the
+  /// identity ends at a shorter step t·h, t < 1: J(t·h) varies with t, and a U beyond a gap without
+  /// solutions is not a step. Where the branch ends depends only on |m|² and the energy, so the m
+  /// at the start decides for the whole motion. In tests the branch ended at h|ω| ≥ 1.4, also for
+  /// rods and plates.
   Memory J(const Point& x) const {
     const Series series = through(x);
     Memory whole = at(series, 1);
@@ -36,11 +36,11 @@ class ModifiedJDInverse3 {
   }
 
   bool solve(const State& x, const Memory& J) { return body_.solve(x, J); }
-  /// Finds U for the step t·h, starting from the solution found last; J tends to I as t → 0.
+  /// Finds U for the step t·h, starting from the solution found last. J tends to I as t → 0.
   bool continue_to(const State& x, double t) {
     return body_.continue_to(x, at(through(x.value), t));
   }
-  /// The longest stride in t for which the continuation does not jump over a gap.
+  /// Returns the longest stride in t with which the continuation does not jump over a gap.
   double longest_stride(const Point& x) const { return 1 / (32 * turn(x)); }
   void restart() { body_.restart(); }
   void transport(State& x, const Memory& J) const { body_.transport(x, J); }
@@ -55,7 +55,7 @@ class ModifiedJDInverse3 {
     const Scalar h = static_cast<Scalar>(t) * h_;
     return {series(h), h};
   }
-  /// h|ω|.
+  /// Returns h|ω|.
   double turn(const Point& x) const {
     using std::abs;
     return static_cast<double>(abs(h_) * m(x).cwiseQuotient(body_moments_.moments).norm());
@@ -100,7 +100,8 @@ class PreprocessedMoserVeselov {
     return status;
   }
 
-  /// The largest |h| up to `limit` for which a step from here and all shorter steps exist, to 1e-3.
+  /// Returns the largest |h| up to `limit` for which a step from `state` and all shorter steps
+  /// exist, to 1e-3.
   std::optional<double> largest_step(const State& state, double limit) {
     return branch_.largest_step(state.x, limit);
   }

@@ -8,9 +8,9 @@
 
 namespace stiefel {
 
-/// U = J_D⁻¹(hM) on the branch that starts at the identity, and the outcome of a step where there
-/// is none, for all discrete rigid bodies. `JDInverse` is JDInverse3, JDInverse4, JDInverseN or
-/// ModifiedJDInverse3; x holds M in its form.
+/// Finds U = J_D⁻¹(hM) on the branch that starts at the identity, and the outcome of a step that
+/// has no such U, for all discrete rigid bodies. `JDInverse` is JDInverse3, JDInverse4, JDInverseN
+/// or ModifiedJDInverse3; the states x hold M in the form that it expects.
 template <class JDInverse>
 class PrincipalBranch {
  public:
@@ -20,11 +20,11 @@ class PrincipalBranch {
   PrincipalBranch(const Vector<Scalar>& lambda, Scalar h, Order... order)
       : h_(std::abs(static_cast<double>(h))), J_D_inverse_(lambda, h, order...) {}
 
-  /// The memory before the first step.
+  /// Returns the memory before the first step.
   Memory memory() const { return J_D_inverse_.memory(); }
 
-  /// Finds U, which the inverse then holds. Otherwise the status says why, with the largest step
-  /// that has a U.
+  /// Finds U and stores it in the inverse. If there is none, the status gives the reason and the
+  /// largest step that has a U.
   template <class X>
   RunStatus solve(const X& x, const Memory& memory) {
     if (J_D_inverse_.solve(x, memory)) return {};
@@ -35,7 +35,7 @@ class PrincipalBranch {
     return {};
   }
 
-  /// The largest |h| up to `limit` for which there is a U, to 1e-3.
+  /// Returns the largest |h| up to `limit` for which there is a U, to 1e-3.
   template <class X>
   double largest_step(const X& x, double limit) {
     return follow(x, limit / h_) * h_;

@@ -17,8 +17,8 @@ namespace stiefel {
 ///     S_½ = S + (h/2)BQ,   Q′ = Q + hS_½Λ⁻¹,   Q′Q′ᵀ = I,
 ///     S′ = S_½ + (h/2)B′Q′,   Q′Λ⁻¹S′ᵀ + S′Λ⁻¹Q′ᵀ = 0.
 ///
-/// With Y = (h²/2)B, V = SΛ⁻¹, D = Q + hV and G = QΛ⁻¹, Y is a ConstraintRiccati; with X = Q′ − Q =
-/// hV + YG, K′ = Q′Λ⁻¹Q′ᵀ,
+/// With Y = (h²/2)B, V = SΛ⁻¹, D = Q + hV and G = QΛ⁻¹, ConstraintRiccati finds Y; with X = Q′ − Q
+/// = hV + YG, K′ = Q′Λ⁻¹Q′ᵀ,
 ///
 ///     K′Y′ + Y′K′ = −(XXᵀ + Q′Q′ᵀ − QQᵀ).
 ///
@@ -30,9 +30,9 @@ namespace stiefel {
 /// by (h²/24) tr(BKB), K = QΛ⁻¹Qᵀ, while (h‖Q̇‖)² λ_max/λ_min stays well below 1. With longer steps
 /// and chaotic motion it drifts.
 ///
-/// Inside, Λ is counted in a unit in which the largest λ is about 1, and for states (Q, S) h is
-/// counted in the same unit: the step depends on Λ : h only, and products of two λ are then in
-/// range.
+/// Internally Λ is divided by a power of two that makes the largest λ about 1, and for states (Q,
+/// S) h is divided by the same number: the step depends only on the ratio Λ : h, and products of
+/// two λ then never overflow.
 ///
 /// State: Q over S, or with Under::Qdot Q over Q̇, 2n × N.
 template <class Scalar_, Arithmetic arithmetic, Under under = Under::S>
@@ -44,7 +44,7 @@ class RattleStiefel {
   struct State {
     Accumulator<Point, arithmetic> x;
     FrameMoments<Scalar> moments;
-    Matrix<Scalar> half_B;  ///< B′/2 of the last step, the start of the next solve
+    Matrix<Scalar> half_B;  ///< B′/2 of the last step, from which the next solve starts
 
     template <class Visitor>
     void each(Visitor&& visit) {
@@ -60,10 +60,10 @@ class RattleStiefel {
 
   RunStatus step(State& state);
 
-  /// Makes a step of the size h: the stages of a composition share one state.
+  /// Makes a step of size h. The stages of a composition differ in h and share one state.
   RunStatus step(State& state, Scalar h);
 
-  /// The largest |h| up to `limit` for which a step from here exists, to 1e-3.
+  /// Returns the largest |h| up to `limit` for which a step from `state` exists, to 1e-3.
   std::optional<double> largest_step(const State& state, double limit);
 
  private:
@@ -84,9 +84,9 @@ class RattleStiefel {
   void add_XX(const Matrix<Scalar>& VV, const Matrix<Scalar>& GV, const Matrix<Scalar>& GG,
               Scalar h, Matrix<Scalar>& sum);
 
-  Scalar h_, unit_;  ///< unit_ is the unit of h: that of Λ for (Q, S), else 1
+  Scalar h_, unit_;  ///< unit_ is the number by which h is divided: that of Λ for (Q, S), else 1
   Eigen::Index n_;
-  Vector<Scalar> inverse_;  ///< Λ⁻¹, then zeros
+  Vector<Scalar> inverse_;  ///< Λ⁻¹, followed by zeros
   std::unique_ptr<FramePass<Scalar>> pass_;
   ConstraintRiccati<Scalar> riccati_;
   SymmetricLyapunov<Scalar> lyapunov_;

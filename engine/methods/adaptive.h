@@ -18,8 +18,8 @@ namespace stiefel {
 /// half of the state's rows (Q, and the block below it) is relative to the largest element of that
 /// half, so units do not matter. The controller restarts at every state.
 ///
-/// Ends with solver_stalled after `most_substeps` attempts. A tolerance below about 1e-14 cannot be
-/// met.
+/// Ends with solver_stalled after `most_substeps` attempts. Cannot meet a tolerance below about
+/// 1e-14.
 struct Adaptive {
   static constexpr MethodTraits traits = {
       .name = "adaptive",
@@ -56,7 +56,7 @@ struct Adaptive {
       return State{Accumulator<Point, arithmetic>(x)};
     }
 
-    /// Ends with `cancelled`, and the state as it was, when it is asked to stop.
+    /// Makes one step. On a stop request ends with `cancelled` and leaves the state unchanged.
     RunStatus step(State& state, const std::stop_token& stop = {}) {
       prepare(state.x.value);
       std::copy_n(state.x.value.data(), x_.size(), x_.data());
@@ -69,7 +69,7 @@ struct Adaptive {
 
     std::optional<double> largest_step(const State&, double) const { return std::nullopt; }
 
-    /// Substeps tried so far.
+    /// Returns the number of substeps tried so far.
     std::int64_t attempts() const { return attempts_; }
 
    private:
@@ -82,7 +82,7 @@ struct Adaptive {
       for (Numbers* v : {&x_, &next_, &slope_now_, &error_}) v->resize(size);
     }
 
-    /// x_ ← x(t + h).
+    /// Sets x_ to x(t + h).
     Outcome integrate(const std::stop_token& stop) {
       constexpr double least = 0.1, most = 5, safety = 0.9, least_stride = 1e-12;
       const Scalar blown_up = 1e6, size_before = size();
@@ -121,7 +121,8 @@ struct Adaptive {
       std::copy_n(slope_.data(), dx.size(), dx.data());
     }
 
-    /// The largest error, relative in each half of the rows to its largest element.
+    /// Returns the largest error, relative in each half of the rows to the largest element of that
+    /// half.
     double relative_error() const {
       const Eigen::Index rows = dx_.rows(), cols = dx_.cols(), lower = rows / 2;
       const Eigen::Map<const Matrix<Scalar>> x(x_.data(), rows, cols),

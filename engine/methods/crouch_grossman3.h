@@ -6,12 +6,13 @@
 namespace stiefel {
 
 /// The Crouch–Grossman method of order 3 with three stages (Crouch and Grossman 1993; Owren and
-/// Marthinsen 1999): products of exponentials, no commutator,
+/// Marthinsen 1999), which uses products of exponentials and no commutator,
 ///
 ///     k1 = hξ(x),   k2 = hξ(x·exp(¾k1)),   k3 = hξ(x·exp(119/216 k1)·exp(17/108 k2)),
 ///     x′ = x·exp(13/51 k1)·exp(−⅔k2)·exp(24/17 k3).
 ///
-/// It stays on the orbits of the group: Q orthogonal, QMQᵀ and the eigenvalues of M, to rounding.
+/// The state stays on its orbit of the group: Q stays orthogonal, and QMQᵀ and the eigenvalues of M
+/// are kept, all to rounding.
 struct CrouchGrossman3 {
   static constexpr MethodTraits traits = {
       .name = "crouch_grossman3",
@@ -63,7 +64,7 @@ struct CrouchGrossman3 {
       moved_ = x;
       dx.setZero();
     }
-    /// x + dx ← (x + dx)·exp(whk).
+    /// Sets x + dx ← (x + dx)·exp(weight·h·k).
     void turn(const Point& x, Scalar weight, const Algebra& k, Point& dx) {
       theta_ = (weight * h_) * k;
       if (turned_.size() != x.size()) turned_ = x;

@@ -9,12 +9,13 @@
 
 namespace stiefel {
 
-/// The exact motion, where a closed form is known: the state at step k follows from the state at
-/// step 0, at the same cost for every k. Computed in extended precision in both arithmetics, so
+/// The exact motion, where a closed form is known: the state at step k is computed from the state
+/// at step 0, at the same cost for every k. Computed in extended precision in both arithmetics, so
 /// rounding errors do not accumulate.
 ///
-/// `MotionOf<S>::make(system, start)` is the motion of S from a state, and its `at(t)` the state at
-/// time t. `takes(Λ)` says whether there is a closed form for this Λ, `where` says it in words.
+/// `MotionOf<S>::make(system, start)` returns the motion of S from a state; its `at(t)` returns the
+/// state at time t. `takes(Λ)` tells whether there is a closed form for this Λ, and `where` says so
+/// in words.
 ///
 ///     rigid body, N = 3              EulerTop
 ///     rigid body, Λ of two values    TwoValuedBody
@@ -56,7 +57,7 @@ struct Exact {
     using Motion =
         decltype(MotionOf<S>::make(std::declval<const S&>(), std::declval<const Point&>()));
 
-    /// The motion is part of the state: `start` makes it from the state at step 0.
+    /// The state holds the motion, which `start` makes from the state at step 0.
     struct State {
       Accumulator<Point, Arithmetic::plain> x;
       Eigen::Matrix<Scalar, 1, 1> steps;
@@ -78,7 +79,7 @@ struct Exact {
 
     RunStatus step(State& state) const { return at(state, Wide(state.steps(0)) + 1); }
 
-    /// The state k steps after step 0.
+    /// Sets the state to that k steps after step 0.
     RunStatus at(State& state, Wide k) const {
       const auto& x = state.motion.at(k * Wide(h_));
       if (!x.allFinite()) return {Outcome::not_finite, std::nullopt};

@@ -30,8 +30,9 @@ struct Gauss4 {
       .reversible = true,
   };
 
+  /// The map for a body given by (Q, M).
   template <class S>
-  struct InQAndP;  ///< the map for a body given by (Q, M)
+  struct InQAndP;
   template <class S>
   static constexpr bool through_psi = requires {
     typename InQAndP<S>::Symmetric;
@@ -64,7 +65,8 @@ struct Gauss4 {
       K << slope_, slope_;
     }
 
-    /// One rounded √3/6 for both stages: with two, the quadratic invariants drift.
+    /// Uses one rounded √3/6 for both stages; with two different roundings the quadratic invariants
+    /// would drift.
     void sweep(const Point& x, const Matrix<Scalar>& K, Scalar h, Matrix<Scalar>& g) {
       using std::sqrt;
       const Scalar skew = h / (2 * sqrt(Scalar(3)));

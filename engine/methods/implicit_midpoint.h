@@ -11,8 +11,8 @@ namespace stiefel {
 ///     M = (I + a)M̃(I − a),   a = (h/2)J⁻¹(M̃),
 ///     M′ = (I − a)M̃(I + a),   Q′ = Q(I + a)(I − a)⁻¹,
 ///
-/// This is the midpoint rule on (Q, P), seen in (Q, M). Order 2, time-symmetric, Poisson: keeps
-/// QMQᵀ, the eigenvalues of M and the orthogonality of Q to rounding; the energy error stays
+/// which is the midpoint rule on (Q, P), expressed in (Q, M). Order 2, time-symmetric, Poisson:
+/// keeps QMQᵀ, the eigenvalues of M and the orthogonality of Q to rounding; the energy error stays
 /// bounded. (The midpoint rule applied to (Q, M) keeps the energy and loses QMQᵀ.)
 struct ImplicitMidpoint {
   static constexpr MethodTraits traits = {

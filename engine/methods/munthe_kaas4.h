@@ -7,13 +7,14 @@ namespace stiefel {
 
 /// The Runge–Kutta–Munthe-Kaas method of order 4 with two commutators (Munthe-Kaas and Owren 1999).
 /// With x(t) = x·exp(Θ(t)) and ẋ = x·ξ(x) acting from the right, Θ̇ = dexp⁻¹_{−Θ} ξ = ξ + ½[Θ, ξ] +
-/// …, so both commutators enter with a plus:
+/// …, so both commutators have a plus sign:
 ///
 ///     k1 = hξ(x),                    k2 = hξ(x·exp(½k1)),
 ///     k3 = hξ(x·exp(½k2 + ⅛[k1, k2])),  k4 = hξ(x·exp(k3)),
 ///     x′ = x·exp((k1 + 2k2 + 2k3 + k4 + ½[k1, k4]) / 6).
 ///
-/// It stays on the orbits of the group: Q orthogonal, QMQᵀ and the eigenvalues of M, to rounding.
+/// The state stays on its orbit of the group: Q stays orthogonal, and QMQᵀ and the eigenvalues of M
+/// are kept, all to rounding.
 struct MuntheKaas4 {
   static constexpr MethodTraits traits = {
       .name = "munthe_kaas4",
@@ -67,7 +68,7 @@ struct MuntheKaas4 {
       system_.generator(x, k);
       k *= h_;
     }
-    /// k = hξ(x·exp(Θ)).
+    /// Sets k = hξ(x·exp(Θ)).
     void stage_after(const Point& x, const Algebra& theta, Point& moved, Algebra& k) {
       system_.displacement(x, theta, moved);
       moved += x;

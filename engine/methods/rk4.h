@@ -24,7 +24,8 @@ struct Rk4 {
   };
   template <class S>
   static constexpr bool applies = System<S>;
-  /// `S::without_trend(invariant)`, where S has it: the error of the invariant shows no trend.
+  /// Returns `bounded` where `S::without_trend(invariant)` says that the error of the invariant has
+  /// no trend, else `drifts`.
   template <class S>
   static constexpr Conservation conservation([[maybe_unused]] std::string_view invariant) {
     if constexpr (requires { S::without_trend(invariant); })

@@ -9,8 +9,8 @@
 namespace stiefel {
 
 /// The rigid body in three dimensions by splitting its energy ½ Σ m_i²/I_i. Each term alone turns m
-/// and Q about a principal axis at the constant rate m_i/I_i. Strang's composition of the three
-/// flows is symmetric, explicit and of order 2:
+/// and Q about a principal axis at the constant rate m_i/I_i. Strang's composition of the flows of
+/// the three terms is symmetric, explicit and of order 2:
 ///
 ///     Φ_h = φ¹_{h/2} ∘ φ²_{h/2} ∘ φ³_h ∘ φ²_{h/2} ∘ φ¹_{h/2}.
 ///
@@ -79,7 +79,7 @@ struct Splitting {
       return x.extended(i);
     }
 
-    /// The flow of m_a²/(2I_a) over `part` of h: q ← q∘exp(½θ e_a), m ← exp(−θ ê_a) m.
+    /// Applies the flow of m_a²/(2I_a) over `part` of h: q ← q∘exp(½θ e_a), m ← exp(−θ ê_a) m.
     template <int a>
     void turn(Turned& x, Working part) const {
       using std::cos, std::sin;
@@ -93,7 +93,8 @@ struct Splitting {
         x(1 + b) = q_b * cosine + q_c * sine;
         x(1 + c) = q_c * cosine - q_b * sine;
       }
-      const Working m_b = x(first + b), m_c = x(first + c);  // turned by θ: sin θ and 1 − cos θ
+      // Turns m by θ, with sin θ and 1 − cos θ.
+      const Working m_b = x(first + b), m_c = x(first + c);
       x(first + b) += 2 * sine * (cosine * m_c - sine * m_b);
       x(first + c) -= 2 * sine * (cosine * m_b + sine * m_c);
     }

@@ -18,7 +18,7 @@ namespace stiefel {
 
 /// The variational integrator: the Moser–Veselov map for the rigid body, RATTLE on V(n, N); at n =
 /// N the two are the same map. The orders 4, 6 and 8 are symmetric compositions of it.
-/// `MapOf<S>::make<arithmetic>(system, h)` is the map of order 2.
+/// `MapOf<S>::make<arithmetic>(system, h)` returns the map of order 2.
 struct Variational {
   static constexpr MethodTraits traits = {
       .name = "variational",

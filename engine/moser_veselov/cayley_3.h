@@ -5,7 +5,7 @@
 
 namespace stiefel {
 
-/// The inverse of a 3 × 3 matrix by its cofactors: one division, no branch.
+/// The inverse of a 3 × 3 matrix by its cofactors, with one division and no branch.
 template <class Scalar>
 class Inverse3 {
  public:
@@ -36,17 +36,17 @@ class CayleyEquation3 {
 
   Vec c = Vec::Zero();
 
-  /// Solves by the chord method and, where that fails, by Newton's. Returns false if neither finds
-  /// a solution.
+  /// Solves by the chord method and, where it fails, by Newton's method. Returns false if neither
+  /// finds a solution.
   bool solve(const Vec& n, const Vec& kappa) {
     if (chord(n, kappa)) return true;
     c = n;
     return newton(n, kappa);
   }
 
-  /// Two sweeps of the fixed point, then the chord method: since the equation is quadratic, c − Δ
-  /// solves it when Δ = G′⁻¹(G − |Δ|² n − κ∘(Δ₂Δ₃, …)), G and G′ at c. Each round gains as many
-  /// digits as the two sweeps found. The result marks the lanes with a solution.
+  /// Makes two sweeps of the fixed point, then uses the chord method: the equation is quadratic, so
+  /// c − Δ solves it when Δ = G′⁻¹(G − |Δ|² n − κ∘(Δ₂Δ₃, …)), with G and G′ at c. Each round gains
+  /// as many digits as the two sweeps found. Returns the lanes that have a solution.
   Mask<Scalar> chord(const Vec& n, const Vec& kappa) {
     c = n;
     c = image(n, kappa);
@@ -56,7 +56,7 @@ class CayleyEquation3 {
     const Vec newton_step = inverse_ * G;
     const Scalar small = two_to<Scalar>(-2 * bits<Scalar>) * squared_norm(c);
     Vec delta = newton_step;
-    Scalar first = 1;  // the square of the first change, relative to Δ
+    Scalar first = 1;  // square of the first change of Δ
     Mask<Scalar> found{};
     constexpr int most = 5;
     for (int k = 0; k < most; ++k) {
@@ -64,7 +64,7 @@ class CayleyEquation3 {
       const Scalar change = squared_norm<Scalar>(next - delta);
       delta = select(found, delta, next);
       if (k == 0) first = change;
-      // The next change is smaller by first / |Δ|.
+      // The next change is smaller than this one by the factor |first change| / |Δ|.
       found = found | (change * first <= small * squared_norm(delta));
       if (all(found)) break;
     }
@@ -72,7 +72,7 @@ class CayleyEquation3 {
     return found;
   }
 
-  /// Newton's method from the current c.
+  /// Iterates Newton's method from the current c. Returns false if it does not converge.
   bool newton(const Vec& n, const Vec& kappa) {
     // After a correction of relative size ε the error is about ε².
     const Scalar enough = two_to<Scalar>(-(bits<Scalar> + 1) / 2);
@@ -89,11 +89,11 @@ class CayleyEquation3 {
     return false;
   }
 
-  /// G′⁻¹ r, with the G′ that was formed last.
+  /// Returns G′⁻¹ r with the last G′ computed.
   Vec correction(const Vec& r) const { return inverse_ * r; }
 
  private:
-  /// The right-hand side of the equation.
+  /// Returns the right-hand side of the equation.
   Vec image(const Vec& n, const Vec& kappa) const {
     return n + squared_norm(c) * n + kappa.cwiseProduct(cyclic_product<Scalar>(c, c));
   }

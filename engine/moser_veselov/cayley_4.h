@@ -5,14 +5,14 @@
 
 namespace stiefel {
 
-/// The discrete rigid body's equation in four dimensions, for the skew C of U = (I − C)⁻¹(I + C),
-/// U = J_D⁻¹(hM). Because C⁴ + σC² + p² = 0, σ = |a|² + |b|², p = Pf(C),
+/// The equation of the discrete rigid body in four dimensions, for the skew C of U = (I − C)⁻¹(I +
+/// C), U = J_D⁻¹(hM). C⁴ + σC² + p² = 0 with σ = |a|² + |b|², p = Pf(C), therefore
 ///
 ///     C(I − C²)⁻¹ = (C + p C̃)/τ,   C²(I − C²)⁻¹ = (C² − p²)/τ,   τ = 1 + σ + p²,
 ///
-/// so with n = (h/2) M_ij/(λ_i + λ_j) and κ = (λ_i − λ_j)/(λ_i + λ_j), element by element,
+/// and with n = (h/2) M_ij/(λ_i + λ_j) and κ = (λ_i − λ_j)/(λ_i + λ_j), element by element,
 ///
-///     G(C) = C + p C̃ − κ∘C² − τ n = 0,
+///     G(C) = C + p C̃ − κ∘C² − τ n = 0.
 ///
 /// The class finds the solution that goes to 0 with n, for h‖Ω‖ well below 1.
 template <class Scalar>
@@ -22,8 +22,8 @@ class CayleyEquation4 {
 
   Vec c = Vec::Zero();
 
-  /// Two sweeps of the fixed point, then Newton's method with G′⁻¹ = (I − E)⁻¹ as I + E + E². The
-  /// result marks the lanes with a solution.
+  /// Makes two sweeps of the fixed point, then uses Newton's method with G′⁻¹ = (I − E)⁻¹ ≈ I + E +
+  /// E². Returns the lanes that have a solution.
   Mask<Scalar> solve(const Vec& n, const Vec& kappa) {
     c = n;
     c -= residual(n, kappa);
@@ -55,14 +55,14 @@ class CayleyEquation4 {
     return G;
   }
 
-  /// G′⁻¹ G, up to terms in E³.
+  /// Returns G′⁻¹ G, up to terms in E³.
   Vec correction(const Vec& G, const Vec& n, const Vec& kappa) const {
     const Vec once = G + error(G, n, kappa);
     return G + error(once, n, kappa);
   }
 
  private:
-  /// Eδ = δ − G′δ.
+  /// Returns Eδ = δ − G′δ.
   Vec error(const Vec& delta, const Vec& n, const Vec& kappa) const {
     const Scalar p = pfaffian(), dp = dot(dual(c), delta);
     const Scalar dtau = 2 * (dot(c, delta) + p * dp);

@@ -30,30 +30,30 @@ class CayleyN {
 
   Matrix<Scalar>& C() { return C_; }
 
-  /// Starts from C = hΩ/2, which is right to second order.
+  /// Sets C = hΩ/2, which is correct to second order.
   void start(const Matrix<Scalar>& K);
 
-  /// Fixed point from the current C. Returns false if it converges slowly. K = hM.
+  /// Iterates the fixed point from the current C. Returns false if it converges slowly. K = hM.
   bool fixed_point(const Matrix<Scalar>& K);
 
-  /// Newton's method from the current C. Returns false unless it ends on the principal branch. K =
-  /// hM.
+  /// Iterates Newton's method from the current C. Returns false unless it ends on the principal
+  /// branch. K = hM.
   bool newton(const Matrix<Scalar>& K);
 
-  /// UΛ − Λ = 2(I − C)⁻¹CΛ.
+  /// Returns UΛ − Λ = 2(I − C)⁻¹CΛ.
   const Matrix<Scalar>& deviation();
 
-  /// M ← UᵀMU = M + (4/h)[Λ, D], D = C²(I − C²)⁻¹, with C accurate to the last bit.
+  /// Sets M ← UᵀMU = M + (4/h)[Λ, D], D = C²(I − C²)⁻¹, with C accurate to the last bit.
   void transport_momentum(State& x);
 
-  /// U − I of the last transport_momentum.
+  /// Returns U − I of the last transport_momentum.
   const Matrix<Scalar>& U_minus_I() const { return U_minus_I_; }
 
-  /// Q ← QU = Q + Q(U − I), U − I = 2(I + C)C(I − C²)⁻¹.
+  /// Sets Q ← QU = Q + Q(U − I), U − I = 2(I + C)C(I − C²)⁻¹.
   void transport_frame(State& x);
 
  private:
-  /// More sweeps in wider arithmetic, until the error of C is far below its rounding.
+  /// Makes further sweeps in wider arithmetic, until the error of C is far below its rounding.
   void finish();
 
   void residual(const Matrix<Scalar>& K);

@@ -9,14 +9,15 @@
 
 namespace stiefel {
 
-/// A sweep of the fixed point that finds the Cayley transform U = (I − C)⁻¹(I + C) of J_D⁻¹(hM).
-/// With q = C(I − C²)⁻¹ and D = Cq, the skew and the symmetric part of ½(U − I),
+/// One sweep of the fixed-point iteration for the Cayley transform U = (I − C)⁻¹(I + C) of
+/// J_D⁻¹(hM). With q = C(I − C²)⁻¹ and D = Cq, the skew and the symmetric part of ½(U − I),
 ///
 ///     C ← C + ½ (I + C)ω(I − C),   ω = hΩ − 2q + 2 D∘(λ_i − λ_j)/(λ_i + λ_j),
 ///
-/// This turns U into U(I + ω) to first order. ω is −(UΛ − ΛUᵀ − hM)_ij/(λ_i + λ_j), with each term
-/// divided by λ_i + λ_j before the sum. Λ then enters through Ω and ratios of at most 1, so the
-/// error shrinks by about h‖Ω‖ a sweep and C keeps its digits however wide Λ is spread.
+/// which turns U into U(I + ω) to first order. ω is −(UΛ − ΛUᵀ − hM)_ij/(λ_i + λ_j), with each term
+/// divided by λ_i + λ_j before the sum. Λ then enters only through Ω and ratios of at most 1, so
+/// each sweep reduces the error by a factor of about h‖Ω‖, and C keeps its digits however wide Λ is
+/// spread.
 template <class Scalar>
 class CayleySweep {
  public:
@@ -34,7 +35,7 @@ class CayleySweep {
 
   const Vector<Scalar>& lambda() const { return lambda_; }
 
-  /// One sweep. Returns the largest element of ω.
+  /// Makes one sweep. Returns the largest element of ω.
   Scalar operator()(const Matrix<Scalar>& hOmega, Matrix<Scalar>& C) {
     evaluate(C);
     q_ = hOmega - Scalar(2) * (q_ - ratio_.cwiseProduct(D_));  // ω
@@ -67,7 +68,7 @@ class CayleySweep {
     D_.noalias() = C * q_;
   }
 
-  /// D for the C of the last `evaluate`.
+  /// Returns D for the C of the last `evaluate`.
   const Matrix<Scalar>& D() const { return D_; }
   const Matrix<Scalar>& U_minus_I() {
     product_ = Scalar(2) * (q_ + D_);
@@ -75,7 +76,8 @@ class CayleySweep {
   }
 
  private:
-  /// At the stop token, before each product: in extended precision one takes as long as a sweep.
+  /// Checks for a stop request. Called before each product: one product takes long in extended
+  /// precision.
   void look() const { stop_point(static_cast<double>(ratio_.rows() * ratio_.size())); }
 
   Vector<Scalar> lambda_;

@@ -7,13 +7,13 @@
 
 namespace stiefel {
 
-/// The step of the rigid body in N dimensions by U = J_D⁻¹(hM), found as the deviation X = UΛ − Λ
-/// (DeviationSweeps). As (U + Uᵀ)_ij = 2δ_ij − (XᵀX)_ij/(λ_iλ_j), the momentum moves by
+/// The step of the rigid body in N dimensions by U = J_D⁻¹(hM), computed as the deviation X = UΛ −
+/// Λ (DeviationSweeps). Since (U + Uᵀ)_ij = 2δ_ij − (XᵀX)_ij/(λ_iλ_j), the momentum changes by
 ///
 ///     M_{k+1} − M_k = [Λ, U + Uᵀ]/h = −(λ_i − λ_j)(XᵀX)_ij / (λ_iλ_jh),
 ///
-/// which forms small quantities from small ones. Compensated arithmetic forms XᵀX and the increment
-/// to nearly twice the precision.
+/// which computes small quantities from small ones. Compensated arithmetic computes XᵀX and the
+/// increment to nearly twice the precision.
 template <class Scalar, Arithmetic arithmetic>
 class DeviationN : public DeviationSweeps<Scalar> {
  public:
@@ -22,18 +22,18 @@ class DeviationN : public DeviationSweeps<Scalar> {
 
   DeviationN(const Vector<Scalar>& lambda, Scalar h);
 
-  /// Sweeps from the current R. Returns false if they converge slowly. K = hM.
+  /// Sweeps from the current R. Returns false if the sweeps converge slowly. K = hM.
   bool sweep(const Matrix<Scalar>& K) {
     return Sweeps::sweep(K, arithmetic == Arithmetic::compensated);
   }
 
-  /// M ← UᵀMU, with X accurate to the last bit.
+  /// Sets M ← UᵀMU, with X accurate to the last bit.
   void transport_momentum(State& x);
 
-  /// U − I = XΛ⁻¹ of the last transport_momentum.
+  /// Returns U − I = XΛ⁻¹ of the last transport_momentum.
   const Matrix<Scalar>& U_minus_I();
 
-  /// Q ← QU = Q + QXΛ⁻¹.
+  /// Sets Q ← QU = Q + QXΛ⁻¹.
   void transport_frame(State& x);
 
  private:
@@ -43,12 +43,13 @@ class DeviationN : public DeviationSweeps<Scalar> {
   void transport_plainly(State& x);
   void transport_carefully(State& x);
 
-  /// Forms X including M's carry, as a rounded X and its rounding error; then XᵀX = G + low + lowᵀ.
+  /// Computes X from M and its carry, as a rounded X and its rounding error; then XᵀX = G + low +
+  /// lowᵀ.
   void form_product(const State& x);
 
-  /// More sweeps, one product each: when R changes by δ, XᵀX changes by Xᵀδ + δX. They end when the
-  /// error of R is far below its rounding; a larger error would be a drift that grows with the
-  /// number of steps.
+  /// Makes further sweeps of one product each: when R changes by δ, XᵀX changes by Xᵀδ + δX. The
+  /// sweeps end when the error of R is far below its rounding; a larger error would cause a drift
+  /// that grows with the number of steps.
   void correct_product();
 
   double product_operations() const { return static_cast<double>(N_ * N_ * N_); }

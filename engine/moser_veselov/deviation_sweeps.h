@@ -10,28 +10,30 @@
 
 namespace stiefel {
 
-/// U = J_D⁻¹(hM) in N dimensions as the deviation X = UΛ − Λ = hΩΛ + R, Ω = J⁻¹(M), R symmetric
-/// ([RB] (7.13), (7.14) with S = Λ + R + the symmetric part of hΩΛ):
+/// Finds U = J_D⁻¹(hM) in N dimensions as the deviation X = UΛ − Λ = hΩΛ + R, Ω = J⁻¹(M), R
+/// symmetric ([RB] (7.13), (7.14) with S = Λ + R + the symmetric part of hΩΛ), by the fixed-point
+/// iteration of
 ///
 ///     (Λ + X)ᵀ(Λ + X) = Λ²   ⟺   R_ij = −(XᵀX)_ij / (λ_i + λ_j),
 ///
-/// solved as this fixed point, one symmetric product a sweep. At Λ = I its derivative is a
-/// commutator with hΩ, whose eigenvalues are imaginary, hence LaggedAnderson. Small quantities stay
-/// relatively accurate. Every symmetric R satisfies UΛ − ΛUᵀ = hM, so the stopping test is Λ⁻¹(WᵀW
-/// − Λ²)Λ⁻¹ = UᵀU − I, W = Λ + X. For λ_i > 0 of moderate spread.
+/// with one symmetric product in each sweep. At Λ = I the derivative of the iteration is a
+/// commutator with hΩ, whose eigenvalues are imaginary; LaggedAnderson accelerates it. Small
+/// quantities stay relatively accurate. Every symmetric R satisfies UΛ − ΛUᵀ = hM, so the stopping
+/// test is Λ⁻¹(WᵀW − Λ²)Λ⁻¹ = UᵀU − I, W = Λ + X. For λ_i > 0 of moderate spread.
 template <class Scalar>
 class DeviationSweeps {
  public:
   explicit DeviationSweeps(const Vector<Scalar>& lambda);
 
-  /// R on and above the diagonal, column after column.
+  /// Returns R on and above the diagonal, column after column.
   Vector<Scalar>& R() { return R_; }
 
-  /// Sweeps from the current R until UᵀU − I is at rounding level, or, `to_its_last_bit`, until R
-  /// is, which is of the size of X². Returns false if that is slow. K = hM.
+  /// Sweeps from the current R until UᵀU − I is at rounding level or, with `to_its_last_bit`, until
+  /// R, which is of the size of X², is accurate to rounding. Returns false if the sweeps converge
+  /// slowly. K = hM.
   bool sweep(const Matrix<Scalar>& K, bool to_its_last_bit);
 
-  /// Sets X to a solution found elsewhere.
+  /// Sets X to a solution found by another method.
   void set(const Matrix<Scalar>& X, const Matrix<Scalar>& K);
 
  protected:
@@ -40,17 +42,17 @@ class DeviationSweeps {
   Vector<Scalar> lambda_;
   Eigen::Index N_;
   Vector<Scalar> R_;
-  Matrix<Scalar> X_, G_;  ///< G is XᵀX on and above the diagonal
+  Matrix<Scalar> X_, G_;  ///< G_ is XᵀX on and above the diagonal
 
  private:
-  /// Forms hΩΛ, with the elements K_ijλ_j/(λ_i + λ_j).
+  /// Computes hΩΛ, with the elements K_ijλ_j/(λ_i + λ_j).
   void form_hOmegaLambda(const Matrix<Scalar>& K);
   void form_X();
 
-  /// R ← −XᵀX/(λ_i + λ_j), accelerated. Returns the largest change of UᵀU − I.
+  /// Sets R ← −XᵀX/(λ_i + λ_j), accelerated. Returns the largest change of UᵀU − I.
   Scalar correct();
 
-  /// The largest element of U − I and of its transpose.
+  /// Returns the largest |X_ij| / min(λ_i, λ_j), which bounds the elements of U − I = XΛ⁻¹.
   Scalar size() const;
 
   Vector<Scalar> inverse_, next_;

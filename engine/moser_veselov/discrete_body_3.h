@@ -26,7 +26,7 @@ class DiscreteBody3 {
   using Wide = Doubled<Scalar>;
   using Inertia = DiscreteInertia3<Scalar>;
 
-  /// Finds c. Returns false where there is none.
+  /// Finds c. Returns false where no c exists on the branch of the identity.
   bool solve(const State& x, const Inertia& I) {
     return I.positive && equation_.solve(n(x, I), I.kappa) && on_branch(I);
   }
@@ -61,17 +61,17 @@ class DiscreteBody3 {
   }
 
   /// Whether all w_i + w_j, w = spec(UΛ), have positive real parts, which holds on the branch that
-  /// starts at the identity. The characteristic polynomial of UΛ depends on the diagonal of U only:
+  /// starts at the identity. The characteristic polynomial of UΛ depends only on the diagonal of U:
   ///
-  ///     e₁ = Σ λ_iU_ii,   e₂ = λ₂λ₃U₁₁ + …,   e₃ = λ₁λ₂λ₃;
+  ///     e₁ = Σ λ_iU_ii,   e₂ = λ₂λ₃U₁₁ + …,   e₃ = λ₁λ₂λ₃.
   ///
-  /// The polynomial of the sums has the coefficients 2e₁, e₁² + e₂ and e₁e₂ − e₃; the test is that
-  /// of Routh and Hurwitz.
+  /// The polynomial whose roots are the sums has the coefficients 2e₁, e₁² + e₂ and e₁e₂ − e₃. The
+  /// test is that of Routh and Hurwitz.
   [[gnu::always_inline]] bool on_branch(const Inertia& I) const {
     return squared_norm(equation_.c) < I.near || has_positive_spectrum(I);
   }
   bool has_positive_spectrum(const Inertia& I) const {
-    const Vector3<Scalar> lambda = I.lambda / I.lambda.maxCoeff();  // so that cubes are in range
+    const Vector3<Scalar> lambda = I.lambda / I.lambda.maxCoeff();  // scaled to keep cubes in range
     const Vector3<Scalar> c2 = equation_.c.cwiseAbs2();
     const Scalar all = 1 + c2.sum();
     const Vector3<Scalar> U = (2 * (1 + c2.array()) / all - 1).matrix();
@@ -88,7 +88,7 @@ class DiscreteBody3 {
     if constexpr (frame) {
       const Eigen::Matrix<Scalar, 4, 1> q = So3<Scalar, true>::quaternion_times(x, Scalar(1), c);
       const Scalar q2 = (q(0) * q(0) + q(1) * q(1)) + (q(2) * q(2) + q(3) * q(3));
-      // One Newton step for |q|^−1 from √w, which differs from it by rounding only.
+      // Makes one Newton step for |q|^−1 from √w, which differs from it only by rounding.
       x.template head<4>() = (sqrt(w) * (3 - w * q2) / 2) * q;
     }
   }
@@ -107,18 +107,17 @@ class DiscreteBody3 {
     for (int i = 0; i < 3; ++i) x.add(first + i, w2 * at.twist(i));
   }
 
-  /// c after a last correction, |c|², and the products (I₂ − I₃)/(h/2) c₂c₃ and cyclic.
+  /// c after a last correction, the products (I₂ − I₃)/(h/2) c₂c₃ and cyclic (`twist`), and |c|².
   struct Solution {
     Vector3<Wide> c, twist;
     Wide c2;
   };
 
-  /// The residual is formed in double words,
+  /// Corrects c once. Computes the residual in double words,
   ///
   ///     F = I/(h/2)∘c − (I₂ − I₃)/(h/2) c₂c₃ … − (1 + |c|²) m,
   ///
-  /// and the correction of c changes the quantities that depend on c to first order; higher orders
-  /// are below rounding.
+  /// and changes the quantities that depend on c to first order; higher orders are below rounding.
   Solution solution(const State& x, const Inertia& I) const {
     const Vector3<Scalar>& c = equation_.c;
     const Scalar one(1);

@@ -26,7 +26,7 @@ class DiscreteBody4 {
     return I.positive & found & (dot(equation_.c, equation_.c) < I.near);
   }
 
-  /// Sets C to a solution found elsewhere.
+  /// Sets C to a solution found by another method.
   void set(const Skew4<Scalar>& c) { equation_.c = c; }
 
   /// Applies the step with the C found last.
@@ -51,7 +51,7 @@ class DiscreteBody4 {
     }
   }
 
-  /// The residual is formed in double words. The correction of C changes the quantities that depend
+  /// Computes the residual in double words. The correction of C changes the quantities that depend
   /// on C to first order; higher orders are below rounding.
   void transport_compensated(State& x, const Inertia& I) const {
     const Skew4<Scalar>& c = equation_.c;
@@ -85,7 +85,7 @@ class DiscreteBody4 {
     for (int k = 0; k < 6; ++k) x.add(first + k, w2 * (I.differences_h(k) * c2(k)));
   }
 
-  /// `scale` · Q (C + p C̃ + C² − p²).
+  /// Returns `scale` · Q (C + p C̃ + C² − p²).
   static Eigen::Matrix<Scalar, 16, 1> turned(const Point& x, const Skew4<Scalar>& c,
                                              const Skew4<Scalar>& c2, const Scalar& p,
                                              const Scalar& scale) {

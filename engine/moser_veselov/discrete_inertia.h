@@ -7,14 +7,14 @@
 namespace stiefel {
 
 /// The constants of the discrete body for one step h: functions of λ_i + λ_j and λ_i − λ_j for the
-/// pairs i ≠ j. In three dimensions the sums are the principal moments.
+/// pairs i ≠ j. In three dimensions the sums λ_i + λ_j are the principal moments.
 template <class Scalar, int pairs>
 struct DiscreteInertia {
   using Wide = Doubled<Scalar>;
   template <class T>
   using Vec = std::conditional_t<pairs == 3, Vector3<T>, Skew4<T>>;
 
-  Mask<Scalar> positive;  ///< all λ_i + λ_j > 0
+  Mask<Scalar> positive;  ///< whether all λ_i + λ_j > 0
   Scalar near;            ///< a solution with |c|² below this is on the branch of the identity
   Eigen::Matrix<Scalar, pairs == 3 ? 3 : 4, 1, Eigen::DontAlign> lambda;
   Vec<Scalar> half_turn;    ///< (h/2)/(λ_i + λ_j)
@@ -23,7 +23,7 @@ struct DiscreteInertia {
   Vec<Wide> moments_h;      ///< (λ_i + λ_j)/(h/2)
   Vec<Wide> differences_h;  ///< (λ_i − λ_j)/(h/2)
 
-  /// From PrincipalMoments3 or PairSums4.
+  /// Computes the constants from PrincipalMoments3 or PairSums4.
   template <class Pairs>
   DiscreteInertia(const Pairs& I, Scalar step)
       : near(static_cast<Scalar>(I.nearness())),
@@ -37,7 +37,7 @@ struct DiscreteInertia {
     differences_h = (I.differences / (Given(step) / 2)).template cast<Wide>();
   }
 
-  /// The constants of several bodies, one body in each lane.
+  /// Packs the constants of several bodies, one body in each lane.
   template <class Body>
   explicit DiscreteInertia(const Body* bodies) {
     const auto lane = [&](auto&& number) {

@@ -4,8 +4,8 @@
 
 namespace stiefel {
 
-/// Solves UΛ − ΛUᵀ = hM for U = J_D⁻¹(hM) in three dimensions and applies the step: the counterpart
-/// of JDInverseN.
+/// Solves UΛ − ΛUᵀ = hM for U = J_D⁻¹(hM) in three dimensions and applies the step, with the
+/// interface of JDInverseN.
 template <class Scalar, bool frame, Arithmetic arithmetic>
 class JDInverse3 {
  public:
@@ -13,7 +13,7 @@ class JDInverse3 {
   using Point = typename Body::Point;
   using State = typename Body::State;
 
-  /// Empty: the iteration starts without the solutions of earlier steps.
+  /// Empty, because the iteration does not use the solutions of earlier steps.
   struct Memory {
     template <class Visitor>
     void each(Visitor&&) {}
@@ -32,7 +32,7 @@ class JDInverse3 {
   /// Forgets the last solution: the next `continue_to` starts from t = 0.
   void restart() { body_.restart(); }
 
-  /// Q ← QU, M ← UᵀMU.
+  /// Sets Q ← QU, M ← UᵀMU.
   void transport(State& x, Memory&) const { body_.transport(x, inertia_); }
 
  private:

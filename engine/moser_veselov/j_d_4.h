@@ -5,15 +5,15 @@
 
 namespace stiefel {
 
-/// Solves UΛ − ΛUᵀ = hM for U = J_D⁻¹(hM) in four dimensions and applies the step: the counterpart
-/// of JDInverseN. Long steps, and Λ with a λ < 0, use the general solver CayleyN.
+/// Solves UΛ − ΛUᵀ = hM for U = J_D⁻¹(hM) in four dimensions and applies the step, with the
+/// interface of JDInverseN. Long steps, and Λ with a λ < 0, use the general solver CayleyN.
 template <class Scalar, bool frame, Arithmetic arithmetic>
 class JDInverse4 {
  public:
   using Body = DiscreteBody4<Scalar, frame, arithmetic>;
   using State = typename Body::State;
 
-  /// Empty: the iteration starts without the solutions of earlier steps.
+  /// Empty, because the iteration does not use the solutions of earlier steps.
   struct Memory {
     template <class Visitor>
     void each(Visitor&&) {}
@@ -37,8 +37,8 @@ class JDInverse4 {
     cayley_.start(K_);
     return cayley_.newton(K_) && take_over();
   }
-  /// Finds U for the step t·h, starting from the solution found last, or after `restart` from U =
-  /// I.
+  /// Finds U for the step t·h, starting from the solution found last, or from U = I after
+  /// `restart`.
   bool continue_to(const State& x, double t) {
     form_K(x, static_cast<Scalar>(t) * h_);
     found_ = cayley_.C();
@@ -48,7 +48,7 @@ class JDInverse4 {
   }
   void restart() { cayley_.C().setZero(); }
 
-  /// Q ← QU, M ← UᵀMU.
+  /// Sets Q ← QU, M ← UᵀMU.
   void transport(State& x, Memory&) const { body_.transport(x, inertia_); }
 
  private:

@@ -7,16 +7,17 @@
 namespace stiefel {
 
 /// Solves UΛ − ΛUᵀ = hM for U = J_D⁻¹(hM) in N dimensions, on the branch that starts at the
-/// identity. Sweeps in the deviation form start from the extrapolated solution of the last steps.
-/// Where they are slow, Newton's method in the Cayley form follows. Where Λ is spread wide or not
-/// positive, the Cayley form is used alone. Λ and h are counted in a unit in which the largest λ is
-/// about 1: U depends on Λ : h only, and products of two λ are then in range in all units.
+/// identity. Sweeps in the deviation form start from the solution extrapolated from the last steps;
+/// where they converge slowly, Newton's method in the Cayley form follows. Where Λ is spread wide
+/// or not positive, only the Cayley form is used. Λ and h are divided by a power of two that makes
+/// the largest λ about 1: U depends only on the ratio Λ : h, and products of two λ then never
+/// overflow.
 template <class Scalar, Arithmetic arithmetic>
 class JDInverseN {
  public:
   using State = Accumulator<Matrix<Scalar>, arithmetic>;
-  /// At h‖Ω‖ = 0.2 each of the 14 points saves half a sweep; more points would add rounding errors
-  /// only.
+  /// At h‖Ω‖ = 0.2 each of the 14 points saves half a sweep; more points would only add rounding
+  /// errors.
   using Memory = History<Scalar, 14>;
 
   JDInverseN(const Vector<Scalar>& lambda, Scalar h)
@@ -27,15 +28,15 @@ class JDInverseN {
   /// Finds U. Returns false where the branch has no solution, or the iterations do not find it.
   bool solve(const State& x, const Memory& memory);
 
-  /// Finds U for the step t·h, starting from the solution found last, or after `restart` from U =
-  /// I.
+  /// Finds U for the step t·h, starting from the solution found last, or from U = I after
+  /// `restart`.
   bool continue_to(const State& x, double t);
   void restart() { cayley_.C().setZero(); }
 
-  /// Q ← QU, M ← UᵀMU.
+  /// Sets Q ← QU, M ← UᵀMU.
   void transport(State& x, Memory& memory);
 
-  /// U − I of the last `transport`, relatively accurate.
+  /// Returns U − I of the last `transport`, relatively accurate.
   const Matrix<Scalar>& U_minus_I() {
     return wide_spread_ ? cayley_.U_minus_I() : deviation_.U_minus_I();
   }
@@ -43,8 +44,8 @@ class JDInverseN {
  private:
   JDInverseN(const Vector<Scalar>& lambda, Scalar h, Scalar unit);
 
-  static constexpr Scalar widest =
-      64;  ///< λ_max/λ_min up to which the deviation form keeps its digits
+  /// Largest λ_max/λ_min for which the deviation form keeps its digits.
+  static constexpr Scalar widest = 64;
 
   bool take_over() {
     if (!wide_spread_) deviation_.set(cayley_.deviation(), K_);

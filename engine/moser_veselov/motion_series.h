@@ -28,7 +28,7 @@ struct MotionSeries {
   std::array<Series, 3> f, b, c;
   Series e;
 
-  /// The first `terms` coefficients, from the squares p of the momenta.
+  /// Computes the first `terms` coefficients from the squares p of the momenta.
   MotionSeries(const PrincipalMoments3<Scalar>& body, const Vec& p, std::size_t terms)
       : e(terms, Scalar(0)) {
     const Vec& I = body.moments;

@@ -105,7 +105,7 @@ struct Candidate {
   int start;
 };
 
-/// Each distinct path once, with its earliest start, sorted by the action.
+/// Returns each distinct path once, with its earliest start, sorted by the action.
 std::vector<Candidate> distinct(std::vector<Candidate> all) {
   constexpr double same = 1e-3;
   std::ranges::sort(all, {}, &Candidate::start);
@@ -168,7 +168,7 @@ Shortest judged(const Posed& p, const MatrixXd& V, int seen) {
 
 namespace {
 
-/// search() within the work and the token of the problem.
+/// Runs `search` within the work and the stop token of the problem.
 template <class Search>
 auto within(const TwoPointProblem& problem, Search&& search) -> decltype(search()) {
   const StopScope scope(problem.stop, problem.most_work);

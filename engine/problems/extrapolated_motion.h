@@ -14,16 +14,17 @@ namespace stiefel {
 
 /// A motion x' = field(x) by Gragg's extrapolation (Hairer, Norsett and Wanner, Solving Ordinary
 /// Differential Equations I, II.9): Gragg's midpoint rule with 2, 4, ..., 2k substeps of a stride
-/// H, extrapolated in the square of the substep to order 2k. The last two columns differ by at most
-/// `tolerance` relative to the largest element of the frame and of what is below it, or by
-/// rounding. Evaluated at any times, ascending in |t|.
+/// H, extrapolated in the square of the substep to order 2k. In an accepted stride the last two
+/// columns differ by at most `tolerance`, relative to the largest element of the frame and to that
+/// of the block below it, or by rounding. The motion can be evaluated at any times in ascending
+/// |t|.
 template <class Scalar>
 class ExtrapolatedMotion {
  public:
   using State = Matrix<Scalar>;
   using Field = std::function<void(const State& x, State& dx)>;
 
-  /// `first`: the length of the first stride that is tried, > 0.
+  /// `first` > 0 is the length of the first stride that is tried.
   ExtrapolatedMotion(Field field, State start, Eigen::Index frame_rows, int columns,
                      double tolerance, double first)
       : field_(std::move(field)),
@@ -35,8 +36,8 @@ class ExtrapolatedMotion {
         row_(columns_),
         last_(columns_) {}
 
-  /// The state at time t, not before the time of the last call. False, with the state that was
-  /// reached, when `stopped` says so or the motion ends.
+  /// Moves to time t, which must not be before the time of the last call. Returns false, and keeps
+  /// the state that was reached, when `stopped` returns true or the motion ends.
   template <class Stopped>
   bool go_to(double t, Stopped&& stopped) {
     while (Scalar(t) != time_) {
@@ -46,16 +47,16 @@ class ExtrapolatedMotion {
   }
 
   const State& state() const { return x_; }
-  /// The length of the next stride.
+  /// Returns the length of the next stride.
   double stride() const { return static_cast<double>(stride_); }
-  /// The evaluations of the field so far.
+  /// Returns the number of evaluations of the field so far.
   std::int64_t evaluations() const { return evaluations_; }
   static std::int64_t evaluations_of_stride(int columns) {
     return std::int64_t{columns} * (columns + 2);
   }
 
  private:
-  /// One stride towards t, or to it.
+  /// Makes one stride towards t, or up to t.
   bool go_on(const Scalar& t) {
     using std::abs, std::pow;
     Scalar rejected = 0;
@@ -65,7 +66,7 @@ class ExtrapolatedMotion {
       const Scalar H = (t < time_ ? -1 : 1) * (last ? left : stride_);
       if (!(abs(H) > abs(time_) * std::numeric_limits<Scalar>::epsilon())) return false;
       const Scalar error = extrapolate(H);
-      // Where a shorter stride errs by as much, rounding is all of it.
+      // If a shorter stride has about the same error, all of the error is rounding.
       const bool rounding = rejected > 0 && 2 * error > rejected;
       const bool good = error <= Scalar(tolerance_) || rounding;
       const Scalar power = Scalar(1) / static_cast<int>(2 * columns_ - 1);
@@ -83,7 +84,8 @@ class ExtrapolatedMotion {
     }
   }
 
-  /// The extrapolated state in the last of row_; how far the column before it is from that.
+  /// Extrapolates a stride H into the last element of row_. Returns how far the column before it is
+  /// from the result.
   Scalar extrapolate(const Scalar& H) {
     for (std::size_t k = 0; k < columns_; ++k) {
       midpoint_rule(H, static_cast<int>(2 * (k + 1)), row_[0]);

@@ -11,10 +11,11 @@
 namespace stiefel {
 
 /// The geodesic flow with any number of its variations. A state is the n × N blocks Q over p, then
-/// δQ over δp for each variation. p is the momentum: S for n < N, M for n = N. `Form` gives the
-/// vector field and its derivative; both set whole blocks.
+/// δQ over δp for each variation. p is the momentum: S for n < N, M for n = N. A form gives the
+/// vector field and its derivative, and sets whole blocks.
 ///
-/// n < N ([ST] (37)–(39)): Q̇ = SΛ⁻¹, Ṡ = BQ, KB + BK = −2Q̇Q̇ᵀ, K = QΛ⁻¹Qᵀ.
+/// FrameForm is the form for n < N ([ST] (37)–(39)): Q̇ = SΛ⁻¹, Ṡ = BQ, KB + BK = −2Q̇Q̇ᵀ, K =
+/// QΛ⁻¹Qᵀ.
 template <class Scalar>
 class FrameForm {
  public:
@@ -31,7 +32,7 @@ class FrameForm {
     dS = B_.lazyProduct(Q);
   }
 
-  /// The derivative at the point of the last call of `field`.
+  /// Computes the derivative at the point of the last call of `field`.
   template <class Q_, class S_, class q_, class s_, class A, class B>
   void variation(const Q_& Q, const S_&, const q_& q, const s_& s, A dq, B ds) {
     const Matrix<Scalar> v = s * lambda_.cwiseInverse().asDiagonal(),
@@ -42,14 +43,14 @@ class FrameForm {
     ds = b.lazyProduct(Q) + B_.lazyProduct(q);
   }
 
-  /// V = Q̇ ↦ S = VΛ.
+  /// Returns S = VΛ, V = Q̇.
   static Matrix<Scalar> momentum(const Vector<Scalar>& lambda, const Matrix<Scalar>&,
                                  const Matrix<Scalar>& V) {
     return V * lambda.asDiagonal();
   }
 
  private:
-  /// X with KX + XK = E.
+  /// Returns X with KX + XK = E.
   Matrix<Scalar> divided(const Matrix<Scalar>& E) const {
     const auto& Z = spectrum_.eigenvectors();
     const auto& kappa = spectrum_.eigenvalues();
@@ -67,7 +68,8 @@ class FrameForm {
   Matrix<Scalar> V_, G_, K_, B_;
 };
 
-/// n = N ([RB] (2.2), (2.3)): Q̇ = QΩ, Ṁ = [M, Ω], Ω_ij = M_ij/(λ_i + λ_j). No λ_i is a divisor.
+/// The form for n = N ([RB] (2.2), (2.3)): Q̇ = QΩ, Ṁ = [M, Ω], Ω_ij = M_ij/(λ_i + λ_j). No λ_i is
+/// a divisor.
 template <class Scalar>
 class BodyForm {
  public:
@@ -88,7 +90,7 @@ class BodyForm {
         m.lazyProduct(Omega_) - Omega_.lazyProduct(m) + M.lazyProduct(omega) - omega.lazyProduct(M);
   }
 
-  /// Q̇ ↦ M = ΛΩ + ΩΛ, Ω the skew part of QᵀQ̇.
+  /// Returns M = ΛΩ + ΩΛ, Ω the skew part of QᵀQ̇.
   static Matrix<Scalar> momentum(const Vector<Scalar>& lambda, const Matrix<Scalar>& Q,
                                  const Matrix<Scalar>& V) {
     const Matrix<Scalar> twice = Q.transpose().lazyProduct(V) - V.transpose().lazyProduct(Q);
@@ -107,7 +109,7 @@ class BodyForm {
   Matrix<Scalar> Omega_;
 };
 
-/// A Form as a vector field on the plain vector of numbers that the integrator needs.
+/// A form as a vector field on the plain vector of numbers that the integrator needs.
 template <class Form, class Scalar>
 class GeodesicField {
  public:

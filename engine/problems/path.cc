@@ -21,7 +21,7 @@ using Eigen::VectorXd;
 
 std::size_t steps(const Path& path) { return path.size() - 1; }
 
-/// Of a frame, or of all frames, of the path.
+/// Return the work of one frame, or of all frames, of the path.
 double work_on(const Path& path, double (*of_frame)(double n, double N)) {
   return of_frame(static_cast<double>(path[0].rows()), static_cast<double>(path[0].cols()));
 }
@@ -35,8 +35,8 @@ MatrixXd gradient(const VectorXd& lambda, const Path& path, std::size_t k) {
   return K * (2 * path[k] - path[k + 1] - path[k - 1]) * lambda.asDiagonal();
 }
 
-/// The quadratic model of the action at a path, in coordinates of the tangent bases E_k of its
-/// inner frames.
+/// The quadratic model of the action at a path, in the coordinates of the tangent bases E_k of the
+/// path's inner frames.
 class Model {
  public:
   Model(const VectorXd& lambda, const Path& path)
@@ -63,7 +63,8 @@ class Model {
     }
   }
 
-  /// Solves (Hessian + shift · metric) x = −gradient; false where that matrix is not positive.
+  /// Solves (Hessian + shift · metric) x = −gradient. Returns false where that matrix is not
+  /// positive.
   bool solve(double shift) {
     const std::size_t count = inner_.size();
     std::vector<Eigen::LLT<MatrixXd>> factors;
@@ -88,7 +89,8 @@ class Model {
     return true;
   }
 
-  /// How much the last step lowers the linear part of the model; twice the model's own decrease.
+  /// Returns by how much the last step lowers the linear part of the model, which is twice the
+  /// decrease of the model.
   double decrement() const {
     double sum = 0;
     for (std::size_t k = 0; k < step_.size(); ++k) sum -= step_[k].dot(slope_[k]);
@@ -126,7 +128,7 @@ MatrixXd polar(const MatrixXd& A) {
   const MatrixXd square = A * A.transpose();
   const Eigen::SelfAdjointEigenSolver<MatrixXd> spectrum(square);
   const MatrixXd Q = spectrum.operatorInverseSqrt() * A;
-  // For a nearly singular A squaring loses digits; one Newton–Schulz step restores them.
+  // Squaring a nearly singular A loses digits; one Newton–Schulz step restores them.
   return (3 * Q - (Q * Q.transpose()) * Q) / 2;
 }
 

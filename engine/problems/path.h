@@ -9,30 +9,31 @@ namespace stiefel {
 /// Frames Q_0, ..., Q_K, n × N each, at the times k/K.
 using Path = std::vector<Eigen::MatrixXd>;
 
-/// (AAᵀ)^{-1/2}A: the frame nearest to A.
+/// Returns (AAᵀ)^{-1/2}A: the frame nearest to A.
 Eigen::MatrixXd polar(const Eigen::MatrixXd& A);
 
-/// N − n orthonormal rows at right angles to those of Q.
+/// Returns N − n orthonormal rows that are orthogonal to those of Q.
 Eigen::MatrixXd complement(const Eigen::MatrixXd& Q);
 
-/// Orthonormal tangent vectors at Q as columns of length nN (δ column by column), so that
-/// sym(δQᵀ) = 0: d = nN − n(n+1)/2 of them.
+/// Returns d = nN − n(n+1)/2 orthonormal tangent vectors δ at Q, sym(δQᵀ) = 0, each as a column of
+/// length nN, in which δ stands column by column.
 Eigen::MatrixXd tangent_basis(const Eigen::MatrixXd& Q);
 
-/// (K/2) Σ ‖(Q_{k+1} − Q_k)Λ^{1/2}‖².
+/// Returns the action (K/2) Σ ‖(Q_{k+1} − Q_k)Λ^{1/2}‖².
 double action(const Eigen::VectorXd& lambda, const Path& path);
 
-/// The largest component of the action's gradient along the frames, over K λ_max.
+/// Returns the largest component of the action's gradient along the frames, divided by K λ_max.
 double slope(const Eigen::VectorXd& lambda, const Path& path);
 
-/// Q̇(0) of a relaxed path, which is a trajectory of the variational step: Q̇ = S_0Λ⁻¹, S_0 = (Q_1
-/// − Q_0)ΛK − BQ_0/2K tangent; at n = N from M/K = UΛ − ΛUᵀ, U = Q_0ᵀQ_1.
+/// Returns Q̇(0) of a relaxed path, which is a trajectory of the variational step: Q̇ = S_0Λ⁻¹,
+/// where S_0 = (Q_1 − Q_0)ΛK − BQ_0/2K is tangent; at n = N from M/K = UΛ − ΛUᵀ, U = Q_0ᵀQ_1.
 Eigen::MatrixXd initial_velocity(const Eigen::VectorXd& lambda, const Path& path);
 
-/// The path with 2K steps: every new midpoint is the frame nearest to the mean of its neighbours.
+/// Returns the path with 2K steps: every new midpoint is the frame nearest to the mean of its
+/// neighbours.
 Path refined(const Path& path);
 
-/// max |Q_k − Q'_k| over all k and all entries.
+/// Returns max |Q_k − Q'_k| over all k and all entries.
 double distance(const Path& a, const Path& b);
 
 /// Moves the inner frames to a local minimum of the action by Newton's method in tangent

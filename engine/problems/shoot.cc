@@ -20,9 +20,9 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// Moves x over a time T; false when the step size collapses or there are too many steps. `field`
-/// writes dx/dt; `work`: of an attempt, beside what the field announces. Compiled once a scalar,
-/// whatever the field.
+/// Moves x over a time T. Returns false when the step size collapses or there are too many steps.
+/// `field` writes dx/dt; `work` is the work of one attempt beyond what the field announces.
+/// Compiled once for each scalar, not for each field.
 template <class Scalar>
 bool integrate(const std::function<void(const std::vector<Scalar>& x, std::vector<Scalar>& rate,
                                         Scalar t)>& field,
@@ -89,15 +89,15 @@ class Shooting {
     return Form<double>::momentum(lambda_, Q_0_, velocity(c));
   }
 
-  /// Q(1) − Q_T as one column; not finite when the integration fails.
+  /// Returns Q(1) − Q_T as one column; not finite when the integration fails.
   VectorXd remainder(const VectorXd& c) const {
     const std::optional<Matrix<Wide>> end = flow<Wide>(lambda_, {Q_0_, momentum(c)}, 1, 1e-17L);
     if (!end) return VectorXd::Constant(E_.rows(), std::numeric_limits<double>::infinity());
     return (*end - Q_T_.cast<Wide>()).template cast<double>().reshaped();
   }
 
-  /// dQ(1)/dc, nN × d. Its relative error is the factor by which a Gauss–Newton step reduces the
-  /// residual.
+  /// Returns dQ(1)/dc, nN × d. Its relative error is the factor by which a Gauss–Newton step
+  /// reduces the residual.
   std::optional<MatrixXd> derivative(const VectorXd& c) const {
     std::vector<MatrixXd> blocks = {Q_0_, momentum(c)};
     for (Index j = 0; j < E_.cols(); ++j) {
@@ -111,7 +111,8 @@ class Shooting {
     return J;
   }
 
-  /// Q(T) from the blocks Q, p and pairs of variations; `all` takes every block as a column.
+  /// Returns Q(T) from the blocks Q, p and pairs of variations. If `all` is given, it gets every
+  /// block as a column.
   template <class Scalar>
   static std::optional<Matrix<Scalar>> flow(const VectorXd& lambda,
                                             const std::vector<MatrixXd>& blocks, double T,
@@ -121,7 +122,8 @@ class Shooting {
     std::vector<Scalar> x(blocks.size() * static_cast<std::size_t>(size));
     for (std::size_t k = 0; k < blocks.size(); ++k)
       field.block(x, k) = blocks[k].template cast<Scalar>();
-    const bool alone = blocks.size() == 2;  // else the variations' work has the field's in it
+    // Otherwise the variations announce work that includes the field's.
+    const bool alone = blocks.size() == 2;
     const double work =
         alone ? connect_work::flow(static_cast<double>(n), static_cast<double>(blocks[0].cols()))
               : 0;

@@ -18,7 +18,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using std::numbers::pi;
 
-/// R = Z exp(W) Zᵀ in plane rotations: W has the angle of each plane in two columns of Z.
+/// R = Z exp(W) Zᵀ in plane rotations: each plane rotates two columns of Z by an angle.
 struct PlaneRotations {
   struct Plane {
     Index first, second;
@@ -51,7 +51,7 @@ struct PlaneRotations {
       planes.push_back({conservation[i], conservation[i + 1], 0.0});
   }
 
-  /// Zexp(sW)Zᵀ.
+  /// Returns Z exp(sW) Zᵀ.
   MatrixXd at(double s) const {
     MatrixXd G = MatrixXd::Identity(Z.rows(), Z.cols());
     for (const auto& [i, j, angle] : planes) {
@@ -110,7 +110,7 @@ class Starts {
   }
 
   Path straight(const MatrixXd& from, const MatrixXd& to, int K) {
-    constexpr double singular = 2.5e-3;  // of AAᵀ
+    constexpr double singular = 2.5e-3;  // bound for the smallest eigenvalue of AAᵀ
     MatrixXd bend = MatrixXd::Zero(n_, N_);
     for (;;) {
       Path path = {from};
@@ -129,7 +129,7 @@ class Starts {
     }
   }
 
-  /// Q, completed by one row with determinant 1 if n = N − 1.
+  /// Returns Q; for n = N − 1 completed by one row so that the determinant is 1.
   MatrixXd completed(const MatrixXd& Q) const {
     if (n_ == N_) return Q;
     MatrixXd R(N_, N_);
@@ -138,7 +138,7 @@ class Starts {
     return R;
   }
 
-  /// A random frame; for n = N with the determinant of `like`.
+  /// Returns a random frame; for n = N with the determinant of `like`.
   MatrixXd random_frame(const MatrixXd& like) {
     stop_point(connect_work::straight(static_cast<double>(n_), static_cast<double>(N_)));
     MatrixXd R = polar(random());

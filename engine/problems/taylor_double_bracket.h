@@ -44,24 +44,25 @@ class TaylorDoubleBracket {
   }
 
   int order() const { return order_; }
-  /// The number of lower rows of the state, P, whose error is measured separately.
+  /// Returns the number of lower rows of the state, those of P, whose error is measured separately.
   Eigen::Index momentum_rows() const { return 2 * p_; }
-  /// The operations of a whole series, 2 for a multiplication with its addition, plus a constant
-  /// for each small product.
+  /// Returns the operations of a whole series, 2 for a multiplication with its addition, plus a
+  /// constant for each small product.
   static double operations(Eigen::Index rows, Eigen::Index q, int order) {
     const double p = static_cast<double>(rows) / 4;
     const auto columns = static_cast<double>(q);
     return order * (order + 1) * (60 + 12 * p * columns * (p + columns));
   }
 
-  /// The series at x, the k-th coefficient in the columns from kq. Returns false on a stop request.
+  /// Computes the series at x, with coefficient k in the columns from kq on. Returns false on a
+  /// stop request.
   bool expand(const Matrix<Scalar>& x, Matrix<Scalar>& series,
               const std::function<bool()>& stopped);
 
  private:
   static std::size_t at(int k) { return static_cast<std::size_t>(k); }
 
-  /// U_k and V_k, from the coefficients of Q and P up to k.
+  /// Computes U_k and V_k from the coefficients of Q and P up to k.
   void generate(int k);
 
   int order_;

@@ -10,13 +10,13 @@
 
 namespace stiefel {
 
-/// The most economical order of a Taylor series for a relative truncation error ε: p ≈ −½ ln ε
-/// (Jorba and Zou 2005, §3.1).
+/// Returns the most economical order of a Taylor series for a relative truncation error ε: p ≈ −½
+/// ln ε (Jorba and Zou 2005, §3.1).
 inline int taylor_order(double epsilon) {
   return std::max(6, static_cast<int>(std::ceil(-std::log(epsilon) / 2)) + 1);
 }
 
-/// A motion by a sequence of Taylor series. Each series is used as long as its last two
+/// A motion computed by a sequence of Taylor series. Each series is used as long as its last two
 /// coefficients keep the truncation error below ε, relative to the frame and to the momentum. The
 /// motion can be evaluated at any times in ascending |t|.
 ///
@@ -33,14 +33,14 @@ class TaylorMotion {
   /// The span of a series for a motion at rest.
   static constexpr double longest = 1e12;
 
-  /// The state at time t, not before the time of the last call. False, with the state that was
-  /// reached, when `stopped` says so or the motion ends.
+  /// Moves to time t, which must not be before the time of the last call. Returns false, and keeps
+  /// the state that was reached, when `stopped` returns true or the motion ends.
   bool go_to(double t, const std::function<bool()>& stopped);
 
   const Matrix<Scalar>& state() const { return x_; }
-  /// The time that the last series spans.
+  /// Returns the time that the last series spans.
   double span() const { return static_cast<double>(length_); }
-  /// The number of series so far.
+  /// Returns the number of series so far.
   std::int64_t series_count() const { return count_; }
 
  private:
@@ -54,8 +54,8 @@ class TaylorMotion {
   /// Evaluates the series at t by Horner's rule.
   Matrix<Scalar> value(const Scalar& t) const;
 
-  /// The time up to which the terms of the last two coefficients stay below ε, relative to the
-  /// largest element of the frame and of the momentum.
+  /// Returns the time up to which the terms of the last two coefficients stay below ε, relative to
+  /// the largest element of the frame and to that of the momentum.
   double reach() const;
 
   Series series_;

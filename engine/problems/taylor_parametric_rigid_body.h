@@ -26,19 +26,20 @@ class TaylorParametricRigidBody {
       : lambda_(lambda), mu_(mu), order_(order), N_(lambda.size()), xi_((order + 1) * N_, N_) {}
 
   int order() const { return order_; }
-  /// The number of lower rows of the state, whose error is measured separately.
+  /// Returns the number of lower rows of the state, whose error is measured separately.
   Eigen::Index momentum_rows() const { return N_; }
-  /// The operations of a whole series, 2 for a multiplication with its addition.
+  /// Returns the operations of a whole series, 2 for a multiplication with its addition.
   static double operations(Eigen::Index rows, Eigen::Index N, int order) {
     return static_cast<double>(order * (order + 1) * (rows + N) * N * N);
   }
 
-  /// The series at x, the k-th coefficient in the columns from kN. Returns false on a stop request.
+  /// Computes the series at x, with coefficient k in the columns from kN on. Returns false on a
+  /// stop request.
   bool expand(const Matrix<Scalar>& x, Matrix<Scalar>& series,
               const std::function<bool()>& stopped);
 
  private:
-  /// ξ_k. Stored in reverse order, so that the sum runs down a column.
+  /// Returns ξ_k. Stored in reverse order, so that the sum runs down a column.
   auto xi(int k) { return xi_.middleRows((order_ - k) * N_, N_); }
 
   Vector<Scalar> lambda_;

@@ -27,14 +27,15 @@ class TaylorRigidBody {
   }
 
   int order() const { return order_; }
-  /// The number of lower rows of the state, whose error is measured separately.
+  /// Returns the number of lower rows of the state, whose error is measured separately.
   Eigen::Index momentum_rows() const { return N_; }
-  /// The operations of a whole series, 2 for a multiplication with its addition.
+  /// Returns the operations of a whole series, 2 for a multiplication with its addition.
   static double operations(Eigen::Index rows, Eigen::Index N, int order) {
     return static_cast<double>(order * (order + 1) * rows * N * N);
   }
 
-  /// The series at x, the k-th coefficient in the columns from kN. Returns false on a stop request.
+  /// Computes the series at x, with coefficient k in the columns from kN on. Returns false on a
+  /// stop request.
   bool expand(const Matrix<Scalar>& x, Matrix<Scalar>& series,
               const std::function<bool()>& stopped);
 

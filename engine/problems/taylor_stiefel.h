@@ -30,16 +30,17 @@ class TaylorStiefel {
         lyapunov_(n) {}
 
   int order() const { return order_; }
-  /// The number of lower rows of the state, whose error is measured separately.
+  /// Returns the number of lower rows of the state, whose error is measured separately.
   Eigen::Index momentum_rows() const { return n_; }
-  /// The operations of a whole series, 2 for a multiplication with its addition, plus a constant
-  /// for each small product.
+  /// Returns the operations of a whole series, 2 for a multiplication with its addition, plus a
+  /// constant for each small product.
   static double operations(Eigen::Index rows, Eigen::Index N, int order) {
     const double n = static_cast<double>(rows) / 2;
     return order * (order + 1) * (30 + 3 * n * n * static_cast<double>(N) + 2 * n * n * n);
   }
 
-  /// The series at x, the k-th coefficient in the columns from kN. Returns false on a stop request.
+  /// Computes the series at x, with coefficient k in the columns from kN on. Returns false on a
+  /// stop request.
   bool expand(const Matrix<Scalar>& x, Matrix<Scalar>& series,
               const std::function<bool()>& stopped);
 

@@ -21,12 +21,12 @@ class AngularVelocity {
   const Matrix<Scalar>& X() const { return X_; }
   const Matrix<Scalar>& Y() const { return Y_; }
 
-  /// The product VU for V with N columns.
+  /// Returns the product VU for V with N columns.
   Matrix<Scalar> left_times(const Matrix<Scalar>& V) const;
 
   Matrix<Scalar> Qdot() const;
 
-  /// U as an N × N matrix; only for output.
+  /// Returns U as an N × N matrix; only for output.
   Matrix<Scalar> dense() const;
 
  private:

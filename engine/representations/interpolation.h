@@ -35,8 +35,8 @@ Matrix<Scalar> P_from_ahead(const Vector<Scalar>& lambda, const Matrix<Scalar>& 
   return Q * Lambda_k + Q_next * lambda.asDiagonal();
 }
 
-/// The solution of (7.17), [RB]'s second way to ψ: Σ_k = (I + M²/4)^{1/2} + ½(ΩΛ + ΛΩᵀ), M = ΛΩᵀ −
-/// ΩΛ, ‖M‖_op < 2.
+/// Solves (7.17), [RB]'s second way to ψ: Σ_k = (I + M²/4)^{1/2} + ½(ΩΛ + ΛΩᵀ), M = ΛΩᵀ − ΩΛ,
+/// ‖M‖_op < 2.
 template <class Scalar>
 MatrixWithin<Scalar> solve_weight_behind(const Vector<Scalar>& lambda,
                                          const Matrix<Scalar>& Q_previous,
@@ -48,7 +48,7 @@ MatrixWithin<Scalar> solve_weight_behind(const Vector<Scalar>& lambda,
   return Sigma;
 }
 
-/// The solution of (7.19): Λ_k = (I + M²/4)^{1/2} − ½(UΛ + ΛUᵀ), M = J_D(U). Its trace is the
+/// Solves (7.19): Λ_k = (I + M²/4)^{1/2} − ½(UΛ + ΛUᵀ), M = J_D(U). The trace of Λ_k is the
 /// discrete Hamiltonian (7.18), (6.17).
 template <class Scalar>
 MatrixWithin<Scalar> solve_weight_ahead(const Vector<Scalar>& lambda, const Matrix<Scalar>& Q,

@@ -21,14 +21,15 @@ Matrix<Scalar> right_of_left_symmetric(const Matrix<Scalar>& x) {
   return y;
 }
 
-/// The right-invariant Ψ: M_r = (P_rQ_rᵀ − Q_rP_rᵀ)/ε.
+/// The right-invariant Ψ: returns M_r = (P_rQ_rᵀ − Q_rP_rᵀ)/ε.
 template <class Scalar>
 Matrix<Scalar> Psi_right(const Matrix<Scalar>& Q, const Matrix<Scalar>& P, Scalar epsilon = 1) {
   const Matrix<Scalar> R = P * Q.transpose();
   return (R - R.transpose()) / epsilon;
 }
 
-/// The inverse of the right-invariant Ψ, [RB] (3.4): P_r = exp(asinh(εM_r/2)) Q_r, ‖εM_r‖_op < 2.
+/// The inverse of the right-invariant Ψ, [RB] (3.4): returns P_r = exp(asinh(εM_r/2)) Q_r,
+/// ‖εM_r‖_op < 2.
 template <class Scalar>
 MatrixWithin<Scalar> Psi_right_inverse(const Matrix<Scalar>& Q, const Matrix<Scalar>& M,
                                        Scalar epsilon = 1) {

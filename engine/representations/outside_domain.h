@@ -10,7 +10,8 @@ namespace stiefel {
 template <class T>
 using WithinDomain = std::expected<T, OutsideDomain>;
 
-/// The result of a correspondence: a matrix inside its domain, else an OutsideDomain.
+/// The result of a correspondence: a matrix, or an OutsideDomain if the argument is outside its
+/// domain.
 template <class Scalar>
 using MatrixWithin = WithinDomain<Matrix<Scalar>>;
 

@@ -31,7 +31,8 @@ struct Nearest {
   std::complex<double> z;
 };
 
-/// The eigenvalue of I + W² nearest to (−∞, 0]; if several lie on it, the one of largest modulus.
+/// Returns the eigenvalue of I + W² nearest to (−∞, 0]; if several lie on it, the one of largest
+/// modulus.
 Nearest nearest_to_the_cut(const Matrix<double>& square) {
   Nearest nearest;
   const auto eigenvalues = spectrum(square);

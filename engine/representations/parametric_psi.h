@@ -15,22 +15,23 @@ namespace stiefel {
 /// Ψ.
 Matrix<double> parametric_Psi(const Matrix<double>& Q, const Matrix<double>& P, double epsilon);
 
-/// P of (Q, M). Outside the domain "S_M^mu" the result has the largest |w| of the eigenvalues iw of
-/// 2W on the imaginary axis, which must be < 2.
+/// Returns the P of (Q, M). Outside the domain "S_M^mu" the error holds the largest |w| over the
+/// eigenvalues iw of 2W on the imaginary axis, which must be < 2.
 MatrixWithin<double> parametric_Psi_inverse(const Vector<double>& lambda, const Matrix<double>& Q,
                                             const Matrix<double>& M, double mu, double epsilon);
 
-/// The margin in the domain S_M^mu: the smallest of |z| for the eigenvalues z of I + W² with Re z >
-/// 0 and of |Im z| for the others.
+/// Returns the margin in the domain S_M^mu: the smallest of |z| for the eigenvalues z of I + W²
+/// with Re z > 0 and of |Im z| for the others.
 double margin_parametric(const Vector<double>& lambda, const Matrix<double>& M, double mu,
                          double epsilon);
 
-/// 1/condition of M as a function of P: ε‖M‖_op/(‖G‖(1 + ‖G⁻¹‖²)), G = Q⁻¹P. P represents M to 2⁻⁵³
-/// divided by this number: digits of M are lost where ‖εM‖ ≪ 1 or ‖M‖ ≪ |μ|‖Λ‖².
+/// Returns 1/condition of M as a function of P: ε‖M‖_op/(‖G‖(1 + ‖G⁻¹‖²)), G = Q⁻¹P. P holds M with
+/// a relative error of 2⁻⁵³ divided by this number: digits of M are lost where ‖εM‖ ≪ 1 or ‖M‖ ≪
+/// |μ|‖Λ‖².
 double inverse_condition_parametric(const Matrix<double>& Q, const Matrix<double>& P,
                                     const Matrix<double>& M, double epsilon);
 
-/// The power of two with ½ < ε(‖M‖_op + |μ|‖Λ‖²) ≤ 1: P is then well inside the domain.
+/// Returns the power of two ε with ½ < ε(‖M‖_op + |μ|‖Λ‖²) ≤ 1: P is then well inside the domain.
 double parametric_epsilon(const Vector<double>& lambda, const Matrix<double>& M, double mu);
 
 }  // namespace stiefel

@@ -23,21 +23,21 @@ Matrix<Scalar> Psi(const Matrix<Scalar>& Q, const Matrix<Scalar>& P, Scalar epsi
   return (R - R.transpose()) / epsilon;
 }
 
-/// The margin of εM in S_M: 2 − ‖εM‖_op, negative outside.
+/// Returns the margin of εM in S_M: 2 − ‖εM‖_op, negative outside.
 template <class Scalar>
 double margin_S_M(const Matrix<Scalar>& M, Scalar epsilon = 1) {
   using std::abs;
   return 2 - static_cast<double>(abs(epsilon) * skew_norm(M));
 }
 
-/// The margin of (Q, P) in S: 2 − ‖QᵀP − PᵀQ‖_op.
+/// Returns the margin of (Q, P) in S: 2 − ‖QᵀP − PᵀQ‖_op.
 template <class Scalar>
 double margin_S(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
   return margin_S_M(Psi(Q, P));
 }
 
-/// The smallest eigenvalue of ½(QᵀP + PᵀQ), the cosine of the largest angle of QᵀP: Ψ⁻¹ returns P
-/// when it is positive.
+/// Returns the smallest eigenvalue of ½(QᵀP + PᵀQ), which is the cosine of the largest angle of
+/// QᵀP. When it is positive, Ψ⁻¹ of Ψ(Q, P) is P.
 template <class Scalar>
 double principal_cosine(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
   const Matrix<Scalar> R = Q.transpose() * P, symmetric = (R + R.transpose()) / 2;
@@ -45,24 +45,25 @@ double principal_cosine(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
   return static_cast<double>(solver.eigenvalues()(0));
 }
 
-/// The condition number of Ψ⁻¹, 1/(1 − (‖εM‖_op/2)²)^{1/2}: at the edge of the domain half the
-/// digits are lost.
+/// Returns the condition number of Ψ⁻¹, 1/(1 − (‖εM‖_op/2)²)^{1/2}: at the edge of the domain half
+/// the digits are lost.
 template <class Scalar>
 double condition_Psi_inverse(const Matrix<Scalar>& M, Scalar epsilon = 1) {
   const double margin = margin_S_M(M, epsilon);
   return 2 / std::sqrt(margin * (4 - margin));
 }
 
-/// 1/condition of M as a function of P: ‖εM‖_op/2. P is of size 1, so it represents M to 2⁻⁵³
-/// divided by this number.
+/// Returns 1/condition of M as a function of P: ‖εM‖_op/2. P is of size 1, so it holds M with a
+/// relative error of 2⁻⁵³ divided by this number.
 template <class Scalar>
 double inverse_condition_Psi(const Matrix<Scalar>& M, Scalar epsilon = 1) {
   using std::abs;
   return static_cast<double>(abs(epsilon) * skew_norm(M)) / 2;
 }
 
-/// (I + A²)^{1/2} of a skew A, ‖A‖_op < 1. With iA = ZwZ†, w real, the root is Z(1 − w²)^{1/2}Z†.
-/// It commutes with A to rounding for every ‖A‖_op < 1, so A + (I + A²)^{1/2} is orthogonal.
+/// Returns (I + A²)^{1/2} of a skew A, ‖A‖_op < 1. With iA = ZwZ†, w real, the root is Z(1 −
+/// w²)^{1/2}Z†. It commutes with A to rounding for every ‖A‖_op < 1, so A + (I + A²)^{1/2} is
+/// orthogonal.
 template <class Scalar>
 MatrixWithin<Scalar> root_of_one_plus_square(const Matrix<Scalar>& A) {
   using Complex = std::complex<Scalar>;
@@ -86,7 +87,7 @@ MatrixWithin<Scalar> root_of_one_plus_square(const Matrix<Scalar>& A) {
   return R.real();
 }
 
-/// exp(asinh(A)) = A + (I + A²)^{1/2}.
+/// Returns exp(asinh(A)) = A + (I + A²)^{1/2}.
 template <class Scalar>
 MatrixWithin<Scalar> exp_asinh(const Matrix<Scalar>& A) {
   auto root = root_of_one_plus_square(A);

@@ -8,8 +8,8 @@
 
 namespace stiefel {
 
-/// The power of two ε with ½ < ε·norm ≤ 1, norm ≥ 0. For a denormal norm the largest power of two;
-/// 1 for 0, infinity and NaN.
+/// Returns the power of two ε with ½ < ε·norm ≤ 1, for norm ≥ 0. Returns the largest power of two
+/// for a denormal norm, and 1 for 0, infinity and NaN.
 template <class Scalar>
 Scalar unit_epsilon_of(Scalar norm) {
   using std::frexp, std::ldexp, std::isfinite;
@@ -20,23 +20,23 @@ Scalar unit_epsilon_of(Scalar norm) {
   return ldexp(Scalar(1), std::min(largest, digits == Scalar(0.5) ? 1 - exponent : -exponent));
 }
 
-/// The scaling of [RB] Prop. 3.13: Ω = J⁻¹(QᵀP − PᵀQ)/ε, where P belongs to εM. Returns the power
-/// of two with ½ < ε‖M‖_op ≤ 1, so εM has the digits of M. A large M then has a P, through a Ψ⁻¹
-/// with a condition of at most 2/√3. P represents all digits of a small M; with ε = 1 the error
+/// Returns the scaling ε of [RB] Prop. 3.13, where P belongs to εM and Ω = J⁻¹(QᵀP − PᵀQ)/ε: the
+/// power of two with ½ < ε‖M‖_op ≤ 1, so that εM has the digits of M. A large M then has a P, and
+/// the condition of Ψ⁻¹ is at most 2/√3. P holds all digits of a small M; with ε = 1 the error
 /// would be 2⁻⁵³/‖M‖_op.
 template <class Scalar>
 Scalar unit_epsilon(const Matrix<Scalar>& M) {
   return unit_epsilon_of(skew_norm(M));
 }
 
-/// P with its ε.
+/// A matrix P together with its ε.
 template <class Scalar>
 struct ScaledP {
   Matrix<Scalar> P;
   Scalar epsilon;
 };
 
-/// Ψ⁻¹ with the ε chosen for M. Fails only for an M that is not finite.
+/// Returns Ψ⁻¹ with the ε chosen for M. Fails only for an M that is not finite.
 template <class Scalar>
 WithinDomain<ScaledP<Scalar>> scaled_Psi_inverse(const Matrix<Scalar>& Q, const Matrix<Scalar>& M) {
   const Scalar epsilon = unit_epsilon(M);

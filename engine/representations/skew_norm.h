@@ -7,9 +7,9 @@
 
 namespace stiefel {
 
-/// ‖M‖_op of an N × N matrix to rounding; for a skew M the largest |eigenvalue|. Computed as the
-/// square root of the largest eigenvalue of MᵀM, with M scaled so that its square neither overflows
-/// nor underflows.
+/// Returns ‖M‖_op of an N × N matrix to rounding, which for a skew M is the largest |eigenvalue|.
+/// Computes the square root of the largest eigenvalue of MᵀM, with M scaled so that its square
+/// neither overflows nor underflows.
 template <class Scalar>
 Scalar skew_norm(const Matrix<Scalar>& M) {
   using std::sqrt;

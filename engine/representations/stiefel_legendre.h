@@ -16,8 +16,8 @@ Matrix<Scalar> Qdot_of_S(const Vector<Scalar>& lambda, const Matrix<Scalar>& S) 
   return S * lambda.cwiseInverse().asDiagonal();
 }
 
-/// 𝔐: T*V(n, N) → W⁰, [ST] Prop. 6, (90), (91): P_0 = S + DQ, D = −½(QSᵀ + SQᵀ). This is Ξ applied
-/// to S.
+/// 𝔐: T*V(n, N) → W⁰, [ST] Prop. 6, (90), (91): returns P_0 = S + DQ, D = −½(QSᵀ + SQᵀ), which is Ξ
+/// applied to S.
 template <class Scalar>
 Matrix<Scalar> Legendre(const Matrix<Scalar>& Q, const Matrix<Scalar>& S) {
   return Xi(Q, S);
@@ -32,14 +32,14 @@ Matrix<Scalar> Legendre_inverse(const Vector<Scalar>& lambda, const Matrix<Scala
   return AngularVelocity<Scalar>(lambda, Q, P).Qdot() * lambda.asDiagonal();
 }
 
-/// The distance of S from T*V(n, N), where Q̇Qᵀ is skew: max |QΛ⁻¹Sᵀ + SΛ⁻¹Qᵀ|.
+/// Returns the distance of S from T*V(n, N), where Q̇Qᵀ is skew: max |QΛ⁻¹Sᵀ + SΛ⁻¹Qᵀ|.
 template <class Scalar>
 Scalar tangency_defect(const Vector<Scalar>& lambda, const Matrix<Scalar>& Q,
                        const Matrix<Scalar>& S) {
   return momentum_k<Scalar>(Q, Qdot_of_S(lambda, S)).cwiseAbs().maxCoeff();
 }
 
-/// The distance of P from W⁰: max |QPᵀ + PQᵀ|.
+/// Returns the distance of P from W⁰: max |QPᵀ + PQᵀ|.
 template <class Scalar>
 Scalar costate_defect(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
   return momentum_k(Q, P).cwiseAbs().maxCoeff();

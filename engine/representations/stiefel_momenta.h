@@ -19,34 +19,37 @@ Matrix<Scalar> momentum_k(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
   return R + R.transpose();
 }
 
-/// The product VM for V with N columns and few rows, in O(Nn) operations without an N × N matrix.
+/// Returns the product VM for V with N columns and few rows, in O(Nn) operations without an N × N
+/// matrix.
 template <class Scalar>
 Matrix<Scalar> times_M(const Matrix<Scalar>& V, const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
   return (V * Q.transpose()) * P - (V * P.transpose()) * Q;
 }
 
-/// M as an N × N matrix; only for output.
+/// Returns M as an N × N matrix; only for output.
 template <class Scalar>
 Matrix<Scalar> dense_M(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
   const Matrix<Scalar> R = Q.transpose() * P;
   return R - R.transpose();
 }
 
-/// Ξ, [ST] (81): P_0 = P − ½kQ, the costate with QP_0ᵀ + P_0Qᵀ = 0 and the same m and M.
+/// Ξ, [ST] (81): returns P_0 = P − ½kQ, the costate with QP_0ᵀ + P_0Qᵀ = 0 and the same m and M as
+/// P.
 template <class Scalar>
 Matrix<Scalar> Xi(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
   return P - momentum_k(Q, P) * Q / 2;
 }
 
-/// The inverse of Ξ on W^k: P = P_0 + ½kQ, k symmetric n × n.
+/// Inverts Ξ on W^k: returns P = P_0 + ½kQ, k symmetric n × n.
 template <class Scalar>
 Matrix<Scalar> Xi_inverse(const Matrix<Scalar>& Q, const Matrix<Scalar>& P_0,
                           const Matrix<Scalar>& k) {
   return P_0 + k * Q / 2;
 }
 
-/// [ST] (82): P_0 = QM − ½mQ, m = QMQᵀ, from an N × N M. A skew M is a momentum at Q if (I −
-/// QᵀQ)M(I − QᵀQ) = 0; fails if that matrix has an element above `tolerance`·max|M|.
+/// Returns the P_0 of an N × N matrix M, [ST] (82): P_0 = QM − ½mQ, m = QMQᵀ. A skew M is a
+/// momentum at Q if (I − QᵀQ)M(I − QᵀQ) = 0; fails if that matrix has an element above
+/// `tolerance`·max|M|.
 template <class Scalar>
 MatrixWithin<Scalar> P_0_of_M(const Matrix<Scalar>& Q, const Matrix<Scalar>& M,
                               double tolerance = 1e-8) {
@@ -58,7 +61,7 @@ MatrixWithin<Scalar> P_0_of_M(const Matrix<Scalar>& Q, const Matrix<Scalar>& M,
   return P_0;
 }
 
-/// S̄ = S(I − ½QᵀQ), [ST] (103); M̄ = QᵀS̄ − S̄ᵀQ = M − ½QᵀmQ (83), (100), and P_0 = QM̄.
+/// Returns S̄ = S(I − ½QᵀQ), [ST] (103). M̄ = QᵀS̄ − S̄ᵀQ = M − ½QᵀmQ (83), (100), and P_0 = QM̄.
 template <class Scalar>
 Matrix<Scalar> S_bar(const Matrix<Scalar>& Q, const Matrix<Scalar>& S) {
   return S - (S * Q.transpose()) * Q / 2;

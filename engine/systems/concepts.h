@@ -6,7 +6,7 @@
 
 namespace stiefel {
 
-/// A continuous system ẋ = X(x): `State`, any dense Eigen type, and `field(x, dx)`, the vector
+/// A continuous system ẋ = X(x). `State` is any dense Eigen type, and `field(x, dx)` is the vector
 /// field X.
 template <class S>
 concept System = requires(S& system, const typename S::State& x, typename S::State& dx) {
@@ -15,8 +15,9 @@ concept System = requires(S& system, const typename S::State& x, typename S::Sta
   system.field(x, dx);
 };
 
-/// A system that moves along the orbits of a group acting from the right, ẋ = x·ξ(x): its generator
-/// ξ, the bracket of the algebra, and x·exp(θ) − x. That is all a Lie-group method needs.
+/// A system that moves along the orbits of a group acting from the right, ẋ = x·ξ(x). `generator`
+/// computes ξ, `bracket` the bracket of the algebra, and `displacement` x·exp(θ) − x. A Lie-group
+/// method needs no more.
 template <class S>
 concept LieSystem = System<S> &&
     requires(S& system, const typename S::State& x, typename S::State& dx,

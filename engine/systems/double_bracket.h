@@ -31,7 +31,7 @@ class DoubleBracket {
   using State = Matrix<Scalar>;
   using Algebra = Matrix<Scalar>;
 
-  /// Whether an invariant is constant along the group's orbits.
+  /// Whether an invariant is constant along the orbits of the group.
   static constexpr bool conserved_on_orbits(std::string_view invariant) {
     return invariant == family::singular_values;
   }
@@ -67,7 +67,7 @@ class DoubleBracket {
 
   Algebra zero() const { return Algebra::Zero(2 * (p_ + q_), 2 * (p_ + q_)); }
 
-  /// ξ = diag(U, V).
+  /// Sets ξ = diag(U, V).
   void generator(const State& x, Algebra& xi) {
     complex_as_real(x.topRows(2 * p_), Q_);
     complex_as_real(x.bottomRows(2 * p_), P_);
@@ -82,7 +82,7 @@ class DoubleBracket {
     SoN<Scalar>::bracket(b, a, c);
   }
 
-  /// With A = e^a − I and B = e^{−b} − I: e^a Q e^{−b} − Q = AQ + (Q + AQ)B.
+  /// Computes e^a Q e^{−b} − Q = AQ + (Q + AQ)B with A = e^a − I and B = e^{−b} − I.
   void displacement(const State& x, const Algebra& theta, State& dx) {
     exponential_(theta, D_);
     for (const Eigen::Index top : {Eigen::Index(0), 2 * p_}) {

@@ -11,15 +11,15 @@ namespace stiefel {
 template <class S>
 concept HasMatrixStates = System<S> && std::same_as<typename S::State, Matrix<typename S::Scalar>>;
 
-/// The operations of a vector field: two products with the state, rows × cols.
+/// Returns the number of operations of a vector field: two products with the state, rows × cols.
 template <class State>
 double field_operations(const State& x) {
   return static_cast<double>(x.rows() * x.rows() * x.cols());
 }
 
-/// Any system with matrix states, by its vector field alone. A method that needs only the field is
-/// compiled once, for this class, instead of once a system. The call is virtual; a product of
-/// matrices costs far more. Copies share the system and its workspace.
+/// Any system with matrix states, known by its vector field alone. A method that needs only the
+/// field is compiled once, for this class, instead of once for each system. The call is virtual,
+/// which costs far less than a product of matrices. Copies share the system and its workspace.
 template <class Scalar_>
 class MatrixSystem {
  public:
@@ -31,7 +31,7 @@ class MatrixSystem {
   requires(!std::derived_from<S, MatrixSystem>) MatrixSystem(S system)
       : held_(std::make_shared<Held<S>>(std::move(system))) {}
 
-  /// Looks at the stop token first.
+  /// Checks for a stop request, then computes the field.
   void field(const State& x, State& dx) {
     stop_point(field_operations(x));
     held_->field(x, dx);
@@ -51,7 +51,7 @@ class MatrixSystem {
   std::shared_ptr<Abstract> held_;
 };
 
-/// Any LieSystem whose states and algebra are matrices, by its vector field and group action.
+/// Any LieSystem whose states and algebra are matrices, known by its vector field and group action.
 /// Copies share the system and its workspace.
 template <class Scalar_>
 class MatrixLieSystem {
@@ -65,7 +65,7 @@ class MatrixLieSystem {
   requires(LieSystem<S> && !std::derived_from<S, MatrixLieSystem>) MatrixLieSystem(S system)
       : held_(std::make_shared<Held<S>>(std::move(system))) {}
 
-  // Each looks at the stop token first.
+  // Each of these functions but `zero` checks for a stop request first.
   void field(const State& x, State& dx) {
     stop_point(field_operations(x));
     held_->field(x, dx);
@@ -80,7 +80,7 @@ class MatrixLieSystem {
     held_->bracket(a, b, c);
   }
   void displacement(const State& x, const Algebra& theta, State& dx) {
-    stop_point(products(theta, 10));  // of which the exponential takes eight
+    stop_point(products(theta, 10));  // eight of these ten products are the exponential
     held_->displacement(x, theta, dx);
   }
 
@@ -107,7 +107,7 @@ class MatrixLieSystem {
     }
     S system;
   };
-  /// The operations of so many products of matrices like a.
+  /// Returns the number of operations of `count` products of matrices of the size of a.
   static double products(const Algebra& a, int count) {
     return static_cast<double>(count * a.rows() * a.rows() * a.cols());
   }

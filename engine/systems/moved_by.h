@@ -8,7 +8,7 @@
 
 namespace stiefel {
 
-/// Base class of the forms of the rigid body whose blocks SO(N) multiplies, all by the same
+/// Base class of the forms of the rigid body in which SO(N) multiplies all blocks by the same
 /// rotation: ẋ = x·Ω(x). `Derived` offers generator(x, Ω); `Action` is RightMultiplication or
 /// LeftMultiplication.
 template <class Derived, class Action>
@@ -18,8 +18,8 @@ class MovedBy {
   using Algebra = typename Action::Algebra;
   using Scalar = typename State::Scalar;
 
-  /// Whether an invariant is constant along the group's orbits. Functions of PQᵀ (or BQᵀ) and of
-  /// QQᵀ are; both are quadratic in the state.
+  /// Whether an invariant is constant along the orbits of the group. Functions of PQᵀ (or BQᵀ) and
+  /// of QQᵀ are constant; both are quadratic in the state.
   static constexpr bool conserved_on_orbits(std::string_view invariant) {
     return invariant == family::spatial_momentum || invariant == family::casimirs ||
            invariant == family::orthogonality || invariant == family::PQt;

@@ -31,19 +31,19 @@ class ParametricRigidBody {
   using State = Matrix<Scalar>;
   using Algebra = Matrix<Scalar>;
 
-  /// Whether an invariant is constant along the group's orbits.
+  /// Whether an invariant is constant along the orbits of the group.
   static constexpr bool conserved_on_orbits(std::string_view invariant) {
     return invariant == family::PQ_inverse;
   }
 
-  /// Invariants that methods keep on this system beyond those they declare for all systems. Every
-  /// method multiplies Q and P by the same matrix, which keeps P = AQ.
+  /// What every method does to an invariant on this system, beyond what it declares for all
+  /// systems. Every method multiplies Q and P by the same matrix, which keeps P = AQ.
   static constexpr std::optional<Conservation> conservation(std::string_view invariant) {
     if (invariant == family::PQ_inverse) return Conservation::exact;
     return std::nullopt;
   }
-  /// Whether the error of an invariant has no trend under Runge-Kutta steps of a fixed size. These
-  /// keep tr M_μᵏ, and the error of the Casimirs of M is proportional to μ.
+  /// Whether the error of an invariant has no trend under Runge–Kutta steps of a fixed size. These
+  /// steps keep tr M_μᵏ, and the error of the Casimirs of M is proportional to μ.
   static constexpr bool without_trend(std::string_view invariant) {
     return invariant == family::casimirs;
   }
@@ -69,7 +69,7 @@ class ParametricRigidBody {
 
   Algebra zero() const { return Algebra::Zero(lambda_.size(), lambda_.size()); }
 
-  /// Ω + μΛ. Uses the skew part of M_μ only; the symmetric part is μΛ².
+  /// Sets ξ = Ω + μΛ. Uses only the skew part of M_μ; its symmetric part is μΛ².
   void generator(const State& x, Algebra& xi) {
     const Eigen::Index N = lambda_.size();
     stop_point();
@@ -79,7 +79,7 @@ class ParametricRigidBody {
     lu_.compute(x.bottomRows(N));
     stoppable_solve(lu_, x.topRows(N), D_);
     M_ -= D_;
-    M_ /= 2;  // 2ε may overflow
+    M_ /= 2;  // halves M here, because 2ε may overflow
     inverse_inertia(lambda_, M_, epsilon_, xi);
     xi.diagonal() = mu_ * lambda_;
   }

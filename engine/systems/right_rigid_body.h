@@ -26,7 +26,7 @@ class RightRigidBody {
   using State = Matrix<Scalar>;
   using Algebra = Matrix<Scalar>;
 
-  /// Whether an invariant is constant along the group's orbits.
+  /// Whether an invariant is constant along the orbits of the group.
   static constexpr bool conserved_on_orbits(std::string_view invariant) {
     return invariant == family::spatial_momentum || invariant == family::casimirs ||
            invariant == family::orthogonality;
@@ -54,7 +54,7 @@ class RightRigidBody {
   }
   void bracket(const Algebra& a, const Algebra& b, Algebra& c) const { action_.bracket(a, b, c); }
 
-  /// With D = e^Θ − I and Y = DM: e^Θ M e^{−Θ} − M = Y − Yᵀ + YDᵀ.
+  /// Computes e^Θ M e^{−Θ} − M = Y − Yᵀ + YDᵀ with D = e^Θ − I and Y = DM.
   void displacement(const State& x, const Algebra& Theta, State& dx) {
     action_.displacement(x, Theta, dx);
     stoppable_product(dx.bottomRows(N()), action_.D().transpose(), product_);

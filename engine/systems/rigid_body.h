@@ -29,7 +29,7 @@ class RigidBody {
   using Algebra = typename Space::Algebra;
   using Lambda = typename Space::Lambda;
 
-  /// Whether an invariant is constant along the group's orbits.
+  /// Whether an invariant is constant along the orbits of the group.
   static constexpr bool conserved_on_orbits(std::string_view invariant) {
     return invariant == family::spatial_momentum || invariant == family::casimirs ||
            invariant == family::orthogonality;
@@ -62,7 +62,7 @@ class RigidBody {
   Algebra Omega_;
 };
 
-/// Whether S is the rigid body in the coordinates of three dimensions.
+/// Whether S is the rigid body in the coordinates for three dimensions.
 template <class S>
 inline constexpr bool rigid_body_in_3d = false;
 template <class Scalar, bool frame>

@@ -31,7 +31,7 @@ class StiefelCostate {
   const Vector<Scalar>& lambda() const { return lambda_; }
   Eigen::Index n() const { return n_; }
 
-  /// QA = SU + (SΛ⁻¹Sᵀ)Q, because QQᵀ = I and UQᵀ = −Q̇ᵀ.
+  /// Uses QA = SU + (SΛ⁻¹Sᵀ)Q, which holds because QQᵀ = I and UQᵀ = −Q̇ᵀ.
   void field(const State& x, State& dx) {
     const auto Q = x.topRows(n_), P = x.bottomRows(n_);
     U_.set(Q, P);

@@ -2,8 +2,8 @@
 
 namespace stiefel {
 
-/// How a map adds its increments to a state: with the rounding errors carried along (compensated),
-/// or without (plain).
+/// Selects how a map adds its increments to a state. compensated: it carries the rounding errors
+/// along. plain: it does not.
 enum class Arithmetic { compensated, plain };
 
 }  // namespace stiefel

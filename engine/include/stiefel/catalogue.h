@@ -12,7 +12,7 @@ namespace stiefel {
 
 std::string_view to_string(Conservation conservation);
 
-/// The declaration of a method about one invariant of one system.
+/// What a method declares about one invariant of one system.
 struct Preservation {
   std::string_view invariant;
   Conservation conservation;
@@ -48,7 +48,7 @@ struct InvariantInfo {
   std::string_view source;
 };
 
-/// A two-form on the states of a system; its tangent vectors have these blocks.
+/// A two-form on the states of a system. `blocks` names the two blocks of its tangent vectors.
 struct FormInfo {
   std::string_view name;
   std::array<std::string_view, 2> blocks;
@@ -56,13 +56,14 @@ struct FormInfo {
   std::string_view source;
 };
 
-/// A method on a system. The name is empty for a discrete system, which is a map already.
+/// What a method offers on one system. The name is empty for a discrete system, which takes no
+/// method.
 struct MethodOnSystem {
   std::string_view method;
   std::vector<Preservation> preserves;
   std::string_view where = {};  ///< "N = 3"; empty: in every scene
-  bool (*takes)(const Eigen::VectorXd& lambda) =
-      nullptr;            ///< whether it accepts a scene with this Λ; null: every one
+  /// Whether the method accepts a scene with this Λ; null: it accepts every one.
+  bool (*takes)(const Eigen::VectorXd& lambda) = nullptr;
   bool in_float = false;  ///< offered in single precision too
 };
 
@@ -80,12 +81,12 @@ struct SystemInfo {
   std::vector<FormInfo> forms;
 };
 
-/// All systems and methods, as data. Built once.
+/// Describes all systems and methods, as data. Built once.
 struct Catalogue {
   std::vector<SystemInfo> systems;
   std::vector<MethodInfo> methods;
 
-  /// Null if there is none of that name.
+  /// Return null if there is none of that name.
   const SystemInfo* system(std::string_view name) const;
   const MethodInfo* method(std::string_view name) const;
 };

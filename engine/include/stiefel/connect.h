@@ -12,7 +12,8 @@
 
 namespace stiefel {
 
-/// The problem to find the geodesic that joins two frames in a given time: the minimum of
+/// The two-point problem: to find the geodesic that joins two frames in a given time, the minimum
+/// of
 ///
 ///     ∫₀ᵀ E dt,   E = ½ tr(ΛQ̇ᵀQ̇),   Q(0) = Q_0, Q(T) = Q_T        [RB] (5.1), [ST] (3)–(4)
 ///
@@ -20,25 +21,26 @@ namespace stiefel {
 ///
 ///     Σ ½ ‖(Q_{k+1} − Q_k) Λ^{1/2}‖² / h .
 struct TwoPointProblem {
-  Eigen::VectorXd inertia;    ///< Λ: n < N: every λ_i > 0; n = N: λ_i + λ_j > 0 for i ≠ j
-  Eigen::MatrixXd Q_0, Q_T;   ///< n × N with orthonormal rows, repaired up to frame_tolerance
-  double time = 1;            ///< T > 0
-  std::uint64_t seed = 1;     ///< of the random starts
-  int restarts = 4;           ///< paths through random frames, beside the direct ones
+  Eigen::VectorXd inertia;   ///< Λ: n < N: every λ_i > 0; n = N: λ_i + λ_j > 0 for i ≠ j
+  Eigen::MatrixXd Q_0, Q_T;  ///< n × N with orthonormal rows, repaired up to frame_tolerance
+  double time = 1;           ///< T > 0
+  std::uint64_t seed = 1;    ///< seed of the random starts
+  int restarts = 4;  ///< number of paths through random frames, in addition to the direct ones
   std::stop_token stop = {};  ///< a stop request ends the search with Cancelled
-  /// Operations after which the search ends with NotConverged: about ten minutes.
+  /// Number of operations after which the search ends with NotConverged; they take about ten
+  /// minutes.
   double most_work = 1e12;
 
   /// max |QQᵀ − I| up to which a frame is accepted.
   static constexpr double frame_tolerance = 1e-9;
   /// max |Q(T) − Q_T| up to which frames count as joined.
   static constexpr double joined = 1e-11;
-  /// Bytes that the discrete problem may take: more steps than fit are refused.
+  /// Most bytes that the discrete problem may take; `connect` refuses a K that needs more.
   static constexpr std::int64_t most_bytes = std::int64_t{512} << 20;
 };
 
-/// Whether the answer is the shortest of all geodesics that join the frames. The search returns the
-/// lowest of the minima that it found, which proves nothing about the others.
+/// Tells whether the answer is the shortest of all geodesics that join the frames. The search
+/// returns the lowest minimum that it found, which proves nothing about the others.
 ///  yes:     Q_0 = Q_T; or Λ = λI and ‖Q̇‖_F T is within the injectivity radius, π for n < N and
 ///           √2·π for n = N (of the metric ‖Q̇‖_F: Zimmermann and Stoye 2024); or the frames form a
 ///           circle, n = N = 2 or V(1,2), of which both ways round were compared.
@@ -46,46 +48,49 @@ struct TwoPointProblem {
 ///  unknown: everything else.
 enum class Shortest { yes, no, unknown };
 
-/// The initial state of the motion from Q_0 that is at Q_T at time T.
+/// The geodesic from Q_0 to Q_T, given by its state at time 0.
 struct Geodesic {
   Eigen::MatrixXd Q;     ///< Q_0, n × N
   Eigen::MatrixXd Qdot;  ///< Q̇(0), n × N
   Eigen::MatrixXd S;     ///< Q̇(0)Λ, n × N: with Q a state of [ST] (37)–(39)
   Eigen::MatrixXd M;  ///< n = N: ΛΩ + ΩΛ, Ω = QᵀQ̇, a state of [RB] (2.2), (2.3); else empty
   double energy = 0;    ///< E
-  double residual = 0;  ///< max |Q(T) − Q_T|, of the state above
+  double residual = 0;  ///< max |Q(T) − Q_T| of the motion from this state
   Shortest shortest = Shortest::unknown;
-  int distinct = 0;  ///< geodesics seen, local minima of the action
-  int start = 0;     ///< the start that led to this one; 0 is the direct path
+  /// Number of different geodesics that the search found, each a local minimum of the action.
+  int distinct = 0;
+  int start = 0;  ///< index of the start that led to this geodesic; 0 is the direct path
 };
 
-/// The discrete geodesic: K steps of the variational integrator (the Moser–Veselov map at n = N).
+/// The discrete geodesic: K steps of the variational integrator, which is the Moser–Veselov map at
+/// n = N.
 struct DiscreteGeodesic {
   std::vector<Eigen::MatrixXd> Q;  ///< Q_0, ..., Q_K
   Eigen::MatrixXd S;               ///< the state (Q_0, S) whose K steps of T/K are Q
   Eigen::MatrixXd M;  ///< n = N: the momentum at Q_0, hM = UΛ − ΛUᵀ, U = Q_0ᵀQ_1; else empty
-  double energy = 0;    ///< the action above over T
-  double residual = 0;  ///< its largest gradient along the frames, over λ_max / T
+  double energy = 0;  ///< the discrete action divided by T
+  /// Largest gradient of the discrete action along the frames, relative to λ_max / T.
+  double residual = 0;
   int distinct = 0;
   int start = 0;
 };
 
 namespace refusal {
-/// The problem has no meaning: which field, its value, and the rule it breaks.
+/// A field of the problem breaks a rule.
 struct Invalid {
   std::string field, value, rule;
 };
-/// Q_0 or Q_T is no frame: max |QQᵀ − I|.
+/// Q_0 or Q_T is not a frame: max |QQᵀ − I| is `defect`.
 struct NotOrthonormal {
   const char* field;
   double defect;
 };
-/// n = N: the frames lie in different components of O(N).
+/// n = N: the frames lie in different components of O(N). Q_0 and Q_T hold their determinants, ±1.
 struct UnequalDeterminants {
   int Q_0, Q_T;
 };
-/// No solution was found; the best residual: max |Q(T) − Q_T|, or the gradient for the discrete
-/// problem; infinite when the search took `most_work`.
+/// The search found no solution. `residual` is the best max |Q(T) − Q_T|, for the discrete problem
+/// the gradient; it is infinite when the search used up `most_work`.
 struct NotConverged {
   double residual;
 };
@@ -96,25 +101,27 @@ using ConnectRefusal =
     std::variant<refusal::Invalid, refusal::NotOrthonormal, refusal::UnequalDeterminants,
                  refusal::NotConverged, refusal::Cancelled>;
 
-/// Paths from several starts are relaxed to minima of the discrete action, K is doubled, and the
-/// initial velocity of the shortest is corrected until its geodesic ends at Q_T. Costs
-/// O(K d³) a start, d = nN − n(n+1)/2: meant for frames of up to a few hundred numbers.
+/// Solves the two-point problem; with K its discrete form. Relaxes paths from several starts to
+/// minima of the discrete action, doubles K, and corrects the initial velocity of the shortest path
+/// until its geodesic ends at Q_T. Costs O(K d³) for each start, d = nN − n(n+1)/2: meant for
+/// frames of up to a few hundred numbers.
 std::expected<Geodesic, ConnectRefusal> connect(const TwoPointProblem& problem);
 std::expected<DiscreteGeodesic, ConnectRefusal> connect(const TwoPointProblem& problem, int K);
 
 /// The geodesic between two frames as a scene.
 struct JoiningScene {
-  Scene scene;  ///< from Q_0: `rigid_body` where n = N, else `stiefel`; `variational`
+  Scene scene;  ///< starts from Q_0: `rigid_body` where n = N, else `stiefel`; `variational`
   double energy;
   double residual;
   Shortest shortest;
   int distinct;
-  std::vector<Eigen::MatrixXd> trajectory;  ///< Q at `samples` + 1 equal times; empty for 0
+  /// Q at `samples` + 1 equally spaced times; empty if `samples` is 0.
+  std::vector<Eigen::MatrixXd> trajectory;
 };
 
-/// The problem's answer; for steps > 0 that of its discrete form, whose scene takes `steps` steps
-/// of order 2 to Q_T. Else the scene's step is time / max(samples, 1), of order 8 with as many
-/// substeps as make h‖Q̇‖ 0.02.
+/// Solves the problem and returns the answer as a scene. For steps > 0 it solves the discrete form,
+/// and the scene takes `steps` steps of order 2 to Q_T. Otherwise the scene's step is time /
+/// max(samples, 1), its method has order 8, and h‖Q̇‖ is 0.02 with its number of substeps.
 std::expected<JoiningScene, ConnectRefusal> joining_scene(const TwoPointProblem& problem, int steps,
                                                           int samples);
 

@@ -15,13 +15,13 @@
 
 namespace stiefel {
 
-/// |value − initial| / scale; |value − initial| where the scale is 0, which it is at rest.
+/// Returns |value − initial| / scale, or |value − initial| where the scale is 0, as it is at rest.
 inline double drift_of(long double initial, long double value, long double scale) {
   const long double change = std::abs(value - initial);
   return static_cast<double>(scale > 0 || scale < 0 ? change / scale : change);
 }
 
-/// One number that the exact motion keeps: "energy", "spatial_momentum[1,2]", "manakov[3,1]" (the
+/// One scalar invariant with its drift: "energy", "spatial_momentum[1,2]", "manakov[3,1]" (the
 /// coefficient of μ¹ in tr(M + μΛ²)³), "casimirs[1]".
 struct InvariantDrift {
   std::string name;
@@ -40,29 +40,31 @@ struct Diagnosis {
   std::optional<double> largest_step;
 };
 
-/// The families of invariants that can be asked for: "energy", "spatial_momentum", ...
+/// Whether the name, without an index in brackets, is a family of invariants of the scene's system:
+/// "energy", "spatial_momentum", "spatial_momentum[1,2]", ...
 bool is_invariant(const Scene& scene, std::string_view name_or_family);
 
-/// Invariants of `now` beside those at step 0. `only`: families or names; when empty every family,
-/// the Manakov coefficients up to N = 16 (they cost N⁵ operations). Asked to stop it leaves out
-/// what it has not computed.
+/// Compares the invariants at the state of `now` with those at step 0. `only` selects families or
+/// names; when it is empty, all families are computed, the Manakov coefficients only up to N = 16
+/// (they cost N⁵ operations). When `stop` requests a stop, the result lacks what was not yet
+/// computed.
 Diagnosis diagnose(const Scene& scene, const Simulation& now,
                    std::span<const std::string> only = {}, const std::stop_token& stop = {});
 
-/// A tangent vector by the names of the state's blocks.
+/// A tangent vector: its blocks by the names of the state's blocks.
 using TangentVector = std::map<std::string, Block>;
 
-/// ω(u, v) at the state of `now`. Refused: a form that the system does not have, blocks that are
-/// not the form's, and vectors that are not tangent to 1e-8. The violations are of the fields
+/// Returns ω(u, v) at the state of `now`. Refuses a form that the system does not have, blocks that
+/// are not the form's, and vectors that are not tangent to 1e-8. The violations name the fields
 /// "form", "first" and "second" of `place`.
 std::expected<double, Violations> evaluate_form(const Scene& scene, const Simulation& now,
                                                 const std::string& form, const TangentVector& u,
                                                 const TangentVector& v, const Place& place);
 
-/// max |ω(Tφu, Tφv) − ω(u, v)| / ‖u‖‖v‖ over `pairs` seeded pairs of tangent vectors at the state
-/// of `now`, φ one step of the scene's method and ω the system's first form. About 1e-12 for a
-/// symplectic φ; nothing where φ is not defined around the state, or when it is asked to stop.
-/// Refused for a system that has no form, as a violation of `place`.
+/// Returns max |ω(Tφu, Tφv) − ω(u, v)| / ‖u‖‖v‖ over `pairs` pairs of random tangent vectors, drawn
+/// with `seed`, at the state of `now`. φ is one step of the scene's method and ω the system's first
+/// form. The defect of a symplectic φ is about 1e-12. Returns nullopt where φ is not defined around
+/// the state, and on a stop request. Refuses a system that has no form, as a violation of `place`.
 std::expected<std::optional<double>, Violations> symplectic_defect(
     const Scene& scene, const Simulation& now, int pairs, unsigned seed, const Place& place,
     const std::stop_token& stop = {});
@@ -72,8 +74,8 @@ struct PairFactors {
   std::vector<std::pair<RowMatrix, RowMatrix>> factors;
 };
 
-/// The Dirac bracket {F, K} on S, [RB] (3.15), at the state (Q, P) of `now`. Refused for systems
-/// without a P and for matrices that are not N × N. The violations are of the fields "first" and
+/// Returns the Dirac bracket {F, K} on S, [RB] (3.15), at the state (Q, P) of `now`. Refuses
+/// systems without P and matrices that are not N × N. The violations name the fields "first" and
 /// "second" of `place`.
 std::expected<double, Violations> dirac_bracket(const Scene& scene, const Simulation& now,
                                                 const PairFactors& F, const PairFactors& K,

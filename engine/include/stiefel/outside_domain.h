@@ -6,13 +6,13 @@
 
 namespace stiefel {
 
-/// The argument of a correspondence is outside its domain: the name of the domain in the papers
-/// ("S_M", "S_L", ...), the number that decides, and its bound.
+/// An argument is outside the domain of a correspondence: the domain's name in the papers ("S_M",
+/// "S_L", ...), the value that was tested, and its bound.
 struct OutsideDomain {
   std::string_view domain;
   double value;
   double bound;
-  std::optional<std::int64_t> member = {};  ///< of an ensemble
+  std::optional<std::int64_t> member = {};  ///< in an ensemble: the member concerned
 };
 
 }  // namespace stiefel

@@ -5,12 +5,13 @@
 
 namespace stiefel {
 
-/// How a run ended. Every outcome but `reached` keeps the last good state.
+/// How a run ended. After every outcome but `reached` the simulation is at the last good state.
 enum class Outcome { reached, left_domain, solver_stalled, not_finite, cancelled };
 
 struct RunStatus {
   Outcome outcome = Outcome::reached;
-  /// left_domain: the largest |h| that has a solution from the last good state, to 1e-3.
+  /// left_domain: the largest |h| for which a step from the last good state has a solution, to
+  /// 1e-3.
   std::optional<double> largest_step;
   /// In an ensemble: the member that stopped first.
   std::optional<std::int64_t> member = {};

@@ -22,13 +22,13 @@ struct MethodDescription {
   std::optional<int> order;
   std::optional<int> substeps;
   std::string arithmetic;                ///< "compensated", "plain" or empty
-  std::optional<double> tolerance = {};  ///< of methods that choose their own steps
+  std::optional<double> tolerance = {};  ///< for methods that choose their own steps
   std::string scalar = {};               ///< "double", "float" or empty
 };
 
-/// A body in three dimensions in the caller's axes. Inertia tensor (Ixx, Iyy, Izz, Ixy, Ixz, Iyz:
-/// matrix entries) or principal moments, in kg m²; the attitude is Hamilton's quaternion w, x, y,
-/// z, body to space; rad/s in body axes.
+/// A body in three dimensions in the caller's axes. Either `inertia_tensor` (Ixx, Iyy, Izz, Ixy,
+/// Ixz, Iyz: matrix entries) or the principal `moments` is given, in kg m². `attitude` is
+/// Hamilton's quaternion w, x, y, z, body to space; `angular_velocity` is in rad/s in body axes.
 struct BodyDescription {
   std::vector<double> inertia_tensor;
   std::vector<double> moments;
@@ -36,7 +36,8 @@ struct BodyDescription {
   std::vector<double> angular_velocity;
 };
 
-/// A block of the initial state. Real when `imaginary` is empty, else of the same shape.
+/// A block of the initial state. It is real when `imaginary` is empty; otherwise `imaginary` has
+/// the shape of `values`.
 struct Block {
   Block() = default;
   Block(RowMatrix real, RowMatrix imaginary_part = {})
@@ -47,20 +48,20 @@ struct Block {
   RowMatrix values, imaginary;
 };
 
-/// A scene as a caller writes it, unchecked. Its fields as data: scene_fields.h.
+/// A scene as a caller writes it, unchecked. scene_fields.h lists its fields as data.
 struct SceneDescription {
   std::string system;
   std::optional<MethodDescription> method;
   std::vector<double> inertia, inertia_u, inertia_v;
   std::map<std::string, Block> initial;
   std::optional<BodyDescription> body;
-  std::optional<double> epsilon;    ///< of the symmetric systems
-  std::optional<double> parameter;  ///< μ of the parametric systems
+  std::optional<double> epsilon;    ///< for the symmetric systems
+  std::optional<double> parameter;  ///< μ, for the parametric systems
   std::optional<double> step;
   std::optional<double> tolerance = {};  ///< instead of a method: largest error up to `horizon`
   std::optional<double> horizon = {};    ///< the time of interest, > 0 whatever the step's sign
-  std::string choice = {};               ///< of a resolved scene: why it has the method that it has
-  std::optional<int> members = {};       ///< of an ensemble
+  std::string choice = {};               ///< in a resolved scene: why this method was chosen
+  std::optional<int> members = {};       ///< number of members, for an ensemble
 };
 
 /// A 3D body brought to its principal axes: I = R diag(moments) Rᵀ, det R = +1.
@@ -76,33 +77,34 @@ class Members;
 /// Resolving a resolved description gives the same scene, bit for bit.
 class Scene {
  public:
-  /// N when n = N, and n.
+  /// Largest N where n = N, and largest n.
   static constexpr int max_dimension = 512;
-  /// n·N when n < N.
+  /// Largest n·N where n < N.
   static constexpr int max_elements = 1 << 24;
   /// Largest number of members of an ensemble.
   static constexpr int max_members = 1 << 16;
-  /// Q is accepted, and repaired, up to this max |QQᵀ − I|; the same for | |attitude| − 1 |.
+  /// Largest max |QQᵀ − I| up to which Q is accepted and repaired, and largest | |attitude| − 1 |.
   static constexpr double frame_tolerance = 1e-6;
-  /// The bound for scenes that start from a computed state, which may have drifted.
+  /// Largest max |QQᵀ − I| for scenes that start from a computed state, which may have drifted.
   static constexpr double drift_tolerance = 1e-2;
-  /// M is accepted, and its skew part taken, up to this max |M + Mᵀ| / max |M|.
+  /// Largest max |M + Mᵀ| / max |M| up to which M is accepted and replaced by its skew part.
   static constexpr double skew_tolerance = 1e-10;
   /// The smallest top-level `tolerance`: the limit of double precision.
   static constexpr double least_tolerance = 1e-15;
 
-  /// Every violation at once, or the scene. Frames are repaired up to `largest_repair`. The
-  /// violations are of the fields of `place`. Nothing is simulated: a description with a tolerance
-  /// instead of a method is refused with reason METHOD_NOT_CHOSEN (resolve_choosing, tradeoff.h).
+  /// Checks a description and fills in its defaults. Returns the scene, or all violations at once,
+  /// with the fields of `place`. Repairs frames whose max |QQᵀ − I| is at most `largest_repair`.
+  /// Simulates nothing: refuses a description that has a tolerance in place of a method, with the
+  /// reason METHOD_NOT_CHOSEN (resolve_choosing in tradeoff.h accepts it).
   static std::expected<Scene, Violations> resolve(SceneDescription description,
                                                   double largest_repair = frame_tolerance,
                                                   const Place& place = {});
 
-  /// The scene with another method, without the tolerance that a method was chosen
-  /// for. Nothing but the method is checked, unless its numbers have a narrower range.
+  /// Returns the scene with another method, and without the tolerance for which a method was
+  /// chosen. Checks only the method, unless its scalar type has a narrower range.
   std::expected<Scene, Violations> with(MethodDescription method, const Place& place = {}) const;
 
-  /// The resolved description: what the caller gave with every default filled in.
+  /// Returns the resolved description: what the caller gave, with every default filled in.
   const SceneDescription& description() const { return description_; }
   const std::string& system() const { return description_.system; }
   /// Empty for a discrete system.
@@ -117,19 +119,19 @@ class Scene {
                ? Arithmetic::plain
                : Arithmetic::compensated;
   }
-  /// The state and all that is computed with it are numbers of single precision.
+  /// Whether the state is kept and computed in single precision.
   bool in_float() const { return description_.method && description_.method->scalar == "float"; }
   double step() const { return *description_.step; }
   double time(std::int64_t step) const { return static_cast<double>(step) * *description_.step; }
   double epsilon() const { return description_.epsilon.value_or(1); }
   double parameter() const { return description_.parameter.value_or(0); }
-  /// N.
+  /// Returns N.
   int dimension() const { return static_cast<int>(inertia_.size()); }
-  /// λ_1..λ_N, in principal axes for a body.
+  /// Returns λ_1..λ_N, for a body in its principal axes.
   const Eigen::VectorXd& inertia() const { return inertia_; }
 
-  /// A block of the initial state of the system, in principal axes, repaired; 0 × 0 if the scene
-  /// goes without.
+  /// Returns a block of the initial state, in principal axes and repaired; 0 × 0 if the scene has
+  /// none of that name.
   const Eigen::MatrixXd& block(const std::string& name) const;
   const Eigen::MatrixXd& Q() const { return block("Q"); }
   const Eigen::MatrixXd& M() const { return block("M"); }
@@ -138,10 +140,11 @@ class Scene {
   const Eigen::Vector4d& attitude() const { return attitude_; }
   /// det Q = ±1.
   int determinant() const { return determinant_; }
-  /// Only for a scene given by `body`.
+  /// The principal axes of a scene given by `body`; else nullopt.
   const std::optional<PrincipalAxes>& axes() const { return axes_; }
-  /// The members of an ensemble, each as a scene, none of a single motion; the other functions of
-  /// this class then return the data of the first member. Must not outlive the scene.
+  /// Returns the members of an ensemble, each as a scene; empty for a single motion. For an
+  /// ensemble the other functions of this class return the data of the first member. The result
+  /// must not outlive the scene.
   Members members() const;
 
  private:
@@ -156,9 +159,8 @@ class Scene {
   std::optional<PrincipalAxes> axes_;
 };
 
-/// The members of an ensemble as scenes of their own. Each is resolved when it is asked for, which
-/// takes some microseconds for a small one: an ensemble holds its numbers once, and no scene of
-/// each member.
+/// The members of an ensemble as scenes. A member is resolved each time it is asked for, which
+/// takes some microseconds for a small one, so that an ensemble stores its numbers only once.
 class Members {
  public:
   class Iterator;
@@ -182,7 +184,7 @@ class Members {
   std::size_t count_;
 };
 
-/// Gives each member by value.
+/// Iterates over the members; `*` returns a Scene by value.
 class Members::Iterator {
  public:
   Iterator(const Members& members, std::size_t at) : members_(members), at_(at) {}
@@ -202,11 +204,11 @@ inline Members Scene::members() const { return Members(description_); }
 inline Members::Iterator Members::begin() const { return {*this, 0}; }
 inline Members::Iterator Members::end() const { return {*this, count_}; }
 
-/// The warnings about an accepted scene, one sentence each; usually none.
+/// Returns the warnings about an accepted scene, one sentence each; usually none.
 ///
-/// The motion is defined wherever λ_i + λ_j > 0, but λ_i is a second moment of mass: below 0 it
-/// belongs to no rigid body. In three dimensions λ_3 < 0 is I_1 + I_2 < I_3. Rounding errors in the
-/// moments of a flat body, where λ_3 = 0, give no warning.
+/// The motion is defined wherever λ_i + λ_j > 0. A λ_i below 0 gives a warning, because λ_i is a
+/// second moment of mass and no rigid body has a negative one. In three dimensions λ_3 < 0 means
+/// I_1 + I_2 < I_3. Rounding errors in the moments of a flat body, where λ_3 = 0, give no warning.
 std::vector<std::string> warnings(const Scene& scene);
 
 }  // namespace stiefel

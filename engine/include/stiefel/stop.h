@@ -10,33 +10,33 @@
 
 namespace stiefel {
 
-/// Thrown by a computation within a StopScope that ends before it has a result: a token requests a
-/// stop, or the scope's work is used up.
+/// Thrown by a computation within a StopScope before it has a result, when a token requests a stop
+/// or the scope's work is used up.
 class Stopped : public std::exception {
  public:
   const char* what() const noexcept override { return "the computation was told to stop"; }
 };
 
-/// Makes what this thread computes while the scope lives stoppable. A long computation looks at the
-/// scope before each of its pieces, such as a product of large matrices or an iteration of a
-/// solver: `stop_point` then throws Stopped when the token requests a stop. Scopes nest; a look is
-/// at all of them. Other threads have scopes of their own.
+/// Makes the computations of this thread stoppable while the scope lives. A long computation calls
+/// `stop_point` before each of its pieces, such as a product of large matrices or an iteration of a
+/// solver; `stop_point` throws Stopped when the scope's token requests a stop. Scopes nest, and
+/// `stop_point` checks all of them. Other threads have scopes of their own.
 ///
-/// A function of this library that takes a token opens a scope for it, and says what it returns
-/// when the token stops it. `Simulation::advance` never throws Stopped: it returns to the last good
-/// state. Everything else (Scene::resolve, choose_method, convert, dirac_bracket, ...) lets Stopped
-/// pass.
+/// A function of this library that takes a token opens a scope for it, and documents what it
+/// returns when the token stops it. `Simulation::advance` never throws Stopped: it returns to the
+/// last good state. Every other function (Scene::resolve, choose_method, convert, dirac_bracket,
+/// ...) lets Stopped pass.
 class StopScope {
  public:
   static constexpr double unlimited = std::numeric_limits<double>::infinity();
 
-  /// `token` must outlive the scope. `most_work`: the operations after which Stopped is thrown too,
-  /// counted by what the pieces announce; the same on every machine.
+  /// `token` must outlive the scope. Stopped is also thrown once the operations announced to
+  /// `stop_point` exceed `most_work`; their count is the same on every machine.
   explicit StopScope(const std::stop_token& token, double most_work = unlimited)
       : token_(&token), most_(most_work) {}
   explicit StopScope(std::stop_token&&, double = unlimited) = delete;
 
-  /// A scope in which nothing is stopped, whatever scopes there are around it: for code that could
+  /// Opens a scope in which nothing is stopped, whatever the outer scopes say: for code that could
   /// not restore its state.
   static StopScope nothing() { return StopScope(); }
 
@@ -44,12 +44,13 @@ class StopScope {
   StopScope& operator=(const StopScope&) = delete;
   ~StopScope() { innermost() = outer_; }
 
-  /// The looks so far, the operations that they announced, and whether those were too many.
+  /// The number of checks so far, the operations announced to them, and whether these exceed
+  /// `most_work`.
   std::int64_t looks() const { return looks_; }
   double operations() const { return operations_; }
   bool used_up() const { return operations_ > most_; }
 
-  /// Looks at this thread's scopes before a piece of work of so many operations.
+  /// Checks this thread's scopes before a piece of work of `operations` operations.
   static void look(double operations) {
     for (StopScope* scope = innermost(); scope != nullptr && scope->token_ != nullptr;
          scope = scope->outer_)
@@ -76,11 +77,12 @@ class StopScope {
   StopScope* const outer_ = std::exchange(innermost(), this);
 };
 
-/// Called before a piece of work of about so many operations (multiplications with their
-/// additions). Throws Stopped when this thread's scopes say so.
+/// Marks a point where a computation may stop, before a piece of work of about `operations`
+/// operations (a multiplication with its addition counts as one). Throws Stopped when one of this
+/// thread's scopes requires it.
 inline void stop_point(double operations = 0) { StopScope::look(operations); }
 
-/// `work()` within the scope of `token`; nothing when that token stopped it.
+/// Returns `work()`, run within a scope of `token`; nullopt when that token stopped it.
 template <class Work>
 auto unless_stopped(const std::stop_token& token, Work&& work)
     -> std::optional<std::invoke_result_t<Work>> {

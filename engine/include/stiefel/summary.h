@@ -16,143 +16,157 @@
 
 namespace stiefel {
 
-/// A number made of the values of a quantity at the samples, for each of its elements.
+/// A statistic of a quantity over the samples, computed for each of its elements.
 enum class Statistic {
-  last,          ///< at the last sample
-  min,           ///< the least
-  max,           ///< the largest
-  mean,          ///< their sum, compensated, divided by their number
-  rms,           ///< root of the mean of the squares
-  sign_changes,  ///< from one sample to the next; a 0 continues the sign before it
-  drift,  ///< of an invariant its largest drift (diagnosis.h); of a field max |value − at step 0|
+  last,  ///< the value at the last sample
+  min,
+  max,
+  mean,  ///< compensated sum of the values, divided by their number
+  rms,   ///< square root of the mean of the squares
+  /// Number of changes from one sample to the next; a 0 has the sign of the sample before it.
+  sign_changes,
+  /// Of an invariant: its largest drift (diagnosis.h); of a field: max |value − value at step 0|.
+  drift,
 };
 
-/// The statistics asked of a field, an invariant ("energy", "spatial_momentum[1,2]") or a family of
-/// invariants ("spatial_momentum"). A complex field has `last` and `mean`.
+/// The statistics asked of a field, of an invariant ("energy", "spatial_momentum[1,2]") or of a
+/// family of invariants ("spatial_momentum"). A complex field offers `last` and `mean` only.
 struct Quantity {
   std::string name;
   std::vector<Statistic> statistics;
-  std::vector<double> quantiles =
-      {};                          ///< fractions in [0, 1]; linear between two neighbours in order
-  std::vector<double> edges = {};  ///< increasing: counts in [e_0, e_1), …, [e_{last−1}, e_last]
-  bool over_members = false;       ///< of an ensemble: of the values of all members
+  /// Fractions in [0, 1]; interpolated linearly between neighbours in sorted order.
+  std::vector<double> quantiles = {};
+  /// Increasing edges of a histogram: counts in [e_0, e_1), …, [e_{last−1}, e_last].
+  std::vector<double> edges = {};
+  bool over_members = false;  ///< of an ensemble: one statistic over the values of all members
 };
 
 enum class Direction { both, rising, falling };
 
-/// Zeros of g = Σ coefficients_i · field_i − level. There is one after state k where g_k < 0 ≤
-/// g_{k+1} (rising) or g_k > 0 ≥ g_{k+1} (falling): two zeros between the same two states are not
-/// seen.
+/// An event: a zero of g = Σ coefficients_i · field_i − level. There is one after state k where g_k
+/// < 0 ≤ g_{k+1} (rising) or g_k > 0 ≥ g_{k+1} (falling). Two zeros between the same two states go
+/// unnoticed.
 struct EventDescription {
   std::string field;
   std::vector<double> coefficients = {};  ///< one for each number of the field, row by row
   double level = 0;
   Direction direction = Direction::both;
-  std::uint64_t limit = 0;  ///< only the first so many, of each member; 0: all
-  bool terminal = false;    ///< ends the motion at the last one of `limit`, the first if that is 0
+  std::uint64_t limit = 0;  ///< reports only the first `limit` events of each member; 0: all
+  /// Ends the motion at event number `limit`, or at the first if `limit` is 0.
+  bool terminal = false;
 };
 
-/// What Summary computes. Samples are at from, from + every, … and always at `to`, or where the
-/// motion ends before.
+/// What a Summary computes. Samples are at from, from + every, … and always at `to`, or at the last
+/// state if the motion ends before.
 struct SummaryDescription {
   std::int64_t from = 0, to = 0, every = 1;
   std::vector<Quantity> quantities = {};
-  std::vector<EventDescription> events = {};  ///< after `from`, up to `to`
-  std::vector<double> times = {};  ///< in the order of the motion, from time(from) to time(to)
-  std::vector<std::string> fields = {};  ///< written at events and times; the blocks when empty
+  std::vector<EventDescription> events = {};  ///< looked for after `from`, up to `to`
+  std::vector<double> times = {};  ///< in the order of the motion, between time(from) and time(to)
+  /// Fields reported at events and times; the blocks when empty.
+  std::vector<std::string> fields = {};
 };
 
-/// The number of a statistic for every element, row-major; before the elements' axes the members'.
+/// One statistic of a quantity for every element, row-major; in an ensemble the axis of the members
+/// comes first.
 struct SummaryArray {
   enum class Type { real, complex, count };
   std::string name;  ///< "energy.drift", "M.quantiles"
   std::vector<std::size_t> shape;
   Type type = Type::real;
-  std::vector<double> numbers;       ///< of a complex array pairs
-  std::vector<std::int64_t> counts;  ///< instead of numbers
+  std::vector<double> numbers;       ///< in a complex array two numbers for each element
+  std::vector<std::int64_t> counts;  ///< used in place of `numbers` for Type::count
 };
 
-/// An event. `fields` has the numbers of SummaryDescription::fields, one after another.
+/// An event that was found. `fields` holds the numbers of SummaryDescription::fields, one field
+/// after another.
 struct Event {
   std::size_t event;  ///< index in SummaryDescription::events
-  std::int64_t step;  ///< the last one before it
-  double fraction;    ///< it is at step + fraction, 0 < fraction ≤ 1; of a discrete system 1
+  std::int64_t step;  ///< last step before the event
+  /// The event is at step + fraction, 0 < fraction ≤ 1; in a discrete system the fraction is 1.
+  double fraction;
   double time;
   std::size_t member;
   std::vector<double> fields;
 };
 
-/// A state at a time of the description, up to the last one at which a member was there. `fields`:
-/// field after field, in each member after member; NaN for members that ended before.
+/// The state at one of the description's times, up to the last time that any member reached.
+/// `fields` holds field after field, in each field member after member; NaN for members that ended
+/// before.
 struct StateAtTime {
-  std::int64_t step;  ///< the last one at or before it
+  std::int64_t step;  ///< last step at or before the time
   double time;
   std::vector<double> fields;
 };
 
-/// Statistics, events and states at any times, computed beside the steps. The result depends on
-/// scene and description alone: neither on threads, nor on how the steps were divided into calls,
-/// nor on a `save` and `restore` on the way. The members of an ensemble go independently: each has
-/// the bits that it has alone, and the others go on without one that ends. Not thread-safe.
+/// Computes statistics, events and states at any times beside the steps. The result depends on
+/// scene and description alone: not on the number of threads, on how the steps were divided into
+/// calls, or on a `save` and `restore` on the way. The members of an ensemble are independent: each
+/// has the bits that it has alone, and when one ends the others go on. Not thread-safe.
 ///
-/// A state between two steps is what the method makes of the state before with a shorter step, of a
-/// closed form the state at that time; the sequence of states does not change.
+/// A state between two steps is what the method computes from the state before with a shorter step,
+/// or the state at that time where there is a closed form. It does not change the sequence of
+/// states.
 class Summary {
  public:
   static constexpr std::size_t max_quantities = 64, max_events = 64;
   static constexpr std::size_t max_times = std::size_t{1} << 20;
-  /// Values that quantiles keep: of all quantities, elements, members and samples.
+  /// Most values kept for quantiles, over all quantities, elements, members and samples.
   static constexpr std::uint64_t max_kept = std::uint64_t{1} << 20;
-  /// Numbers that accumulators and results hold.
+  /// Most numbers in accumulators and results.
   static constexpr std::uint64_t max_numbers = std::uint64_t{1} << 24;
 
-  /// At step 0. The violations are of the fields of SummaryRequest: "quantities[0].name".
+  /// Returns a summary at step 0. The violations name the fields of SummaryRequest:
+  /// "quantities[0].name".
   static std::expected<Summary, Violations> prepare(const Scene& scene, SummaryDescription what);
   Summary(Summary&&) noexcept;
   ~Summary();
 
-  /// Begins with a state that `Simulation::save` gave at `step` ≤ from.
+  /// Starts from a state that `Simulation::save` wrote at `step` ≤ from, in place of step 0.
   void start_at(std::int64_t step, std::span<const double> saved);
-  /// Goes on by up to `steps` steps of all members, not beyond `bound`. Returns earlier when many
-  /// events or states wait to be taken. Looks at `stop` before every step.
+  /// Advances all members by up to `steps` steps, not beyond `bound`. Returns earlier when many
+  /// events or states wait to be taken. Checks `stop` before every step.
   ///
-  /// Of many members with neither events nor times a call takes a part of the members by as many
-  /// more steps, and the next calls take the others to where the first went, whatever their `steps`
-  /// and `bound`. Each member is then fetched from memory once for all of these steps.
+  /// With many members, and neither events nor times, one call advances only a part of the members,
+  /// by proportionally more steps; the next calls bring the other members to the same step,
+  /// whatever their `steps` and `bound`. This way a member is fetched from memory once for all of
+  /// these steps.
   void advance(std::int64_t steps, std::int64_t bound, const std::stop_token& stop = {});
-  /// Ends where it is: with `cancelled` for all that have not ended.
+  /// Ends the summary at its current step; members that have not ended get `cancelled`.
   void cancel();
 
-  /// All is done up to this step.
+  /// The step up to which all is done.
   std::int64_t step() const;
   bool done() const;
   /// Whether the last `advance` was stopped on its way.
   bool interrupted() const;
-  /// Whether all members that have not ended are at `step()`.
+  /// Whether all members that have not ended are at step `step()`.
   bool aligned() const;
 
-  /// What has come since the last call, in the order of steps, at one step of members, then times.
+  /// Return the events and the states found since the last call: events by step, then member, then
+  /// time; states by time.
   std::vector<Event> take_events();
   std::vector<StateAtTime> take_states();
 
-  /// Once it is done. In an ensemble the status of the member that stopped first.
+  /// Valid once `done()`. For an ensemble the status of the member that stopped first.
   RunStatus status() const;
-  /// Simulation::rate at the last good state of that member.
+  /// Returns Simulation::rate at the last good state of the member of `status()`.
   double rate() const;
-  /// Once it is done: the statistics in the order of the quantities, then "outcome", "last_step",
-  /// "ended_by" and "samples".
+  /// Valid once `done()`: the statistics in the order of the quantities, then "outcome",
+  /// "last_step", "ended_by" and "samples".
   std::vector<SummaryArray> statistics() const;
-  /// Bytes of the numbers of `statistics`.
+  /// Returns how many bytes the numbers of `statistics()` take.
   std::uint64_t statistics_bytes() const;
 
-  /// Everything that decides what is still to come; only when it is `aligned`. `restore` returns
-  /// false for what `save` of the same scene and description, but for `to`, cannot have given.
+  /// `save` returns everything that determines the rest of the summary; call it only when
+  /// `aligned()`. `restore` returns false for data that `save` cannot have written for the same
+  /// scene and description; `to` may differ.
   std::string save() const;
   bool restore(std::string_view saved);
 
-  /// Steps of all members so far.
+  /// Returns the number of steps so far, summed over all members.
   std::int64_t computed_steps() const;
-  /// Whether samples are read at every step of the grid, and events looked for: work that
+  /// Whether the summary reads samples at every step of the grid or looks for events: work that
   /// step_weight does not count.
   bool reads_on_the_way() const;
 

@@ -4,11 +4,12 @@
 
 namespace stiefel {
 
-/// Everything that could change the bits of a state between two processes: version, compiler,
-/// flags, C library, CPU features. Two processes with equal fingerprints compute the same states.
+/// Returns everything that could change the bits of a state between two processes: version,
+/// compiler, flags, C library, CPU features. Two processes with equal fingerprints compute the same
+/// states.
 const std::string& build_fingerprint();
 
-/// The machine of measured times: CPU and number of cores.
+/// Returns the machine on which times are measured: CPU and number of cores.
 const std::string& machine();
 
 }  // namespace stiefel

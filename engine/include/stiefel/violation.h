@@ -16,33 +16,34 @@ struct Violation {
   std::string field;
   std::string value;
   std::string rule;
-  /// A constant in UPPER_SNAKE_CASE, with its numbers in `metadata`, for faults that programs tell
-  /// apart.
+  /// A constant in UPPER_SNAKE_CASE for faults that programs tell apart; `metadata` holds its
+  /// numbers.
   std::string reason = {};
   std::map<std::string, std::string> metadata = {};
 };
 using Violations = std::vector<Violation>;
 
-/// Maps the fields of a description to the fields that its author wrote. A check names the
-/// description's field ("initial.Q"); the place gives the path that the author can change
+/// Maps the fields of a description to the fields of the request that the caller wrote. A check
+/// names the description's field ("initial.Q"); the place gives the path that the caller can change
 /// ("scene.initial.Q").
 class Place {
  public:
-  /// The description is all there is: "initial.Q" is at "initial.Q".
+  /// The description is the request itself: "initial.Q" stays "initial.Q".
   Place() = default;
-  /// The description is the message at `path`: of "scene", "initial.Q" is at "scene.initial.Q".
+  /// The description is the message at `path`: "initial.Q" becomes "scene.initial.Q" for the path
+  /// "scene".
   static Place inside(std::string path) { return Place(std::move(path), true); }
-  /// The description was made of what `path` names, and has no fields there: everything is at
-  /// `path`, and the value begins with "initial.Q: ".
+  /// The description was computed from the field at `path`, which has no such subfields: every
+  /// violation is at `path`, and its value begins with "initial.Q: ".
   static Place made_of(std::string path) { return Place(std::move(path), false); }
 
-  /// Except for `field` ("method") and what is in it, which are at `path`.
+  /// Maps `field` ("method") and its subfields to `path` instead.
   Place& with(std::string field, std::string path) {
     elsewhere_[std::move(field)] = std::move(path);
     return *this;
   }
 
-  /// A violation of a field, or of the whole description when `field` is empty.
+  /// Returns a violation of a field, or of the whole description when `field` is empty.
   Violation violation(std::string_view field, std::string value, std::string rule) const {
     const std::size_t end = std::min(field.find_first_of(".["), field.size());
     if (const auto found = elsewhere_.find(field.substr(0, end)); found != elsewhere_.end())

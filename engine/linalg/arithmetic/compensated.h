@@ -20,13 +20,13 @@ struct Accumulator {
     if constexpr (compensated) carry.setZero();
   }
 
-  /// Null in plain arithmetic.
+  /// Returns the data of the carry; null in plain arithmetic.
   Scalar* carry_data() {
     if constexpr (compensated) return carry.data();
     return nullptr;
   }
 
-  /// Element (i, j) with its carry.
+  /// Returns element (i, j) with its carry.
   Extended<Scalar> extended(Eigen::Index i, Eigen::Index j = 0) const {
     Extended<Scalar> x = value(i, j);
     if constexpr (compensated) x += carry(i, j);
@@ -44,7 +44,8 @@ struct Accumulator {
     }
   }
 
-  /// Element i with its carry as a double word; `add` takes an increment in double words.
+  /// Returns element i with its carry as a double word. The `add` for double words takes an
+  /// increment of the same type.
   Doubled<Scalar> doubled(Eigen::Index i) const {
     if constexpr (compensated && !std::is_same_v<Doubled<Scalar>, Scalar>)
       return {value(i), carry(i)};
@@ -85,7 +86,7 @@ struct Accumulator {
     if constexpr (compensated) carry(k, l) = -carry(i, j);
   }
 
-  /// Visits every number, for saving and restoring.
+  /// Calls `visit` with each block of numbers, for saving and restoring.
   template <class Visitor>
   void each(Visitor&& visit) {
     visit(value);

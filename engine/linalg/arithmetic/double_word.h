@@ -9,7 +9,7 @@ namespace stiefel {
 
 /// An unevaluated sum high + low with nearly twice the precision of a T (Dekker 1971). Between
 /// operations |low| may be some units in the last place of high, which costs a few bits;
-/// `normalized` brings it to at most half a unit.
+/// `normalized` reduces it to at most half a unit.
 template <class T>
 struct DoubleWord {
   T high, low;
@@ -74,8 +74,9 @@ struct DoubleWord {
   }
 };
 
-/// The scalar in which compensated arithmetic forms the last residuals and increments in three
-/// dimensions: two words of the hardware's type, so that numbers and packs give the same bits.
+/// The scalar in which compensated arithmetic computes the last residuals and increments in three
+/// dimensions. It is made of two words of the hardware's type, so that numbers and packs give the
+/// same bits.
 template <class Scalar>
 struct DoubledOf {
   using type = Scalar;
@@ -95,7 +96,7 @@ struct DoubledOf<Pack<Scalar, isa, lanes>> {
 template <class Scalar>
 using Doubled = typename DoubledOf<Scalar>::type;
 
-/// The product ab, exact if a double word can hold it.
+/// Returns the product ab, exact if a double word can hold it.
 template <class T>
 [[gnu::always_inline]] inline Doubled<T> wide_product(const T& a, const T& b) {
   if constexpr (std::is_same_v<Doubled<T>, T>) {

@@ -2,8 +2,8 @@
 
 #include <Eigen/Core>
 
-/// Explicit instantiations of Eigen's kernels for products of dense matrices of a Scalar: declared
-/// here and compiled once in eigen_products.cc, not in every file that multiplies. The template
+/// Declares explicit instantiations of Eigen's kernels for products of dense matrices of a Scalar.
+/// eigen_products.cc compiles them once, in place of every file that multiplies. The template
 /// arguments are those that Eigen's traits give for the machine.
 #define STIEFEL_EIGEN_PRODUCTS(EXTERN, Scalar)                                                     \
   namespace Eigen::internal {                                                                      \

@@ -4,7 +4,7 @@
 
 namespace stiefel {
 
-/// a + b = sum + error exactly (Knuth's TwoSum).
+/// Computes sum and error with a + b = sum + error exactly (Knuth's TwoSum).
 template <class T>
 [[gnu::always_inline]] inline void two_sum(const T& a, const T& b, T& sum, T& error) {
   sum = a + b;
@@ -12,16 +12,17 @@ template <class T>
   error = (a - (sum - b_seen)) + (b - b_seen);
 }
 
-/// a + b = sum + error exactly, for |a| ≥ |b| or a = 0 (Dekker's FastTwoSum).
+/// Computes sum and error with a + b = sum + error exactly, for |a| ≥ |b| or a = 0 (Dekker's
+/// FastTwoSum).
 template <class T>
 [[gnu::always_inline]] inline void fast_two_sum(const T& a, const T& b, T& sum, T& error) {
   sum = a + b;
   error = b - (sum - a);
 }
 
-/// ab = product + error exactly, if nothing over- or underflows: by one fused operation where the
-/// processor has one, else by splitting into halves with the same result (Veltkamp; Dekker's
-/// TwoProduct).
+/// Computes product and error with ab = product + error exactly, if nothing over- or underflows.
+/// Uses one fused operation where the processor has one; otherwise splits a and b into halves, with
+/// the same result (Veltkamp; Dekker's TwoProduct).
 template <class T>
 [[gnu::always_inline]] inline void two_product(const T& a, const T& b, T& product, T& error) {
   product = a * b;

@@ -7,8 +7,9 @@
 
 namespace stiefel {
 
-/// The result of a comparison of Scalars: bool for a number, one truth value for each lane for a
-/// pack. `all` and `select` replace branches, so that one source serves numbers and packs.
+/// The type of the result of comparing two Scalars: bool for a number, one truth value for each
+/// lane for a pack. `all` and `select` replace branches, so that one source serves numbers and
+/// packs.
 template <class Scalar>
 struct MaskOf {
   using type = bool;
@@ -27,7 +28,7 @@ template <class LaneMask>
   return mask.lanes_set() == LaneMask::every_lane;
 }
 
-/// a where the condition holds, else b.
+/// Returns a where the condition holds, else b.
 template <class T>
 [[gnu::always_inline]] inline T select(bool condition, const T& a, const T& b) {
   return condition ? a : b;
@@ -46,7 +47,7 @@ inline constexpr int bits<Pack<Scalar, isa, lanes>> = bits<Scalar>;
 
 }  // namespace stiefel
 
-/// Packs as Eigen's scalars.
+/// Lets Eigen use packs as scalars.
 template <class Scalar_, stiefel::Isa isa, int lanes>
 struct Eigen::NumTraits<stiefel::Pack<Scalar_, isa, lanes>> {
   using Real = stiefel::Pack<Scalar_, isa, lanes>;

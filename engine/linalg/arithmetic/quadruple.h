@@ -8,12 +8,13 @@
 
 namespace stiefel {
 
-/// IEEE quadruple precision, 113 bits: the compiler's own type as a class whose operators and
-/// functions are found by their argument alone. A template that is compiled for it chooses among
-/// a handful of overloads an operation, where Boost.Multiprecision's number has hundreds.
+/// IEEE quadruple precision, 113 bits: wraps the compiler's own type in a class, so that
+/// argument-dependent lookup finds its operators and functions. An operation then has a handful of
+/// overloads, where the number type of Boost.Multiprecision has hundreds, which templates compile
+/// slowly.
 ///
-/// Converts from every number without being asked to, and to one only when asked, rounding to
-/// nearest. Functions are libquadmath's.
+/// Converts implicitly from every arithmetic type, and explicitly to one, rounding to nearest. The
+/// functions are those of libquadmath.
 class Quad {
  public:
   __extension__ using Value = __float128;

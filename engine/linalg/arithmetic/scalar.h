@@ -15,8 +15,8 @@ using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
 template <class Scalar>
 using Vector3 = Eigen::Matrix<Scalar, 3, 1>;
 
-/// The wider scalar in which compensated arithmetic forms a last residual and an increment. 11 more
-/// bits are enough, because the sums carry the rest.
+/// The wider scalar in which compensated arithmetic computes a last residual and an increment. 11
+/// more bits are enough, because the sums carry the rest.
 template <class Scalar>
 struct ExtendedOf {
   using type = Scalar;
@@ -32,14 +32,15 @@ struct ExtendedOf<double> {
 template <class Scalar>
 using Extended = typename ExtendedOf<Scalar>::type;
 
-/// 2^k, and the number of bits of a Scalar: thresholds are powers of two that follow the precision.
+/// Returns 2^k. `bits` is the number of bits of a Scalar. Thresholds are powers of two that follow
+/// the precision.
 template <class Scalar>
 Scalar two_to(int k) {
   using std::ldexp;
   return ldexp(Scalar(1), k);
 }
-/// The largest power of two not above x > 0. Numbers like x counted in this unit have products in
-/// range, and the change of unit alters no bit.
+/// Returns the largest power of two that is not above x > 0. Numbers of the size of x, divided by
+/// this unit, have products within the range of a Scalar, and the division changes no bit.
 template <class Scalar>
 Scalar binary_unit(const Scalar& x) {
   using std::frexp;
@@ -50,8 +51,8 @@ Scalar binary_unit(const Scalar& x) {
 template <class Scalar>
 inline constexpr int bits = std::numeric_limits<Scalar>::digits;
 
-/// x in a precision that may be lower. Not inlined: the SLP vectoriser of g++ 12 at -O3 removes the
-/// rounding from double to float and back.
+/// Returns x in a precision that may be lower. Not inlined: the SLP vectoriser of g++ 12 at -O3
+/// removes the rounding from double to float and back.
 template <class Scalar, class Derived>
 [[gnu::noinline]] Eigen::Matrix<Scalar, Derived::RowsAtCompileTime, Derived::ColsAtCompileTime>
 rounded_to(const Eigen::MatrixBase<Derived>& x) {

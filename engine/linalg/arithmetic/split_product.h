@@ -8,10 +8,11 @@
 
 namespace stiefel {
 
-/// (X + ε)ᵀ(X + ε) to nearly twice the working precision with products of the working precision, ε
-/// below the rounding of X (Ozaki et al. 2012): X = H + L, each column of H rounded to so few bits
-/// that HᵀH is exact, and the rest is YᵀZ + ZᵀY with Y = H + ½L, Z = L + ε. Result: `high`, of
-/// which only the upper triangle is set, plus `low` plus its transpose.
+/// Computes (X + ε)ᵀ(X + ε) to nearly twice the working precision by products in working precision;
+/// ε is below the rounding of X (Ozaki et al. 2012). X = H + L, where each column of H is rounded
+/// to so few bits that HᵀH is exact, and the rest is YᵀZ + ZᵀY with Y = H + ½L, Z = L + ε. The
+/// result is `high`, of which only the upper triangle is set, plus `low` plus the transpose of
+/// `low`.
 template <class Scalar>
 class SplitProduct {
  public:

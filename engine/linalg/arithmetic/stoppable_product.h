@@ -7,15 +7,16 @@
 
 namespace stiefel {
 
-/// Operations of a piece of work on large matrices between two looks at the stop token: below 10⁸
-/// instructions with registers of two doubles.
+/// Number of operations of one piece of work on large matrices between two checks for a stop
+/// request. It takes less than 10⁸ instructions with registers of two doubles.
 inline constexpr double piece_operations = 3e7;
 
-/// Calls `piece(j, columns)` for the columns of work that takes `of_column` operations each, a
-/// multiple of 8 at a time and at least two pieces, with a look at the stop token before each; or
-/// `whole()` where two pieces are too many. Eigen's kernels for products and for triangular systems
-/// sum every element over the same blocks whatever the number of columns, as long as a piece begins
-/// at a multiple of 4 and is no vector, so the bits are those of `whole()`.
+/// Divides work on `all` columns, each of `of_column` operations, into pieces of a multiple of 8
+/// columns, and calls `piece(j, columns)` for each, with a check for a stop request before it.
+/// Calls `whole()` where the work does not fill two pieces. The bits are those of `whole()`:
+/// Eigen's kernels for products and for triangular systems sum every element over the same blocks
+/// whatever the number of columns, as long as a piece begins at a multiple of 4 and is not a
+/// vector.
 template <class Piece, class Whole>
 void by_columns(Eigen::Index all, double of_column, const Piece& piece, const Whole& whole) {
   constexpr Eigen::Index least = 8;
@@ -31,7 +32,7 @@ void by_columns(Eigen::Index all, double of_column, const Piece& piece, const Wh
   }
 }
 
-/// out = A·B; `out` is another matrix.
+/// Sets out = A·B. `out` must be another matrix than A and B.
 template <class Left, class Right, class Out>
 void stoppable_product(const Left& A, const Right& B, Out&& out) {
   by_columns(
@@ -43,7 +44,7 @@ void stoppable_product(const Left& A, const Right& B, Out&& out) {
       [&] { out.noalias() = A * B; });
 }
 
-/// out ← out + A·B; `out` is another matrix.
+/// Sets out ← out + A·B. `out` must be another matrix than A and B.
 template <class Left, class Right, class Out>
 void add_stoppable_product(const Left& A, const Right& B, Out&& out) {
   by_columns(
@@ -54,7 +55,7 @@ void add_stoppable_product(const Left& A, const Right& B, Out&& out) {
       [&] { out.noalias() += A * B; });
 }
 
-/// X = A⁻¹B of the factors of A; X is another matrix.
+/// Sets X = A⁻¹B from the LU factors of A. X must be another matrix than B.
 template <class Matrix, class Right, class Out>
 void stoppable_solve(const Eigen::PartialPivLU<Matrix>& A, const Right& B, Out& X) {
   by_columns(

@@ -6,20 +6,20 @@
 
 namespace stiefel {
 
-/// The form of a number in every text: the shortest decimal that reads back to the same bits,
-/// "0.1", "1e-09", "inf", "nan".
+/// Writes a number as every text of the project has it: the shortest decimal that reads back to the
+/// same bits, "0.1", "1e-09", "inf", "nan".
 inline std::string to_text(double x) {
   char text[32];
   return {text, std::to_chars(text, text + sizeof text, x).ptr};
 }
 
-/// A number rounded to `digits` significant digits: to_text(2 / 3., 2) is "0.67".
+/// Rounds a number to `digits` significant digits: to_text(2 / 3., 2) is "0.67".
 inline std::string to_text(double x, int digits) {
   char text[64];
   return {text, std::to_chars(text, text + sizeof text, x, std::chars_format::general, digits).ptr};
 }
 
-/// "2.1e-09": `digits` significant digits and always an exponent. At most 50 digits.
+/// Writes a number with `digits` ≤ 50 significant digits and always an exponent: "2.1e-09".
 inline std::string scientific_text(double x, int digits) {
   char text[64];
   return {
@@ -27,7 +27,7 @@ inline std::string scientific_text(double x, int digits) {
       std::to_chars(text, text + sizeof text, x, std::chars_format::scientific, digits - 1).ptr};
 }
 
-/// A list, cut after 8 numbers: "[1, 2.5, 0.1]".
+/// Writes a list, cut off after 8 numbers: "[1, 2.5, 0.1]".
 inline std::string to_text(const std::vector<double>& v) {
   std::string out = "[";
   for (std::size_t k = 0; k < v.size() && k < 8; ++k) out += (k > 0 ? ", " : "") + to_text(v[k]);

@@ -9,9 +9,9 @@
 namespace stiefel {
 
 /// Follows a solution from t = 0 to `end` along its branch. `solve(t)` starts from the solution
-/// that it found last and returns whether it found the one at t. Returns the largest t reached:
-/// `end`, or the end of the branch to 1e-3, or 0 if no small t has a solution. No stride is longer
-/// than `longest`, because an equation may have solutions again beyond the end of the branch.
+/// that it found last and returns whether it found one at t. Returns the largest t reached: `end`,
+/// or the end of the branch to 1e-3, or 0 if no small t has a solution. No stride is longer than
+/// `longest`, because an equation may have solutions again beyond the end of the branch.
 template <class Solve>
 double continuation(double end, Solve&& solve,
                     double longest = std::numeric_limits<double>::infinity()) {
@@ -25,7 +25,7 @@ double continuation(double end, Solve&& solve,
     if (solve(t)) {
       reached = t;
       stride *= 2;
-    } else if (reached == 0) {  // too far, by an unknown power of ten
+    } else if (reached == 0) {  // the first t is too large, by an unknown power of ten
       stride = std::ldexp(t, -(halvings += 5));
       if (stride < smallest * end) return 0;
     } else {

@@ -8,8 +8,8 @@
 
 namespace stiefel {
 
-/// Solves z = g(z) to rounding: plain sweeps while each removes most of the error, then Anderson's
-/// mixing of the last few (Anderson 1965; Walker and Ni 2011),
+/// Solves z = g(z) to rounding. Makes plain sweeps while each removes most of the error, and then
+/// mixes the last few by Anderson's method (Anderson 1965; Walker and Ni 2011),
 ///
 ///     z ← g − Σ c_i Δg_i,   c = argmin ‖f − Σ c_i Δf_i‖,   f = g − z,
 ///
@@ -20,8 +20,8 @@ class FixedPoint {
   FixedPoint(Eigen::Index rows, Eigen::Index cols);
 
   /// Starts from the given z; `sweep(z, g)` sets g = g(z). Ends when the residual is at rounding
-  /// level or stays just above it. Returns false, and leaves z undefined, if the iteration does not
-  /// converge.
+  /// level or stagnates just above it. Returns false, and leaves z undefined, if the iteration does
+  /// not converge.
   template <class Sweep>
   bool solve(Matrix<Scalar>& z, Sweep&& sweep) {
     const Scalar unit = two_to<Scalar>(1 - bits<Scalar>), swift = Scalar(0.25), slow = Scalar(0.7);
@@ -60,7 +60,7 @@ class FixedPoint {
       Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic, 0, most_columns, most_columns>;
   using SmallVector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1, 0, most_columns, 1>;
 
-  /// z ← z − Σ c_i Δg_i, c by the normal equations of unit columns.
+  /// Sets z ← z − Σ c_i Δg_i, with c from the normal equations of the Δf_i scaled to unit length.
   void mix(Matrix<Scalar>& z, Eigen::Index columns);
 
   Eigen::Index depth_;

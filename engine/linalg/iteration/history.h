@@ -8,8 +8,8 @@
 namespace stiefel {
 
 /// The solutions of the last steps. A polynomial through the last p ≤ depth of them extrapolates
-/// the next one; their differences decide p. The history is part of the state, because it decides
-/// bits. No allocation.
+/// the next one; the size of their differences determines p. The history influences the bits of a
+/// solution, so it is part of the state. Does not allocate after construction.
 template <class Scalar, int depth>
 class History {
  public:
@@ -17,7 +17,7 @@ class History {
     past_.fill(Matrix<Scalar>::Zero(rows, cols));
   }
 
-  /// next = Σ_k (−1)^k C(p, k + 1) past_k, k < p. Returns false when the history gives nothing
+  /// Sets next = Σ_k (−1)^k C(p, k + 1) past_k, k < p. Returns false when the history predicts no
   /// better than 0.
   template <class Block>
   bool predict(Block& next) const {
@@ -55,8 +55,9 @@ class History {
     return {past_[static_cast<std::size_t>(k)].data() + start, length};
   }
 
-  /// The p with the smallest p-th difference, measured on a sample of the elements: the error of p
-  /// points is about that difference. All points while the differences still fall.
+  /// Returns the p with the smallest p-th difference, measured on a sample of the elements: the
+  /// error of an extrapolation from p points is about that difference. Returns the number of all
+  /// points while the differences still fall.
   int points() const {
     constexpr Eigen::Index most = 16;
     const int count = static_cast<int>(count_(0, 0));

@@ -8,8 +8,8 @@
 namespace stiefel {
 
 /// Anderson's acceleration of a fixed point x = g(x) where the eigenvalues of g′ lie near the
-/// imaginary axis. The errors of x_k and x_{k−2} then have opposite signs, and only their
-/// difference accelerates:
+/// imaginary axis. The errors of x_k and x_{k−2} then have opposite signs, and only the difference
+/// of these two iterates accelerates:
 ///
 ///     x_{k+1} = g_k − γ(g_k − g_{k−2}),    γ = argmin ‖f_k − γ(f_k − f_{k−2})‖,    f = g(x) − x,
 ///
@@ -25,7 +25,7 @@ class LaggedAnderson {
 
   void restart() { k_ = 0; }
 
-  /// Sets x to the next iterate; `g` holds g(x) before and is overwritten.
+  /// Sets x to the next iterate. `g` must hold g(x) and is overwritten.
   void operator()(Vector<Scalar>& x, Vector<Scalar>& g) {
     Vector<Scalar>&f = f_[k_ % 2], &earlier = g_[k_ % 2];
     Scalar along = 0, square = 0;

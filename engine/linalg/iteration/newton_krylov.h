@@ -9,12 +9,12 @@
 
 namespace stiefel {
 
-/// Solves z = g(z) to rounding by Newton's method where no fixed point converges,
+/// Solves z = g(z) to rounding by Newton's method, for g where no fixed-point iteration converges,
 ///
 ///     (I − g′)δ = g(z) − z,   z ← z + δ,
 ///
 /// with g′v by differences and δ by GMRES (Saad and Schultz 1986; Knoll and Keyes 2004). Each δ
-/// must be less than half of the one before, so it finds a solution near the start or none.
+/// must be less than half of the one before, so the method finds a solution near the start or none.
 /// Allocates at the first use.
 template <class Scalar>
 class NewtonKrylov {
@@ -31,7 +31,8 @@ class NewtonKrylov {
       stop_point(10.0 * static_cast<double>(z.size()));
       sweep(z, g_);
       f_ = g_ - z;
-      // The scale of the solution. Far from the solution g may be larger by powers of h.
+      // The scale of the solution. It is taken from z, because g may be larger by powers of h far
+      // from the solution.
       const Scalar scale = z.norm() > Scalar(0) ? z.norm() : g_.norm();
       if (!f_.allFinite()) return false;
       if (f_.norm() == Scalar(0)) return true;

@@ -7,11 +7,11 @@
 
 namespace stiefel {
 
-/// out = A·B in pieces of at least 8 columns and about 3·10⁷ operations, with a look at the stop
-/// token before each: in extended and quadruple precision one product of large matrices takes
-/// seconds. Eigen's kernels sum every element over the same blocks whatever the number of columns,
-/// as long as a piece begins at a multiple of 4 and is no vector, so the bits are those of one
-/// product.
+/// Sets out = A·B in pieces of at least 8 columns and about 3·10⁷ operations, with a check for a
+/// stop request before each: in extended and quadruple precision one product of large matrices
+/// takes seconds. The bits are those of one product: Eigen's kernels sum every element over the
+/// same blocks whatever the number of columns, as long as a piece begins at a multiple of 4 and is
+/// not a vector.
 template <class Left, class Right, class Out>
 void product_by_columns(const Left& A, const Right& B, Out&& out) {
   constexpr double operations = 3e7;

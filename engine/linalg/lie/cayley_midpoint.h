@@ -10,7 +10,7 @@ namespace stiefel {
 /// The Cayley transform U = (I − a)⁻¹(I + a) on a pair (Q, M), a ∈ so(N):
 ///
 ///     displacement:  (QU − Q, UᵀMU − M),
-///     midpoint:      M̃ with M = (I + a)M̃(I − a), and so UᵀMU = (I − a)M̃(I + a); Q is not set.
+///     midpoint:      M̃ with M = (I + a)M̃(I − a), so UᵀMU = (I − a)M̃(I + a); leaves Q unset.
 template <class Space>
 class CayleyMidpoint;
 
@@ -21,7 +21,7 @@ class CayleyMidpoint<SoN<Scalar>> {
 
   void midpoint(const Matrix<Scalar>& x, const Matrix<Scalar>& a, Matrix<Scalar>& middle);
 
-  /// With D = U − I = −2((I + a)⁻¹a)ᵀ and Y = MD + ½DᵀMD, UᵀMU − M = Y − Yᵀ.
+  /// Uses D = U − I = −2((I + a)⁻¹a)ᵀ and Y = MD + ½DᵀMD: UᵀMU − M = Y − Yᵀ.
   void displacement(const Matrix<Scalar>& x, const Matrix<Scalar>& a, Matrix<Scalar>& dx);
 
  private:

@@ -9,12 +9,12 @@
 
 namespace stiefel {
 
-/// D = exp(Θ) − I for a skew N × N matrix Θ, by the diagonal Padé approximant of degree 7 with
-/// scaling and squaring (Higham 2005): r = (V − U)⁻¹(V + U), U odd and V even in Θ, is orthogonal
-/// to rounding because Θ is skew. D is formed directly, so it is relatively accurate for small Θ,
-/// and doubled by exp(2Θ) − I = 2D + D². Each doubling doubles the rounding error, so some
-/// doublings are followed by the projection of U = I + D to the orthogonal matrices, U ← U(3I −
-/// UᵀU)/2. Allocates at construction only.
+/// Computes D = exp(Θ) − I for a skew N × N matrix Θ, by the diagonal Padé approximant of degree 7
+/// with scaling and squaring (Higham 2005). r = (V − U)⁻¹(V + U), U odd and V even in Θ, is
+/// orthogonal to rounding because Θ is skew. D is computed directly, so it is relatively accurate
+/// for small Θ, and doubled by exp(2Θ) − I = 2D + D². Each doubling doubles the rounding error, so
+/// some doublings are followed by the projection of U = I + D to the orthogonal matrices, U ← U(3I
+/// − UᵀU)/2. Allocates at construction only.
 template <class Scalar>
 class SkewExponential {
  public:
@@ -61,7 +61,7 @@ void SkewExponential<Scalar>::operator()(const Matrix<Scalar>& theta, Matrix<Sca
   }
 }
 
-/// UᵀU − I = D + Dᵀ + DᵀD.
+/// Projects I + D to the orthogonal matrices, with UᵀU − I = D + Dᵀ + DᵀD.
 template <class Scalar>
 void SkewExponential<Scalar>::restore_orthogonality(Matrix<Scalar>& D) {
   stoppable_product(D.transpose(), D, even_);

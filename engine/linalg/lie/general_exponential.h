@@ -10,10 +10,10 @@
 
 namespace stiefel {
 
-/// D = exp(A) − I for any real N × N matrix A, by the diagonal Padé approximant of degree 7 with
-/// scaling and squaring (Higham 2005): r = (V − U)⁻¹(V + U), U odd and V even in A. D is formed
-/// directly and doubled by exp(2A) − I = 2D + D², so it is relatively accurate for small A.
-/// Allocates at construction only.
+/// Computes D = exp(A) − I for any real N × N matrix A, by the diagonal Padé approximant of degree
+/// 7 with scaling and squaring (Higham 2005): r = (V − U)⁻¹(V + U), U odd and V even in A. D is
+/// computed directly and doubled by exp(2A) − I = 2D + D², so it is relatively accurate for small
+/// A. Allocates at construction only.
 template <class Scalar>
 class GeneralExponential {
  public:
@@ -22,8 +22,9 @@ class GeneralExponential {
   void operator()(const Matrix<Scalar>& A, Matrix<Scalar>& D);
 
  private:
-  /// Higham's bound, 0.95, for 53 bits. The error grows like the 14th power of the norm, which
-  /// gives the bounds for other precisions.
+  /// Returns the largest norm of A that the approximant accepts unscaled: Higham's bound, 0.95, for
+  /// 53 bits. The error grows like the 14th power of the norm, which gives the bounds for other
+  /// precisions.
   static Scalar largest_norm() {
     constexpr int digits = std::numeric_limits<Scalar>::digits;
     static const Scalar largest = static_cast<Scalar>(0.95 * std::exp2((53 - digits) / 14.0));

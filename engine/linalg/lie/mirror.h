@@ -6,8 +6,8 @@
 
 namespace stiefel {
 
-/// Sets the elements below the diagonal of a square block to `sign` times those above it. Works by
-/// tiles, so that columns and rows stay in the cache.
+/// Sets the elements below the diagonal of a square block to `sign` times those above it, tile by
+/// tile, so that columns and rows stay in the cache.
 template <class Block>
 void mirror_upper(Block&& A, int sign = 1) {
   using Scalar = typename std::remove_cvref_t<Block>::Scalar;

@@ -58,7 +58,7 @@ class LeftMultiplication {
     exponential_(Theta, D_);
     velocity(x, D_, dx);
   }
-  /// D = exp Θ − I of the last displacement.
+  /// Returns D = exp Θ − I of the last displacement.
   const Matrix<Scalar>& D() const { return D_; }
 
  private:

@@ -4,15 +4,15 @@
 
 namespace stiefel {
 
-/// max |QQᵀ − I|: how far the rows of Q, n × N, are from orthonormal.
+/// Returns max |QQᵀ − I|: how far the rows of Q, n × N, are from orthonormal.
 template <class Derived>
 typename Derived::Scalar orthogonality_defect(const Eigen::MatrixBase<Derived>& Q) {
   using Scalar = typename Derived::Scalar;
   return (Q * Q.transpose() - Matrix<Scalar>::Identity(Q.rows(), Q.rows())).cwiseAbs().maxCoeff();
 }
 
-/// The frame nearest to an almost orthonormal Q, which is its polar factor: Q ← (3I − QQᵀ)Q/2 until
-/// the defect is at rounding level (Newton–Schulz; quadratic convergence).
+/// Returns the frame nearest to an almost orthonormal Q, which is its polar factor, by three
+/// iterations of Q ← (3I − QQᵀ)Q/2 (Newton–Schulz; quadratic convergence).
 template <class Scalar>
 Matrix<Scalar> nearest_orthogonal(Matrix<Scalar> Q) {
   const Matrix<Scalar> three = Scalar(3) * Matrix<Scalar>::Identity(Q.rows(), Q.rows());

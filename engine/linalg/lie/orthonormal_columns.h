@@ -4,8 +4,9 @@
 
 namespace stiefel {
 
-/// The first k columns, k ≤ N, of the orthogonal N × N factor of the QR factors of A, N rows, by
-/// Householder's reflections: those of A made orthonormal, and after them what completes them.
+/// Returns the first k ≤ N columns of the orthogonal N × N factor of the QR decomposition of A,
+/// which has N rows, by Householder's reflections: the columns of A made orthonormal, then columns
+/// that complete them to a basis.
 template <class Scalar>
 Matrix<Scalar> orthonormal_columns(const Matrix<Scalar>& A, Eigen::Index k);
 

@@ -6,7 +6,8 @@
 
 namespace stiefel {
 
-/// The principal moments of Λ in three dimensions, and their differences without cancellation.
+/// The principal moments of Λ in three dimensions and their differences, computed without
+/// cancellation.
 template <class Scalar>
 struct PrincipalMoments3 {
   Vector3<Scalar> moments;      ///< I₁ = λ₂ + λ₃ and cyclic
@@ -22,7 +23,7 @@ struct PrincipalMoments3 {
     differences << l(2) - l(1), l(0) - l(2), l(1) - l(0);
   }
 
-  /// Λ. The two smaller λ come from the smallest moment, which is their sum.
+  /// Returns Λ. The two smaller λ are computed from the smallest moment, which is their sum.
   Vector3<Scalar> lambda() const {
     Eigen::Index i;
     const Scalar least = moments.minCoeff(&i);
@@ -34,11 +35,11 @@ struct PrincipalMoments3 {
     return l;
   }
 
-  /// The bound of |c|² below which a solution c is certainly on the branch of the identity. There
-  /// the symmetric part of (tr UΛ)I − UΛ, a matrix with the eigenvalues w_i + w_j, w = spec(UΛ), is
-  /// positive. If no λ_i < 0, the symmetric part of Λ^{1/2}UΛ^{1/2} is positive for |c| < 1.
-  /// Otherwise, with D = max |λ_i − λ_j| and L = Σ|λ_i| + max |λ_i|, the symmetric part of (tr UΛ)I
-  /// − UΛ differs by at most 2D|c| + 2L|c|² from diag(I₁, I₂, I₃), its value at c = 0.
+  /// Returns a bound of |c|² below which a solution c is certainly on the branch of the identity.
+  /// Below it the symmetric part of (tr UΛ)I − UΛ, a matrix with the eigenvalues w_i + w_j, w =
+  /// spec(UΛ), is positive. If no λ_i < 0, the symmetric part of Λ^{1/2}UΛ^{1/2} is positive for
+  /// |c| < 1. Otherwise, with D = max |λ_i − λ_j| and L = Σ|λ_i| + max |λ_i|, the symmetric part of
+  /// (tr UΛ)I − UΛ differs by at most 2D|c| + 2L|c|² from diag(I₁, I₂, I₃), its value at c = 0.
   Scalar nearness() const {
     using std::sqrt;
     const Vector3<Scalar> l = lambda();

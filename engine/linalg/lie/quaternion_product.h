@@ -5,10 +5,10 @@
 
 namespace stiefel {
 
-/// The product (q + ε)∘(w, v) with an error of about 2^(−3/2 bits). |q|, |(w, v)| ≤ 1, ε is the
-/// rounding error of q, and (w, v) are double words. The high halves q₁, p₁ are multiples of 2^−r
-/// with 2r < bits, so the sums of q₁∘p₁ are exact, and the rest, (q − q₁ + ε)∘p₁ + q∘(p − p₁), is
-/// small.
+/// Returns the product (q + ε)∘(w, v) with an error of about 2^(−3/2 bits). |q|, |(w, v)| ≤ 1, ε is
+/// the rounding error of q, and w and v are double words. The high halves q₁ of q and p₁ of p = (w,
+/// v) are multiples of 2^−r with 2r < bits, so the sums of q₁∘p₁ are exact, and the rest, (q − q₁ +
+/// ε)∘p₁ + q∘(p − p₁), is small.
 template <class X, class Wide>
 Eigen::Matrix<Wide, 4, 1> quaternion_product(const X& q, const X& epsilon, const Wide& w,
                                              const Vector3<Wide>& v) {

@@ -7,8 +7,9 @@
 
 namespace stiefel {
 
-/// exp(tA) of one skew A, n × n, at any t for the same cost: with iA = Z w Z†, w real, exp(tA) = Z
-/// e^{−iwt} Z†, orthogonal to rounding for every t. No allocation after construction.
+/// Computes exp(tA) of one skew A, n × n, for any t at the same cost: with iA = Z w Z†, w real,
+/// exp(tA) = Z e^{−iwt} Z†, orthogonal to rounding for every t. Does not allocate after
+/// construction.
 template <class Scalar>
 class SkewFlow {
  public:

@@ -8,8 +8,9 @@
 namespace stiefel {
 
 /// The pair (Q, M) in three dimensions, in coordinates: Q as Hamilton's quaternion (w, x, y, z)
-/// with Q v = q v q*, M = hat(m), hat(u) v = u × v. A state is (q; m), 7 numbers, or m alone, 3.
-/// The algebra so(3) is R³. SoN has the same functions for every N.
+/// with Q v = q v q*, and M = hat(m), hat(u) v = u × v. A state is (q; m), 7 numbers, or m alone, 3
+/// numbers. An element of the algebra so(3) is a vector of R³. SoN has the same functions for every
+/// N.
 template <class Scalar_, bool frame>
 struct So3 {
   using Scalar = Scalar_;
@@ -23,13 +24,13 @@ struct So3 {
   static Algebra zero() { return Algebra::Zero(); }
   static auto m(const State& x) { return x.template tail<3>(); }
 
-  /// J⁻¹: Ω_ij = M_ij / (λ_i + λ_j), that is ω_k = m_k / I_k, I_1 = λ_2 + λ_3 and cyclic.
+  /// Computes J⁻¹: Ω_ij = M_ij / (λ_i + λ_j), that is ω_k = m_k / I_k, I_1 = λ_2 + λ_3 and cyclic.
   static void inverse_inertia(const Lambda& lambda, const State& x, Algebra& omega) {
     omega << x(x.size() - 3) / (lambda(1) + lambda(2)), x(x.size() - 2) / (lambda(2) + lambda(0)),
         x(x.size() - 1) / (lambda(0) + lambda(1));
   }
 
-  /// J⁻¹ with the reciprocals 1/I computed once.
+  /// Computes J⁻¹ with the reciprocals 1/I stored.
   class InverseInertia {
    public:
     explicit InverseInertia(const Lambda& l) {
@@ -41,8 +42,8 @@ struct So3 {
     Vector3<Scalar> inverse_;
   };
 
-  /// (QΩ, [M, Ω]) for M = J(Ω): q̇ = ½ q∘(0, ω), ṁ = m × ω, which is (I₂ − I₃)ω₂ω₃ and cyclic with
-  /// I₂ − I₃ = λ₃ − λ₂.
+  /// Computes (QΩ, [M, Ω]) for M = J(Ω): q̇ = ½ q∘(0, ω), ṁ = m × ω, whose first component is (I₂ −
+  /// I₃)ω₂ω₃ with I₂ − I₃ = λ₃ − λ₂, and cyclic.
   static void velocity(const Lambda& lambda, const State& x, const Algebra& omega, State& dx) {
     if constexpr (frame) dx.template head<4>() = quaternion_times(x, Algebra(omega * Scalar(0.5)));
     dx.template tail<3>() << (lambda(2) - lambda(1)) * (omega(1) * omega(2)),
@@ -50,10 +51,10 @@ struct So3 {
         (lambda(1) - lambda(0)) * (omega(0) * omega(1));
   }
 
-  /// [a, b] = ab − ba in so(3): a × b.
+  /// Computes [a, b] = ab − ba in so(3): a × b.
   static void bracket(const Algebra& a, const Algebra& b, Algebra& c) { c = a.cross(b); }
 
-  /// (Q exp Θ − Q, exp(Θ)ᵀ M exp(Θ) − M), without cancellation for small Θ.
+  /// Computes (Q exp Θ − Q, exp(Θ)ᵀ M exp(Θ) − M), without cancellation for small Θ.
   static void displacement(const State& x, const Algebra& theta, State& dx) {
     using std::sin;
     const Scalar angle = theta.norm();
@@ -66,7 +67,7 @@ struct So3 {
     dx.template tail<3>() = theta.cross(turn) * (s * s / 2) - turn * sinc(angle);
   }
 
-  /// q∘(w, v), q the first four elements of x.
+  /// Returns q∘(w, v); q is the first four elements of x.
   template <class X, class V>
   static Eigen::Matrix<Scalar, 4, 1> quaternion_times(const X& x, Scalar w, const V& v) {
     Eigen::Matrix<Scalar, 4, 1> product;
@@ -77,7 +78,7 @@ struct So3 {
     return product;
   }
 
-  /// q∘(0, v).
+  /// Returns q∘(0, v); q is the first four elements of x.
   template <class X>
   static Eigen::Matrix<Scalar, 4, 1> quaternion_times(const X& x, const Algebra& v) {
     Eigen::Matrix<Scalar, 4, 1> product;
@@ -93,8 +94,8 @@ struct So3 {
   }
 };
 
-/// The matrix Q of a quaternion q, without normalisation: QᵀQ = |q|⁴ I, so a drift of |q| shows in
-/// Q.
+/// Returns the matrix Q of a quaternion q, without normalisation: QᵀQ = |q|⁴ I, so a drift of |q|
+/// shows in Q.
 template <class Scalar>
 Eigen::Matrix<Scalar, 3, 3> rotation_matrix(const Eigen::Matrix<Scalar, 4, 1>& q) {
   const Scalar w = q(0), x = q(1), y = q(2), z = q(3);
@@ -105,7 +106,8 @@ Eigen::Matrix<Scalar, 3, 3> rotation_matrix(const Eigen::Matrix<Scalar, 4, 1>& q
   return Q;
 }
 
-/// The unit quaternion of a rotation matrix, w ≥ 0; Shepperd's choice of the largest component.
+/// Returns the unit quaternion of a rotation matrix, with w ≥ 0; divides by the largest component,
+/// as Shepperd does.
 template <class Derived>
 Eigen::Matrix<typename Derived::Scalar, 4, 1> quaternion_of(const Eigen::MatrixBase<Derived>& Q) {
   using Scalar = typename Derived::Scalar;
@@ -129,7 +131,7 @@ Eigen::Matrix<typename Derived::Scalar, 4, 1> quaternion_of(const Eigen::MatrixB
   return q(0) < 0 ? Eigen::Matrix<Scalar, 4, 1>(-q) : q;
 }
 
-/// hat: R³ → so(3), hat(u) v = u × v, and back.
+/// `hat` maps R³ to so(3), hat(u) v = u × v; `vee` is its inverse.
 template <class Derived>
 Eigen::Matrix<typename Derived::Scalar, 3, 3> hat(const Eigen::MatrixBase<Derived>& u) {
   Eigen::Matrix<typename Derived::Scalar, 3, 3> U;

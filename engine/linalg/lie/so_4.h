@@ -4,9 +4,9 @@
 
 namespace stiefel {
 
-/// so(4) in coordinates: x = (a, b) is the matrix X = [[hat(a), b], [−bᵀ, 0]], so that x_k is the
-/// element (rows[k], columns[k]). Not aligned: Eigen's alignment depends on the instruction set,
-/// and the layout must not.
+/// so(4) in coordinates: x = (a, b) is the matrix X = [[hat(a), b], [−bᵀ, 0]], and x_k is its
+/// element (rows[k], columns[k]). Not aligned, because Eigen's alignment depends on the instruction
+/// set and the layout must not.
 template <class Scalar>
 using Skew4 = Eigen::Matrix<Scalar, 6, 1, Eigen::DontAlign>;
 inline constexpr int skew4_rows[] = {2, 0, 1, 0, 1, 2};
@@ -19,7 +19,7 @@ Scalar dot(const Skew4<Scalar>& x, const Skew4<Scalar>& y) {
   return ((x(0) * y(0) + x(1) * y(1)) + x(2) * y(2)) + ((x(3) * y(3) + x(4) * y(4)) + x(5) * y(5));
 }
 
-/// The dual (b, a): X X̃ = −Pf(X) I, Pf(X) = a·b.
+/// Returns the dual (b, a): X X̃ = −Pf(X) I, Pf(X) = a·b.
 template <class Scalar>
 Skew4<Scalar> dual(const Skew4<Scalar>& x) {
   Skew4<Scalar> y;
@@ -27,7 +27,8 @@ Skew4<Scalar> dual(const Skew4<Scalar>& x) {
   return y;
 }
 
-/// (X²)_ij at the places of a and b: a₂a₃ − b₂b₃ and cyclic, and a × b. `times` multiplies.
+/// Returns the elements of X² at the positions of a and b: a₂a₃ − b₂b₃ and cyclic, and a × b.
+/// `times` multiplies two numbers.
 template <class Scalar, class Times>
 auto square(const Skew4<Scalar>& x, Times times) {
   Skew4<decltype(times(x(0), x(0)))> y;
@@ -40,7 +41,7 @@ template <class Scalar>
 Skew4<Scalar> square(const Skew4<Scalar>& x) {
   return square(x, [](const Scalar& a, const Scalar& b) { return a * b; });
 }
-/// (XY + YX)_ij at the places of a and b.
+/// Returns the elements of XY + YX at the positions of a and b.
 template <class Scalar>
 Skew4<Scalar> anticommutator(const Skew4<Scalar>& x, const Skew4<Scalar>& y) {
   const auto s = [&](int i, int j) { return x(i) * y(j) + x(j) * y(i); };
@@ -50,7 +51,7 @@ Skew4<Scalar> anticommutator(const Skew4<Scalar>& x, const Skew4<Scalar>& y) {
   return z;
 }
 
-/// λ_i + λ_j and λ_i − λ_j at the places of a and b.
+/// λ_i + λ_j and λ_i − λ_j at the positions of a and b.
 template <class Scalar>
 struct PairSums4 {
   Skew4<Scalar> moments, differences;
@@ -67,17 +68,17 @@ struct PairSums4 {
 
   const Eigen::Matrix<Scalar, 4, 1>& lambda() const { return lambda_; }
 
-  /// The bound of |C|² below which a solution C is certainly on the branch of the identity: 1 if no
-  /// λ_i < 0, as in three dimensions, else 0 (no bound is known).
+  /// Returns a bound of |C|² below which a solution C is certainly on the branch of the identity: 1
+  /// if no λ_i < 0, as in three dimensions, else 0 (no bound is known).
   Scalar nearness() const { return lambda_.minCoeff() >= Scalar(0) ? Scalar(1) : Scalar(0); }
 
  private:
   Eigen::Matrix<Scalar, 4, 1> lambda_;
 };
 
-/// The pair (Q, M) in four dimensions, in coordinates: Q column after column, then m = (a, b) of M:
-/// 22 numbers, or m alone, 6. SoN is the general case; So4 has the functions that explicit methods
-/// and the discrete body need, with every operation written out, for numbers and packs.
+/// The pair (Q, M) in four dimensions, in coordinates: Q column after column, then m = (a, b) of M,
+/// 22 numbers; or m alone, 6 numbers. SoN is the general case. So4 has the functions that explicit
+/// methods and the discrete body need, with every operation written out, for numbers and packs.
 template <class Scalar_, bool frame>
 struct So4 {
   using Scalar = Scalar_;
@@ -92,7 +93,7 @@ struct So4 {
   static Algebra zero() { return Algebra::Zero(); }
   static Algebra m(const State& x) { return x.template tail<6>(); }
 
-  /// J⁻¹: Ω_ij = M_ij / (λ_i + λ_j), with the reciprocals computed once.
+  /// Computes J⁻¹: Ω_ij = M_ij / (λ_i + λ_j), with the reciprocals stored.
   class InverseInertia {
    public:
     explicit InverseInertia(const Lambda& lambda) {
@@ -107,7 +108,7 @@ struct So4 {
     Algebra inverse_;
   };
 
-  /// (QΩ, [M, Ω]) for M = J(Ω): [M, Ω]_ij = (λ_i − λ_j)(Ω²)_ij.
+  /// Computes (QΩ, [M, Ω]) for M = J(Ω): [M, Ω]_ij = (λ_i − λ_j)(Ω²)_ij.
   static void velocity(const Lambda& lambda, const State& x, const Algebra& Omega, State& dx) {
     if constexpr (frame) {
       const Algebra& w = Omega;

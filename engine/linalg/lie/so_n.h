@@ -7,8 +7,8 @@
 
 namespace stiefel {
 
-/// The pair (Q, M) in N dimensions as matrices. A state is Q over M, 2N × N, or M alone, N × N. The
-/// algebra so(N) is the skew N × N matrices. So3 has the same functions in coordinates.
+/// The pair (Q, M) in N dimensions as matrices. A state is Q over M, 2N × N, or M alone, N × N. An
+/// element of the algebra so(N) is a skew N × N matrix. So3 has the same functions in coordinates.
 template <class Scalar_>
 struct SoN {
   using Scalar = Scalar_;
@@ -21,7 +21,7 @@ struct SoN {
   Algebra zero() const { return Algebra::Zero(N_, N_); }
   static auto M(const State& x) { return x.bottomRows(x.cols()); }
 
-  /// J⁻¹: Ω_ij = M_ij / (λ_i + λ_j).
+  /// Computes J⁻¹: Ω_ij = M_ij / (λ_i + λ_j).
   static void inverse_inertia(const Lambda& lambda, const State& x, Algebra& Omega) {
     const Eigen::Index N = x.cols(), top = x.rows() - N;
     for (Eigen::Index j = 0; j < N; ++j) {
@@ -42,21 +42,21 @@ struct SoN {
     Lambda lambda_;
   };
 
-  /// (QΩ, [M, Ω]) for M = J(Ω).
+  /// Computes (QΩ, [M, Ω]) for M = J(Ω).
   static void velocity(const Lambda& lambda, const State& x, const Algebra& Omega, State& dx) {
     const Eigen::Index N = x.cols(), top = x.rows() - N;
     stoppable_product(x.topRows(top), Omega, dx.topRows(top));
     inertia_bracket(lambda, Omega, dx.bottomRows(N));
   }
 
-  /// [A, B] = AB − BA = AB − (AB)ᵀ.
+  /// Computes [A, B] = AB − BA = AB − (AB)ᵀ.
   static void bracket(const Algebra& A, const Algebra& B, Algebra& C) {
     stoppable_product(A, B, C);
     take_twice_skew_part(C);
   }
 
-  /// (Q exp Θ − Q, exp(Θ)ᵀ M exp(Θ) − M): with D = exp Θ − I and Y = MD the lower block is Y − Yᵀ +
-  /// DᵀY.
+  /// Computes (Q exp Θ − Q, exp(Θ)ᵀ M exp(Θ) − M): with D = exp Θ − I and Y = MD the lower block is
+  /// Y − Yᵀ + DᵀY.
   void displacement(const State& x, const Algebra& Theta, State& dx) {
     exponential_(Theta, D_);
     stoppable_product(x, D_, dx);

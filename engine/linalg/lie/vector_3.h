@@ -17,7 +17,7 @@ Scalar squared_norm(const Vector3<Scalar>& a) {
   return dot(a, a);
 }
 
-/// (a₂b₃, a₃b₁, a₁b₂).
+/// Returns (a₂b₃, a₃b₁, a₁b₂).
 template <class Scalar>
 Vector3<Scalar> cyclic_product(const Vector3<Scalar>& a, const Vector3<Scalar>& b) {
   return {a(1) * b(2), a(2) * b(0), a(0) * b(1)};

@@ -8,15 +8,15 @@
 
 namespace stiefel {
 
-/// The multiplier of a constraint on frames: the symmetric n × n matrix Y for which Q′ = D + YG has
-/// orthonormal rows. With A = GDᵀ, P = GGᵀ and E = DDᵀ − I,
+/// Finds the multiplier of a constraint on frames: the symmetric n × n matrix Y for which Q′ = D +
+/// YG has orthonormal rows. With A = GDᵀ, P = GGᵀ and E = DDᵀ − I, it solves
 ///
-///     Q′Q′ᵀ − I = E + YA + AᵀY + YPY = 0,
+///     Q′Q′ᵀ − I = E + YA + AᵀY + YPY = 0
 ///
-/// on the branch spec(C) in Re > 0, C = A + PY = GQ′ᵀ; there is at most one such Y. Newton's
-/// method: CᵀδY + δY C = −(Q′Q′ᵀ − I). The equation is quadratic, so after a correction Q′Q′ᵀ − I =
-/// δY P δY exactly; the iteration stops when that is at rounding level. n = 1 in closed form. No
-/// allocation.
+/// on the branch spec(C) in Re > 0, C = A + PY = GQ′ᵀ; there is at most one such Y. Newton's method
+/// is CᵀδY + δY C = −(Q′Q′ᵀ − I). The equation is quadratic, so after a correction Q′Q′ᵀ − I = δY P
+/// δY exactly; the iteration stops when δY P δY is at rounding level. n = 1 is solved in closed
+/// form. Does not allocate after construction.
 template <class Scalar>
 class ConstraintRiccati {
  public:
@@ -29,7 +29,7 @@ class ConstraintRiccati {
              Matrix<Scalar>& Y);
 
  private:
-  /// pY² + 2aY + e = 0 with a + pY > 0.
+  /// Solves pY² + 2aY + e = 0 with a + pY > 0.
   static bool closed(Scalar a, Scalar p, Scalar e, Scalar& Y);
 
   bool newton(const Matrix<Scalar>& A, const Matrix<Scalar>& P, const Matrix<Scalar>& E,

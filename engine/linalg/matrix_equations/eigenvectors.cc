@@ -8,8 +8,8 @@ using Hermitian = stiefel::Matrix<std::complex<double>>;
 using Reals = SelfAdjointEigenSolver<Hermitian>::RealVectorType;
 using Below = SelfAdjointEigenSolver<Hermitian>::SubDiagonalType;
 
-/// Eigen's QR iteration on the tridiagonal form, operation by operation, with a look at the stop
-/// token before each step: with complex eigenvectors it takes most of a second at N = 512.
+/// Repeats Eigen's QR iteration on the tridiagonal form, operation by operation, with a check for a
+/// stop request before each step: with complex eigenvectors it takes most of a second at N = 512.
 template <>
 ComputationInfo computeFromTridiagonal_impl<Hermitian, Reals, Below>(Reals& diagonal, Below& below,
                                                                      const Index most,

@@ -5,9 +5,10 @@
 
 #include "engine/linalg/arithmetic/scalar.h"
 
-/// Eigen's eigensolver of symmetric and Hermitian matrices, which takes seconds to compile: once
-/// for each scalar, in eigenvectors.cc and eigenvectors_extended.cc. It is given a Matrix, because
-/// it is compiled anew for every expression.
+/// Declares explicit instantiations of Eigen's eigensolver of symmetric and Hermitian matrices,
+/// which takes seconds to compile; eigenvectors.cc and eigenvectors_extended.cc compile it once for
+/// each scalar. Callers must pass a Matrix, because every other expression compiles the solver
+/// anew.
 extern template Eigen::SelfAdjointEigenSolver<stiefel::Matrix<double>>&
 Eigen::SelfAdjointEigenSolver<stiefel::Matrix<double>>::compute(
     const Eigen::EigenBase<stiefel::Matrix<double>>&, int);

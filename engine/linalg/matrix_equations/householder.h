@@ -6,9 +6,9 @@
 
 namespace stiefel {
 
-/// The orthogonal H = H_1 ⋯ H_{n−1} of a reduction to Hessenberg or tridiagonal form, as a matrix,
-/// from the reflections that Eigen packs below the first subdiagonal of `packed`. Unlike Eigen's
-/// product, it allocates nothing. `workspace` has n numbers.
+/// Writes the orthogonal H = H_1 ⋯ H_{n−1} of a reduction to Hessenberg or tridiagonal form as a
+/// matrix, from the reflections that Eigen packs below the first subdiagonal of `packed`. Unlike
+/// Eigen's product, it does not allocate. `workspace` has n numbers.
 template <class Scalar, class Coefficients>
 void write_householder_product(const Matrix<Scalar>& packed, const Coefficients& coefficients,
                                Vector<Scalar>& workspace, Matrix<Scalar>& H) {

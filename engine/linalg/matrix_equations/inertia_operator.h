@@ -5,8 +5,8 @@
 
 namespace stiefel {
 
-/// Ω = J⁻¹(G − Gᵀ)/ε for any square G, that is Ω_ij = (G_ij − G_ji) / (ε(λ_i + λ_j)), exactly skew.
-/// Needs λ_i + λ_j > 0 for i ≠ j. Ω and G must be different matrices.
+/// Sets Ω = J⁻¹(G − Gᵀ)/ε for any square G, that is Ω_ij = (G_ij − G_ji) / (ε(λ_i + λ_j)), exactly
+/// skew. Needs λ_i + λ_j > 0 for i ≠ j. Ω and G must be different matrices.
 template <class Scalar, class G, class Omega>
 void inverse_inertia(const Vector<Scalar>& lambda, const Eigen::MatrixBase<G>& g, Scalar epsilon,
                      Eigen::MatrixBase<Omega>& omega) {
@@ -19,9 +19,9 @@ void inverse_inertia(const Vector<Scalar>& lambda, const Eigen::MatrixBase<G>& g
   }
 }
 
-/// [J(Ω), Ω] = [Λ, Ω²], with the elements (λ_i − λ_j)(Ω²)_ij: [M, Ω] without cancellation. Formed
-/// as MΩ − ΩM it can lose all digits where Λ is spread wide or λ_i is close to λ_j. Exactly skew. Ω
-/// and the result must be different matrices.
+/// Computes [J(Ω), Ω] = [Λ, Ω²] by its elements (λ_i − λ_j)(Ω²)_ij, which is [M, Ω] without
+/// cancellation and exactly skew. MΩ − ΩM can lose all digits where Λ is spread wide or λ_i is
+/// close to λ_j. Ω and the result must be different matrices.
 template <class Scalar, class Algebra, class Result>
 void inertia_bracket(const Vector<Scalar>& lambda, const Eigen::MatrixBase<Algebra>& Omega,
                      Eigen::MatrixBase<Result>&& bracket) {
@@ -35,14 +35,14 @@ void inertia_bracket(const Vector<Scalar>& lambda, const Eigen::MatrixBase<Algeb
   }
 }
 
-/// J_D(U) = UΛ − ΛUᵀ, equal to hM for U = Q_kᵀQ_{k+1}; [RB] (4.7).
+/// Returns J_D(U) = UΛ − ΛUᵀ, equal to hM for U = Q_kᵀQ_{k+1}; [RB] (4.7).
 template <class Scalar>
 Matrix<Scalar> J_D(const Vector<Scalar>& lambda, const Matrix<Scalar>& U) {
   const Matrix<Scalar> W = U * lambda.asDiagonal();
   return W - W.transpose();
 }
 
-/// X ← X − Xᵀ for a square block, exactly skew.
+/// Replaces a square block X by X − Xᵀ, exactly skew.
 template <class Block>
 void take_twice_skew_part(Block&& X) {
   for (Eigen::Index j = 0; j < X.cols(); ++j) {

@@ -4,8 +4,8 @@
 
 namespace stiefel {
 
-/// Ω = J⁻¹(M), N × N: Ω_ij = M_ij/(λ_i + λ_j) for i ≠ j. The diagonal stays; it is 0 for a skew M.
-/// Needs λ_i + λ_j > 0 for i ≠ j.
+/// Returns Ω = J⁻¹(M), N × N: Ω_ij = M_ij/(λ_i + λ_j) for i ≠ j. Keeps the diagonal, which is 0 for
+/// a skew M. Needs λ_i + λ_j > 0 for i ≠ j.
 template <class Scalar>
 Matrix<Scalar> inverse_inertia(const Vector<Scalar>& lambda, Matrix<Scalar> M) {
   for (Eigen::Index j = 0; j < M.cols(); ++j)

@@ -21,13 +21,13 @@ class Lyapunov {
 
   void factor(const Matrix<Scalar>& A);
 
-  /// The smallest Re(w_i + w_j), i < j, over the eigenvalues w of A.
+  /// Returns the smallest Re(w_i + w_j), i < j, over the eigenvalues w of A.
   Scalar smallest_pair_sum() const;
 
-  /// The smallest Re w over the eigenvalues w of A.
+  /// Returns the smallest Re w over the eigenvalues w of A.
   Scalar smallest_real_part() const;
 
-  /// Y may be G.
+  /// Solves for Y with the factors of A. Y may be G.
   void solve(const Matrix<Scalar>& G, Matrix<Scalar>& Y);
 
  private:
@@ -40,8 +40,8 @@ class Lyapunov {
 template <class Scalar>
 Lyapunov<Scalar>::Lyapunov(Eigen::Index N)
     : hessenberg_(N), schur_(N), Y_(N, N), product_(N, N), workspace_(N) {
-  // Starts with the factors of the identity, so that a copy made before `factor` reads no
-  // uninitialised numbers.
+  // Initialises the factors with those of the identity, so that a copy made before `factor` reads
+  // no uninitialised numbers.
   Y_.setIdentity();
   schur_.computeFromHessenberg(Y_, Y_, false);
 }

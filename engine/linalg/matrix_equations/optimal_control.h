@@ -7,12 +7,12 @@
 namespace stiefel {
 
 /// The optimal control U ∈ so(N) of [ST] Theorem 2, from a frame Q and any costate P (n × N) with
-/// QᵀP − PᵀQ = M. It solves QᵀQUΛ + ΛUQᵀQ = M, and with K = QΛ⁻¹Qᵀ and QQᵀ = I it is
+/// QᵀP − PᵀQ = M. U solves QᵀQUΛ + ΛUQᵀQ = M; with K = QΛ⁻¹Qᵀ and QQᵀ = I,
 ///
 ///     U = Λ⁻¹(QᵀK⁻¹P − PᵀK⁻¹Q + QᵀXQ)Λ⁻¹,   KX + XK = (QΛ⁻¹Pᵀ)K⁻¹ − K⁻¹(PΛ⁻¹Qᵀ).
 ///
 /// X is skew, so U = Λ⁻¹(QᵀL − LᵀQ)Λ⁻¹ with L = K⁻¹P + ½XQ. U has rank 2n at most; it is never
-/// formed, only applied to n × N factors in O(Nn²). No allocation after construction.
+/// formed, only applied to n × N factors in O(Nn²). Does not allocate after construction.
 template <class Scalar>
 class OptimalControl {
  public:
@@ -42,7 +42,7 @@ class OptimalControl {
     L_bar_ = L_bar_ * inverse_.asDiagonal();
   }
 
-  /// FU = (FΛ⁻¹Qᵀ)LΛ⁻¹ − (FΛ⁻¹Lᵀ)QΛ⁻¹; `FU` and F must be different matrices.
+  /// Sets FU = (FΛ⁻¹Qᵀ)LΛ⁻¹ − (FΛ⁻¹Lᵀ)QΛ⁻¹. `FU` and F must be different matrices.
   template <class Factor, class Product>
   void apply(const Eigen::MatrixBase<Factor>& F, Product&& FU) {
     K_.noalias() = F * Q_bar_.transpose();
@@ -55,7 +55,8 @@ class OptimalControl {
   Vector<Scalar> inverse_;
   SymmetricLyapunov<Scalar> lyapunov_;
   Eigen::LLT<Matrix<Scalar>> cholesky_;
-  Matrix<Scalar> Q_bar_, L_bar_, K_, X_;  ///< QΛ⁻¹, LΛ⁻¹
+  /// Q_bar_ = QΛ⁻¹, L_bar_ = LΛ⁻¹; K_ and X_ are scratch space
+  Matrix<Scalar> Q_bar_, L_bar_, K_, X_;
 };
 
 }  // namespace stiefel

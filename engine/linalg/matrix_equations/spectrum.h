@@ -6,7 +6,7 @@
 
 namespace stiefel {
 
-/// The eigenvalues of a real N × N matrix.
+/// Returns the eigenvalues of a real N × N matrix.
 Vector<std::complex<double>> spectrum(const Matrix<double>& A);
 
 }  // namespace stiefel

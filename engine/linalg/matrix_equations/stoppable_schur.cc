@@ -9,7 +9,8 @@ namespace {
 
 using Eigen::Index;
 
-/// Whether |T_{i+1,i}| is at the rounding of its neighbours on the diagonal; then it becomes 0.
+/// Whether |T_{i+1,i}| is at the rounding level of its neighbours on the diagonal; if so, sets it
+/// to 0.
 template <class Real, class T>
 bool negligible(T& matrix, Index i) {
   using Eigen::numext::norm1;

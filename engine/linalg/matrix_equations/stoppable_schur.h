@@ -5,10 +5,10 @@
 
 #include "engine/linalg/arithmetic/scalar.h"
 
-/// Eigen's Schur and Hessenberg decompositions take seconds at N = 512. Here they look at the stop
-/// token (stiefel/stop.h): the Schur iterations in the test that each of them makes for small
-/// elements, the reduction to Hessenberg form before every 16th column. The operations and their
-/// order are Eigen's, so the bits are too. Include this header wherever one of them is used.
+/// Makes Eigen's Schur and Hessenberg decompositions stoppable (stiefel/stop.h), which take seconds
+/// at N = 512. The Schur iterations check for a stop request in their test for small elements, the
+/// reduction to Hessenberg form before every 16th column. The operations and their order are
+/// Eigen's, so the bits are too. Include this header wherever one of these decompositions is used.
 template <>
 bool Eigen::ComplexSchur<stiefel::Matrix<std::complex<double>>>::subdiagonalEntryIsNeglegible(
     Index i);

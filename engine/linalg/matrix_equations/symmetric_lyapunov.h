@@ -8,8 +8,9 @@
 
 namespace stiefel {
 
-/// Solves KX + XK = E for K symmetric positive definite, n × n, and any E: with K = VDVᵀ,
-/// (VᵀXV)_ij = (VᵀEV)_ij / (d_i + d_j). Symmetric E gives symmetric X. No allocation.
+/// Solves KX + XK = E for K symmetric positive definite, n × n, and any E: with K = VDVᵀ, (VᵀXV)_ij
+/// = (VᵀEV)_ij / (d_i + d_j). A symmetric E gives a symmetric X. Does not allocate after
+/// construction.
 template <class Scalar>
 class SymmetricLyapunov {
  public:
@@ -17,7 +18,7 @@ class SymmetricLyapunov {
 
   void factor(const Matrix<Scalar>& K);
 
-  /// X may be E.
+  /// Solves for X with the factors of K. X may be E.
   void solve(const Matrix<Scalar>& E, Matrix<Scalar>& X);
 
  private:

@@ -4,8 +4,9 @@
 
 namespace stiefel {
 
-/// Loads four rows of eight columns of doubles as four packs, and stores them back; the columns
-/// start `stride` numbers apart. Faster than single loads on machines with shuffles.
+/// Loads four rows of eight columns of doubles as four packs, and stores them back; consecutive
+/// columns start `stride` numbers apart. Faster than single loads on machines with shuffle
+/// instructions.
 template <Isa isa>
 struct FourRows {
   using P = Pack<double, isa>;
@@ -45,7 +46,7 @@ struct FourRows {
   }
 
  private:
-  /// Transposes both halves of the lanes, 4 × 4 each.
+  /// Transposes the two 4 × 4 halves of the lanes.
   [[gnu::always_inline]] static void transpose(P (&x)[4]) {
 #pragma GCC unroll 2
     for (int p = 0; p < P::parts; ++p) {

@@ -12,15 +12,14 @@
 
 namespace stiefel {
 
-/// The Scalars in a register.
+/// Returns how many Scalars a register holds.
 template <class Scalar>
 constexpr int vector_width(Isa isa) {
   return (isa == Isa::avx512 ? 64 : isa == Isa::avx2 ? 32 : 16) / static_cast<int>(sizeof(Scalar));
 }
 
-/// Several numbers computed at once, element by element, in the compiler's vector types: eight
-/// doubles are one register of AVX-512 or two of AVX2. For a Scalar without a vector type, one
-/// number.
+/// A vector of `lanes` numbers, computed element by element in the compiler's vector types: eight
+/// doubles are one register of AVX-512 or two of AVX2. A Scalar without a vector type has one lane.
 template <class Scalar_, Isa isa, int lanes_ = 8>
 struct Pack {
   using Scalar = Scalar_;
@@ -42,7 +41,7 @@ struct Pack {
   using Part = typename VectorOf<Scalar, width>::type;
   using UnalignedPart = typename VectorOf<Scalar, width>::unaligned;
 
-  /// The result of a comparison: all bits of a lane set, or none.
+  /// The result of a comparison: in each lane all bits are set, or none.
   struct Mask {
     using Part = decltype(typename VectorOf<Scalar, width>::type{} <
                           typename VectorOf<Scalar, width>::type{});
@@ -63,7 +62,7 @@ struct Pack {
     [[gnu::always_inline]] friend Mask operator|(Mask a, Mask b) {
       return of_parts([&](int p) __attribute__((always_inline))->Part { return a.v[p] | b.v[p]; });
     }
-    /// Bit k is lane k.
+    /// Returns the lanes that are set: bit k is lane k.
     [[gnu::always_inline]] unsigned lanes_set() const {
       unsigned bits = 0;
 #pragma GCC unroll 4
@@ -72,7 +71,7 @@ struct Pack {
     }
 
    private:
-    /// Bit k is the sign of element k.
+    /// Returns the signs of the elements: bit k is set if element k is negative.
     [[gnu::always_inline]] static unsigned signs(Part part) {
 #ifdef STIEFEL_X86_64
       if constexpr (std::is_same_v<Scalar, double> && width == 8)
@@ -124,21 +123,23 @@ struct Pack {
     for (int p = 0; p < parts; ++p) *reinterpret_cast<UnalignedPart*>(x + p * width) = v[p];
   }
 
-  /// make(k) in lane k.
+  /// Puts make(k) into lane k.
   template <class Make>
   [[gnu::always_inline]] static Pack of_lanes(Make&& make) {
     Scalar all[lanes];
     for (int k = 0; k < lanes; ++k) all[k] = static_cast<Scalar>(make(k));
     return load(all);
   }
-  /// Loads one number from each of `lanes` columns that start `stride` numbers apart.
+  /// Loads one number from each of `lanes` columns; consecutive columns start `stride` numbers
+  /// apart.
   template <class T>
   [[gnu::always_inline]] static Pack gather(const T* x, std::ptrdiff_t stride) {
     Scalar all[lanes];
     for (int k = 0; k < lanes; ++k) all[k] = static_cast<Scalar>(x[k * stride]);
     return load(all);
   }
-  /// Stores one number into each of these columns, from the lanes whose bits are set.
+  /// Stores one number into each of `lanes` columns, which start `stride` numbers apart; only from
+  /// lanes whose bits in `set` are 1.
   template <class T>
   [[gnu::always_inline]] void scatter(T* x, std::ptrdiff_t stride,
                                       unsigned set = Mask::every_lane) const {
@@ -211,8 +212,8 @@ struct Pack {
   }
 
  private:
-  // A builtin. A function of <cmath> that is not inlined here, compiled for this instruction set,
-  // could be linked into code for other machines.
+  // Compiler builtins: a function of <cmath> that is not inlined here would be compiled for this
+  // instruction set, and the linker could use it in code for other machines.
   [[gnu::always_inline]] static float square_root(float x) { return __builtin_sqrtf(x); }
   [[gnu::always_inline]] static double square_root(double x) { return __builtin_sqrt(x); }
   [[gnu::always_inline]] static float fused_element(float a, float b, float c) {

@@ -8,14 +8,14 @@
 /// the precision of any real Scalar. All terms of every sum are positive.
 namespace stiefel::carlson {
 
-/// The largest relative distance of the arguments from their mean for which the series has the
-/// error ε⁸.
+/// Returns the largest relative distance ε of the arguments from their mean for which the series is
+/// accurate to rounding; its error is of order ε⁸.
 template <class Scalar>
 Scalar close_enough() {
   return two_to<Scalar>(-(bits<Scalar> + 7) / 8);
 }
 
-/// R_C(x, y) = ½ ∫₀^∞ (t + x)^−½ (t + y)⁻¹ dt, x ≥ 0, y > 0: it is an inverse circular or
+/// Returns R_C(x, y) = ½ ∫₀^∞ (t + x)^−½ (t + y)⁻¹ dt, x ≥ 0, y > 0, as an inverse circular or
 /// hyperbolic function.
 template <class Scalar>
 Scalar R_C(Scalar x, Scalar y) {
@@ -25,8 +25,8 @@ Scalar R_C(Scalar x, Scalar y) {
   return (y > x ? atan2(d, sqrt(x)) : asinh(d / sqrt(y))) / d;
 }
 
-/// R_F(x, y, z) = ½ ∫₀^∞ ((t + x)(t + y)(t + z))^−½ dt; x, y, z ≥ 0, at most one of them 0. NaN
-/// gives NaN.
+/// Returns R_F(x, y, z) = ½ ∫₀^∞ ((t + x)(t + y)(t + z))^−½ dt; x, y, z ≥ 0, at most one of them 0.
+/// NaN gives NaN.
 template <class Scalar>
 Scalar R_F(Scalar x, Scalar y, Scalar z) {
   using std::abs, std::sqrt;
@@ -47,8 +47,8 @@ Scalar R_F(Scalar x, Scalar y, Scalar z) {
   }
 }
 
-/// R_J(x, y, z, p) = 3/2 ∫₀^∞ ((t + x)(t + y)(t + z))^−½ (t + p)⁻¹ dt; x, y, z as in R_F, p > 0.
-/// NaN gives NaN.
+/// Returns R_J(x, y, z, p) = 3/2 ∫₀^∞ ((t + x)(t + y)(t + z))^−½ (t + p)⁻¹ dt; x, y, z ≥ 0, at most
+/// one of them 0, p > 0. NaN gives NaN.
 template <class Scalar>
 Scalar R_J(Scalar x, Scalar y, Scalar z, Scalar p) {
   using std::abs, std::sqrt;

@@ -10,13 +10,14 @@ namespace stiefel {
 /// Jacobi's elliptic functions of one complementary parameter mc = 1 − k², 0 < mc ≤ 1, in any real
 /// Scalar. sn, cn and dn are each relatively accurate, also next to their zeros and for mc → 0.
 ///
-/// With the arithmetic–geometric mean a_{n+1} = (a_n + b_n)/2, b_{n+1} = √(a_n b_n) of a_0 = 1,
-/// b_0 = √mc, and X_n = a_n cs(a_n u | b_n²/a_n²), d_n = dn of the same, Gauss's transformation is
+/// With the arithmetic–geometric mean a_{n+1} = (a_n + b_n)/2, b_{n+1} = √(a_n b_n) from a_0 = 1,
+/// b_0 = √mc, and with X_n = a_n cs(a_n u | b_n²/a_n²) and d_n = dn(a_n u | b_n²/a_n²), Gauss's
+/// transformation is
 ///
 ///     X_n = X_{n+1} d_{n+1},   d_n = (X_{n+1}² + a_{n+1} b_n) / (X_{n+1}² + a_{n+1} a_n),
 ///
-/// from X = a cot(au), d = 1 in the limit (Bulirsch 1965). The recursion is used for |u| ≤ K/2.
-/// Beyond, the functions follow from those of K − u: sn = cd, cn = √mc sd, dn = √mc nd.
+/// and starts from X = a cot(au), d = 1 in the limit (Bulirsch 1965). The recursion is used for
+/// u| ≤ K/2. Beyond, the functions follow from those of K − u: sn = cd, cn = √mc sd, dn = √mc nd.
 template <class Scalar>
 class JacobiElliptic {
  public:
@@ -30,7 +31,7 @@ class JacobiElliptic {
     b_[0] = sqrt(mc);
     for (bool close = false; !close && levels_ < most; ++levels_) {
       const Scalar a = a_[levels_], b = b_[levels_];
-      close = a - b <= two_to<Scalar>(-bits<Scalar> / 2);  // a = b in the next round
+      close = a - b <= two_to<Scalar>(-bits<Scalar> / 2);  // a and b agree after the next round
       a_[levels_ + 1] = (a + b) / 2;
       b_[levels_ + 1] = sqrt(a) * sqrt(b);
     }
@@ -41,7 +42,7 @@ class JacobiElliptic {
   /// The quarter period K, the complete integral of the first kind.
   Scalar K() const { return K_; }
 
-  /// The incomplete integral F(φ), |φ| ≤ π, with φ given by its sine and cosine.
+  /// Returns the incomplete integral F(φ), |φ| ≤ π, with φ given by its sine and cosine.
   Scalar F(Scalar s, Scalar c) const {
     const Scalar up = s < 0 ? -s : s;
     const Scalar first = up * carlson::R_F<Scalar>(c * c, c * c + mc_ * s * s, 1);
@@ -49,7 +50,7 @@ class JacobiElliptic {
     return s < 0 ? -F : F;
   }
 
-  /// |u| ≤ K.
+  /// Returns sn, cn and dn of u, |u| ≤ K.
   Values operator()(Scalar u) const {
     if (u < 0) {
       Values v = (*this)(-u);
@@ -76,7 +77,8 @@ class JacobiElliptic {
     return {sn, X * sn, d};
   }
 
-  static constexpr int most = 24;  // √mc of 1e-2500 takes 20
+  // enough: √mc = 1e-2500, about the least in quadruple precision, takes fewer than 20
+  static constexpr int most = 24;
   Scalar mc_, K_;
   int levels_ = 0;
   std::array<Scalar, most + 1> a_, b_;

@@ -9,7 +9,7 @@ namespace stiefel {
 template <class Scalar>
 using PowerSeries = std::vector<Scalar>;
 
-/// Coefficient k of ab.
+/// Returns coefficient k of ab.
 template <class Scalar>
 Scalar product_at(const PowerSeries<Scalar>& a, const PowerSeries<Scalar>& b, std::size_t k) {
   Scalar sum = 0;
@@ -24,7 +24,7 @@ PowerSeries<Scalar> product(const PowerSeries<Scalar>& a, const PowerSeries<Scal
   return ab;
 }
 
-/// a/b, b₀ ≠ 0.
+/// Returns a/b, b₀ ≠ 0.
 template <class Scalar>
 PowerSeries<Scalar> quotient(const PowerSeries<Scalar>& a, const PowerSeries<Scalar>& b) {
   PowerSeries<Scalar> q(a.size(), Scalar(0));
@@ -32,7 +32,7 @@ PowerSeries<Scalar> quotient(const PowerSeries<Scalar>& a, const PowerSeries<Sca
   return q;
 }
 
-/// Σ a_k xᵏ.
+/// Returns Σ a_k xᵏ.
 template <class Scalar>
 Scalar polynomial(const PowerSeries<Scalar>& a, const Scalar& x) {
   Scalar sum = 0;

@@ -6,14 +6,14 @@
 
 namespace stiefel {
 
-/// Pointers to the n × n moments of a state, each column after column.
+/// Pointers to the n × n moments of a state, stored column after column.
 template <class Scalar>
 struct FrameSums {
   Scalar *QQ[4], *QV[3], *VV[2];
 };
 
-/// The moments of a state on V(n, N), from which a step follows: n × n sums over its N columns,
-/// with V = Q̇ = SΛ⁻¹,
+/// The moments of a state on V(n, N), which determine a step: n × n sums over its N columns, with V
+/// = Q̇ = SΛ⁻¹,
 ///
 ///     QQ[p] = QΛ⁻ᵖQᵀ, p = 0..3,   QV[p] = QΛ⁻ᵖVᵀ, p = 0..2,   VV[p] = VΛ⁻ᵖVᵀ, p = 0, 1.
 template <class Scalar>

@@ -9,7 +9,7 @@
 
 namespace stiefel {
 
-/// The lower block of a state: S = Q̇Λ, or Q̇.
+/// Selects the lower block of a state: S = Q̇Λ, or Q̇.
 enum class Under { S, Qdot };
 
 /// The columns of a state on V(n, N) in memory, 2n numbers each.
@@ -21,8 +21,8 @@ struct FrameColumns {
   std::ptrdiff_t count;   ///< N
 };
 
-/// The pass over the columns of a state that a step of RattleStiefel makes, a few columns at a
-/// time. From Y/h and Y′/h it computes the new state and its moments:
+/// The pass over the columns of a state in one step of RattleStiefel, a few columns at a time. From
+/// Y/h and Y′/h `advance` computes the new state and its moments:
 ///
 ///     Q′ = Q + h(S + (Y/h)Q)Λ⁻¹,   S′ = S + (Y/h)Q + (Y′/h)Q′.
 ///
@@ -38,13 +38,13 @@ class FramePass {
                        const Scalar* Y1_h, const FrameSums<Scalar>& moments) = 0;
 };
 
-/// The pass for n rows compiled for `isa`. Scalars other than double and float need
+/// Returns the pass for n rows compiled for `isa`. Scalars other than double and float need
 /// frame_pass_on.h, and have no code specialised for few rows.
 template <class Scalar, Isa isa>
 std::unique_ptr<FramePass<Scalar>> make_frame_pass_on(Arithmetic arithmetic, Under under,
                                                       std::ptrdiff_t n);
 
-/// The pass for n rows compiled for the widest instruction set of this machine.
+/// Returns the pass for n rows compiled for the widest instruction set of this machine.
 template <class Scalar>
 std::unique_ptr<FramePass<Scalar>> make_frame_pass(Arithmetic arithmetic, Under under,
                                                    std::ptrdiff_t n) {
@@ -62,7 +62,7 @@ std::unique_ptr<FramePass<Scalar>> make_frame_pass(Arithmetic arithmetic, Under 
 extern template class FramePass<double>;
 extern template class FramePass<float>;
 
-// Compiled once: for each instruction set from frame_pass.cc.in, and in frame_pass_float.cc.
+// Compiled once: frame_pass.cc.in for each instruction set, and frame_pass_float.cc.
 extern template std::unique_ptr<FramePass<double>> make_frame_pass_on<double, Isa::baseline>(
     Arithmetic, Under, std::ptrdiff_t);
 extern template std::unique_ptr<FramePass<double>> make_frame_pass_on<double, Isa::avx2>(

@@ -8,8 +8,8 @@
 
 namespace stiefel {
 
-/// FramePass by packs of columns, as many at a time as stay in the cache. `rows` is n for small n,
-/// else any_rows.
+/// Computes FramePass by packs of columns, in tiles of as many columns as stay in the cache. `rows`
+/// is n for small n, else any_rows.
 template <class Scalar, Arithmetic arithmetic, Under under, int rows, Isa isa>
 class FramePassOn final : public FramePass<Scalar> {
  public:
@@ -34,7 +34,8 @@ class FramePassOn final : public FramePass<Scalar> {
 
   std::ptrdiff_t n() const { return rows == any_rows ? n_ : rows; }
 
-  /// Without multipliers the state stays.
+  /// Makes one pass. Without multipliers it only measures the moments and leaves the state
+  /// unchanged.
   void pass(const FrameColumns<Scalar>& x, Scalar h, const Scalar* Y_h, const Scalar* Y1_h,
             const FrameSums<Scalar>& moments) {
     MomentSums<Scalar, rows, isa> sums(n(), moments);
@@ -88,14 +89,14 @@ class FramePassOn final : public FramePass<Scalar> {
     }
   }
 
-  /// The product of one row of an n × n matrix, which starts at `Y`, with Q.
+  /// Returns the product of one row of an n × n matrix, which starts at `Y`, with Q.
   [[gnu::always_inline]] P times_Q(const Scalar* Y, std::ptrdiff_t p) {
     P sum = Y[0] * tiles_.Q[0][p];
     for (std::ptrdiff_t l = 1; l < n(); ++l) sum = sum + Y[n() * l] * tiles_.Q[l][p];
     return sum;
   }
 
-  /// value ← value + change, with the rounding error added to the carry, as in Accumulator.
+  /// Sets value ← value + change, with the rounding error added to the carry, as Accumulator does.
   [[gnu::always_inline]] static void add(P& value, P& carry, P change) {
     if constexpr (compensated) {
       change = change + carry;

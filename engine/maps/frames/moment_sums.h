@@ -7,8 +7,8 @@
 
 namespace stiefel {
 
-/// The columns of a tile by whose products the moments are summed: Q, V = Q̇, and with Λ⁻¹ once or
-/// twice G = QΛ⁻¹, H = VΛ⁻¹, F = GΛ⁻¹. `rows` is n where that is small, else any_rows.
+/// The columns of a tile from whose products the moments are summed: Q, V = Q̇, G = QΛ⁻¹, H = VΛ⁻¹,
+/// F = GΛ⁻¹. `rows` is n where n is small, else any_rows.
 template <class Scalar, int rows, Isa isa>
 struct MomentTiles {
   using P = Pack<Scalar, isa>;
@@ -19,8 +19,8 @@ struct MomentTiles {
   Rows Q, G, V, H, F;
 };
 
-/// The moments of the tiles so far. Neither arithmetic nor form of the state matters here, so that
-/// all passes of as many rows share this code.
+/// Sums the moments over the tiles. It depends neither on the arithmetic nor on the form of the
+/// state, so all passes with the same number of rows share this code.
 template <class Scalar, int rows, Isa isa>
 class MomentSums {
  public:
@@ -37,7 +37,7 @@ class MomentSums {
         VV0_(n, out.VV[0]),
         VV1_(n, out.VV[1]) {}
 
-  /// The first `filled` packs of the tiles, of n rows.
+  /// Adds the first `filled` packs of the tiles, which have n rows.
   [[gnu::noinline]] void add(Tiles& x, std::ptrdiff_t any_n, std::ptrdiff_t filled) {
     const std::ptrdiff_t n = rows == any_rows ? any_n : rows;
     Product::template add<true>(x.Q, x.Q, n, filled, QQ0_);
@@ -59,7 +59,7 @@ class MomentSums {
 
  private:
   using Sum = TileSum<Pack<Scalar, isa>, rows>;
-  /// The largest block that fits in the registers.
+  /// Chooses the largest block that fits into the registers: 4 × 4 or 1 × 2 elements.
   static constexpr bool many_registers = isa == Isa::avx512;
   using Product = TileProduct<many_registers ? 4 : 1, many_registers ? 4 : 2>;
 

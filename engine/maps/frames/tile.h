@@ -8,7 +8,7 @@ namespace stiefel {
 /// Marks a template for any number of rows.
 inline constexpr int any_rows = -1;
 
-/// A few columns of a matrix of n rows, stored by rows, `packs` packs in a row.
+/// A few columns of a matrix with n rows, stored by rows, with `packs` packs in each row.
 template <class P, int n, std::ptrdiff_t packs>
 class Tile {
  public:
@@ -30,8 +30,8 @@ class Tile<P, any_rows, packs> {
   std::vector<P> rows_;
 };
 
-/// Holds an n × n sum of products from tile to tile and writes it at the end, column after column.
-/// For few rows the lanes are summed only at the end.
+/// Holds an n × n sum of products from tile to tile, and writes it at the end, column after column.
+/// For few rows the sum over the lanes is taken only at the end.
 template <class P, int n>
 class TileSum {
  public:
@@ -70,9 +70,9 @@ class TileSum<P, any_rows> {
   typename P::Scalar* out_;
 };
 
-/// sum += ABᵀ over the first `filled` packs of two tiles of n rows; of a symmetric product only the
-/// elements on and above the diagonal. Works by blocks of R × C elements, which fit in the
-/// registers.
+/// Adds ABᵀ to sum, over the first `filled` packs of two tiles of n rows; for a symmetric product
+/// only the elements on and above the diagonal. Works by blocks of R × C elements, which fit into
+/// the registers.
 template <int R, int C>
 struct TileProduct {
   template <bool symmetric, class T, class Sum>

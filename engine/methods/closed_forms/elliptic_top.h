@@ -43,7 +43,7 @@ class EllipticTop {
     start_ = theta_minus_T(-nu_);
   }
 
-  /// The axis i, counted from 0.
+  /// Returns the axis i, counted from 0.
   int axis() const { return i_; }
 
   Vec m(Scalar t) const {

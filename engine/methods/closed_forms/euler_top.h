@@ -71,13 +71,13 @@ class EulerTop {
     Vec omega;
   };
 
-  /// I_a − I_b.
+  /// Returns I_a − I_b.
   static Scalar difference(const Vec& differences, int a, int b) {
     if (a == b) return 0;
     return b == (a + 1) % 3 ? differences((a + 2) % 3) : -differences((b + 2) % 3);
   }
 
-  /// The signed permutation, det +1, that sorts I₁ ≤ I₂ ≤ I₃.
+  /// Finds the signed permutation of the axes, det +1, that sorts I₁ ≤ I₂ ≤ I₃.
   void sort(const Vec& differences) {
     for (const auto& [first, second] : {std::pair(0, 1), std::pair(1, 2), std::pair(0, 1)})
       if (difference(differences, axis_[first], axis_[second]) > 0) {
@@ -86,8 +86,8 @@ class EulerTop {
       }
   }
 
-  /// A rotation by π about a principal axis, so that m circles a positive one; on the separatrix,
-  /// so that m₁ and m₃ are positive.
+  /// Rotates by π about a principal axis, so that m circles a positive axis; on the separatrix, so
+  /// that m₁ and m₃ are positive.
   void flip(SortedTop<Scalar>& top) {
     bool first = top.m(0) < 0, third = top.m(2) < 0;
     if (top.Delta(1) < 0) third = first;
@@ -123,7 +123,7 @@ class EulerTop {
     return x;
   }
 
-  /// P(m).
+  /// Returns P(m).
   Quaternion to_e(const Vec& m) const {
     using std::sqrt;
     const Scalar G = sqrt(m.squaredNorm()), along = G + m.dot(e_);
@@ -136,7 +136,7 @@ class EulerTop {
   }
 
   Point start_;
-  std::array<int, 3> axis_{0, 1, 2};  ///< sorted
+  std::array<int, 3> axis_{0, 1, 2};  ///< the axes in the order of their moments
   Vec sign_ = Vec::Ones();
   Vec e_ = Vec::Zero();
   Quaternion before_ = Quaternion::UnitX();  ///< q(0)∘P(m(0))*

@@ -30,7 +30,7 @@ class IsotropicGeodesic {
   IsotropicGeodesic(Scalar lambda, const Matrix<Scalar>& Y, const Matrix<Scalar>& H);
 
   static Matrix<Scalar> skew(const Matrix<Scalar>& A);
-  /// [Y K], K from the QR factors of [Y H].
+  /// Returns [Y K], with K from the QR factors of [Y H].
   static Matrix<Scalar> completed(const Matrix<Scalar>& Y, const Matrix<Scalar>& H);
   static Matrix<Scalar> W(Eigen::Index n, const Matrix<Scalar>& AR);
 

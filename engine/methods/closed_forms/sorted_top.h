@@ -15,7 +15,8 @@ struct SortedTop {
   Eigen::Matrix<Scalar, 3, 3> difference;  ///< I_j − I_k
   Scalar G, two_E;
 
-  /// I_21 = I₂ − I₁ and I_32 = I₃ − I₂ may be more accurate than the differences of `moments`.
+  /// Takes I_21 = I₂ − I₁ and I_32 = I₃ − I₂ separately, because they may be more accurate than the
+  /// differences of `moments`.
   SortedTop(const Vec& moments, Scalar I_21, Scalar I_32, const Vec& momentum)
       : I(moments), m(momentum) {
     using std::sqrt;

@@ -35,7 +35,7 @@ class TwoValuedBody {
   const Point& at(Scalar t);
 
  private:
-  /// α + β.
+  /// Returns α + β.
   static Scalar sum(const Vector<Scalar>& lambda) { return lambda.minCoeff() + lambda.maxCoeff(); }
 
   static Matrix<Scalar> D(const Vector<Scalar>& lambda, const Matrix<Scalar>& M);

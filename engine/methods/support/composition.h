@@ -12,20 +12,21 @@
 
 namespace stiefel {
 
-/// The symmetric composition Φ_{γ_s h} ∘ … ∘ Φ_{γ_1 h} of a symmetric map Φ of order 2: a map of
-/// order 2 (Φ itself), 4, 6 or 8 with the invariants of Φ, at 1, 5, 9 or 17 times its cost. A step
-/// exists where all stages exist; the longest stage is 0.66h, 0.80h, 0.61h for the orders 4, 6, 8.
+/// The symmetric composition Φ_{γ_s h} ∘ … ∘ Φ_{γ_1 h} of a symmetric map Φ of order 2. It is a map
+/// of order 2 (Φ itself), 4, 6 or 8 with the invariants of Φ, at 1, 5, 9 or 17 times its cost. A
+/// step exists where all stages exist; the longest stage is 0.66h, 0.80h, 0.61h for the orders 4,
+/// 6, 8.
 ///
-/// Stages of equal length share a map. Every stage has its own solver memory if Φ's State has a
-/// `memory`, because the solutions of one stage in successive steps lie on a smooth curve, and
-/// those of successive stages do not.
+/// Stages of equal length share a map. If Φ's State has a `memory`, every stage has its own,
+/// because the solutions of one stage in successive steps lie on a smooth curve, and those of
+/// successive stages do not.
 template <class Base>
 requires Map<Base>
 class Composition {
  public:
   using Scalar = typename Base::Scalar;
   using Point = typename Base::Point;
-  /// Makes Φ for a given step.
+  /// Returns Φ for a given step.
   using Make = std::function<Base(Scalar)>;
 
   struct NoMemory {
@@ -55,7 +56,7 @@ class Composition {
       for (Memory& other : later) other.each(visit);
     }
 
-    /// Exchanges the current memory with that of a stage; a second call undoes the exchange.
+    /// Exchanges the current memory with that of a stage. A second call undoes the exchange.
     void exchange(std::size_t stage) {
       using std::swap;
       if constexpr (remembers)
@@ -83,7 +84,7 @@ class Composition {
     return {Outcome::left_domain, reached * length()};
   }
 
-  /// The largest |h| up to `limit` for which every stage from here exists, to 1e-3.
+  /// Returns the largest |h| up to `limit` for which every stage from `state` exists, to 1e-3.
   std::optional<double> largest_step(const State& state, double limit) {
     if (stages_ == 1) return maps_.front().largest_step(state, limit);
     return follow(state, limit / length()) * length();

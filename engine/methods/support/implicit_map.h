@@ -13,14 +13,14 @@ namespace stiefel {
 /// Base class of implicit methods: a map x ← x + Δ(x, z), where z is the solution of z = g(x, z, h)
 /// on the branch that starts at h = 0. `Derived` has
 ///
-///     begin(x, z)            the solution of h = 0, with the unknown's shape,
-///     sweep(x, z, h, g)      g = g(x, z, h),
-///     displacement(x, z, dx) Δ.
+///     begin(x, z)             sets z to the solution at h = 0, with the shape of the unknown,
+///     sweep(x, z, h, g)       sets g = g(x, z, h),
+///     displacement(x, z, dx)  sets dx = Δ.
 ///
-/// The iteration starts from the extrapolated solutions of the last steps and ends at rounding
-/// level. Newton's method takes over where the fixed point does not converge: a Λ that is spread
-/// wide makes the equation stiff. If both fail, the solution is followed from h = 0; if its branch
-/// ends before h, the step ends with left_domain.
+/// The iteration starts from the solution extrapolated from the last steps and ends at rounding
+/// level. Newton's method takes over where the fixed-point iteration does not converge, because a
+/// widely spread Λ makes the equation stiff. If both fail, the solution is followed from h = 0; if
+/// its branch ends before h, the step ends with left_domain.
 template <class Derived, class S, Arithmetic arithmetic>
 class ImplicitMap {
  public:
@@ -65,7 +65,8 @@ class ImplicitMap {
     return {};
   }
 
-  /// The largest |h| up to `limit` to which the solution can be followed from here, to 1e-3.
+  /// Returns the largest |h| up to `limit` to which the solution can be followed from `state`, to
+  /// 1e-3.
   std::optional<double> largest_step(const State& state, double limit) {
     prepare(state.x.value);
     return follow(state.x.value, limit / length()) * length();
@@ -79,7 +80,7 @@ class ImplicitMap {
   Derived& derived() { return static_cast<Derived&>(*this); }
   double length() const { return std::abs(static_cast<double>(h_)); }
 
-  /// Allocates at the first call: `Derived` decides the shape of the unknown.
+  /// Allocates at the first call, because `Derived` determines the shape of the unknown.
   void prepare(const Point& x) {
     if (z_.size() > 0) return;
     dx_ = x;
@@ -87,7 +88,7 @@ class ImplicitMap {
     solver_ = FixedPoint<Scalar>(z_.rows(), z_.cols());
   }
 
-  /// Solves from z_, which equals found_ at the call.
+  /// Solves from z_, which must equal found_ at the call.
   bool solve(const Point& x, Scalar h) {
     const auto sweep = [&](const auto& z, auto& g) { derived().sweep(x, z, h, g); };
     if (solver_.solve(z_, sweep)) return true;

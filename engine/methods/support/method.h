@@ -11,15 +11,16 @@
 
 namespace stiefel {
 
-/// How a method moves rigid bodies of three and four dimensions in the lanes of vector registers.
+/// Selects how a method moves rigid bodies of three and four dimensions in the lanes of vector
+/// registers.
 enum class Packing {
-  none,              ///< each alone
-  vector_field,      ///< by the vector field, with the lambda of each body
-  stages,            ///< Moser-Veselov stages of each body
-  modified_inertia,  ///< one Moser-Veselov stage of each body's modified moments
+  none,              ///< each body alone
+  vector_field,      ///< by the vector field, with the λ of each body
+  stages,            ///< by the Moser–Veselov stages of each body
+  modified_inertia,  ///< by one Moser–Veselov stage with each body's modified moments
 };
 
-/// The declarations of a method, as data. Tests, Diagnose and the documentation read them.
+/// What a method declares, as data. Tests, Diagnose and the documentation read it.
 struct MethodTraits {
   const char* name;
   const char* summary;
@@ -36,14 +37,14 @@ struct MethodTraits {
 
 /// A Method turns a System into a Map: `Method::traits`, `Method::applies<System>`,
 /// `Method::conservation<System>(invariant)` and `Method::Map<System, arithmetic>(system, h,
-/// order)`. A method that applies to a system in three dimensions only is in the catalogue for N =
+/// order)`. The catalogue lists a method that applies to a system only in three dimensions for N =
 /// 3.
 template <class M>
 concept Method = requires {
   { M::traits } -> std::convertible_to<MethodTraits>;
 };
 
-/// The state of a map whose next step depends on the system's state only.
+/// The state of a map whose next step depends only on the system's state.
 template <class S, Arithmetic arithmetic>
 struct PlainState {
   Accumulator<typename S::State, arithmetic> x;
@@ -54,7 +55,7 @@ struct PlainState {
   }
 };
 
-/// A map x ← x + Δ(x) defined by its displacement Δ for every h: explicit methods.
+/// Base class of explicit methods: a map x ← x + Δ(x), defined by its displacement Δ for every h.
 template <class Derived, class S, Arithmetic arithmetic>
 class ExplicitMap {
  public:

@@ -19,15 +19,15 @@ struct Decimal36 {
   }
 };
 
-/// The first half γ_1, …, γ_{(s+1)/2} of the palindromic composition of s stages that turns a
-/// symmetric map of order 2 into one of order 2, 4, 6 or 8:
+/// Returns the first half γ_1, …, γ_{(s+1)/2} of the palindromic composition of s stages that turns
+/// a symmetric map of order 2 into one of order 2, 4, 6 or 8:
 ///
 ///     4: s = 5, γ = (p, p, 1 − 4p, p, p), p = 1/(4 − 4^{1/3}) (Suzuki 1990);
 ///     6: s = 9, 8: s = 17 (Kahan and Li 1997).
 ///
-/// The middle γ is 1 minus the others. The digits satisfy the order conditions to 1e-36. Order 6
-/// was published with fewer digits; the values here are the nearest point of its one-parameter
-/// family.
+/// The middle γ is 1 minus the sum of the others. The digits satisfy the order conditions to 1e-36.
+/// Order 6 was published with fewer digits; the values here are the nearest point of its
+/// one-parameter family.
 template <class Scalar>
 std::vector<Scalar> symmetric_stages(int order) {
   static constexpr std::array<Decimal36, 4> order6 = {{

@@ -12,11 +12,12 @@
 
 namespace stiefel {
 
-/// Reads Q and M from a state of the rigid body, and writes them. Without a frame Q is I.
+/// Reads Q and M from a state of the rigid body, and writes them. For a state without a frame Q is
+/// I.
 template <class Space>
 struct FrameAndMomentum;
 
-/// `set` keeps the sign of the quaternion.
+/// Coordinates of three dimensions. `set` keeps the sign of the quaternion.
 template <class Scalar, bool frame>
 struct FrameAndMomentum<So3<Scalar, frame>> {
   using Point = typename So3<Scalar, frame>::State;
@@ -54,8 +55,8 @@ struct FrameAndMomentum<SoN<Scalar>> {
   }
 };
 
-/// A map of the symmetric representation (Q, P), used as a map of (Q, M): by Ψ⁻¹ at the start, with
-/// an ε for which ‖εM‖ is about 1, and back by Ψ after every step ([RB] Prop. 3.6, 3.11, 3.13). The
+/// Uses a map of the symmetric representation (Q, P) as a map of (Q, M): applies Ψ⁻¹ at the start,
+/// with an ε for which ‖εM‖ is about 1, and Ψ after every step ([RB] Prop. 3.6, 3.11, 3.13). The
 /// state is (Q, P); (Q, M) is computed from it.
 template <class Space, class Inner, Arithmetic arithmetic>
 class ThroughPsi {
@@ -85,7 +86,7 @@ class ThroughPsi {
     const Scalar epsilon = unit_epsilon(M);
     const auto P = Psi_inverse(Q, M, epsilon);
     Matrix<Scalar> QP(2 * N, N);
-    QP << Q, P ? *P : M;  // the first step reports numbers that are not finite
+    QP << Q, P ? *P : M;  // where Ψ⁻¹ fails, M is not finite, and the first step reports it
     return {Accumulator<Point, arithmetic>(x), inner(epsilon).start(QP),
             Vector<Scalar>::Constant(1, epsilon)};
   }

@@ -5,9 +5,9 @@
 
 namespace stiefel {
 
-/// A map of a left-invariant system, used as the map of the right-invariant one: every N × N block
-/// of a state is transposed ([RB] Prop. 2.1, 3.4: Q_r = Qᵀ, M_r = −M = Mᵀ, P_r = Pᵀ). Both have the
-/// same numbers to the last bit. The states of `Inner` are stacked N × N blocks.
+/// Uses a map of a left-invariant system as the map of the right-invariant one: transposes every N
+/// × N block of a state ([RB] Prop. 2.1, 3.4: Q_r = Qᵀ, M_r = −M = Mᵀ, P_r = Pᵀ). Both systems have
+/// the same numbers to the last bit. The states of `Inner` are stacked N × N blocks.
 template <class Inner, Arithmetic arithmetic>
 class Transposed {
  public:

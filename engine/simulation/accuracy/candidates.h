@@ -7,14 +7,15 @@
 
 namespace stiefel {
 
-/// A method with its order, arithmetic and scalar: an entry of the table, but for its substeps, or
-/// for its tolerance where it chooses its own steps.
+/// A method with its order, arithmetic and scalar: an entry of the trade-off's table without its
+/// substeps, or without its tolerance where the method chooses its own steps.
 struct Candidate {
   MethodDescription method;
-  int order;  ///< 0 of a closed form
+  int order;  ///< 0 for a closed form
   bool own_steps;
-  /// The declared growth of its error in the phase: linear where the energy's error stays bounded,
-  /// up to quadratic where that grows too, as rounding makes it in single precision.
+  /// Whether the error in the phase grows linearly, because the error of the energy stays bounded.
+  /// Otherwise the energy's error grows too, and that in the phase up to quadratically; rounding in
+  /// single precision has this effect on every method.
   bool keeps_energy;
   double weight;  ///< step_weight
 
@@ -22,26 +23,27 @@ struct Candidate {
   MethodDescription with_tolerance(double tolerance) const;
 };
 
-/// Every method of the system that takes a scene, in each order, arithmetic and scalar.
+/// Every method of a system that takes the scene, in each order, arithmetic and scalar.
 struct Candidates {
-  Scene start;  ///< the scene with the first candidate's method
+  Scene start;  ///< the scene with the method of the first candidate
   std::vector<Candidate> all;
 };
 
-/// Those of this scene, whose own method and tolerance are not looked at; or what is wrong with it.
+/// Returns the candidates of a scene, or its violations. Ignores the method and the tolerance of
+/// the description.
 std::expected<Candidates, Violations> candidates(SceneDescription description,
                                                  const Place& place = {});
 
-/// The scene of a description with the recommended method, whatever its own method and tolerance;
-/// or what is wrong with it.
+/// Returns the scene of a description with the recommended method, or its violations. Ignores the
+/// method and the tolerance of the description.
 std::expected<Scene, Violations> with_any_method(SceneDescription description,
                                                  const Place& place = {});
 
-/// The motions of such a description: the scene, or the members of an ensemble.
+/// Returns the scene of a description with the recommended method, or the members of an ensemble.
 std::expected<std::vector<Scene>, Violations> motions_of(SceneDescription description,
                                                          const Place& place = {});
 
-/// "variational of order 4, 3 substeps, plain".
+/// Describes a method: "variational of order 4, 3 substeps, plain".
 std::string to_text(const MethodDescription& method);
 
 }  // namespace stiefel

@@ -11,13 +11,13 @@
 namespace stiefel {
 namespace {
 
-/// What is left of the budget is shared: so much for choosing, the rest for measuring the members.
+/// Share of the remaining budget for choosing; the rest is for measuring the members.
 constexpr double choosing_share = 1.0 / 4;
 constexpr int most_rounds = 8;
 constexpr std::size_t most_new_pilots = 4;
 static_assert(1 + most_new_pilots * most_rounds == Choice::most_pilots);
 
-/// Whether the method is that of the entry, but for its substeps or its tolerance.
+/// Whether the method is that of the entry, up to its substeps or its tolerance.
 bool is_entry(const Candidate& entry, const MethodDescription& method) {
   return entry.method.name == method.name && entry.method.order == method.order &&
          entry.method.arithmetic == method.arithmetic && entry.method.scalar == method.scalar;
@@ -31,11 +31,12 @@ class MembersChooser {
   std::expected<Choice, Violations> choose();
 
  private:
-  /// The members by ‖Ω‖ at the start, or what the system has in its place, the fastest first.
+  /// Returns the indices of the members by Simulation::rate at the start, the fastest first.
   std::vector<std::size_t> fastest_first() const;
-  /// The chosen method, of that entry, on the members that are no pilots. True once all are
-  /// measured, or enough found that miss the tolerance: `missed_`. Raises error and cost of
-  /// `chosen` to those of all members.
+  /// Measures the chosen method, which is of that entry, on the members that are no pilots. Returns
+  /// true once all are measured, or enough members are found that miss the tolerance (`missed_`);
+  /// false where the budget does not suffice. Raises error and cost of `chosen` to those of all
+  /// members.
   bool measure_others(const Candidate& entry, Chooser::Trial& chosen);
   Violation refusal(std::string rule) const;
   Violations of_pilots(Violations violations) const;
@@ -44,7 +45,7 @@ class MembersChooser {
   const Place& place_;
   const Members members_;
   std::vector<std::size_t> order_, pilots_, missed_;
-  std::optional<std::size_t> worst_;  ///< the member with the largest error where that is known
+  std::optional<std::size_t> worst_;  ///< the member with the largest error, where it is known
   double left_ = Choice::most_work;
 };
 

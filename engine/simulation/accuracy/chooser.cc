@@ -9,19 +9,19 @@
 namespace stiefel {
 namespace {
 
-/// Shares of the budget for the reference: a third, and three quarters where its first state alone
-/// takes more than the third.
+/// Shares of the budget for the reference: a third, but three quarters where its first state alone
+/// takes more than a third.
 constexpr double reference_share = 1.0 / 3, largest_reference_share = 3.0 / 4;
-/// One run may take this share of the budget; a candidate may take so many runs.
+/// Share of the budget that one run may take, and most runs of a candidate.
 constexpr double run_share = 1.0 / 20;
 constexpr int most_runs = 14;
 constexpr int most_substeps = 1 << 20;
-/// Factor on an extrapolated error.
+/// Factor by which an extrapolated error is increased.
 constexpr double caution = 2;
-/// A run of less than this part of the horizon says too little of it to accept a method.
+/// Smallest part of the horizon that a run must cover for its method to be accepted.
 constexpr double least_part = 1.0 / 64;
 
-/// "2.1e-09".
+/// Writes a number with two digits: "2.1e-09".
 std::string short_text(double x) { return scientific_text(x, 2); }
 
 }  // namespace
@@ -66,8 +66,8 @@ Chooser::Trial Chooser::attempt(const Candidate& candidate, const MethodDescript
   return trial;
 }
 
-/// By the order p: m ← m (error)^{1/p}, up until the error is small enough and then down again, as
-/// long as what comes of it can still be the cheapest.
+/// Finds the number of substeps from the order p by m ← m (error)^{1/p}: goes up until the error is
+/// small enough, then down again, as long as the result can still be the cheapest.
 std::optional<Chooser::Trial> Chooser::fewest_substeps(const Candidate& candidate) {
   const double p = candidate.order;
   std::optional<Trial> found;
@@ -87,17 +87,17 @@ std::optional<Chooser::Trial> Chooser::fewest_substeps(const Candidate& candidat
       continue;
     }
     failed = m;
-    if (found) {  // between what fails and what does not
+    if (found) {  // tries a number between one that fails and one that succeeds
       const double between = std::ceil(std::sqrt(m * *found->method.substeps));
       if (!(between > m && between < 0.95 * *found->method.substeps)) break;
       m = between;
       continue;
     }
-    if (std::isinf(trial.error)) {  // a step too long for the method
+    if (std::isinf(trial.error)) {  // the step is too long for the method
       m *= 2;
       continue;
     }
-    // Rounding: shorter steps do not help any more.
+    // The error is rounding: shorter steps do not help any more.
     idle = trial.error > 0.6 * last_error ? idle + 1 : 0;
     if (idle >= 2) break;
     last_error = trial.error;
@@ -106,8 +106,9 @@ std::optional<Chooser::Trial> Chooser::fewest_substeps(const Candidate& candidat
   return found;
 }
 
-/// The tolerance of a method that chooses its own steps, per step of the scene. First the loosest
-/// of all, a step at once: between it and the tightest the error does not always fall.
+/// Finds the tolerance of a method that chooses its own steps, per step of the scene. Tries the
+/// loosest tolerance first, which makes one step at once: between it and the tightest one the error
+/// does not always fall.
 std::optional<Chooser::Trial> Chooser::loosest_tolerance(const Candidate& candidate) {
   constexpr double finest = 1e-15, coarsest = 1;
   const Trial at_once = attempt(candidate, candidate.with_tolerance(coarsest));
@@ -123,7 +124,7 @@ std::optional<Chooser::Trial> Chooser::loosest_tolerance(const Candidate& candid
       if (!found || trial.cost < found->cost) found = trial;
       if (next <= 2 * epsilon || (best_ && trial.cost > 4 * best_->cost)) break;
     } else {
-      // A cost as before means that the tolerance did not change the steps.
+      // An unchanged cost means that the tolerance did not change the steps.
       const bool same = trial.cost == last_cost;
       if (found || epsilon == finest || (!same && trial.error > 0.6 * last_error)) break;
       if (!same) last_error = trial.error;
@@ -156,14 +157,14 @@ std::optional<Chooser::Trial> Chooser::measure(const MethodDescription& method) 
 
 std::expected<Chooser::Trial, Violations> Chooser::choose() {
   if (!solve_references()) return std::unexpected(nothing());
-  // The high orders first: what they cost bounds what the others need to try.
+  // Tries the high orders first: what they cost bounds what the other orders need to try.
   std::ranges::stable_sort(all_, [](const Candidate& a, const Candidate& b) {
     if (a.order != b.order) return a.order > b.order;
     return a.weight < b.weight;
   });
   std::vector<const Candidate*> met;
   for (const Candidate& candidate : all_) {
-    // A sibling is the same method in cheaper arithmetic.
+    // A sibling is the same method in cheaper arithmetic that has met the tolerance.
     const bool sibling = std::ranges::any_of(met, [&](const Candidate* other) {
       return other->method.name == candidate.method.name && other->order == candidate.order &&
              other->weight <= candidate.weight;

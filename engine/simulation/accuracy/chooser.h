@@ -11,38 +11,40 @@
 
 namespace stiefel {
 
-/// The search for the cheapest method that keeps a tolerance in every one of some motions, by runs
+/// Searches the cheapest method that keeps a tolerance in every one of some motions, by runs
 /// against their references (choose_method, tradeoff.h).
 class Chooser {
  public:
   static constexpr double infinity = std::numeric_limits<double>::infinity();
 
   /// `description` has tolerance, horizon and step; it and `place` must outlive the search.
-  /// `candidates`: those that all the motions take. `budget`: the most units of work.
+  /// `candidates` are those that all the motions take. `budget` is the largest number of units of
+  /// work.
   Chooser(const SceneDescription& description, const Place& place, MeasuredMotions motions,
           std::vector<Candidate> candidates, double budget);
 
-  /// A method with what was measured of it.
+  /// A method and what was measured of it.
   struct Trial {
     MethodDescription method;
-    double error = infinity;  ///< up to the horizon, in units of the tolerance
+    double error = infinity;  ///< largest error up to the horizon, in units of the tolerance
     double cost = infinity;
     std::int64_t steps = 0;
-    bool too_dear = false;  ///< not run, or ended, for its work
-    bool measured = false;  ///< run as far as the budget allows, whatever came of it
+    bool too_dear = false;  ///< not run, or ended, because it takes too much work
+    bool measured = false;  ///< run as far as the budget allows, whatever the outcome
     bool good() const { return error <= 1; }
   };
 
-  /// The cheapest that keeps the tolerance, or the refusal with reason TOLERANCE_NOT_MET.
+  /// Returns the cheapest method that keeps the tolerance, or the refusal with reason
+  /// TOLERANCE_NOT_MET.
   std::expected<Trial, Violations> choose();
 
-  /// The error of one method, an entry of the first candidate, measured with all of the budget; not
-  /// after `choose`. Nothing where the budget does not suffice.
+  /// Measures the error of one method, an entry of the first candidate, with all of the budget. Do
+  /// not call it after `choose`. Returns nullopt where the budget does not suffice.
   std::optional<Trial> measure(const MethodDescription& method);
 
-  /// Error, up to when, at which work, against which reference.
+  /// Describes error, horizon, work and reference of a trial.
   std::string reason(const Trial& trial) const;
-  /// Units of work so far.
+  /// Returns the units of work so far.
   double work() const { return budget_ - left_; }
 
  private:
@@ -63,10 +65,10 @@ class Chooser {
   double tolerance_;
   std::int64_t steps_;
   std::vector<Candidate> all_;
-  ErrorGrowth growth_;  ///< of the candidate in hand
+  ErrorGrowth growth_;  ///< growth for the current candidate
   double budget_, left_;
-  std::optional<Trial> best_;  ///< the cheapest that meets the tolerance
-  Trial nearest_;              ///< of all, the one with the least error
+  std::optional<Trial> best_;  ///< the cheapest trial that meets the tolerance
+  Trial nearest_;              ///< the trial with the least error
 };
 
 }  // namespace stiefel

@@ -13,13 +13,14 @@
 namespace stiefel {
 namespace {
 
-/// A reference is sharp where its own error is at most this part of what it measures.
+/// A reference is accurate enough where its own error is at most this part of the measured one.
 constexpr double sharp = 0.25;
-/// Beyond so many times what it measures it says nothing.
+/// A reference whose own error is more than this multiple of the measured one says nothing.
 constexpr double blunt = 2;
-/// Smaller errors need not be told apart: they are of the rounding of a state to doubles.
+/// Smaller errors are not distinguished: they are of the size of the rounding of a state to
+/// doubles.
 constexpr double rounding = 2e-15;
-/// Units of work in quadruple precision over those in extended, at least.
+/// Least ratio of the work in quadruple precision to that in extended precision.
 constexpr double quadruple_over_extended = 12;
 
 std::string short_text(double x) { return scientific_text(x, 2); }
@@ -31,20 +32,20 @@ struct Measured {
   std::optional<double> angle;
   double reference_error;
 
-  /// The smaller of both, as far as it is worth telling apart.
+  /// Returns the smaller of the two errors, at least `rounding`.
   double least() const {
     return std::max(rounding, std::min(error.attitude.value_or(error.momentum), error.momentum));
   }
 };
 
-/// ‖Q − Q̂‖_F = 2√2 sin(θ/2).
+/// Returns the angle θ between two attitudes: ‖Q − Q̂‖_F = 2√2 sin(θ/2).
 std::optional<double> angle_between(const MotionState& a, const MotionState& b) {
   if (a.attitude.rows() != 3 || a.attitude.cols() != 3) return std::nullopt;
   const auto chord = static_cast<double>((a.attitude - b.attitude).norm());
   return 2 * std::asin(std::min(1.0, chord / std::sqrt(8)));
 }
 
-/// One simulation against references, the cheap one first.
+/// Compares one simulation with references, the cheap one first.
 class Comparison {
  public:
   Comparison(const Scene& scene, const Simulation& now, double budget, const std::stop_token& stop)
@@ -106,7 +107,8 @@ class Comparison {
     return Measured{error, angle_between(state, answer->state), answer->error};
   }
 
-  /// Where a look at the start does not tell, by the first step.
+  /// Predicts the work of the reference; where the reference cannot predict it at the start, from
+  /// the work of the first step.
   std::optional<double> prediction(Reference& reference, double time) const {
     if (auto predicted = reference.predicted_work(time, stop_)) return predicted;
     if (now_.step() < 2 || !reference.at(scene_.step(), stop_)) return std::nullopt;
@@ -132,7 +134,7 @@ class Comparison {
     };
     if (measured.error.attitude) out_.attitude = told(*measured.error.attitude);
     out_.momentum = told(measured.error.momentum);
-    // A difference of δ in every element is one of 3δ in the Frobenius norm.
+    // A difference of δ in every element is a difference of 3δ in the Frobenius norm.
     if (out_.attitude && measured.angle) out_.angle = *measured.angle + 3 * delta / std::sqrt(2);
     if (!out_.attitude && !out_.momentum)
       out_.missing = "the error is below that of the reference, " + short_text(delta);
@@ -150,13 +152,14 @@ double largest(const ErrorEstimate& estimate) {
       {estimate.attitude.value_or(0), estimate.momentum.value_or(0), estimate.reference_error});
 }
 
-/// The largest error of all members; but what one of them is missing, all are.
+/// Returns the estimate of the member with the largest error; if a member has no estimate, returns
+/// that member's.
 ErrorEstimate worst_member(const Scene& scene, const Simulation& now, double budget,
                            const std::stop_token& stop) {
   ErrorEstimate worst;
   double work = 0;
   const std::size_t count = scene.members().size();
-  const auto states = now.members();  // brings all of them up to date
+  const auto states = now.members();  // brings the states of all members up to date
   for (std::size_t b = 0; b < count; ++b) {
     const double share = (budget - work) / static_cast<double>(count - b);
     auto one = estimate_error(scene.members()[b], *states[b], share, stop);

@@ -6,7 +6,8 @@
 namespace stiefel {
 namespace {
 
-/// The power of the time that errors grow with, by the last half of their course.
+/// Returns the power of time by which the errors grew in the last half of their course, between 1
+/// and 2.
 double power_of(const std::vector<double>& course, const Samples& samples) {
   const std::int64_t end = samples.steps[course.size() - 1];
   const auto half = std::ranges::upper_bound(samples.steps, end / 2) - samples.steps.begin();
@@ -14,9 +15,9 @@ double power_of(const std::vector<double>& course, const Samples& samples) {
   return then > 0 ? std::clamp(std::log2(course.back() / then), 1.0, 2.0) : 2;
 }
 
-/// How much more than declared an error may be.
+/// Factor by which an error may exceed the declared one.
 constexpr double about = 1.25;
-/// The part of a run from whose end on it is looked at.
+/// The part of a run's time before which its errors are not checked.
 constexpr double early = 1.0 / 8;
 
 }  // namespace

@@ -6,26 +6,28 @@
 
 namespace stiefel {
 
-/// How the error of one candidate goes on beyond where its runs are cut short. Runs of longer steps
-/// went further, and a method's errors have one course in time but for a factor: as theirs grew,
-/// and beyond them all by the declared power of the time, between linear and quadratic as the last
-/// half shows where that is not declared.
+/// Extrapolates the errors of one candidate beyond the end of runs that are cut short. Runs with
+/// longer steps went further, and the errors of a method at different steps differ in time only by
+/// a factor. The errors therefore grow as those of longer steps did, and beyond the end of these by
+/// the declared power of time; where none is declared, the power is between linear and quadratic
+/// and taken from the last half of the run.
 class ErrorGrowth {
  public:
-  /// The factor by which the largest error of a run grows up to the horizon. The run is remembered
-  /// for those to come, of the same candidate, as far as its errors are small.
+  /// Returns the factor by which the largest error of a run grows up to the horizon. Remembers the
+  /// run, as far as its errors are small, for later runs of the same candidate.
   double beyond(const Candidate& candidate, const Run& run, const Samples& samples,
                 std::int64_t horizon_steps);
 
-  /// Whether the last three doublings of a run's time have the errors that the run before it has
-  /// there, over `shorter`^order, `shorter` being how many of this run's steps are one of its: then
-  /// they are the method's and not rounding, and go on as the earlier ones did. Errors of rounding
-  /// are a walk: in single precision what follows is off by up to 100 x when foretold from a part.
+  /// Whether in the last three doublings of a run's time its errors are at most the errors of the
+  /// previous run there divided by `shorter`^order. `shorter` is the number of steps of this run in
+  /// one step of the previous one. The errors are then those of the method and not of rounding, and
+  /// go on as the previous ones did. Rounding errors are a random walk: in single precision an
+  /// extrapolation from a part of the run is wrong by a factor of up to 100.
   bool falls_as_declared(const Candidate& candidate, double shorter, const Run& run,
                          const Samples& samples) const;
 
  private:
-  std::vector<double> course_;  ///< the largest error up to each sample
+  std::vector<double> course_;  ///< largest error up to each sample
 };
 
 }  // namespace stiefel

@@ -13,7 +13,7 @@ MotionError larger(const MotionError& a, const MotionError& b) {
   return out;
 }
 
-/// Takes a run of one more motion into that of those before it.
+/// Merges the run of one more motion into that of the motions before it.
 void take_in(const Run& one, Run& all) {
   all.errors.resize(std::min(all.errors.size(), one.errors.size()));
   for (std::size_t i = 0; i < all.errors.size(); ++i)
@@ -49,7 +49,7 @@ void MeasuredMotions::solve_references(std::int64_t steps, const ReferenceNeed& 
     Samples one = take_samples(scenes_[b], steps, {need.time, share, need.quadruple}, stop);
     work += one.work;
     if (one.steps.empty()) {
-      // The others need not be asked: nothing can be measured on all.
+      // The other references are not needed, because nothing can be measured on all motions.
       one.first_price *= static_cast<double>(count());
       one.work = work;
       of_each_.assign(count(), one);
@@ -69,7 +69,8 @@ void MeasuredMotions::take_in(const Samples& one) {
     common_.work = one.work;
     return;
   }
-  // The samples of a scene are at steps that depend on the horizon alone: these are a prefix.
+  // The steps of the samples depend only on the horizon, so the shorter list is a prefix of the
+  // longer.
   const std::size_t reached = std::min(common_.steps.size(), one.steps.size());
   common_.steps.resize(reached);
   common_.answers.resize(reached);

@@ -6,31 +6,33 @@
 
 namespace stiefel {
 
-/// The motions on which methods are measured: one scene, or members of an ensemble. Their error at
-/// a sample is that of the worst of them, and their work the sum of all.
+/// The motions on which methods are measured: one scene, or members of an ensemble. The error at a
+/// sample is that of the worst motion, and the work is the sum over all motions.
 class MeasuredMotions {
  public:
-  /// One scene or more, of one system, shape and step.
+  /// Takes one scene or more, of one system, shape and step.
   explicit MeasuredMotions(std::vector<Scene> scenes);
 
   std::size_t count() const { return scenes_.size(); }
-  /// With the scene's own method, whatever it is.
+  /// Returns the first scene, with its own method.
   const Scene& front() const { return scenes_.front(); }
   /// Whether every motion takes the method.
   bool take(const MethodDescription& method) const;
 
-  /// Solves the reference of each motion, which shares the budget with those after it.
+  /// Computes the reference of each motion; each may use an equal share of what is left of the
+  /// budget.
   void solve_references(std::int64_t steps, const ReferenceNeed& need, const std::stop_token& stop);
 
-  /// Of a single motion its samples. Of several: the steps that every reference reaches, answers
-  /// with the largest error of the references and without a state, all references' names, the sum
-  /// of their work. No samples where one motion has none; `first_price` is then that of all, if
-  /// each takes what this one does.
+  /// Returns the samples of a single motion. For several motions returns the steps that every
+  /// reference reaches, answers with the largest error of the references and without a state, the
+  /// names of all references, and the sum of their work. Has no samples where one motion has none;
+  /// `first_price` is then the price for all motions, if each takes what this one does.
   const Samples& samples() const { return count() == 1 ? of_each_.front() : common_; }
 
-  /// A run of every motion with the method, one after another, until one of them stops. `weight`:
-  /// the work of a step of all of them. The steps are the fewest of any; the status is the first
-  /// that did not reach its end, with the member among these motions where they are several.
+  /// Runs every motion with the method, one after another, until one of them stops. `weight` is the
+  /// work of a step of all motions. The result has the smallest number of steps of any motion, and
+  /// the status of the first motion that did not reach its end, with its index as member where
+  /// there are several.
   Run run(const MethodDescription& method, double weight, std::int64_t to, Watch watch,
           const std::stop_token& stop, double most_work = StopScope::unlimited) const;
 
@@ -42,7 +44,7 @@ class MeasuredMotions {
   Samples common_;
 };
 
-/// The candidates that every motion takes, each with the work of a step of all of them.
+/// Returns the candidates that every motion takes, each with the work of a step of all motions.
 std::vector<Candidate> taken_by_all(std::vector<Candidate> candidates,
                                     const MeasuredMotions& motions);
 

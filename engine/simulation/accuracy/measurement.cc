@@ -14,11 +14,12 @@
 namespace stiefel {
 namespace {
 
-/// Samples of a run at equal distances; a run that is cut short ends at one of their halves.
+/// Number of samples of a run at equal distances; a run that is cut short ends at a half, a
+/// quarter, ... of the horizon.
 constexpr std::int64_t evenly = 8;
-/// Manakov's coefficients cost N⁵ operations at every sample.
+/// Largest N with Manakov's coefficients, which cost N⁵ operations at every sample.
 constexpr int largest_with_manakov = 8;
-/// Between two looks at the token.
+/// Work between two checks for a stop request.
 constexpr double slice_work = 5e6;
 
 double thread_seconds() {
@@ -29,7 +30,8 @@ double thread_seconds() {
 
 std::vector<std::string> watched(const Scene& scene) {
   std::vector<std::string> families;
-  if (scene.dimension() <= largest_with_manakov) return families;  // all that are cheap
+  // An empty list: all cheap families.
+  if (scene.dimension() <= largest_with_manakov) return families;
   for (const auto& invariant : catalogue().system(scene.system())->invariants)
     if (invariant.name != family::manakov && invariant.name != family::lax)
       families.emplace_back(invariant.name);
@@ -118,7 +120,7 @@ void run_within(const StopScope& cap, double most_work, const Scene& scene, doub
   };
   std::optional<InvariantWatch> invariants;
   if (watch == Watch::errors_and_invariants) invariants.emplace(scene, *now);
-  // Every state of a closed form is computed too: methods are compared by the cost of all states.
+  // A closed form computes every state too, because methods are compared by the cost of all states.
   const double steps = now->direct() ? 1 : slice_work / (weight * scene.substeps());
   const auto slice = static_cast<std::int64_t>(std::max(1.0, std::floor(steps)));
   const auto go_to = [&](std::int64_t step) {
@@ -155,7 +157,8 @@ Run run(const Scene& scene, double weight, const Samples& samples, std::int64_t 
       out.status = RunStatus{Outcome::cancelled, std::nullopt};
     }
   }
-  if (out.status.outcome == Outcome::cancelled) stop_point();  // of the scopes around it
+  // Throws if an outer scope requested the stop.
+  if (out.status.outcome == Outcome::cancelled) stop_point();
   return out;
 }
 

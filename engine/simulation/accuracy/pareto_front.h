@@ -11,8 +11,8 @@ struct CostAndError {
   double error;
 };
 
-/// The points that no other one beats in both cost and error, by index, the cheapest first. Of
-/// equal ones the first; a point whose error is not a number is never on it.
+/// Returns the indices of the points that no other point beats in both cost and error, the cheapest
+/// first. Of equal points only the first is on the front; a point whose error is NaN never is.
 inline std::vector<std::size_t> pareto_front(const std::vector<CostAndError>& points) {
   std::vector<std::size_t> order(points.size());
   std::iota(order.begin(), order.end(), 0);

@@ -5,7 +5,8 @@
 
 namespace stiefel {
 
-/// A block as it is reported, where it is complex in columns of real and of imaginary parts.
+/// Returns a block as the scene reports it: a complex block has its real and imaginary parts in
+/// adjacent columns.
 template <class Scalar>
 Matrix<long double> in_columns(const Matrix<Scalar>& block, bool complex) {
   if (!complex) return block.template cast<long double>();
@@ -18,7 +19,8 @@ Matrix<long double> in_columns(const Matrix<Scalar>& block, bool complex) {
   return columns;
 }
 
-/// The state of a series, the frame over `momentum_rows` rows of momentum, as the scene reports it.
+/// Returns the state of a series, the frame over `momentum_rows` rows of momentum, as the scene
+/// reports it.
 template <class Scalar>
 MotionState present(const Presentation<Scalar>& as, const Matrix<Scalar>& x,
                     Eigen::Index momentum_rows) {

@@ -15,7 +15,7 @@ const Field* field_of(const Simulation& now, std::string_view name) {
   return found == now.fields().end() ? nullptr : &*found;
 }
 
-/// The largest modulus of an element.
+/// Returns the largest modulus of an element.
 long double largest(const Wide& A, bool complex) {
   if (!complex) return A.cwiseAbs().maxCoeff();
   const auto real = Eigen::seq(0, A.cols() - 2, 2), imaginary = Eigen::seq(1, A.cols() - 1, 2);
@@ -31,7 +31,7 @@ const char* momentum_of(const Simulation& now) {
 
 bool is_frame(const Field& field) { return field.name == "Q" || field.name == "q"; }
 
-/// The momentum of a system that has none by name.
+/// Sets the momentum of a system that has no block of that name from its other blocks.
 void read_other_blocks(const Simulation& now, MotionState& state) {
   std::vector<const Field*> others;
   for (const Field& field : std::span(now.fields()).first(now.block_count()))

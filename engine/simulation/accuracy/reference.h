@@ -13,43 +13,45 @@ namespace stiefel {
 
 class Simulation;
 
-/// Attitude and momentum in the variables and axes in which a scene reports them: Q and M; Q and
-/// Q̇Λ on V(n, N); the blocks Q and P where there is no M. No attitude in a momentum-only scene.
-/// Attitude and momentum at a time. In a system with neither M, P nor Q̇ the momentum is its other
-/// blocks: one block as it is, several as a column of their numbers, row by row.
+/// Attitude and momentum at a time, in the variables and axes in which a scene reports them: Q and
+/// M; Q and Q̇Λ on V(n, N); the blocks Q and P where there is no M. A momentum-only scene has no
+/// attitude. In a system with neither M, P nor Q̇ the momentum is its other blocks: a single block
+/// as it is, several as a column of their numbers, row by row.
 struct MotionState {
   Matrix<long double> attitude, momentum;
   bool complex =
-      false;  ///< columns come in pairs, the real parts of a column and its imaginary ones
+      /// Whether columns come in pairs: the real parts of a column, then its imaginary parts.
+      false;
 };
 
-/// The motion state of a simulation.
+/// Returns the motion state of a simulation.
 MotionState read_motion(const Scene& scene, const Simulation& now);
 
-/// The error of a state against the exact one.
+/// Returns the error of a state against the exact one.
 MotionError error_of(const MotionState& state, const MotionState& exact);
 
-/// The exact motion of a scene as well as it is known: a function from time to its attitude and
-/// momentum, with an estimate of its own error, which is never 0: that of two solutions of
-/// different order and step by each other, and at least the rounding of what is reported.
+/// The best known approximation of the exact motion of a scene: a function from time to its
+/// attitude and momentum, with an estimate of its own error. The estimate is the distance of two
+/// solutions of different order and step, and at least the rounding of what is reported; it is
+/// never 0.
 class Reference {
  public:
   virtual ~Reference() = default;
 
   struct Answer {
     MotionState state;
-    double error;  ///< as MotionError::largest measures it
+    double error;  ///< in the measure of MotionError::largest
   };
-  /// The state at a time, |t| not below the last one's. Nothing when the motion ends before, or the
-  /// token asks to stop.
+  /// Returns the state at a time; |t| must not be below that of the last call. Returns nullopt when
+  /// the motion ends before, or on a stop request.
   virtual std::optional<Answer> at(double time, const std::stop_token& stop) = 0;
 
-  /// "Taylor series of order 31 in quadruple precision".
+  /// Describes the reference: "Taylor series of order 31 in quadruple precision".
   virtual std::string description() const = 0;
-  /// The work so far, in instructions.
+  /// Returns the work so far, in instructions.
   virtual double work() const = 0;
-  /// The work that `at(time)` will have taken in all, predicted from the start of the motion, at
-  /// least the work already done. Empty where only computing it would tell.
+  /// Predicts from the start of the motion the total work after `at(time)`, at least the work
+  /// already done. Returns nullopt where it cannot be predicted.
   virtual std::optional<double> predicted_work(double /*time*/, const std::stop_token& /*stop*/) {
     return std::nullopt;
   }
@@ -57,22 +59,25 @@ class Reference {
 
 /// The requirements on a reference.
 struct ReferenceNeed {
-  double time;            ///< up to which; the step's sign is the scene's
-  double budget;          ///< units of work it should cost at most
-  bool quadruple = true;  ///< else extended precision will do
+  double time;            ///< last time needed; the sign is that of the scene's step
+  double budget;          ///< most units of work that it may cost
+  bool quadruple = true;  ///< false: extended precision suffices
 };
 
-/// The best reference there is for the scene within the budget: a closed form where there is one
-/// that is well-conditioned up to that time; else Taylor series of the scene's motion from its own
-/// blocks, in quadruple precision where that can be afforded, else in extended; for a system
-/// without a series extrapolation of its vector field. Null where its entry has none of these.
+/// Returns the best reference for the scene within the budget: a closed form where there is one
+/// that is well-conditioned up to that time; else Taylor series of the motion, started from the
+/// scene's own blocks, in quadruple precision where the budget suffices, else in extended; for a
+/// system without a series an extrapolation of its vector field. Returns null where the system's
+/// entry has none of these.
 std::unique_ptr<Reference> make_reference(const Scene& scene, const ReferenceNeed& need);
 
-/// Null where there is no closed form that holds.
+/// Returns a closed form as reference; null where there is none whose error estimate holds.
 std::unique_ptr<Reference> make_exact_reference(const Scene& scene, const ReferenceNeed& need);
-/// The Taylor series in (Q, M), (Q, M_μ), (Q, S) or (Q, P); null without SystemEntry::motion.
+/// Returns the Taylor series in (Q, M), (Q, M_μ), (Q, S) or (Q, P); null without
+/// SystemEntry::motion.
 std::unique_ptr<Reference> make_taylor_reference(const Scene& scene, const ReferenceNeed& need);
-/// By the equations alone, in extended precision; null without SystemEntry::vector_field.
+/// Returns an extrapolation of the equations in extended precision; null without
+/// SystemEntry::vector_field.
 std::unique_ptr<Reference> make_extrapolated_reference(const Scene& scene,
                                                        const ReferenceNeed& need);
 

@@ -15,23 +15,24 @@ namespace {
 
 using Solution = std::function<MotionState(double)>;
 
-/// One closed form in two precisions: their distance is the error of the coarser, which is as many
-/// times that of the finer as their roundings are.
+/// One closed form in two precisions. The distance of the two solutions is the error of the coarser
+/// one; the error of the finer one is smaller by the ratio of their roundings.
 struct ClosedForm {
   Solution fine, coarse;
   struct Precision {
-    double finer;  ///< error of the fine solution over their distance, with some bits to spare
-    double unit;   ///< what an angle of 1 is rounded by
+    /// Bound of the error of the fine solution divided by the distance, with some bits to spare.
+    double finer;
+    double unit;  ///< rounding error of an angle of 1
   } precision;
   double rate;  ///< ‖Ω‖_F or ‖Q̇‖_F, 1/time
-  double work;  ///< of a state in both
+  double work;  ///< work of a state in both precisions
   std::string description;
-  double start = 0;  ///< what Q misses its manifold by, on which the closed form is the motion
+  double start = 0;  ///< distance of Q from its manifold, on which the closed form is the motion
 };
 
-constexpr ClosedForm::Precision in_quadruple = {0x1p-40, 0x1p-111};  // 113 bits against 64
-constexpr ClosedForm::Precision in_extended = {0x1p-6, 0x1p-62};     // 64 against 53
-/// From this distance on it is not proportional to the rounding any more.
+constexpr ClosedForm::Precision in_quadruple = {0x1p-40, 0x1p-111};  // 113 bits against 64 bits
+constexpr ClosedForm::Precision in_extended = {0x1p-6, 0x1p-62};     // 64 bits against 53 bits
+/// A distance of at least this size is not proportional to the rounding any more.
 constexpr double proportional = 0x1p-10;
 
 double distance(const MotionState& a, const MotionState& b) {
@@ -44,7 +45,7 @@ class ExactReference final : public Reference {
  public:
   ExactReference(ClosedForm form, double budget) : form_(std::move(form)), budget_(budget) {}
 
-  /// Whether the estimate of its error holds at the time.
+  /// Whether the error estimate holds at the time.
   bool holds_at(double time) const {
     return distance(form_.coarse(time), form_.fine(time)) < proportional;
   }
@@ -54,7 +55,7 @@ class ExactReference final : public Reference {
     work_ += form_.work;
     MotionState state = form_.fine(time);
     if (!state.momentum.allFinite() || !state.attitude.allFinite()) return std::nullopt;
-    // Rounded to be reported, and in every angle on the way.
+    // Rounding of the reported numbers, and of every angle on the way.
     constexpr double reported = std::numeric_limits<long double>::epsilon();
     const double angle = form_.rate * std::abs(time);
     const double rounding = reported + form_.precision.unit * angle + 2 * form_.start * (1 + angle);
@@ -85,7 +86,7 @@ MotionState presented(const Start& start, const Matrix<Quad>& x, Eigen::Index mo
   return present(start.presentation, x, momentum_rows);
 }
 
-/// Euler's top from Q = I, after Q_0.
+/// Returns the motion of Euler's top that starts at Q = I, multiplied by Q_0 from the left.
 template <class Scalar, bool frame>
 Solution top(const Start& start) {
   typename So3<Scalar, frame>::State x;
@@ -127,15 +128,15 @@ Solution isotropic_geodesic(const Start& start) {
   };
 }
 
-/// Units of work of a state in both precisions, as callgrind counts them: Euler's top; and the
-/// eigenvectors of a complex n × n with what is multiplied by them, rows × n.
+/// Units of work of a state in both precisions, as callgrind counts them: for Euler's top, and for
+/// the eigenvectors of a complex n × n matrix with the products of `rows` × n matrices with them.
 constexpr double top_in_quadruple = 1.4e6, top_in_extended = 8e4;
 double eigenvectors_work(Eigen::Index n, Eigen::Index rows) {
   const auto d = static_cast<double>(n), r = static_cast<double>(rows);
   return 5e4 + 600 * d * d * d + 50 * r * d * d;
 }
 
-/// ‖Ω‖_F, Ω_ij = M_ij/(λ_i + λ_j).
+/// Returns ‖Ω‖_F, Ω_ij = M_ij/(λ_i + λ_j).
 double body_rate(const Start& start) {
   const Eigen::Index N = start.x.cols();
   const auto M = start.x.bottomRows(N);
@@ -159,7 +160,7 @@ ClosedForm top_form(const Start& start, bool quadruple) {
       body_rate(start),        top_in_extended,    "Jacobi's closed form in extended precision"};
 }
 
-/// Eigenvectors cannot be stopped on the way to them: half a second at most.
+/// Most units of work for eigenvectors, whose computation cannot be stopped: half a second.
 constexpr double at_once = 2.5e9;
 
 std::unique_ptr<ExactReference> reference(ClosedForm form, const ReferenceNeed& need, double time) {
@@ -167,13 +168,14 @@ std::unique_ptr<ExactReference> reference(ClosedForm form, const ReferenceNeed& 
   return made->holds_at(time) ? std::move(made) : nullptr;
 }
 
-/// Whether the scene may have one, told by Λ alone: the start takes products of matrices.
+/// Whether a scene with this Λ may have a closed form. Tested first, because computing the start
+/// takes products of matrices.
 bool may_have_closed_form(const Eigen::VectorXd& lambda) {
   return lambda.size() == 3 || (lambda.size() > 1 && (TwoValuedBody<double>::has(lambda) ||
                                                       IsotropicGeodesic<double>::has(lambda)));
 }
 
-/// Units of work of a state in both precisions.
+/// Returns the units of work of a state in both precisions.
 double closed_form_work(const Start& start) {
   const Eigen::Index rows = start.x.rows(), N = start.x.cols();
   if (start.kind != SeriesKind::rigid_body) return eigenvectors_work(rows, N);
@@ -185,8 +187,9 @@ double closed_form_work(const Start& start) {
 std::unique_ptr<Reference> make_exact_reference(const Scene& scene, const ReferenceNeed& need) {
   const Eigen::VectorXd& lambda = scene.inertia();
   const auto n = static_cast<double>(scene.Q().rows());
-  const double least_work = 80 * n * n * static_cast<double>(lambda.size());  // of the start
-  // One that is too dear but cheap to make tells its price.
+  const double least_work = 80 * n * n * static_cast<double>(lambda.size());  // work of the start
+  // A closed form that exceeds the budget but is cheap to construct is constructed, to report its
+  // price.
   const double allowed = std::min(at_once, std::max(need.budget, top_in_extended));
   if (!may_have_closed_form(lambda) || least_work > allowed) return nullptr;
   const MotionStart* motion = system_entry(scene.system())->motion;

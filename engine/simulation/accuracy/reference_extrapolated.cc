@@ -1,4 +1,4 @@
-// A reference by a system's vector field alone.
+// A reference that uses only the vector field of a system.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -19,15 +19,15 @@ using Motion = ExtrapolatedMotion<long double>;
 constexpr int fine_columns = 8, coarse_columns = 6;
 constexpr double fine_tolerance = 1e-17, coarse_tolerance = 1e-15;
 
-/// Units of work of one evaluation: long double instructions of four products of the state with a
-/// square matrix. A guess, since a system's field may be anything.
+/// Returns the units of work of one evaluation: the long double instructions of four products of
+/// the state with a square matrix. This is a guess, since the field of a system may be anything.
 double evaluation_work(const Wide& x) {
   const auto rows = static_cast<double>(x.rows()), cols = static_cast<double>(x.cols());
   return 8 * rows * cols * (4 * cols + 10);
 }
 
-/// Two solutions, of orders 16 and 12 and of tolerances 100 apart: their distance is the error, and
-/// that is more than the better one's.
+/// Two solutions, of orders 16 and 12 and with tolerances that differ by a factor of 100. Their
+/// distance is the error estimate, which exceeds the error of the better one.
 class ExtrapolatedReference final : public Reference {
  public:
   ExtrapolatedReference(const VectorField& system, Eigen::Index rows, Eigen::Index cols,
@@ -41,7 +41,7 @@ class ExtrapolatedReference final : public Reference {
         coarse_(system.field, system.start, frame_rows_, coarse_columns, coarse_tolerance, first) {}
 
   std::optional<Answer> at(double time, const std::stop_token& stop) override {
-    // No stride is begun that the budget does not pay for.
+    // Begins no stride that exceeds the budget.
     const auto before = [&](int columns) {
       const double stride =
           evaluation_ * static_cast<double>(Motion::evaluations_of_stride(columns));
@@ -68,7 +68,7 @@ class ExtrapolatedReference final : public Reference {
     const Wide momentum = x.bottomRows(x.rows() - frame_rows_);
     return {x.topRows(frame_rows_), momentum.reshaped<Eigen::RowMajor>(rows_, cols_)};
   }
-  /// Scale of the attitude's error: its largest entry, at least 1.
+  /// Returns the scale of the attitude's error: its largest entry, at least 1.
   static double size(const MotionState& state) {
     if (state.attitude.size() == 0) return 1;
     return std::max(1.0, static_cast<double>(state.attitude.cwiseAbs().maxCoeff()));

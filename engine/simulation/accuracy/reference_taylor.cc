@@ -1,4 +1,4 @@
-// Taylor series in quadruple and extended precision.
+// Taylor series in quadruple and extended precision as references.
 #include <algorithm>
 #include <cmath>
 
@@ -14,14 +14,16 @@
 namespace stiefel {
 namespace {
 
-/// Units of work an operation takes: instructions of the software that adds or multiplies.
+/// Units of work of an operation: the instructions of an addition or a multiplication, in quadruple
+/// precision of the software that makes them.
 template <class Scalar>
 constexpr double operation_work = std::is_same_v<Scalar, Quad> ? 80 : 8;
 /// Relative truncation error of a series in each precision.
 constexpr double quadruple_epsilon = 1e-26, extended_epsilon = 1e-18;
-/// How much more the second solution leaves out, whose distance from the first is the error. It has
-/// series of a lower order, and of another length. In extended precision little more, so that over
-/// thousands of series the estimate stays below the tolerances that double precision can meet.
+/// Factor by which the truncation error of the second solution exceeds that of the first. The
+/// distance of the two is the error estimate. The second solution has series of a lower order and
+/// of another length. In extended precision the factor is small, so that over thousands of series
+/// the estimate stays below the tolerances that double precision can meet.
 template <class Scalar>
 constexpr double coarser = std::is_same_v<Scalar, Quad> ? 1e4 : 1e2;
 
@@ -30,7 +32,7 @@ class TaylorReference final : public Reference {
  public:
   using Scalar = typename Series::Scalar;
 
-  /// `make(order)` is the series.
+  /// `make(order)` returns the series.
   template <class Make>
   TaylorReference(Make make, const SeriesStart<Scalar>& start, double epsilon, double budget)
       : presentation_(start.presentation),
@@ -48,7 +50,7 @@ class TaylorReference final : public Reference {
   }
 
   std::optional<Answer> at(double time, const std::stop_token& stop) override {
-    // No series is begun that the budget does not pay for.
+    // Begins no series that exceeds the budget.
     const auto before = [&](double series) {
       return [&, series] { return stop.stop_requested() || work() + series > budget_; };
     };
@@ -69,8 +71,8 @@ class TaylorReference final : public Reference {
            static_cast<double>(coarse_.series_count()) * coarse_work_;
   }
 
-  /// By the stretches that the first series span; before those, two series that are dearer than the
-  /// budget are dear enough.
+  /// Predicts the work from the time that the first series spans. If the first series of both
+  /// solutions already exceed the budget, returns their work.
   std::optional<double> predicted_work(double time, const std::stop_token& stop) override {
     const double first = work_ + coarse_work_;
     const auto stopped = [&] { return stop.stop_requested(); };
@@ -82,9 +84,9 @@ class TaylorReference final : public Reference {
   }
 
  private:
-  /// Where the second solution starts. In extended precision the start is rounded too, and so is
-  /// its first series, the same in both solutions; what the motion makes of that shows in a
-  /// momentum that is as much larger.
+  /// Returns the start of the second solution, which in extended precision has a momentum larger by
+  /// `order` roundings. The start and its first series are rounded in the same way in both
+  /// solutions, so only a changed start shows what the motion makes of that rounding.
   static Matrix<Scalar> a_rounding_away(Matrix<Scalar> x, Eigen::Index momentum_rows, int order) {
     if constexpr (std::is_same_v<Scalar, long double>)
       x.bottomRows(momentum_rows) *= 1 + order * std::numeric_limits<Scalar>::epsilon();
@@ -96,9 +98,10 @@ class TaylorReference final : public Reference {
     return stiefel::present(presentation_, motion.state(), momentum_rows_);
   }
 
-  /// Bound on the rounding error, which two solutions may have in common: a series in extended
-  /// precision is a sum of `order` rounded terms, one in quadruple precision is rounded once, when
-  /// it is reported; each relative to the largest number on the way to the result.
+  /// Returns a bound on the rounding error, which the two solutions may have in common. A series in
+  /// extended precision is a sum of `order` rounded terms, one in quadruple precision is rounded
+  /// once, when it is reported; each rounding is relative to the largest number on the way to the
+  /// result.
   double rounding(const MotionState& state) const {
     constexpr double unit = std::numeric_limits<long double>::epsilon();
     const double terms = std::is_same_v<Scalar, Quad> ? 1 : order_;
@@ -120,8 +123,8 @@ class TaylorReference final : public Reference {
   double error_ = 0;
 };
 
-/// In quadruple precision if that stays within the budget, else in extended. `make(start, order)`
-/// is the series of a start in either.
+/// Returns the reference in quadruple precision if that stays within the budget, else in extended.
+/// `make(start, order)` returns the series of a start in either precision.
 template <class Make>
 std::unique_ptr<Reference> affordable(const Make& make, const Scene& scene,
                                       const SeriesStart<long double>& start,
@@ -136,7 +139,7 @@ std::unique_ptr<Reference> affordable(const Make& make, const Scene& scene,
   const double work =
       2 * TaylorReference<QuadrupleSeries>::series_work(start.x.rows(), start.x.cols(), order);
   if (need.quadruple && work <= need.budget) {
-    // Extended precision says how far a series reaches.
+    // A series in extended precision shows how far a series reaches.
     TaylorMotion probe(make(start, order), start.x, quadruple_epsilon);
     probe.go_to(0, [] { return false; });
     if (std::ceil(std::abs(need.time) / probe.span()) * work <= need.budget)

@@ -17,25 +17,28 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 /// Share of the budget that the reference may take.
 constexpr double reference_share = 0.5;
-/// Points expected of a candidate, for sharing the rest of the budget among those to come.
+/// Expected number of points of a candidate, by which the rest of the budget is shared among the
+/// points to come.
 constexpr int expected_points = 12;
 constexpr int last_doubling = 16, last_decade = 11;
-/// A point that does not halve the error did not help; after so many in a row no other will.
+/// A point helps if it at least halves the error. After `patience` points in a row that do not, the
+/// candidate has no more points.
 constexpr double helps = 0.5;
 constexpr int patience = 2;
-/// A run of less than this part of the horizon says too little of it.
+/// Smallest part of the horizon that a run must cover.
 constexpr double least_part = 1.0 / 64;
-/// In single precision of less than this: rounding may come up from below.
+/// Smallest part of the horizon for a run in single precision, where the rounding error may still
+/// overtake the error of the method.
 constexpr double least_part_in_float = 1.0 / 8;
 
-/// The error where what was measured is less than can be known.
+/// Returns the error, but at least `known`, below which the reference cannot measure.
 MotionError at_least(double known, MotionError error) {
   if (error.attitude) error.attitude = std::max(known, *error.attitude);
   error.momentum = std::max(known, error.momentum);
   return error;
 }
 
-/// What is measured: the motions, and the entries that all of them take.
+/// What is measured: the motions, and the candidates that all motions take.
 struct Found {
   MeasuredMotions motions;
   std::vector<Candidate> all;
@@ -73,8 +76,9 @@ class Tradeoff::Survey {
   std::vector<std::size_t> front() const;
 
  private:
-  /// The run that a point is of, up to `to`; in single precision up to the horizon unless its error
-  /// falls with its steps as declared. Nothing where the candidate's share does not pay for that.
+  /// Makes the run for a point, up to `to`. In single precision it goes up to the horizon, unless
+  /// the error falls with the step as declared. Returns nullopt where the candidate's share of the
+  /// budget does not suffice.
   std::optional<Run> first_run(const Candidate& candidate, const Scene& scene, std::int64_t to,
                                const std::stop_token& stop);
   TradeoffPoint measure(const Candidate& candidate, const Scene& scene, const Run& first,
@@ -83,21 +87,22 @@ class Tradeoff::Survey {
   double reference_error() const {
     return samples().answers.empty() ? 0 : samples().answers.back().error;
   }
-  /// True if the point is another one than the last.
+  /// Moves on to the next substeps or tolerance. Returns true if the point differs from the last
+  /// one.
   bool advance_knob(const TradeoffPoint& point);
   void next_candidate();
-  double share() const;  ///< of what is left, for one run
+  double share() const;  ///< share of what is left, for one run
 
   TradeoffRequest request_;
   MeasuredMotions motions_;
-  std::vector<Candidate> candidates_;  ///< those that all motions take
+  std::vector<Candidate> candidates_;  ///< candidates that all motions take
   std::int64_t steps_;
-  double left_;                ///< of the budget
-  std::size_t candidate_ = 0;  ///< the one in hand
-  int knob_ = 0;               ///< 2^knob substeps, or tolerance 10^{−3−knob}
-  int idle_ = 0;               ///< knobs in a row that did not help
-  double best_;                ///< the least error of the candidate
-  ErrorGrowth growth_;         ///< of the candidate
+  double left_;                ///< what is left of the budget
+  std::size_t candidate_ = 0;  ///< index of the current candidate
+  int knob_ = 0;               ///< substeps are 2^knob, or the tolerance is 10^{−3−knob}
+  int idle_ = 0;               ///< number of knobs in a row that did not help
+  double best_;                ///< least error of the current candidate
+  ErrorGrowth growth_;         ///< for the current candidate
   double last_work_ = 0, last_error_ = 0;
   std::vector<double> costs_, errors_;
 };
@@ -165,7 +170,7 @@ std::optional<TradeoffPoint> Tradeoff::Survey::next(const std::stop_token& stop)
     }
     auto point = measure(candidate, scene, *first, stop);
     if (stop.stop_requested()) return std::nullopt;
-    if (point.status.outcome == Outcome::cancelled) {  // it took more than was left
+    if (point.status.outcome == Outcome::cancelled) {  // it took more work than was left
       next_candidate();
       continue;
     }
@@ -231,7 +236,7 @@ TradeoffPoint Tradeoff::Survey::measure(const Candidate& candidate, const Scene&
   point.extrapolated = first.steps < steps_;
   const double growth = growth_.beyond(candidate, first, samples(), steps_);
   if (point.extrapolated) {
-    // The amplitude of an oscillating error does not grow: extrapolate from its envelope.
+    // The amplitude of an oscillating error does not grow, so its envelope is extrapolated.
     const double envelope = std::max(known, first.largest_error(first.errors.size()));
     const double factor = growth * std::min(envelope / point.error->largest(), 4.0);
     if (point.error->attitude) *point.error->attitude *= factor;
@@ -243,11 +248,11 @@ TradeoffPoint Tradeoff::Survey::measure(const Candidate& candidate, const Scene&
 
 bool Tradeoff::Survey::advance_knob(const TradeoffPoint& point) {
   const double error = point.error ? point.error->largest() : infinity;
-  // One step at least: a tighter tolerance may change nothing yet.
+  // The point counts only if it differs: a tighter tolerance may not change the steps yet.
   const bool another = point.work != last_work_ || error != last_error_;
   last_work_ = point.work;
   last_error_ = error;
-  // A step too long for its method is no reason to give up the shorter ones.
+  // A point whose step is too long for the method does not count against shorter steps.
   const bool helped = error <= helps * best_ || error > saturated_error;
   if (another) idle_ = helped ? 0 : idle_ + 1;
   best_ = std::min(best_, error);

@@ -32,7 +32,7 @@ struct Listed {
   std::vector<MethodTraits> methods;
 };
 
-/// Whether anybody has looked.
+/// Whether the catalogue has been read.
 std::atomic<bool> in_use = false;
 
 Listed& listed() {
@@ -63,7 +63,7 @@ Listed& open_for(std::string_view name) {
   throw std::logic_error("the catalogue has " + std::string(name) + " already");
 }
 
-/// Null if there is none of that name.
+/// Returns null if there is none of that name.
 template <class T, class Name>
 const T* find(const std::vector<T>& all, std::string_view name, Name name_of) {
   const auto found = std::ranges::find(

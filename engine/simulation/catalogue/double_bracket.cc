@@ -88,7 +88,8 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
     const Eigen::MatrixXcd Q = complex_block(x, 0, p), P = complex_block(x, 2 * p, p);
     if (out.wants(family::hamiltonian)) {
       const double H = double_bracket_hamiltonian<double>(lambda_u, lambda_v, Q, P);
-      // √H is a norm of PQ† − QP† and P†Q − Q†P; of_terms is that of their terms.
+      // √H is a norm of PQ† − QP† and P†Q − Q†P; of_terms is the norm of the products in these
+      // differences.
       const double least = std::min(lambda_u.minCoeff(), lambda_v.minCoeff());
       const long double of_terms = Q.stableNorm() * P.stableNorm() / std::sqrt(8 * least);
       const bool at_rest = is_rounding(std::sqrt(H), static_cast<double>(of_terms));
@@ -101,7 +102,8 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
       const auto [a, b] = combinations[c];
       const Eigen::VectorXd s = singular_values<double>(Q, P, a, b);
       if (c < 2) largest[c] = s(0);
-      // Q + P may be small, or 0: what changes its singular values is the rounding of Q and P.
+      // Q + P may be small, or 0; its singular values change by the rounding of Q and P, so the
+      // scale is that of Q and P.
       const double scale = std::abs(a) * largest[0] + std::abs(b) * largest[1];
       for (Eigen::Index i = 0; i < s.size(); ++i)
         out.add(family::singular_values, indexed(family::singular_values, c + 1, i + 1), s(i),
@@ -114,7 +116,7 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
     auto xi = of.zero();
     of.generator(x, xi);
     if (!xi.allFinite()) return std::numeric_limits<double>::infinity();
-    return casimirs<double>(xi)(0);  // U and V as one real skew matrix
+    return casimirs<double>(xi)(0);  // U and V form one real skew matrix
   };
   return simulate(scene, system, observables, 4 * rigid_body_cost(p + q + 1));
 }
@@ -124,7 +126,7 @@ bool of_scalars(const Scene& scene) {
 }
 
 constexpr std::array recommendations = {
-    // U and V are constant: a step by the exponential is exact.
+    // U and V are constant, so a step by the exponential is exact.
     Recommendation{.where = "1 x 1 blocks",
                    .takes = of_scalars,
                    .method = MuntheKaas4::traits.name,

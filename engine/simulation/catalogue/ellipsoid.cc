@@ -17,7 +17,7 @@ namespace {
 constexpr int largest_lax_unasked = 8;
 using Wide = long double;
 
-/// q and p, or q and q̇, as columns: the momentum Λq̇, from a costate the part of p that is tangent.
+/// Returns q̇ from the rows q and q̇, or q and p of a costate.
 Eigen::VectorXd velocity(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& x, bool costate) {
   if (!costate) return x.row(1);
   EllipsoidCostate<double> system(lambda);
@@ -44,7 +44,7 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
     const Eigen::VectorXd q = x.row(0), qdot = velocity(lambda, x, costate);
     if (out.wants(family::joachimsthal)) {
       const Wide J = joachimsthal<Wide>(lambda.cast<Wide>(), q.cast<Wide>(), qdot.cast<Wide>());
-      // (qᵀΛ⁻¹q)‖q̇‖², and what that would be for a q̇ of the size of its terms.
+      // The scale is (qᵀΛ⁻¹q)‖q̇‖², or what it would be for a q̇ of the size of its terms.
       const Wide of_terms = terms(x) / lambda.minCoeff();
       const bool at_rest = is_rounding(qdot.stableNorm(), static_cast<double>(of_terms));
       out.add(family::joachimsthal, J, at_rest ? of_terms * of_terms / lambda.maxCoeff() : J);
@@ -68,7 +68,7 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
   return simulate(scene, Ellipsoid<double>(lambda), observables, cost);
 }
 
-/// Why a method that applies to (q, qdot) does not apply to (q, p); empty if it does.
+/// Returns why a method that applies to (q, qdot) does not apply to (q, p); empty if it does.
 std::string refusal(const Scene& scene, std::string_view method) {
   if (scene.block("p").size() == 0) return "";
   std::string others;

@@ -44,7 +44,8 @@ SystemEntry reduced_rigid_body_entry() {
   info.source = "[RB] (8.2)";
   info.file = "engine/systems/reduced_rigid_body.h";
   std::erase_if(info.invariants,
-                [](const auto& i) { return i.name == family::PQt; });  // it is not moved
+                // The system holds PQᵀ and does not move it.
+                [](const auto& i) { return i.name == family::PQt; });
   info.methods = methods_on<ReducedRigidBody<double>>(info);
   return {.info = info,
           .check = [](SceneDraft& draft) { check_symmetric(draft, false); },

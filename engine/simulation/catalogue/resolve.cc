@@ -83,8 +83,8 @@ std::expected<Scene, Violations> SceneDraft::with(MethodDescription method) {
   return std::move(scene_);
 }
 
-/// A tolerance takes the place of a method, and the two stand together only in what
-/// resolve_choosing wrote.
+/// Checks tolerance and horizon. A tolerance replaces a method; only a description that
+/// resolve_choosing has written has both.
 void SceneDraft::check_choice() {
   const auto &tolerance = given().tolerance, &horizon = given().horizon;
   if (horizon && !(std::isfinite(*horizon) && *horizon > 0))
@@ -123,7 +123,7 @@ void SceneDraft::check_method() {
              std::string(system_->name) + " is a discrete system and takes no method");
     return;
   }
-  if (!method) return;  // the recommended one, once the state is known
+  if (!method) return;  // the recommended method is filled in once the state is known
   const auto names = listed(system_->methods, [](auto& m) { return m.method; });
   const MethodInfo* info = nullptr;
   for (const auto& m : system_->methods)
@@ -162,7 +162,7 @@ void SceneDraft::check_scalar() {
 
 namespace {
 
-/// The first method of a system that does.
+/// Returns the name of the first method of a system that takes every Λ; "none" if there is none.
 std::string takes_every_inertia(const SystemInfo& system) {
   for (const auto& on : system.methods)
     if (!on.takes) return std::string(on.method);
@@ -171,7 +171,7 @@ std::string takes_every_inertia(const SystemInfo& system) {
 
 }  // namespace
 
-/// Once the system's own check has found out Λ.
+/// Checks that the method takes Λ, once the system's own check has set Λ.
 void SceneDraft::check_reach() {
   const auto& lambda = scene_.inertia();
   for (const auto& on : system_->methods)
@@ -187,7 +187,8 @@ void SceneDraft::check_reach() {
   if (!rule.empty()) refuse("method.name", '"' + given().method->name + '"', rule);
 }
 
-/// An `order` must be one that the method has; a resolved scene has it unless the method has none.
+/// Checks `order`, which must be one that the method has, and fills it in unless the method has
+/// none.
 void SceneDraft::check_order(const MethodInfo& info) {
   auto& order = given().method->order;
   if (info.orders.empty()) {

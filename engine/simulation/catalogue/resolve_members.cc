@@ -36,8 +36,8 @@ Violations check_members_before_choice(const SceneDescription& ensemble, double 
 
 namespace {
 
-/// Resolves member after member, for `look` at each; the violations of the first that have any, at
-/// most 16.
+/// Resolves member after member and calls `look` with each. Returns the violations of the first
+/// members that have any, at most 16.
 template <class Look>
 Violations resolve_each(const SceneDescription& ensemble, double largest_repair, const Place& place,
                         const Look& look) {
@@ -53,7 +53,7 @@ Violations resolve_each(const SceneDescription& ensemble, double largest_repair,
   return wrong;
 }
 
-/// One method for all of them, with substeps enough for the fastest.
+/// Gives all members one method, with enough substeps for the fastest.
 Violations recommend(const Recommendation& one, SceneDescription& ensemble, double largest_repair,
                      const Place& place) {
   ensemble.method = one.description();
@@ -93,7 +93,7 @@ std::expected<Scene, Violations> resolve_members(SceneDescription& ensemble, dou
     wrong = recommend(recommender->chosen(), ensemble, largest_repair, place);
   if (!wrong.empty()) return std::unexpected(std::move(wrong));
 
-  if (common_epsilon) ensemble.epsilon = epsilon;  // else each chooses its own again
+  if (common_epsilon) ensemble.epsilon = epsilon;  // otherwise each member chooses its own again
   auto first = Scene::resolve(member_of(ensemble, 0), largest_repair, place);
   if (!first) return first;
   ensemble.method = first->description().method;

@@ -43,8 +43,8 @@ bool in_the_plane(const Scene& scene) { return scene.dimension() == 2; }
 bool has_whole_attitude(const Scene& scene) { return rows(scene) >= scene.dimension() - 1; }
 bool is_one_point(const Scene& scene) { return rows(scene) == 1; }
 
-// With 1 < n < N - 1 most motions are chaotic. Their condition is then 1e6 and more after 100
-// rotations, and a larger tolerance keeps the error below 1e-8 times the condition.
+// With 1 < n < N - 1 most motions are chaotic: their condition is 1e6 and more after 100 rotations,
+// and a larger tolerance suffices to keep the error below 1e-8 times the condition.
 constexpr std::array recommendations = {
     Recommendation{.where = "Lambda a multiple of the identity",
                    .takes = is_isotropic,

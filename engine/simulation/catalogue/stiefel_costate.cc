@@ -57,7 +57,7 @@ void check_costate(SceneDraft& draft) {
   if (const RowMatrix* P = draft.block("P", Q.rows(), Q.cols())) draft.set_block("P", *P);
 }
 
-/// M stays as its factors Q and P_0.
+/// Checks a scene of (Q, M). The simulation keeps M as its factors Q and P_0.
 void check_momentum(SceneDraft& draft) {
   if (!check_stiefel_frame(draft)) return;
   const auto& Q = draft.scene().Q();

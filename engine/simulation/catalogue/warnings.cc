@@ -6,7 +6,7 @@
 namespace stiefel {
 namespace {
 
-/// A triangle inequality of the moments may fail by this part of the largest moment, when the
+/// Part of the largest moment by which a triangle inequality of the moments may fail, because the
 /// moments or their tensor were rounded.
 constexpr double rounding = 16 * 0x1p-53;
 

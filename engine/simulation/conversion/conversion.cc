@@ -15,7 +15,7 @@
 namespace stiefel {
 namespace {
 
-/// The representation of a system, or one of `other_targets`; null where there is none.
+/// Returns the representation of a system, or of one of `other_targets`; null where there is none.
 const Representation* representation_of(std::string_view name) {
   if (const SystemEntry* entry = system_entry(name)) return entry->representation;
   constexpr const Representation* others[] = {
@@ -29,7 +29,8 @@ std::unexpected<ConversionRefusal> refuse(Violation violation) {
   return std::unexpected(ConversionRefusal(Violations{std::move(violation)}));
 }
 
-/// "must be a system or one of velocity, ...", with the near name.
+/// Returns the rule "must be a system or one of velocity, ...", with the name nearest to the given
+/// one.
 std::string rule_of_targets(std::string_view given) {
   std::vector<std::string_view> known;
   for (const SystemInfo& system : catalogue().systems) known.push_back(system.name);
@@ -54,8 +55,9 @@ SceneDescription describe(const Scene& scene, const SystemInfo& system, const Ph
   return out;
 }
 
-/// The index of the field that starts a scene in the place of field `i`: that of M instead of P in
-/// an ensemble that has no ε in common, since M chooses each member's.
+/// Returns the index of the field that starts a scene in place of field `i`. It is the index of M
+/// for P in an ensemble without a common ε, because each member chooses its ε from M; otherwise
+/// `i`.
 std::size_t starting(const Scene& scene, const Simulation& now, std::size_t i) {
   const auto index = [&](std::string_view name) {
     const auto found = std::ranges::find(now.fields(), name, &Field::name);

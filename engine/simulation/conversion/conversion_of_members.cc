@@ -19,7 +19,7 @@ ConversionRefusal of_member(ConversionRefusal refusal, std::size_t b) {
   return refusal;
 }
 
-/// Matrices of equal shape, one of each member, on top of each other.
+/// Stacks matrices of equal shape, one of each member.
 class Stack {
  public:
   explicit Stack(std::size_t members) : members_(static_cast<Eigen::Index>(members)) {}
@@ -36,7 +36,7 @@ class Stack {
   RowMatrix rows_;
 };
 
-/// The converted members as they come.
+/// Collects the converted members.
 class Together {
  public:
   Together(const Scene& ensemble, const ConversionTarget& target)
@@ -62,12 +62,12 @@ class Together {
     if (takes_M_ && d.epsilon) M_.put(b, make_simulation(*one.scene)->get("M"));
   }
 
-  /// Whether each member has chosen an ε of its own.
+  /// Whether the members have chosen different ε.
   bool own_epsilons() const {
     return std::ranges::adjacent_find(epsilons_, std::not_equal_to()) != epsilons_.end();
   }
   bool takes_M() const { return takes_M_; }
-  /// The least |ε| of any member, which keeps all of them in the domain.
+  /// Returns the ε of least absolute value, which keeps all members in the domain.
   double least_epsilon() const {
     return *std::ranges::min_element(epsilons_, {}, [](double x) { return std::abs(x); });
   }
@@ -89,7 +89,7 @@ class Together {
     out.inertia = common_or_all();
     for (auto& [name, stacked] : values_)
       out.initial.emplace(name, Block(stacked.take(), stack(imaginary_, name).take()));
-    if (own_epsilons()) {  // M instead of P: each member then chooses its ε again
+    if (own_epsilons()) {  // M replaces P, so that each member chooses its ε again
       out.initial.erase("P");
       out.initial["M"] = Block(M_.take());
     } else if (!epsilons_.empty()) {
@@ -111,7 +111,7 @@ class Together {
         found->margin = std::min(found->margin, one.margin);
     }
   }
-  /// One member's numbers where all have the same.
+  /// Returns the inertia of one member if all have the same, else that of all in turn.
   std::vector<double> common_or_all() const {
     const std::size_t each = inertia_.size() / count_;
     for (std::size_t k = each; k < inertia_.size(); ++k)

@@ -5,16 +5,18 @@
 
 namespace stiefel {
 
-/// `convert` of an ensemble to another form: each member is converted, and the results stand one
-/// after another in one ensemble, blocks by their rows. Margins are the smallest of any member.
-/// A refusal names the member.
+/// Converts an ensemble to another form: converts each member and joins the results in one
+/// ensemble, the blocks by their rows. Each margin is the smallest of any member. A refusal names
+/// the member.
 std::expected<Conversion, ConversionRefusal> convert_members(const Scene& ensemble,
                                                              const ConversionTarget& target);
 
-/// The scene's method where the system takes it; else none, so that it gets the recommended one.
+/// Returns the scene's method if the system takes it; else nullopt, so that the system gets its
+/// recommended method.
 std::optional<MethodDescription> method_on(const SystemInfo& system, const Scene& scene);
 
-/// The fields of a scene that a conversion makes come of the target, but for what was asked for.
+/// Returns the place of violations in the converted scene: the target, except for `epsilon` and
+/// `parameter` if the request gives them.
 Place place_of_result(const ConversionTarget& target);
 
 }  // namespace stiefel

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double turn_per_step = 0.02;
 
-/// Refused when the time is so short that step or velocity is no number.
+/// Returns the scene of an answer. Refuses a time so short that step or velocity is not finite.
 template <class Answer>
 std::expected<Scene, ConnectRefusal> scene_of(const TwoPointProblem& problem, const Answer& answer,
                                               MethodDescription method, double step) {
@@ -30,7 +30,7 @@ std::expected<Scene, ConnectRefusal> scene_of(const TwoPointProblem& problem, co
       refusal::Invalid{"time", to_text(problem.time), "makes numbers that no scene can hold"});
 }
 
-/// Q at step 0 and at `samples` steps after it, or at fewer when the token asks to stop.
+/// Returns Q at step 0 and at `samples` steps after it, or at fewer steps on a stop request.
 std::vector<Eigen::MatrixXd> followed(const Scene& scene, int samples,
                                       const std::stop_token& stop) {
   std::vector<Eigen::MatrixXd> frames;

@@ -44,12 +44,12 @@ std::vector<InvariantDrift> drifts(const Scene& scene, const Simulation& now,
   return out;
 }
 
-/// For each invariant the drift of the member that has the largest.
+/// Returns for each invariant the drift of the member in which it is largest.
 std::vector<InvariantDrift> worst_drifts(const Scene& scene, const Simulation& now,
                                          std::span<const std::string> only,
                                          const std::stop_token& stop) {
   std::vector<InvariantDrift> worst;
-  const auto states = now.members();  // brings all of them up to date
+  const auto states = now.members();  // brings the states of all members up to date
   for (std::size_t b = 0; b < scene.members().size() && !stop.stop_requested(); ++b) {
     auto one = drifts(scene.members()[b], *states[b], only, stop);
     if (b == 0) worst = one;

@@ -23,14 +23,15 @@ Dense state_of(const TwoForm& form, const Simulation& now) {
   return stacked_pair<double>(now.get(form.blocks[0]), now.get(form.blocks[1]));
 }
 
-/// "3 x 4", and what else is wrong with it.
+/// Describes the shape of a block and its faults: "3 x 4, complex, not finite".
 std::string value_of(const Block& block) {
   return shape_text(block.values.rows(), block.values.cols()) +
          (block.imaginary.size() > 0 ? ", complex" : "") +
          (block.values.allFinite() ? "" : ", not finite");
 }
 
-/// Stacks the blocks of these names; empty with a violation if they are not as the state's.
+/// Stacks the named blocks of a tangent vector. Returns an empty matrix and adds violations if they
+/// do not have the shapes of the state's blocks.
 Dense stacked_vector(const std::string& field, const TangentVector& u,
                      const std::array<std::string_view, 2>& names, const Dense& x,
                      const Place& place, Violations& violations) {
@@ -64,7 +65,7 @@ std::unexpected<Violations> refuse_ensemble(const Scene& scene, const Place& pla
                                  "two-forms and brackets are of single scenes")});
 }
 
-/// Whether the scene has the blocks that the form reads; a body may be without a frame.
+/// Whether the scene has the blocks that the form reads; a body may have no frame.
 bool has_blocks(const Simulation& now, const TwoForm& form) {
   return std::ranges::all_of(form.blocks, [&](std::string_view name) {
     return std::ranges::find(now.fields(), name, &Field::name) != now.fields().end();
@@ -75,7 +76,7 @@ const std::vector<const TwoForm*>& two_forms_of(const Scene& scene) {
   return system_entry(scene.system())->two_forms;
 }
 
-/// (QR, RᵀMR) for a body that is told in other axes.
+/// Returns (QR, RᵀMR) for a body whose caller uses other axes than the principal ones.
 Dense in_principal_axes(const Scene& scene, Dense x) {
   if (!scene.axes()) return x;
   const Dense R = scene.axes()->rotation;

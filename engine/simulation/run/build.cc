@@ -14,7 +14,8 @@ const std::string& build_fingerprint() {
   static const std::string fingerprint = [] {
     std::string text = "stiefel " STIEFEL_VERSION ", gcc " __VERSION__ ", " STIEFEL_BUILD_FLAGS;
     text += ", glibc " + std::string(gnu_get_libc_version());
-    // The C library's sin and cos differ in the last bit with and without fused multiply-add.
+    // The C library's sin and cos differ in the last bit between processors with and without fused
+    // multiply-add.
     text += __builtin_cpu_supports("fma") ? ", fma" : "";
     text += __builtin_cpu_supports("avx2") ? ", avx2" : "";
     return text;

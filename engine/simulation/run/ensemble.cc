@@ -13,7 +13,7 @@
 namespace stiefel {
 namespace {
 
-/// Steps of bodies that go together between two looks at the stop token.
+/// Number of steps that packed bodies make between two checks for a stop request.
 constexpr std::int64_t between_looks = 4096;
 
 }  // namespace

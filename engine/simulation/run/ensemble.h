@@ -6,9 +6,10 @@
 
 namespace stiefel {
 
-/// The Simulation of an ensemble: its members at one step, each with the bits that it has alone. It
-/// advances on all cores, and bodies in three dimensions side by side in vector registers. When a
-/// member stops, all stop, at the last step that every one of them reached.
+/// The Simulation of an ensemble: all its members at one step, each with the bits that it has
+/// alone. It advances on all cores, and bodies in three or four dimensions side by side in vector
+/// registers. When a member stops, all members stop at the last step that every one of them
+/// reached.
 class Ensemble final : public Simulation {
  public:
   explicit Ensemble(const Members& scenes);
@@ -23,11 +24,11 @@ class Ensemble final : public Simulation {
   void restore(std::int64_t step, std::span<const double> saved) override;
 
   void write(std::size_t index, std::span<double> out) const override;
-  /// Nothing: invariants are of single members.
+  /// Adds nothing, because only single members have invariants.
   void invariants(InvariantList&) const override {}
-  /// The worst member's.
+  /// Returns the value of the worst member.
   std::optional<double> orthogonality() const override;
-  /// The fastest member's, both.
+  /// `rate` and `largest_step` return the values of the fastest member.
   double rate() const override;
   std::optional<double> largest_step(double limit) const override;
   std::optional<Eigen::MatrixXd> image(const Eigen::MatrixXd&) const override {
@@ -40,15 +41,16 @@ class Ensemble final : public Simulation {
   double step_cost() const override { return step_cost_; }
 
  private:
-  /// Members that go together, or one that goes alone. The states of those that go together are
-  /// here, as they save them, and theirs are out of date until somebody looks.
+  /// Members that advance together in vector registers, or one that advances alone. For members
+  /// that advance together `states` holds what their simulations would save; the simulations
+  /// themselves are out of date (`stale`) until `bring_up_to_date`.
   struct Group {
     std::size_t first, count;
     std::unique_ptr<PackedBodies> packed = nullptr;
-    std::vector<double> states = {}, before = {};  ///< now and before the last advance
+    std::vector<double> states = {}, before = {};  ///< states now, and before the last advance
     mutable bool stale = false;
     std::int64_t packed_steps = 0;
-    /// Steps that the last advance took, and why it ended.
+    /// Number of steps of the last advance, and why it ended.
     std::int64_t reached = 0;
     RunStatus status = {};
   };
@@ -57,15 +59,16 @@ class Ensemble final : public Simulation {
   void take(const Scenes& scenes);
   void form_group(std::span<const Scene> scenes);
   std::span<double> state(Group& group, std::size_t lane) const;
-  /// Puts back what `before` or a caller kept of the group's members, at step_.
+  /// Sets the states of the group's members at step_, from `before` or from a caller.
   void put_back(Group& group, std::span<const double> states);
-  /// The lanes that are left over repeat the last member's.
+  /// Copies the last member's state to the lanes that have no member.
   void fill_lanes(Group& group) const;
   void bring_up_to_date() const;
-  /// Every group on its own, all at once.
+  /// Advances all groups independently, in parallel.
   void go(std::int64_t steps, const std::stop_token& stop);
   void go_packed(Group& group, std::int64_t steps, const std::stop_token& stop);
-  /// Member `index` by up to `steps`; false with the group's run status when it stopped.
+  /// Advances member `index` by up to `steps`. Returns false, and sets the group's run status, when
+  /// the member stopped.
   bool go_alone(Group& group, std::size_t index, std::int64_t steps, const std::stop_token& stop);
   const Simulation& fastest() const;
 

@@ -9,8 +9,8 @@
 
 namespace stiefel {
 
-/// Gives the members of an ensemble to `visit` in their order, as they go together: as many in a
-/// row as a vector register has lanes of those that can be packed, the others alone.
+/// Calls `visit` with groups of members, in their order. Consecutive members that can be packed
+/// form groups of as many as a vector register has lanes; every other member is a group of its own.
 template <class Scenes, class Visit>
 void for_each_group(const Scenes& scenes, const Visit& visit) {
   std::vector<Scene> together;
@@ -31,10 +31,10 @@ void for_each_group(const Scenes& scenes, const Visit& visit) {
   flush();
 }
 
-/// Nanoseconds of a step of a group, roughly and on all cores, for slicing; `one`: the simulation
-/// of one of its members.
+/// Returns a rough number of nanoseconds for a step of a group, on all cores, for slicing. `one` is
+/// the simulation of one of its members.
 inline double group_cost(std::span<const Scene> group, const Simulation& one) {
-  constexpr double packed = 5;  // of one body
+  constexpr double packed = 5;  // nanoseconds for one body
   if (group.size() == 1) return one.step_cost();
   return packed * group.front().substeps() * static_cast<double>(group.size());
 }

@@ -8,7 +8,7 @@
 
 namespace stiefel {
 
-/// What a simulation of a scene offers.
+/// What a simulation of a scene offers: its fields and sizes.
 struct Outline {
   std::vector<Field> fields;
   std::size_t block_count = 0, saved_size = 0;
@@ -18,8 +18,8 @@ struct Outline {
 
 Outline outline_of(const Simulation& simulation);
 
-/// That of an ensemble, without its simulation: those of the members are made one after another,
-/// for `look` at each, and dropped.
+/// Returns the outline of an ensemble without building its simulation: makes the members'
+/// simulations one after another, calls `look` with each, and drops it.
 Outline outline_of(const Members& members, const std::function<void(const Simulation&)>& look);
 
 }  // namespace stiefel

@@ -13,10 +13,11 @@
 namespace stiefel {
 namespace {
 
-constexpr Arithmetic either = Arithmetic::plain;  // what a body is made of is the same in both
+// The constants of a body do not depend on the arithmetic.
+constexpr Arithmetic either = Arithmetic::plain;
 
-/// Whether h m/I, or what is given as such, and its products are 0 or far from the ends of the
-/// range: there a fused operation and its replacement give the same bits.
+/// Whether h m/I, or a given number of that size, and its products are 0 or far from the ends of
+/// the range, where a fused operation and its replacement give the same bits.
 bool is_far_from_ends(double x, bool in_float) {
   const double far = in_float ? 0x1p19 : 0x1p200;
   return x == 0 || (std::abs(x) > 1 / far && std::abs(x) < far);
@@ -24,13 +25,14 @@ bool is_far_from_ends(double x, bool in_float) {
 
 double step_of_map(const Scene& scene) { return scene.step() / scene.substeps(); }
 
-/// A discrete body is its own stage.
+/// Returns how the scene's method packs bodies. A discrete body has no method and is packed by its
+/// stages.
 Packing packing_of(const Scene& scene) {
   const MethodTraits* method = method_traits(scene.method());
   return method ? method->packing : Packing::stages;
 }
 
-/// The modified body in three dimensions is a single stage.
+/// Returns the inertia for the single stage of a modified body in three dimensions.
 template <class Scalar>
 DiscreteInertia3<Scalar> modified_inertia(const Scene& scene, Scalar h) {
   const ModifiedJDInverse3<Scalar, false, either> inverse(rounded_to<Scalar>(scene.inertia()), h,
@@ -38,7 +40,7 @@ DiscreteInertia3<Scalar> modified_inertia(const Scene& scene, Scalar h) {
   return inverse.J(rounded_to<Scalar>(vee(scene.M())));
 }
 
-/// Adds the body's stages, each to those of the other bodies.
+/// Appends the stages of a body to those of the other bodies.
 template <class Pairs, class Scalar, class Inertia>
 void add_stages(const Scene& scene, Scalar h, std::vector<std::vector<Inertia>>& out) {
   const auto gamma = symmetric_stages<Scalar>(std::max(scene.order(), 2));

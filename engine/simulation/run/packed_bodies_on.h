@@ -9,7 +9,7 @@
 
 namespace stiefel {
 
-/// PackedBodies by a map of packs.
+/// Implements PackedBodies by a map of packs.
 template <class P, class Map>
 class PackedBodiesOn final : public PackedBodies {
  public:
@@ -57,7 +57,7 @@ class PackedBodiesOn final : public PackedBodies {
   int substeps_;
 };
 
-/// Bodies of packs P in N dimensions.
+/// The types for bodies of packs P in N dimensions.
 template <class P, int N, bool frame, Arithmetic arithmetic>
 struct BodyOf;
 template <class P, bool frame, Arithmetic arithmetic>
@@ -73,7 +73,8 @@ struct BodyOf<P, 4, frame, arithmetic> {
   static const auto& stages(const auto& bodies) { return bodies.stages_4; }
 };
 
-/// The method of Packing::vector_field; a second one would need its name in BodiesSideBySide.
+/// The only method with Packing::vector_field. A second one would need its name in
+/// BodiesSideBySide.
 using OfVectorField = Rk4;
 static_assert(OfVectorField::traits.packing == Packing::vector_field);
 

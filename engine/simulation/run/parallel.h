@@ -8,10 +8,11 @@
 
 namespace stiefel {
 
-/// Work below it is not divided.
+/// Work that takes less time is not divided.
 inline constexpr double least_divided_nanoseconds = 1e5;
 
-/// Calls `work` with each element, on several threads if all together take that long.
+/// Calls `work` with each element, on several threads if all calls together take at least
+/// `least_divided_nanoseconds`. `nanoseconds` is an estimate for all calls together.
 template <class Element, class Work>
 void for_each_in_parallel(std::vector<Element>& elements, double nanoseconds, const Work& work) {
   if (elements.size() < 2 || nanoseconds < least_divided_nanoseconds) {

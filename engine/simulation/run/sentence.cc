@@ -10,7 +10,8 @@
 namespace stiefel {
 namespace {
 
-/// |ω| of a scene whose frames are rotations of three dimensions and whose steps are times.
+/// Returns |ω| of a scene whose frames are rotations of three dimensions and whose steps are times;
+/// else nullopt.
 std::optional<double> angular_speed(const Scene& scene, double rate) {
   if (scene.dimension() != 3) return std::nullopt;
   switch (system_entry(scene.system())->rate) {
@@ -25,7 +26,8 @@ std::optional<double> angular_speed(const Scene& scene, double rate) {
   return std::nullopt;
 }
 
-/// The domain's edge in degrees: "the step of 0.5 turns the body by 143° and has ...".
+/// Describes the edge of the domain in degrees: "the step of 0.5 turns the body by 143° and has
+/// ...".
 std::string left_domain(const RunStatus& status, const Scene& scene, double speed) {
   const double h = std::abs(scene.step()) / scene.substeps();
   const auto degrees = [&](double time) {
@@ -41,8 +43,9 @@ std::string left_domain(const RunStatus& status, const Scene& scene, double spee
   return sentence;
 }
 
-/// "; the method NAME takes every step", of the first of the system's methods that is one of these
-/// and takes the scene, and is not its own.
+/// Returns "; the method NAME" and what it `does` (" takes every step"), for the first of the
+/// system's methods that is among these, takes the scene and is not the scene's own; "" if there is
+/// none.
 template <class Among>
 std::string other_method(const Scene& scene, const SystemInfo& system, Among&& among,
                          const std::string& does) {
@@ -55,8 +58,8 @@ std::string other_method(const Scene& scene, const SystemInfo& system, Among&& a
   return "";
 }
 
-/// A method that can go on where the scene's own cannot: the closed form where there is one, else
-/// the adaptive method; for a discrete system those of its continuous counterpart.
+/// Names a method that can go on where the scene's own cannot: the closed form where there is one,
+/// else the adaptive method. For a discrete system these are methods of its continuous counterpart.
 std::string neighbour(const Scene& scene) {
   const SystemEntry& entry = *system_entry(scene.system());
   const SystemInfo* system =

@@ -6,8 +6,8 @@
 
 namespace stiefel {
 
-/// The principal axes of a body whose numbers are doubles, in Scalar: I = R diag(moments) Rᵀ,
-/// det R = +1. Moments and a diagonal tensor keep their axes and their order, R = 1.
+/// The principal axes of a body, computed in Scalar from its doubles: I = R diag(moments) Rᵀ, det R
+/// = +1. Moments and a diagonal tensor keep their axes and their order, R = 1.
 template <class Scalar>
 struct GivenAxes {
   Vector3<Scalar> moments;

@@ -14,7 +14,8 @@ struct Member {
   std::size_t rows = 0, cols = 0;
 };
 
-/// The member's part of a field of all, by how the field is shared.
+/// Returns the member's part of a field of the ensemble, which depends on how the members share the
+/// field.
 template <class Value>
 Value part(const Value& all, share::Common, const Member&) {
   return all;

@@ -4,13 +4,14 @@
 
 namespace stiefel {
 
-// An ensemble is described with `members` = B: what has B times the numbers of one scene is theirs
-// in turn, blocks by their rows, and everything else is common to all.
+// The description of an ensemble has `members` = B. A field that has B times the numbers of one
+// scene holds the members' numbers in turn, blocks their rows; every other field is common to all
+// members.
 
-/// The violations of a description of an ensemble.
+/// Returns the violations of the description of an ensemble.
 Violations check_members(const SceneDescription& all, const Place& place);
 
-/// Member b, 0 <= b < B, as a description of its own.
+/// Returns the description of member b, 0 <= b < B.
 SceneDescription member_of(const SceneDescription& all, int b);
 
 }  // namespace stiefel

@@ -11,9 +11,9 @@
 
 namespace stiefel {
 
-/// Damerau–Levenshtein distance: the least number of insertions, deletions, substitutions and
-/// exchanges of neighbours (no character edited twice) that make `b` of `a`. ASCII upper and lower
-/// case are the same, and so are '-' and '_'.
+/// Returns the Damerau–Levenshtein distance: the least number of insertions, deletions,
+/// substitutions and exchanges of neighbours (no character edited twice) that turn `a` into `b`.
+/// ASCII upper and lower case count as equal, and so do '-' and '_'.
 constexpr std::size_t name_distance(std::string_view a, std::string_view b) {
   const auto folded = [](char c) {
     return c == '-' ? '_' : c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
@@ -33,10 +33,11 @@ constexpr std::size_t name_distance(std::string_view a, std::string_view b) {
   return row[b.size()];
 }
 
-/// The name of a list (of items whose name is `name(item)`) that `given` most likely stands for: at
-/// a distance of at most 2 and less than half the longer name, or sharing a beginning of 3 or more
-/// characters that is the whole of one of them. The nearest, the first of several; none when all
-/// are far. `given` may be of any length: only its first 64 characters count.
+/// Returns the name in a list (of items whose name is `name(item)`) that `given` most likely stands
+/// for; nullopt when no name is near. A name is near at a distance of at most 2 and less than half
+/// the longer name, or if one of the two names, with 3 or more characters, is the beginning of the
+/// other. Of several near names the nearest is returned, of equally near ones the first. `given`
+/// may be of any length: only its first 64 characters count.
 template <std::ranges::input_range Items, class Name = std::identity>
 constexpr std::optional<std::string> near_name(std::string_view given, const Items& known,
                                                Name name = {}) {
@@ -60,7 +61,7 @@ constexpr std::optional<std::string> near_name(std::string_view given, const Ite
   return nearest;
 }
 
-/// "Q, P, M".
+/// Lists the names of the items: "Q, P, M".
 template <class Items, class Name>
 std::string listed(const Items& items, Name name) {
   std::string out;
@@ -69,7 +70,7 @@ std::string listed(const Items& items, Name name) {
   return out;
 }
 
-/// "; did you mean NAME?", to be put at the end of a rule, or nothing when no name is near.
+/// Returns "; did you mean NAME?", for the end of a rule, or nothing when no name is near.
 template <std::ranges::input_range Items, class Name = std::identity>
 std::string did_you_mean(std::string_view given, const Items& known, Name name = {}) {
   const auto nearest = near_name(given, known, std::move(name));

@@ -6,8 +6,8 @@
 
 namespace stiefel {
 
-/// The members were checked with the ensemble, so that no repair is too large here. The bound is
-/// finite because it is multiplied by the size of a block, which is 0 at rest: ∞ · 0 would be NaN.
+/// Repairs without a limit, because the members were checked with the ensemble. The bound is finite
+/// because it is multiplied by the size of a block, which is 0 at rest: ∞ · 0 would be NaN.
 Scene Members::operator[](std::size_t b) const {
   return Scene::resolve(member_of(*ensemble_, static_cast<int>(b)),
                         std::numeric_limits<double>::max())

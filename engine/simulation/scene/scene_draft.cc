@@ -11,7 +11,7 @@
 namespace stiefel {
 namespace {
 
-/// Numbers whose squares are numbers.
+/// The range of numbers whose squares neither overflow nor underflow.
 struct Scales {
   double least, largest;
 
@@ -187,7 +187,8 @@ void SceneDraft::set_skew(const std::string& name, const RowMatrix& M) {
   if (!(defect <= Scene::skew_tolerance * M.cwiseAbs().maxCoeff()))
     return refuse("initial." + name, "max |M + Mᵀ| = " + to_text(defect), "must be skew-symmetric");
   if (!check_size(name, M)) return;
-  set_block(name, M - (M + M.transpose()) / 2);  // M itself, denormal or not, if that is skew
+  // If M is skew, the difference is M to the last bit, even where M is denormal.
+  set_block(name, M - (M + M.transpose()) / 2);
 }
 
 void SceneDraft::set_body(const PrincipalAxes& axes, const Eigen::Vector4d& attitude,

@@ -9,23 +9,24 @@ namespace stiefel {
 
 /// How the members of an ensemble share a field.
 namespace share {
-/// Common to all.
+/// One value is common to all members.
 struct Common {};
 /// Each member has its own rows of every block.
 struct Rows {};
-/// `each` numbers are common to all; `each` times the members are those of all, in turn.
+/// `each` numbers are common to all members; `each` times the number of members are the members' in
+/// turn.
 struct Numbers {
   std::size_t each;
 };
-/// A field with one number for each row, or column, of a member's blocks.
+/// A member has one number for each row, or for each column, of its blocks.
 struct NumberPerRow {};
 struct NumberPerColumn {};
 /// A field of the ensemble that its members do not have.
 struct Ensemble {};
 }  // namespace share
 
-/// A field of a description: its name, which is also its name in proto and in files, and where it
-/// is.
+/// A field of a description: its name, also in proto and in files, and the member variable that
+/// holds it.
 template <class Owner, class Value, class Share = share::Common>
 struct SceneField {
   std::string_view name;
@@ -33,8 +34,8 @@ struct SceneField {
   Share shared = {};
 };
 
-/// All fields of a description in the order of its declaration: the one list that identity, wire
-/// form and members work with.
+/// All fields of a description in the order of their declaration: the one list from which identity,
+/// wire form and members of an ensemble are derived.
 template <class Description>
 inline constexpr auto fields_of = nullptr;
 
@@ -72,7 +73,7 @@ inline constexpr auto fields_of<SceneDescription> = std::tuple(
 template <class T>
 concept Description = !std::is_null_pointer_v<std::remove_cv_t<decltype(fields_of<T>)>>;
 
-/// visit(field) with each SceneField of the description's type, in order.
+/// Calls visit(field) with each SceneField of the description's type, in order.
 template <Description T, class Visit>
 constexpr void for_each_field(Visit&& visit) {
   std::apply([&](const auto&... field) { (visit(field), ...); }, fields_of<T>);
@@ -80,7 +81,8 @@ constexpr void for_each_field(Visit&& visit) {
 
 namespace detail {
 
-// A structured binding needs a name for every member: a member more does not compile here.
+// A structured binding needs a name for every member, so a new member that is not listed here does
+// not compile.
 inline auto members_of(const MethodDescription& d) {
   const auto& [a, b, c, e, f, g] = d;
   return std::tie(a, b, c, e, f, g);
@@ -94,7 +96,8 @@ inline auto members_of(const SceneDescription& d) {
   return std::tie(a, b, c, e, f, g, h, i, j, k, l, m, n, o);
 }
 
-/// The list has as many fields as the struct, of the same types in the same order, and none twice.
+/// Checks that the list has as many fields as the struct, of the same types in the same order, and
+/// no field twice.
 template <class T>
 consteval bool lists_every_member() {
   return std::apply(

@@ -10,7 +10,7 @@
 
 namespace stiefel {
 
-/// Observables that read a `Form::Wide`, applied to states stored as a `Form::Point`.
+/// Applies observables that read a `Form::Wide` to states stored as a `Form::Point`.
 template <class Form, class Observables>
 class HeldAs {
  public:
@@ -32,7 +32,7 @@ class HeldAs {
   }
   double rate(const Point& x) const { return observables_.rate(Form::wide(x)); }
 
-  /// A state near the manifold as a matrix, and back.
+  /// Convert a state near the manifold from a matrix, and to one.
   Point point(const Eigen::MatrixXd& x)
       const requires std::is_same_v<typename Form::Wide, Eigen::MatrixXd> {
     return Form::held(x);

@@ -10,7 +10,7 @@
 
 namespace stiefel {
 
-/// "manakov[3,1]".
+/// Returns the name of one invariant of a family: "casimirs[1]", "manakov[3,1]".
 inline std::string indexed(std::string_view family, long i) {
   return std::string(family) + "[" + std::to_string(i) + "]";
 }
@@ -18,24 +18,24 @@ inline std::string indexed(std::string_view family, long i, long j) {
   return std::string(family) + "[" + std::to_string(i) + "," + std::to_string(j) + "]";
 }
 
-/// The values of a state's invariants, those that are asked for: families ("manakov") or single
-/// ones ("manakov[3,1]"); when none is named every family that is cheap.
+/// Collects the values of a state's invariants that are asked for: families ("manakov") or single
+/// ones ("manakov[3,1]"). When none is named it collects every family that is cheap.
 class InvariantList {
  public:
   struct Entry {
     std::string_view family;
     std::string name;
-    long double value;  ///< the powers in it need not fit into a double
-    long double scale;  ///< what a change of the value is measured against
+    long double value;  ///< long double, because powers may not fit into a double
+    long double scale;  ///< the number by which a change of the value is divided
   };
 
-  /// The names of `only` must outlive the list. Asked to stop, it is left incomplete.
+  /// The names of `only` must outlive the list. A stop request leaves the list incomplete.
   explicit InvariantList(std::span<const std::string> only, std::stop_token stop = {})
       : only_(only.begin(), only.end()), stop_(std::move(stop)) {
     for (const std::string_view name : only_) families_.insert(name.substr(0, name.find('[')));
   }
 
-  /// The token that long sums look at.
+  /// Returns the token that long sums check.
   const std::stop_token& stop() const { return stop_; }
 
   bool wants(std::string_view family, bool cheap = true) const {
@@ -44,12 +44,12 @@ class InvariantList {
 
   void add(std::string_view family, std::string name, long double value, long double scale) {
     if (!std::isfinite(static_cast<double>(value)) || !std::isfinite(static_cast<double>(scale)))
-      return;  // in these units it is no number
+      return;  // the value overflows in the scene's units
     if (only_.empty() || only_.contains(family) || only_.contains(name))
       entries_.push_back({family, std::move(name), value, scale});
   }
 
-  /// A family of one.
+  /// Adds a family that has a single invariant.
   void add(std::string_view family, long double value, long double scale) {
     add(family, std::string(family), value, scale);
   }

@@ -12,7 +12,7 @@
 
 namespace stiefel {
 
-/// Any Observables of states that are matrices of any size, behind virtual calls.
+/// Holds Observables of states that are matrices of any size, and calls them virtually.
 template <class Scalar>
 class MatrixObservables {
  public:

@@ -9,7 +9,7 @@ namespace {
 template <class Scalar>
 using Offered = std::conditional_t<std::is_same_v<Scalar, float>, MethodsInFloat, Methods>;
 
-/// The methods for which `fits` is true, by their names.
+/// Returns the simulation by the scene's method if `fits` is true for that method; else null.
 template <class Scalar, class System, class Fits>
 std::unique_ptr<Simulation> by_name(const Scene& scene, const System& system,
                                     const MatrixObservables<Scalar>& observables, double cost,

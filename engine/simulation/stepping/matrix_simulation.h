@@ -7,8 +7,9 @@
 
 namespace stiefel {
 
-/// Whether Method uses only the vector field of S, or only its group action, and the states of S
-/// are matrices. Such a method is compiled once for all these systems.
+/// Whether the states of S are matrices, and Method uses only the vector field of S
+/// (`by_field_alone`) or only its group action (`by_action_alone`). Such a method is compiled once
+/// for all these systems.
 template <class Method, class S>
 constexpr bool by_field_alone = [] {
   if constexpr (!HasMatrixStates<S>)
@@ -26,15 +27,15 @@ constexpr bool by_action_alone = [] {
     return Method::template applies<MatrixLieSystem<typename S::Scalar>>;
 }();
 
-/// The simulation of `system` by the scene's method, if the method uses only the vector field; else
-/// null. `cost`: nanoseconds of a step, roughly.
+/// Returns the simulation of `system` by the scene's method if the method uses only the vector
+/// field; else null. `cost` is a rough number of nanoseconds for a step.
 template <class Scalar>
 std::unique_ptr<Simulation> simulate_matrices(const Scene& scene,
                                               const MatrixSystem<Scalar>& system,
                                               const MatrixObservables<Scalar>& observables,
                                               double cost);
-/// The simulation of `system` by the scene's method, if the method uses only the group action; else
-/// null.
+/// Returns the simulation of `system` by the scene's method if the method uses only the group
+/// action; else null. `cost` is a rough number of nanoseconds for a step.
 template <class Scalar>
 std::unique_ptr<Simulation> simulate_matrices(const Scene& scene,
                                               const MatrixLieSystem<Scalar>& system,

@@ -18,7 +18,7 @@ namespace stiefel {
 template <class... M>
 struct TypeList {};
 
-/// visit(static_cast<T*>(nullptr)) for every T in the list.
+/// Calls visit(static_cast<T*>(nullptr)) for every T in the list.
 template <class... T, class Visit>
 void for_each_type(TypeList<T...>, Visit&& visit) {
   (visit(static_cast<T*>(nullptr)), ...);
@@ -41,7 +41,7 @@ template <bool MethodTraits::*declared, class... M>
 struct Declaring<declared, TypeList<M...>>
     : Joined<std::conditional_t<M::traits.*declared, TypeList<M>, TypeList<>>...> {};
 
-/// The catalogue of methods. A new one is a file in engine/methods and a line here.
+/// The catalogue of methods. A new method is a file in engine/methods and a line here.
 using Methods = TypeList<     //
     Variational,              //
     PreprocessedVariational,  //
@@ -54,13 +54,13 @@ using Methods = TypeList<     //
     Rk4,                      //
     Adaptive>;
 
-/// Those whose traits declare &MethodTraits::in_float, or another property.
+/// The methods whose traits declare the property `declared`, such as &MethodTraits::in_float.
 template <bool MethodTraits::*declared>
 using MethodsThat = typename Declaring<declared, Methods>::type;
 
-/// The methods of the systems that are offered in single precision. The state is rounded once,
-/// where it starts, and all that moves it are numbers of 24 bits; the carries of compensated
-/// arithmetic too.
+/// The methods of the systems that are offered in single precision. The state is rounded to 24 bits
+/// at the start, and all computations on it use 24 bits, including the carries of compensated
+/// arithmetic.
 using MethodsInFloat = MethodsThat<&MethodTraits::in_float>;
 
 }  // namespace stiefel

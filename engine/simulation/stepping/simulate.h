@@ -7,7 +7,7 @@
 
 namespace stiefel {
 
-/// The simulation of `system` by Method.
+/// Returns the simulation of `system` by Method.
 template <class Method, class S, class Observables>
 std::unique_ptr<Simulation> simulate_by(const Scene& scene, const S& system,
                                         const Observables& observables, double cost) {
@@ -22,8 +22,8 @@ std::unique_ptr<Simulation> simulate_by(const Scene& scene, const S& system,
     return make_map<Method>(scene, system, observables, cost);
 }
 
-/// The simulation of `system` by the scene's method, one of Among. `cost` is a rough number of
-/// nanoseconds a step.
+/// Returns the simulation of `system` by the scene's method if it is one of Among; else null.
+/// `cost` is a rough number of nanoseconds for a step.
 template <class Among = Methods, class S, class Observables>
 std::unique_ptr<Simulation> simulate(const Scene& scene, const S& system,
                                      const Observables& observables, double cost) {
@@ -37,14 +37,14 @@ std::unique_ptr<Simulation> simulate(const Scene& scene, const S& system,
   return made;
 }
 
-/// The simulation of a discrete system, which is a map already.
+/// Returns the simulation of a discrete system, which is a map already.
 template <class Map, class Observables>
 std::unique_ptr<Simulation> simulate_map(const Scene& scene, Map map,
                                          const Observables& observables, double cost) {
   return std::make_unique<SimulationOf<Map, Observables>>(scene, std::move(map), observables, cost);
 }
 
-/// The declaration `conservation` for each invariant of a system.
+/// Returns the result of `conservation` for each invariant of a system.
 template <class ConservationOf>
 std::vector<Preservation> preservations(const SystemInfo& info, ConservationOf conservation) {
   std::vector<Preservation> all;
@@ -53,13 +53,13 @@ std::vector<Preservation> preservations(const SystemInfo& info, ConservationOf c
   return all;
 }
 
-/// The declarations of a discrete system that keeps all its invariants.
+/// Returns the declarations of a discrete system that keeps all its invariants.
 inline std::vector<MethodOnSystem> keeps_all(const SystemInfo& info) {
   return {{"", preservations(info, [](auto) { return Conservation::exact; })}};
 }
 
-/// The Conservation of an invariant of S by Method: the declaration of S if it has one, else that
-/// of Method for all systems.
+/// Returns the Conservation of an invariant of S by Method: what S declares if it does, else what
+/// Method declares for all systems.
 template <class Method, class S>
 Conservation conservation_by(std::string_view invariant) {
   if constexpr (requires { S::conservation(invariant); })
@@ -67,8 +67,9 @@ Conservation conservation_by(std::string_view invariant) {
   return Method::template conservation<S>(invariant);
 }
 
-/// The methods that apply to S, and what they keep of the invariants that `info` lists; and those
-/// that apply only to `InThree`, the form that the system takes in three dimensions.
+/// Returns the methods that apply to S and what they do to the invariants that `info` lists.
+/// Includes, for N = 3 only, methods that apply to `InThree`, the form of the system in three
+/// dimensions, but not to S.
 template <class S, class InThree = S>
 std::vector<MethodOnSystem> methods_on(const SystemInfo& info) {
   std::vector<MethodOnSystem> all;

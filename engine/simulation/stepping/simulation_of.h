@@ -12,12 +12,12 @@
 namespace stiefel {
 
 /// The Simulation of a Map whose states `Observables` can read. One virtual call covers many steps;
-/// inside there are none.
+/// no step makes a virtual call itself.
 template <class F, class Observables>
 requires Map<F>
 class SimulationOf final : public Simulation {
  public:
-  /// `step_cost`: nanoseconds of a step of the map.
+  /// `step_cost` is the number of nanoseconds for a step of the map.
   SimulationOf(const Scene& scene, F map, Observables observables, double step_cost)
       : map_(std::move(map)),
         observables_(std::move(observables)),
@@ -40,8 +40,9 @@ class SimulationOf final : public Simulation {
       return map_steps_;
   }
 
-  /// A step that may take long, or chooses its own steps, is stopped inside, and what it did to the
-  /// state undone. The copy of the state that this needs is nothing beside such a step.
+  /// Advances, and undoes a step that is stopped inside. Only a step that may take long, or a
+  /// method that chooses its own steps, is stopped inside: the copy of the state that this needs
+  /// costs little compared with such a step.
   RunStatus advance(std::int64_t steps, const std::stop_token& stop) override {
     if (!stops_inside_) {
       const StopScope whole_steps = StopScope::nothing();
@@ -97,14 +98,15 @@ class SimulationOf final : public Simulation {
   double step_cost() const override { return step_cost_; }
 
  private:
-  /// Nanoseconds from which on a step takes long: 5 million instructions.
+  /// Steps that take at least so many nanoseconds (5 million instructions) are long.
   static constexpr double long_step = 1e6;
   static constexpr bool chooses_steps = requires(F map) { map.attempts(); };
 
-  /// An implicit method may have to follow the solution of a step of h‖Ω‖ > 1 from h = 0, which
-  /// takes seconds where h‖Ω‖ is a billion.
+  /// Whether h‖Ω‖ > 1 at the start. An implicit method may then have to follow the solution of a
+  /// step from h = 0, which takes seconds where h‖Ω‖ is a billion.
   bool is_large(const Scene& scene) const {
-    const double h = scene.description().step.value_or(0) / substeps_;  // none of a discrete system
+    // a discrete system may have none
+    const double h = scene.description().step.value_or(0) / substeps_;
     return std::abs(h) * rate() > 1;
   }
 
@@ -140,12 +142,12 @@ class SimulationOf final : public Simulation {
       return map_.step(state_);
   }
 
-  mutable F map_;  // mutable for its workspace only
+  mutable F map_;  // mutable only for its workspace
   Observables observables_;
   int substeps_;
   double step_cost_;
   bool stops_inside_ = false;
-  mutable typename F::State state_;  // `each` serves saving and restoring
+  mutable typename F::State state_;  // mutable because `each` serves both saving and restoring
   typename F::State before_;
   std::size_t saved_size_ = 0;
   std::int64_t map_steps_ = 0;

@@ -8,17 +8,18 @@
 
 namespace stiefel {
 
-/// Between a scene and states that are dense matrices, blocks stacked by rows. What a system
-/// reports is data here: a name, a shape and a function of the state for every field.
+/// Connects a scene with states that are dense matrices, blocks stacked by rows. The fields that a
+/// system reports are data: a name, a shape and a function of the state for each.
 class StackedObservables {
  public:
   using Point = Eigen::MatrixXd;
   using Value = std::function<void(const Point&, Eigen::Ref<RowMatrix>)>;
 
-  /// The first `block_count` fields that are added are the blocks.
+  /// Takes the state at step 0. Fields that `block` and `computed_block` add are the blocks; they
+  /// must be added before the others.
   explicit StackedObservables(Point start) : start_(std::move(start)) {}
 
-  /// Rows [first, first + rows) of the state.
+  /// Adds the block in the rows [first, first + rows) of the state.
   StackedObservables& block(std::string name, int first, int rows) {
     ++block_count_;
     return field(

@@ -11,7 +11,7 @@ bool asks(const Quantity& quantity, Statistic statistic) {
   return std::ranges::find(quantity.statistics, statistic) != quantity.statistics.end();
 }
 
-/// Keeps a NaN once there is one.
+/// Set an extreme value to x if x lies beyond it or is NaN. A NaN stays.
 void lower(double& least, double x) {
   if (x < least || std::isnan(x)) least = x;
 }
@@ -19,7 +19,8 @@ void raise(double& largest, double x) {
   if (x > largest || std::isnan(x)) largest = x;
 }
 
-/// The order of sorting, with −0 before 0: the bits of a quantile follow from the values alone.
+/// Compares for sorting, with −0 before 0, so that the bits of a quantile depend on the values
+/// alone.
 bool before(double a, double b) { return a < b || (a == b && std::signbit(a) && !std::signbit(b)); }
 
 }  // namespace
@@ -144,7 +145,7 @@ void write_quantiles(std::vector<double>& values, std::span<const double> fracti
     const auto below = static_cast<std::size_t>(position);
     const double a = values[below], b = values[std::min(below + 1, values.size() - 1)];
     const double t = position - static_cast<double>(below);
-    // From the nearer neighbour, so that both ends are met.
+    // Interpolates from the nearer neighbour, so that both ends are exact.
     *out++ = canonical(t == 0 || a == b ? a : t < 0.5 ? a + (b - a) * t : b - (b - a) * (1 - t));
   }
 }

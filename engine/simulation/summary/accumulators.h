@@ -11,29 +11,30 @@
 
 namespace stiefel {
 
-/// The one NaN of all results: 0x7ff8000000000000.
+/// Returns x, or for a NaN the only NaN that results contain, 0x7ff8000000000000.
 double canonical(double x);
 
-/// What the statistics of one quantity need of the samples that have gone by, element by element.
-/// `last` is not among them: it is read where the motion ends.
+/// Accumulates what the statistics of one quantity need of the samples, element by element. `last`
+/// is not among them: it is read where the motion ends.
 class Accumulators {
  public:
-  /// `size`: elements. `keep`: values to make room for, where quantiles are asked for.
+  /// `size` is the number of elements, `keep` the number of values to reserve for quantiles.
   Accumulators(const Quantity& quantity, std::size_t size, std::size_t keep);
 
-  /// The next sample. `drifts` may be empty unless that statistic is asked for.
+  /// Takes the next sample. `drifts` may be empty unless Statistic::drift is asked for.
   void take(std::span<const double> values, std::span<const double> drifts);
-  /// Whether the largest drift of one number is all that is asked for, but for last.
+  /// Whether, besides `last`, only the largest drift of one number is asked for.
   bool drift_alone() const { return drift_alone_ && drift_.size() == 1; }
-  /// The next samples of such a quantity, with the largest of their drifts; nothing where it is not
-  /// above those before.
+  /// Takes the next samples of a quantity with drift_alone(), with the largest of their drifts;
+  /// nullopt if it does not exceed the largest so far.
   void take_drift(std::size_t samples, std::optional<double> largest);
   /// Adds the samples of another member, as if they came after this one's.
   void merge(const Accumulators& other);
 
-  /// The results, an element after another; of quantiles and histograms all numbers of an element
-  /// together.
-  std::vector<double> result(Statistic statistic) const;  ///< but for last and sign_changes
+  /// Return the results, element by element; all numbers of an element's quantiles or histogram
+  /// stand together.
+  /// all statistics except last and sign_changes
+  std::vector<double> result(Statistic statistic) const;
   std::vector<std::int64_t> sign_changes() const { return changes_; }
   std::vector<double> quantiles() const;
   std::vector<std::int64_t> histogram() const { return bins_; }
@@ -49,18 +50,18 @@ class Accumulators {
   const Quantity* quantity_;
   std::size_t size_, room_;
   std::int64_t samples_ = 0;
-  // Empty where they are not asked for.
+  // A vector is empty if no statistic needs it.
   std::vector<double> least_, largest_, drift_;
   std::vector<LongSum> sum_, squares_;
   std::vector<std::int64_t> changes_;
-  std::vector<std::int8_t> sign_;  ///< of the last value that was not 0
-  std::vector<double> kept_;       ///< sample after sample
+  std::vector<std::int8_t> sign_;  ///< sign of the last value that was not 0
+  std::vector<double> kept_;       ///< values for quantiles, sample after sample
   std::vector<std::int64_t> bins_;
-  bool drift_alone_;  ///< nothing else is asked for but last
+  bool drift_alone_;  ///< whether nothing else is asked for, except `last`
 };
 
-/// Quantiles of values by linear interpolation between neighbours in order, at q·(count − 1): NaN
-/// where a value is NaN or there is none. Orders `values`.
+/// Computes quantiles by linear interpolation between neighbours in sorted order, at position
+/// q·(count − 1). The result is NaN if a value is NaN or there is none. Sorts `values`.
 void write_quantiles(std::vector<double>& values, std::span<const double> fractions, double* out);
 
 }  // namespace stiefel

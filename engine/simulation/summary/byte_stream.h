@@ -10,15 +10,15 @@
 
 namespace stiefel {
 
-/// Appends numbers to bytes, as they lie in memory.
+/// Appends numbers to a string of bytes, in their memory representation.
 class ByteWriter {
  public:
   template <class Number>
   requires std::is_arithmetic_v<Number>
   void put(Number number) { append(&number, sizeof number); }
-  /// The ten bytes of x87's format; the padding behind them is not written.
+  /// Writes the ten bytes of x87's format without the padding that follows them.
   void put(long double number) { append(&number, extended_bytes); }
-  /// Their count, then the numbers.
+  /// Writes the number of elements, then the elements.
   template <class Number>
   void put(const std::vector<Number>& numbers) {
     put(static_cast<std::uint64_t>(numbers.size()));
@@ -36,8 +36,8 @@ class ByteWriter {
   std::string bytes_;
 };
 
-/// Reads what ByteWriter wrote. Once the bytes run out or a count is not the expected one, `sound`
-/// is false, and what is read is left as it is.
+/// Reads what ByteWriter wrote. When the bytes run out or a count is not the expected one, `sound`
+/// becomes false, and further reads leave their arguments unchanged.
 class ByteReader {
  public:
   explicit ByteReader(std::string_view bytes) : left_(bytes) {}
@@ -46,7 +46,7 @@ class ByteReader {
   requires std::is_arithmetic_v<Number>
   void get(Number& number) { copy(&number, sizeof number); }
   void get(long double& number) { copy(&number, ByteWriter::extended_bytes); }
-  /// As many numbers as the vector has.
+  /// Reads as many numbers as the vector has.
   template <class Number>
   void get(std::vector<Number>& numbers) {
     if (count() == numbers.size())
@@ -54,7 +54,7 @@ class ByteReader {
     else
       sound_ = false;
   }
-  /// Up to `most` numbers.
+  /// Reads a vector of up to `most` numbers.
   template <class Number>
   void get_up_to(std::size_t most, std::vector<Number>& numbers) {
     const std::uint64_t size = count();
@@ -65,7 +65,7 @@ class ByteReader {
   }
 
   bool sound() const { return sound_; }
-  /// Nothing was wrong and nothing is left.
+  /// Whether everything was read without a fault.
   bool complete() const { return sound_ && left_.empty(); }
 
  private:

@@ -11,14 +11,14 @@
 
 namespace stiefel {
 
-/// The energy ½ Σ m_k²/I_k, I_1 = λ_2 + λ_3 and cyclic, of a body in three dimensions, read from
+/// Computes the energy ½ Σ m_k²/I_k, I_1 = λ_2 + λ_3 and cyclic, of a body in three dimensions from
 /// what Simulation::save gives: (q; m), or m alone, before everything else. It has the bits of the
-/// energy among `Simulation::invariants`, in the same sums of extended precision, and allocates
-/// nothing.
+/// energy among `Simulation::invariants`, because it makes the same sums in extended precision, and
+/// does not allocate.
 class EnergyOfBody {
  public:
-  /// Nothing where the scene is no such body. `E`: the energy at step 0 among the invariants of
-  /// `start`; where this reading differs from it in a bit, there is none.
+  /// Returns nullopt where the scene is not such a body. `E` is the energy at step 0 among the
+  /// invariants of `start`; returns nullopt where this computation differs from it in a bit.
   static std::optional<EnergyOfBody> make(const Scene& scene, const Simulation& start,
                                           long double E) {
     const bool body = system_entry(scene.system())->packed && scene.dimension() == 3;

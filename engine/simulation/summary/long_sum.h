@@ -4,8 +4,8 @@
 
 namespace stiefel {
 
-/// A sum with the rounding errors of its additions (Neumaier 1974) in extended precision: of n
-/// numbers its relative error is about 2⁻⁶⁴, as long as n is below 2³². Squares of doubles neither
+/// A sum in extended precision that carries the rounding errors of its additions (Neumaier 1974).
+/// The relative error of a sum of n < 2³² numbers is about 2⁻⁶⁴. Squares of doubles neither
 /// overflow nor underflow in it.
 struct LongSum {
   long double sum = 0, carry = 0;
@@ -19,7 +19,7 @@ struct LongSum {
     add(other.sum);
     carry += other.carry;
   }
-  /// Not finite where a number was not.
+  /// Returns the sum; it is not finite if a summand was not.
   long double value() const { return std::isfinite(sum) ? sum + carry : sum; }
 };
 

@@ -8,7 +8,7 @@
 namespace stiefel {
 namespace {
 
-/// Numbers of states that wait to be read: they stay in the cache.
+/// Most numbers of states that wait to be read, so that they stay in the cache.
 constexpr std::size_t most_saved = 2048;
 
 std::unique_ptr<Simulation> simulation_of(std::span<const Scene> scenes, bool ensemble) {
@@ -117,13 +117,13 @@ void MemberGroup::advance(std::int64_t to, std::size_t first_time, std::span<Sta
     else if (step_ > plan_.what.from)
       arrive(first_time, states);
     if (!stop.stop_requested()) continue;
-    interrupted_ = true;  // what was read last may be incomplete
+    interrupted_ = true;  // the samples read last may be incomplete
     return;
   }
   while (next_time_ < plan_.times.size() && plan_.times[next_time_].arrival <= to) ++next_time_;
 }
 
-/// False when it was asked to stop.
+/// Advances to step `next`. Returns false on a stop request.
 bool MemberGroup::go(std::int64_t next, const std::stop_token& stop) {
   const RunStatus status = simulation_->advance(next - step_, stop);
   const std::int64_t steps = simulation_->step() - step_;
@@ -158,11 +158,11 @@ bool MemberGroup::go_by_samples(std::int64_t to, const std::stop_token& stop) {
     take_samples();
     next_sample_ += std::min(plan_.what.every, plan_.what.to - step_);
     if (!stop.stop_requested()) continue;
-    interrupted_ = true;  // what was read last may be incomplete
+    interrupted_ = true;  // the samples read last may be incomplete
     stopped = true;
   }
   take_saved();
-  saved_ = {};  // one of many groups
+  saved_ = {};  // frees the memory, because there are many groups
   return !stopped;
 }
 
@@ -172,7 +172,8 @@ void MemberGroup::make_room(std::int64_t samples) {
   saved_.resize(size * std::min(most, static_cast<std::size_t>(samples)));
 }
 
-/// Samples that are read together do not wait for each other's divisions.
+/// Keeps the states to be read later together where that is possible: the divisions of several
+/// samples then overlap.
 void MemberGroup::take_samples() {
   if (!reads_saved_) {
     for (std::size_t i = 0; i < alive_.size(); ++i) take_sample(going(i), state(i));
@@ -304,7 +305,7 @@ void MemberGroup::write_states(std::size_t i, double up_to, std::size_t first_ti
       now = going(i).between.at(time.before, time.fraction, state_before(i), stop_);
     if (now == nullptr) continue;
     const std::vector<double> numbers = written(*now);
-    // Field after field, in each member after member.
+    // Writes field after field, in each field member after member.
     auto& out = states[j - first_time].fields;
     const std::size_t members = out.size() / plan_.state_size;
     std::size_t from = 0;

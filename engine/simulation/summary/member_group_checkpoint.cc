@@ -1,4 +1,4 @@
-// MemberGroup: its part of a checkpoint.
+// The part of MemberGroup that saves and restores a checkpoint.
 #include <utility>
 
 #include "engine/simulation/summary/member_group.h"

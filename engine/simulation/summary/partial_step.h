@@ -10,20 +10,20 @@
 
 namespace stiefel {
 
-/// States between the steps of one scene, by the scene's own method: what it makes of a state with
-/// a shorter step, and of a closed form the state at that time. The simulation whose states these
-/// are is not touched.
+/// Computes states between the steps of one scene by the scene's own method: a shorter step from
+/// the state before, or for a closed form the state at that time. It uses a simulation of its own.
 class PartialStep {
  public:
-  /// `direct`: Simulation::direct of the scene's simulation.
+  /// `direct` is Simulation::direct of the scene's simulation.
   PartialStep(const Scene& scene, bool direct) : scene_(scene), direct_(direct) {}
 
-  /// The simulation at step k + fraction, 0 < fraction < 1, valid until the next call; null where
-  /// the shorter step has no solution, or when it is asked to stop. `saved`: the state at step k.
-  /// Its step index is not a scene's.
+  /// Returns a simulation in the state at step k + fraction, 0 < fraction < 1, valid until the next
+  /// call; null where the shorter step has no solution, or on a stop request. `saved` is the state
+  /// at step k. The step index of the returned simulation has no meaning.
   const Simulation* at(std::int64_t k, double fraction, std::span<const double> saved,
                        const std::stop_token& stop);
-  /// Of a closed form: the simulation at that time.
+  /// Returns a simulation in the state at `time`, for a closed form only; valid until the next
+  /// call.
   const Simulation* at_time(double time, const std::stop_token& stop);
 
  private:

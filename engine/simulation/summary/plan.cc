@@ -13,7 +13,7 @@ namespace stiefel {
 namespace {
 
 constexpr std::size_t most_violations = 16;
-/// Numbers of the states at times between two steps, all members together: 64 MiB.
+/// Most numbers of states at times between two consecutive steps, over all members: 64 MiB.
 constexpr std::size_t most_between_steps = std::size_t{1} << 23;
 
 std::string at(const char* list, std::size_t i, const char* field = "") {
@@ -56,7 +56,7 @@ class Check {
     return all;
   }
 
-  /// "; did you mean energy?": of the fields, else of the invariants.
+  /// Returns "; did you mean energy?" with a near name among the fields, else among the invariants.
   std::string near_quantity(const std::string& name) const {
     const std::string of_fields = did_you_mean(name, start_.fields(), &Field::name);
     const auto& invariants = catalogue().system(scene_.system())->invariants;
@@ -179,7 +179,8 @@ class Check {
     }
   }
 
-  /// False where nothing more can be said.
+  /// Adds the time of index i to the plan. Returns false when a violation makes further checks
+  /// meaningless.
   bool time(std::size_t i, double t) {
     const auto& what = plan_.what;
     const long double steps = static_cast<long double>(t) / scene_.step();

@@ -11,20 +11,20 @@
 
 namespace stiefel {
 
-/// A checked description, with what follows from it for every member.
+/// A checked description, with what all members derive from it.
 struct Plan {
-  /// When a time of the description comes.
+  /// The position of a time of the description among the steps.
   struct Time {
-    std::int64_t before;   ///< the last step at or before it
-    std::int64_t arrival;  ///< the first step at or after it
-    double fraction;       ///< it is at before + fraction, 0 ≤ fraction < 1
+    std::int64_t before;   ///< the last step at or before the time
+    std::int64_t arrival;  ///< the first step at or after the time
+    double fraction;       ///< the time is at step before + fraction, 0 ≤ fraction < 1
   };
   /// What a quantity reads of one member.
   struct Read {
-    std::size_t size = 0;  ///< numbers; of a complex field two for each element
+    std::size_t size = 0;  ///< number of values; two for each element of a complex field
     std::vector<std::size_t> shape = {};
     bool complex = false;
-    bool on_the_way = false;  ///< at every sample and not only at the last one
+    bool on_the_way = false;  ///< read at every sample, not only at the last one
     bool drift = false;
   };
 
@@ -32,8 +32,8 @@ struct Plan {
   bool discrete = false;
   std::vector<Time> times;
   std::vector<Read> reads;
-  std::vector<std::size_t> fields;  ///< indices of those that are written at times and events
-  std::size_t state_size = 0;       ///< their numbers, of one member
+  std::vector<std::size_t> fields;  ///< indices of the fields that are written at times and events
+  std::size_t state_size = 0;       ///< number of their values for one member
   bool reads_on_the_way = false;
 
   std::int64_t samples() const {
@@ -44,7 +44,7 @@ struct Plan {
   bool on_grid(std::int64_t step) const {
     return step >= what.from && (step - what.from) % what.every == 0;
   }
-  /// The first step of the grid after `step`, or `to`.
+  /// Returns the first step of the grid after `step`, or `to`.
   std::int64_t next_sample(std::int64_t step) const {
     if (step < what.from) return what.from;
     const std::int64_t done = (step - what.from) / what.every * what.every;
@@ -52,7 +52,8 @@ struct Plan {
   }
 };
 
-/// Checks a description against `start`, the scene (of an ensemble its first member) at step 0.
+/// Checks a description against `start`, the simulation of the scene (of an ensemble: of its first
+/// member) at step 0.
 std::expected<Plan, Violations> make_plan(const Scene& scene, const Simulation& start,
                                           SummaryDescription what);
 

@@ -12,7 +12,7 @@
 namespace stiefel {
 namespace {
 
-/// A field, as it is sampled.
+/// Reads a field as it is sampled.
 class FieldReading final : public Reading {
  public:
   FieldReading(const Simulation& start, std::size_t index)
@@ -34,8 +34,8 @@ class FieldReading final : public Reading {
   std::vector<double> start_;
 };
 
-/// Invariants by way of the list that Diagnose reads. One that is no number at a later state is
-/// NaN.
+/// Reads invariants through the list that Diagnose uses. An invariant that is not finite at a later
+/// state is NaN.
 class InvariantReading final : public Reading {
  public:
   InvariantReading(const Simulation& start, std::string name) : only_{std::move(name)} {
@@ -71,8 +71,8 @@ class InvariantReading final : public Reading {
   std::vector<AtStart> start_;
 };
 
-/// The energy of a body in three dimensions, with the bits of InvariantReading and without its
-/// allocations.
+/// Reads the energy of a body in three dimensions, with the bits of InvariantReading and without
+/// its allocations.
 class EnergyReading final : public Reading {
  public:
   EnergyReading(const EnergyOfBody& energy, const InvariantList::Entry& start,
@@ -91,7 +91,8 @@ class EnergyReading final : public Reading {
 
   bool reads_saved() const override { return true; }
 
-  /// The drift grows with the change, so that only the largest change is divided by the scale.
+  /// Finds the largest change first and divides only that by the scale: the drift grows with the
+  /// change.
   std::optional<double> largest_drift(const SavedStates& states) override {
     long double largest = largest_change_;
     for (std::size_t k = 0; k < states.count; ++k) {
@@ -107,7 +108,7 @@ class EnergyReading final : public Reading {
  private:
   static constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-  /// As a double.
+  /// Whether E is finite as a double.
   static bool is_number(long double E) {
     return std::abs(E) <= std::numeric_limits<double>::max() ||
            std::isfinite(static_cast<double>(E));

@@ -13,9 +13,9 @@
 
 namespace stiefel {
 
-/// States of one scene as Simulation::save gives them, at samples that follow one another.
+/// States of one scene at successive samples, as Simulation::save gives them.
 struct SavedStates {
-  std::span<const double> numbers;  ///< of the first state on
+  std::span<const double> numbers;  ///< starts with the first state
   std::size_t stride;               ///< numbers from one state to the next
   std::size_t count;
 
@@ -27,21 +27,22 @@ class Reading {
  public:
   virtual ~Reading() = default;
 
-  /// Numbers; of a complex field two for each element.
+  /// Returns the number of values; two for each element of a complex field.
   std::size_t size() const { return size_; }
-  /// Of a field (rows, cols), of a single invariant (), of a family (its invariants).
+  /// Returns the shape: (rows, cols) for a field, () for a single invariant, (number of invariants)
+  /// for a family.
   const std::vector<std::size_t>& shape() const { return shape_; }
 
-  /// Writes the values at the state of `now`, and unless it is empty their drifts, as
-  /// Statistic::drift defines them. Asked to stop it may leave them incomplete.
+  /// Writes the values at the state of `now` and, unless `drifts` is empty, their drifts as
+  /// Statistic::drift defines them. A stop request may leave them incomplete.
   virtual void read(const Simulation& now, std::span<double> values, std::span<double> drifts,
                     const std::stop_token& stop) = 0;
 
-  /// Whether `largest_drift` may be called: the quantity is one number, which is read from what
-  /// Simulation::save gives.
+  /// Whether `largest_drift` may be called: the quantity is one number that can be computed from
+  /// what Simulation::save gives.
   virtual bool reads_saved() const { return false; }
-  /// The largest drift at saved states, NaN if it is one at any of them; nothing where it is not
-  /// above that of the calls before.
+  /// Returns the largest drift at saved states, NaN if it is NaN at any of them; nullopt if it does
+  /// not exceed the largest of earlier calls.
   virtual std::optional<double> largest_drift(const SavedStates&) { return std::nullopt; }
 
  protected:
@@ -49,8 +50,8 @@ class Reading {
   std::vector<std::size_t> shape_;
 };
 
-/// The reading of the field or the invariants of that name; null if there are none. `start`: the
-/// scene at step 0.
+/// Returns the reading of the field or the invariants of that name; null if there are none. `start`
+/// is the simulation of the scene at step 0.
 std::unique_ptr<Reading> make_reading(const Scene& scene, const Simulation& start,
                                       const std::string& name);
 

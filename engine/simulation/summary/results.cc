@@ -30,7 +30,7 @@ void append(std::vector<Number>& all, const std::vector<Number>& some) {
   all.insert(all.end(), some.begin(), some.end());
 }
 
-/// A member, wherever it is.
+/// A member, addressed by its group.
 struct MemberOf {
   const MemberGroup* group;
   std::size_t index;

@@ -7,11 +7,12 @@
 
 namespace stiefel {
 
-/// The arrays of Summary::statistics, from groups that are done, in the order of their members.
+/// Returns the arrays of Summary::statistics from groups that are done, in the order of their
+/// members.
 std::vector<SummaryArray> results(const Plan& plan, std::span<const MemberGroup* const> groups,
                                   bool ensemble);
 
-/// Bytes of their numbers.
+/// Returns how many bytes the numbers of these arrays take.
 std::uint64_t result_bytes(const Plan& plan, std::size_t members);
 
 }  // namespace stiefel

@@ -14,9 +14,9 @@
 namespace stiefel {
 namespace {
 
-/// Numbers of events and states that wait to be taken, before a slice ends: 16 MiB.
+/// Most numbers of events and states that wait to be taken; more end the slice. 16 MiB.
 constexpr std::size_t most_waiting = std::size_t{1} << 21;
-/// Of the groups of members: enough in a part for every core.
+/// Least number of groups in a part, enough for every core, and most parts.
 constexpr std::size_t least_part = 16, most_parts = 16;
 
 std::vector<double> empty_state(std::size_t size) {
@@ -31,11 +31,11 @@ struct Summary::Parts {
   std::vector<std::vector<Scene>> scenes = {};  ///< the members of each group
   std::vector<std::unique_ptr<MemberGroup>> groups = {};
   std::size_t members = 1;
-  std::size_t saved_size = 0;  ///< of one member
+  std::size_t saved_size = 0;  ///< for one member
   bool direct = false;
   std::int64_t step = 0, computed_before = 0;
-  std::int64_t round_end = 0;  ///< the step that the groups go to, one part of them after another
-  std::size_t ahead = 0;       ///< how many of them are there; 0 when all are
+  std::int64_t round_end = 0;  ///< step to which the groups advance, one part of them after another
+  std::size_t ahead = 0;       ///< number of groups that have reached round_end; 0 when all have
   std::size_t next_time = 0;
   bool interrupted = false;
   std::vector<Event> events = {};
@@ -60,14 +60,14 @@ struct Summary::Parts {
     return std::ranges::all_of(groups, [](const auto& group) { return group->done(); });
   }
 
-  /// In how many parts the groups advance. What comes at events and times is told in the order of
-  /// steps, so that all groups advance together.
+  /// Returns the number of parts in which the groups advance. With events or times it is 1: events
+  /// and states are reported in the order of steps, so all groups must advance together.
   std::size_t parts() const {
     if (!plan.what.events.empty() || !plan.times.empty()) return 1;
     return std::clamp(groups.size() / least_part, std::size_t{1}, most_parts);
   }
 
-  /// Where an advance by `steps` ends.
+  /// Returns the step at which an advance by `steps` ends.
   std::int64_t target(std::int64_t steps, std::int64_t bound) const {
     const SummaryDescription& what = plan.what;
     bound = std::min(bound, what.to);
@@ -75,7 +75,7 @@ struct Summary::Parts {
       const std::size_t each = members * what.events.size() * (plan.state_size + 8);
       steps = std::min(steps, static_cast<std::int64_t>(most_waiting / each) + 1);
     } else if (direct) {
-      // A jump costs what a step costs.
+      // With a closed form, a jump of any length costs as much as a step.
       const std::int64_t jump = plan.reads_on_the_way ? what.every : what.to - step;
       if (jump > 0 && steps > (bound - step) / jump) return bound;
       steps *= std::max<std::int64_t>(jump, 1);
@@ -88,7 +88,7 @@ struct Summary::Parts {
     return std::max(to, step);
   }
 
-  /// Room for the states at the times up to step `to`.
+  /// Appends empty states for the times up to step `to`, and returns them.
   std::span<StateAtTime> make_room(std::int64_t to) {
     const std::size_t first = states.size();
     for (; next_time < plan.times.size() && plan.times[next_time].arrival <= to; ++next_time)
@@ -97,7 +97,7 @@ struct Summary::Parts {
     return std::span(states).subspan(first);
   }
 
-  /// Once it is done: without the states at times that no member reached.
+  /// Removes the states at times that no member reached; called when the summary is done.
   void drop_unreached(std::size_t first_time) {
     std::size_t reached = first_time;
     for (const auto& group : groups) reached = std::max(reached, group->times_reached());
@@ -115,7 +115,7 @@ struct Summary::Parts {
         [](const Event& e) { return std::tuple(e.step, e.member, e.fraction, e.event); });
   }
 
-  /// The member that stopped first, or null.
+  /// Returns the member that stopped first, or null.
   const MemberEnd* first_stop(std::size_t* index) const {
     const MemberEnd* first = nullptr;
     std::size_t at = 0;

@@ -14,7 +14,7 @@ using Wide = ExtendedBody::Wide;
 using WidePoint = So3<Wide, true>::State;
 using Quaternion = Eigen::Matrix<Wide, 4, 1>;
 
-/// The system that Exact moves: states (q; m) in the axes of the scene.
+/// The system that Exact moves, with states (q; m) in the axes of the scene.
 struct BodyAsGiven {
   using Scalar = double;
   using State = Space::State;
@@ -26,14 +26,14 @@ Quaternion product(const Quaternion& a, const Quaternion& b) {
 }
 Quaternion conjugate(const Quaternion& q) { return {q(0), -q(1), -q(2), -q(3)}; }
 
-/// (q; m) told in axes that r turns to those it is told in now: (q∘r; r* m r).
+/// Returns (q; m) in the axes that r turns to the axes of x: (q∘r; r* m r).
 WidePoint told_in(const Quaternion& r, const WidePoint& x) {
   WidePoint y;
   y << product(x.head<4>(), r), rotation_matrix<Wide>(r).transpose() * x.tail<3>();
   return y;
 }
 
-/// The motion along the body's own axes, told in the scene's.
+/// Computes the motion along the body's own axes, and returns it in the scene's axes.
 class TopInScene {
  public:
   TopInScene(const ExtendedBody& body, WidePoint start) : to_scene_(conjugate(body.axes)) {

@@ -11,7 +11,7 @@ std::unique_ptr<Simulation> rigid_body_in_float(const Scene& scene);
 std::unique_ptr<Simulation> stiefel_in_float(const Scene& scene,
                                              const StackedObservables& observables);
 
-/// Says so in the catalogue.
+/// Marks the methods of a system that are offered in single precision in the catalogue.
 inline void offer_in_float(SystemInfo& info) {
   for_each_type(MethodsInFloat{}, [&]<class Method>(Method*) {
     for (MethodOnSystem& on : info.methods)

@@ -10,7 +10,7 @@ namespace {
 
 using MethodsInSo4 = MethodsThat<&MethodTraits::in_so4>;
 
-/// For HeldAs.
+/// The coordinates of So4 as a form for HeldAs.
 template <class Scalar, bool frame>
 struct Coordinates {
   using Space = So4<Scalar, frame>;

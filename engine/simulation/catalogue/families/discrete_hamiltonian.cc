@@ -13,7 +13,8 @@ void add_discrete_hamiltonian(const Eigen::VectorXd& lambda, const Eigen::Matrix
   const Eigen::MatrixXd K = h * M;
   const auto U = J_D_inverse(lambda, K);
   if (!U) return;
-  const double size = static_cast<double>(K.cols()) + lambda.cwiseAbs().sum();  // of its two terms
+  // Size of its two terms.
+  const double size = static_cast<double>(K.cols()) + lambda.cwiseAbs().sum();
   if (const auto H = discrete_hamiltonian<double>(lambda, K, *U))
     out.add(family::discrete_hamiltonian, *H, size);
 }

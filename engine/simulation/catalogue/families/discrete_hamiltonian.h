@@ -8,13 +8,13 @@
 
 namespace stiefel {
 
-/// The invariant that discrete rigid bodies keep beside those of the continuous one.
+/// The invariant that discrete rigid bodies keep in addition to those of the continuous one.
 inline constexpr InvariantInfo discrete_hamiltonian_info = {
     family::discrete_hamiltonian,
     "tr exp(asinh(h M / 2)) - tr(Lambda U), U Lambda - Lambda U^T = h M", "[RB] (6.17)"};
 
-/// Adds it, where h‖M‖_op ≤ 2 and J_D⁻¹(hM) is on the principal branch; elsewhere nothing. Last of
-/// all families.
+/// Adds the discrete Hamiltonian where h‖M‖_op ≤ 2 and J_D⁻¹(hM) is on the principal branch;
+/// elsewhere adds nothing. Call it after all other families.
 void add_discrete_hamiltonian(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& M, double h,
                               InvariantList& out);
 

@@ -14,7 +14,7 @@
 namespace stiefel {
 namespace {
 
-/// M, skew but for rounding.
+/// Returns M, which is skew up to rounding.
 Eigen::MatrixXd momentum(const Eigen::VectorXd& lambda, double mu_over_h, double epsilon,
                          const Eigen::MatrixXd& Q, const Eigen::MatrixXd& P) {
   Eigen::MatrixXd M = parametric_momentum<double>(Q, P) / epsilon;
@@ -22,7 +22,8 @@ Eigen::MatrixXd momentum(const Eigen::VectorXd& lambda, double mu_over_h, double
   return M;
 }
 
-/// ‖·‖_F of the matrices that M is a difference of, with what the solves add to their rounding.
+/// Returns ‖·‖_F of the matrices whose difference is M, increased by what the solves add to their
+/// rounding.
 double parametric_terms(const Eigen::VectorXd& lambda, double mu_over_h, double epsilon,
                         const Eigen::MatrixXd& Q, const Eigen::MatrixXd& P) {
   const auto solved = [](const Eigen::MatrixXd& A, const Eigen::MatrixXd& B) {
@@ -33,8 +34,8 @@ double parametric_terms(const Eigen::VectorXd& lambda, double mu_over_h, double 
          std::abs(mu_over_h) * lambda.cwiseAbs2().stableNorm();
 }
 
-/// By how much the rounding of P can change M: εM_μ is the difference of G = Q⁻¹P and G⁻¹. At most
-/// `relative` to the sizes of these two.
+/// Returns by how much the rounding of P can change M, at most `relative` times the sizes of G =
+/// Q⁻¹P and G⁻¹, whose difference is εM_μ.
 double rounding_of_momentum(const Eigen::MatrixXd& Q, const Eigen::MatrixXd& P, double epsilon,
                             double relative) {
   const double G = Q.partialPivLu().solve(P).norm(), inverse = P.partialPivLu().solve(Q).norm();
@@ -66,7 +67,7 @@ void check_parametric(SceneDraft& draft, double h) {
   if (!std::isfinite(given.parameter.value_or(0)))
     draft.refuse("parameter", to_text(*given.parameter), "must be finite");
   given.parameter = given.parameter.value_or(0);
-  if (!(std::isfinite(h) && h != 0)) return;  // the step, refused as such
+  if (!(std::isfinite(h) && h != 0)) return;  // the step is invalid and refused elsewhere
   given.epsilon = given.epsilon.value_or(h);
   if (!(std::isfinite(*given.epsilon) && *given.epsilon != 0))
     return draft.refuse("epsilon", to_text(*given.epsilon), "must be finite and not 0");
@@ -107,7 +108,7 @@ StackedObservables parametric_observables(const Scene& scene, double h) {
   observables.field({"M", N, N}, [M](const auto& x, auto out) { out = M(x); });
   observables.field({"epsilon", 1, 1}, [epsilon](const auto&, auto out) { out(0, 0) = epsilon; });
   observables.invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
-    // εM is a difference of G = Q⁻¹P and G⁻¹, which are near 1 when it is small.
+    // εM is the difference of G = Q⁻¹P and G⁻¹, which are near 1 when εM is small.
     const double terms =
         parametric_terms(lambda, mu_over_h, epsilon, x.topRows(N), x.bottomRows(N));
     rigid_body_invariants(Side::left, lambda, Eigen::MatrixXd(), M(x), out,

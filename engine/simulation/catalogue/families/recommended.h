@@ -9,11 +9,11 @@
 
 namespace stiefel {
 
-// Recommendations that several systems share. Their bounds (recommendation.h) are measured by
-// tests/engine/long/recommendation_for_long_test.cc.
+// Recommendations that several systems share. tests/engine/long/recommendation_for_long_test.cc
+// measures their bounds (recommendation.h).
 
-/// Steps with error control. In longer steps than h||Omega|| = 0.5 rounding would exceed what the
-/// tolerance leaves to a stride.
+/// Returns a recommendation of steps with error control. In steps longer than h||Omega|| = 0.5
+/// rounding would exceed the tolerance of a single stride.
 constexpr Recommendation with_error_control(double tolerance, double largest_h_omega = 0.5) {
   return {.method = Adaptive::traits.name,
           .order = Adaptive::traits.default_order,
@@ -21,7 +21,7 @@ constexpr Recommendation with_error_control(double tolerance, double largest_h_o
           .largest_h_omega = largest_h_omega};
 }
 
-/// A recommendation for those scenes that `takes` accepts.
+/// Returns a recommendation for those scenes that `takes` accepts.
 constexpr Recommendation restricted(std::string_view where, bool (*takes)(const Scene&),
                                     Recommendation to) {
   to.where = where;
@@ -29,7 +29,7 @@ constexpr Recommendation restricted(std::string_view where, bool (*takes)(const 
   return to;
 }
 
-/// Omega is constant: a step by the exponential is exact.
+/// Whether Omega is constant, so that a step by the exponential is exact.
 inline bool turns_evenly(const Scene& scene) {
   const Eigen::VectorXd& lambda = scene.inertia();
   return lambda.size() == 2 || (lambda.array() == lambda(0)).all();
@@ -40,7 +40,7 @@ inline constexpr Recommendation at_constant_Omega = {
     .method = MuntheKaas4::traits.name,
     .order = MuntheKaas4::traits.default_order};
 
-/// For bodies whose M is a product of the blocks: its error grows with the square of the time.
+/// For bodies whose M is a product of the blocks; the error of M grows with the square of the time.
 inline constexpr std::array for_products = {at_constant_Omega, with_error_control(5e-14)};
 /// For costates on V(n, N).
 inline constexpr std::array for_costates = {with_error_control(3e-11, 0.15)};

@@ -4,10 +4,11 @@
 
 namespace stiefel {
 
-/// The common data of rigid_body and moser_veselov: blocks, fields and invariants of (Q, M).
+/// Returns the common data of rigid_body and moser_veselov: blocks, fields and invariants of (Q,
+/// M).
 SystemInfo rigid_body_family();
 
-/// A step of the rigid body in nanoseconds, roughly.
+/// Returns the rough number of nanoseconds for a step of the rigid body.
 inline double rigid_body_cost(double N) { return N == 3 ? 300 : 1000 + 50 * N * N + 5 * N * N * N; }
 
 }  // namespace stiefel

@@ -16,8 +16,8 @@ namespace {
 constexpr Eigen::Index largest_manakov_unasked = 16;
 using Wide = long double;
 
-/// Coefficients of μʲ in tr(M + μΛ²)ᵏ, scaled by C(k,j) ‖M‖ᵏ⁻ʲ ‖Λ²‖ʲ. Those with k − j odd are 0,
-/// the one with j = k is a constant of the scene.
+/// Adds the coefficients of μʲ in tr(M + μΛ²)ᵏ, scaled by C(k,j) ‖M‖ᵏ⁻ʲ ‖Λ²‖ʲ. Those with k − j odd
+/// are 0, and the one with j = k is a constant of the scene.
 void manakov_coefficients(const Vector<Wide>& lambda, const Matrix<Wide>& M, Wide norm,
                           InvariantList& out) {
   const int N = static_cast<int>(M.cols());

@@ -22,10 +22,10 @@ struct RigidBodyFields {
   std::vector<Field> fields;
   std::vector<RigidBodyField> kinds;
   std::size_t block_count;
-  std::optional<double> map_step;  ///< of the discrete body
+  std::optional<double> map_step;  ///< for the discrete body
 };
 
-/// Between a scene and states (Q over M) in N dimensions.
+/// Connects a scene with states (Q over M) in N dimensions.
 template <class Space>
 class RigidBodyObservables {
  public:
@@ -77,7 +77,7 @@ class RigidBodyObservables {
   int N_;
 };
 
-/// The observables of a body in three dimensions, reported in its caller's axes.
+/// The observables of a body in three dimensions, reported in the caller's axes.
 template <bool frame>
 class RigidBodyObservables<So3<double, frame>> {
  public:
@@ -101,7 +101,7 @@ class RigidBodyObservables<So3<double, frame>> {
     x.template tail<3>() = vee(scene.M());
     return x;
   }
-  /// A state near the manifold as a matrix, Q over M, and back.
+  /// Convert a state near the manifold from a matrix, Q over M, and to one.
   Point point(const Eigen::MatrixXd& stacked) const {
     Point x;
     if constexpr (frame) x.template head<4>() = quaternion_of(determinant_ * stacked.topRows(3));

@@ -8,7 +8,8 @@
 namespace stiefel {
 namespace {
 
-/// The principal axes of inertia tensor or moments; with violations if they are none.
+/// Returns the principal axes of an inertia tensor or of moments; adds violations if they are
+/// invalid.
 PrincipalAxes check_moments(SceneDraft& draft, const BodyDescription& body) {
   const bool tensor = !body.inertia_tensor.empty();
   if (tensor == !body.moments.empty()) {

@@ -6,30 +6,32 @@
 
 namespace stiefel {
 
-/// The common data of the systems on V(n, N): blocks Q and `other`, energy, m, orthogonality.
+/// Returns the common data of the systems on V(n, N): blocks Q and `other`, energy, m,
+/// orthogonality.
 SystemInfo stiefel_info(BlockInfo other);
 
-/// Λ > 0 (at n = N too) and a frame Q, n × N, n ≤ N; the names of the blocks. False when something
-/// is wrong.
+/// Checks Λ > 0 (at n = N too), a frame Q, n × N, n ≤ N, and the names of the blocks. Returns false
+/// when there is a violation.
 bool check_stiefel_frame(SceneDraft& draft, const char* frame = "Q");
 
-/// A block n × N whose rows `velocity` makes tangent: QQ̇ᵀ + Q̇Qᵀ = 0 within the draft's
-/// largest_repair, and then exactly, by projection along the constraint's forces.
+/// Sets an n × N block after checking that its velocity is tangent: QQ̇ᵀ + Q̇Qᵀ = 0 within the
+/// draft's largest_repair. A projection along the constraint forces then makes it tangent to
+/// rounding.
 void set_tangent(SceneDraft& draft, const char* name, bool is_velocity);
 
 using SizeOf = std::function<double(const Eigen::MatrixXd& x)>;
 
-/// The size of what S is a difference of, rounding included, for a state of two blocks of n rows:
-/// λ_max √n/|h|, because a step makes S from frames that are rounded, and where the second block is
-/// a costate P κ(Λ)‖P‖_F more.
+/// Returns a function that gives the size of the terms whose difference is S, for a state of two
+/// blocks of n rows: λ_max √n/|h|, because a step computes S from rounded frames, and κ(Λ)‖P‖_F in
+/// addition where the second block is a costate P.
 SizeOf momentum_terms(const Scene& scene, Eigen::Index n, bool costate);
 
-/// m and the energy of (Q, S), QQᵀ − I and ‖Q̇‖, for states from which Q and S follow. Scales are E
-/// and ‖S‖_F, and at rest (at_rest.h) those of an S of the size of its terms.
+/// Adds m and the energy of (Q, S), QQᵀ − I and ‖Q̇‖, for states from which Q and S follow. The
+/// scales are E and ‖S‖_F, and at rest (at_rest.h) those of an S of the size of its terms.
 void report_geodesic(StackedObservables& observables, const Scene& scene, Eigen::Index n,
                      std::function<Eigen::MatrixXd(const Eigen::MatrixXd& x)> S, SizeOf terms);
 
-/// A step in nanoseconds, roughly.
+/// Returns the rough number of nanoseconds for a step.
 double stiefel_cost(Eigen::Index n, Eigen::Index N);
 
 }  // namespace stiefel

@@ -5,8 +5,8 @@
 
 namespace stiefel {
 
-/// Observables of (Q, P), stacked to 2N × N: the blocks, M = (QᵀP − PᵀQ)/ε and the constant PQᵀ,
-/// for Side::right M = (PQᵀ − QPᵀ)/ε and PᵀQ, and the invariants of M.
+/// Returns the observables of (Q, P), stacked to 2N × N: the blocks, M = (QᵀP − PᵀQ)/ε and the
+/// constant PQᵀ, for Side::right M = (PQᵀ − QPᵀ)/ε and PᵀQ, and the invariants of M.
 StackedObservables symmetric_observables(const Scene& scene, Side side = Side::left);
 
 }  // namespace stiefel

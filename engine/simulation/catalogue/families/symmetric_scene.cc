@@ -10,7 +10,7 @@
 namespace stiefel {
 namespace {
 
-/// Λ and Q; what all of these have. False if there is something wrong.
+/// Checks Λ and Q, which all these systems have. Returns false if there is a violation.
 bool check_frame(SceneDraft& draft) {
   draft.refuse_if(draft.given().body.has_value(), "body");
   draft.refuse_if(!draft.given().inertia_u.empty(), "inertia_u");
@@ -24,7 +24,7 @@ bool check_frame(SceneDraft& draft) {
   return draft.sound();
 }
 
-/// Exactly one of the two blocks.
+/// Checks that the scene has exactly one of the two blocks.
 bool check_either(SceneDraft& draft, const std::string& one, const std::string& other) {
   if (draft.has_block(one) != draft.has_block(other)) return true;
   draft.refuse("initial", draft.has_block(one) ? one + " and " + other : "neither",
@@ -73,7 +73,7 @@ void check_mclachlan_scovel(SceneDraft& draft) {
   }
   if (const RowMatrix* B = draft.block("B", N, N, false)) {
     const double defect = skewness_defect<double>(Q, *B);
-    // No stricter than on Q, which may have been repaired.
+    // The bound is no stricter than that on Q, which may have been repaired.
     if (!(defect <= draft.largest_repair() * B->cwiseAbs().maxCoeff()))
       return draft.refuse("initial.B", "max |QᵀB + BᵀQ| = " + to_text(defect),
                           "QᵀB must be skew-symmetric to " + to_text(draft.largest_repair()));

@@ -15,7 +15,7 @@ FormSpace space_of(S of) {
           [of](const Dense& x, const Dense& u, const Dense& v) { return of.form(x, u, v); }};
 }
 
-/// (Q, S̄) with (QU, QZ), [ST] (93).
+/// Pairs (Q, S̄) with tangent vectors (QU, QZ), [ST] (93).
 struct CotangentPairs {
   Dense tangent(const Dense& x, const Dense& G) const {
     const Eigen::Index n = x.rows() / 2;

@@ -10,14 +10,15 @@
 namespace stiefel {
 namespace {
 
-/// dM/dt = [M, Ω] of a body in four dimensions, M_ij = (λ_i + λ_j) Ω_ij: [RB] (2.2), (2.3).
+/// The equations dM/dt = [M, Ω] of a body in four dimensions, M_ij = (λ_i + λ_j) Ω_ij: [RB] (2.2),
+/// (2.3).
 class Momentum {
  public:
   explicit Momentum(const Eigen::Vector4d& lambda)
       : sums_(lambda.replicate<1, 4>() + lambda.transpose().replicate<4, 1>()) {}
 
   Eigen::Matrix4d field(const Eigen::Matrix4d& M) const { return bracket(M, Omega(M)); }
-  /// (‖M̈‖/‖M‖)^{1/2}.
+  /// Returns (‖M̈‖/‖M‖)^{1/2}.
   double rate(const Eigen::Matrix4d& M) const {
     const Eigen::Matrix4d dM = field(M), ddM = bracket(dM, Omega(M)) + bracket(M, Omega(dM));
     return std::sqrt(ddM.norm() / M.norm());
@@ -63,7 +64,7 @@ double largest_velocity_rate(const Scene& scene) {
   const double E = energy();
 
   Matrix<double> half = x, dx = x, before = x;
-  double largest = 0;  // of ‖q⃛‖/‖q̇‖
+  double largest = 0;  // largest ‖q⃛‖/‖q̇‖
   for (int k = 0; k < steps; ++k) {
     geodesic.field(x, dx);
     if (k > 0) largest = std::max(largest, (dx - before).row(1).norm() / (dt * x.row(1).norm()));
@@ -71,7 +72,7 @@ double largest_velocity_rate(const Scene& scene) {
     half = x + dt / 2 * dx;
     geodesic.field(half, dx);
     x += dt * dx;
-    // Back to ‖q‖ = 1, q·q̇ = 0 and the energy.
+    // Restores ‖q‖ = 1, q·q̇ = 0 and the energy.
     x.row(0).normalize();
     x.row(1) -= x.row(1).dot(x.row(0)) * x.row(0);
     x.row(1) *= std::sqrt(E / energy());

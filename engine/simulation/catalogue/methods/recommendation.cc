@@ -14,8 +14,8 @@ namespace {
 
 constexpr double most_substeps = 1e6;
 
-/// For a system without a recommendation: the adaptive method, else the last method that takes
-/// every scene.
+/// Returns the method for a system without a recommendation: the adaptive method, else the last
+/// method that takes every scene.
 Recommendation by_default(const SystemInfo& system) {
   const MethodTraits* chosen = nullptr;
   for (const MethodOnSystem& on : system.methods) {

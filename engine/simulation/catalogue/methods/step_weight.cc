@@ -16,7 +16,7 @@ struct Counted {
   double n, N, instructions;
 };
 
-/// Instructions at h‖Ω‖ over those at 0.1, in dimension N and larger ones.
+/// The number of instructions at h‖Ω‖ divided by that at 0.1, for dimension N and larger ones.
 struct AtRate {
   double N, h_omega, factor;
 };
@@ -33,10 +33,10 @@ constexpr Weight weights[] = {
 #include "engine/simulation/catalogue/methods/step_weights.inc"
 };
 
-/// Instructions a nanosecond, for what is not in the table yet.
+/// Instructions in a nanosecond, for entries that the table does not have.
 constexpr double instructions = 5;
 
-/// Null if it is not there.
+/// Returns null if the table has no such entry.
 const Weight* find(std::string_view system, std::string_view method, int order,
                    std::string_view arithmetic, std::string_view scalar) {
   const auto found = std::ranges::find_if(weights, [&](const Weight& w) {
@@ -46,7 +46,7 @@ const Weight* find(std::string_view system, std::string_view method, int order,
   return found == std::end(weights) ? nullptr : found;
 }
 
-/// By the system's name in the table.
+/// Finds the entry of a scene under the system's name in the table.
 const Weight* find(std::string_view system, const Scene& scene) {
   // A closed form, which has no order, is the same in both arithmetics.
   const bool plain = scene.order() > 0 && scene.arithmetic() == Arithmetic::plain;
@@ -62,11 +62,13 @@ struct At {
   double x, instructions;
 };
 
-/// Products of matrices have more instructions where a size is no multiple of a register's lanes.
+/// Number of lanes of a register. Products of matrices take more instructions where a size is not a
+/// multiple of it.
 constexpr double lanes = 4;
 
-/// The power law through the points next to x, of those with its remainder by `lanes` if they are
-/// on both sides of it, else of all; beyond the points `scale(x, x_i)` times the last of them.
+/// Interpolates by a power law between the points next to x. Uses only points with the same
+/// remainder modulo `lanes` as x if there are such points on both sides of x, else all points.
+/// Beyond the points returns the last one times `scale(x, x_i)`.
 template <class Scale>
 double interpolate(const std::vector<At>& points, double x, const Scale& scale) {
   for (const bool alike : {true, false}) {
@@ -88,7 +90,8 @@ double interpolate(const std::vector<At>& points, double x, const Scale& scale) 
   return 0;  // no points
 }
 
-/// Along N for each n of the table, then along n; along N = n where the table has such sizes alone.
+/// Interpolates along N for each n of the table, then along n; only along N = n where the table has
+/// only such sizes.
 double instructions_at(const Weight& weight, double n, double N) {
   const auto& sizes = weight.sizes;
   std::vector<At> curve;
@@ -106,7 +109,7 @@ double instructions_at(const Weight& weight, double n, double N) {
   return interpolate(curve, n, [N](double x, double last) { return f(x, N) / f(last, N); });
 }
 
-/// Instructions at that h‖Ω‖ > 0 over those at 0.1.
+/// Returns the number of instructions at h‖Ω‖ > 0 divided by that at 0.1.
 double rate_factor(const Weight& weight, double N, double h_omega) {
   const std::span<const AtRate> rates(weight.rates);
   if (rates.empty() || !(h_omega > 0)) return 1;

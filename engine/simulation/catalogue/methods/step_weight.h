@@ -8,35 +8,37 @@
 
 namespace stiefel {
 
-/// Work of one step of the map that a scene asks for, in instructions as callgrind counts them at
-/// h‖Ω‖ = 0.1, from a table that tests/bench/weights.py measures in several sizes: between two of
-/// them a power law, beyond them the last one times f(n, N) over its f,
+/// Returns the work of one step of the map of a scene, in instructions as callgrind counts them at
+/// h‖Ω‖ = 0.1, from a table that tests/bench/weights.py measures in several sizes. Between two
+/// sizes it is a power law; beyond the last size it is that size's entry times the ratio of the two
+/// f,
 ///
 ///     f(n, N) = n²N + n³ + 8nN.
 ///
-/// Equal on every CPU for one build, so that every machine chooses the same method. Work is
-/// `Simulation::map_steps()` times this.
+/// The table is the same on every CPU for one build, so that every machine chooses the same method.
+/// The work of a run is `Simulation::map_steps()` times this number.
 double step_weight(const Scene& scene);
 
-/// The price of one step at that h‖Ω‖ > 0 (`Simulation::rate` times the step of the map): of an
-/// explicit method `step_weight`, of one that iterates times a factor of the table, which has it at
-/// some h‖Ω‖, the power law between them, and the nearest one's beyond them.
+/// Returns the price of one step at this h‖Ω‖ > 0 (`Simulation::rate` times the step of the map).
+/// For an explicit method it is `step_weight`; for one that iterates, `step_weight` times a factor
+/// that the table has at some h‖Ω‖: between them a power law, beyond them the nearest.
 double step_price(const Scene& scene, double h_omega);
-/// The price of one step of as many bodies like this one as a register of AVX2 holds
-/// (`pack_lanes`), side by side; nothing where the table has none: for bodies that cannot be
-/// packed.
+/// Returns the price of one step of as many bodies like this one, side by side, as a register of
+/// AVX2 holds (`pack_lanes`); nullopt where the table has no entry, which is so for bodies that
+/// cannot be packed.
 std::optional<double> pack_price(const Scene& one, double h_omega);
-/// 4 numbers in double precision, 8 in single.
+/// Returns 4 in double precision, 8 in single.
 int pack_lanes(const Scene& one);
 /// Whether `step_price` depends on h‖Ω‖.
 bool price_depends_on_rate(const Scene& scene);
 
-/// The rows of the first block of the scene's state, or N where it goes without, and N; what n and
-/// N are above unless the system says otherwise (SystemEntry::size).
+/// Returns the size of a scene by which `step_weight` is tabulated: n is the number of rows of the
+/// first block of its state, or N where the scene has none, unless the system defines its own size
+/// (SystemEntry::size).
 FrameSize frame_size(const Scene& scene);
 
-/// Whether the table has it. The weight of what it has not is estimated: five instructions for each
-/// nanosecond that the system's `make` says a step takes. warnings.cc says so.
+/// Whether the table has an entry. Without one the weight is estimated as five instructions for
+/// each nanosecond that the system's `make` gives for a step; warnings.cc reports this.
 bool is_weighed(const Scene& scene);
 bool is_weighed(std::string_view system, std::string_view method, int order,
                 std::string_view arithmetic, std::string_view scalar);

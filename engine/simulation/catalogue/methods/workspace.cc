@@ -9,25 +9,25 @@
 namespace stiefel {
 namespace {
 
-/// Matrices that a method keeps, counted with mallinfo2 in scenes of 4 <= N <= 128.
+/// Number of matrices that a method keeps, counted with mallinfo2 in scenes with 4 <= N <= 128.
 struct Workspace {
-  std::string_view method;  ///< empty: of a discrete system
-  int order;                ///< 0: every order
-  double square;            ///< of N x N where n = N
-  double wide, rows;        ///< where n < N: of n x N, and of n x n
-  double body;              ///< of 3 x 3 in three dimensions
-  double kilobytes;         ///< whatever the size
+  std::string_view method;  ///< empty for a discrete system
+  int order;                ///< 0 for every order
+  double square;            ///< of N x N matrices where n = N
+  double wide, rows;        ///< where n < N: of n x N and of n x n matrices
+  double body;              ///< of 3 x 3 matrices in three dimensions
+  double kilobytes;         ///< independent of the size
 };
 
 constexpr Workspace workspaces[] = {
 #include "engine/simulation/catalogue/methods/workspaces.inc"
 };
-/// For a method that is not in the table.
+/// Assumed for a method that is not in the table.
 constexpr Workspace unknown = {"", 0, 200, 100, 100, 100, 40};
 
-/// Of what a simulation and its lane in a pack have besides matrices.
+/// Bytes of a simulation and its lane in a pack without the matrices.
 constexpr double object = 1500;
-/// A resolved scene of few numbers: strings, maps and vectors.
+/// Bytes of a resolved scene without large arrays: strings, maps and vectors.
 constexpr std::size_t object_of_scene = 2200;
 
 const Workspace& workspace_of(const Scene& scene) {
@@ -94,9 +94,9 @@ std::size_t largest_simulation_bytes(double n, double N) {
 }
 
 std::size_t scene_bytes(const SceneDescription& description) {
-  // The arrays as they were given and, but for an ensemble, whose members are made when they are
-  // asked for, as the blocks that a simulation starts from: with M beside P, or the other way
-  // round, half as many again.
+  // Counts the arrays as given and as the blocks from which a simulation starts. These have M in
+  // addition to P, or P to M, and are half as large again. The members of an ensemble are made when
+  // they are asked for, so only the blocks of one member are counted.
   const std::size_t arrays = array_bytes(description);
   if (!description.members) return arrays * 5 / 2 + object_of_scene;
   const auto members = static_cast<std::size_t>(std::max(*description.members, 1));

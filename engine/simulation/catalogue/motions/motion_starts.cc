@@ -12,8 +12,8 @@
 namespace stiefel {
 namespace {
 
-/// The frame nearest to a Q whose rows are orthonormal to rounding in double precision: Newton and
-/// Schulz's iteration, twice, squares the defect of 1e-16 each time.
+/// Returns the frame nearest to a Q whose rows are orthonormal to rounding in double precision.
+/// Each of two iterations of Newton and Schulz squares the defect, which is 1e-16 at first.
 template <class Scalar>
 Matrix<Scalar> orthonormal(Matrix<Scalar> Q) {
   for (int k = 0; k < 2; ++k) {
@@ -23,7 +23,7 @@ Matrix<Scalar> orthonormal(Matrix<Scalar> Q) {
   return Q;
 }
 
-/// A scene's numbers in Scalar.
+/// The numbers of a scene in Scalar.
 template <class Scalar>
 struct Given {
   using Dense = Matrix<Scalar>;
@@ -36,7 +36,7 @@ struct Given {
   Dense block(const char* name) const { return numbers(scene.block(name)); }
   Start start(SeriesKind kind, const Dense& frame, const Dense& momentum) const {
     Start start{kind, lambda, {}, mu, Dense(frame.rows() + momentum.rows(), momentum.cols()), {}};
-    if (frame.size() > 0) start.x.topRows(frame.rows()) = frame;  // none where M goes alone
+    if (frame.size() > 0) start.x.topRows(frame.rows()) = frame;  // a scene with M alone has none
     start.x.bottomRows(momentum.rows()) = momentum;
     return start;
   }
@@ -47,7 +47,7 @@ struct Given {
   Scalar mu, epsilon;
 };
 
-/// As engineers give it, [I, R] its axes.
+/// Returns the start of a body given in engineers' terms; [I, R] are its principal axes.
 template <class Scalar>
 SeriesStart<Scalar> given_body(const Given<Scalar>& g, const BodyDescription& given) {
   using Dense = Matrix<Scalar>;
@@ -72,7 +72,8 @@ struct Body {
   }
 };
 
-/// [RB] Prop. 2.1: of the left-invariant motion that a right-invariant one is.
+/// Marks the start of a left-invariant motion as that of the right-invariant motion it represents,
+/// [RB] Prop. 2.1.
 template <class Scalar>
 SeriesStart<Scalar> seen_from_the_right(SeriesStart<Scalar> start) {
   start.presentation.right = true;
@@ -145,7 +146,7 @@ struct Tangent {
   }
 };
 
-/// 𝔐⁻¹ of any costate.
+/// Returns the start from a costate, by 𝔐⁻¹.
 template <class Scalar>
 SeriesStart<Scalar> of_costate(const Given<Scalar>& g, const char* frame, const char* costate) {
   const Matrix<Scalar> Q = orthonormal<Scalar>(g.block(frame));

@@ -4,7 +4,7 @@ namespace stiefel {
 
 struct MotionStart;
 
-/// Where the Taylor series of a system's motion starts (series_start.h), for SystemEntry::motion.
+/// Starts of the Taylor series of the systems' motions (series_start.h), for SystemEntry::motion.
 namespace motion_start {
 extern const MotionStart body;  ///< (Q, M), M alone, or a body in engineers' terms
 extern const MotionStart right_body, symmetric_body, right_symmetric_body, reduced_body;

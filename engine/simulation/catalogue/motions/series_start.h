@@ -6,19 +6,19 @@
 
 namespace stiefel {
 
-/// How a scene reports a motion that a reference has in variables of its own.
+/// How a scene reports a motion that a reference computes in its own variables.
 template <class Scalar>
 struct Presentation {
-  bool right = false;            ///< Qᵀ and −M, [RB] Prop. 2.1
-  bool complex = false;          ///< each block is its real part over its imaginary one
-  Vector<Scalar> diagonal = {};  ///< μΛ², which M_μ = M + μΛ² has more than M
+  bool right = false;            ///< reported as Qᵀ and −M, [RB] Prop. 2.1
+  bool complex = false;          ///< each block is stored as its real part over its imaginary part
+  Vector<Scalar> diagonal = {};  ///< μΛ², the part of M_μ = M + μΛ² to be subtracted
   Matrix<Scalar> axes = {};      ///< R of a body: Q_caller = QRᵀ, M_caller = RMRᵀ; else 0 × 0
 };
 
 enum class SeriesKind { rigid_body, parametric_rigid_body, stiefel, double_bracket };
 
-/// A scene's motion at time 0 in the variables of a series, the frame over the momentum, computed
-/// in Scalar from the numbers that the scene was given by:
+/// The motion of a scene at time 0 in the variables of a series, the frame over the momentum,
+/// computed in Scalar from the numbers with which the scene was given:
 ///
 ///     right                 Qᵀ, −M                      [RB] Prop. 2.1
 ///     symmetric             M = (QᵀP − PᵀQ)/ε            Ψ
@@ -26,20 +26,21 @@ enum class SeriesKind { rigid_body, parametric_rigid_body, stiefel, double_brack
 ///     McLachlan–Scovel      M = QᵀB                      [RB] (5.5)
 ///     body                  M = hat(I Rᵀω), Q = Q(q)R    I_caller = R I Rᵀ
 ///
-/// Along the scene's own equations Q and these variables obey the series' ones whether or not
-/// rounding left Q orthogonal, so the start has no error but that of Scalar. The equations of a
-/// costate on V(n, N) are a geodesic's where QQᵀ = I alone, so there Q is made orthonormal first.
+/// Along the scene's own equations Q and these variables obey the equations of the series whether
+/// or not rounding left Q orthogonal, so the start has only the error of Scalar. The equations of a
+/// costate on V(n, N) are those of a geodesic only where QQᵀ = I, so there Q is made orthonormal
+/// first.
 template <class Scalar_>
 struct SeriesStart {
   using Scalar = Scalar_;
   SeriesKind kind;
-  Vector<Scalar> lambda, lambda_v;  ///< Λ; Λ_U and Λ_V
+  Vector<Scalar> lambda, lambda_v;  ///< Λ in lambda; or Λ_U in lambda and Λ_V in lambda_v
   Scalar mu;
   Matrix<Scalar> x;
   Presentation<Scalar> presentation;
 };
 
-/// The start of a system's motion in both precisions of a reference.
+/// Computes the start of a system's motion in either precision of a reference.
 struct MotionStart {
   SeriesStart<long double> (*extended)(const Scene&);
   SeriesStart<Quad> (*quadruple)(const Scene&);

@@ -7,9 +7,9 @@
 
 namespace stiefel {
 
-/// A system's equations x' = field(x) from x(0) = start in extended precision, for a reference by
-/// them alone. The state is the blocks as the scene reports them, stacked by rows: the first
-/// `frame_rows` rows are the frame Q, if it has one, the others what counts as its momentum
+/// A system's equations x' = field(x) from x(0) = start in extended precision, for a reference that
+/// uses nothing else. The state is the blocks as the scene reports them, stacked by rows: the first
+/// `frame_rows` rows are the frame Q, if it has one; the other rows count as its momentum
 /// (accuracy/reference.h).
 struct VectorField {
   using State = Matrix<long double>;
@@ -19,7 +19,7 @@ struct VectorField {
   Eigen::Index frame_rows = 0;
 };
 
-/// The vector field of a system that is a template of its scalar, for example
+/// Returns the vector field of a system that is a template of its scalar, for example
 /// vector_field(Brockett<long double>(...), H).
 template <System S>
 requires std::same_as<typename S::State, VectorField::State> VectorField

@@ -13,7 +13,7 @@ using Dense = Eigen::MatrixXd;
 
 constexpr Eigen::Index largest_written = 4096;
 
-/// From Q and any costate P, S among them: 𝔐⁻¹, or at n = N M alone.
+/// Returns the phase of Q and any costate P, for example S: S by 𝔐⁻¹, at n = N only M.
 Phase phase(const Scene& scene, const Dense& Q, const Dense& P) {
   Phase x{scene.inertia(), scene.step(), Q, {}, {}};
   if (x.square())
@@ -35,11 +35,11 @@ WithinDomain<Expression> write_tangent(const Phase& x, const ConversionTarget&, 
   return Expression{{{"Q", x.Q}, {"S", S_of(x)}}};
 }
 
-/// stiefel_momentum holds P_0 too, [ST] (82).
+/// Reads (Q, P). stiefel_momentum, [ST] (82), uses it too, because it holds P_0.
 WithinDomain<Phase> read_costate(const Scene& scene, Margins&) {
   return phase(scene, scene.Q(), scene.block("P"));
 }
-/// 𝔐, [ST] Prop. 6: P_0.
+/// Writes P_0 by 𝔐, [ST] Prop. 6.
 WithinDomain<Expression> write_costate(const Phase& x, const ConversionTarget&, Margins&) {
   return Expression{{{"Q", x.Q}, {"P", Legendre(x.Q, S_of(x))}}};
 }
@@ -49,7 +49,7 @@ WithinDomain<Expression> write_momentum(const Phase& x, const ConversionTarget&,
   return Expression{{{"Q", x.Q}, {"M", dense_M(x.Q, S_of(x))}}};
 }
 
-/// n = 1.
+/// Reads (q, p) or (q, qdot), n = 1.
 WithinDomain<Phase> read_vector(const Scene& scene, Margins&) {
   const Dense &q = scene.block("q"), &p = scene.block("p");
   if (p.size() > 0) return phase(scene, q, p);
@@ -63,7 +63,7 @@ WithinDomain<Expression> write_vector(const Phase& x, const ConversionTarget&, M
   return Expression{{{"q", x.Q}, {"qdot", Qdot_of_S(x.lambda, x.S)}}};
 }
 
-/// Q̇, whatever Λ has on its diagonal.
+/// Returns Q̇, from M where n = N, else from S.
 Dense Qdot_of(const Phase& x) {
   return x.square() ? Qdot_of_M(x.lambda, x.Q, x.M) : Qdot_of_S(x.lambda, x.S);
 }
@@ -71,7 +71,7 @@ WithinDomain<Expression> write_velocity(const Phase& x, const ConversionTarget&,
   return Expression{{{"Q", x.Q}, {"Qdot", Qdot_of(x)}}};
 }
 
-/// 𝒵, [ST] Theorem 2.
+/// Writes U by 𝒵, [ST] Theorem 2.
 WithinDomain<Expression> write_angular_velocity(const Phase& x, const ConversionTarget&, Margins&) {
   if (x.square()) return Expression{{{"Q", x.Q}, {"U", x.Q.transpose() * Qdot_of(x)}}};
   const auto N = static_cast<double>(x.Q.cols());
@@ -79,13 +79,14 @@ WithinDomain<Expression> write_angular_velocity(const Phase& x, const Conversion
   return Expression{{{"Q", x.Q}, {"U", AngularVelocity<double>(x.lambda, x.Q, x.S).dense()}}};
 }
 
-/// Adds how well two frames determine M ≠ 0.
+/// Adds the margin of two frames as a representation of M ≠ 0.
 void add_condition(const Phase& x, Margins& margins) {
   if (!x.M.isZero(0))
     margins.push_back({"1/condition of M", inverse_condition_Sigma_L(x.lambda, x.M, x.step)});
 }
 
-/// n = N, where (55) is Moser and Veselov's; for n < N it is a motion of its own.
+/// Reads two frames for n = N, where (55) is the map of Moser and Veselov. For n < N it is a motion
+/// of its own, and refused.
 WithinDomain<Phase> read_two_frames(const Scene& scene, Margins& margins) {
   const Dense &Q_prev = scene.block("Q_prev"), &Q = scene.Q();
   if (Q.rows() != Q.cols())

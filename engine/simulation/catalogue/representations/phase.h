@@ -8,7 +8,7 @@
 
 namespace stiefel {
 
-/// A state in the variables through which every form is converted.
+/// A state in the variables through which all forms are converted.
 struct Phase {
   Eigen::VectorXd lambda;
   double step;
@@ -19,7 +19,7 @@ struct Phase {
   bool square() const { return Q.rows() == Q.cols(); }
 };
 
-/// A state in the blocks of some form, with the numbers that its scene needs beside them.
+/// A state in the blocks of a form, with the numbers that its scene needs in addition.
 struct Expression {
   std::map<std::string, Eigen::MatrixXd> blocks;
   std::optional<double> epsilon = {}, parameter = {};
@@ -27,9 +27,9 @@ struct Expression {
 
 using Margins = std::vector<Margin>;
 
-/// The maps between a form and the phase. Null where a form has none.
+/// The maps between a form and the phase. A map is null where the form has none.
 struct Representation {
-  bool square;  ///< n = N alone
+  bool square;  ///< for n = N only
   WithinDomain<Phase> (*read)(const Scene&, Margins&);
   WithinDomain<Expression> (*write)(const Phase&, const ConversionTarget&, Margins&);
 };

@@ -20,8 +20,8 @@ Phase phase(const Scene& scene, Dense Q, Dense M) {
   return {scene.inertia(), scene.step(), std::move(Q), std::move(M), {}};
 }
 
-/// Adds how well the blocks determine M ≠ 0: the relative error of M is that of the blocks divided
-/// by this margin. M = 0 is exact.
+/// Adds the margin of the blocks as a representation of M ≠ 0: the relative error of M is that of
+/// the blocks divided by this margin. M = 0 is exact.
 void add_condition(const Dense& M, double inverse_condition, Margins& margins) {
   if (!M.isZero(0)) margins.push_back({"1/condition of M", inverse_condition});
 }
@@ -33,7 +33,7 @@ WithinDomain<Expression> write_momentum(const Phase& x, const ConversionTarget&,
   return Expression{{{"Q", x.Q}, {"M", x.M}}};
 }
 
-/// [RB] Prop. 2.1.
+/// Reads the right-invariant body, [RB] Prop. 2.1.
 WithinDomain<Phase> read_right(const Scene& scene, Margins&) {
   return phase(scene, scene.Q().transpose(), -scene.M());
 }
@@ -41,7 +41,7 @@ WithinDomain<Expression> write_right(const Phase& x, const ConversionTarget&, Ma
   return Expression{{{"Q", x.Q.transpose()}, {"M", -x.M}}};
 }
 
-/// Ψ.
+/// Reads (Q, P) by Ψ.
 WithinDomain<Phase> read_pair(const Scene& scene, const Dense& Q, const Dense& P,
                               Margins& margins) {
   margins.push_back({"S", margin_S(Q, P)});
@@ -57,7 +57,7 @@ WithinDomain<Phase> read_right_symmetric(const Scene& scene, Margins& margins) {
   return read_pair(scene, scene.Q().transpose(), scene.block("P").transpose(), margins);
 }
 
-/// Ψ⁻¹ with the ε that is asked for, or chosen.
+/// Writes (Q, P) by Ψ⁻¹, with the ε of the target, or chosen for M.
 WithinDomain<Expression> write_symmetric(const Phase& x, const ConversionTarget& target,
                                          Margins& margins) {
   const double epsilon = target.epsilon.value_or(unit_epsilon(x.M));
@@ -75,7 +75,7 @@ WithinDomain<Expression> write_right_symmetric(const Phase& x, const ConversionT
   return out;
 }
 
-/// [RB] (5.5).
+/// Reads (Q, B), [RB] (5.5).
 WithinDomain<Phase> read_mclachlan_scovel(const Scene& scene, Margins&) {
   return phase(scene, scene.Q(), M_of_B(scene.Q(), scene.block("B")));
 }
@@ -83,7 +83,7 @@ WithinDomain<Expression> write_mclachlan_scovel(const Phase& x, const Conversion
   return Expression{{{"Q", x.Q}, {"B", B_of_M(x.Q, x.M)}}};
 }
 
-/// Σ_L.
+/// Reads two frames by Σ_L.
 WithinDomain<Phase> read_two_frames(const Scene& scene, Margins& margins) {
   const Dense &Q_prev = scene.block("Q_prev"), &Q = scene.Q();
   margins.push_back({"S_L", margin_S_L(scene.inertia(), Q_prev, Q)});
@@ -102,7 +102,7 @@ WithinDomain<Expression> write_two_frames(const Phase& x, const ConversionTarget
   return Expression{{{"Q_prev", std::move(*Q_prev)}, {"Q", x.Q}}};
 }
 
-/// [RB] (8.5), (8.10). h = 1 for the flow.
+/// Reads (Q, P) with parameter, [RB] (8.5), (8.10). h = 1 for the flow.
 WithinDomain<Phase> read_parametric(const Scene& scene, Margins& margins) {
   const Dense &Q = scene.Q(), &P = scene.block("P");
   const double defect = orthogonality_defect(Q);
@@ -131,7 +131,7 @@ WithinDomain<Expression> write_discrete_parametric(const Phase& x, const Convers
   return write_parametric_with(x.step, x, target, margins);
 }
 
-/// [RB] (7.15)–(7.21) in the paper's variables.
+/// Writes [RB] (7.15)–(7.21) in the paper's variables.
 WithinDomain<Expression> write_interpolation(const Phase& x, const ConversionTarget&,
                                              Margins& margins) {
   auto P = Psi_inverse(x.Q, x.M, x.step);
