@@ -33,7 +33,7 @@ struct PlaneRotations {
     const Eigen::RealSchur<MatrixXd> schur(R);
     const MatrixXd& T = schur.matrixT();
     Z = schur.matrixU();
-    std::vector<Index> conservation, flipped;
+    std::vector<Index> fixed, flipped;
     for (Index i = 0; i < T.rows();) {
       if (i + 1 < T.rows() && T(i + 1, i) != 0) {
         const double sine = (T(i + 1, i) - T(i, i + 1)) / 2,
@@ -41,14 +41,14 @@ struct PlaneRotations {
         planes.push_back({i, i + 1, std::atan2(sine, cosine)});
         i += 2;
       } else {
-        (T(i, i) > 0 ? conservation : flipped).push_back(i);
+        (T(i, i) > 0 ? fixed : flipped).push_back(i);
         ++i;
       }
     }
     for (std::size_t i = 0; i + 1 < flipped.size(); i += 2)
       planes.push_back({flipped[i], flipped[i + 1], pi});
-    for (std::size_t i = 0; i + 1 < conservation.size(); i += 2)
-      planes.push_back({conservation[i], conservation[i + 1], 0.0});
+    for (std::size_t i = 0; i + 1 < fixed.size(); i += 2)
+      planes.push_back({fixed[i], fixed[i + 1], 0.0});
   }
 
   /// Returns Z exp(sW) Zᵀ.
@@ -120,7 +120,8 @@ class Starts {
         const double s = double(k) / K;
         const MatrixXd A = (1 - s) * from + s * to + std::sin(pi * s) * bend;
         const MatrixXd square = A * A.transpose();
-        least = std::min(least, square.selfadjointView<Eigen::Lower>().eigenvalues().minCoeff());
+        const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(square, Eigen::EigenvaluesOnly);
+        least = std::min(least, solver.eigenvalues()(0));
         path.push_back(polar(A));
       }
       path.push_back(to);

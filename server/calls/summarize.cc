@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <chrono>
 #include <limits>
 #include <optional>
@@ -26,9 +27,9 @@ namespace {
 constexpr int slices_between_messages = 256;
 /// An ensemble of more has more than a slice of work before its first step.
 constexpr std::size_t few_members = 64;
-/// Its slices are so many times longer: each fetches members from memory, once for all steps that
-/// it makes with them.
-constexpr int longer_for_many = 16;
+/// A slice is longer by 1 for every so many groups of members that it moves, up to 16 times: each
+/// group then computes for about 0.1 ms after it was fetched from memory.
+constexpr std::size_t groups_in_a_slice = 16, longest = 16;
 
 bool has_many(const Session& session) { return session.scene().members().size() > few_members; }
 
@@ -151,7 +152,8 @@ grpc::Status SummarizeWork::start() {
            summary->statistics_bytes() + times * messages_->state_bytes(),
            summary->reads_on_the_way() ? v1::PRICE_BOUND_AT_LEAST : bound_of_steps(session),
            &price_);
-  longer_ = has_many(session) ? longer_for_many : 1;
+  longer_ =
+      static_cast<int>(std::clamp<std::size_t>(summary->width() / groups_in_a_slice, 1, longest));
   steps_ = slice_steps(session.step_cost());
   last_mark_ = summary->step();
   summary_.emplace(*std::move(summary));

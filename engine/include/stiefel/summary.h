@@ -132,6 +132,8 @@ class Summary {
   /// whatever their `steps` and `bound`. This way a member is fetched from memory once for all of
   /// these steps.
   void advance(std::int64_t steps, std::int64_t bound, const std::stop_token& stop = {});
+  /// Number of groups of members that one call of `advance` moves, on several threads.
+  std::size_t width() const;
   /// Ends the summary at its current step; members that have not ended get `cancelled`.
   void cancel();
 

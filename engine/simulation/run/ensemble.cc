@@ -74,7 +74,7 @@ RunStatus Ensemble::advance(std::int64_t steps, const std::stop_token& stop) {
 
 void Ensemble::go(std::int64_t steps, const std::stop_token& stop) {
   const double all = direct() ? step_cost_ : step_cost_ * static_cast<double>(steps);
-  for_each_in_parallel(groups_, all, [&](Group& group) {
+  for_each_in_parallel(std::span(groups_), all, [&](Group& group) {
     group.reached = steps;
     if (group.packed) {
       group.before = group.states;

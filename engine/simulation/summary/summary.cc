@@ -5,9 +5,8 @@
 #include <limits>
 #include <tuple>
 
-#include <tbb/parallel_for.h>
-
 #include "engine/simulation/run/groups.h"
+#include "engine/simulation/run/parallel.h"
 #include "engine/simulation/summary/member_group.h"
 #include "engine/simulation/summary/results.h"
 
@@ -33,6 +32,7 @@ struct Summary::Parts {
   std::size_t members = 1;
   std::size_t saved_size = 0;  ///< for one member
   bool direct = false;
+  double step_cost = 0;  ///< nanoseconds for a step of all members, without the reading
   std::int64_t step = 0, computed_before = 0;
   std::int64_t round_end = 0;  ///< step to which the groups advance, one part of them after another
   std::size_t ahead = 0;       ///< number of groups that have reached round_end; 0 when all have
@@ -41,15 +41,17 @@ struct Summary::Parts {
   std::vector<Event> events = {};
   std::vector<StateAtTime> states = {};
 
-  void make_groups() {
+  void make_groups(const Simulation& start) {
     const auto all = scene.members();
     if (all.empty()) {
+      step_cost = start.step_cost();
       groups.push_back(std::make_unique<MemberGroup>(std::span(&scene, 1), 0, false, plan));
       return;
     }
     members = all.size();
     std::size_t at = 0;
     for_each_group(all, [&](std::span<const Scene> together) {
+      step_cost += group_cost(together, start);
       scenes.emplace_back(together.begin(), together.end());
       groups.push_back(std::make_unique<MemberGroup>(scenes.back(), at, true, plan));
       at += together.size();
@@ -66,6 +68,9 @@ struct Summary::Parts {
     if (!plan.what.events.empty() || !plan.times.empty()) return 1;
     return std::clamp(groups.size() / least_part, std::size_t{1}, most_parts);
   }
+
+  /// Number of groups in a part; the last part may have fewer.
+  std::size_t width() const { return (groups.size() + parts() - 1) / parts(); }
 
   /// Returns the step at which an advance by `steps` ends.
   std::int64_t target(std::int64_t steps, std::int64_t bound) const {
@@ -142,7 +147,7 @@ std::expected<Summary, Violations> Summary::prepare(const Scene& scene, SummaryD
   auto parts = std::unique_ptr<Parts>(new Parts{scene, *std::move(plan)});
   parts->direct = start->direct();
   parts->saved_size = start->saved_size();
-  parts->make_groups();
+  parts->make_groups(*start);
   return Summary(std::move(parts));
 }
 
@@ -156,17 +161,20 @@ void Summary::start_at(std::int64_t step, std::span<const double> saved) {
 
 void Summary::advance(std::int64_t steps, std::int64_t bound, const std::stop_token& stop) {
   Parts& all = *parts_;
-  const std::size_t parts = all.parts(), count = all.groups.size();
+  const std::size_t count = all.groups.size();
   if (all.ahead == 0) {
     constexpr auto most = std::numeric_limits<std::int64_t>::max();
-    const auto times = static_cast<std::int64_t>(parts);
+    const auto times = static_cast<std::int64_t>(all.parts());
     all.round_end = all.target(steps > most / times ? most : steps * times, bound);
   }
-  const std::size_t end = std::min(count, all.ahead + (count + parts - 1) / parts);
+  const std::size_t end = std::min(count, all.ahead + all.width());
   const std::size_t first_time = all.next_time;
   const auto states = all.make_room(all.round_end);
-  tbb::parallel_for(all.ahead, end, [&](std::size_t i) {
-    all.groups[i]->advance(all.round_end, first_time, states, stop);
+  const std::span part = std::span(all.groups).subspan(all.ahead, end - all.ahead);
+  const double share = static_cast<double>(part.size()) / static_cast<double>(count);
+  const double nanoseconds = share * all.step_cost * static_cast<double>(all.round_end - all.step);
+  for_each_in_parallel(part, nanoseconds, [&](const std::unique_ptr<MemberGroup>& group) {
+    group->advance(all.round_end, first_time, states, stop);
   });
   all.collect_events();
   if (all.done()) all.drop_unreached(first_time);
@@ -184,6 +192,7 @@ void Summary::cancel() {
 std::int64_t Summary::step() const { return parts_->step; }
 bool Summary::done() const { return parts_->done(); }
 bool Summary::interrupted() const { return parts_->interrupted; }
+std::size_t Summary::width() const { return parts_->width(); }
 bool Summary::aligned() const { return !parts_->interrupted && parts_->ahead == 0; }
 
 std::vector<Event> Summary::take_events() { return std::exchange(parts_->events, {}); }

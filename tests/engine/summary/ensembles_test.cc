@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "engine/simulation/run/crew.h"
 #include "stiefel/simulation.h"
 #include "tests/engine/summary/summaries.h"
 #include "tests/support/scenes/ensemble_of.h"
@@ -83,6 +84,28 @@ TEST(SummaryOfAnEnsemble, OfManyMembersGoesOnAfterAStop) {
     EXPECT_FALSE(summary.interrupted());
   }
   EXPECT_EQ(finish(summary).bits(), whole);
+}
+
+/// Does the items on the thread that calls, the last one first, and counts them.
+struct CountingCrew : Crew {
+  void run(std::size_t count, double, Item item, void* context) override {
+    for (std::size_t i = count; i-- > 0; ++items) item(context, i);
+  }
+  std::size_t items = 0;
+};
+
+/// A server's workers do the work of a summary, and no thread beside them: TBB would call this
+/// crew on threads of its own, or not at all.
+TEST(SummaryOfAnEnsemble, IsTheWorkOfTheCrew) {
+  const Scene ensemble = resolved(testing::ensemble_of(bodies(300, "rk4", 0.3)));
+  const auto what = everything(0, 900, 11);
+  const auto alone = run(ensemble, what, 900).bits();
+  CountingCrew crew;
+  const CrewOfThisThread here(crew);
+  Summary summary = prepare(ensemble, what);
+  EXPECT_GE(summary.width(), 16u);
+  EXPECT_EQ(run(ensemble, what, 900).bits(), alone);
+  EXPECT_GE(crew.items, summary.width());
 }
 
 /// Each member has the numbers that it has alone, those that stop early and the others; whatever
