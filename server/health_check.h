@@ -14,8 +14,8 @@ struct HealthCheck {
   TlsFiles tls = {};    ///< the server's own, shown where clients need a certificate
 };
 
-/// Returns 0 if the standard health service answers SERVING within 2 s, otherwise 1 with a line on
-/// stderr that says what it found. Sends no token.
+/// Asks the standard health service and writes the answer to stderr. Returns 0 if the service
+/// answers SERVING within 2 s, otherwise 1. Sends no token.
 int health_check(const HealthCheck& question);
 
 }  // namespace stiefel::server

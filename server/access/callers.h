@@ -16,9 +16,9 @@ namespace stiefel::server {
 /// Why a caller is refused.
 enum class Refused { token_missing, token_unknown };
 
-/// Decides who may call, by a file of tokens that is read again when it changes, and knows the
-/// calls that run with them. When a token is withdrawn, its calls end with UNAUTHENTICATED and no
-/// new one begins. Thread-safe.
+/// Decides who may call, by a file of tokens that is read again when it changes, and tracks the
+/// calls that the tokens admitted. When a token is withdrawn, its calls end with UNAUTHENTICATED
+/// and no new one begins. Thread-safe.
 class Callers {
  public:
   /// A change of the file: the number of its tokens, and its invalid lines or why it cannot be

@@ -20,9 +20,9 @@ struct Certificates {
 /// without the clients' authorities if that path is empty.
 std::vector<std::string> paths_of(const TlsFiles& files);
 
-/// Returns the contents of the files `paths_of` as certificates. The error names the flag, the file
-/// and the rule that it breaks: unreadable, not PEM, the key of another certificate. It never shows
-/// the key.
+/// Reads the certificates from `contents`, those of the files that `paths_of` lists. The error
+/// names the flag, the file and the rule that it breaks: unreadable, not PEM, the key of another
+/// certificate. It never shows the key.
 std::expected<Certificates, std::string> certificates(const TlsFiles& files,
                                                       const WatchedFiles::Contents& contents);
 

@@ -23,7 +23,7 @@ struct CertificateFetcher {
       const std::string& authorities = now.client_ca.empty() ? now.chain : now.client_ca;
       *config = grpc_ssl_server_certificate_config_create(authorities.c_str(), &pair, 1);
     } catch (const std::exception&) {
-      return GRPC_SSL_CERTIFICATE_CONFIG_RELOAD_FAIL;  // gRPC keeps the certificates before
+      return GRPC_SSL_CERTIFICATE_CONFIG_RELOAD_FAIL;  // gRPC keeps the previous certificates
     }
     served.served_ = version;
     return GRPC_SSL_CERTIFICATE_CONFIG_RELOAD_NEW;

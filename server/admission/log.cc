@@ -101,7 +101,7 @@ void Log::line(Level level, std::string_view message, const Facts& facts) const 
 
 std::string_view trace_id_of(const grpc::CallbackServerContext& context) {
   const auto [first, last] = context.client_metadata().equal_range("traceparent");
-  // Several values are not valid, so none is used.
+  // A call with several headers has no valid trace id.
   if (first == last || std::next(first) != last) return {};
   return trace_id({first->second.data(), first->second.size()});
 }

@@ -97,8 +97,9 @@ class CallLog {
   /// Counts an error that the caller is told. `finish` counts that of the call itself.
   void refuse(const grpc::Status& status) const noexcept;
 
-  /// Writes the line. Call it once. Costs nothing when the level is above info. An INTERNAL error
-  /// has the level error. Without memory the line is lost.
+  /// Ends the call in the metrics and writes its line. Call it once. The line costs nothing when
+  /// the level is above info; that of an INTERNAL error has the level error. Without memory the
+  /// line is lost.
   void finish(const grpc::Status& status, std::int64_t steps = 0) noexcept;
 
  private:

@@ -29,8 +29,8 @@ class Service final : public ServiceInBytes {
                                           v1::DeleteSessionResponse*) override;
   grpc::ServerUnaryReactor* Step(Context*, const v1::StepRequest*, v1::StepResponse*) override;
   grpc::ServerBidiReactor<v1::DriveRequest, v1::DriveResponse>* Drive(Context*) override;
-  /// Sends v1::StreamResponse messages as bytes, serialized once: a stream that waits for its
-  /// reader holds each only once.
+  /// Sends v1::StreamResponse messages as bytes, so that a stream that waits for its reader holds a
+  /// message only once.
   grpc::ServerWriteReactor<grpc::ByteBuffer>* Stream(Context*, const grpc::ByteBuffer*) override;
   grpc::ServerUnaryReactor* Diagnose(Context*, const v1::DiagnoseRequest*,
                                      v1::DiagnoseResponse*) override;

@@ -15,9 +15,9 @@
 namespace stiefel::server {
 namespace {
 
-// Above the small sizes a scene is resolved, and its simulation made, on a pool: on that for work
-// in slices, or above the large ones, where this takes longer than a slice, on that for work
-// without slices.
+// Scenes above `small_dimension` are resolved, and their simulations made, on the pool for sliced
+// work; scenes above `large_dimension` or `few_members`, which take longer than a slice, on the
+// pool for work without slices.
 constexpr int small_dimension = 32, large_dimension = 96;
 constexpr int few_members = 64;
 

@@ -17,7 +17,7 @@
 
 namespace stiefel::server {
 
-/// Ends a call that would answer with a stream, with an error. Deletes itself.
+/// Refuses a call that would answer with a stream: ends it with an error. Deletes itself.
 template <class Message>
 class RefusedStream final : public grpc::ServerWriteReactor<Message> {
  public:
@@ -135,8 +135,8 @@ class SlicedStream final : public grpc::ServerWriteReactor<Response>, private Jo
 };
 
 /// Starts a call in which each slice makes one message: `produce(stop, message)` returns
-/// expected<bool, grpc::Status>, true for the last message. The token also stops what it computes
-/// in the engine.
+/// expected<bool, grpc::Status>, true for the last message. The token also stops what `produce`
+/// computes in the engine.
 template <class Response, class Produce>
 grpc::ServerWriteReactor<Response>* message_a_slice(Host& host, Pool& pool, CallLog log,
                                                     Produce produce) {

@@ -125,7 +125,7 @@ std::optional<grpc::Status> fault(const ConnectRefusal& refusal, std::size_t pai
   return std::nullopt;
 }
 
-/// Returns what `connect` refuses before it searches, from a search that is stopped from the start.
+/// Returns what `connect` refuses before it searches, by a search that is stopped at once.
 std::optional<grpc::Status> check(TwoPointProblem problem, std::size_t pair) {
   std::stop_source stopped;
   stopped.request_stop();

@@ -12,7 +12,7 @@
 
 namespace stiefel::server {
 
-/// A checked Connect request: the frames of each pair may be joined by a path.
+/// A checked Connect request: a path can join the frames of each pair.
 struct ConnectTask {
   std::vector<TwoPointProblem> problems;
   int steps = 0;

@@ -20,12 +20,12 @@ namespace {
 constexpr std::uint32_t default_pairs = 8, max_pairs = 1000;
 constexpr int largest_symplectic = 32;
 constexpr std::uint32_t default_invariants = 4096, max_invariants = 8192;
-/// The most names, and as many forms and brackets.
+/// The most invariants, forms and brackets, each, that a request may name.
 constexpr int max_asked = 10'000;
 /// The most work of an error estimate, in instructions: about ten seconds.
 constexpr double most_estimate_work = 5e10;
-/// Above this dimension, and above this number of members or of forms and brackets, a Diagnose is
-/// more than a slice of work.
+/// Above this dimension, or this number of members or of forms and brackets, a Diagnose is more
+/// than a slice of work.
 constexpr int small_dimension = 16;
 constexpr std::size_t few = 16;
 
@@ -155,7 +155,7 @@ bool DiagnoseTask::takes_long() const {
 
 namespace {
 
-/// Whether the request names an invariant of `family`; `unasked` if it names none at all.
+/// Whether a request asks for an invariant of `family`; `unasked` if it names no invariant at all.
 bool asks_for(const std::vector<std::string>& invariants, std::string_view family, bool unasked) {
   if (invariants.empty()) return unasked;
   return std::ranges::any_of(invariants,

@@ -16,7 +16,7 @@ class StreamMessages {
  public:
   /// Adds the arrays of a scene. Call it before the first batch.
   void add_scene(const SceneDescription& resolved);
-  /// Writes the first message of a full batch over `message`, whose memory the batch gets in
+  /// Writes the first message of a finished batch over `message`, whose memory the batch gets in
   /// exchange. `checkpoint` follows the samples; it has no bytes if there is none. Call it when
   /// `empty()`.
   void pack(const Session& session, const std::vector<std::size_t>& fields, Batch& batch,

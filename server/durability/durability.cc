@@ -89,7 +89,7 @@ void Durability::restore() {
       dropped = store_.drop_checkpoints_except(numerics_id());
       store_.trim_tombstones(now.count());
     });
-  } catch (const StoreError& error) {  // a full disk; they are not used anyway
+  } catch (const StoreError& error) {  // a full disk; checkpoints of other ids are not used anyway
     report(error.fault());
   }
   std::atomic<std::int64_t> unread = 0;

@@ -41,8 +41,7 @@ FreedMemory::FreedMemory(const MemoryBudget& budget)
         std::unique_lock lock(mutex_);
         while (!wake_.wait_for(lock, stop, pause, [&] { return stop.stop_requested(); })) {
           const std::uint64_t now = budget.given_back();
-          // The budget does not count what gRPC frees, so the memory is also looked at after some
-          // time.
+          // The budget does not count what gRPC frees, hence the limit on the time.
           if (now - trimmed_at < std::min(budget.limit() / 64, least_given_back) &&
               Clock::now() - last < longest_wait)
             continue;

@@ -14,8 +14,8 @@ namespace stiefel::server {
 class ServedCertificates;
 
 /// Returns why metrics cannot be served on `address` (one that address_fault accepts): it is a Unix
-/// socket, which Prometheus does not read; or other machines can reach it and it is not `guarded`,
-/// by TLS or by the consent of --insecure.
+/// socket, which Prometheus does not read; or other machines can reach it and it is not `guarded`
+/// by TLS or permitted by --insecure.
 std::optional<std::string> metrics_fault(const std::string& address, bool guarded);
 
 /// Serves metrics over HTTP at /metrics, in Prometheus's text format.

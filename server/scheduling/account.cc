@@ -10,8 +10,8 @@ namespace {
 
 using std::chrono::milliseconds;
 
-// When a caller may try again for a place whose end nothing predicts: calls end sooner than streams
-// and sessions.
+// The estimated times after which a refused caller may try again: calls end sooner than streams and
+// sessions.
 constexpr milliseconds until_a_call_ends{100}, until_a_stream_ends{1000},
     until_a_session_goes{1000};
 /// A rough estimate of what one thread does in a second, in instructions.

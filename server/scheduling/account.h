@@ -24,7 +24,8 @@ using ReclaimOf = std::function<void(const Principal&, std::uint64_t bytes)>;
 /// Counts what a principal uses, and refuses what would exceed its quota. Thread-safe.
 class Account {
  public:
-  /// `memory` is the budget of the whole server. All references must outlive the account.
+  /// `memory` is the budget of the whole server. It, `clock` and `reclaim` must outlive the
+  /// account.
   Account(Principal principal, const Quota& quota, const WorkClock& clock, MemoryBudget& memory,
           const ReclaimOf& reclaim);
   Account(const Account&) = delete;

@@ -57,7 +57,7 @@ class Job {
   double price_ = 0;
   double spent_ = 0;
   JobKind kind_ = JobKind::sliced;
-  std::uint8_t queue_ = 0;  // the queue of its share in which it is, while it is queued
+  std::uint8_t queue_ = 0;  // its queue in the share, while it is queued
   bool queued_ = false;
 };
 

@@ -84,7 +84,7 @@ RunQueue::Turn RunQueue::pop(std::optional<JobKind> most, Time now) {
   ready_at_.reset();
   const Share* fair = nullptr;   // the share for which the least was done
   Job* longer = nullptr;         // the first longer job of `fair`
-  const Share* quick = nullptr;  // the least served with a short job to run first
+  const Share* quick = nullptr;  // the least served share with a short job that goes before
   for (Share* share = first_; share; share = share->next_) {
     Job* first = most ? first_long(*share, *most, now) : nullptr;
     const Job* brief = share->queues_[shorts].first();

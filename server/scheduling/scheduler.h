@@ -43,7 +43,7 @@ class Scheduler final : private Crew {
   /// Queues a job, which must live until its `run_slice` returns false. Allocates nothing, so that
   /// a submitted job runs whatever memory is left.
   void submit(Job* job, JobKind kind) noexcept;
-  /// Lets no job wait for its principal's work rate any more, so that all jobs end.
+  /// Stops limiting jobs by the work rates of their principals, so that all jobs end.
   void lift_rates();
   int threads() const { return threads_; }
   /// The work of all slices that have ended, in instructions.

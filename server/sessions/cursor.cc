@@ -10,7 +10,7 @@ namespace stiefel::server {
 
 namespace {
 
-/// The least numbers of a state for which making the simulation anew is worth the memory saved.
+/// The least numbers of a state at which resting repays making the simulation anew.
 constexpr std::size_t least_to_rest = 8192;
 
 }  // namespace

@@ -36,11 +36,11 @@ class Cursor {
     end(RunStatus{Outcome::cancelled, std::nullopt});
   }
 
-  /// Gives the simulation back and keeps only its state, for while the reader is not ready or
-  /// another call has the processor: a simulation of large N holds many times as many numbers as
-  /// its state. `advance` and `cancel` lease a simulation again; until then neither `simulation`
-  /// nor `step` may be called. Does nothing when the state has fewer than 8192 numbers or there is
-  /// no memory for a copy.
+  /// Gives the simulation back and keeps only its state, while the reader is not ready or another
+  /// call has the processor: a simulation of large N holds many times as many numbers as its state.
+  /// `advance` and `cancel` lease a simulation again; until then neither `simulation` nor `step`
+  /// may be called. Does nothing when the state has fewer than 8192 numbers or there is no memory
+  /// for a copy.
   void rest();
 
   const RunStatus& run_status() const { return run_status_; }

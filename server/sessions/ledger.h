@@ -18,7 +18,7 @@ class Session;
 struct WriteFault {
   enum class Kind {
     full,         ///< no space on the disk, or the store's limit is reached
-    unavailable,  ///< the disk did not take it now: an I/O error, a lock, a read-only file system
+    unavailable,  ///< the disk refused it for now: an I/O error, a lock, a read-only file system
     damaged,      ///< the file is not a valid store
     out_of_memory
   };

@@ -13,8 +13,8 @@ namespace stiefel::server {
 /// How a resolved description differs from the one that a caller gave, as paths of fields such as
 /// "epsilon", "method" and "body.attitude".
 struct Difference {
-  std::vector<std::string> filled_in;  ///< fields that are there and differ from what was given
-  std::vector<std::string> cleared;    ///< fields that were given and are no longer there
+  std::vector<std::string> filled_in;  ///< resolved fields that were not given so
+  std::vector<std::string> cleared;    ///< given fields that the resolved description lacks
 
   /// Whether `path` is a filled-in field or lies within one: "method.order" in "method".
   bool fills_in(std::string_view path) const;
@@ -25,7 +25,7 @@ struct Difference {
 Difference difference(const FieldDigests& given, const FieldDigests& resolved);
 Difference difference(const SceneDescription& given, const SceneDescription& resolved);
 
-/// The tolerance and horizon for which a scene's method was chosen, and why this method was.
+/// The tolerance and horizon for which a scene's method was chosen, and the reason for the choice.
 struct ChosenMethod {
   double tolerance;
   double horizon;

@@ -62,14 +62,14 @@ class Session : public std::enable_shared_from_this<Session> {
   /// Returns the predicted work of the steps between two states, in instructions; a lower bound
   /// where the method chooses its own steps.
   double work(std::int64_t from, std::int64_t to) const;
-  /// A field that is not finite at step 0, if there is one: one that divides by a small λ or adds
-  /// large λ_i + λ_j, each valid by itself.
+  /// A field that is not finite at step 0, if there is one. It overflows in 1/λ or λ_i + λ_j
+  /// although every λ is valid by itself.
   const std::optional<Overflow>& overflow() const { return overflow_; }
 
   /// Returns the step of the nearest state at or before `step`, at which `lease` would start now.
   std::int64_t start_for(std::int64_t step) const;
   /// Keeps `seat`, the session's place in its principal's account, until the session is destroyed.
-  /// Call it once, by the call that created the session.
+  /// Called once, by the call that created the session.
   void hold(std::shared_ptr<void> seat) { seat_ = std::move(seat); }
 
   /// Returns a Simulation at the nearest state at or before `step`, for the caller alone.
@@ -77,7 +77,8 @@ class Session : public std::enable_shared_from_this<Session> {
   /// Returns a Simulation in the state `saved`, which `Simulation::save` wrote at `step`.
   std::unique_ptr<Simulation> lease_at(std::int64_t step, std::span<const double> saved);
   void give_back(std::unique_ptr<Simulation> simulation) noexcept;
-  /// Destroys a leased simulation that an exception left between two states; replaces `give_back`.
+  /// Destroys a leased simulation that an exception left between two states; call it in place of
+  /// `give_back`.
   void discard(std::unique_ptr<Simulation> simulation) noexcept;
   /// Returns the simulation's state for a caller that gives the simulation back and rests. Callers
   /// that rest at the same step share one copy. Null when there is no memory for it.
@@ -111,8 +112,8 @@ class Session : public std::enable_shared_from_this<Session> {
   /// Makes the session report its new cached states to `ledger`. Call it before other threads
   /// use the session.
   void write_to(Ledger& ledger) { ledger_ = &ledger; }
-  /// Sets the owner and creation time of a session that an earlier server stored. To be called
-  /// before other threads see the session.
+  /// Sets the owner and creation time of a session that an earlier server stored. Call it before
+  /// other threads see the session.
   void restored(Principal owner, std::chrono::system_clock::time_point created) {
     owner_ = std::move(owner);
     create_time_ = created;
@@ -136,8 +137,8 @@ class Session : public std::enable_shared_from_this<Session> {
   void touch() { last_use_ = (*clock_)().time_since_epoch().count(); }
   std::unique_ptr<Simulation> make();
   void take(Outline outline);
-  /// Sets what the constructor of an ensemble needs from its members one by one, without making the
-  /// ensemble's simulation.
+  /// Reads what the constructor of an ensemble needs from one member after another, without making
+  /// the ensemble's simulation.
   void look_at_members();
   /// Steps of the map between two states.
   double map_steps() const { return direct_ ? 1 : scene_.substeps(); }

@@ -94,7 +94,7 @@ void Journal::cached(std::weak_ptr<Session> session) noexcept {
   try {
     const std::lock_guard lock(mutex_);
     with_states_.push_back(std::move(session));
-  } catch (const std::bad_alloc&) {  // checkpoints are written at best effort
+  } catch (const std::bad_alloc&) {  // checkpoints are best effort
   }
 }
 

@@ -24,9 +24,9 @@ namespace stiefel::server {
 /// that fails is repeated change by change, so that only what does not fit fails. Deletions may use
 /// the store's reserve and the space of older tombstones.
 ///
-/// Writes checkpoints when no change waits, or after 5 s in any case: the last state of each
-/// session, a few seconds after it was cached. Drops those beyond `max_checkpoint_bytes`, those
-/// whose writing fails, and all of them when a change needs their space.
+/// Writes checkpoints when no change waits, at the latest 5 s after a pass is due: the last state
+/// of each session, a few seconds after it was cached. Drops those beyond `max_checkpoint_bytes`,
+/// those whose writing fails, and all of them when a change needs their space.
 class Journal final : public Ledger {
  public:
   struct Hooks {
@@ -34,7 +34,7 @@ class Journal final : public Ledger {
     std::function<StoredSession(const Session&)> to_row;
     /// Drops a session that could not be written from the registry.
     std::function<void(const Session&)> drop;
-    /// Reports a change that failed, or a checkpoint, for which no caller waits.
+    /// Reports a change or a checkpoint that could not be written.
     std::function<void(const WriteFault&)> report;
   };
   /// The time between two passes that write checkpoints.

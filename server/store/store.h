@@ -12,7 +12,7 @@
 
 namespace stiefel::server {
 
-/// The tolerance and horizon for which a method was chosen, and why this method was.
+/// The tolerance and horizon for which a method was chosen, and the reason for the choice.
 struct StoredChoice {
   double tolerance, horizon;
   std::string reason;

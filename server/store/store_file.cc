@@ -15,9 +15,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The pages in the log at which SQLite moves them into the file, for which the reserve has room.
+/// The pages in the log at which SQLite moves them into the file; the reserve has room for as many.
 constexpr std::int64_t log_pages = 256;
-/// The size in bytes to which SQLite cuts the log after that.
+/// The size in bytes to which SQLite cuts the log once its pages are in the file.
 constexpr std::int64_t log_bytes = std::int64_t{4} << 20;
 
 constexpr const char* tables = R"sql(

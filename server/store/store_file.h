@@ -30,8 +30,7 @@ struct StoreFile {
 StoreFile open_store(const StoreOptions& options);
 
 /// Returns why `open_store` would refuse a file that no server has open, as far as that shows
-/// without reading all of it. Changes nothing. Finds no fault in a store because a server has it
-/// open.
+/// without reading all of it. Changes nothing. A store that a server has open is not a fault.
 std::optional<std::string> store_fault(const StoreOptions& options);
 
 }  // namespace stiefel::server

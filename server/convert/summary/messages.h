@@ -38,8 +38,8 @@ class SummaryMessages {
   void next_events(v1::EventBatch& batch);
   void next_states(v1::StateBatch& batch);
   void next_checkpoint(v1::CheckpointPart& part);
-  /// Takes the fields of `count` events or states. `numbers(i)` holds those of one, field after
-  /// field; each field has one member's numbers, or with `by_members` those of all members.
+  /// Takes the fields of `count` events or states. `numbers(i)` holds the numbers of item i, field
+  /// after field: of one member or, with `by_members`, of all members.
   template <class Numbers>
   void split_fields(std::size_t count, bool by_members, const Numbers& numbers);
 
