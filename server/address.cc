@@ -21,8 +21,8 @@ bool is_ip(int family, std::string_view host) {
   return inet_pton(family, std::string(host).c_str(), address) == 1;
 }
 
-/// Labels of letters, digits, '-' and '_', with dots between them; not one of digits at the end, as
-/// only IPv4 addresses have.
+/// Whether a host is a name: labels of letters, digits, '-' and '_' with dots between them, the
+/// last label not of digits only, which only IPv4 addresses have.
 bool is_name(std::string_view host) {
   std::string_view label;
   for (std::string_view rest = host; !rest.empty();) {

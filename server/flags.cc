@@ -11,7 +11,7 @@
 namespace stiefel::server {
 namespace {
 
-/// Refuses whatever is not one number of `low` to `high`: NaN, infinity, text after the number.
+/// Accepts one number of `low` to `high`; refuses NaN, infinity and text after the number.
 template <class Number>
 CLI::Validator within(Number low, Number high, const std::string& unit) {
   const auto text = [](Number value) {
@@ -35,12 +35,12 @@ double seconds(std::chrono::milliseconds time) {
   return std::chrono::duration<double>(time).count();
 }
 
-/// Up to the next whole millisecond: what is not 0 does not become 0.
+/// Rounds up to whole milliseconds, so that only 0 becomes 0.
 std::chrono::milliseconds milliseconds(double seconds) {
   return std::chrono::ceil<std::chrono::milliseconds>(std::chrono::duration<double>(seconds));
 }
 
-/// Refuses what is no amount of memory.
+/// Returns the fault of a text that is not an amount of memory; empty for a valid one.
 std::string sound_memory(const std::string& given) {
   return read_bytes(given) ? ""
                            : "'" + given +
@@ -54,7 +54,7 @@ std::string sound_part_of_memory(const std::string& given) {
              : "'" + given + "' must be a number of bytes, with K, M, G or T for powers of 1024";
 }
 
-/// CLI11 puts lists in brackets.
+/// Returns a default as a cell of the table; CLI11 puts lists in brackets.
 std::string cell(std::string text) {
   if (text.starts_with('[')) text = text.substr(1, text.size() - 2);
   return text.empty() ? "" : "`" + text + "`";

@@ -7,12 +7,12 @@
 
 namespace stiefel::server {
 
-/// What the command stiefel-server is told by flags and environment variables.
+/// The values of the flags and environment variables of the command stiefel-server.
 struct Flags {
   Flags();
-  /// Defines the flags; the values are here once `app` has parsed.
+  /// Adds the flags to `app`, whose parsing sets the values here.
   void add_to(CLI::App& app);
-  /// For the constructor of Server.
+  /// Returns the options for the constructor of Server.
   Options options() const;
 
   bool exit_with_parent = false;
@@ -27,10 +27,10 @@ struct Flags {
   std::string memory_, principal_memory_ = "0";
 };
 
-/// What CLI11 puts after "--listen: ": the rule that the address breaks, or nothing.
+/// Returns the rule that the address breaks, which CLI11 puts after "--listen: "; empty if none.
 std::string sound_address(const std::string& address);
 
-/// The flags of `app` as a table in Markdown: flag, variable, default, meaning.
+/// Returns the flags of `app` as a table in Markdown: flag, variable, default, meaning.
 std::string flag_table(const CLI::App& app);
 
 }  // namespace stiefel::server

@@ -14,15 +14,15 @@
 namespace stiefel::server {
 namespace {
 
-constexpr unsigned never_again = 3600;  // seconds between two looks at the files
+constexpr unsigned never_again = 3600;  // seconds between two readings of the files
 
 bool is_own(const std::string& address) {
   return address.starts_with("0.0.0.0:") || address.starts_with("[::]:") ||
          std::ranges::all_of(tcp_addresses(address), is_local);
 }
 
-/// Where there is no authority to compare with and nobody in between, any certificate will do: what
-/// is asked and answered is no secret.
+/// Returns the credentials of the check. Without authorities, any certificate is accepted on this
+/// machine's own addresses: nobody is in between, and neither question nor answer is secret.
 std::shared_ptr<grpc::ChannelCredentials> credentials(const HealthCheck& question,
                                                       const std::string& address) {
   namespace tls = grpc::experimental;

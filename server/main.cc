@@ -23,10 +23,10 @@ using stiefel::server::Options;
 
 using stiefel::server::Flags;
 
-/// What the process gets beyond the grace period to end by itself.
+/// The time beyond the grace period that the process gets to end by itself.
 constexpr auto last_resort = std::chrono::milliseconds(1900);
 
-/// Sends this process SIGTERM when stdin ends, that is when the parent is gone.
+/// Sends this process SIGTERM when stdin ends, which means that the parent is gone.
 void watch_parent() {
   std::thread([] {
     char ignored[256];
@@ -38,7 +38,7 @@ void watch_parent() {
   }).detach();
 }
 
-/// Ends the process with status 0 after that time, whatever still runs.
+/// Ends the process with status 0 after `time`, even if work still runs.
 void exit_after(std::chrono::milliseconds time) {
   std::thread([time] {
     std::this_thread::sleep_for(time);
@@ -47,7 +47,7 @@ void exit_after(std::chrono::milliseconds time) {
   }).detach();
 }
 
-/// The token and the line of its file on stdout, for programs; what they are on stderr.
+/// Prints the token and the line for its file on stdout, for programs, and what they are on stderr.
 int print_token(const std::string& name) {
   try {
     const auto made = stiefel::server::make_token(name);
@@ -69,7 +69,7 @@ int serve(Options options, bool exit_with_parent) {
   sigaddset(&signals, SIGINT);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   signal(SIGPIPE, SIG_IGN);
-  signal(SIGXFSZ, SIG_IGN);  // a store at the process's limit of file sizes is a full one
+  signal(SIGXFSZ, SIG_IGN);  // a store at the process's limit of file sizes counts as full
   stiefel::server::raise_descriptor_limit();
   stiefel::server::keep_little_freed_memory();
   options.connections.unreachable = [] {

@@ -32,7 +32,7 @@
 namespace stiefel::server {
 namespace {
 
-// What running calls get to deliver their last message.
+// The time that running calls get to deliver their last message.
 constexpr auto delivery_time = std::chrono::milliseconds(500);
 
 std::string with_port(const std::string& address, int port) {
@@ -77,14 +77,14 @@ void keep_connections(const ConnectionOptions& options, grpc::ServerBuilder& bui
   set(GRPC_ARG_KEEPALIVE_TIME_MS, milliseconds(options.keepalive));
   set(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, milliseconds(options.keepalive_timeout));
   set(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
-  // Otherwise the third ping without data between would wait, and the keepalive with it.
+  // Otherwise the third ping without data in between would be delayed, and the keepalive with it.
   set(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
   set(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS,
       milliseconds(options.least_ping_interval));
 }
 
-/// Of what is being received: beyond its share gRPC ends idle connections first and then calls,
-/// with RESOURCE_EXHAUSTED.
+/// Limits the memory of what gRPC is receiving: beyond its share, gRPC ends first idle connections
+/// and then calls, with RESOURCE_EXHAUSTED.
 void limit_memory(std::uint64_t memory, grpc::ServerBuilder& builder) {
   grpc::ResourceQuota quota("stiefel");
   quota.Resize(grpc_share(memory));
@@ -92,8 +92,8 @@ void limit_memory(std::uint64_t memory, grpc::ServerBuilder& builder) {
   builder.SetMaxReceiveMessageSize(static_cast<int>(largest_message(memory)));
 }
 
-/// gRPC 1.51 inflates a message before it compares its size with the limit: 4 MB become 4 GB. A
-/// call with compressed messages ends with UNIMPLEMENTED, and none is inflated.
+/// Refuses compressed messages, because gRPC 1.51 inflates a message before it compares its size
+/// with the limit: 4 MB become 4 GB. A call with such messages ends with UNIMPLEMENTED.
 void refuse_compression(grpc::ServerBuilder& builder) {
   builder.SetCompressionAlgorithmSupportStatus(GRPC_COMPRESS_GZIP, false);
   builder.SetCompressionAlgorithmSupportStatus(GRPC_COMPRESS_DEFLATE, false);
@@ -132,7 +132,7 @@ struct Server::Parts {
     gate.emplace(host, service, callers ? &*callers : nullptr);
   }
 
-  /// The certificates and the tokens.
+  /// Loads the certificates and the tokens, and watches their files.
   void guard(const AccessOptions& access);
   void listen(const std::vector<std::string>& at, const AccessOptions& access);
   void accept(const ConnectionOptions& options);
@@ -141,7 +141,7 @@ struct Server::Parts {
   const std::chrono::milliseconds grace;
   const std::uint64_t memory_limit;
   Host host;
-  std::unique_ptr<Durability> durability;  // null: sessions live in memory
+  std::unique_ptr<Durability> durability;  // null if sessions live in memory
   Service service;
   std::optional<ServedCertificates> certificates;
   std::optional<Callers> callers;
@@ -150,7 +150,7 @@ struct Server::Parts {
   FreedMemory freed_memory;
   std::optional<Exporter> exporter;
   std::vector<std::string> addresses;
-  std::vector<Listener> listeners;  // until the acceptor has them
+  std::vector<Listener> listeners;  // until the acceptor takes them
   std::vector<SocketAddress> sockets;
   std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> connections, tls_connections;
   std::unique_ptr<grpc::Server> grpc;

@@ -9,7 +9,8 @@
 
 namespace stiefel::server {
 
-/// The context of a call at a server with tokens: it knows who calls. `Callers` fills it in.
+/// The context of a call at a server with tokens, with the caller's principal, which `Callers`
+/// sets.
 class CallerContext final : public grpc::CallbackServerContext,
                             public boost::intrusive::list_base_hook<> {
  public:
@@ -18,7 +19,7 @@ class CallerContext final : public grpc::CallbackServerContext,
  private:
   friend class Callers;
   Principal principal_;
-  Bytes32 digest_{};  // of the token
+  Bytes32 digest_{};  // SHA-256 of the token
 };
 
 }  // namespace stiefel::server

@@ -13,7 +13,7 @@ class CallerContexts final : public grpc::ContextAllocator {
  public:
   explicit CallerContexts(Callers& callers) : callers_(callers) {}
 
-  /// Where there is no memory gRPC takes a context of its own, and the call is refused.
+  /// Without memory, gRPC uses a context of its own, and the call is refused.
   grpc::CallbackServerContext* NewCallbackServerContext() override {
     return new (std::nothrow) CallerContext();
   }
@@ -91,12 +91,12 @@ void Callers::replace(TokenTable table) {
     for (CallerContext& call : calls_) {
       const Principal* principal = table_.find(call.digest_);
       if (principal != nullptr && *principal == call.principal_) continue;
-      // gRPC releases the context before it gives up the call: this one is there.
+      // gRPC releases the context before it frees the call, so the call still exists.
       grpc_call_ref(call.c_call());
       withdrawn.push_back(call.c_call());
     }
   }
-  // Without the lock: what a cancellation sets off may release contexts in this thread.
+  // Cancels without the lock: a cancellation may release contexts on this thread.
   for (grpc_call* call : withdrawn) {
     grpc_call_cancel_with_status(call, GRPC_STATUS_UNAUTHENTICATED, "the token was withdrawn",
                                  nullptr);

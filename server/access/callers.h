@@ -13,15 +13,15 @@
 
 namespace stiefel::server {
 
-/// Why a call is not let in.
+/// Why a caller is refused.
 enum class Refused { token_missing, token_unknown };
 
-/// Who may call: the file of tokens, read again when it changes, and the calls that run with them.
-/// When a token is withdrawn its calls end with UNAUTHENTICATED, and no new one begins.
-/// Thread-safe.
+/// Decides who may call, by a file of tokens that is read again when it changes, and tracks the
+/// calls that the tokens admitted. When a token is withdrawn, its calls end with UNAUTHENTICATED
+/// and no new one begins. Thread-safe.
 class Callers {
  public:
-  /// A change of the file: how many tokens it has, and the lines that are none, or why it cannot be
+  /// A change of the file: the number of its tokens, and its invalid lines or why it cannot be
   /// read.
   struct Change {
     std::size_t tokens;
@@ -29,17 +29,17 @@ class Callers {
   };
   using Report = std::function<void(const Change&)>;
 
-  /// Throws std::runtime_error where the file cannot be read or has a line that is none. Later such
-  /// a line lets nobody in, and a file that cannot be read lets nobody in at all: what is doubtful
-  /// closes.
+  /// Throws std::runtime_error if the file cannot be read or has an invalid line. Later, an invalid
+  /// line admits nobody, and a file that cannot be read withdraws all tokens.
   Callers(const std::string& file, Report report);
   Callers(const Callers&) = delete;
   Callers& operator=(const Callers&) = delete;
 
-  /// Lets a call in by its metadata `authorization`, and no other; once for each call.
+  /// Admits a call by its metadata `authorization` or returns the reason for refusing it. Call it
+  /// once for each call.
   std::optional<Refused> admit(grpc::CallbackServerContext& context);
 
-  /// Makes the contexts, which admit needs. It refers to this object.
+  /// Returns the allocator of the contexts that `admit` needs. It refers to this object.
   std::unique_ptr<grpc::ContextAllocator> context_allocator();
 
  private:
@@ -51,11 +51,11 @@ class Callers {
   const Report report_;
   std::mutex mutex_;
   TokenTable table_;                             // guarded by mutex_
-  boost::intrusive::list<CallerContext> calls_;  // guarded by mutex_; those that were let in
+  boost::intrusive::list<CallerContext> calls_;  // guarded by mutex_; the admitted calls
   std::optional<WatchedFiles> watch_;
 };
 
-/// The faults of a file of tokens, each with its line; empty for a sound one.
+/// Returns the faults of a file of tokens, each with its line; empty for a valid file.
 std::vector<std::string> faults_of_tokens(const std::string& file);
 
 }  // namespace stiefel::server

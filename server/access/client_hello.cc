@@ -15,11 +15,11 @@ std::string client_hello() {
   const std::unique_ptr<SSL, decltype(&SSL_free)> connection(SSL_new(context.get()), &SSL_free);
   if (!connection) return {};
   BIO* const out = BIO_new(BIO_s_mem());
-  SSL_set_bio(connection.get(), BIO_new(BIO_s_mem()), out);  // which takes both
+  SSL_set_bio(connection.get(), BIO_new(BIO_s_mem()), out);  // takes ownership of both
   constexpr unsigned char http2[] = {2, 'h', '2'};
   SSL_set_alpn_protos(connection.get(), http2, sizeof http2);
   SSL_set_connect_state(connection.get());
-  SSL_do_handshake(connection.get());  // which wants the server's answer
+  SSL_do_handshake(connection.get());  // stops to wait for the server's answer
   char* bytes = nullptr;
   const long size = BIO_get_mem_data(out, &bytes);
   ERR_clear_error();

@@ -4,8 +4,8 @@
 
 namespace stiefel::server {
 
-/// The first bytes of a TLS client that offers HTTP/2: a server that lives answers them. Empty
-/// where OpenSSL fails.
+/// Returns the first bytes that a TLS client offering HTTP/2 sends, which a live server answers.
+/// Empty if OpenSSL fails.
 std::string client_hello();
 
 }  // namespace stiefel::server

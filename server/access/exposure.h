@@ -7,12 +7,12 @@
 
 namespace stiefel::server {
 
-/// Whether only this machine reaches it: a Unix socket, 127.0.0.0/8 or ::1.
+/// Whether only this machine can reach the address: a Unix socket, 127.0.0.0/8 or ::1.
 bool is_local(const SocketAddress& address);
 
-/// Why a server must not listen on `address` (one that address_fault accepts) without TLS: other
-/// machines reach one of its IP addresses. Nothing for what only this machine reaches, and for
-/// names without IP address, which listen_fault refuses.
+/// Returns why a server must not listen on `address` (one that address_fault accepts) without TLS:
+/// other machines can reach one of its IP addresses. Returns nothing for an address that only this
+/// machine can reach, and for a name without an IP address, which listen_fault refuses.
 std::optional<std::string> exposure_fault(const std::string& address);
 
 }  // namespace stiefel::server

@@ -7,8 +7,8 @@
 
 namespace stiefel::server {
 
-/// The keys of a file (checkpoint_keys.h); null for no file. Throws std::runtime_error with the
-/// flag, the file and the rule, and never shows a key.
+/// Returns the keys in a file (checkpoint_keys.h); null if `file` is empty. Throws
+/// std::runtime_error with the flag, the file and the rule that it breaks, never with a key.
 std::shared_ptr<const CheckpointKeys> checkpoint_keys(const std::string& file);
 
 }  // namespace stiefel::server

@@ -9,7 +9,7 @@ namespace {
 
 using Bio = std::unique_ptr<BIO, Release<BIO_free>>;
 
-/// A key with a passphrase is refused: OpenSSL would ask for it on the terminal.
+/// Refuses a key with a passphrase, for which OpenSSL would ask on the terminal.
 int no_passphrase(char*, int, int, void*) { return -1; }
 
 Bio reader(const std::string& pem) {

@@ -9,7 +9,7 @@
 
 namespace stiefel::server {
 
-/// Gives an object of OpenSSL back.
+/// A deleter that calls OpenSSL's function `release`.
 template <auto release>
 struct Release {
   template <class T>
@@ -20,16 +20,16 @@ struct Release {
 using Certificate = std::unique_ptr<X509, Release<X509_free>>;
 using Key = std::unique_ptr<EVP_PKEY, Release<EVP_PKEY_free>>;
 
-/// OpenSSL keeps a queue of errors for each thread, of which gRPC would read those that others
-/// leave. The destructor empties it.
+/// Empties OpenSSL's error queue of this thread when destroyed; gRPC would take errors left there
+/// for its own.
 struct CleanErrors {
   ~CleanErrors();
 };
 
-/// All certificates of a text in PEM, in their order; none if one of them cannot be read.
+/// Returns all certificates of a PEM text in order; none if one of them cannot be read.
 std::vector<Certificate> read_chain(const std::string& pem);
 
-/// The private key of a text in PEM; null if there is none, or one with a passphrase.
+/// Returns the private key of a PEM text; null if there is none or it has a passphrase.
 Key read_key(const std::string& pem);
 
 }  // namespace stiefel::server

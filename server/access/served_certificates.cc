@@ -9,7 +9,7 @@
 
 namespace stiefel::server {
 
-/// What gRPC's core calls at every handshake.
+/// The function that gRPC's core calls at every handshake.
 struct CertificateFetcher {
   static grpc_ssl_certificate_config_reload_status fetch(
       void* user_data, grpc_ssl_server_certificate_config** config) noexcept {
@@ -19,11 +19,11 @@ struct CertificateFetcher {
     try {
       const Certificates now = served.current();
       const grpc_ssl_pem_key_cert_pair pair = {now.key.c_str(), now.chain.c_str()};
-      // gRPC 1.51 aborts without authorities, even where it asks no client for a certificate.
+      // gRPC 1.51 aborts without authorities, even if it asks no client for a certificate.
       const std::string& authorities = now.client_ca.empty() ? now.chain : now.client_ca;
       *config = grpc_ssl_server_certificate_config_create(authorities.c_str(), &pair, 1);
     } catch (const std::exception&) {
-      return GRPC_SSL_CERTIFICATE_CONFIG_RELOAD_FAIL;  // the ones before stay
+      return GRPC_SSL_CERTIFICATE_CONFIG_RELOAD_FAIL;  // gRPC keeps the previous certificates
     }
     served.served_ = version;
     return GRPC_SSL_CERTIFICATE_CONFIG_RELOAD_NEW;
@@ -32,7 +32,8 @@ struct CertificateFetcher {
 
 namespace {
 
-/// The C++ interface of gRPC 1.51 has no credentials that ask for certificates; the core has.
+/// Credentials that ask for the certificates at each handshake, which gRPC 1.51 offers in its core
+/// but not in its C++ interface.
 class ReloadingCredentials final : public grpc::ServerCredentials {
  public:
   explicit ReloadingCredentials(grpc_ssl_server_credentials_options* options)

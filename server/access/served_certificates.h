@@ -12,24 +12,24 @@
 
 namespace stiefel::server {
 
-/// The certificates of a server, read again when the files change. gRPC takes the newest ones at a
-/// connection's handshake; connections that exist keep theirs, so that an exchange ends no call.
+/// The certificates of a server, read again when their files change. gRPC takes the newest ones at
+/// the handshake of a connection; existing connections keep theirs, so that a change ends no call.
 ///
-/// gRPC's own FileWatcherCertificateProvider (1.51) gives up its certificates before it looks at
-/// new ones: between the writing of a certificate and that of its key, every handshake would fail.
-/// Here only files that belong together replace those before.
+/// gRPC's own FileWatcherCertificateProvider (1.51) drops its certificates before it reads new
+/// ones, so that every handshake fails between the writing of a certificate and of its key. Here
+/// new files replace the old ones only when they belong together.
 class ServedCertificates {
  public:
-  /// Hears why new files are not taken, or nothing where they are.
+  /// Is called with the reason why new files are not used, or with nothing when they are.
   using Report = std::function<void(const std::optional<std::string>& fault)>;
 
-  /// Throws std::runtime_error where the files are none (certificates.h).
+  /// Throws std::runtime_error if the files are not valid (certificates.h).
   ServedCertificates(const TlsFiles& files, Report report);
   ServedCertificates(const ServedCertificates&) = delete;
   ServedCertificates& operator=(const ServedCertificates&) = delete;
 
-  /// For a server that this object outlives. TLS 1.2 and 1.3; with --tls-client-ca the client must
-  /// have a certificate of one of these authorities.
+  /// Returns credentials for a server that this object outlives: TLS 1.2 and 1.3. With
+  /// --tls-client-ca the client must have a certificate of one of these authorities.
   std::shared_ptr<grpc::ServerCredentials> credentials();
 
   Certificates current() const;

@@ -46,7 +46,7 @@ TlsContext tls_context(const ServedCertificates& served) {
   TlsContext context(SSL_CTX_new(TLS_server_method()));
   if (!context || SSL_CTX_set_min_proto_version(context.get(), TLS1_2_VERSION) != 1)
     throw std::bad_alloc();
-  // A resumed session would keep the certificates of the first one.
+  // A resumed session would keep the certificates of its first handshake.
   SSL_CTX_set_session_cache_mode(context.get(), SSL_SESS_CACHE_OFF);
   SSL_CTX_set_options(context.get(), SSL_OP_NO_TICKET | SSL_OP_NO_RENEGOTIATION);
   SSL_CTX_set_cert_cb(context.get(), take_newest, const_cast<ServedCertificates*>(&served));

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t longest_name = 128;
 constexpr const char* rule_of_names = "a name must be 1 to 128 of [A-Za-z0-9._-]";
-/// By which a search through published text finds a token that got there.
+/// The prefix by which a search of public text finds a token that leaked.
 constexpr std::string_view mark = "stiefel_";
 
 bool is_name(std::string_view name) {
@@ -29,7 +29,7 @@ bool equal_without_case(std::string_view a, std::string_view b) {
 
 }  // namespace
 
-/// Of the digest's first bytes: they tell nothing of a token of 256 random bits.
+/// Uses the first bytes of the digest, which reveal nothing of a token of 256 random bits.
 std::size_t TokenTable::Hash::operator()(const Bytes32& digest) const {
   std::size_t value;
   std::memcpy(&value, digest.data(), sizeof value);

@@ -11,17 +11,17 @@
 
 namespace stiefel::server {
 
-/// The tokens that a server takes, as the SHA-256 of each. It holds no token, so that whoever reads
-/// it or its file cannot call.
+/// The tokens that a server accepts, each as its SHA-256: reading this object or its file yields no
+/// token with which to call.
 class TokenTable {
  public:
   struct Parsed;
-  /// From a file's text: a principal's name, 1 to 128 of [A-Za-z0-9._-], and 64 hexadecimal digits
-  /// a line; empty lines and those that begin with # do not count. A principal may have several
-  /// lines.
+  /// Parses the text of a token file: in each line a principal's name, 1 to 128 characters of
+  /// [A-Za-z0-9._-], and 64 hexadecimal digits. Ignores empty lines and lines that begin with #. A
+  /// principal may have several lines.
   static Parsed parse(std::string_view text);
 
-  /// The principal whose token has that digest, or null.
+  /// Returns the principal whose token has that digest; null if there is none.
   const Principal* find(const Bytes32& digest) const;
   std::size_t size() const { return principals_.size(); }
 
@@ -36,20 +36,20 @@ class TokenTable {
 };
 
 struct TokenTable::Parsed {
-  TokenTable table;                 ///< of the lines without fault
-  std::vector<std::string> faults;  ///< each names its line and does not show it
+  TokenTable table;                 ///< the valid lines
+  std::vector<std::string> faults;  ///< each gives the number of its line, never the text
 };
 
-/// A new token of 256 random bits, and the line that admits it to the file.
+/// A new token of 256 random bits, and the line for the file that admits it.
 struct NewToken {
   std::string token;
   std::string line;
 };
-/// Throws std::runtime_error for what is no name of a principal.
+/// Throws std::runtime_error if `name` is not a valid name of a principal.
 NewToken make_token(std::string_view name);
 
-/// SHA-256 of the token in "Bearer TOKEN", the value of the metadata `authorization`; nothing where
-/// it has another form. The word Bearer may have capitals or not.
+/// Returns the SHA-256 of the token in "Bearer TOKEN", the value of the metadata `authorization`;
+/// nothing for a value of another form. The case of Bearer does not matter.
 std::optional<Bytes32> digest_of_bearer(std::string_view authorization);
 
 }  // namespace stiefel::server

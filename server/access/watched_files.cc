@@ -24,7 +24,7 @@ std::unexpected<std::string> system_fault() {
 }  // namespace
 
 std::expected<std::string, std::string> read_text(const std::string& path) {
-  // Without O_NONBLOCK the opening of a pipe would wait for its writer.
+  // Without O_NONBLOCK, opening a pipe would wait for its writer.
   const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (!file) return system_fault();
   struct stat found;
@@ -64,7 +64,7 @@ void WatchedFiles::run(const std::stop_token& stop) {
     try {
       look();
     } catch (const std::exception&) {
-      // Without memory it looks again after the pause.
+      // Without memory the thread looks again after the pause.
     }
   }
 }

@@ -11,12 +11,11 @@
 
 namespace stiefel::server {
 
-/// The text of a regular file of at most 16 MiB, or why there is none.
+/// Returns the text of a regular file of at most 16 MiB, or why it cannot be read.
 std::expected<std::string, std::string> read_text(const std::string& path);
 
-/// Reads files again and again in a thread of its own. New contents count when two looks in a row
-/// agree, so that a file that is being written is never taken half: what was written is heard of
-/// after one to two pauses.
+/// Reads files periodically on a thread of its own. Reports new contents once two readings in a row
+/// agree, one to two pauses after the writing, so that a half-written file is never used.
 class WatchedFiles {
  public:
   using Contents =
@@ -24,8 +23,7 @@ class WatchedFiles {
   using Changed = std::function<void(const Contents&)>;
   static constexpr auto default_pause = std::chrono::milliseconds(500);
 
-  /// `known`: the contents that the caller has already. `changed` is called by the thread, and may
-  /// throw.
+  /// `known` is what the caller has read already. `changed` is called on the thread and may throw.
   WatchedFiles(std::vector<std::string> paths, Contents known, Changed changed,
                std::chrono::milliseconds pause = default_pause);
 
@@ -42,7 +40,7 @@ class WatchedFiles {
   std::jthread thread_;
 };
 
-/// What the paths hold now.
+/// Returns the current contents of the files.
 WatchedFiles::Contents read_texts(const std::vector<std::string>& paths);
 
 }  // namespace stiefel::server

@@ -36,10 +36,10 @@ std::string new_request_id() {
   return fmt::format("{:016x}", random());
 }
 
-/// Instructions as a whole number; a price may be beyond all of them.
+/// Returns instructions as an integer; a price may exceed the largest one.
 std::int64_t whole(double work) { return static_cast<std::int64_t>(std::min(work, 0x1p62)); }
 
-/// At most 128 bytes, which is what an id may have.
+/// Returns the first 128 bytes, the most that an id may have.
 std::string cut(std::string_view text) { return std::string(text.substr(0, 128)); }
 
 std::string as_json(std::string_view message, const Log::Facts& facts) {
@@ -47,7 +47,7 @@ std::string as_json(std::string_view message, const Log::Facts& facts) {
   for (const auto& [key, value] : facts) {
     std::visit([&, name = key](const auto& x) { line[name] = x; }, value);
   }
-  // Without the opening brace: the pattern puts time and level before it.
+  // Leaves out the opening brace: the pattern puts it before the time and the level.
   return line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace).substr(1);
 }
 
@@ -56,7 +56,7 @@ std::string as_text(std::string_view message, const Log::Facts& facts) {
   for (const auto& [key, value] : facts) {
     line += fmt::format(" {}=", key);
     if (const auto* text = std::get_if<std::string>(&value)) {
-      // Quoted, so that what a caller sends cannot look like another line.
+      // Quotes the text, so that what a caller sends cannot look like another line.
       line += nlohmann::json(*text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
     } else {
       std::visit([&](const auto& x) { line += fmt::format("{}", x); }, value);
@@ -95,13 +95,13 @@ void Log::line(Level level, std::string_view message, const Facts& facts) const 
   try {
     failpoint("log.line");
     logger_->log(to_spdlog(level), "{}", json_ ? as_json(message, facts) : as_text(message, facts));
-  } catch (const std::exception&) {  // a line is worth no call
+  } catch (const std::exception&) {  // a call does not fail for a log line
   }
 }
 
 std::string_view trace_id_of(const grpc::CallbackServerContext& context) {
   const auto [first, last] = context.client_metadata().equal_range("traceparent");
-  // Of several none is to be believed.
+  // A call with several headers has no valid trace id.
   if (first == last || std::next(first) != last) return {};
   return trace_id({first->second.data(), first->second.size()});
 }

@@ -21,7 +21,7 @@ namespace stiefel::server {
 
 class Account;
 
-/// Lines on stderr, as text or as JSON. Nothing is formatted below the level asked for.
+/// Writes lines to stderr, as text or as JSON. Formats nothing below its level.
 class Log {
  public:
   enum class Level { debug, info, warn, error };
@@ -41,7 +41,7 @@ class Log {
   bool json_;
 };
 
-/// What calls are counted in.
+/// The metrics in which calls are counted.
 struct Metrics {
   explicit Metrics(const std::vector<std::string>& methods) : calls(methods) {}
 
@@ -49,60 +49,62 @@ struct Metrics {
   OpenStreams streams;
 };
 
-/// The trace id of the call's metadata `traceparent` (W3C Trace Context); empty without a sound
-/// one.
+/// Returns the trace id of the call's metadata `traceparent` (W3C Trace Context); empty without a
+/// valid one.
 std::string_view trace_id_of(const grpc::CallbackServerContext& context);
 
-/// One RPC's line, whose message is "rpc" however the call ended: request id (the caller's
-/// `x-request-id`, or a new one), trace id if there is one, method, session, peer, principal if
-/// there is one, code, where it failed the error, duration, steps, the price that was predicted and
-/// the work that was done, in instructions. A stream has a line "rpc begins" before. What is logged
-/// is counted too, where there are metrics.
+/// Writes the log line of one RPC, with the message "rpc" however the call ended: request id (the
+/// caller's `x-request-id`, or a new one), trace id if there is one, method, session, peer,
+/// principal if there is one, code, the error if it failed, duration, steps, and the predicted
+/// price and the work done in instructions. For a stream a line "rpc begins" comes first. Also
+/// counts the call in the metrics, if there are any.
 class CallLog {
  public:
   CallLog(const Log& log, const grpc::CallbackServerContext& context, const char* method,
           std::string_view session_id = {}, Metrics* metrics = nullptr);
   CallLog(CallLog&&) = default;
 
-  /// Who pays for the call, and where a refusal says when to try again. Before `finish`.
+  /// Sets who pays for the call, and the context by which a refusal tells when to try again. Call
+  /// it before `finish`.
   void bill(Account& account, grpc::CallbackServerContext& context) {
     account_ = &account;
     context_ = &context;
   }
   Account& account() const { return *account_; }
 
-  /// So much more work is predicted, in instructions.
+  /// Adds to the predicted price, in instructions.
   void price(double work) { price_ += work; }
-  /// Counts the work of the slice that this thread runs, for the line. Before a slice ends and the
-  /// call does not; `finish` does it, too.
+  /// Adds the work of the slice that this thread runs. Call it before a slice ends that does not
+  /// end the call; `finish` does the same.
   void worked();
-  /// Counts work that was done outside a slice, in instructions; it was its price as well.
+  /// Adds work, in instructions, that was done outside a slice, to both the price and the work.
   void did(double work) {
     price_ += work;
     work_ += work;
   }
 
-  /// A stream begins: writes its line, if the level is info or below. After `price`, once.
+  /// Begins a stream: writes its line, if the level is info or below. Call it once, after `price`.
   void begin() noexcept;
-  /// The session of a call that did not name it at once.
+  /// Sets the session of a call that did not name it at once.
   void name(std::string_view session_id);
-  /// A message of the stream goes to gRPC; gRPC has sent it.
+  /// Call `writing` when a message of the stream goes to gRPC, `written` when gRPC has sent it.
   void writing() noexcept {
     if (stream_) stream_->writing();
   }
   void written() noexcept {
     if (stream_) stream_->written();
   }
-  /// Counts an error that the caller is told; `finish` counts that of the call itself.
+  /// Counts an error that the caller is told. `finish` counts that of the call itself.
   void refuse(const grpc::Status& status) const noexcept;
 
-  /// Once; costs nothing when the level is above info. An INTERNAL error is a line of level error.
-  /// A line for which there is no memory is not written.
+  /// Ends the call in the metrics and writes its line. Call it once. The line costs nothing when
+  /// the level is above info; that of an INTERNAL error has the level error. Without memory the
+  /// line is lost.
   void finish(const grpc::Status& status, std::int64_t steps = 0) noexcept;
 
  private:
   void write(const grpc::Status& status, std::int64_t steps) const;
-  /// Who and what, of both lines.
+  /// Returns the facts of both lines: who calls and what.
   Log::Facts facts() const;
 
   struct Details {

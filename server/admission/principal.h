@@ -6,7 +6,8 @@
 
 namespace stiefel::server {
 
-/// The caller of a call that the gate let in (gate.h); the principal "" at a server without tokens.
+/// Returns the caller of a call that the gate let in (gate.h); the principal "" at a server without
+/// tokens.
 Principal principal_of(const grpc::CallbackServerContext& context);
 
 }  // namespace stiefel::server

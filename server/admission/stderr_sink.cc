@@ -11,7 +11,7 @@
 namespace stiefel::server {
 namespace {
 
-/// Whether stderr takes PIPE_BUF bytes without blocking, within `wait` milliseconds.
+/// Whether stderr accepts PIPE_BUF bytes without blocking, within `wait` milliseconds.
 bool is_writable(int wait) {
   pollfd descriptor{.fd = STDERR_FILENO, .events = POLLOUT, .revents = 0};
   return poll(&descriptor, 1, wait) > 0;

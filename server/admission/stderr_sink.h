@@ -9,13 +9,13 @@
 
 namespace stiefel::server {
 
-/// Lines on stderr that never block the service for long. Where stderr is a pipe whose reader does
-/// not read, a line waits for it for at most `patience`; then lines are dropped until the reader
-/// reads again, which a line with their number tells.
+/// Writes lines to stderr without blocking the service for long. If stderr is a pipe whose reader
+/// does not read, waits at most `patience` for it, then drops lines until it reads again, and then
+/// writes a line with their number.
 class StderrSink final : public spdlog::sinks::base_sink<std::mutex> {
  public:
   static constexpr int patience = 100;  ///< milliseconds
-  /// What the line says that tells how many were dropped.
+  /// Returns the text of the line that reports the number of dropped lines.
   using Told = std::function<std::string(std::uint64_t dropped)>;
   explicit StderrSink(Told told) : told_(std::move(told)) {}
 
@@ -26,7 +26,7 @@ class StderrSink final : public spdlog::sinks::base_sink<std::mutex> {
   bool write_line(const spdlog::details::log_msg& message, int wait);
 
   const Told told_;
-  std::uint64_t dropped_ = 0;  // lines since one was written
+  std::uint64_t dropped_ = 0;  // lines dropped since one was written
 };
 
 }  // namespace stiefel::server

@@ -11,7 +11,7 @@
 
 namespace stiefel::server {
 
-/// What a call answers, and what must be on disk before the caller learns of it.
+/// The answer of a call, and the change that must be on disk before the caller learns of it.
 struct Answered {
   Answered(grpc::Status of_call, std::shared_ptr<Receipt> written = nullptr)
       : status(std::move(of_call)), receipt(std::move(written)) {}
@@ -20,12 +20,12 @@ struct Answered {
   std::shared_ptr<Receipt> receipt;  ///< null: nothing to wait for
 };
 
-/// Calls `send` once, with the status, or with the store's error: now, or on the store's thread. No
-/// thread waits. `send` throws nothing.
+/// Calls `send` once with the status, or with the store's error: at once if nothing is being
+/// written, else on the store's thread. Blocks no thread. `send` must not throw.
 void when_written(const Answered& answered, const std::function<void(const grpc::Status&)>& send);
 
-/// A unary call whose reply is ready and is sent once it is on disk. `memory`: what the reply takes
-/// until it is delivered. Deletes itself.
+/// A unary call whose reply is ready and is sent once its change is on disk. `memory` is held until
+/// the reply is delivered. Deletes itself.
 class WrittenCall final : public grpc::ServerUnaryReactor {
  public:
   WrittenCall(Host& host, CallLog log, const Answered& answered, MemoryLease memory = {});

@@ -7,7 +7,7 @@
 namespace stiefel::server {
 namespace {
 
-// Above it, a conversion is more than a slice of work.
+// Above these sizes a conversion is more than a slice of work.
 constexpr int small_dimension = 64;
 constexpr std::uint32_t few_members = 64;
 

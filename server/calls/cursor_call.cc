@@ -50,7 +50,7 @@ CursorCall::CursorCall(Host& host, CallLog log, SessionLease session, std::int64
           [&host, search = std::move(search)](const Session& at, const Cursor& cursor,
                                               const std::stop_token& stop) -> Answered {
             const auto answered = stoppable(stop, [&] { return search(at, cursor, stop); });
-            // What was left out because of a stop is no answer.
+            // An answer computed during a stop may be incomplete.
             if (!answered || stop.stop_requested()) return stopped(host.lifecycle);
             return *answered;
           },

@@ -15,13 +15,13 @@ namespace stiefel::server {
 /// A unary call that computes up to a step on the pool and then answers. Deletes itself.
 class CursorCall final : public grpc::ServerUnaryReactor, private Job {
  public:
-  /// Writes the reply from where the cursor ended.
+  /// Writes the reply at the step where the cursor ended.
   using Answer = std::function<Answered(const Session&, const Cursor&)>;
   /// Writes the reply after more work, on the pool for work without slices. The token requests a
-  /// stop when the caller cancels or the server shuts down; the engine's work is then stopped.
+  /// stop when the caller cancels or the server shuts down, which also stops the engine's work.
   using Search = std::function<Answered(const Session&, const Cursor&, const std::stop_token&)>;
 
-  /// `memory`: what the call holds until its reply is delivered.
+  /// `memory` is held until the reply is delivered.
   CursorCall(Host& host, CallLog log, SessionLease session, std::int64_t to, Answer answer,
              MemoryLease memory = {});
   CursorCall(Host& host, CallLog log, SessionLease session, std::int64_t to, Search search,
@@ -34,7 +34,7 @@ class CursorCall final : public grpc::ServerUnaryReactor, private Job {
   CursorCall(Host& host, CallLog log, SessionLease session, std::int64_t to, Search search,
              bool long_search, MemoryLease memory);
   bool run_slice() noexcept override;
-  /// True when there is nothing left to advance.
+  /// Runs one slice; returns true when nothing is left to advance.
   bool advance_cursor();
   void finish(const Answered& answered);
 
@@ -45,20 +45,20 @@ class CursorCall final : public grpc::ServerUnaryReactor, private Job {
   std::optional<SessionLease> session_;
   const std::int64_t to_;
   const Search answer_;
-  bool search_ahead_;  ///< what is still to go to the other pool
+  bool search_ahead_;  ///< whether the answer is left for host.searches to compute
   bool walked_ = false;
   std::optional<Cursor> cursor_;
   std::stop_source stop_;
   std::stop_callback<RequestStop> shutdown_;
 };
 
-/// Runs `work` on a pool and answers with what it returns. The token asks it to stop when the
-/// caller cancels or the server goes down. Deletes itself.
+/// Runs `work` on a pool and answers with what it returns. The token requests a stop when the
+/// caller cancels or the server shuts down. Deletes itself.
 class PooledCall final : public grpc::ServerUnaryReactor, private Job {
  public:
   using Work = std::function<Answered(std::stop_token)>;
 
-  /// `memory`: what the call holds until its reply is delivered.
+  /// `memory` is held until the reply is delivered.
   PooledCall(Host& host, Pool& pool, CallLog log, Work work, MemoryLease memory = {});
   void OnCancel() override { stop_.request_stop(); }
   void OnDone() override;

@@ -8,7 +8,7 @@
 namespace stiefel::server {
 namespace {
 
-/// Bytes.
+/// In bytes.
 constexpr std::size_t short_request = std::size_t{64} << 10;
 
 }  // namespace
@@ -21,7 +21,7 @@ grpc::ServerUnaryReactor* Service::Diagnose(Context* context, const v1::Diagnose
     auto session = find_session(host_, *context, request->session_id());
     if (!session) return refuse(session.error());
     if (const auto status = check_step("to", request->to()); !status.ok()) return refuse(status);
-    // A request of many matrices is read on the pool, where that can be told to stop.
+    // A request with many matrices is read on the pool, where a stop can end the reading.
     if (request->ByteSizeLong() > short_request)
       return new CursorCall(host_, std::move(log), *std::move(session), request->to(),
                             [request, response](const Session& at, const Cursor& cursor,

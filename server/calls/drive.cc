@@ -18,8 +18,8 @@
 namespace stiefel::server {
 namespace {
 
-/// Reads a request, answers it, reads the next. Between requests it holds no lease: a call that
-/// says nothing does not keep its session from expiring. Deletes itself.
+/// Reads requests one by one and answers each before it reads the next. Holds no lease between
+/// requests, so that a silent call does not keep its session from expiring. Deletes itself.
 class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::DriveResponse>,
                         private Job {
  public:
@@ -39,7 +39,7 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
     try {
       clear();
       const auto status = prepare();
-      // Its memory is kept for the next one, unless it is large.
+      // The memory of a request is kept for the next one, unless it is large.
       if (request_.ByteSizeLong() > part_bytes / 16) request_ = {};
       if (!status.ok()) return reply(status);
       if (step_inline(**lease_, task_, log_.account(), response_.mutable_step())) {
@@ -67,11 +67,11 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
 
  private:
   grpc::Status prepare();
-  /// Takes the place of a call for the request, which is not answered inline.
+  /// Takes a place in the account for a request that is not answered inline.
   grpc::Status enter();
   bool run_slice() noexcept override;
 
-  /// Keeps the memory of the reply before.
+  /// Empties the response and keeps the memory of its step.
   void clear() {
     if (response_.has_step()) {
       response_.mutable_step()->Clear();
@@ -95,7 +95,8 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
     cursor_.reset();
     reply(status);
   }
-  /// gRPC tells the end of the requests and one that it cannot parse by the same callback.
+  /// Returns the status of a call whose reading failed. gRPC uses one callback for the end of the
+  /// requests and for a request that it cannot parse.
   grpc::Status at_the_end() const {
     if (read_) return grpc::Status::OK;
     return errors::invalid("request", "absent or no DriveRequest",
@@ -114,9 +115,9 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
   MemoryLease memory_;  // of the largest reply so far, whose memory is kept
   v1::DriveRequest request_;
   v1::DriveResponse response_;
-  std::string id_;  // of the session that the first good request named
+  std::string id_;  // of the session that the first valid request named
   std::weak_ptr<Session> session_;
-  std::optional<SessionLease> lease_;  // while a request is answered
+  std::optional<SessionLease> lease_;  // held while a request is answered
   StepTask task_;
   std::optional<Cursor> cursor_;
   std::int64_t steps_ = 0;
@@ -127,7 +128,7 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
   std::stop_callback<RequestStop> shutdown_;
 };
 
-/// Checks the request and makes the task of it.
+/// Checks the request and sets the task from it.
 grpc::Status DriveCall::prepare() {
   failpoint("drive.prepare");
   if (host_.lifecycle.refusing()) return errors::shutting_down();

@@ -11,7 +11,7 @@
 namespace stiefel::server {
 namespace {
 
-// Above it, to make the new scene is more than a slice of work.
+// Above this dimension, making the new scene is more than a slice of work.
 constexpr int small_dimension = 64;
 
 Answered fork(Host& host, Account& account, const Session& from, const Cursor& cursor,

@@ -8,7 +8,7 @@
 namespace stiefel::server {
 namespace {
 
-/// Ends a call before it has begun. Deletes itself.
+/// Ends a call that was not started. Deletes itself.
 template <class Reactor>
 class Ended final : public Reactor {
  public:
@@ -68,7 +68,7 @@ Reactor* Gate::pass(const char* name, Context* context, const grpc::Status& faul
   }
   try {
     CallLog(host_.log, *context, name, {}, host_.metrics.get()).finish(status);
-  } catch (const std::exception&) {  // no memory for a line
+  } catch (const std::exception&) {  // no memory for a log line
   }
   return new Ended<Reactor>(status);
 }

@@ -5,13 +5,14 @@
 
 namespace stiefel::server {
 
-/// The service as it is registered: every call passes here. One whose caller is not let in ends
-/// with UNAUTHENTICATED, one whose request is no such message with INVALID_ARGUMENT, one that
-/// cannot be made for an exception with its status; each has its line in the log. A call that is
-/// not forwarded here is UNIMPLEMENTED, so that no RPC can miss the checks.
+/// The service that is registered with gRPC: every call passes through it. Ends a call with
+/// UNAUTHENTICATED if its caller is not let in, with INVALID_ARGUMENT if its request is not a
+/// message of the right type, and with the status of an exception that starting it throws; writes a
+/// log line for each. An RPC that is not forwarded here is UNIMPLEMENTED, so none can miss the
+/// checks.
 class Gate final : public ServiceInBytes {
  public:
-  /// `callers`: null where every caller is let in.
+  /// `callers` is null where every caller is let in.
   Gate(Host& host, server::Service& service, Callers* callers);
 
   using Context = grpc::CallbackServerContext;
@@ -26,13 +27,14 @@ class Gate final : public ServiceInBytes {
   using Writing = grpc::ServerWriteReactor<Response>* (server::Service::*)(Context*,
                                                                            const Request*);
 
-  /// Registers the RPC of that name, whose request is read here, in the place of the generated
-  /// code, which would end a call that it cannot read in silence.
+  /// Registers the RPC `name` with a ReadRequest, in place of the generated code, which would end a
+  /// call with an unreadable request without a log line.
   template <class Request, class Response>
   void take(const char* name, Unary<Request, Response> call);
   template <class Request, class Response>
   void take(const char* name, Writing<Request, Response> call);
-  /// Forwards the call of that name, or ends it; what it asks for is in `fault` if it is none.
+  /// Forwards the call of the RPC `name` unless its caller is refused or `fault` is an error, with
+  /// which it ends the call.
   template <class Reactor, class Forward>
   Reactor* pass(const char* name, Context* context, const grpc::Status& fault,
                 const Forward& forward);

@@ -18,8 +18,8 @@
 
 namespace stiefel::server {
 
-/// From serving over refusing (new work gets UNAVAILABLE) to stopping (what runs ends at its next
-/// slice), and the count of what runs: calls that compute, until their reply is delivered.
+/// The phases of a server: serving, refusing (new work gets UNAVAILABLE) and stopping (running work
+/// ends at its next slice). Also counts the running calls, each until its reply is delivered.
 class Lifecycle {
  public:
   bool refusing() const { return refusing_.load(std::memory_order_relaxed); }
@@ -33,7 +33,7 @@ class Lifecycle {
     const std::lock_guard lock(mutex_);
     if (--running_ == 0) idle_.notify_all();
   }
-  /// True when nothing runs any more.
+  /// Waits at most `patience` for all running calls to end; returns whether they have.
   bool wait_idle(std::chrono::milliseconds patience) {
     std::unique_lock lock(mutex_);
     return idle_.wait_for(lock, patience, [this] { return running_ == 0; });
@@ -47,34 +47,36 @@ class Lifecycle {
   std::condition_variable idle_;
 };
 
-/// What a call's stop callback does.
+/// The stop callback of a call.
 struct RequestStop {
   std::stop_source stop;
   void operator()() { stop.request_stop(); }
 };
 
-/// Who calls: `principal_of`, or what a test says.
+/// Returns who calls: `principal_of`, or a test's function.
 using Identify = std::function<Principal(const grpc::CallbackServerContext&)>;
 
-/// What every call works with. The scheduler comes last: it is gone before anything its jobs use.
+/// The objects that every call uses. The scheduler is the last member, so that it is destroyed
+/// before what its jobs use.
 struct Host {
   Log log;
-  /// What the whole process may take, and the part of it that calls and sessions may.
+  /// The bytes that the whole process may take, and the budget of calls and sessions within them.
   const std::uint64_t memory_limit;
   MemoryBudget memory;
   Accounts accounts;
   Registry registry;
   Lifecycle lifecycle;
   Identify identify;
-  /// Null: nobody reads any.
+  /// Null if nobody reads metrics.
   std::shared_ptr<Metrics> metrics;
   Scheduler scheduler;
-  /// For steps that are short, for work that has slices, and for work that has none or long ones.
+  /// The pools for short steps, for work in ordinary slices, and for work without slices or with
+  /// long ones.
   Pool steps{scheduler, JobKind::brief};
   Pool pool{scheduler, JobKind::sliced};
   Pool searches{scheduler, JobKind::whole};
 
-  /// Where steps of that cost, in nanoseconds, belong: a slice is at least one of them.
+  /// Returns the pool for steps of `step_cost` nanoseconds, since a slice is at least one step.
   Pool& pool_for(double step_cost) {
     switch (kind_of_steps(step_cost)) {
       case JobKind::brief:

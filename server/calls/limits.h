@@ -4,7 +4,7 @@
 
 namespace stiefel::server {
 
-/// Of ListSessions.
+/// The page sizes of ListSessions.
 inline constexpr std::size_t default_page_size = 100;
 inline constexpr std::size_t max_page_size = 1000;
 

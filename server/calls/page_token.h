@@ -6,7 +6,8 @@
 
 namespace stiefel::server {
 
-/// Where a page of ListSessions ended, as an opaque token, and back. Nothing for what is no token.
+/// Converts the last id of a page of ListSessions to an opaque token, and back; returns nothing for
+/// a text that is not a token.
 std::string page_token(std::string_view last_id);
 std::optional<std::string> read_page_token(std::string_view token);
 

@@ -10,22 +10,22 @@
 
 namespace stiefel::server {
 
-/// A request as it came. gRPC's callback API ends a call whose bytes are no such message by itself,
-/// with UNIMPLEMENTED and without telling anybody; one of this type reaches the service, which
-/// refuses, logs and counts it.
+/// A request as it arrived. gRPC's callback API itself ends a call whose bytes are not a message of
+/// the right type, with UNIMPLEMENTED and unseen by the service. A request of this type reaches the
+/// service instead, which refuses, logs and counts it.
 template <class Message>
 struct ReadRequest {
   Message message;
   bool is_message = false;
-  std::exception_ptr failure;  ///< what ended the reading
+  std::exception_ptr failure;  ///< the exception that ended the reading
 };
 
-/// Above so many bytes the memory of a request's pieces goes back to the system before it is
-/// parsed.
+/// The bytes above which the memory of a request's pieces goes back to the system before parsing.
 constexpr std::size_t large_request = 4 << 20;
 
-/// Reads a message from bytes that are taken: the pieces in which they arrived are freed as they
-/// are joined. From many pieces protobuf would read a packed field of numbers into twice its size.
+/// Reads a message from `bytes` and empties them: joins the pieces in which they arrived and frees
+/// each as it is copied. From many pieces, protobuf would read a packed field of numbers into twice
+/// its size.
 template <class Message>
 bool parse_joined(grpc::ByteBuffer& bytes, Message& message) {
   std::vector<grpc::Slice> pieces;

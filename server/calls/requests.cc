@@ -56,7 +56,7 @@ OrStatus<Registry::Created> admit(Host& host, Account& account, const std::strin
                                   std::string_view checkpoint, bool recreate) {
   failpoint("call.admit");
   auto seated = account.seat_session();
-  // To create a session that is there already takes no seat.
+  // A request for an existing session takes no seat.
   if (seated.refusal && !host.registry.find(account.principal(), id))
     return std::unexpected(errors::over_quota(*seated.refusal));
   auto created = host.registry.create(account.principal(), id, std::move(scene.scene), checkpoint,

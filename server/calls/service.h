@@ -7,12 +7,12 @@
 
 namespace stiefel::server {
 
-/// The replies of Describe, which is always the same, and of Stream are made as bytes.
+/// Describe, whose reply is always the same, and Stream make their replies as bytes.
 using ServiceInBytes = v1::SimulationService::WithRawCallbackMethod_Describe<
     v1::SimulationService::WithRawCallbackMethod_Stream<v1::SimulationService::CallbackService>>;
 
-/// The RPCs. Each has its own file, but for the short ones. Calls that compute longer than
-/// `inline_nanoseconds` do so on the host's pool.
+/// The RPCs, each in its own file except for the short ones. Calls that compute for longer than
+/// `inline_nanoseconds` do so on the host's pools.
 class Service final : public ServiceInBytes {
  public:
   explicit Service(Host& host) : host_(host) {}
@@ -29,8 +29,8 @@ class Service final : public ServiceInBytes {
                                           v1::DeleteSessionResponse*) override;
   grpc::ServerUnaryReactor* Step(Context*, const v1::StepRequest*, v1::StepResponse*) override;
   grpc::ServerBidiReactor<v1::DriveRequest, v1::DriveResponse>* Drive(Context*) override;
-  /// Its messages, v1::StreamResponse, are made bytes where they are made: what waits for its
-  /// reader has them once.
+  /// Sends v1::StreamResponse messages as bytes, so that a stream that waits for its reader holds a
+  /// message only once.
   grpc::ServerWriteReactor<grpc::ByteBuffer>* Stream(Context*, const grpc::ByteBuffer*) override;
   grpc::ServerUnaryReactor* Diagnose(Context*, const v1::DiagnoseRequest*,
                                      v1::DiagnoseResponse*) override;
@@ -46,13 +46,13 @@ class Service final : public ServiceInBytes {
                                                              const v1::SummarizeRequest*) override;
 
  private:
-  /// Every call begins with this: its log line and counts, the reply's metadata
-  /// `stiefel-numerics-id`, and, of a call with a `traceparent`, the trailing `stiefel-trace-id`.
+  /// Begins a call: returns its log, and sets the reply's metadata `stiefel-numerics-id` and, for a
+  /// call with a `traceparent`, the trailing `stiefel-trace-id`.
   CallLog open(Context* context, const char* method, std::string_view session_id = {});
-  /// A unary call that has ended.
+  /// Ends a unary call with `status`.
   static grpc::ServerUnaryReactor* finished(Context* context, CallLog& log,
                                             const grpc::Status& status, std::int64_t steps = 0);
-  /// Answers at once.
+  /// Runs `work` on this thread and answers with its result.
   template <class Response, class Work>
   grpc::ServerUnaryReactor* answer(Context* context, CallLog log, Response* response, Work work);
 

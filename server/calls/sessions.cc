@@ -15,8 +15,9 @@
 namespace stiefel::server {
 namespace {
 
-// Above them, resolving a scene and making its simulation is work for a pool: for that of steps,
-// or, where it is more than a slice, for the other.
+// Scenes above `small_dimension` are resolved, and their simulations made, on the pool for sliced
+// work; scenes above `large_dimension` or `few_members`, which take longer than a slice, on the
+// pool for work without slices.
 constexpr int small_dimension = 32, large_dimension = 96;
 constexpr int few_members = 64;
 
@@ -29,7 +30,7 @@ Answered create(Host& host, Account& account, const v1::CreateSessionRequest& re
   auto scene = read_scene(request.has_scene(), request.scene());
   if (!scene) return scene.error();
   resolving = {};  // the session pays for its scene
-  // A session is made only where its first step and the reply have room beside it.
+  // A session is made only if its first step and the reply fit beside it.
   const MemoryLease step(account.memory(), first_step_memory(scene->scene, request.scene()));
   const Resolution resolution = scene->resolution;
   const auto admitted = admit(host, account, request.session_id(), *std::move(scene),
@@ -44,8 +45,7 @@ Answered create(Host& host, Account& account, const v1::CreateSessionRequest& re
   return {grpc::Status::OK, admitted->receipt};
 }
 
-/// A page ends when it has so many sessions as were asked for, or as many bytes as a reply may
-/// have.
+/// Lists a page of sessions, which ends at the number asked for or at the bytes of a reply.
 grpc::Status list(const Registry& registry, const Principal& principal,
                   const v1::ListSessionsRequest& request, v1::ListSessionsResponse* response) {
   const std::optional<std::string> after =
@@ -56,7 +56,7 @@ grpc::Status list(const Registry& registry, const Principal& principal,
   const std::size_t size = request.page_size() == 0
                                ? default_page_size
                                : std::min<std::size_t>(request.page_size(), max_page_size);
-  // One more than asked for tells if more follow.
+  // One more session than asked for tells whether more follow.
   const auto sessions = registry.page(principal, *after, size + 1);
   std::size_t bytes = 0;
   for (std::size_t i = 0; i < sessions.size(); ++i) {

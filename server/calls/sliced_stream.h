@@ -17,7 +17,7 @@
 
 namespace stiefel::server {
 
-/// A call with a stream of answers that is refused. Deletes itself.
+/// Refuses a call that would answer with a stream: ends it with an error. Deletes itself.
 template <class Message>
 class RefusedStream final : public grpc::ServerWriteReactor<Message> {
  public:
@@ -28,32 +28,32 @@ class RefusedStream final : public grpc::ServerWriteReactor<Message> {
   void OnDone() override { delete this; }
 };
 
-/// How far a slice of work has come: the message needs more slices, or it is there, and more follow
-/// or none.
+/// What a slice of work achieved: no message yet, a message with more to follow, or the last
+/// message.
 enum class Progress : std::uint8_t { no_message, message, last_message };
 
-/// What a call computes that answers with a stream of messages.
+/// The computation of a call that answers with a stream of messages.
 template <class Response>
 class StreamWork {
  public:
   virtual ~StreamWork() = default;
-  /// One slice, into the message as the slice before left it. The token asks to stop when the
-  /// caller cancels or the server goes down. An error ends the call.
+  /// Runs one slice and continues `message` as the previous slice left it. The token requests a
+  /// stop when the caller cancels or the server shuts down. An error ends the call.
   virtual std::expected<Progress, grpc::Status> slice(const std::stop_token& stop,
                                                       Response& message) = 0;
-  /// For the call's line in the log.
+  /// The steps computed so far, for the call's line in the log.
   virtual std::int64_t computed_steps() const { return 0; }
 };
 
-/// A call that answers with a stream of messages, computed in slices on a pool. While a message is
-/// written nothing is computed. Before the last message is sent, the work and the call's place in
-/// its account are given back. Deletes itself.
+/// A call that answers with a stream of messages, computed in slices on a pool. Computes nothing
+/// while a message is being written. Gives the work and the call's place in its account back before
+/// it sends the last message. Deletes itself.
 template <class Response>
 class SlicedStream final : public grpc::ServerWriteReactor<Response>, private Job {
  public:
   using Work = std::unique_ptr<StreamWork<Response>>;
 
-  /// `price`: of all slices, in instructions.
+  /// `price` is that of all slices, in instructions.
   SlicedStream(Host& host, Pool& pool, CallLog log, Ticket::Kind kind, double price, Work work)
       : host_(host),
         pool_(pool),
@@ -134,8 +134,9 @@ class SlicedStream final : public grpc::ServerWriteReactor<Response>, private Jo
   Response message_;
 };
 
-/// A call each of whose slices makes a message: `produce(stop, message)` is an expected<bool,
-/// grpc::Status>, true for the last one. What it computes in the engine is stopped by the token.
+/// Starts a call in which each slice makes one message: `produce(stop, message)` returns
+/// expected<bool, grpc::Status>, true for the last message. The token also stops what `produce`
+/// computes in the engine.
 template <class Response, class Produce>
 grpc::ServerWriteReactor<Response>* message_a_slice(Host& host, Pool& pool, CallLog log,
                                                     Produce produce) {

@@ -52,7 +52,7 @@ void answer_step(const Session& session, const Cursor& cursor, const StepTask& t
 bool step_inline(Session& session, const StepTask& task, Account& account,
                  v1::StepResponse* response) {
   if (session.step_cost() > inline_nanoseconds) return false;
-  // The simulation of more members may have to be made first, which takes 10 µs a member.
+  // The simulation of a larger ensemble may have to be made first, which takes 10 µs a member.
   if (session.scene().members().size() > few_members) return false;
   Cursor cursor(session, task.to);
   if (cursor.nanoseconds_to(task.to) > inline_nanoseconds) return false;

@@ -11,7 +11,7 @@
 
 namespace stiefel::server {
 
-/// What a Step asks for, once it is checked.
+/// A checked Step request.
 struct StepTask {
   std::int64_t to = 0;
   std::vector<std::size_t> fields;
@@ -19,18 +19,18 @@ struct StepTask {
   bool checksum = false;
 };
 
-/// Bytes of memory that the reply takes while it is made and sent.
+/// Returns the bytes of memory that the reply takes while it is made and sent.
 std::uint64_t step_memory(const Session& session, const StepTask& task);
 
-/// REPLY_TOO_LARGE if the reply would be.
+/// Returns REPLY_TOO_LARGE if the reply is too large to send.
 grpc::Status check_size(const Session& session, const StepTask& task);
 
-/// The reply from where the cursor ended.
+/// Writes the reply at the step where the cursor ended.
 void answer_step(const Session& session, const Cursor& cursor, const StepTask& task,
                  v1::StepResponse* response);
 
-/// Does it here and now, and lets the account pay, if that is expected to take less than
-/// `inline_nanoseconds`.
+/// Steps on the calling thread and charges the account if that is expected to take less than
+/// `inline_nanoseconds`; returns whether it did.
 bool step_inline(Session& session, const StepTask& task, Account& account,
                  v1::StepResponse* response);
 

@@ -5,8 +5,8 @@
 
 namespace stiefel::server {
 
-/// The error of a call that was told to stop: CANCELLED where its caller went away, SHUTTING_DOWN
-/// where the server stops.
+/// Returns the error of a call that was stopped: SHUTTING_DOWN if the server stops, otherwise
+/// CANCELLED, because its caller went away.
 inline grpc::Status stopped(const Lifecycle& lifecycle) {
   return lifecycle.stopping() ? errors::shutting_down() : errors::cancelled();
 }

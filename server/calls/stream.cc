@@ -24,15 +24,15 @@
 namespace stiefel::server {
 namespace {
 
-/// Fills one batch on the pool while the messages of the one before are written. With a message in
-/// flight and a full batch it rests until the reader has taken the message, and while one batch has
-/// more messages to come. A large sample is not computed before its turn. Deletes itself.
+/// Fills a batch on the pool while the messages of the batch before are written. Rests until the
+/// reader has taken the message in flight if the next batch is full or the batch before has more
+/// messages; computes a large sample only at its turn. Deletes itself.
 ///
-/// A stream whose reader does not read has one message, as bytes, and a state that it shares with
+/// A stream whose reader does not read holds one message, as bytes, and a state that it shares with
 /// the other streams of the session that rest at that step.
 ///
-/// While the job is queued or runs, only the job touches the call; while it rests, only
-/// OnWriteDone.
+/// While the job is queued or runs, only the job touches the call; while it rests, only OnWriteDone
+/// does.
 class StreamCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, private Job {
  public:
   StreamCall(Host& host, CallLog log, SessionLease session, std::vector<std::size_t> fields,
@@ -74,15 +74,16 @@ class StreamCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, priv
 
  private:
   bool run_slice() noexcept override;
-  /// One slice of work. True to be called again, false when there is a message to be sent.
+  /// Runs one slice; returns true to be called again, false when there is a message to send.
   bool work();
-  /// False when there is a batch to be sent, true to be called again.
+  /// Fills the batch for one slice; returns true to be called again, false when there is a batch to
+  /// send.
   bool fill();
   bool still_writing() {
     const std::lock_guard lock(mutex_);
     return writing_;
   }
-  /// Sends the next message, or ends. True when there is more to fill.
+  /// Sends the next message or ends the call; returns true when there is more to fill.
   bool send() noexcept;
   void write_next();
   void end(const grpc::Status& status);
@@ -116,7 +117,7 @@ class StreamCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, priv
 bool StreamCall::run_slice() noexcept {
   try {
     const bool more = work();
-    // While others have their turn, or the reader: a simulation of large N would wait with it.
+    // Other calls or the reader are next; a waiting simulation of large N would hold its memory.
     if (sampling_ && !error_ && (more || still_writing())) sampling_->rest();
     if (more) {
       log_.worked();
@@ -145,10 +146,10 @@ bool StreamCall::work() {
     sampling_.emplace(**session_, fields_, range_, stop_.get_token());
     sampling_->clear(batch_);
   }
-  if (!messages_.empty()) return false;  // the arrays of the scene
+  if (!messages_.empty()) return false;  // the arrays of the scene are sent first
   if (fill()) return true;
   if (cancelled_) error_ = errors::cancelled();
-  // Slow scenes: while nothing is full and the writer is busy, go on.
+  // If the batch is not full and the writer is busy, as with slow scenes, goes on filling.
   return still_writing() && !sampling_->done() && !sampling_->full(batch_);
 }
 
@@ -187,7 +188,7 @@ bool StreamCall::send() noexcept {
   return !more;
 }
 
-/// Packs what was filled, if all that came before is written, and takes the next message.
+/// Takes the next message of the batch before, or packs the filled batch once all of it is sent.
 void StreamCall::write_next() {
   if (messages_.empty()) {
     sampling_->trim(batch_);
@@ -208,7 +209,7 @@ void StreamCall::write_next() {
     to_proto(cursor, (*session_)->scene(), message_.mutable_run_status());
   if (checksum_) message_.set_checksum(wire::checksum(message_));
   serialize(message_, bytes_);
-  if (large_) message_ = {};  // its memory goes back
+  if (large_) message_ = {};  // gives its memory back
 }
 
 void StreamCall::OnWriteDone(bool ok) {

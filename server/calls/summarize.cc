@@ -23,12 +23,12 @@
 namespace stiefel::server {
 namespace {
 
-/// Slices after which a message says how far the call is, when there is nothing else to send.
+/// The slices after which a message reports the progress if there is nothing else to send.
 constexpr int slices_between_messages = 256;
-/// An ensemble of more has more than a slice of work before its first step.
+/// An ensemble with more members has more than a slice of work before its first step.
 constexpr std::size_t few_members = 64;
-/// A slice is longer by 1 for every so many groups of members that it moves, up to 16 times: each
-/// group then computes for about 0.1 ms after it was fetched from memory.
+/// A slice takes `min(groups / groups_in_a_slice, longest)` times as long as that of one motion, so
+/// that each group of members computes for about 0.1 ms after it was fetched from memory.
 constexpr std::size_t groups_in_a_slice = 16, longest = 16;
 
 bool has_many(const Session& session) { return session.scene().members().size() > few_members; }
@@ -58,11 +58,11 @@ OrStatus<std::string_view> open_checkpoint(const Session& session,
       errors::invalid("checkpoint", value, "must be what Summarize returned: it is damaged"));
 }
 
-/// Moves a summary along the steps; its messages have what it found, checkpoints, and at least
-/// every 256 slices how far it is.
+/// Advances a summary step by step. Its messages carry the results, checkpoints and, at least every
+/// 256 slices, the progress.
 class SummarizeWork final : public StreamWork<v1::SummarizeResponse> {
  public:
-  /// The request and the account live as long as the call.
+  /// The request and the account must outlive this object.
   SummarizeWork(const Lifecycle& lifecycle, Account& account, SessionLease session,
                 const v1::SummarizeRequest& request)
       : lifecycle_(lifecycle), account_(account), session_(std::move(session)), request_(request) {}
@@ -79,7 +79,7 @@ class SummarizeWork final : public StreamWork<v1::SummarizeResponse> {
   void advance(const std::stop_token& stop);
   void shut_down();
   Progress write(v1::SummarizeResponse& message);
-  /// Where the next checkpoint is due.
+  /// Returns the step at which the next checkpoint is due.
   std::int64_t mark() const;
 
   const Lifecycle& lifecycle_;
@@ -90,7 +90,7 @@ class SummarizeWork final : public StreamWork<v1::SummarizeResponse> {
   std::optional<Summary> summary_;
   std::optional<SummaryMessages> messages_;
   v1::Price price_;
-  int longer_ = 1;          // than a slice of a single motion
+  int longer_ = 1;          // the factor by which slices are longer than those of a single motion
   std::int64_t steps_ = 1;  // of a slice
   std::int64_t last_mark_ = 0;
   int slices_ = 0;
@@ -105,7 +105,7 @@ std::expected<Progress, grpc::Status> SummarizeWork::slice(const std::stop_token
   return write(message);
 }
 
-/// One slice; an error ends the call.
+/// Runs one slice; an error ends the call.
 grpc::Status SummarizeWork::work(const std::stop_token& stop) {
   if (!summary_) {
     const auto begun = stoppable(stop, [this] { return start(); });
@@ -113,13 +113,13 @@ grpc::Status SummarizeWork::work(const std::stop_token& stop) {
   }
   ++slices_;
   if (lifecycle_.stopping()) {
-    // A checkpoint has all members at one step.
+    // A checkpoint can be made only when all members are at one step.
     if (!summary_->aligned()) return errors::shutting_down();
     shut_down();
   } else {
     advance(stop);
   }
-  // What was being read when the server stopped it may be incomplete.
+  // A reading that the server's stop interrupted may be incomplete.
   if (summary_->interrupted()) return errors::shutting_down();
   if (!done_) return grpc::Status::OK;
   messages_->add(summary_->statistics());
@@ -168,8 +168,8 @@ std::int64_t SummarizeWork::mark() const {
   return done + 1 > (never - from) / every ? never : from + (done + 1) * every;
 }
 
-/// The length of a slice follows the clock, because reading may cost more than stepping; what is
-/// computed does not depend on it.
+/// Adapts the length of slices to the clock, because reading may cost more than stepping. The
+/// results do not depend on that length.
 void SummarizeWork::advance(const std::stop_token& stop) {
   using Clock = std::chrono::steady_clock;
   const auto begin = Clock::now();
@@ -189,7 +189,8 @@ void SummarizeWork::advance(const std::stop_token& stop) {
   messages_->add_checkpoint(due, encode_summary(*session_, digest_of(request_), summary_->save()));
 }
 
-/// The server goes down: what there is, and on request where another server goes on.
+/// Ends the summary for a server that stops: with what there is and, on request, a checkpoint from
+/// which another server goes on.
 void SummarizeWork::shut_down() {
   if (request_.return_checkpoint())
     messages_->add_checkpoint(summary_->step(),

@@ -18,7 +18,7 @@ grpc::ServerWriteReactor<v1::MeasureTradeoffResponse>* Service::MeasureTradeoff(
         [memory, answer](const std::stop_token& stop, v1::MeasureTradeoffResponse& response)
             -> std::expected<bool, grpc::Status> {
           const auto status = answer->next(stop, response);
-          // What was measured up to a stop says nothing.
+          // A measurement that a stop interrupted is not valid.
           if (stop.stop_requested()) return std::unexpected(errors::shutting_down());
           if (!status.ok()) return std::unexpected(status);
           return answer->done();

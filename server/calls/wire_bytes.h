@@ -8,14 +8,14 @@
 
 namespace stiefel::server {
 
-/// The message that the bytes are; false where they are none.
+/// Reads a message from bytes; returns false if they are not a message of that type.
 template <class Message>
 bool parse(grpc::ByteBuffer bytes, Message& message) {
   failpoint("wire.parse");
   return grpc::SerializationTraits<Message>::Deserialize(&bytes, &message).ok();
 }
 
-/// The bytes of a message, which copies of the buffer share.
+/// Writes a message to `bytes`; copies of the buffer share its memory.
 template <class Message>
 void serialize(const Message& message, grpc::ByteBuffer& bytes) {
   failpoint("wire.serialize");

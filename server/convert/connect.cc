@@ -112,7 +112,7 @@ class Reader {
   Violations violations_;
 };
 
-/// Why there is no answer; nothing for a search that was stopped or did not succeed.
+/// Returns the error for a refusal; nothing for a search that was stopped or did not succeed.
 std::optional<grpc::Status> fault(const ConnectRefusal& refusal, std::size_t pair) {
   if (const auto* invalid = std::get_if<refusal::Invalid>(&refusal))
     return errors::invalid(path_of(pair, invalid->field), invalid->value, invalid->rule);
@@ -125,7 +125,7 @@ std::optional<grpc::Status> fault(const ConnectRefusal& refusal, std::size_t pai
   return std::nullopt;
 }
 
-/// What `connect` refuses before it searches: a search that is asked to stop from the first.
+/// Returns what `connect` refuses before it searches, by a search that is stopped at once.
 std::optional<grpc::Status> check(TwoPointProblem problem, std::size_t pair) {
   std::stop_source stopped;
   stopped.request_stop();

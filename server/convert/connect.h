@@ -12,7 +12,7 @@
 
 namespace stiefel::server {
 
-/// What a Connect asks for, checked: its pairs are frames that a path may join.
+/// A checked Connect request: a path can join the frames of each pair.
 struct ConnectTask {
   std::vector<TwoPointProblem> problems;
   int steps = 0;
@@ -21,13 +21,13 @@ struct ConnectTask {
 };
 OrStatus<ConnectTask> read(const v1::ConnectRequest& request);
 
-/// A Connect, answered pair by pair in messages of limited size.
+/// Answers a Connect pair by pair, in messages of limited size.
 class ConnectAnswer {
  public:
   explicit ConnectAnswer(ConnectTask task) : task_(std::move(task)) {}
 
-  /// Writes the next message over `response`; the search for a geodesic stops when it is asked to,
-  /// and the pair's outcome is then CANCELLED.
+  /// Writes the next message over `response`. A stop request ends the search for a geodesic, with
+  /// the outcome CANCELLED for the pair.
   grpc::Status next(const std::stop_token& stop, v1::ConnectResponse& response);
   bool done() const { return pair_ == task_.problems.size() && trajectory_.empty(); }
 
@@ -35,8 +35,8 @@ class ConnectAnswer {
   grpc::Status join(const std::stop_token& stop, v1::ConnectResponse& response);
 
   const ConnectTask task_;
-  std::size_t pair_ = 0;  ///< the next one to join
-  Parts trajectory_;      ///< what is left of the one before
+  std::size_t pair_ = 0;  ///< the next pair to join
+  Parts trajectory_;      ///< what is left to send of the pair before
 };
 
 }  // namespace stiefel::server

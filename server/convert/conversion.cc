@@ -17,15 +17,15 @@ namespace stiefel::server {
 
 namespace {
 
-/// The most operations that a conversion may take, of a scene with N × N matrices: 100 Schur
-/// decompositions. A branch that has to be followed to the edge of its domain takes about 50. Each
-/// member of an ensemble may be converted twice.
+/// Returns the most operations that a conversion may take: 100 Schur decompositions of N × N
+/// matrices. Following a branch to the edge of its domain takes about 50. Each member of an
+/// ensemble may be converted twice.
 double most_work(const Scene& scene) {
   const double N = scene.dimension(), members = static_cast<double>(scene.members().size());
   return (1e4 * N * N * N + 1e6) * std::max(1.0, 2 * members);
 }
 
-/// A block, (rows, cols), of an ensemble (members, rows, cols).
+/// Returns a block (rows, cols) as a field; for an ensemble with shape (members, rows, cols).
 v1::Field block_field(const std::string& name, const Eigen::MatrixXd& block, const Scene& scene) {
   const RowMatrix rows = block;
   v1::Field field = to_field({name, rows.rows(), rows.cols(), rows.data(), nullptr});
@@ -95,7 +95,7 @@ grpc::Status ConversionAnswer::next(v1::ConvertResponse& response) {
     const grpc::Status status = convert(response);
     if (!status.ok()) return status;
   }
-  // Beside the arrays in the scene there may be no room for more.
+  // Other arrays wait for the next message, since those in the scene may fill the first one.
   const bool room = started_ || scene_arrays_.empty();
   started_ = true;
   if (room && !scene_arrays_.empty())

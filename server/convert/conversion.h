@@ -8,15 +8,15 @@
 
 namespace stiefel::server {
 
-/// A conversion's refusal as an error.
+/// Returns a conversion's refusal as an error status.
 grpc::Status refused(const ConversionRefusal& refusal);
 
-/// A Convert, answered in messages of limited size.
+/// Answers a Convert in messages of limited size.
 class ConversionAnswer {
  public:
   explicit ConversionAnswer(const v1::ConvertRequest& request) : request_(request) {}
 
-  /// Writes the next message over `response`. The first time it converts.
+  /// Writes the next message over `response`; the first call converts.
   grpc::Status next(v1::ConvertResponse& response);
   bool done() const { return started_ && scene_arrays_.empty() && blocks_.empty(); }
 

@@ -20,12 +20,12 @@ namespace {
 constexpr std::uint32_t default_pairs = 8, max_pairs = 1000;
 constexpr int largest_symplectic = 32;
 constexpr std::uint32_t default_invariants = 4096, max_invariants = 8192;
-/// Of names, forms and brackets each.
+/// The most invariants, forms and brackets, each, that a request may name.
 constexpr int max_asked = 10'000;
-/// Units of work that an estimate of the error may take: about ten seconds.
+/// The most work of an error estimate, in instructions: about ten seconds.
 constexpr double most_estimate_work = 5e10;
-/// Of larger scenes, and for more of them, invariants, forms and brackets are more than a slice of
-/// work.
+/// Above this dimension, or this number of members or of forms and brackets, a Diagnose is more
+/// than a slice of work.
 constexpr int small_dimension = 16;
 constexpr std::size_t few = 16;
 
@@ -54,7 +54,7 @@ struct DiagnoseTask::Parts {
   std::vector<Form> forms;
   std::vector<Bracket> brackets;
   std::optional<v1::SymplecticTest> symplectic;
-  bool large = false;  ///< the scene: each invariant is work
+  bool large = false;  ///< the scene is so large that each invariant is work
   v1::ErrorEstimation estimate_error = v1::ERROR_ESTIMATION_UNSPECIFIED;
   std::size_t max_invariants = default_invariants;
   bool checksum = false;
@@ -155,7 +155,7 @@ bool DiagnoseTask::takes_long() const {
 
 namespace {
 
-/// Of an invariant's name or family, or of none at all.
+/// Whether a request asks for an invariant of `family`; `unasked` if it names no invariant at all.
 bool asks_for(const std::vector<std::string>& invariants, std::string_view family, bool unasked) {
   if (invariants.empty()) return unasked;
   return std::ranges::any_of(invariants,
@@ -165,7 +165,8 @@ bool asks_for(const std::vector<std::string>& invariants, std::string_view famil
 }  // namespace
 
 double DiagnoseTask::work(const Session& session) const {
-  // In products of N x N matrices: norms, Casimirs and momenta of both states; a form; a bracket.
+  // Matrix products for the norms, Casimirs and momenta of two states, for a form, and for a
+  // bracket.
   constexpr double of_state = 200, of_form = 40, of_bracket = 250, steps_of_pair = 12;
   const Parts& task = *parts_;
   const Scene& scene = session.scene();
@@ -185,7 +186,7 @@ double DiagnoseTask::work(const Session& session) const {
 
 namespace {
 
-/// The value of an element of a list, or why there is none.
+/// Returns the value if it is finite, otherwise an error for the element at `path`.
 OrStatus<double> number(const std::string& path, std::expected<double, Violations> value) {
   if (!value) return std::unexpected(errors::invalid(value.error()));
   if (!std::isfinite(*value))
@@ -206,7 +207,7 @@ std::string family_of(const std::string& invariant) {
   return invariant.substr(0, invariant.find('['));
 }
 
-/// Of each family the invariants with the largest drifts, at most `most`, in their order.
+/// Keeps, of each family, the at most `most` invariants with the largest drifts, in their order.
 void shorten(std::size_t most, std::vector<InvariantDrift>& invariants,
              v1::DiagnoseResponse* response) {
   std::map<std::string, std::vector<double>> drifts;

@@ -9,10 +9,10 @@
 
 namespace stiefel::server {
 
-/// What a Diagnose asks for, once its names and shapes are checked.
+/// A Diagnose request whose names and shapes are checked.
 class DiagnoseTask {
  public:
-  /// Throws Stopped (stiefel/stop.h).
+  /// Throws Stopped (stiefel/stop.h) on a stop request of the surrounding StopScope.
   static OrStatus<DiagnoseTask> read(const Session& session, const v1::DiagnoseRequest& request);
   DiagnoseTask(DiagnoseTask&&) noexcept;
   ~DiagnoseTask();
@@ -20,10 +20,11 @@ class DiagnoseTask {
   /// Whether the answer may be long work without slices.
   bool takes_long() const;
 
-  /// Units of work of the answer beside the steps, predicted by its matrix products.
+  /// Returns the predicted work of the answer without the steps, in instructions, from its matrix
+  /// products.
   double work(const Session& session) const;
 
-  /// The answer at the step where the cursor ended.
+  /// Writes the answer at the step where the cursor ended.
   grpc::Status answer(const Session& session, const Cursor& cursor, const std::stop_token& stop,
                       v1::DiagnoseResponse* response) const;
 

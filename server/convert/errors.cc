@@ -15,12 +15,12 @@
 namespace stiefel::server::errors {
 namespace {
 
-// Status and details travel in trailers, of which clients accept 8 KiB.
+// Status and details are sent in trailers, of which clients accept 8 KiB.
 constexpr std::size_t max_text = 200;
 constexpr std::size_t max_total = 2000;
 constexpr int seconds_to_a_free_session = 1, seconds_to_free_memory = 1;
 
-/// Cuts at a character, never inside one.
+/// Shortens to `max_text` bytes, without cutting through a UTF-8 character.
 std::string shortened(std::string_view text) {
   if (text.size() <= max_text) return std::string(text);
   std::size_t end = max_text;
@@ -41,7 +41,7 @@ grpc::Status make(grpc::StatusCode code, const std::string& message, v1::Status 
   return {code, message, status.SerializeAsString()};
 }
 
-/// The reason of the first fault that has one.
+/// Adds the reason of the first violation that has one.
 void add_reason(const Violations& violations, v1::Status& status) {
   const auto found =
       std::ranges::find_if(violations, [](const Violation& v) { return !v.reason.empty(); });

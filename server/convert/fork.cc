@@ -9,7 +9,7 @@
 namespace stiefel::server {
 namespace {
 
-/// The scene as a scene of another system.
+/// Returns the scene converted to another system.
 OrStatus<Scene> in_system(const std::string& system, const Scene& scene) {
   if (catalogue().system(system) == nullptr)
     return std::unexpected(errors::invalid(
@@ -23,7 +23,7 @@ OrStatus<Scene> in_system(const std::string& system, const Scene& scene) {
   return *std::move(converted->scene);
 }
 
-/// A description's method and step as the request has them.
+/// Sets the method and step of a description from the request.
 std::expected<Place, Violations> change(const v1::ForkSessionRequest& request,
                                         SceneDescription& description) {
   Place place = inherited();

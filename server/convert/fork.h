@@ -6,11 +6,11 @@
 
 namespace stiefel::server {
 
-/// Where violations of what a fork does not change are: at the session that it comes from.
+/// Returns the place of violations in what a fork does not change: the session that it comes from.
 Place inherited();
 
-/// The scene that starts where the cursor is, with what the request changes. It is resolved; its
-/// difference is from the scene of `from`.
+/// Returns the resolved scene that starts at the cursor's state, with the changes of the request.
+/// Its difference is relative to the scene of `from`.
 OrStatus<ResolvedScene> forked(const Session& from, const Cursor& cursor,
                                const v1::ForkSessionRequest& request);
 

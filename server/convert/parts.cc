@@ -16,7 +16,7 @@ std::size_t number_bytes(v1::DataType type) {
   }
 }
 
-/// The bytes of a part of at most `budget`.
+/// Returns the bytes of the next part, at most `budget` unless one element is larger.
 std::size_t part_of(const v1::Tensor& tensor, std::size_t begin, std::size_t budget) {
   const std::size_t left = tensor.data().size() - begin;
   if (left <= budget) return left;
@@ -46,7 +46,7 @@ void Parts::take(std::size_t budget, Fields* out) {
       fields_.pop_front();
       continue;
     }
-    // A part of an array that would fit whole into the next message.
+    // The array would be split here but may fit whole into the next message.
     if (sent_ == 0 && !out->empty()) return;
     const std::size_t bytes = part_of(whole, sent_, budget);
     const std::size_t number = number_bytes(whole.data_type());

@@ -7,11 +7,11 @@
 
 namespace stiefel::server {
 
-/// How far the work of a session's steps is known before they are computed: EXPECTED, or AT_LEAST
-/// where the method chooses its own steps.
+/// Returns how well the work of a session's steps is known before they are computed: EXPECTED, or
+/// AT_LEAST where the method chooses its own steps.
 v1::PriceBound bound_of_steps(const Session& session);
 
-/// The price of `work` units and `bytes` of arrays.
+/// Writes the price of `work` instructions and `bytes` of arrays.
 void to_proto(double work, std::uint64_t bytes, v1::PriceBound bound, v1::Price* out);
 
 }  // namespace stiefel::server

@@ -10,8 +10,7 @@
 namespace stiefel::server {
 namespace {
 
-/// Takes the tolerance and what the method was chosen for out of a description: the method that was
-/// chosen stands for them.
+/// Moves the tolerance and the choice's reason out of a description that has the chosen method.
 ChosenMethod take_choice(SceneDescription& resolved) {
   ChosenMethod chosen{*resolved.tolerance, *resolved.horizon, std::exchange(resolved.choice, {})};
   resolved.tolerance.reset();
@@ -29,7 +28,7 @@ OrStatus<ResolvedScene> read_scene(bool present, const v1::Scene& scene, const c
   const auto place = Place::inside(field);
   auto description = from_proto(scene, place);
   if (!description) return std::unexpected(errors::invalid(description.error()));
-  // Instead of a second copy of the arrays.
+  // Digests take the place of a second copy of the arrays.
   const FieldDigests given = field_digests(*description);
   auto resolved = resolve_choosing(*std::move(description), Scene::frame_tolerance, place);
   if (!resolved) return std::unexpected(errors::invalid(resolved.error()));

@@ -12,21 +12,21 @@ namespace stiefel::server {
 template <class T>
 using OrStatus = std::expected<T, grpc::Status>;
 
-/// A scene, and how it came from what the caller gave.
+/// A scene, and how it was resolved from what the caller gave.
 struct ResolvedScene {
   Scene scene;
   Resolution resolution;
 };
 
-/// The resolved scene of a request; in the place of a tolerance it has the method that was chosen
-/// for it. INVALID_ARGUMENT with the paths below `field`.
+/// Returns the resolved scene of a request; a tolerance is replaced by the method chosen for it.
+/// Errors are INVALID_ARGUMENT with paths below `field`.
 OrStatus<ResolvedScene> read_scene(bool present, const v1::Scene& scene,
                                    const char* field = "scene");
 
-/// Whether to resolve it is about a second's work, without slices.
+/// Whether resolving the scene chooses a method, which takes about a second, without slices.
 bool wants_choice(const v1::Scene& scene);
 
-/// The most units of work that it then takes for the choice.
+/// Returns the most work that the choice of a method takes, in instructions.
 double most_choice_work();
 
 }  // namespace stiefel::server

@@ -22,15 +22,15 @@ const FieldDescriptor* field_of(const Message& message, std::string_view name) {
   return found;
 }
 
-/// What the engine writes into a description and no caller does.
+/// Whether a field travels on the wire; `choice` is written by the engine only.
 bool is_on_the_wire(std::string_view name) { return name != "choice"; }
 
-/// Reads a description's fields by their names: one overload for each type that they have.
+/// Reads a description's fields by name, with one overload for each type of field.
 class Reader {
  public:
   explicit Reader(const Place& place) : faults_{place} {}
 
-  /// `within`: where `from` is in the description, "" or "method.".
+  /// `within` is the path of `from` in the description: "" or "method.".
   template <Description T>
   void read(const Message& from, const std::string& within, T& out) {
     for_each_field<T>([&](const auto& field) {
@@ -74,7 +74,7 @@ class Reader {
     if (reflection.HasField(from, field))
       read(reflection.GetMessage(from, field), path + ".", out.emplace());
   }
-  /// Of a scene, whose large blocks stand in a field of their own.
+  /// Reads the blocks of a scene; large ones are in the field `initial_tensors`.
   void read(const Message& from, Field, Path path, std::map<std::string, Block>& out) {
     const auto& scene = dynamic_cast<const v1::Scene&>(from);
     for (const auto& [name, matrix] : scene.initial())
@@ -89,12 +89,12 @@ class Reader {
   Faults faults_;
 };
 
-/// Writes the fields of a description that a selection wants and that are there, by their names.
+/// Writes the set fields of a description that a selection wants, by name.
 class Writer {
  public:
   explicit Writer(const Selection& wanted) : wanted_(wanted) {}
 
-  /// `within`: where `description` is in the scene, "" or "method.".
+  /// `within` is the path of `description` in the scene: "" or "method.".
   template <Description T>
   void write(const T& description, const std::string& within, Message* to) const {
     for_each_field<T>([&](const auto& field) {

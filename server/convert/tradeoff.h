@@ -10,12 +10,12 @@
 
 namespace stiefel::server {
 
-/// A MeasureTradeoff, answered part by part: what is measured against, the points, the front.
+/// Answers a MeasureTradeoff in parts: the reference, the points, the front.
 class TradeoffAnswer {
  public:
   explicit TradeoffAnswer(const v1::MeasureTradeoffRequest& request) : request_(request) {}
 
-  /// Writes the next part over `response`. After it was asked to stop the part means nothing.
+  /// Writes the next part over `response`. The part is not valid if a stop was requested.
   grpc::Status next(const std::stop_token& stop, v1::MeasureTradeoffResponse& response);
   bool done() const { return done_; }
 

@@ -14,7 +14,7 @@ namespace {
 
 constexpr auto between_reports = std::chrono::seconds(1);
 
-/// Rows that several threads make sessions of; the first exception ends it.
+/// Hands rows to several threads, which make sessions of them; stops at the first exception.
 class Rows {
  public:
   explicit Rows(Store& store) : reader_(store) {}
@@ -56,8 +56,8 @@ Journal::Hooks Durability::hooks() {
           [this](const WriteFault& fault) { report(fault); }};
 }
 
-/// The limits of a principal are for what is new: a session that does not fit into a smaller one
-/// counts for the whole server alone.
+/// Restores a session. A principal's memory limit applies to new sessions only: a session that no
+/// longer fits into it is charged to the whole server alone.
 Restored Durability::restored(const Store::Row& row, Account& account) const {
   const auto with = [&](MemoryBudget& memory) {
     return from_row(row, host_.registry.clock(), host_.registry.keys(), memory);
@@ -89,7 +89,7 @@ void Durability::restore() {
       dropped = store_.drop_checkpoints_except(numerics_id());
       store_.trim_tombstones(now.count());
     });
-  } catch (const StoreError& error) {  // a full disk; they are not taken in any case
+  } catch (const StoreError& error) {  // a full disk; checkpoints of other ids are not used anyway
     report(error.fault());
   }
   std::atomic<std::int64_t> unread = 0;
@@ -126,7 +126,7 @@ void Durability::restore() {
                   {"milliseconds", took.count()}});
 }
 
-/// On the journal's thread.
+/// Is called on the journal's thread, and during the restore.
 void Durability::report(const WriteFault& fault) {
   ++unreported_;
   const auto now = std::chrono::steady_clock::now();

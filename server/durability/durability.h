@@ -11,13 +11,13 @@
 
 namespace stiefel::server {
 
-/// The sessions of a host in a store: those that are there are restored, and every change from then
-/// on is written.
+/// Keeps the sessions of a host in a store: restores those that are there and writes every change
+/// from then on.
 class Durability {
  public:
-  /// Returns when every session is in the registry; one that this build cannot read stays in the
-  /// file and is logged. Throws std::runtime_error when the store cannot be used. Must be gone
-  /// before the host, and after the calls.
+  /// Returns when every session is in the registry; logs those that this build cannot read and
+  /// leaves them in the file. Throws std::runtime_error when the store cannot be used. Must be
+  /// destroyed after the calls and before the host.
   Durability(const StoreOptions& options, Host& host);
 
  private:

@@ -14,7 +14,7 @@ namespace {
 using Nanoseconds = std::chrono::nanoseconds;
 using Time = std::chrono::system_clock::time_point;
 
-/// Paths have no line ends.
+/// Joins paths, which contain no line ends.
 std::string joined(const std::vector<std::string>& lines) {
   std::string text;
   for (const std::string& line : lines) text += line + '\n';
@@ -41,7 +41,8 @@ Resolution resolution_of(const StoredSession& row) {
   return resolution;
 }
 
-/// A checkpoint is a cache: one that does not fit is left out.
+/// Adopts the state of a checkpoint if it fits the session; leaves it out otherwise, since it is
+/// only a cache.
 void adopt(const StoredCheckpoint& checkpoint, Session& session) {
   if (checkpoint.numerics_id != numerics_id() || checkpoint.identity != hash(session.identity()) ||
       checkpoint.step < 0 || checkpoint.step > Session::max_step ||

@@ -9,13 +9,14 @@
 
 namespace stiefel::server {
 
-/// A session as a row: the resolved scene as a stiefel.v1.Scene, which keeps every bit.
+/// Returns a session as a row, with the resolved scene as a stiefel.v1.Scene, which keeps every
+/// bit.
 StoredSession to_row(const Session& session);
 
 using Restored = std::expected<std::shared_ptr<Session>, std::string>;
 
-/// The session of a row, with the state of its checkpoint in its cache; or why this build has none
-/// for it. A row of the same numerics id gives the scene that was stored, bit for bit.
+/// Returns the session of a row, with the state of its checkpoint in its cache; or why this build
+/// cannot restore it. A row with the same numerics id gives the stored scene, bit for bit.
 Restored from_row(const Store::Row& row, std::shared_ptr<const Clock> clock,
                   std::shared_ptr<const CheckpointKeys> keys = nullptr,
                   MemoryBudget& memory = MemoryBudget::unlimited());

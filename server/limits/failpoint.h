@@ -4,9 +4,9 @@
 
 namespace stiefel::server {
 
-/// What a test does at the failpoints that calls, threads and files pass: it looks at the name and
-/// may throw. Null, as in every program but the tests': nothing. The option STIEFEL_FAILPOINTS=OFF
-/// compiles them away.
+/// A test's function, called with the name of each failpoint that a call, thread or file passes; it
+/// may throw. Null, as in every program but the tests, does nothing. The option
+/// STIEFEL_FAILPOINTS=OFF compiles the failpoints away.
 using FailpointHook = void (*)(const char* name);
 
 #ifdef STIEFEL_NO_FAILPOINTS
@@ -17,8 +17,8 @@ inline void failpoint(const char*) {}
 
 inline std::atomic<FailpointHook> failpoint_hook = nullptr;
 
-/// Stands where an allocation, a write or a library may fail by an exception, before anything there
-/// has changed; never in a function that is noexcept, unless inside its try. One load of a pointer.
+/// Marks a place where an allocation, a write or a library may throw before anything has changed.
+/// Never stands in a noexcept function, unless inside its try block. Costs one load of a pointer.
 inline void failpoint(const char* name) {
   if (const FailpointHook hook = failpoint_hook.load(std::memory_order_relaxed)) hook(name);
 }

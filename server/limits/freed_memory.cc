@@ -12,7 +12,7 @@ namespace {
 
 constexpr auto pause = std::chrono::milliseconds(500);
 constexpr auto longest_wait = std::chrono::seconds(5);
-/// Bytes given back since the last time, and bytes beyond what is taken.
+/// The least bytes given back since the last trim, and the least resident bytes beyond those taken.
 constexpr std::uint64_t least_given_back = std::uint64_t{64} << 20;
 constexpr std::uint64_t least_surplus = std::uint64_t{64} << 20;
 constexpr int largest_kept = 512 * 1024, arenas_a_core = 2;
@@ -41,7 +41,7 @@ FreedMemory::FreedMemory(const MemoryBudget& budget)
         std::unique_lock lock(mutex_);
         while (!wake_.wait_for(lock, stop, pause, [&] { return stop.stop_requested(); })) {
           const std::uint64_t now = budget.given_back();
-          // What gRPC gave back is not in the budget, hence the time.
+          // The budget does not count what gRPC frees, hence the limit on the time.
           if (now - trimmed_at < std::min(budget.limit() / 64, least_given_back) &&
               Clock::now() - last < longest_wait)
             continue;

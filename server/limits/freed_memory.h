@@ -8,14 +8,15 @@
 
 namespace stiefel::server {
 
-/// Settings of malloc for this process: what is at least 512 KiB large goes back to the system when
-/// it is freed, and there are two arenas a core. For programs, at their start; a library leaves its
-/// host's settings alone.
+/// Sets malloc up for this process: blocks of at least 512 KiB go back to the system when they are
+/// freed, and there are two arenas a core. For programs, at their start; a library leaves the
+/// settings of its host alone.
 void keep_little_freed_memory();
 
-/// The thread that gives freed memory back to the system, if the process has 64 MiB or an eighth of
-/// what is taken beyond that: when 64 MiB, or a sixty-fourth of a smaller budget, were given back
-/// since it last did, and five seconds after it last did.
+/// A thread that gives freed memory back to the system when the process holds more than the budget
+/// says is taken, by 64 MiB (an eighth of a budget below 512 MiB) and by an eighth of what is
+/// taken. Does so only once 64 MiB (a sixty-fourth of a budget below 4 GiB) were given back to the
+/// budget, or five seconds have passed, since the last time.
 class FreedMemory {
  public:
   explicit FreedMemory(const MemoryBudget& budget);

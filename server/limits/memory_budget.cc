@@ -56,7 +56,7 @@ void MemoryBudget::take_here(std::uint64_t bytes) {
   if (bytes <= limit_) {
     const std::lock_guard lock(reclaiming_);
     if (try_take_here(bytes)) return;  // another call has made room
-    // More than is needed, so that the next calls need not look again.
+    // Reclaims more than is needed, so that the next calls need not reclaim again.
     if (reclaim_) reclaim_(std::max(bytes, limit_ / 16));
     if (try_take_here(bytes)) return;
   }

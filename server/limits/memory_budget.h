@@ -10,8 +10,8 @@
 
 namespace stiefel::server {
 
-/// Thrown by MemoryBudget::take: the bytes asked for do not fit, even after every cache was given
-/// up.
+/// Thrown by MemoryBudget::take when the bytes asked for do not fit even after all caches were
+/// given up.
 class MemoryExhausted : public std::exception {
  public:
   MemoryExhausted(std::uint64_t bytes, std::uint64_t free, std::uint64_t limit,
@@ -21,9 +21,9 @@ class MemoryExhausted : public std::exception {
   std::uint64_t bytes() const { return bytes_; }
   std::uint64_t free() const { return free_; }
   std::uint64_t limit() const { return limit_; }
-  /// Whether the bytes fit when nobody else holds any.
+  /// Whether the bytes would fit if nobody else held any.
   bool can_ever_fit() const { return bytes_ <= limit_; }
-  /// The name of the part that is exhausted; null: the whole budget is.
+  /// The name of the exhausted part; null if the whole budget is exhausted.
   const char* part() const { return part_; }
 
  private:
@@ -32,35 +32,35 @@ class MemoryExhausted : public std::exception {
   std::string text_;
 };
 
-/// The bytes that a server may hold, and how many of them are taken. Bytes are taken before they
-/// are allocated, by their price. Thread-safe, and without a lock while the bytes fit.
+/// Counts the bytes that a server may hold and has taken. Bytes are taken by their predicted price,
+/// before they are allocated. Thread-safe, and without a lock while the bytes fit.
 class MemoryBudget {
  public:
-  /// Gives up caches of about so many bytes, through `MemoryLease`s.
+  /// Gives up caches of about `bytes` bytes, whose `MemoryLease`s then give them back.
   using Reclaim = std::function<void(std::uint64_t bytes)>;
 
   explicit MemoryBudget(std::uint64_t limit) : limit_(limit) {}
-  /// A part of `whole`, which must outlive it: its bytes are taken from both. `name`: that of a
-  /// literal, for refusals.
+  /// A part of `whole`, which must outlive it: its bytes are taken from both. `name`, a string
+  /// literal, names the part in refusals.
   MemoryBudget(std::uint64_t limit, MemoryBudget& whole, const char* name)
       : limit_(limit), whole_(&whole), name_(name) {}
   MemoryBudget(const MemoryBudget&) = delete;
   MemoryBudget& operator=(const MemoryBudget&) = delete;
-  /// Everything fits.
+  /// Returns a budget into which everything fits.
   static MemoryBudget& unlimited();
 
   std::uint64_t limit() const { return limit_; }
   std::uint64_t used() const { return used_.load(std::memory_order_relaxed); }
-  /// All bytes given back so far.
+  /// The sum of all bytes given back so far.
   std::uint64_t given_back() const { return given_back_.load(std::memory_order_relaxed); }
 
-  /// Whoever holds caches; an empty function when it is gone. `take` calls it without any lock that
-  /// `try_take` or `give_back` need.
+  /// Sets the function that gives up caches; empty once their holder is gone. `take` calls it
+  /// without holding a lock that `try_take` or `give_back` needs.
   void reclaim_with(Reclaim reclaim);
 
-  /// False if they do not fit.
+  /// Takes the bytes if they fit, without giving up caches; returns false if they do not.
   bool try_take(std::uint64_t bytes) noexcept;
-  /// Throws MemoryExhausted if they do not fit after caches were given up.
+  /// Takes the bytes, giving up caches if need be. Throws MemoryExhausted if they still do not fit.
   void take(std::uint64_t bytes);
   void give_back(std::uint64_t bytes) noexcept;
 
@@ -76,14 +76,15 @@ class MemoryBudget {
   Reclaim reclaim_;  // guarded by reclaiming_
 };
 
-/// Bytes of a budget, given back at the end of its life. `grow` and `shrink` are thread-safe, moves
-/// are not. A lease of nothing has no budget.
+/// Bytes taken from a budget, given back when the lease is destroyed. `grow` and `shrink` are
+/// thread-safe, moves are not. A default-constructed lease has no budget.
 class MemoryLease {
  public:
   MemoryLease() = default;
   /// Throws MemoryExhausted.
   MemoryLease(MemoryBudget& budget, std::uint64_t bytes) : budget_(&budget) { grow(bytes); }
-  /// What fits or nothing: `held` says which. Gives up no cache.
+  /// Returns a lease of the bytes if they fit, otherwise one without a budget, which converts to
+  /// false. Gives up no cache.
   static MemoryLease if_it_fits(MemoryBudget& budget, std::uint64_t bytes);
   MemoryLease(MemoryLease&& other) noexcept
       : budget_(other.budget_), bytes_(other.bytes_.exchange(0)) {}
@@ -92,11 +93,11 @@ class MemoryLease {
 
   std::uint64_t bytes() const { return bytes_.load(std::memory_order_relaxed); }
   explicit operator bool() const { return budget_ != nullptr; }
-  /// Throws MemoryExhausted. The lease must have a budget.
+  /// Takes `more` bytes. Throws MemoryExhausted. The lease must have a budget.
   void grow(std::uint64_t more);
-  /// To at least so many bytes. Throws MemoryExhausted.
+  /// Grows to at least `bytes` bytes. Throws MemoryExhausted.
   void grow_to(std::uint64_t bytes);
-  /// By at most what it holds.
+  /// Gives back `less` bytes, at most those held.
   void shrink(std::uint64_t less) noexcept;
 
  private:

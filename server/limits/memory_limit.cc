@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 constexpr std::uint64_t MiB = std::uint64_t{1} << 20;
 constexpr std::uint64_t unknown = std::numeric_limits<std::uint64_t>::max();
 
-/// The number that a file begins with; `unknown` for "max", and without the file.
+/// Returns the number at the start of a file; `unknown` for "max" and for a missing file.
 std::uint64_t number_in(const fs::path& file) {
   std::ifstream in(file);
   std::uint64_t number = 0;
@@ -32,9 +32,9 @@ std::uint64_t machine_memory(const fs::path& root) {
   return unknown;
 }
 
-/// The limit of a group and of those that it is in, down from `mount`.
+/// Returns the smallest limit of a control group and the groups that contain it, below `mount`.
 std::uint64_t group_limit(const fs::path& mount, const fs::path& group, const char* file) {
-  // In a container the group's path may be that of the host, and the mount is the group itself.
+  // Inside a container the group's path may be that on the host, while `mount` is the group itself.
   std::uint64_t least = number_in(mount / file);
   fs::path at = mount;
   for (const fs::path& part : group.relative_path()) {

@@ -14,8 +14,8 @@ constexpr std::array names{
     "DATA_LOSS", "UNAUTHENTICATED"};
 static_assert(names.size() == CallMetrics::codes);
 
-/// Codes that the service answers with. They are told from the start, at 0: a rate needs a value
-/// before the first event.
+/// The codes with which the service answers. They are reported as 0 from the start, because a rate
+/// needs a value before the first event.
 constexpr std::array usual{"OK",
                            "CANCELLED",
                            "INVALID_ARGUMENT",
@@ -26,12 +26,12 @@ constexpr std::array usual{"OK",
                            "INTERNAL",
                            "UNAVAILABLE",
                            "UNAUTHENTICATED"};
-/// Reasons that are told from the start, for the same purpose.
+/// The reasons that are reported as 0 from the start.
 constexpr std::array usual_reasons{"INTERNAL_ERROR",    "MEMORY_LIMIT",     "OUT_OF_MEMORY",
                                    "SHUTTING_DOWN",     "STORE_DAMAGED",    "STORE_FULL",
                                    "STORE_UNAVAILABLE", "TOO_MANY_SESSIONS"};
 
-/// Upper bounds in seconds, from a Step that is answered at once to a stream of minutes.
+/// Upper bounds in seconds, from a Step that is answered inline to a stream of minutes.
 const prometheus::Histogram::BucketBoundaries bounds{1e-5, 2e-5, 5e-5, 1e-4, 2e-4, 5e-4, 1e-3, 2e-3,
                                                      5e-3, 0.01, 0.02, 0.05, 0.1,  0.2,  0.5,  1,
                                                      2,    5,    10,   30,   100,  300};
@@ -82,7 +82,7 @@ prometheus::MetricFamily CallMetrics::running() const {
   auto all = family("stiefel_calls_running", "Calls that have begun and not ended, by method.",
                     prometheus::MetricType::Gauge);
   for (const Method& method : methods_) {
-    // What has ended is read first: what begins and ends between the two looks is not negative.
+    // Reads `ended` first, so that the difference is never negative.
     std::uint64_t ended = 0;
     for (const auto& count : method.ended) ended += count.load(std::memory_order_acquire);
     const std::uint64_t begun = method.begun.load(std::memory_order_relaxed);

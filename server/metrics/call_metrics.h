@@ -17,22 +17,23 @@
 
 namespace stiefel::server {
 
-/// The name of one of gRPC's status codes, 0 to 16: "OK", "CANCELLED" ...
+/// Returns the name of a gRPC status code, 0 to 16: "OK", "CANCELLED" ...
 const char* code_name(int code);
 
 /// Counts and times calls by method and status code, and counts errors by reason. A call costs two
-/// atomic additions, two looks at the clock and one observation under the method's own lock.
+/// atomic additions, two readings of the clock and one observation under the method's own lock.
 /// Thread-safe.
 class CallMetrics final : public prometheus::Collectable {
  public:
   static constexpr int codes = 17;
 
-  /// Calls of other methods are not counted.
+  /// Counts only calls of these methods.
   explicit CallMetrics(const std::vector<std::string>& methods);
 
   class Running;
 
-  /// An error that a caller was told. `limit`: the one that the request exceeds, or empty.
+  /// Counts an error that a caller was told. `limit` is the limit that the request exceeds, or
+  /// empty.
   void refused(const std::string& reason, const std::string& limit);
 
   /// stiefel_calls_total, stiefel_calls_running, stiefel_call_seconds, stiefel_refusals_total.
@@ -59,18 +60,18 @@ class CallMetrics final : public prometheus::Collectable {
   std::map<std::pair<std::string, std::string>, std::uint64_t> refusals_;
 };
 
-/// A call from its begin to its end.
+/// A running call, counted and timed from its construction to `end`.
 class CallMetrics::Running {
  public:
   Running() = default;
-  /// Null: nothing is counted.
+  /// Counts nothing if `metrics` is null.
   Running(CallMetrics* metrics, std::string_view method);
   Running(Running&& other) noexcept
       : method_(std::exchange(other.method_, nullptr)), begin_(other.begin_) {}
-  /// A call that did not say how it ended, because there was no memory for it, counts as UNKNOWN.
+  /// Counts the call as UNKNOWN if `end` was not called, for want of memory.
   ~Running();
 
-  /// Once, with gRPC's status code.
+  /// Counts the end of the call with gRPC's status code. Call it once.
   void end(int code) noexcept;
 
  private:

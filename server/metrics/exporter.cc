@@ -16,7 +16,7 @@
 namespace stiefel::server {
 namespace {
 
-/// All families as text. One that cannot be made, for want of memory, is left out.
+/// Returns all families as text, without those that cannot be made for want of memory.
 std::string page(const Exporter::Metrics& metrics) {
   std::vector<prometheus::MetricFamily> families;
   for (const auto& one : metrics) {

@@ -13,9 +13,9 @@ namespace stiefel::server {
 
 class ServedCertificates;
 
-/// Why the metrics are not served on `address` (one that address_fault accepts): a Unix socket,
-/// which Prometheus does not read; or, unless `guarded` by TLS or allowed by --insecure, an address
-/// that other machines reach.
+/// Returns why metrics cannot be served on `address` (one that address_fault accepts): it is a Unix
+/// socket, which Prometheus does not read; or other machines can reach it and it is not `guarded`
+/// by TLS or permitted by --insecure.
 std::optional<std::string> metrics_fault(const std::string& address, bool guarded);
 
 /// Serves metrics over HTTP at /metrics, in Prometheus's text format.
@@ -23,12 +23,12 @@ class Exporter {
  public:
   using Metrics = std::vector<std::shared_ptr<prometheus::Collectable>>;
 
-  /// Listens on every IP address of host:port; port 0 becomes a free one. With `certificates`,
-  /// which outlive it, it speaks TLS (tls_context.h). Throws std::runtime_error with the system's
-  /// reason.
+  /// Listens on every IP address of host:port; port 0 means a free one. Speaks TLS (tls_context.h)
+  /// if `certificates` is not null; it must outlive this object. Throws std::runtime_error with the
+  /// system's reason.
   Exporter(const std::string& address, Metrics metrics, const ServedCertificates* certificates);
 
-  /// Where: "http://127.0.0.1:9464/metrics", with TLS "https://...".
+  /// The URL, "http://127.0.0.1:9464/metrics", or "https://..." with TLS.
   const std::string& url() const { return url_; }
 
  private:

@@ -10,7 +10,7 @@ namespace stiefel::server {
 
 using Labels = std::vector<prometheus::ClientMetric::Label>;
 
-/// A family without metrics. Its help is one sentence.
+/// Returns a family without metrics. Its help is one sentence.
 inline prometheus::MetricFamily family(std::string name, std::string help,
                                        prometheus::MetricType type) {
   return {std::move(name), std::move(help), type, {}};
@@ -24,7 +24,7 @@ inline void add_value(prometheus::MetricFamily& to, Labels labels, double value)
   to.metric.push_back(std::move(metric));
 }
 
-/// A family of one value.
+/// Returns a family of one value.
 inline prometheus::MetricFamily single(std::string name, std::string help,
                                        prometheus::MetricType type, double value,
                                        Labels labels = {}) {

@@ -35,7 +35,7 @@ using namespace std::chrono_literals;
 constexpr int connections_at_once = 16;
 constexpr std::size_t largest_request = 8192;  // bytes
 constexpr auto request_patience = 2s, answer_patience = 10s;
-/// After an accept that failed, because the process has no descriptor left.
+/// The wait after a failed accept, when the process has no descriptor left.
 constexpr auto pause = 100ms;
 
 tcp::acceptor acceptor_of(asio::io_context& context, Listener&& listener) {
@@ -96,7 +96,7 @@ struct HttpServer::Parts {
     }
   }
 
-  /// One connection after another, until the context stops.
+  /// Serves one connection after another until the context stops.
   asio::awaitable<void> accept(tcp::acceptor& acceptor) {
     for (;;) {
       bool accepted = false;
@@ -104,7 +104,7 @@ struct HttpServer::Parts {
         tcp::socket socket = co_await acceptor.async_accept(use_awaitable);
         accepted = true;
         co_await serve(std::move(socket));
-      } catch (const std::exception&) {  // the reader went away, or was too slow
+      } catch (const std::exception&) {  // the reader went away or was too slow
       }
       if (!accepted) co_await asio::steady_timer(context, pause).async_wait(use_awaitable);
     }
@@ -115,7 +115,7 @@ struct HttpServer::Parts {
   std::optional<asio::ssl::context> tls;
   asio::io_context context{1};
   std::list<tcp::acceptor> acceptors;
-  std::jthread thread;  // ends before what it uses
+  std::jthread thread;  // last, so that it ends before what it uses
 };
 
 HttpServer::HttpServer(std::vector<Listener> listeners, TlsContext tls, std::string path,

@@ -10,18 +10,18 @@
 
 namespace stiefel::server {
 
-/// Answers GET of one path over HTTP/1.1, on a thread of its own: other paths get 404, other
-/// methods 405. A connection is for one request and is closed after the answer.
+/// Answers GET of one path over HTTP/1.1, on a thread of its own: 404 for other paths, 405 for
+/// other methods. A connection serves one request and is closed after the answer.
 ///
-/// 16 connections of a listener are served at once; the next ones wait for one of these to end. A
+/// Each listener serves 16 connections at once; further ones wait until one of them ends. A
 /// connection has 2 s for its handshake and its request of at most 8 KiB, and 10 s to take the
 /// answer.
 class HttpServer {
  public:
-  /// The body, of `content_type`. Where it throws, the connection ends without an answer.
+  /// Returns the body, of `content_type`. If it throws, the connection ends without an answer.
   using Page = std::function<std::string()>;
 
-  /// `tls` null: without TLS. Throws std::runtime_error where the system gives no descriptor.
+  /// Uses no TLS if `tls` is null. Throws std::runtime_error if the system gives no descriptor.
   HttpServer(std::vector<Listener> listeners, TlsContext tls, std::string path,
              std::string content_type, Page page);
   /// Stops listening and closes all connections.

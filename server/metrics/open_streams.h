@@ -10,12 +10,12 @@
 
 namespace stiefel::server {
 
-/// The calls that answer with a stream of messages, and how long the message of each waits for its
-/// reader: HTTP/2's windows are full and the network takes no more. Thread-safe.
+/// The open streams of messages, and how long the current message of each has waited for its
+/// reader, because HTTP/2's windows are full and the network takes no more. Thread-safe.
 class OpenStreams final : public prometheus::Collectable {
  public:
   using Clock = std::chrono::steady_clock;
-  /// A message that has waited longer says that the reader is behind.
+  /// The wait of a message after which its reader counts as behind.
   static constexpr std::chrono::milliseconds behind{100};
 
   class Stream;
@@ -28,7 +28,7 @@ class OpenStreams final : public prometheus::Collectable {
   std::unordered_set<const Stream*> streams_;  // guarded by mutex_
 };
 
-/// One of them, while it lives. A message costs a look at the clock.
+/// An open stream, counted while the object lives. A message costs one reading of the clock.
 class OpenStreams::Stream {
  public:
   explicit Stream(OpenStreams& all);
@@ -36,7 +36,7 @@ class OpenStreams::Stream {
   Stream& operator=(const Stream&) = delete;
   ~Stream();
 
-  /// A message goes to gRPC; gRPC has sent it.
+  /// Call `writing` when a message goes to gRPC, `written` when gRPC has sent it.
   void writing() noexcept;
   void written() noexcept { since_.store(not_waiting, std::memory_order_relaxed); }
 

@@ -13,7 +13,7 @@
 
 namespace stiefel::server {
 
-/// What a server holds and does, read when it is asked for. The parts must outlive it.
+/// Metrics of what a server holds and does, read on request. The parts must outlive this object.
 class ServerMetrics final : public prometheus::Collectable {
  public:
   struct Parts {
@@ -25,8 +25,8 @@ class ServerMetrics final : public prometheus::Collectable {
   };
   explicit ServerMetrics(Parts parts) : parts_(std::move(parts)) {}
 
-  /// Sessions, work, memory, threads, build, and the process's own numbers by the names that
-  /// Prometheus gives them.
+  /// Returns metrics of sessions, work, memory, threads and the build, and those of the process
+  /// under Prometheus's usual names.
   std::vector<prometheus::MetricFamily> Collect() const override;
 
  private:

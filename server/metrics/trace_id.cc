@@ -5,7 +5,7 @@
 namespace stiefel::server {
 namespace {
 
-constexpr std::size_t length = 55;  // of version 00
+constexpr std::size_t length = 55;  // of a header of version 00
 
 bool is_hex(std::string_view text) {
   return std::ranges::all_of(

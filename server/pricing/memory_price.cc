@@ -15,10 +15,10 @@
 namespace stiefel::server {
 namespace {
 
-/// Of a call without its arrays: gRPC's and ours.
+/// The bytes of a call without its arrays, in gRPC and in the server.
 constexpr std::uint64_t call_bytes = 32 << 10;
 
-/// Rows and columns of a member's blocks.
+/// The rows and columns of one member's blocks.
 struct Shape {
   double rows = 0, cols = 0;
 };
@@ -40,8 +40,8 @@ Shape block_shape(const v1::Scene& scene) {
   return largest;
 }
 
-/// Of the references of so many members, at up to 58 samples each: attitude and momentum in
-/// extended precision.
+/// Returns the bytes of the references of that many members, with up to 58 samples each: attitude
+/// and momentum in extended precision.
 std::uint64_t references_memory(const v1::Scene& scene, int members) {
   const auto [rows, cols] = block_shape(scene);
   const double held = std::min<double>(scene.members(), members);
@@ -56,7 +56,7 @@ std::uint64_t stream_memory(const Session& session, const std::vector<std::size_
                             bool checkpoints) {
   const std::uint64_t sample = sample_bytes(session, fields);
   const std::uint64_t batch = std::max<std::uint64_t>(Sampling::batch_bytes, sample);
-  // Batch, message and bytes; a sample that needs several messages is there besides.
+  // Batch, message and serialized message, and a sample that needs several messages.
   return call_bytes + 3 * std::min<std::uint64_t>(batch, max_reply_bytes) +
          (sample > max_reply_bytes ? sample : 0) +
          (checkpoints ? 2 * checkpoint_bytes(session) : 0);
@@ -67,7 +67,7 @@ std::uint64_t reading_memory(const google::protobuf::Message& request) {
 }
 
 std::uint64_t scene_memory(const v1::Scene& scene) {
-  // Of an ensemble the description; its members are resolved one after another.
+  // An ensemble needs its description alone, since its members are resolved one after another.
   const std::uint64_t copies = scene.has_members() ? 1 : 3;
   return copies * static_cast<std::uint64_t>(scene.ByteSizeLong()) + 2 * scene_bytes({});
 }
@@ -96,7 +96,7 @@ std::uint64_t fork_memory(const Session& from) {
 std::uint64_t conversion_memory(const v1::ConvertRequest& request) {
   const v1::Scene& scene = request.scene();
   const auto [rows, cols] = block_shape(scene);
-  // Frames of n < N rows have maps of n x N and n x n, the others N x N.
+  // Frames with n < N rows have maps of n x N and n x n, square ones N x N.
   const auto maps = static_cast<std::uint64_t>(8 * (rows * cols + rows * rows));
   return (wants_choice(scene) ? search_memory(scene) : 0) + reading_memory(request) +
          2 * scene_memory(scene) + 40 * maps;
@@ -109,7 +109,7 @@ std::uint64_t diagnosis_memory(const Session& session, const v1::DiagnoseRequest
 std::uint64_t summary_memory(const Session& session, const Summary& summary) {
   const bool keeps_values = std::ranges::any_of(
       summary.description().quantities, [](const Quantity& one) { return !one.quantiles.empty(); });
-  // A number of the result has accumulators of several numbers.
+  // A number of the result needs accumulators of several numbers.
   return session.simulation_bytes() + 6 * summary.statistics_bytes() +
          (keeps_values ? sizeof(double) * Summary::max_kept : 0) + call_bytes;
 }

@@ -10,12 +10,14 @@ namespace {
 
 using std::chrono::milliseconds;
 
-// When a place may be free again, where nothing tells: calls end soon, streams and sessions later.
+// The estimated times after which a refused caller may try again: calls end sooner than streams and
+// sessions.
 constexpr milliseconds until_a_call_ends{100}, until_a_stream_ends{1000},
     until_a_session_goes{1000};
-/// What one thread does in a second, roughly, in instructions.
+/// A rough estimate of what one thread does in a second, in instructions.
 constexpr double work_of_a_second = 5e9;
-/// Prices count as at most that in the sum of queued ones, which then cannot overflow: three days.
+/// The most for which a price counts in the sum of queued prices, which then cannot overflow: three
+/// days of one thread.
 constexpr double largest_price = 0x1p50;
 
 std::optional<Refusal> enter(std::atomic<std::uint32_t>& count, std::uint32_t most,
@@ -98,7 +100,7 @@ std::optional<Refusal> Ticket::take(Account& account, Kind kind, double price) {
   price_ = static_cast<std::uint64_t>(std::clamp(price, 0.0, largest_price));
   const std::uint64_t before = account.queued_.fetch_add(price_, std::memory_order_relaxed);
   const double queued = static_cast<double>(before + price_);
-  // A call that is alone may cost more.
+  // A call that runs alone may cost more.
   if (quota.queued_work <= 0 || queued <= quota.queued_work || before == 0) return std::nullopt;
   give_back();
   return Refusal{"principal_queued_work", quota.queued_work, queued,

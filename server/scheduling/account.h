@@ -15,53 +15,55 @@
 
 namespace stiefel::server {
 
-/// The time that work rates go by: the steady clock, or a test's.
+/// The clock of the work rates: the steady clock, or a test's.
 using WorkClock = std::function<WorkRate::Time()>;
 
-/// Gives up about so many bytes of a principal's caches.
+/// Gives up about `bytes` bytes of the principal's caches.
 using ReclaimOf = std::function<void(const Principal&, std::uint64_t bytes)>;
 
-/// What a principal has in use, beside its quota. Thread-safe.
+/// Counts what a principal uses, and refuses what would exceed its quota. Thread-safe.
 class Account {
  public:
-  /// `memory`: of the whole server.
+  /// `memory` is the budget of the whole server. It, `clock` and `reclaim` must outlive the
+  /// account.
   Account(Principal principal, const Quota& quota, const WorkClock& clock, MemoryBudget& memory,
           const ReclaimOf& reclaim);
   Account(const Account&) = delete;
   Account& operator=(const Account&) = delete;
 
   const Principal& principal() const { return principal_; }
-  /// Its part of the threads.
+  /// The principal's share of the threads.
   Share& share() { return share_; }
 
-  /// Why no call may begin now: the principal has done more work than its rate allows.
+  /// Returns a refusal if no call may begin now, because the principal has done more work than its
+  /// rate allows.
   std::optional<Refusal> overdrawn();
-  /// Counts work, in instructions, that was not done as a job.
+  /// Counts work, in instructions, that was done outside a job.
   void pay(double work) {
     paid_.fetch_add(static_cast<std::uint64_t>(work), std::memory_order_relaxed);
     if (rate_.limited()) rate_.spend(work, clock_());
   }
 
-  /// Of the whole server's memory the part that its sessions and calls may take. What does not fit
-  /// throws MemoryExhausted with the part `principal_memory`.
+  /// The budget for the principal's sessions and calls: a part of the server's memory, or all of it
+  /// without a quota. Bytes beyond the part throw MemoryExhausted with `part()` "principal_memory".
   MemoryBudget& memory() { return quota_.memory > 0 ? memory_ : whole_memory_; }
   MemoryBudget& whole_memory() { return whole_memory_; }
 
-  /// A session's place; it is given back when the last copy goes.
+  /// A session's place in the account, given back when the last copy is destroyed.
   using Seat = std::shared_ptr<void>;
   struct Seated {
-    Seat seat;                       // none if refused
-    std::optional<Refusal> refusal;  // one if the principal has as many sessions as it may
+    Seat seat;                       // null if refused
+    std::optional<Refusal> refusal;  // set if the principal has as many sessions as it may
   };
   Seated seat_session();
-  /// For a session that is there already: beyond the quota too.
+  /// Takes a place for a restored session, even beyond the quota.
   Seat seat_restored_session();
 
  private:
   friend class Ticket;
   friend class Accounts;
 
-  /// Of one that is counted.
+  /// Returns a seat for a session that `sessions_` counts already.
   Seat seat();
 
   const Principal principal_;
@@ -76,7 +78,7 @@ class Account {
   std::atomic<std::uint64_t> paid_ = 0;    // instructions
 };
 
-/// A call's place in an account, given back when the ticket goes.
+/// A call's place in an account, given back when the ticket is destroyed.
 class Ticket {
  public:
   enum class Kind : std::uint8_t { call, stream };
@@ -86,8 +88,8 @@ class Ticket {
   Ticket& operator=(Ticket&& other) noexcept;
   ~Ticket() { give_back(); }
 
-  /// Takes a place for a call of that price, in instructions, or says why there is none; then the
-  /// ticket stays empty.
+  /// Takes a place for a call with that price in instructions. If there is none, returns the reason
+  /// and leaves the ticket empty.
   std::optional<Refusal> take(Account& account, Kind kind, double price);
   void give_back();
 
@@ -97,22 +99,22 @@ class Ticket {
   std::uint64_t price_ = 0;
 };
 
-/// The accounts of all principals. An account stays as long as this object: there are as many as
-/// there are principals. Thread-safe.
+/// The accounts of all principals, which live as long as this object, one for each principal.
+/// Thread-safe.
 class Accounts {
  public:
-  /// `memory`: of the whole server, which must outlive it. `reclaim`: for a principal whose part of
-  /// it is used up.
+  /// `memory` is the budget of the whole server and must outlive this object. `reclaim` is called
+  /// for a principal whose part of the memory is used up.
   explicit Accounts(const Quota& quota, WorkClock clock = {},
                     MemoryBudget& memory = MemoryBudget::unlimited(), ReclaimOf reclaim = {});
 
-  /// That of the principal, new the first time.
+  /// Returns the principal's account, made at the first call.
   Account& of(const Principal& principal);
 
-  /// Of all principals together, in instructions.
+  /// The use of all principals together, in instructions.
   struct Use {
-    std::uint64_t admitted = 0;  ///< the prices of the calls that run or wait
-    std::uint64_t paid = 0;      ///< work that was not done as a job
+    std::uint64_t admitted = 0;  ///< the prices of all calls that run or wait
+    std::uint64_t paid = 0;      ///< work that was done outside jobs
   };
   Use use() const;
 
@@ -121,7 +123,7 @@ class Accounts {
   const WorkClock clock_;
   MemoryBudget& memory_;
   const ReclaimOf reclaim_;
-  Account everybody_;  // of the principal without a name: found without a lock
+  Account everybody_;  // the account of the empty principal, found without a lock
   mutable std::shared_mutex mutex_;
   std::unordered_map<std::string, std::unique_ptr<Account>> named_;  // guarded by mutex_
 };

@@ -4,7 +4,7 @@
 
 namespace stiefel::server {
 
-/// Where jobs of one kind enter the scheduler.
+/// Submits jobs of one kind to the scheduler.
 class Pool {
  public:
   Pool(Scheduler& scheduler, JobKind kind) : scheduler_(scheduler), kind_(kind) {}
@@ -12,8 +12,8 @@ class Pool {
   void submit(Job* job) noexcept { scheduler_.submit(job, kind_); }
   int threads() const { return scheduler_.threads(); }
 
-  /// The price, in instructions, of work that cannot be predicted: about a slice, or, of work
-  /// without slices, ten seconds.
+  /// The price, in instructions, of work that cannot be predicted: about one slice, or ten seconds
+  /// for work without slices.
   double price_cap() const { return kind_ == JobKind::whole ? whole_cap : short_work; }
 
  private:

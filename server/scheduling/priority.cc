@@ -11,7 +11,7 @@ void lower_priority(bool kept) noexcept {
     const sched_param none{};
     sched_setscheduler(0, SCHED_BATCH, &none);
   }
-  // On Linux 0 is this thread, and the nice value is a thread's.
+  // On Linux, 0 means the calling thread, and each thread has its own nice value.
   setpriority(PRIO_PROCESS, 0, getpriority(PRIO_PROCESS, 0) + (kept ? kept_below : others_below));
 }
 

@@ -2,9 +2,10 @@
 
 namespace stiefel::server {
 
-/// Puts the calling thread below those that serve connections, which have the nice value of the
-/// process: the worker kept for short calls 1 below, the others 5 and SCHED_BATCH, with which they
-/// are not woken in place of one that runs. What the system refuses is left as it is.
+/// Lowers the calling thread's priority below that of the threads that serve connections, which
+/// have the process's nice value: by 1 for the worker kept for short calls (`kept`), by 5 for the
+/// others. The others also get SCHED_BATCH, with which a thread that wakes does not preempt a
+/// running one. Ignores what the system refuses.
 void lower_priority(bool kept) noexcept;
 
 }  // namespace stiefel::server

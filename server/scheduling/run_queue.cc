@@ -6,12 +6,12 @@ namespace stiefel::server {
 namespace {
 
 constexpr std::uint8_t shorts = 0;
-/// The queue of longer jobs of a kind.
+/// Returns the index of the queue for longer jobs of a kind.
 std::uint8_t queue_of(JobKind kind) {
   return static_cast<std::uint8_t>(1 + static_cast<std::uint8_t>(kind));
 }
 
-/// Of a job that has taken more than its price a slice is left, as far as anybody knows.
+/// Returns the work left of a job in instructions; one slice if it has taken more than its price.
 std::uint64_t work_left(double price, double spent) {
   return static_cast<std::uint64_t>(price > spent ? std::min(price - spent, RunQueue::most_waiting)
                                                   : short_work);
@@ -47,7 +47,7 @@ void RunQueue::enqueue(Job* job) {
   share.queues_[job->queue_].append(job);
   if (job->queue_ == shorts) shorts_.fetch_add(1, std::memory_order_relaxed);
   if (share.jobs_++ > 0) return;
-  // What it did not use while it had nothing to do is gone.
+  // A share forfeits the work that it could have had while it had no jobs.
   share.pass_ = std::max(share.pass_, served_);
   share.previous_ = nullptr;
   share.next_ = first_;
@@ -82,9 +82,9 @@ Job* RunQueue::first_long(const Share& share, JobKind most, Time now) {
 
 RunQueue::Turn RunQueue::pop(std::optional<JobKind> most, Time now) {
   ready_at_.reset();
-  const Share* fair = nullptr;   // the one for which the least was done
-  Job* longer = nullptr;         // its first longer job
-  const Share* quick = nullptr;  // that of those with a short job to go before
+  const Share* fair = nullptr;   // the share for which the least was done
+  Job* longer = nullptr;         // the first longer job of `fair`
+  const Share* quick = nullptr;  // the least served share with a short job that goes before
   for (Share* share = first_; share; share = share->next_) {
     Job* first = most ? first_long(*share, *most, now) : nullptr;
     const Job* brief = share->queues_[shorts].first();

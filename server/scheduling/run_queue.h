@@ -21,10 +21,10 @@ class JobList {
   Job* last_ = nullptr;
 };
 
-/// What one principal has of the threads: its queued jobs, and the work done for it.
+/// A principal's share of the threads: its queued jobs, and the work done for it.
 class Share {
  public:
-  /// The rate must outlive the share; null: no limit.
+  /// `rate` must outlive the share; null means no limit.
   explicit Share(WorkRate* rate = nullptr) : rate_(rate) {}
   Share(const Share&) = delete;
   Share& operator=(const Share&) = delete;
@@ -34,57 +34,59 @@ class Share {
 
   std::array<JobList, 4> queues_;  // of short jobs, and of the longer ones of each kind
   std::size_t jobs_ = 0;
-  double pass_ = 0;               // work done for it, and what it passed up while it had no jobs
+  double pass_ = 0;               // work done for it, and work it forfeited while it had no jobs
   double shorts_since_long_ = 0;  // work of short jobs since the last slice of a longer one
-  Share* next_ = nullptr;         // among the shares with queued jobs
+  Share* next_ = nullptr;         // in the list of shares with queued jobs
   Share* previous_ = nullptr;
   WorkRate* const rate_;
 };
 
-/// Which job is next, by stride scheduling: of the shares with a job that the worker may run, the
-/// one for which the least work was done, and among its jobs the first to arrive. Short jobs go
-/// before, with two bounds: those of a share that is more than `lead` ahead of another wait like
-/// its longer ones, and after `patience` of short work in a share one slice of its longer jobs is
-/// due. A share beyond its work rate runs short jobs only. Allocates nothing. Not thread-safe.
+/// Decides which job runs next, by stride scheduling: of the shares with a job that the worker may
+/// run, the one for which the least work was done; in it, the job that arrived first. Short jobs go
+/// before longer ones, with two bounds: those of a share that is more than `lead` ahead of another
+/// wait like its longer ones, and after `patience` of short work in a share one slice of its longer
+/// jobs is due. A share beyond its work rate runs short jobs only. Allocates nothing. Not
+/// thread-safe.
 class RunQueue {
  public:
   using Time = WorkRate::Time;
   /// Work in instructions.
   static constexpr double lead = 10 * short_work;
   static constexpr double patience = 8 * short_work;
-  /// A job that waits counts for at most so much waiting work: about a second of a thread.
+  /// The most work for which a waiting job counts in `waiting_work`: about a second of a thread.
   static constexpr double most_waiting = 5e9;
-  /// Longer jobs leave so much of a second's work to the calls that come.
+  /// The part of a second's work, at a share's rate, that its longer jobs leave for new calls.
   static constexpr WorkRate::Seconds reserve{0.1};
 
-  /// A job whose turn it is.
+  /// The job to run next.
   struct Turn {
-    Job* job = nullptr;  // null: there is none
+    Job* job = nullptr;  // null if there is none
     Share* share = nullptr;
     JobKind kind = JobKind::sliced;
     bool is_short = false;
   };
 
-  /// Queues a job. True if it is short.
+  /// Queues a job; returns whether it is short.
   bool push(Job* job, JobKind kind);
-  /// The next job for a worker that runs short jobs and longer ones up to that kind, if any.
+  /// Returns the next job for a worker that runs short jobs and longer ones of kinds up to `most`.
   Turn pop(std::optional<JobKind> most, Time now);
-  /// After its slice of `work` instructions; `more` queues the job again, without it the job may be
-  /// gone.
+  /// Counts a slice that took `work` instructions. `more` queues the job again; otherwise the job
+  /// is not touched and may be destroyed.
   void charge(const Turn& turn, double work, bool more, Time now);
-  /// Takes a queued job out.
+  /// Removes a queued job.
   void remove(Job* job);
   static bool is_queued(const Job* job) { return job->queued_; }
 
   bool empty() const { return first_ == nullptr; }
-  /// From any thread: whether a short job waits.
+  /// Whether a short job waits. Thread-safe.
   bool short_waits() const { return shorts_.load(std::memory_order_relaxed) > 0; }
-  /// From any thread: the work of the jobs that wait for a worker, in instructions: what is left of
-  /// the price of each, at most `most_waiting`.
+  /// The work of all waiting jobs in instructions: the unspent part of each price, at most
+  /// `most_waiting` a job. Thread-safe.
   std::uint64_t waiting_work() const { return waiting_.load(std::memory_order_relaxed); }
-  /// When the first of those beyond their work rate may go on, that the last `pop` passed over.
+  /// The earliest time at which a share that the last `pop` passed over is within its work rate
+  /// again.
   std::optional<Time> ready_at() const { return ready_at_; }
-  /// Work rates hold no longer.
+  /// Ends all limits by work rates.
   void lift_rates() { lifted_ = true; }
 
  private:
@@ -93,8 +95,8 @@ class RunQueue {
   Job* first_long(const Share& share, JobKind most, Time now);
 
   Share others_;            // of jobs without a principal
-  Share* first_ = nullptr;  // of the shares with queued jobs
-  double served_ = 0;       // the pass of the share that was served last
+  Share* first_ = nullptr;  // the list of the shares with queued jobs
+  double served_ = 0;       // the largest pass of a share at its turn
   std::uint64_t arrivals_ = 0;
   std::atomic<int> shorts_ = 0;
   std::atomic<std::uint64_t> waiting_ = 0;

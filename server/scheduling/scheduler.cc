@@ -15,9 +15,9 @@
 namespace stiefel::server {
 namespace {
 
-/// The nominal rate at which processor time is work.
+/// The nominal rate that converts processor time into work.
 constexpr double instructions_a_nanosecond = 5;
-/// Items of an ensemble are handed out together until they take so long.
+/// The time for which items of an ensemble are handed out together.
 constexpr double portion_nanoseconds = 2e4;
 
 double processor_work() {
@@ -27,10 +27,10 @@ double processor_work() {
          (1e9 * static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_nsec));
 }
 
-/// Whose job this worker runs.
+/// The share of the job that this worker runs.
 thread_local Share* share_at_work = nullptr;
-/// The slice that this thread runs: its meter, null outside one, and what that said when the work
-/// was taken last.
+/// The meter of the slice that this thread runs, null outside a slice, and its reading when the
+/// work was last taken.
 thread_local const Scheduler::Meter* slice_meter = nullptr;
 thread_local double slice_mark = 0;
 
@@ -42,16 +42,16 @@ double take_slice_work() {
   return slice_mark - before;
 }
 
-/// Items that several workers do together.
+/// Items of an ensemble that several workers do together.
 struct Scheduler::Items {
   const std::size_t count, portion;
   const Item item;
   void* const context;
   std::atomic<std::size_t> next = 0;
-  std::exception_ptr failure = nullptr;  // guarded by the scheduler's mutex, as the next is
+  std::exception_ptr failure = nullptr;  // guarded by the scheduler's mutex, as is helpers_work
   double helpers_work = 0;               // instructions
 
-  /// Does items until none is left or `pause` says so.
+  /// Does items until none is left or `pause` returns true.
   template <class Pause>
   void run(const Pause& pause) {
     while (!pause()) {
@@ -63,7 +63,7 @@ struct Scheduler::Items {
   }
 };
 
-/// Lets one more worker do items. Gives way to short jobs that wait.
+/// Lets one more worker do items, until a short job waits.
 class Scheduler::Helper final : public Job {
  public:
   void join(Scheduler& scheduler, Items& items, Share& share) {
@@ -153,7 +153,7 @@ std::optional<JobKind> Scheduler::reach(bool kept) const {
 void Scheduler::wait(std::unique_lock<std::mutex>& lock, bool kept) {
   std::condition_variable& wake = kept ? wake_kept_ : wake_;
   kept ? void(kept_idle_ = true) : void(++idle_);
-  // Without longer jobs it waits for no work rate.
+  // A worker that runs no longer jobs does not wait for work rates.
   if (const auto at = queue_.ready_at(); at && reach(kept))
     wake.wait_until(lock, *at);
   else
@@ -195,7 +195,7 @@ void Scheduler::work(bool kept) {
     in_whole_ -= whole;
     work_done_.fetch_add(done, std::memory_order_relaxed);
     queue_.charge(turn, done, more, std::chrono::steady_clock::now());
-    // A job that was short may be too long for the kept worker from now on.
+    // The job may have become too long for the kept worker.
     if (kept && more) wake_another();
   }
 }

@@ -15,39 +15,40 @@
 
 namespace stiefel::server {
 
-/// The work of the slice that this thread runs, and of those that helped it, in instructions: since
-/// the slice began, or since the last call. 0 outside a slice.
+/// Returns the work of the slice that this thread runs, and of the threads that helped it, in
+/// instructions: since the slice began or since the last call. 0 outside a slice.
 double take_slice_work();
 
-/// The threads that compute: one budget for stepping, ensembles and searches. Jobs run one slice at
-/// a time in the order of RunQueue. With two threads or more one worker is kept for short jobs: of
-/// longer ones it runs brief slices only, sliced ones while every other worker is inside a whole
-/// one, and never a whole one. With one thread a second worker runs short jobs alone, while the
-/// first is inside a whole slice. An ensemble that a job advances is shared with the workers that
-/// have nothing to do. The threads have a lower priority than those of gRPC.
+/// The threads that compute, shared by stepping, ensembles and searches. Jobs run one slice at a
+/// time in the order of RunQueue. With two threads or more, one worker is kept for short jobs: of
+/// the longer ones it runs only those with brief slices, and those with ordinary slices while all
+/// other workers are inside whole jobs. With one thread, a second worker runs short jobs while the
+/// first is inside a whole job. Workers with nothing to do help a job that advances an ensemble.
+/// The threads have a lower priority than those of gRPC.
 class Scheduler final : private Crew {
  public:
-  /// The work that the calling thread has done so far, in instructions.
+  /// Returns the work that the calling thread has done so far, in instructions.
   using Meter = std::function<double()>;
-  /// What ps and top call the threads.
+  /// The name of the threads in ps and top.
   static constexpr const char* thread_name = "compute";
 
-  /// 0 threads means one a core. Without a meter: the thread's processor time at a nominal rate.
+  /// 0 threads means one a core. An empty meter means the thread's processor time at a nominal
+  /// rate.
   explicit Scheduler(int threads, Meter meter = {});
-  /// Runs what is queued to its end.
+  /// Runs all queued jobs to their end.
   ~Scheduler() override;
   Scheduler(const Scheduler&) = delete;
   Scheduler& operator=(const Scheduler&) = delete;
 
-  /// The job must live until its `run_slice` returns false. Allocates nothing: a job that is
-  /// submitted runs, whatever memory is left.
+  /// Queues a job, which must live until its `run_slice` returns false. Allocates nothing, so that
+  /// a submitted job runs whatever memory is left.
   void submit(Job* job, JobKind kind) noexcept;
-  /// From now on no job waits for its principal's work rate: what runs is to end.
+  /// Stops limiting jobs by the work rates of their principals, so that all jobs end.
   void lift_rates();
   int threads() const { return threads_; }
   /// The work of all slices that have ended, in instructions.
   double work_done() const { return work_done_.load(std::memory_order_relaxed); }
-  /// RunQueue::waiting_work.
+  /// RunQueue::waiting_work. Thread-safe.
   std::uint64_t waiting_work() const { return queue_.waiting_work(); }
 
  private:
@@ -56,14 +57,15 @@ class Scheduler final : private Crew {
   static constexpr std::size_t most_helpers = 63;
 
   void work(bool kept);
-  /// The longest slices that the worker runs beside short jobs; none if it runs no others.
+  /// Returns the longest kind of slices that the worker runs beside short jobs; nothing if it runs
+  /// short jobs only.
   std::optional<JobKind> reach(bool kept) const;
   /// Whether the kept worker runs jobs now.
   bool kept_runs() const { return threads_ > 1 || in_whole_ > 0; }
   void wait(std::unique_lock<std::mutex>& lock, bool kept);
-  /// Wakes a worker that may run it, if one has nothing to do.
+  /// Wakes an idle worker that may run a new job of this kind, if there is one.
   void wake_for(JobKind kind, bool is_short);
-  /// Wakes a worker with nothing to do while jobs wait: one call may have woken it for two jobs.
+  /// Wakes an idle worker while jobs wait: the worker that took a job may have been woken for two.
   void wake_another();
   void run(std::size_t count, double nanoseconds, Item item, void* context) override;
   std::size_t call_helpers(std::array<Helper, most_helpers>& helpers, Items& items, JobKind kind);
@@ -73,8 +75,8 @@ class Scheduler final : private Crew {
   const int threads_;
   std::mutex mutex_;
   std::condition_variable wake_, wake_kept_, helped_;
-  RunQueue queue_;        // guarded by mutex_, as the rest is
-  std::size_t idle_ = 0;  // workers with nothing to do, but for the kept one
+  RunQueue queue_;        // guarded by mutex_, as are the members below
+  std::size_t idle_ = 0;  // workers with nothing to do, without the kept one
   bool kept_idle_ = false;
   std::size_t in_whole_ = 0;  // workers inside a whole slice
   const std::size_t others_;  // workers that are not kept

@@ -10,18 +10,18 @@ namespace stiefel::server {
 /// request, in nanoseconds.
 inline constexpr double slice_nanoseconds = 2e6;
 inline constexpr double inline_nanoseconds = 5e4;
-/// The length of a slice on the worker that is kept for short calls: what a short call waits at
-/// most before it begins there.
+/// The length of a slice of a longer job on the worker kept for short calls, in nanoseconds: the
+/// longest that a short call waits there before it begins.
 inline constexpr double brief_slice_nanoseconds = 2e5;
 
-/// The steps of a slice on this thread: a number of the scene, not of the clock, so that it can be
-/// tested. `step_cost` in nanoseconds.
+/// Returns the number of steps of a slice on this thread for steps of `step_cost` nanoseconds. It
+/// depends on the scene and not on the clock, so that tests can predict it.
 std::int64_t slice_steps(double step_cost);
 
-/// What slices of such steps are.
+/// The kind of a job whose steps cost `step_cost` nanoseconds each.
 JobKind kind_of_steps(double step_cost);
 
-/// While it lives, slices on this thread are so long.
+/// Sets the length of slices on this thread, in nanoseconds, while the object lives.
 class SliceLength {
  public:
   explicit SliceLength(double nanoseconds);

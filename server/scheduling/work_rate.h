@@ -6,14 +6,14 @@
 
 namespace stiefel::server {
 
-/// A limit of work a second: a bucket that fills at that rate up to the work of one second. Work
-/// empties it, below zero too. Thread-safe.
+/// Limits work per second by a bucket that fills at that rate up to the work of one second; work
+/// empties it, even below zero. Thread-safe.
 class WorkRate {
  public:
   using Time = std::chrono::steady_clock::time_point;
   using Seconds = std::chrono::duration<double>;
 
-  /// Instructions a second; 0: no limit.
+  /// `work_a_second` is in instructions; 0 means no limit.
   explicit WorkRate(double work_a_second = 0) : rate_(work_a_second), level_(work_a_second) {}
 
   bool limited() const { return rate_ > 0; }
@@ -25,7 +25,8 @@ class WorkRate {
     level_ -= work;
   }
 
-  /// The time until the work of `reserve` seconds is in the bucket, `reserve` < 1; 0 when it is.
+  /// Returns the time until the bucket holds the work of `reserve` seconds, `reserve` < 1; 0 if it
+  /// does.
   Seconds wait(Seconds reserve, Time now) {
     if (!limited()) return Seconds(0);
     const std::lock_guard lock(mutex_);

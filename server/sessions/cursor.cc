@@ -10,7 +10,7 @@ namespace stiefel::server {
 
 namespace {
 
-/// Smaller states are not worth making the simulation anew.
+/// The least numbers of a state at which resting repays making the simulation anew.
 constexpr std::size_t least_to_rest = 8192;
 
 }  // namespace
@@ -47,7 +47,7 @@ void Cursor::go(std::int64_t steps, const std::stop_token& stop) {
     failpoint("cursor.step");
     end(status);
   } catch (...) {
-    // An exception in the middle of a step leaves no state behind.
+    // The simulation has no valid state after an exception in the middle of a step.
     session_->discard(std::move(simulation_));
     throw;
   }

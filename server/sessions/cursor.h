@@ -8,13 +8,13 @@
 
 namespace stiefel::server {
 
-/// A Simulation leased from a session, on its way from step to step. Leaves checkpoints behind.
-/// For one thread at a time.
+/// Leases a Simulation from a session, advances it and deposits checkpoints in the session on the
+/// way. For one thread at a time.
 class Cursor {
  public:
-  /// Starts at the nearest state at or before `to`. The session must outlive the cursor. Throws
-  /// Stopped (stiefel/stop.h) when `stop` requests it while an ensemble's simulation is made, which
-  /// takes 10 µs a member.
+  /// Leases a simulation at the nearest state at or before `to`. The session must outlive the
+  /// cursor. Throws Stopped (stiefel/stop.h) when `stop` is requested while the simulation of an
+  /// ensemble is made, which takes 10 µs a member.
   Cursor(Session& session, std::int64_t to, const std::stop_token& stop = {})
       : session_(&session),
         simulation_(lease(session, to, stop)),
@@ -26,31 +26,32 @@ class Cursor {
     if (simulation_) session_->give_back(std::move(simulation_));
   }
 
-  /// Goes towards `to`, not before where it is, but at most `budget` steps, which it takes from
-  /// `budget`. True when it is there or cannot go on: see `run_status`, which is `cancelled` when
-  /// it was asked to stop.
+  /// Advances towards `to` by at most `budget` steps, never backwards, and subtracts the steps from
+  /// `budget`; a closed form counts as one step. Returns true when the cursor is at `to` or cannot
+  /// go on: see `run_status`, which is `cancelled` after a stop request.
   bool advance(std::int64_t to, std::int64_t& budget, const std::stop_token& stop = {});
-  /// Ends the cursor where it is.
+  /// Ends the run at the current step with the outcome `cancelled`.
   void cancel() {
     wake();
     end(RunStatus{Outcome::cancelled, std::nullopt});
   }
 
-  /// Gives the simulation back while the reader is not ready or another call has the processor, and
-  /// keeps only its state: a simulation of large N has many times as many numbers. `advance` and
-  /// `cancel` take one up again; until then there is neither `simulation` nor `step`. Small
-  /// simulations stay.
+  /// Gives the simulation back and keeps only its state, while the reader is not ready or another
+  /// call has the processor: a simulation of large N holds many times as many numbers as its state.
+  /// `advance` and `cancel` lease a simulation again; until then neither `simulation` nor `step`
+  /// may be called. Does nothing when the state has fewer than 8192 numbers or there is no memory
+  /// for a copy.
   void rest();
 
   const RunStatus& run_status() const { return run_status_; }
-  /// The step of the state that it began with.
+  /// The step of the state from which the cursor started.
   std::int64_t start() const { return start_; }
   const Simulation& simulation() const { return *simulation_; }
   std::int64_t step() const { return simulation_->step(); }
-  /// `Simulation::rate` at the last good state of a cursor that left the domain; else 0.
+  /// `Simulation::rate` at the last good state if the run left the domain, otherwise 0.
   double rate() const { return rate_; }
   std::int64_t computed_steps() const { return computed_; }
-  /// A rough guess, from the scene alone.
+  /// Returns a rough estimate of the time to `to` in nanoseconds, from the scene alone.
   double nanoseconds_to(std::int64_t to) const {
     if (simulation_->direct()) return session_->step_cost();
     return static_cast<double>(to - step()) * session_->step_cost();
@@ -60,7 +61,7 @@ class Cursor {
   static std::unique_ptr<Simulation> lease(Session& session, std::int64_t to,
                                            const std::stop_token& stop);
   void wake();
-  /// So many steps.
+  /// Advances by `steps`. Discards the simulation when an exception leaves it between two states.
   void go(std::int64_t steps, const std::stop_token& stop);
   void end(const RunStatus& run_status);
 
@@ -68,7 +69,7 @@ class Cursor {
   std::unique_ptr<Simulation> simulation_;
   std::int64_t start_;
   std::int64_t rested_at_ = 0;
-  Saved rested_;  // the state while there is no simulation
+  Saved rested_;  // the state at rested_at_ while simulation_ is null
   std::int64_t mark_;
   std::int64_t computed_ = 0;
   RunStatus run_status_;

@@ -6,15 +6,15 @@
 
 namespace stiefel::server {
 
-/// Whether a field's numbers are sent as binary32: those of a scene of single precision. Else they
-/// are binary64.
+/// Whether a field is sent as binary32: a real field of a scene in single precision. All others are
+/// sent as binary64.
 bool is_float(const Session& session, const Field& field);
 
-/// Bytes of a field at one step.
+/// Returns the bytes of a field at one step.
 std::size_t field_bytes(const Session& session, const Field& field);
 
-/// Writes a field at the simulation's step, little-endian and row by row: `field_bytes` bytes, at
-/// an address that is aligned for its numbers.
+/// Writes the field with this index at the simulation's step to `out`, which must be aligned for
+/// its numbers: `field_bytes` bytes, little-endian and row by row.
 void write_field(const Session& session, const Simulation& simulation, std::size_t index,
                  char* out);
 

@@ -8,7 +8,7 @@
 namespace stiefel::server {
 namespace {
 
-/// Each value begins with what tells how long it is.
+/// Hashes values, each after a prefix that gives its length.
 class Writer {
  public:
   void put(std::uint64_t value) {

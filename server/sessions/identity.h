@@ -10,16 +10,16 @@
 
 namespace stiefel::server {
 
-/// SHA-256 of a resolved description, the same exactly for the same scene: of every field its
-/// names, its shapes and the bits of its numbers. 32 bytes.
+/// Returns the SHA-256 (32 bytes) of a resolved description: of the names, the shapes and the bits
+/// of all its values. Equal exactly for equal scenes.
 std::string identity_of(const SceneDescription& resolved);
 
-/// The fields that a description has, by their paths in their order, each with the SHA-256 of its
-/// value. The parts of `body` ("body.moments") follow on it.
+/// The paths of the fields that a description sets, in order, each with the SHA-256 of its value.
+/// The parts of `body` ("body.moments") follow `body` itself, which has no digest.
 using FieldDigests = std::vector<std::pair<std::string, std::string>>;
 FieldDigests field_digests(const SceneDescription& description);
 
-/// FNV-1a, 64 bits. Changing one byte always changes it.
+/// Returns the FNV-1a hash, 64 bits. A change of one byte always changes it.
 std::uint64_t hash(std::string_view bytes);
 
 }  // namespace stiefel::server

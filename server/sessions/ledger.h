@@ -18,23 +18,24 @@ class Session;
 struct WriteFault {
   enum class Kind {
     full,         ///< no space on the disk, or the store's limit is reached
-    unavailable,  ///< the disk did not take it now: an I/O error, a lock, a read-only file system
-    damaged,      ///< the file is no sound store
+    unavailable,  ///< the disk refused it for now: an I/O error, a lock, a read-only file system
+    damaged,      ///< the file is not a valid store
     out_of_memory
   };
   Kind kind;
   std::string what;
 };
 
-/// The outcome of a change that is being written: none as long as it is pending. Thread-safe.
+/// The outcome of a change that is being written, unknown while the write is pending. Thread-safe.
 class Receipt {
  public:
-  /// Gets no fault when the change is on disk.
+  /// Is called without a fault when the change is on disk.
   using Done = std::function<void(const std::optional<WriteFault>&)>;
 
-  /// Calls `done` once: now if the outcome is known, else on the thread that settles it.
+  /// Calls `done` once: at once if the outcome is known, else on the thread that settles the
+  /// receipt.
   void then(Done done);
-  /// Once. Functions that throw must not be waiting.
+  /// Sets the outcome and calls the waiting functions, none of which may throw. Call it once.
   void settle(std::optional<WriteFault> fault) noexcept;
 
  private:
@@ -44,23 +45,24 @@ class Receipt {
   std::vector<Done> waiting_;
 };
 
-/// Where a registry's changes are written, in the order of the calls. `put`, `erase` and `bury` are
-/// called under the registry's lock: they note the change and return, and do not wait for a disk.
+/// Records a registry's changes in the order of the calls. `put`, `erase` and `bury` are called
+/// under the registry's lock: they queue the change and return without waiting for the disk.
 class Ledger {
  public:
   using Time = std::chrono::system_clock::time_point;
 
   virtual ~Ledger() = default;
 
-  /// A new session. If it cannot be written, the ledger drops it from the registry before it
-  /// settles the receipt.
+  /// Records a new session. If it cannot be written, the ledger drops it from the registry before
+  /// it settles the receipt.
   virtual std::shared_ptr<Receipt> put(std::shared_ptr<Session> session) = 0;
-  /// A session has expired.
+  /// Records that a session has expired.
   virtual std::shared_ptr<Receipt> erase(const Principal& principal, std::string id) = 0;
-  /// A session was deleted, and no handle creates it again before `until`; also called for an id
-  /// that the registry does not know, whose row may be there because an earlier deletion failed.
+  /// Records that a session was deleted and that no client's handle may create it again before
+  /// `until`. Also called for an id that the registry does not know: an earlier deletion may have
+  /// failed and left its row.
   virtual std::shared_ptr<Receipt> bury(const Principal& principal, std::string id, Time until) = 0;
-  /// A session has a new cached state, which may be written some time later, or never.
+  /// Records that a session has a new cached state, which may be written later or never.
   virtual void cached(std::weak_ptr<Session> session) noexcept = 0;
 };
 

@@ -36,7 +36,7 @@ std::expected<Registry::Created, Registry::CreateError> Registry::create(
     if (!decoded && !ignored) return std::unexpected(std::move(decoded.error()));
     if (decoded) saved = *std::move(decoded);
   }
-  // Taking memory may shed caches under the lock, so that no state is adopted with it.
+  // Adopts before it locks: taking memory may shed caches, which locks the registry too.
   if (saved) fresh->adopt(saved->step, saved->saved);
   SessionKey key{principal.name, id};
   std::unique_lock lock(mutex_);
@@ -51,7 +51,7 @@ std::expected<Registry::Created, Registry::CreateError> Registry::create(
   }
   if (recreate && has_tombstone(principal, id)) return std::unexpected(Conflict::deleted);
   if (sessions_.size() >= max_sessions_) return std::unexpected(Conflict::too_many);
-  // A tombstone stays: it counts again if the session cannot be written, and ends before it.
+  // Keeps the tombstone: it counts again if the session cannot be written, and expires by itself.
   const auto place = sessions_.emplace(std::move(key), fresh).first;
   try {
     fresh->belong_to(principal);
@@ -211,7 +211,7 @@ Sweeper::Sweeper(Registry& registry, std::function<void(std::size_t)> report)
           try {
             if (const std::size_t dropped = registry.expire()) report(dropped);
           } catch (const std::exception&) {
-            // Without memory it sweeps again after the pause.
+            // Without memory the thread sweeps again after the pause.
           }
         }
       }) {}

@@ -24,12 +24,12 @@
 
 namespace stiefel::server {
 
-/// What a session is found by: two principals may use one id, and each has a session of its own.
+/// The key of a session in the registry: two principals may use one id, each for its own session.
 struct SessionKey {
   std::string principal, id;
 };
 
-/// By principal, then by id.
+/// Orders by principal, then by id.
 struct SessionKeyLess {
   using is_transparent = void;
   struct View {
@@ -44,8 +44,8 @@ struct SessionKeyLess {
 /// The sessions by their principals and ids. Thread-safe.
 class Registry {
  public:
-  /// `keys`: of the checkpoints; those of the process if null. The caches of the sessions are given
-  /// up for whoever takes memory of the budget.
+  /// `keys` sign and verify the checkpoints; null means the keys of the process. The sessions give
+  /// up their caches when `memory` runs out of bytes.
   Registry(std::uint32_t max_sessions, std::chrono::milliseconds idle_timeout, Clock clock,
            std::shared_ptr<const CheckpointKeys> keys = nullptr,
            MemoryBudget& memory = MemoryBudget::unlimited());
@@ -60,12 +60,12 @@ class Registry {
   enum class Conflict { other_scene, too_many, deleted };
   using CreateError = std::variant<Conflict, CheckpointRefusal, Overflow>;
 
-  /// A new session, or the principal's of that id, if its scene is the same; in its cache is what
-  /// `checkpoint` holds unless that is empty. The checkpoint is checked in any case, and that the
-  /// fields at step 0 are finite numbers: no other is ever sent. A checkpoint that another server
-  /// signed is ignored. With `recreate` no session comes back that was deleted within the idle
-  /// timeout. `memory`: what a new session takes its bytes of, the registry's budget or a part of
-  /// it; that of the registry if null. Throws MemoryExhausted.
+  /// Returns a new session, or the principal's session with this id if its scene is the same.
+  /// Adopts the state of `checkpoint`, unless that is empty, into the session's cache; ignores a
+  /// checkpoint signed with another server's key. Always checks the checkpoint, and that the fields
+  /// at step 0 are finite, since no others may be sent. With `recreate`, refuses an id that was
+  /// deleted within the idle timeout. A new session takes its bytes from `memory`, a part of the
+  /// registry's budget; null means that budget itself. Throws MemoryExhausted.
   std::expected<Created, CreateError> create(const Principal& principal, const std::string& id,
                                              Scene scene, std::string_view checkpoint,
                                              Resolution resolution = {}, bool recreate = false,
@@ -76,44 +76,45 @@ class Registry {
     std::shared_ptr<Receipt> receipt = {};  ///< null without a ledger
     explicit operator bool() const { return found; }
   };
-  /// The id counts as deleted whether it was there or not: a session of it may be on its way here
-  /// from another server.
+  /// Deletes the session. Marks the id as deleted even if there is no such session: it may be on
+  /// its way here from another server.
   Erased erase(const Principal& principal, std::string_view id);
-  /// Whether it was erased within the idle timeout, and not created anew.
+  /// Whether the session was deleted within the idle timeout and not created again.
   bool deleted(const Principal& principal, std::string_view id) const;
-  /// At most `count` of the principal's in the order of their ids, the first one after `after`.
-  /// Looking renews nothing.
+  /// Returns at most `count` of the principal's sessions in the order of their ids, starting after
+  /// the id `after`. Does not renew them.
   std::vector<std::shared_ptr<const Session>> page(const Principal& principal,
                                                    std::string_view after, std::size_t count) const;
   std::size_t size() const;
 
-  /// Drops the sessions that had no call for the idle timeout; returns their number.
+  /// Drops the sessions that had no call for the idle timeout and returns their number.
   std::size_t expire();
-  /// The time at which the session expires without further calls.
+  /// Returns the time at which the session expires if no further call uses it.
   std::chrono::system_clock::time_point expire_time(const Session& session) const;
 
-  /// Every change from now on is written to `ledger`, in its order; it must outlive the calls.
+  /// Writes every change from now on to `ledger`, in order. The ledger must outlive the calls.
   void write_to(Ledger& ledger);
   /// Whether there is a ledger.
   bool durable() const { return ledger_ != nullptr; }
-  /// Before there is a ledger: a session that is in it already, however many there are.
+  /// Adds a session that the ledger has already, even beyond `max_sessions`. Call it before
+  /// `write_to`.
   void restore(std::shared_ptr<Session> session);
-  /// Before there is a ledger: a deletion that is in it already. Of one principal in the order of
-  /// their times; none lasts longer than the idle timeout from now.
+  /// Adds a deletion that the ledger has already; it lasts until `until`, but at most the idle
+  /// timeout from now. Call it before `write_to`, for each principal in the order of `until`.
   void bury(const Principal& principal, std::string id, Ledger::Time until);
-  /// Removes this session, unless another one has its name; the ledger does not learn of it.
+  /// Removes `session`, unless another one has taken its name. Does not tell the ledger.
   void drop(const Session& session);
   const std::shared_ptr<const Clock>& clock() const { return clock_; }
   const std::shared_ptr<const CheckpointKeys>& keys() const { return keys_; }
-  /// Gives up about so many bytes of caches, of the sessions first that were not used for longest;
-  /// of that principal's alone unless null.
+  /// Gives up about `bytes` bytes of caches, first of the sessions that were unused for longest;
+  /// only of the principal `of` unless that is null.
   void shed(std::uint64_t bytes, const Principal* of = nullptr) const;
 
   std::uint32_t max_sessions() const { return max_sessions_; }
   std::chrono::milliseconds idle_timeout() const { return idle_timeout_; }
 
  private:
-  /// With the lock held.
+  /// Requires the lock, as does `tombstones_of`.
   bool has_tombstone(const Principal& principal, std::string_view id) const;
   Tombstones& tombstones_of(const Principal& principal);
 
@@ -125,7 +126,7 @@ class Registry {
   mutable std::shared_mutex mutex_;
   const std::shared_ptr<const CheckpointKeys> keys_;
   std::map<SessionKey, std::shared_ptr<Session>, SessionKeyLess> sessions_;
-  /// By principal: the deletions of one do not push out the tombstones of another.
+  /// By principal, so that the deletions of one do not push out the tombstones of another.
   std::map<std::string, Tombstones, std::less<>> tombstones_;  // guarded by mutex_
 };
 

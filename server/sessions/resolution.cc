@@ -10,7 +10,7 @@ const std::string* find(const FieldDigests& digests, const std::string& path) {
   return found == digests.end() ? nullptr : &found->second;
 }
 
-/// Whether the path is a part of a field that `digests` have not at all.
+/// Whether the path is a part, such as "body.moments", of a field that is absent from `digests`.
 bool within_absent(const std::string& path, const FieldDigests& digests) {
   const std::size_t dot = path.find('.');
   return dot != path.npos && !find(digests, path.substr(0, dot));

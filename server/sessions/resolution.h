@@ -10,32 +10,32 @@
 
 namespace stiefel::server {
 
-/// How a resolved description differs from the one that a caller gave: "epsilon", "method",
-/// "body.attitude".
+/// How a resolved description differs from the one that a caller gave, as paths of fields such as
+/// "epsilon", "method" and "body.attitude".
 struct Difference {
-  std::vector<std::string> filled_in;  ///< fields that are there and not as given
-  std::vector<std::string> cleared;    ///< fields that were given and are not there
+  std::vector<std::string> filled_in;  ///< resolved fields that were not given so
+  std::vector<std::string> cleared;    ///< given fields that the resolved description lacks
 
-  /// Whether a field is filled in, or is in one that is: "method.order" in "method".
+  /// Whether `path` is a filled-in field or lies within one: "method.order" in "method".
   bool fills_in(std::string_view path) const;
 };
 
-/// Compares bits, of which the given description's digests are enough. The parts of `body` are
-/// fields of their own, all others are taken whole.
+/// Compares bits; the digests of the given description suffice. The parts of `body` are compared
+/// one by one, every other field as a whole.
 Difference difference(const FieldDigests& given, const FieldDigests& resolved);
 Difference difference(const SceneDescription& given, const SceneDescription& resolved);
 
-/// What a scene's method was chosen for, and why this one.
+/// The tolerance and horizon for which a scene's method was chosen, and the reason for the choice.
 struct ChosenMethod {
   double tolerance;
   double horizon;
   std::string reason;
 };
 
-/// How a scene came from what its caller gave.
+/// How a scene was resolved from what its caller gave.
 struct Resolution {
   Difference difference;
-  std::optional<ChosenMethod> choice;  ///< where the method was chosen for a tolerance
+  std::optional<ChosenMethod> choice;  ///< set where the method was chosen for a tolerance
 };
 
 }  // namespace stiefel::server

@@ -10,14 +10,14 @@
 
 namespace stiefel::server {
 
-/// A state as bytes (checkpoint_bytes.h), and its step.
+/// A checkpoint as bytes (checkpoint_bytes.h), and its step.
 struct EncodedCheckpoint {
   std::int64_t step = 0;
   std::string bytes;
 };
 
-/// Samples side by side: the bytes of each field are (samples, rows, cols), as `write_field` writes
-/// them.
+/// Samples in columns: `fields` has one array of bytes per field, of shape (samples, rows, cols),
+/// in the format of `write_field`.
 struct Batch {
   std::vector<std::int64_t> steps;
   std::vector<double> times;
@@ -26,18 +26,18 @@ struct Batch {
   std::size_t size() const { return steps.size(); }
 };
 
-/// The samples at from, from + every, ... and always at `to`, a batch at a time. At a numerical
-/// stop the last sample is the last good state. For one thread at a time.
+/// Takes the samples at from, from + every, ... and always at `to`, a batch at a time. After a
+/// numerical stop the last sample is the last good state. For one thread at a time.
 class Sampling {
  public:
-  /// A batch is full when it holds so many bytes; one sample always fits.
+  /// The most bytes of a batch; one sample always fits.
   static constexpr std::size_t batch_bytes = std::size_t{128} << 10;
 
   struct Range {
     std::int64_t from, to, every;
-    /// Checkpoints at the first sample so many steps past `from` or the checkpoint before; where
-    /// the way to the next sample is longer, also between samples, unless the system has a closed
-    /// form. 0: none.
+    /// The steps between two checkpoints; 0 for none. A checkpoint is taken at the first sample at
+    /// least this far past `from` or past the previous checkpoint; where the next sample is farther
+    /// away than this, also between samples, unless the system has a closed form.
     std::int64_t checkpoint_every = 0;
     bool checkpoint_at_end = false;
 
@@ -46,36 +46,38 @@ class Sampling {
   Sampling(Session& session, std::vector<std::size_t> fields, Range range,
            const std::stop_token& stop = {});
 
-  /// One slice: goes on until the batch is full, all is sampled or the slice is over. A stop
-  /// request ends it with the last good state.
+  /// Runs one slice: samples until the batch is full, all samples are taken or the slice is over. A
+  /// stop request ends the sampling with the last good state as the last sample.
   void fill(Batch& batch, const std::stop_token& stop = {});
   bool full(const Batch& batch) const {
     return batch.size() >= capacity_ || !checkpoint_.bytes.empty();
   }
-  /// Nothing comes after what is in the batch: `to` is reached, or see `cursor().run_status()`.
+  /// Whether no sample follows those in the batch: `to` is reached, or the run ended early with
+  /// `cursor().run_status()`.
   bool done() const { return done_; }
-  /// Until the next `fill`: see Cursor.
+  /// Calls `Cursor::rest`; the next `fill` ends the rest.
   void rest() { cursor_.rest(); }
-  /// Ends with the last good state.
+  /// Takes the last good state as the last sample and ends the sampling.
   void cancel(Batch& batch);
-  /// The checkpoint of the last sample or of a state after it, if the range asks for one there:
-  /// before the next `fill`, once. Without bytes if there is none.
+  /// Returns, once, the checkpoint that the last `fill` made at its last sample or at a state after
+  /// it; without bytes if it made none. Call it before the next `fill`.
   EncodedCheckpoint take_checkpoint() { return std::exchange(checkpoint_, {}); }
 
-  /// Makes the batch empty; its memory is kept.
+  /// Empties the batch and keeps its memory.
   void clear(Batch& batch) const;
-  /// Cuts the bytes to the samples there are. Before sending.
+  /// Cuts each field's bytes to the samples in the batch; call it before sending.
   void trim(Batch& batch) const;
 
   const Cursor& cursor() const { return cursor_; }
-  /// Units of work that it is predicted to take, and bytes of its fields, if it reaches `to`.
+  /// The predicted price of a run that reaches `to`: work in instructions, and bytes of its
+  /// samples.
   double work() const { return session_.work(cursor_.start(), range_.to); }
   std::uint64_t bytes() const;
-  /// The samples a batch holds at most.
+  /// The most samples of a batch.
   std::size_t capacity() const { return capacity_; }
 
  private:
-  /// Where the cursor goes next: to a sample, or to a checkpoint before it.
+  /// Returns where the cursor goes next: to a sample, or to a checkpoint before it.
   std::int64_t target() const;
   void checkpoint();
   void sample(Batch& batch);

@@ -18,8 +18,8 @@ namespace {
 
 constexpr std::size_t max_idle = 2;
 
-/// The work between two checkpoints, at first: half a slice, and more if they are large, so that a
-/// run of any size fills at most 16 MB a second with them.
+/// Returns the initial number of steps between two checkpoints: half a slice of work, more if the
+/// states are large, so that a run of any size fills at most 16 MB a second with checkpoints.
 std::int64_t first_spacing(double step_cost, std::size_t bytes) {
   constexpr double nanoseconds_a_byte = 1e9 / 16e6;
   const double work =
@@ -28,7 +28,7 @@ std::int64_t first_spacing(double step_cost, std::size_t bytes) {
       std::bit_floor(static_cast<std::uint64_t>(std::max(work / std::max(step_cost, 1.0), 1.0))));
 }
 
-/// Fields with more numbers are copies of the state or cost more than the session.
+/// Fields with more numbers are not checked: they repeat the state or cost more than the session.
 constexpr int largest_checked = Scene::max_dimension * Scene::max_dimension;
 
 std::optional<Overflow> find_overflow(const Simulation& simulation) {
@@ -44,34 +44,34 @@ std::optional<Overflow> find_overflow(const Simulation& simulation) {
   return std::nullopt;
 }
 
-/// Above it ‖Ω‖, which takes eigenvalues, costs more than the step whose price needs it is worth;
-/// the price is then that at h‖Ω‖ = 0.1.
+/// Up to this dimension the price of a step is computed from ‖Ω‖. Above it the eigenvalues for ‖Ω‖
+/// cost more than a step, and the price is that at h‖Ω‖ = 0.1.
 constexpr int largest_with_rate = 64;
 
 bool is_priced_by_rate(const Scene& scene) {
   return scene.dimension() <= largest_with_rate && price_depends_on_rate(scene);
 }
 
-/// h‖Ω‖ of a step of the map.
+/// Returns h‖Ω‖ for a step of the map, with ‖Ω‖ = `rate`.
 double h_omega(const Scene& scene, double rate) {
   return std::abs(scene.step()) / scene.substeps() * rate;
 }
 
-/// The price of a step of the map of a scene that is no ensemble; `rate`: at its start, where the
-/// price depends on it.
+/// Returns the price of a step of the map for a scene that is not an ensemble. `rate` is ‖Ω‖ at the
+/// start, used where the price depends on it.
 double step_price_of(const Scene& scene, double rate) {
   return is_priced_by_rate(scene) ? step_price(scene, h_omega(scene, rate)) : step_weight(scene);
 }
 
-/// A state and the bytes that it takes, which are given back with the last reference to it.
+/// A state, and the lease of its bytes, which ends with the last reference to the state.
 struct PricedState {
   MemoryLease memory;
   std::vector<double> numbers;
 };
 
-/// The numbers, and what stands around them.
+/// Returns the bytes of a state: its numbers, and 192 for the objects around them.
 std::uint64_t state_bytes(std::size_t numbers) { return numbers * sizeof(double) + 192; }
-/// A session without arrays: its strings, fields and lists.
+/// The bytes of a session without arrays: its strings, fields and lists.
 constexpr std::uint64_t session_object = 8 << 10;
 
 Saved with(MemoryLease memory, std::vector<double> numbers) {
@@ -126,8 +126,8 @@ void Session::take(Outline outline) {
   spacing_ = checkpoints_.spacing();
 }
 
-/// The members' simulations and states are many times as large as their scenes, so that they are
-/// not made before somebody steps.
+/// The simulations and states of the members are many times as large as their scenes, so they are
+/// not made before the first step.
 void Session::look_at_members() {
   const auto members = scene_.members();
   const Scene first = members.front();
@@ -204,7 +204,7 @@ std::unique_ptr<Simulation> Session::lease_at(std::int64_t step, std::span<const
   std::unique_ptr<Simulation> simulation;
   {
     const std::lock_guard lock(mutex_);
-    // One that is at that step has that state: a session is a function of the step.
+    // An idle simulation at that step is in that state: a session is a function of the step.
     auto best = std::ranges::find(idle_, step, [](const auto& one) { return one->step(); });
     if (best == idle_.end()) best = idle_.begin();
     if (best != idle_.end()) {
@@ -278,7 +278,7 @@ void Session::deposit(const Simulation& simulation) {
     if (!checkpoints_.wants(step)) return;
   }
   MemoryLease memory = MemoryLease::if_it_fits(memory_, state_bytes(saved_size_));
-  if (!memory) return;  // a checkpoint is worth no other
+  if (!memory) return;  // a checkpoint is not worth dropping another cache
   Saved saved = save(simulation, std::move(memory));
   {
     const std::lock_guard lock(mutex_);

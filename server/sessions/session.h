@@ -39,92 +39,95 @@ class Session : public std::enable_shared_from_this<Session> {
  public:
   static constexpr std::int64_t max_step = std::int64_t{1} << 53;
 
-  /// `keys`: of its checkpoints; those of the process if null. Throws MemoryExhausted, as all that
-  /// makes simulations or keeps states does, when its scene, state and simulation do not fit into
-  /// the budget, which must outlive it.
+  /// `keys` sign and verify the session's checkpoints; null means the keys of the process. `memory`
+  /// must outlive the session. Throws MemoryExhausted when the scene, its state and its simulation
+  /// do not fit into `memory`, as do `lease`, `lease_at` and `adopt`.
   Session(std::string id, Scene scene, std::shared_ptr<const Clock> clock,
           Resolution resolution = {}, std::shared_ptr<const CheckpointKeys> keys = nullptr,
           MemoryBudget& memory = MemoryBudget::unlimited());
 
   const std::string& id() const { return id_; }
   const Scene& scene() const { return scene_; }
-  /// How the scene came from what the session's creator gave.
+  /// How the scene was resolved from what the session's creator gave.
   const Resolution& resolution() const { return resolution_; }
-  /// Equal exactly for equal resolved scenes: 32 bytes.
+  /// SHA-256 of the resolved scene, 32 bytes: equal exactly for equal scenes.
   const std::string& identity() const { return identity_; }
   const CheckpointKeys& checkpoint_keys() const { return *keys_; }
   const std::vector<Field>& fields() const { return fields_; }
   std::size_t block_count() const { return block_count_; }
   std::size_t saved_size() const { return saved_size_; }
   double step_cost() const { return step_cost_; }
-  /// Whether a state is computed from that at step 0, however far.
+  /// Whether every state is computed directly from that at step 0, however far away it is.
   bool direct() const { return direct_; }
-  /// Units of work, instructions, that the steps between two states are predicted to take; where a
-  /// method chooses its own steps, at least.
+  /// Returns the predicted work of the steps between two states, in instructions; a lower bound
+  /// where the method chooses its own steps.
   double work(std::int64_t from, std::int64_t to) const;
-  /// A field that is not finite at step 0, if there is one: 1/λ or λ_i + λ_j of numbers that were
-  /// themselves in order.
+  /// A field that is not finite at step 0, if there is one. It overflows in 1/λ or λ_i + λ_j
+  /// although every λ is valid by itself.
   const std::optional<Overflow>& overflow() const { return overflow_; }
 
-  /// The step of the nearest state at or before `step`: where `lease` would begin now.
+  /// Returns the step of the nearest state at or before `step`, at which `lease` would start now.
   std::int64_t start_for(std::int64_t step) const;
-  /// What is given back when the session is gone: its place in its principal's account. Once, by
-  /// the call that made it.
+  /// Keeps `seat`, the session's place in its principal's account, until the session is destroyed.
+  /// Called once, by the call that created the session.
   void hold(std::shared_ptr<void> seat) { seat_ = std::move(seat); }
 
-  /// A Simulation at the nearest state at or before `step`, for the caller alone.
+  /// Returns a Simulation at the nearest state at or before `step`, for the caller alone.
   std::unique_ptr<Simulation> lease(std::int64_t step);
-  /// One with that state, which `save` gave at `step`.
+  /// Returns a Simulation in the state `saved`, which `Simulation::save` wrote at `step`.
   std::unique_ptr<Simulation> lease_at(std::int64_t step, std::span<const double> saved);
   void give_back(std::unique_ptr<Simulation> simulation) noexcept;
-  /// Instead of `give_back`: of one that an exception left between two states.
+  /// Destroys a leased simulation that an exception left between two states; call it in place of
+  /// `give_back`.
   void discard(std::unique_ptr<Simulation> simulation) noexcept;
-  /// The state of a simulation for a caller that rests: callers that rest at one step share it.
-  /// Null when there is no memory for it.
+  /// Returns the simulation's state for a caller that gives the simulation back and rests. Callers
+  /// that rest at the same step share one copy. Null when there is no memory for it.
   Saved keep(const Simulation& simulation);
 
-  /// Bytes that the scene takes, predicted.
+  /// The predicted bytes of the scene, and 8 KiB for the session itself.
   std::uint64_t scene_bytes() const { return scene_memory_.bytes(); }
-  /// Bytes that a simulation of the scene takes, predicted.
+  /// The predicted bytes of one simulation of the scene.
   std::uint64_t simulation_bytes() const { return simulation_bytes_; }
-  /// Bytes of what `shed` would give up.
+  /// The bytes that `shed` would give back.
   std::uint64_t cached_bytes() const;
-  /// Gives up what can be computed again: idle simulations, and the checkpoints after step 0 that
-  /// did not come from elsewhere.
+  /// Drops what can be computed again: idle simulations, and the checkpoints that are neither at
+  /// step 0 nor adopted.
   void shed();
 
-  /// The first step after `step` where `deposit` would keep the state.
+  /// Returns the first step after `step` where `deposit` would keep the state.
   std::int64_t next_checkpoint(std::int64_t step) const;
-  /// Keeps the state if its step is one of the fixed indices.
+  /// Keeps the state if its step is one of the fixed indices and there is memory for it.
   void deposit(const Simulation& simulation);
-  /// Keeps a state that came from elsewhere; `saved_size()` numbers.
+  /// Keeps a state from a client's checkpoint or from the store: `saved_size()` numbers.
   void adopt(std::int64_t step, std::vector<double> saved);
 
-  /// The steps of the states that it caches, step 0 first.
+  /// Returns the steps of the cached states in increasing order, from 0.
   std::vector<std::int64_t> cached_steps() const;
-  /// The step that the last call left it at.
+  /// The step at which the last call left its simulation.
   std::int64_t cursor() const { return cursor_.load(std::memory_order_relaxed); }
 
   std::chrono::system_clock::time_point create_time() const { return create_time_; }
-  /// Before others see the session.
+  /// Sets the owner. Call it before other threads see the session.
   void belong_to(const Principal& owner) { owner_ = owner; }
-  /// Before others see the session: from now on the ledger learns of the states that it caches.
+  /// Makes the session report its new cached states to `ledger`. Call it before other threads
+  /// use the session.
   void write_to(Ledger& ledger) { ledger_ = &ledger; }
-  /// Before others see the session: whose it is and when it was created, by a server before this
-  /// one.
+  /// Sets the owner and creation time of a session that an earlier server stored. Call it before
+  /// other threads see the session.
   void restored(Principal owner, std::chrono::system_clock::time_point created) {
     owner_ = std::move(owner);
     create_time_ = created;
   }
   const Principal& owner() const { return owner_; }
-  /// Of its row in the ledger; null without one. Guarded by the registry's lock.
+  /// Sets the receipt for this session's row in the ledger, null when the server has no store, and
+  /// reports a cached state after step 0 to the ledger. Guarded by the registry's lock.
   void written_by(std::shared_ptr<Receipt> receipt);
   const std::shared_ptr<Receipt>& receipt() const { return receipt_; }
-  /// The last state that it caches; the ledger learns of the next one again.
+  /// Returns the last cached state; the ledger is told of the next one again.
   Checkpoints::Nearest take_last_state();
   std::chrono::steady_clock::duration idle_time() const;
   bool in_use() const { return uses_.load() > 0; }
-  /// Deleted or expired: calls that run go on, new ones do not find it.
+  /// Whether the session is deleted or expired: running calls go on, new ones do not find it.
   bool closed() const { return closed_.load(std::memory_order_relaxed); }
   void close() { closed_ = true; }
 
@@ -134,11 +137,12 @@ class Session : public std::enable_shared_from_this<Session> {
   void touch() { last_use_ = (*clock_)().time_since_epoch().count(); }
   std::unique_ptr<Simulation> make();
   void take(Outline outline);
-  /// Instead of making the simulation of an ensemble.
+  /// Reads what the constructor of an ensemble needs from one member after another, without making
+  /// the ensemble's simulation.
   void look_at_members();
   /// Steps of the map between two states.
   double map_steps() const { return direct_ ? 1 : scene_.substeps(); }
-  /// That simulation, or a new one where it is null, at that state.
+  /// Returns `simulation`, or a new one if it is null, in the state `saved` at `step`.
   std::unique_ptr<Simulation> at_state(std::unique_ptr<Simulation> simulation, std::int64_t step,
                                        std::span<const double> saved);
 
@@ -154,10 +158,10 @@ class Session : public std::enable_shared_from_this<Session> {
   Principal owner_;
   Ledger* ledger_ = nullptr;
   std::shared_ptr<Receipt> receipt_;
-  std::atomic<bool> ledger_knows_ = false;  // that there is a state it has not taken
+  std::atomic<bool> ledger_knows_ = false;  // whether it was told of a state that it has not taken
   const std::uint64_t simulation_bytes_;
   const MemoryLease scene_memory_;
-  MemoryLease simulations_memory_;  ///< of the idle ones and of those that are leased
+  MemoryLease simulations_memory_;  ///< of the idle and of the leased simulations
   std::vector<Field> fields_;
   std::size_t block_count_ = 0;
   std::size_t saved_size_ = 0;
@@ -175,7 +179,7 @@ class Session : public std::enable_shared_from_this<Session> {
   mutable std::mutex mutex_;
   Checkpoints checkpoints_;                        // guarded by mutex_
   std::vector<std::unique_ptr<Simulation>> idle_;  // guarded by mutex_; the last used at the back
-  /// The states of callers that rest, by step.
+  /// The states of resting callers, by step.
   std::map<std::int64_t, std::weak_ptr<const std::vector<double>>> kept_;  // guarded by mutex_
 };
 
@@ -198,7 +202,7 @@ class SessionLease {
     --session_->uses_;
   }
 
-  /// The session, for whoever will use it again later; it may expire meanwhile.
+  /// The session, for a use after the lease; it may expire in between.
   const std::shared_ptr<Session>& session() const { return session_; }
   Session* operator->() const { return session_.get(); }
   Session& operator*() const { return *session_; }

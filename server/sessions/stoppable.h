@@ -9,7 +9,8 @@
 
 namespace stiefel::server {
 
-/// What `work()` computes in the engine is stopped when the token requests it; nothing then.
+/// Returns what `work()` computes in the engine, or nothing when `stop` is requested before it
+/// ends.
 template <class Work>
 std::optional<std::invoke_result_t<Work>> stoppable(const std::stop_token& stop, Work&& work) {
   return unless_stopped(stop, std::forward<Work>(work));

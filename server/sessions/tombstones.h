@@ -9,24 +9,24 @@
 
 namespace stiefel::server {
 
-/// The names of sessions that were deleted, each for a lifetime, so that nobody who still uses one
-/// creates it again. When there are too many the oldest are dropped first. Not thread-safe.
+/// Keeps the names of deleted sessions, each for a lifetime, so that no client that still uses a
+/// name creates its session again. Drops the oldest names when there are too many. Not thread-safe.
 class Tombstones {
  public:
   using Time = std::chrono::steady_clock::time_point;
   static constexpr std::size_t max_count = std::size_t{1} << 16;
-  /// Of the names and of what holds them, `entry_bytes` each.
+  /// The most bytes of all entries; an entry counts its name and `entry_bytes`.
   static constexpr std::size_t max_bytes = std::size_t{16} << 20;
   static constexpr std::size_t entry_bytes = 160;
 
   explicit Tombstones(std::chrono::milliseconds lifetime) : lifetime_(lifetime) {}
 
-  /// The session of that name is deleted now; its lifetime starts again if it was before.
+  /// Records that the session `name` is deleted now; restarts the lifetime of a name that is there.
   void put(std::string name, Time now);
-  /// Whether it was deleted less than a lifetime ago.
+  /// Whether the session `name` was deleted less than a lifetime ago.
   bool contains(std::string_view name, Time now) const;
   void remove(std::string_view name);
-  /// Drops what is older than the lifetime.
+  /// Drops the names that are older than the lifetime.
   void expire(Time now);
   std::size_t size() const { return order_.size(); }
 

@@ -13,7 +13,7 @@
 namespace stiefel::server {
 namespace {
 
-/// The number that the holder wrote into the file.
+/// Returns the process id that the holder wrote into the file.
 std::string holder_of(int descriptor) {
   std::array<char, 32> text{};
   const ssize_t count = pread(descriptor, text.data(), text.size(), 0);
@@ -33,7 +33,7 @@ FileLock::FileLock(const std::string& file)
     close(descriptor_);
     throw std::runtime_error(what);
   }
-  // For the message alone: on a full disk the file stays empty.
+  // The number serves the error message only; on a full disk the file stays empty.
   const std::string number = std::to_string(getpid());
   if (ftruncate(descriptor_, 0) == 0)
     static_cast<void>(pwrite(descriptor_, number.data(), number.size(), 0) > 0);

@@ -4,11 +4,12 @@
 
 namespace stiefel::server {
 
-/// Holds a file for this process alone, through flock(2): the kernel lets go of it when the process
-/// ends, however it ends. The file is made if it is not there, and stays.
+/// Locks a file for this process with flock(2). The kernel releases the lock when the process ends,
+/// in whatever way. Creates the file if there is none, and leaves it.
 class FileLock {
  public:
-  /// Throws std::runtime_error: what is wrong, "in use by process 123" where another one holds it.
+  /// Throws std::runtime_error with the reason; "in use by process 123" if another process holds
+  /// it.
   explicit FileLock(const std::string& file);
   ~FileLock();
   FileLock(FileLock&& other) noexcept;

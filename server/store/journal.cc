@@ -14,9 +14,9 @@
 namespace stiefel::server {
 namespace {
 
-/// What ps and top call the thread.
+/// The name of the thread in ps and top.
 constexpr const char* thread_name = "store";
-/// How long changes that wait put off the checkpoints.
+/// How long waiting changes may delay the checkpoints.
 constexpr auto longest_delay = std::chrono::seconds(5);
 
 std::int64_t nanoseconds_of(Ledger::Time time) {
@@ -94,7 +94,7 @@ void Journal::cached(std::weak_ptr<Session> session) noexcept {
   try {
     const std::lock_guard lock(mutex_);
     with_states_.push_back(std::move(session));
-  } catch (const std::bad_alloc&) {  // a checkpoint is never a promise
+  } catch (const std::bad_alloc&) {  // checkpoints are best effort
   }
 }
 
@@ -140,7 +140,7 @@ void Journal::write(std::span<const Change> changes) {
 void Journal::trim_tombstones() noexcept {
   try {
     store_.transact([this] { store_.trim_tombstones(nanoseconds_now()); });
-  } catch (...) {  // they only take space
+  } catch (...) {  // untrimmed tombstones only take space
   }
 }
 
@@ -220,7 +220,7 @@ void Journal::write_checkpoints(std::vector<std::weak_ptr<Session>> sessions) {
         if (!session) continue;
         const auto last = session->take_last_state();
         const std::size_t size = session->saved_size() * sizeof(double);
-        // A closed session has no row any more, or another one has it.
+        // The row of a closed session is gone or belongs to another session.
         if (session->closed() || last.step == 0 || bytes + size > max_checkpoint_bytes) continue;
         bytes += size;
         store_.put(to_row(*session, last));

@@ -19,36 +19,36 @@
 
 namespace stiefel::server {
 
-/// Writes a registry's changes into a store, on a thread of its own. The changes that arrive while
-/// one transaction is on its way to the disk are the next one, so that many calls share one wait
-/// for the disk. A transaction that fails is tried again change by change: what does not fit fails
-/// alone. Deletions may use the store's reserve, and the place of older tombstones.
+/// Writes a registry's changes to a store, on a thread of its own. The changes that arrive during
+/// one transaction form the next, so that many calls share one wait for the disk. A transaction
+/// that fails is repeated change by change, so that only what does not fit fails. Deletions may use
+/// the store's reserve and the space of older tombstones.
 ///
-/// Checkpoints are written behind, when nothing else waits: of each session its last state, a few
-/// seconds after it was cached. They are dropped when there are too many bytes of them, when they
-/// fail, and when a session needs their place.
+/// Writes checkpoints when no change waits, at the latest 5 s after a pass is due: the last state
+/// of each session, a few seconds after it was cached. Drops those beyond `max_checkpoint_bytes`,
+/// those whose writing fails, and all of them when a change needs their space.
 class Journal final : public Ledger {
  public:
   struct Hooks {
-    /// A session as a row.
+    /// Converts a session to a row.
     std::function<StoredSession(const Session&)> to_row;
     /// Drops a session that could not be written from the registry.
     std::function<void(const Session&)> drop;
-    /// Tells of a change that nobody waits for and that failed.
+    /// Reports a change or a checkpoint that could not be written.
     std::function<void(const WriteFault&)> report;
   };
-  /// Between two passes that write checkpoints.
+  /// The time between two passes that write checkpoints.
   static constexpr auto checkpoint_interval = std::chrono::milliseconds(2000);
-  /// Of a pass.
+  /// The most bytes that a pass writes.
   static constexpr std::size_t max_checkpoint_bytes = std::size_t{16} << 20;
-  /// The most changes and bytes of a transaction.
+  /// The changes and the bytes at which a transaction is full.
   static constexpr std::size_t max_changes = 1024;
   static constexpr std::size_t max_bytes = std::size_t{32} << 20;
 
-  /// The store must outlive it, and what the hooks use.
+  /// The store and what the hooks use must outlive the journal.
   Journal(Store& store, Hooks hooks,
           std::chrono::milliseconds between_checkpoints = checkpoint_interval);
-  /// Writes what waits, the checkpoints too.
+  /// Writes all waiting changes and checkpoints.
   ~Journal() override;
 
   std::shared_ptr<Receipt> put(std::shared_ptr<Session> session) override;
@@ -56,11 +56,11 @@ class Journal final : public Ledger {
   std::shared_ptr<Receipt> bury(const Principal& principal, std::string id, Time until) override;
   void cached(std::weak_ptr<Session> session) noexcept override;
 
-  /// Transactions so far that wrote sessions, deletions or tombstones.
+  /// The number of transactions that wrote sessions, deletions or tombstones. Thread-safe.
   std::uint64_t transactions() const { return transactions_.load(std::memory_order_relaxed); }
 
  private:
-  /// A session to write, or a name to erase, with a tombstone if there is a time for it.
+  /// A session to write, or the name of one to erase, with a tombstone if `until` is set.
   struct Change {
     std::shared_ptr<Session> session;
     Principal principal;

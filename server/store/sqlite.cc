@@ -23,10 +23,11 @@ int flags_of(Database::Mode mode) {
   std::unreachable();
 }
 
-/// A disk without space, also where a limit of the process or a quota stands for the disk.
+/// Whether an error means a full disk, a process limit or a quota.
 bool is_full(int error) { return error == ENOSPC || error == EDQUOT || error == EFBIG; }
 
-/// Of a call that failed. SQLite notes that of a write to its log with the log's file alone.
+/// Returns the system's error of a failed call. For a write to its log, SQLite notes the error with
+/// the log's file only.
 int system_error(sqlite3* database, int code) {
   int error = sqlite3_system_errno(database);
   sqlite3_file* log = nullptr;

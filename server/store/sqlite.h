@@ -13,7 +13,7 @@ struct sqlite3_stmt;
 
 namespace stiefel::server {
 
-/// A call of SQLite that failed, in SQLite's words.
+/// A failed call of SQLite, with SQLite's message.
 class StoreError : public std::runtime_error {
  public:
   StoreError(WriteFault::Kind kind, const std::string& what)
@@ -29,21 +29,21 @@ class StoreError : public std::runtime_error {
 class Database {
  public:
   enum class Mode { existing, create, read_only };
-  /// `vfs`: SQLite's name of the file system to use, null for its default. Throws StoreError.
+  /// `vfs` is SQLite's name of the file system to use, null for its default. Throws StoreError.
   Database(const std::string& file, Mode mode, const char* vfs = nullptr);
   ~Database();
   Database(Database&& other) noexcept;
   Database& operator=(Database&&) = delete;
 
-  /// Statements without results.
+  /// Runs statements without results.
   void run(const std::string& sql);
-  /// The first column of the first row.
+  /// Return the first column of the first row.
   std::int64_t number(const std::string& sql);
   std::string text(const std::string& sql);
   bool in_transaction() const;
-  /// Waits for the locks of other programs, such as a backup, up to 5 s. The default.
+  /// Waits up to 5 s for the locks of other programs, such as a backup. This is the default.
   void set_patience();
-  /// The rows that the last statement inserted or deleted.
+  /// The number of rows that the last statement inserted or deleted.
   std::int64_t changes() const;
 
  private:
@@ -54,8 +54,8 @@ class Database {
   sqlite3* handle_;
 };
 
-/// A prepared statement. Parameters are numbered from 1, columns from 0; what is bound must live
-/// until the statement is reset. The database must outlive it.
+/// A prepared statement. Parameters are numbered from 1, columns from 0. Bound values must live
+/// until the statement is reset, and the database must outlive it.
 class Statement {
  public:
   Statement(Database& database, std::string_view sql);
@@ -66,17 +66,17 @@ class Statement {
   Statement& bind(int parameter, std::int64_t value);
   Statement& bind(int parameter, std::string_view text);
   Statement& bind_blob(int parameter, std::string_view bytes);
-  /// NULL where absent.
+  /// Binds NULL if `value` is absent.
   Statement& bind(int parameter, std::optional<double> value);
 
-  /// The next row: false after the last one.
+  /// Moves to the next row; returns false after the last one.
   bool step();
-  /// Runs it to its end and makes it ready for the next parameters.
+  /// Runs the statement to its end and makes it ready for the next parameters.
   void execute();
 
   std::int64_t integer(int column) const;
   std::optional<double> real(int column) const;
-  /// Text or a blob.
+  /// Returns a text or a blob.
   std::string bytes(int column) const;
 
  private:

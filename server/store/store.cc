@@ -9,7 +9,7 @@
 namespace stiefel::server {
 namespace {
 
-/// Columns one after another, each text with its length.
+/// Collects columns, each text after its length, for the digest of a row.
 class Digest {
  public:
   Digest& add(std::string_view text) {
@@ -54,7 +54,8 @@ constexpr std::string_view select =
     "s.cleared, s.tolerance, s.horizon, s.reason, s.digest, c.numerics_id, c.identity, c.step, "
     "c.state, c.digest FROM session AS s LEFT JOIN checkpoint AS c USING (principal, id)";
 
-/// The newest of each principal first, then the second of each, and so on: the first ones stay.
+/// Keeps the first rows of an order that begins with the newest tombstone of each principal and
+/// goes on with the second newest of each.
 constexpr std::string_view keep_newest =
     "DELETE FROM tombstone WHERE (principal, id) IN (SELECT principal, id FROM (SELECT principal, "
     "id, row_number() OVER (PARTITION BY principal ORDER BY until DESC) AS place FROM tombstone) "
@@ -89,7 +90,7 @@ void Store::transact(const std::function<void()>& changes) {
     failpoint("store.commit");
     database.run("COMMIT");
   } catch (...) {
-    // SQLite has rolled back by itself after some errors.
+    // After some errors SQLite has rolled back by itself.
     if (database.in_transaction()) {
       try {
         database.run("ROLLBACK");
@@ -206,7 +207,7 @@ void Store::transact_with_reserve(const std::function<void()>& changes) {
 }
 
 void Store::empty_log() noexcept {
-  try {  // without waiting for a backup that reads the log
+  try {  // does not wait for a backup that reads the log
     file_.database.run("PRAGMA busy_timeout=0");
     file_.database.run("PRAGMA wal_checkpoint(TRUNCATE)");
   } catch (const std::exception&) {

@@ -15,9 +15,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Pages in the log at which SQLite moves them into the file: as many as the reserve has room for.
+/// The pages in the log at which SQLite moves them into the file; the reserve has room for as many.
 constexpr std::int64_t log_pages = 256;
-/// The log is cut to this size afterwards.
+/// The size in bytes to which SQLite cuts the log once its pages are in the file.
 constexpr std::int64_t log_bytes = std::int64_t{4} << 20;
 
 constexpr const char* tables = R"sql(
@@ -64,7 +64,8 @@ void sync_folder(const fs::path& folder) {
   close(descriptor);
 }
 
-/// Beside the place, then renamed: a process that is killed meanwhile leaves no half store.
+/// Writes the new store under another name and renames it, so that a killed process leaves no
+/// partial store.
 void make_store(const fs::path& file, const char* vfs) {
   const std::string draft = file.string() + "-new";
   for (const char* suffix : {"", "-journal", "-wal", "-shm"}) fs::remove(draft + suffix);
@@ -82,7 +83,7 @@ void make_store(const fs::path& file, const char* vfs) {
   sync_folder(file.parent_path());
 }
 
-/// Four bytes of a file's header, the most significant first.
+/// Returns four bytes of a file's header as a number, most significant byte first.
 std::int64_t header_number(const std::string& header, std::size_t offset) {
   std::uint32_t value = 0;
   for (std::size_t i = 0; i < 4; ++i)
@@ -90,8 +91,8 @@ std::int64_t header_number(const std::string& header, std::size_t offset) {
   return value;
 }
 
-/// Whether the file is one of ours, by its header alone (sqlite.org/fileformat.html): nothing of
-/// another program is touched.
+/// Throws std::runtime_error unless the file's header (sqlite.org/fileformat.html) is that of a
+/// store, so that no file of another program is touched.
 void check_header(const fs::path& file) {
   constexpr std::size_t user_version_at = 60, application_id_at = 68;
   std::string header(100, '\0');
@@ -116,7 +117,7 @@ void configure(Database& database, std::uint64_t limit) {
                              ")");
   database.run("PRAGMA synchronous=FULL");
   database.run("PRAGMA mmap_size=0");
-  database.run("PRAGMA temp_store=MEMORY");  // a container may have no folder for others
+  database.run("PRAGMA temp_store=MEMORY");  // a container may have no folder for temporary files
   database.run("PRAGMA wal_autocheckpoint=" + std::to_string(log_pages));
   database.run("PRAGMA journal_size_limit=" + std::to_string(log_bytes));
   if (limit == 0) return;
@@ -129,7 +130,7 @@ void check_pages(Database& database) {
     throw StoreError(WriteFault::Kind::damaged, fault);
 }
 
-/// Whether there is a file that may be a store.
+/// Whether there is a file that is not empty; throws std::runtime_error if it cannot be a store.
 bool is_there(const fs::path& file) {
   std::error_code ignored;
   const bool log = fs::file_size(file.string() + "-wal", ignored) > 0 && !ignored;
@@ -148,7 +149,7 @@ bool is_there(const fs::path& file) {
 StoreFile open_at(const fs::path& file, const StoreOptions& options) {
   FileLock lock(file.string() + "-lock");
   if (is_there(file)) check_header(file);
-  // SQLite makes files beside this one, on a full disk too.
+  // Frees the reserve, since SQLite creates files beside the store even on a full disk.
   Reserve reserve(file.string() + "-reserve");
   reserve.release();
   if (!fs::exists(file)) make_store(file, options.vfs);
@@ -159,12 +160,12 @@ StoreFile open_at(const fs::path& file, const StoreOptions& options) {
   return {std::move(lock), std::move(reserve), std::move(database)};
 }
 
-/// The file, whatever links its name goes through.
+/// Returns the path of the file with its symbolic links resolved.
 fs::path file_of(const StoreOptions& options) {
   return fs::weakly_canonical(fs::absolute(options.file));
 }
 
-/// Runs `work` and gives its errors the name of the store.
+/// Runs `work` and adds the name of the store to its errors.
 template <class Work>
 auto naming(const StoreOptions& options, const Work& work) {
   try {

@@ -6,11 +6,11 @@
 namespace stiefel::server {
 
 struct StoreOptions {
-  /// Where sessions are kept; empty: in memory alone.
+  /// The file in which sessions are kept; empty means in memory only.
   std::string file = {};
-  /// The largest size of the file in bytes; 0: as much as the disk has.
+  /// The largest size of the file in bytes; 0 means all that the disk has.
   std::uint64_t limit = 0;
-  /// For tests: SQLite's name of the file system to use; null for its default.
+  /// For tests: SQLite's name of the file system to use; null means its default.
   const char* vfs = nullptr;
 };
 

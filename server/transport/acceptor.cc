@@ -19,9 +19,9 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// Accepted in a row before the others that wait are looked at.
+/// The connections accepted in a row before other events are handled.
 constexpr int accepted_at_once = 64;
-/// Counting anew costs a call of the system for each connection.
+/// Connections are recounted at most this often, since that costs a system call for each.
 constexpr auto between_prunes = 10ms, between_reports = 1000ms;
 
 Descriptor checked(int descriptor, const char* what) {
@@ -33,7 +33,8 @@ Descriptor checked(int descriptor, const char* what) {
 
 Descriptor spare_descriptor() { return Descriptor(open("/dev/null", O_RDONLY | O_CLOEXEC)); }
 
-/// Without memory for a connection it is closed, and the thread goes on.
+/// Runs `work` and ignores its exceptions: without memory a connection is closed and the thread
+/// goes on.
 template <class Work>
 void survive(const Work& work) {
   try {
@@ -94,7 +95,7 @@ void Acceptor::watch(int descriptor) {
 }
 
 void Acceptor::accept_from(int listener) {
-  // A number of `ready` may be a connection that was closed, and never a listener, in this round.
+  // `listener` may be the descriptor of a connection that was closed earlier in this round.
   if (std::ranges::none_of(listeners_,
                            [&](const Listener& one) { return one.socket.get() == listener; }))
     return;
@@ -129,8 +130,8 @@ Descriptor Acceptor::forget(int descriptor) {
   return connection;
 }
 
-/// Bytes have come, or the end of the connection; or nothing, where the event was of an earlier
-/// connection of that number.
+/// Gives a connection away, or refuses it, when bytes have come, and closes it at its end. Does
+/// nothing if the event was of an earlier connection with this descriptor.
 void Acceptor::hear(int descriptor) {
   char byte;
   const ssize_t got = recv(descriptor, &byte, 1, MSG_PEEK | MSG_DONTWAIT);
@@ -146,7 +147,7 @@ void Acceptor::hear(int descriptor) {
 bool Acceptor::drop_oldest_silent() {
   if (silent_.empty()) return false;
   const int oldest = silent_.front().connection.get();
-  hear(oldest);  // it may have spoken by now
+  hear(oldest);  // gives it away if it has spoken by now
   if (by_descriptor_.contains(oldest)) forget(oldest);
   return true;
 }
@@ -180,7 +181,7 @@ void Acceptor::refuse_without_descriptors(int listener) {
   if (connection)
     refuse(std::move(connection), "the server has no file descriptor left");
   else
-    std::this_thread::sleep_for(between_prunes);  // somebody was faster
+    std::this_thread::sleep_for(between_prunes);  // another thread took the descriptor
   spare_ = spare_descriptor();
 }
 

@@ -13,27 +13,28 @@
 
 namespace stiefel::server {
 
-/// The thread that accepts connections and gives each away once it has sent its first byte, which
-/// an HTTP/2 client does unasked. A connection that says nothing costs a descriptor and no more:
-/// it is closed after `patience`, or earlier, the oldest first, when its place is needed. When
-/// `most` connections that spoke are open, the next one that speaks is told so and closed; when no
-/// descriptor is left, the next one at once. The listener stays.
+/// Accepts connections on a thread of its own and gives each one away once it has sent its first
+/// byte, which an HTTP/2 client does unasked. A connection that is silent costs only a descriptor;
+/// it is closed after `patience`, or earlier, oldest first, when its place is needed. A connection
+/// that speaks while `most` others are given away and open is refused with a reason and closed;
+/// without a free descriptor, the next connection is refused at once. The listeners stay open.
 class Acceptor {
  public:
   struct Limits {
-    std::size_t most = 1;  ///< connections given away at once
+    std::size_t most = 1;  ///< the most connections given away and open
     std::chrono::milliseconds patience = std::chrono::seconds(10);
   };
-  /// Silent connections beyond `most`: room to hear a new one, if only to refuse it.
+  /// The silent connections allowed beyond `most`, so that a new one can be heard, if only to
+  /// refuse it.
   static constexpr std::size_t waiting_room = 32;
-  /// Takes a connection, which does not block, and closes it some time.
+  /// Takes over a non-blocking connection and closes it in the end.
   using GiveAway = std::function<void(int connection)>;
-  /// Hears, at most once a second, how many connections were refused since the last time.
+  /// Is called at most once a second with the number of connections refused since the last call.
   using Report = std::function<void(std::size_t refused)>;
 
-  /// Throws std::runtime_error where the system gives no descriptor.
+  /// Throws std::runtime_error if the system gives no descriptor.
   Acceptor(std::vector<Listener> listeners, Limits limits, GiveAway give_away, Report report);
-  /// Stops listening, removes the files of Unix sockets, closes what has not spoken.
+  /// Stops listening, removes the files of Unix sockets and closes the silent connections.
   ~Acceptor();
   Acceptor(const Acceptor&) = delete;
   Acceptor& operator=(const Acceptor&) = delete;
@@ -51,11 +52,12 @@ class Acceptor {
   void accept_from(int listener);
   void take(Descriptor connection);
   void hear(int descriptor);
-  /// Of the silent ones.
+  /// Removes a connection from the silent ones and returns it.
   Descriptor forget(int descriptor);
   bool drop_oldest_silent();
   void drop_expired();
-  /// The connections given away that are open, or at most as many as the last 10 ms closed more.
+  /// Returns how many connections given away are open; too many by at most those closed in the last
+  /// 10 ms.
   std::size_t open();
   void refuse(Descriptor connection, std::string_view reason);
   void refuse_without_descriptors(int listener);
@@ -66,9 +68,9 @@ class Acceptor {
   const GiveAway give_away_;
   const Report report_;
   Descriptor events_;         // epoll
-  Descriptor wake_;           // readable when the thread is to end
-  Descriptor spare_;          // closed to accept, and refuse, when there is no other
-  std::list<Silent> silent_;  // the oldest first
+  Descriptor wake_;           // readable when the thread should end
+  Descriptor spare_;          // closed to accept, and refuse, when no other is left
+  std::list<Silent> silent_;  // oldest first
   std::unordered_map<int, std::list<Silent>::iterator> by_descriptor_;
   OpenConnections open_;
   Clock::time_point pruned_{}, reported_{};

@@ -20,7 +20,7 @@ class Descriptor {
 
   explicit operator bool() const { return number_ >= 0; }
   int get() const { return number_; }
-  /// The number, which the caller now closes.
+  /// Returns the number, which the caller must close from now on.
   int release() { return std::exchange(number_, -1); }
   void reset() {
     if (number_ >= 0) close(std::exchange(number_, -1));

@@ -4,18 +4,18 @@
 
 namespace stiefel::server {
 
-/// How many descriptors this process may open.
+/// Returns how many descriptors this process may open.
 std::size_t descriptor_limit();
 
 /// Raises the process's soft limit of descriptors (RLIMIT_NOFILE) to the hard one.
 void raise_descriptor_limit();
 
-/// What a process needs beside connections: listeners, epoll sets, event descriptors of gRPC's
-/// threads, logs, and connections that are being refused.
+/// The descriptors that a process needs beside its connections: listeners, epoll sets, event
+/// descriptors of gRPC's threads, logs, and connections being refused.
 inline constexpr std::size_t reserved_descriptors = 96;
 
-/// Connections at once: `asked` (0: as many as possible), or what the limit of descriptors leaves
-/// if that is less; at least 1.
+/// Returns the most connections at once: `asked` (0: as many as possible), or what the limit of
+/// descriptors leaves if that is less; at least 1.
 std::size_t possible_connections(std::size_t asked);
 
 }  // namespace stiefel::server

@@ -11,7 +11,7 @@
 
 namespace stiefel::server {
 
-/// Where a socket listens, as the kernel has it.
+/// The address of a socket, as the kernel stores it.
 struct SocketAddress {
   sockaddr_storage storage{};
   socklen_t length = 0;
@@ -20,8 +20,8 @@ struct SocketAddress {
   const sockaddr* get() const { return reinterpret_cast<const sockaddr*>(&storage); }
 };
 
-/// The file of a Unix socket. The destructor removes the file that `bind` made, and no other that
-/// has taken its place since.
+/// The file of a Unix socket. The destructor removes the file that `bind` made, unless another has
+/// replaced it.
 class SocketFile {
  public:
   explicit SocketFile(std::string path);
@@ -34,7 +34,7 @@ class SocketFile {
   struct stat made_ {};
 };
 
-/// A socket that listens without blocking; connections inherit its TCP options.
+/// A non-blocking listening socket; its connections inherit its TCP options.
 struct Listener {
   Descriptor socket;
   SocketAddress address;
@@ -42,15 +42,15 @@ struct Listener {
   std::optional<SocketFile> file = {};  ///< destroyed first: the name goes before the socket
 };
 
-/// Listens on an address that `address_fault` accepts: on every IP address of a host name, on
-/// IPv4 and IPv6 for [::]; port 0 becomes a free one. A Unix socket is for its owner only (mode
-/// 0600); a file of a server that is gone is replaced. Throws std::runtime_error with the system's
-/// reason, also where another server listens on the Unix socket or the path is another file.
+/// Listens on an address that `address_fault` accepts: on every IP address of a host name, on IPv4
+/// and IPv6 for [::]; port 0 means a free one. Only its owner can use a Unix socket (mode 0600),
+/// whose file replaces that of a server that has ended. Throws std::runtime_error with the system's
+/// reason, also if another server listens on the Unix socket or the path is another kind of file.
 std::vector<Listener> listen_on(const std::string& address);
 
-/// Why `listen_on` would be refused, as far as that shows without listening: a host without IP
-/// address, a folder that cannot be written, a path that is another file. A server that listens
-/// there is no fault.
+/// Returns why `listen_on` would fail, as far as that shows without listening: a host without IP
+/// address, a folder that cannot be written, a path that is another kind of file. A server that
+/// listens there already is not a fault.
 std::optional<std::string> listen_fault(const std::string& address);
 
 }  // namespace stiefel::server

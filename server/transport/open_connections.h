@@ -7,15 +7,15 @@
 
 namespace stiefel::server {
 
-/// Counts connections whose descriptors somebody else owns and closes without a word. A descriptor
-/// is still the connection that was added while it has the same inode: the kernel numbers sockets
-/// one by one.
+/// Counts connections whose descriptors another owner closes without notice. A descriptor is still
+/// the connection that was added while its inode is the same, because the kernel gives every socket
+/// a new one.
 class OpenConnections {
  public:
   void add(int descriptor);
-  /// How many there can be at most: some may have been closed since the last `prune`.
+  /// The most connections that can be open; some may have been closed since the last `prune`.
   std::size_t at_most() const { return open_.size(); }
-  /// Forgets those that are closed; one fstat each.
+  /// Forgets the closed connections; costs one fstat each.
   void prune();
 
  private:

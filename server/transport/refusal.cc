@@ -11,7 +11,7 @@ void refuse_connection(Descriptor connection, std::string_view reason) {
                            "\r\ncontent-length: 0\r\nretry-after: 1\r\nconnection: close\r\n\r\n";
   send(connection.get(), text.data(), text.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
   shutdown(connection.get(), SHUT_WR);
-  // Closing with unread data would reset the connection before the client reads why.
+  // Closing with unread data would reset the connection before the client has read the answer.
   char unread[4096];
   while (recv(connection.get(), unread, sizeof unread, MSG_DONTWAIT) > 0) continue;
 }

@@ -13,17 +13,17 @@
 
 namespace stiefel::server {
 
-/// A connection to `address` that sends `hello` is answered: nine bytes, HTTP/2's first frame, come
-/// back in time. An empty `hello` is HTTP/2's preface. Where this process gets no socket that
-/// proves nothing, and counts as answered.
+/// Whether a connection to `address` that sends `hello` is answered within `timeout` by nine bytes,
+/// the length of the header of HTTP/2's first frame. An empty `hello` means HTTP/2's preface.
+/// Returns true if this process gets no socket, which proves nothing about the server.
 bool answers(const SocketAddress& address, std::chrono::milliseconds timeout,
              std::string_view hello = {});
 
-/// Connects to the server's own addresses from a thread that does nothing else, so that load does
-/// not trigger it. `give_up` is called once when an address has not answered for `patience`.
+/// Connects to the server's own addresses from a thread of its own, which load on other threads
+/// does not delay. Calls `give_up` once when an address has not answered for `patience`.
 class SelfWatch {
  public:
-  /// `tls_hello`: sent to all but Unix sockets; empty where the server has no TLS.
+  /// `tls_hello` is sent to all addresses but Unix sockets; empty if the server has no TLS.
   SelfWatch(std::vector<SocketAddress> addresses, std::chrono::milliseconds patience,
             std::function<void()> give_up, std::string tls_hello = {});
 

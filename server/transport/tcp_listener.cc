@@ -13,12 +13,12 @@
 namespace stiefel::server {
 namespace {
 
-/// Data that a peer leaves unacknowledged for so long ends its connection.
+/// A connection ends when its peer leaves data unacknowledged for this long.
 constexpr int user_timeout_milliseconds = 20'000;
 
 using Resolved = std::unique_ptr<addrinfo, decltype(&freeaddrinfo)>;
 
-/// The IP addresses of the host, or why there are none.
+/// Returns the IP addresses of the host, or why there are none.
 std::expected<Resolved, std::string> resolve(const std::string& address) {
   const std::size_t colon = address.rfind(':');
   std::string host = address.substr(0, colon);
@@ -41,7 +41,7 @@ void set(const Descriptor& socket, int level, int option, int value) {
   setsockopt(socket.get(), level, option, &value, sizeof value);
 }
 
-/// Nothing, with errno, where the system refuses.
+/// Returns nothing, with the reason in errno, if the system refuses.
 std::optional<Listener> listening(SocketAddress at) {
   Descriptor socket(
       ::socket(at.storage.ss_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, IPPROTO_TCP));
@@ -72,7 +72,7 @@ std::vector<Listener> listen_on_tcp(const std::string& address) {
   int fault = 0;
   for (const addrinfo* one = resolved->get(); one != nullptr; one = one->ai_next) {
     SocketAddress at = address_of(*one);
-    // All IP addresses of a name get the port that the first was given.
+    // All IP addresses of a name get the port of the first one.
     if (!listeners.empty()) port_of(at) = htons(static_cast<in_port_t>(listeners.front().port));
     if (auto listener = listening(at))
       listeners.push_back(*std::move(listener));

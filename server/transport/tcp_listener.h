@@ -4,11 +4,11 @@
 
 namespace stiefel::server {
 
-/// The parts of listen_on and listen_fault for host:port.
+/// listen_on and listen_fault for host:port.
 std::vector<Listener> listen_on_tcp(const std::string& address);
 std::optional<std::string> tcp_fault(const std::string& address);
 
-/// The IP addresses of host:port; none for a host that has none.
+/// Returns the IP addresses of host:port; none if the host has none.
 std::vector<SocketAddress> tcp_addresses(const std::string& address);
 
 }  // namespace stiefel::server

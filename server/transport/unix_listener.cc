@@ -37,8 +37,9 @@ std::filesystem::path folder_of(const std::string& path) {
 
 constexpr const char* other_file = "the path is a file and no socket";
 
-/// Two servers that start at once take turns between looking at a path and binding it. Waits a
-/// second at most, so that nobody who may read the folder can hold up a start.
+/// Locks the folder of a socket, so that servers that start together look at the path and bind it
+/// one after another. Waits at most a second, so that nobody who may read the folder can block a
+/// start.
 Descriptor locked_folder(const std::string& path) {
   Descriptor lock(open(folder_of(path).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   for (int attempt = 0; lock && attempt < 100; ++attempt) {
@@ -48,7 +49,8 @@ Descriptor locked_folder(const std::string& path) {
   return lock;
 }
 
-/// Why the path cannot be bound; empty when it is free, after a socket without server is removed.
+/// Removes the socket of a server that has ended; returns why the path cannot be bound, empty if it
+/// can.
 std::string make_free(const std::string& path, const SocketAddress& address) {
   struct stat found;
   if (lstat(path.c_str(), &found) != 0) return errno == ENOENT ? "" : std::strerror(errno);
@@ -85,7 +87,7 @@ Listener listen_on_unix(const std::string& address) {
   const Descriptor lock = locked_folder(path);
   if (const std::string fault = make_free(path, at); !fault.empty()) refuse(fault);
   Descriptor socket = new_socket();
-  // Linux gives the file the mode that the socket has when it is bound.
+  // On Linux the file gets the mode that the socket has when it is bound.
   if (!socket || fchmod(socket.get(), owner_only) != 0 ||
       bind(socket.get(), at.get(), at.length) != 0)
     refuse(std::strerror(errno));

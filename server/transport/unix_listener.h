@@ -4,7 +4,7 @@
 
 namespace stiefel::server {
 
-/// The parts of listen_on and listen_fault for unix:PATH.
+/// listen_on and listen_fault for unix:PATH.
 Listener listen_on_unix(const std::string& address);
 std::optional<std::string> unix_fault(const std::string& address);
 

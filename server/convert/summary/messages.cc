@@ -105,7 +105,7 @@ void SummaryMessages::split_fields(std::size_t count, bool by_members, const Num
 
 namespace {
 
-/// How many of `left` fit into a message, at least one.
+/// Returns how many of `left` items of `each` bytes fit into a message, at least one.
 std::size_t fitting(std::size_t each, std::size_t left) {
   constexpr std::size_t list_bytes = 40;  // of steps, times and the like
   return std::min(left, std::max<std::size_t>(1, max_reply_bytes / (each + list_bytes)));

@@ -8,10 +8,10 @@
 
 namespace stiefel::server {
 
-/// The description in a request. Its numbers are Summary's to check.
+/// Converts a request. Does not check its numbers, which Summary checks.
 OrStatus<SummaryDescription> from_proto(const v1::SummarizeRequest& request);
 
-/// A digest of all in a request that decides its summary.
+/// Returns a digest of everything in a request that determines its summary.
 std::uint64_t digest_of(v1::SummarizeRequest request);
 
 }  // namespace stiefel::server

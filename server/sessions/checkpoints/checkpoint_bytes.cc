@@ -17,7 +17,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little);
 
 constexpr std::string_view magic = "STFLCKP3";
-/// The last character is the format's version.
+/// The magic without its last character, which is the version of the format.
 constexpr std::string_view any_magic = magic.substr(0, magic.size() - 1);
 
 void append(std::string& bytes, const Bytes32& value) {
@@ -28,7 +28,7 @@ void append(std::string& bytes, std::uint64_t value) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
-/// Takes from the front of what is left; nothing once it runs out.
+/// Reads from the front of the bytes; returns nothing once they run out.
 class Reader {
  public:
   explicit Reader(std::string_view bytes) : left_(bytes) {}
@@ -80,7 +80,7 @@ std::string encode_checkpoint(const Session& session, const Simulation& simulati
 
 std::size_t checkpoint_bytes(const Session& session) {
   constexpr std::size_t numbers = 2;  // length of the numerics id, step
-  constexpr std::size_t digests = 2;  // of the scene, of all
+  constexpr std::size_t digests = 2;  // of the scene, and the HMAC
   return magic.size() + CheckpointKey::name_bytes + numerics_id().size() +
          numbers * sizeof(std::uint64_t) + digests * sizeof(Bytes32) +
          session.saved_size() * sizeof(double);

@@ -10,29 +10,31 @@
 
 namespace stiefel::server {
 
-/// A state as it travels from server to server.
+/// A decoded checkpoint: the state that Simulation::save wrote at `step`.
 struct Checkpoint {
   std::int64_t step;
   std::vector<double> saved;
 };
 
-/// `foreign`: of a server with another key, or of another format. Nothing in it can be believed.
+/// Why a checkpoint is refused. `foreign`: signed with a key that this server does not have, or in
+/// another version of the format; nothing in it can be trusted.
 enum class CheckpointFault { corrupt, other_scene, other_numerics, foreign };
 struct CheckpointRefusal {
   CheckpointFault fault;
-  std::string numerics_id;  ///< other_numerics: of the server that wrote it
+  std::string numerics_id;  ///< for other_numerics: that of the server that wrote it
 };
 
-/// Opaque to clients: format, name of the key, numerics id, SHA-256 of the scene's identity, step,
-/// doubles, and the HMAC-SHA256 of all that by the first of the session's keys.
+/// Encodes a simulation's state as bytes opaque to clients: format, name of the key, numerics id,
+/// SHA-256 of the scene's identity, step, doubles, and the HMAC-SHA256 of all that with the first
+/// of the session's keys.
 std::string encode_checkpoint(const Session& session, const Simulation& simulation);
 
-/// How many they are.
+/// Returns the length of the session's checkpoints in bytes.
 std::size_t checkpoint_bytes(const Session& session);
 
-/// For a session of the same resolved scene and numerics id. Believes bytes only when one of the
-/// session's keys signed them and all numbers are finite; whether the state is near the manifold it
-/// does not ask, because methods leave it legitimately.
+/// Decodes a checkpoint of the same resolved scene and numerics id. Accepts it only when one of the
+/// session's keys signed it and all numbers are finite. Does not check how near the state is to the
+/// manifold, because methods may leave it legitimately.
 std::expected<Checkpoint, CheckpointRefusal> decode_checkpoint(const Session& session,
                                                                std::string_view bytes);
 

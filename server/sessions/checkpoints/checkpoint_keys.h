@@ -10,7 +10,8 @@
 
 namespace stiefel::server {
 
-/// A key of checkpoints, with the name that stands in each checkpoint and does not tell the key.
+/// A secret key for checkpoints, and the name that stands in each checkpoint and does not reveal
+/// the key.
 struct CheckpointKey {
   static constexpr std::size_t name_bytes = 8;
 
@@ -20,21 +21,21 @@ struct CheckpointKey {
   std::string name;  ///< `name_bytes` bytes
 };
 
-/// The keys that authenticate checkpoints: the first signs, all verify. Immutable.
+/// The keys that authenticate checkpoints: the first signs, every one verifies. Immutable.
 class CheckpointKeys {
  public:
   explicit CheckpointKeys(const std::vector<Bytes32>& secrets);
 
-  /// One random key for all of this process: no other server reads its checkpoints.
+  /// Returns one random key for the whole process: no other server accepts its checkpoints.
   static std::shared_ptr<const CheckpointKeys> of_process();
 
-  /// Keys from a file's text: 64 hexadecimal digits a line, the new key first and old ones after
-  /// it; empty lines and those that begin with # do not count. The error names the line and never
-  /// shows it.
+  /// Parses the text of a key file: a key of 64 hexadecimal digits a line, the newest first;
+  /// ignores empty lines and lines that begin with #. The error gives the line's number, never its
+  /// text.
   static std::expected<CheckpointKeys, std::string> parse(std::string_view text);
 
   const CheckpointKey& signing() const { return keys_.front(); }
-  /// The key of that name; null if there is none.
+  /// Returns the key with that name; null if there is none.
   const CheckpointKey* find(std::string_view name) const;
 
  private:

@@ -7,12 +7,12 @@
 
 namespace stiefel::server {
 
-/// What Simulation::save gave at a step.
+/// A state as Simulation::save wrote it.
 using Saved = std::shared_ptr<const std::vector<double>>;
 
-/// The states a session can start again from: step 0, the multiples of a spacing that doubles when
-/// there would be too many of them, and at most two states that came from elsewhere. Not
-/// thread-safe.
+/// The states from which a session can start again: step 0, the multiples of a spacing that doubles
+/// when there are too many, and at most two adopted states, which come from a client's checkpoint
+/// or from the store. Not thread-safe.
 class Checkpoints {
  public:
   static constexpr std::size_t max_count = 64;
@@ -23,32 +23,33 @@ class Checkpoints {
   /// Whether `put` would take a state at this step.
   bool wants(std::int64_t step) const { return step % spacing_ == 0 && !saved_.contains(step); }
   void put(std::int64_t step, Saved saved);
-  /// Takes a state at any step. Of those adopted the earliest and the newest stay, where they have
-  /// no place together the later one.
+  /// Takes a state at any step. Of the adopted states keeps the one at the smallest step and the
+  /// newest; if the two do not fit together, only the one at the larger step.
   void adopt(std::int64_t step, Saved saved);
 
   struct Nearest {
     std::int64_t step;
     Saved saved;
   };
-  /// The last one at or before `step`; where there is none, step 0 without a state: that of the
-  /// scene.
+  /// Returns the last state at or before `step`; if there is none, step 0 without a state, which
+  /// stands for the scene's initial state.
   Nearest nearest(std::int64_t step) const;
 
-  /// The first index after `step` where a state is worth keeping.
+  /// Returns the first multiple of the spacing after `step`.
   std::int64_t next(std::int64_t step) const { return (step / spacing_ + 1) * spacing_; }
   std::int64_t spacing() const { return spacing_; }
   std::vector<std::int64_t> steps() const;
 
-  /// How many can be computed again: all but step 0 and the adopted ones.
+  /// The number of states that can be computed again: all but step 0 and the adopted ones.
   std::size_t computed() const;
-  /// Drops them.
+  /// Drops the states that can be computed again.
   void shed();
 
  private:
   void thin();
   bool is_adopted(std::int64_t step) const;
-  /// No longer kept for itself.
+  /// Removes the adopted state with that index; keeps it as a computed one if its step is a
+  /// multiple of the spacing.
   void release(std::size_t adopted);
   template <class Drop>
   void drop_if(Drop drop);

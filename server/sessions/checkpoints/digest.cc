@@ -15,7 +15,7 @@ const unsigned char* data(std::string_view bytes) {
   return reinterpret_cast<const unsigned char*>(bytes.data());
 }
 
-/// Fetched once: to look an algorithm up takes longer than to digest a token.
+/// Fetched once: fetching an algorithm takes longer than digesting a token.
 const EVP_MD* algorithm() {
   static EVP_MD* const found = EVP_MD_fetch(nullptr, "SHA256", nullptr);
   return found;

@@ -22,7 +22,7 @@ class Sha256 {
  public:
   Sha256();
   void add(std::string_view bytes);
-  /// That of the pieces so far; the last call.
+  /// Returns the digest of all pieces added. No call may follow.
   Bytes32 digest();
 
  private:
@@ -35,13 +35,14 @@ class Sha256 {
 /// HMAC-SHA256 (RFC 2104) of the bytes. Throws std::runtime_error where OpenSSL fails.
 Bytes32 hmac_sha256(const Bytes32& key, std::string_view bytes);
 
-/// 256 bits of OpenSSL's generator for secrets. Throws std::runtime_error where it has none.
+/// Returns 256 bits of OpenSSL's generator for secrets. Throws std::runtime_error where it fails.
 Bytes32 random_secret();
 
 /// Compares all 32 bytes in a time that does not depend on them.
 bool equal_secrets(const Bytes32& a, const Bytes32& b);
 
-/// 64 lower-case hexadecimal digits, and back; nothing for what are no 64 hexadecimal digits.
+/// Converts to 64 lower-case hexadecimal digits, and from digits of either case; returns nothing
+/// for any other text.
 std::string to_hexadecimal(const Bytes32& bytes);
 std::optional<Bytes32> from_hexadecimal(std::string_view digits);
 
