@@ -11,6 +11,8 @@ namespace stiefel::server {
 namespace {
 
 constexpr std::string_view magic = "STFLSUM2";
+/// The magic without its last character, which is the version of the format.
+constexpr std::string_view any_magic = magic.substr(0, magic.size() - 1);
 constexpr std::size_t number_bytes = sizeof(std::uint64_t);
 
 void append(std::string& bytes, std::uint64_t value) {
@@ -50,7 +52,8 @@ std::expected<std::string_view, SummaryRefusal> decode_summary(const Session& se
   };
   const std::size_t head = magic.size() + CheckpointKey::name_bytes;
   const std::size_t least = head + 3 * number_bytes + sizeof(Bytes32);
-  if (bytes.size() < least || !bytes.starts_with(magic)) return refused(SummaryFault::corrupt);
+  if (bytes.size() < least || !bytes.starts_with(any_magic)) return refused(SummaryFault::corrupt);
+  if (!bytes.starts_with(magic)) return refused(SummaryFault::foreign);
   const CheckpointKey* key =
       session.checkpoint_keys().find(bytes.substr(magic.size(), CheckpointKey::name_bytes));
   if (key == nullptr) return refused(SummaryFault::foreign);

@@ -10,6 +10,8 @@
 
 namespace stiefel::server {
 
+/// Why the checkpoint of a summary is refused. `foreign`: signed with a key that this server does
+/// not have, or in another version of the format.
 enum class SummaryFault { corrupt, foreign, other_scene, other_request, other_numerics };
 struct SummaryRefusal {
   SummaryFault fault;
@@ -22,8 +24,7 @@ struct SummaryRefusal {
 std::string encode_summary(const Session& session, std::uint64_t digest, std::string_view saved);
 
 /// Returns the bytes of Summary::save, a view into `bytes`, for a summary of the same resolved
-/// scene, request and numerics id. Verifies the signature before it reads on; `foreign` means
-/// signed by a key that this server does not have.
+/// scene, request and numerics id. Verifies the signature before it reads on.
 std::expected<std::string_view, SummaryRefusal> decode_summary(const Session& session,
                                                                std::uint64_t digest,
                                                                std::string_view bytes);

@@ -8,6 +8,7 @@
 
 #include "server/sessions/checkpoints/checkpoint_bytes.h"
 #include "server/sessions/checkpoints/checkpoint_keys.h"
+#include "server/sessions/checkpoints/summary_checkpoint.h"
 #include "server/sessions/cursor.h"
 #include "tests/server/scenes.h"
 
@@ -212,6 +213,20 @@ TEST_F(CheckpointBytes, AnotherSceneIsNamed) {
   const auto result = decode_checkpoint(other, bytes_);
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().fault, CheckpointFault::other_scene);
+}
+
+TEST_F(CheckpointBytes, ASummaryOfAnotherVersionIsForeign) {
+  const std::string bytes = encode_summary(session_, 1, "saved");
+  EXPECT_TRUE(decode_summary(session_, 1, bytes));
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    std::string damaged = bytes;
+    damaged[i] = static_cast<char>(damaged[i] ^ 0x10);
+    const auto result = decode_summary(session_, 1, damaged);
+    ASSERT_FALSE(result) << "byte " << i;
+    const bool others = i >= 7 && i < 8 + CheckpointKey::name_bytes;
+    ASSERT_EQ(result.error().fault, others ? SummaryFault::foreign : SummaryFault::corrupt)
+        << "byte " << i;
+  }
 }
 
 }  // namespace
