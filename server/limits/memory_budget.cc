@@ -80,7 +80,7 @@ MemoryLease MemoryLease::if_it_fits(MemoryBudget& budget, std::uint64_t bytes) {
 MemoryLease& MemoryLease::operator=(MemoryLease&& other) noexcept {
   if (this == &other) return *this;
   shrink(bytes());
-  budget_ = other.budget_;
+  budget_ = std::exchange(other.budget_, nullptr);
   bytes_ = other.bytes_.exchange(0);
   return *this;
 }

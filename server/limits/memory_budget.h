@@ -7,6 +7,7 @@
 #include <limits>
 #include <mutex>
 #include <string>
+#include <utility>
 
 namespace stiefel::server {
 
@@ -77,7 +78,7 @@ class MemoryBudget {
 };
 
 /// Bytes taken from a budget, given back when the lease is destroyed. `grow` and `shrink` are
-/// thread-safe, moves are not. A default-constructed lease has no budget.
+/// thread-safe, moves are not. A lease that is default-constructed or moved from has no budget.
 class MemoryLease {
  public:
   MemoryLease() = default;
@@ -87,7 +88,7 @@ class MemoryLease {
   /// false. Gives up no cache.
   static MemoryLease if_it_fits(MemoryBudget& budget, std::uint64_t bytes);
   MemoryLease(MemoryLease&& other) noexcept
-      : budget_(other.budget_), bytes_(other.bytes_.exchange(0)) {}
+      : budget_(std::exchange(other.budget_, nullptr)), bytes_(other.bytes_.exchange(0)) {}
   MemoryLease& operator=(MemoryLease&& other) noexcept;
   ~MemoryLease() { shrink(bytes()); }
 

@@ -39,6 +39,19 @@ TEST(MemoryBudget, TakesWhatFitsAndGivesBack) {
   EXPECT_EQ(budget.given_back(), 60U + 30U + 20U + 5U);
 }
 
+TEST(MemoryBudget, AMovedLeaseLeavesNoBudgetBehind) {
+  MemoryBudget budget(100);
+  MemoryLease first(budget, 60);
+  MemoryLease second = std::move(first);
+  EXPECT_TRUE(second);
+  EXPECT_FALSE(first);
+  first = std::move(second);
+  EXPECT_TRUE(first);
+  EXPECT_FALSE(second);
+  EXPECT_EQ(first.bytes(), 60);
+  EXPECT_EQ(budget.used(), 60);
+}
+
 TEST(MemoryBudget, SaysWhatItRefuses) {
   MemoryBudget budget(100);
   const MemoryLease held(budget, 70);
