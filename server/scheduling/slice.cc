@@ -1,6 +1,7 @@
 #include "server/scheduling/slice.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace stiefel::server {
 namespace {
@@ -18,7 +19,7 @@ JobKind kind_of_steps(double step_cost) {
   return step_cost <= slice_nanoseconds ? JobKind::sliced : JobKind::whole;
 }
 
-SliceLength::SliceLength(double nanoseconds) { length = nanoseconds; }
-SliceLength::~SliceLength() { length = slice_nanoseconds; }
+SliceLength::SliceLength(double nanoseconds) : previous_(std::exchange(length, nanoseconds)) {}
+SliceLength::~SliceLength() { length = previous_; }
 
 }  // namespace stiefel::server

@@ -21,13 +21,17 @@ std::int64_t slice_steps(double step_cost);
 /// The kind of a job whose steps cost `step_cost` nanoseconds each.
 JobKind kind_of_steps(double step_cost);
 
-/// Sets the length of slices on this thread, in nanoseconds, while the object lives.
+/// Sets the length of slices on this thread, in nanoseconds, while the object lives. Its destructor
+/// sets the previous length again.
 class SliceLength {
  public:
   explicit SliceLength(double nanoseconds);
   ~SliceLength();
   SliceLength(const SliceLength&) = delete;
   SliceLength& operator=(const SliceLength&) = delete;
+
+ private:
+  const double previous_;
 };
 
 }  // namespace stiefel::server

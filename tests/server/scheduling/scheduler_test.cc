@@ -44,6 +44,11 @@ TEST(Slices, AreNumbersOfSteps) {
   {
     const SliceLength length(brief_slice_nanoseconds);
     EXPECT_EQ(slice_steps(200), 1000);
+    {
+      const SliceLength inner(slice_nanoseconds / 2);
+      EXPECT_EQ(slice_steps(200), 5000);
+    }
+    EXPECT_EQ(slice_steps(200), 1000);
   }
   EXPECT_EQ(slice_steps(200), 10'000);
 }
