@@ -14,8 +14,6 @@ using std::chrono::milliseconds;
 // sessions.
 constexpr milliseconds until_a_call_ends{100}, until_a_stream_ends{1000},
     until_a_session_goes{1000};
-/// A rough estimate of what one thread does in a second, in instructions.
-constexpr double work_of_a_second = 5e9;
 /// The most for which a price counts in the sum of queued prices, which then cannot overflow: three
 /// days of one thread.
 constexpr double largest_price = 0x1p50;
@@ -104,7 +102,7 @@ std::optional<Refusal> Ticket::take(Account& account, Kind kind, double price) {
   if (quota.queued_work <= 0 || queued <= quota.queued_work || before == 0) return std::nullopt;
   give_back();
   return Refusal{"principal_queued_work", quota.queued_work, queued,
-                 at_least_one((queued - quota.queued_work) / work_of_a_second)};
+                 at_least_one((queued - quota.queued_work) / instructions_a_second)};
 }
 
 void Ticket::give_back() {

@@ -14,6 +14,10 @@ enum class JobKind : std::uint8_t {
   whole,   ///< longer, up to seconds: a search, or one step of a large body
 };
 
+/// The nominal speed of one thread, which converts between its processor time and work.
+inline constexpr double instructions_a_nanosecond = 5;
+inline constexpr double instructions_a_second = 1e9 * instructions_a_nanosecond;
+
 /// The most predicted work, in instructions, with which a call still goes before longer ones: about
 /// one slice.
 inline constexpr double short_work = 1e7;

@@ -53,8 +53,9 @@ class RunQueue {
   /// Work in instructions.
   static constexpr double lead = 10 * short_work;
   static constexpr double patience = 8 * short_work;
-  /// The most work for which a waiting job counts in `waiting_work`: about a second of a thread.
-  static constexpr double most_waiting = 5e9;
+  /// The most work for which a waiting job counts in `waiting_work`: a second of a thread.
+  static constexpr double most_waiting = instructions_a_second;
+  static_assert(most_waiting == 5e9);  // in the help of the metric stiefel_work_queued
   /// The part of a second's work, at a share's rate, that its longer jobs leave for new calls.
   static constexpr WorkRate::Seconds reserve{0.1};
 

@@ -15,8 +15,6 @@
 namespace stiefel::server {
 namespace {
 
-/// The nominal rate that converts processor time into work.
-constexpr double instructions_a_nanosecond = 5;
 /// The time for which items of an ensemble are handed out together.
 constexpr double portion_nanoseconds = 2e4;
 
