@@ -1,3 +1,4 @@
+#include "server/calls/limits.h"
 #include "server/calls/service.h"
 #include "server/calls/sliced_stream.h"
 #include "server/convert/conversion.h"
@@ -7,9 +8,8 @@
 namespace stiefel::server {
 namespace {
 
-// Above these sizes a conversion is more than a slice of work.
+/// The conversion of a larger scene is more than a slice of work.
 constexpr int small_dimension = 64;
-constexpr std::uint32_t few_members = 64;
 
 }  // namespace
 

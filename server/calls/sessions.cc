@@ -19,7 +19,6 @@ namespace {
 // work; scenes above `large_dimension` or `few_members`, which take longer than a slice, on the
 // pool for work without slices.
 constexpr int small_dimension = 32, large_dimension = 96;
-constexpr int few_members = 64;
 
 Answered create(Host& host, Account& account, const v1::CreateSessionRequest& request,
                 v1::CreateSessionResponse* response) {

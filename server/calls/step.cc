@@ -4,6 +4,7 @@
 
 #include "proto/checksum/checksum.h"
 #include "server/calls/cursor_call.h"
+#include "server/calls/limits.h"
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
 #include "server/convert/errors.h"
@@ -15,8 +16,6 @@
 
 namespace stiefel::server {
 namespace {
-
-constexpr std::size_t few_members = 64;
 
 std::size_t reply_bytes(const Session& session, const StepTask& task) {
   return sample_bytes(session, task.fields) +
@@ -52,7 +51,7 @@ void answer_step(const Session& session, const Cursor& cursor, const StepTask& t
 bool step_inline(Session& session, const StepTask& task, Account& account,
                  v1::StepResponse* response) {
   if (session.step_cost() > inline_nanoseconds) return false;
-  // The simulation of a larger ensemble may have to be made first, which takes 10 µs a member.
+  // The simulation of a larger ensemble may have to be made first.
   if (session.scene().members().size() > few_members) return false;
   Cursor cursor(session, task.to);
   if (cursor.nanoseconds_to(task.to) > inline_nanoseconds) return false;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "proto/checksum/checksum.h"
+#include "server/calls/limits.h"
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
 #include "server/calls/sliced_stream.h"
@@ -25,12 +26,11 @@ namespace {
 
 /// The slices after which a message reports the progress if there is nothing else to send.
 constexpr int slices_between_messages = 256;
-/// An ensemble with more members has more than a slice of work before its first step.
-constexpr std::size_t few_members = 64;
 /// A slice takes `min(groups / groups_in_a_slice, longest)` times as long as that of one motion, so
 /// that each group of members computes for about 0.1 ms after it was fetched from memory.
 constexpr std::size_t groups_in_a_slice = 16, longest = 16;
 
+/// Whether the ensemble has more than a slice of work before its first step.
 bool has_many(const Session& session) { return session.scene().members().size() > few_members; }
 
 OrStatus<std::string_view> open_checkpoint(const Session& session,
