@@ -35,8 +35,6 @@ class Checkpoints {
   /// stands for the scene's initial state.
   Nearest nearest(std::int64_t step) const;
 
-  /// Returns the first multiple of the spacing after `step`.
-  std::int64_t next(std::int64_t step) const { return (step / spacing_ + 1) * spacing_; }
   std::int64_t spacing() const { return spacing_; }
   std::vector<std::int64_t> steps() const;
 

@@ -28,8 +28,6 @@ TEST(Checkpoints, ThinByDoublingTheSpacing) {
   EXPECT_EQ(checkpoints.steps().size(), 63u);
   EXPECT_EQ(checkpoints.nearest(9'999).step, 9'920);
   EXPECT_EQ(checkpoints.nearest(159).step, 0);
-  EXPECT_EQ(checkpoints.next(159), 160);
-  EXPECT_EQ(checkpoints.next(160), 320);
 }
 
 TEST(Checkpoints, ThinByBytes) {

@@ -110,6 +110,8 @@ TEST(Session, ACancelledWalkStaysAtItsLastGoodState) {
 TEST(Session, GoesBackFromACheckpoint) {
   const auto session = session_of();
   const std::int64_t spacing = session->next_checkpoint(0);
+  EXPECT_EQ(session->next_checkpoint(spacing - 1), spacing);
+  EXPECT_EQ(session->next_checkpoint(spacing), 2 * spacing);
   state_at(*session, 3 * spacing + 7);
   EXPECT_EQ(session->cached_steps(),
             (std::vector<std::int64_t>{0, spacing, 2 * spacing, 3 * spacing}));
