@@ -311,11 +311,11 @@ void Session::written_by(std::shared_ptr<Receipt> receipt) {
 }
 
 void Session::tell_ledger() {
-  if (ledger_ && !ledger_knows_.exchange(true)) ledger_->cached(weak_from_this());
+  if (ledger_ && !reported_to_ledger_.exchange(true)) ledger_->cached(weak_from_this());
 }
 
 Checkpoints::Nearest Session::take_last_state() {
-  ledger_knows_ = false;
+  reported_to_ledger_ = false;
   const std::lock_guard lock(mutex_);
   return checkpoints_.nearest(max_step);
 }

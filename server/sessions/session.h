@@ -158,7 +158,8 @@ class Session : public std::enable_shared_from_this<Session> {
   Principal owner_;
   Ledger* ledger_ = nullptr;
   std::shared_ptr<Receipt> receipt_;
-  std::atomic<bool> ledger_knows_ = false;  // whether it was told of a state that it has not taken
+  /// Whether `ledger_` was told of a cached state that it has not yet taken.
+  std::atomic<bool> reported_to_ledger_ = false;
   const std::uint64_t simulation_bytes_;
   const MemoryLease scene_memory_;
   MemoryLease simulations_memory_;  ///< of the idle and of the leased simulations
