@@ -111,7 +111,7 @@ Session::Session(std::string id, Scene scene, std::shared_ptr<const Clock> clock
     checkpoints_.put(0, save(*simulation, {memory, state_bytes(saved_size_)}));
     idle_.push_back(std::move(simulation));
   } else {
-    look_at_members();
+    read_members();
   }
   touch();
 }
@@ -128,7 +128,7 @@ void Session::take(Outline outline) {
 
 /// The simulations and states of the members are many times as large as their scenes, so they are
 /// not made before the first step.
-void Session::look_at_members() {
+void Session::read_members() {
   const auto members = scene_.members();
   const Scene first = members.front();
   const bool by_rate = is_priced_by_rate(first);

@@ -139,7 +139,7 @@ class Session : public std::enable_shared_from_this<Session> {
   void take(Outline outline);
   /// Reads what the constructor of an ensemble needs from one member after another, without making
   /// the ensemble's simulation.
-  void look_at_members();
+  void read_members();
   /// Steps of the map between two states.
   double map_steps() const { return direct_ ? 1 : scene_.substeps(); }
   /// Returns `simulation`, or a new one if it is null, in the state `saved` at `step`.
