@@ -104,7 +104,7 @@ Session::Session(std::string id, Scene scene, std::shared_ptr<const Clock> clock
       checkpoints_(1) {
   if (scene_.members().empty()) {
     auto simulation = make();
-    take(outline_of(*simulation));
+    set_outline(outline_of(*simulation));
     step_work_ =
         step_price_of(scene_, is_priced_by_rate(scene_) ? simulation->rate() : 0) * map_steps();
     overflow_ = find_overflow(*simulation);
@@ -116,7 +116,7 @@ Session::Session(std::string id, Scene scene, std::shared_ptr<const Clock> clock
   touch();
 }
 
-void Session::take(Outline outline) {
+void Session::set_outline(Outline outline) {
   fields_ = std::move(outline.fields);
   block_count_ = outline.block_count;
   saved_size_ = outline.saved_size;
@@ -133,7 +133,7 @@ void Session::read_members() {
   const Scene first = members.front();
   const bool by_rate = is_priced_by_rate(first);
   double rate = 0;
-  take(outline_of(members, [&](const Simulation& member) {
+  set_outline(outline_of(members, [&](const Simulation& member) {
     if (!overflow_) overflow_ = find_overflow(member);
     if (by_rate) rate = std::max(rate, member.rate());
   }));

@@ -136,7 +136,8 @@ class Session : public std::enable_shared_from_this<Session> {
   void tell_ledger();
   void touch() { last_use_ = (*clock_)().time_since_epoch().count(); }
   std::unique_ptr<Simulation> make();
-  void take(Outline outline);
+  /// Sets what the outline has, and the spacing of the checkpoints from it.
+  void set_outline(Outline outline);
   /// Reads what the constructor of an ensemble needs from one member after another, without making
   /// the ensemble's simulation.
   void read_members();
