@@ -74,7 +74,8 @@ std::uint64_t state_bytes(std::size_t numbers) { return numbers * sizeof(double)
 /// The bytes of a session without arrays: its strings, fields and lists.
 constexpr std::uint64_t session_object = 8 << 10;
 
-Saved with(MemoryLease memory, std::vector<double> numbers) {
+/// Returns a state that holds the lease of its bytes.
+Saved priced_state(MemoryLease memory, std::vector<double> numbers) {
   const auto priced = std::make_shared<const PricedState>(std::move(memory), std::move(numbers));
   return {priced, &priced->numbers};
 }
@@ -83,7 +84,7 @@ Saved save(const Simulation& simulation, MemoryLease memory) {
   failpoint("session.save");
   std::vector<double> numbers(simulation.saved_size());
   simulation.save(numbers);
-  return with(std::move(memory), std::move(numbers));
+  return priced_state(std::move(memory), std::move(numbers));
 }
 
 }  // namespace
@@ -291,7 +292,7 @@ void Session::deposit(const Simulation& simulation) {
 void Session::adopt(std::int64_t step, std::vector<double> saved) {
   failpoint("session.adopt");
   MemoryLease memory(memory_, state_bytes(saved.size()));
-  Saved priced = with(std::move(memory), std::move(saved));
+  Saved priced = priced_state(std::move(memory), std::move(saved));
   const std::lock_guard lock(mutex_);
   checkpoints_.adopt(step, std::move(priced));
   spacing_ = checkpoints_.spacing();
