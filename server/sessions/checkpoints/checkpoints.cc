@@ -25,7 +25,7 @@ void Checkpoints::adopt(std::int64_t step, Saved saved) {
     saved_.emplace(step, std::move(saved));
   }
   adopted_.insert(std::ranges::upper_bound(adopted_, step), step);
-  if (adopted_.size() > 2) release(step == adopted_[1] ? 2 : 1);
+  if (adopted_.size() > 2) drop_adopted(step == adopted_[1] ? 2 : 1);
   thin();
 }
 
@@ -33,8 +33,8 @@ bool Checkpoints::is_adopted(std::int64_t step) const {
   return std::ranges::find(adopted_, step) != adopted_.end();
 }
 
-void Checkpoints::release(std::size_t adopted) {
-  const auto one = adopted_.begin() + static_cast<std::ptrdiff_t>(adopted);
+void Checkpoints::drop_adopted(std::size_t index) {
+  const auto one = adopted_.begin() + static_cast<std::ptrdiff_t>(index);
   const std::int64_t step = *one;
   adopted_.erase(one);
   drop_if([&](std::int64_t kept) { return kept == step && step % spacing_ != 0; });
@@ -55,7 +55,7 @@ void Checkpoints::thin() {
       spacing_ *= 2;
       drop_if([&](std::int64_t step) { return step % spacing_ != 0 && !is_adopted(step); });
     } else if (adopted_.size() == 2) {
-      release(0);
+      drop_adopted(0);
     } else {
       return;
     }

@@ -46,9 +46,9 @@ class Checkpoints {
  private:
   void thin();
   bool is_adopted(std::int64_t step) const;
-  /// Removes the adopted state with that index; keeps it as a computed one if its step is a
-  /// multiple of the spacing.
-  void release(std::size_t adopted);
+  /// Drops the adopted state with that index in `adopted_`; keeps it as a computed one if its step
+  /// is a multiple of the spacing.
+  void drop_adopted(std::size_t index);
   template <class Drop>
   void drop_if(Drop drop);
 
