@@ -19,7 +19,7 @@ CursorCall::CursorCall(Host& host, CallLog log, SessionLease session, std::int64
       session_(std::move(session)),
       to_(to),
       answer_(std::move(search)),
-      search_ahead_(long_search),
+      search_pending_(long_search),
       shutdown_(host.lifecycle.stop_token(), RequestStop{stop_}) {
   Pool& pool = host_.pool_for((*session_)->step_cost());
   const double price = (*session_)->work((*session_)->start_for(to), to) +
@@ -60,9 +60,9 @@ bool CursorCall::run_slice() noexcept {
   try {
     if (stop_.stop_requested() && !host_.lifecycle.stopping()) {
       finish(errors::cancelled());
-    } else if (walked_ || advance_cursor()) {
-      walked_ = true;
-      if (std::exchange(search_ahead_, false)) {
+    } else if (cursor_done_ || advance_cursor()) {
+      cursor_done_ = true;
+      if (std::exchange(search_pending_, false)) {
         log_.worked();
         host_.searches.submit(this);
         return false;

@@ -45,8 +45,8 @@ class CursorCall final : public grpc::ServerUnaryReactor, private Job {
   std::optional<SessionLease> session_;
   const std::int64_t to_;
   const Search answer_;
-  bool search_ahead_;  ///< whether the answer is left for host.searches to compute
-  bool walked_ = false;
+  bool search_pending_;       ///< whether the answer is left for host.searches to compute
+  bool cursor_done_ = false;  ///< whether nothing is left to advance
   std::optional<Cursor> cursor_;
   std::stop_source stop_;
   std::stop_callback<RequestStop> shutdown_;
