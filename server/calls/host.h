@@ -74,7 +74,7 @@ struct Host {
   /// long ones.
   Pool steps{scheduler, JobKind::brief};
   Pool pool{scheduler, JobKind::sliced};
-  Pool searches{scheduler, JobKind::whole};
+  Pool searches{scheduler, JobKind::unsliced};
 
   /// Returns the pool for steps of `step_cost` nanoseconds, since a slice is at least one step.
   Pool& pool_for(double step_cost) {
@@ -83,7 +83,7 @@ struct Host {
         return steps;
       case JobKind::sliced:
         return pool;
-      case JobKind::whole:
+      case JobKind::unsliced:
         break;
     }
     return searches;

@@ -9,9 +9,9 @@ class Share;
 
 /// The length of a job's slices, which decides which workers may run it.
 enum class JobKind : std::uint8_t {
-  brief,   ///< as short as `brief_slice_nanoseconds`
-  sliced,  ///< about `slice_nanoseconds`
-  whole,   ///< longer, up to seconds: a search, or one step of a large body
+  brief,     ///< as short as `brief_slice_nanoseconds`
+  sliced,    ///< about `slice_nanoseconds`
+  unsliced,  ///< longer, up to seconds: a search, or one step of a large body
 };
 
 /// The nominal speed of one thread, which converts between its processor time and work.
@@ -49,7 +49,7 @@ class Job {
   /// Whether the job goes before longer ones. A job that took more than its price and more than a
   /// short job may take is long from then on.
   bool is_short() const {
-    return kind_ != JobKind::whole && price_ - spent_ <= short_work &&
+    return kind_ != JobKind::unsliced && price_ - spent_ <= short_work &&
            (spent_ <= short_work || spent_ < price_);
   }
 

@@ -14,10 +14,10 @@ class Pool {
 
   /// The price, in instructions, of work that cannot be predicted: about one slice, or ten seconds
   /// for work without slices.
-  double price_cap() const { return kind_ == JobKind::whole ? whole_cap : short_work; }
+  double price_cap() const { return kind_ == JobKind::unsliced ? unsliced_cap : short_work; }
 
  private:
-  static constexpr double whole_cap = 5e10;
+  static constexpr double unsliced_cap = 5e10;
 
   Scheduler& scheduler_;
   const JobKind kind_;

@@ -143,9 +143,9 @@ void Scheduler::wake_another() {
 }
 
 std::optional<JobKind> Scheduler::reach(bool kept) const {
-  if (!kept) return JobKind::whole;
+  if (!kept) return JobKind::unsliced;
   if (threads_ == 1) return std::nullopt;
-  return in_whole_ == others_ ? JobKind::sliced : JobKind::brief;
+  return in_unsliced_ == others_ ? JobKind::sliced : JobKind::brief;
 }
 
 void Scheduler::wait(std::unique_lock<std::mutex>& lock, bool kept) {
@@ -173,8 +173,8 @@ void Scheduler::work(bool kept) {
       wait(lock, kept);
       continue;
     }
-    const bool whole = turn.kind == JobKind::whole;
-    in_whole_ += whole;
+    const bool unsliced = turn.kind == JobKind::unsliced;
+    in_unsliced_ += unsliced;
     wake_another();
     lock.unlock();
     share_at_work = turn.share;
@@ -190,7 +190,7 @@ void Scheduler::work(bool kept) {
     const double done = meter_() - before;
     slice_meter = nullptr;
     lock.lock();
-    in_whole_ -= whole;
+    in_unsliced_ -= unsliced;
     work_done_.fetch_add(done, std::memory_order_relaxed);
     queue_.charge(turn, done, more, std::chrono::steady_clock::now());
     // The job may have become too long for the kept worker.

@@ -22,9 +22,9 @@ double take_slice_work();
 /// The threads that compute, shared by stepping, ensembles and searches. Jobs run one slice at a
 /// time in the order of RunQueue. With two threads or more, one worker is kept for short jobs: of
 /// the longer ones it runs only those with brief slices, and those with ordinary slices while all
-/// other workers are inside whole jobs. With one thread, a second worker runs short jobs while the
-/// first is inside a whole job. Workers with nothing to do help a job that advances an ensemble.
-/// The threads have a lower priority than those of gRPC.
+/// other workers are inside unsliced jobs. With one thread, a second worker runs short jobs while
+/// the first is inside an unsliced job. Workers with nothing to do help a job that advances an
+/// ensemble. The threads have a lower priority than those of gRPC.
 class Scheduler final : private Crew {
  public:
   /// Returns the work that the calling thread has done so far, in instructions.
@@ -61,7 +61,7 @@ class Scheduler final : private Crew {
   /// short jobs only.
   std::optional<JobKind> reach(bool kept) const;
   /// Whether the kept worker runs jobs now.
-  bool kept_runs() const { return threads_ > 1 || in_whole_ > 0; }
+  bool kept_runs() const { return threads_ > 1 || in_unsliced_ > 0; }
   void wait(std::unique_lock<std::mutex>& lock, bool kept);
   /// Wakes an idle worker that may run a new job of this kind, if there is one.
   void wake_for(JobKind kind, bool is_short);
@@ -78,8 +78,8 @@ class Scheduler final : private Crew {
   RunQueue queue_;        // guarded by mutex_, as are the members below
   std::size_t idle_ = 0;  // workers with nothing to do, without the kept one
   bool kept_idle_ = false;
-  std::size_t in_whole_ = 0;  // workers inside a whole slice
-  const std::size_t others_;  // workers that are not kept
+  std::size_t in_unsliced_ = 0;  // workers inside unsliced jobs
+  const std::size_t others_;     // workers that are not kept
   std::atomic<double> work_done_ = 0;
   bool stopping_ = false;
   std::vector<std::jthread> workers_;

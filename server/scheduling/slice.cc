@@ -16,7 +16,7 @@ std::int64_t slice_steps(double step_cost) {
 
 JobKind kind_of_steps(double step_cost) {
   if (step_cost <= brief_slice_nanoseconds) return JobKind::brief;
-  return step_cost <= slice_nanoseconds ? JobKind::sliced : JobKind::whole;
+  return step_cost <= slice_nanoseconds ? JobKind::sliced : JobKind::unsliced;
 }
 
 SliceLength::SliceLength(double nanoseconds) : previous_(std::exchange(length, nanoseconds)) {}

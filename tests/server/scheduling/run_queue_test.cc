@@ -27,7 +27,7 @@ class RunQueueTest : public testing::Test {
     return *jobs_.back();
   }
   /// One turn of a worker; false if it has nothing to do.
-  bool turn(JobKind most = JobKind::whole) {
+  bool turn(JobKind most = JobKind::unsliced) {
     const RunQueue::Turn turn = queue_.pop(most, now_);
     if (!turn.job) return false;
     const double before = work_done;
@@ -44,7 +44,7 @@ class RunQueueTest : public testing::Test {
 TEST_F(RunQueueTest, JobsOfAShareTakeTurns) {
   Share share;
   queue(share, 'a', 3, slice, endless);
-  queue(share, 'b', 1, slice, endless, JobKind::whole);
+  queue(share, 'b', 1, slice, endless, JobKind::unsliced);
   queue(share, 'c', 2, slice, endless, JobKind::sliced);
   while (turn()) {
   }
@@ -76,7 +76,7 @@ TEST_F(RunQueueTest, SharesAreEqualWhateverTheJobs) {
   Share greedy, modest, others;
   for (int i = 0; i < 50; ++i) queue(greedy, 'g', 1000, slice, endless);
   queue(modest, 'm', 1000, slice, endless);
-  queue(others, 'o', 1000, 3 * slice, endless, JobKind::whole);  // longer slices, fewer of them
+  queue(others, 'o', 1000, 3 * slice, endless, JobKind::unsliced);  // longer slices, fewer of them
   for (int i = 0; i < 700; ++i) turn();
   std::map<char, int> slices;
   for (const char name : order_) ++slices[name];
@@ -157,7 +157,7 @@ TEST_F(RunQueueTest, AFloodOfShortJobsTakesNoMoreThanItsShare) {
 
 TEST_F(RunQueueTest, AWorkerRunsOnlyWhatItReaches) {
   Share share;
-  queue(share, 'w', 1, slice, endless, JobKind::whole);
+  queue(share, 'w', 1, slice, endless, JobKind::unsliced);
   queue(share, 's', 1, slice, endless, JobKind::sliced);
   EXPECT_FALSE(turn(JobKind::brief));
   queue(share, 'b', 1, slice, endless, JobKind::brief);
@@ -165,7 +165,7 @@ TEST_F(RunQueueTest, AWorkerRunsOnlyWhatItReaches) {
   EXPECT_FALSE(turn(JobKind::brief));
   EXPECT_TRUE(turn(JobKind::sliced));
   EXPECT_FALSE(turn(JobKind::sliced));
-  queue(share, 'x', 1, slice, 0, JobKind::whole);  // is never short
+  queue(share, 'x', 1, slice, 0, JobKind::unsliced);  // is never short
   queue(share, 'q', 1, slice, 0, JobKind::sliced);
   EXPECT_TRUE(turn(JobKind::brief));
   EXPECT_FALSE(turn(JobKind::brief));

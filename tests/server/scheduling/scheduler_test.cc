@@ -90,7 +90,7 @@ TEST(Scheduler, FinishesWhatIsQueued) {
   std::list<Calling> jobs;
   {
     Scheduler scheduler(2);
-    for (const JobKind kind : {JobKind::brief, JobKind::sliced, JobKind::whole})
+    for (const JobKind kind : {JobKind::brief, JobKind::sliced, JobKind::unsliced})
       scheduler.submit(
           &jobs.emplace_back([&, left = 100]() mutable { return ++slices, --left > 0; }), kind);
   }
@@ -102,7 +102,7 @@ TEST(Scheduler, OneThreadRunsShortJobsBesideAWholeSlice) {
   std::binary_semaphore begun(0), short_done(0);
   std::atomic<int> long_slices = 0;
   bool in_time = false;
-  Calling whole([&] {
+  Calling unsliced([&] {
     begun.release();
     in_time = short_done.try_acquire_for(seconds(30));
     EXPECT_EQ(long_slices, 0) << "one thread computes";
@@ -117,7 +117,7 @@ TEST(Scheduler, OneThreadRunsShortJobsBesideAWholeSlice) {
   {
     Scheduler scheduler(1);
     EXPECT_EQ(scheduler.threads(), 1);
-    scheduler.submit(&whole, JobKind::whole);
+    scheduler.submit(&unsliced, JobKind::unsliced);
     begun.acquire();
     scheduler.submit(&long_job.of(share, endless), JobKind::brief);
     scheduler.submit(&short_job.of(other, 1), JobKind::brief);
@@ -132,7 +132,7 @@ TEST(Scheduler, AJobMaySubmitItselfAsAnotherKind) {
   int phase = 0;
   Calling job([&] {
     if (++phase == 1) {
-      scheduler.submit(&job, JobKind::whole);
+      scheduler.submit(&job, JobKind::unsliced);
       return false;
     }
     done.count_down();
@@ -184,7 +184,7 @@ TEST(Scheduler, OneWorkerIsKeptFromSearches) {
         if (i >= others) rest.count_down();
         return false;
       });
-      scheduler.submit(&jobs.back().of(share, 0), JobKind::whole);
+      scheduler.submit(&jobs.back().of(share, 0), JobKind::unsliced);
     }
     searching.wait();
     // A short one, and longer ones that have slices: all done by the worker that is kept.
@@ -294,7 +294,7 @@ TEST(Crew, IdleWorkersHelp) {
   Scheduler scheduler(3);
   std::latch ready(1);
   Calling first([&] { return ready.count_down(), false; });
-  scheduler.submit(&first, JobKind::whole);
+  scheduler.submit(&first, JobKind::unsliced);
   ready.wait();
   for (bool helped = false; !helped;) {  // a worker may not have gone to rest yet
     std::latch done(1);
@@ -310,7 +310,7 @@ TEST(Crew, IdleWorkersHelp) {
       done.count_down();
       return false;
     });
-    scheduler.submit(&job, JobKind::whole);
+    scheduler.submit(&job, JobKind::unsliced);
     done.wait();
     helped = together;
   }

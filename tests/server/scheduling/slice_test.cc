@@ -26,7 +26,7 @@ TEST(Slices, StepsSayTheirKind) {
   EXPECT_EQ(kind_of_steps(1), JobKind::brief);
   EXPECT_EQ(kind_of_steps(brief_slice_nanoseconds), JobKind::brief);
   EXPECT_EQ(kind_of_steps(slice_nanoseconds), JobKind::sliced);
-  EXPECT_EQ(kind_of_steps(1.1 * slice_nanoseconds), JobKind::whole);
+  EXPECT_EQ(kind_of_steps(1.1 * slice_nanoseconds), JobKind::unsliced);
 }
 
 }  // namespace
