@@ -5,7 +5,7 @@
 namespace stiefel::server {
 namespace {
 
-grpc::Status told(const WriteFault& fault) noexcept {
+grpc::Status status_of(const WriteFault& fault) noexcept {
   try {
     return errors::not_written(fault);
   } catch (...) {
@@ -19,7 +19,7 @@ void when_written(const Answered& answered, const std::function<void(const grpc:
   if (!answered.receipt) return send(answered.status);
   try {
     answered.receipt->then([send, status = answered.status](const auto& fault) {
-      fault ? send(told(*fault)) : send(status);
+      fault ? send(status_of(*fault)) : send(status);
     });
   } catch (...) {
     send(errors::from_current_exception());
