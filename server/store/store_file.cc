@@ -130,8 +130,9 @@ void check_pages(Database& database) {
     throw StoreError(WriteFault::Kind::damaged, fault);
 }
 
-/// Whether there is a file that is not empty; throws std::runtime_error if it cannot be a store.
-bool is_there(const fs::path& file) {
+/// Returns whether the store's file exists. Throws std::runtime_error if it is not a regular file,
+/// is empty, or is absent although its log has bytes.
+bool checked_presence(const fs::path& file) {
   std::error_code ignored;
   const bool log = fs::file_size(file.string() + "-wal", ignored) > 0 && !ignored;
   const bool there = fs::exists(file);
@@ -148,7 +149,7 @@ bool is_there(const fs::path& file) {
 
 StoreFile open_at(const fs::path& file, const StoreOptions& options) {
   FileLock lock(file.string() + "-lock");
-  if (is_there(file)) check_header(file);
+  if (checked_presence(file)) check_header(file);
   // Frees the reserve, since SQLite creates files beside the store even on a full disk.
   Reserve reserve(file.string() + "-reserve");
   reserve.release();
@@ -192,7 +193,7 @@ std::optional<std::string> store_fault(const StoreOptions& options) {
   try {
     naming(options, [&] {
       const fs::path file = file_of(options);
-      if (is_there(file)) {
+      if (checked_presence(file)) {
         check_header(file);
       } else if (access(file.parent_path().c_str(), W_OK) != 0) {
         throw std::runtime_error(file.parent_path().string() + ": " + std::strerror(errno));
