@@ -40,15 +40,16 @@ std::chrono::milliseconds milliseconds(double seconds) {
   return std::chrono::ceil<std::chrono::milliseconds>(std::chrono::duration<double>(seconds));
 }
 
-/// Returns the fault of a text that is not an amount of memory; empty for a valid one.
-std::string sound_memory(const std::string& given) {
+/// Returns the rule that the text breaks as the process's memory, at least 64 MiB; empty if none.
+std::string memory_error(const std::string& given) {
   return read_bytes(given) ? ""
                            : "'" + given +
                                  "' must be a number of bytes, at least 64M, with K, M, G or T for "
                                  "powers of 1024";
 }
 
-std::string sound_part_of_memory(const std::string& given) {
+/// Returns the rule that the text breaks as a part of that memory; empty if none.
+std::string memory_part_error(const std::string& given) {
   return read_bytes(given, 0)
              ? ""
              : "'" + given + "' must be a number of bytes, with K, M, G or T for powers of 1024";
@@ -91,7 +92,7 @@ void add_quota_to(CLI::App& app, Quota& quota) {
 
 }  // namespace
 
-std::string sound_address(const std::string& address) {
+std::string address_error(const std::string& address) {
   const auto fault = address_fault(address);
   return fault ? address + ": " + *fault : "";
 }
@@ -108,7 +109,7 @@ void Flags::add_to(CLI::App& app) {
                  "host:port (0: any free port) or unix:PATH; repeatable")
       ->envname("STIEFEL_LISTEN")
       ->delimiter(',')
-      ->check(sound_address)
+      ->check(address_error)
       ->capture_default_str();
   app.add_option("--threads", options_.threads, "Threads that compute; 0: one a core")
       ->envname("STIEFEL_THREADS")
@@ -123,7 +124,7 @@ void Flags::add_to(CLI::App& app) {
          "Bytes that the process may take, such as 512M or 4G; what does not fit is refused. "
          "Default: three quarters of the control group's limit, or of the machine's memory")
       ->envname("STIEFEL_MEMORY")
-      ->check(sound_memory);
+      ->check(memory_error);
   app.add_option("--max-connections", options_.connections.most,
                  "Connections at once; the newest beyond it is refused. 0, and at most: the limit "
                  "of file descriptors less 96")
@@ -159,7 +160,7 @@ void Flags::add_to(CLI::App& app) {
          "Bytes that the sessions and calls of one principal hold at once, such as 512M; 0: "
          "no limit")
       ->envname("STIEFEL_PRINCIPAL_MEMORY")
-      ->check(sound_part_of_memory)
+      ->check(memory_part_error)
       ->capture_default_str();
   app.add_option("--store", options_.store.file,
                  "File that keeps the sessions when the server ends, however it ends; empty: they "
@@ -176,7 +177,7 @@ void Flags::add_to(CLI::App& app) {
                  "host:port where Prometheus reads metrics over HTTP, at /metrics (0: any free "
                  "port); over HTTPS where --tls-cert is given, without tokens. Empty: nowhere")
       ->envname("STIEFEL_METRICS")
-      ->check(sound_address)
+      ->check(address_error)
       ->capture_default_str();
   app.add_option("--log-level", options_.log_level, "What is logged on stderr")
       ->envname("STIEFEL_LOG_LEVEL")

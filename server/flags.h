@@ -28,7 +28,7 @@ struct Flags {
 };
 
 /// Returns the rule that the address breaks, which CLI11 puts after "--listen: "; empty if none.
-std::string sound_address(const std::string& address);
+std::string address_error(const std::string& address);
 
 /// Returns the flags of `app` as a table in Markdown: flag, variable, default, meaning.
 std::string flag_table(const CLI::App& app);

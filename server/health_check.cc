@@ -49,7 +49,7 @@ std::shared_ptr<grpc::ChannelCredentials> credentials(const HealthCheck& questio
 
 int health_check(const HealthCheck& question) {
   const std::string address = question.address.substr(0, question.address.find(','));
-  if (const std::string fault = sound_address(address); !fault.empty()) {
+  if (const std::string fault = address_error(address); !fault.empty()) {
     std::cerr << "--address: " << fault << '\n';
     return 1;
   }
