@@ -14,9 +14,11 @@
 namespace stiefel::server {
 namespace {
 
-constexpr unsigned never_again = 3600;  // seconds between two readings of the files
+/// The time between two readings of the certificates' files, longer than a check takes.
+constexpr unsigned refresh_seconds = 3600;
 
-bool is_own(const std::string& address) {
+/// Whether the address is one of this machine's own, or stands for all of them.
+bool is_this_machine(const std::string& address) {
   return address.starts_with("0.0.0.0:") || address.starts_with("[::]:") ||
          std::ranges::all_of(tcp_addresses(address), is_local);
 }
@@ -33,11 +35,11 @@ std::shared_ptr<grpc::ChannelCredentials> credentials(const HealthCheck& questio
   if (!question.ca.empty() || identified)
     options.set_certificate_provider(std::make_shared<tls::FileWatcherCertificateProvider>(
         identified ? question.tls.key : "", identified ? question.tls.certificate : "", question.ca,
-        never_again));
+        refresh_seconds));
   if (identified) options.watch_identity_key_cert_pairs();
   if (!question.ca.empty()) {
     options.watch_root_certs();
-  } else if (is_own(address)) {
+  } else if (is_this_machine(address)) {
     options.set_verify_server_certs(false);
     options.set_certificate_verifier(std::make_shared<tls::NoOpCertificateVerifier>());
     options.set_check_call_host(false);
