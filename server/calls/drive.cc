@@ -34,7 +34,7 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
   }
 
   void OnReadDone(bool ok) override {
-    if (!ok) return end(cancelled_ ? errors::cancelled() : at_the_end());
+    if (!ok) return end(cancelled_ ? errors::cancelled() : status_after_last_read());
     read_ = true;
     try {
       clear();
@@ -97,7 +97,7 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
   }
   /// Returns the status of a call whose reading failed. gRPC uses one callback for the end of the
   /// requests and for a request that it cannot parse.
-  grpc::Status at_the_end() const {
+  grpc::Status status_after_last_read() const {
     if (read_) return grpc::Status::OK;
     return errors::invalid("request", "absent or no DriveRequest",
                            "the first message must name a session");
