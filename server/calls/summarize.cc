@@ -26,8 +26,9 @@ namespace {
 
 /// The slices after which a message reports the progress if there is nothing else to send.
 constexpr int slices_between_messages = 256;
-/// A slice takes `min(groups / groups_in_a_slice, longest)` times as long as that of one motion, so
-/// that each group of members computes for about 0.1 ms after it was fetched from memory.
+/// A slice that advances `width` groups of members is longer than that of one motion by the factor
+/// `width / groups_in_a_slice`, at least 1 and at most `longest`, so that each group computes for
+/// about 0.1 ms after it was fetched from memory.
 constexpr std::size_t groups_in_a_slice = 16, longest = 16;
 
 /// Whether the ensemble has more than a slice of work before its first step.
@@ -73,7 +74,7 @@ class SummarizeWork final : public StreamWork<v1::SummarizeResponse> {
 
  private:
   /// Whether the next message needs more slices.
-  bool silent() const { return !messages_ || (messages_->empty() && !done_); }
+  bool needs_more_slices() const { return !messages_ || (messages_->empty() && !done_); }
   grpc::Status work(const std::stop_token& stop);
   grpc::Status start();
   void advance(const std::stop_token& stop);
@@ -99,9 +100,10 @@ class SummarizeWork final : public StreamWork<v1::SummarizeResponse> {
 
 std::expected<Progress, grpc::Status> SummarizeWork::slice(const std::stop_token& stop,
                                                            v1::SummarizeResponse& message) {
-  if (silent())
+  if (needs_more_slices())
     if (const auto status = work(stop); !status.ok()) return std::unexpected(status);
-  if (silent() && slices_ < slices_between_messages / longer_) return Progress::no_message;
+  if (needs_more_slices() && slices_ < slices_between_messages / longer_)
+    return Progress::no_message;
   return write(message);
 }
 
