@@ -62,7 +62,7 @@ OrStatus<Registry::Created> admit(Host& host, Account& account, const std::strin
   auto created = host.registry.create(account.principal(), id, std::move(scene.scene), checkpoint,
                                       std::move(scene.resolution), recreate, &account.memory());
   if (created) {
-    if (created->created) created->session->hold(std::move(seated.seat));
+    if (created->created) created->session->hold_seat(std::move(seated.seat));
     return *std::move(created);
   }
   if (const auto* conflict = std::get_if<Registry::Conflict>(&created.error())) {

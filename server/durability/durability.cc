@@ -97,7 +97,7 @@ void Durability::restore() {
   const auto use = [&](const Store::Row& row) {
     Account& account = host_.accounts.of(row.session.principal);
     if (auto session = restored(row, account)) {
-      (*session)->hold(account.seat_restored_session());
+      (*session)->hold_seat(account.seat_restored_session());
       host_.registry.restore(*std::move(session));
     } else {
       ++unread;

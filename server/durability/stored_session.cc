@@ -86,8 +86,8 @@ Restored from_row(const Store::Row& row, std::shared_ptr<const Clock> clock,
                                            resolution_of(row.session), std::move(keys), memory);
   if (row.session.numerics_id == numerics_id() && row.session.identity != hash(session->identity()))
     return std::unexpected("its scene is read as another one");
-  session->restored(
-      row.session.principal,
+  session->set_owner(row.session.principal);
+  session->set_create_time(
       Time(std::chrono::duration_cast<Time::duration>(Nanoseconds(row.session.create_time))));
   if (row.checkpoint) adopt(*row.checkpoint, *session);
   return session;

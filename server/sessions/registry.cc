@@ -54,7 +54,7 @@ std::expected<Registry::Created, Registry::CreateError> Registry::create(
   // Keeps the tombstone: it counts again if the session cannot be written, and expires by itself.
   const auto place = sessions_.emplace(std::move(key), fresh).first;
   try {
-    fresh->belong_to(principal);
+    fresh->set_owner(principal);
     if (ledger_) {
       fresh->write_to(*ledger_);
       fresh->written_by(ledger_->put(fresh));

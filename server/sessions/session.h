@@ -70,7 +70,7 @@ class Session : public std::enable_shared_from_this<Session> {
   std::int64_t start_for(std::int64_t step) const;
   /// Keeps `seat`, the session's place in its principal's account, until the session is destroyed.
   /// Called once, by the call that created the session.
-  void hold(std::shared_ptr<void> seat) { seat_ = std::move(seat); }
+  void hold_seat(std::shared_ptr<void> seat) { seat_ = std::move(seat); }
 
   /// Returns a Simulation at the nearest state at or before `step`, for the caller alone.
   std::unique_ptr<Simulation> lease(std::int64_t step);
@@ -108,16 +108,13 @@ class Session : public std::enable_shared_from_this<Session> {
 
   std::chrono::system_clock::time_point create_time() const { return create_time_; }
   /// Sets the owner. Call it before other threads see the session.
-  void belong_to(const Principal& owner) { owner_ = owner; }
+  void set_owner(Principal owner) { owner_ = std::move(owner); }
+  /// Sets the creation time of a session that an earlier server stored. Call it before other
+  /// threads see the session.
+  void set_create_time(std::chrono::system_clock::time_point created) { create_time_ = created; }
   /// Makes the session report its new cached states to `ledger`. Call it before other threads
   /// use the session.
   void write_to(Ledger& ledger) { ledger_ = &ledger; }
-  /// Sets the owner and creation time of a session that an earlier server stored. Call it before
-  /// other threads see the session.
-  void restored(Principal owner, std::chrono::system_clock::time_point created) {
-    owner_ = std::move(owner);
-    create_time_ = created;
-  }
   const Principal& owner() const { return owner_; }
   /// Sets the receipt for this session's row in the ledger, null when the server has no store, and
   /// reports a cached state after step 0 to the ledger. Guarded by the registry's lock.

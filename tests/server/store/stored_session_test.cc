@@ -25,7 +25,8 @@ TEST(StoredSession, KeepsTheBitsOfEverySystemAndMethod) {
     if (number++ % 2)
       resolution.choice = server::ChosenMethod{0.1, 3, "for a reason\nof two lines"};
     server::Session session("a", *scene, clock, resolution);
-    session.restored(server::Principal{"p"}, std::chrono::system_clock::now());
+    session.set_owner(server::Principal{"p"});
+    session.set_create_time(std::chrono::system_clock::now());
     const auto row = server::to_row(session);
     const auto again = server::from_row({row, std::nullopt}, clock);
     ASSERT_TRUE(again) << system << " " << method << ": " << again.error();
