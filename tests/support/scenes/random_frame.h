@@ -8,8 +8,8 @@
 
 namespace stiefel::testing {
 
-/// A seeded state on V(n, N): Λ spread over 1 : spread, a random frame Q, and S = Q̇Λ for a random
-/// tangent Q̇ with ‖Q̇‖_F = 1. Tangent to rounding in the Scalar.
+/// A seeded state on V(n, N): Λ between 1 and `spread`, a random frame Q, and S = Q̇Λ for a random
+/// tangent Q̇ with ‖Q̇‖_F = 1. Q̇ is tangent to rounding in the Scalar.
 template <class Scalar>
 struct RandomFrame {
   Vector<Scalar> lambda;
@@ -33,7 +33,7 @@ RandomFrame<Scalar>::RandomFrame(int n, int N, unsigned seed, double spread)
           .transpose();
   for (Scalar& x : S.reshaped()) x = Scalar(2 * uniform() - 1);
   const Vector<Scalar> inverse = lambda.cwiseInverse();
-  for (int k = 0; k < 2; ++k) {  // S ← S − XQ with QΛ⁻¹Sᵀ + SΛ⁻¹Qᵀ = 0
+  for (int k = 0; k < 2; ++k) {  // S ← S − XQ, so that QΛ⁻¹Sᵀ + SΛ⁻¹Qᵀ = 0
     const Matrix<Scalar> weighted = Q * inverse.asDiagonal();
     const Matrix<Scalar> cross = weighted * S.transpose();
     SymmetricLyapunov<Scalar> lyapunov(n);

@@ -9,8 +9,8 @@
 
 namespace stiefel::testing {
 
-/// Seeded random matrices of any scalar, each number a sum of two doubles so that the digits beyond
-/// double precision are not zeros.
+/// Seeded random matrices of any scalar. Each number is a sum of two doubles, so that the digits
+/// beyond double precision are not zeros.
 template <class Scalar>
 class RandomMatrices {
  public:
@@ -18,9 +18,9 @@ class RandomMatrices {
 
   Matrix<Scalar> matrix(Eigen::Index rows, Eigen::Index cols);
   Matrix<Scalar> skew(Eigen::Index N);
-  /// n orthonormal rows in R^N; for n = N of determinant +1.
+  /// Returns n orthonormal rows in R^N; for n = N the determinant is +1.
   Matrix<Scalar> frame(Eigen::Index n, Eigen::Index N);
-  /// n numbers between 1 and `spread`.
+  /// Returns N numbers between 1 and `spread`.
   Vector<Scalar> lambda(Eigen::Index N, double spread = 4);
 
  private:
@@ -59,7 +59,7 @@ Vector<Scalar> RandomMatrices<Scalar>::lambda(Eigen::Index N, double spread) {
   return l;
 }
 
-/// Two blocks by rows.
+/// Returns the rows of `top` followed by those of `bottom`.
 template <class Scalar>
 Matrix<Scalar> stacked(const Matrix<Scalar>& top, const Matrix<Scalar>& bottom) {
   Matrix<Scalar> x(top.rows() + bottom.rows(), top.cols());
