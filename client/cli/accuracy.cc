@@ -1,4 +1,4 @@
-// The accuracy sentence of a diagnosis.
+// The sentence about accuracy in the report of a diagnosis.
 #include <unistd.h>
 
 #include <algorithm>
@@ -19,7 +19,8 @@ std::string invariants_kept(const v1::DiagnoseResponse& diagnosis) {
   return diagnosis.invariants().empty() ? "" : "invariants kept to " + brief(drift) + "; ";
 }
 
-/// One of attitude and momentum; what is not told is bounded by the reference's error.
+/// Returns the error of the attitude or the momentum. If the estimate does not give it, the error
+/// is below twice that of the reference.
 std::string error_of(const std::string& what, bool told, double error,
                      const v1::EstimatedError& of) {
   std::string text = what;

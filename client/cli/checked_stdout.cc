@@ -10,7 +10,7 @@ namespace stiefel::cli {
 
 namespace {
 
-/// errno is read at the failed call: what runs while the exception unwinds may change it.
+/// Throws if the last write failed. Must follow the write directly, because it reads errno.
 void check(bool written) {
   if (!written) {
     throw std::runtime_error("cannot write to stdout: " + std::string(std::strerror(errno)));

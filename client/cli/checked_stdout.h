@@ -5,14 +5,14 @@
 
 namespace stiefel::cli {
 
-/// While one exists, a write to std::cout that fails throws std::runtime_error with the reason
-/// that the system gave, for example "cannot write to stdout: No space left on device".
+/// While an object of this class exists, a failed write to std::cout throws std::runtime_error with
+/// the system's reason, such as "cannot write to stdout: No space left on device".
 class CheckedStdout : std::streambuf {
  public:
   CheckedStdout();
   ~CheckedStdout() override;
 
-  /// Writes what is buffered. Throws as a write does.
+  /// Writes what is buffered. Throws std::runtime_error if that fails.
   void flush();
 
  private:

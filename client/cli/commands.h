@@ -12,13 +12,13 @@ namespace stiefel::cli {
 
 /// The server of a command.
 struct Remote {
-  std::string address = {};     ///< empty: one of the command's own
-  std::string tls_ca = {};      ///< a file of authorities; empty: no TLS
-  std::string token_file = {};  ///< empty: the variable STIEFEL_TOKEN
+  std::string address = {};     ///< empty: the command embeds a server
+  std::string tls_ca = {};      ///< path of a file of authorities; empty: no TLS
+  std::string token_file = {};  ///< path of a file; empty: the variable STIEFEL_TOKEN
 };
 
-/// Each command throws BadInput or client::Error for what is not its outcome. `estimate_error`:
-/// always or never; by default when it takes less work than the run.
+// Each command throws BadInput or client::Error where it has no outcome. `estimate_error` says
+// always or never; without a value, the error is estimated when that takes less work than the run.
 
 struct DescribeCommand {
   Remote server;
@@ -39,8 +39,8 @@ struct RunCommand {
 };
 ExitStatus run(const RunCommand& command);
 
-/// Without --every: every step if that gives at most this many samples, else the first and the
-/// last.
+/// Without --every, `run` samples every step if that gives at most this many samples, else only the
+/// first and the last step.
 constexpr std::int64_t max_default_samples = 1000;
 
 struct DiagnoseCommand {
@@ -95,7 +95,7 @@ struct ConnectCommand {
   std::string file;
   Remote server;
 };
-/// Notes in `origin` how the file names its frames.
+/// Sets `origin.single_pair` if the file gives its frames outside of the list `pairs`.
 ExitStatus connect(const ConnectCommand& command, Origin& origin);
 
 }  // namespace stiefel::cli

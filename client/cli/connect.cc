@@ -9,14 +9,14 @@
 namespace stiefel::cli {
 namespace {
 
-/// "yes", "no" or "unknown".
+/// Returns "yes", "no" or "unknown".
 std::string to_string(v1::Shortest shortest) {
   std::string name = v1::Shortest_Name(shortest).substr(std::string("SHORTEST_").size());
   std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
   return name;
 }
 
-/// A request whose file may name one pair of frames without a list: {"Q_0", "Q_T", ...}.
+/// Reads a request. The file may give a single pair of frames without a list: {"Q_0", "Q_T", ...}.
 v1::ConnectRequest read_request(const std::string& file, bool& single_pair) {
   v1::ConnectRequest request;
   v1::FramePair pair;
@@ -45,7 +45,7 @@ nlohmann::ordered_json to_json(const v1::ConnectResponse& geodesic) {
   return out;
 }
 
-/// The first pair of which no geodesic was found goes to stderr.
+/// Returns the exit status, and prints the first pair without a geodesic to stderr.
 ExitStatus conclude(const std::vector<v1::ConnectResponse>& geodesics) {
   for (const auto& geodesic : geodesics) {
     const auto& status = geodesic.run_status();

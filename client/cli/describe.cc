@@ -21,7 +21,7 @@ std::string preserves(const v1::MethodOnSystem& method) {
   return text;
 }
 
-/// "variational of order 8, plain, h|Omega| of a substep up to 0.15".
+/// Returns, for example, "variational of order 8, plain, h|Omega| of a substep up to 0.15".
 std::string text(const v1::Recommendation& recommended) {
   const v1::Method& method = recommended.method();
   std::ostringstream out;

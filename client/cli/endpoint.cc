@@ -14,7 +14,7 @@ std::unique_ptr<server::Server> embed() {
 client::Options options(const Remote& remote) {
   client::Options options;
   options.stop = interruption();
-  // A Unix socket has no TLS, also where the environment names authorities.
+  // A Unix socket has no TLS, even if the environment names authorities.
   if (!remote.tls_ca.empty() && !remote.address.starts_with("unix:"))
     options.security.tls = client::Tls{.ca = remote.tls_ca};
   if (!remote.token_file.empty()) options.security.token = client::read_token(remote.token_file);

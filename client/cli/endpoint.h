@@ -8,7 +8,7 @@
 
 namespace stiefel::cli {
 
-/// The server a command talks to: the one at an address, or one of its own inside this process.
+/// The server that a command talks to: the one at the given address, or one inside this process.
 class Endpoint {
  public:
   explicit Endpoint(const Remote& remote);

@@ -14,7 +14,7 @@ enum ExitStatus {
   no_server = 4,       ///< the server of --server cannot be reached
 };
 
-/// Something the user has to change; one line a fault.
+/// Thrown for input that the user has to change. The message has one line for each fault.
 struct BadInput : std::runtime_error {
   using runtime_error::runtime_error;
 };

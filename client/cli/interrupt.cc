@@ -22,7 +22,7 @@ std::stop_source& source() {
   return one;
 }
 
-/// Only one thread gets through.
+/// Ends the process. The first thread that calls it does so; all others wait forever.
 void end(int signal, const std::string& how_far) {
   static std::atomic<bool> run_status = false;
   if (run_status.exchange(true)) {

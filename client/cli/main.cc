@@ -1,4 +1,4 @@
-// The command `stiefel`: simulations from the command line, on a server of its own or another.
+// The command `stiefel`: runs simulations on the server at an address, or on an embedded one.
 #include <CLI/CLI.hpp>
 #include <cstdlib>
 #include <exception>
@@ -54,7 +54,7 @@ void add_error(CLI::App* app, std::optional<bool>& estimate_error) {
 
 void say(const std::string& fault) { std::cerr << "stiefel: error: " + fault + '\n'; }
 
-/// One line a fault, on stderr.
+/// Prints an error to stderr, one line for each fault, and returns the exit status.
 ExitStatus explain(const client::Error& error, const Origin& origin) {
   for (const auto& violation : error.violations())
     say(origin.place(violation.field) + ": " + violation.description);
@@ -70,7 +70,7 @@ ExitStatus explain(const client::Error& error, const Origin& origin) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // What fails is told by the command, in its own words; GRPC_VERBOSITY shows gRPC's too.
+  // The command explains failures itself. A user who sets GRPC_VERBOSITY gets gRPC's log as well.
   setenv("GRPC_VERBOSITY", "NONE", 0);
   CLI::App app(
       "Simulates torque-free rigid bodies in any dimension and geodesics on Stiefel manifolds, and "

@@ -26,14 +26,16 @@ constexpr std::size_t max_depth = 16;
 using google::protobuf::Descriptor;
 using google::protobuf::FieldDescriptor;
 
-/// The name of a field in files: the proto's own, or the one that the proto gives JSON.
+/// Returns the name of a field in files: the proto's json_name if it has one, else the field's
+/// name.
 std::string name_of(const FieldDescriptor* field) {
   return field->has_json_name() ? field->json_name() : field->name();
 }
 
 using Types = std::vector<const Descriptor*>;
 
-/// Null for a name that the messages do not have. protobuf reads a field by its lowerCamelCase too.
+/// Returns the field with a name or a lowerCamelCase name, which protobuf reads too; null if the
+/// messages do not have it.
 const FieldDescriptor* find_field(const Types& types, const std::string& name) {
   for (const Descriptor* type : types) {
     for (int i = 0; i < type->field_count(); ++i) {
@@ -44,9 +46,10 @@ const FieldDescriptor* find_field(const Types& types, const std::string& name) {
   return nullptr;
 }
 
-/// "; did you mean body.inertia_tensor?": a field of the messages, or of a message in them.
+/// Returns a suggestion such as "; did you mean body.inertia_tensor?", a field of the messages or
+/// of a message inside them; empty if no name is near.
 std::string near_field(const Types& types, const std::string& name) {
-  // By the field's name. A field of `types` comes before one of the same name inside.
+  // Field name to path. A field of `types` comes before a field of the same name inside them.
   std::map<std::string, std::string> paths;
   const auto add = [&](const Descriptor* type, const std::string& parent) {
     for (int i = 0; i < type->field_count(); ++i)
@@ -63,21 +66,21 @@ std::string near_field(const Types& types, const std::string& name) {
   return near ? "; did you mean " + paths.at(*near) + "?" : "";
 }
 
-/// "rows, cols, values".
+/// Returns the names of a message's fields: "rows, cols, values".
 std::string fields_of(const Descriptor* type) {
   return listed(std::views::iota(0, type->field_count()),
                 [&](int i) { return name_of(type->field(i)); });
 }
 
-/// Checks what protobuf's parser lets pass or reports without a place: syntax, names that the
-/// message has not, names given twice (it would join the two arrays), and an array in place of a
-/// message, such as a matrix as rows. Other wrong types are left to protobuf.
+/// Finds faults that protobuf's parser accepts or reports without their place: syntax errors,
+/// unknown names, names given twice (protobuf would join the two arrays), and an array in place of
+/// a message, such as a matrix given as rows. Other wrong types are left to protobuf.
 class StrictSyntax : public nlohmann::json_sax<nlohmann::json> {
  public:
   /// `types`: the messages whose fields the whole object may have.
   explicit StrictSyntax(Types types) : types_(std::move(types)) {}
 
-  std::string fault;
+  std::string fault;  ///< the first fault; empty if there is none
 
   bool null() override { return value(); }
   bool boolean(bool) override { return value(); }
@@ -110,14 +113,15 @@ class StrictSyntax : public nlohmann::json_sax<nlohmann::json> {
   }
 
  private:
-  /// An object or array that is open. Without types, map and next: of what protobuf will refuse.
+  /// An open object or array. A level without types, map and next stands where protobuf expects
+  /// something else, and is left to protobuf.
   struct Level {
-    Types types = {};                       ///< of an object that is a message
-    const FieldDescriptor* map = nullptr;   ///< of an object that is a map
-    const FieldDescriptor* next = nullptr;  ///< what the next value belongs to
+    Types types = {};                       ///< the messages that an object may be
+    const FieldDescriptor* map = nullptr;   ///< the field of an object that is a map
+    const FieldDescriptor* next = nullptr;  ///< the field to which the next value belongs
     bool array = false;
-    std::size_t index = 0;  ///< of an array's next element
-    std::string at;         ///< an object's last name
+    std::size_t index = 0;  ///< the index of an array's next element
+    std::string at;         ///< the last name read in an object
     std::set<std::string> names = {};
   };
 
@@ -152,7 +156,8 @@ class StrictSyntax : public nlohmann::json_sax<nlohmann::json> {
     levels_.pop_back();
     return value();
   }
-  /// At the path of the last name: "forms[0].first.Q".
+  /// Sets `fault` to the rule at the path of the last name, such as "forms[0].first.Q", and returns
+  /// false, which ends the parse.
   bool refuse(const std::string& rule) {
     for (const Level& level : levels_)
       if (level.array)
@@ -167,8 +172,7 @@ class StrictSyntax : public nlohmann::json_sax<nlohmann::json> {
   std::vector<Level> levels_;
 };
 
-/// The members of maps by their names; protobuf prints them in an order that changes from run to
-/// run.
+/// Sorts the entries of maps by key; protobuf prints them in an order that changes from run to run.
 void sort_maps(const Descriptor& type, nlohmann::ordered_json& json) {
   for (int i = 0; i < type.field_count(); ++i) {
     const auto* field = type.field(i);
@@ -222,7 +226,8 @@ void parse_messages(const std::string& name, const std::string& text,
   StrictSyntax syntax(types);
   if (!nlohmann::json::sax_parse(text, &syntax)) throw BadInput(name + ": " + syntax.fault);
   google::protobuf::util::JsonParseOptions options;
-  options.ignore_unknown_fields = messages.size() > 1;  // the other message's; all names are known
+  // Fields of the other messages are ignored here; `syntax` has checked that all names are known.
+  options.ignore_unknown_fields = messages.size() > 1;
   for (auto* message : messages) {
     const auto status = google::protobuf::util::JsonStringToMessage(text, message, options);
     if (status.ok()) continue;

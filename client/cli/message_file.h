@@ -10,26 +10,27 @@
 
 namespace stiefel::cli {
 
-/// Reads a message in its JSON form. Throws BadInput that names the file and what is wrong in it:
+/// Reads a message from a file in JSON form. Throws BadInput that names the file and the fault:
 /// syntax with line and column, unknown fields, fields given twice, wrong types.
 void read_message(const std::string& path, google::protobuf::Message* message);
-/// Reads an object whose fields are those of several messages into all of them. Throws BadInput as
-/// `read_message` does.
+/// Reads one JSON object from a file into several messages, whose fields it may have. Throws
+/// BadInput as `read_message` does.
 void read_messages(const std::string& path,
                    const std::vector<google::protobuf::Message*>& messages);
-/// Reads a message from a text; `name` is what an error calls it.
+/// Reads a message from a text in JSON form. Throws BadInput that calls the text `name`.
 void parse_message(const std::string& name, const std::string& text,
                    google::protobuf::Message* message);
-/// Reads an object whose fields are those of several messages into all of them.
+/// Reads one JSON object from a text into several messages, whose fields it may have. Throws
+/// BadInput that calls the text `name`.
 void parse_messages(const std::string& name, const std::string& text,
                     const std::vector<google::protobuf::Message*>& messages);
 v1::Scene read_scene(const std::string& path);
 
-/// The JSON form with the proto's field names, maps in the order of their names; doubles read back
-/// the same.
+/// Returns the JSON form of a message with the proto's field names. Maps are sorted by key; doubles
+/// read back to the same bits.
 nlohmann::ordered_json to_json(const google::protobuf::Message& message);
 
-/// Indented, but for arrays of numbers, which stay on one line.
+/// Returns indented JSON text; arrays of numbers stay on one line.
 std::string to_text(const nlohmann::ordered_json& json, std::size_t indent = 0);
 
 }  // namespace stiefel::cli

@@ -5,16 +5,16 @@
 
 namespace stiefel::cli {
 
-/// Where the user wrote what a command asks of the server.
+/// Where the user wrote the fields of a request: in which file, or as which option.
 struct Origin {
-  std::string file;            ///< of the scene, or of the whole request
-  bool whole_request = false;  ///< the file is the request's
-  bool single_pair = false;    ///< its one pair of frames is not in the list `pairs`
-  /// The other sources of the request's fields: {"fields", "--fields"}.
+  std::string file;            ///< the file of the scene or, if `whole_request`, of the request
+  bool whole_request = false;  ///< whether the file has the whole request, not only its scene
+  bool single_pair = false;    ///< whether the file gives one pair of frames outside of `pairs`
+  /// Fields that come from options: {"fields", "--fields"}.
   std::map<std::string, std::string> options = {};
 
-  /// The place of a request's field: "scene.initial.Q" is "scene.json: initial.Q", and "fields[1]"
-  /// "--fields[1]".
+  /// Returns the user's name for a field of the request: "scene.json: initial.Q" for
+  /// "scene.initial.Q", "--fields[1]" for "fields[1]".
   std::string place(const std::string& field) const;
 };
 

@@ -5,9 +5,10 @@
 
 namespace stiefel::cli {
 
-/// The faults of the command line, one a line: "unknown command runn; did you mean run?",
-/// "unknown option --evry; did you mean --every?", else what CLI11 says; and where to read more.
-/// Unknown words come first: a missing argument may be a misspelt one.
+/// Returns the faults of the command line, one on each line, and where to read more. Unknown words
+/// are reported as "unknown command runn; did you mean run?" or "unknown option --evry; did you
+/// mean --every?". CLI11's message is used only if there are none, because a missing argument may
+/// be a misspelt one.
 std::string explain(const CLI::App& app, const CLI::ParseError& error);
 
 }  // namespace stiefel::cli

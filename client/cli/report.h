@@ -8,31 +8,33 @@
 
 namespace stiefel::cli {
 
-/// How the run ended and what is known about its accuracy: {"outcome", "diagnosis"}, and after a
-/// numerical stop "largest_step" (where there is one) and "message". The diagnosis starts with its
-/// summary. `choice`: the method that the server chose, which is then part of the report; or null.
+/// Returns how the run ended and what is known about its accuracy: {"outcome", "diagnosis"}, with
+/// "message" and, where there is one, "largest_step" after a numerical stop. The diagnosis starts
+/// with its summary. `choice`: the method that the server chose, which the report then includes;
+/// or null.
 nlohmann::ordered_json report(const v1::RunStatus& run_status,
                               const v1::DiagnoseResponse& diagnosis, const v1::Choice* choice);
 
-/// "invariants kept to 2.1e-16; estimated error at t = 6000: attitude 1.6e-02 (1.2°), momentum
-/// 3.2e-03", two measures that do not bound each other.
+/// Returns one sentence with the worst drift and the estimated error, two measures that do not
+/// bound each other: "invariants kept to 2.1e-16; estimated error at t = 6000: attitude 1.6e-02
+/// (1.2°), momentum 3.2e-03".
 std::string summary(const v1::DiagnoseResponse& diagnosis);
 /// Writes `summary` to stderr if stderr is a terminal.
 void show_summary(const v1::DiagnoseResponse& diagnosis);
 
-/// Always, never, or when it takes less work than the run.
+/// Returns ALWAYS for true, never (UNSPECIFIED) for false and IF_CHEAPER without a value.
 v1::ErrorEstimation error_estimation(std::optional<bool> asked);
 
-/// "OUTCOME_LEFT_DOMAIN" is "LEFT_DOMAIN" to people.
+/// Returns the name without its prefix: "LEFT_DOMAIN" for OUTCOME_LEFT_DOMAIN.
 std::string to_string(v1::Outcome outcome);
-/// "exact", "bounded" or "drifts".
+/// Returns "exact", "bounded" or "drifts".
 std::string to_string(v1::Conservation conservation);
 
-/// The exit status for this run status; what stopped the run goes to stderr.
+/// Returns the exit status for a run status, and prints to stderr why a run stopped early.
 ExitStatus conclude(const v1::RunStatus& run_status, std::int64_t last_step);
 
-/// Prints to stderr what the server finds doubtful about the session's scene, and if stderr is a
-/// terminal the method that it chose.
+/// Prints the server's warnings about the session's scene to stderr and, if stderr is a terminal,
+/// the method that the server chose.
 void print_remarks(const v1::Session& session);
 
 }  // namespace stiefel::cli

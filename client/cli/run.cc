@@ -14,14 +14,14 @@ namespace {
 
 std::int64_t every(const RunCommand& command) {
   if (command.every) return *command.every;
-  // A range that is no range is the server's to refuse.
+  // The server refuses a range that is empty or begins below 0.
   if (command.from < 0 || command.to <= command.from) return 1;
   const std::int64_t steps = command.to - command.from;
   return steps < max_default_samples ? 1 : steps;
 }
 
-/// A file appears only when it is complete; JSON that has begun on stdout is completed, without a
-/// diagnosis.
+/// Ends an interrupted run: throws Interrupted. An incomplete file does not appear; JSON on stdout
+/// is completed, without a diagnosis.
 [[noreturn]] void give_up(const RunCommand& command, const Progress& progress, Sink& sink) {
   const bool to_stdout = command.output.empty();
   if (to_stdout) sink.finish({{"outcome", "CANCELLED"}, {"message", "interrupted"}});
@@ -64,7 +64,7 @@ ExitStatus run(const RunCommand& command) {
   if (!stream.run_status()) throw std::runtime_error("the stream ended without a run status");
   const auto result = report(*stream.run_status(), diagnosis, session.choice());
   sink->finish(result);
-  // Outcome and diagnosis have no place in the other formats.
+  // Only JSON files hold outcome and diagnosis; for the other formats they go to stdout.
   if (!command.output.empty() && !command.output.ends_with(".json")) {
     std::cout << result.dump(2) << '\n';
   }

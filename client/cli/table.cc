@@ -6,7 +6,7 @@
 namespace stiefel::cli {
 namespace {
 
-/// Characters, not bytes: the formulas are UTF-8.
+/// Returns the number of characters in UTF-8 text.
 std::size_t width(const std::string& text) {
   return std::ranges::count_if(text, [](char c) { return (c & 0xc0) != 0x80; });
 }

@@ -7,7 +7,8 @@ namespace stiefel::cli {
 
 using Rows = std::vector<std::vector<std::string>>;
 
-/// Columns as wide as their widest cell, two blanks between, on stdout.
+/// Prints a table to stdout. Columns are as wide as their widest cell, with two blanks between
+/// them.
 void print_table(const Rows& rows, const std::string& indent = "");
 
 }  // namespace stiefel::cli

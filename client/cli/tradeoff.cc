@@ -27,7 +27,7 @@ struct Answer {
   }
 };
 
-/// `decimals` after the first digit: "1.23e-09".
+/// Returns the value with `decimals` digits after the point: "1.23e-09".
 std::string brief(double value, int decimals = 2) { return scientific_text(value, decimals + 1); }
 
 std::string scalar(const v1::Method& method) {
@@ -70,7 +70,8 @@ std::vector<std::string> row(const v1::TradeoffPoint& point, bool marked) {
   return out;
 }
 
-/// The points of the front, or all of them with those of the front marked, the least work first.
+/// Prints the points of the Pareto front or, if `all`, all points with those of the front marked.
+/// The point of least work comes first.
 void print(const Answer& answer, bool all) {
   const auto& setup = answer.setup;
   std::cout << "machine: " << setup.machine() << "\nnumerics id: " << setup.numerics_id()

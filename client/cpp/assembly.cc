@@ -14,7 +14,7 @@ std::uint64_t bytes_a_number(v1::DataType type) {
   return type == v1::DATA_TYPE_FLOAT32 ? 4 : 8;
 }
 
-/// The bytes of the whole array, at most the largest std::size_t.
+/// Returns the size of the whole array in bytes; the largest std::uint64_t if that overflows.
 std::uint64_t bytes(const v1::Tensor& tensor) {
   std::uint64_t product = bytes_a_number(tensor.data_type());
   for (const std::uint64_t extent : tensor.shape()) {

@@ -6,15 +6,16 @@ namespace stiefel::client {
 
 using Fields = google::protobuf::RepeatedPtrField<v1::Field>;
 
-/// Puts arrays that travel in parts together.
+/// Joins the parts of arrays that travel in several messages.
 class Assembly {
  public:
-  /// Takes arrays, whole or in part, in the order in which they came. Throws CorruptReply where a
-  /// part does not follow the one before.
+  /// Takes arrays, whole or in part, in the order in which they arrived. Throws CorruptReply if a
+  /// part does not continue the part before it.
   void take(Fields* arrays);
   void take(v1::Field* array);
 
-  /// Hands the arrays out, each whole, and begins anew. Throws CorruptReply if one is incomplete.
+  /// Returns the whole arrays and leaves this object empty. Throws CorruptReply if an array is
+  /// incomplete.
   Fields finish();
 
  private:

@@ -38,13 +38,13 @@ std::string read_file(const std::string& what, const std::string& path) {
 std::string token_of(const Security& security) {
   const char* const variable = std::getenv("STIEFEL_TOKEN");
   std::string token = !security.token.empty() ? security.token : variable ? variable : "";
-  // The error never shows it.
+  // The error does not show the token.
   if (!std::ranges::all_of(token, [](char c) { return c > ' ' && c < 0x7F; }))
     refuse("token: it must be printable ASCII without spaces");
   return token;
 }
 
-/// Sends the token with every call; gRPC's own AccessTokenCredentials want TLS in any case.
+/// Sends the token with every call. gRPC's own AccessTokenCredentials would require TLS always.
 class Bearer final : public grpc::MetadataCredentialsPlugin {
  public:
   explicit Bearer(std::string token) : value_("Bearer " + std::move(token)) {}
@@ -87,7 +87,7 @@ Credentials credentials(const std::string& address, const Security& security,
   if (!is_local(address))
     refuse("a token is sent over TLS, to this machine or over a Unix socket only, and " + address +
            " is none of these");
-  // These credentials look at the connection too: a name that does not lead to this machine gets no
+  // These credentials check the connection, too: a name that resolves to another machine gets no
   // token.
   return with_token(grpc::experimental::LocalCredentials(is_unix(address) ? UDS : LOCAL_TCP), token,
                     GRPC_SECURITY_NONE);
@@ -108,7 +108,7 @@ bool is_local(const std::string& address) {
 
 std::shared_ptr<grpc::Channel> make_channel(const std::string& address, const Security& security) {
   grpc::ChannelArguments arguments;
-  // Well within the patience of a call, so that a restarted server is found again.
+  // Much shorter than the patience of a call, so that the call finds a restarted server again.
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 50);
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 500);
   const Credentials secured = credentials(address, security, arguments);

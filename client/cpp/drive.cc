@@ -36,7 +36,7 @@ void Drive::close() {
 
 v1::StepResponse Drive::step(std::int64_t to, const std::vector<std::string>& fields) {
   recreation_->check_not_deleted();
-  if (!call_) open();  // the step before has failed
+  if (!call_) open();  // the previous step has failed
   const auto in_force = request_.fields();
   request_.set_to(to);
   if (!fields.empty()) request_.mutable_fields()->Assign(fields.begin(), fields.end());

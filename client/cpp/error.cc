@@ -5,15 +5,15 @@
 namespace stiefel::client {
 namespace {
 
-/// The details travel under google.rpc's names, so Any::UnpackTo, which compares names, cannot
-/// help.
+/// Parses `any` if it has the type `name`. Any::UnpackTo cannot do this, because it compares type
+/// names, and the details travel under those of google.rpc.
 template <class Message>
 bool unpack(const google::protobuf::Any& any, std::string_view name, Message& message) {
   const std::string_view url = any.type_url();
   return url.substr(url.rfind('/') + 1) == name && message.ParseFromString(any.value());
 }
 
-/// The details of an error that has no more than a reason.
+/// Returns serialized error details that hold only a reason.
 std::string with_reason(const char* reason) {
   v1::ErrorInfo info;
   info.set_reason(reason);

@@ -14,11 +14,12 @@ using Stub = v1::SimulationService::Stub;
 
 constexpr const char* session_key = "stiefel-session";
 constexpr const char* numerics_key = "stiefel-numerics-id";
-/// Instructions, about a second.
+/// In instructions; about a second.
 constexpr double work_between_checkpoints = 5e9;
 constexpr double most_steps = 9007199254740992.0;  // 2^53
 
-/// gRPC aborts on metadata that HTTP does not allow; what no server takes as an id is not routed.
+/// Returns whether `id` is a valid session id. Others are not sent as metadata, because gRPC aborts
+/// on characters that HTTP does not allow.
 bool routable(const std::string& id) {
   return !id.empty() && id.size() <= 128 && std::ranges::all_of(id, [](char c) {
     return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '.' ||
@@ -49,7 +50,7 @@ Recreation::Recreation(std::shared_ptr<const Connection> connection, const v1::S
       numerics_id_(session.numerics_id()),
       step_work_(session.step_price().work()),
       scene_(std::move(scene)) {
-  // A checkpoint that the session was created with is at one of the steps that the server has.
+  // The step of the checkpoint with which the session was created is among the cached steps.
   const auto& steps = session.cached_steps();
   if (!checkpoint.empty())
     keep({steps.empty() ? 0 : *std::ranges::max_element(steps), std::move(checkpoint)});
@@ -113,7 +114,7 @@ void Recreation::create(const SceneSource& source, const Deadline& deadline) {
     connection_->call(&Stub::CreateSession, request, timeout, &once);
   }
   if (scene()) return;
-  // It was deleted meanwhile, perhaps before the creation arrived.
+  // The handle was deleted meanwhile, and its deletion may have arrived before the creation.
   v1::DeleteSessionRequest deletion;
   deletion.set_session_id(session_id_);
   connection_->call(&Stub::DeleteSession, deletion, timeout, &once);

@@ -9,13 +9,13 @@ namespace stiefel::client {
 
 using Names = google::protobuf::RepeatedPtrField<std::string>;
 
-/// The resolved scene: `base` with what the server filled in, each field (of `body` each of its
-/// fields) in the place of the base's, and without the fields that `cleared` names. It is whole
-/// when `set_array` has put the arrays in that travel for themselves; `left_out` has their paths.
+/// Returns the resolved scene: `base`, in which each field of `filled_in` (inside `body`, each of
+/// its fields) replaces the base's, without the fields that `cleared` names. `left_out` has the
+/// paths of arrays that travel separately; the scene is whole when `set_array` has added them.
 v1::Scene resolved_scene(v1::Scene base, const v1::Scene& filled_in, const Names& cleared,
                          const Names& left_out);
 
-/// Puts an array of a scene where it belongs. Its name is its path in the scene: "initial.Q",
+/// Sets an array of a scene. The name of the array is its path in the scene: "initial.Q",
 /// "inertia", "body.attitude". Throws CorruptReply for a path that no scene has.
 void set_array(const v1::Field& array, v1::Scene* scene);
 

@@ -21,7 +21,8 @@ std::span<const Number> part(std::span<const Number> all, std::size_t index, std
   return all.empty() ? all : all.subspan(index * size, size);
 }
 
-/// A tensor's last two axes; before them are `batched` samples, or not, and in ensembles members.
+/// Returns a view of one sample of a field. The tensor's last two axes are rows and columns; before
+/// them come the samples if `batched`, then the members of an ensemble.
 FieldView view(const v1::Field& field, std::size_t sample, bool batched) {
   const auto& tensor = field.value();
   const auto& shape = tensor.shape();

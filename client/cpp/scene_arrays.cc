@@ -6,7 +6,7 @@ namespace stiefel::client {
 
 Fields scene_arrays(const Connection& connection, const std::string& session_id,
                     const Recreation& routing) {
-  v1::StreamRequest request;  // of the sample at step 0, which follows the arrays
+  v1::StreamRequest request;  // for the sample at step 0, before which the arrays come
   request.set_session_id(session_id);
   request.set_scene_arrays(true);
   request.set_checksum(connection.options.checksums);

@@ -5,7 +5,8 @@
 
 namespace stiefel::client {
 
-/// All arrays of a session's resolved scene, each with its path as its name. Throws Error.
+/// Fetches all arrays of a session's resolved scene; the name of each is its path in the scene.
+/// Throws Error.
 Fields scene_arrays(const Connection& connection, const std::string& session_id,
                     const Recreation& routing);
 

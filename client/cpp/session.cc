@@ -18,9 +18,9 @@ struct Session::ResolvedScene {
   std::mutex mutex;
   bool whole;
   v1::Scene scene;
-  v1::Scene sent;  ///< what the caller gave, until it is whole
+  v1::Scene sent;  ///< the caller's scene; empty once `scene` is whole
 
-  /// What creates the session again.
+  /// Returns the scene that creates the session again.
   v1::Scene creating() {
     const std::lock_guard lock(mutex);
     return whole ? scene : sent;
@@ -47,7 +47,7 @@ Session::Session(std::shared_ptr<const Connection> connection, v1::Session descr
 Session::~Session() {
   if (!connection_ || kept_) return;
   recreation_->end();
-  // One attempt: the server drops an idle session by itself.
+  // One attempt is enough: the server drops an idle session by itself.
   v1::DeleteSessionRequest request;
   request.set_session_id(id());
   v1::DeleteSessionResponse reply;
@@ -140,7 +140,7 @@ Session Session::fork(v1::ForkSessionRequest request) const {
   if (!reply.has_session())
     throw Error(grpc::Status(grpc::StatusCode::FAILED_PRECONDITION, reply.run_status().message()));
   Session forked(connection_, std::move(*reply.mutable_session()), scene(), false);
-  // Nobody sent these arrays: without them it could not be created again.
+  // Fetches the arrays that this client never had: without them the fork could not be recreated.
   forked.scene();
   return forked;
 }

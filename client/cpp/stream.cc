@@ -48,8 +48,8 @@ void Stream::open() {
   reader_ = connection_->stub->Stream(context_.get(), request_);
 }
 
-/// The rest of a request when everything up to `step` has arrived: the same grid from its next
-/// point, or only the last sample when that is due or merely its run status is missing.
+/// Opens a stream for the rest of the request after everything up to `step` has arrived: from the
+/// next sample on, or for the last sample alone if only that or its run status is missing.
 void Stream::resume_after(std::int64_t step) {
   const std::int64_t every = every_ == 0 ? 1 : every_;
   request_.set_from(every > request_.to() - step ? request_.to() : step + every);
@@ -63,7 +63,7 @@ bool Stream::take() {
   if (batch_.has_run_status()) run_status_ = batch_.run_status();
   if (batch_.has_checkpoint()) take_checkpoint();
   const int size = batch_.steps_size();
-  // After a break between the last sample and the end, the last sample comes once more.
+  // After a break between the last sample and its run status, the last sample comes once more.
   if (size == 0 || (last_step_ && batch_.steps(0) <= *last_step_)) return false;
   assembly_->take(batch_.mutable_fields());
   if (batch_.sample_continues()) return false;
@@ -83,8 +83,9 @@ void Stream::take_checkpoint() {
     recreation_->keep(*(checkpoint_ = std::exchange(partial_checkpoint_, std::nullopt)));
 }
 
-/// Whether the stream may be opened again after it failed: after a pause, or at a server where the
-/// session is created again. A server that held the session long ago needs the checkpoint first.
+/// Returns whether a failed stream may be opened again: after a pause, or after the session was
+/// created again. If there is a checkpoint, the session is created again first, because a server
+/// that held it long ago would compute all steps since then.
 bool Stream::recovers(const grpc::Status& status, Patience& pauses, Patience& recoveries) {
   const auto created = [&] {
     return recreation_->recovers(connection_->error(status), deadline_, recoveries);

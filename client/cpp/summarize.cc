@@ -5,13 +5,14 @@
 namespace stiefel::client {
 namespace {
 
-/// One stream of a Summarize: hands events and states out whole, and keeps the rest.
+/// Reads one stream of a Summarize: passes whole events and states to the receiver and keeps
+/// statistics and the last checkpoint.
 class Reading {
  public:
   Reading(v1::SummarizeRequest& request, const Session::SummaryReceiver& receive)
       : request_(request), receive_(receive) {}
 
-  /// False when the receiver wants no more.
+  /// Returns false when the receiver ends the call.
   bool take(v1::SummarizeResponse& message) {
     verify(message, "a message of the summary");
     statistics_.take(message.mutable_statistics());
@@ -37,7 +38,7 @@ class Reading {
     return wanted;
   }
 
-  /// Whether a stream that begins where the request says would hand nothing out twice.
+  /// Whether a new stream for `request_` would pass nothing to the receiver twice.
   bool may_begin_again() const { return !handed_out_; }
   v1::SummarizeResponse& last() { return last_; }
 

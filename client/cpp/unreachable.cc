@@ -27,7 +27,7 @@ struct Reason {
   std::string_view plain;
 };
 
-// The first that fits: what the last address said before what is said of all of them.
+// The first match counts; so reasons for one address stand before those for the whole name.
 constexpr std::array reasons = {
     Reason{"Connection refused", "the connection is refused, nothing listens there"},
     Reason{"No such file or directory", "there is no such socket"},
@@ -54,7 +54,7 @@ constexpr std::array reasons = {
     Reason{"Name or service not known", "the name is unknown"},
 };
 
-/// Without the layers that say whose error it is: "failed to connect to all addresses; last error:
+/// Returns the REASON of a message such as "failed to connect to all addresses; last error:
 /// UNKNOWN: ipv4:10.0.0.1:50551: REASON".
 std::string innermost(const std::string& message) {
   const std::size_t last = message.rfind(": ");

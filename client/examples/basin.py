@@ -1,10 +1,10 @@
-"""How often a tumbling body turns over, for each initial spin on a plane: one body a pixel.
+"""Counts how often a tumbling body turns over, for each initial spin on a plane: one body per pixel.
 
     basin.py [--pixels N] [--on WHERE] [--store FOLDER] [--output FOLDER]
 
 The moments are 1, 2, 3 kg m² and the spin about the middle axis begins at 1 rad/s; the spins about the other two are the
-axes of the picture. The body turns over when the spin about its middle axis changes sign. N is 160 by default (25 600
-bodies); 320 makes 102 400. WHERE is what computes them:
+axes of the picture. The body turns over when the spin about its middle axis changes sign. N is 160 by default, which
+makes 25 600 bodies; 320 makes 102 400. WHERE tells what computes them:
 
     cores              this machine, the default
     dask:ADDRESS       a Dask cluster by its scheduler: dask:tcp://10.0.0.1:8786
@@ -12,7 +12,7 @@ bodies); 320 makes 102 400. WHERE is what computes them:
     mpi                the processes of mpiexec: mpiexec -n 64 python3 -m mpi4py.futures basin.py --on mpi
     HOST:PORT,...      running servers
 
-With --store the sweep can be ended at any time, and goes on where it was. Writes basin.png.
+With --store the sweep can be interrupted at any time; the same command resumes it. Writes basin.png.
 """
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ SCENE = {"system": "rigid_body", "step": STEP, "method": {"name": "preprocessed_
 
 
 def workers(where: str) -> dict[str, Any]:
-    """The argument of `stiefel.sweep` that says who computes."""
+    """Returns the argument of `stiefel.sweep` that names the workers."""
     kind, _, address = where.partition(":")
     if kind == "cores":
         return {}
@@ -55,7 +55,7 @@ def workers(where: str) -> dict[str, Any]:
 
 
 def flips(pixels: int, on: dict[str, Any], store: "Path | None" = None, progress: bool = False) -> Any:
-    """The sweep over a plane of `pixels` x `pixels` spins, none of which is 0."""
+    """Runs the sweep over a plane of `pixels` x `pixels` spins, none of which is 0."""
     spins = LARGEST * (2 * np.arange(pixels) + 1 - pixels) / pixels
     return stiefel.sweep(SCENE, {"body.angular_velocity[2]": spins, "body.angular_velocity[0]": spins}, to=STEPS,
                          summarize={"angular_velocity": ["sign_changes"], "energy": ["drift"]},

@@ -12,7 +12,7 @@ from matplotlib.legend_handler import HandlerTuple
 
 from stiefel import diagram
 
-FLOOR = 2.0**-53  # rounding; a drift of less is drawn as this
+FLOOR = 2.0**-53  # the rounding unit; smaller drifts are drawn as this value
 
 plt.rcParams.update({
     "font.size": 11, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True,
@@ -22,7 +22,7 @@ plt.rcParams.update({
 
 
 def toutatis(file: Any, run: Any, comparisons: Any, methods: dict[str, Any]) -> None:
-    """The body's axes, simulated (lines) and observed (dots), above the energy drift of two methods."""
+    """Draws the body's axes, simulated (lines) and observed (dots), above the energy drift of two methods."""
     figure, panels = plt.subplots(4, 1, figsize=(9, 7.4), sharex=True, layout="constrained",
                                   height_ratios=[1, 1, 1, 1.5])
     days = run.time / 86400
@@ -51,7 +51,7 @@ def toutatis(file: Any, run: Any, comparisons: Any, methods: dict[str, Any]) -> 
 
 
 def scene(file: Any, title: str, run: Any, name: str, drift_time: Any, drifts: dict[str, Any]) -> None:
-    """The entries of the field `name` over time, above the drift of each family of invariants."""
+    """Draws the entries of the field `name` over time, above the drift of each family of invariants."""
     figure, (entries, drift) = plt.subplots(2, 1, figsize=(9, 6.5), sharex=True, layout="constrained")
     rows, cols = run[name].shape[1:]
     for k, (i, j) in enumerate(list(np.ndindex(rows, cols))[:9]):
@@ -68,11 +68,11 @@ def scene(file: Any, title: str, run: Any, name: str, drift_time: Any, drifts: d
 
 
 def basin(file: Any, flips: Any, largest: float, moments: Any, seconds: float) -> None:
-    """How often each body of a plane of initial spins turns over, (spins about axis 3, spins about axis 1)."""
+    """Draws how often each body turns over. `flips`: (initial spins about axis 3, initial spins about axis 1)."""
     figure, panel = plt.subplots(figsize=(7.6, 6.2), layout="constrained")
     image = panel.imshow(flips, origin="lower", extent=(-largest, largest, -largest, largest), cmap="viridis",
                          interpolation="nearest", rasterized=True)
-    # On the separatrix the motion tends to the spin about the middle axis, and turns over once at most.
+    # The separatrix, on which the motion tends to the spin about the middle axis and turns over at most once.
     slope = np.sqrt(moments[0] * (moments[1] - moments[0]) / (moments[2] * (moments[2] - moments[1])))
     for sign in (-1, 1):
         panel.plot([-largest, largest], [-sign * slope * largest, sign * slope * largest], color="white", lw=0.8,

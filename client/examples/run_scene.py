@@ -1,4 +1,4 @@
-"""Any scene: its trajectory, a picture, and how well its invariants are kept.
+"""Runs any scene and shows its trajectory, a picture, and how well its invariants are kept.
 
     run_scene.py SCENE.json --steps N [--output FOLDER] [--server ADDRESS]
 """
@@ -20,7 +20,7 @@ DIAGNOSES = 100
 
 
 def families(session: stiefel.Session, steps: int) -> tuple[list[float], dict[str, list[float]]]:
-    """Times, and at each the largest drift of every family of invariants."""
+    """Returns times, and at each time the largest drift of every family of invariants."""
     times: list[float] = []
     drifts: dict[str, list[float]] = {}
     for step in np.unique(np.linspace(0, steps, DIAGNOSES + 1).astype(int)):

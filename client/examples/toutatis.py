@@ -1,9 +1,9 @@
-"""Asteroid (4179) Toutatis, from its published spin state to the radar observations a month later.
+"""Simulates asteroid (4179) Toutatis from its published spin state to the radar observations a month later.
 
     toutatis.py [--output FOLDER] [--server ADDRESS]
 
-Simulates 39 days in steps of one second, so that every observation falls on a step, sets the attitude
-beside the 17 observations of December 1992, and writes trajectory.npz and toutatis.png.
+Simulates 39 days in steps of one second, so that every observation falls on a step, compares the
+attitude with the 17 observations of December 1992, and writes trajectory.npz and toutatis.png.
 """
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ class Comparison(NamedTuple):
     observed: NDArray[Any]
 
     def angles(self) -> NDArray[Any]:
-        """Degrees between simulated and observed, axis by axis."""
+        """Returns the angle in degrees between each simulated axis and the observed one."""
         cosines = np.sum(self.simulated * self.observed, axis=0)
         sines = np.linalg.norm(np.cross(self.simulated, self.observed, axis=0), axis=0)
         return np.degrees(np.arctan2(sines, cosines))
 
 
 def attitude(euler: list[float]) -> NDArray[Any]:
-    """Body to space, Rz(e0) Rx(e1) Rz(e2), from 3-1-3 Euler angles in degrees."""
+    """Returns the rotation from body to space, Rz(e0) Rx(e1) Rz(e2), for 3-1-3 Euler angles in degrees."""
     def rotation(angle: float, i: int, j: int) -> NDArray[Any]:
         matrix = np.eye(3)
         matrix[[i, j, i, j], [i, j, j, i]] = [np.cos(angle)] * 2 + [-np.sin(angle), np.sin(angle)]
@@ -52,14 +52,14 @@ def attitude(euler: list[float]) -> NDArray[Any]:
 
 
 def quaternion(euler: list[float]) -> list[float]:
-    """The attitude as a quaternion w, x, y, z."""
+    """Returns the quaternion w, x, y, z of the attitude for 3-1-3 Euler angles in degrees."""
     first, second, third = np.radians(euler) / 2
     return [np.cos(second) * np.cos(first + third), np.sin(second) * np.cos(first - third),
             np.sin(second) * np.sin(first - third), np.cos(second) * np.sin(first + third)]
 
 
 def scene(data: dict[str, Any], method: str = "variational", step: float = 1.0) -> dict[str, Any]:
-    """The published state in seconds and radians; the moments are relative to the smallest."""
+    """Returns the scene of the published state, in seconds and radians. The moments are relative to the smallest."""
     return {
         "system": "rigid_body",
         "method": {"name": method},
@@ -81,8 +81,8 @@ def compare(session: stiefel.Session, data: dict[str, Any]) -> Iterator[Comparis
 
 
 def drifts(run: stiefel.Trajectory, data: dict[str, Any]) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Energy relative to itself, (samples,), and the spatial momentum Q m relative to its norm,
-    (samples, 3): computed here, from the samples that came."""
+    """Returns the relative drift of the energy, (samples,), and the drift of the spatial momentum Q m relative to its
+    norm, (samples, 3). Both are computed here from the samples."""
     momentum = run["M"][:, [2, 0, 1], [1, 2, 0]]  # M = hat(m)
     energy = np.sum(momentum**2 / data["moments"], axis=1) / 2
     spatial = np.einsum("sij,sj->si", run["Q"], momentum)
@@ -90,7 +90,7 @@ def drifts(run: stiefel.Trajectory, data: dict[str, Any]) -> tuple[NDArray[Any],
 
 
 def hourly(client: stiefel.Client, data: dict[str, Any], method: str) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Days and energy drift of a run in steps of an hour, where methods differ."""
+    """Returns times in days and the energy drift of a run in steps of one hour, at which methods differ."""
     with client.create(scene(data, method, 3600.0)) as session:
         run = session.trajectory(to=DAYS * 24, fields=["Q", "M"])
     return run.time / DAY, drifts(run, data)[0]

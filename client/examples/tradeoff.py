@@ -1,4 +1,4 @@
-"""What accuracy costs on a scene: the work-precision diagram, and the front as a table.
+"""Measures what accuracy costs on a scene: draws the work-precision diagram and prints the Pareto front as a table.
 
     tradeoff.py SCENE.json [--horizon T] [--budget B] [--output FOLDER] [--server ADDRESS]
 """

@@ -9,7 +9,7 @@
 namespace stiefel::wire {
 namespace {
 
-/// A CRC-32C that grows by numbers, little-endian, and by the bytes of tensors.
+/// Accumulates a CRC-32C over little-endian numbers and the bytes of tensors.
 class Crc {
  public:
   template <class Number>
@@ -51,7 +51,7 @@ class Crc {
   std::uint32_t value_ = 0;
 };
 
-/// The checksum of the parts of a message, one after another.
+/// Returns the CRC-32C of the parts of a message, one after another.
 template <class... Parts>
 std::uint32_t crc_of(const Parts&... parts) {
   Crc crc;

@@ -6,8 +6,8 @@
 
 namespace stiefel::wire {
 
-/// The value of the field `checksum` of a message: CRC-32C of its numbers, in the order that the
-/// proto documents at that field. The field itself is not read.
+/// Returns what the field `checksum` of the message must hold: the CRC-32C of the message's numbers
+/// in the order that the .proto file documents at that field. Does not read the field itself.
 std::uint32_t checksum(const v1::Sample& sample);
 std::uint32_t checksum(const v1::StreamResponse& batch);
 std::uint32_t checksum(const v1::DiagnoseResponse& diagnosis);

@@ -18,7 +18,7 @@ constexpr std::uint32_t polynomial = 0x82f63b78;  // reflected
 
 using Tables = std::array<std::array<std::uint32_t, 256>, 8>;
 
-/// Table j maps a byte to the remainder of that byte followed by j zero bytes.
+/// Table j maps a byte to the CRC remainder of that byte followed by j zero bytes.
 constexpr Tables tables = [] {
   Tables made{};
   for (std::uint32_t byte = 0; byte < 256; ++byte) {

@@ -5,11 +5,11 @@
 
 namespace stiefel::wire {
 
-/// CRC-32C (RFC 3720, appendix B.4) of the bytes that follow those of which `before` is the
-/// CRC-32C: crc32c(a + b) == crc32c(b, crc32c(a)). Of no bytes it is 0.
+/// Returns the CRC-32C (RFC 3720, appendix B.4) of `bytes`, 0 if there are none. `before` is the
+/// CRC-32C of the bytes that precede them: crc32c(a + b) == crc32c(b, crc32c(a)).
 std::uint32_t crc32c(std::string_view bytes, std::uint32_t before = 0);
 
-/// As `crc32c`, by tables: for processors without the instruction, and to test the other one.
+/// Computes `crc32c` with tables, for processors without the instruction and for tests.
 std::uint32_t crc32c_by_tables(std::string_view bytes, std::uint32_t before = 0);
 
 }  // namespace stiefel::wire

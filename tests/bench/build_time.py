@@ -1,11 +1,11 @@
-"""Measures what a build from nothing costs: the processor time (user + sys) of what `make run` and `make test` compile,
-without ccache, of two commits or trees on the same machine, and their ratios.
+"""Measures the cost of clean builds of two commits or trees on the same machine, and their ratios: the processor time
+(user + sys) of what `make run` and `make test` compile, without ccache.
 
     /usr/bin/python3 tests/bench/build_time.py BEFORE [AFTER]     (or: make bench-build BEFORE=commit)
 
-BEFORE and AFTER are commits, or directories with a source tree; AFTER is this tree as it stands when it is left out.
-A commit is checked out into a git worktree of its own, which is removed at the end. --target NAME builds that one
-target instead, --keep leaves the build directories.
+BEFORE and AFTER are commits, or directories with a source tree. Without AFTER, this tree as it stands is measured. A
+commit is checked out into its own git worktree, which is removed at the end. --target NAME builds only that target;
+--keep leaves the build directories.
 """
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-# The compiler's launcher: appends "seconds object" to a log.
+# The launcher of the compiler. It appends "seconds object" to a log.
 LAUNCHER = """\
 import os, resource, subprocess, sys
 code = subprocess.run(sys.argv[2:]).returncode
@@ -48,7 +48,7 @@ def processor_time() -> float:
 
 
 def compile_times(log: str) -> dict[str, float]:
-    """The objects of a log of "seconds object" lines; one compiled twice counts twice."""
+    """Returns the time of each object in a log of "seconds object" lines. Repeated compilations add up."""
     objects: dict[str, float] = {}
     for line in log.splitlines():
         seconds, name = line.split(maxsplit=1)
@@ -57,7 +57,7 @@ def compile_times(log: str) -> dict[str, float]:
 
 
 def run_targets(tree: Path) -> list[str]:
-    """What `make run` builds in a tree: all, unless its Makefile has a target for it."""
+    """Returns the targets that `make run` builds in a tree: all, unless its Makefile has the target build-run."""
     makefile = (tree / "Makefile").read_text()
     return ["stiefel-server", "stiefel_python"] if "\nbuild-run:" in makefile else ["all"]
 
@@ -78,7 +78,7 @@ def build(tree: Path, directory: Path, targets: list[str], jobs: int) -> Cost:
 
 
 def source(what: str, scratch: Path, stack: ExitStack) -> Path:
-    """The tree of a directory or of a commit."""
+    """Returns the source tree of a directory or of a commit."""
     if Path(what).is_dir():
         return Path(what).resolve()
     commit = subprocess.run(["git", "-C", str(ROOT), "rev-parse", "--verify", f"{what}^{{commit}}"], check=True,

@@ -1,4 +1,4 @@
-"""Instructions a step, counted by callgrind: equal on every run, independent of the load of the machine."""
+"""Counts instructions per step with callgrind. The counts are the same in every run, whatever the machine's load."""
 from __future__ import annotations
 
 import math
@@ -10,7 +10,7 @@ from pathlib import Path
 
 
 def measure(program: Path, steps: int) -> list[dict]:
-    """The rows of the table; none for steps = 0 or without valgrind."""
+    """Returns the rows of the table; none for steps = 0 or without valgrind."""
     if steps == 0:
         return []
     if not shutil.which("valgrind"):
@@ -30,7 +30,7 @@ def measure(program: Path, steps: int) -> list[dict]:
 
 
 def _per_step(program: Path, method: str, N: int, steps: int) -> float:
-    """The difference of two runs, so that the work of the start does not count."""
+    """Returns instructions per step from the difference of two runs, so that the start does not count."""
     once, thrice = (_instructions(program, method, N, k * steps) for k in (1, 3))
     return (thrice - once) / (2 * steps)
 

@@ -1,6 +1,5 @@
-// The latency of Step with TLS and a token beside the one without.
-// Arguments: address of the open server, address of the closed one, authority, token, repeats,
-// calls a repeat.
+// Compares the latency of Step with TLS and a token to the latency without. Arguments: address of
+// the open server, address of the closed one, authority, token, repeats, calls per repeat.
 #include <stdexcept>
 
 #include "stiefel/client/client.h"
@@ -11,7 +10,7 @@ namespace {
 
 using namespace stiefel;
 
-/// The median of calls one after the other, in microseconds.
+/// Returns the median time of consecutive calls in microseconds.
 double step_microseconds(const client::Session& session, std::int64_t& to, int calls) {
   std::vector<double> times;
   for (int i = 0; i < calls; ++i) {
@@ -35,7 +34,7 @@ int main(int, char** argv) {
   std::int64_t at_ours = 0, at_theirs = 0;
   bench::Comparison result{
       .name = "Step with TLS and token, p50", .unit = "µs", .rival = "Step without", .bound = 1.4};
-  for (int i = 0; i <= repeats; ++i) {  // the first pair is not counted
+  for (int i = 0; i <= repeats; ++i) {  // the first pair is a warm-up and not counted
     const double our = step_microseconds(ours, at_ours, calls);
     const double their = step_microseconds(theirs, at_theirs, calls);
     if (i > 0) result.add(our, their);

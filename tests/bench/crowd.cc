@@ -1,5 +1,5 @@
-// Many calls that stay open: the server's memory and threads. Arguments: address of the server, its
-// pid, "unread" or "idle", how many, N, sessions.
+// Measures the server's memory and threads while many calls stay open. Arguments: address of the
+// server, its pid, "unread" or "idle", number of calls, N, number of sessions.
 #include <grpcpp/grpcpp.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ std::shared_ptr<grpc::Channel> own_connection(const std::string& address) {
   return grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
 }
 
-/// Waits until every buffer is full and the server computes nothing more.
+/// Waits until all buffers are full and the server computes nothing any more.
 void wait_until_idle(int pid) {
   const auto limit = std::chrono::steady_clock::now() + 60s;
   double cpu = bench::cpu_seconds(pid);
@@ -36,7 +36,7 @@ void wait_until_idle(int pid) {
   }
 }
 
-/// A Stream of 2⁴⁰ samples of which nobody reads one, on a connection of its own.
+/// A Stream of 2⁴⁰ samples, on its own connection, from which nobody reads.
 struct Unread {
   Unread(const std::string& address, const std::string& session_id)
       : stub(v1::SimulationService::NewStub(own_connection(address))) {
@@ -54,7 +54,8 @@ struct Unread {
   std::unique_ptr<grpc::ClientReader<v1::StreamResponse>> reader;
 };
 
-/// Each session may hold 64 MiB of checkpoints; at large N let all streams share one session.
+/// Measures streams that nobody reads. Each session may hold 64 MiB of checkpoints, so that at
+/// large N all streams should share one session.
 void unread(const std::string& address, int pid, int count, int N, int session_count) {
   const auto client = client::Client::connect(address);
   std::list<client::Session> sessions;

@@ -1,6 +1,6 @@
-// The processor time of a step of bodies that go together, N = 3 and 4, beside the same bodies one
-// after another: on each instruction set that this machine has, and as an ensemble's Simulation
-// does it. h‖Ω‖ = 0.1. Arguments: repeats, seconds to measure for.
+// Compares the processor time of a step of several bodies that advance together, N = 3 and 4, to
+// that of the same bodies one after another: on each instruction set of this machine, and in an
+// ensemble's Simulation. h‖Ω‖ = 0.1. Arguments: repeats, seconds per measurement.
 #include <stdexcept>
 
 #include "engine/linalg/simd/pack.h"
@@ -23,7 +23,7 @@ SceneDescription body(int N, unsigned seed, const MethodDescription& method) {
   return scene;
 }
 
-/// Nanoseconds that a member's step takes; `advance(steps)` takes so many steps of all members.
+/// Returns the nanoseconds per step and member. `advance(steps)` advances all members by `steps`.
 template <class Advance>
 double step_nanoseconds(double duration, int count, Advance&& advance) {
   std::int64_t steps = 4;

@@ -1,6 +1,6 @@
-// The variational step on V(4, N): its time beside that of copying Q and S, how it grows with N,
-// and the peak memory of a process that does nothing else. Arguments: repeats, the largest N; or
-// "memory", N.
+// Measures the variational step on V(4, N): its time relative to copying Q and S, the growth of the
+// time with N, and the peak memory of a process that does nothing else. Arguments: repeats, the
+// largest N; or "memory", N.
 #include <unistd.h>
 
 #include <cmath>

@@ -1,5 +1,5 @@
-// Makes the given number of steps and nothing else, for callgrind to count. Arguments: method, N,
-// steps; or "frames" for a variational step on V(4, N).
+// Makes a given number of steps and nothing else, so that callgrind can count them. Arguments:
+// method, or "frames" for the variational step on V(4, N); N; steps.
 #include "stiefel/simulation.h"
 #include "tests/support/scenes/random_frame.h"
 #include "tests/support/scenes/random_scene.h"

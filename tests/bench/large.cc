@@ -1,5 +1,5 @@
-// One step of a large rigid body in plain arithmetic, in products of two N × N matrices, in steps
-// of rk4, and in calls of the Schur solver. Arguments: repeats, N, seconds to measure for.
+// Compares one step of a large rigid body in plain arithmetic to the product of two N × N matrices,
+// a step of rk4, and a call of the Schur solver. Arguments: repeats, N, seconds per measurement.
 #include <stdexcept>
 
 #include "stiefel/simulation.h"
@@ -11,10 +11,10 @@ namespace {
 
 using namespace stiefel;
 
-// After these steps a warm-started solver has a full history.
+// Steps after which a warm-started solver has a full history.
 constexpr int warm_up = 16;
 
-/// Seconds that one of `work` takes, of as many as fit into `duration`.
+/// Returns the seconds that `work` takes once, averaged over as many calls as fit into `duration`.
 template <class Work>
 double seconds_of_one(double duration, Work&& work) {
   int times = 1;

@@ -1,5 +1,5 @@
-// The latency of Step and of Drive beside a bare echo of the same sizes.
-// Arguments: address of the server, address of the echo server, repeats, calls a repeat.
+// Compares the latency of Step and of Drive to that of a bare echo with messages of the same sizes.
+// Arguments: address of the server, address of the echo server, repeats, calls per repeat.
 #include <grpcpp/grpcpp.h>
 
 #include <stdexcept>
@@ -19,7 +19,7 @@ void check(bool ok, const char* what) {
   if (!ok) throw std::runtime_error(what);
 }
 
-/// The payload that makes `message` just `bytes` long on the wire.
+/// Sets the payload that makes `message` exactly `bytes` long on the wire.
 template <class Message>
 void pad(Message& message, std::size_t bytes) {
   message.mutable_payload()->resize(bytes);
@@ -42,7 +42,7 @@ double median_microseconds(int calls, Call&& call) {
   return bench::median(std::move(times));
 }
 
-/// Alternates blocks of calls; the first of each is not counted.
+/// Alternates blocks of our calls and theirs. The first block of each is not counted.
 template <class Ours, class Theirs>
 void compare(bench::Comparison result, int repeats, int calls, Ours&& ours, Theirs&& theirs) {
   for (int i = 0; i <= repeats; ++i) {
@@ -100,7 +100,7 @@ int main(int, char** argv) {
   const auto client = client::Client::connect(argv[1]);
   const auto echo = bench::v1::EchoService::NewStub(
       grpc::CreateChannel(argv[2], grpc::InsecureChannelCredentials()));
-  // Two sessions: the next step is the next one of each.
+  // Each has its own session, so that every call asks for the session's next step.
   unary(client.create(bench::wire_scene(3)), *echo, repeats, calls);
   bidi(client.create(bench::wire_scene(3)), *echo, repeats, calls);
 }

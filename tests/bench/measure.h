@@ -13,7 +13,7 @@
 
 namespace stiefel::bench {
 
-/// Seconds that `work` takes.
+/// Returns the seconds that `work` takes.
 template <class Work>
 double seconds(Work&& work) {
   const auto start = std::chrono::steady_clock::now();
@@ -21,8 +21,8 @@ double seconds(Work&& work) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// Seconds of processor time that `work` takes on all threads of this program; other programs do
-/// not count.
+/// Returns the seconds of processor time that `work` takes on all threads of this program. Other
+/// programs do not count.
 template <class Work>
 double processor_seconds(Work&& work) {
   const auto now = [] {
@@ -41,7 +41,7 @@ inline double median(std::vector<double> values) {
   return *middle;
 }
 
-/// A figure beside a rival's, repeat by repeat. The bound applies to the median of the ratios.
+/// A figure and its rival's, one pair per repeat. The bound applies to the median of the ratios.
 struct Comparison {
   std::string name, unit, rival;
   std::optional<double> bound = {};
@@ -64,7 +64,7 @@ inline nlohmann::json bound_of(const std::optional<double>& bound) {
   return bound ? nlohmann::json(*bound) : nlohmann::json();
 }
 
-/// One line of JSON on stdout, which run.py reads.
+/// Writes one line of JSON to stdout, which run.py reads.
 inline void report(const Comparison& c) {
   std::cout << nlohmann::json{{"name", c.name}, {"unit", c.unit},     {"rival", c.rival},
                               {"ours", c.ours}, {"theirs", c.theirs}, {"bound", bound_of(c.bound)}}

@@ -1,7 +1,8 @@
-// Ten times as many long calls as the server has threads, by four principals of which one is
-// greedy: what they cost another's short calls beside the idle server, and how the principals
-// share. Arguments: "serve" and the threads: a server that takes each caller's name from its
-// metadata `x-principal`. Or: address of that server, its threads, repeats, short calls a repeat.
+// Loads a server with ten times as many long calls as it has threads, made by four principals of
+// which one is greedy. Measures how much slower another caller's short calls are than at an idle
+// server, and how the principals share the server. Arguments: "serve" and the number of threads,
+// for a server that takes each caller's name from the metadata `x-principal`; or the address of
+// that server, its number of threads, repeats, short calls per repeat.
 #include <grpcpp/grpcpp.h>
 
 #include <algorithm>
@@ -26,13 +27,13 @@ using namespace std::chrono_literals;
 using Stub = v1::SimulationService::Stub;
 
 constexpr int principals = 4;
-/// Steps of a long call, about 20 ms of one thread, and of the short ones: one is answered by
-/// gRPC's thread, the other by a worker.
+/// Steps of a long call: about 20 ms on one thread.
 constexpr std::int64_t long_steps = 100'000;
+/// Steps of short calls: a call of 1 step is answered by gRPC's thread, one of 1000 by a worker.
 constexpr std::array<std::int64_t, 2> short_steps = {1, 1000};
-/// Long calls that are counted for the shares, at least.
+/// The least number of long calls from which the shares are computed.
 constexpr std::int64_t least_calls = 400;
-/// Calls at once of a principal: less than the greedy one makes.
+/// The server's limit of concurrent calls of a principal; the greedy one makes more.
 constexpr int most_calls = 12;
 
 int serve(int threads) {
@@ -86,7 +87,7 @@ struct Counts {
   std::int64_t all() const { return std::accumulate(done.begin(), done.end(), std::int64_t{0}); }
 };
 
-/// Makes long calls, one after the other, until it is stopped.
+/// Makes long calls, one after the other, until `stop` is requested.
 void keep_busy(const std::stop_token& stop, const std::string& address, int principal,
                const std::string& id, Counts& counts) {
   const auto stub = connect(address);
@@ -114,7 +115,7 @@ double quantile(std::vector<double> values, double which) {
   return *at;
 }
 
-/// Milliseconds of each of so many short calls.
+/// Makes `calls` short calls and returns the milliseconds that each takes.
 std::vector<double> short_calls(Stub& stub, const std::string& id, std::int64_t& to,
                                 std::int64_t stride, int calls) {
   std::vector<double> times;
@@ -123,7 +124,7 @@ std::vector<double> short_calls(Stub& stub, const std::string& id, std::int64_t&
     grpc::Status status;
     times.push_back(1e3 * bench::seconds([&] { status = step(stub, "3", id, to); }));
     if (!status.ok()) throw std::runtime_error(status.error_message());
-    std::this_thread::sleep_for(2ms);  // a caller that has other things to do
+    std::this_thread::sleep_for(2ms);  // the caller does something else between its calls
   }
   return times;
 }
@@ -156,7 +157,7 @@ void measure(const std::string& address, int threads, int repeats, int calls) {
     Counts counts;
     std::list<std::jthread> callers;
     for (int i = 0; i < 10 * threads; ++i) {
-      // Two of each, and the greedy one has all others.
+      // Each principal has two callers; the greedy one, number 0, has all others as well.
       const int principal = i < 2 * principals ? i % principals : 0;
       callers.emplace_back([&, principal, i, repeat](const std::stop_token& stop) {
         keep_busy(stop, address, principal,

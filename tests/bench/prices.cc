@@ -1,14 +1,13 @@
-// The predicted price of steps of scenes beside their work, for callgrind to count. A line
+// Predicts the prices of steps and makes the steps, so that callgrind can count their work. Each
+// line of the input is a scene or, for members > 0, an ensemble:
 //
 //     system method|- order arithmetic scalar n N substeps seed h‖Ω‖ first steps members
 //
-// of the input is a scene, or for members > 0 an ensemble of such scenes, whose `steps` steps after
-// the first `first` ones are counted; the answer is the line, the price of these steps and the
-// steps that the map took, or `refused`. `--list` prints each system with each of its methods:
-// system, method, kind, orders, in_float, whether bodies go together in vector registers, N (0:
-// any).
-// `--caps` counts calls whose price is a cap, `--connect` those of them that are searches of
-// Connect. tests/bench/prices.py writes the lines.
+// After `first` steps, `steps` steps are counted. The answer is the line, the price of these steps
+// and the steps that the map took, or `refused`. `--list` prints each system with each of its
+// methods: system, method, kind, orders, in_float, whether bodies advance together in vector
+// registers, N (0: any). `--caps` makes calls whose price is a cap, `--connect` only those that are
+// searches of Connect. tests/bench/prices.py writes the lines.
 #include <Eigen/LU>
 #include <functional>
 #include <iostream>
@@ -28,7 +27,7 @@
 
 using namespace stiefel;
 
-/// The functions that callgrind counts, one dump for each call.
+/// One of the functions that callgrind counts. It writes a dump after each call.
 extern "C" [[gnu::noipa]] void measured_steps(Simulation& simulation, std::int64_t steps) {
   simulation.advance(steps);
 }
@@ -67,7 +66,7 @@ std::string answer(const std::string& line) {
   if (!simulation->advance(first).reached()) return "refused";
   const std::int64_t before = simulation->map_steps();
   measured_steps(*simulation, steps);
-  if (simulation->step() != first + steps) return "stopped";  // counted, and no price
+  if (simulation->step() != first + steps) return "stopped";  // counted, but not compared
   const double h_Omega = std::abs(scene->step()) / scene->substeps() * simulation->rate();
   const double counted = simulation->direct() ? 1 : static_cast<double>(steps) * scene->substeps();
   std::ostringstream out;
@@ -104,7 +103,7 @@ void list() {
 
 void say(const std::string& call, double cap) { std::cout << call << ' ' << cap << std::endl; }
 
-/// Searches that their cap ends, in every part of a search, and some that find an answer before.
+/// Makes searches that their cap ends, in every part of a search, and some that finish earlier.
 void connect_caps() {
   for (const auto& [n, N] :
        {std::pair{1, 2}, {1, 4}, {2, 4}, {3, 3}, {2, 6}, {4, 4}, {5, 8}, {8, 8}})
@@ -151,7 +150,7 @@ void caps() {
 
 int main(int argc, char** argv) {
   const std::string what = argc > 1 ? argv[1] : "";
-  limit_ensemble_threads(1);  // callgrind counts the thread that calls
+  limit_ensemble_threads(1);  // callgrind counts only the calling thread
   if (what == "--list") {
     list();
   } else if (what == "--caps") {

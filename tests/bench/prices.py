@@ -1,12 +1,12 @@
-"""The predicted prices of random scenes and calls against callgrind's count of them.
+"""Compares the predicted prices of random scenes and calls with the instructions that callgrind counts.
 
     /usr/bin/python3 tests/bench/prices.py build/release                (300 scenes; make bench does)
     /usr/bin/python3 tests/bench/prices.py build/release --scenes 1000 --seed 7
 
-Every system with every method comes as often as another, and half of the bodies that go together in vector registers as
-ensembles of 2 to 64; order, arithmetic, scalar, substeps, size (N from 3 to 64 and n
-from 1 to N, uniform in their logarithms) and h‖Ω‖ (0.01 to 0.3, likewise) are drawn. A scene whose method is for other
-sizes is left out. valgrind has no AVX-512, so that what is counted is the code for AVX2.
+Every pair of system and method occurs equally often. Half of the bodies that can advance together in vector registers
+are ensembles of 2 to 64 members. Order, arithmetic, scalar, substeps, size (N from 3 to 64 and n from 1 to N) and h‖Ω‖
+(0.01 to 0.3) are random, size and h‖Ω‖ uniform in their logarithms. Scenes whose method does not apply to their size
+are left out. valgrind has no AVX-512, so that the code for AVX2 is counted.
 """
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
 
-# A price of these is a count: each step takes the instructions of every other.
+# Methods whose price is a count, because all their steps take the same instructions.
 EXPLICIT = {"rk4", "munthe_kaas4", "crouch_grossman3", "splitting"}
 STEPS = 4
-# Of an ensemble: what a call takes beside its steps is then as little as in a slice of the server.
+# Steps of an ensemble: so many that the rest of a call weighs as little as in a slice of the server.
 STEPS_OF_PACKS = 256
-# Of the values within it, what the share must be; caps are exceeded by at most a tenth.
+# (ratio, share): this share of the prices must be within this ratio of the count. Caps may be exceeded by a tenth.
 BOUNDS = {"explicit methods and closed forms": (1.1, 0.95), "implicit methods": (1.5, 0.95)}
 
 
 class Priced(NamedTuple):
-    line: str  # what the program was asked
+    line: str  # the line that the program got
     kind: str
     price: float
     counted: float
@@ -53,7 +53,7 @@ def whole(draw: random.Random, low: int, high: int) -> int:
 
 
 def scenes(program: Path, count: int, seed: int) -> list[tuple[str, str]]:
-    """(kind, line for the program) of scenes on which it runs."""
+    """Returns (kind, line for the program) of random scenes."""
     draw = random.Random(seed)
     pairs = [line.split(maxsplit=6) for line in
              subprocess.run([program, "--list"], check=True, capture_output=True, text=True).stdout.splitlines()]
@@ -69,7 +69,7 @@ def scenes(program: Path, count: int, seed: int) -> list[tuple[str, str]]:
         arithmetic = draw.choice(["compensated", "plain"]) if kind == "fixed_step" else "compensated"
         substeps = draw.choice([1, 1, 2, 3]) if kind == "fixed_step" else 1
         h = log_uniform(draw, 0.01, 0.3)
-        # Work of gigabytes of instructions before the count says nothing more.
+        # More steps before the count would take gigabytes of instructions and make no difference.
         first = 2 if method in EXPLICIT or kind == "closed_form" else 12 if N <= 24 else 5
         found.append((kind_of(kind, method), f"{system} {method} {order} {arithmetic} {scalar} {n} {N} {substeps} "
                                              f"{draw.randrange(1, 10**6)} {h:.4g} {first} "
@@ -84,7 +84,7 @@ def kind_of(kind: str, method: str) -> str:
 
 
 def callgrind(program: Path, function: str, *arguments: str, lines: str = "") -> tuple[list[str], list[int]]:
-    """What it answers, and the instructions of each call of the function."""
+    """Runs the program under callgrind. Returns its output lines and the instructions of each call of `function`."""
     with tempfile.TemporaryDirectory() as folder:
         done = subprocess.run(["valgrind", "--tool=callgrind", f"--callgrind-out-file={folder}/out",
                                f"--toggle-collect={function}", f"--dump-after={function}", program, *arguments],
@@ -96,7 +96,7 @@ def callgrind(program: Path, function: str, *arguments: str, lines: str = "") ->
 
 
 def count_scenes(program: Path, asked: list[tuple[str, str]]) -> list[Priced]:
-    """A process a core, each with its share of the scenes."""
+    """Counts the scenes with one process per core."""
     kinds = {line: kind for kind, line in asked}
     cores = os.cpu_count() or 1
     shares = ["".join(line + "\n" for _, line in asked[k::cores]) for k in range(cores)]
@@ -132,7 +132,7 @@ def table(priced: list[Priced], worst: int) -> str:
 
 
 def measure(program: Path, count: int = 300, seed: int = 1) -> list[dict]:
-    """Rows for the table of make bench: the ratio beyond which 5 % of the prices lie, and the worst cap."""
+    """Returns rows for the table of make bench: the ratio that 5 % of the prices exceed, and the worst cap."""
     if not shutil.which("valgrind"):
         print("  no valgrind: the prices are not compared", file=sys.stderr)
         return []

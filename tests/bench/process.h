@@ -9,7 +9,7 @@
 
 namespace stiefel::bench {
 
-/// A number from /proc/PID/status: "VmRSS" and "VmHWM" in kB, "Threads".
+/// Returns a number from /proc/PID/status, such as "VmRSS" and "VmHWM" in kB, or "Threads".
 inline double process_status(int pid, const std::string& key) {
   std::ifstream file("/proc/" + std::to_string(pid) + "/status");
   for (std::string line; std::getline(file, line);) {
@@ -18,7 +18,7 @@ inline double process_status(int pid, const std::string& key) {
   throw std::runtime_error("no " + key + " of process " + std::to_string(pid));
 }
 
-/// Seconds of processor time that all threads of a process have taken, up to this moment.
+/// Returns the seconds of processor time that all threads of a process have taken so far.
 inline double cpu_seconds(int pid) {
   clockid_t clock;
   timespec time;

@@ -1,4 +1,4 @@
-"""Writes the measurements as a table, as a JSON file and as a picture."""
+"""Writes the measurements as a table, a JSON file and a picture."""
 from __future__ import annotations
 
 import json
@@ -13,7 +13,7 @@ from typing import Optional
 
 @dataclass(frozen=True)
 class Row:
-    """`judged` is the median of the ratios repeat by repeat, or the worst of figures without a rival."""
+    """A row of the table. `judged`: the median of the ratios of all repeats or, without a rival, the worst repeat."""
     name: str
     unit: str
     ours: float
@@ -68,7 +68,7 @@ def table(rows: list[Row]) -> str:
 
 
 def circumstances(build: Path) -> dict[str, str]:
-    """Machine, commit, build."""
+    """Returns the machine, the commit and the build of the measurement."""
     cpu = next((line.split(":", 1)[1].strip() for line in Path("/proc/cpuinfo").read_text().splitlines()
                 if line.startswith("model name")), platform.processor())
     flags = dict(line.split("=", 1) for line in (build / "CMakeCache.txt").read_text().splitlines()
@@ -89,7 +89,8 @@ def _commit() -> str:
 
 
 def write(found: list[dict], build: Path, name: str, *, contest: dict, appendix: str) -> Path:
-    """NAME.md with the appendix, NAME.json and NAME.png in bench/ beside the build directory, which is returned."""
+    """Writes NAME.md with the appendix, NAME.json and NAME.png into bench/ beside the build directory. Returns that
+    folder."""
     folder = build.parent / "bench"
     folder.mkdir(exist_ok=True)
     facts = circumstances(build)

@@ -1,9 +1,10 @@
-"""Measures, every figure beside a rival in the same run, and writes what it found.
+"""Runs all measurements, most of them against a rival in the same run, and writes the results.
 
     /usr/bin/python3 tests/bench/run.py build/release     (or: make bench)
 
 Prints one table and writes it to bench/ beside the build directory: bench.md, bench.json, bench.png, and the picture
-work_precision.png. With --peers (make bench-peers) only what is measured beside other packages: peers.md and so on.
+work_precision.png. With --peers (make bench-peers) it makes only the comparisons with other packages and writes
+peers.md and so on.
 """
 from __future__ import annotations
 
@@ -15,7 +16,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-# Before grpc is imported.
+# This must precede the import of grpc.
 sys.dont_write_bytecode = True
 
 import callgrind
@@ -27,7 +28,7 @@ from server import Process, bare_echo, stiefel_server, what_closes
 
 COUNTS = dict(repeats=9, calls=2000, shorts=1000, samples=1_000_000, seconds=0.05, largest=256, columns=4_000_000,
               unread=100, idle=1000, instructions=2000)
-# Enough to see that everything runs.
+# Small counts that only show that everything runs.
 SMOKE = dict(repeats=1, calls=20, shorts=20, samples=5000, seconds=0.001, largest=8, columns=100_000, unread=5, idle=20,
              instructions=0)
 THREADS = 2
@@ -69,7 +70,7 @@ def measure(build: Path, counts: dict[str, float]) -> list[dict]:
         run("workers", server.address, server.pid, THREADS, repeats)
     with Process([str(programs / "bench_overload"), "serve", str(THREADS)]) as server:
         run("overload", server.address, THREADS, repeats, counts["shorts"])
-    # A server of its own for each, because the peak of its memory is read.
+    # Each measurement has its own server, because it reads the peak of the server's memory.
     for N, sessions in ((3, counts["unread"]), (64, 1)):
         with serve() as server:
             run("crowd", server.address, server.pid, "unread", counts["unread"], N, sessions)
@@ -90,7 +91,7 @@ def main() -> None:
     arguments = parser.parse_args()
     build = arguments.build.resolve()
     found = [] if arguments.peers else measure(build, SMOKE if arguments.smoke else COUNTS)
-    # A quick look needs no packages.
+    # The smoke test needs no packages.
     python = environment.python_of(build.parent / "peers")
     rows, curves = contest.measure(build / "tests/bench/bench_contestants",
                                    python if python.exists() and not arguments.smoke else None,

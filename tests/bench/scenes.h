@@ -8,10 +8,10 @@
 
 namespace stiefel::bench {
 
-/// h‖Ω‖ of every scene measured.
+/// h‖Ω‖ of every scene that is measured.
 inline constexpr double h_omega = 0.05;
 
-/// A seeded body under `variational`, as it goes over the wire.
+/// Returns the message of a seeded body's scene with the method `variational`.
 inline stiefel::v1::Scene wire_scene(int N, unsigned seed = 1) {
   stiefel::v1::Scene scene;
   server::to_proto(testing::description(testing::RandomBody(N, seed), h_omega, "variational"),

@@ -1,4 +1,4 @@
-"""The measured servers: processes that print their address and stop with this one."""
+"""Starts the servers to measure: processes that print their address and end with this process."""
 from __future__ import annotations
 
 import os
@@ -27,11 +27,11 @@ class Process:
         return self
 
     def __exit__(self, *exception: object) -> None:
-        self._process.communicate()  # closes its stdin, which ends it
+        self._process.communicate()  # closes the stdin of the process, which ends it
 
 
 def stiefel_server(build: Path, *arguments: object) -> Process:
-    """A server with quiet logging, started as programs start it."""
+    """Starts a server with quiet logging and the options that programs use."""
     return Process([str(build / "bin/stiefel-server"), "--listen", "127.0.0.1:0", "--exit-with-parent",
                     "--grace", "0", *map(str, arguments)])
 
@@ -41,7 +41,7 @@ def bare_echo(programs: Path) -> Process:
 
 
 def what_closes(build: Path, folder: Path) -> tuple[list[str], str, str]:
-    """The arguments of a server with TLS and one token, its authority's file, and the token."""
+    """Returns the arguments of a server with TLS and one token, the file of its authority, and the token."""
     authority = Authority(folder)
     identity = authority.issue()
     made = subprocess.run([str(build / "bin/stiefel-server"), "token", "bench"], capture_output=True, text=True, check=True)

@@ -12,12 +12,13 @@ struct Size {
   int n, N;
 };
 
-/// Whether its states are frames or points of V(n, N) with n as the caller likes.
+/// Returns whether the states of the system are frames of V(n, N) with any n, or points of V(1, N).
 inline bool on_frames(const std::string& system) {
   return system == "ellipsoid" || system.starts_with("stiefel");
 }
 
-/// A seeded state on V(n, N), `step` = h‖Q̇‖; `round`: Λ = I, for which there are closed forms.
+/// Returns a scene with a seeded state on V(n, N) and `step` = h‖Q̇‖. `round`: whether Λ = I, for
+/// which there are closed forms.
 inline SceneDescription frames(const std::string& system, Size size, bool round, unsigned seed,
                                double step) {
   const testing::RandomFrame<double> frame(size.n, size.N, seed, round ? 1 : 4);
@@ -36,7 +37,8 @@ inline SceneDescription frames(const std::string& system, Size size, bool round,
   return d;
 }
 
-/// A seeded scene of that size, whose method is not set; systems of one size ignore it.
+/// Returns a seeded scene of a given size without a method. Systems of a single size ignore the
+/// size.
 inline SceneDescription sized_scene(const std::string& system, const std::string& method, Size size,
                                     unsigned seed, double step) {
   const MethodInfo* info = catalogue().method(method);

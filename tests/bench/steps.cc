@@ -1,5 +1,6 @@
-// The processor time of a step of each method beside one of rk4, a seeded body a repeat. h‖Ω‖ =
-// 0.05; 0.1 for the one of order 10. Arguments: repeats, seconds to measure for, the largest N.
+// Compares the processor time of a step of each method to that of rk4, with another seeded body in
+// each repeat. h‖Ω‖ = 0.05; 0.1 for order 10. Arguments: repeats, seconds per measurement, largest
+// N.
 #include <stdexcept>
 
 #include "stiefel/simulation.h"
@@ -10,7 +11,7 @@ namespace {
 
 using namespace stiefel;
 
-// After these steps a warm-started solver has a full history.
+// Steps after which a warm-started solver has a full history.
 constexpr int warm_up = 16;
 
 double step_microseconds(int N, unsigned seed, const MethodDescription& method, double h_omega,
@@ -33,7 +34,7 @@ double step_microseconds(int N, unsigned seed, const MethodDescription& method, 
   return bench::median(times);
 }
 
-/// Order 10 for the price of order 2.
+/// Compares a step of order 10 to one of order 2.
 bench::Comparison order_10(const std::string& arithmetic, int repeats, double duration) {
   bench::Comparison comparison{
       .name = "preprocessed_variational, order 10, " + arithmetic + ", N = 3",

@@ -1,6 +1,6 @@
-// Samples of N = 3 (Q, M, every step) streamed into the C++ client, beside a bare stream of the
-// same bytes plus an embedded Simulation that writes the same samples into a buffer. Arguments:
-// address of the server, address of the echo server, repeats, samples.
+// Compares the time to stream samples of N = 3 (Q and M at every step) into the C++ client to that
+// of a bare stream of the same bytes plus an embedded Simulation that writes the same samples into
+// a buffer. Arguments: address of the server, address of the echo server, repeats, samples.
 #include <grpcpp/grpcpp.h>
 
 #include <stdexcept>
@@ -49,7 +49,7 @@ void poured(bench::v1::EchoService::Stub& echo, const Volume& volume) {
   check(bytes == request.message_bytes() * request.messages(), "bytes are missing");
 }
 
-/// Q and M at every step into `buffer`, sample after sample.
+/// Writes Q and M at every step into `buffer`, sample after sample.
 void embedded(Simulation& simulation, std::int64_t samples, std::vector<double>& buffer) {
   double* out = buffer.data();
   for (std::int64_t k = 0; k < samples; ++k) {

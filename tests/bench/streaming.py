@@ -1,4 +1,4 @@
-"""Samples of N = 3 streamed into the Python client as arrays, beside a bare Python stream of the same bytes.
+"""Compares streaming samples of N = 3 into the Python client as arrays with a bare Python stream of the same bytes.
 
 Arguments: address of the server, address of the echo server, repeats, samples.
 """

@@ -1,5 +1,6 @@
-// The processor time of a summary that reads every step, beside the same steps unread: one body,
-// with the drift of its energy and its last attitude. Arguments: repeats, seconds to measure for.
+// Compares the processor time of a summary that reads every step to that of the same steps alone:
+// one body, the drift of its energy and its last attitude. Arguments: repeats, seconds per
+// measurement.
 #include <stdexcept>
 
 #include "stiefel/simulation.h"
@@ -11,7 +12,7 @@ namespace {
 
 using namespace stiefel;
 
-/// As many as a slice of the server has.
+/// Steps per call of `advance`: as many as a slice of the server has.
 constexpr std::int64_t slice = 4096;
 
 double unread(const Scene& scene, std::int64_t steps) {

@@ -1,7 +1,8 @@
-// Steps of every method on the system that is named, in several sizes, for callgrind to count one
-// by one: after each it prints "system method|- order arithmetic scalar n N steps h‖Ω‖". A system
-// whose bodies go together in vector registers is there again as packed_system, with a pack's
-// steps. tests/bench/weights.py reads both. Without a name: the names of the systems.
+// Makes steps of every method on one system in several sizes, so that callgrind can count them one
+// by one. After each count it prints "system method|- order arithmetic scalar n N steps h‖Ω‖". A
+// system whose bodies advance together in vector registers appears again as packed_SYSTEM, with the
+// steps of a pack. tests/bench/weights.py reads both. Argument: the system; without it, prints the
+// names of the systems.
 #include <iostream>
 #include <numeric>
 #include <set>
@@ -16,7 +17,7 @@
 
 using namespace stiefel;
 
-/// The function that callgrind counts, one dump for each call.
+/// The function that callgrind counts. It writes a dump after each call.
 extern "C" [[gnu::noinline]] void measured_steps(Simulation& simulation, std::int64_t steps) {
   simulation.advance(steps);
 }
@@ -27,9 +28,9 @@ using bench::Size;
 
 constexpr double h_Omega = 0.1;
 
-/// Explicit methods and closed forms: every step takes the count of the table, which has the
-/// remainders by a register's lanes. What iterates takes more or fewer instructions from step to
-/// step, and a few sizes suffice.
+/// Returns whether every step takes the same instructions: for explicit methods and closed forms.
+/// The table then has all remainders of N by the lanes of a register. For methods that iterate the
+/// count varies from step to step, and a few sizes suffice.
 bool counts_repeat(const std::string& method) {
   static const std::set<std::string> explicit_methods = {"rk4", "munthe_kaas4", "crouch_grossman3"};
   const MethodInfo* info = catalogue().method(method);
@@ -54,7 +55,7 @@ std::vector<Size> frame_sizes(const std::string& method, int order) {
   return all;
 }
 
-/// N of the systems with n = N and of the ellipsoid.
+/// Returns the N that are counted for systems with n = N and for the ellipsoid.
 std::vector<int> dimensions(const std::string& method, int order) {
   if (!counts_repeat(method)) {
     std::vector<int> few = {3, 4, 5, 6, 8, 10, 12, 16, 24, 32};
@@ -83,7 +84,7 @@ std::vector<Size> sizes(const std::string& system, const std::string& method, in
   return found;
 }
 
-/// h‖Ω‖ besides h_Omega at which methods that iterate are counted, and the sizes for that.
+/// The h‖Ω‖ at which methods that iterate are counted in addition to h_Omega.
 constexpr double other_rates[] = {0.01, 0.03, 0.3};
 
 std::vector<Size> sizes_for_rates(const std::string& system, const std::string& method, int order) {
@@ -101,7 +102,7 @@ void count(SceneDescription description, Size size) {
   const auto scene = Scene::resolve(std::move(description));
   if (!scene) return;  // the method is for other sizes
   const auto simulation = make_simulation(*scene);
-  // By then solvers have their history.
+  // Steps after which a warm-started solver has a full history.
   const int first = counts_repeat(std::string(scene->method())) ? 1 : size.N <= 12 ? 16 : 6;
   constexpr int steps = 4;
   if (!simulation->advance(first).reached()) return;
@@ -115,7 +116,7 @@ void count(SceneDescription description, Size size) {
             << simulation->map_steps() - before << ' ' << rate << std::endl;
 }
 
-/// In every size.
+/// Counts a method in every size.
 void count(std::string_view system, std::string_view method, std::optional<int> order,
            const char* arithmetic, const char* scalar) {
   const std::string of(system), by(method);
@@ -130,7 +131,8 @@ void count(std::string_view system, std::string_view method, std::optional<int> 
     for (const double rate : other_rates) at(size, rate);
 }
 
-/// In every order, arithmetic and scalar; closed forms and discrete systems have none.
+/// Counts every method of a system in every order, arithmetic and scalar. Closed forms and discrete
+/// systems have neither.
 void count(const SystemInfo& system) {
   if (system.discrete) return count(system.name, "", std::nullopt, "compensated", "double");
   for (const auto& on : system.methods) {
@@ -144,8 +146,9 @@ void count(const SystemInfo& system) {
   }
 }
 
-/// Steps of as many bodies as go together in a register, of which the price of an ensemble consists
-/// (step_weight.h, pack_price); so many that what a call takes beside its steps does not count.
+/// Counts steps of as many bodies as fit into a vector register, from which the price of an
+/// ensemble is computed (step_weight.h, pack_price). The steps are so many that the rest of a call
+/// does not matter.
 void count_pack(SceneDescription one, bool frame, double rate) {
   constexpr std::int64_t steps = 256;
   std::vector<SceneDescription> bodies;

@@ -1,10 +1,10 @@
-"""The weight of a step of every method on every system: instructions, counted by callgrind.
+"""Counts the weight of a step of every method on every system: its instructions, by callgrind.
 
-    /usr/bin/python3 tests/bench/weights.py build/release            (compares; make bench does)
-    /usr/bin/python3 tests/bench/weights.py build/release --write    (adds the rows that the table lacks)
-    /usr/bin/python3 tests/bench/weights.py build/release --rewrite  (counts every row anew)
+    /usr/bin/python3 tests/bench/weights.py build/release            (compares with the table, as make bench does)
+    /usr/bin/python3 tests/bench/weights.py build/release --write    (adds rows that are missing in the table)
+    /usr/bin/python3 tests/bench/weights.py build/release --rewrite  (replaces every row by a new count)
 
-The table is engine/simulation/catalogue/methods/step_weights.inc; engine/simulation/catalogue/methods/step_weight.h says how it is read.
+The table is engine/simulation/catalogue/methods/step_weights.inc; step_weight.h in that folder tells how it is read.
 """
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ Key = tuple[str, str, int, str, str]
 
 
 class Row(NamedTuple):
-    """(n, N, instructions a step) at h‖Ω‖ = 0.1, and (N, h‖Ω‖, instructions over those at 0.1) of what iterates."""
+    """A row of the table. `sizes`: (n, N, instructions per step) at h‖Ω‖ = 0.1. `rates`, for methods that iterate: (N,
+    h‖Ω‖, instructions relative to those at 0.1)."""
     sizes: list[tuple[int, int, float]]
     rates: list[tuple[int, float, float]] = []
 
@@ -34,7 +35,7 @@ Table = dict[Key, Row]
 
 
 def count(program: Path) -> Table:
-    """Every entry; a process for each system, one a core at a time."""
+    """Counts every entry, with a process for each system, as many at a time as there are cores."""
     systems = subprocess.run([program], check=True, capture_output=True, text=True).stdout.split()
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         found = {}
@@ -60,7 +61,7 @@ def count_system(program: Path, system: str) -> Table:
 
 
 def row_of(of_sizes: dict[tuple[int, int], list[tuple[float, float]]]) -> Row:
-    """From (h‖Ω‖, instructions) of each size, the one at 0.1 first."""
+    """Makes a row from the list of (h‖Ω‖, instructions) of each size, in which 0.1 comes first."""
     row = Row([], [])
     for (n, N), counts in sorted(of_sizes.items()):
         row.sizes.append((n, N, counts[0][1]))
@@ -82,7 +83,7 @@ def table(counts: Table) -> str:
 
 
 def read(text: str) -> Table:
-    """The inverse of `table`."""
+    """Reads the text that `table` writes."""
     found = {}
     for line in text.splitlines()[1:]:
         system, method, order, arithmetic, scalar, lists = re.match(
@@ -96,7 +97,8 @@ def read(text: str) -> Table:
 
 
 def with_missing(used: Table, counted: Table) -> str:
-    """The table with the numbers in use as they are, and the rows, sizes and rates that were counted and are not in it."""
+    """Returns the text of the table `used` with the rows, sizes and rates of `counted` that it lacks. Numbers in use do
+    not change."""
     def joined(key: Key) -> Row:
         rows = [table[key] for table in (counted, used) if key in table]
         sizes = {(n, N): w for row in rows for n, N, w in row.sizes}
@@ -106,7 +108,7 @@ def with_missing(used: Table, counted: Table) -> str:
 
 
 def measure(program: Path) -> list[dict]:
-    """A row for the table of make bench: how far the weights in use are from a new count."""
+    """Returns a row for the table of make bench: how far the weights in use are from a new count."""
     if not shutil.which("valgrind"):
         print("  no valgrind: the weights are not compared", file=sys.stderr)
         return []

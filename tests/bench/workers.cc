@@ -1,6 +1,6 @@
-// As many Steps over 10¹² steps as the server has threads: what they cost another session's Step,
-// and how long after their cancellation the server still computes.
-// Arguments: address of the server, its pid, its threads, repeats.
+// Occupies all threads of the server with Steps over 10¹² steps. Measures how much slower another
+// session's Step is meanwhile, and how long the server still computes after the long Steps are
+// cancelled. Arguments: address of the server, its pid, its number of threads, repeats.
 #include <grpcpp/grpcpp.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ namespace {
 using namespace stiefel;
 using namespace std::chrono_literals;
 
-/// A Step that would take days, in flight.
+/// A running Step that would take days.
 class LongStep {
  public:
   LongStep(v1::SimulationService::Stub& stub, const std::string& session_id) {
@@ -42,7 +42,7 @@ class LongStep {
   std::promise<grpc::Status> done_;
 };
 
-/// Milliseconds of each of `calls` Steps over `stride` steps.
+/// Makes `calls` Steps over `stride` steps each and returns the milliseconds that each takes.
 std::vector<double> step_times(const client::Session& session, std::int64_t& to,
                                std::int64_t stride, int calls) {
   std::vector<double> times;
@@ -53,8 +53,8 @@ std::vector<double> step_times(const client::Session& session, std::int64_t& to,
   return times;
 }
 
-/// Milliseconds of processor time that each of `threads` threads of the process takes from now on:
-/// how long they were busy, were they all busy until they were free.
+/// Returns the processor time in milliseconds that the process takes from now on, per thread: the
+/// time until its threads were free, if all were busy until then.
 double milliseconds_until_free(int pid, int threads) {
   const double start = bench::cpu_seconds(pid);
   std::this_thread::sleep_for(1s);

@@ -1,4 +1,4 @@
-"""The suite runs against the server at STIEFEL_ADDRESS, or against one that it starts."""
+"""Provides the server of the suite: the one at STIEFEL_ADDRESS, or one that the suite starts."""
 import os
 
 import pytest
@@ -8,7 +8,7 @@ import stiefel
 
 @pytest.fixture(scope="session")
 def checkpoint_key(tmp_path_factory):
-    """The arguments by which servers take each other's checkpoints."""
+    """The arguments with which servers accept each other's checkpoints."""
     file = tmp_path_factory.mktemp("key") / "key"
     file.write_text(os.urandom(32).hex() + "\n")
     return ["--checkpoint-key", str(file)]

@@ -1,11 +1,12 @@
-"""The formulas that Describe prints as numpy code; test_formulas.py compares their values with the reports.
+"""The formulas that Describe prints, as numpy code. test_formulas.py compares their values with what the server
+reports.
 
-Every entry belongs to one exact text, so that a changed text has no entry until somebody has evaluated it again. An
-entry takes a state `x` (see `State` there): the fields by name, `lam` and `Lam` for the inertia, `h`, `mu`, `U` of a
-discrete system, `x.dot(field)` for the derivative in time and `x.next` for the state one step later.
+Every entry belongs to one exact text, so that a changed text has no entry until somebody writes it anew. An entry is a
+function of a state `x` (`State` in test_formulas.py): the fields by name, `lam` and `Lam` for the inertia, `h`, `mu`,
+`U` of a discrete system, `x.dot(field)` for the time derivative and `x.next` for the state one step later.
 
-Those of INVARIANTS give the values by their indices: {(): energy}, {(1, 2): m_12, ...}. Those of the other tables give
-pairs (left side, right side), which must be equal.
+Entries of INVARIANTS return the values by their indices: {(): energy}, {(1, 2): m_12, ...}. Entries of the other tables
+return pairs (left side, right side), which must be equal.
 """
 import numpy as np
 
@@ -15,12 +16,12 @@ def comm(A, B):
 
 
 def J_inverse(lam, X):
-    """X_ij / (lambda_i + lambda_j)."""
+    """Returns X_ij / (lambda_i + lambda_j)."""
     return X / (lam[:, None] + lam)
 
 
 def lyapunov(K, E):
-    """X of K X + X K = E."""
+    """Returns the X with K X + X K = E."""
     one = np.eye(len(K))
     return np.linalg.solve(np.kron(K, one) + np.kron(one, K.T), E.ravel()).reshape(K.shape)
 
@@ -31,13 +32,13 @@ def hat(w):
 
 
 def rotation(q):
-    """Q v = q v q* of Hamilton's quaternion."""
+    """Returns the Q with Q v = q v q* for Hamilton's quaternion q."""
     w, v = q.ravel()[0], q.ravel()[1:]
     return (w * w - v @ v) * np.eye(3) + 2 * np.outer(v, v) + 2 * w * hat(v)
 
 
 def traces(pencil, K):
-    """The coefficients of mu^j in tr A(mu)^k for k = 1..K, A(mu) = sum_i pencil[i] mu^i: {(k, j): value}."""
+    """Returns {(k, j): coefficient of mu^j in tr A(mu)^k} for k = 1..K, where A(mu) = sum_i pencil[i] mu^i."""
     power, out = [np.eye(len(pencil[0]))], {}
     for k in range(1, K + 1):
         product = [np.zeros_like(pencil[0]) for _ in range(len(power) + len(pencil) - 1)]
@@ -54,7 +55,7 @@ def elements(A):
 
 
 def U_of_momentum(x):
-    """A skew U with Q^T Q U Lambda + Lambda U Q^T Q = M; what it leaves open is V with Q V = 0."""
+    """Returns a skew U with Q^T Q U Lambda + Lambda U Q^T Q = M. It is unique up to a V with Q V = 0."""
     N, pi = len(x.lam), x.Q.T @ x.Q
     skew = []
     for i in range(N):
@@ -182,7 +183,7 @@ def Omega_of_M(x):
     return [(x.Omega, J_inverse(x.lam, x.M))]
 
 
-# Blocks and fields. `A` is the block or field that the text stands at.
+# Blocks and fields. `A` is the block or field that the text describes.
 FIELDS = {
     "frame, orthogonal, body to space; absent in a momentum-only scene": lambda x, A: orthonormal(A),
     "frame, orthogonal": lambda x, A: orthonormal(A),
@@ -229,14 +230,15 @@ FIELDS = {
 
 
 def costate_of_ellipsoid(x):
-    """q' = -U q, U = Lambda^-1 M Lambda^-1 / (q^T Lambda^-1 q), M = q p^T - p q^T; [ST] (9)."""
+    """Returns both sides of q' = -U q, U = Lambda^-1 M Lambda^-1 / (q^T Lambda^-1 q), M = q p^T - p q^T; [ST] (9)."""
     q, p, lam = x.q.ravel(), x.p.ravel(), x.lam
     M = np.outer(q, p) - np.outer(p, q)
     return [(x.dot("q").ravel(), -(M / lam[:, None] / lam) @ q / (q / lam @ q))]
 
 
 def discrete_body(x):
-    """U Lambda - Lambda U^T = h M_k and Q_{k+1} = Q_k U, on the branch of the identity."""
+    """Returns both sides of U Lambda - Lambda U^T = h M_k and Q_{k+1} = Q_k U, and whether U is on the branch of the
+    identity."""
     near = np.linalg.eigvals(x.U @ x.Lam).real.min() > 0
     return [(x.U @ x.Lam - x.Lam @ x.U.T, x.h * x.M), (x.next.Q, x.Q @ x.U), (near, True)]
 
@@ -335,7 +337,7 @@ def pairs_form(first, second):
     return lambda x, u, v: np.trace(u[first].T @ v[second]) - np.trace(u[second].T @ v[first])
 
 
-# Two-forms, by the blocks of the tangent vectors and the printed formula.
+# Two-forms by the blocks of their tangent vectors and the printed formula.
 FORMS = {
     ("Q, M", "<Z_2, xi_1> - <Z_1, xi_2> + <M, [xi_1, xi_2]> of (Q xi_i, Z_i), <A, B> = -1/2 tr(A B)"): canonical,
     ("Q, P", "1/2 tr(eta_2^T xi_1 - eta_1^T xi_2) of (xi_i, eta_i)"):

@@ -1,11 +1,11 @@
-"""The scenes of the suite, as dicts: small, and of every kind that the server must tell apart."""
+"""The scenes of the suite, as dicts: small scenes of every kind that the server must distinguish."""
 import numpy as np
 
 M3 = [[0, -0.01, 3], [0.01, 0, -0.001], [-3, 0.001, 0]]
 
 
 def rigid_body(**changes):
-    """The scene of the design; what `changes` sets to None is left out."""
+    """Returns a rigid body in three dimensions with `changes`, where None leaves a field out."""
     scene = {
         "system": "rigid_body",
         "method": {"name": "variational"},
@@ -21,14 +21,14 @@ def moser_veselov():
 
 
 def body(**changes):
-    """A 3D body in engineers' terms."""
+    """Returns a body in three dimensions as engineers describe it, with `changes`, where None leaves a field out."""
     description = {"moments": [1, 2, 3], "attitude": [1, 0, 0, 0], "angular_velocity": [0.1, 2, 0.1], **changes}
     return {"system": "rigid_body", "method": {"name": "variational"}, "step": 0.01,
             "body": {name: value for name, value in description.items() if value is not None}}
 
 
 def free(n, seed=1, method="variational", step=0.02):
-    """A body in n dimensions from a seeded random state, h ‖Ω‖ well inside the domain."""
+    """Returns a body in n dimensions with a seeded random state and h ‖Ω‖ well inside the domain."""
     random = np.random.default_rng(seed)
     frame, _ = np.linalg.qr(random.standard_normal((n, n)))
     omega = random.standard_normal((n, n))
@@ -41,7 +41,7 @@ def free(n, seed=1, method="variational", step=0.02):
 
 
 def frame(n, N, seed=1, method="variational", step=0.02):
-    """A geodesic on V(n, N) from a seeded random state."""
+    """Returns a geodesic on V(n, N) with a seeded random state."""
     random = np.random.default_rng(seed)
     Q = np.linalg.qr(random.standard_normal((N, n)))[0].T
     U = random.standard_normal((N, N))
@@ -52,7 +52,7 @@ def frame(n, N, seed=1, method="variational", step=0.02):
 
 
 def left_domain():
-    """A step far too long for the momentum: there is no solution on the principal branch."""
+    """Returns a scene whose step is so long that there is no solution on the principal branch."""
     return rigid_body(step=5.0)
 
 

@@ -1,7 +1,7 @@
 """A body at rest, or almost at rest, has no drift: the scale of an invariant is at least its rounding error.
 
-A momentum that is a difference of frames, Q^T P - P^T Q at rest, is 1e-16 in place of 0, and its energy 1e-33. Such
-a number is no scale: 2e-33 in the next state is not a drift of 100 %.
+At rest, a momentum that is a difference of frames, Q^T P - P^T Q, is 1e-16 instead of 0, and its energy 1e-33. Such a
+number must not be the scale: 2e-33 in the next state is not a drift of 100 %.
 """
 import math
 
@@ -37,7 +37,7 @@ def scene(system, initial, method=None, **more):
 
 
 def in_GL(system, mu, h):
-    """P with Q^-1 P - P^-1 Q = mu Lambda^2, so that M = 0."""
+    """Returns a scene with Q^-1 P - P^-1 Q = mu Lambda^2, so that M = 0."""
     W = mu * np.diag(np.square(INERTIA)) / 2
     A = np.eye(4) + 0.3 * RANDOM.standard_normal((4, 4))
     P = A @ (W + np.sqrt(np.eye(4) + W * W))
@@ -103,7 +103,7 @@ CASES = {**dict(at_rest()), **dict(hardly_moving())}
 
 @pytest.mark.parametrize("name", CASES)
 def test_drift_is_rounding(client, name):
-    steps = 20 if name.startswith("parametric") else 100  # it grows like e^(mu lambda t)
+    steps = 20 if name.startswith("parametric") else 100  # parametric states grow like e^(mu lambda t)
     with client.create(CASES[name]) as session:
         diagnosis = session.diagnose(steps)
     assert diagnosis.run_status.message == "" and diagnosis.invariants
@@ -113,7 +113,8 @@ def test_drift_is_rounding(client, name):
 
 
 def test_what_is_resolved_keeps_its_own_scale(client):
-    """A motion well above the rounding of P is measured against itself: what epsilon = 1 loses of it is not hidden."""
+    """The scale of a motion well above the rounding of P is its own, so that the digits that it loses with epsilon = 1
+    are not hidden."""
     M = 1e-10 * SKEW
     scene_of = lambda system: scene(system, {"Q": Q, "M": M}, "rk4", **({"epsilon": 1.0} if "symm" in system else {}))
     scales = []

@@ -6,7 +6,7 @@ import pytest
 
 import scenes
 
-K = 2000  # the step that is reached in every way
+K = 2000  # the step that the tests reach in different ways
 
 
 def bits(state):
@@ -57,7 +57,7 @@ def test_past_it_and_back(session, expected):
 
 
 def test_from_its_middle(session, expected):
-    """A stream that starts at k, after the cursor was elsewhere."""
+    """A stream may start at k while the cursor is elsewhere."""
     session.step(to=K // 3)
     run = session.trajectory(start=K, to=K + 3)
     assert {name: values[0].tobytes() for name, values in run.fields.items()} == expected

@@ -43,7 +43,7 @@ def test_a_vector_is_a_point_on_the_ellipsoid(client):
 @pytest.mark.parametrize("system", ["right_rigid_body", "symmetric_rigid_body", "mclachlan_scovel", "stiefel",
                                     "stiefel_costate", "reduced_rigid_body"])
 def test_it_is_the_same_motion(client, system):
-    """A unit of time in both variables, by a method good enough not to matter."""
+    """After a unit of time both scenes are in the same state, computed by a method whose error does not matter."""
     scene = scenes.free(4, method="adaptive", step=1.0)
     scene["method"]["tolerance"] = 1e-13
     other = client.convert(scene, system).scene
@@ -66,7 +66,7 @@ def test_velocity_and_generator(client):
 
 
 def test_interpolation_weights_are_symmetric(client):
-    """[RB] (7.15), (7.20), and (7.16), (7.21) back to P."""
+    """Checks [RB] (7.15) and (7.20), and with (7.16) and (7.21) the way back to P."""
     scene = scenes.free(4)
     b = client.convert(scene, "interpolation").blocks
     inertia = np.diag(scene["inertia"])
@@ -97,7 +97,7 @@ HOLD_P = ["symmetric_rigid_body", "right_symmetric_rigid_body", "reduced_rigid_b
 @pytest.mark.parametrize("system", HOLD_P)
 def test_a_momentum_of_any_size_keeps_its_digits(client, system, size):
     scene = scenes.free(4)
-    scale = 1e-150 if size < 1e-150 else 1  # of Lambda, so that the step stays in reach
+    scale = 1e-150 if size < 1e-150 else 1  # scales Lambda, so that the step stays within its limits
     M = size / np.linalg.norm(scene["initial"]["M"], 2) * scene["initial"]["M"]
     given = {**scene, "initial": {"Q": scene["initial"]["Q"], "M": M}, "step": 0.01 / size * scale,
              "inertia": np.array(scene["inertia"]) * scale}
@@ -116,7 +116,7 @@ def test_the_margin_says_what_a_given_epsilon_costs(client, system, size):
     there = client.convert({**scene, "initial": {"Q": scene["initial"]["Q"], "M": M}}, system, epsilon=1)
     cost = 1 / there.margins["1/condition of M"]
     assert cost == pytest.approx(2 / size, rel=0.2)
-    home = client.convert(there.scene, "rigid_body").scene  # is taken as its own input
+    home = client.convert(there.scene, "rigid_body").scene  # the server accepts its own result
     np.testing.assert_allclose(array(home, "M"), M, rtol=0, atol=16 * 2**-53 * cost * size)
 
 

@@ -1,4 +1,4 @@
-"""Scenes with `members`: many at once, each with the bits that it has alone."""
+"""Ensembles: each member has the bits that its scene has alone."""
 import numpy as np
 import pytest
 
@@ -7,7 +7,7 @@ import stiefel
 
 
 def ensemble(parts, **changes):
-    """The scenes as one, their blocks stacked as arrays (members, n, N)."""
+    """Returns the ensemble of the scenes, their blocks stacked as arrays (members, n, N)."""
     blocks = {name: np.stack([np.asarray(part["initial"][name], float) for part in parts])
               for name in parts[0]["initial"]}
     return {**parts[0], "members": len(parts), "initial": blocks,
@@ -15,7 +15,7 @@ def ensemble(parts, **changes):
 
 
 def spinning(count, method="variational"):
-    """Bodies in three dimensions, none like another."""
+    """Returns different bodies in three dimensions."""
     return [scenes.free(3, seed, method) for seed in range(1, count + 1)]
 
 
@@ -126,7 +126,7 @@ def test_the_same_numbers_in_other_members_are_another_scene(client):
 
 
 def test_a_method_is_chosen_for_all(client):
-    """The tolerance holds in each member, against the closed form."""
+    """The error of each member against the closed form is within the tolerance."""
     parts = spinning(3)
     scene = ensemble(parts, tolerance=1e-9, horizon=3.0)
     del scene["method"]

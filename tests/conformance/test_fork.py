@@ -1,4 +1,4 @@
-"""ForkSession: a new session that starts where another one is."""
+"""ForkSession: a new session that starts from the state of another one."""
 import numpy as np
 import pytest
 
@@ -71,7 +71,7 @@ def test_of_an_unknown_session(client):
 
 
 def test_a_frame_that_drifted_and_what_hangs_on_it(client):
-    """rk4 leaves the group, and Q^T B is then as little skew as Q is orthogonal: both are repaired."""
+    """rk4 leaves the group: Q is then not orthogonal and Q^T B not skew, and both are repaired."""
     scene = client.convert(scenes.free(4, method="rk4"), "mclachlan_scovel").scene
     with client.create(scene) as old:
         assert 1e-12 < old.diagnose(to=200).orthogonality < 1e-6

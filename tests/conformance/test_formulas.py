@@ -1,7 +1,7 @@
-"""Every formula that Describe prints, evaluated at random states of every system and compared with the reports.
+"""Evaluates every formula that Describe prints at random states of every system and compares with the server's reports.
 
-The tables of formulas.py belong to the exact texts. One that is printed and has no entry fails, and so does an entry
-whose text is printed nowhere, so that a text cannot change without its formula being evaluated again.
+The tables of formulas.py have one entry for each exact text. A printed text without an entry fails, and so does an
+entry whose text is not printed, so that a text cannot change without its formula being evaluated again.
 """
 import numpy as np
 import pytest
@@ -29,7 +29,7 @@ def cayley(A):
 
 
 def body(system, seed, N=4, **changes):
-    """(Q, M) with ‖Omega‖ about 1, for every system that takes them."""
+    """Returns a scene with Q, M and ‖Omega‖ of about 1, for every system that takes these blocks."""
     random = np.random.default_rng(seed)
     lam = random.uniform(0.5, 2, N)
     Omega = skew(random, N)
@@ -40,7 +40,8 @@ def body(system, seed, N=4, **changes):
 
 
 def in_GL(system, seed, h, epsilon=None):
-    """G - G^-1 = epsilon (M + mu/h Lambda^2) for G = Q^-1 P; h = 1 for the flow, and epsilon = h if it is not given."""
+    """Returns a parametric scene with G - G^-1 = epsilon (M + mu/h Lambda^2) for G = Q^-1 P. h = 1 for the flow;
+    `epsilon` is h if it is not given."""
     random = np.random.default_rng(seed)
     lam, mu, M = random.uniform(0.5, 2, 4), 0.05, skew(random, 4, 0.3)
     W = (epsilon or h) * (M + mu / h * np.diag(lam**2)) / 2
@@ -95,7 +96,7 @@ def reflected(scene):
 
 
 def with_P(scene, epsilon):
-    """The scene given by a P that is no rotation, so that P^T Q and Q^T P differ in more than their sign."""
+    """Returns the scene with a P that is no rotation, so that P^T Q and Q^T P differ in more than their sign."""
     Q, M = scene["initial"]["Q"], scene["initial"]["M"]
     C = np.random.default_rng(7).standard_normal(Q.shape)
     right = scene["system"].startswith("right")
@@ -132,7 +133,7 @@ def cases():
 
 
 class State:
-    """The fields of `scene` at step `at` as attributes, and what formulas.py says of it."""
+    """The state of `scene` at step `at`: its fields as attributes, and the functions that formulas.py uses."""
 
     def __init__(self, scene, fields, at):
         self._scene, self._fields, self._at = scene, fields, at
@@ -156,7 +157,7 @@ class State:
         return self.Q.T @ self.next.Q
 
     def dot(self, name):
-        """The time derivative of a field, by differences of order 4 with an error of about 1e-12."""
+        """Returns the time derivative of a field by differences of order 4, with an error of about 1e-12."""
         f = lambda j: self._fields[self._at + j][name]
         return (8 * (f(1) - f(-1)) - (f(2) - f(-2))) / (12 * self.h)
 
@@ -165,7 +166,7 @@ AT = 5
 
 
 class Reported:
-    """A scene's session, the state at step AT, and what is said of its system."""
+    """The session of a scene, its state at step AT, and what Describe says of its system."""
 
     def __init__(self, client, system, scene):
         self.scene = scene if system.discrete else {**scene, "method": RK4}
@@ -194,7 +195,7 @@ class Reported:
 
 
 def tangent(x, blocks, random):
-    """A random vector tangent to the states, block by block."""
+    """Returns a random tangent vector at a state, block by block."""
     N = len(x.lam)
     along = lambda A: A @ skew(random, N)
     if blocks == "Q, M":
@@ -206,10 +207,10 @@ def tangent(x, blocks, random):
     if len(x.Q) == N and second != "S" and not hasattr(x, "Qdot"):
         return {first: A, second: along(getattr(x, second))}
     G = random.standard_normal(x.Q.shape)
-    if second == "P":  # Q P^T + P Q^T stays
+    if second == "P":  # keeps Q P^T + P Q^T
         R = G @ x.Q.T + A @ x.P.T
         return {"Q": A, "P": G - (R + R.T) @ x.Q / 2}
-    R = (G / x.lam) @ x.Q.T + (A / x.lam) @ x.S.T  # Q Lambda^-1 S^T is skew
+    R = (G / x.lam) @ x.Q.T + (A / x.lam) @ x.S.T  # keeps Q Lambda^-1 S^T skew
     Y = formulas.lyapunov((x.Q / x.lam) @ x.Q.T, R + R.T)
     return {"Q": A, "S": G - Y @ x.Q}
 
@@ -231,7 +232,7 @@ def case(request, reported, systems):
 
 
 def off(pairs):
-    """The largest difference, relative to what is compared."""
+    """Returns the largest difference of the pairs, relative to their size."""
     worst = 0.0
     for a, b in pairs:
         a, b = np.asarray(a), np.asarray(b)
@@ -291,14 +292,14 @@ def test_every_text_has_one_formula_and_every_formula_its_text(systems, reported
         printed["FORMS"] |= {(form.blocks, form.formula) for form in system.forms}
     for table, texts in printed.items():
         assert set(getattr(formulas, table)) == texts, table
-    # and every system, block and field has a case
+    # Every system, block and field has a case.
     offered = {(found.scene["system"], name) for found in reported.values() for name in found.fields[AT]}
     assert {(s.name, f.name) for s in systems.values() for f in [*s.blocks, *s.fields]} == offered
 
 
 @pytest.mark.parametrize("system", ["rigid_body", "right_rigid_body", "stiefel"])
 def test_orthogonality_is_its_formula_where_it_is_lost(client, systems, system):
-    """The step is so long that the defect is far above rounding."""
+    """The reported orthogonality is its formula; the step is so long that the defect is far above rounding."""
     scene = frames(system, 3) if system == "stiefel" else body(system, 3)
     with client.create({**scene, "method": RK4, "step": 0.2}) as session:
         Q, defect = session.step(20)["Q"], session.diagnose(20).orthogonality
@@ -308,7 +309,7 @@ def test_orthogonality_is_its_formula_where_it_is_lost(client, systems, system):
 
 
 def test_the_right_momentum_belongs_to_the_left_one(client):
-    """Q_r = Q^T and M_r = -M, [RB] Prop. 2.1, so that m_r = -m."""
+    """With Q_r = Q^T and M_r = -M, [RB] Prop. 2.1, the spatial momenta satisfy m_r = -m."""
     left = scenes.free(4)
     right = {**left, "system": "right_rigid_body", "method": RK4,
              "initial": {"Q": left["initial"]["Q"].T, "M": -left["initial"]["M"]}}

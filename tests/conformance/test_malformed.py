@@ -1,4 +1,4 @@
-"""Wrong requests: each is refused with its code, the path of the field and the rule, and nothing moves."""
+"""Wrong requests are refused with their code, the path of the field and the rule, and change nothing."""
 import grpc
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ def poked(matrix, i, j, value):
 
 
 def message(scene):
-    """As a client without any checks would send it."""
+    """Returns the message that a client without any checks would send."""
     out = pb.Scene(system=scene.get("system", ""), inertia=scene.get("inertia", []),
                           step=scene.get("step"), method=scene.get("method"), body=scene.get("body"))
     for name, block in scene.get("initial", {}).items():

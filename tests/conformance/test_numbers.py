@@ -1,4 +1,4 @@
-"""Numbers near the ends of the range of doubles: the reply has finite numbers, or a refusal."""
+"""For numbers near the ends of the range of doubles, the reply has finite numbers or is a refusal."""
 import numpy as np
 import pytest
 
@@ -25,7 +25,8 @@ def test_units_without_room_are_refused(client, scene):
 
 @pytest.mark.parametrize("size", [1e-150, 1e-100, 1e100, 1e150])
 def test_drift_is_a_number_where_the_invariant_is_none(client, size):
-    """Powers of M up to the fifth: those that no double holds are left out, and the others drift as in other units."""
+    """Invariants are powers of M up to the fifth. Those beyond the range of doubles are left out, and the others drift
+    as in other units."""
     scene = scenes.free(5, method="rk4")
     scene["initial"]["M"] = size * scene["initial"]["M"]
     scene["step"] /= size
@@ -41,7 +42,7 @@ def test_drift_is_a_number_where_the_invariant_is_none(client, size):
 
 @pytest.mark.parametrize("method", ["rk4", "munthe_kaas4"])
 def test_rest_does_not_drift(client, method):
-    """M = Q^-1 P - P^-1 Q - mu Lambda^2 is a difference of larger matrices, and errs as they do."""
+    """M = Q^-1 P - P^-1 Q - mu Lambda^2 is a difference of larger matrices and has their rounding errors."""
     mu, inertia = 1 / 4096, np.ones(3)
     w = mu / 2
     P = np.eye(3) * (w + np.sqrt(1 + w * w))

@@ -1,4 +1,4 @@
-"""A numerical stop is an outcome with the last good state, never an error."""
+"""A numerical stop is an outcome with the last good state, not an error."""
 import re
 
 import numpy as np
@@ -48,7 +48,7 @@ def test_diagnose(session):
 
 
 def test_a_motion_that_overflows(client):
-    """rk4 far outside its stability: the numbers grow until they are none."""
+    """rk4 is far outside its region of stability, so that the numbers grow until they are not finite."""
     with client.create(scenes.rigid_body(method={"name": "rk4"}, step=40.0)) as session:
         state = session.step(to=100_000)
         assert state.outcome is Outcome.NOT_FINITE
@@ -57,7 +57,7 @@ def test_a_motion_that_overflows(client):
 
 
 def angles(message):
-    """The asked step's and the largest one's, in degrees."""
+    """Returns the angles in degrees by which the requested and the largest step turn the body."""
     asked, largest = re.fullmatch(r"(?:member \d+: )?the (?:sub)?step of [\d.e+-]+ turns the body by ([\d.e+]+)° and has no "
                                   r"solution on the principal branch; the largest \|h\| that has one here is [\d.e+-]+, "
                                   r"which turns it by ([\d.e+]+)°.*", message).groups()
@@ -84,7 +84,7 @@ def in_three_dimensions():
 
 @pytest.mark.parametrize("scene", in_three_dimensions())
 def test_in_three_dimensions_it_says_by_which_angle_a_step_turns(client, scene):
-    """h |omega| at the last good state, of the step and of the largest one that works."""
+    """The message has h |omega| at the last good state, for the step and for the largest one that works."""
     with client.create(scene) as session:
         run_status = session.step(to=10).run_status
         last = session.step(to=10)
@@ -99,7 +99,7 @@ def test_in_three_dimensions_it_says_by_which_angle_a_step_turns(client, scene):
         asked, largest = angles(run_status.message)
         assert asked == pytest.approx(np.degrees(h * speed), rel=6e-3)
         assert largest == pytest.approx(np.degrees(run_status.largest_step * speed), rel=6e-3)
-        # and by every way
+        # Every call gives this message.
         assert session.trajectory(to=10).run_status.message == run_status.message
         assert session.diagnose(10).run_status.message == run_status.message
         with session.drive() as drive:

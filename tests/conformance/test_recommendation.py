@@ -44,7 +44,7 @@ def test_every_continuous_system_has_one_and_no_discrete_one(client):
 
 @pytest.mark.parametrize("step", [0.05, -0.3, 2.0])
 def test_it_is_accurate_whatever_the_step(client, step):
-    """A hundred rotations of a top against the closed form."""
+    """Compares a hundred rotations of a top with the closed form."""
     scene = scenes.free(3, step=step / 2)  # |Omega| = 2
     steps = round(200 * np.pi / abs(step))
     exact = {**scene, "method": {"name": "exact"}}

@@ -1,4 +1,4 @@
-"""Sessions are named by the client, and every call on them is idempotent."""
+"""The client names sessions, and every call on a session is idempotent."""
 import uuid
 
 import pytest
@@ -26,7 +26,7 @@ def test_the_same_id_and_scene_is_the_existing_session(client, id):
 
 
 def test_the_resolved_scene_names_the_same_session(client, id):
-    """Every default written out is the same scene."""
+    """A scene with every default written out is the same scene."""
     first = client.create(scenes.rigid_body(), id=id)
     assert not client.create(first.resolved(), id=id).created
 

@@ -1,4 +1,4 @@
-"""Samples: which steps, which fields, how many in a message."""
+"""The samples of a stream: their steps, their fields, and their number in a message."""
 import itertools
 
 import numpy as np
@@ -21,7 +21,7 @@ def messages(session, **request):
 
 
 def test_every_message_tells_what_the_stream_has_cost(client):
-    """A client whose stream breaks then knows the cost so far."""
+    """A client whose stream breaks thus knows the cost so far."""
     with client.create(scenes.rigid_body()) as fresh:
         replies = messages(fresh, to=20_000)
     costs = [reply.computed_steps for reply in replies]
@@ -114,7 +114,7 @@ def test_diagnose_tells_what_is_kept(session):
         assert invariant.scale > 0
         rounding = np.spacing(max(abs(invariant.value), abs(invariant.initial))) / invariant.scale
         assert invariant.drift == pytest.approx(
-            abs(invariant.value - invariant.initial) / invariant.scale, abs=rounding)  # it is told unrounded
+            abs(invariant.value - invariant.initial) / invariant.scale, abs=rounding)  # computed before rounding
         assert invariant.drift < 1e-13
     assert diagnosis.orthogonality < 1e-13
     assert 0.01 < diagnosis.domain.h_omega < 0.1
@@ -129,7 +129,7 @@ def test_diagnose_only_what_was_asked(session):
 
 
 def test_drive_remembers_session_and_fields(session):
-    """On the wire: only the first request names the session, and the fields named last hold on."""
+    """On the wire only the first request names the session, and the fields named last stay in force."""
     requests = [pb.DriveRequest(session_id=session.id, to=4), pb.DriveRequest(to=6, fields=["M"]),
                 pb.DriveRequest(to=5, return_checkpoint=True)]
     replies = list(session._client.stub.Drive(iter(requests), timeout=60))

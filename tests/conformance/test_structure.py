@@ -12,7 +12,7 @@ def skew(n, seed):
 
 
 def test_the_canonical_form(client):
-    """[RB] (3.13) written out again in numpy."""
+    """Compares the form with [RB] (3.13), written in numpy."""
     scene = scenes.free(4)
     Q, M = scene["initial"]["Q"], scene["initial"]["M"]
     xi, eta, Z, W = (skew(4, seed) for seed in range(4))

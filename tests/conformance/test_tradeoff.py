@@ -1,4 +1,4 @@
-"""MeasureTradeoff, and the choice by tolerance."""
+"""MeasureTradeoff, and the choice of a method for a tolerance."""
 import math
 import threading
 import time
@@ -52,7 +52,7 @@ def test_the_errors_are_those_of_a_run(client, measured):
         method.update({"tolerance": point.tolerance} if point.tolerance else {"substeps": point.substeps})
         with client.create(scene(method=method)) as session:
             state = session.step(20)
-        rounding = 2**-24 if point.scalar == "float" else 0  # of a Q and M that travel as floats
+        rounding = 2**-24 if point.scalar == "float" else 0  # Q and M are rounded to float on the wire
         assert point.attitude_error == pytest.approx(abs(state["Q"] - Q).max(), rel=1e-2, abs=rounding)
         assert point.momentum_error == pytest.approx(abs(state["M"] - M).max() / abs(M).max(), rel=1e-2, abs=rounding)
         checked += 1
@@ -121,7 +121,7 @@ def test_what_has_no_meaning_names_the_field(client, change, request_change, fau
 
 
 def test_who_leaves_is_not_waited_for_and_nobody_is_held_up(client):
-    """As many as the server has threads, and more."""
+    """More measurements are begun and left than the server has threads."""
     open_ones = [client.tradeoff_parts(scenes.free(6, step=0.1), budget=1e12, timeout=60) for _ in range(8)]
     for parts in open_ones:
         next(parts)
@@ -129,7 +129,7 @@ def test_who_leaves_is_not_waited_for_and_nobody_is_held_up(client):
         assert session.step(1000, timeout=10.0).step == 1000
     for parts in open_ones:
         parts.close()
-    # Their threads are free again: another one gets through.
+    # Their threads are free again, so that another measurement begins.
     assert next(client.tradeoff_parts(scene(), budget=1e8, timeout=20)).setup.steps == 100
 
 
@@ -138,7 +138,7 @@ def test_a_deadline_ends_it(client):
         client.tradeoff(scenes.free(8, step=0.1), budget=1e13, timeout=0.5)
 
 
-# The choice by tolerance
+# The choice of a method for a tolerance
 
 
 def chosen(**changes):
@@ -162,7 +162,7 @@ def test_the_resolved_scene_is_created_again_as_it_is(client):
         with client.create(session.scene) as again:
             assert again.scene == session.scene
             assert again.choice is None and session.choice is not None
-        with client.create(chosen(), id=session.id) as same:  # the same question, the same session
+        with client.create(chosen(), id=session.id) as same:  # the same scene gives the same session
             assert not same.created and same.message.choice == session.message.choice
 
 

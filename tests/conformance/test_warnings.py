@@ -47,7 +47,7 @@ def test_a_tensor_is_judged_by_its_principal_moments(client):
 @pytest.mark.parametrize("moments", [[1, 2, 3], [0.1, 0.7, 0.8], [0.7, 0.1, 0.7 + 0.1], [1e-30, 2e-30, 3e-30], [2, 2, 2],
                                      [1, 1, 0.001]])
 def test_bodies_that_exist(client, moments):
-    """Flat ones too, whose moments are equal to a sum but for rounding."""
+    """Bodies that exist get no warning, even flat ones, for which a moment is the sum of the others up to rounding."""
     assert texts(client, scenes.body(moments=moments)) == []
 
 

@@ -12,8 +12,7 @@
 namespace stiefel::extremes {
 namespace {
 
-/// The steps at which a distance passes `low` and `high`, and its growth rate between them, per
-/// step.
+/// The steps at which a distance exceeds `low` and `high`, and its growth rate per step in between.
 struct Divergence {
   double low = 1e-11, high = 1e-2;
   std::int64_t from = 0, to = 0;
@@ -24,10 +23,10 @@ struct Divergence {
   double rate() const { return std::log(high / low) / static_cast<double>(to - from); }
 };
 
-/// V(2,5) with Λ over 1 : 16 is chaotic: double and quadruple precision part at the rate at which
-/// two motions in quadruple precision do that start 1e-14 apart. From then on the state has no
-/// correct digit, but the invariants that the map keeps are kept. (energy.cc tests the energy,
-/// which the map does not keep.)
+/// Motions on V(2,5) with Λ over 1 : 16 are chaotic: results in double and quadruple precision
+/// diverge at the same rate as two motions in quadruple precision that start 1e-14 apart.
+/// Afterwards the state has no correct digit, but the map still keeps its invariants. (energy.cc
+/// tests the energy, which the map does not keep.)
 TEST(Chaos, TwoPrecisionsPart) {
   constexpr std::int64_t every = 20, most = 40'000;
   for (const unsigned seed : {1u, 2u, 3u}) {

@@ -1,4 +1,4 @@
-"""Servers, and the records that the report is made of."""
+"""Starts servers, and writes the records from which the report is made."""
 import json
 import os
 import time
@@ -9,7 +9,7 @@ import pytest
 import stiefel
 
 LONG = os.environ.get("STIEFEL_EXTREMES") == "long"
-SANITIZED = "STIEFEL_SANITIZED" in os.environ  # the server, which takes a sanitizer's memory too
+SANITIZED = "STIEFEL_SANITIZED" in os.environ  # whether the server is built with a sanitizer, which takes memory
 
 
 @pytest.fixture(scope="session")
@@ -26,7 +26,7 @@ def client(server):
 
 @pytest.fixture(scope="session")
 def cpu_seconds(server):
-    """CPU seconds of all threads of the server so far: its work, independent of other programs."""
+    """Returns the CPU seconds of all threads of the server so far, which do not depend on other programs."""
     def cpu_seconds():
         fields = Path(f"/proc/{server.process.pid}/stat").read_text().rpartition(")")[2].split()
         return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
@@ -35,7 +35,7 @@ def cpu_seconds(server):
 
 @pytest.fixture(scope="session")
 def records():
-    """The file that the long form appends to, begun anew; none in the short one."""
+    """The file to which the long form appends, emptied at the start; None in the short form."""
     if not LONG:
         yield None
         return
@@ -47,7 +47,7 @@ def records():
 
 @pytest.fixture
 def record(records):
-    """Writes what a row measured. What is asserted, is asserted where it is measured."""
+    """Writes what a row measured, without judging it: the tests assert where they measure."""
     start = time.monotonic()
 
     def record(row, measure, value, bound=None, why=None, outcome="REACHED", system="rigid_body",

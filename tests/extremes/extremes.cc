@@ -24,7 +24,7 @@ std::string quoted(const std::string& text) {
   return out + '"';
 }
 
-/// Writes infinity and NaN, which JSON lacks, as strings.
+/// Returns a number in JSON; infinity and NaN, which JSON lacks, as strings.
 std::string number(double x) {
   if (!std::isfinite(x)) return std::isnan(x) ? "\"nan\"" : "\"inf\"";
   return to_text(x, 6);
@@ -154,8 +154,8 @@ Record record_of(const std::string& extreme, const std::string& row,
 
 }  // namespace stiefel::extremes
 
-/// `--long FILE` runs the whole and writes its records there; `--short FILE` writes those of the
-/// short form.
+/// `--long FILE` runs the long form and `--short FILE` the short one; both write their records to
+/// FILE. Without an option the short form is run and nothing is written.
 int main(int argc, char** argv) {
   ::testing::InitGoogleTest(&argc, argv);
   if (argc == 3) {

@@ -10,8 +10,8 @@
 namespace stiefel::extremes {
 namespace {
 
-/// For every system with a frame, a Q with a defect of up to 1e-6 is accepted and repaired, and
-/// refused beyond.
+/// A Q with a defect of up to 1e-6 is accepted and repaired, a larger defect is refused, for every
+/// system with a frame.
 TEST(Frames, OffOrthogonality) {
   for (int k = 15; k >= 4; --k)
     for (const bool body : {true, false}) {
@@ -20,7 +20,7 @@ TEST(Frames, OffOrthogonality) {
           body ? tumbling(spread_inertia(4, 3), 0.1) : geodesic(2, spread_inertia(5, 3), 0.1);
       d.method = MethodDescription{"variational", {}, {}, ""};
       RowMatrix& Q = d.initial.at("Q").values;
-      // Stretched: max |QQᵀ − I| is `off`.
+      // Stretches a row, so that max |QQᵀ − I| is `off`.
       Q.row(0) *= std::sqrt(1 + off);
       const Trial done = run(d, 100);
       Record r = record_of("frames", "Q off by 1e-" + std::to_string(k), d, done);
@@ -49,7 +49,7 @@ TEST(Frames, Reflections) {
   measure({"frames", "det Q = -1, N = 4", four, 100});
 }
 
-/// K = QΛ⁻¹Qᵀ with eigenvalues so near each other; at Λ = I they are one.
+/// K = QΛ⁻¹Qᵀ has clustered eigenvalues, which coincide at Λ = I.
 TEST(Frames, ClusteredK) {
   for (const int k : {1, 4, 8, 12, 15}) {
     if (!long_form() && k % 8 != 0) continue;
@@ -57,7 +57,7 @@ TEST(Frames, ClusteredK) {
     for (int i = 0; i < 6; ++i) lambda(i) = 1 + i * std::pow(10, -k);
     measure({"frames", "K clustered to 1e-" + std::to_string(k), geodesic(3, lambda, 0.1), 50});
   }
-  // Two clusters, and frames along them.
+  // Two clusters of λ.
   Eigen::VectorXd lambda(6);
   lambda << 1, 1 + 1e-12, 1 + 1e-9, 100, 100 + 1e-9, 100 + 1e-7;
   measure({"frames", "K in two clusters", geodesic(3, lambda, 0.02), 50});

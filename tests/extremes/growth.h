@@ -7,7 +7,7 @@
 
 namespace stiefel::extremes {
 
-/// 10, 20, 50, 100, ... up to `last`.
+/// Returns 10, 20, 50, 100, ... up to `last`.
 inline std::vector<std::int64_t> thirds_of_decades(std::int64_t last) {
   std::vector<std::int64_t> steps;
   for (std::int64_t decade = 10; decade <= last; decade *= 10)
@@ -16,7 +16,7 @@ inline std::vector<std::int64_t> thirds_of_decades(std::int64_t last) {
   return steps;
 }
 
-/// The growth of an error with the number of steps: the root mean square over many scenes.
+/// The growth of an error with the number of steps, as the root mean square over many scenes.
 class Growth {
  public:
   void add(std::int64_t step, double error) {
@@ -31,7 +31,8 @@ class Growth {
     return all;
   }
 
-  /// p of error ~ stepsᵖ over the last three decades, by least squares of the logarithms.
+  /// Returns the p of error ~ stepsᵖ over the last three decades, by least squares of the
+  /// logarithms.
   double exponent() const {
     const auto all = rms();
     const double last = std::log10(static_cast<double>(all.rbegin()->first));

@@ -16,7 +16,7 @@ void measure_body(const std::string& name, const SceneDescription& scene, std::i
   measure({"inertia", name, scene, steps, std::move(limit)});
 }
 
-/// Methods and scenes for which a small λ_i + λ_j makes the equations stiff.
+/// Returns the limit of methods and scenes for which a small λ_i + λ_j makes the equations stiff.
 Limit stiff(double part, int N = 3) {
   return [part, N](const SceneDescription& way) -> std::optional<std::string> {
     const std::string name = way.method ? way.method->name : "";
@@ -34,7 +34,7 @@ Limit stiff(double part, int N = 3) {
   };
 }
 
-/// I₂ = I₁(1 + 10⁻ᵏ).
+/// Nearly symmetric bodies, I₂ = I₁(1 + 10⁻ᵏ).
 TEST(Inertia, NearSymmetric) {
   for (const int k : {2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16}) {
     if (!long_form() && k % 7 != 2) continue;
@@ -82,7 +82,7 @@ TEST(Inertia, SpreadInertia) {
     }
 }
 
-/// λ_1 + λ_2 → 0⁺, the two about as small or of opposite signs.
+/// λ_1 + λ_2 → 0⁺, where both are small, or of opposite signs.
 TEST(Inertia, VanishingSum) {
   for (const double sum : {1e-3, 1e-8, 1e-15}) {
     if (!long_form() && sum != 1e-8) continue;

@@ -15,7 +15,7 @@
 namespace stiefel::extremes {
 namespace {
 
-/// The long runs: scenes, steps, and the runs in quadruple precision beside them.
+/// A long run: its scenes, its steps, and which of its runs are compared with quadruple precision.
 struct LongRun {
   std::string row;
   std::function<SceneDescription(unsigned seed)> scene;
@@ -44,7 +44,7 @@ std::vector<LongRun> runs() {
           {"V(2,5)", frames, 100'000, 32, 0, 0}};
 }
 
-/// Energy, momentum and orthogonality at each third of a decade, RMS over the scenes.
+/// Measures energy, momentum and orthogonality at each third of a decade, as RMS over the scenes.
 void run_for_long(const LongRun& what, const std::string& arithmetic) {
   Growth energy, momentum, orthogonality, phase;
   Record r;

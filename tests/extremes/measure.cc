@@ -11,8 +11,8 @@
 namespace stiefel::extremes {
 namespace {
 
-/// The reference of one map: its state without rounding, its condition, and its distance from the
-/// exact motion.
+/// The reference for one map: the map's state without rounding, its condition, and the distance of
+/// that state from the exact motion.
 struct Unrounded {
   std::optional<MotionState> state;
   double condition = 1, truncation = 0;
@@ -43,7 +43,7 @@ bool keeps_orthogonality(const Scene& scene) {
   return false;
 }
 
-/// The largest drift of the invariants that the method declares exact.
+/// Returns the largest drift of the invariants that the method declares exact.
 double largest_drift(const Diagnosis& diagnosis) {
   double drift = 0;
   for (const auto& invariant : diagnosis.invariants)
@@ -61,7 +61,7 @@ void measure(const Row& row) {
     const Trial done = run(way, row.steps);
     Record r = record_of(row.extreme, row.name, way, done);
     const auto limit = row.limit(way);
-    Record worst = r;  // of a way with a known limit, which is all that is reported of it
+    Record worst = r;  // for a way with a known limit, of which only the worst record is reported
     worst.bound = 1;
     const auto say = [&](const auto&... what) {
       const Record said = r.with(what...);

@@ -17,7 +17,7 @@ namespace {
 
 const Eigen::Vector3d moments(1, 1.7, 2.4);
 
-/// The symmetric systems with ε = 1, in which P belongs to M only while ‖M‖_op < 2.
+/// Returns a scene of a symmetric system. With ε = 1, M has a P only if ‖M‖_op < 2.
 SceneDescription symmetric(const std::string& system, double norm_M,
                            std::optional<double> epsilon) {
   SceneDescription d = top(moments, Eigen::Vector3d(0.6, -0.64, 0.48) * norm_M, 0.02);
@@ -28,7 +28,7 @@ SceneDescription symmetric(const std::string& system, double norm_M,
 const char* const systems[] = {"symmetric_rigid_body", "right_symmetric_rigid_body",
                                "reduced_rigid_body"};
 
-/// The condition of Ψ⁻¹ beside ‖M‖_op = 2.
+/// Returns the condition of Ψ⁻¹ near ‖M‖_op = 2.
 double condition_of_P(double norm_M) { return 2 / std::sqrt((2 - norm_M) * (2 + norm_M)); }
 
 TEST(Momentum, TowardsTwo) {
@@ -61,7 +61,7 @@ TEST(Momentum, TowardsTwo) {
   }
 }
 
-/// For ‖M‖_op ≥ 2, ε = 1 is refused with an ε that works, and a scene without ε is accepted.
+/// For ‖M‖_op ≥ 2, ε = 1 is refused with a hint at an ε that works; a scene without ε is accepted.
 TEST(Momentum, TwoAndBeyond) {
   for (const double norm_M : {2.0, std::nextafter(2.0, 3.0), 2.5, 100.0, 1e6, 1e150})
     for (const char* system : systems) {
@@ -97,7 +97,7 @@ struct Scale {
   double lambda, M, step;
 };
 
-/// The motion in other units: s·M goes with h/s; s·Λ goes with s·M or with s·h.
+/// The motion in other units is the same: s·M with h/s, and s·Λ with s·M or with s·h.
 TEST(Momentum, Scales) {
   const Eigen::Vector3d m(0.8, -0.5, 0.4);
   for (const Scale& s :
@@ -118,7 +118,8 @@ TEST(Momentum, Scales) {
   }
 }
 
-/// A momentum of denormal numbers moves nothing in the longest step allowed, and keeps its digits.
+/// A momentum of denormal numbers moves nothing even in the longest step allowed, and keeps its
+/// digits.
 TEST(Momentum, Denormals) {
   for (const double size : {1e-310, 4.94065645841246544e-324})
     measure({"momentum", "M of " + std::to_string(std::log10(size)).substr(0, 7) + " decades",

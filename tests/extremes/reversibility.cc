@@ -10,7 +10,8 @@ namespace {
 
 bool reversible(const std::string& method) { return catalogue().method(method)->reversible; }
 
-/// Runs forward, then back by −step from a new scene without the solver's history and the carries.
+/// Runs forward by `step`, then back by −step in a new scene, which has neither the solver's
+/// history nor the carries of compensated sums.
 void forth_and_back(const std::string& name, const SceneDescription& scene, const char* momentum,
                     std::int64_t steps) {
   for (const SceneDescription& way : every_way(scene)) {

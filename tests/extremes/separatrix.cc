@@ -11,9 +11,9 @@
 namespace stiefel::extremes {
 namespace {
 
-/// I = (2, 3, 6) and m = (δ, 1, −δ′), on its way out: Δ₂ is a positive multiple of δ′² − δ², so δ′
-/// = δ is on the separatrix to the last bit. Away from the second axis it goes like e^{t/6}, and
-/// ‖Ω‖ = 1/3.
+/// I = (2, 3, 6) and m = (δ, 1, −δ′), which moves away from the second axis. Δ₂ is a positive
+/// multiple of δ′² − δ², so that δ′ = δ is on the separatrix to the last bit. The distance from the
+/// axis grows like e^{t/6}, and ‖Ω‖ = 1/3.
 const Eigen::Vector3d moments(2, 3, 6);
 constexpr double growth = 1.0 / 6, step = 0.3;
 
@@ -43,8 +43,8 @@ Limit held_to_u(double delta) {
   };
 }
 
-/// From the unstable axis through the first flip to the other side, where m₂ = −tanh 2. After that
-/// the rounding error of Δ₂, about u, decides when m leaves the axis again.
+/// Runs from the unstable axis through the first flip to the other side, where m₂ = −tanh 2. Later
+/// motion depends on rounding: the error of Δ₂, about u, decides when m leaves the axis again.
 TEST(Separatrix, FirstFlip) {
   for (const double delta : {1e-1, 1e-2, 1e-4, 1e-8, 1e-16, 1e-40, 1e-80, 1e-160})
     for (const Side& side : sides) {
@@ -56,7 +56,7 @@ TEST(Separatrix, FirstFlip) {
     }
 }
 
-/// The number of sign changes of m₂ over `samples` multiples of `every` steps.
+/// Returns the number of sign changes of m₂ over `samples` samples, `every` steps apart.
 template <class State, class Advance>
 int flips(std::int64_t samples, std::int64_t every, State m_2, Advance advance) {
   int count = 0;
@@ -70,8 +70,8 @@ int flips(std::int64_t samples, std::int64_t every, State m_2, Advance advance) 
   return count;
 }
 
-/// Samples, a tenth of a flip apart, until the exact motion in quadruple precision flipped 100
-/// times.
+/// Returns how many samples, `spacing` apart, the exact motion in quadruple precision takes for 100
+/// flips.
 std::int64_t samples_of_100_flips(const SceneDescription& scene, double spacing) {
   SceneDescription exact = scene;
   exact.method = MethodDescription{"exact", {}, {}, ""};
@@ -86,7 +86,7 @@ std::int64_t samples_of_100_flips(const SceneDescription& scene, double spacing)
     count += now * before < 0;
     before = now;
   }
-  return k + 5;  // well past the last one
+  return k + 5;  // well past the last flip
 }
 
 bool keeps_energy(const std::string& method) {
@@ -97,8 +97,9 @@ bool keeps_energy(const std::string& method) {
   return false;
 }
 
-/// 100 flips. A stepped state forgets Δ₂/G² ≈ δ² in its first flip, when m is as large as G: below
-/// the rounding of m that is the motion of another body.
+/// The motion flips 100 times. A method that steps loses Δ₂/G² ≈ δ² in the first flip if it is
+/// below the rounding of m, which then is as large as G; the computed motion is then that of
+/// another body.
 TEST(Separatrix, HundredFlips) {
   for (const double delta : {1e-1, 1e-2, 1e-4, 1e-40, 1e-160})
     for (const Side& side : {sides[0], sides[2]}) {
@@ -109,7 +110,8 @@ TEST(Separatrix, HundredFlips) {
       for (const SceneDescription& way : every_way(scene)) {
         const std::string& method = way.method->name;
         const bool exact = method == "exact", keeper = keeps_energy(method);
-        if (!keeper && delta < 1e-1 && delta > 1e-40) continue;  // between bound and limit
+        // Neither a bound nor a limit is known here.
+        if (!keeper && delta < 1e-1 && delta > 1e-40) continue;
         Trial done = run(way, 0);
         Record r = record_of("separatrix", name(delta, side) + ": 100 flips", way, done);
         const auto m_2 = [&] { return done.simulation->get("M")(0, 2); };
@@ -134,7 +136,7 @@ TEST(Separatrix, HundredFlips) {
     }
 }
 
-/// On the separatrix there is one flip and no second one.
+/// On the separatrix there is exactly one flip.
 TEST(Separatrix, OneFlipOnItExactly) {
   for (const double delta : {1e-1, 1e-8, 1e-160})
     for (const SceneDescription& way : every_way(near_separatrix(delta, 1, step))) {

@@ -5,18 +5,19 @@
 
 namespace stiefel::extremes {
 
-/// Many small motions combined into one large motion with full matrices. `copies` scenes of
-/// rigid_body or stiefel of one Λ, block beside block, are one motion of Λ repeated; a rotation T
-/// that mixes axes of equal λ only, Q ← QT, M ← TᵀMT, fills every block, and every map that is a
-/// method's is that of the small ones. A scene with thousands of axes then has an exact reference.
+/// Many small motions combined into one large motion with full matrices, so that a scene with
+/// thousands of axes has an exact reference. `copies` scenes of rigid_body or stiefel with the same
+/// Λ, block beside block, are one motion with Λ repeated. A rotation T that mixes only axes of
+/// equal λ, Q ← QT, M ← TᵀMT, fills every block. The map of every method then acts as on the small
+/// motions.
 class SideBySide {
  public:
-  /// The scenes alternate between the given ones, which differ in their initial state only.
+  /// The small scenes alternate between those of `small`, which differ only in their initial state.
   SideBySide(std::vector<SceneDescription> small, int copies);
 
   const SceneDescription& large() const { return large_; }
 
-  /// The state of the large motion when the k-th kind of small motion is at states[k].
+  /// Returns the state of the large motion when the k-th kind of small motion is at states[k].
   MotionState assembled(const std::vector<MotionState>& states) const;
 
  private:

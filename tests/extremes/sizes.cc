@@ -10,7 +10,7 @@
 namespace stiefel::extremes {
 namespace {
 
-/// A large scene against the twins of the small ones that it consists of.
+/// Compares a large scene with the twins of the small scenes that it consists of.
 void measure_side_by_side(const std::string& name, const std::vector<SceneDescription>& small,
                           int copies, std::int64_t steps) {
   const SideBySide many(small, copies);
@@ -36,7 +36,7 @@ void measure_side_by_side(const std::string& name, const std::vector<SceneDescri
         done.reached()
             ? error_of(read_motion(*done.scene, *done.simulation), many.assembled(states)).largest()
             : 1;
-    // Sums over all axes in each product, and the scene itself is rounded.
+    // The products sum over all axes, and the scene itself is rounded: a factor √N.
     const double N = static_cast<double>(way.inertia.size());
     r.bound = done.scene ? rounding_bound(*done.scene, steps, kappa) * std::sqrt(N) : 0;
     r.why =
@@ -66,8 +66,8 @@ TEST(Sizes, SmallestFrames) {
 TEST(Sizes, SO2) { measure({"sizes", "SO(2)", tumbling(Eigen::Vector2d(1, 3), 0.1), 200}); }
 
 TEST(Sizes, LongestVector) {
-  // One vector of 10⁶ numbers and four values of λ: its motion stays in the span of eight, the
-  // parts of q and of q̇ along each eigenspace, and is that of V(1,8).
+  // One vector of 10⁶ numbers with four values of λ. The motion stays in the span of eight vectors,
+  // the parts of q and of q̇ in each eigenspace, so that it is a motion on V(1,8).
   Eigen::VectorXd eight(8);
   eight << 1, 1, 2, 2, 3, 3, 4, 4;
   const SceneDescription small = geodesic(1, eight, 0.1);

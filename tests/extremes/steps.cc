@@ -23,8 +23,9 @@ std::optional<Eigen::MatrixXd> one_step(SceneDescription d, double h) {
   return done.simulation->get(frame_field(d.system));
 }
 
-/// The largest jump of the frame along one step as h grows to its full size: another branch is at
-/// least 1 away, and at the domain's edge the frame moves like the root of what is left.
+/// Returns the largest jump of the frame after one step as h grows from 0 to its full size. Another
+/// branch is at least 1 away; near the edge of the domain the frame moves like the square root of
+/// the distance from the edge.
 double largest_jump(const SceneDescription& d, double h) {
   constexpr int parts = 100;
   double largest = 0;
@@ -47,7 +48,7 @@ void measure_step(SceneDescription d, double h_omega, double h, std::int64_t ste
   Record r = record_of("steps", name.str(), d, done);
   const auto say = [&](const auto&... what) { report(r.with(what...)); };
   if (done.run_status.outcome == Outcome::left_domain) {
-    // A run from the state at which the first one ended.
+    // Starts from the state at which the first run ended.
     SceneDescription there = d;
     for (auto& [block, values] : there.initial)
       values = Block(RowMatrix(done.simulation->get(block)));
@@ -82,11 +83,11 @@ class Steps : public ::testing::TestWithParam<testing::Pair> {};
 INSTANTIATE_TEST_SUITE_P(Catalogue, Steps, ::testing::ValuesIn(testing::every_pair()),
                          testing::name_of);
 
-/// Every implicit method either solves its equation to rounding on its branch, or ends with
-/// LEFT_DOMAIN and the largest step.
+/// Every implicit method either solves its equation to rounding on the principal branch, or ends
+/// with LEFT_DOMAIN and the largest step.
 TEST_P(Steps, LargeOnes) {
   const auto& [system, method, N] = GetParam();
-  // The step of these is in their blocks.
+  // The blocks of these systems determine the step.
   if (system == "moser_veselov_pair" || system == "parametric_moser_veselov") return;
   const SceneDescription at_one = testing::any_scene(system, method, 3, 1, N);
   for (const SceneDescription& way : method.empty() ? std::vector{at_one} : every_way(at_one)) {
@@ -99,7 +100,7 @@ TEST_P(Steps, LargeOnes) {
       for (const double sign : {1.0, -1.0})
         for (const std::int64_t steps : {1, 20}) {
           if (!long_form() && (sign < 0) != (h_omega == 0.9)) continue;
-          if (h_omega > 3 && steps > 1) continue;  // the first says it
+          if (h_omega > 3 && steps > 1) continue;  // one step suffices
           // gauss4 takes 8 s of processor time for such a step of a body with N > 3.
           if (!long_form() && h_omega > 1e3 && method == "gauss4" && way.inertia.size() > 3)
             continue;

@@ -1,5 +1,5 @@
-"""--memory 1G under everything at once: 10^4 sessions of N = 256, 10^6 members, 1000 streams that nobody reads, messages
-at the limit. The short form with 256 MiB is tests/server/process/test_memory.py."""
+"""Tests --memory 1G under all loads at once: 10^4 sessions of N = 256, 10^6 members, 1000 unread streams, messages at
+the limit. The short form with 256 MiB is tests/server/process/test_memory.py."""
 import sys
 from pathlib import Path
 
@@ -31,7 +31,7 @@ def test_a_gigabyte(record):
 
 
 class Started:
-    """A server of the Python client as tests/server's Process."""
+    """Adapts a server of the Python client to the interface of Process in tests/server."""
 
     def __init__(self, server):
         self.server = server

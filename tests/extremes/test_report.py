@@ -1,4 +1,4 @@
-"""The report tells rounding, truncation and kept invariants apart, and counts no vacuous bound as held."""
+"""The report distinguishes rounding, truncation and kept invariants, and counts no vacuous bound as held."""
 import json
 import pathlib
 import subprocess

@@ -1,8 +1,8 @@
 """The service at its extremes: requests of 10^9 steps, a million samples, 10^4 sessions, every limit
 and one past it.
 
-What is asserted are counts and outcomes. Times are recorded, and the work that goes on after a call
-has gone is counted in the server's CPU time.
+The tests assert counts and outcomes, and record times. Work that goes on after a call has ended is
+measured in the server's CPU time.
 """
 import threading
 import time
@@ -18,18 +18,18 @@ from stiefel import v1 as pb
 FAR = 10**9
 BODY = {"system": "rigid_body", "method": {"name": "variational"}, "step": 0.01,
         "body": {"moments": [1, 2, 3], "angular_velocity": [0.001, 1, 0.001]}}
-# Work after the caller has gone: 50 ms, and clock ticks of 10 ms that round it up.
+# The work allowed after the caller has left: 50 ms, and two clock ticks of 10 ms for rounding.
 SOON = 0.05 + 0.02
 
 
 def work_after(cpu_seconds, patience=0.5):
-    """CPU seconds until the server rests again, from now on."""
+    """Returns the CPU seconds that the server takes from now on until it is idle."""
     before = cpu_seconds()
     last = before
     while True:
         time.sleep(patience)
         now = cpu_seconds()
-        if now - last <= 0.02:  # it serves nobody
+        if now - last <= 0.02:  # the server is idle
             return last - before
         last = now
 
@@ -84,7 +84,7 @@ def cancelled_diagnose(session):
 
 
 def cancelled_tradeoff(session):
-    """While its points are measured."""
+    """Begins a trade-off and returns a function that cancels it while its points are measured."""
     parts = session._client.tradeoff_parts(session.scene, budget=1e12)
     next(parts)
     return parts.close
@@ -97,7 +97,7 @@ CALLS = [cancelled_step, cancelled_stream, cancelled_drive, cancelled_diagnose, 
 def test_a_cancelled_call_stops(session, cpu_seconds, record, begin):
     before = cpu_seconds()
     cancel = begin(session)
-    while cpu_seconds() - before < 0.2:  # it runs
+    while cpu_seconds() - before < 0.2:  # until the request runs
         time.sleep(0.01)
     cancel()
     work = work_after(cpu_seconds)
@@ -117,14 +117,14 @@ def test_a_deadline_stops_it(session, cpu_seconds, record):
 
 
 def test_nobody_starves(client, record):
-    """Four times as many long requests as threads, and a short one from time to time beside them."""
+    """Short requests are answered while four times as many long requests as threads run."""
     long = [client.create(BODY) for _ in range(8)]
     running = [client.stub.Step.future(pb.StepRequest(session_id=session.id, to=FAR)) for session in long]
     waits, count = [], 200 if LONG else 30
     with client.create(BODY) as short, client.create(BODY) as alone:
         for k in range(1, count + 1):
             start = time.monotonic()
-            state = short.step(to=k * 5000)  # more than is done where the call arrives
+            state = short.step(to=k * 5000)  # too many steps to be done on gRPC's thread
             waits.append(time.monotonic() - start)
             assert state.step == k * 5000 and not any(call.done() for call in running)
         for call in running:
@@ -197,7 +197,7 @@ def limits(client):
 
 
 def large(n):
-    """A body in n dimensions at rest but for one plane, without a frame."""
+    """Returns a body in n dimensions, without a frame, that rotates in one plane only."""
     M = np.zeros((n, n))
     M[0, 1], M[1, 0] = 1, -1
     return {"system": "rigid_body", "method": {"name": "rk4"}, "inertia": np.linspace(1, 2, n), "initial": {"M": M},
@@ -205,7 +205,7 @@ def large(n):
 
 
 def refused(call, field, value, rule, error=stiefel.InvalidArgument):
-    """A refusal that names field, value and rule."""
+    """Expects a refusal that names field, value and rule."""
     with pytest.raises(error) as caught:
         call()
     (violation,) = caught.value.violations
@@ -241,7 +241,7 @@ def test_max_cached_steps(client, limits, record):
 
 
 def test_max_cached_bytes(client, limits, record):
-    """States of a megabyte each: there is room for some fifty."""
+    """With states of one megabyte there is room for about fifty."""
     n = 256
     with client.create(large(n)) as session:
         session.step(to=200 if LONG else 20)
@@ -257,7 +257,7 @@ def test_idle_timeout(record):
         assert client.describe().limits.idle_timeout.ToMilliseconds() == 200
         client.create(BODY, id="idle")
         deadline = time.monotonic() + 30
-        while any(client.list()) and time.monotonic() < deadline:  # to look renews nothing
+        while any(client.list()) and time.monotonic() < deadline:  # listing does not renew sessions
             time.sleep(0.05)
         with pytest.raises(stiefel.NotFound):
             client.get("idle")
@@ -266,7 +266,7 @@ def test_idle_timeout(record):
 
 @pytest.mark.skipif(not LONG, reason="a gigabyte of memory")
 def test_max_message_bytes(client, limits, record):
-    """At the limit it is read, and what is wrong is what is in it; one past it is never read."""
+    """A message at the limit is read and refused for its content; a larger one is not read."""
     request = pb.CreateSessionRequest(session_id="large", scene=client.create(BODY).resolved())
     room = limits.max_message_bytes - request.ByteSize() - 16
     request.checkpoint = bytes(room)
@@ -280,7 +280,7 @@ def test_max_message_bytes(client, limits, record):
            "RESOURCE_EXHAUSTED")
 
 
-# Limits that are said where they are broken
+# Limits that only the refusal names
 
 def with_method(**method):
     return {**BODY, "method": {"name": "variational", **method}}
@@ -297,7 +297,7 @@ def test_ids(client):
 
 
 def test_pages(client):
-    """A page size above 1000 is taken for 1000; a smaller one is kept."""
+    """A page size above 1000 counts as 1000; a smaller one is kept."""
     made = [client.create(BODY) for _ in range(5)]
     reply = client.call("ListSessions", pb.ListSessionsRequest(page_size=2**32 - 1))
     assert len(reply.sessions) == 5 and not reply.next_page_token

@@ -1,6 +1,6 @@
-"""The order of the folders: which of them a file may include.
+"""The order of the folders, which tells from which folders a file may include.
 
-    /usr/bin/python3 tests/layout/layout.py        (prints every line against the order)
+    /usr/bin/python3 tests/layout/layout.py        (prints every line that breaks the order)
 """
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from typing import NamedTuple
 ROOT = Path(__file__).parents[2]
 LARGEST_FOLDER = 30
 
-# Lowest first; a folder sees itself, what is inside it, and what stands before its line.
+# The lowest folders come first. A folder may include from itself, its subfolders, and the lines above its own.
 ENGINE = [
     ["engine/linalg"],
     ["engine/systems"],
@@ -32,17 +32,17 @@ ENGINE = [
     ["engine/simulation/diagnosis"],
     ["engine/simulation/summary"],
 ]
-# None of these sees another.
+# None of these may include from another.
 TOP = {"engine/simulation/accuracy", "engine/simulation/conversion", "engine/simulation/diagnosis",
        "engine/simulation/summary"}
-# Numbers and names as text: every program writes errors with them.
+# Headers that write numbers and names as text. Every folder may include them, for error messages.
 TEXT = {"engine/linalg/arithmetic/to_text.h", "engine/simulation/scene/near_name.h"}
 
 ENGINE_FOLDERS = [folder for line in ENGINE for folder in line]
 INTERNAL, PUBLIC, CLIENT = r"engine/.*", r"stiefel/[a-z_]+\.h", r"stiefel/client/.*"
 PROTO = r"(stiefel/v1|proto)/.*"
 FAILPOINT = r"server/limits/failpoint\.h"
-# What the folders outside the engine may include with quotes, TEXT and themselves besides.
+# What the folders outside the engine may include with quotes, in addition to TEXT and themselves.
 OTHERS = {
     "engine/include/stiefel": [PUBLIC],
     "server/limits": [],
@@ -63,7 +63,7 @@ OTHERS = {
     "client/cpp": [CLIENT, PROTO],
     "client/cli": [PUBLIC, CLIENT, PROTO, r"client/cpp/.*", r"server/[a-z_]+\.h"],
 }
-# <grpcpp/...> and <google/protobuf/...>: what the wire is made of.
+# The headers of gRPC and protobuf, and the folders that must not include them.
 WIRE = re.compile(r"(grpc|google/protobuf|src/proto/grpc)")
 WITHOUT_WIRE = ["engine", "server/limits", "server/scheduling", "server/sessions", "server/store"]
 
@@ -85,7 +85,7 @@ def sources(root: Path) -> Iterator[Path]:
 
 
 def folder_of(path: str, folders: list[str]) -> str | None:
-    """The innermost of `folders` that holds the path."""
+    """Returns the innermost of `folders` that holds the path; None if none does."""
     inside = [folder for folder in folders if path.startswith(folder + "/")]
     return max(inside, key=len, default=None)
 
@@ -132,7 +132,7 @@ def arrows_against_the_order(root: Path = ROOT) -> list[Line]:
 
 
 def large_folders(root: Path = ROOT) -> dict[str, int]:
-    """Folders of sources with too many files; a fuzzer's corpus is none."""
+    """Returns the folders of sources with too many files. The corpus of a fuzzer does not count."""
     count: Counter[str] = Counter()
     for top in ("engine", "server", "client", "proto", "tests", "docs", "docker"):
         for path in (root / top).rglob("*"):

@@ -1,4 +1,4 @@
-"""Folders are as large as their order allows, and no file includes against it."""
+"""No folder has too many files, and no file includes against the order of the folders."""
 from __future__ import annotations
 
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""No file asks for a system or a method by its name: what the library knows of one stands in its own file."""
+"""No file compares with the name of a system or a method: what the library knows about one stands in its own file."""
 from __future__ import annotations
 
 import re
@@ -8,10 +8,10 @@ from layout import ROOT, sources
 SYSTEMS = re.findall(r"^SYSTEM\((\w+)\)", (ROOT / "engine/simulation/catalogue/systems.inc").read_text(), re.M)
 METHODS = [name for path in (ROOT / "engine/methods").glob("*.h")
            for name in re.findall(r'\.name = "(\w+)"', path.read_text())]
-# Where a name is said: by itself, and in the table of what was counted.
+# Where names may stand: in the declaration of the system or method itself, and in the tables of counts.
 OWN = re.compile(r'info\.name = |static constexpr const char\* name = |\.name = ')
 DATA = {"engine/simulation/catalogue/methods/step_weights.inc", "engine/simulation/catalogue/methods/workspaces.inc"}
-# How a method keeps an invariant, said with the same word.
+# `exact` is also the name of a conservation.
 CONSERVATION = 'return "exact";'
 
 
@@ -33,6 +33,6 @@ def test_the_lists_are_read():
 
 
 def test_no_name_is_asked_for():
-    # A program's own name is that of a system, too.
+    # The name of the programs is also that of a system.
     found = [line for line in quoted_names() if '"stiefel"' not in line or "system" in line]
     assert found == [], "\n".join(found)

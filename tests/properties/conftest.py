@@ -1,4 +1,4 @@
-"""One server for all properties, and how many examples each is tried on."""
+"""Provides one server for all properties, and the number of examples for each."""
 import os
 import zlib
 
@@ -23,8 +23,8 @@ def client():
 
 
 def pytest_generate_tests(metafunc):
-    """`pair`: every system with every method and order that Describe lists for it. In the short form each
-    test takes a fifth of them, another one than the next test."""
+    """Parametrizes `pair` with every system, method and order that Describe lists. In the short form each test takes a
+    fifth of the pairs, different tests different fifths."""
     if "pair" in metafunc.fixturenames:
         pairs = scenes.every_pair()
         if FORM == "short":

@@ -3,7 +3,7 @@
     PYTHONPATH=build/release/python STIEFEL_SERVER=build/release/bin/stiefel-server \\
         /usr/bin/python3 tests/properties/digests.py > digests.txt
 
-Two builds on one machine whose states have the same bits print the same lines. A session's first line names the scene.
+Two builds on one machine print the same lines if their states have the same bits. The line of a scene names it.
 """
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ LEAST_SCENES = 500
 
 
 def ways():
-    """Pairs of a scene's kind and of how it is computed, round after round until there are enough."""
+    """Returns triples (pair, the scene's `method`, seed): every way to compute, with as many seeds as give enough."""
     kinds = []
     for pair in scenes.every_pair():
         if not pair.method:
@@ -42,7 +42,7 @@ def inertia_of(random, where, N):
 
 
 def scene_of(pair, method, seed):
-    """The size goes with the seed: N = 3, 4, 5, 6."""
+    """Returns a seeded scene. Its size depends on the seed: N = 3, 4, 5, 6."""
     random = np.random.default_rng([seed, *pair.system.encode(), *pair.method.encode()])
     h = [1 / 16, -1 / 8, 1 / 32][seed % 3]
     scene = {"system": pair.system, "step": h} | ({"method": method} if method else {})
@@ -66,13 +66,13 @@ def scene_of(pair, method, seed):
 
 
 def numbers(field, scene):
-    """The numbers of a field as wide as its scene computes: what is `float` travels as such."""
+    """Returns the numbers of a field in the precision of its scene, float32 if its scalar is `float`."""
     narrow = (scene.get("method") or {}).get("scalar") == "float"
     return np.ascontiguousarray(field, dtype=complex if np.iscomplexobj(field) else np.float32 if narrow else float)
 
 
 def digest(client, scene):
-    """The digest of the blocks at the steps, or of the last good state of a run that stopped."""
+    """Returns the digest of the blocks at the steps, with the last good state of a run that stops."""
     hashed = hashlib.sha256()
     try:
         with client.create(scene) as session:

@@ -1,7 +1,7 @@
-"""Scenes of every system and method that Describe lists, as hypothesis draws and shrinks them.
+"""Strategies of hypothesis for scenes of every system and method that Describe lists.
 
-The numbers are sixteenths, so that what is left of a failure after shrinking can be read. Frames are
-Cayley transforms of skew matrices, and the rate of the motion is at most 1.
+The numbers are multiples of 1/16, so that failures are readable after shrinking. Frames are Cayley
+transforms of skew matrices, and the rate of the motion is at most 1.
 """
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ import stiefel
 
 class Pair(NamedTuple):
     system: str
-    method: str = ""  # of a discrete system
-    order: int = 0  # of a method that has none
+    method: str = ""  # empty for a discrete system
+    order: int = 0  # 0 for a method without an order
     where: str = ""
     in_float: bool = False
 
@@ -39,7 +39,7 @@ def every_pair():
 
 
 def preserved(pair):
-    """What the method declares about each family of invariants."""
+    """Returns what the method declares about each family of invariants."""
     system = next(s for s in catalogue().systems if s.name == pair.system)
     on = next(m for m in system.methods if m.method == pair.method)
     return {p.invariant: stiefel.Conservation.of(p.conservation) for p in on.preserves}
@@ -81,17 +81,17 @@ def inertia_of(draw, where, N):
 
 
 def momentum(inertia, Omega):
-    """M = ΛΩ + ΩΛ."""
+    """Returns M = ΛΩ + ΩΛ."""
     return inertia[:, None] * Omega + Omega * inertia
 
 
 def moved(Q, U, h):
-    """A frame that is about the step h later, on the manifold."""
+    """Returns a frame on the manifold that lies about one step h after Q."""
     return Q @ cayley(h * U)
 
 
 def parametric_P(Q, inertia, M, mu):
-    """G - G^-1 = M + mu Lambda^2 for G = Q^-1 P: G = W + (1 + W^2)^(1/2), W half of it."""
+    """Returns the P with G - G^-1 = M + mu Lambda^2 for G = Q^-1 P: G = W + (1 + W^2)^(1/2), W half of that sum."""
     W = (M + mu * np.diag(inertia**2)) / 2
     one = np.eye(len(W))
     root = one
@@ -101,7 +101,7 @@ def parametric_P(Q, inertia, M, mu):
 
 
 def frame_blocks(system, inertia, Q, U, h):
-    """The blocks of a geodesic through the frame Q with Q' = QU."""
+    """Returns the blocks of a geodesic through the frame Q with Q' = QU."""
     S = (Q @ U) * inertia
     return {
         "stiefel": lambda: {"Q": Q, "S": S},
@@ -120,8 +120,8 @@ def body_blocks(system, inertia, Q, Omega, h):
 
 @st.composite
 def scenes(draw, pair, sizes=(3, 4, 5), rows=None):
-    """A scene as its author would write it: method, order and arithmetic, blocks as arrays. `rows` of a frame, or any
-    number."""
+    """Draws a scene as its author would write it: method, order and arithmetic, blocks as arrays. `rows`: the rows of a
+    frame; None: any number."""
     h = draw(st.sampled_from([1 / 16, 1 / 8, -1 / 16, 1 / 32]))
     scene = {"system": pair.system, "step": h}
     if pair.method:
@@ -157,7 +157,7 @@ def double_bracket(draw):
 
 @st.composite
 def ensembles(draw, pair):
-    """Scenes of one shape, method and step, and the same scenes as one with `members`."""
+    """Draws scenes of one shape, method and step, and an ensemble of the same scenes."""
     size, rows = draw(st.sampled_from([3, 4, 5])), draw(st.integers(1, 2))
     alone = draw(st.lists(scenes(pair, (size,), rows), min_size=2, max_size=9))
     together = dict(alone[0], members=len(alone))
@@ -170,10 +170,10 @@ def ensembles(draw, pair):
 
 
 def unit(scene):
-    """The rounding of the numbers that the scene is computed in."""
+    """Returns the rounding unit of the scene's numbers."""
     return 2**-24 if scene.get("method", {}).get("scalar") == "float" else 2**-53
 
 
 def any_scenes(**options):
-    """Scenes of any system and method."""
+    """Returns a strategy for scenes of any system and method."""
     return st.sampled_from(every_pair()).flatmap(lambda pair: scenes(pair, **options))

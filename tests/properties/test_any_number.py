@@ -1,4 +1,4 @@
-"""Any number anywhere in a scene: an answer of finite numbers, or a refusal that names a field."""
+"""Whatever number stands anywhere in a scene, the answer has finite numbers, or is a refusal that names a field."""
 import copy
 import math
 
@@ -15,7 +15,7 @@ numbers = st.sampled_from(EDGES + [-x for x in EDGES if x > 0]) | st.floats()
 
 
 def places(scene):
-    """The numbers of a scene that can be changed: for each a function that sets it."""
+    """Yields every number of a scene that can be changed, with a function that sets it."""
     yield "step", lambda s, x: setattr(s, "step", x)
     if scene.HasField("epsilon"):
         yield "epsilon", lambda s, x: setattr(s, "epsilon", x)
@@ -24,13 +24,13 @@ def places(scene):
     for field in ("inertia", "inertia_u", "inertia_v"):
         for k in range(len(getattr(scene, field))):
             yield f"{field}[{k}]", lambda s, x, field=field, k=k: getattr(s, field).__setitem__(k, x)
-    for name in sorted(scene.initial):  # a map has no order
+    for name in sorted(scene.initial):  # sorted because a map has no order
         for k in range(len(scene.initial[name].values)):
             yield f"{name}[{k}]", lambda s, x, name=name, k=k: s.initial[name].values.__setitem__(k, x)
 
 
 def scaled(scene, name, factor):
-    """Scales a whole block, or the inertia."""
+    """Multiplies a whole block, or the inertia, by a factor."""
     values = scene.inertia if name == "inertia" else scene.initial[name].values
     values[:] = [x * factor for x in values]
 
@@ -47,14 +47,14 @@ def answers(client, scene):
             for name, values in state.fields.items():
                 assert np.isfinite(values).all(), (k, name, values, state.run_status)
         diagnosis = session.diagnose(to=3)
-        for invariant in diagnosis.invariants:  # a power of M need not fit into a double, but what it drifts does
+        for invariant in diagnosis.invariants:  # a power of M may exceed the range of doubles, but its drift must not
             assert not np.isnan(invariant.value) and np.isfinite(invariant.drift), invariant
         assert diagnosis.orthogonality is None or np.isfinite(diagnosis.orthogonality)
-        assert not np.isnan(diagnosis.domain.h_omega)  # of numbers near the largest it may be beyond them
+        assert not np.isnan(diagnosis.domain.h_omega)  # it may be infinite for numbers near the largest
 
 
 def offered(session):
-    """The fields of this scene: some are there in three dimensions only, or when they were given."""
+    """Returns the fields of the session's scene. Some exist only in three dimensions, or if they were given."""
     try:
         session.step(to=0, fields=["no field"])
     except stiefel.InvalidArgument as refused:

@@ -6,7 +6,7 @@ import scenes
 import stiefel
 from stiefel.scenes import to_array, to_message
 
-# The error of a conversion through (Q, M) or (Q, S): condition numbers of up to 1e3, J and J_D solved.
+# The error of a conversion through (Q, M) or (Q, S), which solves J and J_D: condition numbers of up to 1e3.
 ROUNDING = 1e3 * 100 * 2**-53
 
 
@@ -45,7 +45,7 @@ def test_the_energy_is_the_same(client, pair, data):
     except stiefel.InvalidArgument:
         return
     here = energies(client, given)
-    rounding = 1e5 * scenes.unit(given)  # in float each form rounds its own blocks
+    rounding = 1e5 * scenes.unit(given)  # in float, each system rounds its own blocks
     np.testing.assert_allclose(energies(client, there)[:len(here)], here, rtol=rounding, atol=rounding / 100)
 
 

@@ -1,4 +1,4 @@
-"""A member of an ensemble has the bits of the same scene alone, for all other members."""
+"""A member of an ensemble has the bits of the same scene alone, whatever the other members are."""
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
@@ -6,11 +6,11 @@ from hypothesis import given, settings, strategies as st
 import scenes
 import stiefel
 
-fewer = settings(max_examples=max(1, settings.default.max_examples // 4))  # each is many sessions
+fewer = settings(max_examples=max(1, settings.default.max_examples // 4))  # each example makes many sessions
 
 
 def members_of(fields, count):
-    """The fields of each member."""
+    """Returns the bytes of the fields of each member."""
     return [{name: values[k].tobytes() for name, values in fields.items()} for k in range(count)]
 
 

@@ -1,4 +1,4 @@
-"""The declarations of the catalogue about a method hold on every scene."""
+"""What the catalogue declares about a method holds on every scene."""
 import numpy as np
 from hypothesis import given, strategies as st
 
@@ -9,13 +9,13 @@ STEPS = 64
 
 
 def rounding(scene):
-    """100 u sqrt(steps), and condition numbers of up to about 10 (maps solved at h ||Omega|| <= 1/8)."""
+    """Returns 100 u sqrt(steps) times 10, a bound of the condition numbers (maps are solved at h ||Omega|| <= 1/8)."""
     return 100 * scenes.unit(scene) * STEPS**0.5 * 10
 
 
 @given(data=st.data())
 def test_what_is_kept_is_kept(client, pair, data):
-    """Invariants and orthogonality to rounding where they are declared so, elsewhere to the method's error."""
+    """Invariants and orthogonality are kept to rounding if they are declared exact, else to the method's error."""
     scene = data.draw(scenes.scenes(pair))
     declared = scenes.preserved(pair)
     with client.create(scene) as session:
@@ -32,8 +32,8 @@ def test_what_is_kept_is_kept(client, pair, data):
 
 @given(data=st.data())
 def test_forth_and_back(client, pair, data):
-    """A reversible method undoes its steps. The step of a discrete system is part of its state; a frame in float may
-    be too far off to start from."""
+    """A reversible method undoes its steps. Discrete systems are left out because their step is part of their state,
+    and single precision because its frames may be too far off orthogonality to start from."""
     scene = data.draw(scenes.scenes(pair._replace(in_float=False)))
     if not any(method.reversible for method in scenes.catalogue().methods if method.name == pair.method):
         return

@@ -32,7 +32,7 @@ def walk_drive(client, session, k):
 
 
 def walk_checkpoint(client, session, k):
-    """In another session, from a checkpoint of this one."""
+    """Goes to step k in another session, which starts from a checkpoint of this one."""
     checkpoint = session.step(to=k // 2, checkpoint=True).checkpoint
     with client.create(session.resolved(), checkpoint=checkpoint) as other:
         return bits(other.step(to=k).fields)
@@ -75,7 +75,7 @@ def test_to_ask_twice_changes_nothing(client, pair, data):
 
 
 def quiet(first, second):
-    """Both, if they agree; the work that they took is none of the answer."""
+    """Asserts that both are equal, and returns the first."""
     assert first == second
     return first
 
@@ -88,8 +88,8 @@ def test_a_resolved_scene_resolves_to_itself(client, pair, data):
 
 @given(data=st.data())
 def test_a_fork_goes_on_as_the_old_one_would(client, pair, data):
-    """It starts at the same blocks, where they have drifted at repaired ones, and has no solver's history: the same
-    motion to rounding and drift."""
+    """A fork starts from the same blocks, repaired if they have drifted, and without the solver's history, so that its
+    motion is the same up to rounding and drift."""
     scene, k, on = data.draw(scenes.scenes(pair)), data.draw(st.integers(0, 40)), data.draw(st.integers(0, 20))
     with client.create(scene) as session:
         here, drift = session.step(to=k), session.diagnose(to=k).orthogonality or 0.0

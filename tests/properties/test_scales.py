@@ -1,4 +1,4 @@
-"""A momentum of any size keeps its digits in every system that holds a P for epsilon M."""
+"""A momentum of any size keeps its digits in every system that represents epsilon M by a P."""
 import numpy as np
 from hypothesis import given, strategies as st
 
@@ -7,9 +7,9 @@ import stiefel
 from stiefel.scenes import to_array, to_message
 
 STEPS = 32
-# Two changes of variables in up to 5 dimensions, each some ten roundings of numbers near 1.
+# The error of two changes of variables in up to 5 dimensions, each with about ten roundings of numbers near 1.
 ROUNDING = 64 * 2**-53
-# 100 u sqrt(steps), and condition numbers of up to 10.
+# 100 u sqrt(steps) for condition numbers of up to 10.
 DRIFT = 1000 * 2**-53 * STEPS**0.5
 
 
@@ -20,7 +20,8 @@ def has_epsilon(pair):
 
 @st.composite
 def bodies(draw):
-    """M of 1e-300 to 1e150, the step with 1/M; where that would leave 1e-153 to 1e153, Lambda is scaled too."""
+    """Draws bodies with M from 1e-300 to 1e150 and a step proportional to 1/M. Lambda is scaled, too, where the step
+    would otherwise leave the range 1e-153 to 1e153."""
     scene = draw(scenes.scenes(scenes.Pair("rigid_body", "variational", 2)))
     power = draw(st.integers(-300, 150))
     momentum, inertia = 10.0**power, 10.0**(power // 2 if power < -140 else 0)

@@ -29,7 +29,8 @@ def test_every_double_survives(numbers, step):
 @settings(max_examples=max(5, settings.default.max_examples // 2))
 @given(scene=scenes.any_scenes())
 def test_printed_and_read_by_the_command(tmp_path_factory, scene):
-    """The system's own name as the target of `convert` prints the resolved scene, again and again the same."""
+    """`convert` to the scene's own system prints the resolved scene, which stays the same when it is converted
+    again."""
     folder = tmp_path_factory.mktemp("scenes")
     (folder / "0.json").write_text(json.dumps(to_dict(scene)))
     for k in range(2):

@@ -7,13 +7,13 @@ EC = ["-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes"]
 
 
 class Identity(NamedTuple):
-    """Paths of files in PEM."""
+    """The paths of a certificate and its key, in PEM."""
     certificate: str
     key: str
 
 
 class Authority:
-    """An authority of its own; `ca` is the path of its certificate."""
+    """A certificate authority; `ca` is the path of its own certificate."""
 
     def __init__(self, folder, name="authority"):
         self.folder = Path(folder) / name
@@ -23,7 +23,7 @@ class Authority:
                 "-subj", f"/CN={name}", "-addext", "basicConstraints=critical,CA:TRUE")
 
     def issue(self, name="server", hosts=("DNS:localhost", "IP:127.0.0.1"), days=2):
-        """A certificate for these hosts; with `days` below 0 it has expired."""
+        """Returns a certificate for `hosts` that is valid for `days`; a negative number gives an expired one."""
         certificate, key, request = (str(self.folder / f"{name}.{end}") for end in ("pem", "key", "csr"))
         openssl("req", *EC, "-keyout", key, "-out", request, "-subj", f"/CN={name}",
                 "-addext", f"subjectAltName={','.join(hosts)}")

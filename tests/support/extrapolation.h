@@ -8,9 +8,9 @@
 
 namespace stiefel::testing {
 
-/// The solution of ẋ = field(x) at time t from x in quadruple precision, by Gragg's extrapolation:
-/// the midpoint rule with 2, 4, ..., 24 substeps of each of `steps` steps, extrapolated in h² to
-/// order 24. It shares neither a method nor a scheme of error control with the engine.
+/// Returns the solution of ẋ = field(x) at time t from x in quadruple precision, by Gragg's
+/// extrapolation: the midpoint rule with 2, 4, ..., 24 substeps in each of `steps` steps,
+/// extrapolated in h² to order 24. It shares neither methods nor error control with the engine.
 template <class Field>
 Matrix<Quad> extrapolate(const Field& field, Matrix<Quad> x, const Quad& t, int steps) {
   constexpr std::size_t rows = 12;
@@ -38,8 +38,8 @@ Matrix<Quad> extrapolate(const Field& field, Matrix<Quad> x, const Quad& t, int 
   return x;
 }
 
-/// [RB] (5.7)–(5.11) as printed, of Re Q, Im Q, Re P, Im P stacked by rows: products of complex
-/// matrices by their parts.
+/// The vector field of [RB] (5.7)–(5.11) as printed. The state is Re Q, Im Q, Re P, Im P, stacked
+/// by rows; complex products are computed from real and imaginary parts.
 class PrintedDoubleBracket {
  public:
   PrintedDoubleBracket(Vector<Quad> lambda_u, Vector<Quad> lambda_v)
@@ -71,7 +71,7 @@ class PrintedDoubleBracket {
     return {A.real * B.real - A.imaginary * B.imaginary,
             A.real * B.imaginary + A.imaginary * B.real};
   }
-  /// X with ΛX + XΛ = A.
+  /// Returns the X with ΛX + XΛ = A.
   static Complex solved(const Vector<Quad>& lambda, Complex A) {
     for (Eigen::Index i = 0; i < lambda.size(); ++i)
       for (Eigen::Index j = 0; j < lambda.size(); ++j) {
@@ -84,13 +84,13 @@ class PrintedDoubleBracket {
   Vector<Quad> lambda_u_, lambda_v_;
 };
 
-/// [RB] (8.4)–(8.6) as printed, of Q_μ over P_μ.
+/// The vector field of [RB] (8.4)–(8.6) as printed. The state is Q_μ stacked over P_μ.
 class PrintedParametricRigidBody {
  public:
   PrintedParametricRigidBody(Vector<Quad> lambda, Quad mu)
       : lambda_(std::move(lambda)), mu_(std::move(mu)) {}
 
-  /// M = Q⁻¹P − P⁻¹Q − μΛ².
+  /// Returns M = Q⁻¹P − P⁻¹Q − μΛ².
   Matrix<Quad> M(const Matrix<Quad>& x) const {
     const Matrix<Quad> Q = x.topRows(lambda_.size()), P = x.bottomRows(lambda_.size());
     Matrix<Quad> made = Q.partialPivLu().solve(P) - P.partialPivLu().solve(Q);

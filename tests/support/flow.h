@@ -7,8 +7,9 @@
 
 namespace stiefel::testing {
 
-/// The solution of any System over long double at time t from x, by Boost.odeint's Bulirsch–Stoer
-/// with tolerance 1e-17: the engine's vector field, but none of its methods.
+/// Returns the solution of any System over long double at time t from x, computed with
+/// Boost.odeint's Bulirsch–Stoer method and tolerance 1e-17. It uses the engine's vector field, but
+/// none of its methods.
 template <class S>
 Eigen::MatrixXd flow(S system, const Eigen::MatrixXd& x, double t) {
   using Wide = long double;

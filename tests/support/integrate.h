@@ -9,7 +9,8 @@
 
 namespace stiefel::testing {
 
-/// The state of a system at time t by Boost.odeint's Bulirsch–Stoer, in the system's own scalar.
+/// Returns the state of a system at time t, computed with Boost.odeint's Bulirsch–Stoer method in
+/// the system's own scalar.
 template <System S>
 typename S::State integrate(S system, const typename S::State& start, typename S::Scalar t,
                             typename S::Scalar tolerance = 1e-17L) {

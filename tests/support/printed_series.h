@@ -6,12 +6,12 @@
 
 namespace stiefel::testing {
 
-/// The moments of ModifiedSeries at order 4, 6, 8 or 10 by the formulas that Hairer and Vilmart
-/// (2006) print:
+/// The modified moments J of ModifiedSeries at order 4, 6, 8 or 10, by the formulas that Hairer and
+/// Vilmart (2006) print:
 ///
 ///     1/J_i = s/I_i + d,   C = (h²/2) Σ m_i²,   H = (h²/2) Σ m_i²/I_i,
 ///
-/// s and d polynomials in C and H. Everything is counted in units of I₁ + I₂ + I₃.
+/// where s and d are polynomials in C and H. Moments are in units of I₁ + I₂ + I₃.
 template <class Wide>
 class PrintedSeries {
  public:
@@ -60,7 +60,7 @@ class PrintedSeries {
     }
   }
 
-  /// 1/J of the motion through m, with the step h.
+  /// Returns 1/J for the momentum m and the step h.
   Vec inverse(const Vec& m, const Wide& h) const {
     const Vec turn = (h / unit_) * m;
     const Wide C = turn.squaredNorm() / 2, H = turn.cwiseAbs2().cwiseQuotient(I_).sum() / 2;
@@ -69,7 +69,7 @@ class PrintedSeries {
   }
 
  private:
-  /// Coefficients of Cᵏ, Cᵏ⁻¹H, …, Hᵏ for every k.
+  /// For every k, the coefficients of Cᵏ, Cᵏ⁻¹H, …, Hᵏ.
   using Coefficients = std::array<std::array<Wide, 5>, 5>;
 
   Wide power(int i, int k) const {

@@ -1,4 +1,4 @@
-"""Debian's Prometheus with the rules of docker/prometheus, which reads servers twice a second."""
+"""Runs Debian's Prometheus with the rules of docker/prometheus. It scrapes servers twice a second."""
 from __future__ import annotations
 
 import json
@@ -21,7 +21,7 @@ def free_port() -> int:
 
 
 class Prometheus:
-    """Its files are in `folder`; the targets are host:port."""
+    """A running Prometheus. `folder`: takes its files; `targets`: the servers as host:port."""
 
     def __init__(self, folder: Path, targets: list[str]):
         config = yaml.safe_load((DOCKER / "prometheus/prometheus.yaml").read_text(encoding="utf-8"))
@@ -35,7 +35,7 @@ class Prometheus:
              f"--web.listen-address={self.address}", "--log.level=error"], stdout=subprocess.DEVNULL)
 
     def ask(self, path: str, **parameters: str) -> Any:
-        """The data of an answer of its API; None while it does not answer."""
+        """Asks Prometheus's API and returns the data of the answer; None while there is no answer."""
         try:
             with urllib.request.urlopen(f"http://{self.address}/api/v1/{path}?{urllib.parse.urlencode(parameters)}",
                                         timeout=10) as answer:
@@ -48,7 +48,7 @@ class Prometheus:
         return bool(answer and answer["result"])
 
     def values(self, expression: str, at: Optional[float] = None) -> dict[str, float]:
-        """By the labels in braces; `at` in seconds since 1970, now without it."""
+        """Returns the values of an expression by their labels as JSON. `at`: seconds since 1970; None: now."""
         when = {} if at is None else {"time": f"{at:.3f}"}
         answer = self.ask("query", query=expression, **when)
         return {json.dumps(one["metric"]): float(one["value"][1]) for one in answer["result"]}

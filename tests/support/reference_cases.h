@@ -11,8 +11,9 @@
 
 namespace stiefel::testing {
 
-/// A solution to 20 digits, found in 50-digit arithmetic by methods that the engine does not have
-/// (Gragg–Bulirsch–Stoer for flows, the map itself for maps), from a JSON file beside this header.
+/// A solution with 20 digits, read from reference.json beside this header. It was computed in
+/// 50-digit arithmetic with methods that the engine does not have: Gragg–Bulirsch–Stoer for flows,
+/// the map itself for maps.
 class ReferenceCase {
  public:
   explicit ReferenceCase(nlohmann::json json) : json_(std::move(json)) {}
@@ -28,7 +29,7 @@ class ReferenceCase {
       v(static_cast<Eigen::Index>(i)) = static_cast<Scalar>(read(list[i]));
     return v;
   }
-  /// A real matrix, row by row; of a complex one the part "re" or "im".
+  /// Returns a real matrix, or the part "re" or "im" of a complex one.
   template <class Scalar = double>
   Matrix<Scalar> matrix(const std::string& key, const char* part = nullptr) const {
     const auto& rows = part ? json_.at(key).at(part) : json_.at(key);
@@ -41,7 +42,8 @@ class ReferenceCase {
   }
 
  private:
-  /// Decimal strings, and numbers for counts.
+  /// Reads a number, which the file holds as a decimal string, or a count, which it holds as a
+  /// number.
   static long double read(const nlohmann::json& entry) {
     return entry.is_string() ? std::stold(entry.get<std::string>()) : entry.get<long double>();
   }
@@ -49,8 +51,8 @@ class ReferenceCase {
   nlohmann::json json_;
 };
 
-/// The cases of one system; throws when there is none, so that a test cannot pass for
-/// want of numbers.
+/// Returns the cases of one system. Throws when there is none, so that no test passes without
+/// numbers.
 inline std::vector<ReferenceCase> reference_cases(const std::string& system) {
   std::ifstream in(std::filesystem::path(__FILE__).parent_path() / "reference.json");
   std::vector<ReferenceCase> cases;

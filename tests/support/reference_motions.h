@@ -4,12 +4,13 @@
 
 namespace stiefel::testing {
 
-/// Motions in 50-digit arithmetic (extrapolation of the plain vector field to 1e-34): Q, and S
-/// (n < N) or M (n = N), at time 0, and Q at time t; row by row.
+/// A motion that was computed in 50-digit arithmetic, by extrapolation of the plain vector field to
+/// 1e-34. Matrices are stored row by row.
 struct ReferenceMotion {
   const char* name;
   int n, N;
   double t;
+  /// Λ; Q at time 0; S (n < N) or M (n = N) at time 0; Q at time t.
   std::vector<double> lambda, Q_0, momentum, Q;
 };
 

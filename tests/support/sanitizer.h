@@ -2,7 +2,7 @@
 
 namespace stiefel::testing {
 
-/// Whether the address or the thread sanitizer is in this program. Each takes memory of its own,
+/// Whether this program runs with the address or the thread sanitizer, which need additional memory
 /// and a multiple of the time.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr bool sanitized = true;

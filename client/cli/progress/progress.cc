@@ -64,7 +64,7 @@ void Progress::ask() {
       if (held <= to_) at(held);
     }
   } catch (const client::Error&) {
-    // The call that this watches will say it better.
+    // The call that this line reports on fails with a better message.
   }
 }
 

@@ -18,7 +18,8 @@ using namespace std::chrono_literals;
 constexpr int widest = 79, widest_bar = 30, least_bar = 4;
 constexpr const char* prefix = "stiefel: ";
 
-/// A terminal's last column stays free: a character there makes some of them start a new line.
+/// Returns the columns that a line may use. The last column of a terminal stays free, because some
+/// terminals start a new line after a character there.
 int columns_of_terminal() {
   winsize size = {};
   const bool known = ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1;

@@ -6,23 +6,23 @@
 
 namespace stiefel::cli {
 
-/// Where a status line goes: on a terminal it is rewritten in place and may have a bar; in a log it
-/// is a line of its own.
+/// The space for a status line. On a terminal the line is rewritten in place and may have a bar; in
+/// a log it is written anew each time.
 struct Room {
   int columns = 79;
   bool terminal = true;
 };
 
-/// Tells on stderr what a command waits for: on a terminal from the first second on, four times a
+/// Shows on stderr what a command waits for: on a terminal four times a second, beginning after one
 /// second; elsewhere a line every ten seconds.
 class StatusLine {
  public:
-  /// The line, at most `columns` wide, called from a thread of its own four times a second on a
-  /// terminal and once a second elsewhere, whether it is shown or not.
+  /// Returns the line, at most `columns` wide. It is called from another thread, four times a
+  /// second on a terminal and once a second elsewhere, whether the line is shown or not.
   using Text = std::function<std::string(const Room&)>;
 
   explicit StatusLine(Text text);
-  /// Clears what it wrote on a terminal.
+  /// Clears the line on a terminal.
   ~StatusLine() = default;
   StatusLine(const StatusLine&) = delete;
   StatusLine& operator=(const StatusLine&) = delete;
@@ -32,14 +32,14 @@ class StatusLine {
   std::jthread writer_;
 };
 
-/// "1:05", "2:00:09", "12 days", "3e+04 years".
+/// Returns a duration for people: "1:05", "2:00:09", "12 days", "3e+04 years".
 std::string duration(double seconds);
 
-/// "[====    ]  50 %  WORDS", or "50 %, WORDS" where there is no bar; the bar takes what is left of
-/// the columns, at most 30, and is left out where that is too little.
+/// Returns "[====    ]  50 %  WORDS", or "50 %, WORDS" where there is no bar. The bar takes the
+/// columns that are left, at most 30, and is left out if these are too few.
 std::string with_bar(double fraction, const std::string& words, const Room& room);
 
-/// "variational 4, pl...": at most `columns` characters of UTF-8 text.
+/// Returns at most `columns` characters of UTF-8 text: "variational 4, pl...".
 std::string cut(const std::string& text, int columns);
 
 }  // namespace stiefel::cli

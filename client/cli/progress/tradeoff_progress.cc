@@ -6,7 +6,7 @@
 namespace stiefel::cli {
 namespace {
 
-/// Points of a curve as long as none is complete.
+/// The expected points of a curve until the first curve is complete.
 constexpr double usual_points = 8;
 
 bool same_curve(const v1::Method& a, const v1::Method& b) {
@@ -35,7 +35,8 @@ void TradeoffProgress::take(const v1::MeasureTradeoffResponse& part) {
   ++points_;
 }
 
-/// The curve in hand has as many points as the mean curve, or one more than it has by now.
+/// Returns the expected number of all points. The present curve counts with the mean of the
+/// complete ones, or with one point more than it has already if that is more.
 double TradeoffProgress::expected() const {
   const double complete = std::max(0, curves_ - 1);
   const double mean = complete > 0 ? before_last_ / complete : usual_points;
@@ -59,7 +60,7 @@ std::string TradeoffProgress::line(double seconds, const Room& room) const {
   std::string eta, of;
   if (points_ > 0) eta = gap + "ETA " + duration(seconds * (1 / fraction - 1));
   if (curves_ > 0) of = gap + name(last_);
-  // The longest that fits; the name is the first to go, percentage and ETA stay.
+  // Takes the longest line that fits: the name is left out first; percentage and ETA stay.
   constexpr int percentage = 7;
   for (const std::string& words :
        {points() + curve + eta + of, points() + curve + eta, points() + eta}) {

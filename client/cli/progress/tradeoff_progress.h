@@ -10,18 +10,19 @@
 
 namespace stiefel::cli {
 
-/// How far a trade-off has come. A curve is a method with its order, arithmetic and scalar; how
-/// many there are is known from the start, how many points each will have is not, so the number of
-/// all points is estimated: those measured, and for each curve to come the mean of those before it.
+/// How far the measurement of a trade-off is. A curve is a method with its order, arithmetic and
+/// scalar. The number of curves is known from the start, the number of their points is not: each
+/// curve to come is expected to have as many points as the mean of the complete curves.
 class TradeoffProgress {
  public:
   void take(const v1::MeasureTradeoffResponse& part);
 
-  /// "[===    ]  30 %  41 of about 137 points, curve 7 of 23  ETA 0:12  variational 4, plain",
-  /// `seconds` after the first point was begun; before it "solving the reference".
+  /// Returns "[===    ]  30 %  41 of about 137 points, curve 7 of 23  ETA 0:12  variational 4,
+  /// plain", or "solving the reference, 0:03" before the first point is begun. `seconds`: the time
+  /// since the first point was begun, or before that since the start.
   std::string line(double seconds, const Room& room) const;
 
-  /// "after 41 of about 137 points".
+  /// Returns "after 41 of about 137 points".
   std::string how_far() const;
 
  private:
@@ -30,12 +31,12 @@ class TradeoffProgress {
 
   std::optional<v1::TradeoffSetup> setup_;
   v1::Method last_;
-  int points_ = 0;       ///< measured
-  int curves_ = 0;       ///< begun
-  int before_last_ = 0;  ///< points of the curves that are complete
+  int points_ = 0;       ///< points measured
+  int curves_ = 0;       ///< curves begun
+  int before_last_ = 0;  ///< points of the complete curves
 };
 
-/// The status line of a trade-off while it is measured. Thread-safe.
+/// Shows a status line while a trade-off is measured. Thread-safe.
 class MeasuringLine {
  public:
   MeasuringLine();
@@ -48,7 +49,7 @@ class MeasuringLine {
   mutable std::mutex mutex_;
   TradeoffProgress progress_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-  StatusLine line_;  // last: its thread uses the others
+  StatusLine line_;  // the last member, because its thread uses the others
 };
 
 }  // namespace stiefel::cli

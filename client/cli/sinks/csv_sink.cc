@@ -22,8 +22,8 @@ void append_elements(std::string& text, const std::string& name, const client::F
   }
 }
 
-/// "step,time,Q[1,1],...", of ensembles "Q[member][1,1]", members from 0: the names are quoted,
-/// because they hold commas.
+/// Appends "step,time,Q[1,1],...", for ensembles with "Q[member][1,1]" and members counted from 0.
+/// The names are quoted because they contain commas.
 void append_header(std::string& text, const SampleView& sample) {
   text += "step,time";
   for (int i = 0; i < sample.field_count(); ++i) {
@@ -37,7 +37,7 @@ void append_header(std::string& text, const SampleView& sample) {
   text += '\n';
 }
 
-/// A line a sample. Outcome and diagnosis have no place in it.
+/// Writes one line per sample. The format has no place for outcome and diagnosis.
 class CsvSink : public Sink {
  public:
   explicit CsvSink(const std::string& path)

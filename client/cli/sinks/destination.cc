@@ -15,7 +15,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// The partial files of this process. Never destroyed, because a signal may come while it ends.
+/// The incomplete files of this process. Never destroyed, because a signal may come while the
+/// process ends.
 struct Partial {
   std::mutex mutex;
   std::set<std::string> paths;

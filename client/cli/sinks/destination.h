@@ -7,8 +7,9 @@
 
 namespace stiefel::cli {
 
-/// A file that appears under its name only when it is complete: written beside it as PATH.part,
-/// removed if `commit` is not called. Devices and pipes are written directly.
+/// A file that appears under its name only when it is complete. It is written as PATH.part;
+/// `commit` renames it, without which the destructor removes it. Devices and pipes are written
+/// directly.
 class Destination {
  public:
   explicit Destination(const std::string& path);
@@ -25,8 +26,8 @@ class Destination {
   bool committed_ = false;
 };
 
-/// Removes the PATH.part of every Destination that is not complete, for a process that ends without
-/// unwinding. From any thread.
+/// Removes the PATH.part of every Destination that is not complete. Call it, from any thread,
+/// before the process ends without unwinding.
 void remove_partial_files();
 
 struct CloseFile {
@@ -34,10 +35,11 @@ struct CloseFile {
 };
 using File = std::unique_ptr<std::FILE, CloseFile>;
 
-/// Throws BadInput if it cannot be opened.
+/// Opens a file for writing. Throws BadInput if that fails.
 File open_for_writing(const std::string& path);
-/// Both throw std::runtime_error with the reason, such as a full disk.
+/// Throws std::runtime_error with the reason, such as a full disk.
 void write(std::FILE* file, std::string_view bytes);
+/// Throws std::runtime_error with the reason, such as a full disk.
 void flush(std::FILE* file);
 
 }  // namespace stiefel::cli

@@ -7,7 +7,7 @@ namespace {
 
 using client::SampleView;
 
-/// Every `parts`-th number from `part` on.
+/// Appends a list of every `parts`-th number of a field, beginning with number `part`.
 void append_numbers(std::string& text, const char* name, const client::FieldView& field,
                     std::size_t part, std::size_t parts) {
   text.append(", \"").append(name).append("\": [");
@@ -35,7 +35,8 @@ void append_sample(std::string& text, const SampleView& sample) {
   text += "}}";
 }
 
-/// {"samples": [...], "outcome": ..., "diagnosis": {...}}: in the order in which they are known.
+/// Writes {"samples": [...], "outcome": ..., "diagnosis": {...}}, in the order in which these parts
+/// become known.
 class JsonSink : public Sink {
  public:
   explicit JsonSink(const std::string& path) {
@@ -55,7 +56,7 @@ class JsonSink : public Sink {
   }
 
   void finish(const nlohmann::ordered_json& report) override {
-    // Without its opening brace the report goes on with this object.
+    // Without its opening brace, the report continues the object that was begun.
     const std::string rest = report.dump(2).substr(2);
     cli::write(out(), (started_ ? "],\n" : "{\"samples\": [],\n") + rest + "\n");
     flush(out());

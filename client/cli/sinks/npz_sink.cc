@@ -13,11 +13,11 @@
 namespace stiefel::cli {
 namespace {
 
-/// One array, kept in a file without a name until the archive is written: in an archive the arrays
-/// stand one after the other, but samples bring a piece of each.
+/// Collects one array in an unnamed file until the archive is written. An archive holds its arrays
+/// one after the other, while each sample brings a piece of every array.
 class Spool {
  public:
-  /// `shape`: of one sample. `path`: of a file beside which there is room.
+  /// `shape`: the shape of one sample. `path`: a file in the folder that takes the unnamed file.
   Spool(std::string name, std::string type, std::vector<std::uint64_t> shape,
         const std::string& path)
       : name_(std::move(name)), type_(std::move(type)), shape_(std::move(shape)) {
@@ -33,7 +33,7 @@ class Spool {
   void copy_to(zipFile archive, std::uint64_t samples) {
     const std::string entry = name_ + ".npy";
     zip_fileinfo no_date = {};
-    no_date.dosDate = (1u << 21) | (1u << 16);  // 1980-01-01: equal runs give equal files
+    no_date.dosDate = (1u << 21) | (1u << 16);  // 1980-01-01, so that equal runs give equal files
     check(zipOpenNewFileInZip64(archive, entry.c_str(), &no_date, nullptr, 0, nullptr, 0, nullptr,
                                 0, 0, 1));
     const std::string start = header(samples);
@@ -52,7 +52,8 @@ class Spool {
   }
 
  private:
-  /// The .npy format, version 1.0: magic, version, length, a Python dict padded to 64 bytes.
+  /// Returns the header of the .npy format, version 1.0: magic, version, length, and a Python dict,
+  /// padded to a multiple of 64 bytes.
   std::string header(std::uint64_t samples) const {
     std::string shape = std::to_string(samples) + ",";
     for (const auto extent : shape_) shape.append(" ").append(std::to_string(extent)).append(",");
@@ -81,7 +82,8 @@ std::string numpy_type(v1::DataType type) {
   return type == v1::DATA_TYPE_FLOAT32 ? "<f4" : "<f8";
 }
 
-/// The arrays that numpy.load reads: `step`, `time`, and (samples, rows, cols) for every field.
+/// Writes an archive for numpy.load: the arrays `step`, `time`, and (samples, rows, cols) for every
+/// field.
 class NpzSink : public Sink {
  public:
   explicit NpzSink(const std::string& path)

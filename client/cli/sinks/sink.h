@@ -8,12 +8,14 @@
 
 namespace stiefel::cli {
 
-/// Where samples go, a message at a time, so that a run of any length needs little memory.
+/// Writes samples to a file. It takes one message at a time, so that a run of any length needs
+/// little memory.
 class Sink {
  public:
   virtual ~Sink() = default;
   virtual void write(const v1::StreamResponse& batch) = 0;
-  /// After the last message; without it no file appears. `report` is report.h's.
+  /// Completes the file after the last message; without this call no file appears. `report` is what
+  /// cli::report (report.h) returns.
   virtual void finish(const nlohmann::ordered_json& report) = 0;
 };
 
@@ -21,11 +23,12 @@ std::unique_ptr<Sink> make_json_sink(const std::string& path);  ///< stdout if t
 std::unique_ptr<Sink> make_csv_sink(const std::string& path);
 std::unique_ptr<Sink> make_npz_sink(const std::string& path);
 
-/// By the path's extension; JSON on stdout if it is empty. Throws BadInput.
+/// Returns the sink for the path's extension; JSON on stdout if the path is empty. Throws BadInput
+/// for an unknown extension.
 std::unique_ptr<Sink> make_sink(const std::string& path);
 
-/// Appends the shortest decimal that reads back to the same bits, always as a floating-point number
-/// (a reader that took -0 for an integer would lose its sign).
+/// Appends the shortest decimal that reads back to the same bits, always as a floating-point
+/// number: a reader that took -0 for an integer would lose its sign.
 void append_number(std::string& text, double number);
 
 }  // namespace stiefel::cli

@@ -34,7 +34,7 @@ std::vector<double> read_times(const std::string& path) {
   return times;
 }
 
-/// The range of steps around the times, and the times in the order of the motion.
+/// Returns a request for the times, in the order of the motion, and the range of steps around them.
 v1::SummarizeRequest request_for(const RunCommand& command, double step) {
   std::vector<double> times = read_times(command.times);
   std::ranges::stable_sort(times, [&](double a, double b) { return a / step < b / step; });

@@ -4,8 +4,8 @@
 
 namespace stiefel::cli {
 
-/// `run` with samples at the times of a file instead of steps; the diagnosis is at the first step
-/// at or after the last of them.
+/// Does what `run` does, with samples at the times that a file lists instead of at steps. The
+/// diagnosis is at the first step at or after the last of these times.
 ExitStatus run_at_times(const RunCommand& command);
 
 }  // namespace stiefel::cli

@@ -15,7 +15,7 @@
 namespace stiefel::cli {
 namespace {
 
-/// "energy=drift,last".
+/// Reads a quantity such as "energy=drift,last".
 v1::Quantity read_quantity(const std::string& text, bool over_members) {
   v1::Quantity quantity;
   const std::size_t equals = text.find('=');
@@ -69,7 +69,7 @@ std::size_t count_of(const v1::Tensor& tensor) {
   return tensor.data().size() / (tensor.data_type() == v1::DATA_TYPE_FLOAT32 ? 4 : 8);
 }
 
-/// {"shape", "values"}; the values of a complex array are pairs. NaN is null.
+/// Returns {"shape", "values"}. The values of a complex array are pairs; NaN becomes null.
 nlohmann::ordered_json to_json(const v1::Tensor& tensor) {
   nlohmann::ordered_json shape = nlohmann::ordered_json::array();
   for (const auto extent : tensor.shape()) shape.push_back(extent);

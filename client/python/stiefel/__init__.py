@@ -1,4 +1,4 @@
-"""Free rigid bodies in any dimension and geodesics on Stiefel manifolds, by a stiefel server.
+"""Simulates free rigid bodies in any dimension and geodesics on Stiefel manifolds, with a stiefel server.
 
     with stiefel.Server.start() as server, stiefel.Client(server.address) as client:
         with client.create("scene.json") as session:
@@ -35,5 +35,5 @@ __all__ = [
 
 
 def __dir__() -> list[str]:
-    """What completion offers: no submodules."""
+    """Returns the public names without the submodules, for completion."""
     return __all__

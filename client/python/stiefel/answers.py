@@ -19,14 +19,14 @@ from stiefel.scenes import to_dict
 class Choice:
     """A method that the server chose for a scene's tolerance."""
 
-    method: dict[str, Any]  #: as in a scene
+    method: dict[str, Any]  #: the value of "method" in a scene
     tolerance: float
     horizon: float
-    reason: str  #: error, work, what was measured and against what, in one sentence
+    reason: str  #: one sentence with error, work, what was measured and which reference it was compared with
 
     @staticmethod
     def of(message: Any) -> Optional[Choice]:
-        """Of a session or a conversion; None if its scene named its method."""
+        """Reads the choice in the message of a session or a conversion; None if its scene had no tolerance."""
         if not message.HasField("choice"):
             return None
         choice = message.choice
@@ -36,17 +36,17 @@ class Choice:
 
 @dataclass(frozen=True, eq=False)
 class Conversion(ByValue):
-    """A motion in other variables."""
+    """A motion in the variables of another system, as a scene or as blocks."""
 
-    scene: Optional[dict[str, Any]]  #: resolved; None if what was asked for is not a system
-    blocks: dict[str, Array]  #: then instead of it
-    margins: dict[str, float]  #: how near a domain's edge, by the domain's name: positive inside
+    scene: Optional[dict[str, Any]]  #: the resolved scene; None if the target is not a system
+    blocks: dict[str, Array]  #: the blocks by name if the target is not a system, else empty
+    margins: dict[str, float]  #: distance from the edge of each domain, by the domain's name: positive inside
 
     choice: Optional[Choice] = None  #: the method that was chosen if the scene had a tolerance
 
     @staticmethod
     def of(messages: Sequence[pb.ConvertResponse], sent: pb.Scene) -> Conversion:
-        """`sent`: the scene that was to be converted."""
+        """Reads the messages of one call. `sent`: the scene that the call converts."""
         blocks, arrays = Assembly(), Assembly()
         for message in messages:
             verify_conversion(message)
@@ -63,14 +63,14 @@ class Conversion(ByValue):
 
 @dataclass(frozen=True, eq=False)
 class Geodesic(ByValue):
-    """The geodesic that joins two frames; if `outcome` is not REACHED none was found."""
+    """The geodesic that joins two frames. If `outcome` is not REACHED, none was found."""
 
-    scene: Optional[dict[str, Any]]  #: starts at Q_0 and is at Q_T at the time asked for
+    scene: Optional[dict[str, Any]]  #: the scene of the motion from Q_0 at time 0 to Q_T at the given time
     energy: float
     residual: float  #: max |Q(time) - Q_T|
-    shortest: str  #: "yes", "no" or "unknown"
-    distinct: int  #: different geodesics seen
-    trajectory: Optional[Array]  #: (samples + 1, n, N), if samples were asked for
+    shortest: str  #: "yes", "no" or "unknown": whether it is the shortest geodesic between the frames
+    distinct: int  #: how many different geodesics the search has seen
+    trajectory: Optional[Array]  #: the frames, (samples + 1, n, N); None without samples
     run_status: RunStatus
 
     @property
@@ -79,7 +79,7 @@ class Geodesic(ByValue):
 
     @staticmethod
     def of(messages: Sequence[pb.ConnectResponse]) -> Geodesic:
-        """`messages`: all of one pair."""
+        """Reads all messages of one pair."""
         arrays = Assembly()
         for message in messages:
             verify_geodesic(message)
@@ -97,15 +97,17 @@ class Geodesic(ByValue):
 class EstimatedError:
     """The estimated distance of a state from the exact motion. A drift says nothing about this error."""
 
-    attitude: Optional[float]  #: max |Q - Q_exact|; None without a frame or below the reference's error
-    momentum: Optional[float]  #: max |M - M_exact| / max |M_exact|; None below the reference's error
-    angle: Optional[float]  #: in three dimensions, between the attitudes, radians
-    reference_error: float  #: that of the reference itself, which is part of the others
-    reference: str  #: what it is measured against
-    work: float  #: units of work that it took
-    run_work: float  #: and that the run takes
-    missing: str  #: why there is neither attitude nor momentum, else ""
-    member: Optional[int]  #: of an ensemble: whose error this is, the largest of all
+    #: max |Q - Q_exact|. None without a frame and where it is too small to tell, below 2 * `reference_error`.
+    attitude: Optional[float]
+    #: max |M - M_exact| / max |M_exact|. None where it is too small to tell, below 2 * `reference_error`.
+    momentum: Optional[float]
+    angle: Optional[float]  #: in three dimensions the angle between the attitudes, in radians
+    reference_error: float  #: the reference's own error, which attitude and momentum include
+    reference: str  #: what the state was compared with
+    work: float  #: units of work (instructions) that the estimate took
+    run_work: float  #: units of work (instructions) that the run from step 0 takes
+    missing: str  #: why both attitude and momentum are None, else ""
+    member: Optional[int]  #: in an ensemble: the member with the largest error, whose numbers these are
 
     @staticmethod
     def of(message: pb.EstimatedError) -> EstimatedError:

@@ -1,4 +1,4 @@
-"""States and trajectories: numpy arrays that are views of the bytes received."""
+"""States and trajectories. Their numpy arrays are views of the bytes received."""
 from __future__ import annotations
 
 import enum
@@ -13,7 +13,7 @@ from stiefel import save
 from stiefel import v1 as pb
 from stiefel.compare import ByValue
 
-Array = NDArray[Any]  # float64, complex128, or float32 in a scene of that scalar
+Array = NDArray[Any]  # float64, complex128, or float32 in a scene whose scalar is "float"
 DTYPES: dict[int, np.dtype[Any]] = {
     pb.DATA_TYPE_FLOAT64: np.dtype("<f8"), pb.DATA_TYPE_COMPLEX128: np.dtype("<c16"),
     pb.DATA_TYPE_FLOAT32: np.dtype("<f4"), pb.DATA_TYPE_INT64: np.dtype("<i8"),
@@ -36,13 +36,13 @@ class Outcome(str, enum.Enum):
 
 @dataclass(frozen=True)
 class RunStatus:
-    """An outcome with its reason."""
+    """How a run ended, with the reason."""
 
     outcome: Outcome
-    #: LEFT_DOMAIN: the largest |h| that has a solution from the last good state.
+    #: For LEFT_DOMAIN: the largest |h| for which the step from the last good state has a solution.
     largest_step: Optional[float] = None
-    message: str = ""
-    #: Of an ensemble: the member that ended it, from 0.
+    message: str = ""  #: the reason in one sentence; empty when REACHED
+    #: In an ensemble: the member that stopped first, counted from 0.
     member: Optional[int] = None
 
     @staticmethod
@@ -55,11 +55,11 @@ class RunStatus:
 
 @dataclass(frozen=True)
 class Price:
-    """What a call costs, predicted before it runs."""
+    """The cost of a call, predicted before it runs."""
 
     work: float  #: instructions
-    bytes: int  #: of the reply's arrays
-    #: "expected"; "at_least" where a part has no prediction; "at_most" where the call stops at it.
+    bytes: int  #: bytes of the reply's arrays
+    #: "expected"; "at_least" if a part of the work cannot be predicted; "at_most" if the call stops at this work.
     bound: str
 
     @staticmethod
@@ -68,7 +68,7 @@ class Price:
 
 
 class _Fields(ByValue, Mapping[str, Array]):
-    """A mapping from the names of fields to arrays, read as `thing["Q"]`."""
+    """A mapping from field names to arrays: `state["Q"]`."""
 
     fields: dict[str, Array]
 
@@ -86,7 +86,7 @@ class _Fields(ByValue, Mapping[str, Array]):
         return iter(self.fields)
 
     def __len__(self) -> int:
-        """The number of fields."""
+        """Returns the number of fields."""
         return len(self.fields)
 
     def _ipython_key_completions_(self) -> list[str]:
@@ -98,19 +98,20 @@ class _Fields(ByValue, Mapping[str, Array]):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class State(_Fields):
-    """The state at `step`, each field (rows, cols), of an ensemble (members, rows, cols); the last good one if `outcome` is not REACHED.
+    """The state at `step`: a mapping from field names to arrays.
 
-    A mapping from field names to read-only arrays; `copy()` one to change it. Two states are equal
-    if their steps, times, fields and run statuses are; the cost is not compared.
+    If `outcome` is not REACHED, it is the last good state. The arrays are (rows, cols), in an ensemble (members, rows,
+    cols). They are read-only; `copy()` an array to change it. Two states are equal if their steps, times, fields and
+    run statuses are equal, whatever they cost.
     """
 
     step: int
     time: float
     fields: dict[str, Array]
     run_status: RunStatus
-    computed_steps: int = field(compare=False)  #: the steps computed for this reply; the rest came from a cache
-    checkpoint: bytes = field(compare=False)  #: what `Client.create` accepts, if it was asked for
-    price: Optional[Price] = field(default=None, compare=False)  #: predicted, of the computed steps
+    computed_steps: int = field(compare=False)  #: steps computed for this reply; earlier states came from a cache
+    checkpoint: bytes = field(compare=False)  #: on request, a checkpoint that `Client.create` accepts
+    price: Optional[Price] = field(default=None, compare=False)  #: the predicted price of the computed steps
 
     @property
     def outcome(self) -> Outcome:
@@ -128,9 +129,9 @@ class State(_Fields):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Batch(_Fields):
-    """Consecutive samples: every field is (samples, rows, cols), of an ensemble (samples, members, rows, cols).
+    """Consecutive samples: a mapping from field names to arrays, with `step` and `time` of every sample.
 
-    A mapping from field names to arrays, beside `step` and `time` of every sample.
+    The arrays are (samples, rows, cols), in an ensemble (samples, members, rows, cols).
     """
 
     step: NDArray[np.int64]
@@ -139,12 +140,12 @@ class Batch(_Fields):
 
     @property
     def samples(self) -> int:
-        """How many there are."""
+        """The number of samples."""
         return len(self.step)
 
     @staticmethod
     def of(message: pb.StreamResponse, every: int, step: float) -> Batch:
-        """`every` and `step` (the scene's) are what the request asked for."""
+        """Reads a message. `every`: that of the request; `step`: the scene's time between two states."""
         steps = read_steps(message, every)
         return Batch(steps, steps * step, decode_fields(message.fields))
 
@@ -160,10 +161,13 @@ class Batch(_Fields):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Trajectory(Batch):
-    """All samples of a run; the arrays belong to the caller. Compared as states are."""
+    """All samples of a run: a mapping from field names to arrays, which belong to the caller.
+
+    Two trajectories are equal if their steps, times, fields and run statuses are equal.
+    """
 
     run_status: RunStatus
-    #: The steps computed for it, by all the streams that it took; the rest came from a cache.
+    #: Steps computed for the trajectory, including those of streams that broke; other states came from a cache.
     computed_steps: int = field(compare=False)
 
     @property
@@ -171,11 +175,11 @@ class Trajectory(Batch):
         return self.run_status.outcome
 
     def save(self, file: "str | os.PathLike[str]") -> None:
-        """Writes what `stiefel run --output` writes, by the name's end.
+        """Writes the samples in a format of `stiefel run --output`, which the extension of the name chooses.
 
-        .npz: `step`, `time` and the fields by name, as `numpy.load` opens them. .csv: a line a
-        sample. .json: the samples and the outcome. Another end is a ValueError. The file appears
-        under its name when it is complete.
+        .npz: `step`, `time` and the fields by name, for `numpy.load`. .csv: one line per sample. .json: the samples
+        and the outcome. Raises ValueError for another extension. The file appears under its name only when it is
+        complete.
         """
         save.save(self, file)
 
@@ -184,10 +188,11 @@ class Trajectory(Batch):
 
 
 def read_steps(message: pb.StreamResponse, every: int) -> NDArray[np.int64]:
-    """The steps of a message with samples. The times are k · step, as in the engine.
+    """Returns the steps of a message with samples.
 
-    Reading repeated numbers one by one would cost more than all the fields together, so where the
-    steps are equally spaced they are counted.
+    Equally spaced steps are generated from the first and the last one, because reading repeated numbers one by one
+    would cost more than all the fields together. For the same reason the caller computes the times as k · step, which
+    gives the engine's bits.
     """
     first, last, count = message.steps[0], message.steps[-1], len(message.steps)
     if last - first == every * (count - 1):
@@ -196,7 +201,7 @@ def read_steps(message: pb.StreamResponse, every: int) -> NDArray[np.int64]:
 
 
 class Collector:
-    """Puts batches into arrays that are allocated once, for `count` samples."""
+    """Joins batches in arrays that are allocated once, for at most `count` samples."""
 
     def __init__(self, count: int):
         self._count = count
@@ -212,14 +217,14 @@ class Collector:
         self._done = end
 
     def trajectory(self, run_status: RunStatus, computed_steps: int) -> Trajectory:
-        """What was added."""
+        """Returns all samples that were added."""
         fields = {name: values[:self._done] for name, values in self._arrays.items()}
         step, time = fields.pop(_STEP, np.empty(0, np.int64)), fields.pop(_TIME, np.empty(0))
         return Trajectory(step, time, fields, run_status, computed_steps)
 
 
 def decode(tensor: pb.Tensor) -> Array:
-    """A read-only view of the tensor's bytes."""
+    """Returns a read-only view of the tensor's bytes."""
     array: Array = np.frombuffer(tensor.data, DTYPES[tensor.data_type]).reshape(tensor.shape)
     return array
 

@@ -1,4 +1,4 @@
-"""Arrays that travel in parts, because they are larger than a message."""
+"""Joins arrays that travel in parts because they are larger than a message."""
 from __future__ import annotations
 
 import math
@@ -12,7 +12,7 @@ from stiefel.errors import CorruptReply
 
 
 class Assembly:
-    """Takes arrays in the order in which they come, whole or in part, and hands them out whole."""
+    """Takes arrays, whole or in part, in the order in which they arrive, and returns them whole."""
 
     def __init__(self) -> None:
         self._whole: dict[str, Array] = {}
@@ -21,7 +21,7 @@ class Assembly:
         self._shape: tuple[int, ...] = ()
 
     def take(self, fields: Iterable[pb.Field]) -> None:
-        """CorruptReply where a part does not follow the one before."""
+        """Takes arrays. Raises CorruptReply if a part does not continue the part before it."""
         for field in fields:
             if not field.whole_shape:
                 self._whole[field.name] = decode(field.value)
@@ -35,7 +35,7 @@ class Assembly:
             self._parts.append(field.value.data)
 
     def finish(self) -> dict[str, Array]:
-        """All arrays by their names; begins anew. CorruptReply if one is incomplete."""
+        """Returns all arrays by name and leaves this object empty. Raises CorruptReply if one is incomplete."""
         self._join()
         whole, self._whole = self._whole, {}
         return whole

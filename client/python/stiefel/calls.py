@@ -1,5 +1,5 @@
-"""Deadlines and retries. Every call is idempotent, so a call that found no server, or one with no place for it, is made
-again. Both have attempts of their own, so that a call has at most the sum of both."""
+"""Deadlines and retries. Every call is idempotent, so that it can be repeated when the server cannot be reached or
+refuses it because it is full. The attempts for these two reasons are counted separately."""
 from __future__ import annotations
 
 import random
@@ -13,21 +13,21 @@ from stiefel.errors import DeadlineExceeded, ResourceExhausted, StiefelError, Un
 if TYPE_CHECKING:
     from stiefel.client import Client
 
-ATTEMPTS = 6  # at a server that is not there
+ATTEMPTS = 6  # at a server that cannot be reached
 REFUSALS = 64  # by a server that says when to come back
 
 
 class Pauses:
-    """The pauses before the next attempts of one call, in seconds. For a server that is not there: 0.05, 0.1, 0.2 ...
-    in all 1.55 s. For a refusal with a delay: that delay and a random time of up to 0.01, 0.02, 0.04 ... 1 s, so that
-    callers refused together do not come back together."""
+    """The pauses before the next attempts of one call, in seconds. For a server that cannot be reached: 0.05, 0.1,
+    0.2 ..., 1.55 s in all. For a refusal with a delay: that delay and a random time of up to 0.01, 0.02, 0.04 ... 1 s,
+    so that callers refused together do not come back together."""
 
     def __init__(self) -> None:
         self._unavailable = 0
         self._refusals = 0
 
     def after(self, error: StiefelError) -> Optional[float]:
-        """The pause before the next attempt; None if there is to be none."""
+        """Returns the pause before the next attempt in seconds; None if there is no further attempt."""
         if isinstance(error, Unavailable) and self._unavailable < ATTEMPTS - 1:
             self._unavailable += 1
             return float(0.05 * 2 ** (self._unavailable - 1))
@@ -45,7 +45,7 @@ class Deadline:
         self._end = None if timeout is None else time.monotonic() + timeout
 
     def left(self) -> Optional[float]:
-        """Seconds, at least 0."""
+        """Returns the seconds that are left, at least 0; None for no end."""
         return None if self._end is None else max(self._end - time.monotonic(), 0.0)
 
     def comes_within(self, seconds: float) -> bool:
@@ -54,7 +54,8 @@ class Deadline:
 
 
 def call(method: Callable[[Optional[float]], Any], client: Client, timeout: Optional[float]) -> Any:
-    """One call of `client`: at most `timeout` seconds, retries included. `method` gets the seconds left."""
+    """Makes one call of `client`, which takes at most `timeout` seconds, retries included. `method` makes one attempt
+    and gets the seconds that are left."""
     deadline, waits = Deadline(timeout), Pauses()
     while True:
         try:
@@ -66,8 +67,8 @@ def call(method: Callable[[Optional[float]], Any], client: Client, timeout: Opti
 
 def pause_or_raise(error: StiefelError, waits: Pauses, client: Client, deadline: Optional[Deadline] = None,
                    late: bool = False) -> None:
-    """Waits before the next attempt, or raises `error` if there is to be none; with `late`
-    DeadlineExceeded if that is because the deadline comes first."""
+    """Waits before the next attempt, or raises `error` if there is no further attempt. If that is because the deadline
+    comes first and `late` is set, raises DeadlineExceeded instead."""
     wait = waits.after(error)
     if wait is None:
         raise error from None

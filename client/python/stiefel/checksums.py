@@ -1,4 +1,4 @@
-"""Checksums of replies: the server sends one with the numbers, and the client compares."""
+"""Compares the checksums that the server sends in its replies with the numbers received."""
 from __future__ import annotations
 
 from typing import Any, Iterable, Iterator
@@ -14,7 +14,8 @@ _BODY_LISTS = ("inertia_tensor", "moments", "attitude", "angular_velocity")
 
 
 def verify(message: Any, parts: Iterable[bytes], what: str) -> None:
-    """CorruptReply if the message has a checksum and the parts, in the order of the proto, have another one."""
+    """Raises CorruptReply if the message has a checksum other than that of `parts`, which stand in the order of the
+    .proto file."""
     if message.HasField("checksum") and crc32c(b"".join(parts)) != message.checksum:
         raise CorruptReply(f"the checksum of {what} does not match its numbers: the reply was corrupted in transit")
 
@@ -25,7 +26,7 @@ def verify_sample(sample: pb.Sample) -> None:
 
 
 def verify_batch(message: pb.StreamResponse, steps: bytes, times: bytes) -> None:
-    """`steps` and `times`: int64 and float64 as the client read them."""
+    """Checks a message of a stream. `steps` and `times`: the int64 and float64 numbers that the client has read."""
     verify(message, [steps, times, *_data(message.fields), *_data(message.scene_arrays), message.checkpoint.data],
            "a message of the stream")
 

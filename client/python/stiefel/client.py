@@ -1,4 +1,4 @@
-"""The client: sessions by name, and what the server can do."""
+"""The client of a server: creates and finds sessions, and makes the calls that need none."""
 from __future__ import annotations
 
 import os
@@ -24,7 +24,7 @@ from stiefel.version import __version__
 
 _OPTIONS = [
     ("grpc.initial_reconnect_backoff_ms", 50),
-    ("grpc.min_reconnect_backoff_ms", 5000),  # how long an attempt to connect may take, at least
+    ("grpc.min_reconnect_backoff_ms", 5000),  # the time that gRPC gives each attempt to connect
     ("grpc.max_reconnect_backoff_ms", 1000),
 ]
 
@@ -32,18 +32,18 @@ _OPTIONS = [
 class Client:
     """A connection to the server at `address`: "host:port" or "unix:/path".
 
-    `timeout` is the deadline of every call in seconds, unless the call has its own; None sets no
-    deadline. A stream or a trajectory may take longer: it goes on as long as samples arrive within
-    `timeout` seconds. `checksums`: the server sends checksums of the numbers of its replies, and the
-    client raises `CorruptReply` where they differ. A session that `create` or `fork` made is created again
-    where its server is gone; where a server of another build answers for it, the client raises
-    `BuildChanged`, unless `any_build`. As a context manager the client closes itself at the end; a call
-    after that raises `Closed`. Safe to use from many threads.
+    `address` is by default the environment variable STIEFEL_ADDRESS, or else 127.0.0.1:50551. `timeout` is the deadline
+    in seconds of every call that does not get its own; None sets no deadline. A stream or a trajectory may take longer:
+    it goes on as long as samples arrive within `timeout` seconds. `checksums`: the server sends checksums of the
+    numbers of its replies, and the client raises `CorruptReply` if they differ. When the server of a session is lost,
+    the client creates the session again if it came from `create` or `fork`; it raises `BuildChanged` if a server of
+    another build answers for the session, unless `any_build` is set. As a context manager the client closes itself at
+    the end; a later call raises `Closed`. Thread-safe.
 
-    `tls`: a file of authorities in PEM, True for those that gRPC comes with, or a `Tls`; by default the
-    file that STIEFEL_TLS_CA names, if it does. `token` tells the server who calls; by default it is
-    STIEFEL_TOKEN. InvalidArgument where it would be sent in plaintext beyond this machine. With
-    `channel`, one of gRPC's, there is neither address nor tls nor token: they are the channel's.
+    `tls`: the path of a file of authorities in PEM, True for the authorities that gRPC comes with, or a `Tls`; by
+    default the file that the environment variable STIEFEL_TLS_CA names, or no TLS. `token` tells the server who calls;
+    by default the environment variable STIEFEL_TOKEN. Raises InvalidArgument for a token that would travel in plaintext
+    beyond this machine. `channel`: a gRPC channel to use instead; address, tls and token must then be absent.
     """
 
     def __init__(self, address: Optional[str] = None, timeout: Optional[float] = 60.0, checksums: bool = True,
@@ -66,21 +66,22 @@ class Client:
 
     @property
     def stub(self) -> SimulationServiceStub:
-        """The calls as gRPC makes them. Raises `Closed`."""
+        """The gRPC stub of the service. Raises `Closed` after `close`."""
         if self._closed:
             raise self._closed_error()
         return self._stub
 
     def describe(self) -> pb.DescribeResponse:
-        """Systems, methods, limits, versions."""
+        """Returns the server's systems, methods, limits and versions."""
         reply: pb.DescribeResponse = self.call("Describe", pb.DescribeRequest())
         return reply
 
     def create(self, scene: SceneLike, id: Optional[str] = None, checkpoint: bytes = b"") -> Session:
-        """A session of `scene`; the existing one if `id` names one of the same scene.
+        """Creates a session of `scene`, or returns the existing one with this `id` and scene.
 
-        `checkpoint` is a `State.checkpoint` of the same scene, possibly from another server. What the
-        server finds doubtful about the scene is issued as `SceneWarning`.
+        `id` is by default a new UUID. `checkpoint`: a `State.checkpoint` of the same scene, possibly from another
+        server, that fills the session's cache. The server's warnings about the scene are issued as `SceneWarning`.
+        Raises AlreadyExists if the session with this id has another scene.
         """
         sent = to_message(scene)
         request = pb.CreateSessionRequest(session_id=str(uuid.uuid4()) if id is None else id, scene=sent,
@@ -91,13 +92,13 @@ class Client:
         return Session(self, reply.session, reply.created, sent, owner=True, checkpoint=checkpoint)
 
     def get(self, id: str) -> Session:
-        """The session of that id; NotFound if there is none."""
+        """Returns the existing session of this id. Raises NotFound if there is none."""
         view = pb.SessionView(scene=pb.SCENE_VIEW_FULL, checksum=self.checksums)
         reply = self.call("GetSession", pb.GetSessionRequest(session_id=id, view=view), metadata=route(id))
         return Session(self, reply.session, created=False, base=pb.Scene())
 
     def list(self) -> Iterator[Session]:
-        """All sessions of the server, ordered by id."""
+        """Iterates over all sessions of the server, ordered by id."""
         token = ""
         while True:
             reply = self.call("ListSessions", pb.ListSessionsRequest(page_token=token))
@@ -107,13 +108,17 @@ class Client:
                 return
 
     def delete(self, id: str) -> None:
-        """Deleting an unknown id succeeds."""
+        """Deletes a session. Deleting an unknown id succeeds."""
         self.call("DeleteSession", pb.DeleteSessionRequest(session_id=id), metadata=route(id))
 
     def convert(self, scene: SceneLike, to: str, epsilon: Optional[float] = None,
                 parameter: Optional[float] = None) -> Conversion:
-        """The same motion as a scene of the system `to`, or as its "velocity", "angular_velocity" or
-        "interpolation"."""
+        """Converts a motion to a scene of the system `to`, or to the blocks of "velocity", "angular_velocity" or
+        "interpolation".
+
+        `epsilon`: the scale of a symmetric or parametric system, chosen by the server when absent. `parameter`: mu of a
+        parametric system, the scene's when absent. Raises InvalidArgument if the motion has no such form.
+        """
         sent = to_message(scene)
         return Conversion.of(self.call_all("Convert", pb.ConvertRequest(
             scene=sent, to=to, epsilon=epsilon, parameter=parameter, checksum=self.checksums)), sent)
@@ -121,7 +126,12 @@ class Client:
     def geodesic(self, inertia: Any, Q_0: Any, Q_T: Any, time: float = 1.0, steps: int = 0,
                  samples: int = 0, seed: int = 0, restarts: Optional[int] = None,
                  timeout: Optional[float] = None) -> Geodesic:
-        """The geodesic from the frame Q_0 to the frame Q_T in that time; with `steps` the discrete one."""
+        """Returns the geodesic from the frame Q_0 at time 0 to the frame Q_T at `time`.
+
+        `steps` > 0 solves the discrete problem of as many steps of the variational method. `samples`: samples of the
+        trajectory after the first, 0 for none. `seed` and `restarts`: the seed and the number of the searches that
+        start from random frames.
+        """
         pair = pb.FramePair(q_0=to_matrix(Q_0, "Q_0"), q_t=to_matrix(Q_T, "Q_T"))
         try:
             return self._connect([pair], inertia=inertia, time=time, steps=steps, samples=samples, seed=seed,
@@ -133,9 +143,10 @@ class Client:
     def connect(self, pairs: Iterable[tuple[Any, Any]], inertia: Any = (), metric: str = "lambda", time: float = 1.0,
                 steps: int = 0, samples: int = 0, seed: int = 0, restarts: Optional[int] = None,
                 timeout: Optional[float] = None) -> tuple[Geodesic, ...]:
-        """The geodesics that join many pairs (Q_0, Q_T) of frames of one shape, in the order of the pairs.
+        """Returns the geodesics that join pairs (Q_0, Q_T) of frames of one shape, in the order of the pairs.
 
-        `metric`: "lambda" (that of `inertia`) or "euclidean" (Lambda = I, without `inertia`).
+        `metric`: "lambda" (that of `inertia`) or "euclidean" (Lambda = I, without `inertia`). The other arguments are
+        those of `geodesic`.
         """
         messages = [pb.FramePair(q_0=to_matrix(Q_0, f"pairs[{i}].Q_0"), q_t=to_matrix(Q_T, f"pairs[{i}].Q_T"))
                     for i, (Q_0, Q_T) in enumerate(pairs)]
@@ -152,17 +163,19 @@ class Client:
 
     def tradeoff(self, scene: SceneLike, horizon: Optional[float] = None, budget: Optional[float] = None,
                  repeats: Optional[int] = None, timeout: Optional[float] = None) -> Tradeoff:
-        """Error against cost of every method on `scene`, whose own method is not looked at.
+        """Measures error against cost of every method on `scene`, whose own method is ignored.
 
-        The horizon is the scene's, or 100 steps, when absent; the budget, in units of work, about ten
-        seconds.
+        `horizon`: the time at which errors are measured; by default the scene's horizon, or else 100 steps. `budget`:
+        units of work (instructions) that the measurement may take; by default 5e10, about ten seconds. `repeats`: timed
+        runs of each point; by default 3.
         """
         return Tradeoff.of(self.tradeoff_parts(scene, horizon, budget, repeats, timeout))
 
     def tradeoff_parts(self, scene: SceneLike, horizon: Optional[float] = None,
                        budget: Optional[float] = None, repeats: Optional[int] = None,
                        timeout: Optional[float] = None) -> Iterator[pb.MeasureTradeoffResponse]:
-        """`tradeoff` part by part as they arrive; to leave the iteration ends the measurement."""
+        """Measures as `tradeoff` does and yields each part of the answer when it arrives. Leaving the iteration ends
+        the measurement."""
         request = pb.MeasureTradeoffRequest(scene=to_message(scene), horizon=horizon, budget=budget, repeats=repeats)
         stream = self.stub.MeasureTradeoff(request, timeout=self.deadline(timeout))
         try:
@@ -173,24 +186,25 @@ class Client:
             stream.cancel()
 
     def call(self, method: str, request: Any, timeout: Optional[float] = None, metadata: Metadata = ()) -> Any:
-        """One unary call by name, with the deadline, the retries and the exceptions of this package."""
+        """Makes a unary call by name, with this package's deadlines, retries and exceptions."""
         return calls.call(lambda left: getattr(self.stub, method)(request, timeout=left, metadata=metadata), self,
                           self.deadline(timeout))
 
     def call_all(self, method: str, request: Any, timeout: Optional[float] = None) -> Sequence[Any]:
-        """All replies of a call that streams them, as `call` makes it."""
+        """Makes a call with a stream of replies and returns all of them, with this package's deadlines, retries and
+        exceptions."""
         replies: Sequence[Any] = calls.call(lambda left: tuple(getattr(self.stub, method)(request, timeout=left)),
                                             self, self.deadline(timeout))
         return replies
 
     def error(self, failure: Exception) -> StiefelError:
-        """This package's exception for gRPC's."""
-        if self._closed:  # gRPC says so with a ValueError or CANCELLED
+        """Returns this package's exception for one of gRPC's."""
+        if self._closed:  # gRPC reports a closed channel with ValueError or CANCELLED
             return self._closed_error()
         if not isinstance(failure, grpc.RpcError):
             raise failure
         error = from_rpc_error(failure)
-        if isinstance(error, Unimplemented) and not error.reason:  # gRPC's own error, which names neither call nor version
+        if isinstance(error, Unimplemented) and not error.reason:  # gRPC's own error names neither call nor version
             said = f" ({error.message})" if error.message else ""
             return Unimplemented(f"the server of {self.address} does not have this call{said}: it needs stiefel-server "
                                  f"{__version__}, the version of this client, or a later one")
@@ -203,7 +217,7 @@ class Client:
         return self.timeout if timeout is None else timeout
 
     def close(self) -> None:
-        """Ends what is still running. Sessions stay on the server."""
+        """Closes the connection and ends running calls. Sessions stay on the server."""
         self._closed = True
         self.connection.close()
         self.channel.close()

@@ -1,4 +1,4 @@
-"""Equality of what holds arrays: by value, so that two answers can be compared with `==`."""
+"""Equality by value of objects that hold arrays, so that two answers can be compared with `==`."""
 from __future__ import annotations
 
 import dataclasses
@@ -8,7 +8,7 @@ import numpy as np
 
 
 def same(first: Any, second: Any) -> bool:
-    """Whether both hold the same numbers. A NaN is the same as a NaN, -0.0 the same as 0.0."""
+    """Returns whether both hold the same numbers. A NaN equals a NaN, and -0.0 equals 0.0."""
     if isinstance(first, np.ndarray) or isinstance(second, np.ndarray):
         return np.array_equal(first, second, equal_nan=True)
     if isinstance(first, dict) and isinstance(second, dict):
@@ -19,9 +19,9 @@ def same(first: Any, second: Any) -> bool:
 
 
 class ByValue:
-    """A dataclass whose fields are compared one by one, those with `compare=False` left out.
+    """Base of dataclasses that are compared field by field, without the fields that have `compare=False`.
 
-    What may hold arrays cannot be hashed. The dataclass is to be made with eq=False.
+    The dataclass must have eq=False. It cannot be hashed, because it may hold arrays.
     """
 
     __hash__ = None  # type: ignore[assignment]

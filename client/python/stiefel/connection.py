@@ -1,4 +1,4 @@
-"""The connection of a client, which is watched while its calls rest."""
+"""Pauses between the attempts of a client's calls, which end when the channel connects."""
 from __future__ import annotations
 
 import threading
@@ -10,7 +10,7 @@ PATIENCE = 1.0  #: seconds that `close` waits for gRPC's own thread, which ends 
 
 
 class Connection:
-    """Of a channel. Safe to use from many threads."""
+    """The connection of a channel. Thread-safe."""
 
     def __init__(self, channel: grpc.Channel):
         self._channel = channel
@@ -19,8 +19,8 @@ class Connection:
         self._closed = False
 
     def rest(self, seconds: float) -> None:
-        """Waits that long, or until a channel that was not connected is, or until `close`. gRPC connects only while
-        somebody watches the channel or calls, so sleeping would not do."""
+        """Waits for `seconds`, or until a disconnected channel has connected, or until `close`. It does not simply
+        sleep, because gRPC connects only while the channel is watched or a call runs."""
         over = threading.Event()
         seen: list[grpc.ChannelConnectivity] = []
 
@@ -41,8 +41,8 @@ class Connection:
             self._changed.notify_all()
 
     def close(self) -> None:
-        """Ends every rest, and waits until gRPC's thread has ended that watches the channel: on a closed channel it ends
-        with a ValueError on stderr."""
+        """Ends every `rest`, and waits until gRPC's thread that watches the channel has ended. On a closed channel that
+        thread would print a ValueError to stderr."""
         with self._changed:
             self._closed = True
             for over in self._resting:
@@ -54,5 +54,6 @@ class Connection:
 
 
 def _is_watched(channel: grpc.Channel) -> bool:
-    """gRPC tells this nowhere but in an attribute of its own; a channel without it has no such thread."""
+    """Returns whether gRPC's thread that watches the channel runs. Only a private attribute of gRPC tells; a channel
+    without the attribute has no such thread."""
     return bool(getattr(getattr(channel, "_connectivity_state", None), "polling", False))

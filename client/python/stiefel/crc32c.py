@@ -1,4 +1,4 @@
-"""CRC-32C (RFC 3720, appendix B.4), of much data on numpy's vectors."""
+"""CRC-32C (RFC 3720, appendix B.4); of much data with numpy."""
 from __future__ import annotations
 
 import functools
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 _POLYNOMIAL = 0x82F63B78  # reflected
-_FEW = 2048  # bytes, below which a loop over them is faster
+_FEW = 2048  # bytes; a loop over fewer bytes is faster than numpy
 _ONES = 0xFFFFFFFF
 
 Words = NDArray[np.uint32]
@@ -27,7 +27,8 @@ _TABLE = _byte_remainders()
 
 
 def crc32c(data: bytes, before: int = 0) -> int:
-    """The CRC-32C of bytes that follow those of which `before` is the CRC-32C: crc32c(a + b) == crc32c(b, crc32c(a))."""
+    """Returns the CRC-32C of `data`. `before` is the CRC-32C of the bytes that precede them:
+    crc32c(a + b) == crc32c(b, crc32c(a))."""
     register = before ^ _ONES
     if len(data) >= _FEW:
         register, data = _whole_lanes(data, register)
@@ -37,11 +38,12 @@ def crc32c(data: bytes, before: int = 0) -> int:
 
 
 def _whole_lanes(data: bytes, register: int) -> tuple[int, bytes]:
-    """The register after the longest start of `data` that makes equal lanes, and the rest, less than a lane.
+    """Returns the register after the longest part of `data` that divides into equal lanes, and the remaining bytes,
+    fewer than a lane has.
 
-    All lanes advance side by side, four bytes at a time, each from the register 0 but the first; then
-    neighbours are joined: the register after a and b is that after a and as many zero bytes as b has,
-    plus that after b from 0.
+    All lanes advance side by side, four bytes at a time; the first starts from `register`, the others from 0. Then
+    neighbours are joined pairwise: the register after a and b is the register after a and as many zero bytes as b has,
+    plus the register after b from 0.
     """
     width = 32 if len(data) < 32768 else 64
     lanes = len(data) // width
@@ -52,7 +54,7 @@ def _whole_lanes(data: bytes, register: int) -> tuple[int, bytes]:
     for word in words:
         registers ^= word
         registers = low.take(registers & 0xFFFF) ^ high.take(registers >> 16)
-    # Lanes in front whose registers are 0 change nothing: they make a power of two of lanes.
+    # Lanes with the register 0 in front do not change the result; they fill the number of lanes up to a power of two.
     registers = np.concatenate([np.zeros((1 << (lanes - 1).bit_length()) - lanes, np.uint32), registers])
     length = width
     while len(registers) > 1:
@@ -63,14 +65,15 @@ def _whole_lanes(data: bytes, register: int) -> tuple[int, bytes]:
 
 @functools.lru_cache(maxsize=None)
 def _four_zero_bytes() -> tuple[Words, Words]:
-    """The registers after four zero bytes, of each register that has only its lower or its upper half."""
+    """Returns, for each register with only a lower half and each with only an upper half, the register after four zero
+    bytes."""
     tables = _zeros_tables(4)
     halves = np.arange(65536, dtype=np.uint32)
     return (tables[0][halves & 0xFF] ^ tables[1][halves >> 8], tables[2][halves & 0xFF] ^ tables[3][halves >> 8])
 
 
 def _append_zeros(registers: Words, count: int) -> Words:
-    """The registers after `count` zero bytes."""
+    """Returns the registers after `count` zero bytes."""
     tables = _zeros_tables(count)
     after: Words = (tables[0][registers & 0xFF] ^ tables[1][registers >> 8 & 0xFF]
                     ^ tables[2][registers >> 16 & 0xFF] ^ tables[3][registers >> 24])
@@ -79,7 +82,8 @@ def _append_zeros(registers: Words, count: int) -> Words:
 
 @functools.lru_cache(maxsize=None)
 def _zeros_tables(count: int) -> Any:
-    """(4, 256): the register after `count` zero bytes, a power of two, of each of the register's four bytes alone."""
+    """Returns a table (4, 256): for each value of each of a register's four bytes alone, the register after `count`
+    zero bytes. `count` is a power of two."""
     bytes_alone: Any = np.arange(256, dtype=np.uint32)[None, :] << (8 * np.arange(4, dtype=np.uint32))[:, None]
     if count == 1:
         table = np.array(_TABLE, np.uint32)

@@ -1,4 +1,4 @@
-"""The result of `Session.diagnose`: the invariants at a step beside their values at step 0."""
+"""The result of `Session.diagnose`: the invariants at a step and their values at step 0."""
 from __future__ import annotations
 
 import enum
@@ -12,9 +12,9 @@ from stiefel.checksums import verify_diagnosis
 
 
 class Conservation(str, enum.Enum):
-    """How a method keeps an invariant of the exact motion. Each is equal to its name in lower case."""
+    """How a method keeps an invariant of the exact motion. Each value equals its name in lower case."""
 
-    EXACT = "exact"  #: to rounding, whatever the step
+    EXACT = "exact"  #: kept to rounding, whatever the step
     BOUNDED = "bounded"  #: the error oscillates and does not grow
     DRIFTS = "drifts"  #: the error grows with time
     UNSPECIFIED = "unspecified"  #: the server does not say
@@ -24,7 +24,8 @@ class Conservation(str, enum.Enum):
 
     @staticmethod
     def of(value: int) -> Conservation:
-        """From the number on the wire, which `Client.describe` has too. One that is not known is UNSPECIFIED."""
+        """Returns the value for a number of the enum on the wire, such as `Client.describe` returns; UNSPECIFIED for an
+        unknown number."""
         if value not in pb.Conservation.values():
             return Conservation.UNSPECIFIED
         return Conservation(pb.Conservation.Name(value)[len("CONSERVATION_"):].lower())
@@ -37,10 +38,12 @@ class Invariant:
     name: str  #: "energy", "spatial_momentum[1,2]", "manakov[3,1]"
     initial: float
     value: float
-    drift: float  #: |value - initial| / scale, before they are rounded to doubles, or overflow; scale 0: without it
-    scale: float
-    conservation: Conservation  #: what the method declares
-    member: Optional[int] = None  #: of an ensemble: whose drift this is, the largest of all
+    #: |value - initial| / scale, computed before the numbers are rounded to doubles or overflow; |value - initial|
+    #: where the scale is 0.
+    drift: float
+    scale: float  #: the size to which the drift is relative
+    conservation: Conservation  #: what the method declares that it does to this invariant
+    member: Optional[int] = None  #: in an ensemble: the member with the largest drift, whose numbers these are
 
     @staticmethod
     def of(message: pb.Invariant) -> Invariant:
@@ -50,32 +53,32 @@ class Invariant:
 
 @dataclass(frozen=True)
 class Domain:
-    """How near the edge of the map's domain the state is."""
+    """How near the state is to the edge of the map's domain."""
 
     h_omega: float  #: |h| times the operator norm of Omega
-    #: The largest |h| for which a step from this state exists; of implicit maps and N <= 32.
+    #: The largest |h| for which a step from this state exists; only for implicit maps and N <= 32.
     largest_step: Optional[float] = None
 
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """The state at `step`, measured. What was not asked for or does not exist is None or empty."""
+    """The properties of the state at `step`. What was not asked for or does not exist is None or empty."""
 
     step: int
     time: float
     invariants: tuple[Invariant, ...]
     orthogonality: Optional[float]  #: max |Q^T Q - I|; None in momentum-only scenes
     domain: Domain
-    forms: tuple[float, ...]  #: one for each form asked for
-    dirac_brackets: tuple[float, ...]  #: one for each bracket asked for
-    #: The largest |omega(T phi u, T phi v) - omega(u, v)| / |u||v|.
+    forms: tuple[float, ...]  #: the values of the requested two-forms, in their order
+    dirac_brackets: tuple[float, ...]  #: the values of the requested brackets, in their order
+    #: The largest |omega(T phi u, T phi v) - omega(u, v)| / |u||v| over random pairs, where phi is one step.
     symplectic_defect: Optional[float]
     estimated_error: Optional[EstimatedError]
     run_status: RunStatus
     computed_steps: int = field(compare=False, repr=False)
-    #: How many invariants a family has, of the families of which `invariants` has only those with the largest drifts.
+    #: The families of which `invariants` has only those with the largest drifts, and how many invariants each has.
     shortened: dict[str, int] = field(default_factory=dict)
-    price: Optional[Price] = field(default=None, compare=False, repr=False)  #: predicted, of the steps and of what is asked for
+    price: Optional[Price] = field(default=None, compare=False, repr=False)  #: the predicted price of the call
 
     @property
     def outcome(self) -> Outcome:
@@ -96,7 +99,7 @@ class Diagnosis:
             {family.name: family.count for family in message.shortened}, Price.of(message.price))
 
     def __str__(self) -> str:
-        """A line an invariant, aligned."""
+        """Returns a table with one line per invariant."""
         width = max((len(invariant.name) for invariant in self.invariants), default=0)
         lines = [f"{self.outcome} at step {self.step}, time {self.time!r}"]
         lines += [f"  {i.name:{width}}  {i.value:< .12g}  drift {i.drift:.1e}  {i.conservation}" for i in self.invariants]

@@ -1,8 +1,8 @@
-"""Curves that stay apart without their colours, and labels where they end.
+"""Styles of curves that can be told apart without colours, and labels at the ends of curves.
 
-The colours are those of Okabe and Ito, which differ in every kind of colour vision, without their yellow, which is too
-pale for a line on white, and their black, which is for what stands in front. Dashes and marks differ besides, for greys
-and for print.
+The colours are those of Okabe and Ito, which can be told apart in every kind of colour vision, without yellow, which is
+too pale for a line on white, and without black, which is kept for the foreground. Dashes and marks differ, too, for
+greyscale and print.
 """
 from __future__ import annotations
 
@@ -12,29 +12,29 @@ from typing import Any, Iterable, NamedTuple, Sequence
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 DASHES = ("-", (0, (5, 1.5)), (0, (6, 1.5, 1, 1.5)), (0, (1.2, 1.2)), (0, (9, 2, 1, 2, 1, 2)))
 MARKS = "osD^vPX<>*p"
-GREY = "0.82"  #: of what stands behind
+GREY = "0.82"  #: the colour of curves in the background
 
 
 def style(k: int) -> dict[str, Any]:
-    """Colour, dashes and mark of curve k: no two of the first 330 share all three."""
+    """Returns colour, dashes and mark of curve k. No two of the first 330 curves share all three."""
     return {"color": COLOURS[k % len(COLOURS)], "linestyle": DASHES[k % len(DASHES)], "marker": MARKS[k % len(MARKS)]}
 
 
 def deep(colour: Any) -> tuple[float, ...]:
-    """The same hue, dark enough to read small letters in."""
+    """Returns the colour darkened, so that small letters in it are legible."""
     from matplotlib.colors import to_rgb
 
     return tuple(0.65 * part for part in to_rgb(colour))
 
 
 def line(k: int) -> dict[str, Any]:
-    """The same without marks, for curves of many samples."""
+    """Returns colour and dashes of curve k without marks, for curves of many samples."""
     return {"color": COLOURS[k % len(COLOURS)], "linestyle": DASHES[k % len(DASHES)]}
 
 
 def dominated_area(points: Iterable[tuple[float, float]], corner: tuple[float, float]) -> float:
-    """How much of the log-log picture below and left of `corner` some point beats in both cost and error: the larger,
-    the better the curve."""
+    """Returns the area of the log-log picture below and left of `corner` in which some point is better in both cost and
+    error. The larger the area, the better the curve."""
     area, level = 0.0, corner[1]
     for cost, error in sorted(points):
         if 0 < cost < corner[0] and 0 < error < level:
@@ -44,7 +44,7 @@ def dominated_area(points: Iterable[tuple[float, float]], corner: tuple[float, f
 
 
 def pareto_front(points: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Those that no other one beats in both cost and error, the cheapest first."""
+    """Returns the points that no other one beats in both cost and error, the cheapest first."""
     front: list[tuple[float, float]] = []
     for cost, error in sorted(points):
         if not front or error < front[-1][1]:
@@ -53,7 +53,7 @@ def pareto_front(points: Iterable[tuple[float, float]]) -> list[tuple[float, flo
 
 
 class End(NamedTuple):
-    """Where a curve ends, in the units of the axes, and what it is called."""
+    """The end of a curve in the units of the axes, and the curve's name."""
 
     x: float
     y: float
@@ -63,8 +63,8 @@ class End(NamedTuple):
 
 def label_ends(axes: Any, ends: Sequence[End], curves: Iterable[Sequence[tuple[float, float]]] = (),
                size: float = 7.5) -> None:
-    """Writes each name beside the end of its curve, shifted where it would cover another name, one of `curves` or the
-    edge of the axes; a thin line then leads to the end. The axes keep the limits they have."""
+    """Writes each name beside the end of its curve. A name that would cover another name, one of `curves` or the edge
+    of the axes is shifted and joined to the end by a thin line. The axes keep their limits."""
     import numpy as np
     from matplotlib.patheffects import withStroke
 
@@ -99,7 +99,7 @@ def label_ends(axes: Any, ends: Sequence[End], curves: Iterable[Sequence[tuple[f
 
 
 def save(figure: Any, file: Any, dpi: float = 100) -> None:
-    """A PNG in full colour, as small as it gets without losing any."""
+    """Saves the figure as an optimized PNG in full colour."""
     from io import BytesIO
 
     from PIL import Image
@@ -111,7 +111,7 @@ def save(figure: Any, file: Any, dpi: float = 100) -> None:
 
 
 def _pixels(corners: Any) -> Any:
-    """Points on the line through these ones, four pixels apart."""
+    """Returns points four pixels apart on the line through `corners`."""
     import numpy as np
 
     if len(corners) < 2:
@@ -122,7 +122,7 @@ def _pixels(corners: Any) -> Any:
 
 
 def _text_box(label: Any, renderer: Any) -> Any:
-    """Of the words alone, without the line that leads to them."""
+    """Returns the box of a label's text, without the line that leads to it."""
     from matplotlib.text import Text
 
     label.update_positions(renderer)

@@ -1,4 +1,4 @@
-"""Steps over one bidirectional stream: a reply costs a message and not a call."""
+"""Steps over one bidirectional stream, where each step costs a message instead of a call."""
 from __future__ import annotations
 
 import queue
@@ -17,13 +17,14 @@ if TYPE_CHECKING:
     from stiefel.session import Session
 
 
-TOO_LARGE = "REPLY_TOO_LARGE"  # the reason for which a state comes over Stream instead
+TOO_LARGE = "REPLY_TOO_LARGE"  # the reason of the error after which a state is fetched over Stream instead
 
 
 class Drive:
-    """Made by `Session.drive`. A request in error raises and does not end the stream.
+    """An open stream for many steps of a session, made by `Session.drive`.
 
-    The stream has no deadline; `close`, from any thread, ends it.
+    A wrong request raises an exception and does not end the stream. The stream has no deadline; `close`, from any
+    thread, ends it.
     """
 
     def __init__(self, session: Session, fields: Optional[Names]):
@@ -33,7 +34,8 @@ class Drive:
         self._replies: Any = None
 
     def step(self, to: int, fields: Optional[Names] = None, checkpoint: bool = False) -> State:
-        """As `Session.step`. `fields` hold for the requests after this one too."""
+        """Returns the state at step `to`, or the last good one before it. `fields` stay in force until others are
+        named. `checkpoint`: asks for `State.checkpoint`."""
         wanted = names("fields", fields) or self._fields
         recreation = self._session._recreation
         request = pb.DriveRequest(session_id=self._session.id, to=to, fields=wanted,
@@ -48,7 +50,7 @@ class Drive:
                     calls.pause_or_raise(error, waits, self._session._client)
                 except (NotFound, Unavailable):
                     recreation.recover(error, recoveries, calls.Deadline(None))
-                self.close()  # the next one begins where the session is now
+                self.close()  # the next stream goes to the server where the session is now
             except ResourceExhausted as error:
                 calls.pause_or_raise(error, waits, self._session._client)
             except InvalidArgument as error:

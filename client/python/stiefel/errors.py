@@ -1,6 +1,6 @@
-"""Exceptions: one type a status code, with every violation that the server found.
+"""Exceptions: one type for each status code, with all violations that the server found.
 
-A numerical stop is not among them: it is an `Outcome` in the reply.
+A numerical stop is not an exception but an `Outcome` in the reply.
 """
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ class Violation(NamedTuple):
 
 
 class SceneWarning(UserWarning):
-    """What the server finds doubtful about a scene that it takes: moments that no rigid body can have."""
+    """A warning of the server about a scene that it accepts, such as moments that no rigid body can have."""
 
 
 class StiefelError(Exception):
     """The base class of all exceptions of this package."""
 
     code: grpc.StatusCode = grpc.StatusCode.UNKNOWN
-    quota: tuple[Violation, ...] = ()  #: the limits that the request exceeds, by what they are on: "sessions"
+    quota: tuple[Violation, ...] = ()  #: the limits that the request exceeds; `field` is the limit's name: "sessions"
     retry_delay: Optional[float] = None  #: seconds after which the same request may succeed, if the server says so
-    #: Of `Session.trajectory`: the samples that had arrived, as a trajectory with the outcome
-    #: CANCELLED. None of every other call.
+    #: For `Session.trajectory`, the samples that had arrived, as a trajectory with the outcome CANCELLED. None for all
+    #: other calls.
     partial: Optional[Trajectory] = None
 
     def __init__(self, message: str, violations: tuple[Violation, ...] = (), reason: str = "",
@@ -53,8 +53,8 @@ class StiefelError(Exception):
         return "\n  ".join([self.message] + [line for line in lines if line not in self.message])
 
     def relative_to(self, place: str) -> None:
-        """Shortens the paths of fields inside `place`, for a caller who gave only what is there: relative to
-        "pairs[0]" the path "pairs[0].Q_0" is "Q_0"."""
+        """Makes the paths of fields relative to `place`, for a caller who gave only the fields inside it: relative to
+        "pairs[0]", the path "pairs[0].Q_0" becomes "Q_0"."""
         self.message = self.message.replace(place + ".", "")
         self.violations = tuple(v._replace(field=v.field.removeprefix(place + ".")) for v in self.violations)
         self.args = (self.message,)
@@ -81,7 +81,7 @@ class FailedPrecondition(StiefelError):
 
 
 class DeadlineExceeded(StiefelError, TimeoutError):
-    """The time given to a call is over. `partial` has what a trajectory had got by then."""
+    """The time given to a call is over. For a trajectory, `partial` has the samples that had arrived."""
 
     code = grpc.StatusCode.DEADLINE_EXCEEDED
 
@@ -95,8 +95,8 @@ class Unavailable(StiefelError):
 
 
 class Unauthenticated(StiefelError):
-    """The server needs a token, or the one sent is unknown or was withdrawn: `reason` is TOKEN_MISSING or
-    TOKEN_UNKNOWN; empty for a call that ran when its token was withdrawn."""
+    """The server needs a token (`reason` is TOKEN_MISSING), or the token sent is unknown or was withdrawn
+    (TOKEN_UNKNOWN). `reason` is empty if the token was withdrawn while the call ran."""
 
     code = grpc.StatusCode.UNAUTHENTICATED
 
@@ -110,17 +110,17 @@ class Internal(StiefelError):
 
 
 class CorruptReply(StiefelError):
-    """A reply whose numbers are not those that the server sent: its checksum differs, or a part is missing."""
+    """A reply that was damaged on the way: its checksum differs, or a part of it is missing."""
 
     code = grpc.StatusCode.DATA_LOSS
 
 
 class Closed(FailedPrecondition):
-    """A call of a client that is closed, or of one of its sessions, streams or drives."""
+    """A call of a closed client, or of one of its sessions, streams or drives."""
 
 
 class BuildChanged(FailedPrecondition):
-    """A server of another build answers for the session: its states could have other bits than those so far.
+    """A server of another build answers for the session, so that further states could have other bits.
 
     `Client(any_build=True)` goes on nevertheless.
     """
@@ -129,22 +129,22 @@ class BuildChanged(FailedPrecondition):
         super().__init__(f"session {id} began with the numerics id {began_with}, the server has {now}: the bits could "
                          "differ", reason="BUILD_CHANGED")
         self.began_with = began_with  #: the numerics id of the server that created the session
-        self.now = now  #: that of the server that answered
+        self.now = now  #: the numerics id of the server that answered
 
 
 class NotStarted(Unavailable, RuntimeError):
-    """A server started by this process that ended, or said nothing in time, before it listened."""
+    """A server started by this process ended, or did not say in time that it listens."""
 
-    status: Optional[int] = None  #: its exit status, negative a signal; None if it had to be killed
-    stderr: str = ""  #: the end of what it wrote there
+    status: Optional[int] = None  #: the server's exit status, negative for a signal; None if it had to be killed
+    stderr: str = ""  #: the end of the server's output to stderr
 
 
 _BY_CODE = {kind.code.value[0]: kind for kind in StiefelError.__subclasses__()}
 
 
 def make_error(code: int, message: str, details: bytes = b"") -> StiefelError:
-    """The exception for a status code, with what `grpc-status-details-bin` says. Details that cannot be
-    read are left out: the message says what is wrong without them."""
+    """Returns the exception for a status code with the details of `grpc-status-details-bin`. Details that cannot be
+    read are ignored, because the message alone says what is wrong."""
     try:
         status = pb.Status.FromString(details)
     except DecodeError:
@@ -154,7 +154,7 @@ def make_error(code: int, message: str, details: bytes = b"") -> StiefelError:
 
 
 def from_status(status: pb.Status) -> StiefelError:
-    """The exception for a status with its details."""
+    """Returns the exception for a status with its details."""
     violations: list[Violation] = []
     quota: list[Violation] = []
     info, retry = pb.ErrorInfo(), pb.RetryInfo()
@@ -179,10 +179,10 @@ def from_status(status: pb.Status) -> StiefelError:
     return error
 
 
-# The message of gRPC for a server that it does not find; the address is the first group.
+# The messages of gRPC for a server that it does not find. The address is the first or the second group.
 _UNREACHABLE = re.compile(r"DNS resolution failed for (\S+): |failed to connect to all addresses(?:; last error: \w+: "
                           r"(?:ipv4:|ipv6:)?(\S+): )?")
-_REASONS = {  # the first that occurs in gRPC's message
+_REASONS = {  # the first key that occurs in gRPC's message counts
     "Connection refused": "the connection is refused, nothing listens there",
     "No such file or directory": "there is no such socket",
     "Permission denied": "permission is denied",
@@ -201,8 +201,8 @@ _REASONS = {  # the first that occurs in gRPC's message
 
 
 def in_plain_words(message: str) -> str:
-    """"cannot reach HOST:PORT: the name is unknown" in place of what gRPC says of a server that it does not find;
-    any other message as it is."""
+    """Replaces gRPC's message for a server that it does not find by one such as "cannot reach HOST:PORT: the name is
+    unknown". Returns any other message unchanged."""
     found = _UNREACHABLE.match(message)
     if not found:
         return message
@@ -211,8 +211,9 @@ def in_plain_words(message: str) -> str:
     return f"cannot reach {address}: {reason}"
 
 
-# What gRPC says of a connection that broke while a call ran, such as that of a proxy to its server, and of a call that
-# reached a server at its end. The codes are CANCELLED, INTERNAL and UNKNOWN; an error of the server's own has details.
+# gRPC's messages for a connection that broke while a call ran, such as that of a proxy to its server, and for a call
+# that reached a server while it shut down. Their codes are CANCELLED, INTERNAL and UNKNOWN; errors of the server itself
+# have details.
 _BROKEN = re.compile(r"Received RST_STREAM|Stream removed$|Socket closed$|CANCELLED$|No status received")
 
 

@@ -1,4 +1,4 @@
-"""Converts a dict to a message; errors name the path of every fault."""
+"""Converts a dict to a message. Errors name the path of every fault."""
 from __future__ import annotations
 
 import difflib
@@ -20,7 +20,7 @@ _KINDS = {
 
 
 def parse(mapping: Any, message: Message, path: str) -> None:
-    """Fills the message. InvalidArgument with every unknown key, and every value of another kind."""
+    """Fills the message. Raises InvalidArgument with every unknown key and every value of a wrong type."""
     try:
         json_format.ParseDict(mapping, message)
     except (json_format.ParseError, ValueError, TypeError, AttributeError) as error:
@@ -29,7 +29,7 @@ def parse(mapping: Any, message: Message, path: str) -> None:
 
 
 def violations(mapping: Any, kind: type[Message], path: str) -> Iterator[Violation]:
-    """What keeps `mapping` from being a message of that kind, all of it."""
+    """Yields every fault that keeps `mapping` from being a message of the type `kind`."""
     descriptor = kind.DESCRIPTOR
     if not isinstance(mapping, Mapping):
         known = ", ".join(descriptor.fields_by_name)
@@ -61,7 +61,8 @@ def _of_scalar(key: str, value: Any, kind: type[Message], field: FieldDescriptor
 
 
 def _unknown(key: str, value: Any, descriptor: Descriptor) -> str:
-    """The nearest name of a field, or of a field of a message in it; else all names."""
+    """Returns a description that suggests the nearest name of a field, or of a field of a message inside; if none is
+    near, one that lists all names."""
     paths = {inner.name: f"{outer.name}.{inner.name}" for outer in descriptor.fields
              if outer.message_type and outer.label != FieldDescriptor.LABEL_REPEATED
              for inner in outer.message_type.fields}

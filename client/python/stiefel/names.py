@@ -1,4 +1,4 @@
-"""Lists of names in requests: of fields, of invariants."""
+"""Lists of names in requests, such as names of fields or invariants."""
 from __future__ import annotations
 
 from typing import Iterable, Optional, Union
@@ -9,7 +9,7 @@ Names = Union[str, Iterable[str]]
 
 
 def names(argument: str, given: Optional[Names]) -> list[str]:
-    """A text is one name, not its letters. Anything in the list that is no text is InvalidArgument."""
+    """Returns a list of names; a single text is one name. Raises InvalidArgument for elements that are not texts."""
     if given is None:
         return []
     if isinstance(given, str):

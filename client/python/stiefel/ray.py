@@ -1,4 +1,4 @@
-"""Ray's workers as an executor of concurrent.futures, for `stiefel.sweep`."""
+"""An executor of concurrent.futures that uses the workers of Ray, for `stiefel.sweep`."""
 from __future__ import annotations
 
 from concurrent.futures import Executor as _Executor
@@ -9,11 +9,11 @@ import ray
 
 
 class Executor(_Executor):
-    """Submits tasks of `num_cpus` cores each to the cluster of `ray.init`, which is called where it was not.
+    """Submits tasks, each with `num_cpus` cores, to a Ray cluster. Calls `ray.init` with `address` if nobody did.
 
         stiefel.sweep(..., executor=stiefel.ray.Executor())
 
-    retries: how often Ray itself gives a task to another worker when one dies.
+    retries: how often Ray itself gives a task to another worker when a worker dies.
     """
 
     def __init__(self, num_cpus: float = 1, retries: int = 3, address: Optional[str] = None):
@@ -25,7 +25,7 @@ class Executor(_Executor):
 
     @property
     def _max_workers(self) -> int:
-        """The tasks that run at once, as the process pools of concurrent.futures name it."""
+        """How many tasks run at once. The name is that in the process pools of concurrent.futures."""
         return max(int(ray.cluster_resources().get("CPU", 1) / self._num_cpus), 1)
 
     def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
@@ -34,7 +34,7 @@ class Executor(_Executor):
         return self._remote.remote(function, args, kwargs).future()  # type: ignore[no-any-return]
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Ray itself goes on."""
+        """Takes no more tasks. Ray itself goes on, and so do the tasks."""
         self._open = False
 
 

@@ -1,4 +1,4 @@
-"""A session outlives its server: the handle that created it creates it again where it is gone."""
+"""Creates a session again when its server is lost. Only the handle that created the session does so."""
 from __future__ import annotations
 
 import re
@@ -14,11 +14,11 @@ from stiefel.errors import BuildChanged, NotFound, StiefelError, Unavailable
 if TYPE_CHECKING:
     from stiefel.client import Client
 
-#: Units of work, instructions, between two checkpoints: about a second.
+#: Units of work (instructions) between two checkpoints: about a second.
 WORK_BETWEEN_CHECKPOINTS = 5e9
 
-#: Recreations of a session within one call: each is a server's answer, so they may be many where one server after the
-#: other is lost.
+#: The most recreations of a session within one call. They are many, because servers may be lost one after the other and
+#: each recreation is progress.
 RECOVERIES = 54
 
 _SESSION, _NUMERICS = "stiefel-session", "stiefel-numerics-id"
@@ -28,12 +28,12 @@ Metadata = tuple[tuple[str, str], ...]
 
 
 def route(id: str) -> Metadata:
-    """The metadata by which a proxy finds the server of a session; none for what no server takes as an id."""
+    """Returns the metadata by which a proxy finds the server of a session; none for an invalid id."""
     return ((_SESSION, id),) if _ROUTABLE.fullmatch(id) else ()
 
 
 def pauses() -> Iterator[float]:
-    """Seconds to wait before each recreation: 0.025, 0.05, 0.1, 0.2, 0.4, 0.4, ... in all 20.375 s."""
+    """Yields the seconds to wait before each recreation: 0.025, 0.05, 0.1, 0.2, 0.4, 0.4, ..., 20.375 s in all."""
     return (0.025 * 2**min(recovery, 4) for recovery in range(RECOVERIES))
 
 
@@ -46,35 +46,35 @@ START = Checkpoint(0, b"")
 
 
 class Recreation:
-    """What the calls of one handle share: the name that they are routed by, the build that they are compared
-    with and, in a handle that created its session, the scene and two checkpoints, from which any server goes on:
-    the last one, and the earliest for calls that go back. Thread-safe.
+    """What the calls of one session handle share: the id by which proxies route them, and the build with which replies
+    are compared. A handle that created its session also keeps the scene and two checkpoints, so that any server can
+    take the session over: the last checkpoint, and the earliest one for calls that go back. Thread-safe.
     """
 
     def __init__(self, client: Client, message: pb.Session, scene: Optional[Callable[[], pb.Scene]] = None,
                  checkpoint: bytes = b""):
-        """`message`: the session as it was when the handle began. `scene`: gives the scene that creates it again;
-        None for a handle that did not create it."""
+        """`message`: the description that the handle got first. `scene`: returns the scene that creates the session
+        again; None for a handle that did not create it. `checkpoint`: the one with which the session was created."""
         self._client = client
         self._id = message.session_id
         self._numerics = message.numerics_id
         self._step_work = message.step_price.work
         self._scene = scene
         self._lock = threading.Lock()
-        # A checkpoint that the session was created with is at one of the steps that the server has states of.
+        # The step of the checkpoint with which the session was created is among the cached steps.
         self._earliest = self._last = Checkpoint(max(message.cached_steps, default=0), checkpoint) if checkpoint else START
         self._ended = False
 
     @property
     def metadata(self) -> Metadata:
-        """Of every call. NotFound if this handle has deleted its session."""
+        """The metadata of every call. Raises NotFound if this handle has deleted its session."""
         if self._ended:
             raise NotFound(f"session_id: {self._id}: this session was deleted", reason="SESSION_DELETED",
                            metadata={"session_id": self._id})
         return route(self._id)
 
     def call(self, method: str, request: Any, timeout: Optional[float] = None) -> Any:
-        """One unary call by name, repeated where the session had to be created again."""
+        """Makes a unary call by name, and repeats it after the session had to be created again."""
         deadline, waits = calls.Deadline(self._client.deadline(timeout)), pauses()
         while True:
             try:
@@ -83,11 +83,11 @@ class Recreation:
                 self.recover(error, waits, deadline)
 
     def recover(self, error: StiefelError, waits: Iterator[float], deadline: calls.Deadline) -> None:
-        """Pauses and creates the session again; raises `error` if that is not this handle's to do, if `waits` are
-        used up or the deadline comes first, and BuildChanged where another build answers.
+        """Pauses and creates the session again. Raises `error` if this handle must not create it, if `waits` are used
+        up or if the deadline comes first, and BuildChanged if a server of another build answers.
 
-        No pause follows the creation: where servers end one after the other, the session is lost again in any pause
-        that is as long as they last."""
+        There is no pause after the creation: when servers end one after the other, the session could be lost again in
+        that pause."""
         wait = next(waits, None) if self.is_gone(error) else None
         if wait is None or deadline.comes_within(wait):
             raise error from None
@@ -95,17 +95,18 @@ class Recreation:
         self._create(deadline)
 
     def is_gone(self, error: StiefelError) -> bool:
-        """Whether `error` means that the session or its server is gone and this handle creates it again."""
+        """Returns whether `error` means that the session or its server is gone and this handle may create it again."""
         lost = isinstance(error, Unavailable) or (
             error.reason == "SESSION_NOT_FOUND" and error.metadata.get("session_id") == self._id)
         return self._scene is not None and lost
 
     def end(self) -> None:
-        """From now on this handle creates nothing and finds nothing, at no server: it deletes its session."""
+        """Call this before deleting the session: the handle never creates it again, and later calls raise NotFound."""
         self._scene, self._ended = None, True
 
     def check_build(self, call: Any) -> None:
-        """BuildChanged if the server that answered a call computes other bits than the one of the beginning."""
+        """Raises BuildChanged if the server that answered a call computes other bits than the one where the handle
+        began."""
         if self._client.any_build or not self._numerics:
             return
         for key, value in call.initial_metadata() or ():
@@ -113,12 +114,12 @@ class Recreation:
                 raise BuildChanged(self._id, self._numerics, value)
 
     def check_failure(self, call: Any) -> None:
-        """`check_build` of a call that failed; only where the session could be created there."""
+        """Does `check_build` for a failed call, but only if this handle could create the session at that server."""
         if self._scene is not None:
             self.check_build(call)
 
     def keep(self, step: int, checkpoint: bytes) -> None:
-        """`checkpoint`: of the state at `step`; the session goes on from there if it is created again."""
+        """Keeps the checkpoint of the state at `step`, with which the session is created again if necessary."""
         with self._lock:
             self._last = Checkpoint(step, checkpoint)
             if not self._earliest.state or step < self._earliest.step:
@@ -129,13 +130,14 @@ class Recreation:
         return bool(self._last.state)
 
     def checkpoint_every(self) -> int:
-        """Steps of a stream between two checkpoints; 0 for none."""
+        """Returns how many steps of a stream lie between two checkpoints: about a second of work. 0 for none."""
         if self._scene is None or self._step_work <= 0:
             return 0
         return max(1, round(min(WORK_BETWEEN_CHECKPOINTS / self._step_work, 2.0**53)))
 
     def wants_checkpoint(self, to: int) -> bool:
-        """Whether the way from a checkpoint, or from step 0, to step `to` is so long that a new one is worth its bytes."""
+        """Returns whether neither step 0 nor a kept checkpoint lies within the `checkpoint_every()` steps before `to`,
+        so that a checkpoint there is worth its bytes."""
         every = self.checkpoint_every()
         with self._lock:
             steps = 0, self._earliest.step, self._last.step
@@ -155,7 +157,7 @@ class Recreation:
         if scene is None:
             return
         with self._lock:
-            checkpoints = dict.fromkeys((self._earliest, self._last))  # one if they are the same
+            checkpoints = dict.fromkeys((self._earliest, self._last))  # without duplicates
         request = pb.CreateSessionRequest(session_id=self._id, scene=scene(), recreate=True,
                                           view=pb.SessionView(scene=pb.SCENE_VIEW_NONE))
         try:
@@ -171,7 +173,7 @@ class Recreation:
                 self._earliest = self._last = START
             request.checkpoint = b""
             self._send("CreateSession", request, deadline)
-        if self._ended:  # meanwhile; the deletion may have come before the creation
+        if self._ended:  # the handle was deleted meanwhile, and the deletion may have arrived before the creation
             self._client.delete(self._id)
 
     def _send(self, method: str, request: Any, deadline: calls.Deadline) -> Any:
@@ -179,5 +181,5 @@ class Recreation:
 
 
 def refuses_checkpoint(error: StiefelError) -> bool:
-    """Whether the same request without its checkpoint may succeed."""
+    """Returns whether the request may succeed without its checkpoint."""
     return error.reason.startswith("CHECKPOINT_") or any(v.field == "checkpoint" for v in error.violations)

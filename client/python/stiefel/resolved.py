@@ -1,4 +1,4 @@
-"""The resolved scene: what the caller sent, with what the server filled in."""
+"""The resolved scene: the caller's scene with the fields that the server filled in."""
 from __future__ import annotations
 
 from typing import Any, Iterable, Mapping
@@ -13,8 +13,8 @@ _INITIAL, _BODY = "initial.", "body."
 
 
 def resolve(base: pb.Scene, filled_in: pb.Scene, cleared: Iterable[str], left_out: Iterable[str] = ()) -> pb.Scene:
-    """`base` with each field of `filled_in` (of `body` each of its fields) in the place of its own, and
-    without those that `cleared` names. `left_out`: the paths of arrays that `put` will add."""
+    """Returns `base`, in which each field of `filled_in` (inside `body`, each of its fields) replaces that of `base`,
+    without the fields that `cleared` names. `left_out`: the paths of arrays that `put` will add."""
     scene = pb.Scene()
     scene.CopyFrom(base)
     if filled_in.initial or any(path.startswith(_INITIAL) for path in left_out):
@@ -34,7 +34,7 @@ def resolve(base: pb.Scene, filled_in: pb.Scene, cleared: Iterable[str], left_ou
 
 
 def put(arrays: Mapping[str, Array], scene: pb.Scene) -> None:
-    """Puts arrays where they belong, by their paths in the scene: "initial.Q", "inertia", "body.attitude"."""
+    """Sets arrays of a scene. Their names are paths in the scene: "initial.Q", "inertia", "body.attitude"."""
     for path, array in arrays.items():
         if path.startswith(_INITIAL):
             block = path[len(_INITIAL):]
@@ -51,7 +51,7 @@ def put(arrays: Mapping[str, Array], scene: pb.Scene) -> None:
 
 
 def with_blocks_as_matrices(scene: pb.Scene) -> pb.Scene:
-    """The same scene with nothing in `initial_tensors`."""
+    """Returns the scene with all blocks in `initial` and none in `initial_tensors`."""
     if not scene.initial_tensors:
         return scene
     result = pb.Scene()
@@ -63,7 +63,7 @@ def with_blocks_as_matrices(scene: pb.Scene) -> pb.Scene:
 
 
 def matrix(array: Array) -> pb.Matrix:
-    """All axes but the last are its rows."""
+    """Returns an array as a Matrix, whose rows are all axes of the array but the last."""
     rows = array.reshape(-1, array.shape[-1])
     imaginary = rows.imag.ravel().tolist() if np.iscomplexobj(rows) else None
     return pb.Matrix(rows=rows.shape[0], cols=rows.shape[1], values=rows.real.ravel().tolist(), imaginary=imaginary)

@@ -1,4 +1,4 @@
-"""Samples as they come over Stream, which resumes where it broke."""
+"""Reads samples from Stream, and resumes the stream where it broke."""
 from __future__ import annotations
 
 from contextlib import closing
@@ -20,29 +20,29 @@ if TYPE_CHECKING:
 
 
 class Samples:
-    """Iterates over batches of samples that are whole; the attributes tell of what has come so far."""
+    """Iterates over batches of whole samples. The attributes describe what has arrived so far."""
 
     def __init__(self, client: Client, handle: Recreation, request: pb.StreamRequest, step: float,
                  timeout: Optional[float]):
-        """`step`: the scene's. `timeout`: of all streams together; without it the client's, which begins
-        anew where a stream that brought something is followed by another."""
+        """`step`: the scene's time between two states. `timeout`: the time for all streams together. If it is None, the
+        client's timeout applies, and begins anew when a stream that brought samples is resumed."""
         self._client = client
         self._recreation = handle
         self._request = request
         self._every = request.every
         self._step = step
         self._timeout = timeout
-        self.run_status: Optional[RunStatus] = None  #: after the last batch
-        self.computed_steps = 0  #: by all streams so far
-        self.price: Optional[Price] = None  #: of the first stream
-        self.checkpoint = b""  #: the last one that is complete, if the request asks for any
+        self.run_status: Optional[RunStatus] = None  #: set after the last batch
+        self.computed_steps = 0  #: steps computed by all streams so far
+        self.price: Optional[Price] = None  #: the price of the first stream
+        self.checkpoint = b""  #: the last complete checkpoint, if the request asks for any
         self._parts = CheckpointParts()
 
     def __iter__(self) -> Iterator[Batch]:
         deadline = calls.Deadline(self._client.deadline(self._timeout))
         waits, recoveries = calls.Pauses(), recreation.pauses()
         last: Optional[int] = None
-        before = 0  # computed by the streams before this one
+        before = 0  # steps computed by the streams that broke
         while True:
             if last is not None:
                 setattr(self._request, "from", min(last + self._every, self._request.to))
@@ -69,7 +69,7 @@ class Samples:
                     deadline = calls.Deadline(self._client.deadline(None))
                 if not (self._recreation.has_checkpoint and self._recreation.is_gone(error)):
                     continue
-                # Who answers next may have held the session long ago: it gets the checkpoint.
+                # The next server may have held the session long ago, so it gets the checkpoint first.
                 self._recreation.recover(error, recoveries, deadline)
                 continue
             try:
@@ -78,7 +78,7 @@ class Samples:
                 self._recreation.recover(lost, recoveries, deadline)
 
     def _read(self, message: pb.StreamResponse, assembly: Assembly) -> Optional[Batch]:
-        """The samples that are whole with this message, if there are any."""
+        """Reads a message and returns the samples that it completes, None if there are none."""
         steps = read_steps(message, self._every) if message.steps else np.empty(0, np.int64)
         times = steps * self._step
         verify_batch(message, steps.tobytes(), times.tobytes())

@@ -1,4 +1,4 @@
-"""A trajectory as a file, in the formats of `stiefel run --output`."""
+"""Writes a trajectory to a file, in the formats of `stiefel run --output`."""
 from __future__ import annotations
 
 import json
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def save(run: Trajectory, file: "str | os.PathLike[str]") -> None:
-    """By the end of the file's name; ValueError if it is none of .npz, .csv, .json."""
+    """Writes the format of the file's extension. Raises ValueError if that is none of .npz, .csv, .json."""
     path = os.path.realpath(os.fspath(file))
     write = _WRITERS.get(os.path.splitext(path)[1].lower())
     if write is None:
@@ -30,8 +30,8 @@ def save(run: Trajectory, file: "str | os.PathLike[str]") -> None:
 
 
 def number(value: float) -> str:
-    """The shortest decimal that reads back to the same bits, fixed where that is not longer than
-    scientific, and always with a point or an exponent: std::to_chars and the command's numbers."""
+    """Returns the shortest decimal that reads back to the same bits, as std::to_chars and the command `stiefel` write
+    it: fixed where that is not longer than scientific, and always with a point or an exponent."""
     text = repr(value)
     if 1e-3 <= abs(value) < 1e5 or value == 0 or not np.isfinite(value):
         return text
@@ -53,7 +53,7 @@ def _npz(run: Trajectory, out: IO[bytes]) -> None:
 
 
 def _csv(run: Trajectory, out: IO[bytes]) -> None:
-    """Names are quoted, because they hold commas. The format has no place for the run status."""
+    """Writes CSV. Names are quoted because they contain commas. The format has no place for the run status."""
     names = [name for field, values in run.items() for name in _columns(field, values)]
     out.write((",".join(["step", "time", *names]) + "\n").encode())
     for step, time, fields in _samples(run):
@@ -62,7 +62,8 @@ def _csv(run: Trajectory, out: IO[bytes]) -> None:
 
 
 def _columns(field: str, values: Array) -> Iterator[str]:
-    """'"Q[1,1]"', of an ensemble '"Q[0][1,1]"', of complex blocks a real and an imaginary part."""
+    """Yields the columns of a field: '"Q[1,1]"', for ensembles '"Q[0][1,1]"'; a complex number has a column for its
+    real and one for its imaginary part."""
     rows, cols = values.shape[-2:]
     members = [f"{field}[{member}]" for member in range(values.shape[1])] if values.ndim == 4 else [field]
     parts = ("Re ", "Im ") if np.iscomplexobj(values) else ("",)
@@ -73,7 +74,7 @@ def _columns(field: str, values: Array) -> Iterator[str]:
 
 
 def _json(run: Trajectory, out: IO[bytes]) -> None:
-    """{"samples": [...], "outcome": ...} and what is known of an outcome that is not REACHED."""
+    """Writes {"samples": [...], "outcome": ...} and, for an outcome other than REACHED, its details."""
     out.write(b'{"samples": [')
     separator = "\n"
     for step, time, fields in _samples(run):
@@ -90,7 +91,7 @@ def _json(run: Trajectory, out: IO[bytes]) -> None:
 
 
 def _block(values: Array) -> str:
-    """One field of one sample as a Matrix; of an ensemble with the number of members before it."""
+    """Returns one field of one sample in the JSON form of a Matrix, for ensembles with the number of members."""
     members = f'"members": {values.shape[0]}, ' if values.ndim == 3 else ""
     rows, cols = values.shape[-2:]
     parts = {"values": values.real, "imaginary": values.imag} if np.iscomplexobj(values) else {"values": values}
@@ -108,7 +109,7 @@ def _samples(run: Trajectory) -> Iterator[tuple[int, float, dict[str, Array]]]:
 
 
 def _flat(values: Array) -> Iterable[float]:
-    """Row by row; of complex numbers the real part and the imaginary part."""
+    """Returns the numbers row by row; a complex number as its real and its imaginary part."""
     flat = np.ascontiguousarray(values).ravel()
     numbers: list[float] = (flat.view(np.float64) if np.iscomplexobj(flat) else flat).tolist()
     return numbers

@@ -1,4 +1,4 @@
-"""Scenes: a dict, the path of a scene file, or the message itself."""
+"""Converts scenes, which may be given as a dict, the path of a scene file, or a message."""
 from __future__ import annotations
 
 import json
@@ -18,16 +18,17 @@ from stiefel.mappings import parse
 
 _LISTS = {"inertia", "inertia_u", "inertia_v", "inertia_tensor", "moments", "attitude",
           "angular_velocity"}
-_LARGE = 4096  # numbers, above which an array travels as bytes
+_LARGE = 4096  # numbers; a larger array travels as bytes
 
 SceneLike = Union[Mapping[str, Any], str, "os.PathLike[str]", pb.Scene]
 
 
 def to_message(scene: SceneLike) -> pb.Scene:
-    """The message of a scene. In a dict, matrices may be arrays and numbers numpy's; of an ensemble
-    blocks may be (members, n, N), and what each member has of its own (members, ...).
+    """Returns the message of a scene.
 
-    An unknown key or a value of another kind is InvalidArgument, which names its path.
+    In a dict, matrices may be numpy arrays and numbers numpy scalars. In an ensemble, blocks may be (members, n, N),
+    and lists of which each member has its own (members, ...). Raises InvalidArgument that names the path of every
+    unknown key and every value of a wrong type.
     """
     if isinstance(scene, pb.Scene):
         return scene
@@ -51,14 +52,14 @@ def to_message(scene: SceneLike) -> pb.Scene:
 
 
 def to_method(method: Mapping[str, Any]) -> pb.Method:
-    """The message of a scene's `method`."""
+    """Returns the message of a scene's `method`."""
     message = pb.Method()
     parse(_in_json(_plain(method)), message, "method")
     return message
 
 
 def _read(file: "str | os.PathLike[str]") -> Mapping[str, Any]:
-    """A scene file. OSError if it cannot be read."""
+    """Reads a scene file. Raises OSError if that fails, and InvalidArgument if it holds no JSON object."""
     if not isinstance(file, (str, os.PathLike)):
         raise _wrong("scene", file, "must be a dict, the path of a scene file or a Scene message")
     try:
@@ -76,13 +77,13 @@ def _wrong(path: str, value: Any, rule: str) -> InvalidArgument:
 
 
 def to_dict(scene: SceneLike) -> dict[str, Any]:
-    """The JSON form, with the proto's field names."""
+    """Returns the JSON form of a scene as a dict, with the proto's field names."""
     description: dict[str, Any] = json_format.MessageToDict(to_message(scene), preserving_proto_field_name=True)
     return description
 
 
 def to_matrix(block: Any, path: str = "matrix") -> pb.Matrix:
-    """The message of an array, nested list or mapping; `path` is its name in errors."""
+    """Returns the message of an array, nested list or mapping. `path` is its name in errors."""
     message = pb.Matrix()
     parse(_in_json(_matrix(_plain(block), path)), message, path)
     return message
@@ -108,7 +109,7 @@ def _plain(value: Any) -> Any:
 
 
 def _in_json(value: Any) -> Any:
-    """NaN and the infinities in protobuf's words for them: the server says where they stand and what is wrong."""
+    """Replaces NaN and the infinities by protobuf's JSON names for them, so that the server reports them."""
     if isinstance(value, Mapping):
         return {key: _in_json(item) for key, item in value.items()}
     if isinstance(value, list):
@@ -131,7 +132,7 @@ def _set_tensor(tensor: pb.Tensor, block: NDArray[Any]) -> None:
 
 
 def _matrix(block: Any, path: str) -> Any:
-    """A nested list, or a flat one for a vector, as a Matrix."""
+    """Returns a nested list, or a flat one for a vector, in the JSON form of a Matrix."""
     if isinstance(block, Mapping):
         return block
     try:

@@ -15,9 +15,12 @@ Options = Sequence[tuple[str, Any]]
 
 @dataclass(frozen=True)
 class Tls:
-    """Files in PEM. `ca`: the authorities of the server's certificate; None takes those that gRPC comes with.
-    `certificate` and `key`: this client's, for a server that asks for one. `name`: the one that the server's
-    certificate must have, where that is not the host of the address."""
+    """The paths of PEM files for TLS, and the server's name.
+
+    `ca`: the authorities that may sign the server's certificate; None for those that gRPC comes with. `certificate` and
+    `key`: this client's, for a server that asks for them. `name`: the name that the server's certificate must have, if
+    it is not the host of the address.
+    """
 
     ca: Optional[str] = None
     certificate: Optional[str] = None
@@ -30,7 +33,7 @@ TlsLike = Union[None, bool, str, "os.PathLike[str]", Tls]
 
 
 def is_local(address: str) -> bool:
-    """Whether only this machine is on the way to `address`: a Unix socket, localhost, 127.0.0.0/8, ::1."""
+    """Returns whether the address is on this machine: a Unix socket, localhost, 127.0.0.0/8 or ::1."""
     if address.startswith("unix:"):
         return True
     host = address.rpartition(":")[0].strip("[]")
@@ -41,7 +44,8 @@ def is_local(address: str) -> bool:
 
 
 def open_channel(address: str, tls: TlsLike, token: Optional[str], options: Options) -> grpc.Channel:
-    """A channel to `address`. A token that would travel in plaintext beyond this machine is InvalidArgument."""
+    """Opens a channel to `address`. Raises InvalidArgument for a token that would travel in plaintext beyond this
+    machine, for TLS on a Unix socket, and for files that cannot be read."""
     security = _tls(tls, address)
     token = _checked(token)
     if security is not None:
@@ -51,13 +55,13 @@ def open_channel(address: str, tls: TlsLike, token: Optional[str], options: Opti
     if not is_local(address):
         raise InvalidArgument(f"a token is sent over TLS, to this machine or over a Unix socket only, and {address} is "
                               "none of these: give tls")
-    # These credentials look at the connection too: a name that does not lead to this machine gets no token.
+    # These credentials check the connection, too: a name that resolves to another machine gets no token.
     kind = grpc.LocalConnectionType.UDS if address.startswith("unix:") else grpc.LocalConnectionType.LOCAL_TCP
     return _with_token(grpc.secure_channel(address, grpc.local_channel_credentials(kind), options=options), token)
 
 
 def token_from_environment() -> Optional[str]:
-    """STIEFEL_TOKEN; None where it is not set or empty."""
+    """Returns the environment variable STIEFEL_TOKEN; None if it is not set or empty."""
     return os.environ.get("STIEFEL_TOKEN") or None
 
 
@@ -106,7 +110,8 @@ def _with_token(channel: grpc.Channel, token: Optional[str]) -> Any:
 
 
 class _Authorized:
-    """A channel whose calls carry the token. gRPC's own way, an interceptor, costs a call several times as much."""
+    """A channel whose calls carry the token. An interceptor, gRPC's own means, would make a call several times as
+    expensive."""
 
     def __init__(self, channel: grpc.Channel, token: str):
         self._channel = channel

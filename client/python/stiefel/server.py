@@ -1,4 +1,4 @@
-"""A server as a child process, which ends at the latest with its parent."""
+"""Runs a server as a child process, which ends at the latest with its parent."""
 from __future__ import annotations
 
 import os
@@ -21,7 +21,10 @@ _KEPT = 65536  # bytes of stderr that an error may show
 
 
 class Server:
-    """Made by `Server.start()`. `address` is what `Client` takes. As a context manager it stops at the end."""
+    """A server in a child process, made by `Server.start()`.
+
+    `Client` takes its `address`. As a context manager it stops the server at the end.
+    """
 
     def __init__(self, process: "subprocess.Popen[bytes]", address: str, folder: str, errors: _Errors):
         self.address = address
@@ -32,18 +35,18 @@ class Server:
     @classmethod
     def start(cls, listen: Optional[str] = None, arguments: Sequence[str] = (), timeout: float = 30.0,
               environment: Optional[Mapping[str, str]] = None) -> Server:
-        """Starts a server on a Unix socket that only this user can reach, or on `listen`.
+        """Starts a server on a Unix socket that only this user can reach, or on the address `listen`.
 
-        "127.0.0.1:0" is a free port. `arguments` go to the command as they are; `environment` has
-        variables for it that this process's own replace. A program that ends,
-        or has not said after `timeout` seconds where it listens, is killed: NotStarted, with what
-        it wrote to stderr. FileNotFoundError if there is no program.
+        "127.0.0.1:0" takes a free port. `arguments` are passed to the program unchanged. `environment` has variables
+        for the program; variables of this process take precedence. Raises NotStarted with the program's output to
+        stderr if it ends, or does not say within `timeout` seconds where it listens, in which case it is killed. Raises
+        FileNotFoundError if there is no program.
         """
         program = find_server()
         folder = tempfile.mkdtemp(prefix="stiefel-")
         command = [program, "--listen", listen or f"unix:{folder}/socket", "--exit-with-parent", *arguments]
         try:
-            # It stops when its stdin ends, which happens however this process does.
+            # The server stops when its stdin ends, which happens however this process ends.
             process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                                        bufsize=0, env={"STIEFEL_LOG_LEVEL": "warn", **(environment or {}), **os.environ})
         except OSError as error:
@@ -71,12 +74,12 @@ class Server:
         raise _not_started(command, what, status, errors.text())
 
     def stop(self) -> int:
-        """Asks it to end, and waits; the exit status."""
+        """Asks the server to end, waits for it, and returns its exit status."""
         self._stop()
         return self.process.returncode
 
     def leave_to_parent(self) -> None:
-        """In a forked child: the server stays the parent's, and ends with the parent although the child lives on."""
+        """Call this in a forked child: the server stays the parent's and ends with it, even if the child lives on."""
         self._stop.detach()
         for pipe in (self.process.stdin, self.process.stdout):
             if pipe is not None:
@@ -106,7 +109,8 @@ if hasattr(os, "register_at_fork"):
 
 
 def find_server() -> str:
-    """`stiefel-server`: what STIEFEL_SERVER names, what the package holds, that of the build tree around it, or on PATH."""
+    """Returns the path of `stiefel-server`: the one that the environment variable STIEFEL_SERVER names, the one inside
+    the package, that of the build tree around the package, or the one on PATH. Raises FileNotFoundError."""
     given = os.environ.get("STIEFEL_SERVER")
     if given:
         found = shutil.which(given)
@@ -127,7 +131,8 @@ def find_server() -> str:
 
 
 class _Errors(threading.Thread):
-    """Reads a child's stderr: keeps its end until `forward`, from then on passes it to this process's."""
+    """Reads a child's stderr. Keeps the end of it until `forward` is called, then passes everything to this process's
+    stderr."""
 
     def __init__(self, pipe: IO[bytes]):
         super().__init__(name="stiefel-server stderr", daemon=True)
@@ -157,7 +162,7 @@ class _Errors(threading.Thread):
 
 
 def _write(text: bytes) -> None:
-    """To the descriptor, where the child would write by itself: sys.stderr may be gone at exit."""
+    """Writes to the descriptor of stderr, because sys.stderr may be gone at exit."""
     try:
         while text:
             text = text[os.write(2, text):]
@@ -166,7 +171,8 @@ def _write(text: bytes) -> None:
 
 
 def _first_line(pipe: IO[bytes], timeout: float) -> Optional[bytes]:
-    """Without its end; what there was if the pipe ended before; None if neither came in time."""
+    """Reads the first line without its end. Returns what there was if the pipe ends earlier, and None if neither
+    happens within `timeout` seconds."""
     end, line = time.monotonic() + timeout, b""
     with selectors.DefaultSelector() as selector:
         selector.register(pipe, selectors.EVENT_READ)
@@ -181,7 +187,7 @@ def _first_line(pipe: IO[bytes], timeout: float) -> Optional[bytes]:
 
 
 def _end(process: "subprocess.Popen[bytes]", grace: float) -> Optional[int]:
-    """The exit status, or None if it had to be killed after `grace` seconds."""
+    """Waits for the process and returns its exit status. Kills it after `grace` seconds and then returns None."""
     try:
         return process.wait(grace)
     except subprocess.TimeoutExpired:
@@ -201,7 +207,7 @@ def _stop(process: "subprocess.Popen[bytes]", folder: str, errors: _Errors) -> N
     if process.poll() is None:
         process.terminate()
         _end(process, _GRACE)
-    errors.join(1.0)  # its last words; a child of its own may hold the pipe longer
+    errors.join(1.0)  # reads the last output; a child of the server may keep the pipe open longer
     for pipe in (process.stdin, process.stdout):
         if pipe is not None:
             pipe.close()

@@ -33,23 +33,24 @@ Bracket = tuple[Sequence[tuple[Any, Any]], Sequence[tuple[Any, Any]]]
 
 
 class Session:
-    """Made by `Client.create` or `Client.get`. As a context manager it deletes itself at the end.
+    """A simulation held by a server, made by `Client.create` or `Client.get`.
 
-    A session from `Client.create` or `fork` outlives its server: where it is gone, a call creates it again,
-    with the last checkpoint that has come, and goes on. Not after `delete`, by whomever.
+    As a context manager it deletes the session at the end. A session from `Client.create` or `fork` survives the loss
+    of its server: the next call creates it again, from the checkpoints that have arrived, and goes on. A deleted
+    session is not created again, whoever deleted it.
     """
 
     def __init__(self, client: Client, message: pb.Session, created: bool, base: Optional[pb.Scene] = None,
                  owner: bool = False, checkpoint: bytes = b""):
-        """`base`: the scene that the message's completes; None for a session that is only listed. `owner`: it was
-        created by this handle, with that `checkpoint`."""
+        """`base`: the scene that the scene of `message` completes; None for a session from `Client.list`. `owner`:
+        whether this handle created the session, with `checkpoint`."""
         self._client = client
-        self.message = message  #: the server's reply; of the scene it has only what the server filled in
-        self.created = created  #: False if the session was there already
+        self.message = message  #: the server's reply; its scene may have only the fields that the server filled in
+        self.created = created  #: False if the session existed already
         self._lock = threading.Lock()
         self._scene: Optional[pb.Scene] = None
         self._whole = False
-        self._sent = base  # until all arrays of the resolved scene are here
+        self._sent = base  # the scene as sent, kept until all arrays of the resolved scene have arrived
         self._recreation = Recreation(client, message, self._known_or_sent if owner else None, checkpoint)
         if base is not None:
             self._resolve(base)
@@ -62,25 +63,25 @@ class Session:
     def scene(self) -> dict[str, Any]:
         """The resolved scene, every default filled in.
 
-        The client has it without a call, but for arrays that are too large for a reply and that it did
-        not send itself, and for sessions from `Client.list`: those are fetched once.
+        This makes a call only the first time, for sessions from `Client.list` and for arrays that are too large for a
+        reply and that the client did not send itself.
         """
         return to_dict(with_blocks_as_matrices(self.resolved()))
 
     @property
     def choice(self) -> Optional[Choice]:
-        """The method that the server chose for the scene's tolerance; None if the scene named its method."""
+        """The method that the server chose for the scene's tolerance; None if the scene had no tolerance."""
         self._known_scene()
         return Choice.of(self.message)
 
     @property
     def step_price(self) -> Price:
-        """What one step costs, predicted."""
+        """The predicted price of one step."""
         self._known_scene()
         return Price.of(self.message.step_price)
 
     def resolved(self) -> pb.Scene:
-        """The resolved scene as a message, which is the session's own: not to be changed."""
+        """Returns the resolved scene as a message. Do not change it: the session keeps it."""
         scene = self._known_scene()
         with self._lock:
             if not self._whole:
@@ -90,7 +91,7 @@ class Session:
         return scene
 
     def _known_scene(self) -> pb.Scene:
-        """The resolved scene without the arrays that are too large for a reply."""
+        """Returns the resolved scene, possibly without the arrays that are too large for a reply."""
         with self._lock:
             if self._scene is None:
                 view = pb.SessionView(scene=pb.SCENE_VIEW_FULL, checksum=self._client.checksums)
@@ -107,7 +108,7 @@ class Session:
         self._sent = None if self._whole else base
 
     def _known_or_sent(self) -> pb.Scene:
-        """What creates the session again: the resolved scene if all of it is here, else what was sent."""
+        """Returns the scene that creates the session again: the resolved one if it is whole, else the one sent."""
         scene = self._scene if self._whole else self._sent
         assert scene is not None
         return scene
@@ -119,7 +120,7 @@ class Session:
             assembly, stream = Assembly(), self._client.stub.Stream(request, timeout=left, metadata=self._recreation.metadata)
             try:
                 for message in stream:
-                    if message.steps:  # the sample at step 0, after all arrays
+                    if message.steps:  # the sample at step 0, which comes after all arrays
                         break
                     verify_batch(message, b"", b"")
                     assembly.take(message.scene_arrays)
@@ -132,7 +133,11 @@ class Session:
 
     def step(self, to: int, fields: Optional[Names] = None, checkpoint: bool = False,
              timeout: Optional[float] = None) -> State:
-        """The state at step `to`, or the last good one before it. `fields`: a name or several; the system's blocks if none."""
+        """Returns the state at step `to`, or the last good one if the run ends before; see `State.outcome`.
+
+        `fields`: a name or several; by default the system's blocks. `checkpoint`: asks for `State.checkpoint`.
+        `timeout`: seconds for the whole call; by default the client's.
+        """
         wanted = names("fields", fields)
         request = pb.StepRequest(session_id=self.id, to=to, fields=wanted,
                                  return_checkpoint=checkpoint or self._recreation.wants_checkpoint(to),
@@ -146,7 +151,7 @@ class Session:
         return self._state(reply, checkpoint)
 
     def _state(self, reply: pb.StepResponse, checkpoint: bool) -> State:
-        """Of Step and Drive. A checkpoint that the caller did not ask for is for the recreation."""
+        """Reads a reply of Step or Drive. Keeps its checkpoint, and passes it on only if the caller asked for it."""
         verify_sample(reply.sample)
         if reply.checkpoint:
             self._recreation.keep(reply.sample.step, reply.checkpoint)
@@ -156,7 +161,7 @@ class Session:
 
     def step_in_parts(self, to: int, fields: Sequence[str], checkpoint: bool,
                       timeout: Optional[float] = None) -> State:
-        """`step` over a stream, which sends a state of any size; `step` calls it where one reply does not suffice."""
+        """Does what `step` does over a stream, which sends states of any size."""
         samples = self._samples(to, to, 1, fields, timeout, checkpoint)
         last = list(samples)[-1]
         return State(int(last.step[-1]), float(last.time[-1]), {name: values[-1] for name, values in last.items()},
@@ -164,18 +169,19 @@ class Session:
                      samples.checkpoint if checkpoint else b"", samples.price)
 
     def drive(self, fields: Optional[Names] = None) -> Drive:
-        """`step` for tight loops, over one stream: `with session.drive() as drive: drive.step(k)`."""
+        """Opens a stream for many steps in a tight loop: `with session.drive("Q") as drive: drive.step(k)`."""
         return Drive(self, fields)
 
     def diagnose(self, to: int, invariants: Names = (), forms: Sequence[Form] = (),
                  dirac_brackets: Sequence[Bracket] = (), symplectic: bool = False,
                  timeout: Optional[float] = None, estimate_error: bool = False) -> Diagnosis:
-        """The invariants at step `to` beside their values at step 0.
+        """Returns the invariants at step `to` with their values at step 0.
 
-        A form is its name and two tangent vectors, each a mapping from block to array; a bracket two
-        products, each a list of pairs (A, B) for tr A^T Q + tr B^T P. `symplectic` asks how far a step
-        is from keeping the system's two-form, `estimate_error` for `estimated_error`: how far the state
-        is from the exact motion, if that can be told in about ten seconds.
+        `invariants`: names of families or of single invariants; by default every family. `forms`: two-forms, each the
+        form's name and two tangent vectors, which are mappings from block names to arrays. `dirac_brackets`: each two
+        functions, which are products of factors tr A^T Q + tr B^T P, given as a list of pairs (A, B). `symplectic`:
+        asks how far a step is from keeping the system's two-form. `estimate_error`: asks for
+        `Diagnosis.estimated_error`, if it can be computed in about ten seconds.
         """
         request = pb.DiagnoseRequest(session_id=self.id, to=to, invariants=names("invariants", invariants),
                                      symplectic_test=pb.SymplecticTest() if symplectic else None,
@@ -192,9 +198,10 @@ class Session:
     def fork(self, at: int, method: Optional[Mapping[str, Any]] = None, step: Optional[float] = None,
              system: Optional[str] = None, id: Optional[str] = None,
              timeout: Optional[float] = None) -> Session:
-        """A new session that starts where this one is at step `at`, with what is named changed.
+        """Creates a session that starts from this one's state at step `at`, with the given method, step or system.
 
-        What the method has drifted off the manifold by is repaired, up to 0.01.
+        What is not given stays the same. A drift of the state off the manifold is repaired up to 0.01. Raises
+        FailedPrecondition if the step cannot be reached.
         """
         request = pb.ForkSessionRequest(session_id=str(uuid.uuid4()) if id is None else id,
                                         from_session_id=self.id, from_step=at, step=step, system=system,
@@ -205,35 +212,36 @@ class Session:
         if not reply.HasField("session"):
             raise FailedPrecondition(f"step {at} cannot be reached: {reply.run_status.message}")
         forked = Session(self._client, reply.session, reply.created, self.resolved(), owner=True)
-        # The server resolved the fork's scene; to create the session again elsewhere the handle needs all of it.
+        # The server resolved the fork's scene; the handle needs all of it to create the session again elsewhere.
         forked.resolved()
         return forked
 
     def delete(self) -> None:
-        """Ends it on its server; from now on this handle does not create it again."""
+        """Deletes the session from its server. Later calls of this handle raise NotFound."""
         self._recreation.end()
         self._client.delete(self.id)
 
     def stream(self, to: int, start: int = 0, every: int = 1,
                fields: Optional[Names] = None, timeout: Optional[float] = None) -> Iterator[Batch]:
-        """The samples at start, start + every, ... and at `to`, batch by batch.
+        """Yields the samples at start, start + every, ... and at `to`, batch by batch.
 
-        A stream that breaks goes on at the sample where it stopped. A run that ends early ends the
-        iteration; `trajectory` says why. `timeout` bounds the whole iteration, its resumptions,
-        pauses and the caller's own time included: DeadlineExceeded.
+        `fields`: as in `step`. A stream that breaks is resumed at the sample where it stopped. A run that ends early
+        ends the iteration; `trajectory` tells why. `timeout`: seconds for the whole iteration including resumptions,
+        pauses and the caller's own time, after which DeadlineExceeded is raised.
         """
         yield from self._samples(to, start, every or 1, names("fields", fields), timeout)
 
     def trajectory(self, to: Optional[int] = None, start: int = 0, every: int = 1,
                    fields: Optional[Names] = None, progress: bool = False,
                    timeout: Optional[float] = None, times: Optional[Sequence[float]] = None) -> Trajectory:
-        """The samples at start, start + every, ... and at `to` as whole arrays, each allocated once.
+        """Returns the samples at start, start + every, ... and at `to` as whole arrays, each allocated once.
 
-        With `times` instead of `to`: the states at any times, in the order given. A state between two steps is
-        what the method makes of the one before with a shorter step; `step` is then the last step at or before.
+        `fields`: a name or several; by default the system's blocks. `progress`: shows a progress bar of tqdm. With
+        `times` instead of `to`, returns the states at these times, in the order given. A state between two steps is
+        the state before it, advanced by the method with a shorter step; its `step` is the last step at or before it.
 
-        `timeout` bounds the whole call, its resumptions and pauses included. An exception has what
-        had arrived in `partial`:
+        `timeout`: seconds for the whole call, including resumptions and pauses. When the call fails, the exception has
+        the samples that had arrived in `partial`:
 
             try:
                 run = session.trajectory(to=10**9, every=1000, timeout=10)
@@ -260,15 +268,17 @@ class Session:
 
     def summarize(self, to: int, quantities: Quantities, start: int = 0, every: int = 1,
                   timeout: Optional[float] = None, checkpoint_every: int = 0, checkpoint: bytes = b"") -> Summary:
-        """Statistics of fields and invariants over the samples at start, start + every, ... and at `to`.
+        """Returns statistics of fields and invariants over the samples at start, start + every, ... and at `to`.
 
             session.summarize(10**6, {"energy": "drift", "quaternion": ["last"],
                                       "angular_velocity": ["rms", {"quantiles": [0.05, 0.95]}]})
 
-        Statistics: last, min, max, mean, rms, sign_changes, drift; quantiles of fractions, and a histogram between
-        `edges`. Of an ensemble they are of each member, or with `"over_members": True` of all together. A call
-        that breaks goes on at its last checkpoint, one every `checkpoint_every` steps; 0: it begins anew.
-        `timeout`: of the whole call; none by default.
+        `quantities`: for each field, invariant or family of invariants, names of statistics (last, min, max, mean, rms,
+        sign_changes, drift), "quantiles" at fractions in [0, 1], and "edges" of a histogram. In an ensemble each member
+        has its own statistics; with `"over_members": True` they are computed over all members together.
+        `checkpoint_every`: steps between two checkpoints, from the last of which a call that breaks is resumed; with 0
+        it begins anew. `checkpoint`: a `Summary.checkpoint` of an earlier call from which to go on. `timeout`: seconds
+        for the whole call; none by default.
         """
         request = self._summarize_request(to, start, every, checkpoint_every=checkpoint_every, checkpoint=checkpoint,
                                           return_checkpoint=checkpoint_every > 0, quantities=to_quantities(quantities))
@@ -279,15 +289,16 @@ class Session:
 
     def events(self, to: int, events: Union[Wanted, Sequence[Wanted]], start: int = 0,
                fields: Optional[Names] = None, timeout: Optional[float] = None) -> Events:
-        """The zeros of g = sum(coefficients * field) - level after step `start`, up to step `to`.
+        """Returns the zeros of g = sum(coefficients * field) - level after step `start`, up to step `to`.
 
             flips = session.events(10**5, {"field": "angular_velocity", "coefficients": [0, 1, 0],
                                            "direction": "rising"})
 
-        Each event is a mapping with field, coefficients, and where they are not the defaults level (0), direction
-        ("both", "rising", "falling"), limit (0: all) and terminal (False: the motion goes on). Where g_k and
-        g_k+1 have different signs there is one zero; two between the same two states are not seen. `fields`: of
-        the states at the events; the system's blocks by default.
+        Each event is a mapping with the keys field and coefficients, and optionally level (default 0), direction
+        ("both", the default, "rising" or "falling"), limit (the most zeros; default 0, all) and terminal (whether the
+        motion ends at the last zero of `limit`, by default False). A zero is found where g has different signs at two
+        consecutive steps; two zeros between them are not seen. `fields`: the fields to return at the zeros; by default
+        the system's blocks.
         """
         running = self._summarizing(self._events_request(to, events, start, fields), timeout)
         parts = [part for part in running if isinstance(part, Events)]
@@ -295,7 +306,7 @@ class Session:
 
     def stream_events(self, to: int, events: Union[Wanted, Sequence[Wanted]], start: int = 0,
                       fields: Optional[Names] = None, timeout: Optional[float] = None) -> Iterator[Events]:
-        """`events` batch by batch as they are found; to leave the iteration ends the search."""
+        """Yields what `events` returns in batches, as they are found. Leaving the iteration ends the search."""
         for part in self._summarizing(self._events_request(to, events, start, fields), timeout):
             if isinstance(part, Events):
                 yield part
@@ -348,7 +359,7 @@ class Session:
         try:
             self.delete()
         except StiefelError:
-            if kind is None:  # else what ended the block is what matters; the server drops idle sessions
+            if kind is None:  # else the exception that ended the block matters more; the server drops idle sessions
                 raise
 
     def __repr__(self) -> str:
@@ -383,6 +394,6 @@ class _NoBar:
 def _progress_bar(steps: int, wanted: bool) -> Any:
     if not wanted:
         return _NoBar()
-    from tqdm import tqdm  # only those who want a bar need it
+    from tqdm import tqdm  # imported here because only progress bars need it
 
     return tqdm(total=steps, unit=" steps", unit_scale=True)

@@ -1,4 +1,4 @@
-"""What the streams of the service have in common: how they end, and checkpoints in parts."""
+"""What the readers of all streams share: how streams end, and checkpoints that come in parts."""
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Iterator
@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
 
 def messages(client: Client, recreation: Recreation, stream: Any) -> Iterator[Any]:
-    """The messages of a stream, which is cancelled when the iteration is left. Raises this package's exceptions where it
-    breaks, Internal where it ends although the iteration was not left, and BuildChanged."""
+    """Yields the messages of a stream, and cancels the stream when the iteration is left. Raises this package's
+    exception if the stream breaks, Internal if it ends before the iteration is left, and BuildChanged."""
     answered = False
     try:
         for message in stream:
@@ -32,13 +32,14 @@ def messages(client: Client, recreation: Recreation, stream: Any) -> Iterator[An
 
 
 class CheckpointParts:
-    """A checkpoint that comes in parts, in their order."""
+    """Joins the parts of a checkpoint, which come in order."""
 
     def __init__(self) -> None:
         self._parts: list[bytes] = []
 
     def take(self, part: pb.CheckpointPart) -> bytes:
-        """The checkpoint with its last part, else nothing. CorruptReply where a part does not follow the one before."""
+        """Returns the whole checkpoint when `part` is its last part, else nothing. Raises CorruptReply if the part does
+        not continue the part before it."""
         if part.offset == 0:
             self._parts = []
         begun = sum(map(len, self._parts))

@@ -1,4 +1,4 @@
-"""The stream of a Summarize: reads it, and goes on where it broke."""
+"""Reads the stream of a Summarize, and resumes it where it broke."""
 from __future__ import annotations
 
 from contextlib import closing
@@ -21,10 +21,10 @@ if TYPE_CHECKING:
 
 
 class Summarizing:
-    """Events and states at times as they come; the summary afterwards.
+    """Iterates over events and states at times as they arrive; the summary is available afterwards.
 
-    A stream that breaks because the server is unavailable, or has lost the session, goes on at the last
-    checkpoint that the request asked for, or begins anew; what has been handed out is not handed out again.
+    A stream that breaks because the server is unavailable or has lost the session is resumed from the last checkpoint
+    that the request asked for, or begins anew. Events and states are never yielded twice.
     """
 
     def __init__(self, client: Client, recreation: Recreation, request: pb.SummarizeRequest, ensemble: bool,
@@ -34,22 +34,22 @@ class Summarizing:
         self._request = request
         self._ensemble = ensemble
         self._timeout = timeout
-        self._given = request.checkpoint  # by the caller
-        self.run_status: Optional[RunStatus] = None  #: at the end
-        self.arrays: dict[str, Array] = {}  #: statistics by their names, at the end
+        self._given = request.checkpoint  # the caller's checkpoint
+        self.run_status: Optional[RunStatus] = None  #: set at the end
+        self.arrays: dict[str, Array] = {}  #: statistics by name, set at the end
         self.computed_steps = 0
         self.price: Optional[Price] = None
-        self.checkpoint = request.checkpoint  #: the last one that is complete
+        self.checkpoint = request.checkpoint  #: the last complete checkpoint
 
     def summary(self) -> Summary:
-        """After the end."""
+        """Returns the summary. Call it after the iteration has ended."""
         assert self.run_status is not None
         return Summary.of(self.arrays, self.run_status, self.computed_steps, self.price, self.checkpoint)
 
     def __iter__(self) -> Iterator[Union[Events, Batch]]:
         deadline, waits, recoveries = calls.Deadline(self._timeout), calls.Pauses(), recreation.pauses()
-        taken = {Events: 0, Batch: 0}  # handed out
-        kept = dict(taken)  # of what came before the checkpoint
+        taken = {Events: 0, Batch: 0}  # how many events and states have been yielded
+        kept = dict(taken)  # how many of them came before the last checkpoint
         before = 0  # steps computed by broken streams
         while True:
             stream = self._client.stub.Summarize(self._request, timeout=deadline.left(),
@@ -84,7 +84,8 @@ class Summarizing:
                 error: StiefelError = broken
             before += computed
             if self._request.checkpoint != self._given and recreation.refuses_checkpoint(error):
-                kept, self._request.checkpoint = dict.fromkeys(kept, 0), self._given  # of a server with another key
+                # This server has another checkpoint key or build: the stream begins anew.
+                kept, self._request.checkpoint = dict.fromkeys(kept, 0), self._given
                 continue
             try:
                 calls.pause_or_raise(error, waits, self._client, deadline, late=True)
@@ -92,7 +93,7 @@ class Summarizing:
                 self._recreation.recover(lost, recoveries, deadline)
 
     def _read(self, message: pb.SummarizeResponse, assembly: Assembly) -> Union[Events, Batch, None]:
-        """The events or states that are whole with this message."""
+        """Reads a message and returns the events or states that it completes."""
         if message.HasField("events"):
             assembly.take(message.events.fields)
             return None if message.continues else Events.of(message.events, assembly.finish(), self._ensemble)

@@ -1,4 +1,4 @@
-"""Statistics, events and states at any times, computed by the server beside the steps."""
+"""Statistics and events that the server computes along with the steps."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field
@@ -11,10 +11,10 @@ from stiefel import v1 as pb
 from stiefel.arrays import Array, Outcome, Price, RunStatus
 from stiefel.errors import InvalidArgument, Violation
 
-#: A statistic, several, or a mapping with the keys statistics, quantiles, edges, over_members.
+#: A statistic, several of them, or a mapping with the keys statistics, quantiles, edges, over_members.
 Asked = Union[str, Mapping[str, Any], Iterable[Union[str, Mapping[str, Any]]]]
 Quantities = Mapping[str, Asked]
-#: field, coefficients, level, direction, limit, terminal
+#: An event as a mapping with the keys field, coefficients, level, direction, limit, terminal.
 Wanted = Mapping[str, Any]
 
 _STATISTICS: dict[str, int] = {name[len("STATISTIC_"):].lower(): number for name, number in pb.Statistic.items()}
@@ -25,7 +25,7 @@ _OUTCOMES = np.array([name[len("OUTCOME_"):] for name in pb.Outcome.keys()])
 
 
 def to_quantities(quantities: Quantities) -> list[pb.Quantity]:
-    """The messages for `{"energy": "drift", "M": ["min", {"quantiles": [0.1, 0.9]}]}`."""
+    """Returns the messages for a mapping such as `{"energy": "drift", "M": ["min", {"quantiles": [0.1, 0.9]}]}`."""
     return [_quantity(name, asked) for name, asked in quantities.items()]
 
 
@@ -49,7 +49,7 @@ def _quantity(name: str, asked: Asked) -> pb.Quantity:
 
 
 def to_events(events: Union[Wanted, Sequence[Wanted]]) -> list[pb.Event]:
-    """The messages for mappings like `{"field": "angular_velocity", "coefficients": [0, 0, 1]}`."""
+    """Returns the messages for mappings such as `{"field": "angular_velocity", "coefficients": [0, 0, 1]}`."""
     wanted = [events] if isinstance(events, Mapping) else events
     return [_event(event, f"events[{i}]") for i, event in enumerate(wanted)]
 
@@ -80,15 +80,17 @@ def _refused(path: str, rule: str) -> InvalidArgument:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Events:
-    """Zeros of functions of the state, an element of each array for each of them, in the order of their steps."""
+    """Zeros of functions of the state, ordered by step. Each array has one element per zero."""
 
-    event: NDArray[np.uint32]  #: which one of those asked for
-    step: NDArray[np.int64]  #: the last step before it
-    fraction: Array  #: it is at step + fraction, 0 < fraction <= 1; of a discrete system 1: somewhere between the two
-    time: Array
-    member: Optional[NDArray[np.uint32]]  #: of an ensemble
-    fields: dict[str, Array]  #: (events, rows, cols)
-    run_status: Optional[RunStatus] = None  #: of `Session.events`
+    event: NDArray[np.uint32]  #: the index of the event among those asked for
+    step: NDArray[np.int64]  #: the last step before the zero
+    #: The zero is at step + fraction, 0 < fraction <= 1. For a discrete system the fraction is 1, and the zero lies
+    #: somewhere between the two steps.
+    fraction: Array
+    time: Array  #: (step + fraction) times the scene's step
+    member: Optional[NDArray[np.uint32]]  #: the member of an ensemble; None for a single motion
+    fields: dict[str, Array]  #: the fields at the zeros, (events, rows, cols)
+    run_status: Optional[RunStatus] = None  #: how the run ended; None in the parts from `Session.stream_events`
 
     def __len__(self) -> int:
         return len(self.step)
@@ -97,7 +99,7 @@ class Events:
         return self.fields[name]
 
     def after(self, count: int) -> Events:
-        """Those without the first `count`."""
+        """Returns the events after the first `count`."""
         return Events(self.event[count:], self.step[count:], self.fraction[count:], self.time[count:],
                       None if self.member is None else self.member[count:],
                       {name: values[count:] for name, values in self.fields.items()})
@@ -124,21 +126,21 @@ class Events:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Summary(Mapping[str, "dict[str, Array]"]):
-    """Statistics by the names of their quantities: `summary["energy"]["drift"]`.
+    """Statistics by quantity and name: `summary["energy"]["drift"]`.
 
-    The arrays have the shape of the field, (), or (invariants of the family), before it in an ensemble
-    (members), behind it (quantiles) or (bins).
+    The shape of an array is that of the field, () for a single invariant, or (invariants,) for a family. In an
+    ensemble, (members,) stands before this shape; (quantiles,) or (bins,) stands behind it.
     """
 
     quantities: dict[str, dict[str, Array]]
-    outcomes: Array  #: (members), or (): how each motion ended, texts equal to `Outcome`
-    last_step: Array  #: (members), or ()
-    ended_by: Array  #: (members), or (): the index of the terminal event, or -1
-    samples: Array  #: (members), or (): how many there were
+    outcomes: Array  #: how each motion ended, texts equal to `Outcome`: (), in an ensemble (members,)
+    last_step: Array  #: the last step of each motion: (), in an ensemble (members,)
+    ended_by: Array  #: the index of the terminal event, or -1: (), in an ensemble (members,)
+    samples: Array  #: the number of samples: (), in an ensemble (members,)
     run_status: RunStatus
     computed_steps: int = field(compare=False)
     price: Optional[Price] = field(default=None, compare=False)
-    checkpoint: bytes = field(default=b"", compare=False)  #: where the server ended it, if it was asked for
+    checkpoint: bytes = field(default=b"", compare=False)  #: the last checkpoint, if any was asked for
 
     @property
     def outcome(self) -> Outcome:

@@ -12,7 +12,7 @@ from stiefel.arrays import RunStatus, Outcome
 
 @dataclass(frozen=True)
 class Point:
-    """A method with its order, arithmetic, and substeps or tolerance; its errors at the horizon."""
+    """A method with its order, arithmetic, and substeps or tolerance, and its errors and cost."""
 
     method: str
     order: int
@@ -20,16 +20,19 @@ class Point:
     tolerance: Optional[float]
     arithmetic: str
     scalar: str
-    attitude_error: Optional[float]  #: max |Q - Q_exact|, moduli; None without a frame, and where the run stopped
-    momentum_error: Optional[float]  #: max |M - M_exact| / max |M_exact|; neither is below `setup.reference_error`
-    drift: float  #: the worst of the invariants' over the run
-    drift_of: str
-    work: float  #: units: steps of the method times its weight
-    cpu_seconds_per_second: tuple[float, ...]  #: of each timed run
-    steps_per_second: float
-    measured_steps: int
+    #: max |Q - Q_exact| at the horizon, with moduli for complex Q, at least `setup.reference_error`. None without a
+    #: frame and where the run stopped.
+    attitude_error: Optional[float]
+    #: max |M - M_exact| / max |M_exact| at the horizon, at least `setup.reference_error`. None where the run stopped.
+    momentum_error: Optional[float]
+    drift: float  #: the worst drift of an invariant over the run
+    drift_of: str  #: the invariant with the worst drift
+    work: float  #: instructions to the horizon: steps of the method times the work of one step
+    cpu_seconds_per_second: tuple[float, ...]  #: CPU seconds per simulated second, one number for each timed run
+    steps_per_second: float  #: in the median of the timed runs
+    measured_steps: int  #: fewer than the steps to the horizon if `extrapolated`
     extrapolated: bool
-    below_reference: bool  #: neither was measured above `setup.reference_error`, which stands for both
+    below_reference: bool  #: no error was measured above `setup.reference_error`, so that both are reported as that
     run_status: RunStatus
 
     @property
@@ -38,17 +41,17 @@ class Point:
 
     @property
     def error(self) -> Optional[float]:
-        """The larger of the two."""
+        """The larger of attitude and momentum error; None if there is neither."""
         return max((e for e in (self.attitude_error, self.momentum_error) if e is not None), default=None)
 
     @property
     def family(self) -> str:
-        """"variational 4, plain" or "variational 4, plain, float": what is one line of a diagram."""
+        """The name of the point's curve in a diagram: "variational 4, plain" or "variational 4, plain, float"."""
         return f"{self.entry}, {self.arithmetic}" + (", float" if self.scalar == "float" else "")
 
     @property
     def entry(self) -> str:
-        """"variational 4"."""
+        """The method with its order: "variational 4"."""
         return f"{self.method} {self.order}" if self.order else self.method
 
     @staticmethod
@@ -70,7 +73,7 @@ class Tradeoff:
 
     setup: pb.TradeoffSetup  #: machine, numerics id, reference and its error, horizon, budget, repeats
     points: tuple[Point, ...]
-    front: tuple[Point, ...]  #: those that no other one beats in both work and error, the cheapest first
+    front: tuple[Point, ...]  #: the points that no other one beats in both work and error, the cheapest first
 
     @staticmethod
     def of(messages: Iterator[pb.MeasureTradeoffResponse]) -> Tradeoff:
@@ -86,14 +89,15 @@ class Tradeoff:
         return Tradeoff(setup, tuple(points), front)
 
     def plot(self, axes: Any = None, cost: str = "work", error: str = "error") -> Any:
-        """The work-precision diagram, log-log, error over cost; the axes.
+        """Plots the work-precision diagram, error over cost in logarithmic scales, and returns the axes.
 
-        `cost` is "work" or "time" (CPU seconds a simulated second: median, and a bar over the
-        repeats); `error` "error", "attitude_error", "momentum_error" or "drift". The Pareto front is
-        in front, in black; of each method the best order and arithmetic is a curve with its name at
-        its end, the rest is grey. The best is what beats the largest part of the picture.
+        `axes`: the matplotlib axes to use; new ones by default. `cost`: "work" or "time" (CPU seconds per simulated
+        second, the median with a bar over the repeats). `error`: "error" (the larger of attitude and momentum error),
+        "attitude_error", "momentum_error" or "drift". The Pareto front is drawn in black on top. The best order and
+        arithmetic of each method is a coloured curve with its name at the end; the best is the one whose points beat
+        the largest area of the diagram. All other curves are grey.
         """
-        import matplotlib.pyplot as plt  # only those who want a picture need it
+        import matplotlib.pyplot as plt  # imported here because only diagrams need it
 
         if cost not in ("work", "time"):
             raise ValueError(f'cost: {cost!r}: must be "work" or "time"')
@@ -139,7 +143,8 @@ _Curve = list[tuple[float, float, Point]]  # cost, error
 
 
 def _best_of_each_method(families: dict[str, _Curve]) -> dict[str, int]:
-    """The families that beat most of the picture, one for each method, in the order of the methods."""
+    """Returns for each method, in order, the family whose points beat the largest area, with the number of its
+    style."""
     drawn = [(x, y) for curve in families.values() for x, y, _ in curve]
     corner = (2 * max((x for x, _ in drawn), default=1), 2 * max((y for _, y in drawn), default=1))
     best: dict[str, tuple[float, str]] = {}
@@ -151,7 +156,8 @@ def _best_of_each_method(families: dict[str, _Curve]) -> dict[str, int]:
 
 
 def _draw(axes: Any, curve: _Curve, look: Optional[dict[str, Any]], spread: bool) -> None:
-    """In its style, or grey and behind the others without one; hollow marks where it is extrapolated."""
+    """Draws a curve in the style `look`; without one in grey, behind the others. Extrapolated points have hollow
+    marks."""
     colour = look["color"] if look else diagram.GREY
     width, size, order = (1.4, 5, 4) if look else (0.8, 2.5, 1)
     axes.plot([x for x, _, _ in curve], [y for _, y, _ in curve], lw=width, color=colour, zorder=order,

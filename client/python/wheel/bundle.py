@@ -1,4 +1,4 @@
-"""The programs of the platform wheel with the shared libraries that the platform does not promise, and their licenses."""
+"""Copies the programs of the platform wheel, the shared libraries that no platform guarantees, and their licenses."""
 from __future__ import annotations
 
 import re
@@ -6,13 +6,13 @@ import shutil
 import subprocess
 from pathlib import Path
 
-# What PEP 600 lets a wheel take from the system, as far as these programs need it.
+# The libraries that PEP 600 lets a wheel take from the system, as far as these programs need them.
 SYSTEM = {"ld-linux-x86-64.so.2", "ld-linux-aarch64.so.1", "libc.so.6", "libdl.so.2", "libgcc_s.so.1", "libm.so.6",
           "libpthread.so.0", "libresolv.so.2", "librt.so.1", "libstdc++.so.6", "libz.so.1", "linux-vdso.so.1"}
 
 
 def libraries(program: Path) -> dict[str, Path]:
-    """The files of the shared libraries that `program` needs, by soname, without those of the system."""
+    """Returns the files of the shared libraries that `program` needs, by soname, without those of `SYSTEM`."""
     lines = subprocess.run(["ldd", program], check=True, capture_output=True, text=True).stdout
     missing = re.findall(r"(\S+) => not found", lines)
     if missing:
@@ -22,7 +22,7 @@ def libraries(program: Path) -> dict[str, Path]:
 
 
 def bundle(programs: list[Path], folder: Path) -> dict[str, Path]:
-    """Copies the programs and their libraries into one folder, stripped; each finds its libraries beside itself."""
+    """Copies the programs and their libraries into one folder and strips them. Each looks for its libraries there."""
     needed: dict[str, Path] = {}
     for program in programs:
         needed.update(libraries(program))
@@ -36,13 +36,14 @@ def bundle(programs: list[Path], folder: Path) -> dict[str, Path]:
 
 
 def write_licenses(files: list[Path], folder: Path) -> None:
-    """The copyright file of every Debian package that the files come from."""
+    """Copies the copyright file of every Debian package that the files come from."""
     for package in sorted({package_of(file) for file in files}):
         shutil.copyfile(Path("/usr/share/doc", package, "copyright"), folder / f"{package}.copyright")
 
 
 def package_of(file: Path) -> str:
-    """dpkg knows a library by the path it was installed at, which may be behind a link of the root."""
+    """Returns the Debian package of a file. Tries several paths, because dpkg knows a file by the path at which it was
+    installed, which may lead through a link such as /lib."""
     names = {str(file), str(file.resolve()), str(file).removeprefix("/usr"), f"/usr{file}", f"/usr{file.resolve()}"}
     for name in sorted(names):
         found = subprocess.run(["dpkg-query", "--search", name], capture_output=True, text=True)

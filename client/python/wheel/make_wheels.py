@@ -20,7 +20,7 @@ from bundle import bundle, write_licenses
 
 PROGRAMS = ("stiefel-server", "stiefel")
 SOURCES = Path(__file__).resolve().parents[3]
-# A wheel of programs and no Python extension: any Python 3, this platform.
+# The wheel holds programs and no Python extension: it is for any Python 3 on this platform.
 SETUP = """\
 from setuptools import setup
 from setuptools.dist import Distribution
@@ -44,7 +44,7 @@ stiefel = "stiefel.programs:command"
 
 
 def stage(build: Path, folder: Path) -> str:
-    """The package of the build tree as a project; the text of its pyproject.toml."""
+    """Copies the package of the build tree as a project and returns the text of its pyproject.toml."""
     shutil.rmtree(folder, ignore_errors=True)
     shutil.copytree(build / "python" / "stiefel", folder / "stiefel", ignore=shutil.ignore_patterns("__pycache__"))
     (folder / "licenses").mkdir()
@@ -54,7 +54,7 @@ def stage(build: Path, folder: Path) -> str:
 
 
 def platform_tag() -> str:
-    """"manylinux_2_36_x86_64": the oldest glibc that the programs run with is that they were linked with."""
+    """Returns, for example, "manylinux_2_36_x86_64": the programs need the glibc with which they were linked."""
     return f"manylinux_{platform.libc_ver()[1].replace('.', '_')}_{platform.machine()}"
 
 
@@ -62,7 +62,7 @@ def for_this_platform(build: Path, folder: Path) -> None:
     project = stage(build, folder)
     programs = folder / "stiefel" / "programs"
     needed = bundle([build / "bin" / name for name in PROGRAMS], programs)
-    # libquadmath and the C++ headers are g++'s; the header-only libraries are part of the programs.
+    # The programs contain these header-only libraries. libquadmath and the C++ headers belong to g++.
     compiled_in = [Path("/usr/include/eigen3/Eigen/Core"), Path("/usr/include/boost/version.hpp"),
                    Path("/usr/include/CLI/CLI.hpp"), Path("/usr/include/nlohmann/json.hpp")]
     write_licenses([*needed.values(), *compiled_in], folder / "licenses")
@@ -83,9 +83,9 @@ def for_every_platform(build: Path, folder: Path) -> None:
 
 
 def build_wheel(project: Path, output: Path) -> Path:
-    """By setuptools, in a process of its own, because it works in the current folder."""
+    """Builds a wheel with setuptools, in another process, because setuptools works in the current folder."""
     program = "import sys; from setuptools import build_meta; print(build_meta.build_wheel(sys.argv[1]))"
-    # Entries of the archive carry this time, so that one tree makes one wheel.
+    # Entries of the archive have this time, so that the same tree gives the same wheel.
     environment = {**os.environ, "SOURCE_DATE_EPOCH": "1577836800", "PYTHONPATH": ""}
     done = subprocess.run([sys.executable, "-c", program, output], cwd=project, env=environment, capture_output=True, text=True)
     if done.returncode != 0:

@@ -1,5 +1,5 @@
-// The bare rival: gRPC's callback API and nothing behind it. Prints "listening on ADDRESS"; stops
-// when stdin ends.
+// The rival of the latency measurements: gRPC's callback API with nothing behind it. Prints
+// "listening on ADDRESS" and stops when stdin ends.
 #include <grpcpp/grpcpp.h>
 
 #include <iostream>

@@ -1,7 +1,7 @@
-"""Ours beside Boost.odeint and the packages of peers.txt, on the same bodies at the same accuracy.
+"""Compares our methods with Boost.odeint and the packages of peers.txt, on the same bodies at the same accuracy.
 
-What a given attitude error costs after many rotations, with each contestant's best setting, and what a step of many
-bodies costs. Rows for the table, and the curves for the picture.
+Measures the cost of a given attitude error after many rotations, with each contestant's best setting, and the cost of a
+step of many bodies. Gives rows for the table and curves for the picture.
 """
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ BODIES = (Body("box", (0.52 / 12, 0.4 / 12, 0.2 / 12), (1.0, 2.0, 3.0)),
           Body("I = (.345, .653, 1)", (0.345, 0.653, 1.0), (1.8 / 0.345, 0.4 / 0.653, -0.9)))
 TARGET = 1e-10
 _BOUND = 1 / 5
-# The packages that the bound names.
+# The packages to which the bound applies.
 _JUDGED = ("odeint", "heyoka", "SciPy", "MuJoCo")
-# Seconds; a contestant that takes longer runs once.
+# In seconds; a contestant that takes longer runs only once.
 _LONG = 1.0
 
 
@@ -40,7 +40,7 @@ SMOKE = Counts(rotations=2, repeats=1, patience=0.05, bodies=4, steps=10, second
 
 
 def measure(program: Path, python: Optional[Path], counts: Counts) -> tuple[list[dict], dict]:
-    """The rows of the table and the curves of the picture."""
+    """Returns the rows of the table and the curves of the picture."""
     contestants = everybody(program, python)
     reference = next(c for c in contestants if c.package == "reference")
     contestants.remove(reference)
@@ -48,7 +48,7 @@ def measure(program: Path, python: Optional[Path], counts: Counts) -> tuple[list
     for body in BODIES:
         motion = work_precision.motion_of(body, counts.rotations, reference)
         print(f"  {body.name}: reference known to {motion.uncertainty:.1e}", file=sys.stderr)
-        # Many models are for many bodies, and 24 bits reach no 1e-10.
+        # Rollouts are for many bodies, and single precision does not reach 1e-10.
         alone = [c for c in contestants if "rollout" not in c.name and not c.name.endswith("float")]
         measured = {c.title: _curve(c, motion, counts) for c in alone}
         reached = {c: point for c in contestants if c.title in measured
@@ -74,7 +74,7 @@ def _curve(contestant: Contestant, motion: Motion, counts: Counts) -> list[Point
 
 
 def _rows(motion: Motion, reached: dict[Contestant, Point], counts: Counts) -> list[dict]:
-    """The cheapest of ours beside the cheapest of each package, in turn; the bound is for the best of those judged."""
+    """Compares our cheapest contestant with the cheapest of each package. The bound applies to the best judged one."""
     def cheapest(contestants: list[Contestant]) -> Optional[Contestant]:
         return min(contestants, key=lambda c: reached[c].seconds, default=None)
 
@@ -107,7 +107,7 @@ def _about(contestant: Contestant) -> dict:
 
 
 def table(data: dict) -> str:
-    """The cost of each contestant at the target, cheapest first, and where the others stopped."""
+    """Returns a table with the cost of each contestant at the target, cheapest first, and where the others stopped."""
     counted = {c["title"]: c["work"] for c in data["contestants"]}
     lines = ["| body | contestant | setting | attitude error, rad | momentum error | ms | work |", "|" + "---|" * 7]
     for body, found in data["bodies"].items():

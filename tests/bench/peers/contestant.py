@@ -1,4 +1,4 @@
-"""The processes that integrate bodies, and the tasks for their contestants."""
+"""Runs the processes that integrate bodies, and gives tasks to the contestants in them."""
 from __future__ import annotations
 
 import json
@@ -14,20 +14,21 @@ _REPLY_SECONDS = 300
 
 @dataclass(frozen=True)
 class Body:
-    """A free body whose axes lie along those of space at t = 0."""
+    """A free body. At t = 0 the body axes coincide with the space axes."""
     name: str
     moments: tuple[float, float, float]
     angular_velocity: tuple[float, float, float]
 
     @property
     def turn(self) -> float:
-        """The time of a rotation, 2π/‖ω‖ at t = 0."""
+        """The duration of a rotation, 2π/‖ω‖ at t = 0."""
         return 2 * math.pi / math.hypot(*self.angular_velocity)
 
 
 @dataclass(frozen=True)
 class Answer:
-    """Processor seconds, work in units of the contestant's, quaternions of the attitudes and ω at the end."""
+    """The result of a task: seconds of processor time, work in the contestant's units, and the final quaternions of the
+    attitudes and ω."""
     seconds: float
     work: int
     attitudes: list[list[float]]
@@ -35,7 +36,7 @@ class Answer:
 
 
 class Process:
-    """A rival's, or contestants.cc's, that is started when first asked and again after it went silent."""
+    """A process of contestants: a rival or contestants.cc. It is started on first use, and again after it died."""
 
     def __init__(self, command: list[str], folder: Path):
         self._command = command
@@ -43,7 +44,7 @@ class Process:
         self._process: Optional[subprocess.Popen] = None
 
     def start(self) -> list[dict]:
-        """The contestants of this process; none where the package is missing."""
+        """Starts the process and returns its contestants; none if the package is missing."""
         self._process = subprocess.Popen(self._command, cwd=self._folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                          stderr=subprocess.DEVNULL, text=True)
         return self._read() or []
@@ -73,7 +74,8 @@ class Process:
 
 @dataclass(frozen=True)
 class Contestant:
-    """`setting` is "steps" or "tolerance"; `counted` is what its work counts, "steps" or "evaluations"."""
+    """A method of a package. `setting`: "steps" or "tolerance"; `counted`: the unit of its work, "steps" or
+    "evaluations"."""
     process: Process
     package: str
     version: str
@@ -90,7 +92,7 @@ class Contestant:
         return self.name if self.ours else f"{self.package} {self.name}"
 
     def turn(self, bodies: list[Body], time: float, setting: float) -> Optional[Answer]:
-        """None where it fails, as it does at too long a step."""
+        """Integrates the bodies. Returns None if that fails, for example because the step is too long."""
         reply = self.process.ask({
             "contestant": self.name, "time": time, "setting": setting,
             "bodies": [{"moments": b.moments, "angular_velocity": b.angular_velocity} for b in bodies]})
@@ -101,7 +103,7 @@ class Contestant:
 
 
 def everybody(program: Path, python: Optional[Path]) -> list[Contestant]:
-    """Ours, Boost.odeint's, the reference; and where there is a Python with them, the packages."""
+    """Returns our contestants, Boost.odeint's, the reference and, with `python`, those of the packages."""
     commands = [[str(program.absolute())]]
     if python is not None:
         commands += [[str(python.absolute()), str(rival)] for rival in sorted(Path(__file__).parent.glob("rival_*.py"))]
@@ -114,7 +116,8 @@ def everybody(program: Path, python: Optional[Path]) -> list[Contestant]:
 
 
 def angle_between(a: list[float], b: list[float]) -> float:
-    """Radians between the attitudes of two quaternions of about unit length; exact for the smallest."""
+    """Returns the angle in radians between two attitudes, given as quaternions of about unit length. It is accurate for
+    the smallest angles."""
     w, x, y, z = a
     s, i, j, k = b
     axis = (s * x - w * i + z * j - y * k, s * y - w * j + x * k - z * i, s * z - w * k + y * i - x * j)

@@ -1,5 +1,5 @@
-// Our methods, Boost.odeint's and the reference, for contest.py: first a line of JSON that tells
-// who is here, then an answer to every task, {"contestant", "bodies", "time", "setting"}, on stdin.
+// Our methods, Boost.odeint's and the reference, for contest.py. Writes a line of JSON with the
+// contestants, then answers every task, {"contestant", "bodies", "time", "setting"}, from stdin.
 #include <boost/version.hpp>
 #include <iostream>
 
@@ -36,7 +36,7 @@ nlohmann::json answer(const std::vector<Contestant>& all, const nlohmann::json& 
 }  // namespace
 
 int main() {
-  limit_ensemble_threads(1);  // like MuJoCo's models: body-steps per core are compared
+  limit_ensemble_threads(1);  // one thread, as MuJoCo's models use: the figure is per core
   const std::vector<Contestant> all = everybody();
   nlohmann::json who = nlohmann::json::array();
   for (const Contestant& c : all) {

@@ -1,4 +1,4 @@
-"""Many free bodies at once: the processor time of a body-step, ours beside MuJoCo's."""
+"""Compares the processor time per body and step for many free bodies at once with MuJoCo's."""
 from __future__ import annotations
 
 import itertools
@@ -13,7 +13,7 @@ _BOUND = 1 / 50
 
 
 def bodies_of(count: int) -> list[Body]:
-    """Seeded boxes, ‖ω‖ = 1."""
+    """Returns seeded boxes with ‖ω‖ = 1."""
     chance = random.Random(1)
 
     def body(index: int) -> Body:
@@ -26,11 +26,11 @@ def bodies_of(count: int) -> list[Body]:
 
 
 def measure(contestants: list[Contestant], count: int, steps: int, seconds: float, repeats: int) -> list[dict]:
-    """A row for each of MuJoCo's ways beside ours whose body-step is the cheapest, in double and in float."""
+    """Returns a row for each of MuJoCo's ways, compared with our cheapest contestant, in double and in float."""
     bodies = bodies_of(count)
 
     def nanoseconds(contestant: Contestant, steps: int = steps) -> float:
-        """Nanoseconds a body-step, from a run that is long enough for the processor to reach its full clock."""
+        """Returns nanoseconds per body and step, from a run long enough for the processor to reach its full clock."""
         answer = contestant.turn(bodies, steps * _H_OMEGA, steps)
         if not answer:
             return math.inf

@@ -1,4 +1,4 @@
-"""A virtual environment with the packages of peers.txt, and a word about those that are missing.
+"""Makes a virtual environment with the packages of peers.txt, and reports those that are missing.
 
     /usr/bin/python3 tests/bench/peers/environment.py build/peers     (or: make bench-peers)
 """
@@ -13,7 +13,7 @@ PACKAGES = Path(__file__).with_name("peers.txt")
 
 
 def make(folder: Path) -> list[str]:
-    """One after another, so that a missing one does not keep out the rest. Returns what is missing."""
+    """Installs the packages one by one, so that a missing one does not prevent the others. Returns those missing."""
     python = python_of(folder)
     if not python.exists():
         venv.create(folder, with_pip=True)

@@ -5,11 +5,11 @@
 
 namespace stiefel::bench {
 
-/// The free body as textbooks write it, for general ODE solvers: Euler's equations in body axes and
-/// the quaternion of Q, q̇ = ½ q∘(0, ω), I₁ω̇₁ = (I₂ − I₃)ω₂ω₃ and cyclic. Counts its evaluations.
+/// The equations of a free body for general ODE solvers: Euler's equations in body axes and the
+/// quaternion of Q, q̇ = ½ q∘(0, ω), I₁ω̇₁ = (I₂ − I₃)ω₂ω₃ and cyclic. Counts its evaluations.
 class EulerEquations {
  public:
-  /// q = (w, x, y, z), then ω.
+  /// q = (w, x, y, z), followed by ω.
   using State = std::array<double, 7>;
 
   explicit EulerEquations(const std::array<double, 3>& I)

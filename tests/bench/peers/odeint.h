@@ -14,7 +14,7 @@
 
 namespace stiefel::bench {
 
-/// Integrates by Boost.odeint's integrate_adaptive, with a first step of 1/20 radian.
+/// Integrates with Boost.odeint's integrate_adaptive. The first step turns a body by 1/20 radian.
 template <class Stepper>
 Answer integrate(const Task& task, Stepper stepper) {
   Answer answer{};
@@ -33,7 +33,8 @@ Answer integrate(const Task& task, Stepper stepper) {
   return answer;
 }
 
-/// States of a fixed size, absolute and relative tolerance alike.
+/// Returns Boost.odeint's contestants, with states of fixed size and equal absolute and relative
+/// tolerances.
 inline std::vector<Contestant> odeint_contestants() {
   using State = EulerEquations::State;
   return {{"odeint", "fehlberg78", "tolerance", "evaluations",

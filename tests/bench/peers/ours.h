@@ -20,7 +20,7 @@ inline End end_of(const Simulation& simulation) {
           numbers(std::array<double, 3>(), "angular_velocity")};
 }
 
-/// A body alone, or an ensemble of them.
+/// Integrates a single body, or several bodies as an ensemble.
 inline Answer turn(const Task& task, const MethodDescription& method, double step,
                    std::int64_t steps) {
   SceneDescription scene;
@@ -45,7 +45,8 @@ inline Answer turn(const Task& task, const MethodDescription& method, double ste
   return answer;
 }
 
-/// A method with a tolerance applies it between two states; here there is one state a rotation.
+/// Integrates with a method that takes a tolerance. Such a method restarts at every state, so the
+/// step is chosen to give one state per rotation.
 inline Answer turn_adaptively(const Task& task, MethodDescription method) {
   const Eigen::Vector3d omega(task.bodies.at(0).angular_velocity.data());
   const auto rotations =
@@ -54,7 +55,7 @@ inline Answer turn_adaptively(const Task& task, MethodDescription method) {
   return turn(task, method, task.time / rotations, static_cast<std::int64_t>(rotations));
 }
 
-/// `method` with its defaults except order and arithmetic.
+/// Returns the contestant for a method with defaults for all but order, arithmetic and scalar.
 inline Contestant contestant_of(const MethodInfo& method, int order, const std::string& arithmetic,
                                 bool in_float) {
   const bool adaptive = method.default_tolerance > 0;
@@ -77,8 +78,8 @@ inline Contestant contestant_of(const MethodInfo& method, int order, const std::
   return {"stiefel", name, adaptive ? "tolerance" : "steps", "steps", run};
 }
 
-/// Every method of the catalogue for rigid_body, in every order, arithmetic and scalar, without
-/// `exact`, which has no step to refine.
+/// Returns every method of the catalogue for rigid_body, in every order, arithmetic and scalar,
+/// except `exact`, which has no step to refine.
 inline std::vector<Contestant> our_contestants() {
   std::vector<Contestant> contestants;
   for (const MethodOnSystem& on_system : catalogue().system("rigid_body")->methods) {

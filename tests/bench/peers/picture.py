@@ -1,8 +1,7 @@
-"""The work-precision picture: error over cost, log-log, a panel for each body.
+"""Draws the work-precision picture: error over cost in logarithmic scales, with a panel for each body.
 
-Of each of our methods and of each package the best is a curve with its name at its end, ours solid, the packages'
-dashed; their other orders, arithmetics and settings are grey. In front, in black, is the Pareto front: the points that
-no other one beats.
+The best curve of each of our methods (solid) and of each package (dashed) has its name at its end; all other orders,
+arithmetics and settings are grey. The Pareto front, the points that no other one beats, is black and on top.
 """
 from __future__ import annotations
 
@@ -15,7 +14,7 @@ _Curve = list[tuple[float, float]]  # seconds, error
 
 
 def _diagram() -> Any:
-    """The client's colours and labels, from its source: it needs nothing else of that package."""
+    """Loads the client's colours and labels from their source file, which needs nothing else of the package."""
     spec = importlib.util.spec_from_file_location("diagram", _SOURCE)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
@@ -37,7 +36,7 @@ def draw(data: dict, facts: dict[str, str], path: Path) -> None:
     looks = _looks(data["contestants"], families)
     labels = []
     for axes, (body, found) in zip(panels[0], bodies.items()):
-        # Before it converges an error says nothing.
+        # Errors before convergence are left out.
         curves = {title: points for title in families
                   if (points := [(p["seconds"], p["attitude"]) for p in found["curves"].get(title, [])
                                  if 0 < p["attitude"] < 1])}
@@ -55,20 +54,20 @@ def draw(data: dict, facts: dict[str, str], path: Path) -> None:
 
 
 def _families(contestants: list[dict]) -> dict[str, str]:
-    """The family of each contestant by its title: our method, or the package."""
+    """Returns the family of each contestant by its title: the name of our method, or the package."""
     return {c["title"]: c["title"].split()[0].rstrip(",") if c["package"] == "stiefel" else c["package"]
             for c in contestants if "rollout" not in c["title"]}
 
 
 def _looks(contestants: list[dict], families: dict[str, str]) -> dict[str, dict]:
-    """By family; marks and colours as in the diagrams of the client."""
+    """Returns the style of each family, with marks and colours as in the client's diagrams."""
     ours = {families[c["title"]] for c in contestants if c["package"] == "stiefel" and c["title"] in families}
     return {family: {**diagram.style(k), "linestyle": "-" if family in ours else (0, (4, 1.5))}
             for k, family in enumerate(dict.fromkeys(families.values()))}
 
 
 def _panel(axes: Any, curves: dict[str, _Curve], families: dict[str, str], looks: dict[str, dict]) -> tuple:
-    """The ends of the curves that have names, and these curves."""
+    """Draws a panel. Returns the ends of the curves that have names, and these curves."""
     everywhere = [point for points in curves.values() for point in points]
     corner = (2 * max((x for x, _ in everywhere), default=1), 1)
     best: dict[str, tuple[float, str]] = {}

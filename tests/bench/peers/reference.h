@@ -10,9 +10,9 @@
 
 namespace stiefel::bench {
 
-/// q̇ = ½ q∘(0, ω), I₁ω̇₁ = (I₂ − I₃)ω₂ω₃ and cyclic, by Taylor series in quadruple precision. The
-/// right-hand sides are quadratic, so a coefficient is a sum of products of those before it.
-/// Shares no code with any contestant.
+/// Solves q̇ = ½ q∘(0, ω), I₁ω̇₁ = (I₂ − I₃)ω₂ω₃ and cyclic by Taylor series in quadruple
+/// precision. The right-hand sides are quadratic, so each coefficient is a sum of products of lower
+/// ones. It shares no code with any contestant.
 class TaylorSeries {
   using Quad = testing::Quad;
 
@@ -45,7 +45,7 @@ class TaylorSeries {
   static constexpr std::size_t order = 28;
   using Series = std::array<Quad, order + 1>;
 
-  /// Coefficient n of the product.
+  /// Returns coefficient n of the product of two series.
   static Quad product(const Series& a, const Series& b, std::size_t n) {
     Quad sum = 0;
     for (std::size_t i = 0; i <= n; ++i) sum += a[i] * b[n - i];
@@ -68,7 +68,8 @@ class TaylorSeries {
     }
   }
 
-  /// The last two terms are then below the tolerance, ω's relative to |ω|.
+  /// Returns the step for which the last two terms of each series are below the tolerance, for ω
+  /// relative to |ω|.
   Quad stride() const {
     Quad h = std::numeric_limits<double>::max();
     const auto limit = [&](const auto& all, std::size_t n) {

@@ -1,6 +1,6 @@
-"""A rival in Python: contestants that integrate bodies, and the protocol on stdin and stdout, as in contestants.cc.
+"""A rival in Python: contestants that integrate bodies, and their protocol on stdin and stdout, as in contestants.cc.
 
-A rival first writes a line that tells who is there, then answers each task on its stdin:
+A rival first writes a line with its contestants, then answers each task that it reads from stdin:
 {"contestant", "bodies": [{"moments", "angular_velocity"}], "time", "setting"}.
 """
 from __future__ import annotations
@@ -16,14 +16,15 @@ Vector = list[float]
 
 @dataclass(frozen=True)
 class Body:
-    """Moments of inertia in kg m²; ω in rad/s, body axes, which lie along those of space at t = 0."""
+    """A free body: moments of inertia in kg m², ω in rad/s in body axes. At t = 0 the body axes coincide with the space
+    axes."""
     moments: Vector
     angular_velocity: Vector
 
 
 @dataclass(frozen=True)
 class Task:
-    """The setting is a number of steps, or a tolerance."""
+    """Bodies to be integrated from 0 to `time`. `setting`: a number of steps, or a tolerance."""
     bodies: list[Body]
     time: float
     setting: float
@@ -40,14 +41,14 @@ class Task:
 
 @dataclass(frozen=True)
 class End:
-    """The quaternion of the attitude, w first, and ω in body axes."""
+    """The final state of a body: the quaternion of its attitude, w first, and ω in body axes."""
     attitude: Vector
     angular_velocity: Vector
 
 
 @dataclass(frozen=True)
 class Run:
-    """A task prepared: what is timed, what it took and where the bodies are afterwards."""
+    """A prepared task: the function that is timed, and functions that return its work and the final states."""
     advance: Callable[[], None]
     work: Callable[[], int]
     ends: Callable[[], list[End]]
@@ -55,7 +56,7 @@ class Run:
 
 @dataclass(frozen=True)
 class Contestant:
-    """`setting` is "steps" or "tolerance", `work` what is counted."""
+    """A method that integrates bodies. `setting`: "steps" or "tolerance"; `work`: the unit of its work."""
     name: str
     setting: str
     work: str
@@ -64,7 +65,7 @@ class Contestant:
 
 def serve(package: str, version: str, contestants: Iterable[Contestant]) -> None:
     by_name = {contestant.name: contestant for contestant in contestants}
-    # The output of the packages must not mix with the answers.
+    # Output of the packages must not mix with the answers.
     answers, sys.stdout = sys.stdout, sys.stderr
 
     def write(what: object) -> None:
@@ -82,7 +83,7 @@ def serve(package: str, version: str, contestants: Iterable[Contestant]) -> None
 
 
 def _answer(run: Run) -> dict:
-    """Processor time of all threads: some packages step on one of their own."""
+    """Returns the answer with the processor time of all threads, because some packages step on their own thread."""
     start = time.process_time()
     run.advance()
     seconds = time.process_time() - start

@@ -1,7 +1,7 @@
-"""Basilisk: a Spacecraft, which is a hub alone, under its integrators, all in C++.
+"""Basilisk: a Spacecraft that consists of its hub alone, with Basilisk's integrators, all in C++.
 
-The attitude is a set of modified Rodrigues parameters that is exchanged between steps for the one of its opposite, so a
-task's period is an eighth of a rotation, and adaptive integrators take their steps within it.
+The attitude is a set of modified Rodrigues parameters, which may be switched to the shadow set only between the steps
+of a task. Therefore a task's period is an eighth of a rotation, and adaptive integrators take their steps within it.
 """
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def integrator(name: str, stages: int, adaptive: bool) -> Contestant:
     def prepare(task: Task) -> Run:
         rate = math.hypot(*task.body.angular_velocity)
         steps = round(_TASKS_A_ROTATION * task.time * rate / (2 * math.pi)) if adaptive else task.steps
-        # Time is counted in nanoseconds: time is stretched so that a period is a whole number of them.
+        # Basilisk counts time in whole nanoseconds: time is stretched so that a period is a whole number of them.
         period = max(1, round(task.time / steps * _NANOSECONDS))
         stretch = period * steps / (task.time * _NANOSECONDS)
         simulation = SimulationBaseClass.SimBaseClass()
@@ -47,7 +47,7 @@ def integrator(name: str, stages: int, adaptive: bool) -> Contestant:
                 raise RuntimeError("not finite")
             return [End([float(x) for x in attitude], [x * stretch for x in state.omega_BN_B])]
 
-        # Kept alive, because C++ holds their addresses.
+        # These objects must stay alive, because C++ holds their addresses.
         kept = (craft, scheme)
         return Run(advance=simulation.ExecuteSimulation, work=lambda: stages * steps if kept and not adaptive else 0,
                    ends=ends)

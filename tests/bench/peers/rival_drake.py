@@ -1,7 +1,7 @@
 """Drake: a continuous MultibodyPlant with one free body without gravity, advanced by Simulator.
 
-runge_kutta5 is the highest order that Drake has: with error control, and with fixed steps. The largest step is a
-radian: Drake starts with a tenth of it, and from a first step of many rotations its error control does not find back.
+runge_kutta5, Drake's highest order, is used with error control and with fixed steps. The largest step turns the body by
+one radian: Drake starts with a tenth of it, and its error control does not recover from a first step of many rotations.
 """
 import math
 from importlib.metadata import version
@@ -31,7 +31,7 @@ def integrator(scheme: str, fixed: bool) -> Contestant:
             choice.accuracy = task.setting
         ApplySimulatorConfig(choice, simulator)
         context = simulator.get_mutable_context()
-        # Attitude, position; ω and velocity in the axes of space, which at the start are the body's.
+        # Attitude and position; then ω and velocity in space axes, which at the start are the body axes.
         plant.SetPositionsAndVelocities(context, [1, 0, 0, 0, 0, 0, 0, *task.body.angular_velocity, 0, 0, 0])
         simulator.Initialize()
         body = plant.GetBodyByName("body")

@@ -1,6 +1,7 @@
-"""heyoka: Taylor's method, the equations compiled for this processor; for few equations not in compact mode.
+"""heyoka: Taylor's method with equations compiled for this processor, not in compact mode, as suits few equations.
 
-Least work of the forms tried: ω, not m, as the variable, and the moments as constants, not parameters.
+The form of the equations takes the least work of those tried: ω instead of m as the variable, and the moments as
+constants instead of parameters.
 """
 import heyoka
 
@@ -8,7 +9,7 @@ from rival import Contestant, End, Run, Task, serve
 
 
 def equations(moments: list[float]) -> list:
-    """q̇ = ½ q∘(0, ω), I₁ω̇₁ = (I₂ − I₃)ω₂ω₃ and cyclic."""
+    """Returns the equations q̇ = ½ q∘(0, ω), I₁ω̇₁ = (I₂ − I₃)ω₂ω₃ and cyclic."""
     w, x, y, z, a, b, c = heyoka.make_vars(*"wxyzabc")
     I1, I2, I3 = moments
     return [(w, -0.5 * (x * a + y * b + z * c)), (x, 0.5 * (w * a + y * c - z * b)),

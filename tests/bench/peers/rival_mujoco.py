@@ -1,6 +1,6 @@
-"""MuJoCo: free joints without gravity, mj_step with the number of steps; several bodies as one model or by rollout.
+"""MuJoCo: free joints without gravity, advanced by mj_step. Several bodies are one model, or run by rollout.
 
-What the bodies have no use for is disabled, as the documentation advises for speed.
+All features that the bodies do not need are disabled, as the documentation advises for speed.
 """
 import mujoco
 import mujoco.rollout
@@ -43,7 +43,7 @@ def one_model(integrator: str, stages: int) -> Contestant:
 
 
 def rollout(integrator: str, stages: int) -> Contestant:
-    """Each body a model of its own, as for samples of a controller."""
+    """Returns a contestant in which each body is a separate model, as for samples of a controller."""
     def prepare(task: Task) -> Run:
         models = [model_of([body], integrator, task.time / task.steps) for body in task.bodies]
         full = mujoco.mjtState.mjSTATE_FULLPHYSICS

@@ -1,6 +1,6 @@
-"""SciPy: DOP853 by solve_ivp, which its documentation recommends, and the compiled dop853 by the older class `ode`.
+"""SciPy: DOP853 of solve_ivp, which its documentation recommends, and the compiled dop853 of the older class `ode`.
 
-The right-hand side is Python, since neither takes a compiled one; it works on floats, not on arrays.
+The right-hand side is written in Python, because neither takes a compiled one. It uses floats instead of arrays.
 """
 import warnings
 
@@ -9,11 +9,11 @@ from scipy.integrate import ode, solve_ivp
 
 from rival import Body, Contestant, End, Run, Task, serve
 
-_LEAST_TOLERANCE = 2.3e-14  # solve_ivp's
+_LEAST_TOLERANCE = 2.3e-14  # the smallest tolerance of solve_ivp
 
 
 class EulerEquations:
-    """q̇ = ½ q∘(0, ω), I₁ω̇₁ = (I₂ − I₃)ω₂ω₃ and cyclic. Counts its evaluations."""
+    """The equations q̇ = ½ q∘(0, ω), I₁ω̇₁ = (I₂ − I₃)ω₂ω₃ and cyclic. Counts its evaluations."""
 
     def __init__(self, body: Body):
         I1, I2, I3 = body.moments

@@ -1,4 +1,4 @@
-"""Error over cost of every contestant on one body, and the cost of a given error."""
+"""Measures error over cost of every contestant on one body, and the cost of a given error."""
 from __future__ import annotations
 
 import math
@@ -8,20 +8,21 @@ from typing import Iterator, Optional
 from peers.contestant import Answer, Body, Contestant, angle_between
 
 _REFERENCE_TOLERANCE = 1e-21
-# A run as short as this is done twice, because the first waits for its memory.
+# In seconds. A shorter run is repeated, because the first one waits for its memory.
 _COLD = 0.05
 # A curve ends at this multiple of the cost at the target, or at rounding.
 _BEYOND = 4
 _LEAST_TOLERANCE = 1e-16
 _STEPS_OF_A_ROTATION = 4
 _REFINEMENTS = 6
-# The first settings may be too coarse; a contestant that fails this often does not do this body.
+# The first settings may be too coarse. A contestant that fails this often gets no finer settings for this body.
 _FAILURES = 8
 
 
 @dataclass(frozen=True)
 class Point:
-    """`attitude` in radians, `momentum` relative to its length; `work` as the contestant counts it."""
+    """A run with one setting: the error of the attitude in radians, the error of the momentum relative to its length,
+    the cost, and the work as the contestant counts it."""
     setting: float
     seconds: float
     work: int
@@ -31,7 +32,7 @@ class Point:
 
 @dataclass(frozen=True)
 class Motion:
-    """A body over a number of rotations, and where it exactly is at the end."""
+    """A body over a number of rotations, with its exact final state."""
     body: Body
     rotations: int
     attitude: list[float]
@@ -56,7 +57,7 @@ class Motion:
 
 
 def motion_of(body: Body, rotations: int, reference: Contestant) -> Motion:
-    """The uncertainty is what ten times the tolerance changes."""
+    """Computes the exact motion of a body. Its uncertainty is the change that ten times the tolerance makes."""
     def end(tolerance: float) -> Answer:
         return reference.turn([body], rotations * body.turn, tolerance)
     exact, rougher = end(_REFERENCE_TOLERANCE), end(10 * _REFERENCE_TOLERANCE)
@@ -65,8 +66,8 @@ def motion_of(body: Body, rotations: int, reference: Contestant) -> Motion:
 
 
 def curve(contestant: Contestant, motion: Motion, target: float, patience: float) -> list[Point]:
-    """From coarse to fine, a factor of √2 in the step, of √10 in the tolerance: until rounding stops it, well past the
-    target, or when its points have taken `patience` seconds."""
+    """Measures a contestant from coarse to fine, with factors of √2 in the step or √10 in the tolerance. Ends when
+    rounding limits the error, well past the cost at the target, or when the points have taken `patience` seconds."""
     points: list[Point] = []
     failures = 0
     for setting in _ladder(contestant, motion):
@@ -84,7 +85,7 @@ def curve(contestant: Contestant, motion: Motion, target: float, patience: float
 
 
 def seconds_needed(points: list[Point], target: float) -> float:
-    """The cost of the target if error goes on falling over cost as it did last."""
+    """Extrapolates the last decrease of the error over cost and returns the cost at the target."""
     if len(points) < 3:
         return math.inf
     first, last = points[-3], points[-1]
@@ -95,7 +96,8 @@ def seconds_needed(points: list[Point], target: float) -> float:
 
 
 def _at_its_floor(points: list[Point]) -> bool:
-    """An order that depends on the tolerance makes stairs, the longest of them shorter than this."""
+    """Returns whether the error no longer falls. The last five points decide, because curves of methods whose order
+    depends on the tolerance have stairs of up to four points."""
     errors, stairs = [point.attitude for point in points], 5
     return len(errors) > stairs and min(errors[:-stairs]) <= min(errors[-stairs:]) and min(errors) < 1e-6
 
@@ -110,7 +112,7 @@ def _ladder(contestant: Contestant, motion: Motion) -> Iterator[float]:
 
 
 def reach(contestant: Contestant, motion: Motion, points: list[Point], target: float) -> Optional[Point]:
-    """The cheapest setting that just keeps the target, between two points of the curve."""
+    """Finds the cheapest setting that keeps the target, between two points of the curve."""
     first = next((i for i, p in enumerate(points) if p.attitude <= target), None)
     if first is None:
         return None

@@ -1,4 +1,4 @@
-"""What sessions, streams that nobody reads and connections take of a server's memory, in bytes.
+"""Measures the bytes of a server's memory that sessions, unread streams and connections take.
 
     PYTHONPATH=build/release/python STIEFEL_SERVER=build/release/bin/stiefel-server /usr/bin/python3 tests/bench/service/capacity.py [N ...]
 """

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""What the metrics show of an incident: three servers behind HAProxy, first overloaded, then one of them killed.
+"""Shows an incident in the metrics: three servers behind HAProxy are overloaded, then one of them is killed.
 
     PYTHONPATH=build/release/python STIEFEL_SERVER=build/release/bin/stiefel-server tests/bench/service/incident.py
 
-Prints a table: what the panels of docker/grafana/dashboard.json show at the end of each phase, and the alerts that fire.
-docs/operations.md walks through it.
+Prints a table of what the panels of docker/grafana/dashboard.json show at the end of each phase, and the alerts that
+fire. docs/operations.md explains it.
 """
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Server:
 
 
 class Stepping:
-    """Clients that step, each its own session, and what they lost."""
+    """Clients that step their own sessions, with the calls that they lost and the longest one."""
 
     def __init__(self, address: str):
         self.address, self.lost, self.longest, self._stop = address, [], 0.0, threading.Event()
@@ -89,7 +89,7 @@ class Stepping:
 
 
 def long_calls(address: str) -> tuple[grpc.Channel, list[grpc.Future]]:
-    """Steps of hours, each in its own session."""
+    """Starts Steps that take hours, each in its own session."""
     channel = grpc.insecure_channel(address)
     stub, calls = rpc.SimulationServiceStub(channel), []
     with stiefel.Client(address) as client:

@@ -1,9 +1,9 @@
-"""What `--store` costs: sessions created in a second, and Step's p50 beside the same server in memory.
+"""Measures what `--store` costs: sessions created per second, and Step's p50, compared with the same server in memory.
 
     PYTHONPATH=build/release/python STIEFEL_SERVER=build/release/bin/stiefel-server /usr/bin/python3 tests/bench/service/store.py [FOLDER]
 
-FOLDER: where the store is made; its disk is what is measured. The two servers take turns, and the
-median of the pairs is printed. The fsync line is what one synchronized write of 4 KiB takes there.
+FOLDER: where the store is created, on the disk to measure. The two servers take turns, and the medians of
+the pairs are printed. The fsync line is the time of one synchronized write of 4 KiB on that disk.
 """
 import os
 import statistics
@@ -35,7 +35,7 @@ def fsync_seconds(folder, count=50):
 
 
 def creations_a_second(process, name, at_once):
-    """`at_once` calls on their way at any time."""
+    """Returns how many sessions are created per second with `at_once` calls in flight."""
     with process.channel() as channel:
         stub, left = rpc.SimulationServiceStub(channel), threading.Semaphore(at_once)
         scene, calls = stiefel.to_message(BODY), []

@@ -1,4 +1,4 @@
-"""The table and the picture of the long runs: curves of an error over the number of steps."""
+"""Makes the table and the picture of the long runs: curves of an error over the number of steps."""
 from __future__ import annotations
 
 import math
@@ -14,12 +14,12 @@ from records import number
 
 CURVE = re.compile(r"(energy|momentum|orthogonality|phase) at (\d+)$")
 PANELS = ["energy", "momentum", "orthogonality", "phase"]
-# Okabe and Ito's colours, which stay apart in every kind of colour blindness; markers tell them apart in grey.
+# The colours of Okabe and Ito can be told apart with every kind of colour blindness, the markers in greyscale.
 STYLES = [("#000000", "o"), ("#0072B2", "s"), ("#D55E00", "^"), ("#56B4E9", "D"), ("#CC79A7", "v"), ("#009E73", "P")]
 
 
 def long_runs(records):
-    """A line for every curve: its last value and its exponent of growth; and the curves."""
+    """Returns the lines of the table, with the last value and the growth exponent of every curve, and the curves."""
     curves = defaultdict(dict)
     exponents = {}
     for r in records:
@@ -42,7 +42,7 @@ def long_runs(records):
 
 
 def fit(points):
-    """The slope of log error over log steps in the last three decades."""
+    """Returns the slope of log error over log steps in the last three decades."""
     last = math.log10(max(points))
     xy = [(math.log10(k), math.log10(r["value"])) for k, r in points.items()
           if r["value"] > 0 and math.log10(k) >= last - 3.01]

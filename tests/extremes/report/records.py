@@ -1,10 +1,10 @@
-"""The records of the tests: one JSON object a line, with the fields of `Record` (extremes.h)."""
+"""Reads the records of the tests: one JSON object per line, with the fields of `Record` (extremes.h)."""
 from __future__ import annotations
 
 import json
 import math
 
-# Relative errors: 1 is an error as large as the quantity itself. A bound of 1 or more asks for no digit.
+# Relative errors. An error of 1 is as large as the quantity itself, so that a bound of 1 or more requires no digit.
 RELATIVE = {"rounding", "truncation", "error", "drift", "orthogonality"}
 
 
@@ -20,12 +20,12 @@ def read(folder):
 
 
 def bounded(record):
-    """Whether a value could miss the bound."""
+    """Returns whether a value could miss the bound."""
     return record["bound"] < (1 if record["measure"] in RELATIVE else math.inf)
 
 
 def fraction(record):
-    """The part of its bound that a record uses; for a bound of 0, 0 or infinity."""
+    """Returns the part of its bound that a record uses; for a bound of 0, either 0 or infinity."""
     value, bound = record["value"], record["bound"]
     if math.isnan(value):
         return math.inf
@@ -35,7 +35,7 @@ def fraction(record):
 
 
 def counted(records):
-    """One sentence: how many measurements hold, are known limits, have no bound, and miss it."""
+    """Returns a sentence with the numbers of measurements that hold, are known limits, have no bound, or miss it."""
     limits = sum(bool(r["limit"]) for r in records)
     free = sum(not r["limit"] and not bounded(r) for r in records)
     missed = sum(not r["limit"] and bounded(r) and fraction(r) > 1 for r in records)

@@ -1,4 +1,4 @@
-"""The tables of the report. Every row of an extreme is a line for each method."""
+"""Makes the tables of the report. A row of an extreme has a line for each method."""
 from __future__ import annotations
 
 from collections import defaultdict
@@ -10,7 +10,7 @@ KEPT = {"drift", "orthogonality"}
 
 
 def cell(records, named=True):
-    """The measure that uses most of its bound, or the outcome where every run stopped."""
+    """Returns the measure that uses most of its bound, or the outcome if every run stopped."""
     if not records:
         return ""
     if len({r["outcome"] for r in records}) == 1 and records[0]["outcome"] != "REACHED":
@@ -29,7 +29,7 @@ def cell(records, named=True):
 
 
 def truncation(records):
-    """The truncation at the lowest and at the highest order."""
+    """Returns the truncation at the lowest and at the highest order."""
     by_order = {}
     for r in records:
         by_order[r["order"]] = max(by_order.get(r["order"], 0), r["value"])
@@ -40,7 +40,7 @@ def truncation(records):
 
 
 def because(records):
-    """The reason of the bound that is used most."""
+    """Returns the reason of the bound of which most is used."""
     reasons = [r for r in records if bounded(r)]
     return max(reasons, key=fraction)["why"].split(";")[0].replace("|", "\\|") if reasons else ""
 
@@ -61,7 +61,7 @@ def grouped(records):
 
 
 def errors(records):
-    """Rounding, truncation and what is kept, each in columns of its own."""
+    """Returns the table of an extreme with columns for rounding, truncation and kept invariants."""
     lines = ["| row | method | rounding, compensated | rounding, plain | truncation | kept, compensated | kept, plain | "
              "bound | s |", "| --- " * 9 + "|"]
     for (row, name), of_it in grouped(records):
@@ -76,7 +76,7 @@ def errors(records):
 
 
 def measures(records):
-    """The table of an extreme that measures neither rounding nor truncation."""
+    """Returns the table of an extreme that measures neither rounding nor truncation."""
     lines = ["| row | method | compensated | plain | bound | s |", "| --- " * 6 + "|"]
     for (row, name), of_it in grouped(records):
         cells = [cell(part) for part in by_arithmetic(of_it)]

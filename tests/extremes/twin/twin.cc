@@ -19,14 +19,15 @@ std::unique_ptr<Twin> make_twin(const Scene& scene, double perturbation, unsigne
 
 namespace {
 
-/// Methods that turn M as a whole know its elements to u‖M‖; the others to u each.
+/// Returns whether a method rotates M as a whole, so that it represents elements of M to u‖M‖;
+/// other methods represent each element to a relative u.
 bool holds_M_as_a_whole(const std::string& method) {
   for (const char* name : {"munthe_kaas4", "crouch_grossman3", "implicit_midpoint", "gauss4"})
     if (method == name) return true;
   return false;
 }
 
-/// The scene with M's elements moved by up to `part` of its largest.
+/// Returns the scene with each element of M changed by up to `part` times the largest element.
 Scene with_M_moved(const Scene& scene, double part, unsigned seed) {
   SceneDescription moved = scene.description();
   RowMatrix& M = moved.initial.at("M").values;
@@ -43,7 +44,8 @@ MotionState end_of(const std::unique_ptr<Twin>& twin, std::int64_t steps) {
 }  // namespace
 
 double condition(const Scene& scene, std::int64_t steps) {
-  // States are compared in extended precision, and the second kind of start is one of doubles.
+  // The changes must be well above the rounding of the comparison, which is in extended precision,
+  // and of the initial M of `with_M_moved`, which is in double.
   constexpr double part = 0x1p-46, part_of_M = 0x1p-34;
   const MotionState end = end_of(make_twin(scene), steps);
   double largest = 1;

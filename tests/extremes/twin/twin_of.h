@@ -5,7 +5,8 @@
 
 namespace stiefel::extremes {
 
-/// A map and its state. `read(x)` is the MotionState of a state x, `energy(x)` its energy.
+/// A twin that consists of a map and its state. `read(x)` returns the MotionState of a state x,
+/// `energy(x)` its energy.
 template <class Map, class Read, class Energy>
 class TwinOf final : public Twin {
  public:
@@ -34,7 +35,8 @@ class TwinOf final : public Twin {
   typename Map::Point::Scalar energy_at_start_;
 };
 
-/// The twin of `system` with the scene's method; for `moser_veselov` with `variational`.
+/// Returns the twin of `system` with the scene's method; a scene of `moser_veselov`, which has
+/// none, gets `variational`.
 template <class S, class Read, class Energy>
 std::unique_ptr<Twin> twin_of(const Scene& scene, const S& system, const typename S::State& start,
                               Read read, Energy energy) {
@@ -55,7 +57,7 @@ std::unique_ptr<Twin> twin_of(const Scene& scene, const S& system, const typenam
   return made;
 }
 
-/// Moves each number by up to `perturbation` of its size.
+/// Changes each number at random by up to `size` times the number.
 class Perturbation {
  public:
   Perturbation(double size, unsigned seed) : size_(size), state_(seed * 2654435761u + 1) {}
@@ -67,7 +69,7 @@ class Perturbation {
       for (Scalar& number : moved.reshaped()) number += number * Scalar(size_ * uniform());
     return moved;
   }
-  /// M from its upper half.
+  /// Changes a skew matrix, of which it uses the upper half.
   template <class Scalar>
   Matrix<Scalar> of_skew(const Eigen::MatrixXd& M) {
     const Matrix<Scalar> upper = of<Scalar>(M).template triangularView<Eigen::StrictlyUpper>();
@@ -84,7 +86,7 @@ class Perturbation {
   std::uint64_t state_;
 };
 
-/// One translation unit a space.
+// Each space has its own translation unit.
 std::unique_ptr<Twin> twin_in_three(const Scene& scene, Perturbation moved);
 std::unique_ptr<Twin> twin_in_many(const Scene& scene, Perturbation moved);
 std::unique_ptr<Twin> twin_in_many_wide(const Scene& scene, Perturbation moved);

@@ -13,7 +13,8 @@ std::optional<Matrix<double>> constraint_riccati_spectral(const Matrix<double>& 
   Matrix<double> H(2 * n, 2 * n);
   H << A, P, -E, -A.transpose();
   const Eigen::EigenSolver<Matrix<double>> eigen(H);
-  // Two eigenvalues that met on the imaginary axis are off it by the root of the rounding.
+  // Rounding moves a double eigenvalue on the imaginary axis off it by the square root of the
+  // rounding unit.
   const double imaginary = 1e-7 * eigen.eigenvalues().cwiseAbs().maxCoeff();
 
   Matrix<Complex> chosen(2 * n, n);

@@ -5,7 +5,7 @@
 
 namespace stiefel::testing {
 
-/// a + bε, ε² = 0: a number that carries its exact derivative along.
+/// A dual number a + bε, ε² = 0, which carries its exact derivative along.
 struct Dual {
   double value = 0, rate = 0;
 
@@ -53,7 +53,7 @@ struct Eigen::NumTraits<stiefel::testing::Dual> : Eigen::NumTraits<double> {
 
 namespace stiefel::testing {
 
-/// x + ε dx.
+/// Returns x + ε dx.
 inline Eigen::Matrix<Dual, Eigen::Dynamic, Eigen::Dynamic> dual(const Eigen::MatrixXd& x,
                                                                 const Eigen::MatrixXd& dx) {
   return x.binaryExpr(dx, [](double value, double rate) { return Dual(value, rate); });

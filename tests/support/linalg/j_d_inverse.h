@@ -5,8 +5,9 @@
 
 namespace stiefel::testing {
 
-/// U with UΛ − ΛUᵀ = K near the identity, in any scalar and without the engine's solvers: U = (I −
-/// C)⁻¹(I + C), Newton for ΛC + CΛ = ½(I − C)K(I + C) with its Jacobian on so(N) written out.
+/// Returns the U near the identity with UΛ − ΛUᵀ = K, in any scalar and without the engine's
+/// solvers: U = (I − C)⁻¹(I + C), with C by Newton's method for ΛC + CΛ = ½(I − C)K(I + C) and its
+/// explicit Jacobian on so(N).
 template <class Scalar>
 Matrix<Scalar> J_D_inverse(const Vector<Scalar>& lambda, const Matrix<Scalar>& K) {
   const Eigen::Index N = K.cols(), size = N * (N - 1) / 2;

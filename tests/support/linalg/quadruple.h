@@ -6,7 +6,7 @@
 
 namespace stiefel {
 
-// The parts of the variational step that take longest to compile in quadruple precision are
+// The templates of the variational step whose compilation in quadruple precision takes longest are
 // compiled once, in quadruple.cc and quadruple_cayley.cc.
 extern template class Lyapunov<Quad>;
 extern template class ConstraintRiccati<Quad>;

@@ -14,7 +14,8 @@ namespace {
 std::vector<double> numbers(const Eigen::VectorXd& v) { return {v.begin(), v.end()}; }
 RowMatrix rows(const Eigen::MatrixXd& A) { return A; }
 
-/// The frame a step of the flow later, to first order, on the manifold again.
+/// Returns the frame after a step of the flow, computed to first order and projected onto the
+/// manifold.
 Eigen::MatrixXd moved(const Eigen::MatrixXd& Q, const Eigen::MatrixXd& Qdot, double h) {
   Eigen::MatrixXd next = Q + h * Qdot;
   for (int k = 0; k < 6; ++k)
@@ -24,7 +25,7 @@ Eigen::MatrixXd moved(const Eigen::MatrixXd& Q, const Eigen::MatrixXd& Qdot, dou
   return next;
 }
 
-/// Whether the method is a closed form, which needs a Λ of at most two values for N > 3.
+/// Returns whether the method is a closed form, which for N > 3 needs a Λ of at most two values.
 bool exact(const SceneDescription& d) {
   return d.method && catalogue().method(d.method->name)->orders.empty();
 }
@@ -47,11 +48,11 @@ void fill_rigid(SceneDescription& d, unsigned seed, int N) {
   }
 }
 
-/// M_μ = G − G⁻¹ = hM + μΛ² for G = Q⁻¹P: G = W + (I + W²)^{1/2}, W half of it.
+/// Sets Q and P with M_μ = G − G⁻¹ = hM + μΛ² for G = Q⁻¹P: G = W + (I + W²)^{1/2}, W = M_μ/2.
 void fill_parametric(SceneDescription& d, unsigned seed) {
   const RandomBody body(4, seed);
   const bool discrete = d.system == "parametric_moser_veselov";
-  const double mu = discrete ? 0.0005 : 0.0002;  // the state grows like e^{μλt}
+  const double mu = discrete ? 0.0005 : 0.0002;  // small, because the state grows like e^{μλt}
   const double h = discrete ? *d.step : 2 / body.M.norm();
   Eigen::MatrixXd W = h * body.M;
   W.diagonal() += mu * body.lambda.cwiseAbs2();

@@ -6,8 +6,9 @@
 
 namespace stiefel::testing {
 
-/// A seeded scene of any system in the catalogue, small (N = 4; n = 2 of 5), full and not
-/// commuting, h times the rate about `step`. An empty method makes it one of a discrete system.
+/// Returns a seeded scene of any system in the catalogue. It is small (N = 4; n = 2 of 5), its
+/// matrices are full and do not commute, and h times the rate is about `step`. `method` is empty
+/// for a discrete system.
 SceneDescription any_scene(const std::string& system, const std::string& method, unsigned seed,
                            double step, int N = 4);
 

@@ -10,7 +10,7 @@
 
 namespace stiefel::testing {
 
-/// A random body's (Q, M) as a state of the space.
+/// Returns (Q, M) of a random body as a state of the space.
 template <class Space>
 typename Space::State state_of(const RandomBody& body) {
   using Scalar = typename Space::Scalar;
@@ -42,7 +42,7 @@ auto momentum_of(const State& x) {
     return Matrix<Scalar>(x.bottomRows(x.cols()));
 }
 
-/// Every number of a map's state.
+/// Returns every number of a map's state.
 template <class State>
 std::vector<double> numbers_of(State& state) {
   std::vector<double> all;

@@ -9,9 +9,8 @@ namespace stiefel::testing {
 
 inline constexpr long double circling_m1 = 0.5L, circling_m3 = 1.5L;
 
-/// A top with I = (1, 2, 3) and m = (circling_m1, 0, circling_m3), which circles the third axis:
-/// m_2 = 0 at the multiples of 2K/p, with K the complete elliptic integral by the
-/// arithmetic-geometric mean.
+/// Returns the scene of a top with I = (1, 2, 3) and m = (circling_m1, 0, circling_m3), which
+/// circles the third axis: m_2 = 0 at the multiples of 2K/p, K the complete elliptic integral.
 inline SceneDescription circling_top(double step, const std::string& method, int order = 0) {
   SceneDescription scene;
   scene.system = "rigid_body";
@@ -27,10 +26,10 @@ inline SceneDescription circling_top(double step, const std::string& method, int
   return scene;
 }
 
-/// 2K/p in extended precision.
+/// Returns 2K/p in extended precision, with K by the arithmetic-geometric mean.
 inline long double circling_half_period() {
   constexpr long double m1 = circling_m1, m3 = circling_m3;
-  const long double p = m3 / 3, k2 = 3 * m1 * m1 / (m3 * m3);  // of (I3 - I2)(I3 - I1)/(I1 I2) = 1
+  const long double p = m3 / 3, k2 = 3 * m1 * m1 / (m3 * m3);  // as (I3 - I2)(I3 - I1)/(I1 I2) = 1
   long double a = 1, b = std::sqrt(1 - k2);
   for (int i = 0; i < 10; ++i) {
     const long double mean = (a + b) / 2;

@@ -6,7 +6,7 @@
 
 namespace stiefel::testing {
 
-/// The ensemble of scenes that differ in their states and inertia only.
+/// Returns the ensemble of scenes that differ only in their states and inertia.
 SceneDescription ensemble_of(const std::vector<SceneDescription>& scenes);
 
 }  // namespace stiefel::testing

@@ -12,7 +12,8 @@
 
 namespace stiefel::testing {
 
-/// A system and a method on it; rigid bodies in three dimensions have code of their own.
+/// A system, a method and a dimension. Both N = 3 and N = 4 occur, because rigid bodies in three
+/// dimensions have separate code.
 struct Pair {
   std::string system, method;
   int N;
@@ -21,22 +22,22 @@ struct Pair {
   }
 };
 
-/// Whether a method on a system is tried with that N.
+/// Returns whether a method is tested on a system with this N.
 inline bool in_dimension(std::string_view system, const MethodOnSystem& on, int N) {
   if (on.takes && !on.takes(Eigen::VectorXd::Ones(N))) return false;
   const bool in_3d_only = on.takes && !on.takes(Eigen::VectorXd::Ones(4));
   return N == 4 || in_3d_only || system_entry(system)->packed;
 }
 
-/// Whether the method chooses its own steps.
+/// Returns whether the method chooses its own steps.
 inline bool has_own_steps(std::string_view method) {
   const MethodInfo* info = catalogue().method(method);
   return info != nullptr && info->default_tolerance > 0;
 }
 
-/// A step at which the method's errors are seen and stay small over a thousand steps: the system's
-/// own, which is meant for order 4 (SystemEntry::example_step), and a tenth of it for a method of
-/// lower order that keeps nothing.
+/// Returns a step at which the method's errors are visible and stay small over a thousand steps:
+/// the system's SystemEntry::example_step, which suits order 4, and a tenth of it for a method of
+/// order 1 or 2 that keeps no invariant.
 inline double step_of(std::string_view system, std::string_view method) {
   const SystemEntry& entry = *system_entry(system);
   for (const MethodOnSystem& on : entry.info.methods) {
@@ -49,7 +50,7 @@ inline double step_of(std::string_view system, std::string_view method) {
   return entry.example_step;
 }
 
-/// All pairs of the catalogue.
+/// Returns all pairs of the catalogue.
 inline std::vector<Pair> every_pair() {
   std::vector<Pair> all;
   for (const auto& system : catalogue().systems)

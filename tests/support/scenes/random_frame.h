@@ -5,8 +5,8 @@
 
 namespace stiefel::testing {
 
-/// A seeded state on V(n, N): Λ spread over 1 : spread, a random frame Q, and S = Q̇Λ for a random
-/// tangent Q̇ with ‖Q̇‖_F = 1. Tangent to rounding in the Scalar.
+/// A seeded state on V(n, N): Λ between 1 and `spread`, a random frame Q, and S = Q̇Λ for a random
+/// tangent Q̇ with ‖Q̇‖_F = 1. Q̇ is tangent to rounding in the Scalar.
 template <class Scalar>
 struct RandomFrame {
   Vector<Scalar> lambda;

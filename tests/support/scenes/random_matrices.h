@@ -7,8 +7,8 @@
 
 namespace stiefel::testing {
 
-/// Seeded random matrices of any scalar, each number a sum of two doubles so that the digits beyond
-/// double precision are not zeros.
+/// Seeded random matrices of any scalar. Each number is a sum of two doubles, so that the digits
+/// beyond double precision are not zeros.
 template <class Scalar>
 class RandomMatrices {
  public:
@@ -16,9 +16,9 @@ class RandomMatrices {
 
   Matrix<Scalar> matrix(Eigen::Index rows, Eigen::Index cols);
   Matrix<Scalar> skew(Eigen::Index N);
-  /// n orthonormal rows in R^N; for n = N of determinant +1.
+  /// Returns n orthonormal rows in R^N; for n = N the determinant is +1.
   Matrix<Scalar> frame(Eigen::Index n, Eigen::Index N);
-  /// n numbers between 1 and `spread`.
+  /// Returns N numbers between 1 and `spread`.
   Vector<Scalar> lambda(Eigen::Index N, double spread = 4);
 
  private:

@@ -8,12 +8,12 @@
 namespace stiefel::testing {
 namespace {
 
-/// I₁ = λ₂ + λ₃ and cyclic.
+/// Returns the moments I₁ = λ₂ + λ₃ and cyclic.
 Eigen::Vector3d moments(const Eigen::VectorXd& lambda) {
   return {lambda(1) + lambda(2), lambda(2) + lambda(0), lambda(0) + lambda(1)};
 }
 
-/// The axes by their moments.
+/// Returns the axes sorted by moment, the smallest first.
 std::array<int, 3> sorted_axes(const Eigen::Vector3d& I) {
   std::array<int, 3> axes = {0, 1, 2};
   std::ranges::sort(axes, {}, [&](int a) { return I(a); });

@@ -10,7 +10,8 @@
 
 namespace stiefel::testing {
 
-/// Seeded frames to join: Λ spread over 1 : spread, both frames random, of equal determinant.
+/// Returns the problem to join two seeded random frames of equal determinant, with Λ between 1 and
+/// `spread`.
 inline TwoPointProblem random_frames(int n, int N, double spread, std::uint64_t seed) {
   std::mt19937_64 generator(1000 * seed + static_cast<std::uint64_t>(n));
   const auto uniform = [&] { return std::generate_canonical<double, 53>(generator); };

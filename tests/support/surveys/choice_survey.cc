@@ -39,15 +39,16 @@ SceneDescription random_description(unsigned seed) {
   return d;
 }
 
-/// The exact state: by Boost.odeint for a body; on V(n, N) in quadruple precision, which the choice
-/// does not use.
+/// Returns the exact state: for a body by Boost.odeint; on V(n, N) by the reference in quadruple
+/// precision, which the choice does not use.
 MotionState exact(const Scene& scene, double t) {
   if (scene.system() != "rigid_body") return make_reference(scene, {t, 1e13})->at(t, {})->state;
   const Motion motion = exact_motion(scene.inertia(), scene.Q(), scene.M(), t);
   return {motion.Q.cast<long double>(), motion.M.cast<long double>()};
 }
 
-/// The least work of an entry whose measured error is within the tolerance.
+/// Returns the least work of an entry of the trade-off whose measured error is within the
+/// tolerance.
 double best_of_table(const SceneDescription& description) {
   SceneDescription scene = description;
   scene.tolerance.reset();

@@ -35,7 +35,7 @@ namespace {
 using Wide = long double;
 using Dense = Matrix<Wide>;
 
-/// Attitude and momentum as the simulation of a scene reports them.
+/// The true attitude and momentum, in the form in which a simulation reports them.
 struct Truth {
   Dense attitude, momentum;
 };
@@ -129,8 +129,8 @@ Truth truth(const Scene& scene, double t, Wide tolerance) {
   return geodesic(costate, moved(costate, scene, "Q", "P", t, tolerance));
 }
 
-/// Real and imaginary parts of a complex field are elements of a row, one after the other; in a
-/// state they are rows.
+/// Returns a field of a simulation. A complex field has real and imaginary part of an element side
+/// by side; the result has them in separate rows, as states do.
 Dense field(const Simulation& now, const std::string& name, bool complex) {
   const Dense value = now.get(name).cast<Wide>();
   if (!complex) return value;
@@ -151,8 +151,8 @@ Dense momentum(const Scene& scene, const Simulation& now) {
   return field(now, has("M") ? "M" : "P", scene.system() == "double_bracket");
 }
 
-/// The estimate over the true error of `value`, where that is above 1e-14 and ten times above the
-/// difference of two solutions that are both taken for the true one.
+/// Returns the estimate divided by the true error of `value`. Returns nothing if the true error is
+/// below 1e-14, or below ten times the difference of the two solutions `exact` and `other`.
 std::optional<double> ratio(std::optional<double> estimate, const Dense& value, const Dense& exact,
                             const Dense& other, Wide unit) {
   const Wide error = (value - exact).cwiseAbs().maxCoeff() / unit,
@@ -185,7 +185,7 @@ SceneDescription random_description(unsigned seed, std::int64_t& steps) {
   const bool own_steps = catalogue().method(on.method)->default_tolerance > 0;
   if (own_steps) d.method->tolerance = std::pow(10, uniform(-12, -4));
   steps = static_cast<std::int64_t>(std::pow(10, uniform(0.5, 2.5)));
-  if (own_steps) steps = std::max<std::int64_t>(1, steps / 10);  // of longer steps
+  if (own_steps) steps = std::max<std::int64_t>(1, steps / 10);  // its scene has longer steps
   if (system.name == "parametric_rigid_body") steps = std::min<std::int64_t>(steps, 50);
   return d;
 }
@@ -203,7 +203,7 @@ ErrorOutcome survey_error(unsigned seed) {
   out.scene = what.str();
   const Scene scene = Scene::resolve(d).value();
   const auto now = make_simulation(scene);
-  now->advance(steps);  // however far
+  now->advance(steps);  // a run may stop early
   const ErrorEstimate estimate = estimate_error(scene, *now, 5e10, {});
   out.reference = estimate.reference;
   out.missing = estimate.missing;

@@ -5,23 +5,23 @@
 
 namespace stiefel::testing {
 
-/// An estimate of the error on a seeded random scene beside the true one.
+/// The estimated error of a seeded random scene, compared with the true error.
 struct ErrorOutcome {
   std::string scene;      ///< the scene in words
   std::string reference;  ///< the reference of the estimate
-  std::string missing;    ///< or why there is no estimate
-  /// Estimated over true error, where there is an estimate and the true error is known to a tenth
-  /// and above 1e-14.
+  std::string missing;    ///< why there is no estimate; empty if there is one
+  /// Estimated error divided by true error. Empty without an estimate, and where the true error is
+  /// below 1e-14 or not known to a tenth.
   std::optional<double> attitude, momentum;
 };
 
-/// A random scene of any continuous system with any of its methods, orders, arithmetics and
-/// scalars, run over up to some tens of radians either way. The true error is that against
-/// Boost.odeint's Bulirsch–Stoer in extended precision, in the scene's own variables.
+/// Runs a random scene of any continuous system with any of its methods, orders, arithmetics and
+/// scalars, over up to some tens of radians in either direction. The true error is measured against
+/// Boost.odeint's Bulirsch–Stoer method in extended precision, in the scene's own variables.
 ErrorOutcome survey_error(unsigned seed);
 
-/// Over many seeds: no estimate is below half of the true error, and at most 5 % are above ten
-/// times the true error.
+/// Expects over many seeds that no estimate is below half of the true error, and that at most 5 %
+/// are above ten times the true error.
 void expect_estimates(unsigned first, unsigned count);
 
 }  // namespace stiefel::testing

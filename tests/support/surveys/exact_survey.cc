@@ -23,7 +23,7 @@ EulerTop<Quad, true> motion(const RandomTop& top) {
   return Exact::MotionOf<BodyInQuad>::make(body, top.x.cast<Quad>());
 }
 
-/// As a fraction of the size, q and m each.
+/// Returns the distance of two states, of q and of m each relative to its norm.
 double distance(const QuadState& a, const QuadState& b) {
   const Quad q = (a - b).head<4>().norm() / b.head<4>().norm();
   const Quad size = b.tail<3>().norm();
@@ -31,7 +31,8 @@ double distance(const QuadState& a, const QuadState& b) {
   return static_cast<double>(q > m ? q : m);
 }
 
-/// The distance of the vector field from a difference of order 6 in d, relative to the rate.
+/// Returns the distance of the vector field from a difference quotient of order 6, relative to the
+/// rate.
 double field_error(const RandomTop& top, const EulerTop<Quad, true>& exact) {
   BodyInQuad body(top.lambda.cast<Quad>());
   const Quad t = top.t;
@@ -50,7 +51,7 @@ double field_error(const RandomTop& top, const EulerTop<Quad, true>& exact) {
   return static_cast<double>(error.norm());
 }
 
-/// The change of the solution when each input changes by one ulp.
+/// Returns the change of the solution when each input changes by one ulp.
 double one_ulp_of_input(const RandomTop& top, const QuadState& x) {
   double sum = 0;
   const auto add = [&](auto change) {

@@ -53,7 +53,7 @@ class SceneMaker {
   }
   int whole(int low, int high) { return low + static_cast<int>(uniform(0, high - low + 1)); }
 
-  /// Λ with all its values, or with `values_` of them.
+  /// Returns Λ with all its values, or with only `values_` different ones.
   Eigen::VectorXd lambda(const Eigen::VectorXd& all) const {
     Eigen::VectorXd few = all;
     for (Eigen::Index i = 0; values_ > 0 && i < all.size(); ++i)
@@ -79,7 +79,8 @@ class SceneMaker {
     d_.initial["M"] = mass * rate * body.M;
   }
 
-  /// G = W + (I + W²)^{1/2} of W = (M + μΛ²)/2; Q grows like e^{μλt}, by e at most.
+  /// Sets Q and P with Q⁻¹P = W + (I + W²)^{1/2}, W = (M + μΛ²)/2. Q grows like e^{μλt}, at most by
+  /// a factor e.
   void parametric() {
     const int N = whole(2, std::min(largest_N_, 6));
     const RandomBody body(N, seed_, std::min(spread_, 5.0));
@@ -135,7 +136,7 @@ class SceneMaker {
   double spread_;
 };
 
-/// max |A − Â| / max |Â| of both.
+/// Returns the larger of max |A − Â| / max |Â| for attitude and momentum.
 double relative_error(const MotionState& state, const MotionState& exact) {
   const auto of = [](const Matrix<long double>& a, const Matrix<long double>& b) -> double {
     if (a.size() == 0 || b.size() == 0) return 0;
@@ -146,17 +147,18 @@ double relative_error(const MotionState& state, const MotionState& exact) {
   return std::isfinite(error) ? error : std::numeric_limits<double>::infinity();
 }
 
-/// Error and work of a run over all samples; it ends, with an infinite error, where the error is
-/// above `limit` or the work above `bound`.
+/// Error and work of a run.
 struct Judged {
   double error = 0, work = 0;
 };
+/// Runs a scene over all samples. Ends the run, with an infinite error, when the error exceeds
+/// `limit` or the work exceeds `bound`.
 Judged judge(const Scene& scene, const Samples& samples, double limit, double bound) {
   const double weight = step_weight(scene);
   const auto now = make_simulation(scene);
   Judged out;
   for (std::size_t i = 0; i < samples.steps.size(); ++i) {
-    // A closed form counts every state, like the trade-off.
+    // A closed form computes each state separately, so that the work counts as in the trade-off.
     const std::int64_t most = now->direct() ? 1 : samples.steps[i];
     while (now->step() < samples.steps[i])
       if (!now->advance(std::min(most, samples.steps[i] - now->step())).reached())
@@ -175,11 +177,11 @@ bool on_frames(const std::string& system) {
   return system.starts_with("stiefel") || system == "ellipsoid";
 }
 
-/// The growth factor, from the start to the end, of a change of the initial momentum by 1e-10.
+/// Returns the factor by which a change of the initial momentum by 1e-10 grows up to the end.
 double condition_of(const Scene& scene, const Samples& samples) {
   if (!on_frames(scene.system())) return 1;
   constexpr double tiny = 1e-10;
-  // Back through Scene::resolve, which takes the change onto the manifold.
+  // Scene::resolve then projects the changed state onto the manifold.
   SceneDescription moved = scene.description();
   for (auto& [name, block] : moved.initial) {
     if (name == "Q" || name == "q") continue;

@@ -4,12 +4,12 @@
 
 namespace stiefel::testing {
 
-/// Brockett's double bracket flow (Brockett 1991)
+/// Brockett's double bracket flow (Brockett 1991) of a symmetric H, a system without frame and
+/// momentum:
 ///
-///     H' = [[D, H], H],   D = diag(d),
+///     H' = [[D, H], H],   D = diag(d).
 ///
-/// of a symmetric H. It keeps the eigenvalues of H, tr(DH) never falls, and H comes to rest where
-/// it is diagonal. A system without frame and momentum.
+/// It keeps the eigenvalues of H, tr(DH) never falls, and H is at rest where it is diagonal.
 template <class Scalar_>
 class Brockett {
  public:

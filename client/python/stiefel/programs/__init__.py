@@ -1,7 +1,7 @@
-"""The programs that the wheel for this platform holds, as the console scripts `stiefel-server` and `stiefel`.
+"""The programs inside the wheel for this platform, which the console scripts `stiefel-server` and `stiefel` run.
 
-They stand in this folder with the shared libraries that they need. In the build tree and in the wheel for every platform
-the folder holds none.
+This folder of the wheel holds the programs and the shared libraries that they need. In the build tree and in the wheel
+for every platform it holds none.
 """
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _FOLDER = Path(__file__).parent
 
 
 def bundled(name: str) -> Optional[Path]:
-    """The program of that name in this folder; None where there is none."""
+    """Returns the path of a program in this folder; None if it is not there."""
     path = _FOLDER / name
     return path if os.access(path, os.X_OK) and path.is_file() else None
 
@@ -28,7 +28,7 @@ def command() -> NoReturn:
 
 
 def _run(name: str) -> NoReturn:
-    """In the place of this process, so that signals and the exit status are the program's."""
+    """Replaces this process by the program, so that signals and the exit status are the program's."""
     path = bundled(name)
     if path is None:
         sys.exit(f"{name}: this installation of the package holds no programs; the wheel for Linux on x86_64 does")

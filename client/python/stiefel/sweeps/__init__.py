@@ -1,4 +1,4 @@
-"""Sweeps: a motion for each value of named paths into a scene, spread over the cores here or the workers of an executor."""
+"""Sweeps: runs a scene for many values of its fields, on the cores of this machine or the workers of an executor."""
 from __future__ import annotations
 
 import json
@@ -29,34 +29,35 @@ def sweep(scene: SceneLike, axes: Mapping[str, Any], to: int, summarize: Quantit
           start: int = 0, every: int = 1, zipped: bool = False,
           executor: Optional[Union[Executor, Callable[[], Executor]]] = None, servers: Optional[Sequence[Union[str, Client]]] = None,
           store: Optional[Any] = None, progress: bool = False, threads: Optional[int] = None) -> Any:
-    """The motions of `scene` with every value of `axes`, reduced to statistics where they run.
+    """Runs `scene` for every value of `axes` and reduces each motion to statistics on the server that runs it.
 
         stiefel.sweep(scene, {"inertia": bodies, "body.angular_velocity": spins}, to=10_000,
                       summarize={"energy": ["drift"], "quaternion": ["last"]}, executor=client.get_executor())
 
-    axes: values by their paths in the scene: "inertia", "body.moments", "body.angular_velocity" (points, numbers),
-        "initial.Q" (points, rows, cols), one number of such a field as "body.angular_velocity[0]" (points), or what all
-        members of an ensemble share: "step", "epsilon", "method.order" (points). The result is a grid with a dimension
-        for each axis; `zipped`: the axes stand side by side along one dimension, "point".
-    summarize: of fields and invariants at the steps start, start + every, ... and `to`: names of statistics (last,
-        min, max, mean, rms, sign_changes, drift), quantiles and histograms, as in `Session.summarize`.
-    executor: any of concurrent.futures, those of Dask, mpi4py and loky, `stiefel.ray.Executor`, or a function that
-        makes one anew when it breaks. None: one server here on all cores; `servers`: running servers by address, or
-        clients of them, where they need more than an address.
-    store: a Zarr group, by path or as what zarr.open_group takes. Finished chunks in it are not computed again. Workers
-        that see the path write their chunks themselves.
-    progress: shows motions done and the time left.
-    threads: those of each worker's own server. None: what Dask, Ray or Slurm gave the worker, else 1, here all cores.
+    axes: arrays of values by their paths in the scene: "inertia", "body.moments", "body.angular_velocity" (points,
+        numbers), "initial.Q" (points, rows, cols), one number of such a field as "body.angular_velocity[0]" (points),
+        or a field that all members of an ensemble share, such as "step", "epsilon", "method.order" (points). The result
+        is a grid with a dimension for each axis; with `zipped` the axes vary together along one dimension, "point".
+    summarize: statistics of fields and invariants at the steps start, start + every, ... and `to`: names of statistics
+        (last, min, max, mean, rms, sign_changes, drift), quantiles and histograms, as in `Session.summarize`.
+    executor: an executor of concurrent.futures, Dask, mpi4py or loky, a `stiefel.ray.Executor`, or a function that
+        returns one and is called again when the executor breaks. None: one server on all cores of this machine.
+    servers: running servers to use instead, as addresses or, where an address does not suffice, as clients.
+    store: a Zarr group, given as a path or as anything that zarr.open_group takes, in which finished chunks are kept.
+        Chunks that it has are not computed again. Workers that see the path write their chunks themselves.
+    progress: shows how many motions are done and the time left.
+    threads: threads of each worker's own server. None: as many as Dask, Ray or Slurm gave the worker, or else 1; all
+        cores without an executor.
 
-    Returns an xarray.Dataset, or a `SweepResult` with the same content where xarray is not installed: a variable
-    "energy.drift" for each statistic, "outcome" and "last_step" of each motion, the axes as coordinates, and as
-    attributes the resolved scene, the build and the SHA-256 of all arrays. The bytes do not depend on the executor,
-    the number of workers, or what failed on the way. A scene without a method gets the recommended one, with the
-    substeps that the most demanding point needs; with a tolerance each point gets the method that is chosen for it
-    alone, and the variable "method" says which of attrs["methods"].
+    Returns an xarray.Dataset, or a `SweepResult` with the same content if xarray is not installed. It has a variable
+    such as "energy.drift" for each statistic, "outcome" and "last_step" of each motion, the axes as coordinates, and as
+    attributes the resolved scene, the build and the SHA-256 of all arrays. Its bytes do not depend on the executor, the
+    number of workers, or failures on the way. A scene without a method gets the recommended one, with the substeps that
+    the most demanding point needs. For a scene with a tolerance, a method is chosen for each point alone, and the
+    variable "method" has its index in attrs["methods"].
 
-    InvalidArgument before work starts; SweepFailed, with what is done in `partial`, when a chunk failed too often or
-    the executor is gone.
+    Raises InvalidArgument before work starts, and SweepFailed, with the finished part in `partial`, when a chunk failed
+    too often or the executor takes no more tasks.
     """
     given = read_axes(axes, zipped)
     base = base_of(scene, given)
@@ -113,7 +114,7 @@ def _run(plan: Plan, workers: Workers, failures: Failures, store: Optional[Any],
 
 
 def _completed(error: SweepFailed, done: int, chunks: int, partial: Optional[SweepResult], kept: bool) -> SweepFailed:
-    """The error with what is done."""
+    """Returns the error with the number of finished chunks and the partial result added."""
     again = "; they are in the store, and the same call goes on from there" if kept and done else ""
     full = SweepFailed(f"{error.message}; {done} of {chunks} chunks are done{again}", done, chunks, error.failures)
     full.partial = _as_dataset(partial) if partial is not None else None

@@ -1,4 +1,4 @@
-"""Axes of a sweep: the values of named paths into a scene, as a grid or side by side."""
+"""Axes of a sweep: values for fields of a scene, as a grid or side by side."""
 from __future__ import annotations
 
 import re
@@ -14,26 +14,26 @@ from stiefel import v1 as pb
 from stiefel.errors import InvalidArgument, Violation
 from stiefel.scenes import to_message
 
-#: Fields of which each member of an ensemble has its own: the numbers of one member, None: as many as its dimension.
+#: Lists of which each member of an ensemble may have its own, with the length of one member's; None: its dimension N.
 LISTS: dict[str, Optional[int]] = {
     "inertia": None, "inertia_u": None, "inertia_v": None,
     "body.inertia_tensor": 6, "body.moments": 3, "body.attitude": 4, "body.angular_velocity": 3,
 }
-#: Fields that all members of an ensemble have in common: points that differ in one are of different ensembles.
+#: Fields that all members of an ensemble share. Points that differ in one of them belong to different ensembles.
 COMMON = ("step", "epsilon", "parameter", "method.name", "method.order", "method.substeps", "method.arithmetic",
           "method.tolerance", "method.scalar")
-POINT = "point"  #: the dimension of axes that stand side by side
+POINT = "point"  #: the name of the dimension of axes side by side
 _ENTRY = re.compile(r"(.+)\[(\d+)(?:, *(\d+))?\]")
 
 
 @dataclass(frozen=True, eq=False)
 class Axis:
-    """The values along one axis. `field` is the path without an index, `entry` the index of the one number that varies."""
+    """The values along one axis."""
 
     path: str
-    field: str
-    entry: Optional[tuple[int, ...]]
-    values: NDArray[Any]  #: (points, ...): of a list (points, numbers), of a block (points, rows, cols), else (points,)
+    field: str  #: the path without an index
+    entry: Optional[tuple[int, ...]]  #: the index of the one number of the field that varies; None for the whole field
+    values: NDArray[Any]  #: for a list (points, numbers), for a block (points, rows, cols), else (points,)
 
     @property
     def common(self) -> bool:
@@ -42,7 +42,7 @@ class Axis:
 
 @dataclass(frozen=True, eq=False)
 class Axes:
-    """All axes. A grid has a dimension for each of them; axes side by side have the one dimension `POINT`."""
+    """All axes of a sweep. A grid has a dimension for each axis; axes side by side have the one dimension `POINT`."""
 
     axes: tuple[Axis, ...]
     zipped: bool
@@ -54,8 +54,8 @@ class Axes:
 
     @property
     def dims(self) -> tuple[str, ...]:
-        """Names of the dimensions. An axis of single numbers or names lends its path; one of lists or blocks is
-        counted by `PATH_point`, because an array of several dimensions is no index."""
+        """The names of the dimensions. The dimension of an axis of single numbers or names has the axis's path as its
+        name. That of an axis of lists or blocks is PATH_point, because xarray needs an index of one dimension."""
         if self.zipped:
             return (POINT,)
         return tuple(axis.path if axis.values.ndim == 1 else f"{axis.path}_{POINT}" for axis in self.axes)
@@ -65,14 +65,14 @@ class Axes:
         return int(np.prod(self.shape, dtype=np.int64))
 
     def at(self, points: NDArray[np.int64]) -> list[NDArray[np.int64]]:
-        """The index along each axis of points counted in row-major order."""
+        """Returns, for each axis, the indices along it of points that are counted in row-major order."""
         if self.zipped:
             return [points] * len(self.axes)
         return list(np.unravel_index(points, self.shape))
 
 
 def read_axes(axes: Mapping[str, Any], zipped: bool) -> Axes:
-    """Checks paths and shapes. InvalidArgument names every axis that is wrong."""
+    """Checks paths and shapes and returns the axes. Raises InvalidArgument that names every wrong axis."""
     if not isinstance(axes, Mapping) or not axes:
         raise _wrong([Violation("axes", f"{reprlib.repr(axes)}: must be a mapping from paths into the scene to values")])
     read: list[Axis] = []
@@ -114,7 +114,7 @@ def _axis(path: Any, values: Any) -> Axis:
 
 
 def _rank(path: str, field: str, entry: Optional[tuple[int, ...]], place: str) -> int:
-    """How many dimensions the values of a path have."""
+    """Returns how many dimensions the array of values for a path must have."""
     whole = 3 if field.startswith("initial.") and field != "initial." else 2 if field in LISTS else 1 if field in COMMON else 0
     if whole == 0:
         known = ", ".join((*LISTS, "initial.BLOCK", *COMMON))
@@ -135,7 +135,7 @@ def _fits(array: NDArray[Any], field: str, text: bool) -> bool:
 
 
 def _plain(array: NDArray[Any], field: str) -> NDArray[Any]:
-    """The kind of numbers that travels, little-endian."""
+    """Returns the values in the little-endian type in which they travel."""
     if array.dtype.kind == "U":
         return array
     if field in ("method.order", "method.substeps"):
@@ -158,8 +158,8 @@ def _check_together(axes: Axes) -> None:
 
 
 def base_of(scene: Any, axes: Axes) -> pb.Scene:
-    """The scene without the fields that an axis sets whole. InvalidArgument where it is an ensemble itself, and where
-    an axis sets one entry of a field that it does not have."""
+    """Returns the scene without the fields that an axis sets as a whole. Raises InvalidArgument if the scene is itself
+    an ensemble, or if an axis sets an entry that the scene's field does not have."""
     base = pb.Scene()
     base.CopyFrom(to_message(scene))
     wrong = []
@@ -189,7 +189,7 @@ def _shape(scene: pb.Scene, field: str) -> tuple[int, ...]:
 
 
 def owner_of(scene: pb.Scene, field: str) -> tuple[Any, str]:
-    """The message that has the field, and the field's name there."""
+    """Returns the message that has the field, and the field's name in that message."""
     part, _, name = field.rpartition(".")
     return (getattr(scene, part) if part else scene), name
 

@@ -1,4 +1,4 @@
-"""The methods of points whose scene names none: the recommended one, or that which is chosen for a tolerance."""
+"""Methods for points whose scene names none: the recommended method, or one chosen for a tolerance."""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -13,13 +13,13 @@ from stiefel.sweeps.chunks import LARGEST, Task
 from stiefel.sweeps.groups import Group, task_of
 from stiefel.sweeps.resolution import Question, Resolved
 
-#: Asks so many questions, which it gets by their numbers, and hands out the answers as they come.
+#: A function of a number of questions, a function that returns question k, and one that takes the answer to question k.
 AskAll = Callable[[int, Callable[[int], Question], Callable[[int, "list[Resolved]"], None]], None]
-POINTS = 64  #: of a question; each takes a few milliseconds to a second
+POINTS = 64  #: points per question; each takes a few milliseconds to a second
 
 
 def ask(question: Question, ask_all: AskAll) -> list[Resolved]:
-    """The answer to one question."""
+    """Asks one question and returns its answer."""
     answers: dict[int, list[Resolved]] = {}
     ask_all(1, lambda k: question, answers.__setitem__)
     return answers[0]
@@ -27,8 +27,9 @@ def ask(question: Question, ask_all: AskAll) -> list[Resolved]:
 
 def with_recommended(group: Group, first: Resolved, template: Task, axes: Axes, order: NDArray[np.int64],
                      ask_all: AskAll) -> Group:
-    """The group with its method written out, so that it does not depend on the cut into chunks: the recommended method
-    with as many substeps as the most demanding point needs. `first`: of the first point."""
+    """Returns the group with the recommended method in its scene, with as many substeps as the most demanding point
+    needs. The method then does not depend on how the group is cut into chunks. `first`: the answer for the first
+    point."""
     if not first.method or group.scene.HasField("method"):
         return group
     scene = pb.Scene()
@@ -43,11 +44,11 @@ def with_recommended(group: Group, first: Resolved, template: Task, axes: Axes, 
 
 def by_choice(group: Group, template: Task, axes: Axes, order: NDArray[np.int64],
               ask_all: AskAll) -> list[tuple[Group, Resolved]]:
-    """The group cut by the method that is chosen for the tolerance at each point, so that each point has the method, and the
-    bits, that it has alone. Puts the points of a method together within `order`. InvalidArgument names a point at which
-    no method meets the tolerance."""
+    """Divides the group by the methods that are chosen for the tolerance at each point, so that each point has the
+    method and the bits of a sweep of that point alone. Reorders `order` so that the points of a method stand together.
+    Raises InvalidArgument that names a point at which no method meets the tolerance."""
     points = order[group.begin:group.end].copy()
-    chosen: dict[bytes, tuple[int, Resolved]] = {}  # by the method: its first point, counted within the group
+    chosen: dict[bytes, tuple[int, Resolved]] = {}  # method to its first point, counted within the group, and answer
     methods: list[bytes] = [b""] * len(points)
 
     def question(k: int) -> Question:

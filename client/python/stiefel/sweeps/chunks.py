@@ -1,4 +1,4 @@
-"""Chunks: ensembles of about a second's work. Their sizes depend on the scene alone, never on the workers."""
+"""Chunks: ensembles of about one second of work. Their sizes never depend on the workers."""
 from __future__ import annotations
 
 import hashlib
@@ -17,16 +17,17 @@ from stiefel.sweeps.shared_store import Place
 
 WORK = 2.0**34  #: instructions of a chunk, about a second of one core
 CREATION = 2.0**20  #: instructions for checking and setting up one member
-READING = 2.0**10  #: instructions for one quantity of one sample, which a predicted price leaves out
-LARGEST = 1 << 14  #: members of a chunk
-SLOWEST = 100.0  #: times slower than predicted, when a server is taken to be lost
-KEPT = 1 << 20  #: numbers that the quantiles of one call may keep
-LANES = 16  #: members that fill whole vector registers
+READING = 2.0**10  #: instructions for reading one quantity of one sample, which a predicted price leaves out
+LARGEST = 1 << 14  #: the most members of a chunk
+SLOWEST = 100.0  #: a server that takes this many times the predicted time is taken to be lost
+KEPT = 1 << 20  #: the most numbers that the quantiles of one call may keep
+LANES = 16  #: the number of members of larger chunks is a multiple of this, to fill whole vector registers
 
 
 def members_of_a_chunk(step_work: float, steps: int, readings: int, kept: int) -> int:
-    """How many members a chunk has, so that its work is about `WORK` instructions and its quantiles keep at most `KEPT`
-    numbers. A member makes `steps` steps of `step_work` instructions, reads `readings` quantities on the way, and its
+    """Returns how many members make a chunk of about `WORK` instructions whose quantiles keep at most `KEPT` numbers.
+
+    Each member makes `steps` steps of `step_work` instructions, reads `readings` quantities on the way, and its
     quantiles keep `kept` numbers."""
     fit = int(WORK / (step_work * max(steps, 1) + READING * readings + CREATION))
     fit = min(fit, LARGEST, KEPT // kept if kept else LARGEST)
@@ -36,35 +37,34 @@ def members_of_a_chunk(step_work: float, steps: int, readings: int, kept: int) -
 
 @dataclass(frozen=True, eq=False)
 class Values:
-    """The values that the members of a chunk have of their own.
+    """Values of a field that differ between the members of a chunk."""
 
-    field: path in the scene; entry: the one number of it that varies, None: all of it; values: (members, ...).
-    """
-
-    field: str
-    entry: Optional[tuple[int, ...]]
-    values: NDArray[Any]
+    field: str  #: the path in the scene
+    entry: Optional[tuple[int, ...]]  #: the index of the one number of the field that varies; None for the whole field
+    values: NDArray[Any]  #: (members, ...)
 
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """All that a worker needs. Pure: the same task has the same result on every worker."""
+    """Everything that a worker needs to compute a chunk. A task has the same result on every worker."""
 
-    scene: bytes  #: the scene without what the members have of their own, as a message
+    scene: bytes  #: the scene without the fields that differ between members, as a serialized message
     members: int
     values: tuple[Values, ...]
-    request: bytes  #: a SummarizeRequest without a session
-    numerics_id: str  #: of the build that may compute it
-    index: int = 0  #: of the chunk in its sweep
+    request: bytes  #: a serialized SummarizeRequest without a session
+    numerics_id: str  #: the numerics id of the build that may compute the task
+    index: int = 0  #: the number of the chunk in its sweep
     timeout: float = 600.0  #: seconds after which the server is taken to be lost
-    threads: Optional[int] = None  #: of the worker's own server
-    home: tuple[str, int] = field(default=("", 0))  #: host and process that the sweep runs in
-    place: Optional[Place] = None  #: in a store that the worker may write to, if it sees it
-    attempt: int = 0  #: how often it failed before: Dask answers the same task again with the failure that it remembers
+    threads: Optional[int] = None  #: threads of the worker's own server
+    home: tuple[str, int] = field(default=("", 0))  #: host and process of the sweep
+    place: Optional[Place] = None  #: where in the store the worker may write the result, if it sees the store
+    #: How often the task failed before. It makes each attempt a different task: Dask would return the remembered
+    #: failure.
+    attempt: int = 0
 
     @property
     def key(self) -> str:
-        """SHA-256 of what decides the result, not of who computes it."""
+        """SHA-256 of everything that decides the result; it does not depend on who computes it."""
         digest = hashlib.sha256()
         for part in (self.scene, str(self.members).encode(), self.request, self.numerics_id.encode()):
             digest.update(len(part).to_bytes(8, "little") + part)
@@ -74,7 +74,7 @@ class Task:
         return digest.hexdigest()
 
     def ensemble(self) -> pb.Scene:
-        """The scene of all its members."""
+        """Returns the scene of the ensemble of all members."""
         scene: pb.Scene = pb.Scene.FromString(self.scene)
         scene.members = self.members
         own: dict[str, NDArray[Any]] = {}
@@ -88,7 +88,7 @@ class Task:
         return scene
 
     def _with_entry(self, part: Values, own: dict[str, NDArray[Any]], scene: pb.Scene) -> NDArray[Any]:
-        """The whole field of every member, with one number of it replaced."""
+        """Returns a field of all members, (members, ...), with the entry of `part` replaced."""
         if part.field in own:
             array = own[part.field]
         else:
@@ -102,7 +102,7 @@ class Task:
 
 
 def _put(scene: pb.Scene, path: str, array: NDArray[Any]) -> None:
-    """Sets what each member has of its own; `array` is (members, ...)."""
+    """Sets a field of all members. `array` is (members, ...)."""
     if path.startswith("initial."):
         block = path[len("initial."):]
         scene.initial.pop(block, None)

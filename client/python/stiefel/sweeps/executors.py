@@ -1,4 +1,4 @@
-"""Where tasks are computed: at a server here, at running servers, or wherever an executor of futures takes them."""
+"""Gives tasks to those who compute them: a server of this process, running servers, or the workers of an executor."""
 from __future__ import annotations
 
 import queue
@@ -14,18 +14,18 @@ from stiefel.sweeps.own_server import TIMEOUT, OwnServer, Share
 from stiefel.sweeps.resolution import Question, Resolved, answer, answer_at
 from stiefel.sweeps.worker import compute, compute_at
 
-AHEAD = 4  #: tasks that each worker may have waiting
-UNKNOWN = 512  #: tasks given at once to an executor that does not say how many workers it has
-CALLS = 2  #: calls at once at a server, so that it computes one while the other's numbers travel
-PAUSE = 0.5  #: seconds before a server that was lost is called again
+AHEAD = 4  #: tasks in flight per worker
+UNKNOWN = 512  #: tasks in flight at an executor that does not say how many workers it has
+CALLS = 2  #: calls in flight per server, so that it computes one while the other's numbers travel
+PAUSE = 0.5  #: seconds before a lost server is called again
 
 Given = Union[Executor, Callable[[], Executor]]
 
 
 class Workers:
-    """Gives tasks to an executor. A process pool that broke is replaced by one like it."""
+    """Gives tasks to an executor. Replaces a broken process pool by one with the same arguments."""
 
-    elsewhere = True  #: tasks run in other processes, which may write to a store
+    elsewhere = True  #: whether tasks run in other processes, which may write to a store
 
     def __init__(self, executor: Given):
         self._make = None if isinstance(executor, Executor) else executor
@@ -44,19 +44,20 @@ class Workers:
 
     @property
     def window(self) -> int:
-        """Tasks that are given at once."""
+        """The most tasks in flight."""
         count: Optional[int] = getattr(self._executor, "_max_workers", None)
         if count is None:
-            threads = getattr(getattr(self._executor, "_client", None), "nthreads", None)  # of Dask
+            threads = getattr(getattr(self._executor, "_client", None), "nthreads", None)  # Dask's executor
             count = sum(threads().values()) if callable(threads) else None
         return AHEAD * count if count else UNKNOWN
 
     def finished(self) -> None:
-        """A task has finished since the last replacement."""
+        """Tells that a task has finished. Only replacements without a finished task in between count as fruitless."""
         self._broken = 0
 
     def replace(self, error: BaseException) -> bool:
-        """After a worker died: whether there is an executor that takes tasks."""
+        """Replaces the executor if `error` means that it is broken. Returns whether there is an executor that takes
+        tasks."""
         if not isinstance(error, BrokenExecutor) or not _is_broken(self._executor):
             return True
         self._broken += 1
@@ -77,19 +78,20 @@ class Workers:
     def _submit(self, function: Callable[..., Any], argument: Any) -> "Future[Any]":
         try:
             return self._executor.submit(function, argument)  # type: ignore[no-any-return]
-        except BrokenExecutor as error:  # the pool broke since the last look
+        except BrokenExecutor as error:  # the pool broke after its last result was taken
             failed: "Future[Any]" = Future()
             failed.set_exception(error)
             return failed
 
 
 def _is_broken(executor: Any) -> bool:
-    """A process pool says so itself; one that does not is taken to be broken."""
+    """Returns whether an executor is broken. A process pool has an attribute for this; others are taken to be
+    broken."""
     return bool(getattr(executor, "_broken", True))
 
 
 def _like(executor: Any) -> Optional[Callable[[], Executor]]:
-    """A process pool with the same arguments; None for other executors."""
+    """Returns a function that makes a process pool with the same arguments; None for other executors."""
     if type(executor) is not ProcessPoolExecutor:
         return None
     pool: Any = executor
@@ -98,7 +100,7 @@ def _like(executor: Any) -> Optional[Callable[[], Executor]]:
 
 
 class Servers(Workers):
-    """Threads of this process that call running servers, each server with a few calls at once."""
+    """Gives tasks to running servers, which threads of this process call. Each server gets a few calls at a time."""
 
     elsewhere = False
 
@@ -135,7 +137,7 @@ class Servers(Workers):
 
 
 class Here(Workers):
-    """Threads of this process that call one server of its own, which computes on `threads` cores, 0: on all."""
+    """Gives tasks to a server that this process starts, with `threads` threads; 0 or None: all cores."""
 
     elsewhere = False
 
@@ -154,14 +156,15 @@ class Here(Workers):
         return self._server.use(use, self._share)
 
     def close(self) -> None:
-        self._server.stop()  # ends calls that still run
+        self._server.stop()  # ends running calls
         super().close()
         self._server.stop()
 
 
 def workers_for(executor: Optional[Given], servers: Optional[Sequence[Union[str, Client]]],
                 threads: Optional[int]) -> Workers:
-    """InvalidArgument where both are given, or neither an executor nor what makes one."""
+    """Returns the workers for the arguments of `sweep`. Raises InvalidArgument if both an executor and servers are
+    given, or if `executor` is neither an executor nor a function that makes one."""
     if executor is not None and servers is not None:
         rule = "servers are given too: must be one of them"
         raise InvalidArgument(f"executor: {rule}", (Violation("executor", rule),))

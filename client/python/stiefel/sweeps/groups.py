@@ -1,4 +1,4 @@
-"""The points of a sweep by what the members of an ensemble have in common."""
+"""Groups the points of a sweep that may belong to one ensemble."""
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
@@ -13,15 +13,15 @@ from stiefel.sweeps.chunks import Task, Values
 
 @dataclass(frozen=True, eq=False)
 class Group:
-    """Points that may be members of one ensemble: all that is common to members is the same."""
+    """Points that may be members of one ensemble, because they agree in the fields that members share."""
 
     scene: pb.Scene
-    begin: int  #: in the order of the plan
-    end: int
+    begin: int  #: the first point, as an index in `Plan.order`
+    end: int  #: one past the last point
 
 
 def groups_of(base: pb.Scene, axes: Axes) -> tuple[list[Group], NDArray[np.int64]]:
-    """The groups, and all points in their order: row-major within each."""
+    """Returns the groups, and all points ordered by group and row-major within each group."""
     points = np.arange(axes.points, dtype=np.int64)
     common = [(axis, at) for axis, at in zip(axes.axes, axes.at(points)) if axis.common]
     if not common:
@@ -41,7 +41,7 @@ def groups_of(base: pb.Scene, axes: Axes) -> tuple[list[Group], NDArray[np.int64
 
 
 def task_of(template: Task, axes: Axes, scene: pb.Scene, points: NDArray[np.int64], index: int) -> Task:
-    """Of the ensemble of these points."""
+    """Returns a copy of `template` for the ensemble of these points."""
     values = tuple(Values(axis.field, axis.entry, axis.values[at]) for axis, at in zip(axes.axes, axes.at(points))
                    if not axis.common)
     return replace(template, scene=scene.SerializeToString(deterministic=True), members=len(points), values=values,

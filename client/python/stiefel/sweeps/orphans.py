@@ -1,7 +1,7 @@
-"""Ends the worker of a process pool whose parent was killed.
+"""Ends a worker of a process pool when its parent was killed.
 
-Such a worker waits for tasks for ever: the pipe that it reads from stays open, because the other workers have inherited
-its other end.
+Otherwise the worker would wait for tasks forever: the pipe from which it reads stays open, because the other workers
+have inherited the other end.
 """
 from __future__ import annotations
 
@@ -11,12 +11,13 @@ import signal
 import threading
 import time
 
-PAUSE = 1.0  #: seconds between two looks
-_watched = 0  # the process that has a thread for it
+PAUSE = 1.0  #: seconds between two checks
+_watched = 0  # the id of the process in which the watching thread runs; 0: none
 
 
 def end_with_parent() -> None:
-    """From now on SIGTERM for this process when its parent is gone; nothing where multiprocessing did not start it."""
+    """Starts a thread that sends SIGTERM to this process when its parent is gone. Does nothing in a process that
+    multiprocessing did not start."""
     global _watched
     parent = multiprocessing.parent_process()
     if parent is None or parent.pid is None or _watched == os.getpid():

@@ -1,7 +1,7 @@
-"""A server that this process starts when it is first used, and keeps.
+"""A server that this process starts on first use and keeps.
 
-It ends with the process, because it ends when its stdin does. A forked child begins anew: it uses neither the server
-nor the channel of its parent.
+The server ends with the process, because it stops when its stdin ends. A forked child starts its own: it uses neither
+the server nor the channel of its parent.
 """
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from stiefel.errors import Closed, NotStarted
 from stiefel.server import Server
 from stiefel.sweeps.failures import LostServer
 
-TIMEOUT = 600.0  #: seconds of one call, of which a chunk takes a few
+TIMEOUT = 600.0  #: seconds for one call; a chunk takes a few seconds
 T = TypeVar("T")
 
 
@@ -26,18 +26,18 @@ class _Held(NamedTuple):
 
 
 class Share(NamedTuple):
-    """What the server may use of its machine."""
+    """The part of the machine that a server may use."""
 
     threads: int  #: 0: all cores
-    memory: Optional[int] = None  #: bytes; None: what the server takes by itself
+    memory: Optional[int] = None  #: in bytes; None: the server's own default
 
 
 _all: "weakref.WeakSet[OwnServer]" = weakref.WeakSet()
-_inherited: list[_Held] = []  # of the parent: kept, so that no destructor of gRPC runs in the child
+_inherited: list[_Held] = []  # the parent's servers, kept so that no destructor of gRPC runs in the child
 
 
 class OwnServer:
-    """Safe to use from many threads."""
+    """A server of this process, started on first use. Thread-safe."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -45,19 +45,19 @@ class OwnServer:
         _all.add(self)
 
     def use(self, function: Callable[[Client], T], share: Share) -> T:
-        """`function` of a client of the server, which is started with this share where it is not there.
-        A server that `function` says is lost is stopped, and the next use starts another one. LostServer."""
+        """Calls `function` with a client of the server, and starts the server with `share` if there is none. If
+        `function` raises LostServer, stops the server, so that the next use starts another one, and raises it again."""
         held = self._hold(share)
         try:
             return function(held.client)
         except LostServer:
             self._drop(held)
             raise
-        except Closed as error:  # by another thread that lost the server
+        except Closed as error:  # another thread has lost the server and closed the client
             raise LostServer(error.message) from None
 
     def stop(self) -> None:
-        """The next use starts another one."""
+        """Stops the server. The next use starts another one."""
         held = self._held
         if held is not None:
             self._drop(held)
@@ -76,7 +76,7 @@ class OwnServer:
             return self._held
 
     def _drop(self, held: _Held) -> None:
-        """Stops `held`, unless another thread did and there is a new one."""
+        """Stops the server `held`, unless another thread has already done so."""
         with self._lock:
             if self._held is not held:
                 return
@@ -84,7 +84,7 @@ class OwnServer:
         _end(held)
 
     def forget(self) -> None:
-        """In a forked child: the server and the channel are the parent's."""
+        """Call this in a forked child, because the server and the channel are the parent's."""
         self._lock = threading.Lock()
         if self._held is not None:
             _inherited.append(self._held)

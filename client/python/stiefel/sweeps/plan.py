@@ -1,4 +1,4 @@
-"""The plan of a sweep: its points cut into chunks, each a task of its own content."""
+"""The plan of a sweep: divides its points into chunks, each of which is a task for a worker."""
 from __future__ import annotations
 
 import hashlib
@@ -23,18 +23,18 @@ from stiefel.sweeps.resolution import Question
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """Chunk k has the points `order[begin:end]` of `chunks[k]`."""
+    """The points of a sweep in chunks: chunk k has the points `order[begin:end]`, with begin and end of `chunks[k]`."""
 
     axes: Axes
     groups: tuple[Group, ...]
-    order: NDArray[np.int64]  #: points by group; row-major within each
+    order: NDArray[np.int64]  #: all points, ordered by group and row-major within each group
     chunks: tuple[tuple[int, int, int], ...]  #: group, begin, end
     request: pb.SummarizeRequest
     numerics_id: str
     build: str
-    scene: dict[str, Any]  #: the resolved base scene, without what the axes set and without methods that differ
-    chooses: bool  #: each point has the method that is chosen for it
-    template: Task  #: of which each task is a copy
+    scene: dict[str, Any]  #: the resolved base scene, without fields that the axes set and without methods that differ
+    chooses: bool  #: whether each point has a method that is chosen for its tolerance
+    template: Task  #: all tasks are copies of it
     warnings: tuple[str, ...]
 
     def points(self, chunk: int) -> NDArray[np.int64]:
@@ -46,7 +46,7 @@ class Plan:
         return task_of(self.template, self.axes, self.groups[group].scene, self.order[begin:end], chunk)
 
     def methods(self) -> tuple[list[dict[str, Any]], NDArray[np.uint16]]:
-        """Those that were chosen, and for each point which."""
+        """Returns the methods that were chosen, and for each point the index of its method."""
         known = sorted({group.scene.method.SerializeToString(deterministic=True) for group in self.groups})
         which = np.zeros(self.axes.points, "<u2")
         for group in self.groups:
@@ -54,7 +54,7 @@ class Plan:
         return [to_dict(pb.Scene(method=pb.Method.FromString(name)))["method"] for name in known], which
 
     def identity(self) -> dict[str, Any]:
-        """What decides the result's bytes, and where a store has which point; by parts, for comparison."""
+        """Returns, part by part, everything that decides the result's bytes and the place of each point in a store."""
         return {
             "scene": json.dumps(self.scene, sort_keys=True),
             "axes": {axis.path: _digest(axis.values) for axis in self.axes.axes},
@@ -67,7 +67,7 @@ class Plan:
 
 def make_plan(base: pb.Scene, axes: Axes, request: pb.SummarizeRequest, ask_all: AskAll, threads: Optional[int],
               home: tuple[str, int]) -> Plan:
-    """`ask_all` resolves ensembles; InvalidArgument from there names what is wrong with the scene."""
+    """Makes the plan. `ask_all` asks workers to resolve ensembles, and raises InvalidArgument for a wrong scene."""
     template = Task(b"", 0, (), request.SerializeToString(deterministic=True), "", threads=threads, home=home)
     given, order = groups_of(base, axes)
     first = ask(Question(tuple(task_of(template, axes, group.scene, order[group.begin:group.begin + 1], 0) for group in given)),
@@ -95,12 +95,13 @@ def make_plan(base: pb.Scene, axes: Axes, request: pb.SummarizeRequest, ask_all:
 
 
 def _is_read_on_the_way(quantity: pb.Quantity) -> bool:
-    """Whether anything but its last value is asked for."""
+    """Returns whether the quantity asks for more than its last value, so that it is read at every sample."""
     return bool(set(quantity.statistics) - {pb.STATISTIC_LAST} or quantity.quantiles or quantity.edges)
 
 
 def _check_shapes(plan: Plan, ask_all: AskAll) -> None:
-    """The first chunk of each group as a whole, but its members few: an ensemble may need what one motion does not."""
+    """Resolves the first two members of each group as an ensemble, because an ensemble may be refused where a single
+    motion is not."""
     tasks = []
     for k, group in enumerate(plan.groups):
         if group.end - group.begin > 1:
@@ -110,8 +111,8 @@ def _check_shapes(plan: Plan, ask_all: AskAll) -> None:
 
 
 def _described(groups: Sequence[Group], given: Sequence[Group]) -> dict[str, Any]:
-    """The scene of the groups, less what differs among them. Where that is the method chosen for a tolerance, the tolerance
-    stands in its place."""
+    """Returns the scene of the groups without the fields in which they differ. If these include methods chosen for a
+    tolerance, the scene has the tolerance instead."""
     scene, asked = _common(groups), _common(given)
     if "method" not in scene and "tolerance" in asked:
         scene = asked
@@ -132,6 +133,6 @@ def _digest(values: NDArray[Any]) -> str:
 
 
 def place_violations(error: InvalidArgument, plan: Plan, chunk: int) -> InvalidArgument:
-    """The error of a chunk with the points of the sweep that are its members."""
+    """Returns the error of a chunk with the chunk's points added."""
     points = plan.points(chunk)
     return at(error, f"in the chunk of points {points[0]} to {points[-1]}")

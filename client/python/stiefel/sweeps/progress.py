@@ -1,4 +1,4 @@
-"""How far a sweep is, and when it will be done: a bar of tqdm, or lines on stderr where tqdm is not installed."""
+"""Shows how far a sweep is and when it will end: as a bar of tqdm, or on stderr if tqdm is not installed."""
 from __future__ import annotations
 
 import sys
@@ -9,7 +9,7 @@ PAUSE = 5.0  #: seconds between two lines
 
 
 class Progress:
-    """Counts points. As a context manager it ends its line."""
+    """Counts finished points and shows them if `wanted`. As a context manager it closes its bar at the end."""
 
     def __init__(self, points: int, done: int, wanted: bool):
         self._points, self._done, self._wanted = points, done, wanted
@@ -31,7 +31,7 @@ class Progress:
             print(self.line(), file=sys.stderr, flush=True)
 
     def line(self) -> str:
-        """"30 of 100 motions, 12 s left"."""
+        """Returns, for example, "30 of 100 motions, 12 s left"."""
         spent, added = time.monotonic() - self._begun, self._done - self._from
         left = f", {spent * (self._points - self._done) / added:.0f} s left" if added else ""
         return f"{self._done} of {self._points} motions{left}"

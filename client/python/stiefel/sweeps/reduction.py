@@ -1,4 +1,4 @@
-"""What a sweep reads of a motion: the statistics of its samples, made where the motion is."""
+"""Reduces motions to the statistics of their samples, on the server that runs them."""
 from __future__ import annotations
 
 import os
@@ -19,20 +19,21 @@ from stiefel.summary import Quantities, to_quantities
 from stiefel.sweeps.failures import OtherNumerics
 
 OUTCOME = "outcome"
-# Of events, which a sweep does not ask for; and the number of samples, which `last_step` says.
+# Arrays of a summary that a sweep drops: `ended_by` is about events, and `samples` follows from `last_step`.
 _UNUSED = ("samples", "ended_by")
 
 
 @dataclass(frozen=True, eq=False)
 class Reduced:
-    """The statistics of a chunk, each (members, ...), and the build that computed them."""
+    """The statistics of a chunk, each (members, ...), and the numerics id of the server that computed them."""
 
     arrays: dict[str, Array]
     numerics_id: str
 
 
 def request_of(to: int, start: int, every: int, summarize: Quantities) -> pb.SummarizeRequest:
-    """The request without a session. InvalidArgument where a statistic has no such name."""
+    """Returns the request without a session. Raises InvalidArgument if `summarize` is malformed, for example with an
+    unknown statistic."""
     if not hasattr(summarize, "items") or not summarize:
         raise _refused("summarize", f"{reprlib.repr(summarize)}: must be a mapping from fields and invariants to statistics")
     request = pb.SummarizeRequest(to=to, every=every, quantities=to_quantities(summarize))
@@ -48,7 +49,8 @@ def request_of(to: int, start: int, every: int, summarize: Quantities) -> pb.Sum
 
 def reduce(client: Client, scene: pb.Scene, request: pb.SummarizeRequest, numerics_id: str,
            timeout: Optional[float]) -> Reduced:
-    """The statistics of every member of the ensemble `scene`. OtherNumerics where the server's bits would be others."""
+    """Returns the statistics of every member of the ensemble `scene`. Raises OtherNumerics if the server has another
+    numerics id, so that its bits could differ."""
     with temporary_session(client, scene, numerics_id) as session:
         arrays = summary_of(client, session, request, True, timeout)
         return Reduced({name: array for name, array in arrays.items() if name not in _UNUSED}, session.numerics_id)
@@ -56,7 +58,7 @@ def reduce(client: Client, scene: pb.Scene, request: pb.SummarizeRequest, numeri
 
 def summary_of(client: Client, session: pb.Session, request: pb.SummarizeRequest, ensemble: bool,
                timeout: Optional[float]) -> dict[str, Array]:
-    """The arrays of a Summarize by their names on the wire."""
+    """Makes a Summarize and returns its arrays by their names on the wire."""
     asked = pb.SummarizeRequest()
     asked.CopyFrom(request)
     asked.session_id, asked.checksum = session.session_id, client.checksums
@@ -68,8 +70,8 @@ def summary_of(client: Client, session: pb.Session, request: pb.SummarizeRequest
 
 @contextmanager
 def temporary_session(client: Client, scene: pb.Scene, numerics_id: str) -> Iterator[pb.Session]:
-    """A session that is deleted at the end. OtherNumerics where the server has another numerics id than that
-    given, which may be empty."""
+    """Creates a session that is deleted at the end. Raises OtherNumerics if the server's numerics id is not
+    `numerics_id`, which is not checked if empty."""
     reply = client.call("CreateSession", pb.CreateSessionRequest(session_id=str(uuid.uuid4()), scene=scene))
     session = reply.session
     try:

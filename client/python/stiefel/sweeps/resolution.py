@@ -1,4 +1,4 @@
-"""What a sweep asks of a worker before it begins: the resolved methods, their prices and the build."""
+"""What a sweep asks workers before it begins: the resolved methods, their prices and the build."""
 from __future__ import annotations
 
 import math
@@ -15,29 +15,26 @@ from stiefel.sweeps.worker import own_server, share_of
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """Ensembles to be resolved, as tasks whose request is not looked at. One of one member is a motion alone.
-
-    of_points: each task is the motion of the point that is its index, which errors then name.
-    """
+    """Ensembles to be resolved, given as tasks. A task with one member is resolved as a single motion."""
 
     tasks: tuple[Task, ...]
-    of_points: bool = False
+    of_points: bool = False  #: whether each task is the motion of the point `Task.index`, which errors then name
 
 
 @dataclass(frozen=True)
 class Resolved:
-    """Of one ensemble: its method, what one step of one member costs, and the build that says so."""
+    """The answer for one ensemble: its method, the cost of one step of one member, and the build of the server."""
 
-    method: bytes  #: the resolved method, as a message; empty for a discrete system
-    step_work: float  #: instructions
-    kept: int  #: numbers that quantiles keep of one sample of one member
+    method: bytes  #: the resolved method as a serialized message; empty for a discrete system
+    step_work: float  #: instructions for one step of one member
+    kept: int  #: how many numbers the quantiles keep for one sample of one member
     numerics_id: str
     build: str
     warnings: tuple[str, ...]
 
 
 def answer(question: Question) -> list[Resolved]:
-    """By this process's own server. Raises what CreateSession and Summarize do, and LostServer."""
+    """Answers with this process's own server. Raises the errors of CreateSession and Summarize, and LostServer."""
     return own_server().use(lambda client: answer_at(client, question), share_of(question.tasks[0]))
 
 
@@ -59,7 +56,7 @@ def _resolve(client: Client, task: Task, build: str, of_point: bool) -> Resolved
 def _resolve_alone(client: Client, task: Task, build: str) -> Resolved:
     scene = task.ensemble()
     if task.members == 1:
-        scene.ClearField("members")  # one motion alone may have a tolerance
+        scene.ClearField("members")  # for a single motion the server may choose a method for its tolerance alone
     with temporary_session(client, scene, task.numerics_id) as session:
         filled_in = session.scene if session.scene.HasField("method") else scene
         method = filled_in.method.SerializeToString(deterministic=True) if filled_in.HasField("method") else b""
@@ -70,7 +67,7 @@ def _resolve_alone(client: Client, task: Task, build: str) -> Resolved:
 
 
 def _without_steps(task: Task) -> pb.SummarizeRequest:
-    """The request for step 0 alone: what is wrong with its names is found before any step."""
+    """Returns the task's request for step 0 alone, which finds wrong names before any step is computed."""
     request: pb.SummarizeRequest = pb.SummarizeRequest.FromString(task.request)
     setattr(request, "from", 0)
     request.to = 0

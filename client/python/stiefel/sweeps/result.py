@@ -1,4 +1,4 @@
-"""What a sweep returns: one array a statistic over all points, as an xarray.Dataset where xarray is installed."""
+"""What a sweep returns: one array per statistic over all points, as an xarray.Dataset if xarray is installed."""
 from __future__ import annotations
 
 import hashlib
@@ -20,14 +20,13 @@ Variable = tuple[tuple[str, ...], NDArray[Any]]  # names of the dimensions, valu
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SweepResult(ByValue, Mapping[str, NDArray[Any]]):
-    """The content of the Dataset without xarray: `result["energy.drift"]` is an array over the points.
+    """The result of a sweep without xarray: `result["energy.drift"]` is an array over the points.
 
-    coords: the parameters; variables: the statistics, "outcome" (the numbers of `Outcome` on the wire, named in
-    attrs["outcomes"]; 0: not computed) and "last_step"; both with the names of their dimensions.
+    "outcome" has the numbers of `Outcome` on the wire, with the names in attrs["outcomes"]; 0 means not computed.
     """
 
-    coords: dict[str, Variable]
-    variables: dict[str, Variable]
+    coords: dict[str, Variable]  #: the values of the axes, with the names of their dimensions
+    variables: dict[str, Variable]  #: the statistics, "outcome" and "last_step", with the names of their dimensions
     attrs: dict[str, Any] = field(compare=False)
 
     def __getitem__(self, name: str) -> NDArray[Any]:
@@ -53,7 +52,7 @@ class SweepResult(ByValue, Mapping[str, NDArray[Any]]):
 
 
 class Table:
-    """The statistics of the points that are done, in arrays that are allocated once."""
+    """Collects the statistics of finished points in arrays that are allocated once."""
 
     def __init__(self, axes: Axes):
         self._axes = axes
@@ -67,7 +66,7 @@ class Table:
             self.arrays[name][points] = values
 
     def result(self, attrs: Mapping[str, Any], also: Mapping[str, NDArray[Any]] = MappingProxyType({})) -> SweepResult:
-        """`attrs` with the SHA-256 added. `also`: more variables of all points."""
+        """Returns the result. Adds the SHA-256 of all arrays to `attrs`. `also`: further variables over all points."""
         dims, shape = self._axes.dims, self._axes.shape
         variables: dict[str, Variable] = {}
         for name, values in sorted({**self.arrays, **also}.items()):
@@ -79,7 +78,7 @@ class Table:
 
 
 def canonical(reduced: Reduced) -> dict[str, NDArray[Any]]:
-    """Little-endian arrays with one NaN; outcomes as bytes."""
+    """Returns the arrays in one form: little-endian, every NaN with the same bits, outcomes as bytes."""
     result = {}
     for name, values in reduced.arrays.items():
         if name == OUTCOME:
@@ -88,14 +87,14 @@ def canonical(reduced: Reduced) -> dict[str, NDArray[Any]]:
         if values.dtype.kind in "fc":
             nan = np.isnan(values.view(values.real.dtype))
             if nan.any():
-                values = values.copy()  # what comes from a worker may be read-only
+                values = values.copy()  # arrays from a worker may be read-only
                 values.view(values.real.dtype)[nan] = np.nan
         result[name] = values
     return result
 
 
 def sha256(*parts: Mapping[str, Variable]) -> str:
-    """Of name, type, shape and row-major little-endian bytes of each array, in the order of the names."""
+    """Returns the SHA-256 of name, type, shape and row-major little-endian bytes of each array, sorted by name."""
     digest = hashlib.sha256()
     for part in parts:
         for name in sorted(part):
@@ -106,8 +105,8 @@ def sha256(*parts: Mapping[str, Variable]) -> str:
 
 
 def _inner_dims(name: str, count: int) -> tuple[str, ...]:
-    """The dimensions behind the points: rows and columns of a field, the numbers of a list or of a family of invariants,
-    and after them the quantiles or the bins of a histogram."""
+    """Returns the names of the dimensions behind the points: rows and columns of a field, or the numbers of a list or
+    of a family of invariants, followed by the quantiles or the bins of a histogram."""
     owner, _, statistic = name.rpartition(".")
     if statistic in ("quantiles", "histogram"):
         return (*_inner_dims(f"{owner}.last", count - 1), name.replace(".", "_"))

@@ -1,4 +1,4 @@
-"""Gives questions and the chunks of a plan to workers, and takes their results as they come."""
+"""Gives questions and the chunks of a plan to workers, and takes the results as they arrive."""
 from __future__ import annotations
 
 from collections import deque
@@ -20,12 +20,12 @@ from stiefel.sweeps.shared_store import Place, Written
 Take = Callable[[int, "dict[str, NDArray[Any]]"], None]
 TakeWritten = Callable[[int, Written], bool]
 TakeAnswer = Callable[[int, "list[Resolved]"], None]
-GRACE = 5.0  #: seconds for chunks that have begun when the sweep fails
+GRACE = 5.0  #: seconds in which running chunks may still finish when the sweep fails
 
 
 def ask_all(count: int, question: Callable[[int], Question], workers: Workers, failures: Failures, take: TakeAnswer) -> None:
-    """`take` gets the number of each of `count` questions with its answer by some worker, in the order in which they come.
-    A question is given again while workers die. SweepFailed after too many."""
+    """Asks `count` questions. `take` gets the number of each question with a worker's answer, in the order of arrival.
+    A question whose worker died is asked again. Raises SweepFailed when too many workers died."""
     def ask(k: int) -> "Future[Any]":
         asked = question(k)
         again = tuple(replace(task, attempt=failures.of(_place(k))) for task in asked.tasks)
@@ -49,14 +49,14 @@ def ask_all(count: int, question: Callable[[int], Question], workers: Workers, f
 def run_chunks(plan: Plan, chunks: Iterable[int], workers: Workers, failures: Failures, take: Take,
                place: Callable[[int], Optional[Place]] = lambda chunk: None,
                take_written: TakeWritten = lambda chunk, written: False) -> None:
-    """`take` gets each chunk with its numbers, in the order in which they finish.
+    """Computes chunks. `take` gets the number of each chunk with its arrays, in the order in which they finish.
 
-    `place`: where a worker may write a chunk; `take_written` gets a chunk that its worker wrote. False: it is not there,
-    and the chunk is given again.
+    `place` returns where a worker may write a chunk into a store. `take_written` gets a chunk that its worker wrote,
+    and returns False if it is not there, after which the chunk is computed again.
 
-    A chunk whose worker died is given again, at most `ATTEMPTS` times. SweepFailed where that or the executor does not
-    suffice; what a task itself raises is raised as it is. What has begun by then may finish within `GRACE` seconds, and
-    the rest is cancelled where the executor can.
+    A chunk whose worker died is given again, until it has failed `ATTEMPTS` times. Raises SweepFailed after that, or if
+    the executor takes no more tasks; an exception of the task itself is raised unchanged. Running chunks may then still
+    finish within `GRACE` seconds; all others are cancelled if the executor can do so.
     """
     def give(chunk: int) -> "Future[Any]":
         return workers.give(replace(plan.task(chunk), place=place(chunk), attempt=failures.of(chunk)))
@@ -72,9 +72,9 @@ def run_chunks(plan: Plan, chunks: Iterable[int], workers: Workers, failures: Fa
 
 def _spread(waiting: Iterable[int], workers: Workers, give: Callable[[int], "Future[Any]"], take: Callable[[int, Any], bool],
             check: Callable[[BaseException, int], None], grace: float) -> None:
-    """Gives everything that waits, as much at once as the workers have a window for, until `take` has taken its results;
-    what it refuses, and what failed with an error that `check` lets pass, is given again. After an exception what has
-    begun may finish within `grace` seconds."""
+    """Gives all of `waiting` to the workers, at most `Workers.window` at once, and passes the results to `take`. Gives
+    again what `take` refuses by returning False, and what failed with an error for which `check` does not raise. After
+    an exception, running tasks may still finish within `grace` seconds."""
     left = deque(waiting)
     running: "dict[Future[Any], int]" = {}
     try:
@@ -105,9 +105,9 @@ def _spread(waiting: Iterable[int], workers: Workers, give: Callable[[int], "Fut
 
 
 def _again_or_raise(error: BaseException, chunk: int, plan: Plan, workers: Workers, failures: Failures) -> None:
-    """Returns where the chunk may be given again."""
+    """Returns if the chunk may be given again, else raises."""
     if not failures.may_try_again(chunk, error):
-        if failures.of(chunk) == 0:  # no worker's fault
+        if failures.of(chunk) == 0:  # the error is the task's, not a worker's
             raise place_violations(error, plan, chunk) if isinstance(error, InvalidArgument) else error
         points = plan.points(chunk)
         raise SweepFailed(f"the chunk of points {points[0]} to {points[-1]} failed {failures.of(chunk)} times, at last with "
@@ -117,7 +117,7 @@ def _again_or_raise(error: BaseException, chunk: int, plan: Plan, workers: Worke
 
 
 def _place(question: int) -> int:
-    """Among the failures of chunks."""
+    """Returns the number under which `Failures` counts a question: negative, because chunks have the others."""
     return -1 - question
 
 

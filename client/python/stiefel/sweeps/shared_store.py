@@ -1,9 +1,9 @@
-"""Workers that see the store of a sweep write their chunks into it themselves.
+"""Lets workers that see the store of a sweep write their chunks into it themselves.
 
 The sweep writes a random challenge into the group, and each task has the challenge's SHA-256. A worker that opens the
-group at the same path and reads a text of that SHA-256 sees this store and no other: it writes the chunk's numbers, then
-the mark, and sends the mark home instead of the numbers. The sweep reads the chunk back and compares the mark, so a
-store that two machines see in different states is noticed, and the chunk computed again for its numbers.
+group at the same path and finds a text with that SHA-256 sees the same store. It writes the chunk's arrays, then the
+chunk's mark, and returns the mark instead of the arrays. The sweep reads the chunk back and compares the mark. If the
+two machines see the store in different states, the marks differ, and the chunk is computed again.
 """
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ CHALLENGE, MARKS = "stiefel_challenge", "done"
 
 @dataclass(frozen=True)
 class Place:
-    """Where in which store a chunk belongs."""
+    """The place of a chunk in a store."""
 
-    path: str  #: absolute
-    challenge: str  #: SHA-256 of the text in the group
-    chunk: int
-    begin: int  #: its rows
-    end: int
+    path: str  #: the absolute path of the store
+    challenge: str  #: SHA-256 of the challenge in the group
+    chunk: int  #: the number of the chunk
+    begin: int  #: the chunk's first row in each array
+    end: int  #: one past its last row
 
 
 @dataclass(frozen=True)
 class Written:
-    """A chunk that its worker wrote into the store."""
+    """The mark of a chunk that its worker wrote into the store."""
 
     mark: bytes
 
 
 def mark_of(arrays: Mapping[str, NDArray[Any]]) -> NDArray[np.uint8]:
-    """The SHA-256 of a chunk's names, types, shapes and numbers."""
+    """Returns the SHA-256 of the names, types, shapes and numbers of a chunk's arrays."""
     digest = hashlib.sha256()
     for name in sorted(arrays):
         values = np.ascontiguousarray(arrays[name])
@@ -45,7 +45,7 @@ def mark_of(arrays: Mapping[str, NDArray[Any]]) -> NDArray[np.uint8]:
 
 
 def write(group: Any, chunk: int, begin: int, end: int, arrays: Mapping[str, NDArray[Any]]) -> NDArray[np.uint8]:
-    """The numbers, then the mark."""
+    """Writes a chunk's arrays, then its mark, and returns the mark."""
     for name, values in arrays.items():
         group[name][begin:end] = values
     mark = mark_of(arrays)
@@ -54,13 +54,13 @@ def write(group: Any, chunk: int, begin: int, end: int, arrays: Mapping[str, NDA
 
 
 def write_if_seen(place: Optional[Place], arrays: Mapping[str, NDArray[Any]]) -> Union[Written, Mapping[str, NDArray[Any]]]:
-    """`Written` where this process sees the store and can write to it, else the arrays."""
+    """Writes the chunk if this process sees the store and can write to it. Returns `Written`, or else the arrays."""
     group = _seen(place) if place else None
     if group is None or place is None:
         return arrays
     try:
         return Written(write(group, place.chunk, place.begin, place.end, arrays).tobytes())
-    except Exception:  # a full or read-only disk: whatever the kind of store raises
+    except Exception:  # a full or read-only disk; each kind of store raises its own exceptions
         return arrays
 
 

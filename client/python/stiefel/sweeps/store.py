@@ -1,8 +1,8 @@
 """A Zarr group with the finished chunks of one sweep.
 
-The process that runs the sweep makes it and writes; workers that see it write their chunks themselves (shared_store). A
-chunk's mark, the SHA-256 of its numbers, is written after them: a chunk without its mark, or with another one, is
-computed again.
+The process that runs the sweep creates the group and writes to it; workers that see the group write their chunks
+themselves (shared_store). After the arrays of a chunk its mark is written, the SHA-256 of the arrays. A chunk whose
+mark is missing or wrong is computed again.
 """
 from __future__ import annotations
 
@@ -25,16 +25,18 @@ _SIZE = 32  # bytes of a mark
 
 
 class Store:
-    """Made, or found with chunks of the same sweep, before work starts. InvalidArgument where it is of another one."""
+    """The store of one sweep, new or with finished chunks of the same sweep. Raises InvalidArgument if the group holds
+    another sweep or something else."""
 
     def __init__(self, store: Any, plan: Plan):
         self._plan = plan
         self._group = _open(store)
         self._arrays: dict[str, Any] = {}
-        self._complete = False  # every array of the sweep is known to be there
+        self._complete = False  # whether all arrays of the sweep are known to exist
         self._path = os.path.abspath(store) if isinstance(store, (str, os.PathLike)) else None
-        self._challenge = ""  # of this run, once there is one
-        _, first, rows = plan.chunks[0]  # whether no two chunks share a block of an array
+        self._challenge = ""  # this run's challenge; empty until a worker may write
+        _, first, rows = plan.chunks[0]
+        # Whether no two chunks of the sweep share a block of an array.
         self._apart = all(begin % (rows - first) == 0 and end - begin <= rows - first for _, begin, end in plan.chunks)
         found = self._group.attrs.get(_SWEEP)
         identity = plan.identity()
@@ -50,7 +52,7 @@ class Store:
         self._marks = self._group[MARKS]
 
     def finished(self) -> Iterator[tuple[int, dict[str, NDArray[Any]]]]:
-        """The chunks that are done, with their numbers."""
+        """Yields the finished chunks with their arrays."""
         marks = np.asarray(self._marks[:])
         names = self._group.attrs.get(_SHAPES, [])
         if any(name not in self._group for name in names):
@@ -62,15 +64,15 @@ class Store:
                 yield chunk, arrays
 
     def put(self, chunk: int, arrays: Mapping[str, NDArray[Any]]) -> None:
-        """The numbers, then the mark."""
+        """Writes a chunk's arrays, then its mark."""
         _, begin, end = self._plan.chunks[chunk]
         if not self._complete:
             self._create_all(arrays)
         write(self._group, chunk, begin, end, arrays)
 
     def place(self, chunk: int) -> Optional[Place]:
-        """Where a worker may write the chunk. None while arrays are missing, and of a store that has no path or in which
-        another chunk may be written at the same time into one block of an array."""
+        """Returns where a worker may write the chunk. None while arrays are missing, for a store without a path, and if
+        chunks share blocks of an array, into which two workers could write at the same time."""
         if self._path is None or not self._complete or not self._apart:
             return None
         if not self._challenge:
@@ -80,14 +82,14 @@ class Store:
         return Place(self._path, hashlib.sha256(self._challenge.encode()).hexdigest(), chunk, begin, end)
 
     def read(self, chunk: int, written: Written) -> Optional[dict[str, NDArray[Any]]]:
-        """The numbers that a worker wrote. None where they are not those that it says it wrote: its store is seen in
-        another state here, and no worker may write any more."""
+        """Returns the arrays that a worker wrote. Returns None if they do not have the worker's mark: this process sees
+        the store in another state, so that from now on no worker may write."""
         _, begin, end = self._plan.chunks[chunk]
         try:
             arrays = {name: np.asarray(self._array(name)[begin:end]) for name in self._group.attrs[_SHAPES]}
             if mark_of(arrays).tobytes() == written.mark == np.asarray(self._marks[chunk]).tobytes():
                 return arrays
-        except Exception:  # a file that is not there yet: whatever the kind of store raises
+        except Exception:  # a file that is not there yet; each kind of store raises its own exceptions
             pass
         self._path = None
         return None
@@ -103,7 +105,7 @@ class Store:
         self._complete = True
 
     def _create(self, name: str, shape: tuple[int, ...], dtype: np.dtype[Any], rows: int, dims: tuple[str, ...]) -> None:
-        make = getattr(self._group, "create_array", None) or self._group.create_dataset  # of zarr 3 and of zarr 2
+        make = getattr(self._group, "create_array", None) or self._group.create_dataset  # zarr 3, else zarr 2
         array = make(name, shape=shape, dtype=dtype, chunks=(rows, *shape[1:]), fill_value=0)
         array.attrs["_ARRAY_DIMENSIONS"] = list(dims)
 
@@ -125,7 +127,7 @@ def _open(store: Any) -> Any:
         store = str(path)
     try:
         return zarr.open_group(store, mode="a")
-    except Exception as error:  # whatever the kind of store raises
+    except Exception as error:  # each kind of store raises its own exceptions
         raise _wrong(store, f"cannot be opened: {type(error).__name__}: {error}") from error
 
 

@@ -1,4 +1,4 @@
-"""A worker: computes tasks at a server of its own, which it starts with the first and keeps."""
+"""A worker: computes tasks with its own server, which it starts for the first task and keeps."""
 from __future__ import annotations
 
 import os
@@ -18,14 +18,14 @@ from stiefel.sweeps.reduction import Reduced, reduce
 from stiefel.sweeps.result import canonical
 from stiefel.sweeps.shared_store import Written, write_if_seen
 
-REFUSAL = 1.0  #: seconds that a refused task takes, so that a worker of another build does not draw all tasks
+REFUSAL = 1.0  #: seconds that a refused task takes, so that a worker of another build does not get all tasks
 
 _own = OwnServer()
 
 
 def compute(task: Task) -> Union[Reduced, Written]:
-    """The task's statistics, from this process's own server, or their mark where this process wrote them into the store.
-    LostServer, OtherNumerics."""
+    """Returns the task's statistics, computed by this process's own server, or their mark if this process wrote them
+    into the store. Raises LostServer and OtherNumerics."""
     end_with_parent()
     reduced = _own.use(lambda client: compute_at(client, task), share_of(task))
     if task.place is None:
@@ -35,7 +35,7 @@ def compute(task: Task) -> Union[Reduced, Written]:
 
 
 def compute_at(client: Client, task: Task) -> Reduced:
-    """The task's statistics from the server of `client`. LostServer, OtherNumerics."""
+    """Returns the task's statistics, computed by the server of `client`. Raises LostServer and OtherNumerics."""
     try:
         return reduce(client, task.ensemble(), pb.SummarizeRequest.FromString(task.request), task.numerics_id, task.timeout)
     except OtherNumerics:
@@ -46,12 +46,13 @@ def compute_at(client: Client, task: Task) -> Reduced:
 
 
 def own_server() -> OwnServer:
-    """The server of this process."""
+    """Returns the server of this process."""
     return _own
 
 
 def share_of(task: Task) -> Share:
-    """This worker's part of its machine: what the sweep says, else what the scheduler gave it."""
+    """Returns the part of its machine that this worker may use: what the sweep says, else what the scheduler gave
+    it."""
     if task.home == here():
         return Share(task.threads or 0)
     given = scheduled()
@@ -61,8 +62,9 @@ def share_of(task: Task) -> Share:
 
 
 def scheduled() -> Share:
-    """What Dask, Ray or Slurm gave this process; where none of them did, one thread. Of the memory, which without a
-    limit is the cores' part of the machine's, a quarter is left to the worker itself."""
+    """Returns what Dask, Ray or Slurm gave this process; one thread if none of them did. The server gets three quarters
+    of the memory and leaves the rest to the worker. Without a limit, the memory is the machine's in proportion to the
+    cores."""
     threads = int(os.environ.get("SLURM_CPUS_PER_TASK", "1"))
     memory: Optional[float] = None
     if "distributed" in sys.modules:
@@ -72,7 +74,7 @@ def scheduled() -> Share:
             worker = get_worker()
             threads, memory = int(worker.state.nthreads), worker.memory_manager.memory_limit
         except (ValueError, AttributeError):
-            pass  # no task of Dask
+            pass  # this is not a task of Dask
     elif "ray" in sys.modules:
         import ray
 
@@ -86,5 +88,5 @@ def scheduled() -> Share:
 
 
 def here() -> tuple[str, int]:
-    """This host and process."""
+    """Returns the name of this host and the id of this process."""
     return socket.gethostname(), os.getpid()

@@ -1,4 +1,4 @@
-"""The generated messages and enums of `stiefel.v1`, of all its files."""
+"""The generated messages and enums of all files of `stiefel.v1`."""
 from stiefel.v1.catalogue_pb2 import *  # noqa: F401,F403
 from stiefel.v1.connect_pb2 import *  # noqa: F401,F403
 from stiefel.v1.conversion_pb2 import *  # noqa: F401,F403

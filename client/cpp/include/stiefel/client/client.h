@@ -16,32 +16,34 @@ namespace stiefel::client {
 ///     for (const SampleView sample : session.stream({.to = 1000, .every = 10})) ...
 class Client {
  public:
-  /// "host:port" or "unix:/path". Returns at once; the first call connects. Throws Error of the
-  /// code INVALID_ARGUMENT for what is no address, such as a port above 65535, for a token that
-  /// would travel in plaintext beyond this machine, and for files of TLS that cannot be read.
+  /// Returns a client of the server at "host:port" or "unix:/path". Returns at once; the first call
+  /// connects. Throws Error with the code INVALID_ARGUMENT for a malformed address (such as a port
+  /// above 65535), for a token that would travel in plaintext beyond this machine, and for TLS
+  /// files that cannot be read.
   static Client connect(const std::string& address, Options options = {});
-  /// Over a channel of the caller's, such as a server's in-process one.
+  /// Uses a channel that the caller made, such as the in-process channel of a server.
   explicit Client(std::shared_ptr<grpc::Channel> channel, Options options = {});
 
   v1::DescribeResponse describe() const;
 
-  /// The id is a new UUID if it is empty; a checkpoint fills the new session's cache. With the id
-  /// of an existing session of the same scene it is that session. Throws Error.
+  /// Creates a session, or returns the existing one with this id and scene. An empty `id` is
+  /// replaced by a new UUID; a checkpoint fills the new session's cache. Throws Error.
   Session create(const v1::Scene& scene, std::string id = "", std::string checkpoint = "") const;
-  /// A session that exists; it stays when the handle goes.
+  /// Returns a handle to an existing session, which its destruction leaves on the server. Throws
+  /// Error.
   Session attach(const std::string& id) const;
-  /// All of them, ordered by id; without scenes.
+  /// Returns all sessions, ordered by id and without scenes. Throws Error.
   std::vector<v1::Session> list() const;
-  /// Deleting an unknown id succeeds.
+  /// Deletes a session; deleting an unknown id succeeds. Throws Error.
   void remove(const std::string& id) const;
 
-  /// A motion in the variables of another system: a whole scene, or blocks.
-  /// Throws Error.
+  /// Converts a motion to the variables of another system. The reply has a whole scene, or blocks
+  /// if the target is not a system. Throws Error.
   v1::ConvertResponse convert(v1::ConvertRequest request) const;
-  /// The geodesics that join the request's pairs of frames, one for each pair in their order; see
-  /// each one's run status. Throws Error.
+  /// Returns the geodesics that join the request's pairs of frames, one for each pair, in their
+  /// order. The run status of each tells whether it was found. Throws Error.
   std::vector<v1::ConnectResponse> geodesics(v1::ConnectRequest request) const;
-  /// Error against cost: `receive` gets each part of the answer as it arrives, and ends the
+  /// Measures error against cost. `receive` gets each part of the answer as it arrives and ends the
   /// measurement by returning false. Throws Error.
   using TradeoffReceiver = std::function<bool(const v1::MeasureTradeoffResponse&)>;
   void tradeoff(const v1::MeasureTradeoffRequest& request, const TradeoffReceiver& receive) const;

@@ -24,29 +24,29 @@
 namespace stiefel::client {
 
 struct Options {
-  /// Deadline of calls that compute nothing.
+  /// Deadline of calls that do not run simulations.
   std::chrono::milliseconds timeout = std::chrono::seconds(30);
-  /// Deadline of what computes: Step, Diagnose, ForkSession, Connect, MeasureTradeoff, and a whole
-  /// Stream with its resumptions and pauses. None by default, because only the caller knows the
-  /// length of a run.
+  /// Deadline of calls that run simulations: Step, Diagnose, ForkSession, Connect, MeasureTradeoff,
+  /// Summarize, and a whole Stream with its resumptions and pauses. None by default, because only
+  /// the caller knows the length of a run.
   std::optional<std::chrono::milliseconds> compute_timeout = std::nullopt;
-  /// How long a call is repeated while the server is UNAVAILABLE. Every call is idempotent, so this
-  /// is safe.
+  /// How long a call is repeated while the server is UNAVAILABLE. Repeating is safe because every
+  /// call is idempotent.
   std::chrono::milliseconds patience = std::chrono::seconds(2);
   /// Whether the server sends checksums (CRC-32C) of the numbers of its replies. The client
   /// compares them on receipt and throws CorruptReply where they differ.
   bool checksums = true;
-  /// Whether a session goes on at a server of another build, whose states may have other bits.
-  /// Without it a call that such a server answers throws BuildChanged.
+  /// Whether a session may go on at a server of another build, whose states may have other bits. If
+  /// false, a call that such a server answers throws BuildChanged.
   bool any_build = false;
-  /// Its stop cancels every call that runs and every later one but the deletion of a session; they
-  /// throw Error.
+  /// A stop request cancels all running and later calls except the deletion of a session; the
+  /// cancelled calls throw Error.
   std::stop_token stop = {};
-  /// Of a channel that `Client::connect` makes: TLS, and the token.
+  /// TLS and token of the channel that `Client::connect` makes.
   Security security = {};
 };
 
-/// Cancels the call of a context, which outlives it, when a stop is requested.
+/// Cancels the call of a context when a stop is requested. The context must outlive this object.
 class CancelOnStop {
  public:
   CancelOnStop(const std::stop_token& stop, grpc::ClientContext& context)
@@ -60,7 +60,7 @@ class CancelOnStop {
   std::stop_callback<Cancel> callback_;
 };
 
-/// The deadline of a call with all its repetitions, on the monotonic clock.
+/// The deadline of a call including its repetitions, on the monotonic clock.
 class Deadline {
  public:
   using Timeout = std::optional<std::chrono::milliseconds>;
@@ -68,11 +68,11 @@ class Deadline {
   explicit Deadline(Timeout timeout)
       : end_(timeout ? std::optional(std::chrono::steady_clock::now() + *timeout) : std::nullopt) {}
 
-  /// Gives an attempt the time that is left.
+  /// Sets the deadline of one attempt to the time that is left.
   void limit(grpc::ClientContext& context) const {
     if (end_) context.set_deadline(std::chrono::system_clock::now() + left());
   }
-  /// The pause, or what is left if that is less.
+  /// Returns the pause, or the time that is left if that is shorter.
   std::chrono::milliseconds at_most(std::chrono::milliseconds pause) const {
     return end_ ? std::min(pause, std::chrono::ceil<std::chrono::milliseconds>(left())) : pause;
   }
@@ -86,18 +86,21 @@ class Deadline {
   std::optional<std::chrono::steady_clock::time_point> end_;
 };
 
-/// Whether to try again, and the pause before. Starts anew after every success.
+/// Decides whether a failed call is tried again, and pauses before the next attempt. Each call, and
+/// each batch of a stream, has a Patience of its own.
 class Patience {
  public:
-  /// `channel`: what to wait for besides the time; null if there is nothing to connect.
-  /// No pause goes beyond the deadline; the attempt after it then fails with DEADLINE_EXCEEDED.
+  /// `channel`: a pause ends early when this channel has connected; null if there is nothing to
+  /// connect. `limit`: the sum of all pauses. No pause goes beyond the deadline; the attempt after
+  /// it then fails with DEADLINE_EXCEEDED.
   Patience(grpc::Channel* channel, std::chrono::milliseconds limit,
            Deadline deadline = Deadline(std::nullopt), std::stop_token stop = {})
       : channel_(channel), limit_(limit), deadline_(deadline), stop_(std::move(stop)) {}
 
-  /// True after a pause; false at once if the status is not UNAVAILABLE or patience has run out,
-  /// and when a stop is requested. A refusal that says when to come back has pauses of its own
-  /// (refusals.h), and none that would end after the deadline.
+  /// Pauses and returns true if the call may be tried again. Returns false at once if the status is
+  /// not UNAVAILABLE or the pauses are used up, and false when a stop is requested. After a refusal
+  /// that says when to come back, the pause is that of refusals.h; if it would end after the
+  /// deadline, returns false at once.
   bool allows_another(const grpc::Status& status) {
     if (const auto pause = refusals_.next(status)) return allows_pause(*pause);
     const auto code = as_unavailable(status).error_code();
@@ -139,22 +142,22 @@ class Patience {
 struct Connection {
   std::unique_ptr<v1::SimulationService::Stub> stub;
   Options options;
-  /// Null if the caller brought the channel: an in-process one cannot be asked for its state.
+  /// Null if the caller made the channel: an in-process channel cannot be asked for its state.
   std::shared_ptr<grpc::Channel> channel = nullptr;
-  /// The address of the channel; empty for a channel that the caller made.
+  /// The address of the channel; empty if the caller made the channel.
   std::string address = {};
 
   Patience patience(Deadline deadline) const {
     return {channel.get(), options.patience, deadline, options.stop};
   }
 
-  /// For the recreations of a session within one call: each is a server's answer, so they may be
-  /// many where one server after the other is lost.
+  /// Returns the patience for recreating a session within one call. It is ten times that of a call,
+  /// because servers may be lost one after the other and each recreation is progress.
   Patience patience_to_recover(Deadline deadline) const {
     return {nullptr, 10 * options.patience, deadline, options.stop};
   }
 
-  /// The error of a call; of a server that cannot be reached in plain words.
+  /// Returns the error of a failed call, in plain words if the server cannot be reached.
   Error error(const grpc::Status& status) const {
     const bool connected = !channel || channel->GetState(false) == GRPC_CHANNEL_READY;
     const bool stopped = options.stop.stop_requested();
@@ -168,8 +171,8 @@ struct Connection {
   using StreamingMethod = std::unique_ptr<grpc::ClientReader<Reply>> (Stub::*)(grpc::ClientContext*,
                                                                                const Request&);
 
-  /// One unary call, repeated while the server is UNAVAILABLE; a call of a `session` also where
-  /// that had to be created again. Throws Error.
+  /// Makes a unary call and returns its reply. Repeats the call while the server is UNAVAILABLE
+  /// and, with a `session`, after creating a lost session again. Throws Error.
   template <class Request, class Reply>
   Reply call(Method<Request, Reply> method, const Request& request,
              std::optional<std::chrono::milliseconds> timeout,
@@ -190,8 +193,8 @@ struct Connection {
     }
   }
 
-  /// All replies of one call, at least one; repeated from the first while the server is
-  /// UNAVAILABLE. Throws Error.
+  /// Makes a call with a stream of replies and returns all of them, at least one. Repeats the whole
+  /// call while the server is UNAVAILABLE. Throws Error.
   template <class Request, class Reply>
   std::vector<Reply> call_all(StreamingMethod<Request, Reply> method, const Request& request,
                               std::optional<std::chrono::milliseconds> timeout) const {

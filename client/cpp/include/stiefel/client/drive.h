@@ -9,8 +9,8 @@
 
 namespace stiefel::client {
 
-/// Step for tight loops, over one call that stays open, and is opened again where it breaks because
-/// the server is UNAVAILABLE. Not thread-safe.
+/// Step for tight loops: one call stays open for many steps. It is opened again when it breaks
+/// because the server is UNAVAILABLE. Not thread-safe.
 class Drive {
  public:
   Drive(std::shared_ptr<const Connection> connection, std::string session_id,
@@ -19,15 +19,16 @@ class Drive {
   Drive(Drive&&) noexcept = default;
   Drive& operator=(Drive&&) = delete;
 
-  /// The state at an absolute step. `fields` stay in force until others are named. A state too
-  /// large for one reply comes over a stream. Throws Error; a wrong request leaves the drive
-  /// usable.
+  /// Returns the state at an absolute step. `fields` stay in force until a later call names others.
+  /// A state too large for one reply is fetched over a stream. Throws Error; the drive remains
+  /// usable after a wrong request.
   v1::StepResponse step(std::int64_t to, const std::vector<std::string>& fields = {});
 
  private:
   void open();
   void close();
-  /// Sends the request and waits for the reply. Not OK when the call broke, which is then closed.
+  /// Sends the request and waits for the reply. If the call breaks, closes it and returns its
+  /// status, which is not OK.
   grpc::Status ask(v1::DriveResponse& response);
 
   std::shared_ptr<const Connection> connection_;

@@ -16,18 +16,16 @@ class Status;
 
 namespace stiefel::client {
 
-/// One field of a request that breaks a rule: its path ("scene.initial.Q"), and its value with the
-/// rule.
+/// A field of a request that breaks a rule.
 struct FieldViolation {
-  std::string field;
-  std::string description;
+  std::string field;        ///< its path: "scene.initial.Q"
+  std::string description;  ///< its value and the rule
 };
 
-/// One limit of the server that a request exceeds: what the limit is on ("sessions"), and the limit
-/// with what the request would have made of it.
+/// A limit of the server that a request exceeds.
 struct QuotaViolation {
-  std::string subject;
-  std::string description;
+  std::string subject;      ///< the name of the limit: "sessions"
+  std::string description;  ///< the limit, and the value that the request would have led to
 };
 
 /// A call that failed: a wrong request, or a server that cannot be reached. Numerical stops are not
@@ -35,13 +33,13 @@ struct QuotaViolation {
 class Error : public std::runtime_error {
  public:
   explicit Error(const grpc::Status& status);
-  /// As Drive sends it.
+  /// `status`: the error in a reply of Drive.
   explicit Error(const v1::Status& status);
   /// `details`: a serialized stiefel.v1.Status, as in grpc-status-details-bin; may be empty.
   Error(grpc::StatusCode code, const std::string& message, const std::string& details = "");
 
   grpc::StatusCode code() const { return code_; }
-  /// All that is wrong with the request.
+  /// All fields of the request that break a rule.
   const std::vector<FieldViolation>& violations() const { return violations_; }
   /// The limits that the request exceeds, with RESOURCE_EXHAUSTED.
   const std::vector<QuotaViolation>& quota_violations() const { return quota_violations_; }
@@ -62,19 +60,19 @@ class Error : public std::runtime_error {
   std::map<std::string, std::string> metadata_;
 };
 
-/// The error of a call for a session that its handle has deleted; the code is NOT_FOUND, the reason
-/// SESSION_DELETED.
+/// Returns the error of a call on a session that its handle has deleted. The code is NOT_FOUND, the
+/// reason SESSION_DELETED.
 Error session_deleted(const std::string& session_id);
 
-/// A server of another build answers for a session: its states could have other bits than those so
-/// far. The code is FAILED_PRECONDITION, the reason BUILD_CHANGED.
+/// Thrown when a server of another build answers for a session: its states could have other bits
+/// than those so far. The code is FAILED_PRECONDITION, the reason BUILD_CHANGED.
 class BuildChanged : public Error {
  public:
   BuildChanged(const std::string& session_id, std::string began_with, std::string now);
 
   /// The numerics id of the server that created the session.
   const std::string& began_with() const { return began_with_; }
-  /// That of the server that answered.
+  /// The numerics id of the server that answered.
   const std::string& now() const { return now_; }
 
  private:
@@ -82,8 +80,8 @@ class BuildChanged : public Error {
   std::string now_;
 };
 
-/// A reply whose numbers are not those that the server sent: its checksum differs, or a part of an
-/// array is missing. The code is DATA_LOSS.
+/// Thrown for a reply that was damaged on the way: its checksum differs, or a part of an array is
+/// missing. The code is DATA_LOSS.
 class CorruptReply : public Error {
  public:
   explicit CorruptReply(const std::string& message) : Error(grpc::StatusCode::DATA_LOSS, message) {}

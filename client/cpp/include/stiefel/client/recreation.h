@@ -22,59 +22,63 @@ struct Connection;
 class Deadline;
 class Patience;
 
-/// A state that Client::create accepts.
+/// A saved state of a session, which Client::create accepts.
 struct Checkpoint {
   std::int64_t step = 0;
   std::string bytes;
 };
 
-/// What the calls of one handle share: the name that proxies route them by, the build that replies
-/// are compared with and, in the handle that created the session, the scene and two checkpoints,
-/// from which any server goes on where the session's own is gone: the last one, and the earliest
-/// for calls that go back. Thread-safe.
+/// What the calls of one session handle share: the id by which proxies route them, and the build
+/// with which replies are compared. The handle that created the session also keeps its scene and
+/// two checkpoints, so that any server can take the session over when its own server is gone: the
+/// last checkpoint, and the earliest one for calls that go back. Thread-safe.
 class Recreation {
  public:
   using SceneSource = std::function<v1::Scene()>;
 
-  /// Of a handle that only knows the session's name.
+  /// For a handle that knows only the session's id and cannot create the session again.
   Recreation(std::shared_ptr<const Connection> connection, std::string session_id);
-  /// `session`: as it was when the handle began. `scene` gives what creates it again; without it
-  /// the handle creates nothing.
+  /// `session`: the description that the handle got first. `scene`: returns the scene that creates
+  /// the session again; null if the handle must not create it. `checkpoint`: the checkpoint with
+  /// which the session was created.
   Recreation(std::shared_ptr<const Connection> connection, const v1::Session& session,
              SceneSource scene, std::string checkpoint = "");
 
   /// Throws Error, reason SESSION_DELETED, if this handle has deleted its session.
   void check_not_deleted() const;
-  /// Gives a call the metadata `stiefel-session`, if a server could have a session of that name.
-  /// Throws like `check_not_deleted`.
+  /// Adds the metadata `stiefel-session` to a call, unless no server accepts such an id. Throws
+  /// Error, reason SESSION_DELETED, if this handle has deleted its session.
   void route(grpc::ClientContext& context) const;
-  /// After a reply, or after a call has failed: throws BuildChanged if the server that answered
-  /// computes other bits than the one where the handle began, unless Options::any_build.
+  /// Throws BuildChanged if the server that answered a call computes other bits than the server
+  /// where the handle began, unless Options::any_build. `failed`: whether the call has failed.
   void check_build(const grpc::ClientContext& context, bool failed) const;
 
-  /// Whether the error means that the session or its server is gone and this handle creates it
-  /// again. If so it has done so, after a pause, which is counted by `pauses`; false also when
-  /// these are used up. Throws Error.
+  /// Creates the session again, after a pause, if the error means that the session or its server is
+  /// gone. Returns whether it did so: false if this handle must not create it, or if `pauses` are
+  /// used up. Throws Error.
   bool recovers(const Error& error, const Deadline& deadline, Patience& pauses);
-  /// From now on this handle creates nothing and finds nothing, at no server: it deletes the
-  /// session.
+  /// Call this before deleting the session: the handle never creates it again, and later calls
+  /// throw SESSION_DELETED.
   void end();
 
-  /// The session goes on from there if it is created again.
+  /// Keeps a checkpoint, with which the session is created again if necessary.
   void keep(Checkpoint checkpoint);
   bool has_checkpoint() const;
-  /// Steps of a stream between two checkpoints, about a second of priced work; 0: none.
+  /// Returns how many steps of a stream lie between two checkpoints: about a second of priced work.
+  /// 0 if no checkpoints are needed.
   std::int64_t checkpoint_every() const;
-  /// Whether the way from a checkpoint, or from step 0, is so long that a new one is worth its
-  /// bytes.
+  /// Returns whether neither step 0 nor a kept checkpoint lies within the `checkpoint_every()`
+  /// steps before `to`, so that a checkpoint there is worth its bytes.
   bool wants_checkpoint(std::int64_t to) const;
-  /// Keeps the checkpoint of a reply, which goes on to the caller only if it was `asked` for.
+  /// Keeps the checkpoint of a reply, and removes it from the reply unless the caller `asked` for
+  /// it.
   void take(v1::StepResponse& reply, bool asked);
 
  private:
+  /// Whether the error means that the session or its server is gone.
   bool is_gone(const Error& error) const;
   void create(const SceneSource& scene, const Deadline& deadline);
-  /// Those that there are, the earliest first; one without bytes if there is none.
+  /// Returns the kept checkpoints, the earliest first; a single one without bytes if there is none.
   std::vector<Checkpoint> checkpoints() const;
   void forget();
   SceneSource scene() const;

@@ -5,11 +5,11 @@
 
 namespace stiefel::client {
 
-/// Files in PEM.
+/// Paths of PEM files for TLS, and the server's name.
 struct Tls {
-  /// The authorities of the server's certificate; empty: those of the system.
+  /// The authorities that may sign the server's certificate; empty: those of the system.
   std::string ca = {};
-  /// This client's certificate and its key, for a server that asks for one; both or none.
+  /// This client's certificate and its key, for a server that asks for one; give both or none.
   std::string certificate = {}, key = {};
   /// The name that the server's certificate must have; empty: the host of the address.
   std::string name = {};
@@ -17,15 +17,15 @@ struct Tls {
 
 /// How a channel is secured.
 struct Security {
-  /// Nothing: no TLS.
+  /// Without a value the channel has no TLS.
   std::optional<Tls> tls = std::nullopt;
-  /// Tells the server who calls; empty: the environment variable STIEFEL_TOKEN, if it is set. It is
-  /// sent over TLS, to this machine or over a Unix socket only.
+  /// Tells the server who calls. Empty: the value of the environment variable STIEFEL_TOKEN, if it
+  /// is set. The token is sent only over TLS, to this machine, or over a Unix socket.
   std::string token = {};
 };
 
-/// The first line of a file, without the spaces around it. Throws Error of the code
-/// INVALID_ARGUMENT where the file cannot be read.
+/// Returns the first word of a file. Throws Error with the code INVALID_ARGUMENT if the file is
+/// empty or cannot be read.
 std::string read_token(const std::string& path);
 
 }  // namespace stiefel::client

@@ -21,10 +21,10 @@ struct Range {
   std::int64_t every = 1;
   /// The system's blocks when empty.
   std::vector<std::string> fields = {};
-  /// A checkpoint after the last sample.
+  /// Asks for a checkpoint after the last sample.
   bool return_checkpoint = false;
-  /// A checkpoint after the first sample that is at least so many steps past `from`, or past the
-  /// checkpoint before; 0: none on the way.
+  /// Asks for a checkpoint after the first sample that is at least this many steps past `from`, or
+  /// past the previous checkpoint; 0: none on the way.
   std::int64_t checkpoint_every = 0;
 };
 
@@ -33,33 +33,34 @@ struct Range {
 ///     for (const SampleView sample : stream) use(sample.step(), sample.field("Q").values);
 ///
 /// or batch by batch with `next_batch`. A sample larger than a message is a batch of its own. A
-/// stream that breaks because the server is UNAVAILABLE goes on where it broke, at another server
-/// too if its handle created the session;
-/// Options::compute_timeout bounds it from its construction to its end, whatever the number of
-/// streams. Destroying it cancels it. Not thread-safe.
+/// stream that breaks because the server is UNAVAILABLE is opened again and goes on where it broke,
+/// also at another server if its handle created the session. Options::compute_timeout bounds the
+/// whole time from construction to end, including all reopened streams. Destruction cancels the
+/// stream. Not thread-safe.
 class Stream {
  public:
   Stream(std::shared_ptr<const Connection> connection, std::string session_id, Range range,
          std::shared_ptr<Recreation> recreation = nullptr);
   ~Stream();
   Stream(Stream&&) noexcept = default;
-  /// Would abandon the stream assigned to without cancelling it.
+  /// Deleted because it would abandon the assigned-to stream without cancelling it.
   Stream& operator=(Stream&&) = delete;
 
-  /// The next samples, null at the end. Valid until the next call. Throws Error.
+  /// Returns the next samples, null at the end. The message is valid until the next call. Throws
+  /// Error.
   const v1::StreamResponse* next_batch();
 
-  /// The last checkpoint that has arrived, of those that the range asks for, and of those, about
-  /// one in a second of work, with which a session is created again.
+  /// The last checkpoint that has arrived: one that the range asks for, or one of those that the
+  /// handle asks for about once per second of work in order to create the session again.
   const std::optional<Checkpoint>& checkpoint() const { return checkpoint_; }
 
-  /// The predicted price of the first stream, as far as it has arrived.
+  /// The predicted price of the whole stream; empty before the first message.
   const v1::Price& price() const { return price_; }
 
   /// How the run ended; empty before the end.
   const std::optional<v1::RunStatus>& run_status() const { return run_status_; }
 
-  /// Steps computed so far, by all the streams that it took; the rest came from a cache.
+  /// Steps computed so far, including those of streams that broke; other states came from a cache.
   std::int64_t computed_steps() const { return computed_before_ + computed_; }
 
   class Iterator {
@@ -86,21 +87,21 @@ class Stream {
     int index_ = 0;
   };
 
-  /// Only once: an input range.
+  /// May be called only once, because the stream is an input range.
   Iterator begin() { return Iterator(*this); }
   std::default_sentinel_t end() const { return {}; }
 
  private:
   void open();
   void resume_after(std::int64_t step);
-  /// True when `batch_` has samples that are whole and new.
+  /// Reads the message in `batch_`. Returns whether it has samples that are whole and new.
   bool take();
   void take_checkpoint();
   bool recovers(const grpc::Status& status, Patience& pauses, Patience& recoveries);
 
   std::shared_ptr<const Connection> connection_;
   std::shared_ptr<Recreation> recreation_;
-  bool answered_ = false;  // the reader in use has brought a message
+  bool answered_ = false;  // whether `reader_` has received a message
   Deadline deadline_;
   v1::StreamRequest request_;
   std::int64_t every_;
@@ -115,8 +116,8 @@ class Stream {
   v1::Price price_;
   std::optional<std::int64_t> last_step_;
   std::optional<v1::RunStatus> run_status_;
-  std::int64_t computed_before_ = 0;  // by the streams before this one
-  std::int64_t computed_ = 0;         // by this one
+  std::int64_t computed_before_ = 0;  // steps computed by the streams that broke
+  std::int64_t computed_ = 0;         // steps computed by the present stream
 };
 
 }  // namespace stiefel::client
