@@ -4,7 +4,7 @@
 #include <stop_token>
 #include <vector>
 
-#include "engine/linalg/iteration/product_by_columns.h"
+#include "engine/linalg/arithmetic/stoppable_product.h"
 #include "engine/linalg/matrix_equations/eigenvectors.h"
 
 namespace stiefel {
@@ -51,10 +51,10 @@ std::vector<std::vector<Scalar>> manakov(const Vector<Scalar>& lambda, const Mat
     power.push_back(lambda2.asDiagonal() * power.back());
     for (std::size_t j = power.size() - 2; j > 0; --j) {
       if (stop.stop_requested()) return coefficients;
-      product_by_columns(M, power[j], product);
+      announced_product(M, power[j], product);
       power[j] = product + lambda2.asDiagonal() * power[j - 1];
     }
-    product_by_columns(M, power[0], product);
+    announced_product(M, power[0], product);
     power[0] = product;
     auto& traces = coefficients.emplace_back();
     for (const auto& P : power) traces.push_back(P.trace());
