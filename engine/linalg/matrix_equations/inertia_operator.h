@@ -44,7 +44,7 @@ Matrix<Scalar> J_D(const Vector<Scalar>& lambda, const Matrix<Scalar>& U) {
 
 /// Replaces a square block X by X − Xᵀ, exactly skew.
 template <class Block>
-void take_twice_skew_part(Block&& X) {
+void subtract_transpose(Block&& X) {
   for (Eigen::Index j = 0; j < X.cols(); ++j) {
     X(j, j) = 0;
     for (Eigen::Index i = 0; i < j; ++i) {
