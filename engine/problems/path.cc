@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "engine/linalg/matrix_equations/eigenvectors.h"
-#include "engine/linalg/matrix_equations/inverse_inertia.h"
+#include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
 #include "engine/problems/connect_work.h"
 #include "stiefel/stop.h"
