@@ -21,9 +21,6 @@ constexpr double caution = 2;
 /// Smallest part of the horizon that a run must cover for its method to be accepted.
 constexpr double least_part = 1.0 / 64;
 
-/// Writes a number with two digits: "2.1e-09".
-std::string short_text(double x) { return scientific_text(x, 2); }
-
 }  // namespace
 
 Chooser::Chooser(const SceneDescription& description, const Place& place, MeasuredMotions motions,

@@ -23,8 +23,6 @@ constexpr double rounding = 2e-15;
 /// Least ratio of the work in quadruple precision to that in extended precision.
 constexpr double quadruple_over_extended = 12;
 
-std::string short_text(double x) { return scientific_text(x, 2); }
-
 std::string work_text(double work) { return short_text(work) + " units of work"; }
 
 struct Measured {
