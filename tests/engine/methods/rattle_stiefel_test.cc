@@ -90,7 +90,7 @@ TEST(RattleStiefel, WithVelocitiesIsTheSameMotion) {
     Matrix<double> x = frame.state();
     x.bottomRows(n) = frame.S * inverse;
     RattleStiefel<double, compensated> with_S(frame.lambda, n, 0.1);
-    RattleStiefel<double, compensated, Under::Qdot> with_Qdot(frame.lambda, n, 0.1);
+    RattleStiefel<double, compensated, LowerBlock::Qdot> with_Qdot(frame.lambda, n, 0.1);
     auto a = with_S.start(frame.state());
     auto b = with_Qdot.start(x);
     for (int k = 0; k < 50; ++k) {
