@@ -69,7 +69,7 @@ std::optional<Chooser::Trial> Chooser::fewest_substeps(const Candidate& candidat
   const double p = candidate.order;
   std::optional<Trial> found;
   double failed = 0, m = 1, last_error = infinity;
-  int idle = 0;
+  int useless_in_a_row = 0;
   for (int k = 0; k < most_runs && left_ > 0 && m <= most_substeps; ++k) {
     const double bound = best_ ? best_->cost : infinity;
     if (whole_cost(candidate, m) >= bound) break;
@@ -95,8 +95,8 @@ std::optional<Chooser::Trial> Chooser::fewest_substeps(const Candidate& candidat
       continue;
     }
     // The error is rounding: shorter steps do not help any more.
-    idle = trial.error > 0.6 * last_error ? idle + 1 : 0;
-    if (idle >= 2) break;
+    useless_in_a_row = trial.error > 0.6 * last_error ? useless_in_a_row + 1 : 0;
+    if (useless_in_a_row >= 2) break;
     last_error = trial.error;
     m = std::ceil(std::clamp(1.02 * predicted, m + 1, 16 * m));
   }
