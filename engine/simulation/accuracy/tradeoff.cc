@@ -160,9 +160,9 @@ std::optional<TradeoffPoint> Tradeoff::Survey::next(const std::stop_token& stop)
     const double least = scene.in_float() ? least_part_in_float : least_part;
     const bool too_short = static_cast<double>(to) < least * static_cast<double>(steps_) ||
                            static_cast<double>(to) * step_work > share();
-    const bool too_dear =
+    const bool too_expensive =
         static_cast<double>(to) * step_work * static_cast<double>(request_.repeats) > left_;
-    const auto first = (refinement_ > 0 && too_short) || too_dear
+    const auto first = (refinement_ > 0 && too_short) || too_expensive
                            ? std::nullopt
                            : first_run(candidate, scene, to, stop);
     if (!first) {
