@@ -4,7 +4,7 @@
 #include <stop_token>
 #include <vector>
 
-#include "engine/linalg/iteration/product_by_columns.h"
+#include "engine/linalg/arithmetic/stoppable_product.h"
 #include "engine/linalg/matrix_equations/eigenvectors.h"
 
 namespace stiefel {
@@ -36,30 +36,39 @@ Vector<Scalar> casimirs(const Matrix<Scalar>& M) {
   return solver.eigenvalues().reverse().head(M.cols() / 2);
 }
 
+/// Returns the coefficients of μ^j in tr((M + μB)^k), j = 0..k, for a square M and a B of the same
+/// size, which may be diagonal: result[k][j], k = 0..K. On a stop request returns the powers k
+/// computed so far.
+template <class Scalar, class Square>
+std::vector<std::vector<Scalar>> pencil_traces(const Matrix<Scalar>& M, const Square& B, int K,
+                                               const std::stop_token& stop = {}) {
+  const Eigen::Index N = M.cols();
+  std::vector<Matrix<Scalar>> power = {Matrix<Scalar>::Identity(N, N)};
+  std::vector<std::vector<Scalar>> coefficients = {{static_cast<Scalar>(static_cast<double>(N))}};
+  Matrix<Scalar> product(N, N);
+  for (int k = 1; k <= K; ++k) {  // (M + μB)^k = (M + μB)(M + μB)^{k−1}
+    power.push_back(B * power.back());
+    for (std::size_t j = power.size() - 2; j > 0; --j) {
+      if (stop.stop_requested()) return coefficients;
+      announced_product(M, power[j], product);
+      power[j] = product + B * power[j - 1];
+    }
+    announced_product(M, power[0], product);
+    power[0] = product;
+    auto& traces = coefficients.emplace_back();
+    for (const auto& P : power) traces.push_back(P.trace());
+  }
+  return coefficients;
+}
+
 /// Returns the coefficients of μ^j in tr((M + μΛ²)^k) for j = 0..k; [RB] (2.4). They are 0 for odd
 /// k − j. One call computes all k = 1..K: result[k][j]. N³K² operations. On a stop request returns
 /// the powers k computed so far.
 template <class Scalar>
 std::vector<std::vector<Scalar>> manakov(const Vector<Scalar>& lambda, const Matrix<Scalar>& M,
                                          int K, const std::stop_token& stop = {}) {
-  const Eigen::Index N = M.cols();
   const Vector<Scalar> lambda2 = lambda.cwiseAbs2();
-  std::vector<Matrix<Scalar>> power = {Matrix<Scalar>::Identity(N, N)};
-  std::vector<std::vector<Scalar>> coefficients = {{static_cast<Scalar>(N)}};
-  Matrix<Scalar> product(N, N);
-  for (int k = 1; k <= K; ++k) {  // (M + μΛ²)^k = (M + μΛ²)(M + μΛ²)^{k−1}
-    power.push_back(lambda2.asDiagonal() * power.back());
-    for (std::size_t j = power.size() - 2; j > 0; --j) {
-      if (stop.stop_requested()) return coefficients;
-      product_by_columns(M, power[j], product);
-      power[j] = product + lambda2.asDiagonal() * power[j - 1];
-    }
-    product_by_columns(M, power[0], product);
-    power[0] = product;
-    auto& traces = coefficients.emplace_back();
-    for (const auto& P : power) traces.push_back(P.trace());
-  }
-  return coefficients;
+  return pencil_traces<Scalar>(M, lambda2.asDiagonal(), K, stop);
 }
 
 // Compiled once, in rigid_body.cc.

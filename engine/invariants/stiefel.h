@@ -36,13 +36,6 @@ Matrix<Scalar> frame_symmetric_product(const Matrix<Scalar>& Q, const Matrix<Sca
   return product + product.transpose();
 }
 
-/// Returns max |QQᵀ − I|.
-template <class Derived>
-typename Derived::Scalar frame_defect(const Eigen::MatrixBase<Derived>& Q) {
-  using Scalar = typename Derived::Scalar;
-  return (Q * Q.transpose() - Matrix<Scalar>::Identity(Q.rows(), Q.rows())).cwiseAbs().maxCoeff();
-}
-
 /// Returns m_k = Q_kΛQ_{k−1}ᵀ − Q_{k−1}ΛQ_kᵀ; [ST] (57).
 template <class Scalar>
 Matrix<Scalar> discrete_momentum(const Vector<Scalar>& lambda, const Matrix<Scalar>& Q_prev,

@@ -1,8 +1,6 @@
 #pragma once
 
-#include <vector>
-
-#include "engine/linalg/arithmetic/scalar.h"
+#include "engine/invariants/rigid_body.h"
 
 namespace stiefel {
 
@@ -23,25 +21,6 @@ Matrix<Scalar> constant_A(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
 template <class Scalar>
 Matrix<Scalar> right_momentum(const Matrix<Scalar>& Q, const Matrix<Scalar>& M) {
   return Q.transpose() * M * Q;
-}
-
-/// Returns the coefficients of μ^j in tr((M + μB)^k), j = 0..k, for square M and B: result[k][j], k
-/// = 0..K.
-template <class Scalar>
-std::vector<std::vector<Scalar>> pencil_traces(const Matrix<Scalar>& M, const Matrix<Scalar>& B,
-                                               int K) {
-  const Eigen::Index N = M.cols();
-  std::vector<Matrix<Scalar>> power = {Matrix<Scalar>::Identity(N, N)};
-  std::vector<std::vector<Scalar>> coefficients = {{static_cast<Scalar>(static_cast<double>(N))}};
-  for (int k = 1; k <= K; ++k) {  // (M + μB)^k = (M + μB)(M + μB)^{k−1}
-    power.push_back(B * power.back());
-    for (std::size_t j = power.size() - 2; j > 0; --j)
-      power[j] = (M * power[j] + B * power[j - 1]).eval();
-    power[0] = (M * power[0]).eval();
-    auto& traces = coefficients.emplace_back();
-    for (const auto& P : power) traces.push_back(P.trace());
-  }
-  return coefficients;
 }
 
 /// Returns the Manakov integrals in reduced form, [RB] (8.3): the coefficients of tr((A − Aᵀ +

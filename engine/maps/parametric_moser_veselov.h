@@ -65,7 +65,7 @@ class ParametricMoserVeselov {
     inverse_.M() -= product_;
     inverse_.M() /= 2;  // halves M here, because 2ε may overflow
     inverse_.M() /= epsilon_;
-    take_twice_skew_part(inverse_.M());
+    subtract_transpose(inverse_.M());
   }
 
   Scalar epsilon_;

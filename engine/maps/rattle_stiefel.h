@@ -34,8 +34,8 @@ namespace stiefel {
 /// S) h is divided by the same number: the step depends only on the ratio Λ : h, and products of
 /// two λ then never overflow.
 ///
-/// State: Q over S, or with Under::Qdot Q over Q̇, 2n × N.
-template <class Scalar_, Arithmetic arithmetic, Under under = Under::S>
+/// State: Q over S, or with LowerBlock::Qdot Q over Q̇, 2n × N.
+template <class Scalar_, Arithmetic arithmetic, LowerBlock lower = LowerBlock::S>
 class RattleStiefel {
  public:
   using Scalar = Scalar_;
@@ -93,14 +93,14 @@ class RattleStiefel {
   Matrix<Scalar> A_, E_, Y_, Y1_, found_, product_;
 };
 
-template <class Scalar, Arithmetic arithmetic, Under under>
-RattleStiefel<Scalar, arithmetic, under>::RattleStiefel(const Vector<Scalar>& lambda,
+template <class Scalar, Arithmetic arithmetic, LowerBlock lower>
+RattleStiefel<Scalar, arithmetic, lower>::RattleStiefel(const Vector<Scalar>& lambda,
                                                         Eigen::Index n, Scalar h)
     : h_(h),
-      unit_(under == Under::S ? binary_unit<Scalar>(lambda.maxCoeff()) : Scalar(1)),
+      unit_(lower == LowerBlock::S ? binary_unit<Scalar>(lambda.maxCoeff()) : Scalar(1)),
       n_(n),
       inverse_(Vector<Scalar>::Zero(lambda.size() + FramePass<Scalar>::width)),
-      pass_(make_frame_pass<Scalar>(arithmetic, under, n)),
+      pass_(make_frame_pass<Scalar>(arithmetic, lower, n)),
       riccati_(n),
       lyapunov_(n),
       A_(n, n),
@@ -112,21 +112,21 @@ RattleStiefel<Scalar, arithmetic, under>::RattleStiefel(const Vector<Scalar>& la
   inverse_.head(lambda.size()) = (lambda / binary_unit<Scalar>(lambda.maxCoeff())).cwiseInverse();
 }
 
-template <class Scalar, Arithmetic arithmetic, Under under>
-auto RattleStiefel<Scalar, arithmetic, under>::start(const Point& x) -> State {
+template <class Scalar, Arithmetic arithmetic, LowerBlock lower>
+auto RattleStiefel<Scalar, arithmetic, lower>::start(const Point& x) -> State {
   State state{Accumulator<Point, arithmetic>(x), FrameMoments<Scalar>(n_),
               Matrix<Scalar>::Zero(n_, n_)};
   pass_->measure(columns(state), state.moments.sums());
   return state;
 }
 
-template <class Scalar, Arithmetic arithmetic, Under under>
-RunStatus RattleStiefel<Scalar, arithmetic, under>::step(State& state) {
+template <class Scalar, Arithmetic arithmetic, LowerBlock lower>
+RunStatus RattleStiefel<Scalar, arithmetic, lower>::step(State& state) {
   return step(state, h_);
 }
 
-template <class Scalar, Arithmetic arithmetic, Under under>
-RunStatus RattleStiefel<Scalar, arithmetic, under>::step(State& state, Scalar h) {
+template <class Scalar, Arithmetic arithmetic, LowerBlock lower>
+RunStatus RattleStiefel<Scalar, arithmetic, lower>::step(State& state, Scalar h) {
   using std::abs;
   const double size = static_cast<double>(abs(h));
   h /= unit_;
@@ -145,24 +145,24 @@ RunStatus RattleStiefel<Scalar, arithmetic, under>::step(State& state, Scalar h)
   return {};
 }
 
-template <class Scalar, Arithmetic arithmetic, Under under>
-std::optional<double> RattleStiefel<Scalar, arithmetic, under>::largest_step(const State& state,
+template <class Scalar, Arithmetic arithmetic, LowerBlock lower>
+std::optional<double> RattleStiefel<Scalar, arithmetic, lower>::largest_step(const State& state,
                                                                              double limit) {
   using std::abs;
   const double size = static_cast<double>(abs(h_));
   return follow(state.moments, h_ / unit_, limit / size) * size;
 }
 
-template <class Scalar, Arithmetic arithmetic, Under under>
-bool RattleStiefel<Scalar, arithmetic, under>::solve(const FrameMoments<Scalar>& at, Scalar h) {
+template <class Scalar, Arithmetic arithmetic, LowerBlock lower>
+bool RattleStiefel<Scalar, arithmetic, lower>::solve(const FrameMoments<Scalar>& at, Scalar h) {
   A_ = at.QQ[1] + h * at.QV[1];
   E_ = h * (h * at.VV[0] + (at.QV[0] + at.QV[0].transpose())) + at.QQ[0];
   E_.diagonal().array() -= Scalar(1);
   return riccati_.solve(A_, at.QQ[2], E_, Y_);
 }
 
-template <class Scalar, Arithmetic arithmetic, Under under>
-double RattleStiefel<Scalar, arithmetic, under>::follow(const FrameMoments<Scalar>& at, Scalar h,
+template <class Scalar, Arithmetic arithmetic, LowerBlock lower>
+double RattleStiefel<Scalar, arithmetic, lower>::follow(const FrameMoments<Scalar>& at, Scalar h,
                                                         double end) {
   Y_.setZero();
   return continuation(end, [&](double t) {
@@ -173,8 +173,8 @@ double RattleStiefel<Scalar, arithmetic, under>::follow(const FrameMoments<Scala
   });
 }
 
-template <class Scalar, Arithmetic arithmetic, Under under>
-void RattleStiefel<Scalar, arithmetic, under>::find_Y1(const FrameMoments<Scalar>& at, Scalar h) {
+template <class Scalar, Arithmetic arithmetic, LowerBlock lower>
+void RattleStiefel<Scalar, arithmetic, lower>::find_Y1(const FrameMoments<Scalar>& at, Scalar h) {
   product_ = h * at.QV[1];
   product_.noalias() += at.QQ[2] * Y_;
   A_ = at.QQ[1] + product_ + product_.transpose();
@@ -189,8 +189,8 @@ void RattleStiefel<Scalar, arithmetic, under>::find_Y1(const FrameMoments<Scalar
   Y1_ = (product_ + product_.transpose()) / 2;
 }
 
-template <class Scalar, Arithmetic arithmetic, Under under>
-void RattleStiefel<Scalar, arithmetic, under>::add_XX(const Matrix<Scalar>& VV,
+template <class Scalar, Arithmetic arithmetic, LowerBlock lower>
+void RattleStiefel<Scalar, arithmetic, lower>::add_XX(const Matrix<Scalar>& VV,
                                                       const Matrix<Scalar>& GV,
                                                       const Matrix<Scalar>& GG, Scalar h,
                                                       Matrix<Scalar>& sum) {
@@ -205,7 +205,7 @@ extern template class RattleStiefel<float, Arithmetic::compensated>;
 extern template class RattleStiefel<float, Arithmetic::plain>;
 extern template class RattleStiefel<double, Arithmetic::compensated>;
 extern template class RattleStiefel<double, Arithmetic::plain>;
-extern template class RattleStiefel<double, Arithmetic::compensated, Under::Qdot>;
-extern template class RattleStiefel<double, Arithmetic::plain, Under::Qdot>;
+extern template class RattleStiefel<double, Arithmetic::compensated, LowerBlock::Qdot>;
+extern template class RattleStiefel<double, Arithmetic::plain, LowerBlock::Qdot>;
 
 }  // namespace stiefel

@@ -44,7 +44,7 @@ class SymmetricMoserVeselov {
   void form_momentum(const Point& x) {
     inverse_.M().noalias() = x.topRows(N_).transpose() * x.bottomRows(N_);
     inverse_.M() /= epsilon_;
-    take_twice_skew_part(inverse_.M());
+    subtract_transpose(inverse_.M());
   }
 
   Eigen::Index N_;

@@ -44,7 +44,7 @@ struct Splitting {
 
     Map(const S& body, Scalar h, int) {
       const PrincipalMoments3<Working> I(body.lambda());
-      half_turn_ = Working(h) / 2 * I.moments.cwiseInverse();
+      half_step_over_I_ = Working(h) / 2 * I.moments.cwiseInverse();
     }
 
     State start(const Point& x) const { return State{Accumulator<Point, arithmetic>(x)}; }
@@ -84,7 +84,7 @@ struct Splitting {
     void turn(Turned& x, Working part) const {
       using std::cos, std::sin;
       constexpr int b = (a + 1) % 3, c = (a + 2) % 3, first = frame ? 4 : 0;
-      const Working half = part * half_turn_(a) * x(first + a), sine = sin(half),
+      const Working half = part * half_step_over_I_(a) * x(first + a), sine = sin(half),
                     cosine = cos(half);
       if constexpr (frame) {
         const Working w = x(0), q_a = x(1 + a), q_b = x(1 + b), q_c = x(1 + c);
@@ -99,7 +99,7 @@ struct Splitting {
       x(first + c) -= 2 * sine * (cosine * m_b + sine * m_c);
     }
 
-    Vector3<Working> half_turn_;  ///< (h/2)/I
+    Vector3<Working> half_step_over_I_;  ///< (h/2)/I
   };
 };
 

@@ -115,8 +115,8 @@ struct Variational::MapOf<Ellipsoid<Scalar>> {
     return invariant == family::orthogonality;
   }
   template <Arithmetic arithmetic>
-  static RattleStiefel<Scalar, arithmetic, Under::Qdot> make(const Ellipsoid<Scalar>& system,
-                                                             Scalar h) {
+  static RattleStiefel<Scalar, arithmetic, LowerBlock::Qdot> make(const Ellipsoid<Scalar>& system,
+                                                                  Scalar h) {
     return {system.lambda(), 1, h};
   }
 };

@@ -54,7 +54,7 @@ class CayleyN {
 
  private:
   /// Makes further sweeps in wider arithmetic, until the error of C is far below its rounding.
-  void finish();
+  void refine();
 
   void residual(const Matrix<Scalar>& K);
 
@@ -149,7 +149,7 @@ void CayleyN<Scalar, arithmetic>::transport_momentum(State& x) {
   for (Eigen::Index j = 0; j < N; ++j)
     for (Eigen::Index i = 0; i < N; ++i)
       wide_hOmega_(i, j) = i == j ? Wide(0) : h_ * x.extended(top + i, j) / (lambda(i) + lambda(j));
-  finish();
+  refine();
   U_minus_I_ = wide_sweep_.U_minus_I().template cast<Scalar>();
   const Matrix<Wide>& D = wide_sweep_.D();
   for (Eigen::Index j = 0; j < N; ++j)
@@ -160,7 +160,7 @@ void CayleyN<Scalar, arithmetic>::transport_momentum(State& x) {
 }
 
 template <class Scalar, Arithmetic arithmetic>
-void CayleyN<Scalar, arithmetic>::finish() {
+void CayleyN<Scalar, arithmetic>::refine() {
   const Wide enough = two_to<Wide>(-bits<Scalar> - 11);
   constexpr int most = 12;
   wide_C_ = C_.template cast<Wide>();

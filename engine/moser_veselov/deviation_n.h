@@ -50,7 +50,7 @@ class DeviationN : public DeviationSweeps<Scalar> {
   /// Makes further sweeps of one product each: when R changes by δ, XᵀX changes by Xᵀδ + δX. The
   /// sweeps end when the error of R is far below its rounding; a larger error would cause a drift
   /// that grows with the number of steps.
-  void correct_product();
+  void refine();
 
   double product_operations() const { return static_cast<double>(N_ * N_ * N_); }
   Wide wide_XX(Eigen::Index i, Eigen::Index j) const {
@@ -105,7 +105,7 @@ void DeviationN<Scalar, arithmetic>::transport_carefully(State& x) {
   const Eigen::Index top = x.value.rows() - N_;
   stop_point(product_operations());
   form_product(x);
-  correct_product();
+  refine();
   for (Eigen::Index j = 0; j < N_; ++j)
     for (Eigen::Index i = 0; i <= j; ++i) {
       const Wide R = wide_R(i, j);
@@ -150,7 +150,7 @@ void DeviationN<Scalar, arithmetic>::form_product(const State& x) {
 }
 
 template <class Scalar, Arithmetic arithmetic>
-void DeviationN<Scalar, arithmetic>::correct_product() {
+void DeviationN<Scalar, arithmetic>::refine() {
   const Scalar negligible = two_to<Scalar>(-bits<Scalar> - 13);
   using std::abs;
   constexpr int most = 4;

@@ -57,7 +57,7 @@ class DiscreteBody3 {
 
   static Vector3<Scalar> m(const State& x) { return x.value.template tail<3>(); }
   static Vector3<Scalar> n(const State& x, const Inertia& I) {
-    return I.half_turn.cwiseProduct(m(x));
+    return I.half_step_over_I.cwiseProduct(m(x));
   }
 
   /// Whether all w_i + w_j, w = spec(UΛ), have positive real parts, which holds on the branch that
@@ -128,7 +128,7 @@ class DiscreteBody3 {
     for (int i = 0; i < 3; ++i) {
       at.twist(i) = I.differences_h(i) * wide_product(c((i + 1) % 3), c((i + 2) % 3));
       const Wide F = c(i) * I.moments_h(i) - at.twist(i) - scale * x.doubled(first + i);
-      G(i) = static_cast<Scalar>(F) * I.half_turn(i);
+      G(i) = static_cast<Scalar>(F) * I.half_step_over_I(i);
     }
     const Vector3<Scalar> change = -equation_.correction(G);
     at.c2 = at.c2 + Wide(2 * dot(c, change));

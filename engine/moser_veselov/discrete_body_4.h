@@ -21,7 +21,7 @@ class DiscreteBody4 {
   /// Finds C in the lanes where the iteration succeeds, and returns those lanes.
   Mask<Scalar> solve_where_easy(const State& x, const Inertia& I) {
     Skew4<Scalar> n;
-    for (int k = 0; k < 6; ++k) n(k) = I.half_turn(k) * x.value(first + k);
+    for (int k = 0; k < 6; ++k) n(k) = I.half_step_over_I(k) * x.value(first + k);
     const Mask<Scalar> found = equation_.solve(n, I.kappa);
     return I.positive & found & (dot(equation_.c, equation_.c) < I.near);
   }
@@ -67,8 +67,8 @@ class DiscreteBody4 {
     for (int k = 0; k < 6; ++k) {
       const Wide F = (I.moments_h(k) * (Wide(c(k)) + dual_c(k) * p)) - I.differences_h(k) * c2(k) -
                      tau * x.doubled(first + k);
-      G(k) = static_cast<Scalar>(F) * I.half_turn(k);
-      n(k) = I.half_turn(k) * x.value(first + k);
+      G(k) = static_cast<Scalar>(F) * I.half_step_over_I(k);
+      n(k) = I.half_step_over_I(k) * x.value(first + k);
     }
     const Skew4<Scalar> change = -equation_.correction(G, n, I.kappa);
     const Skew4<Scalar> c2_change = anticommutator(c, change);

@@ -17,11 +17,11 @@ struct DiscreteInertia {
   Mask<Scalar> positive;  ///< whether all λ_i + λ_j > 0
   Scalar near;            ///< a solution with |c|² below this is on the branch of the identity
   Eigen::Matrix<Scalar, pairs == 3 ? 3 : 4, 1, Eigen::DontAlign> lambda;
-  Vec<Scalar> half_turn;    ///< (h/2)/(λ_i + λ_j)
-  Vec<Scalar> kappa;        ///< (λ_i − λ_j)/(λ_i + λ_j)
-  Vec<Scalar> gain;         ///< (4/h)(λ_i − λ_j)
-  Vec<Wide> moments_h;      ///< (λ_i + λ_j)/(h/2)
-  Vec<Wide> differences_h;  ///< (λ_i − λ_j)/(h/2)
+  Vec<Scalar> half_step_over_I;  ///< (h/2)/(λ_i + λ_j)
+  Vec<Scalar> kappa;             ///< (λ_i − λ_j)/(λ_i + λ_j)
+  Vec<Scalar> gain;              ///< (4/h)(λ_i − λ_j)
+  Vec<Wide> moments_h;           ///< (λ_i + λ_j)/(h/2)
+  Vec<Wide> differences_h;       ///< (λ_i − λ_j)/(h/2)
 
   /// Computes the constants from PrincipalMoments3 or PairSums4.
   template <class Pairs>
@@ -31,7 +31,7 @@ struct DiscreteInertia {
         kappa(I.differences.cwiseQuotient(I.moments).template cast<Scalar>()) {
     using Given = typename decltype(I.moments)::Scalar;
     positive = I.moments.minCoeff() > Given(0);
-    half_turn = (Given(step) / 2 * I.moments.cwiseInverse()).template cast<Scalar>();
+    half_step_over_I = (Given(step) / 2 * I.moments.cwiseInverse()).template cast<Scalar>();
     gain = (4 / Given(step) * I.differences).template cast<Scalar>();
     moments_h = (I.moments / (Given(step) / 2)).template cast<Wide>();
     differences_h = (I.differences / (Given(step) / 2)).template cast<Wide>();
@@ -48,7 +48,7 @@ struct DiscreteInertia {
     for (int i = 0; i < lambda.size(); ++i)
       lambda(i) = lane([i](const auto& I) { return I.lambda(i); });
     for (int i = 0; i < pairs; ++i) {
-      half_turn(i) = lane([i](const auto& I) { return I.half_turn(i); });
+      half_step_over_I(i) = lane([i](const auto& I) { return I.half_step_over_I(i); });
       kappa(i) = lane([i](const auto& I) { return I.kappa(i); });
       gain(i) = lane([i](const auto& I) { return I.gain(i); });
       moments_h(i) = {lane([i](const auto& I) { return I.moments_h(i).high; }),

@@ -234,7 +234,7 @@ std::expected<DiscreteGeodesic, ConnectRefusal> search(const TwoPointProblem& pr
     return std::unexpected(refusal::NotConverged{std::numeric_limits<double>::infinity()});
 
   const Candidate& best = all.front();
-  const double residual = slope(p.lambda, best.path);
+  const double residual = largest_gradient(p.lambda, best.path);
   if (!(residual <= stationary)) return std::unexpected(refusal::NotConverged{residual});
   DiscreteGeodesic result;
   result.Q = best.path;

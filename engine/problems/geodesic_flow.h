@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "engine/linalg/matrix_equations/eigenvectors.h"
-#include "engine/linalg/matrix_equations/inverse_inertia.h"
+#include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/problems/connect_work.h"
 #include "stiefel/stop.h"
 

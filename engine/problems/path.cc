@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "engine/linalg/matrix_equations/eigenvectors.h"
-#include "engine/linalg/matrix_equations/inverse_inertia.h"
+#include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
 #include "engine/problems/connect_work.h"
 #include "stiefel/stop.h"
@@ -58,7 +58,7 @@ class Model {
       multiplied.reshaped(n, N * E.cols()) = Sigma * E.reshaped(n, N * E.cols());
       metric_.push_back(E.transpose() * weighted);
       inner_.push_back(2 * metric_.back() - E.transpose() * multiplied);
-      slope_.push_back(E.transpose() * g.reshaped());
+      gradient_.push_back(E.transpose() * g.reshaped());
       basis_.push_back(E);
     }
   }
@@ -73,7 +73,7 @@ class Model {
     for (std::size_t k = 0; k < count; ++k) {
       stop_point(connect_work::solution(n_, N_));
       MatrixXd D = inner_[k] + shift * metric_[k];
-      step_[k] = -slope_[k];
+      step_[k] = -gradient_[k];
       if (k > 0) {
         carried.push_back(factors.back().solve(outer_[k - 1]));
         D.noalias() -= outer_[k - 1].transpose() * carried.back();
@@ -93,7 +93,7 @@ class Model {
   /// decrease of the model.
   double decrement() const {
     double sum = 0;
-    for (std::size_t k = 0; k < step_.size(); ++k) sum -= step_[k].dot(slope_[k]);
+    for (std::size_t k = 0; k < step_.size(); ++k) sum -= step_[k].dot(gradient_[k]);
     return sum;
   }
   double largest_step() const {
@@ -101,9 +101,9 @@ class Model {
     for (const VectorXd& x : step_) largest = std::max(largest, x.cwiseAbs().maxCoeff());
     return largest;
   }
-  double largest_slope() const {
+  double largest_gradient() const {
     double largest = 0;
-    for (const VectorXd& x : slope_) largest = std::max(largest, x.cwiseAbs().maxCoeff());
+    for (const VectorXd& x : gradient_) largest = std::max(largest, x.cwiseAbs().maxCoeff());
     return largest;
   }
   Path moved(const Path& path) const {
@@ -119,7 +119,7 @@ class Model {
  private:
   double n_, N_;
   std::vector<MatrixXd> basis_, metric_, inner_, outer_;
-  std::vector<VectorXd> slope_, step_;
+  std::vector<VectorXd> gradient_, step_;
 };
 
 }  // namespace
@@ -162,8 +162,8 @@ double action(const VectorXd& lambda, const Path& path) {
   return static_cast<double>(steps(path)) * sum / 2;
 }
 
-double slope(const VectorXd& lambda, const Path& path) {
-  return Model(lambda, path).largest_slope() /
+double largest_gradient(const VectorXd& lambda, const Path& path) {
+  return Model(lambda, path).largest_gradient() /
          (static_cast<double>(steps(path)) * lambda.maxCoeff());
 }
 

@@ -23,7 +23,7 @@ Eigen::MatrixXd tangent_basis(const Eigen::MatrixXd& Q);
 double action(const Eigen::VectorXd& lambda, const Path& path);
 
 /// Returns the largest component of the action's gradient along the frames, divided by K λ_max.
-double slope(const Eigen::VectorXd& lambda, const Path& path);
+double largest_gradient(const Eigen::VectorXd& lambda, const Path& path);
 
 /// Returns Q̇(0) of a relaxed path, which is a trajectory of the variational step: Q̇ = S_0Λ⁻¹,
 /// where S_0 = (Q_1 − Q_0)ΛK − BQ_0/2K is tangent; at n = N from M/K = UΛ − ΛUᵀ, U = Q_0ᵀQ_1.

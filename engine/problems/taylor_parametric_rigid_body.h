@@ -3,7 +3,7 @@
 #include <functional>
 
 #include "engine/linalg/arithmetic/quadruple.h"
-#include "engine/linalg/iteration/product_by_columns.h"
+#include "engine/linalg/arithmetic/stoppable_product.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/problems/taylor_motion.h"
 
@@ -61,7 +61,7 @@ bool TaylorParametricRigidBody<Scalar>::expand(const Matrix<Scalar>& x, Matrix<S
     inverse_inertia(lambda_, M(k), Scalar(2), now);
     if (k == 0) now.diagonal() = mu_ * lambda_;
     auto next = series.middleCols((k + 1) * N_, N_);
-    product_by_columns(series.leftCols((k + 1) * N_), xi_.bottomRows((k + 1) * N_), next);
+    announced_product(series.leftCols((k + 1) * N_), xi_.bottomRows((k + 1) * N_), next);
     for (int j = 0; j <= k; ++j) {
       stop_point(static_cast<double>(N_ * N_ * N_));
       next.bottomRows(N_).noalias() -= xi(j) * M(k - j);

@@ -4,7 +4,7 @@
 
 #include "engine/linalg/arithmetic/quadruple.h"
 #include "engine/linalg/arithmetic/scalar.h"
-#include "engine/linalg/iteration/product_by_columns.h"
+#include "engine/linalg/arithmetic/stoppable_product.h"
 #include "engine/problems/taylor_motion.h"
 
 namespace stiefel {
@@ -65,7 +65,7 @@ bool TaylorRigidBody<Scalar>::expand(const Matrix<Scalar>& x, Matrix<Scalar>& se
     invert_inertia(series.middleCols(k * N_, N_).bottomRows(N_), order_ - k);
     auto next = series.middleCols((k + 1) * N_, N_);
     Y_.resize(x.rows(), N_);
-    product_by_columns(series.leftCols((k + 1) * N_), Omega_.bottomRows((k + 1) * N_), Y_);
+    announced_product(series.leftCols((k + 1) * N_), Omega_.bottomRows((k + 1) * N_), Y_);
     next = Y_;
     next.bottomRows(N_) -= Y_.bottomRows(N_).transpose();
     next /= Scalar(k + 1);

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/linalg/arithmetic/scalar.h"
+#include "engine/linalg/lie/so_n.h"
 
 namespace stiefel {
 
@@ -9,12 +9,8 @@ namespace stiefel {
 template <class Scalar>
 Matrix<Scalar> Qdot_of_M(const Vector<Scalar>& lambda, const Matrix<Scalar>& Q,
                          const Matrix<Scalar>& M) {
-  Matrix<Scalar> Omega = Matrix<Scalar>::Zero(M.rows(), M.cols());
-  for (Eigen::Index j = 0; j < M.cols(); ++j)
-    for (Eigen::Index i = 0; i < j; ++i) {
-      Omega(i, j) = M(i, j) / (lambda(i) + lambda(j));
-      Omega(j, i) = -Omega(i, j);
-    }
+  Matrix<Scalar> Omega(M.rows(), M.cols());
+  SoN<Scalar>::inverse_inertia(lambda, M, Omega);
   return Q * Omega;
 }
 

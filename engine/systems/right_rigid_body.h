@@ -59,7 +59,7 @@ class RightRigidBody {
     action_.displacement(x, Theta, dx);
     stoppable_product(dx.bottomRows(N()), action_.D().transpose(), product_);
     dx.bottomRows(N()) += product_ / 2;
-    take_twice_skew_part(dx.bottomRows(N()));
+    subtract_transpose(dx.bottomRows(N()));
   }
 
  private:

@@ -44,6 +44,24 @@ void stoppable_product(const Left& A, const Right& B, Out&& out) {
       [&] { out.noalias() = A * B; });
 }
 
+/// Sets out = A·B, and announces the operations of every piece, or of the whole product, to
+/// `stop_point`: in extended and quadruple precision one product of large matrices takes seconds.
+/// `out` must be another matrix than A and B, and of the size of A·B.
+template <class Left, class Right, class Out>
+void announced_product(const Left& A, const Right& B, Out&& out) {
+  const auto of_column = static_cast<double>(A.size());
+  by_columns(
+      B.cols(), of_column,
+      [&](Eigen::Index j, Eigen::Index columns) {
+        stop_point(of_column * static_cast<double>(columns));
+        out.middleCols(j, columns).noalias() = A * B.middleCols(j, columns);
+      },
+      [&] {
+        stop_point(of_column * static_cast<double>(B.cols()));
+        out.noalias() = A * B;
+      });
+}
+
 /// Sets out ← out + A·B. `out` must be another matrix than A and B.
 template <class Left, class Right, class Out>
 void add_stoppable_product(const Left& A, const Right& B, Out&& out) {

@@ -27,6 +27,9 @@ inline std::string scientific_text(double x, int digits) {
       std::to_chars(text, text + sizeof text, x, std::chars_format::scientific, digits - 1).ptr};
 }
 
+/// Writes a number with two significant digits: "2.1e-09".
+inline std::string short_text(double x) { return scientific_text(x, 2); }
+
 /// Writes a list, cut off after 8 numbers: "[1, 2.5, 0.1]".
 inline std::string to_text(const std::vector<double>& v) {
   std::string out = "[";

@@ -52,7 +52,7 @@ struct SoN {
   /// Computes [A, B] = AB − BA = AB − (AB)ᵀ.
   static void bracket(const Algebra& A, const Algebra& B, Algebra& C) {
     stoppable_product(A, B, C);
-    take_twice_skew_part(C);
+    subtract_transpose(C);
   }
 
   /// Computes (Q exp Θ − Q, exp(Θ)ᵀ M exp(Θ) − M): with D = exp Θ − I and Y = MD the lower block is
@@ -62,22 +62,10 @@ struct SoN {
     stoppable_product(x, D_, dx);
     stoppable_product(D_.transpose(), dx.bottomRows(N_), product_);
     dx.bottomRows(N_) += product_ / 2;
-    take_twice_skew_part(dx);
+    subtract_transpose(dx.bottomRows(N_));
   }
 
  private:
-  /// Replaces the bottom N × N block Y by Y − Yᵀ.
-  static void take_twice_skew_part(State& x) {
-    const Eigen::Index N = x.cols(), top = x.rows() - N;
-    for (Eigen::Index j = 0; j < N; ++j) {
-      x(top + j, j) = 0;
-      for (Eigen::Index i = 0; i < j; ++i) {
-        x(top + i, j) -= x(top + j, i);
-        x(top + j, i) = -x(top + i, j);
-      }
-    }
-  }
-
   Eigen::Index N_;
   SkewExponential<Scalar> exponential_;
   Algebra D_, product_;

@@ -19,6 +19,16 @@ void inverse_inertia(const Vector<Scalar>& lambda, const Eigen::MatrixBase<G>& g
   }
 }
 
+/// Returns Ω = J⁻¹(M), N × N: Ω_ij = M_ij/(λ_i + λ_j) for i ≠ j. Keeps the diagonal, which is 0 for
+/// a skew M. Needs λ_i + λ_j > 0 for i ≠ j.
+template <class Scalar>
+Matrix<Scalar> inverse_inertia(const Vector<Scalar>& lambda, Matrix<Scalar> M) {
+  for (Eigen::Index j = 0; j < M.cols(); ++j)
+    for (Eigen::Index i = 0; i < M.rows(); ++i)
+      if (i != j) M(i, j) /= lambda(i) + lambda(j);
+  return M;
+}
+
 /// Computes [J(Ω), Ω] = [Λ, Ω²] by its elements (λ_i − λ_j)(Ω²)_ij, which is [M, Ω] without
 /// cancellation and exactly skew. MΩ − ΩM can lose all digits where Λ is spread wide or λ_i is
 /// close to λ_j. Ω and the result must be different matrices.
@@ -44,7 +54,7 @@ Matrix<Scalar> J_D(const Vector<Scalar>& lambda, const Matrix<Scalar>& U) {
 
 /// Replaces a square block X by X − Xᵀ, exactly skew.
 template <class Block>
-void take_twice_skew_part(Block&& X) {
+void subtract_transpose(Block&& X) {
   for (Eigen::Index j = 0; j < X.cols(); ++j) {
     X(j, j) = 0;
     for (Eigen::Index i = 0; i < j; ++i) {

@@ -10,7 +10,7 @@
 namespace stiefel {
 
 /// Selects the lower block of a state: S = Q̇Λ, or Q̇.
-enum class Under { S, Qdot };
+enum class LowerBlock { S, Qdot };
 
 /// The columns of a state on V(n, N) in memory, 2n numbers each.
 template <class Scalar>
@@ -41,22 +41,22 @@ class FramePass {
 /// Returns the pass for n rows compiled for `isa`. Scalars other than double and float need
 /// frame_pass_on.h, and have no code specialised for few rows.
 template <class Scalar, Isa isa>
-std::unique_ptr<FramePass<Scalar>> make_frame_pass_on(Arithmetic arithmetic, Under under,
+std::unique_ptr<FramePass<Scalar>> make_frame_pass_on(Arithmetic arithmetic, LowerBlock lower,
                                                       std::ptrdiff_t n);
 
 /// Returns the pass for n rows compiled for the widest instruction set of this machine.
 template <class Scalar>
-std::unique_ptr<FramePass<Scalar>> make_frame_pass(Arithmetic arithmetic, Under under,
+std::unique_ptr<FramePass<Scalar>> make_frame_pass(Arithmetic arithmetic, LowerBlock lower,
                                                    std::ptrdiff_t n) {
 #ifdef STIEFEL_X86_64
   if constexpr (std::is_same_v<Scalar, double>) {
     if (widest_isa() == Isa::avx512)
-      return make_frame_pass_on<Scalar, Isa::avx512>(arithmetic, under, n);
+      return make_frame_pass_on<Scalar, Isa::avx512>(arithmetic, lower, n);
     if (widest_isa() == Isa::avx2)
-      return make_frame_pass_on<Scalar, Isa::avx2>(arithmetic, under, n);
+      return make_frame_pass_on<Scalar, Isa::avx2>(arithmetic, lower, n);
   }
 #endif
-  return make_frame_pass_on<Scalar, Isa::baseline>(arithmetic, under, n);
+  return make_frame_pass_on<Scalar, Isa::baseline>(arithmetic, lower, n);
 }
 
 extern template class FramePass<double>;
@@ -64,12 +64,12 @@ extern template class FramePass<float>;
 
 // Compiled once: frame_pass.cc.in for each instruction set, and frame_pass_float.cc.
 extern template std::unique_ptr<FramePass<double>> make_frame_pass_on<double, Isa::baseline>(
-    Arithmetic, Under, std::ptrdiff_t);
+    Arithmetic, LowerBlock, std::ptrdiff_t);
 extern template std::unique_ptr<FramePass<double>> make_frame_pass_on<double, Isa::avx2>(
-    Arithmetic, Under, std::ptrdiff_t);
+    Arithmetic, LowerBlock, std::ptrdiff_t);
 extern template std::unique_ptr<FramePass<double>> make_frame_pass_on<double, Isa::avx512>(
-    Arithmetic, Under, std::ptrdiff_t);
+    Arithmetic, LowerBlock, std::ptrdiff_t);
 extern template std::unique_ptr<FramePass<float>> make_frame_pass_on<float, Isa::baseline>(
-    Arithmetic, Under, std::ptrdiff_t);
+    Arithmetic, LowerBlock, std::ptrdiff_t);
 
 }  // namespace stiefel

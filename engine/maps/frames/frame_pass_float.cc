@@ -4,7 +4,7 @@ namespace stiefel {
 
 template class FramePass<float>;
 template std::unique_ptr<FramePass<float>> make_frame_pass_on<float, Isa::baseline>(Arithmetic,
-                                                                                    Under,
+                                                                                    LowerBlock,
                                                                                     std::ptrdiff_t);
 
 }  // namespace stiefel

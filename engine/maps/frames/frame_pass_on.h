@@ -10,7 +10,7 @@ namespace stiefel {
 
 /// Computes FramePass by packs of columns, in tiles of as many columns as stay in the cache. `rows`
 /// is n for small n, else any_rows.
-template <class Scalar, Arithmetic arithmetic, Under under, int rows, Isa isa>
+template <class Scalar, Arithmetic arithmetic, LowerBlock lower, int rows, Isa isa>
 class FramePassOn final : public FramePass<Scalar> {
  public:
   explicit FramePassOn(std::ptrdiff_t n)
@@ -29,7 +29,7 @@ class FramePassOn final : public FramePass<Scalar> {
   using P = Pack<Scalar, isa>;
   static constexpr std::ptrdiff_t width = FramePass<Scalar>::width;
   static constexpr bool compensated = arithmetic == Arithmetic::compensated;
-  static constexpr bool qdot = under == Under::Qdot;
+  static constexpr bool qdot = lower == LowerBlock::Qdot;
   using Rows = typename MomentTiles<Scalar, rows, isa>::Rows;
 
   std::ptrdiff_t n() const { return rows == any_rows ? n_ : rows; }
@@ -166,18 +166,18 @@ class FramePassOn final : public FramePass<Scalar> {
 };
 
 template <class Scalar, Isa isa>
-std::unique_ptr<FramePass<Scalar>> make_frame_pass_on(Arithmetic arithmetic, Under under,
+std::unique_ptr<FramePass<Scalar>> make_frame_pass_on(Arithmetic arithmetic, LowerBlock lower,
                                                       std::ptrdiff_t n) {
   using Made = std::unique_ptr<FramePass<Scalar>>;
   constexpr auto compensated = Arithmetic::compensated, plain = Arithmetic::plain;
   const auto of_rows = [&]<int rows>() -> Made {
-    if (arithmetic == compensated && under == Under::S)
-      return std::make_unique<FramePassOn<Scalar, compensated, Under::S, rows, isa>>(n);
+    if (arithmetic == compensated && lower == LowerBlock::S)
+      return std::make_unique<FramePassOn<Scalar, compensated, LowerBlock::S, rows, isa>>(n);
     if (arithmetic == compensated)
-      return std::make_unique<FramePassOn<Scalar, compensated, Under::Qdot, rows, isa>>(n);
-    if (under == Under::S)
-      return std::make_unique<FramePassOn<Scalar, plain, Under::S, rows, isa>>(n);
-    return std::make_unique<FramePassOn<Scalar, plain, Under::Qdot, rows, isa>>(n);
+      return std::make_unique<FramePassOn<Scalar, compensated, LowerBlock::Qdot, rows, isa>>(n);
+    if (lower == LowerBlock::S)
+      return std::make_unique<FramePassOn<Scalar, plain, LowerBlock::S, rows, isa>>(n);
+    return std::make_unique<FramePassOn<Scalar, plain, LowerBlock::Qdot, rows, isa>>(n);
   };
   if constexpr (std::is_same_v<Scalar, double> || std::is_same_v<Scalar, float>) {
     if (n == 1) return of_rows.template operator()<1>();

@@ -133,7 +133,7 @@ std::expected<Choice, Violations> MembersChooser::choose() {
     if (!measure_others(*entry, *chosen))
       return std::unexpected(Violations{
           refusal("cannot be checked in each of " + std::to_string(members_.size()) +
-                  " members within the " + scientific_text(Choice::most_work, 2) +
+                  " members within the " + short_text(Choice::most_work) +
                   " units of work that a choice may take; name a method, or choose for fewer")});
     if (missed_.empty())
       return Choice{chosen->method,

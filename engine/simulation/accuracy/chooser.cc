@@ -17,12 +17,9 @@ constexpr double run_share = 1.0 / 20;
 constexpr int most_runs = 14;
 constexpr int most_substeps = 1 << 20;
 /// Factor by which an extrapolated error is increased.
-constexpr double caution = 2;
+constexpr double safety_factor = 2;
 /// Smallest part of the horizon that a run must cover for its method to be accepted.
 constexpr double least_part = 1.0 / 64;
-
-/// Writes a number with two digits: "2.1e-09".
-std::string short_text(double x) { return scientific_text(x, 2); }
 
 }  // namespace
 
@@ -47,19 +44,19 @@ Chooser::Trial Chooser::attempt(const Candidate& candidate, const MethodDescript
   const std::int64_t to = affordable_steps(samples(), step_work, allowed);
   const Scene scene = motions_.front().with(method).value();
   Trial trial{*scene.description().method};
-  trial.too_dear = static_cast<double>(to) * step_work > left_;
+  trial.too_expensive = static_cast<double>(to) * step_work > left_;
   // The growth of rounding errors in single precision cannot be extrapolated from a part.
-  if (trial.too_dear || (scene.in_float() && to < steps_)) return trial;
+  if (trial.too_expensive || (scene.in_float() && to < steps_)) return trial;
   const Run result = motions_.run(method, candidate.weight, to, Watch::errors, {}, left_);
   left_ -= result.spent;
-  trial.too_dear = result.status.outcome == Outcome::cancelled;
-  trial.measured = !trial.too_dear;
+  trial.too_expensive = result.status.outcome == Outcome::cancelled;
+  trial.measured = !trial.too_expensive;
   trial.steps = result.steps;
   if (!result.status.reached() || result.errors.empty()) return trial;
   const std::size_t last = result.errors.size() - 1;
   double error = result.largest_error(last + 1) + samples().answers[last].error;
   const double growth = growth_.beyond(candidate, result, samples(), steps_);
-  if (result.steps < steps_) error *= caution * growth;
+  if (result.steps < steps_) error *= safety_factor * growth;
   trial.error = std::isfinite(error) ? error / tolerance_ : infinity;
   trial.cost = result.work * static_cast<double>(steps_) / static_cast<double>(result.steps);
   if (trial.error < nearest_.error) nearest_ = trial;
@@ -72,12 +69,12 @@ std::optional<Chooser::Trial> Chooser::fewest_substeps(const Candidate& candidat
   const double p = candidate.order;
   std::optional<Trial> found;
   double failed = 0, m = 1, last_error = infinity;
-  int idle = 0;
+  int useless_in_a_row = 0;
   for (int k = 0; k < most_runs && left_ > 0 && m <= most_substeps; ++k) {
     const double bound = best_ ? best_->cost : infinity;
     if (whole_cost(candidate, m) >= bound) break;
     Trial trial = attempt(candidate, candidate.with_substeps(static_cast<int>(m)));
-    if (trial.too_dear) break;
+    if (trial.too_expensive) break;
     const double predicted = m * std::pow(trial.error, 1 / p);
     if (trial.good()) {
       found = std::move(trial);
@@ -98,8 +95,8 @@ std::optional<Chooser::Trial> Chooser::fewest_substeps(const Candidate& candidat
       continue;
     }
     // The error is rounding: shorter steps do not help any more.
-    idle = trial.error > 0.6 * last_error ? idle + 1 : 0;
-    if (idle >= 2) break;
+    useless_in_a_row = trial.error > 0.6 * last_error ? useless_in_a_row + 1 : 0;
+    if (useless_in_a_row >= 2) break;
     last_error = trial.error;
     m = std::ceil(std::clamp(1.02 * predicted, m + 1, 16 * m));
   }
@@ -118,7 +115,7 @@ std::optional<Chooser::Trial> Chooser::loosest_tolerance(const Candidate& candid
   double last_cost = at_once.cost;
   for (int k = 0; k < most_runs && left_ > 0; ++k) {
     Trial trial = attempt(candidate, candidate.with_tolerance(epsilon));
-    if (trial.too_dear) break;
+    if (trial.too_expensive) break;
     double next = std::clamp(0.5 * epsilon / trial.error, finest, coarsest);
     if (trial.good()) {
       if (!found || trial.cost < found->cost) found = trial;
@@ -156,7 +153,7 @@ std::optional<Chooser::Trial> Chooser::measure(const MethodDescription& method) 
 }
 
 std::expected<Chooser::Trial, Violations> Chooser::choose() {
-  if (!solve_references()) return std::unexpected(nothing());
+  if (!solve_references()) return std::unexpected(refusal());
   // Tries the high orders first: what they cost bounds what the other orders need to try.
   std::ranges::stable_sort(all_, [](const Candidate& a, const Candidate& b) {
     if (a.order != b.order) return a.order > b.order;
@@ -177,14 +174,14 @@ std::expected<Chooser::Trial, Violations> Chooser::choose() {
     met.push_back(&candidate);
     if (!best_ || trial->cost < best_->cost) best_ = trial;
   }
-  if (!best_) return std::unexpected(nothing());
+  if (!best_) return std::unexpected(refusal());
   return *best_;
 }
 
-Violations Chooser::nothing() const {
+Violations Chooser::refusal() const {
   const bool any = std::isfinite(nearest_.error);
   const double error = nearest_.error * tolerance_;
-  Violation refusal = place_.violation(
+  Violation violation = place_.violation(
       "tolerance", to_text(tolerance_),
       any ? "cannot be met up to t = " + to_text(*description_.horizon) +
                 ": the best that was found errs by " + short_text(error) + " (" +
@@ -197,15 +194,15 @@ Violations Chooser::nothing() const {
                 " units of work, and a choice may take " + short_text(budget_) + "; name a method"
           : "cannot be met: no method got to a first measurement within the " +
                 short_text(budget_) + " units of work that a choice may take; name a method");
-  refusal.reason = "TOLERANCE_NOT_MET";
-  refusal.metadata = {{"tolerance", to_text(tolerance_)}, {"most_work", to_text(budget_)}};
+  violation.reason = "TOLERANCE_NOT_MET";
+  violation.metadata = {{"tolerance", to_text(tolerance_)}, {"most_work", to_text(budget_)}};
   if (samples().first_price > 0)
-    refusal.metadata["reference_work"] = to_text(samples().first_price);
+    violation.metadata["reference_work"] = to_text(samples().first_price);
   if (any) {
-    refusal.metadata["best_error"] = to_text(error);
-    refusal.metadata["best_method"] = to_text(nearest_.method);
+    violation.metadata["best_error"] = to_text(error);
+    violation.metadata["best_method"] = to_text(nearest_.method);
   }
-  return {refusal};
+  return {violation};
 }
 
 std::string Chooser::reason(const Trial& trial) const {

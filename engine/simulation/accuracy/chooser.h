@@ -29,8 +29,8 @@ class Chooser {
     double error = infinity;  ///< largest error up to the horizon, in units of the tolerance
     double cost = infinity;
     std::int64_t steps = 0;
-    bool too_dear = false;  ///< not run, or ended, because it takes too much work
-    bool measured = false;  ///< run as far as the budget allows, whatever the outcome
+    bool too_expensive = false;  ///< not run, or ended, because it takes too much work
+    bool measured = false;       ///< run as far as the budget allows, whatever the outcome
     bool good() const { return error <= 1; }
   };
 
@@ -56,7 +56,7 @@ class Chooser {
   double whole_cost(const Candidate& candidate, double substeps) const {
     return candidate.weight * substeps * static_cast<double>(steps_);
   }
-  Violations nothing() const;
+  Violations refusal() const;
   const Samples& samples() const { return motions_.samples(); }
 
   const SceneDescription& description_;

@@ -14,16 +14,14 @@ namespace stiefel {
 namespace {
 
 /// A reference is accurate enough where its own error is at most this part of the measured one.
-constexpr double sharp = 0.25;
-/// A reference whose own error is more than this multiple of the measured one says nothing.
-constexpr double blunt = 2;
+constexpr double accurate_enough = 0.25;
+/// A reference is useless where its own error is more than this multiple of the measured one.
+constexpr double useless_above = 2;
 /// Smaller errors are not distinguished: they are of the size of the rounding of a state to
 /// doubles.
 constexpr double rounding = 2e-15;
 /// Least ratio of the work in quadruple precision to that in extended precision.
 constexpr double quadruple_over_extended = 12;
-
-std::string short_text(double x) { return scientific_text(x, 2); }
 
 std::string work_text(double work) { return short_text(work) + " units of work"; }
 
@@ -59,7 +57,7 @@ class Comparison {
       return out_;
     }
     auto measured = measure(false);
-    if (measured && measured->reference_error > sharp * measured->least() &&
+    if (measured && measured->reference_error > accurate_enough * measured->least() &&
         (quadruple_over_extended + 1) * out_.work <= budget_) {
       if (const auto again = measure(true)) measured = again;
     }
@@ -93,9 +91,9 @@ class Comparison {
     auto answer = reference->at(time, stop_);
     out_.work = before + reference->work();
     if (!answer) {
-      const bool dear = reference->work() >= left;
+      const bool used_up = reference->work() >= left;
       return refuse(stop_.stop_requested() ? "was cancelled after " + work_text(out_.work)
-                    : dear                 ? "takes more than " + work_text(left)
+                    : used_up              ? "takes more than " + work_text(left)
                                            : "ended early, after " + work_text(out_.work));
     }
     const MotionState state = read_motion(scene_, now_);
@@ -129,8 +127,8 @@ class Comparison {
       return;
     }
     const auto told = [&](double error) {
-      return delta <= std::max(blunt * error, rounding) ? std::optional(error + delta)
-                                                        : std::nullopt;
+      return delta <= std::max(useless_above * error, rounding) ? std::optional(error + delta)
+                                                                : std::nullopt;
     };
     if (measured.error.attitude) out_.attitude = told(*measured.error.attitude);
     out_.momentum = told(measured.error.momentum);

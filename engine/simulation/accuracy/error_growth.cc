@@ -16,7 +16,7 @@ double power_of(const std::vector<double>& course, const Samples& samples) {
 }
 
 /// Factor by which an error may exceed the declared one.
-constexpr double about = 1.25;
+constexpr double error_margin = 1.25;
 /// The part of a run's time before which its errors are not checked.
 constexpr double early = 1.0 / 8;
 
@@ -46,7 +46,8 @@ bool ErrorGrowth::falls_as_declared(const Candidate& candidate, double shorter, 
   const double from = early * static_cast<double>(samples.steps[n - 1]);
   for (std::size_t i = 0; i < n; ++i)
     if (static_cast<double>(samples.steps[i]) >= from &&
-        !(run.largest_error(i + 1) <= about * course_[i] * std::pow(shorter, -candidate.order)))
+        !(run.largest_error(i + 1) <=
+          error_margin * course_[i] * std::pow(shorter, -candidate.order)))
       return false;
   return true;
 }

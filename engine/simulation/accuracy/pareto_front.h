@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <vector>
 
@@ -22,8 +23,7 @@ inline std::vector<std::size_t> pareto_front(const std::vector<CostAndError>& po
   });
   std::vector<std::size_t> front;
   for (const std::size_t i : order)
-    if (front.empty() ? points[i].error == points[i].error
-                      : points[i].error < points[front.back()].error)
+    if (front.empty() ? !std::isnan(points[i].error) : points[i].error < points[front.back()].error)
       front.push_back(i);
   return front;
 }

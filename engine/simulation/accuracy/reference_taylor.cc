@@ -42,7 +42,7 @@ class TaylorReference final : public Reference {
         coarse_work_(series_work(start.x.rows(), start.x.cols(), coarse_order(epsilon))),
         momentum_rows_(make(order_).momentum_rows()),
         fine_(make(order_), start.x, epsilon),
-        coarse_(make(coarse_order(epsilon)), a_rounding_away(start.x, momentum_rows_, order_),
+        coarse_(make(coarse_order(epsilon)), perturbed_by_rounding(start.x, momentum_rows_, order_),
                 coarser<Scalar> * epsilon) {}
 
   static double series_work(Eigen::Index rows, Eigen::Index cols, int order) {
@@ -87,7 +87,8 @@ class TaylorReference final : public Reference {
   /// Returns the start of the second solution, which in extended precision has a momentum larger by
   /// `order` roundings. The start and its first series are rounded in the same way in both
   /// solutions, so only a changed start shows what the motion makes of that rounding.
-  static Matrix<Scalar> a_rounding_away(Matrix<Scalar> x, Eigen::Index momentum_rows, int order) {
+  static Matrix<Scalar> perturbed_by_rounding(Matrix<Scalar> x, Eigen::Index momentum_rows,
+                                              int order) {
     if constexpr (std::is_same_v<Scalar, long double>)
       x.bottomRows(momentum_rows) *= 1 + order * std::numeric_limits<Scalar>::epsilon();
     return x;

@@ -21,9 +21,9 @@ constexpr double reference_share = 0.5;
 /// points to come.
 constexpr int expected_points = 12;
 constexpr int last_doubling = 16, last_decade = 11;
-/// A point helps if it at least halves the error. After `patience` points in a row that do not, the
-/// candidate has no more points.
-constexpr double helps = 0.5;
+/// A point is useful if it at least halves the error. After `patience` points in a row that are
+/// not, the candidate has no more points.
+constexpr double useful_ratio = 0.5;
 constexpr int patience = 2;
 /// Smallest part of the horizon that a run must cover.
 constexpr double least_part = 1.0 / 64;
@@ -89,7 +89,7 @@ class Tradeoff::Survey {
   }
   /// Moves on to the next substeps or tolerance. Returns true if the point differs from the last
   /// one.
-  bool advance_knob(const TradeoffPoint& point);
+  bool refine(const TradeoffPoint& point);
   void next_candidate();
   double share() const;  ///< share of what is left, for one run
 
@@ -99,8 +99,8 @@ class Tradeoff::Survey {
   std::int64_t steps_;
   double left_;                ///< what is left of the budget
   std::size_t candidate_ = 0;  ///< index of the current candidate
-  int knob_ = 0;               ///< substeps are 2^knob, or the tolerance is 10^{−3−knob}
-  int idle_ = 0;               ///< number of knobs in a row that did not help
+  int refinement_ = 0;         ///< r: substeps are 2^r, or the tolerance is 10^{−3−r}
+  int useless_in_a_row_ = 0;   ///< number of points up to the last one that were not useful
   double best_;                ///< least error of the current candidate
   ErrorGrowth growth_;         ///< for the current candidate
   double last_work_ = 0, last_error_ = 0;
@@ -128,11 +128,10 @@ std::expected<TradeoffSetup, Violations> Tradeoff::Survey::solve_reference(
     return std::unexpected(Violations{
         {"scene.system", motions_.front().system(), "has no reference to measure errors against"}});
   if (samples().steps.empty() && !stop.stop_requested())
-    return std::unexpected(
-        Violations{{"budget", to_text(request_.budget),
-                    "must be larger: " + samples().reference + " takes " +
-                        scientific_text(samples().first_price, 2) +
-                        " units of work to the first state, and may take half of the budget"}});
+    return std::unexpected(Violations{
+        {"budget", to_text(request_.budget),
+         "must be larger: " + samples().reference + " takes " + short_text(samples().first_price) +
+             " units of work to the first state, and may take half of the budget"}});
   TradeoffSetup setup{machine(), build_fingerprint(), samples().reference};
   setup.reference_error = reference_error();
   setup.horizon = time;
@@ -152,18 +151,20 @@ double Tradeoff::Survey::share() const {
 std::optional<TradeoffPoint> Tradeoff::Survey::next(const std::stop_token& stop) {
   while (candidate_ < candidates_.size() && !stop.stop_requested()) {
     const Candidate& candidate = candidates_[candidate_];
-    const auto method = candidate.own_steps ? candidate.with_tolerance(std::pow(10, -3 - knob_))
-                                            : candidate.with_substeps(1 << knob_);
+    const auto method = candidate.own_steps
+                            ? candidate.with_tolerance(std::pow(10, -3 - refinement_))
+                            : candidate.with_substeps(1 << refinement_);
     const double step_work = candidate.weight * method.substeps.value_or(1);
     const std::int64_t to = affordable_steps(samples(), step_work, share());
     const Scene scene = motions_.front().with(method).value();
     const double least = scene.in_float() ? least_part_in_float : least_part;
     const bool too_short = static_cast<double>(to) < least * static_cast<double>(steps_) ||
                            static_cast<double>(to) * step_work > share();
-    const bool too_dear =
+    const bool too_expensive =
         static_cast<double>(to) * step_work * static_cast<double>(request_.repeats) > left_;
-    const auto first =
-        (knob_ > 0 && too_short) || too_dear ? std::nullopt : first_run(candidate, scene, to, stop);
+    const auto first = (refinement_ > 0 && too_short) || too_expensive
+                           ? std::nullopt
+                           : first_run(candidate, scene, to, stop);
     if (!first) {
       next_candidate();
       continue;
@@ -174,7 +175,7 @@ std::optional<TradeoffPoint> Tradeoff::Survey::next(const std::stop_token& stop)
       next_candidate();
       continue;
     }
-    const bool another = advance_knob(point);
+    const bool another = refine(point);
     if (!another) continue;
     costs_.push_back(point.work);
     errors_.push_back(point.error ? point.error->largest() : std::nan(""));
@@ -192,7 +193,7 @@ std::optional<Run> Tradeoff::Survey::first_run(const Candidate& candidate, const
     return made;
   };
   if (to == steps_ || !scene.in_float()) return go_to(to);
-  if (knob_ > 0) {
+  if (refinement_ > 0) {
     Run part = go_to(to);
     if (!part.status.reached() || growth_.falls_as_declared(candidate, 2, part, samples()))
       return part;
@@ -246,26 +247,26 @@ TradeoffPoint Tradeoff::Survey::measure(const Candidate& candidate, const Scene&
   return point;
 }
 
-bool Tradeoff::Survey::advance_knob(const TradeoffPoint& point) {
+bool Tradeoff::Survey::refine(const TradeoffPoint& point) {
   const double error = point.error ? point.error->largest() : infinity;
   // The point counts only if it differs: a tighter tolerance may not change the steps yet.
   const bool another = point.work != last_work_ || error != last_error_;
   last_work_ = point.work;
   last_error_ = error;
   // A point whose step is too long for the method does not count against shorter steps.
-  const bool helped = error <= helps * best_ || error > saturated_error;
-  if (another) idle_ = helped ? 0 : idle_ + 1;
+  const bool useful = error <= useful_ratio * best_ || error > saturated_error;
+  if (another) useless_in_a_row_ = useful ? 0 : useless_in_a_row_ + 1;
   best_ = std::min(best_, error);
-  ++knob_;
+  ++refinement_;
   const Candidate& candidate = candidates_[candidate_];
   const int last = candidate.order == 0 ? 0 : candidate.own_steps ? last_decade : last_doubling;
-  if (idle_ >= patience || knob_ > last) next_candidate();
+  if (useless_in_a_row_ >= patience || refinement_ > last) next_candidate();
   return another;
 }
 
 void Tradeoff::Survey::next_candidate() {
   ++candidate_;
-  knob_ = idle_ = 0;
+  refinement_ = useless_in_a_row_ = 0;
   best_ = infinity;
   growth_ = {};
   last_work_ = last_error_ = 0;

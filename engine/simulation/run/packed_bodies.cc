@@ -14,7 +14,7 @@ namespace stiefel {
 namespace {
 
 // The constants of a body do not depend on the arithmetic.
-constexpr Arithmetic either = Arithmetic::plain;
+constexpr Arithmetic any_arithmetic = Arithmetic::plain;
 
 /// Whether h m/I, or a given number of that size, and its products are 0 or far from the ends of
 /// the range, where a fused operation and its replacement give the same bits.
@@ -35,8 +35,8 @@ Packing packing_of(const Scene& scene) {
 /// Returns the inertia for the single stage of a modified body in three dimensions.
 template <class Scalar>
 DiscreteInertia3<Scalar> modified_inertia(const Scene& scene, Scalar h) {
-  const ModifiedJDInverse3<Scalar, false, either> inverse(rounded_to<Scalar>(scene.inertia()), h,
-                                                          scene.order());
+  const ModifiedJDInverse3<Scalar, false, any_arithmetic> inverse(
+      rounded_to<Scalar>(scene.inertia()), h, scene.order());
   return inverse.J(rounded_to<Scalar>(vee(scene.M())));
 }
 

@@ -25,7 +25,7 @@ class SimulationOf final : public Simulation {
         step_cost_(step_cost * substeps_),
         state_(map_.start(observables_.start(scene))),
         before_(state_) {
-    stops_inside_ = step_cost >= long_step || chooses_steps || is_large(scene);
+    stops_inside_ = step_cost >= slow_step || chooses_steps || has_long_steps(scene);
     fields_ = observables_.fields();
     block_count_ = observables_.block_count();
     state_.each([this](auto& block) { saved_size_ += static_cast<std::size_t>(block.size()); });
@@ -98,13 +98,13 @@ class SimulationOf final : public Simulation {
   double step_cost() const override { return step_cost_; }
 
  private:
-  /// Steps that take at least so many nanoseconds (5 million instructions) are long.
-  static constexpr double long_step = 1e6;
+  /// Steps that take at least so many nanoseconds (5 million instructions) are slow.
+  static constexpr double slow_step = 1e6;
   static constexpr bool chooses_steps = requires(F map) { map.attempts(); };
 
   /// Whether h‖Ω‖ > 1 at the start. An implicit method may then have to follow the solution of a
   /// step from h = 0, which takes seconds where h‖Ω‖ is a billion.
-  bool is_large(const Scene& scene) const {
+  bool has_long_steps(const Scene& scene) const {
     // a discrete system may have none
     const double h = scene.description().step.value_or(0) / substeps_;
     return std::abs(h) * rate() > 1;

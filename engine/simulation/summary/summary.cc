@@ -35,7 +35,7 @@ struct Summary::Parts {
   double step_cost = 0;  ///< nanoseconds for a step of all members, without the reading
   std::int64_t step = 0, computed_before = 0;
   std::int64_t round_end = 0;  ///< step to which the groups advance, one part of them after another
-  std::size_t ahead = 0;       ///< number of groups that have reached round_end; 0 when all have
+  std::size_t groups_at_round_end = 0;  ///< 0 also when all groups have reached it
   std::size_t next_time = 0;
   bool interrupted = false;
   std::vector<Event> events = {};
@@ -162,15 +162,16 @@ void Summary::start_at(std::int64_t step, std::span<const double> saved) {
 void Summary::advance(std::int64_t steps, std::int64_t bound, const std::stop_token& stop) {
   Parts& all = *parts_;
   const std::size_t count = all.groups.size();
-  if (all.ahead == 0) {
+  if (all.groups_at_round_end == 0) {
     constexpr auto most = std::numeric_limits<std::int64_t>::max();
     const auto times = static_cast<std::int64_t>(all.parts());
     all.round_end = all.target(steps > most / times ? most : steps * times, bound);
   }
-  const std::size_t end = std::min(count, all.ahead + all.width());
+  const std::size_t end = std::min(count, all.groups_at_round_end + all.width());
   const std::size_t first_time = all.next_time;
   const auto states = all.make_room(all.round_end);
-  const std::span part = std::span(all.groups).subspan(all.ahead, end - all.ahead);
+  const std::span part =
+      std::span(all.groups).subspan(all.groups_at_round_end, end - all.groups_at_round_end);
   const double share = static_cast<double>(part.size()) / static_cast<double>(count);
   const double nanoseconds = share * all.step_cost * static_cast<double>(all.round_end - all.step);
   for_each_in_parallel(part, nanoseconds, [&](const std::unique_ptr<MemberGroup>& group) {
@@ -181,8 +182,8 @@ void Summary::advance(std::int64_t steps, std::int64_t bound, const std::stop_to
   all.interrupted =
       std::ranges::any_of(all.groups, [](const auto& group) { return group->interrupted(); });
   if (all.interrupted) return;
-  all.ahead = end < count ? end : 0;
-  if (all.ahead == 0) all.step = all.round_end;
+  all.groups_at_round_end = end < count ? end : 0;
+  if (all.groups_at_round_end == 0) all.step = all.round_end;
 }
 
 void Summary::cancel() {
@@ -193,7 +194,7 @@ std::int64_t Summary::step() const { return parts_->step; }
 bool Summary::done() const { return parts_->done(); }
 bool Summary::interrupted() const { return parts_->interrupted; }
 std::size_t Summary::width() const { return parts_->width(); }
-bool Summary::aligned() const { return !parts_->interrupted && parts_->ahead == 0; }
+bool Summary::aligned() const { return !parts_->interrupted && parts_->groups_at_round_end == 0; }
 
 std::vector<Event> Summary::take_events() { return std::exchange(parts_->events, {}); }
 std::vector<StateAtTime> Summary::take_states() { return std::exchange(parts_->states, {}); }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/invariants/stiefel.h"
+#include "engine/linalg/lie/orthogonal.h"
 #include "engine/methods/variational.h"
 #include "tests/support/integrate.h"
 #include "tests/support/linalg/constraint_riccati_spectral.h"
@@ -89,7 +90,7 @@ TEST(RattleStiefel, WithVelocitiesIsTheSameMotion) {
     Matrix<double> x = frame.state();
     x.bottomRows(n) = frame.S * inverse;
     RattleStiefel<double, compensated> with_S(frame.lambda, n, 0.1);
-    RattleStiefel<double, compensated, Under::Qdot> with_Qdot(frame.lambda, n, 0.1);
+    RattleStiefel<double, compensated, LowerBlock::Qdot> with_Qdot(frame.lambda, n, 0.1);
     auto a = with_S.start(frame.state());
     auto b = with_Qdot.start(x);
     for (int k = 0; k < 50; ++k) {
@@ -142,7 +143,7 @@ TEST(RattleStiefel, FindsTheSolutionUpToTheEdgeOfTheDomainAndNamesTheEdge) {
         const Matrix<double> inverse = frame.lambda.cwiseInverse().asDiagonal();
         const Matrix<double> Q = frame.Q + (h * frame.S + *Y * frame.Q) * inverse;
         EXPECT_LT((inside.x.value.topRows(n) - Q).norm(), 1e-11) << h / edge;
-        EXPECT_LT(frame_defect(inside.x.value.topRows(n)), 1e-14);
+        EXPECT_LT(orthogonality_defect(inside.x.value.topRows(n)), 1e-14);
       }
     }
 }
@@ -165,7 +166,7 @@ Drift drift(int n, int N, unsigned seed, int steps) {
     double& energy = 2 * k < steps ? worst.first_half : worst.second_half;
     energy = std::max(energy, std::abs(stiefel_energy<double>(frame.lambda, S) / E - 1));
     if (k % 100 != 99) continue;
-    worst.orthogonality = std::max(worst.orthogonality, frame_defect(Q));
+    worst.orthogonality = std::max(worst.orthogonality, orthogonality_defect(Q));
     worst.momentum =
         std::max(worst.momentum, (frame_momentum<double>(Q, S) - m).norm() / frame.S.norm());
   }
@@ -208,7 +209,7 @@ TEST(RattleStiefel, KeepsLargeFramesOrthonormal) {
   const Matrix<double> m = frame_momentum<double>(frame.Q, frame.S);
   for (int k = 0; k < 500; ++k) ASSERT_TRUE(map.step(state).reached());
   const Matrix<double> Q = state.x.value.topRows(4), S = state.x.value.bottomRows(4);
-  EXPECT_LT(frame_defect(Q), 4e-15);
+  EXPECT_LT(orthogonality_defect(Q), 4e-15);
   EXPECT_LT((frame_momentum<double>(Q, S) - m).norm() / frame.S.norm(), 1e-14);
 }
 
@@ -217,7 +218,7 @@ TEST(RattleStiefel, WorksInSinglePrecision) {
   RattleStiefel<float, compensated> map(frame.lambda, 2, 0.1F);
   auto state = map.start(frame.state());
   for (int k = 0; k < 1000; ++k) ASSERT_TRUE(map.step(state).reached());
-  EXPECT_LT(frame_defect(state.x.value.topRows(2)), 1e-6F);
+  EXPECT_LT(orthogonality_defect(state.x.value.topRows(2)), 1e-6F);
 }
 
 TEST(RattleStiefel, RefusesWhatIsNotFinite) {

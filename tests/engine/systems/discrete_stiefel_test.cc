@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "engine/invariants/stiefel.h"
+#include "engine/linalg/lie/orthogonal.h"
 #include "engine/systems/stiefel.h"
 #include "tests/support/integrate.h"
 #include "tests/support/reference_cases.h"
@@ -60,7 +61,7 @@ TEST(DiscreteStiefel, SolvesItsEquation) {
   const MatrixXd B = sum * Q.transpose();
   EXPECT_LT((B - B.transpose()).norm(), 1e-13);
   EXPECT_LT((sum - B * Q).norm(), 1e-13);
-  EXPECT_LT(frame_defect(next), 1e-14);
+  EXPECT_LT(orthogonality_defect(next), 1e-14);
 }
 
 TEST(DiscreteStiefel, KeepsItsInvariants) {
@@ -81,7 +82,7 @@ TEST(DiscreteStiefel, KeepsItsInvariants) {
     const auto coefficients = of(lax);
     for (int k = 0; k < 20'000; ++k) ASSERT_TRUE(map.step(state).reached());
     EXPECT_LT((of(momentum) - m).norm(), 1e-12);
-    EXPECT_LT(frame_defect(state.x.value.bottomRows(n)), 1e-13);
+    EXPECT_LT(orthogonality_defect(state.x.value.bottomRows(n)), 1e-13);
     const auto now = of(lax);
     for (std::size_t k = 0; k < now.size(); ++k)
       for (std::size_t j = 0; j < now[k].size(); ++j)

@@ -26,8 +26,8 @@ Quaternion product(const Quaternion& a, const Quaternion& b) {
 }
 Quaternion conjugate(const Quaternion& q) { return {q(0), -q(1), -q(2), -q(3)}; }
 
-/// Returns (q; m) in the axes that r turns to the axes of x: (q∘r; r* m r).
-WidePoint told_in(const Quaternion& r, const WidePoint& x) {
+/// Returns (q; m) in the axes of x turned by r, which are the vectors r e_i r*: (q∘r; r* m r).
+WidePoint in_axes_turned_by(const Quaternion& r, const WidePoint& x) {
   WidePoint y;
   y << product(x.head<4>(), r), rotation_matrix<Wide>(r).transpose() * x.tail<3>();
   return y;
@@ -38,9 +38,9 @@ class TopInScene {
  public:
   TopInScene(const ExtendedBody& body, WidePoint start) : to_scene_(conjugate(body.axes)) {
     start.tail<3>() += body.momentum_tail;
-    motion_.emplace(body.inertia, told_in(body.axes, start));
+    motion_.emplace(body.inertia, in_axes_turned_by(body.axes, start));
   }
-  WidePoint at(Wide t) const { return told_in(to_scene_, motion_->at(t)); }
+  WidePoint at(Wide t) const { return in_axes_turned_by(to_scene_, motion_->at(t)); }
 
  private:
   Quaternion to_scene_;

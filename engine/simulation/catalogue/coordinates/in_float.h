@@ -19,13 +19,13 @@ inline void offer_in_float(SystemInfo& info) {
   });
 }
 
-/// States in single precision, for HeldAs.
+/// States in single precision, for StoredAs.
 template <class Wide_>
 struct SinglePrecision {
   using Wide = Wide_;
   using Point = Eigen::Matrix<float, Wide::RowsAtCompileTime, Wide::ColsAtCompileTime>;
-  static Point held(const Wide& x) { return rounded_to<float>(x); }
-  static Wide wide(const Point& x) { return x.template cast<double>(); }
+  static Point to_stored(const Wide& x) { return rounded_to<float>(x); }
+  static Wide to_wide(const Point& x) { return x.template cast<double>(); }
 };
 
 }  // namespace stiefel

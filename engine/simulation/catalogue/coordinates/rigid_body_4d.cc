@@ -2,29 +2,29 @@
 
 #include "engine/simulation/catalogue/families/rigid_body_data.h"
 #include "engine/simulation/catalogue/families/rigid_body_observables.h"
-#include "engine/simulation/stepping/held_as.h"
 #include "engine/simulation/stepping/simulate.h"
+#include "engine/simulation/stepping/stored_as.h"
 
 namespace stiefel {
 namespace {
 
 using MethodsInSo4 = MethodsThat<&MethodTraits::in_so4>;
 
-/// The coordinates of So4 as a form for HeldAs.
+/// The coordinates of So4 as a form for StoredAs.
 template <class Scalar, bool frame>
 struct Coordinates {
   using Space = So4<Scalar, frame>;
   using Wide = Eigen::MatrixXd;  ///< Q over M
   using Point = typename Space::State;
 
-  static Point held(const Wide& x) {
+  static Point to_stored(const Wide& x) {
     Eigen::Matrix<double, Point::RowsAtCompileTime, 1> out;
     if constexpr (frame) out.template head<16>() = x.topRows(4).reshaped();
     for (int k = 0; k < 6; ++k)
       out(Space::first + k) = x(x.rows() - 4 + skew4_rows[k], skew4_columns[k]);
     return rounded_to<Scalar>(out);
   }
-  static Wide wide(const Point& x) {
+  static Wide to_wide(const Point& x) {
     Wide out = Wide::Zero(frame ? 8 : 4, 4);
     if constexpr (frame) out.topRows(4).reshaped() = x.template head<16>().template cast<double>();
     for (int k = 0; k < 6; ++k) {
@@ -39,7 +39,7 @@ struct Coordinates {
 template <class Scalar, bool frame>
 auto observables(const Scene& scene) {
   using Observables = RigidBodyObservables<SoN<double>>;
-  return HeldAs<Coordinates<Scalar, frame>, Observables>(Observables(scene));
+  return StoredAs<Coordinates<Scalar, frame>, Observables>(Observables(scene));
 }
 
 template <class Scalar, bool frame>

@@ -1,8 +1,8 @@
 #include "engine/simulation/catalogue/coordinates/in_float.h"
 #include "engine/simulation/catalogue/families/rigid_body_data.h"
 #include "engine/simulation/catalogue/families/rigid_body_observables.h"
-#include "engine/simulation/stepping/held_as.h"
 #include "engine/simulation/stepping/simulate.h"
+#include "engine/simulation/stepping/stored_as.h"
 #include "engine/systems/rigid_body.h"
 
 namespace stiefel {
@@ -11,9 +11,9 @@ namespace {
 template <class Space, class Wide>
 std::unique_ptr<Simulation> make_in(const Scene& scene) {
   using Observables = RigidBodyObservables<Wide>;
-  using Held = HeldAs<SinglePrecision<typename Observables::Point>, Observables>;
+  using Stored = StoredAs<SinglePrecision<typename Observables::Point>, Observables>;
   return simulate<MethodsInFloat>(scene, RigidBody<Space>(rounded_to<float>(scene.inertia())),
-                                  Held(Observables(scene)), rigid_body_cost(scene.dimension()));
+                                  Stored(Observables(scene)), rigid_body_cost(scene.dimension()));
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 
 #include "engine/invariants/rigid_body.h"
 #include "engine/invariants/symmetric_rigid_body.h"
-#include "engine/linalg/matrix_equations/inverse_inertia.h"
+#include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/simulation/stepping/at_rest.h"
 #include "stiefel/invariant_names.h"
 

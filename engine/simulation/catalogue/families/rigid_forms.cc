@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "engine/linalg/lie/orthogonal.h"
-#include "engine/linalg/matrix_equations/inverse_inertia.h"
+#include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "stiefel/invariant_names.h"
 
 namespace stiefel {
