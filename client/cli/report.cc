@@ -16,7 +16,7 @@ std::string without(std::string_view prefix, std::string name) {
   return name.starts_with(prefix) ? name.substr(prefix.size()) : name;
 }
 
-/// The estimated error, or the reason why there is none.
+/// Returns the estimated error, or the reason why there is none.
 nlohmann::ordered_json to_json(const v1::EstimatedError& error) {
   nlohmann::ordered_json out = nlohmann::ordered_json::object();
   if (error.has_attitude()) out["attitude"] = error.attitude();

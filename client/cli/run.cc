@@ -14,7 +14,7 @@ namespace {
 
 std::int64_t every(const RunCommand& command) {
   if (command.every) return *command.every;
-  // The server refuses a range that is empty or begins below 0.
+  // The server refuses a wrong range, whatever `every` is.
   if (command.from < 0 || command.to <= command.from) return 1;
   const std::int64_t steps = command.to - command.from;
   return steps < max_default_samples ? 1 : steps;

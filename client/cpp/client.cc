@@ -135,7 +135,7 @@ void Client::tradeoff(const v1::MeasureTradeoffRequest& request,
     if (!wanted) context.TryCancel();
     const grpc::Status status = reader->Finish();
     if (status.ok() || !wanted) return;
-    // Once points have arrived, a retry would send them again, with other times.
+    // Once parts have arrived, a retry would measure everything again, with other times.
     if (begun || !waiting.allows_another(status)) throw connection_->error(status);
   }
 }

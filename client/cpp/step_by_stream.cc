@@ -5,7 +5,7 @@
 namespace stiefel::client {
 namespace {
 
-/// The last sample of a batch.
+/// Copies the last sample of a batch into `sample`.
 void copy_last_sample(const v1::StreamResponse& batch, v1::Sample* sample) {
   sample->Clear();
   const int samples = batch.steps_size();

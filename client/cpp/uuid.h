@@ -4,7 +4,7 @@
 
 namespace stiefel::client {
 
-/// A random UUID (version 4).
+/// Returns a random UUID (version 4).
 std::string make_uuid();
 
 }  // namespace stiefel::client

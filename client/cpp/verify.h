@@ -7,8 +7,8 @@
 
 namespace stiefel::client {
 
-/// Throws CorruptReply if the message has a checksum and its numbers have another one. `what` names
-/// the message: "the sample of step 5".
+/// Throws CorruptReply if the message has a checksum that its numbers do not match. `what` names
+/// the message in the error: "the sample of step 5".
 template <class Message>
 void verify(const Message& message, const std::string& what) {
   if (!message.has_checksum() || wire::checksum(message) == message.checksum()) return;

@@ -24,7 +24,7 @@ from stiefel.version import __version__
 
 _OPTIONS = [
     ("grpc.initial_reconnect_backoff_ms", 50),
-    ("grpc.min_reconnect_backoff_ms", 5000),  # the time that gRPC gives each attempt to connect
+    ("grpc.min_reconnect_backoff_ms", 5000),  # the least time that gRPC gives an attempt to connect
     ("grpc.max_reconnect_backoff_ms", 1000),
 ]
 
