@@ -27,12 +27,6 @@ bool routable(const std::string& id) {
   });
 }
 
-bool refuses_checkpoint(const Error& error) {
-  return error.reason().starts_with("CHECKPOINT_") ||
-         std::ranges::any_of(error.violations(),
-                             [](const auto& v) { return v.field == "checkpoint"; });
-}
-
 std::string entry(const std::map<std::string, std::string>& metadata, const std::string& key) {
   const auto found = metadata.find(key);
   return found == metadata.end() ? "" : found->second;
@@ -118,6 +112,12 @@ void Recreation::create(const SceneSource& source, const Deadline& deadline) {
   v1::DeleteSessionRequest deletion;
   deletion.set_session_id(session_id_);
   connection_->call(&Stub::DeleteSession, deletion, timeout, &once);
+}
+
+bool Recreation::refuses_checkpoint(const Error& error) {
+  return error.reason().starts_with("CHECKPOINT_") ||
+         std::ranges::any_of(error.violations(),
+                             [](const auto& v) { return v.field == "checkpoint"; });
 }
 
 Recreation::SceneSource Recreation::scene() const {

@@ -1,5 +1,7 @@
 #include "client/cpp/scene_arrays.h"
 
+#include <utility>
+
 #include "client/cpp/verify.h"
 
 namespace stiefel::client {
@@ -19,8 +21,9 @@ Fields scene_arrays(const Connection& connection, const std::string& session_id,
     const auto reader = connection.stub->Stream(&context, request);
     Assembly arrays;
     v1::StreamResponse message;
-    bool complete = false;
+    bool complete = false, answered = false;
     while (!complete && reader->Read(&message)) {
+      if (!std::exchange(answered, true)) routing.check_build(context, false);
       verify(message, "an array of the scene");
       arrays.take(message.mutable_scene_arrays());
       complete = message.steps_size() > 0;

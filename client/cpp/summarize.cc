@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <utility>
+
 #include "client/cpp/assembly.h"
 #include "client/cpp/verify.h"
 #include "stiefel/client/session.h"
@@ -5,27 +8,49 @@
 namespace stiefel::client {
 namespace {
 
-/// Reads one stream of a Summarize: passes whole events and states to the receiver and keeps
+template <class Numbers>
+void drop_first(Numbers* numbers, int count) {
+  if (!numbers->empty()) numbers->erase(numbers->begin(), numbers->begin() + count);
+}
+
+/// Removes the first of the `rows` rows of each array.
+void drop_first_rows(Fields* arrays, int count, int rows) {
+  if (count == 0) return;
+  for (v1::Field& array : *arrays) {
+    v1::Tensor& value = *array.mutable_value();
+    const std::size_t row = value.data().size() / static_cast<std::size_t>(rows);
+    value.mutable_data()->erase(0, row * static_cast<std::size_t>(count));
+    if (value.shape_size() > 0) value.set_shape(0, static_cast<std::uint64_t>(rows - count));
+  }
+}
+
+/// Reads the streams of one Summarize: passes every event and state to the receiver once, and keeps
 /// statistics and the last checkpoint.
 class Reading {
  public:
   Reading(v1::SummarizeRequest& request, const Session::SummaryReceiver& receive)
-      : request_(request), receive_(receive) {}
+      : request_(request), given_(request.checkpoint()), receive_(receive) {}
+
+  /// Prepares for the messages of a new stream, which begins at the request's checkpoint.
+  void begin() {
+    statistics_ = fields_ = {};
+    checkpoint_.clear();
+    seen_ = at_checkpoint_;
+  }
 
   /// Returns false when the receiver ends the call.
   bool take(v1::SummarizeResponse& message) {
     verify(message, "a message of the summary");
     statistics_.take(message.mutable_statistics());
-    if (message.has_checkpoint()) take_checkpoint(message.checkpoint());
-    auto* fields = message.has_events()   ? message.mutable_events()->mutable_fields()
-                   : message.has_states() ? message.mutable_states()->mutable_fields()
-                                          : nullptr;
-    if (fields != nullptr) {
+    if (message.has_events() || message.has_states()) {
+      Fields* const fields = message.has_events() ? message.mutable_events()->mutable_fields()
+                                                  : message.mutable_states()->mutable_fields();
       fields_.take(fields);
       if (message.continues()) return true;
       *fields = fields_.finish();
-      handed_out_ = true;
+      drop_passed_on(message);
     }
+    if (message.has_checkpoint()) take_checkpoint(message.checkpoint());
     if (message.has_price()) price_ = message.price();
     const bool wanted = !receive_ || receive_(message);
     if (message.has_run_status()) {
@@ -38,28 +63,72 @@ class Reading {
     return wanted;
   }
 
-  /// Whether a new stream for `request_` would pass nothing to the receiver twice.
-  bool may_begin_again() const { return !handed_out_; }
+  /// Returns whether the error is the refusal of a checkpoint that an earlier stream sent. The
+  /// request then has the caller's checkpoint again.
+  bool begins_anew_after(const Error& error) {
+    if (request_.checkpoint() == given_ || !Recreation::refuses_checkpoint(error)) return false;
+    request_.set_checkpoint(given_);
+    at_checkpoint_ = {};
+    return true;
+  }
+
   v1::SummarizeResponse& last() { return last_; }
 
  private:
+  /// Numbers of events and of states.
+  struct Counts {
+    std::int64_t events = 0, states = 0;
+  };
+
+  /// Removes from a message the events and states that an earlier stream brought.
+  void drop_passed_on(v1::SummarizeResponse& message) {
+    if (message.has_events()) {
+      v1::EventBatch& events = *message.mutable_events();
+      const int count = events.steps_size(), old = old_of(count, seen_.events, passed_on_.events);
+      drop_first(events.mutable_events(), old);
+      drop_first(events.mutable_steps(), old);
+      drop_first(events.mutable_fractions(), old);
+      drop_first(events.mutable_times(), old);
+      drop_first(events.mutable_members(), old);
+      drop_first_rows(events.mutable_fields(), old, count);
+      if (old == count) message.clear_events();
+    } else {
+      v1::StateBatch& states = *message.mutable_states();
+      const int count = states.steps_size(), old = old_of(count, seen_.states, passed_on_.states);
+      drop_first(states.mutable_steps(), old);
+      drop_first(states.mutable_times(), old);
+      drop_first_rows(states.mutable_fields(), old, count);
+      if (old == count) message.clear_states();
+    }
+  }
+
+  /// Counts a batch, and returns how many of it were passed on before.
+  static int old_of(int count, std::int64_t& seen, std::int64_t& passed_on) {
+    const auto old = std::clamp<std::int64_t>(passed_on - seen, 0, count);
+    seen += count;
+    passed_on = std::max(passed_on, seen);
+    return static_cast<int>(old);
+  }
+
   void take_checkpoint(const v1::CheckpointPart& part) {
     if (part.offset() != checkpoint_.size())
       throw CorruptReply("a part of the checkpoint of step " + std::to_string(part.step()) +
                          " is missing");
     checkpoint_ += part.data();
     if (checkpoint_.size() < part.size()) return;
-    request_.set_checkpoint(std::move(checkpoint_));
-    checkpoint_.clear();
-    handed_out_ = false;
+    request_.set_checkpoint(std::exchange(checkpoint_, {}));
+    at_checkpoint_ = seen_;
   }
 
   v1::SummarizeRequest& request_;
+  const std::string given_;  // the caller's checkpoint
   const Session::SummaryReceiver& receive_;
   Assembly statistics_, fields_;
   std::string checkpoint_;
+  Counts passed_on_;      // by all streams
+  Counts seen_;           // up to where the present stream is
+  Counts at_checkpoint_;  // up to the request's checkpoint
   v1::Price price_;
-  bool handed_out_ = false;
   v1::SummarizeResponse last_;
 };
 
@@ -70,20 +139,29 @@ v1::SummarizeResponse Session::summarize(v1::SummarizeRequest request,
   request.set_session_id(id());
   request.set_checksum(connection_->options.checksums);
   const Deadline deadline(connection_->options.compute_timeout);
+  Reading reading(request, receive);
+  auto recoveries = connection_->patience_to_recover(deadline);
   for (auto waiting = connection_->patience(deadline);;) {
-    Reading reading(request, receive);
+    reading.begin();
     grpc::ClientContext context;
     deadline.limit(context);
+    recreation_->route(context);
     const CancelOnStop cancel(connection_->options.stop, context);
     const auto reader = connection_->stub->Summarize(&context, request);
     v1::SummarizeResponse message;
-    bool wanted = true;
-    while (wanted && reader->Read(&message)) wanted = reading.take(message);
+    bool wanted = true, answered = false;
+    while (wanted && reader->Read(&message)) {
+      if (!std::exchange(answered, true)) recreation_->check_build(context, false);
+      wanted = reading.take(message);
+    }
     if (!wanted) context.TryCancel();
     const grpc::Status status = reader->Finish();
     if (status.ok() || !wanted) return std::move(reading.last());
-    if (!reading.may_begin_again() || !waiting.allows_another(status))
-      throw connection_->error(status);
+    recreation_->check_build(context, true);
+    const Error error = connection_->error(status);
+    if (reading.begins_anew_after(error)) continue;
+    if (!waiting.allows_another(status) && !recreation_->recovers(error, deadline, recoveries))
+      throw error;
   }
 }
 

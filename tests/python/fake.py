@@ -133,6 +133,14 @@ class Fake(SimulationServiceServicer):
             threading.Event().wait(self.pause)  # which nobody patches
             yield self.spoil(with_checksum(message) if request.checksum else message)
 
+    def MeasureTradeoff(self, request, context):
+        """Two parts, with the number of this call as the steps that the first one tells of."""
+        self._receive(request, context)
+        yield pb.MeasureTradeoffResponse(setup=pb.TradeoffSetup(steps=len(self.requests)))
+        if self.failures:
+            context.abort(grpc.StatusCode.UNAVAILABLE, "on purpose")
+        yield pb.MeasureTradeoffResponse()
+
     def _messages(self, request):
         """Ten samples a message, or four numbers; the last has the run status alone."""
         start, every = getattr(request, "from"), request.every or 1

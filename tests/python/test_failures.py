@@ -211,6 +211,21 @@ def test_a_stream_and_a_drive_that_are_refused_go_on(service, session):
         assert drive.step(6).step == 6
 
 
+def test_a_measurement_is_made_again_until_a_part_has_come(service, session):
+    measure = session._client.tradeoff_parts
+    service.requests.clear()
+    service.failures = [fake.refusal(0.001), UNAVAILABLE]
+    assert [part.setup.steps for part in measure({"system": "rigid_body"})] == [3, 0]
+    service.failures = [fake.refusal()]
+    with pytest.raises(stiefel.ResourceExhausted):
+        list(measure({}))
+    service.requests.clear()
+    service.failures = [0]  # after the first part
+    with pytest.raises(stiefel.Unavailable):
+        list(measure({}))
+    assert len(service.requests) == 1
+
+
 def test_details_that_cannot_be_read_are_left_out():
     error = stiefel.errors.make_error(13, "told", b"\xff\xff no message")
     assert isinstance(error, stiefel.Internal) and str(error) == "told" and error.violations == ()

@@ -177,13 +177,23 @@ class Client:
         """Measures as `tradeoff` does and yields each part of the answer when it arrives. Leaving the iteration ends
         the measurement."""
         request = pb.MeasureTradeoffRequest(scene=to_message(scene), horizon=horizon, budget=budget, repeats=repeats)
-        stream = self.stub.MeasureTradeoff(request, timeout=self.deadline(timeout))
-        try:
-            yield from stream
-        except grpc.RpcError as failure:
-            raise self.error(failure) from None
-        finally:
-            stream.cancel()
+        deadline, waits = calls.Deadline(self.deadline(timeout)), calls.Pauses()
+        begun = False
+        while True:
+            try:
+                stream = self.stub.MeasureTradeoff(request, timeout=deadline.left())
+                try:
+                    for part in stream:
+                        begun = True
+                        yield part
+                    return
+                finally:
+                    stream.cancel()
+            except (grpc.RpcError, ValueError) as failure:
+                error = self.error(failure)
+            if begun:  # a retry would measure everything again, with other times
+                raise error from None
+            calls.pause_or_raise(error, waits, self, deadline)
 
     def call(self, method: str, request: Any, timeout: Optional[float] = None, metadata: Metadata = ()) -> Any:
         """Makes a unary call by name, with this package's deadlines, retries and exceptions."""

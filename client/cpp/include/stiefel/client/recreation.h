@@ -57,6 +57,8 @@ class Recreation {
   /// gone. Returns whether it did so: false if this handle must not create it, or if `pauses` are
   /// used up. Throws Error.
   bool recovers(const Error& error, const Deadline& deadline, Patience& pauses);
+  /// Returns whether a server did not take the checkpoint of a request.
+  static bool refuses_checkpoint(const Error& error);
   /// Call this before deleting the session: the handle never creates it again, and later calls
   /// throw SESSION_DELETED.
   void end();

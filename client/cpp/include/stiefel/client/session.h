@@ -65,8 +65,8 @@ class Session {
   /// `receive` gets events and states as they come, each batch whole, and ends the call by
   /// returning false. Returns the last message with all statistics and the data of the last
   /// checkpoint that came; an empty message if the receiver ended the call. A call that breaks is
-  /// resumed from its last checkpoint, or begins again, unless events or states would come twice.
-  /// Throws Error.
+  /// resumed from its last checkpoint, or begins again; if necessary the session is created again.
+  /// `receive` gets every event and state once. Throws Error.
   using SummaryReceiver = std::function<bool(const v1::SummarizeResponse&)>;
   v1::SummarizeResponse summarize(v1::SummarizeRequest request,
                                   const SummaryReceiver& receive = {}) const;
