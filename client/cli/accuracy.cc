@@ -21,11 +21,11 @@ std::string invariants_kept(const v1::DiagnoseResponse& diagnosis) {
 
 /// Returns the error of the attitude or the momentum. If the estimate does not give it, the error
 /// is below twice that of the reference.
-std::string error_of(const std::string& what, bool told, double error,
-                     const v1::EstimatedError& of) {
+std::string error_of(const std::string& what, bool known, double error,
+                     const v1::EstimatedError& estimate) {
   std::string text = what;
-  text += told ? " " : " below ";
-  return text + brief(told ? error : 2 * of.reference_error());
+  text += known ? " " : " below ";
+  return text + brief(known ? error : 2 * estimate.reference_error());
 }
 
 std::string estimated(const v1::EstimatedError& error) {

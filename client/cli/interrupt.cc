@@ -24,8 +24,8 @@ std::stop_source& source() {
 
 /// Ends the process. The first thread that calls it does so; all others wait forever.
 void end(int signal, const std::string& how_far) {
-  static std::atomic<bool> run_status = false;
-  if (run_status.exchange(true)) {
+  static std::atomic<bool> ending = false;
+  if (ending.exchange(true)) {
     while (true) pause();
   }
   remove_partial_files();

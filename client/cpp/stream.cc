@@ -22,10 +22,10 @@ Stream::Stream(std::shared_ptr<const Connection> connection, std::string session
   request_.set_every(range.every);
   request_.mutable_fields()->Assign(range.fields.begin(), range.fields.end());
   request_.set_return_checkpoint(range.return_checkpoint);
-  const std::int64_t own = recreation_->checkpoint_every();
-  request_.set_checkpoint_every(range.checkpoint_every == 0 || own == 0
-                                    ? std::max(range.checkpoint_every, own)
-                                    : std::min(range.checkpoint_every, own));
+  const std::int64_t recreation_every = recreation_->checkpoint_every();
+  request_.set_checkpoint_every(range.checkpoint_every == 0 || recreation_every == 0
+                                    ? std::max(range.checkpoint_every, recreation_every)
+                                    : std::min(range.checkpoint_every, recreation_every));
   request_.set_checksum(connection_->options.checksums);
   open();
 }

@@ -126,6 +126,22 @@ class Run {
       if (reply.invariants_size() != 1 || !(reply.invariants(0).drift() < 1e-9)) ++differing_;
     });
   }
+  void summaries() {
+    repeat("summarize", [&](auto& session) {
+      v1::SummarizeRequest request;
+      request.set_from(from_);
+      request.set_to(any());
+      for (const char* block : {"Q", "M"}) {
+        auto* quantity = request.add_quantities();
+        quantity->set_name(block);
+        quantity->add_statistics(v1::STATISTIC_LAST);
+      }
+      const auto reply = session.summarize(request);
+      std::string found;
+      for (int i = 0; i < 2; ++i) found += reply.statistics(i).value().data();
+      compare(found, request.to());
+    });
+  }
   /// A deleted session is there for no later call of its handle.
   void deletions() {
     while (!over()) {
@@ -149,8 +165,8 @@ class Run {
     end_ = Time::now() +
            std::chrono::duration_cast<Time::duration>(std::chrono::duration<double>(seconds));
     std::vector<std::jthread> threads;
-    for (const auto kind :
-         {&Run::steps, &Run::drives, &Run::streams, &Run::forks, &Run::diagnoses, &Run::deletions})
+    for (const auto kind : {&Run::steps, &Run::drives, &Run::streams, &Run::forks, &Run::diagnoses,
+                            &Run::summaries, &Run::deletions})
       threads.emplace_back([this, kind] { (this->*kind)(); });
   }
   nlohmann::json report() const {

@@ -45,7 +45,7 @@ def use_for(seconds: float, cluster: Any, folder: Path, first: int, monkeypatch:
           f"batches above 20 ms, p99 {slow:.2f} s, longest {max(in_cpp['pauses'], default=0):.2f} s")
     assert (use.lost[:9], in_cpp["lost"][:9]) == ([], [])
     assert cluster.kills >= seconds / 4
-    for kind in ("step", "stream", "drive", "fork", "diagnose", "create", "delete"):
+    for kind in ("step", "stream", "drive", "fork", "diagnose", "summarize", "create", "delete"):
         assert use.calls[kind] > 0 and in_cpp["calls"][kind] > 0, kind
     assert (use.differing, in_cpp["differing"]) == (0, 0)
     assert (use.back, in_cpp["back"]) == (0, 0)

@@ -56,7 +56,7 @@ class Use:
     def run(self, seconds: float) -> None:
         self._end = time.monotonic() + seconds
         threads = [threading.Thread(target=self._work, args=(kind,)) for kind in
-                   (self._steps, self._streams, self._drives, self._forks, self._diagnoses, self._deletions)]
+                   (self._steps, self._streams, self._drives, self._forks, self._diagnoses, self._summaries, self._deletions)]
         for thread in threads:
             thread.start()
         for thread in threads:
@@ -144,6 +144,15 @@ class Use:
             diagnosis = self._call("diagnose", lambda: session.diagnose(self._any(), "energy"))
             if diagnosis is not None and not diagnosis.invariants[0].drift < 1e-9:
                 self.differing += 1
+
+    def _summaries(self, client: stiefel.Client) -> None:
+        session = self._create(client)
+        last = {"Q": "last", "M": "last"}
+        while not self._over():
+            step = self._any()
+            summary = self._call("summarize", lambda: session.summarize(step, last, start=self.first))
+            if summary is not None:
+                self._same(step, {block: summary[block]["last"] for block in last})
 
     def _deletions(self, client: stiefel.Client) -> None:
         """A deleted session is there for no later call of its handle."""

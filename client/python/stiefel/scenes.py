@@ -18,7 +18,7 @@ from stiefel.mappings import parse
 
 _LISTS = {"inertia", "inertia_u", "inertia_v", "inertia_tensor", "moments", "attitude",
           "angular_velocity"}
-_LARGE = 4096  # numbers; a larger array travels as bytes
+LARGE = 4096  # numbers; a larger array travels as bytes
 
 SceneLike = Union[Mapping[str, Any], str, "os.PathLike[str]", pb.Scene]
 
@@ -47,7 +47,7 @@ def to_message(scene: SceneLike) -> pb.Scene:
     message = pb.Scene()
     parse(_in_json(description), message, "scene")
     for name, block in tensors.items():
-        _set_tensor(message.initial_tensors[name], block)
+        set_tensor(message.initial_tensors[name], block)
     return message
 
 
@@ -120,10 +120,11 @@ def _in_json(value: Any) -> Any:
 
 
 def _is_large(block: Any) -> bool:
-    return isinstance(block, np.ndarray) and block.ndim in (2, 3) and block.size > _LARGE
+    return isinstance(block, np.ndarray) and block.ndim in (2, 3) and block.size > LARGE
 
 
-def _set_tensor(tensor: pb.Tensor, block: NDArray[Any]) -> None:
+def set_tensor(tensor: pb.Tensor, block: NDArray[Any]) -> None:
+    """Writes an array into an empty message."""
     is_complex = np.iscomplexobj(block)
     tensor.shape.extend(block.shape)
     tensor.data_type = (pb.DATA_TYPE_COMPLEX128 if is_complex

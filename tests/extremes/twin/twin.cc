@@ -21,7 +21,7 @@ namespace {
 
 /// Returns whether a method rotates M as a whole, so that it represents elements of M to u‖M‖;
 /// other methods represent each element to a relative u.
-bool holds_M_as_a_whole(const std::string& method) {
+bool rounds_M_as_a_whole(const std::string& method) {
   for (const char* name : {"munthe_kaas4", "crouch_grossman3", "implicit_midpoint", "gauss4"})
     if (method == name) return true;
   return false;
@@ -52,7 +52,7 @@ double condition(const Scene& scene, std::int64_t steps) {
   for (const unsigned seed : {1u, 2u}) {
     const auto moved = end_of(make_twin(scene, part, seed), steps);
     largest = std::max(largest, error_of(moved, end).largest() / part);
-    if (!holds_M_as_a_whole(scene.method())) continue;
+    if (!rounds_M_as_a_whole(scene.method())) continue;
     const auto as_a_whole = end_of(make_twin(with_M_moved(scene, part_of_M, seed)), steps);
     largest = std::max(largest, error_of(as_a_whole, end).largest() / part_of_M);
   }

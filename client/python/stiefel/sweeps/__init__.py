@@ -107,7 +107,7 @@ def _run(plan: Plan, workers: Workers, failures: Failures, store: Optional[Any],
 
         try:
             run_chunks(plan, [k for k in range(len(plan.chunks)) if k not in done], workers, failures, take,
-                       kept.place if kept and workers.elsewhere else lambda chunk: None, take_written)
+                       kept.place if kept and workers.in_other_processes else lambda chunk: None, take_written)
         except SweepFailed as error:
             raise _completed(error, len(done), len(plan.chunks), result() if done else None, kept is not None) from error.__cause__
     return result()

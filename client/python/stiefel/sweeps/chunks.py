@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from stiefel import v1 as pb
 from stiefel.resolved import matrix
-from stiefel.scenes import to_array
+from stiefel.scenes import LARGE, set_tensor, to_array
 from stiefel.arrays import decode
 from stiefel.sweeps.axes import owner_of
 from stiefel.sweeps.shared_store import Place
@@ -107,13 +107,10 @@ def _put(scene: pb.Scene, path: str, array: NDArray[Any]) -> None:
         block = path[len("initial."):]
         scene.initial.pop(block, None)
         scene.initial_tensors.pop(block, None)
-        if array.size <= 4096:
+        if array.size <= LARGE:
             scene.initial[block].CopyFrom(matrix(array))
-            return
-        tensor, is_complex = scene.initial_tensors[block], np.iscomplexobj(array)
-        tensor.shape.extend(array.shape)
-        tensor.data_type = pb.DATA_TYPE_COMPLEX128 if is_complex else pb.DATA_TYPE_FLOAT64
-        tensor.data = np.ascontiguousarray(array, "<c16" if is_complex else "<f8").tobytes()
+        else:
+            set_tensor(scene.initial_tensors[block], array)
         return
     owner, name = owner_of(scene, path)
     owner.ClearField(name)

@@ -9,7 +9,7 @@ from typing import Any, Callable, Optional, Sequence, Union
 from stiefel.client import Client
 from stiefel.errors import InvalidArgument, Violation
 from stiefel.sweeps.chunks import Task
-from stiefel.sweeps.failures import FRUITLESS, LostServer
+from stiefel.sweeps.failures import MOST_FRUITLESS, LostServer
 from stiefel.sweeps.own_server import TIMEOUT, OwnServer, Share
 from stiefel.sweeps.resolution import Question, Resolved, answer, answer_at
 from stiefel.sweeps.worker import compute, compute_at
@@ -25,11 +25,11 @@ Given = Union[Executor, Callable[[], Executor]]
 class Workers:
     """Gives tasks to an executor. Replaces a broken process pool by one with the same arguments."""
 
-    elsewhere = True  #: whether tasks run in other processes, which may write to a store
+    in_other_processes = True  #: whether tasks run in other processes, which may write to a store
 
     def __init__(self, executor: Given):
         self._make = None if isinstance(executor, Executor) else executor
-        self._mine = not isinstance(executor, Executor)
+        self._owned = not isinstance(executor, Executor)
         self._executor: Any = executor if isinstance(executor, Executor) else executor()
         self._broken = 0
         if not callable(getattr(self._executor, "submit", None)):
@@ -61,18 +61,18 @@ class Workers:
         if not isinstance(error, BrokenExecutor) or not _is_broken(self._executor):
             return True
         self._broken += 1
-        if self._broken >= FRUITLESS:
+        if self._broken >= MOST_FRUITLESS:
             return False
         make = self._make or _like(self._executor)
         if make is None:
             return False
-        if self._mine:
+        if self._owned:
             self._executor.shutdown(wait=False)
-        self._executor, self._mine = make(), True
+        self._executor, self._owned = make(), True
         return True
 
     def close(self) -> None:
-        if self._mine:
+        if self._owned:
             self._executor.shutdown(wait=True)
 
     def _submit(self, function: Callable[..., Any], argument: Any) -> "Future[Any]":
@@ -102,7 +102,7 @@ def _like(executor: Any) -> Optional[Callable[[], Executor]]:
 class Servers(Workers):
     """Gives tasks to running servers, which threads of this process call. Each server gets a few calls at a time."""
 
-    elsewhere = False
+    in_other_processes = False
 
     def __init__(self, servers: Sequence[Union[str, Client]]):
         if isinstance(servers, str) or not servers or not all(isinstance(one, (str, Client)) for one in servers):
@@ -139,7 +139,7 @@ class Servers(Workers):
 class Here(Workers):
     """Gives tasks to a server that this process starts, with `threads` threads; 0 or None: all cores."""
 
-    elsewhere = False
+    in_other_processes = False
 
     def __init__(self, threads: Optional[int]):
         self._share = Share(threads or 0)

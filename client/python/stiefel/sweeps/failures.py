@@ -10,7 +10,7 @@ import grpc
 from stiefel.errors import InvalidArgument, StiefelError, Violation
 
 ATTEMPTS = 16  #: after so many dead workers a chunk is given up
-FRUITLESS = 8  #: after so many broken pools without a finished chunk in between the executor is given up
+MOST_FRUITLESS = 8  #: after so many broken pools without a finished chunk in between the executor is given up
 # Exceptions that mean that a worker died, not that the task is wrong; by name, because Dask, Ray and loky may be
 # absent.
 _DEAD = {"KilledWorker", "WorkerCrashedError", "NodeDiedError", "RayActorError", "ActorDiedError", "ObjectLostError",
