@@ -3,9 +3,7 @@
 #include <gmock/gmock.h>
 #include <grpcpp/grpcpp.h>
 
-#include <algorithm>
 #include <optional>
-#include <vector>
 
 #include "client/cpp/uuid.h"
 #include "server/server.h"
@@ -112,44 +110,6 @@ TEST_F(RecreationTest, ItGoesBackFromAnEarlierCheckpoint) {
   auto drive = other.drive();
   EXPECT_EQ(drive.step(8003).computed_steps(), 3);
   EXPECT_EQ(drive.step(9501).computed_steps(), 1);
-}
-
-/// The events of a summary that loses its server after the first batch, and the same events without
-/// the loss: all of them once, in their order, with a checkpoint on the way and without.
-TEST_F(RecreationTest, ASummaryPassesEveryEventOnOnce) {
-  const auto session = client_.create(tumbling());
-  v1::SummarizeRequest request;
-  request.set_to(500'000);
-  auto* event = request.add_events();
-  event->set_field("M");
-  for (int i = 0; i < 9; ++i) event->add_coefficients(i == 1 ? 1 : 0);
-  request.add_fields("M");
-  struct Found {
-    std::vector<double> times;
-    std::string M;
-    bool operator==(const Found&) const = default;
-  };
-  const auto find = [&](bool lose) {
-    Found found;
-    int batches = 0;
-    const auto end = session.summarize(request, [&](const v1::SummarizeResponse& message) {
-      if (!message.has_events()) return true;
-      const auto& times = message.events().times();
-      found.times.insert(found.times.end(), times.begin(), times.end());
-      found.M += message.events().fields(0).value().data();
-      if (++batches == 2 && lose) replace();
-      return true;
-    });
-    EXPECT_EQ(end.run_status().outcome(), v1::OUTCOME_REACHED);
-    EXPECT_GT(batches, 2);
-    return found;
-  };
-  const Found expected = find(false);
-  EXPECT_EQ(expected.M.size(), 9 * sizeof(double) * expected.times.size());
-  EXPECT_TRUE(std::ranges::is_sorted(expected.times));
-  EXPECT_EQ(find(true), expected);
-  request.set_checkpoint_every(50'000);
-  EXPECT_EQ(find(true), expected);
 }
 
 TEST_F(RecreationTest, OnlyTheHandleThatCreatedItCreatesItAgain) {

@@ -86,7 +86,7 @@ TEST(SummaryOfAnEnsemble, OfManyMembersGoesOnAfterAStop) {
   EXPECT_EQ(finish(summary).bits(), whole);
 }
 
-/// Does the items on the thread that calls, the last one first, and counts them.
+/// Runs the items on the calling thread, the last one first, and counts them.
 struct CountingCrew : Crew {
   void run(std::size_t count, double, Item item, void* context) override {
     for (std::size_t i = count; i-- > 0; ++items) item(context, i);
@@ -94,8 +94,7 @@ struct CountingCrew : Crew {
   std::size_t items = 0;
 };
 
-/// A server's workers do the work of a summary, and no thread beside them: TBB would call this
-/// crew on threads of its own, or not at all.
+/// The crew of the calling thread advances the groups of members, in any order, with the same bits.
 TEST(SummaryOfAnEnsemble, IsTheWorkOfTheCrew) {
   const Scene ensemble = resolved(testing::ensemble_of(bodies(300, "rk4", 0.3)));
   const auto what = everything(0, 900, 11);

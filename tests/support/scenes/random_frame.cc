@@ -43,6 +43,7 @@ Matrix<Scalar> RandomFrame<Scalar>::state() const {
 
 template struct RandomFrame<float>;
 template struct RandomFrame<double>;
+template struct RandomFrame<long double>;
 template struct RandomFrame<Quad>;
 
 }  // namespace stiefel::testing

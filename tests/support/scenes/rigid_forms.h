@@ -18,7 +18,7 @@ Eigen::MatrixXd symmetric_P(const Eigen::MatrixXd& Q, const Eigen::MatrixXd& M, 
 double epsilon_for(const Eigen::MatrixXd& M);
 
 /// P_μ with Q_μ⁻¹P_μ − P_μ⁻¹Q_μ = M + μΛ²: P_μ = Q_μX, X − X⁻¹ = Y, X = Y/2 + (I + Y²/4)^{1/2},
-/// the root by the iteration of Denman and Beavers.
+/// computed with the eigenvectors of Y.
 Eigen::MatrixXd parametric_P(const Eigen::MatrixXd& Q, const Eigen::MatrixXd& Y);
 
 }  // namespace stiefel::testing
