@@ -57,7 +57,7 @@ constexpr std::array recommendations = {
                    .method = Variational::traits.name,
                    .order = 8,
                    .largest_h_velocity_rate = 0.3},
-    with_error_control(2e-12, 0.15)};
+    with_error_control(5e-13, 0.15)};
 
 }  // namespace
 
