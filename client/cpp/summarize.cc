@@ -10,7 +10,7 @@ namespace {
 
 template <class Numbers>
 void drop_first(Numbers* numbers, int count) {
-  if (!numbers->empty()) numbers->erase(numbers->begin(), numbers->begin() + count);
+  numbers->erase(numbers->begin(), numbers->begin() + std::min(count, numbers->size()));
 }
 
 /// Removes the first of the `rows` rows of each array.
@@ -72,6 +72,9 @@ class Reading {
     return true;
   }
 
+  /// Returns whether a checkpoint has come since the last call of this function.
+  bool has_progressed() { return std::exchange(progressed_, false); }
+
   v1::SummarizeResponse& last() { return last_; }
 
  private:
@@ -118,6 +121,7 @@ class Reading {
     if (checkpoint_.size() < part.size()) return;
     request_.set_checkpoint(std::exchange(checkpoint_, {}));
     at_checkpoint_ = seen_;
+    progressed_ = true;
   }
 
   v1::SummarizeRequest& request_;
@@ -125,6 +129,7 @@ class Reading {
   const Session::SummaryReceiver& receive_;
   Assembly statistics_, fields_;
   std::string checkpoint_;
+  bool progressed_ = false;
   Counts passed_on_;      // by all streams
   Counts seen_;           // up to where the present stream is
   Counts at_checkpoint_;  // up to the request's checkpoint
@@ -140,8 +145,9 @@ v1::SummarizeResponse Session::summarize(v1::SummarizeRequest request,
   request.set_checksum(connection_->options.checksums);
   const Deadline deadline(connection_->options.compute_timeout);
   Reading reading(request, receive);
+  auto waiting = connection_->patience(deadline);
   auto recoveries = connection_->patience_to_recover(deadline);
-  for (auto waiting = connection_->patience(deadline);;) {
+  while (true) {
     reading.begin();
     grpc::ClientContext context;
     deadline.limit(context);
@@ -159,6 +165,10 @@ v1::SummarizeResponse Session::summarize(v1::SummarizeRequest request,
     if (status.ok() || !wanted) return std::move(reading.last());
     recreation_->check_build(context, true);
     const Error error = connection_->error(status);
+    if (reading.has_progressed()) {
+      waiting = connection_->patience(deadline);
+      recoveries = connection_->patience_to_recover(deadline);
+    }
     if (reading.begins_anew_after(error)) continue;
     if (!waiting.allows_another(status) && !recreation_->recovers(error, deadline, recoveries))
       throw error;

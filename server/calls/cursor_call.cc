@@ -1,5 +1,6 @@
 #include "server/calls/cursor_call.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "server/admission/admission.h"
@@ -109,21 +110,22 @@ void CursorCall::OnDone() {
   host.lifecycle.leave();
 }
 
-PooledCall::PooledCall(Host& host, Pool& pool, CallLog log, Work work, MemoryLease memory)
+PooledCall::PooledCall(Host& host, Pool& pool, CallLog log, Work work, MemoryLease memory,
+                       double price)
     : host_(host),
       log_(std::move(log)),
       memory_(std::move(memory)),
       work_(std::move(work)),
       shutdown_(host.lifecycle.stop_token(), RequestStop{stop_}) {
-  log_.price(pool.price_cap());
-  const grpc::Status admitted =
-      admit(ticket_, log_.account(), Ticket::Kind::call, pool.price_cap());
+  price = std::max(price, pool.price_cap());
+  log_.price(price);
+  const grpc::Status admitted = admit(ticket_, log_.account(), Ticket::Kind::call, price);
   host_.lifecycle.enter();
   if (!admitted.ok()) {
     log_.finish(admitted);
     Finish(admitted);
   } else {
-    Job::bill(log_.account().share(), pool.price_cap());
+    Job::bill(log_.account().share(), price);
     pool.submit(this);
   }
 }

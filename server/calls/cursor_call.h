@@ -58,8 +58,10 @@ class PooledCall final : public grpc::ServerUnaryReactor, private Job {
  public:
   using Work = std::function<Answered(std::stop_token)>;
 
-  /// `memory` is held until the reply is delivered.
-  PooledCall(Host& host, Pool& pool, CallLog log, Work work, MemoryLease memory = {});
+  /// `memory` is held until the reply is delivered. `price`: the most instructions that the work
+  /// takes; at least the pool's cap is billed.
+  PooledCall(Host& host, Pool& pool, CallLog log, Work work, MemoryLease memory = {},
+             double price = 0);
   void OnCancel() override { stop_.request_stop(); }
   void OnDone() override;
 

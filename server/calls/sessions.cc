@@ -11,6 +11,7 @@
 #include "server/convert/reply_limits.h"
 #include "server/limits/failpoint.h"
 #include "server/pricing/memory_price.h"
+#include "server/pricing/work_price.h"
 
 namespace stiefel::server {
 namespace {
@@ -39,8 +40,9 @@ Answered create(Host& host, Account& account, const v1::CreateSessionRequest& re
            response->mutable_session());
   response->set_created(admitted->created);
   response->set_checkpoint_ignored(admitted->checkpoint_ignored);
-  if (wants_choice(request.scene()))
-    to_proto(most_choice_work(), 0, v1::PRICE_BOUND_AT_MOST, response->mutable_price());
+  const double work =
+      wants_choice(request.scene()) ? most_choice_work() : recommendation_work(request.scene());
+  if (work > 0) to_proto(work, 0, v1::PRICE_BOUND_AT_MOST, response->mutable_price());
   return {grpc::Status::OK, admitted->receipt};
 }
 
@@ -114,7 +116,8 @@ grpc::ServerUnaryReactor* Service::CreateSession(Context* context,
   const bool long_work = wants_choice(scene) || scene.inertia_size() > large_dimension ||
                          scene.members() > few_members;
   if (long_work)
-    return new PooledCall(host_, host_.searches, std::move(log), work, std::move(memory));
+    return new PooledCall(host_, host_.searches, std::move(log), work, std::move(memory),
+                          recommendation_work(scene));
   if (scene.inertia_size() > small_dimension || scene.has_members() ||
       request->ByteSizeLong() > part_bytes)
     return new PooledCall(host_, host_.pool, std::move(log), work, std::move(memory));

@@ -3,8 +3,11 @@
 #include <grpcpp/grpcpp.h>
 
 #include <algorithm>
+#include <chrono>
+#include <memory>
 #include <numeric>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "stiefel/client/client.h"
@@ -12,10 +15,10 @@
 namespace stiefel::client {
 namespace {
 
-constexpr std::int64_t events = 12, checkpoint_at = 5;
+constexpr std::int64_t events = 12;
 
-/// Has an event after each of the steps 0 to 11, whose field x is the step. The checkpoint is the
-/// step that it is at.
+/// Has an event after each of the steps 0 to 11, whose field x is the step. A checkpoint is the
+/// step that it is at, and comes at each multiple of the request's `checkpoint_every`.
 class Breaking : public v1::SimulationService::Service {
  public:
   int breaks = 0;                   ///< so many of the next streams break
@@ -41,14 +44,16 @@ class Breaking : public v1::SimulationService::Service {
     int sent = 0;
     const auto broken = [&] { return breaks_now && sent++ == messages; };
     std::int64_t step = request->checkpoint().empty() ? 0 : std::stoll(request->checkpoint());
+    const std::int64_t every =
+        request->checkpoint_every() > 0 ? request->checkpoint_every() : events;
     while (step < events) {
-      const std::int64_t end = std::min(step + size, step < checkpoint_at ? checkpoint_at : events);
+      const std::int64_t end = std::min({step + size, (step / every + 1) * every, events});
       if (broken()) return {grpc::StatusCode::UNAVAILABLE, "on purpose"};
       writer->Write(batch(step, end));
       step = end;
-      if (step != checkpoint_at || request->checkpoint_every() == 0) continue;
+      if (step % every != 0 || step == events) continue;
       if (broken()) return {grpc::StatusCode::UNAVAILABLE, "on purpose"};
-      writer->Write(checkpoint());
+      writer->Write(checkpoint(step));
     }
     if (broken()) return {grpc::StatusCode::UNAVAILABLE, "on purpose"};
     v1::SummarizeResponse last;
@@ -78,10 +83,10 @@ class Breaking : public v1::SimulationService::Service {
     return message;
   }
 
-  static v1::SummarizeResponse checkpoint() {
+  static v1::SummarizeResponse checkpoint(std::int64_t step) {
     v1::SummarizeResponse message;
-    message.mutable_checkpoint()->set_step(checkpoint_at);
-    message.mutable_checkpoint()->set_data(std::to_string(checkpoint_at));
+    message.mutable_checkpoint()->set_step(step);
+    message.mutable_checkpoint()->set_data(std::to_string(step));
     message.mutable_checkpoint()->set_size(message.checkpoint().data().size());
     return message;
   }
@@ -107,13 +112,13 @@ class BrokenSummaryTest : public testing::Test {
   }
 
   /// Summarizes, and expects every event and its field once, in order.
-  void expect_every_event_once(bool with_checkpoint) {
+  void expect_every_event_once(std::int64_t checkpoint_every, const Options& options = {}) {
     v1::SummarizeRequest request;
     request.set_to(events);
-    request.set_checkpoint_every(with_checkpoint ? checkpoint_at : 0);
+    request.set_checkpoint_every(checkpoint_every);
     std::vector<std::int64_t> steps;
     std::vector<double> times, x;
-    const Client client(server_->InProcessChannel({}));
+    const Client client(server_->InProcessChannel({}), options);
     const auto end =
         client.attach("any").summarize(request, [&](const v1::SummarizeResponse& message) {
           const auto& batch = message.events();
@@ -127,7 +132,10 @@ class BrokenSummaryTest : public testing::Test {
           return true;
         });
     EXPECT_EQ(end.run_status().outcome(), v1::OUTCOME_REACHED);
-    EXPECT_EQ(end.checkpoint().data(), with_checkpoint ? std::to_string(checkpoint_at) : "");
+    EXPECT_EQ(end.checkpoint().data(),
+              checkpoint_every == 0
+                  ? ""
+                  : std::to_string((events - 1) / checkpoint_every * checkpoint_every));
     std::vector<std::int64_t> expected(events);
     std::iota(expected.begin(), expected.end(), 0);
     EXPECT_EQ(steps, expected);
@@ -140,22 +148,29 @@ class BrokenSummaryTest : public testing::Test {
 };
 
 TEST_F(BrokenSummaryTest, EveryEventComesOnce) {
-  for (const bool with_checkpoint : {false, true})
-    for (int messages = 0; messages < 8; ++messages) {
+  for (const std::int64_t checkpoint_every : {0, 5})
+    for (int messages = 0; messages < 7; ++messages) {
       SCOPED_TRACE(messages);
       service_.breaks = 3;
       service_.messages = messages;
       service_.calls = 0;
-      expect_every_event_once(with_checkpoint);
+      expect_every_event_once(checkpoint_every);
       EXPECT_GE(service_.calls, 2);
     }
+}
+
+TEST_F(BrokenSummaryTest, TheClientIsPatientAnewAfterEachCheckpoint) {
+  service_.breaks = 11;
+  service_.messages = 2;  // a batch and its checkpoint
+  expect_every_event_once(1, {.patience = std::chrono::milliseconds(100)});
+  EXPECT_EQ(service_.calls, 12);
 }
 
 TEST_F(BrokenSummaryTest, AServerThatRefusesTheCheckpointBeginsAnew) {
   service_.breaks = 1;
   service_.messages = 5;  // two or three batches, the checkpoint, and a batch or two more
   service_.refuses_checkpoint = true;
-  expect_every_event_once(true);
+  expect_every_event_once(5);
   EXPECT_FALSE(service_.refuses_checkpoint);
   EXPECT_EQ(service_.calls, 2);
 }

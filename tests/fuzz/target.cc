@@ -12,6 +12,10 @@
 #include "client/cli/exit_status.h"
 #include "client/cli/message_file.h"
 
+/// What the address sanitizer does not take for a leak. OpenSSL keeps data for each thread until
+/// the thread ends, and gRPC's threads do not end before the program.
+extern "C" const char* __lsan_default_suppressions() { return "leak:libcrypto"; }
+
 namespace stiefel::fuzz {
 namespace {
 

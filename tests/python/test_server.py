@@ -87,18 +87,53 @@ def program(tmp_path, monkeypatch):
     return program
 
 
-def folders():
-    return set(Path(tempfile.gettempdir()).glob("stiefel-*"))
+@pytest.fixture
+def sockets(tmp_path, monkeypatch):
+    """The folder of the servers' sockets, which nobody else uses."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    return tmp_path / f"stiefel-{os.getuid()}"
 
 
-def test_a_program_that_says_nothing_is_killed(program, tmp_path):
+def test_a_program_that_says_nothing_is_killed(program, tmp_path, sockets):
     program(f"echo $$ > {tmp_path}/pid; echo loading >&2; trap '' TERM; while :; do sleep 0.05; done")
-    before, start = folders(), time.monotonic()
+    start = time.monotonic()
     with pytest.raises(stiefel.NotStarted, match="did not say within 0.5 s where it listens.*\n  loading") as caught:
         stiefel.Server.start(timeout=0.5)
     assert time.monotonic() - start < 4
     assert caught.value.status is None and caught.value.stderr == "loading"
-    assert not is_running(int((tmp_path / "pid").read_text())) and folders() == before
+    assert not is_running(int((tmp_path / "pid").read_text())) and list(sockets.iterdir()) == []
+
+
+def test_sockets_are_in_a_folder_of_this_user_alone(sockets):
+    with stiefel.Server.start() as one, stiefel.Server.start() as other:
+        assert sockets.stat().st_mode & 0o777 == 0o700
+        assert {f"unix:{path}" for path in sockets.iterdir()} == {one.address, other.address}
+        other.process.kill()
+        other.process.wait()
+        assert len(list(sockets.iterdir())) == 2  # which a killed server cannot help
+    assert list(sockets.iterdir()) == []
+
+
+def test_a_socket_goes_with_its_killed_parent(sockets, tmp_path):
+    parent = subprocess.Popen([sys.executable, "-c", "import stiefel, time\nserver = stiefel.Server.start()\n"
+                               "print('started', flush=True)\ntime.sleep(60)"], stdout=subprocess.PIPE,
+                              env={**os.environ, "TMPDIR": str(tmp_path)})
+    assert parent.stdout.readline() == b"started\n"
+    assert len(list(sockets.iterdir())) == 1
+    parent.kill()
+    parent.communicate()
+    end = time.monotonic() + 20
+    while list(sockets.iterdir()) and time.monotonic() < end:
+        time.sleep(0.01)
+    assert list(sockets.iterdir()) == []
+
+
+@pytest.mark.parametrize("make", [lambda folder: folder.mkdir(0o755), lambda folder: folder.symlink_to("/"),
+                                  lambda folder: folder.write_text("")])
+def test_a_folder_that_others_may_enter_is_refused(sockets, make):
+    make(sockets)
+    with pytest.raises(stiefel.NotStarted, match="must be a folder that belongs to this user"):
+        stiefel.Server.start()
 
 
 def test_half_a_line_is_nothing(program):

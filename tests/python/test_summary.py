@@ -246,6 +246,18 @@ def test_a_broken_call_goes_on(session, monkeypatch, checkpoint_every):
         assert again["M"][statistic].tobytes() == values.tobytes()
 
 
+def test_a_call_that_breaks_often_goes_on_as_long_as_checkpoints_come(session, monkeypatch):
+    monkeypatch.setattr(calls.time, "sleep", lambda seconds: None)
+    handle = session._client.get(session.id)  # which never creates the session again
+    breaks = Breaks(session._client.stub.Summarize, [2] * 2 * calls.ATTEMPTS)
+    monkeypatch.setattr(session._client.stub, "Summarize", breaks)
+    again = handle.summarize(1000, {"M": STATISTICS}, checkpoint_every=20)
+    assert again.last_step == 1000 and len(breaks.requests) == 2 * calls.ATTEMPTS + 1
+    with pytest.raises(stiefel.Unavailable):
+        breaks.after = [0] * calls.ATTEMPTS
+        handle.summarize(1000, {"M": STATISTICS}, checkpoint_every=20)
+
+
 def test_events_of_a_broken_call_come_once(session, monkeypatch):
     monkeypatch.setattr(calls.time, "sleep", lambda seconds: None)
     many = [{**FLIP, "level": level} for level in np.linspace(-0.2, 0.2, 40)]

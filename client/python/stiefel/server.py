@@ -2,8 +2,10 @@
 from __future__ import annotations
 
 import os
+import secrets
 import selectors
 import shutil
+import stat
 import subprocess
 import tempfile
 import threading
@@ -26,10 +28,10 @@ class Server:
     `Client` takes its `address`. As a context manager it stops the server at the end.
     """
 
-    def __init__(self, process: "subprocess.Popen[bytes]", address: str, folder: str, errors: _Errors):
+    def __init__(self, process: "subprocess.Popen[bytes]", address: str, socket: Path, errors: _Errors):
         self.address = address
         self.process = process
-        self._stop = weakref.finalize(self, _stop, process, folder, errors)
+        self._stop = weakref.finalize(self, _stop, process, socket, errors)
         _running.add(self)
 
     @classmethod
@@ -43,14 +45,13 @@ class Server:
         FileNotFoundError if there is no program.
         """
         program = find_server()
-        folder = tempfile.mkdtemp(prefix="stiefel-")
-        command = [program, "--listen", listen or f"unix:{folder}/socket", "--exit-with-parent", *arguments]
+        socket = _socket_folder() / f"{os.getpid()}-{secrets.token_hex(4)}"
+        command = [program, "--listen", listen or f"unix:{socket}", "--exit-with-parent", *arguments]
         try:
             # The server stops when its stdin ends, which happens however this process ends.
             process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                                        bufsize=0, env={"STIEFEL_LOG_LEVEL": "warn", **(environment or {}), **os.environ})
         except OSError as error:
-            shutil.rmtree(folder, ignore_errors=True)
             raise _not_started(command, f"cannot be run: {error.strerror}", None, "") from error
         assert process.stdout is not None and process.stderr is not None
         errors = _Errors(process.stderr)
@@ -58,14 +59,14 @@ class Server:
             line = _first_line(process.stdout, timeout)
             if line is not None and line.startswith(_READY):
                 errors.forward()
-                return cls(process, os.fsdecode(line[len(_READY):]), folder, errors)
+                return cls(process, os.fsdecode(line[len(_READY):]), socket, errors)
             status = _end(process, _GRACE if line == b"" else 0)
         except BaseException:
             _end(process, 0)
             raise
         finally:
             if process.poll() is not None:
-                _stop(process, folder, errors)
+                _stop(process, socket, errors)
         if line is None:
             what = f"did not say within {timeout:g} s where it listens, and was killed"
         else:
@@ -128,6 +129,21 @@ def find_server() -> str:
             f"({os.environ.get('PATH', '')}) has one. The wheel for every platform does not hold the program: name the "
             "one that was built in STIEFEL_SERVER, such as build/release/bin/stiefel-server")
     return found
+
+
+def _socket_folder() -> Path:
+    """Returns the folder with the sockets of this user's servers, which nobody else can enter. It stays, so that a
+    process that is killed leaves nothing behind."""
+    folder = Path(tempfile.gettempdir(), f"stiefel-{os.getuid()}")
+    try:
+        folder.mkdir(0o700)
+    except FileExistsError:
+        pass
+    found = folder.lstat()
+    if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.getuid() or found.st_mode & 0o077:
+        raise NotStarted(f"{folder}: must be a folder that belongs to this user and that nobody else can enter; remove it, "
+                         "or set TMPDIR to another folder")
+    return folder
 
 
 class _Errors(threading.Thread):
@@ -203,7 +219,7 @@ def _not_started(command: Sequence[str], what: str, status: Optional[int], stder
     return error
 
 
-def _stop(process: "subprocess.Popen[bytes]", folder: str, errors: _Errors) -> None:
+def _stop(process: "subprocess.Popen[bytes]", socket: Path, errors: _Errors) -> None:
     if process.poll() is None:
         process.terminate()
         _end(process, _GRACE)
@@ -211,4 +227,4 @@ def _stop(process: "subprocess.Popen[bytes]", folder: str, errors: _Errors) -> N
     for pipe in (process.stdin, process.stdout):
         if pipe is not None:
             pipe.close()
-    shutil.rmtree(folder, ignore_errors=True)
+    socket.unlink(missing_ok=True)  # which a server that was killed leaves

@@ -22,7 +22,7 @@ from stiefel.resolved import put, resolve, with_blocks_as_matrices
 from stiefel.samples import Samples
 from stiefel.scenes import to_dict, to_matrix, to_method
 from stiefel.summarizing import Summarizing
-from stiefel.summary import Events, Quantities, Summary, Wanted, to_events, to_quantities
+from stiefel.summary import EventDescription, Events, Quantities, Summary, to_events, to_quantities
 
 if TYPE_CHECKING:
     from stiefel.client import Client
@@ -287,7 +287,7 @@ class Session:
             pass
         return running.summary()
 
-    def events(self, to: int, events: Union[Wanted, Sequence[Wanted]], start: int = 0,
+    def events(self, to: int, events: Union[EventDescription, Sequence[EventDescription]], start: int = 0,
                fields: Optional[Names] = None, timeout: Optional[float] = None) -> Events:
         """Returns the zeros of g = sum(coefficients * field) - level after step `start`, up to step `to`.
 
@@ -304,14 +304,14 @@ class Session:
         parts = [part for part in running if isinstance(part, Events)]
         return Events.joined(parts, running.run_status or RunStatus(Outcome.CANCELLED))
 
-    def stream_events(self, to: int, events: Union[Wanted, Sequence[Wanted]], start: int = 0,
+    def stream_events(self, to: int, events: Union[EventDescription, Sequence[EventDescription]], start: int = 0,
                       fields: Optional[Names] = None, timeout: Optional[float] = None) -> Iterator[Events]:
         """Yields what `events` returns in batches, as they are found. Leaving the iteration ends the search."""
         for part in self._summarizing(self._events_request(to, events, start, fields), timeout):
             if isinstance(part, Events):
                 yield part
 
-    def _events_request(self, to: int, events: Union[Wanted, Sequence[Wanted]], start: int,
+    def _events_request(self, to: int, events: Union[EventDescription, Sequence[EventDescription]], start: int,
                         fields: Optional[Names]) -> pb.SummarizeRequest:
         return self._summarize_request(to, start, 1, events=to_events(events), fields=names("fields", fields))
 

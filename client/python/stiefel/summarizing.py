@@ -76,6 +76,7 @@ class Summarizing:
                         whole = parts.take(message.checkpoint) if message.HasField("checkpoint") else b""
                         if whole:
                             kept, self._request.checkpoint, self.checkpoint = dict(seen), whole, whole
+                            waits, recoveries = calls.Pauses(), recreation.pauses()
                         if message.HasField("run_status"):
                             self.run_status = RunStatus.of(message.run_status)
                             self.arrays = statistics.finish()

@@ -12,10 +12,10 @@ from stiefel.arrays import Array, Outcome, Price, RunStatus
 from stiefel.errors import InvalidArgument, Violation
 
 #: A statistic, several of them, or a mapping with the keys statistics, quantiles, edges, over_members.
-Asked = Union[str, Mapping[str, Any], Iterable[Union[str, Mapping[str, Any]]]]
-Quantities = Mapping[str, Asked]
+Statistics = Union[str, Mapping[str, Any], Iterable[Union[str, Mapping[str, Any]]]]
+Quantities = Mapping[str, Statistics]
 #: An event as a mapping with the keys field, coefficients, level, direction, limit, terminal.
-Wanted = Mapping[str, Any]
+EventDescription = Mapping[str, Any]
 
 _STATISTICS: dict[str, int] = {name[len("STATISTIC_"):].lower(): number for name, number in pb.Statistic.items()}
 _DIRECTIONS: dict[str, int] = {"both": pb.DIRECTION_UNSPECIFIED, "rising": pb.DIRECTION_RISING,
@@ -26,12 +26,12 @@ _OUTCOMES = np.array([name[len("OUTCOME_"):] for name in pb.Outcome.keys()])
 
 def to_quantities(quantities: Quantities) -> list[pb.Quantity]:
     """Returns the messages for a mapping such as `{"energy": "drift", "M": ["min", {"quantiles": [0.1, 0.9]}]}`."""
-    return [_quantity(name, asked) for name, asked in quantities.items()]
+    return [_quantity(name, statistics) for name, statistics in quantities.items()]
 
 
-def _quantity(name: str, asked: Asked) -> pb.Quantity:
+def _quantity(name: str, statistics: Statistics) -> pb.Quantity:
     quantity = pb.Quantity(name=name)
-    for item in [asked] if isinstance(asked, (str, Mapping)) else asked:
+    for item in [statistics] if isinstance(statistics, (str, Mapping)) else statistics:
         if isinstance(item, str):
             quantity.statistics.append(_number(_STATISTICS, item, f"quantities.{name}"))
             continue
@@ -48,15 +48,15 @@ def _quantity(name: str, asked: Asked) -> pb.Quantity:
     return quantity
 
 
-def to_events(events: Union[Wanted, Sequence[Wanted]]) -> list[pb.Event]:
+def to_events(events: Union[EventDescription, Sequence[EventDescription]]) -> list[pb.Event]:
     """Returns the messages for mappings such as `{"field": "angular_velocity", "coefficients": [0, 0, 1]}`."""
-    wanted = [events] if isinstance(events, Mapping) else events
-    return [_event(event, f"events[{i}]") for i, event in enumerate(wanted)]
+    given = [events] if isinstance(events, Mapping) else events
+    return [_event(event, f"events[{i}]") for i, event in enumerate(given)]
 
 
-def _event(wanted: Wanted, path: str) -> pb.Event:
+def _event(description: EventDescription, path: str) -> pb.Event:
     event = pb.Event()
-    for key, value in wanted.items():
+    for key, value in description.items():
         if key == "coefficients":
             event.coefficients.extend(np.asarray(value, float).ravel().tolist())
         elif key == "direction":

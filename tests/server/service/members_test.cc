@@ -32,6 +32,40 @@ TEST(Members, ShareAChoice) {
   EXPECT_FALSE(reply.session().scene().has_tolerance());
 }
 
+/// Geodesics on V(1, 4) without a method.
+v1::Scene points(std::uint32_t members) {
+  v1::Scene scene;
+  scene.set_system("stiefel");
+  scene.set_step(0.1);
+  scene.set_members(members);
+  for (const double lambda : {1.0, 2.0, 3.0, 4.0}) scene.add_inertia(lambda);
+  for (const auto& [name, row] : {std::pair{"Q", 0}, std::pair{"S", 1}}) {
+    v1::Matrix& block = (*scene.mutable_initial())[name];
+    block.set_rows(members);
+    block.set_cols(4);
+    for (std::uint32_t b = 0; b < members; ++b)
+      for (int j = 0; j < 4; ++j) block.add_values(j == row ? 1 : 0);
+  }
+  return scene;
+}
+
+TEST(Members, WithoutAMethodPayForItsSubsteps) {
+  test::Harness harness;
+  const auto work = [&](const std::string& id, std::uint32_t members) {
+    const auto reply = harness.create(id, points(members));
+    EXPECT_EQ(reply.price().bound(), v1::PRICE_BOUND_AT_MOST);
+    EXPECT_EQ(reply.session().scene().method().name(), "variational");
+    return reply.price().work();
+  };
+  const double one = work("one", 1);
+  EXPECT_GT(one, 1e5);
+  EXPECT_LT(one, 1e7);
+  EXPECT_DOUBLE_EQ(work("many", 500), 500 * one);
+  v1::Scene with = points(2);
+  with.mutable_method()->set_name("rk4");
+  EXPECT_FALSE(harness.create("with", with).has_price());
+}
+
 TEST(Members, AreConvertedOneByOne) {
   test::Harness harness;
   v1::ConvertRequest request;
