@@ -4,8 +4,10 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <atomic>
 #include <cstdio>
 #include <iostream>
+#include <optional>
 #include <thread>
 
 #include "server/access/tokens.h"
@@ -38,11 +40,27 @@ void watch_parent() {
   }).detach();
 }
 
-/// Ends the process with status 0 after `time`, even if work still runs.
+/// What the shutdown waits for.
+std::atomic<const char*> waits_for = "the signal's handling";
+
+/// Ends the process with status 0 after `time`, and says what it no longer waits for. Sleeps in
+/// five parts: a part during which the whole machine stood still counts as a fifth of `time`, so
+/// that a shutdown is not given up before it could run.
 void exit_after(std::chrono::milliseconds time) {
   std::thread([time] {
+    constexpr int parts = 5;
+    for (int part = 0; part < parts; ++part) std::this_thread::sleep_for(time / parts);
+    std::cerr << "stiefel-server: ends " << std::chrono::duration<double>(time).count()
+              << " s after the signal without waiting any longer for " << waits_for << std::endl;
+    _exit(0);
+  }).detach();
+}
+
+/// Ends the process with status 0 after `time`. For gRPC, which waits at exit for up to 10 s until
+/// the last of its objects is gone.
+void exit_silently_after(std::chrono::milliseconds time) {
+  std::thread([time] {
     std::this_thread::sleep_for(time);
-    std::cerr << "stiefel-server: work that does not stop was abandoned" << std::endl;
     _exit(0);
   }).detach();
 }
@@ -77,17 +95,20 @@ int serve(Options options, bool exit_with_parent) {
     _exit(1);
   };
   try {
-    stiefel::server::Server server(options);
-    for (const std::string& address : server.addresses()) {
+    options.waits_for = [](const char* what) { waits_for = what; };
+    std::optional<stiefel::server::Server> server(options);
+    for (const std::string& address : server->addresses())
       std::cout << "listening on " << address << std::endl;
-    }
-    if (const std::string url = server.metrics_url(); !url.empty())
+    if (const std::string url = server->metrics_url(); !url.empty())
       std::cout << "metrics at " << url << std::endl;
     if (exit_with_parent) watch_parent();
     int received = 0;
     sigwait(&signals, &received);
     exit_after(options.grace + last_resort);
-    server.shutdown();
+    server->shutdown();
+    waits_for = "the end of the server's threads";
+    server.reset();
+    exit_silently_after(last_resort / 4);
     return 0;
   } catch (const std::exception& exception) {
     std::cerr << "stiefel-server: " << exception.what() << '\n';

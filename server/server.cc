@@ -105,6 +105,7 @@ void refuse_compression(grpc::ServerBuilder& builder) {
 struct Server::Parts {
   explicit Parts(const Options& options)
       : grace(options.grace),
+        waits_for(options.waits_for ? options.waits_for : [](const char*) {}),
         memory_limit(options.memory > 0 ? options.memory : default_memory()),
         host{Log(options.log_level, options.log_json),
              memory_limit,
@@ -139,6 +140,7 @@ struct Server::Parts {
   void export_metrics(const std::string& address, bool insecure);
 
   const std::chrono::milliseconds grace;
+  const std::function<void(const char*)> waits_for;
   const std::uint64_t memory_limit;
   Host host;
   std::unique_ptr<Durability> durability;  // null if sessions live in memory
@@ -270,17 +272,24 @@ std::shared_ptr<grpc::Channel> Server::in_process_channel() {
 void Server::shutdown() {
   std::call_once(parts_->shut_down, [this] {
     Host& host = parts_->host;
+    const auto& waits_for = parts_->waits_for;
     host.lifecycle.refuse();
+    waits_for("the health service");
     parts_->grpc->GetHealthCheckService()->Shutdown();
     host.log.line(Log::Level::info, "shutting down");
+    waits_for("running calls");
     if (!host.lifecycle.stopping()) host.lifecycle.wait_idle(parts_->grace);
     host.lifecycle.stop();
     host.scheduler.lift_rates();
     // The in-process transport closes at once and would drop the last messages.
     host.lifecycle.wait_idle(delivery_time);
+    waits_for("the connection to the server's own address");
     parts_->self_watch.reset();
+    waits_for("the thread that accepts connections");
     parts_->acceptor.reset();
+    waits_for("connections to close");
     parts_->grpc->Shutdown(std::chrono::system_clock::now() + delivery_time);
+    waits_for("running calls to end after their connections");
     host.lifecycle.wait_idle(std::chrono::hours(1));
     host.log.line(Log::Level::info, "stopped");
   });

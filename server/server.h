@@ -69,6 +69,8 @@ struct Options {
   StoreOptions store = {};
   /// The limits of each principal.
   Quota quota = {};
+  /// Called during `shutdown` with what it begins to wait for.
+  std::function<void(const char*)> waits_for = {};
   /// For tests: returns who calls; if empty, the caller's token decides.
   std::function<Principal(const grpc::CallbackServerContext&)> identify = {};
   /// For tests: the clock; the steady clock if empty.
