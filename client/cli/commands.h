@@ -73,7 +73,7 @@ ExitStatus summarize(const SummarizeCommand& command);
 struct ConvertCommand {
   std::string scene;
   Remote server;
-  std::string to;
+  std::string target;
   std::optional<double> epsilon;
   std::optional<double> parameter;
   std::string output;

@@ -21,7 +21,7 @@ nlohmann::ordered_json blocks(const v1::ConvertResponse& reply) {
 ExitStatus convert(const ConvertCommand& command) {
   v1::ConvertRequest request;
   *request.mutable_scene() = read_scene(command.scene);
-  request.set_to(command.to);
+  request.set_to(command.target);
   if (command.epsilon) request.set_epsilon(*command.epsilon);
   if (command.parameter) request.set_parameter(*command.parameter);
   const auto reply = Endpoint(command.server).client().convert(request);
@@ -30,7 +30,7 @@ ExitStatus convert(const ConvertCommand& command) {
   for (const auto& margin : reply.margins()) margins[margin.domain()] = margin.margin();
   if (!command.output.empty()) {
     if (!reply.has_scene())
-      throw BadInput("--output: " + command.to + " is not a system, so that there is no scene");
+      throw BadInput("--output: " + command.target + " is not a system, so that there is no scene");
     Destination destination(command.output);
     const File file = open_for_writing(destination.working_path());
     write(file.get(), to_text(to_json(reply.scene())) + "\n");

@@ -211,7 +211,7 @@ int main(int argc, char** argv) {
       ->required()
       ->type_name("FILE.json");
   convert_app
-      ->add_option("--to", convert_command.to,
+      ->add_option("--to", convert_command.target,
                    "the target: a system, or velocity, angular_velocity, interpolation")
       ->required()
       ->type_name("SYSTEM");

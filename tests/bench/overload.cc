@@ -34,11 +34,11 @@ constexpr std::array<std::int64_t, 2> short_steps = {1, 1000};
 /// The least number of long calls from which the shares are computed.
 constexpr std::int64_t least_calls = 400;
 /// The server's limit of concurrent calls of a principal; the greedy one makes more.
-constexpr int most_calls = 12;
+constexpr int concurrent_calls_limit = 12;
 
 int serve(int threads) {
   server::Options options{.listen = {"127.0.0.1:0"}, .threads = threads};
-  options.quota.calls = most_calls;
+  options.quota.calls = concurrent_calls_limit;
   options.identify = [](const grpc::CallbackServerContext& context) {
     const auto sent = context.client_metadata().find("x-principal");
     if (sent == context.client_metadata().end()) return server::Principal{};

@@ -88,7 +88,7 @@ TEST(Energy, FollowsAModifiedOne) {
   if (!long_form()) return;
   for (const unsigned seed : {1u, 2u})
     measure_energy(seed, 0.1, 1'000'000, 10,
-                   "(h‖Q̇‖)² λ_max/λ_min passes 1: the modified energy's series is good for nothing "
+                   "(h‖Q̇‖)² λ_max/λ_min passes 1: the modified energy's series diverges "
                    "there, and the energy of a chaotic motion wanders until the step leaves its "
                    "domain; at half the step it stays");
 }

@@ -94,8 +94,8 @@ struct Row {
   SceneDescription scene;  ///< without a method
   std::int64_t steps = 200;
   Limit limit = no_limit;
-  double unit = 1;   ///< the rounding error of the scene's numbers, in units of u
-  double kappa = 1;  ///< the condition κ of the invariants
+  double scene_rounding = 1;  ///< the rounding error of the scene's numbers, in units of u
+  double kappa = 1;           ///< the condition κ of the invariants
 };
 void measure(const Row& row);
 

@@ -87,7 +87,7 @@ void measure(const Row& row) {
     const Unrounded& ideal = twins.at(key);
     flow_condition = std::max(flow_condition, ideal.condition);
     const double kappa = ideal.state ? ideal.condition : flow_condition;
-    const double bound = row.unit * rounding_bound(scene, row.steps, kappa);
+    const double bound = row.scene_rounding * rounding_bound(scene, row.steps, kappa);
     const MotionState state = read_motion(scene, *done.simulation);
     if (ideal.state) {
       say("rounding", error_of(state, *ideal.state).largest(), bound,
@@ -102,7 +102,8 @@ void measure(const Row& row) {
           "10 κ steps tolerance, and rounding; against the exact motion");
     }
     const Diagnosis diagnosis = diagnose(scene, *done.simulation);
-    say("drift", largest_drift(diagnosis), row.unit * rounding_bound(scene, row.steps, row.kappa),
+    say("drift", largest_drift(diagnosis),
+        row.scene_rounding * rounding_bound(scene, row.steps, row.kappa),
         rounding_reason(scene, row.kappa) + "; of what the method declares exact");
     if (diagnosis.orthogonality && keeps_orthogonality(scene))
       say("orthogonality", *diagnosis.orthogonality, rounding_bound(scene, row.steps, 1),

@@ -144,7 +144,7 @@ TEST(Separatrix, OneFlipOnItExactly) {
       if (!exact && (!long_form() || way.method->name != "variational")) continue;
       const std::int64_t every = std::llround(std::log(4 / delta) / growth / 5 / step);
       Trial done = run(way, 0);
-      Record r = record_of("separatrix", name(delta, on) + ": one flip for ever", way, done);
+      Record r = record_of("separatrix", name(delta, on) + ": a single flip", way, done);
       const auto m_2 = [&] { return done.simulation->get("M")(0, 2); };
       const int count = flips(500, every, m_2, [&](std::int64_t steps) {
         return done.simulation->advance(steps).reached();

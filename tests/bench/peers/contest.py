@@ -98,7 +98,7 @@ def _rows(motion: Motion, reached: dict[Contestant, Point], counts: Counts) -> l
 
 
 def _milliseconds(contestant: Contestant, motion: Motion, reached: dict[Contestant, Point]) -> float:
-    return 1e3 * contestant.turn([motion.body], motion.time, reached[contestant].setting).seconds
+    return 1e3 * contestant.integrate([motion.body], motion.time, reached[contestant].setting).seconds
 
 
 def _about(contestant: Contestant) -> dict:

@@ -39,12 +39,13 @@ struct Answer {
 };
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Answer, seconds, work, ends)
 
-/// A method of a package that integrates bodies. `turn` solves a task; it throws when it cannot.
+/// A method of a package that integrates bodies. `integrate` solves a task; it throws when it
+/// cannot.
 struct Contestant {
   std::string package, name;
   std::string setting;  ///< "steps" or "tolerance"
   std::string work;     ///< the unit of its work: "steps" or "evaluations"
-  std::function<Answer(const Task&)> turn;
+  std::function<Answer(const Task&)> integrate;
 };
 
 }  // namespace stiefel::bench

@@ -20,7 +20,7 @@ class Body:
     angular_velocity: tuple[float, float, float]
 
     @property
-    def turn(self) -> float:
+    def rotation_period(self) -> float:
         """The duration of a rotation, 2π/‖ω‖ at t = 0."""
         return 2 * math.pi / math.hypot(*self.angular_velocity)
 
@@ -91,7 +91,7 @@ class Contestant:
     def title(self) -> str:
         return self.name if self.ours else f"{self.package} {self.name}"
 
-    def turn(self, bodies: list[Body], time: float, setting: float) -> Optional[Answer]:
+    def integrate(self, bodies: list[Body], time: float, setting: float) -> Optional[Answer]:
         """Integrates the bodies. Returns None if that fails, for example because the step is too long."""
         reply = self.process.ask({
             "contestant": self.name, "time": time, "setting": setting,

@@ -25,7 +25,7 @@ nlohmann::json answer(const std::vector<Contestant>& all, const nlohmann::json& 
   for (const Contestant& c : all) {
     if (c.name != name) continue;
     try {
-      return c.turn(request.get<Task>());
+      return c.integrate(request.get<Task>());
     } catch (const std::exception& e) {
       return {{"failed", e.what()}};
     }

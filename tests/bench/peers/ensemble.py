@@ -31,7 +31,7 @@ def measure(contestants: list[Contestant], count: int, steps: int, seconds: floa
 
     def nanoseconds(contestant: Contestant, steps: int = steps) -> float:
         """Returns nanoseconds per body and step, from a run long enough for the processor to reach its full clock."""
-        answer = contestant.turn(bodies, steps * _H_OMEGA, steps)
+        answer = contestant.integrate(bodies, steps * _H_OMEGA, steps)
         if not answer:
             return math.inf
         if answer.seconds < seconds:

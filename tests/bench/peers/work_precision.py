@@ -41,14 +41,14 @@ class Motion:
 
     @property
     def time(self) -> float:
-        return self.rotations * self.body.turn
+        return self.rotations * self.body.rotation_period
 
     def point(self, contestant: Contestant, setting: float) -> Optional[Point]:
-        answer = contestant.turn([self.body], self.time, setting)
+        answer = contestant.integrate([self.body], self.time, setting)
         if answer is None:
             return None
         if answer.seconds < _COLD:
-            answer = min(answer, contestant.turn([self.body], self.time, setting), key=lambda a: a.seconds)
+            answer = min(answer, contestant.integrate([self.body], self.time, setting), key=lambda a: a.seconds)
         m, exact = ([I * x for I, x in zip(self.body.moments, omega)]
                     for omega in (answer.angular_velocities[0], self.angular_velocity))
         point = Point(setting, answer.seconds, answer.work, angle_between(answer.attitudes[0], self.attitude),
@@ -59,7 +59,7 @@ class Motion:
 def motion_of(body: Body, rotations: int, reference: Contestant) -> Motion:
     """Computes the exact motion of a body. Its uncertainty is the change that ten times the tolerance makes."""
     def end(tolerance: float) -> Answer:
-        return reference.turn([body], rotations * body.turn, tolerance)
+        return reference.integrate([body], rotations * body.rotation_period, tolerance)
     exact, rougher = end(_REFERENCE_TOLERANCE), end(10 * _REFERENCE_TOLERANCE)
     return Motion(body, rotations, exact.attitudes[0], exact.angular_velocities[0],
                   angle_between(exact.attitudes[0], rougher.attitudes[0]))

@@ -5,6 +5,7 @@
 #include "engine/maps/moser_veselov.h"
 #include "tests/support/linalg/j_d_schur.h"
 #include "tests/support/scenes/random_scene.h"
+#include "tests/support/scenes/stacked.h"
 
 namespace stiefel {
 namespace {
@@ -16,12 +17,6 @@ using Map4 = MoserVeselov<So4<double, true>, Arithmetic::compensated>;
 
 double largest(const Eigen::MatrixXd& A) { return A.cwiseAbs().maxCoeff(); }
 
-Eigen::MatrixXd stacked(const Eigen::MatrixXd& Q, const Eigen::MatrixXd& M) {
-  Eigen::MatrixXd x(Q.rows() + M.rows(), M.cols());
-  x << Q, M;
-  return x;
-}
-
 /// U of one step from Q = I.
 struct Solved {
   RunStatus status;
@@ -31,7 +26,7 @@ struct Solved {
 Solved solve_n(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& M, double h) {
   const Eigen::Index N = lambda.size();
   MapN map(lambda, h);
-  auto state = map.start(stacked(Eigen::MatrixXd::Identity(N, N), M));
+  auto state = map.start(testing::stacked(Eigen::MatrixXd::Identity(N, N), M));
   const RunStatus status = map.step(state);
   return {status, state.x.value.topRows(N), state.x.value.bottomRows(N)};
 }
@@ -192,7 +187,7 @@ TEST(MoserVeselov, FixedAndDynamicSizeAgree) {
   const RandomBody body(3, 4);
   MapN map_n(body.lambda, 0.1);
   Map3 map_3(body.lambda, 0.1);
-  auto state_n = map_n.start(stacked(body.Q, body.M));
+  auto state_n = map_n.start(testing::stacked(body.Q, body.M));
   Map3::Point x;
   x << quaternion_of(body.Q), vee(body.M);
   auto state_3 = map_3.start(x);
@@ -211,7 +206,7 @@ TEST(MoserVeselov, CoordinatesOfFourDimensionsAgree) {
   const RandomBody body(4, 4);
   MapN map_n(body.lambda, 0.1);
   Map4 map_4(body.lambda, 0.1);
-  auto state_n = map_n.start(stacked(body.Q, body.M));
+  auto state_n = map_n.start(testing::stacked(body.Q, body.M));
   auto state_4 = map_4.start(coordinates(body.Q, body.M));
   for (int k = 0; k < 1000; ++k) {
     ASSERT_TRUE(map_n.step(state_n).reached());

@@ -169,8 +169,8 @@ double bracket_of_form(const D& Q, const D& P, const PairFunction& F, const Pair
     for (int i = 0; i < j; ++i) {
       D E = D::Zero(N, N);
       E(i, j) = 1, E(j, i) = -1;
-      basis.push_back(testing::stacked<double>(Q * E, D::Zero(N, N)));
-      basis.push_back(testing::stacked<double>(D::Zero(N, N), P * E));
+      basis.push_back(testing::stacked(Q * E, D::Zero(N, N)));
+      basis.push_back(testing::stacked(D::Zero(N, N), P * E));
     }
   const auto size = static_cast<Eigen::Index>(basis.size());
   D form(size, size);

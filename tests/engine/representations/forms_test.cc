@@ -55,28 +55,26 @@ struct Discrete {
   W top(const W& x) const { return x.topRows(N); }
   W bottom(const W& x) const { return x.bottomRows(N); }
 
-  W Sigma_H(const W& x) const { return stacked<Wide>(top(x), Psi(top(x), bottom(x))); }
-  W Sigma_L_(const W& x) const {
-    return stacked<Wide>(bottom(x), Sigma_L(lambda, top(x), bottom(x)));
-  }
-  W psi_(const W& x) const { return stacked<Wide>(bottom(x), *psi(lambda, top(x), bottom(x))); }
+  W Sigma_H(const W& x) const { return stacked(top(x), Psi(top(x), bottom(x))); }
+  W Sigma_L_(const W& x) const { return stacked(bottom(x), Sigma_L(lambda, top(x), bottom(x))); }
+  W psi_(const W& x) const { return stacked(bottom(x), *psi(lambda, top(x), bottom(x))); }
   W Phi(const W& x) const {  // (MDRBn)
     const W step = testing::J_D_inverse<Wide>(lambda, bottom(x));
-    return stacked<Wide>(top(x) * step, step.transpose() * bottom(x) * step);
+    return stacked(top(x) * step, step.transpose() * bottom(x) * step);
   }
   W phi_H(const W& x) const {  // (7.1)
     return x * testing::J_D_inverse<Wide>(lambda, Psi(top(x), bottom(x)));
   }
   W phi_L(const W& x) const {  // (7.2)
     const W M = Sigma_L(lambda, top(x), bottom(x));
-    return stacked<Wide>(bottom(x), bottom(x) * testing::J_D_inverse<Wide>(lambda, M));
+    return stacked(bottom(x), bottom(x) * testing::J_D_inverse<Wide>(lambda, M));
   }
 };
 
 class Forms : public ::testing::TestWithParam<int> {
  protected:
   const Discrete d{GetParam()};
-  const W pair = stacked<Wide>(d.Q, d.Q_next);  // (Q_{k−1}, Q_k)
+  const W pair = stacked(d.Q, d.Q_next);  // (Q_{k−1}, Q_k)
   const W QM = d.Sigma_L_(pair), QP = d.psi_(pair);
   const CotangentOfRotations<Wide> omega{};
   const PairsOfRotations<Wide> gl{};
@@ -90,7 +88,7 @@ TEST_P(Forms, PsiPullsOmegaBackToTwiceOmegaGl) {  // (3.11), Σ_H
             tolerance);
   // and Ψ⁻¹ does the reverse
   const auto inverse = [&](const W& x) {
-    return stacked<Wide>(d.top(x), *Psi_inverse<Wide>(d.top(x), d.bottom(x)));
+    return stacked(d.top(x), *Psi_inverse<Wide>(d.top(x), d.bottom(x)));
   };
   EXPECT_LT(defect(omega, gl, inverse, QM, 0.5L), tolerance);
 }
@@ -122,7 +120,7 @@ TEST_P(Forms, TheMoserVeselovMapIsSymplectic) {
 /// The measure detects a map that is not symplectic: M scaled by 1.1 scales only the first part of
 /// ω.
 TEST_P(Forms, AMapThatIsNotSymplecticIsSeen) {
-  const auto scaled = [&](const W& x) { return stacked<Wide>(d.top(x), 1.1L * d.bottom(x)); };
+  const auto scaled = [&](const W& x) { return stacked(d.top(x), 1.1L * d.bottom(x)); };
   EXPECT_GT(defect(omega, omega, scaled, QM, 1), 1e-4);
 }
 /// The two printed forms of Ω_L and of Ω_gl|S agree: traces with Q_kᵀQ_{k−1} and with P ᵀQ.
@@ -132,8 +130,7 @@ TEST_P(Forms, TracesAsPrinted) {
   const W xi_1 = random.skew(N), xi_2 = random.skew(N), eta_1 = random.skew(N),
           eta_2 = random.skew(N);
   const auto vectors = [&](const W& first, const W& second) {
-    return std::pair(stacked<Wide>(first * xi_1, second * eta_1),
-                     stacked<Wide>(first * xi_2, second * eta_2));
+    return std::pair(stacked(first * xi_1, second * eta_1), stacked(first * xi_2, second * eta_2));
   };
   const auto [u, v] = vectors(d.Q, d.Q_next);
   const W inner = xi_2 * d.lambda.asDiagonal() * eta_1 - xi_1 * d.lambda.asDiagonal() * eta_2;
@@ -195,15 +192,14 @@ TEST_P(FrameForms, LegendreIsSymplectic) {
   const CotangentOfFrames<Wide> cotangent{lambda};
   const CostatesOfFrames<Wide> costates;
   const auto M = [&](const W& x) {
-    return stacked<Wide>(x.topRows(n), Legendre<Wide>(x.topRows(n), x.bottomRows(n)));
+    return stacked(x.topRows(n), Legendre<Wide>(x.topRows(n), x.bottomRows(n)));
   };
   const auto M_inverse = [&](const W& x) {
-    return stacked<Wide>(x.topRows(n),
-                         Legendre_inverse<Wide>(lambda, x.topRows(n), x.bottomRows(n)));
+    return stacked(x.topRows(n), Legendre_inverse<Wide>(lambda, x.topRows(n), x.bottomRows(n)));
   };
   EXPECT_LT(defect(cotangent, costates, M, stacked(Q, S), 1), tolerance);
   EXPECT_LT(defect(costates, cotangent, M_inverse, M(stacked(Q, S)), 1), tolerance);
-  EXPECT_LT(defect(costates, costates, M, stacked<Wide>(Q, S + 0.3L * Q), 1), tolerance);
+  EXPECT_LT(defect(costates, costates, M, stacked(Q, S + 0.3L * Q), 1), tolerance);
 }
 
 /// Theorem 5: (Q, P_0) ↦ (Q, QM̄) takes (71) on W⁰ to (93), Z = ∂M̄ by differentiation of (100).
@@ -217,11 +213,11 @@ TEST_P(FrameForms, TheoremFive) {
   Random random(9);
   for (int k = 0; k < 4; ++k) {
     const auto lifted = [&](const W& u) {
-      return stacked<Wide>(u.topRows(n), Q * *derivative<Wide>(M_bar, x, u));
+      return stacked(u.topRows(n), Q * *derivative<Wide>(M_bar, x, u));
     };
     const W u = costates.tangent(x, random.matrix(2 * n, Q.cols()));
     const W v = costates.tangent(x, random.matrix(2 * n, Q.cols()));
-    const W factors = stacked<Wide>(Q, S_bar(Q, S));
+    const W factors = stacked(Q, S_bar(Q, S));
     const Wide first = omega_cotangent<Wide>(factors, lifted(u), lifted(v));
     EXPECT_NEAR(static_cast<double>(first), static_cast<double>(omega_pairs(u, v)), tolerance);
     EXPECT_GT(std::abs(first), 1e-4L);
@@ -234,7 +230,7 @@ TEST(FrameForms, AreTheRigidBodysAtFullRank) {
   const Vector<Wide> lambda = random.lambda(4);
   const W Q = random.frame(4, 4), S = S_of_Qdot<Wide>(lambda, Q * random.skew(4));
   const auto momentum = [&](const W& x) {
-    return stacked<Wide>(x.topRows(4), dense_M<Wide>(x.topRows(4), x.bottomRows(4)));
+    return stacked(x.topRows(4), dense_M<Wide>(x.topRows(4), x.bottomRows(4)));
   };
   EXPECT_LT(defect(CotangentOfFrames<Wide>{lambda}, CotangentOfRotations<Wide>(), momentum,
                    stacked(Q, S), 1),

@@ -23,7 +23,7 @@ struct Body {
     testing::RandomMatrices<Scalar> random(seed);
     lambda = random.lambda(N);
     const Matrix<Scalar> Q = random.frame(N, N), M = random.skew(N);
-    x = stacked<Scalar>(Q, M * (Scalar(2) / skew_norm(M)));
+    x = stacked(Q, M * (Scalar(2) / skew_norm(M)));
   }
 };
 
@@ -59,14 +59,14 @@ TEST(SymplecticDefect, HasALowerFloorInAWiderScalar) {
   const Wide h = 0.2L;
   const auto step = [&](const Matrix<Wide>& x) -> std::optional<Matrix<Wide>> {
     const Matrix<Wide> M = x.bottomRows(3), U = testing::J_D_inverse<Wide>(body.lambda, h * M);
-    return stacked<Wide>(x.topRows(3) * U, U.transpose() * M * U);
+    return stacked(x.topRows(3) * U, U.transpose() * M * U);
   };
   EXPECT_LT(*symplectic_defect<Wide>(CotangentOfRotations<Wide>(), step, body.x), 1e-15);
   const Matrix<Wide> Q = body.x.topRows(3), M = body.x.bottomRows(3);
   const auto symmetric = [&](const Matrix<Wide>& x) -> std::optional<Matrix<Wide>> {
     return x * testing::J_D_inverse<Wide>(body.lambda, Psi<Wide>(x.topRows(3), x.bottomRows(3)));
   };
-  const Matrix<Wide> pair = stacked<Wide>(Q, *Psi_inverse<Wide>(Q, M, h));
+  const Matrix<Wide> pair = stacked(Q, *Psi_inverse<Wide>(Q, M, h));
   EXPECT_LT(*symplectic_defect<Wide>(PairsOfRotations<Wide>(), symmetric, pair), 1e-15);
 }
 
@@ -76,7 +76,7 @@ TEST(SymplecticDefect, OfTheSphere) {
   testing::RandomMatrices<double> random(5);
   const Vector<double> lambda = random.lambda(4), inverse = lambda.cwiseInverse();
   const Matrix<double> q = random.frame(1, 4), qdot = q * random.skew(4);
-  const Matrix<double> x = stacked<double>(q, qdot * lambda.asDiagonal());
+  const Matrix<double> x = stacked(q, qdot * lambda.asDiagonal());
   const double h = 0.1;
   const auto rattle = [&](const Matrix<double>& y) -> std::optional<Matrix<double>> {
     const Eigen::RowVectorXd Q = y.row(0), S = y.row(1), g = Q * inverse.asDiagonal();
@@ -86,14 +86,14 @@ TEST(SymplecticDefect, OfTheSphere) {
     const Eigen::RowVectorXd Q_next = d + Y * g, weighted = Q_next * inverse.asDiagonal();
     const Eigen::RowVectorXd S_half = S + Y / h * Q;
     const Eigen::RowVectorXd S_next = S_half - weighted.dot(S_half) / weighted.dot(Q_next) * Q_next;
-    return stacked<double>(Q_next, S_next);
+    return stacked(Q_next, S_next);
   };
   const CotangentOfFrames<double> space{lambda};
   EXPECT_LT(*symplectic_defect<double>(space, rattle, x), 2e-12);
   const auto euler = [&](const Matrix<double>& y) -> std::optional<Matrix<double>> {
     const Eigen::RowVectorXd Q = y.row(0), S = y.row(1), v = S * inverse.asDiagonal();
     const double B = -v.squaredNorm() / (Q * inverse.asDiagonal()).dot(Q);
-    return stacked<double>(Q + h * v, S + h * B * Q);
+    return stacked(Q + h * v, S + h * B * Q);
   };
   EXPECT_GT(*symplectic_defect<double>(space, euler, x), 1e-4);
 }

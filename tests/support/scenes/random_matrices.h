@@ -4,6 +4,7 @@
 
 #include "engine/linalg/arithmetic/quadruple.h"
 #include "engine/linalg/arithmetic/scalar.h"
+#include "tests/support/scenes/stacked.h"
 
 namespace stiefel::testing {
 
@@ -25,14 +26,6 @@ class RandomMatrices {
   std::mt19937 engine_;
   std::normal_distribution<double> normal_;
 };
-
-/// Two blocks by rows.
-template <class Scalar>
-Matrix<Scalar> stacked(const Matrix<Scalar>& top, const Matrix<Scalar>& bottom) {
-  Matrix<Scalar> x(top.rows() + bottom.rows(), top.cols());
-  x << top, bottom;
-  return x;
-}
 
 // Compiled once, in random_matrices.cc.
 extern template class RandomMatrices<double>;

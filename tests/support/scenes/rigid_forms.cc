@@ -8,12 +8,6 @@
 
 namespace stiefel::testing {
 
-Eigen::MatrixXd stacked(const Eigen::MatrixXd& top, const Eigen::MatrixXd& bottom) {
-  Eigen::MatrixXd x(top.rows() + bottom.rows(), top.cols());
-  x << top, bottom;
-  return x;
-}
-
 double operator_norm(const Eigen::MatrixXd& M) {
   const Eigen::MatrixXd square = M.transpose() * M;
   return std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(square).eigenvalues().maxCoeff());

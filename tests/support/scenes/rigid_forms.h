@@ -2,10 +2,9 @@
 
 #include <Eigen/Core>
 
-namespace stiefel::testing {
+#include "tests/support/scenes/stacked.h"
 
-/// Returns the rows of `top` followed by those of `bottom`.
-Eigen::MatrixXd stacked(const Eigen::MatrixXd& top, const Eigen::MatrixXd& bottom);
+namespace stiefel::testing {
 
 /// Returns ‖M‖_op, the root of the largest eigenvalue of MᵀM.
 double operator_norm(const Eigen::MatrixXd& M);

@@ -104,7 +104,7 @@ class Patience {
   bool allows_another(const grpc::Status& status) {
     if (const auto pause = refusals_.next(status)) return allows_pause(*pause);
     const auto code = as_unavailable(status).error_code();
-    if (code != grpc::StatusCode::UNAVAILABLE || waited_ >= limit_) return false;
+    if (code != grpc::StatusCode::UNAVAILABLE || total_pause_ >= limit_) return false;
     const auto until = std::chrono::system_clock::now() + deadline_.at_most(pause_);
     if (channel_ && channel_->GetState(true) != GRPC_CHANNEL_READY) {
       // gRPC connects only while a thread waits inside it, so this thread must not sleep outside.
@@ -112,7 +112,7 @@ class Patience {
     } else {
       sleep_until(until);
     }
-    waited_ += pause_;
+    total_pause_ += pause_;
     pause_ = std::min(2 * pause_, std::chrono::milliseconds(400));
     return !stop_.stop_requested();
   }
@@ -134,7 +134,7 @@ class Patience {
   std::chrono::milliseconds limit_;
   Deadline deadline_;
   std::stop_token stop_;
-  std::chrono::milliseconds waited_{0};
+  std::chrono::milliseconds total_pause_{0};
   std::chrono::milliseconds pause_{25};
 };
 
