@@ -64,10 +64,10 @@ run: build-run ## simulate asteroid Toutatis, or SCENE=file.json STEPS=10000; wr
 	fi
 
 test: build-tests ## compile and run the tests
-	@ctest --preset release -j $(TEST_JOBS)
+	@$(PYTHON) tests/run.py --preset release -j $(TEST_JOBS)
 
 test-long: build-bench build-tests ## run all tests, those that take minutes included, and the fuzz targets
-	@ctest --preset long -j $(JOBS)
+	@$(PYTHON) tests/run.py --preset long -j $(JOBS)
 	@$(MAKE) --no-print-directory fuzz
 
 fuzz: build/fuzz/build.ninja ## run libFuzzer for a minute on each target, under the sanitizers
@@ -88,9 +88,9 @@ bench-build: ## measure the processor time of `make run` and `make test` from no
 
 sanitize: build/asan/build.ninja build/tsan/build.ninja ## compile and run the tests under the sanitizers
 	@$(call cmake_build,asan,all stiefel_tests)
-	@ctest --preset asan -j $(JOBS)
+	@$(PYTHON) tests/run.py --preset asan -j $(JOBS)
 	@$(call cmake_build,tsan,all stiefel_tests)
-	@ctest --preset tsan -j $(JOBS)
+	@$(PYTHON) tests/run.py --preset tsan -j $(JOBS)
 
 image: packages ## build the container image and test a running container
 	@tests/docker/image.sh

@@ -18,7 +18,7 @@ import subprocess
 import sys
 import threading
 import time
-from typing import IO, Callable, Iterator
+from typing import IO, Callable, Iterable, Iterator
 
 STATUS = re.compile(r"\[(\d+)/(\d+)\] ")  # NINJA_STATUS below
 INTERVAL = 10.0  # seconds
@@ -53,12 +53,15 @@ def lines(stream: IO[str], wait: float) -> Iterator[str | None]:
         yield line
 
 
-def follow(stream: IO[str], show: Callable[[str], None], interval: float = INTERVAL,
+def follow(output: Iterable[str | None], show: Callable[[str], None], interval: float = INTERVAL,
            clock: Callable[[], float] = time.monotonic) -> None:
-    """Shows the progress that ninja's output tells, a line each `interval` seconds, and all else in it."""
+    """Shows the progress that ninja's output tells, a line each `interval` seconds, and all else in it.
+
+    `output` has ninja's lines, and None where there was none for a while.
+    """
     start = shown = clock()
     finished = total = 0
-    for line in lines(stream, interval):
+    for line in output:
         status = STATUS.match(line) if line else None
         if status:
             finished, total = int(status[1]), int(status[2])
@@ -79,7 +82,7 @@ def main(preset: str, jobs: str, *targets: str) -> int:
     with subprocess.Popen(command, env={**os.environ, "NINJA_STATUS": "[%f/%t] "}, text=True, errors="replace",
                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as build:
         assert build.stdout
-        follow(build.stdout, lambda line: print(line, flush=True))
+        follow(lines(build.stdout, INTERVAL), lambda line: print(line, flush=True))
     return build.returncode
 
 

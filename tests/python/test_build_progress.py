@@ -5,9 +5,8 @@ import importlib.util
 import os
 import subprocess
 import sys
-import threading
-import time
 from pathlib import Path
+from typing import Iterator
 
 import pytest
 
@@ -17,20 +16,18 @@ build = importlib.util.module_from_spec(specification)
 specification.loader.exec_module(build)
 
 
-def shown(lines: list[str], seconds_a_line: float) -> list[str]:
+def shown(lines: list[str | None], seconds_a_line: float) -> list[str]:
     """What follow() shows of ninja's lines, each of which takes some seconds by its clock."""
     now = 0.0
 
-    class Lines:
-        def __iter__(self):
-            nonlocal now
-            for line in lines:
-                now += seconds_a_line
-                yield line
-                time.sleep(0.002)  # so that follow() reads this line before the clock goes on
+    def output() -> Iterator[str | None]:
+        nonlocal now
+        for line in lines:
+            now += seconds_a_line
+            yield line
 
     out: list[str] = []
-    build.follow(Lines(), out.append, clock=lambda: now)
+    build.follow(output(), out.append, clock=lambda: now)
     return out
 
 
@@ -59,16 +56,18 @@ def test_a_build_with_nothing_to_do_says_nothing() -> None:
 
 
 def test_a_slow_object_does_not_silence_it() -> None:
-    read, write = os.pipe()
-    out: list[str] = []
-    with os.fdopen(read) as stream:
-        follower = threading.Thread(target=lambda: build.follow(stream, out.append, interval=0.2))
-        follower.start()
-        os.write(write, b"[1/2] Building CXX object a.o\n")
-        time.sleep(1.0)  # nothing comes from ninja meanwhile
-        os.close(write)
-        follower.join(timeout=10)
+    out = shown(["[1/2] Building CXX object a.o\n", None, None, None], 10.0)
     assert len(out) >= 3 and all(line.startswith("building: 1 of 2") for line in out), out
+
+
+def test_a_stream_without_lines_gives_none_after_each_wait() -> None:
+    read, write = os.pipe()
+    with os.fdopen(read) as stream, os.fdopen(write, "w") as ninja:
+        lines = build.lines(stream, 0.01)
+        assert next(lines) is None
+        ninja.write("[1/2] Building CXX object a.o\n")
+        ninja.close()
+        assert [line for line in lines if line is not None] == ["[1/2] Building CXX object a.o\n"]
 
 
 @pytest.mark.parametrize("fails", [False, True])
