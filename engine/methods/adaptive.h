@@ -34,10 +34,8 @@ struct Adaptive {
   static constexpr int most_substeps = 10000;
   static constexpr int stages = 13;
 
-  template <class S>
-  static constexpr bool applies = System<S>;
-  template <class>
-  static constexpr Conservation conservation(std::string_view) {
+  static constexpr bool applies_to(const SystemTraits&) { return true; }
+  static constexpr Conservation conservation(const SystemTraits&, std::string_view) {
     return Conservation::drifts;
   }
 

@@ -23,11 +23,10 @@ struct CrouchGrossman3 {
       .default_order = 3,
       .reversible = false,
   };
-  template <class S>
-  static constexpr bool applies = LieSystem<S>;
-  template <class S>
-  static constexpr Conservation conservation(std::string_view invariant) {
-    return S::conserved_on_orbits(invariant) ? Conservation::exact : Conservation::drifts;
+  static constexpr bool applies_to(const SystemTraits& system) { return system.lie_group; }
+  static constexpr Conservation conservation(const SystemTraits& system,
+                                             std::string_view invariant) {
+    return system.conserved_on_orbits(invariant) ? Conservation::exact : Conservation::drifts;
   }
 
   template <LieSystem S, Arithmetic arithmetic>

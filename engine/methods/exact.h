@@ -1,11 +1,6 @@
 #pragma once
 
-#include "engine/methods/closed_forms/euler_top.h"
-#include "engine/methods/closed_forms/isotropic_geodesic.h"
-#include "engine/methods/closed_forms/two_valued_body.h"
 #include "engine/methods/support/method.h"
-#include "engine/systems/rigid_body.h"
-#include "engine/systems/stiefel.h"
 
 namespace stiefel {
 
@@ -35,7 +30,7 @@ struct Exact {
   template <class S>
   struct MotionOf;
   template <class S>
-  static constexpr bool applies = requires {
+  static constexpr bool has_map_for = requires {
     &MotionOf<S>::make;
   };
   template <class S>
@@ -48,7 +43,7 @@ struct Exact {
   }
 
   template <class S, Arithmetic>
-  requires applies<S>
+  requires has_map_for<S>
   class Map {
    public:
     using Scalar = typename S::Scalar;
@@ -94,38 +89,6 @@ struct Exact {
     S system_;
     Scalar h_;
   };
-};
-
-template <class Scalar, bool frame>
-struct Exact::MotionOf<RigidBody<So3<Scalar, frame>>> {
-  using Wide = Extended<Scalar>;
-  static bool takes(const Eigen::VectorXd& lambda) { return lambda.size() == 3; }
-  static EulerTop<Wide, frame> make(const RigidBody<So3<Scalar, frame>>& body,
-                                    const typename So3<Scalar, frame>::State& start) {
-    return {PrincipalMoments3<Wide>(body.lambda()), start.template cast<Wide>()};
-  }
-};
-
-template <class Scalar>
-struct Exact::MotionOf<RigidBody<SoN<Scalar>>> {
-  using Wide = Extended<Scalar>;
-  static constexpr std::string_view where = "N = 3, or Lambda of at most two values";
-  static bool takes(const Eigen::VectorXd& lambda) {
-    return lambda.size() == 3 || TwoValuedBody<Wide>::has(lambda);
-  }
-  static TwoValuedBody<Wide> make(const RigidBody<SoN<Scalar>>& body, const Matrix<Scalar>& start) {
-    return {body.lambda().template cast<Wide>(), start.template cast<Wide>()};
-  }
-};
-
-template <class Scalar>
-struct Exact::MotionOf<Stiefel<Scalar>> {
-  using Wide = Extended<Scalar>;
-  static constexpr std::string_view where = "Lambda a multiple of the identity";
-  static bool takes(const Eigen::VectorXd& lambda) { return IsotropicGeodesic<Wide>::has(lambda); }
-  static IsotropicGeodesic<Wide> make(const Stiefel<Scalar>& system, const Matrix<Scalar>& start) {
-    return {system.lambda().template cast<Wide>(), start.template cast<Wide>()};
-  }
 };
 
 }  // namespace stiefel

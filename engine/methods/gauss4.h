@@ -1,11 +1,7 @@
 #pragma once
 
 #include "engine/methods/support/implicit_map.h"
-#include "engine/methods/support/through_psi.h"
-#include "engine/methods/support/transposed.h"
 #include "engine/systems/matrix_system.h"
-#include "engine/systems/right_rigid_body.h"
-#include "engine/systems/rigid_body.h"
 
 namespace stiefel {
 
@@ -30,25 +26,24 @@ struct Gauss4 {
       .reversible = true,
   };
 
-  /// The map for a body given by (Q, M).
+  static constexpr bool applies_to(const SystemTraits& system) {
+    return system.quadratic != nullptr;
+  }
+  static constexpr Conservation conservation(const SystemTraits& system,
+                                             std::string_view invariant) {
+    return system.quadratic(invariant) ? Conservation::exact : Conservation::bounded;
+  }
+
+  /// The map for a body given by (Q, M), which is the map of `Symmetric` under Ψ.
   template <class S>
   struct InQAndP;
   template <class S>
-  static constexpr bool through_psi = requires {
+  static constexpr bool has_map_for = requires {
     typename InQAndP<S>::Symmetric;
   };
   template <class S>
-  static constexpr bool applies = System<S> && (through_psi<S> ||
-                                                requires(std::string_view v) { S::quadratic(v); });
-  /// Whether the method needs only the vector field of the system.
-  template <class S>
-  static constexpr bool by_field_alone = !through_psi<S>;
-  template <class S>
   static constexpr Conservation conservation(std::string_view invariant) {
-    if constexpr (through_psi<S>)
-      return conservation<typename InQAndP<S>::Symmetric>(invariant);
-    else
-      return S::quadratic(invariant) ? Conservation::exact : Conservation::bounded;
+    return conservation(system_traits<typename InQAndP<S>::Symmetric>, invariant);
   }
 
   template <System S, Arithmetic arithmetic>
@@ -98,7 +93,7 @@ struct Gauss4 {
     static type make(const S& system, typename S::Scalar h) { return {system, h}; }
   };
   template <class S, Arithmetic arithmetic>
-  requires through_psi<S>
+  requires has_map_for<S>
   struct Made<S, arithmetic> {
     using type = typename InQAndP<S>::template Map<arithmetic>;
     static type make(const S& body, typename S::Scalar h) { return type(body.lambda(), h); }
@@ -109,21 +104,6 @@ struct Gauss4 {
     Map(const S& system, typename S::Scalar h, int)
         : Made<S, arithmetic>::type(Made<S, arithmetic>::make(system, h)) {}
   };
-};
-
-template <class Space>
-struct Gauss4::InQAndP<RigidBody<Space>> {
-  using Symmetric = SymmetricRigidBody<typename Space::Scalar>;
-  template <Arithmetic arithmetic>
-  using Map =
-      ThroughPsi<Space, Stages<MatrixSystem<typename Space::Scalar>, arithmetic>, arithmetic>;
-};
-template <class Scalar>
-struct Gauss4::InQAndP<RightRigidBody<Scalar>> {
-  using Symmetric = SymmetricRigidBody<Scalar>;
-  template <Arithmetic arithmetic>
-  using Map =
-      Transposed<typename InQAndP<RigidBody<SoN<Scalar>>>::template Map<arithmetic>, arithmetic>;
 };
 
 extern template class Gauss4::Stages<MatrixSystem<double>, Arithmetic::compensated>;

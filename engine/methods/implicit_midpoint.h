@@ -1,8 +1,6 @@
 #pragma once
 
-#include "engine/linalg/lie/cayley_midpoint.h"
 #include "engine/methods/support/implicit_map.h"
-#include "engine/systems/rigid_body.h"
 
 namespace stiefel {
 
@@ -24,14 +22,11 @@ struct ImplicitMidpoint {
       .default_order = 2,
       .reversible = true,
   };
+  /// `type` computes the products with I + a and (I − a)⁻¹ for the states of S.
   template <class S>
   struct CayleyOf;
-  template <class Space>
-  struct CayleyOf<RigidBody<Space>> {
-    using type = CayleyMidpoint<Space>;
-  };
   template <class S>
-  static constexpr bool applies = requires {
+  static constexpr bool has_map_for = requires {
     typename CayleyOf<S>::type;
   };
   template <class S>

@@ -22,7 +22,7 @@ struct PreprocessedVariational {
   };
 
   template <class S>
-  static constexpr bool applies = rigid_body_in_3d<S>;
+  static constexpr bool has_map_for = rigid_body_in_3d<S>;
   template <class>
   static constexpr Conservation conservation(std::string_view) {
     return Conservation::exact;

@@ -22,15 +22,11 @@ struct Rk4 {
       .in_so4 = true,
       .packing = Packing::vector_field,
   };
-  template <class S>
-  static constexpr bool applies = System<S>;
-  /// Returns `bounded` where `S::without_trend(invariant)` says that the error of the invariant has
-  /// no trend, else `drifts`.
-  template <class S>
-  static constexpr Conservation conservation([[maybe_unused]] std::string_view invariant) {
-    if constexpr (requires { S::without_trend(invariant); })
-      if (S::without_trend(invariant)) return Conservation::bounded;
-    return Conservation::drifts;
+  static constexpr bool applies_to(const SystemTraits&) { return true; }
+  static constexpr Conservation conservation(const SystemTraits& system,
+                                             std::string_view invariant) {
+    return system.without_trend && system.without_trend(invariant) ? Conservation::bounded
+                                                                   : Conservation::drifts;
   }
 
   template <System S, Arithmetic arithmetic>

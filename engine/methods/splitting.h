@@ -28,7 +28,7 @@ struct Splitting {
   };
 
   template <class S>
-  static constexpr bool applies = rigid_body_in_3d<S>;
+  static constexpr bool has_map_for = rigid_body_in_3d<S>;
   template <class S>
   static constexpr Conservation conservation(std::string_view invariant) {
     return S::conserved_on_orbits(invariant) ? Conservation::exact : Conservation::bounded;

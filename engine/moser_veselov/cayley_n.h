@@ -201,5 +201,7 @@ void CayleyN<Scalar, arithmetic>::linearise(const Matrix<Scalar>& K) {
 // Compiled once, in cayley_n.cc.
 extern template class CayleyN<double, Arithmetic::compensated>;
 extern template class CayleyN<double, Arithmetic::plain>;
+extern template class CayleyN<float, Arithmetic::compensated>;
+extern template class CayleyN<float, Arithmetic::plain>;
 
 }  // namespace stiefel

@@ -174,5 +174,7 @@ void DeviationN<Scalar, arithmetic>::refine() {
 // Compiled once, in deviation_n.cc.
 extern template class DeviationN<double, Arithmetic::compensated>;
 extern template class DeviationN<double, Arithmetic::plain>;
+extern template class DeviationN<float, Arithmetic::compensated>;
+extern template class DeviationN<float, Arithmetic::plain>;
 
 }  // namespace stiefel

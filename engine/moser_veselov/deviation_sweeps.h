@@ -144,5 +144,6 @@ void DeviationSweeps<Scalar>::set(const Matrix<Scalar>& X, const Matrix<Scalar>&
 
 // Compiled once, in deviation_n.cc.
 extern template class DeviationSweeps<double>;
+extern template class DeviationSweeps<float>;
 
 }  // namespace stiefel

@@ -110,5 +110,7 @@ void JDInverseN<Scalar, arithmetic>::transport(State& x, Memory& memory) {
 // Compiled once, in j_d_n.cc.
 extern template class JDInverseN<double, Arithmetic::compensated>;
 extern template class JDInverseN<double, Arithmetic::plain>;
+extern template class JDInverseN<float, Arithmetic::compensated>;
+extern template class JDInverseN<float, Arithmetic::plain>;
 
 }  // namespace stiefel

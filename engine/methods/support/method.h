@@ -7,6 +7,8 @@
 #include "engine/linalg/arithmetic/compensated.h"
 #include "engine/linalg/arithmetic/lanes.h"
 #include "engine/maps/map.h"
+#include "engine/methods/support/type_list.h"
+#include "engine/systems/system_traits.h"
 #include "stiefel/conservation.h"
 
 namespace stiefel {
@@ -35,13 +37,59 @@ struct MethodTraits {
   Packing packing = Packing::none;
 };
 
-/// A Method turns a System into a Map: `Method::traits`, `Method::applies<System>`,
-/// `Method::conservation<System>(invariant)` and `Method::Map<System, arithmetic>(system, h,
-/// order)`. The catalogue lists a method that applies to a system only in three dimensions for N =
-/// 3.
+/// A Method turns a System into a Map: `Method::traits` and `Method::Map<S, arithmetic>(system, h,
+/// order)`, with a general rule, with maps for single systems, or with both:
+///
+///     general   applies_to(SystemTraits), conservation(SystemTraits, invariant)
+///     special   has_map_for<S>, conservation<S>(invariant); S has its file in methods/special
 template <class M>
 concept Method = requires {
   { M::traits } -> std::convertible_to<MethodTraits>;
+};
+
+/// A method that applies to every system that says of itself what the method needs.
+template <class M>
+concept GeneralMethod = Method<M> && requires(const SystemTraits& system, std::string_view v) {
+  { M::applies_to(system) } -> std::convertible_to<bool>;
+  { M::conservation(system, v) } -> std::convertible_to<Conservation>;
+};
+
+/// Whether the method has a map made for the system S.
+template <class M, class S>
+constexpr bool has_map_for = [] {
+  if constexpr (requires { M::template has_map_for<S>; })
+    return M::template has_map_for<S>;
+  else
+    return false;
+}();
+
+/// Whether the method applies to the system S.
+template <class M, class S>
+constexpr bool applies = [] {
+  if constexpr (has_map_for<M, S>)
+    return true;
+  else if constexpr (GeneralMethod<M>)
+    return System<S> && M::applies_to(system_traits<S>);
+  else
+    return false;
+}();
+
+/// Returns what the method does to an invariant of S: what S declares of every method if it does,
+/// else what the method declares.
+template <class M, class S>
+constexpr Conservation conservation_by(std::string_view invariant) {
+  if constexpr (requires { S::conservation(invariant); })
+    if (const auto conservation = S::conservation(invariant)) return *conservation;
+  if constexpr (has_map_for<M, S>)
+    return M::template conservation<S>(invariant);
+  else
+    return M::conservation(system_traits<S>, invariant);
+}
+
+/// The methods with a map made for S, a TypeList. A specialisation stands in methods/special.
+template <class S>
+struct SpecialMethods {
+  using type = TypeList<>;
 };
 
 /// The state of a map whose next step depends only on the system's state.

@@ -9,7 +9,7 @@
 #include "engine/simulation/catalogue/families/two_forms.h"
 #include "engine/simulation/catalogue/methods/method_traits.h"
 #include "engine/simulation/catalogue/system_entry.h"
-#include "engine/simulation/stepping/methods.h"
+#include "engine/simulation/stepping/method_entry.h"
 
 namespace stiefel {
 
@@ -41,8 +41,7 @@ Listed& listed() {
 #define SYSTEM(name) made.systems.push_back(name##_entry());
 #include "engine/simulation/catalogue/systems.inc"
 #undef SYSTEM
-    for_each_type(Methods{},
-                  [&]<class Method>(Method*) { made.methods.push_back(Method::traits); });
+    for (const MethodEntry& method : method_entries()) made.methods.push_back(method.traits);
     return made;
   }();
   return all;

@@ -6,7 +6,8 @@
 #include "engine/simulation/catalogue/families/rigid_forms.h"
 #include "engine/simulation/catalogue/families/stiefel_forms.h"
 #include "engine/simulation/catalogue/representations/representations.h"
-#include "engine/simulation/stepping/simulate.h"
+#include "engine/simulation/stepping/make_simulation.h"
+#include "engine/simulation/stepping/methods_on.h"
 #include "stiefel/invariant_names.h"
 
 namespace stiefel {
@@ -57,7 +58,7 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
   observables.rate = [=, h = scene.step()](const Eigen::MatrixXd& x) {
     return (x.bottomRows(n) - x.topRows(n)).norm() / std::abs(h);
   };
-  return simulate_map(scene, Map(lambda, n), observables, stiefel_cost(n, N));
+  return make_discrete_simulation(scene, Map(lambda, n), observables, stiefel_cost(n, N));
 }
 
 }  // namespace

@@ -13,7 +13,8 @@
 #include "engine/simulation/catalogue/system_entry.h"
 #include "engine/simulation/scene/scene_draft.h"
 #include "engine/simulation/stepping/at_rest.h"
-#include "engine/simulation/stepping/simulate.h"
+#include "engine/simulation/stepping/make_simulation.h"
+#include "engine/simulation/stepping/methods_on.h"
 #include "engine/simulation/stepping/stacked_observables.h"
 #include "stiefel/invariant_names.h"
 
@@ -118,7 +119,7 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
     if (!xi.allFinite()) return std::numeric_limits<double>::infinity();
     return casimirs<double>(xi)(0);  // U and V form one real skew matrix
   };
-  return simulate(scene, system, observables, 4 * rigid_body_cost(p + q + 1));
+  return make_simulation(scene, system, observables, 4 * rigid_body_cost(p + q + 1));
 }
 
 bool of_scalars(const Scene& scene) {

@@ -1,4 +1,4 @@
-#include "engine/systems/ellipsoid.h"
+#include "engine/methods/special/ellipsoid.h"
 #include "engine/simulation/stepping/invariant_list.h"
 
 #include "engine/invariants/ellipsoid.h"
@@ -8,7 +8,8 @@
 #include "engine/simulation/catalogue/motions/motion_starts.h"
 #include "engine/simulation/catalogue/representations/representations.h"
 #include "engine/simulation/stepping/at_rest.h"
-#include "engine/simulation/stepping/simulate.h"
+#include "engine/simulation/stepping/make_simulation.h"
+#include "engine/simulation/stepping/methods_on.h"
 #include "stiefel/invariant_names.h"
 
 namespace stiefel {
@@ -64,8 +65,8 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
     }
   };
   const double cost = 300 + 20 * static_cast<double>(lambda.size());
-  if (costate) return simulate(scene, EllipsoidCostate<double>(lambda), observables, cost);
-  return simulate(scene, Ellipsoid<double>(lambda), observables, cost);
+  if (costate) return make_simulation(scene, EllipsoidCostate<double>(lambda), observables, cost);
+  return make_simulation(scene, Ellipsoid<double>(lambda), observables, cost);
 }
 
 /// Returns why a method that applies to (q, qdot) does not apply to (q, p); empty if it does.

@@ -7,7 +7,8 @@
 #include "engine/simulation/catalogue/families/symmetric_scene.h"
 #include "engine/simulation/catalogue/motions/motion_starts.h"
 #include "engine/simulation/catalogue/representations/representations.h"
-#include "engine/simulation/stepping/simulate.h"
+#include "engine/simulation/stepping/make_simulation.h"
+#include "engine/simulation/stepping/methods_on.h"
 
 namespace stiefel {
 namespace {
@@ -20,7 +21,8 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
       observables, scene,
       {.Q = [N](const auto& x) { return x.topRows(N).eval(); },
        .M = [N](const auto& x) { return M_of_B<double>(x.topRows(N), x.bottomRows(N)); }});
-  return simulate(scene, McLachlanScovel<double>(scene.inertia()), observables, rigid_body_cost(N));
+  return make_simulation(scene, McLachlanScovel<double>(scene.inertia()), observables,
+                         rigid_body_cost(N));
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 #include "engine/maps/moser_veselov.h"
 
-#include "engine/simulation/catalogue/coordinates/rigid_body_4d.h"
+#include "engine/simulation/catalogue/coordinates/moser_veselov_4d.h"
 #include "engine/simulation/catalogue/families/discrete_hamiltonian.h"
 #include "engine/simulation/catalogue/families/forms.h"
 #include "engine/simulation/catalogue/families/rigid_body_data.h"
@@ -9,7 +9,9 @@
 #include "engine/simulation/catalogue/motions/motion_starts.h"
 #include "engine/simulation/catalogue/representations/representations.h"
 #include "engine/simulation/catalogue/system_entry.h"
-#include "engine/simulation/stepping/simulate.h"
+#include "engine/simulation/stepping/make_simulation.h"
+#include "engine/systems/rigid_body.h"
+#include "engine/simulation/stepping/methods_on.h"
 
 namespace stiefel {
 namespace {
@@ -17,12 +19,13 @@ namespace {
 template <class Space>
 std::unique_ptr<Simulation> make_in(const Scene& scene) {
   using Map = MoserVeselov<Space, Arithmetic::compensated>;
-  return simulate_map(scene, Map(scene.inertia(), scene.step()), RigidBodyObservables<Space>(scene),
-                      rigid_body_cost(scene.dimension()));
+  return make_discrete_simulation(scene, Map(scene.inertia(), scene.step()),
+                                  RigidBodyObservables<Space>(scene),
+                                  rigid_body_cost(scene.dimension()));
 }
 
 std::unique_ptr<Simulation> make(const Scene& scene) {
-  if (is_rigid_body_4d(scene)) return moser_veselov_4d(scene);
+  if (scene.dimension() == 4) return moser_veselov_4d(scene);
   if (scene.dimension() != 3) return make_in<SoN<double>>(scene);
   if (scene.has_frame()) return make_in<So3<double, true>>(scene);
   return make_in<So3<double, false>>(scene);

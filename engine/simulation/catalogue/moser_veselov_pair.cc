@@ -11,7 +11,8 @@
 #include "engine/simulation/catalogue/families/rigid_forms.h"
 #include "engine/simulation/catalogue/motions/motion_starts.h"
 #include "engine/simulation/catalogue/representations/representations.h"
-#include "engine/simulation/stepping/simulate.h"
+#include "engine/simulation/stepping/make_simulation.h"
+#include "engine/simulation/stepping/methods_on.h"
 
 namespace stiefel {
 namespace {
@@ -47,7 +48,7 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
     add_discrete_hamiltonian(lambda, Sigma_L<double>(lambda, x.topRows(N), x.bottomRows(N), h), h,
                              out);
   };
-  return simulate_map(scene, Map(lambda, h), observables, rigid_body_cost(N));
+  return make_discrete_simulation(scene, Map(lambda, h), observables, rigid_body_cost(N));
 }
 
 }  // namespace

@@ -4,7 +4,8 @@
 #include "engine/simulation/catalogue/families/rigid_body_data.h"
 #include "engine/simulation/catalogue/representations/representations.h"
 #include "engine/simulation/scene/scene_draft.h"
-#include "engine/simulation/stepping/simulate.h"
+#include "engine/simulation/stepping/make_simulation.h"
+#include "engine/simulation/stepping/methods_on.h"
 
 namespace stiefel {
 namespace {
@@ -12,9 +13,9 @@ namespace {
 using Map = ParametricMoserVeselov<double, Arithmetic::compensated>;
 
 std::unique_ptr<Simulation> make(const Scene& scene) {
-  return simulate_map(scene, Map(scene.inertia(), scene.step(), scene.parameter(), scene.epsilon()),
-                      parametric_observables(scene, scene.step()),
-                      2 * rigid_body_cost(scene.dimension()));
+  return make_discrete_simulation(
+      scene, Map(scene.inertia(), scene.step(), scene.parameter(), scene.epsilon()),
+      parametric_observables(scene, scene.step()), 2 * rigid_body_cost(scene.dimension()));
 }
 
 }  // namespace

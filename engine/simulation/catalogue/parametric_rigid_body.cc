@@ -5,7 +5,8 @@
 #include "engine/simulation/catalogue/families/rigid_body_data.h"
 #include "engine/simulation/catalogue/motions/motion_starts.h"
 #include "engine/simulation/catalogue/representations/representations.h"
-#include "engine/simulation/stepping/simulate.h"
+#include "engine/simulation/stepping/make_simulation.h"
+#include "engine/simulation/stepping/methods_on.h"
 
 namespace stiefel {
 namespace {
@@ -13,9 +14,9 @@ namespace {
 constexpr std::array recommendations = {at_constant_Omega, with_error_control(5e-14, 0.1)};
 
 std::unique_ptr<Simulation> make(const Scene& scene) {
-  return simulate(scene,
-                  ParametricRigidBody<double>(scene.inertia(), scene.parameter(), scene.epsilon()),
-                  parametric_observables(scene, 1), 2 * rigid_body_cost(scene.dimension()));
+  return make_simulation(
+      scene, ParametricRigidBody<double>(scene.inertia(), scene.parameter(), scene.epsilon()),
+      parametric_observables(scene, 1), 2 * rigid_body_cost(scene.dimension()));
 }
 
 }  // namespace

@@ -9,7 +9,8 @@
 #include "engine/simulation/catalogue/families/symmetric_scene.h"
 #include "engine/simulation/catalogue/motions/motion_starts.h"
 #include "engine/simulation/catalogue/representations/representations.h"
-#include "engine/simulation/stepping/simulate.h"
+#include "engine/simulation/stepping/make_simulation.h"
+#include "engine/simulation/stepping/methods_on.h"
 #include "stiefel/invariant_names.h"
 
 namespace stiefel {
@@ -30,8 +31,8 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
        },
        .scaled = true,
        .terms = [terms = A.stableNorm() / std::abs(epsilon)](const auto&) { return terms; }});
-  return simulate(scene, ReducedRigidBody<double>(scene.inertia(), A, epsilon), observables,
-                  rigid_body_cost(N));
+  return make_simulation(scene, ReducedRigidBody<double>(scene.inertia(), A, epsilon), observables,
+                         rigid_body_cost(N));
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "engine/systems/right_rigid_body.h"
+#include "engine/methods/special/right_rigid_body.h"
 
 #include "engine/simulation/catalogue/families/recommended.h"
 #include "engine/simulation/catalogue/families/rigid_body_data.h"
@@ -6,7 +6,8 @@
 #include "engine/simulation/catalogue/families/rigid_forms.h"
 #include "engine/simulation/catalogue/motions/motion_starts.h"
 #include "engine/simulation/catalogue/representations/representations.h"
-#include "engine/simulation/stepping/simulate.h"
+#include "engine/simulation/stepping/make_simulation.h"
+#include "engine/simulation/stepping/methods_on.h"
 
 namespace stiefel {
 namespace {
@@ -19,7 +20,8 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
                     {.Q = [N](const auto& x) { return x.topRows(N).eval(); },
                      .M = [N](const auto& x) { return x.bottomRows(N).eval(); },
                      .side = Side::right});
-  return simulate(scene, RightRigidBody<double>(scene.inertia()), observables, rigid_body_cost(N));
+  return make_simulation(scene, RightRigidBody<double>(scene.inertia()), observables,
+                         rigid_body_cost(N));
 }
 
 constexpr std::array recommendations = {at_constant_Omega, with_error_control(1e-12, 0.15)};

@@ -1,34 +1,31 @@
-#include "engine/systems/rigid_body.h"
-
+#include "engine/methods/closed_forms/two_valued_body.h"
+#include "engine/methods/exact.h"
+#include "engine/methods/preprocessed_variational.h"
+#include "engine/methods/rk4.h"
+#include "engine/methods/variational.h"
+#include "engine/simulation/catalogue/coordinates/body_by_method.h"
 #include "engine/simulation/catalogue/coordinates/exact_body.h"
-#include "engine/simulation/catalogue/coordinates/in_float.h"
-#include "engine/simulation/catalogue/coordinates/rigid_body_4d.h"
 #include "engine/simulation/catalogue/families/forms.h"
 #include "engine/simulation/catalogue/families/recommended.h"
 #include "engine/simulation/catalogue/families/rigid_body_data.h"
-#include "engine/simulation/catalogue/families/rigid_body_observables.h"
 #include "engine/simulation/catalogue/families/rigid_body_scene.h"
 #include "engine/simulation/catalogue/motions/motion_starts.h"
 #include "engine/simulation/catalogue/representations/representations.h"
 #include "engine/simulation/catalogue/system_entry.h"
-#include "engine/simulation/stepping/simulate.h"
+#include "engine/simulation/stepping/methods_on.h"
 
 namespace stiefel {
 namespace {
 
-template <class Space>
-std::unique_ptr<Simulation> make_in(const Scene& scene) {
-  return simulate(scene, RigidBody<Space>(scene.inertia()), RigidBodyObservables<Space>(scene),
-                  rigid_body_cost(scene.dimension()));
+std::unique_ptr<Simulation> make(const Scene& scene) {
+  return is_exact_body(scene) ? exact_body(scene) : make_body_simulation(scene);
 }
 
-std::unique_ptr<Simulation> make(const Scene& scene) {
-  if (is_rigid_body_4d(scene)) return rigid_body_4d(scene);
-  if (scene.in_float()) return rigid_body_in_float(scene);
-  if (is_exact_body(scene)) return exact_body(scene);
-  if (scene.dimension() != 3) return make_in<SoN<double>>(scene);
-  if (scene.has_frame()) return make_in<So3<double, true>>(scene);
-  return make_in<So3<double, false>>(scene);
+/// Returns the methods that move rigid bodies.
+std::vector<MethodOnSystem> methods_on_bodies(const SystemInfo& info) {
+  std::vector<MethodOnSystem> all;
+  for (const BodyByMethod& body : bodies_by_methods()) all.push_back(body.declared(info));
+  return all;
 }
 
 bool in_3d(const Scene& scene) { return scene.dimension() == 3; }
@@ -72,7 +69,7 @@ SystemEntry rigid_body_entry() {
   info.equations = "Q' = Q Omega, M' = [M, Omega], M = Lambda Omega + Omega Lambda";
   info.source = "[RB] (2.2), (2.3)";
   info.file = "engine/systems/rigid_body.h";
-  info.methods = methods_on<RigidBody<SoN<double>>, RigidBody<So3<double, true>>>(info);
+  info.methods = methods_on_bodies(info);
   offer_in_float(info);
   return {.info = info,
           .check = check_rigid_body_or_engineers,

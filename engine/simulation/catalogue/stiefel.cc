@@ -1,14 +1,15 @@
-#include "engine/systems/stiefel.h"
+#include "engine/methods/special/stiefel.h"
 
 #include "engine/representations/stiefel_momenta.h"
-#include "engine/simulation/catalogue/coordinates/in_float.h"
+#include "engine/simulation/catalogue/coordinates/stiefel_in_float.h"
 #include "engine/simulation/catalogue/families/forms.h"
 #include "engine/simulation/catalogue/families/recommended.h"
 #include "engine/simulation/catalogue/families/rigid_forms.h"
 #include "engine/simulation/catalogue/families/stiefel_forms.h"
 #include "engine/simulation/catalogue/motions/motion_starts.h"
 #include "engine/simulation/catalogue/representations/representations.h"
-#include "engine/simulation/stepping/simulate.h"
+#include "engine/simulation/stepping/make_simulation.h"
+#include "engine/simulation/stepping/methods_on.h"
 
 namespace stiefel {
 namespace {
@@ -28,7 +29,8 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
         {"M", static_cast<int>(N), static_cast<int>(N)},
         [n](const auto& x, auto out) { out = dense_M<double>(x.topRows(n), x.bottomRows(n)); });
   if (scene.in_float()) return stiefel_in_float(scene, observables);
-  return simulate(scene, Stiefel<double>(scene.inertia(), n), observables, stiefel_cost(n, N));
+  return make_simulation(scene, Stiefel<double>(scene.inertia(), n), observables,
+                         stiefel_cost(n, N));
 }
 
 void check(SceneDraft& draft) {

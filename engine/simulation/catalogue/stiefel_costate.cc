@@ -10,7 +10,8 @@
 #include "engine/simulation/catalogue/families/stiefel_forms.h"
 #include "engine/simulation/catalogue/motions/motion_starts.h"
 #include "engine/simulation/catalogue/representations/representations.h"
-#include "engine/simulation/stepping/simulate.h"
+#include "engine/simulation/stepping/make_simulation.h"
+#include "engine/simulation/stepping/methods_on.h"
 #include "stiefel/invariant_names.h"
 
 namespace stiefel {
@@ -48,7 +49,8 @@ std::unique_ptr<Simulation> make(const Scene& scene, const Eigen::MatrixXd& star
       for (Eigen::Index j = 0; j < n; ++j)
         out.add(family::PQt, indexed(family::PQt, i + 1, j + 1), A(i, j), scale);
   };
-  return simulate(scene, StiefelCostate<double>(lambda, n), observables, 3 * stiefel_cost(n, N));
+  return make_simulation(scene, StiefelCostate<double>(lambda, n), observables,
+                         3 * stiefel_cost(n, N));
 }
 
 void check_costate(SceneDraft& draft) {

@@ -10,7 +10,8 @@
 #include "engine/simulation/catalogue/families/symmetric_scene.h"
 #include "engine/simulation/catalogue/motions/motion_starts.h"
 #include "engine/simulation/catalogue/representations/representations.h"
-#include "engine/simulation/stepping/simulate.h"
+#include "engine/simulation/stepping/make_simulation.h"
+#include "engine/simulation/stepping/methods_on.h"
 
 namespace stiefel {
 namespace {
@@ -27,8 +28,8 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
     of_body(x, out);
     add_discrete_hamiltonian(lambda, Psi<double>(x.topRows(N), x.bottomRows(N), epsilon), h, out);
   };
-  return simulate_map(scene, Map(scene.inertia(), scene.step(), epsilon), observables,
-                      rigid_body_cost(N));
+  return make_discrete_simulation(scene, Map(scene.inertia(), scene.step(), epsilon), observables,
+                                  rigid_body_cost(N));
 }
 
 }  // namespace

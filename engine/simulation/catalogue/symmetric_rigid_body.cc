@@ -1,4 +1,4 @@
-#include "engine/systems/symmetric_rigid_body.h"
+#include "engine/methods/special/symmetric_rigid_body.h"
 
 #include "engine/simulation/catalogue/families/forms.h"
 #include "engine/simulation/catalogue/families/recommended.h"
@@ -8,14 +8,15 @@
 #include "engine/simulation/catalogue/families/symmetric_scene.h"
 #include "engine/simulation/catalogue/motions/motion_starts.h"
 #include "engine/simulation/catalogue/representations/representations.h"
-#include "engine/simulation/stepping/simulate.h"
+#include "engine/simulation/stepping/make_simulation.h"
+#include "engine/simulation/stepping/methods_on.h"
 
 namespace stiefel {
 namespace {
 
 std::unique_ptr<Simulation> make(const Scene& scene) {
-  return simulate(scene, SymmetricRigidBody<double>(scene.inertia(), scene.epsilon()),
-                  symmetric_observables(scene), rigid_body_cost(scene.dimension()));
+  return make_simulation(scene, SymmetricRigidBody<double>(scene.inertia(), scene.epsilon()),
+                         symmetric_observables(scene), rigid_body_cost(scene.dimension()));
 }
 
 }  // namespace

@@ -5,6 +5,8 @@
 
 #include "engine/linalg/arithmetic/to_text.h"
 #include "engine/methods/variational.h"
+#include "engine/systems/rigid_body.h"
+#include "engine/systems/stiefel.h"
 #include "stiefel/simulation.h"
 
 namespace stiefel {

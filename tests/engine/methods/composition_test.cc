@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "engine/methods/special/rigid_body.h"
+#include "engine/methods/special/stiefel.h"
 #include "engine/methods/variational.h"
 #include "tests/support/linalg/quadruple.h"
 #include "tests/support/scenes/body_state.h"

@@ -7,6 +7,8 @@
 
 #include "engine/linalg/special_functions/carlson.h"
 #include "engine/linalg/special_functions/jacobi_elliptic.h"
+#include "engine/methods/special/rigid_body.h"
+#include "engine/methods/special/stiefel.h"
 #include "engine/methods/variational.h"
 #include "stiefel/simulation.h"
 #include "tests/support/linalg/quadruple.h"

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include "engine/methods/special/ellipsoid.h"
+#include "engine/methods/special/stiefel.h"
 #include "engine/methods/variational.h"
 #include "engine/systems/stiefel.h"
 #include "tests/support/linalg/quadruple.h"

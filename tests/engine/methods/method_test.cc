@@ -9,6 +9,7 @@
 #include "engine/methods/gauss4.h"
 #include "engine/methods/implicit_midpoint.h"
 #include "engine/methods/munthe_kaas4.h"
+#include "engine/methods/special/rigid_body.h"
 #include "engine/methods/variational.h"
 #include "tests/support/exact_motion.h"
 #include "tests/support/scenes/body_state.h"
@@ -154,8 +155,7 @@ TYPED_TEST(OnBodies, KeepsWhatItDeclares) {
     }
   }
   for (int i = 0; i < 5; ++i)
-    expect_conservation(Method::template conservation<Body>(invariants[i]), growth, i,
-                        invariants[i]);
+    expect_conservation(conservation_by<Method, Body>(invariants[i]), growth, i, invariants[i]);
 }
 
 /// [RB] (3.1): Q̇ = QΩ, Ṗ = PΩ, M = QᵀP − PᵀQ.
@@ -198,7 +198,7 @@ TEST(Gauss4, KeepsQuadraticInvariants) {
     }
   }
   for (int i = 0; i < 5; ++i)
-    expect_conservation(Gauss4::conservation<QuadraticBody>(invariants[i]), growth, i,
+    expect_conservation(conservation_by<Gauss4, QuadraticBody>(invariants[i]), growth, i,
                         invariants[i]);
 }
 

@@ -2,7 +2,8 @@
 
 #include <cmath>
 
-#include "engine/simulation/stepping/methods.h"
+#include "engine/methods/special/rigid_body.h"
+#include "methods/all_methods.h"
 #include "tests/support/exact_motion.h"
 #include "tests/support/scenes/random_scene.h"
 
@@ -42,16 +43,10 @@ double error(const RandomBody& body, const testing::Motion& exact, int steps) {
   return (frame(state.x.value) - exact.Q).norm();
 }
 
-/// Whether the method applies to the space.
-template <class Method, class Space>
-concept On = requires {
-  typename Method::template Map<RigidBody<Space>, Arithmetic::compensated>;
-};
-
 template <class Method, class Space>
 void expect_order(int) {}
 template <class Method, class Space>
-requires On<Method, Space>
+requires applies<Method, RigidBody<Space>>
 void expect_order(int N) {
   if constexpr (Method::traits.default_tolerance > 0) return;  // it has a tolerance, not a step
   if (Method::traits.default_order == 0) return;               // it is exact

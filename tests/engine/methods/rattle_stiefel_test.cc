@@ -4,6 +4,9 @@
 
 #include "engine/invariants/stiefel.h"
 #include "engine/linalg/lie/orthogonal.h"
+#include "engine/methods/special/ellipsoid.h"
+#include "engine/methods/special/rigid_body.h"
+#include "engine/methods/special/stiefel.h"
 #include "engine/methods/variational.h"
 #include "tests/support/integrate.h"
 #include "tests/support/linalg/constraint_riccati_spectral.h"
@@ -18,8 +21,8 @@ constexpr auto compensated = Arithmetic::compensated;
 template <Arithmetic arithmetic>
 using VariationalMap = Variational::Map<Stiefel<double>, arithmetic>;
 
-static_assert(Variational::applies<Stiefel<double>> && Variational::applies<Ellipsoid<double>>);
-static_assert(Variational::applies<RigidBody<SoN<double>>> && !Variational::applies<double>);
+static_assert(applies<Variational, Stiefel<double>> && applies<Variational, Ellipsoid<double>>);
+static_assert(applies<Variational, RigidBody<SoN<double>>> && !applies<Variational, double>);
 
 template <Arithmetic arithmetic = compensated>
 VariationalMap<arithmetic> map_of(const RandomFrame<double>& frame, double h) {

@@ -1,13 +1,13 @@
 #include <gtest/gtest.h>
 
 #include "engine/methods/support/method.h"
-#include "engine/simulation/stepping/methods.h"
+#include "engine/systems/rigid_body.h"
 #include "tests/support/scenes/random_scene.h"
 
 namespace stiefel {
 namespace {
 
-/// Adding a method takes this struct in a file and its name in the list of methods.h.
+/// Adding a method takes this struct in a file and its name in methods.inc.
 struct ExplicitEuler {
   static constexpr MethodTraits traits = {.name = "explicit_euler",
                                           .summary = "x + hX(x)",
@@ -16,10 +16,8 @@ struct ExplicitEuler {
                                           .orders = {1},
                                           .default_order = 1,
                                           .reversible = false};
-  template <class S>
-  static constexpr bool applies = System<S>;
-  template <class>
-  static constexpr Conservation conservation(std::string_view) {
+  static constexpr bool applies_to(const SystemTraits&) { return true; }
+  static constexpr Conservation conservation(const SystemTraits&, std::string_view) {
     return Conservation::drifts;
   }
 
@@ -38,7 +36,7 @@ struct ExplicitEuler {
 TEST(ToyMethod, IsAMethodOnEverySpace) {
   using Body3 = RigidBody<So3<double, true>>;
   using BodyN = RigidBody<SoN<double>>;
-  static_assert(Method<ExplicitEuler> && ExplicitEuler::applies<BodyN>);
+  static_assert(GeneralMethod<ExplicitEuler> && applies<ExplicitEuler, BodyN>);
   static_assert(stiefel::Map<ExplicitEuler::Map<Body3, Arithmetic::plain>>);
   const testing::RandomBody body(5, 1);
   ExplicitEuler::Map<BodyN, Arithmetic::plain> map(BodyN(body.lambda), 0.5, 1);

@@ -1,9 +1,8 @@
-#include "engine/simulation/catalogue/coordinates/in_float.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "stiefel/catalogue.h"
 #include "stiefel/diagnosis.h"
 #include "tests/support/scenes/any_scene.h"
 #include "tests/support/scenes/random_scene.h"

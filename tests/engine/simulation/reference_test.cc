@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "engine/methods/special/rigid_body.h"
+#include "engine/methods/special/stiefel.h"
 #include "engine/methods/variational.h"
 #include "engine/problems/taylor_double_bracket.h"
 #include "engine/problems/taylor_motion.h"

@@ -1,6 +1,9 @@
 #pragma once
 
-#include "engine/simulation/stepping/methods.h"
+#include "engine/methods/special/ellipsoid.h"
+#include "engine/methods/special/rigid_body.h"
+#include "engine/methods/special/stiefel.h"
+#include "methods/all_methods.h"
 #include "tests/extremes/twin/twin.h"
 
 namespace stiefel::extremes {
@@ -45,7 +48,7 @@ std::unique_ptr<Twin> twin_of(const Scene& scene, const S& system, const typenam
   const bool discrete = scene.method().empty();
   const std::string name = discrete ? "variational" : scene.method();
   const auto attempt = [&]<class Method>(Method*) {
-    if constexpr (Method::template applies<S> && Method::traits.default_tolerance == 0)
+    if constexpr (applies<Method, S> && Method::traits.default_tolerance == 0)
       if (name == Method::traits.name) {
         using Map = typename Method::template Map<S, Arithmetic::plain>;
         made = std::make_unique<TwinOf<Map, Read, Energy>>(

@@ -7,7 +7,8 @@
 #include "engine/simulation/catalogue/methods/method_traits.h"
 #include "engine/simulation/catalogue/motions/vector_field.h"
 #include "engine/simulation/catalogue/system_entry.h"
-#include "engine/simulation/stepping/simulate.h"
+#include "engine/simulation/stepping/make_simulation.h"
+#include "engine/simulation/stepping/methods_on.h"
 #include "engine/simulation/stepping/stacked_observables.h"
 #include "tests/support/toys/heun.h"
 #include "tests/support/toys/toys.h"
@@ -44,8 +45,9 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
   observables.rate = [D](const Eigen::MatrixXd& H) { return (D * H - H * D).norm(); };
   const double cost = 500 + 5.0 * N * N * N;
   const Brockett<double> system(scene.inertia());
-  if (scene.method() == Heun::traits.name) return make_map<Heun>(scene, system, observables, cost);
-  return simulate(scene, system, observables, cost);
+  if (scene.method() == Heun::traits.name)
+    return make_simulation_by<Heun>(scene, system, observables, cost);
+  return make_simulation(scene, system, observables, cost);
 }
 
 VectorField equations(const Scene& scene) {
@@ -75,8 +77,7 @@ SystemEntry brockett_entry() {
   info.fields = {{"H", "N x N", "symmetric"}};
   info.invariants = {{"eigenvalues", "of H, ascending", "Brockett 1991"}};
   info.methods = methods_on<Brockett<double>>(info);
-  info.methods.push_back(
-      {Heun::traits.name, preservations(info, conservation_by<Heun, Brockett<double>>)});
+  info.methods.push_back(declared_by<Heun, Brockett<double>>(info));
   return {
       .info = info, .check = check, .make = make, .vector_field = equations, .example = example};
 }

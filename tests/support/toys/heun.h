@@ -16,10 +16,8 @@ struct Heun {
       .default_order = 2,
       .reversible = false,
   };
-  template <class S>
-  static constexpr bool applies = System<S>;
-  template <class>
-  static constexpr Conservation conservation(std::string_view) {
+  static constexpr bool applies_to(const SystemTraits&) { return true; }
+  static constexpr Conservation conservation(const SystemTraits&, std::string_view) {
     return Conservation::drifts;
   }
 

@@ -1,10 +1,11 @@
 #include "engine/simulation/catalogue/coordinates/exact_body.h"
 
+#include "engine/methods/closed_forms/euler_top.h"
 #include "engine/methods/exact.h"
 #include "engine/simulation/catalogue/families/rigid_body_data.h"
 #include "engine/simulation/catalogue/families/rigid_body_observables.h"
 #include "engine/simulation/scene/extended_body.h"
-#include "engine/simulation/stepping/simulate.h"
+#include "engine/simulation/stepping/make_simulation_by.h"
 
 namespace stiefel {
 namespace {
@@ -61,7 +62,7 @@ bool is_exact_body(const Scene& scene) {
 }
 
 std::unique_ptr<Simulation> exact_body(const Scene& scene) {
-  return simulate<TypeList<Exact>>(scene, BodyAsGiven{*extended_body(scene)},
+  return make_simulation_by<Exact>(scene, BodyAsGiven{*extended_body(scene)},
                                    RigidBodyObservables<Space>(scene), rigid_body_cost(3));
 }
 

@@ -9,8 +9,8 @@ namespace stiefel {
 /// Returns the simulation of `system` by Method, in the arithmetic of the scene. `cost` is a rough
 /// number of nanoseconds for a step.
 template <class Method, class S, class Observables>
-std::unique_ptr<Simulation> make_map(const Scene& scene, const S& system,
-                                     const Observables& observables, double cost) {
+std::unique_ptr<Simulation> make_simulation_by(const Scene& scene, const S& system,
+                                               const Observables& observables, double cost) {
   const auto h = static_cast<typename S::Scalar>(scene.step() / scene.substeps());
   const auto make = [&]<class Map>(Map*) -> std::unique_ptr<Simulation> {
     using Made = SimulationOf<Map, Observables>;

@@ -1,0 +1,8 @@
+#include "engine/moser_veselov/j_d_n.h"
+
+namespace stiefel {
+
+template class JDInverseN<float, Arithmetic::compensated>;
+template class JDInverseN<float, Arithmetic::plain>;
+
+}  // namespace stiefel
