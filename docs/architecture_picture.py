@@ -7,7 +7,7 @@ The script needs nothing but Python. The same script gives the same bytes.
 from html import escape
 from pathlib import Path
 
-WIDTH, HEIGHT = 1000, 460
+WIDTH, HEIGHT = 1230, 500
 INK, GREY, ENGINE, SERVER, CLIENT = "#1b1f24", "#57606a", "#ddf4ff", "#fff8c5", "#dafbe1"
 
 # What a scene becomes: (title, what it is, folder, colour).
@@ -21,18 +21,23 @@ PATH = [
 ]
 ARROWS = ["check", "look up", "iterate", "hold under an id", "convert"]
 
-# A folder may include the folders to its left, and those above it in its own column.
+# A folder may include the folders to its left, and those above it in its own column: (parent, folders, colour).
+# tests/layout compares these names and their order with tests/layout/layout.py.
 ORDER = [
-    (["linalg"], ENGINE),
-    (["systems", "moser_veselov"], ENGINE),
-    (["invariants", "representations"], ENGINE),
-    (["maps", "methods"], ENGINE),
-    (["problems"], ENGINE),
-    (["scene", "stepping", "catalogue", "run"], ENGINE),
-    (["accuracy", "conversion", "diagnosis"], ENGINE),
-    (["sessions", "convert", "calls"], SERVER),
-    (["cpp, python", "cli", "examples"], CLIENT),
+    ("engine", ["linalg"], ENGINE),
+    ("engine", ["systems", "moser_veselov"], ENGINE),
+    ("engine", ["invariants", "representations"], ENGINE),
+    ("engine", ["maps", "methods"], ENGINE),
+    ("engine", ["problems"], ENGINE),
+    ("engine/simulation", ["scene", "stepping", "catalogue", "run"], ENGINE),
+    ("engine/simulation", ["accuracy", "conversion", "diagnosis", "summary"], ENGINE),
+    ("server", ["limits", "scheduling", "sessions", "store"], SERVER),
+    ("server", ["transport", "access", "metrics", "convert", "pricing"], SERVER),
+    ("server", ["admission", "calls", "durability"], SERVER),
+    ("client", ["cpp", "python", "cli", "examples"], CLIENT),
 ]
+# The parents as the picture names them.
+NAMES = {"engine": "engine: mathematics"}
 
 
 def text(x, y, words, size=13, colour=INK, weight="normal", anchor="middle"):
@@ -67,17 +72,18 @@ def path_of_a_scene(top):
 def order_of_folders(top):
     width, gap, height = 98, 12, 30
     left = (WIDTH - len(ORDER) * width - (len(ORDER) - 1) * gap) / 2
-    for k, (folders, colour) in enumerate(ORDER):
+    for k, (_, folders, colour) in enumerate(ORDER):
         x = left + k * (width + gap)
         for row, folder in enumerate(folders):
             y = top + row * (height + 8)
             yield box(x, y, width, height, colour)
             yield text(x + width / 2, y + 20, folder, 12)
-    below = top + max(len(folders) for folders, _ in ORDER) * (height + 8) + 6
+    below = top + max(len(folders) for _, folders, _ in ORDER) * (height + 8) + 6
     column = width + gap
-    for first, last, name in [(0, 4, "engine: mathematics"), (5, 6, "engine/simulation"), (7, 7, "server"),
-                              (8, 8, "client")]:
-        start, end = left + first * column, left + last * column + width
+    parents = [parent for parent, _, _ in ORDER]
+    for parent in dict.fromkeys(parents):
+        first, name = parents.index(parent), NAMES.get(parent, parent)
+        start, end = left + first * column, left + (first + parents.count(parent) - 1) * column + width
         yield f'<line x1="{start:g}" y1="{below}" x2="{end:g}" y2="{below}" stroke="{GREY}"/>'
         yield text((start + end) / 2, below + 20, name, 13, GREY)
 

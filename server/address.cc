@@ -71,10 +71,10 @@ std::optional<std::string> address_fault(std::string_view address) {
   if (is_unix(address)) return path_fault(unix_path(address));
   const std::size_t colon = address.rfind(':');
   const bool in_brackets = address.find(']', std::min(colon, address.size())) != address.npos;
-  if (colon == address.npos || in_brackets) return "must be host:port or unix:PATH: has no port";
+  if (colon == address.npos || in_brackets) return "has no port: must be host:port or unix:PATH";
   const std::string host(address.substr(0, colon)), port(address.substr(colon + 1));
   if (!is_port(port))
-    return "the port '" + port + "' must be a number of 0 to " + std::to_string(largest_port);
+    return "the port '" + port + "' must be a number from 0 to " + std::to_string(largest_port);
   if (is_ip(AF_INET6, host))
     return "the host '" + host + "' is an IPv6 address and must be in brackets";
   if (!is_host(host))

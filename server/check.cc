@@ -64,7 +64,8 @@ int check(const Options& options) {
   const std::size_t most = possible_connections(options.connections.most);
   if (most < options.connections.most)
     faults.push_back("--max-connections: " + std::to_string(options.connections.most) +
-                     ": the limit of file descriptors leaves " + std::to_string(most));
+                     ": must be at most " + std::to_string(most) +
+                     ", by the limit of file descriptors");
   for (const std::string& fault : faults) std::cerr << fault << '\n';
   if (faults.empty()) std::cout << "the flags are sound; connections at once: " << most << '\n';
   return faults.empty() ? 0 : 1;

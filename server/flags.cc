@@ -3,6 +3,8 @@
 #include <CLI/CLI.hpp>
 #include <charconv>
 #include <chrono>
+#include <cmath>
+#include <cstdint>
 
 #include "engine/linalg/arithmetic/to_text.h"
 #include "server/address.h"
@@ -11,16 +13,18 @@
 namespace stiefel::server {
 namespace {
 
-/// Accepts one number of `low` to `high`; refuses NaN, infinity and text after the number.
+/// Accepts one number from `low` to `high`; refuses NaN, infinity and text after the number.
 template <class Number>
 CLI::Validator within(Number low, Number high, const std::string& unit) {
   const auto text = [](Number value) {
-    if constexpr (std::is_integral_v<Number>)
+    if constexpr (std::is_integral_v<Number>) {
       return std::to_string(value);
-    else
-      return to_text(value);
+    } else {
+      const bool whole = value == std::floor(value) && value < 1e10;
+      return whole ? std::to_string(static_cast<std::int64_t>(value)) : to_text(value);
+    }
   };
-  const std::string rule = unit + " of " + text(low) + " to " + text(high);
+  const std::string rule = unit + " from " + text(low) + " to " + text(high);
   const auto fault = [low, high, rule](const std::string& given) -> std::string {
     Number value{};
     const char* end = given.data() + given.size();
@@ -77,17 +81,17 @@ void add_quota_to(CLI::App& app, Quota& quota) {
         ->capture_default_str();
   };
   add("--principal-sessions", "STIEFEL_PRINCIPAL_SESSIONS", quota.sessions,
-      "Sessions that one principal holds at once");
+      "Largest number of sessions of one principal");
   add("--principal-streams", "STIEFEL_PRINCIPAL_STREAMS", quota.streams,
-      "Streams and Drives that one principal has open at once");
+      "Largest number of open Streams and Drives of one principal");
   add("--principal-calls", "STIEFEL_PRINCIPAL_CALLS", quota.calls,
-      "Other calls of one principal that compute or wait for a worker");
+      "Largest number of other calls of one principal that compute or wait for a thread");
   add("--principal-work-rate", "STIEFEL_PRINCIPAL_WORK_RATE", quota.work_a_second,
-      "Work a second of one principal, in instructions");
+      "Instructions a second that the calls of one principal may execute");
   add("--principal-queued-work", "STIEFEL_PRINCIPAL_QUEUED_WORK", quota.queued_work,
-      "The prices of all calls of one principal that run or wait, in instructions");
+      "Sum of the prices of one principal's running and waiting calls, in instructions");
   add("--max-call-work", "STIEFEL_MAX_CALL_WORK", quota.call_work,
-      "The largest price of one call, in instructions");
+      "Largest price of one call, in instructions");
 }
 
 }  // namespace
@@ -111,29 +115,31 @@ void Flags::add_to(CLI::App& app) {
       ->delimiter(',')
       ->check(address_error)
       ->capture_default_str();
-  app.add_option("--threads", options_.threads, "Threads that compute; 0: one a core")
+  app.add_option("--threads", options_.threads, "Threads that compute; 0: one for each core")
       ->envname("STIEFEL_THREADS")
       ->check(within(0, 1024, "a number"))
       ->capture_default_str();
-  app.add_option("--max-sessions", options_.max_sessions, "Sessions held at once")
+  app.add_option("--max-sessions", options_.max_sessions, "Largest number of sessions")
       ->envname("STIEFEL_MAX_SESSIONS")
       ->check(within<std::int64_t>(1, 4294967295, "a number"))
       ->capture_default_str();
   app.add_option(
          "--memory", memory_,
-         "Bytes that the process may take, such as 512M or 4G; what does not fit is refused. "
-         "Default: three quarters of the control group's limit, or of the machine's memory")
+         "Memory limit of the process in bytes, such as 512M or 4G; a session or call that does "
+         "not fit is refused. Default: three quarters of the control group's limit or, without "
+         "one, of the machine's memory")
       ->envname("STIEFEL_MEMORY")
       ->check(memory_error);
   app.add_option("--max-connections", options_.connections.most,
-                 "Connections at once; the newest beyond it is refused. 0, and at most: the limit "
-                 "of file descriptors less 96")
+                 "Largest number of connections; a further one is refused. 0: the limit of file "
+                 "descriptors minus 96, which is also the upper bound")
       ->envname("STIEFEL_MAX_CONNECTIONS")
       ->check(within<std::int64_t>(0, 1'000'000'000, "a number"))
       ->capture_default_str();
-  app.add_option("--max-connection-age", max_connection_age_,
-                 "Seconds after which a connection takes no new calls and its client makes a new "
-                 "one, within 10 %; 0: never")
+  app.add_option(
+         "--max-connection-age", max_connection_age_,
+         "Age in seconds, varied by up to 10 %, at which a connection accepts no new calls, "
+         "so that its client opens another; 0: none")
       ->envname("STIEFEL_MAX_CONNECTION_AGE")
       ->check(within(0.0, 1e6, "a number of seconds"))
       ->capture_default_str();
@@ -143,51 +149,52 @@ void Flags::add_to(CLI::App& app) {
       ->check(within(0.001, 1e9, "a number of seconds"))
       ->capture_default_str();
   app.add_option("--grace", grace_,
-                 "Seconds that running work gets when the server is told to stop; it ends at most "
-                 "2 s later")
+                 "Seconds that running calls may take after SIGTERM; the process ends at most 2 s "
+                 "after them")
       ->envname("STIEFEL_GRACE")
       ->check(within(0.0, 1e6, "a number of seconds"))
       ->capture_default_str();
   app.add_option("--self-watch", self_watch_,
-                 "The server connects to its own addresses and ends, exit status 1, when one has "
-                 "not answered for so many seconds; 0: it does not")
+                 "Seconds without an answer from one of the server's own addresses after which the "
+                 "server exits with status 1; 0: it never checks")
       ->envname("STIEFEL_SELF_WATCH")
       ->check(within(0.0, 1e6, "a number of seconds"))
       ->capture_default_str();
   add_quota_to(app, options_.quota);
   app.add_option(
          "--principal-memory", principal_memory_,
-         "Bytes that the sessions and calls of one principal hold at once, such as 512M; 0: "
-         "no limit")
+         "Largest number of bytes that the sessions and calls of one principal hold, such as 512M; "
+         "0: no limit")
       ->envname("STIEFEL_PRINCIPAL_MEMORY")
       ->check(memory_part_error)
       ->capture_default_str();
   app.add_option("--store", options_.store.file,
-                 "File that keeps the sessions when the server ends, however it ends; empty: they "
-                 "live in memory and end with it")
+                 "File in which sessions survive the end of the server, also a crash; empty: "
+                 "sessions are in memory only")
       ->envname("STIEFEL_STORE")
       ->capture_default_str();
   app.add_option("--store-limit", options_.store.limit,
-                 "The store's largest size in bytes, without its log; 0: as much as the disk has")
+                 "Largest size of the store in bytes, without its log; 0: the space on the disk")
       ->envname("STIEFEL_STORE_LIMIT")
       ->check(within<std::int64_t>(0, std::int64_t{1} << 46, "a number of bytes"))
       ->capture_default_str();
   add_access_to(app);
   app.add_option("--metrics", options_.metrics,
-                 "host:port where Prometheus reads metrics over HTTP, at /metrics (0: any free "
-                 "port); over HTTPS where --tls-cert is given, without tokens. Empty: nowhere")
+                 "host:port (0: any free port) at which Prometheus reads /metrics without a token, "
+                 "over HTTP, with --tls-cert over HTTPS. Empty: no metrics")
       ->envname("STIEFEL_METRICS")
       ->check(address_error)
       ->capture_default_str();
-  app.add_option("--log-level", options_.log_level, "What is logged on stderr")
+  app.add_option("--log-level", options_.log_level, "Least severe level that is logged on stderr")
       ->envname("STIEFEL_LOG_LEVEL")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "critical", "off"}))
       ->capture_default_str();
-  app.add_option("--log-format", log_format_, "text or json")
+  app.add_option("--log-format", log_format_, "Format of the log: text or json")
       ->envname("STIEFEL_LOG_FORMAT")
       ->check(CLI::IsMember({"text", "json"}))
       ->capture_default_str();
-  app.add_flag("--exit-with-parent", exit_with_parent, "Stop when stdin ends; for child processes");
+  app.add_flag("--exit-with-parent", exit_with_parent,
+               "Stops the server when its stdin ends; for child processes");
 }
 
 void Flags::add_access_to(CLI::App& app) {
@@ -197,20 +204,21 @@ void Flags::add_access_to(CLI::App& app) {
     app.add_option(flag, file, meaning)->envname(variable)->type_name("FILE");
   };
   add_file("--tls-cert", "STIEFEL_TLS_CERT", access.tls.certificate,
-           "The server's certificate and its chain in PEM: TLS on every address but Unix sockets. "
-           "Read again when it changes, as the two files after it are");
+           "The server's certificate and its chain in PEM. The server then uses TLS on all TCP "
+           "addresses. --tls-cert, --tls-key and --tls-client-ca are reread when they change");
   add_file("--tls-key", "STIEFEL_TLS_KEY", access.tls.key, "The certificate's private key in PEM");
   add_file("--tls-client-ca", "STIEFEL_TLS_CLIENT_CA", access.tls.client_ca,
-           "Authorities in PEM; a client must have a certificate of one of them");
+           "Authorities in PEM; a client must present a certificate that one of them signed");
   add_file(
       "--tokens", "STIEFEL_TOKENS", access.tokens,
-      "Who may call: a line for each token, as `stiefel-server token NAME` prints it. Read again "
-      "when it changes. Without it whoever can connect may call");
+      "File of the tokens that may call, one line each, as `stiefel-server token NAME` prints it. "
+      "Reread when it changes. Default: every client that can connect may call");
   add_file("--checkpoint-key", "STIEFEL_CHECKPOINT_KEY", access.checkpoint_key,
-           "Keys that authenticate checkpoints, 64 hexadecimal digits a line: the first signs, all "
-           "verify. Servers that share it take each other's checkpoints. Without it a random key");
+           "File of checkpoint keys, one of 64 hexadecimal digits per line. The first key signs, "
+           "every key verifies. Servers with the same file accept each other's checkpoints. "
+           "Default: a random key");
   app.add_flag("--insecure", access.insecure,
-               "Allows addresses that other machines reach without TLS")
+               "Allows addresses without TLS that other machines can reach")
       ->envname("STIEFEL_INSECURE");
 }
 

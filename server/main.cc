@@ -74,8 +74,8 @@ int print_token(const std::string& name) {
     std::cerr << "NAME: " << exception.what() << '\n';
     return 1;
   }
-  std::cerr << "The first line is the token, for the caller alone; nothing shows it again.\n"
-               "The second line belongs in the file of --tokens.\n";
+  std::cerr << "The first line is the token. Give it to the caller; it cannot be shown again.\n"
+               "Add the second line to the file of --tokens.\n";
   return 0;
 }
 
@@ -91,7 +91,8 @@ int serve(Options options, bool exit_with_parent) {
   stiefel::server::raise_descriptor_limit();
   stiefel::server::keep_little_freed_memory();
   options.connections.unreachable = [] {
-    std::cerr << "stiefel-server: does not answer its own connections" << std::endl;
+    std::cerr << "stiefel-server: ends: one of its own addresses does not answer (--self-watch)"
+              << std::endl;
     _exit(1);
   };
   try {
@@ -119,32 +120,36 @@ int serve(Options options, bool exit_with_parent) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Serves simulations over gRPC. Prints 'listening on ADDRESS' when it does.");
+  CLI::App app(
+      "Serves simulations over gRPC. Prints 'listening on ADDRESS' for each address when it is "
+      "ready.");
   app.set_version_flag("--version", "stiefel-server " STIEFEL_VERSION);
   Flags flags;
   flags.add_to(app);
 
   stiefel::server::HealthCheck question;
-  auto* healthcheck = app.add_subcommand("healthcheck", "Exit status 0 if a server serves, else 1");
-  healthcheck->add_option("--address", question.address, "Where it listens")
+  auto* healthcheck = app.add_subcommand(
+      "healthcheck", "Asks a running server for its health: exit status 0 if it serves, else 1");
+  healthcheck->add_option("--address", question.address, "Address of the server")
       ->envname("STIEFEL_LISTEN");
   healthcheck->add_option("--service", question.service,
-                          "A service's full name; empty: the whole server");
+                          "Full name of a service; empty: the whole server");
   healthcheck
-      ->add_option(
-          "--tls-ca", question.ca,
-          "Authorities of the server's certificate in PEM. Without it, where --tls-cert is "
-          "given, any certificate is taken on this machine's own addresses")
+      ->add_option("--tls-ca", question.ca,
+                   "PEM file of the authorities that signed the server's certificate. Default with "
+                   "--tls-cert: on this machine's own addresses any certificate is accepted")
       ->envname("STIEFEL_TLS_CA")
       ->type_name("FILE");
   healthcheck->fallthrough();
   std::string name;
-  auto* token = app.add_subcommand("token", "Prints a new token, and its line for --tokens");
-  token->add_option("NAME", name, "Whose it is: sessions belong to this principal")->required();
+  auto* token =
+      app.add_subcommand("token", "Prints a new token, and the line for the file of --tokens");
+  token->add_option("NAME", name, "Name of the principal that owns the token and its sessions")
+      ->required();
   auto* checked = app.add_subcommand(
-      "check", "Exit status 0 if a server could start with the flags beside it, else not 0");
+      "check", "Checks the given flags: exit status 0 if a server could start with them");
   checked->fallthrough();
-  auto* table = app.add_subcommand("flags", "Prints the flags as a table in Markdown");
+  auto* table = app.add_subcommand("flags", "Prints all flags as a Markdown table");
   CLI11_PARSE(app, argc, argv);
 
   if (*healthcheck) {

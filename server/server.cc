@@ -167,8 +167,8 @@ void Server::Parts::guard(const AccessOptions& access) {
   };
   if (access.tls.given()) {
     certificates.emplace(access.tls, [this, tell](const std::optional<std::string>& fault) {
-      if (fault) return tell(Log::Level::error, "new certificates not taken", *fault);
-      host.log.line(Log::Level::info, "new certificates");
+      if (fault) return tell(Log::Level::error, "new certificates refused", *fault);
+      host.log.line(Log::Level::info, "new certificates in use");
     });
     if (certificates->current().expire_time < std::chrono::system_clock::now())
       tell(Log::Level::warn, "certificate", "--tls-cert: " + access.tls.certificate + ": expired");

@@ -23,7 +23,7 @@ v1::ConnectRequest read_request(const std::string& file, bool& single_pair) {
   read_messages(file, {&request, &pair});
   single_pair = pair.has_q_0() || pair.has_q_t();
   if (single_pair && request.pairs_size() > 0)
-    throw BadInput(file + ": pairs: given beside Q_0 and Q_T, which are a pair of their own");
+    throw BadInput(file + ": pairs: must be absent when Q_0 or Q_T is given");
   if (single_pair) *request.add_pairs() = pair;
   return request;
 }

@@ -30,7 +30,8 @@ ExitStatus convert(const ConvertCommand& command) {
   for (const auto& margin : reply.margins()) margins[margin.domain()] = margin.margin();
   if (!command.output.empty()) {
     if (!reply.has_scene())
-      throw BadInput("--output: " + command.target + " is not a system, so that there is no scene");
+      throw BadInput("--output: " + command.target +
+                     " is not a system, so there is no scene to write");
     Destination destination(command.output);
     const File file = open_for_writing(destination.working_path());
     write(file.get(), to_text(to_json(reply.scene())) + "\n");

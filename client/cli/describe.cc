@@ -101,7 +101,7 @@ ExitStatus describe(const DescribeCommand& command) {
   }
   std::cout << "stiefel " << reply.version() << "\nnumerics id: " << reply.numerics_id()
             << "\nbuild: " << reply.build() << "\nsessions: "
-            << (reply.durable() ? "on disk" : "in memory, they end with the server")
+            << (reply.durable() ? "on disk" : "in memory, lost when the server ends")
             << "\n\nMethods\n";
   Rows methods;
   for (const auto& method : reply.methods()) print(method, methods);

@@ -21,16 +21,17 @@ void add_server(CLI::App* app, Remote& server) {
   auto* address =
       app->add_option(
              "--server", server.address,
-             "HOST:PORT or unix:PATH of a server; by default the command runs one inside its own "
+             "HOST:PORT or unix:PATH of a server; by default the command runs a server in its own "
              "process")
           ->type_name("ADDRESS");
   app->add_option("--tls-ca", server.tls_ca,
-                  "connects with TLS: a file of the authorities of the server's certificate, PEM")
+                  "PEM file of the authorities that signed the server's certificate; connects with "
+                  "TLS")
       ->envname("STIEFEL_TLS_CA")
       ->type_name("FILE");
   app->add_option("--token-file", server.token_file,
-                  "a file with the token that tells the server who calls; by default the variable "
-                  "STIEFEL_TOKEN")
+                  "file of the token that identifies the caller; by default the token is the "
+                  "variable STIEFEL_TOKEN")
       ->needs(address)
       ->type_name("FILE");
 }
@@ -45,8 +46,8 @@ void add_scene(CLI::App* app, std::string& scene, std::int64_t& to) {
 void add_error(CLI::App* app, std::optional<bool>& estimate_error) {
   auto* always = app->add_flag_callback(
       "--error", [&] { estimate_error = true; },
-      "estimate the error of attitude and momentum at the last step; by default only when that "
-      "takes less work than the run");
+      "estimate the error of attitude and momentum at the last step; by default only where the "
+      "estimate takes less work than the run");
   app->add_flag_callback(
          "--no-error", [&] { estimate_error = false; }, "do not estimate the error")
       ->excludes(always);
@@ -82,13 +83,14 @@ int main(int argc, char** argv) {
       "Exit status: 0 reached, 2 bad input, 3 numerical stop (the samples before it are written),\n"
       "4 the server of --server cannot be reached, 1 any other failure. After Ctrl-C or SIGTERM\n"
       "a command prints the step it reached, removes incomplete files and ends by the signal\n"
-      "(status 130, 143). A command that runs longer than a second prints its progress and the\n"
-      "time left on stderr; where stderr is not a terminal, one line every ten seconds.");
+      "(status 130, 143). After one second a command prints its progress and the time left on\n"
+      "stderr; where stderr is not a terminal, it prints one line every ten seconds.");
   std::function<ExitStatus()> command;
   Origin origin;
 
   DescribeCommand describe_command;
-  auto* describe_app = app.add_subcommand("describe", "Lists systems, methods and limits");
+  auto* describe_app =
+      app.add_subcommand("describe", "Lists the systems, methods and limits of a server");
   describe_app->add_flag("--json", describe_command.json, "as JSON: stiefel.v1.DescribeResponse");
   add_server(describe_app, describe_command.server);
   describe_app->callback([&] { command = [&] { return describe(describe_command); }; });
@@ -100,17 +102,17 @@ int main(int argc, char** argv) {
   run_app
       ->add_option(
           "--times", run_command.times,
-          "a file of times, separated by white space, instead of --to: samples at these "
-          "times, in the order of the motion. A state between two steps is what the method "
-          "makes of the one before with a shorter step")
+          "file of times, separated by white space, instead of --to: samples at these times, in "
+          "the order of the motion. Between two steps the method makes one shorter step from the "
+          "state before")
       ->type_name("FILE")
       ->excludes("--to");
   run_app->add_option("--from", run_command.from, "the first sample; 0 by default")
       ->type_name("STEP");
   run_app
       ->add_option("--every", run_command.every,
-                   "a sample every K steps, and always the last step. By default every step if "
-                   "that gives at most 1000 samples, otherwise the first and the last only")
+                   "a sample every K steps, and always at the last step. By default a sample at "
+                   "every step if these are at most 1000, otherwise at the first and the last")
       ->type_name("K");
   run_app
       ->add_option(
@@ -121,8 +123,8 @@ int main(int argc, char** argv) {
       ->type_name("Q,M,...");
   run_app
       ->add_option("--output", run_command.output,
-                   "a .json, .csv or .npz file; JSON on stdout by default. Outcome and diagnosis "
-                   "are part of the JSON; with the other formats they go to stdout")
+                   "a .json, .csv or .npz file; by default JSON on stdout. JSON contains outcome "
+                   "and diagnosis; with .csv and .npz the command prints them on stdout")
       ->type_name("FILE");
   for (const char* option : {"--from", "--every"}) run_app->get_option("--times")->excludes(option);
   add_error(run_app, run_command.estimate_error);
@@ -146,19 +148,20 @@ int main(int argc, char** argv) {
       ->type_name("STEP");
   summarize_app
       ->add_option("--every", summarize_command.every,
-                   "a sample every K steps, and always the last step; 1 by default")
+                   "a sample every K steps, and always at the last step; 1 by default")
       ->type_name("K");
   summarize_app
       ->add_option("--quantity", summarize_command.quantities,
-                   "statistics of a field, an invariant or a family of invariants, of last, min, "
-                   "max, mean, rms, sign_changes, drift: energy=drift. May be repeated")
+                   "NAME is a field, an invariant or a family of invariants; A,B,... are among "
+                   "last, min, max, mean, rms, sign_changes, drift. Repeatable. Example: "
+                   "energy=drift")
       ->type_name("NAME=A,B,...");
   summarize_app->add_flag("--over-members", summarize_command.over_members,
-                          "of an ensemble: statistics of all members together");
+                          "one statistic over the members of an ensemble instead of one for each");
   summarize_app
       ->add_option(
           "--request", summarize_command.request,
-          "a file with `quantities` (with quantiles and edges), `events` and `fields`: the "
+          "file with `quantities` (which may have quantiles and edges), `events` and `fields`: the "
           "JSON form of stiefel.v1.SummarizeRequest")
       ->type_name("FILE.json");
   summarize_app->add_option("--output", summarize_command.output, "a .json file; stdout by default")
@@ -180,16 +183,16 @@ int main(int argc, char** argv) {
   add_scene(diagnose_app, diagnose_command.scene, diagnose_command.to);
   diagnose_app
       ->add_option("--invariants", diagnose_command.invariants,
-                   "families or single invariants, separated by commas; all by default, "
-                   "Manakov coefficients up to N = 16")
+                   "families or single invariants, separated by commas; by default all families, "
+                   "the Manakov coefficients only up to N = 16")
       ->delimiter(',')
       ->type_name("A,B,...");
   diagnose_app->add_flag("--symplectic", diagnose_command.symplectic,
-                         "measures how far one step of the method is from preserving the two-form");
+                         "measures the symplectic defect: the change of the two-form by one step");
   diagnose_app
       ->add_option(
           "--structure", diagnose_command.structure,
-          "a file of two-forms and Dirac brackets to evaluate: `forms` and `dirac_brackets` of "
+          "file of two-forms and Dirac brackets to evaluate: `forms` and `dirac_brackets` of "
           "stiefel.v1.DiagnoseRequest")
       ->type_name("FILE.json");
   add_error(diagnose_app, diagnose_command.estimate_error);
@@ -223,7 +226,7 @@ int main(int argc, char** argv) {
                           "mu of the parametric systems; by default the scene's");
   convert_app
       ->add_option("--output", convert_command.output,
-                   "writes the converted scene to a file; stdout then has the margins only")
+                   "file for the converted scene; stdout then has the margins only")
       ->type_name("FILE.json");
   add_server(convert_app, convert_command.server);
   convert_app->callback([&] {
@@ -248,16 +251,16 @@ int main(int argc, char** argv) {
   tradeoff_app
       ->add_option(
           "--budget", tradeoff_command.budget,
-          "work in instructions; by default 5e10, about ten seconds. A point that needs more is "
-          "measured over a part of the horizon and extrapolated (marked ~)")
+          "work in instructions; by default 5e10, about ten seconds. A point that needs more than "
+          "its share is measured over a part of the horizon and extrapolated (marked ~)")
       ->type_name("B");
   tradeoff_app->add_flag("--all", tradeoff_command.all,
-                         "prints all points and marks those of the front with *");
+                         "prints all points, and marks those of the Pareto front with *");
   tradeoff_app
       ->add_option("--repeats", tradeoff_command.repeats, "timed runs of each point; by default 3")
       ->type_name("R");
   tradeoff_app
-      ->add_option("--output", tradeoff_command.output, "writes all points to a .json or .csv file")
+      ->add_option("--output", tradeoff_command.output, "a .json or .csv file for all points")
       ->type_name("FILE");
   add_server(tradeoff_app, tradeoff_command.server);
   tradeoff_app->callback([&] {

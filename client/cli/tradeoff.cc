@@ -77,7 +77,7 @@ void print(const Answer& answer, bool all) {
   std::cout << "machine: " << setup.machine() << "\nnumerics id: " << setup.numerics_id()
             << "\nreference: " << setup.reference() << ", its own error "
             << brief(setup.reference_error(), 1) << "\nhorizon: " << setup.horizon() << " ("
-            << setup.steps() << " steps)\nbudget: " << setup.budget() << " units of work, "
+            << setup.steps() << " steps)\nbudget: " << setup.budget() << " instructions, "
             << setup.repeats() << " timed runs a point\n\n";
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < answer.points.size(); ++i) {
@@ -97,7 +97,7 @@ void print(const Answer& answer, bool all) {
                  "the rest.\n";
   }
   std::cout << "~ extrapolated from a part of the horizon   "
-               "< at most: nothing was measured above the reference's own error\n";
+               "< the error is below that of the reference, which is shown instead\n";
 }
 
 nlohmann::ordered_json to_json(const v1::TradeoffPoint& point, bool front) {

@@ -33,7 +33,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scene", type=Path)
     parser.add_argument("--horizon", type=float, help="when errors are measured; the scene's, or 100 steps")
-    parser.add_argument("--budget", type=float, help="units of work")
+    parser.add_argument("--budget", type=float, help="work in instructions")
     parser.add_argument("--output", type=Path, default=Path("build/run"), help="folder for what is written")
     parser.add_argument("--server", help="address of a running server; otherwise one is started")
     arguments = parser.parse_args()

@@ -75,7 +75,7 @@ void Callers::take(const WatchedFiles::Contents& contents) {
   failpoint("tokens.reload");
   if (!contents[0]) {
     replace({});
-    return report_({0, {contents[0].error() + ": nobody is let in"}});
+    return report_({0, {contents[0].error() + ": every call is refused"}});
   }
   auto parsed = TokenTable::parse(*contents[0]);
   const std::size_t tokens = parsed.table.size();

@@ -35,7 +35,7 @@ std::expected<Certificates, std::string> certificates(const TlsFiles& files,
   for (std::size_t file = 0; file < 2; ++file)
     if (paths[file].empty())
       return std::unexpected(std::string(flags[file]) +
-                             ": TLS needs a certificate and its key: --tls-cert and --tls-key");
+                             ": absent: TLS needs both --tls-cert and --tls-key");
   for (std::size_t file = 0; file < paths.size(); ++file)
     if (!contents[file]) return fault(file, contents[file].error());
 

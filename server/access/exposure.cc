@@ -29,7 +29,7 @@ bool is_local(const SocketAddress& address) {
 std::optional<std::string> exposure_fault(const std::string& address) {
   if (is_unix(address) || std::ranges::all_of(tcp_addresses(address), is_local))
     return std::nullopt;
-  return "other machines reach it: give --tls-cert and --tls-key, or --insecure";
+  return "other machines can reach it: give --tls-cert and --tls-key, or --insecure";
 }
 
 }  // namespace stiefel::server

@@ -10,7 +10,7 @@ namespace stiefel::server {
 namespace {
 
 constexpr std::size_t longest_name = 128;
-constexpr const char* rule_of_names = "a name must be 1 to 128 of [A-Za-z0-9._-]";
+constexpr const char* rule_of_names = "a name must have 1 to 128 characters of [A-Za-z0-9._-]";
 /// The prefix by which a search of public text finds a token that leaked.
 constexpr std::string_view mark = "stiefel_";
 

@@ -32,7 +32,7 @@ grpc::ServerUnaryReactor* Service::Describe(Context* context, const grpc::ByteBu
   try {
     if (v1::DescribeRequest none; !parse(*request, none))
       return finished(context, log,
-                      errors::invalid("request", "no DescribeRequest", "must be one"));
+                      errors::invalid("request", "", "the bytes are not a DescribeRequest"));
     std::call_once(described_, [this] { serialize(description(host_), description_); });
     *response = description_;
     return finished(context, log, grpc::Status::OK);

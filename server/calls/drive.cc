@@ -99,7 +99,7 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
   /// requests and for a request that it cannot parse.
   grpc::Status status_after_last_read() const {
     if (read_) return grpc::Status::OK;
-    return errors::invalid("request", "absent or no DriveRequest",
+    return errors::invalid("request", "absent, or its bytes are not a DriveRequest",
                            "the first message must name a session");
   }
   void end(const grpc::Status& status) {

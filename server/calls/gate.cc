@@ -34,7 +34,7 @@ grpc::Status fault_of(const ReadRequest<Request>& request) {
   } catch (...) {
     return errors::from_current_exception();
   }
-  return errors::invalid("request", "no " + Request::descriptor()->name(), "must be one");
+  return errors::invalid("request", "", "the bytes are not a " + Request::descriptor()->name());
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ grpc::Status check_routing(const grpc::CallbackServerContext& context, std::stri
   const std::string_view routed(sent->second.data(), sent->second.size());
   if (routed == id) return grpc::Status::OK;
   return errors::invalid(field, std::string(id),
-                         "must be the metadata stiefel-session, '" + std::string(routed) + "'");
+                         "must equal the metadata stiefel-session, '" + std::string(routed) + "'");
 }
 
 OrStatus<SessionLease> find_session(const Host& host, const grpc::CallbackServerContext& context,
@@ -41,7 +41,7 @@ grpc::Status check_session_id(std::string_view id, const char* field) {
   };
   if (!id.empty() && id.size() <= 128 && std::ranges::all_of(id, allowed)) return grpc::Status::OK;
   return errors::invalid(field, id.empty() ? "empty" : std::string(id),
-                         "must be 1 to 128 of [A-Za-z0-9._-]");
+                         "must have 1 to 128 characters of [A-Za-z0-9._-]");
 }
 
 grpc::Status check_step(const char* field, std::int64_t value, std::int64_t low) {
@@ -87,8 +87,8 @@ OrStatus<Registry::Created> admit(Host& host, Account& account, const std::strin
     case CheckpointFault::foreign:  // which Registry::create ignores
       break;
   }
-  return std::unexpected(
-      errors::invalid("checkpoint", value, "must be what Step returned: it is damaged"));
+  return std::unexpected(errors::invalid(
+      "checkpoint", value, "is damaged: must be the bytes that Step, Drive or Stream returned"));
 }
 
 }  // namespace stiefel::server

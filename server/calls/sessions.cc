@@ -53,7 +53,7 @@ grpc::Status list(const Registry& registry, const Principal& principal,
       request.page_token().empty() ? "" : read_page_token(request.page_token());
   if (!after)
     return errors::invalid("page_token", request.page_token(),
-                           "must be the next_page_token of a reply");
+                           "must be the next_page_token of a reply of ListSessions");
   const std::size_t size = request.page_size() == 0
                                ? default_page_size
                                : std::min<std::size_t>(request.page_size(), max_page_size);

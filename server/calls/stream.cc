@@ -248,7 +248,7 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* Service::Stream(Context* context,
     return new RefusedStream<grpc::ByteBuffer>(log, status);
   };
   try {
-    if (!parsed) return refuse(errors::invalid("request", "no StreamRequest", "must be one"));
+    if (!parsed) return refuse(errors::invalid("request", "", "the bytes are not a StreamRequest"));
     auto session = find_session(host_, *context, request->session_id());
     if (!session) return refuse(session.error());
     if (const auto status = check_range(*request); !status.ok()) return refuse(status);

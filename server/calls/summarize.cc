@@ -55,8 +55,8 @@ OrStatus<std::string_view> open_checkpoint(const Session& session,
     case SummaryFault::corrupt:
       break;
   }
-  return std::unexpected(
-      errors::invalid("checkpoint", value, "must be what Summarize returned: it is damaged"));
+  return std::unexpected(errors::invalid("checkpoint", value,
+                                         "is damaged: must be the bytes that Summarize returned"));
 }
 
 /// Advances a summary step by step. Its messages carry the results, checkpoints and, at least every
@@ -147,7 +147,7 @@ grpc::Status SummarizeWork::start() {
     if (!saved) return saved.error();
     if (!summary->restore(*saved))
       return errors::invalid("checkpoint", std::to_string(request_.checkpoint().size()) + " bytes",
-                             "must be what Summarize returned: it is damaged");
+                             "is damaged: must be the bytes that Summarize returned");
   }
   const auto times = static_cast<std::uint64_t>(request_.times_size());
   to_proto(session.work(std::min(summary->step(), request_.to()), request_.to()),

@@ -114,7 +114,7 @@ grpc::Status session_deleted(std::string_view id, const char* field) {
 
 grpc::Status session_has_other_scene(std::string_view id) {
   return info(grpc::ALREADY_EXISTS,
-              "session_id: " + shortened(id) + ": there is a session of this id with another scene",
+              "session_id: " + shortened(id) + ": a session with this id and another scene exists",
               "SESSION_HAS_OTHER_SCENE", {{"session_id", id}});
 }
 
@@ -136,7 +136,8 @@ grpc::Status too_many_sessions(std::uint32_t max_sessions) {
 
 grpc::Status over_quota(const Refusal& refusal) {
   const std::string most = to_text(refusal.most), asked = to_text(refusal.asked);
-  const std::string description = "at most " + most + ", this call would make it " + asked;
+  const std::string description =
+      "the limit is " + most + "; this call would raise the use to " + asked;
   const bool may_wait = refusal.retry_after.count() > 0;
   v1::Status status;
   add_info("OVER_QUOTA", {{"limit", refusal.limit}, {"most", most}, {"asked", asked}}, status);
@@ -151,7 +152,7 @@ grpc::Status over_quota(const Refusal& refusal) {
     add_detail("RetryInfo", retry, status);
   }
   const std::string advice =
-      may_wait ? ": wait " + std::to_string(refusal.retry_after.count()) + " ms" : ": ask for less";
+      may_wait ? ": wait " + std::to_string(refusal.retry_after.count()) + " ms" : ": request less";
   return make(grpc::RESOURCE_EXHAUSTED, std::string(refusal.limit) + ": " + description + advice,
               std::move(status));
 }
@@ -211,8 +212,8 @@ grpc::Status overflow(const Place& place, const Overflow& overflow) {
 
 grpc::Status outside_domain(const OutsideDomain& outside) {
   const std::string value = to_text(outside.value), bound = to_text(outside.bound);
-  const std::string what = "outside the domain " + std::string(outside.domain) + ": " + value +
-                           ", where the bound is " + bound;
+  const std::string what = "outside the domain " + std::string(outside.domain) + ": the value is " +
+                           value + ", the bound " + bound;
   if (!outside.member)
     return info(grpc::INVALID_ARGUMENT, what, "OUTSIDE_DOMAIN",
                 {{"domain", outside.domain}, {"value", value}, {"bound", bound}});
@@ -260,7 +261,7 @@ grpc::Status not_written(const WriteFault& fault) {
       return info(grpc::RESOURCE_EXHAUSTED, "there is no space in the store" + reason,
                   "STORE_FULL");
     case WriteFault::Kind::unavailable:
-      return info(grpc::UNAVAILABLE, "the store does not take it now" + reason,
+      return info(grpc::UNAVAILABLE, "the store cannot write now; try again" + reason,
                   "STORE_UNAVAILABLE");
     case WriteFault::Kind::damaged:
       return info(grpc::INTERNAL, "the store is damaged" + reason, "STORE_DAMAGED");

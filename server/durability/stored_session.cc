@@ -77,7 +77,7 @@ StoredSession to_row(const Session& session) {
 Restored from_row(const Store::Row& row, std::shared_ptr<const Clock> clock,
                   std::shared_ptr<const CheckpointKeys> keys, MemoryBudget& memory) {
   v1::Scene message;
-  if (!message.ParseFromString(row.session.scene)) return std::unexpected("it has no scene");
+  if (!message.ParseFromString(row.session.scene)) return std::unexpected("its row holds no scene");
   auto description = from_proto(message);
   if (!description) return because(description.error());
   auto scene = Scene::resolve(*std::move(description));
@@ -85,7 +85,7 @@ Restored from_row(const Store::Row& row, std::shared_ptr<const Clock> clock,
   auto session = std::make_shared<Session>(row.session.id, *std::move(scene), std::move(clock),
                                            resolution_of(row.session), std::move(keys), memory);
   if (row.session.numerics_id == numerics_id() && row.session.identity != hash(session->identity()))
-    return std::unexpected("its scene is read as another one");
+    return std::unexpected("this build reads its scene as a different scene");
   session->set_owner(row.session.principal);
   session->set_create_time(
       Time(std::chrono::duration_cast<Time::duration>(Nanoseconds(row.session.create_time))));

@@ -10,7 +10,7 @@ namespace stiefel::server {
 MemoryExhausted::MemoryExhausted(std::uint64_t bytes, std::uint64_t free, std::uint64_t limit,
                                  const char* part)
     : bytes_(bytes), free_(free), limit_(limit), part_(part) {
-  text_ = "the call needs " + std::to_string(bytes_) + " bytes of memory, of which " +
+  text_ = "the call needs " + std::to_string(bytes_) + " bytes of memory; " +
           std::to_string(free_) + " of " + std::to_string(limit_) + " are free";
 }
 

@@ -36,7 +36,7 @@ std::string url_of(const std::string& address, int port, bool encrypted) {
 }  // namespace
 
 std::optional<std::string> metrics_fault(const std::string& address, bool guarded) {
-  if (is_unix(address)) return "must be host:port: Prometheus reads no Unix sockets";
+  if (is_unix(address)) return "must be host:port, because Prometheus reads no Unix sockets";
   return guarded ? std::nullopt : exposure_fault(address);
 }
 

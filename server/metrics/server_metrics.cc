@@ -54,7 +54,7 @@ std::vector<prometheus::MetricFamily> ServerMetrics::Collect() const {
   return {
       gauge("stiefel_sessions", "Sessions that the server holds.",
             static_cast<double>(parts_.registry.size())),
-      gauge("stiefel_sessions_limit", "Sessions that it holds at most.",
+      gauge("stiefel_sessions_limit", "Largest number of sessions (--max-sessions).",
             parts_.registry.max_sessions()),
       counter("stiefel_work_done_total", "Work done for calls, in instructions.",
               parts_.scheduler.work_done() + static_cast<double>(use.paid)),

@@ -108,7 +108,7 @@ void check_header(const fs::path& file) {
   const std::int64_t version = header_number(header, user_version_at);
   if (version != schema_version)
     throw std::runtime_error("its schema version is " + std::to_string(version) +
-                             ", this server knows version " + std::to_string(schema_version));
+                             ", this server reads version " + std::to_string(schema_version));
 }
 
 void configure(Database& database, std::uint64_t limit) {
@@ -136,11 +136,11 @@ bool checked_presence(const fs::path& file) {
   std::error_code ignored;
   const bool log = fs::file_size(file.string() + "-wal", ignored) > 0 && !ignored;
   const bool there = fs::exists(file);
-  if (there && !fs::is_regular_file(file)) throw std::runtime_error("it is not a file");
+  if (there && !fs::is_regular_file(file)) throw std::runtime_error("it is not a regular file");
   const bool empty = !there || fs::file_size(file) == 0;
   if (log && empty)
     throw std::runtime_error(
-        "it is empty or absent although its log, the file with -wal at the end, is not: restore a "
+        "it is empty or absent, but its log, the file with -wal at the end, is not: restore a "
         "backup");
   if (there && empty)
     throw std::runtime_error("it is empty: restore a backup, or remove it to begin a new store");

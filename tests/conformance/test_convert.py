@@ -143,7 +143,7 @@ def test_the_margin_is_the_distance_to_the_edge(client):
     (scenes.free(4), "double_bracket", "to: double_bracket: cannot be reached"),
     (scenes.frame(2, 5), "rigid_body", "to: rigid_body: needs n = N: Q is 2 x 5"),
     (scenes.frame(2, 5), "ellipsoid", "V.1, N."),
-    (scenes.frame(2, 5), "discrete_stiefel", "n = N: 2, where the bound is 5"),
+    (scenes.frame(2, 5), "discrete_stiefel", "n = N: the value is 2, the bound 5"),
     (scenes.rigid_body(initial={"M": scenes.M3}), "velocity", "scene.initial.Q: absent"),
     (scenes.rigid_body(step=0), "velocity", "step"),
 ], ids=["unknown", "unreachable", "not square", "not a vector", "not the flow", "no frame", "no scene"])

@@ -60,7 +60,7 @@ def test_whether_a_step_is_symplectic(client, scene, symplectic):
 
 
 @pytest.mark.parametrize("form, first, fault", [
-    ("Omega_gl", {"Q": np.zeros((3, 3)), "M": np.zeros((3, 3))}, r"forms\[0\].form: Omega_gl: is not a form of rigid_body"),
+    ("Omega_gl", {"Q": np.zeros((3, 3)), "M": np.zeros((3, 3))}, r"forms\[0\].form: Omega_gl: is not a two-form of rigid_body"),
     ("omega", {"Q": np.zeros((3, 3))}, r"forms\[0\].first.M: absent"),
     ("omega", {"Q": np.zeros((2, 3)), "M": np.zeros((3, 3))}, r"forms\[0\].first.Q: 2 x 3: must be given"),
     ("omega", {"Q": np.zeros((3, 3)), "M": np.zeros((3, 3)), "P": np.zeros((3, 3))}, r"first.P: 3 x 3: the blocks are Q, M"),

@@ -97,4 +97,4 @@ def test_by_default_it_is_reached_over_a_socket_alone() -> None:
 def test_beyond_the_container_it_does_not_listen_without_tls() -> None:
     done = subprocess.run([ENGINE, "run", "--rm", *hardening(), "--network", "none", "--env", "STIEFEL_LISTEN=0.0.0.0:50551",
                            IMAGE], capture_output=True, text=True, timeout=60)
-    assert done.returncode == 1 and "0.0.0.0:50551: other machines reach it" in done.stderr
+    assert done.returncode == 1 and "0.0.0.0:50551: other machines can reach it" in done.stderr

@@ -293,7 +293,7 @@ def frames(n, N):
 def test_ids(client):
     with client.create(BODY, id="x" * 128) as session:
         assert session.id == "x" * 128
-    refused(lambda: client.create(BODY, id="x" * 129), "session_id", "x" * 129, "1 to 128 of")
+    refused(lambda: client.create(BODY, id="x" * 129), "session_id", "x" * 129, "1 to 128 characters of")
 
 
 def test_pages(client):

@@ -9,8 +9,8 @@ from stiefel import v1 as pb
 
 HEAD = """# Catalogue
 
-A *system* is a motion. A *method* turns a continuous system into a map from step to step. A discrete system is a map
-already. `stiefel describe` prints the same from a running server.
+A *system* is a kind of motion: state, equations, invariants. A *method* turns a continuous system into a map from one
+step to the next. A discrete system is itself a map. `stiefel describe` prints the same data of a running server.
 
 The column *kept to rounding* is about invariants. It says nothing about the accuracy of the attitude: see
 [accuracy.md](accuracy.md). [RB] and [ST] are in [references.md](references.md).
@@ -19,9 +19,9 @@ The column *kept to rounding* is about invariants. It says nothing about the acc
 RECOMMENDED = """
 ## Recommended methods
 
-A scene with neither a method nor a tolerance gets the first row of its system whose *scenes* include it. Attitude and
-momentum then stay within 1e-8 relative over 100 rotations; on V(n, N), where motion may be chaotic, within 1e-8 times the
-condition of the motion. Steps longer than the bound are divided into substeps.
+A scene with neither a method nor a tolerance gets the first row of its system whose *scenes* include it. The
+relative error of attitude and momentum then stays below 1e-8 over 100 rotations; on V(n, N), where motion may be chaotic,
+below 1e-8 times the condition of the motion. Steps longer than the bound are divided into substeps.
 """
 
 

@@ -104,8 +104,8 @@ class EstimatedError:
     angle: Optional[float]  #: in three dimensions the angle between the attitudes, in radians
     reference_error: float  #: the reference's own error, which attitude and momentum include
     reference: str  #: what the state was compared with
-    work: float  #: units of work (instructions) that the estimate took
-    run_work: float  #: units of work (instructions) that the run from step 0 takes
+    work: float  #: instructions that the estimate took
+    run_work: float  #: instructions that the run from step 0 takes
     missing: str  #: why both attitude and momentum are None, else ""
     member: Optional[int]  #: in an ensemble: the member with the largest error, whose numbers these are
 

@@ -166,7 +166,7 @@ class Client:
         """Measures error against cost of every method on `scene`, whose own method is ignored.
 
         `horizon`: the time at which errors are measured; by default the scene's horizon, or else 100 steps. `budget`:
-        units of work (instructions) that the measurement may take; by default 5e10, about ten seconds. `repeats`: timed
+        instructions that the measurement may take; by default 5e10, about ten seconds. `repeats`: timed
         runs of each point; by default 3.
         """
         return Tradeoff.of(self.tradeoff_parts(scene, horizon, budget, repeats, timeout))

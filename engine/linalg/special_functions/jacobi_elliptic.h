@@ -16,8 +16,8 @@ namespace stiefel {
 ///
 ///     X_n = X_{n+1} d_{n+1},   d_n = (X_{n+1}² + a_{n+1} b_n) / (X_{n+1}² + a_{n+1} a_n),
 ///
-/// and starts from X = a cot(au), d = 1 in the limit (Bulirsch 1965). The recursion is used for
-/// u| ≤ K/2. Beyond, the functions follow from those of K − u: sn = cd, cn = √mc sd, dn = √mc nd.
+/// and starts from X = a cot(au), d = 1 in the limit (Bulirsch 1965). The recursion is used where
+/// |u| ≤ K/2. Beyond, the functions follow from those of K − u: sn = cd, cn = √mc sd, dn = √mc nd.
 template <class Scalar>
 class JacobiElliptic {
  public:

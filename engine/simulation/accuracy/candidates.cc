@@ -36,7 +36,7 @@ std::expected<Scene, Violations> with_any_method(SceneDescription description, c
   if (system != nullptr && system->discrete)
     return std::unexpected(Violations{place.violation(
         "system", '"' + description.system + '"',
-        "is a discrete system: its map is its motion, and no method can do it better")});
+        "is a discrete system and takes no method, so there is no trade-off to measure")});
   description.method.reset();
   description.tolerance.reset();
   description.choice.clear();

@@ -121,7 +121,8 @@ std::expected<Choice, Violations> MembersChooser::choose() {
     if (!own) return std::unexpected(of_pilots(std::move(own.error())));
     auto all = taken_by_all(own->all, motions);
     if (all.empty())
-      return std::unexpected(of_pilots({refusal("cannot be met: no method takes all of them")}));
+      return std::unexpected(
+          of_pilots({refusal("cannot be met: no method accepts all of these members")}));
     const bool alone = pilots_.size() == members_.size();
     Chooser chooser(description_, place_, std::move(motions), std::move(all),
                     alone ? left_ : choosing_share * left_);
@@ -134,7 +135,7 @@ std::expected<Choice, Violations> MembersChooser::choose() {
       return std::unexpected(Violations{
           refusal("cannot be checked in each of " + std::to_string(members_.size()) +
                   " members within the " + short_text(Choice::most_work) +
-                  " units of work that a choice may take; name a method, or choose for fewer")});
+                  " instructions that a choice may take; give a method, or fewer members")});
     if (missed_.empty())
       return Choice{chosen->method,
                     chooser.reason(*chosen) + "; the largest error of " +
@@ -145,7 +146,7 @@ std::expected<Choice, Violations> MembersChooser::choose() {
   }
   return std::unexpected(
       of_pilots({refusal("cannot be met in every member: after " + std::to_string(most_rounds) +
-                         " choices others still miss it; name a method")}));
+                         " choices some members still miss it; give a method")}));
 }
 
 }  // namespace

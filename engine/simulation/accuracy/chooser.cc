@@ -184,16 +184,16 @@ Violations Chooser::refusal() const {
   Violation violation = place_.violation(
       "tolerance", to_text(tolerance_),
       any ? "cannot be met up to t = " + to_text(*description_.horizon) +
-                ": the best that was found errs by " + short_text(error) + " (" +
-                to_text(nearest_.method) + ")"
+                ": the smallest error found is " + short_text(error) + ", of " +
+                to_text(nearest_.method)
       : samples().reference.empty()
-          ? "cannot be checked: " + motions_.front().system() + " has no reference; name a method"
+          ? "cannot be checked: " + motions_.front().system() + " has no reference; give a method"
       : samples().steps.empty()
           ? "cannot be checked: the first state of its reference, " + samples().reference +
                 ", takes " + short_text(samples().first_price) +
-                " units of work, and a choice may take " + short_text(budget_) + "; name a method"
-          : "cannot be met: no method got to a first measurement within the " +
-                short_text(budget_) + " units of work that a choice may take; name a method");
+                " instructions, and a choice may take " + short_text(budget_) + "; give a method"
+          : "cannot be checked: a choice may take " + short_text(budget_) +
+                " instructions, too few to measure any method on this scene; give a method");
   violation.reason = "TOLERANCE_NOT_MET";
   violation.metadata = {{"tolerance", to_text(tolerance_)}, {"most_work", to_text(budget_)}};
   if (samples().first_price > 0)
@@ -209,12 +209,12 @@ std::string Chooser::reason(const Trial& trial) const {
   const double measured = static_cast<double>(trial.steps) * std::abs(*description_.step);
   std::string text = to_text(trial.method) + ": error " + short_text(trial.error * tolerance_) +
                      " up to t = " + to_text(*description_.horizon) + " at " +
-                     short_text(trial.cost) + " units of work, the least of " +
-                     std::to_string(all_.size()) + " entries that stay within " +
-                     to_text(tolerance_) + "; against " + samples().reference + " (its error " +
+                     short_text(trial.cost) + " instructions: the cheapest of " +
+                     std::to_string(all_.size()) + " candidates within " + to_text(tolerance_) +
+                     "; compared with " + samples().reference + " (error " +
                      short_text(samples().answers.back().error) + ")";
   if (!is_weighed(motions_.front().with(trial.method).value()))
-    text += "; the work of its steps is estimated";
+    text += "; the work of its steps is estimated, not counted";
   if (trial.steps < steps_) text += ", measured to t = " + to_text(measured) + " and extrapolated";
   return text;
 }

@@ -23,7 +23,7 @@ constexpr double rounding = 2e-15;
 /// Least ratio of the work in quadruple precision to that in extended precision.
 constexpr double quadruple_over_extended = 12;
 
-std::string work_text(double work) { return short_text(work) + " units of work"; }
+std::string work_text(double work) { return short_text(work) + " instructions"; }
 
 struct Measured {
   MotionError error;
@@ -53,7 +53,7 @@ class Comparison {
 
   ErrorEstimate result() {
     if (catalogue().system(scene_.system())->discrete) {
-      out_.missing = scene_.system() + " is a discrete system: its map is its motion";
+      out_.missing = scene_.system() + " is a discrete system: its states have no method's error";
       return out_;
     }
     auto measured = measure(false);
@@ -114,16 +114,16 @@ class Comparison {
   }
 
   std::nullopt_t refuse(const std::string& what) {
-    out_.missing = "an estimate " + what + "; the run takes " + short_text(out_.run_work) +
-                   ", and at most " + short_text(budget_) + " are allowed";
+    out_.missing = "the estimate " + what + "; the limit is " + short_text(budget_) +
+                   ", and the run takes " + short_text(out_.run_work);
     return std::nullopt;
   }
 
   void report(const Measured& measured) {
     const double delta = measured.reference_error;
     if (delta > saturated_error) {
-      out_.missing = "the reference itself is off by " + short_text(delta) +
-                     " by then: the motion may be chaotic";
+      out_.missing = "the error of the reference is " + short_text(delta) +
+                     " at this step: the motion may be chaotic";
       return;
     }
     const auto told = [&](double error) {

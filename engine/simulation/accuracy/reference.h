@@ -19,9 +19,8 @@ class Simulation;
 /// as it is, several as a column of their numbers, row by row.
 struct MotionState {
   Matrix<long double> attitude, momentum;
-  bool complex =
-      /// Whether columns come in pairs: the real parts of a column, then its imaginary parts.
-      false;
+  /// Whether columns come in pairs: the real parts of a column, then its imaginary parts.
+  bool complex = false;
 };
 
 /// Returns the motion state of a simulation.

@@ -128,10 +128,11 @@ std::expected<TradeoffSetup, Violations> Tradeoff::Survey::solve_reference(
     return std::unexpected(Violations{
         {"scene.system", motions_.front().system(), "has no reference to measure errors against"}});
   if (samples().steps.empty() && !stop.stop_requested())
-    return std::unexpected(Violations{
-        {"budget", to_text(request_.budget),
-         "must be larger: " + samples().reference + " takes " + short_text(samples().first_price) +
-             " units of work to the first state, and may take half of the budget"}});
+    return std::unexpected(
+        Violations{{"budget", to_text(request_.budget),
+                    "must be larger: the first state of the reference, " + samples().reference +
+                        ", takes " + short_text(samples().first_price) +
+                        " instructions, and the reference may take half of the budget"}});
   TradeoffSetup setup{machine(), build_fingerprint(), samples().reference};
   setup.reference_error = reference_error();
   setup.horizon = time;

@@ -75,9 +75,9 @@ std::string refusal(const Scene& scene, std::string_view method) {
   std::string others;
   for (const auto& on : methods_on<EllipsoidCostate<double>>({})) {
     if (on.method == method) return "";
-    others += (others.empty() ? "" : " and ") + std::string(on.method);
+    others += (others.empty() ? "" : " or ") + std::string(on.method);
   }
-  return "is not for p, which " + others + " move: give qdot instead";
+  return "does not accept the costate p; give qdot, or use " + others;
 }
 
 bool has_costate(const Scene& scene) { return scene.block("p").size() > 0; }

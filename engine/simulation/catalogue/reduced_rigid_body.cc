@@ -44,9 +44,8 @@ SystemEntry reduced_rigid_body_entry() {
   info.equations = "Q' = Q J^-1(Q^T (A - A^T) Q) / epsilon, A = P Q^T constant, P = A Q";
   info.source = "[RB] (8.2)";
   info.file = "engine/systems/reduced_rigid_body.h";
-  std::erase_if(info.invariants,
-                // The system holds PQᵀ and does not move it.
-                [](const auto& i) { return i.name == family::PQt; });
+  // The system holds PQᵀ as a constant, so that its drift is 0 by construction.
+  std::erase_if(info.invariants, [](const auto& i) { return i.name == family::PQt; });
   info.methods = methods_on<ReducedRigidBody<double>>(info);
   return {.info = info,
           .check = [](SceneDraft& draft) { check_symmetric(draft, false); },

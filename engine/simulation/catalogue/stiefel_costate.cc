@@ -65,7 +65,8 @@ void check_momentum(SceneDraft& draft) {
   const auto& Q = draft.scene().Q();
   if (Q.cols() > largest_written_M)
     return draft.refuse("inertia", std::to_string(Q.cols()) + " numbers",
-                        "M is written out up to N = 4096; stiefel_costate takes its factor P");
+                        "must have at most 4096 numbers, because M is an N x N block; for larger N "
+                        "use stiefel_costate with the block P");
   const RowMatrix* given = draft.block("M", Q.cols(), Q.cols());
   if (given == nullptr) return;
   draft.set_skew("M", *given);

@@ -61,7 +61,7 @@ std::vector<std::string> warnings(const Scene& scene) {
   std::vector<std::string> all = of_moments_of(scene);
   if (!scene.method().empty() && !is_weighed(scene))
     all.push_back("the work of a step of " + scene.method() + " on " + scene.system() +
-                  " is estimated: it has not been counted");
+                  " is estimated: the table of counted steps has no entry for it");
   return all;
 }
 

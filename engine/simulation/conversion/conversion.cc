@@ -116,13 +116,14 @@ std::expected<Conversion, ConversionRefusal> convert(const Scene& scene,
     return out;
   }
   if (from == nullptr || from->read == nullptr)
-    return refuse(target.scene.violation("system", scene.system(), "has no other form"));
+    return refuse(
+        target.scene.violation("system", scene.system(), "cannot be converted to other variables"));
   if (to == nullptr)
     return refuse({target.to, target.name, "cannot be reached from " + scene.system()});
   if (!scene.members().empty()) return convert_members(scene, target);
   if (from->square && !scene.has_frame())
-    return refuse(
-        target.scene.violation("initial.Q", "absent", "must be given: other forms are of Q"));
+    return refuse(target.scene.violation("initial.Q", "absent",
+                                         "must be given: a momentum alone cannot be converted"));
 
   const auto phase = from->read(scene, out.margins);
   if (!phase) return std::unexpected(ConversionRefusal(phase.error()));

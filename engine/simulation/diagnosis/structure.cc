@@ -62,7 +62,8 @@ Dense stacked_vector(const std::string& field, const TangentVector& u,
 std::unexpected<Violations> refuse_ensemble(const Scene& scene, const Place& place) {
   return std::unexpected(
       Violations{place.violation("", std::to_string(scene.members().size()) + " members",
-                                 "two-forms and brackets are of single scenes")});
+                                 "the scene must have no `members`: two-forms and brackets are "
+                                 "evaluated for single scenes")});
 }
 
 /// Whether the scene has the blocks that the form reads; a body may have no frame.
@@ -94,10 +95,10 @@ std::expected<double, Violations> evaluate_form(const Scene& scene, const Simula
   const auto& has = two_forms_of(scene);
   const auto found = std::ranges::find_if(has, [&](auto* s) { return s->info.name == form; });
   if (found == has.end() || !has_blocks(now, **found))
-    return std::unexpected(Violations{place.violation(
-        "form", form, "is not a form of " + scene.system() + did_you_mean(form, has, [](auto* s) {
-                        return s->info.name;
-                      }))});
+    return std::unexpected(Violations{
+        place.violation("form", form,
+                        "is not a two-form of " + scene.system() +
+                            did_you_mean(form, has, [](auto* s) { return s->info.name; }))});
   const FormSpace space = (*found)->space(scene);
   const Dense x = state_of(**found, now);
   Violations violations;
@@ -125,8 +126,7 @@ std::expected<std::optional<double>, Violations> symplectic_defect(const Scene& 
   if (!scene.members().empty()) return refuse_ensemble(scene, place);
   const auto& has = two_forms_of(scene);
   if (has.empty() || !has_blocks(now, *has.front()))
-    return std::unexpected(
-        Violations{place.violation("", scene.system(), "this system's states have no two-form")});
+    return std::unexpected(Violations{place.violation("", scene.system(), "has no two-form")});
   return unless_stopped(stop,
                         [&] {
                           const auto map = make_simulation(scene);
@@ -149,7 +149,8 @@ std::expected<double, Violations> dirac_bracket(const Scene& scene, const Simula
   Violations violations;
   if (!system_entry(scene.system())->dirac_bracket)
     violations.push_back(place.violation(
-        "", scene.system(), "brackets are of symmetric rigid bodies, with a state (Q, P)"));
+        "", scene.system(),
+        "has no Dirac bracket; symmetric_rigid_body and symmetric_moser_veselov have one"));
   const auto function = [&](const std::string& field, const PairFactors& given) {
     PairFunction out;
     for (std::size_t k = 0; k < given.factors.size(); ++k) {

@@ -42,8 +42,8 @@ struct BodiesSideBySide {
   int substeps;
   Scalar h;
   std::vector<Vector<Scalar>> lambda;  ///< for Packing::vector_field, lane by lane
-  template <class Inertia>
   /// For the discrete body: stage by stage, and in each stage lane by lane.
+  template <class Inertia>
   using Stages = std::vector<std::vector<Inertia>>;
   Stages<DiscreteInertia3<Scalar>> stages_3;
   Stages<DiscreteInertia4<Scalar>> stages_4;

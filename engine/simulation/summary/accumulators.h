@@ -31,9 +31,10 @@ class Accumulators {
   /// Adds the samples of another member, as if they came after this one's.
   void merge(const Accumulators& other);
 
-  /// Return the results, element by element; all numbers of an element's quantiles or histogram
-  /// stand together.
-  /// all statistics except last and sign_changes
+  // The results, element by element; all numbers of an element's quantiles or histogram stand
+  // together.
+
+  /// Returns a statistic other than `last` and `sign_changes`.
   std::vector<double> result(Statistic statistic) const;
   std::vector<std::int64_t> sign_changes() const { return changes_; }
   std::vector<double> quantiles() const;

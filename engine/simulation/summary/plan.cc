@@ -86,16 +86,17 @@ class Check {
 
   void statistics(std::size_t i, const Quantity& asked, Plan::Read& read) {
     if (asked.statistics.empty() && asked.quantiles.empty() && asked.edges.empty())
-      refuse(at("quantities", i, ".statistics"), "none", "must be given, or quantiles, or edges");
+      refuse(at("quantities", i, ".statistics"), "none",
+             "must be given where there are no quantiles and no edges");
     std::set<Statistic> seen;
     for (const Statistic statistic : asked.statistics) {
       if (!seen.insert(statistic).second)
-        refuse(at("quantities", i, ".statistics"), asked.name, "name a statistic twice");
+        refuse(at("quantities", i, ".statistics"), asked.name, "names a statistic twice");
       if (statistic != Statistic::last) read.on_the_way = true;
       if (statistic == Statistic::drift) read.drift = true;
       if (statistic == Statistic::last && asked.over_members)
         refuse(at("quantities", i, ".over_members"), "true",
-               "must be false for `last`, which is of each member");
+               "must be false with `last`, which exists for each member only");
       if (read.complex && statistic != Statistic::last && statistic != Statistic::mean)
         refuse(at("quantities", i, ".statistics"), asked.name,
                "is a complex field, which has `last` and `mean` only");
@@ -174,8 +175,8 @@ class Check {
       together = same ? together + 1 : 1;
       if (together > 1 && together * plan_.state_size * members_ > most_between_steps)
         return refuse(at("times", i), to_text(given[i]),
-                      "is one of too many between two steps: their states may have " +
-                          std::to_string(most_between_steps) + " numbers");
+                      "the states between two steps may have at most " +
+                          std::to_string(most_between_steps) + " numbers; give fewer times");
     }
   }
 
@@ -207,7 +208,7 @@ class Check {
       return std::pair(plan_.times[k].before, plan_.times[k].fraction);
     };
     if (i == 0 || position(i - 1) <= position(i)) return true;
-    refuse(at("times", i), to_text(t), "must not come before the time in front of it");
+    refuse(at("times", i), to_text(t), "must not be earlier in the motion than the previous time");
     return false;
   }
 
@@ -227,11 +228,11 @@ class Check {
     if (kept > Summary::max_kept)
       refuse("quantities", text(kept) + " values",
              "quantiles are exact and keep at most " + std::to_string(Summary::max_kept) +
-                 ": take fewer samples, or a histogram");
+                 " values: take fewer samples, or a histogram");
     if (numbers > Summary::max_numbers)
       refuse("quantities", text(numbers) + " numbers",
              "a summary has at most " + std::to_string(Summary::max_numbers) +
-                 ": name fewer, or take them over the members");
+                 " numbers: name fewer, or set over_members");
     if (members_ * plan_.state_size > Summary::max_numbers &&
         !(plan_.what.events.empty() && plan_.what.times.empty()))
       refuse("fields", std::to_string(members_ * plan_.state_size) + " numbers",

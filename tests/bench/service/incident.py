@@ -32,7 +32,7 @@ CLIENTS, LONG_CALLS = 4, 24
 QUERIES = {
     "servers up": 'sum(up{job="stiefel"})',
     "Step a second, OK": 'sum(rate(stiefel_calls_total{method="Step",code="OK"}[5s]))',
-    "Step, half, ms": '1e3 * histogram_quantile(0.5, sum by (le) (rate(stiefel_call_seconds_bucket{method="Step"}[5s])))',
+    "Step, median, ms": '1e3 * histogram_quantile(0.5, sum by (le) (rate(stiefel_call_seconds_bucket{method="Step"}[5s])))',
     "Step, 99 %, ms": '1e3 * histogram_quantile(0.99, sum by (le) (rate(stiefel_call_seconds_bucket{method="Step"}[5s])))',
     "work done, 1e9/s": 'sum(rate(stiefel_work_done_total[5s])) / 1e9',
     "work queued, 1e9, most": 'max(stiefel_work_queued) / 1e9',

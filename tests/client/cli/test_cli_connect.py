@@ -36,7 +36,7 @@ def test_a_fault_is_where_the_file_has_it(stiefel, write):
     many = stiefel("connect", write({"inertia": [1, 2, 3], "pairs": pairs, "time": 1}))
     assert many.status == 2 and "scene.json: pairs[1].Q_T" in many.err
     both = stiefel("connect", write({"inertia": [1, 2, 3], "pairs": pairs, "Q_0": good, "time": 1}))
-    assert both.status == 2 and "scene.json: pairs: given beside Q_0 and Q_T" in both.err
+    assert both.status == 2 and "scene.json: pairs: must be absent when Q_0 or Q_T is given" in both.err
     canonical = stiefel("connect", write({"metric": "METRIC_CANONICAL", "pairs": pairs[:1], "time": 1}))
     assert canonical.status == 2 and "scene.json: metric: " in canonical.err
 

@@ -6,7 +6,7 @@ def test_describe_lists_what_the_json_lists(stiefel):
     assert table.status == 0
     assert description["limits"]["max_dimension"] == 512
     assert f"\nnumerics id: {description['numerics_id']}\nbuild: {description['build']}\n" in table.out
-    assert description["durable"] is False and "\nsessions: in memory, they end with the server\n" in table.out
+    assert description["durable"] is False and "\nsessions: in memory, lost when the server ends\n" in table.out
     for system in description["systems"]:
         assert f"\n{system['name']}" in table.out
         for item in system["fields"] + system["invariants"] + system.get("forms", []):

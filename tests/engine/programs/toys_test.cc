@@ -220,7 +220,8 @@ TEST(Toys, AMissingWeightIsEstimatedWithAWarning) {
 TEST(Toys, HaveNoOtherForm) {
   const auto converted = convert(resolved(toy_scene()), {"rigid_body"});
   ASSERT_FALSE(converted);
-  EXPECT_EQ(std::get<Violations>(converted.error())[0].rule, "has no other form");
+  EXPECT_EQ(std::get<Violations>(converted.error())[0].rule,
+            "cannot be converted to other variables");
 }
 
 TEST(Toys, AStateStartsAnotherScene) {

@@ -72,7 +72,7 @@ def test_forged_truncated_and_not_finite(keyed):
     forged[-33] ^= 1  # of the last number
     nan = checkpoint[:-40] + struct.pack("<d", float("nan")) + checkpoint[-32:]
     for wrong in (bytes(forged), checkpoint[:-1], checkpoint + b"x", checkpoint[:60], checkpoint[:20], b"x", nan):
-        with pytest.raises(stiefel.InvalidArgument, match="checkpoint: .* bytes: must be what Step returned: it is damaged"):
+        with pytest.raises(stiefel.InvalidArgument, match="checkpoint: .* bytes: is damaged: must be the bytes that Step"):
             goes_on(address, wrong)
     foreign = checkpoint[:8] + bytes(8) + checkpoint[16:]  # as if another server had signed it
     ignored, computed, state = goes_on(address, foreign)

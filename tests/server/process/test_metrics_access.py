@@ -97,7 +97,7 @@ EXPOSED = ["0.0.0.0:0", "[::]:0", "[::ffff:0.0.0.0]:0", "[0:0:0:0:0:0:0:0]:0", "
 
 
 @pytest.mark.parametrize("address, rule", [
-    *[(address, "other machines reach it") for address in EXPOSED],
+    *[(address, "other machines can reach it") for address in EXPOSED],
     ("unix:/tmp/metrics", "must be host:port"), ("127.0.0.1", "has no port"), ("0:0", "must be a name"),
     ("no.such.host.invalid:0", "")])
 def test_where_metrics_are_not_served(address, rule):

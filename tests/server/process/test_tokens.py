@@ -260,7 +260,7 @@ def test_a_new_token_is_random_and_its_line_is_its_digest():
 @pytest.mark.parametrize("name", ["", "with space", "a/b", "ä", 129 * "x"])
 def test_what_is_no_name(name):
     done = subprocess.run([os.environ["STIEFEL_SERVER"], "token", name], capture_output=True, text=True, timeout=20)
-    assert done.returncode != 0 and done.stdout == "" and "1 to 128 of [A-Za-z0-9._-]" in done.stderr
+    assert done.returncode != 0 and done.stdout == "" and "1 to 128 characters of [A-Za-z0-9._-]" in done.stderr
 
 
 def test_nothing_secret_is_logged(serve, tmp_path):

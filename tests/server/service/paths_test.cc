@@ -342,7 +342,7 @@ TEST_F(Paths, OfBracketsAndEnsembles) {
   };
   expect_field(diagnose(change, "pair"), "dirac_brackets[0].second[1].B", "3 x 2");
   harness_.create("ensemble", changed([](auto& s) { s.set_members(1); }));
-  const char* rule = "1 members: two-forms and brackets are of single scenes";
+  const char* rule = "1 members: the scene must have no `members`: two-forms and brackets are";
   expect_field(diagnose([](auto& r) { r.add_forms()->set_form("omega"); }, "ensemble"), "forms[0]",
                rule);
   expect_field(diagnose([](auto& r) { r.mutable_symplectic_test(); }, "ensemble"),

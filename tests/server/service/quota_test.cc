@@ -37,7 +37,7 @@ Told told(const v1::Status& status) {
       EXPECT_TRUE(quota.ParseFromString(any.value()));
       EXPECT_EQ(quota.violations_size(), 1);
       told.limit = quota.violations(0).subject();
-      EXPECT_NE(quota.violations(0).description().find("at most"), std::string::npos);
+      EXPECT_NE(quota.violations(0).description().find("the limit is"), std::string::npos);
     } else if (any.type_url() == "type.googleapis.com/google.rpc.RetryInfo") {
       EXPECT_TRUE(retry.ParseFromString(any.value()));
       told.delay = std::chrono::seconds(retry.retry_delay().seconds()) +
@@ -235,7 +235,7 @@ TEST(Quotas, ThePriceOfOneCall) {
   EXPECT_EQ(refusal.limit, "call_work");
   EXPECT_FALSE(refusal.delay) << "to wait does not help";
   EXPECT_EQ(refusal.push_back, "-1");
-  EXPECT_NE(status.error_message().find("at most 1e+09"), std::string::npos)
+  EXPECT_NE(status.error_message().find("the limit is 1e+09"), std::string::npos)
       << status.error_message();
 
   v1::ConnectRequest connect;

@@ -217,13 +217,13 @@ TEST_F(StoreTest, AForeignFileIsRefusedAndLeftAlone) {
 TEST_F(StoreTest, ANewerVersionIsRefused) {
   { Store store(options_); }
   Database(options_.file, Database::Mode::existing).run("PRAGMA user_version=2");
-  EXPECT_THAT(refusal(options_), HasSubstr("its schema version is 2, this server knows version 1"));
+  EXPECT_THAT(refusal(options_), HasSubstr("its schema version is 2, this server reads version 1"));
 }
 
 TEST_F(StoreTest, WhatCannotBeAFileIsRefused) {
   EXPECT_THAT(refusal({folder_.file("no/such/folder")}), HasSubstr("No such file or directory"));
   std::filesystem::create_directory(folder_.file("folder"));
-  EXPECT_THAT(refusal({folder_.file("folder")}), HasSubstr("it is not a file"));
+  EXPECT_THAT(refusal({folder_.file("folder")}), HasSubstr("it is not a regular file"));
   test::write_file(folder_.file("empty"), "");
   EXPECT_THAT(refusal({folder_.file("empty")}), HasSubstr("it is empty"));
 }
