@@ -60,7 +60,6 @@ struct SceneDescription {
   std::optional<double> step;
   std::optional<double> tolerance = {};  ///< instead of a method: largest error up to `horizon`
   std::optional<double> horizon = {};    ///< the time of interest, > 0 whatever the step's sign
-  std::string choice = {};               ///< in a resolved scene: why this method was chosen
   std::optional<int> members = {};       ///< number of members, for an ensemble
 };
 

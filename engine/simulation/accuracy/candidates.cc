@@ -39,7 +39,6 @@ std::expected<Scene, Violations> with_any_method(SceneDescription description, c
         "is a discrete system: its map is its motion, and no method can do it better")});
   description.method.reset();
   description.tolerance.reset();
-  description.choice.clear();
   return Scene::resolve(std::move(description), Scene::frame_tolerance, place);
 }
 

@@ -136,7 +136,7 @@ std::expected<Choice, Violations> MembersChooser::choose() {
                   " members within the " + short_text(Choice::most_work) +
                   " units of work that a choice may take; name a method, or choose for fewer")});
     if (missed_.empty())
-      return Choice{chosen->method,
+      return Choice{chosen->method, *description_.tolerance, *description_.horizon,
                     chooser.reason(*chosen) + "; the largest error of " +
                         std::to_string(members_.size()) + " members" +
                         (worst_ ? ", in member " + std::to_string(*worst_) : ""),

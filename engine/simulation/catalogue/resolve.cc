@@ -25,7 +25,6 @@ std::expected<Scene, Violations> Scene::with(MethodDescription method, const Pla
   SceneDescription changed = description_;
   changed.method = std::move(method);
   changed.tolerance.reset();
-  changed.choice.clear();
   return resolve(std::move(changed), drift_tolerance, place);
 }
 
@@ -76,15 +75,13 @@ std::expected<Scene, Violations> SceneDraft::with(MethodDescription method) {
   system_ = &system_entry(given().system)->info;
   given().method = std::move(method);
   given().tolerance.reset();
-  given().choice.clear();
   check_method();
   check_reach();
   if (!sound()) return std::unexpected(std::move(violations_));
   return std::move(scene_);
 }
 
-/// Checks tolerance and horizon. A tolerance replaces a method; only a description that
-/// resolve_choosing has written has both.
+/// Checks tolerance and horizon. A tolerance replaces a method.
 void SceneDraft::check_choice() {
   const auto &tolerance = given().tolerance, &horizon = given().horizon;
   if (horizon && !(std::isfinite(*horizon) && *horizon > 0))
@@ -97,11 +94,9 @@ void SceneDraft::check_choice() {
   if (tolerance && system_->discrete)
     refuse("tolerance", to_text(*tolerance),
            std::string(system_->name) + " is a discrete system: there is no method to choose");
-  else if (tolerance && given().method && given().choice.empty())
+  else if (tolerance && given().method)
     refuse("tolerance", to_text(*tolerance),
            "must be absent when `method` is given: it is for choosing one");
-  if (!given().choice.empty() && !(given().method && tolerance))
-    refuse("choice", '"' + given().choice + '"', "must be absent: the server writes it");
 }
 
 void SceneDraft::recommend() {
