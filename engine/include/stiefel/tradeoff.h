@@ -66,7 +66,8 @@ struct ChosenScene {
 };
 
 /// Resolves a description. If it has a tolerance in place of a method, calls choose_method first;
-/// the scene then has the chosen method, and no tolerance. Throws Stopped (stop.h).
+/// the scene then has the chosen method, and no tolerance. If it has neither, the scene gets the
+/// recommended method (resolve_recommending in scene.h). Throws Stopped (stop.h).
 std::expected<ChosenScene, Violations> resolve_choosing(
     SceneDescription description, double largest_repair = Scene::frame_tolerance,
     const Place& place = {});
@@ -76,7 +77,7 @@ std::expected<ChosenScene, Violations> resolve_choosing(
 struct TradeoffRequest {
   SceneDescription scene;
   std::optional<double> horizon = {};  ///< default: that of the scene, else 100 steps
-  double budget = default_budget;      ///< units of work; see step_weight.h
+  double budget = default_budget;      ///< units of work: instructions of one thread
   std::int64_t repeats = 3;            ///< timed runs of each point, at most 100
 
   static constexpr double default_budget = 5e10;  ///< about ten seconds

@@ -29,7 +29,7 @@ std::expected<ChosenScene, Violations> resolve_choosing(SceneDescription descrip
     description.method = choice->method;
     description.tolerance.reset();
   }
-  auto scene = Scene::resolve(std::move(description), largest_repair, place);
+  auto scene = resolve_recommending(std::move(description), largest_repair, place);
   if (!scene) return std::unexpected(std::move(scene.error()));
   return ChosenScene{*std::move(scene), std::move(choice)};
 }

@@ -152,7 +152,7 @@ std::expected<Choice, Violations> MembersChooser::choose() {
 
 std::expected<Choice, Violations> choose_for_members(const SceneDescription& description,
                                                      const Place& place) {
-  const auto ensemble = with_any_method(description, place);
+  const auto ensemble = with_recommended_method(description, place);
   if (!ensemble) return std::unexpected(ensemble.error());
   return MembersChooser(description, place, *ensemble).choose();
 }

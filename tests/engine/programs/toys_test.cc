@@ -29,7 +29,7 @@ const bool registered = [] {
 }();
 
 Scene resolved(const SceneDescription& description) {
-  auto scene = Scene::resolve(description);
+  auto scene = resolve_recommending(description);
   if (!scene) throw std::runtime_error(scene.error()[0].field + ": " + scene.error()[0].rule);
   return *std::move(scene);
 }
