@@ -18,7 +18,7 @@ namespace stiefel {
 // the number of λ_i and n the number of rows of a frame. A source is a paper and its equation,
 // "[RB] (2.2)", and a file a path in the project; either may be empty.
 
-/// Returns "exact", "bounded" or "drifts".
+/// Returns the name of the enumerator.
 std::string_view to_string(Conservation conservation);
 
 /// What a method declares about one invariant of one system.
