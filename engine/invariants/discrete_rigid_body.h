@@ -8,15 +8,6 @@
 
 namespace stiefel {
 
-/// Returns the spatial momentum of two successive frames, hm = Q_{k−1}J_D(U)Q_{k−1}ᵀ, U =
-/// Q_{k−1}ᵀQ_k, which is Q_kΛQ_{k−1}ᵀ − Q_{k−1}ΛQ_kᵀ.
-template <class Scalar>
-Matrix<Scalar> pair_momentum(const Vector<Scalar>& lambda, const Matrix<Scalar>& Q_prev,
-                             const Matrix<Scalar>& Q) {
-  const Matrix<Scalar> G = Q * lambda.asDiagonal() * Q_prev.transpose();
-  return G - G.transpose();
-}
-
 /// Returns the discrete Hamiltonian [RB] (6.17), tr exp(asinh(K/2)) − tr ΛU for K = hM and U =
 /// J_D⁻¹(K). The first term is Σ √(1 − w²/4) over all eigenvalues ±iw of K; returns nullopt for
 /// ‖K‖_op > 2, where it is not real.

@@ -11,23 +11,6 @@ Scalar joachimsthal(const Vector<Scalar>& lambda, const Vector<Scalar>& q,
   return q.cwiseAbs2().cwiseQuotient(lambda).sum() * qdot.squaredNorm();
 }
 
-/// Returns Uhlenbeck's integrals F_k = ẋ_k² + Σ_{j≠k} (x_kẋ_j − x_jẋ_k)² / (λ_k − λ_j), x =
-/// Λ^{1/2}q, with Σ F_k = 2E. All λ_i must be different. O(N²) operations.
-template <class Scalar>
-Vector<Scalar> uhlenbeck(const Vector<Scalar>& lambda, const Vector<Scalar>& q,
-                         const Vector<Scalar>& qdot) {
-  const Vector<Scalar> x = lambda.cwiseSqrt().cwiseProduct(q);
-  const Vector<Scalar> xdot = lambda.cwiseSqrt().cwiseProduct(qdot);
-  Vector<Scalar> F = xdot.cwiseAbs2();
-  for (Eigen::Index k = 0; k < q.size(); ++k)
-    for (Eigen::Index j = 0; j < q.size(); ++j) {
-      if (j == k) continue;
-      const Scalar area = x(k) * xdot(j) - x(j) * xdot(k);
-      F(k) += area * area / (lambda(k) - lambda(j));
-    }
-  return F;
-}
-
 /// Returns the coefficients of tr M(μ)^k, k = 1..K, of the Lax matrix [ST] (18) of (q, p),
 ///
 ///     M(μ) = qpᵀ − pqᵀ + μΛ + μ⁻¹ qqᵀ Δ/(qᵀΛ⁻¹q),   Δ = (pᵀΛ⁻¹q)² − (pᵀΛ⁻¹p)(qᵀΛ⁻¹q).

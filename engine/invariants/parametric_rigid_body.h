@@ -12,13 +12,4 @@ Matrix<Scalar> parametric_momentum(const Matrix<Scalar>& Q, const Matrix<Scalar>
   return Q.partialPivLu().solve(P) - P.partialPivLu().solve(Q);
 }
 
-/// Returns εm_μ = P_μQ_μ⁻¹ − Q_μP_μ⁻¹, which is constant; [RB] after (8.6). P_μQ_μ⁻¹ is constant
-/// too.
-template <class Scalar>
-Matrix<Scalar> parametric_spatial_momentum(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
-  const Matrix<Scalar> A = Q.transpose().partialPivLu().solve(P.transpose()).transpose();
-  const Matrix<Scalar> B = P.transpose().partialPivLu().solve(Q.transpose()).transpose();
-  return A - B;
-}
-
 }  // namespace stiefel

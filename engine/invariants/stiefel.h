@@ -27,15 +27,6 @@ Matrix<Scalar> frame_momentum(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) 
   return product - product.transpose();
 }
 
-/// Returns k = PQᵀ + QPᵀ; [ST] (76). It is constant along (68)–(69). For P = S it is not constant:
-/// (Q, S) does not move by (69), and QSᵀ + SQᵀ is 0 only for Λ = I, because Q̇ = SΛ⁻¹ is tangent
-/// and S is not.
-template <class Scalar>
-Matrix<Scalar> frame_symmetric_product(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
-  const Matrix<Scalar> product = costate_product(Q, P);
-  return product + product.transpose();
-}
-
 /// Returns m_k = Q_kΛQ_{k−1}ᵀ − Q_{k−1}ΛQ_kᵀ; [ST] (57).
 template <class Scalar>
 Matrix<Scalar> discrete_momentum(const Vector<Scalar>& lambda, const Matrix<Scalar>& Q_prev,

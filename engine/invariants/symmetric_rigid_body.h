@@ -4,12 +4,6 @@
 
 namespace stiefel {
 
-/// Returns M = (QᵀP − PᵀQ)/ε, the body momentum; [RB] (3.2).
-template <class Scalar>
-Matrix<Scalar> body_momentum(const Matrix<Scalar>& Q, const Matrix<Scalar>& P, Scalar epsilon) {
-  return (Q.transpose() * P - P.transpose() * Q) / epsilon;
-}
-
 /// Returns A = PQᵀ, constant along every motion of the symmetric representation; [RB] (8.2). Its
 /// skew part is εm/2. In the right-invariant form the constant is Q_rᵀP_r = A(Q_rᵀ, P_rᵀ)ᵀ.
 template <class Scalar>

@@ -100,9 +100,7 @@ class BodyForm {
  private:
   template <class M_>
   Matrix<Scalar> divided(const M_& M) const {
-    Matrix<Scalar> Omega = inverse_inertia<Scalar>(lambda_, M);
-    Omega.diagonal().setZero();
-    return Omega;
+    return inverse_inertia<Scalar>(lambda_, M);
   }
 
   Vector<Scalar> lambda_;

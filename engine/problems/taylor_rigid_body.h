@@ -5,6 +5,7 @@
 #include "engine/linalg/arithmetic/quadruple.h"
 #include "engine/linalg/arithmetic/scalar.h"
 #include "engine/linalg/arithmetic/stoppable_product.h"
+#include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/problems/taylor_motion.h"
 
 namespace stiefel {
@@ -40,14 +41,8 @@ class TaylorRigidBody {
               const std::function<bool()>& stopped);
 
  private:
-  /// Writes Ω_k = J⁻¹(M_k) as block number `at`. The blocks are in reverse order, so that the sum
-  /// runs down a column.
-  template <class Block>
-  void invert_inertia(const Block& M, int at) {
-    for (Eigen::Index j = 0; j < N_; ++j)
-      for (Eigen::Index i = 0; i < N_; ++i)
-        Omega_(at * N_ + i, j) = i == j ? Scalar(0) : M(i, j) / (lambda_(i) + lambda_(j));
-  }
+  /// Returns Ω_k. Stored in reverse order, so that the sum runs down a column.
+  auto Omega(int k) { return Omega_.middleRows((order_ - k) * N_, N_); }
 
   Vector<Scalar> lambda_;
   int order_;
@@ -62,7 +57,7 @@ bool TaylorRigidBody<Scalar>::expand(const Matrix<Scalar>& x, Matrix<Scalar>& se
   series.leftCols(N_) = x;
   for (int k = 0; k < order_; ++k) {
     if (stopped()) return false;
-    invert_inertia(series.middleCols(k * N_, N_).bottomRows(N_), order_ - k);
+    inverse_inertia(lambda_, series.middleCols(k * N_, N_).bottomRows(N_), Omega(k));
     auto next = series.middleCols((k + 1) * N_, N_);
     Y_.resize(x.rows(), N_);
     announced_product(series.leftCols((k + 1) * N_), Omega_.bottomRows((k + 1) * N_), Y_);

@@ -18,12 +18,6 @@ Matrix<Scalar> M_of_B(const Matrix<Scalar>& Q, const Matrix<Scalar>& B) {
   return (M - M.transpose()) / 2;
 }
 
-/// Returns B = (P − QPᵀQ)/ε, from the symmetric representation without M.
-template <class Scalar>
-Matrix<Scalar> B_of_P(const Matrix<Scalar>& Q, const Matrix<Scalar>& P, Scalar epsilon = 1) {
-  return (P - Q * (P.transpose() * Q)) / epsilon;
-}
-
 /// Returns the distance of B from the matrices that belong to a momentum: max |QᵀB + BᵀQ|.
 template <class Scalar>
 Scalar skewness_defect(const Matrix<Scalar>& Q, const Matrix<Scalar>& B) {

@@ -45,14 +45,6 @@ double principal_cosine(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
   return static_cast<double>(solver.eigenvalues()(0));
 }
 
-/// Returns the condition number of Ψ⁻¹, 1/(1 − (‖εM‖_op/2)²)^{1/2}: at the edge of the domain half
-/// the digits are lost.
-template <class Scalar>
-double condition_Psi_inverse(const Matrix<Scalar>& M, Scalar epsilon = 1) {
-  const double margin = margin_S_M(M, epsilon);
-  return 2 / std::sqrt(margin * (4 - margin));
-}
-
 /// Returns 1/condition of M as a function of P: ‖εM‖_op/2. P is of size 1, so it holds M with a
 /// relative error of 2⁻⁵³ divided by this number.
 template <class Scalar>

@@ -29,20 +29,4 @@ Scalar unit_epsilon(const Matrix<Scalar>& M) {
   return unit_epsilon_of(skew_norm(M));
 }
 
-/// A matrix P together with its ε.
-template <class Scalar>
-struct ScaledP {
-  Matrix<Scalar> P;
-  Scalar epsilon;
-};
-
-/// Returns Ψ⁻¹ with the ε chosen for M. Fails only for an M that is not finite.
-template <class Scalar>
-WithinDomain<ScaledP<Scalar>> scaled_Psi_inverse(const Matrix<Scalar>& Q, const Matrix<Scalar>& M) {
-  const Scalar epsilon = unit_epsilon(M);
-  auto P = Psi_inverse(Q, M, epsilon);
-  if (!P) return std::unexpected(P.error());
-  return ScaledP<Scalar>{std::move(*P), epsilon};
-}
-
 }  // namespace stiefel

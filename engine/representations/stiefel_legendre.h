@@ -32,17 +32,4 @@ Matrix<Scalar> Legendre_inverse(const Vector<Scalar>& lambda, const Matrix<Scala
   return AngularVelocity<Scalar>(lambda, Q, P).Qdot() * lambda.asDiagonal();
 }
 
-/// Returns the distance of S from T*V(n, N), where Q̇Qᵀ is skew: max |QΛ⁻¹Sᵀ + SΛ⁻¹Qᵀ|.
-template <class Scalar>
-Scalar tangency_defect(const Vector<Scalar>& lambda, const Matrix<Scalar>& Q,
-                       const Matrix<Scalar>& S) {
-  return momentum_k<Scalar>(Q, Qdot_of_S(lambda, S)).cwiseAbs().maxCoeff();
-}
-
-/// Returns the distance of P from W⁰: max |QPᵀ + PQᵀ|.
-template <class Scalar>
-Scalar costate_defect(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
-  return momentum_k(Q, P).cwiseAbs().maxCoeff();
-}
-
 }  // namespace stiefel

@@ -19,13 +19,6 @@ Matrix<Scalar> momentum_k(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
   return R + R.transpose();
 }
 
-/// Returns the product VM for V with N columns and few rows, in O(Nn) operations without an N × N
-/// matrix.
-template <class Scalar>
-Matrix<Scalar> times_M(const Matrix<Scalar>& V, const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
-  return (V * Q.transpose()) * P - (V * P.transpose()) * Q;
-}
-
 /// Returns M as an N × N matrix; only for output.
 template <class Scalar>
 Matrix<Scalar> dense_M(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
@@ -38,13 +31,6 @@ Matrix<Scalar> dense_M(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
 template <class Scalar>
 Matrix<Scalar> Xi(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
   return P - momentum_k(Q, P) * Q / 2;
-}
-
-/// Inverts Ξ on W^k: returns P = P_0 + ½kQ, k symmetric n × n.
-template <class Scalar>
-Matrix<Scalar> Xi_inverse(const Matrix<Scalar>& Q, const Matrix<Scalar>& P_0,
-                          const Matrix<Scalar>& k) {
-  return P_0 + k * Q / 2;
 }
 
 /// Returns the P_0 of an N × N matrix M, [ST] (82): P_0 = QM − ½mQ, m = QMQᵀ. A skew M is a

@@ -8,16 +8,6 @@
 #include "stiefel/tradeoff.h"
 
 namespace stiefel::server {
-namespace {
-
-/// Moves the tolerance and the choice's reason out of a description that has the chosen method.
-ChosenMethod take_choice(SceneDescription& resolved) {
-  ChosenMethod chosen{*resolved.tolerance, *resolved.horizon, std::exchange(resolved.choice, {})};
-  resolved.tolerance.reset();
-  return chosen;
-}
-
-}  // namespace
 
 bool wants_choice(const v1::Scene& scene) { return scene.has_tolerance() && !scene.has_method(); }
 
@@ -32,15 +22,11 @@ OrStatus<ResolvedScene> read_scene(bool present, const v1::Scene& scene, const c
   const FieldDigests given = field_digests(*description);
   auto resolved = resolve_choosing(*std::move(description), Scene::frame_tolerance, place);
   if (!resolved) return std::unexpected(errors::invalid(resolved.error()));
-  std::optional<ChosenMethod> choice;
-  if (!resolved->description().choice.empty()) {
-    SceneDescription chosen = resolved->description();
-    choice = take_choice(chosen);
-    resolved = Scene::resolve(std::move(chosen), Scene::frame_tolerance, place);
-    if (!resolved) return std::unexpected(errors::invalid(resolved.error()));
-  }
-  Difference changes = difference(given, field_digests(resolved->description()));
-  return ResolvedScene{*std::move(resolved), {std::move(changes), std::move(choice)}};
+  auto& [made, choice] = *resolved;
+  Resolution resolution{difference(given, field_digests(made.description())), std::nullopt};
+  if (choice)
+    resolution.choice = ChosenMethod{choice->tolerance, choice->horizon, std::move(choice->reason)};
+  return ResolvedScene{std::move(made), std::move(resolution)};
 }
 
 }  // namespace stiefel::server

@@ -22,9 +22,6 @@ const FieldDescriptor* field_of(const Message& message, std::string_view name) {
   return found;
 }
 
-/// Whether a field travels on the wire; `choice` is written by the engine only.
-bool is_on_the_wire(std::string_view name) { return name != "choice"; }
-
 /// Reads a description's fields by name, with one overload for each type of field.
 class Reader {
  public:
@@ -34,8 +31,7 @@ class Reader {
   template <Description T>
   void read(const Message& from, const std::string& within, T& out) {
     for_each_field<T>([&](const auto& field) {
-      if (is_on_the_wire(field.name))
-        read(from, field_of(from, field.name), within + std::string(field.name), out.*field.member);
+      read(from, field_of(from, field.name), within + std::string(field.name), out.*field.member);
     });
   }
   template <class T>
@@ -98,9 +94,8 @@ class Writer {
   template <Description T>
   void write(const T& description, const std::string& within, Message* to) const {
     for_each_field<T>([&](const auto& field) {
-      if (is_on_the_wire(field.name))
-        write(description.*field.member, within + std::string(field.name), to,
-              field_of(*to, field.name));
+      write(description.*field.member, within + std::string(field.name), to,
+            field_of(*to, field.name));
     });
   }
 

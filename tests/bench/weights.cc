@@ -71,7 +71,7 @@ std::vector<int> dimensions(const std::string& method, int order) {
 std::vector<Size> sizes(const std::string& system, const std::string& method, int order) {
   const SystemEntry& entry = *system_entry(system);
   if (entry.example) {
-    const Scene one = Scene::resolve(testing::any_scene(system, "", 1, h_Omega)).value();
+    const Scene one = resolve_recommending(testing::any_scene(system, "", 1, h_Omega)).value();
     const auto [n, N] = entry.size ? entry.size(one) : frame_size(one);
     return {{static_cast<int>(n), static_cast<int>(N)}};
   }

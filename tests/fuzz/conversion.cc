@@ -35,7 +35,7 @@ void run(const google::protobuf::Message& message) {
   if (!make_small(request.mutable_scene())) return;
   auto description = server::from_proto(request.scene());
   if (!description) return;
-  const auto scene = Scene::resolve(*std::move(description));
+  const auto scene = resolve_recommending(*std::move(description));
   if (!scene) return;
   ConversionTarget target{request.to()};
   if (request.has_epsilon()) target.epsilon = request.epsilon();

@@ -22,7 +22,7 @@ std::optional<Scene> resolved(const v1::Scene& scene) {
   Violations violations;
   if (!description) {
     violations = description.error();
-  } else if (auto made = Scene::resolve(*std::move(description))) {
+  } else if (auto made = resolve_recommending(*std::move(description))) {
     return *std::move(made);
   } else {
     violations = made.error();

@@ -10,78 +10,96 @@
 
 namespace stiefel {
 
+// The catalogue describes systems and methods as data, for people and for programs: what a scene
+// may contain, what its simulation reports, and what each method keeps. All strings are constants
+// of the program. Names are those of scenes and replies.
+//
+// A shape is text such as "N x N", "n x N" or "1 x 3": rows times columns of a single motion. N is
+// the number of λ_i and n the number of rows of a frame. A source is a paper and its equation,
+// "[RB] (2.2)", and a file a path in the project; either may be empty.
+
+/// Returns the name of the enumerator.
 std::string_view to_string(Conservation conservation);
 
 /// What a method declares about one invariant of one system.
 struct Preservation {
-  std::string_view invariant;
+  std::string_view invariant;  ///< a name among SystemInfo::invariants
   Conservation conservation;
 };
 
 struct MethodInfo {
-  std::string_view name;
+  std::string_view name;  ///< MethodDescription::name
   std::string_view summary;
   std::string_view source;
   std::string_view file;
+  /// The values that MethodDescription::order may have, ascending. One value for a method without a
+  /// choice of order; empty for a closed form, which has no order.
   std::vector<int> orders;
-  int default_order;
-  bool reversible;
-  double default_tolerance;  ///< 0 for methods that take steps of a fixed size
+  int default_order;  ///< the order of a scene that gives none; 0 for a closed form
+  bool reversible;    ///< whether a step by −h undoes a step by h
+  /// The default of MethodDescription::tolerance; 0 for methods that take steps of a fixed size.
+  double default_tolerance;
 };
 
+/// A block of the initial state: a matrix in SceneDescription::initial.
 struct BlockInfo {
   std::string_view name;
   std::string_view shape;
+  /// Whether every scene must have the block. The description tells what may replace one that is
+  /// not required.
   bool required;
   std::string_view description;
 };
 
+/// A field that a simulation may report (Simulation::fields). The description says which scenes
+/// have it, where not all do.
 struct FieldInfo {
   std::string_view name;
   std::string_view shape;
   std::string_view description;
 };
 
+/// A family of invariants, one of stiefel::family (invariant_names.h) for a system of the library.
 struct InvariantInfo {
   std::string_view name;
-  std::string_view formula;
+  std::string_view formula;  ///< in the names of blocks and fields: "Q M Q^T"
   std::string_view source;
 };
 
-/// A two-form on the states of a system. `blocks` names the two blocks of its tangent vectors.
+/// A two-form on the states of a system; evaluate_form (diagnosis.h) evaluates it.
 struct FormInfo {
   std::string_view name;
-  std::array<std::string_view, 2> blocks;
+  std::array<std::string_view, 2> blocks;  ///< the two blocks of its tangent vectors
   std::string_view formula;
   std::string_view source;
 };
 
 /// What a method offers on one system. The name is empty for a discrete system, which takes no
-/// method.
+/// method: its map then declares what it keeps.
 struct MethodOnSystem {
   std::string_view method;
-  std::vector<Preservation> preserves;
-  std::string_view where = {};  ///< "N = 3"; empty: in every scene
+  std::vector<Preservation> preserves;  ///< one element for each invariant that is declared
+  std::string_view where = {};          ///< `takes` in words, "N = 3"; empty: in every scene
   /// Whether the method accepts a scene with this Λ; null: it accepts every one.
   bool (*takes)(const Eigen::VectorXd& lambda) = nullptr;
   bool in_float = false;  ///< offered in single precision too
 };
 
 struct SystemInfo {
-  std::string_view name;
+  std::string_view name;  ///< SceneDescription::system
   std::string_view summary;
-  std::string_view equations;
+  std::string_view equations;  ///< "Q' = Q Omega, M' = [M, Omega]"
   std::string_view source;
   std::string_view file;
-  bool discrete;
+  bool discrete;  ///< whether the system is a map by itself, which takes no method
   std::vector<BlockInfo> blocks;
   std::vector<FieldInfo> fields;
   std::vector<InvariantInfo> invariants;
-  std::vector<MethodOnSystem> methods;
-  std::vector<FormInfo> forms;
+  std::vector<MethodOnSystem> methods;  ///< for a discrete system one element, without a name
+  std::vector<FormInfo> forms;          ///< the symplectic form first
 };
 
-/// Describes all systems and methods, as data. Built once.
+/// All systems and methods.
 struct Catalogue {
   std::vector<SystemInfo> systems;
   std::vector<MethodInfo> methods;
@@ -91,6 +109,8 @@ struct Catalogue {
   const MethodInfo* method(std::string_view name) const;
 };
 
+/// Returns the catalogue, which the first call builds and nothing changes afterwards. May be called
+/// from several threads.
 const Catalogue& catalogue();
 
 }  // namespace stiefel

@@ -29,9 +29,10 @@ struct ErrorEstimate {
   std::optional<std::int64_t> member = {};  ///< in an ensemble: the member with the largest error
 };
 
-/// Returns the units of work from step 0 to the step of `now`: map steps times step_weight, for an
-/// ensemble summed over all members. Where every state is computed directly from step 0, the run
-/// counts as one step.
+/// Returns the units of work (instructions) from step 0 to the step of `now`: its map steps times
+/// the instructions of one, which were counted beforehand for each method and size; for an ensemble
+/// summed over all members. Where every state is computed directly from step 0, the run counts as
+/// one step.
 double run_work(const Scene& scene, const Simulation& now);
 
 /// Estimates the error of `now`, a simulation of `scene`, at its current step; after a run that

@@ -48,7 +48,7 @@ struct Block {
   RowMatrix values, imaginary;
 };
 
-/// A scene as a caller writes it, unchecked. scene_fields.h lists its fields as data.
+/// A scene as a caller writes it, unchecked.
 struct SceneDescription {
   std::string system;
   std::optional<MethodDescription> method;
@@ -58,10 +58,11 @@ struct SceneDescription {
   std::optional<double> epsilon;    ///< for the symmetric systems
   std::optional<double> parameter;  ///< μ, for the parametric systems
   std::optional<double> step;
-  std::optional<double> tolerance = {};  ///< instead of a method: largest error up to `horizon`
-  std::optional<double> horizon = {};    ///< the time of interest, > 0 whatever the step's sign
-  std::string choice = {};               ///< in a resolved scene: why this method was chosen
-  std::optional<int> members = {};       ///< number of members, for an ensemble
+  /// In place of a method: the largest error up to `horizon`, for which resolve_choosing
+  /// (tradeoff.h) chooses the method.
+  std::optional<double> tolerance = {};
+  std::optional<double> horizon = {};  ///< the time of interest, > 0 whatever the step's sign
+  std::optional<int> members = {};     ///< number of members, for an ensemble
 };
 
 /// A 3D body brought to its principal axes: I = R diag(moments) Rᵀ, det R = +1.
@@ -94,14 +95,15 @@ class Scene {
 
   /// Checks a description and fills in its defaults. Returns the scene, or all violations at once,
   /// with the fields of `place`. Repairs frames whose max |QQᵀ − I| is at most `largest_repair`.
-  /// Simulates nothing: refuses a description that has a tolerance in place of a method, with the
-  /// reason METHOD_NOT_CHOSEN (resolve_choosing in tradeoff.h accepts it).
+  /// Simulates nothing: refuses a description of a continuous system without a method, with the
+  /// reason METHOD_NOT_CHOSEN. `resolve_recommending` below accepts it, and resolve_choosing
+  /// (tradeoff.h) also one with a tolerance. Throws Stopped (stop.h).
   static std::expected<Scene, Violations> resolve(SceneDescription description,
                                                   double largest_repair = frame_tolerance,
                                                   const Place& place = {});
 
-  /// Returns the scene with another method, and without the tolerance for which a method was
-  /// chosen. Checks only the method, unless its scalar type has a narrower range.
+  /// Returns the scene with another method. Checks only the method, unless its scalar type has a
+  /// narrower range. Throws Stopped (stop.h).
   std::expected<Scene, Violations> with(MethodDescription method, const Place& place = {}) const;
 
   /// Returns the resolved description: what the caller gave, with every default filled in.
@@ -113,7 +115,10 @@ class Scene {
   int substeps() const {
     return description_.method ? description_.method->substeps.value_or(1) : 1;
   }
-  double tolerance() const { return description_.method->tolerance.value_or(0); }
+  /// The tolerance of a method that chooses its own steps; else 0.
+  double tolerance() const {
+    return description_.method ? description_.method->tolerance.value_or(0) : 0;
+  }
   Arithmetic arithmetic() const {
     return description_.method && description_.method->arithmetic == "plain"
                ? Arithmetic::plain
@@ -158,6 +163,15 @@ class Scene {
   int determinant_ = 1;
   std::optional<PrincipalAxes> axes_;
 };
+
+/// Resolves a description as Scene::resolve does, after it has given a scene without method and
+/// tolerance the recommended method of its system: with the number of substeps that keeps the error
+/// small, for an ensemble in its fastest member. That number follows from the rate of the motion at
+/// the start. A momentum alone with N = 4 and a geodesic with n = 1 are integrated over 4 and 16
+/// rotations for it. Throws Stopped (stop.h).
+std::expected<Scene, Violations> resolve_recommending(
+    SceneDescription description, double largest_repair = Scene::frame_tolerance,
+    const Place& place = {});
 
 /// The members of an ensemble as scenes. A member is resolved each time it is asked for, which
 /// takes some microseconds for a small one, so that an ensemble stores its numbers only once.

@@ -37,7 +37,7 @@ class Simulation {
 
   std::int64_t step() const { return step_; }
   /// Returns the number of map steps so far. Every substep counts; for a method that chooses its
-  /// substeps, rejected ones count too. The work is this number times `step_weight`.
+  /// substeps, rejected ones count too. run_work (error_estimate.h) gives the work that they take.
   virtual std::int64_t map_steps() const = 0;
 
   /// Advances by `steps` ≥ 0, or stops at the last good state on the way. Checks `stop` before
@@ -96,27 +96,23 @@ class Simulation {
   std::size_t block_count_ = 0;
 };
 
-/// Returns the simulation of a scene, at step 0.
+/// Returns the simulation of a scene, at step 0. Throws Stopped (stop.h).
 std::unique_ptr<Simulation> make_simulation(const Scene& scene);
 
 /// Limits the number of threads that all ensembles of this process use together. The default is one
 /// for each core.
 void limit_ensemble_threads(int threads);
 
-/// Describes the status in one sentence for people; empty when it is `reached`.
+/// Describes the status in one sentence for people; empty when it is `reached`. With a scene, the
+/// sentence also names a method that can go on where the scene's own cannot. With the rate too, and
+/// if a step of a body in three dimensions left the domain, it says by how many degrees the step
+/// turns the body.
 std::string to_sentence(const RunStatus& status);
-/// Describes the status in one sentence for people; empty when it is `reached`. If the scene's
-/// method does not accept the scene, the sentence names one that does.
 std::string to_sentence(const RunStatus& status, const Scene& scene);
+std::string to_sentence(const RunStatus& status, const Scene& scene, double rate);
 
 /// Returns the rate (`Simulation::rate`) at the last good state, which `last` holds; for an
 /// ensemble, the rate of the member that ended the run.
 double rate_at(const RunStatus& status, const Simulation& last);
-
-/// Describes the status in one sentence for people; empty when it is `reached`. If the scene's
-/// method does not accept the scene, the sentence names one that does. If a step of a body in three
-/// dimensions left the domain, the sentence says by how many degrees the step turns the body at
-/// `rate`.
-std::string to_sentence(const RunStatus& status, const Scene& scene, double rate);
 
 }  // namespace stiefel

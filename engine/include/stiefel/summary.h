@@ -116,8 +116,8 @@ class Summary {
   /// Most numbers in accumulators and results.
   static constexpr std::uint64_t max_numbers = std::uint64_t{1} << 24;
 
-  /// Returns a summary at step 0. The violations name the fields of SummaryRequest:
-  /// "quantities[0].name".
+  /// Returns a summary at step 0, which refers to the scene: the scene must outlive it. The
+  /// violations name the fields of the description, "quantities[0].name".
   static std::expected<Summary, Violations> prepare(const Scene& scene, SummaryDescription what);
   Summary(Summary&&) noexcept;
   ~Summary();
@@ -150,11 +150,12 @@ class Summary {
   std::vector<Event> take_events();
   std::vector<StateAtTime> take_states();
 
-  /// Valid once `done()`. For an ensemble the status of the member that stopped first.
+  /// Returns how the motion ended; valid once `done()`. For an ensemble the status of the member
+  /// that stopped first.
   RunStatus status() const;
   /// Returns Simulation::rate at the last good state of the member of `status()`.
   double rate() const;
-  /// Valid once `done()`: the statistics in the order of the quantities, then "outcome",
+  /// Returns the statistics, valid once `done()`: in the order of the quantities, then "outcome",
   /// "last_step", "ended_by" and "samples".
   std::vector<SummaryArray> statistics() const;
   /// Returns how many bytes the numbers of `statistics()` take.
@@ -168,8 +169,8 @@ class Summary {
 
   /// Returns the number of steps so far, summed over all members.
   std::int64_t computed_steps() const;
-  /// Whether the summary reads samples at every step of the grid or looks for events: work that
-  /// step_weight does not count.
+  /// Whether the summary reads samples at every step of the grid or looks for events. This takes
+  /// work beside that of the steps.
   bool reads_on_the_way() const;
 
   const SummaryDescription& description() const;

@@ -25,6 +25,8 @@ struct MotionError {
 /// The method chosen for a scene that has a tolerance in place of a method.
 struct Choice {
   MethodDescription method;
+  double tolerance;  ///< the tolerance and the horizon for which the method was chosen
+  double horizon;
   /// The chosen method and why: its error, up to which time, against which reference, at which
   /// work.
   std::string reason;
@@ -57,18 +59,25 @@ struct Choice {
 std::expected<Choice, Violations> choose_method(const SceneDescription& description,
                                                 const Place& place = {});
 
-/// Calls choose_method for a description that has a tolerance in place of a method, then
-/// Scene::resolve.
-std::expected<Scene, Violations> resolve_choosing(SceneDescription description,
-                                                  double largest_repair = Scene::frame_tolerance,
-                                                  const Place& place = {});
+/// A resolved scene, and the choice of its method where the description had a tolerance.
+struct ChosenScene {
+  Scene scene;
+  std::optional<Choice> choice;
+};
+
+/// Resolves a description. If it has a tolerance in place of a method, calls choose_method first;
+/// the scene then has the chosen method, and no tolerance. If it has neither, the scene gets the
+/// recommended method (resolve_recommending in scene.h). Throws Stopped (stop.h).
+std::expected<ChosenScene, Violations> resolve_choosing(
+    SceneDescription description, double largest_repair = Scene::frame_tolerance,
+    const Place& place = {});
 
 /// A request for a trade-off. The scene's method is ignored. For an ensemble, a point's error and
 /// drift are those of the worst member, its work and times those of all members together.
 struct TradeoffRequest {
   SceneDescription scene;
   std::optional<double> horizon = {};  ///< default: that of the scene, else 100 steps
-  double budget = default_budget;      ///< units of work; see step_weight.h
+  double budget = default_budget;      ///< units of work: instructions of one thread
   std::int64_t repeats = 3;            ///< timed runs of each point, at most 100
 
   static constexpr double default_budget = 5e10;  ///< about ten seconds

@@ -19,13 +19,19 @@ void inverse_inertia(const Vector<Scalar>& lambda, const Eigen::MatrixBase<G>& g
   }
 }
 
-/// Returns Ω = J⁻¹(M), N × N: Ω_ij = M_ij/(λ_i + λ_j) for i ≠ j. Keeps the diagonal, which is 0 for
-/// a skew M. Needs λ_i + λ_j > 0 for i ≠ j.
+/// Sets Ω = J⁻¹(M), N × N: Ω_ij = M_ij/(λ_i + λ_j) for i ≠ j, Ω_ii = 0. Needs λ_i + λ_j > 0 for
+/// i ≠ j. M is skew up to rounding; it may be the same matrix as Ω.
+template <class Lambda, class M, class Omega>
+void inverse_inertia(const Eigen::MatrixBase<Lambda>& lambda, const Eigen::MatrixBase<M>& m,
+                     Omega&& omega) {
+  using Scalar = typename Lambda::Scalar;
+  for (Eigen::Index j = 0; j < m.cols(); ++j)
+    for (Eigen::Index i = 0; i < m.rows(); ++i)
+      omega(i, j) = i == j ? Scalar(0) : Scalar(m(i, j) / (lambda(i) + lambda(j)));
+}
 template <class Scalar>
 Matrix<Scalar> inverse_inertia(const Vector<Scalar>& lambda, Matrix<Scalar> M) {
-  for (Eigen::Index j = 0; j < M.cols(); ++j)
-    for (Eigen::Index i = 0; i < M.rows(); ++i)
-      if (i != j) M(i, j) /= lambda(i) + lambda(j);
+  inverse_inertia(lambda, M, M);
   return M;
 }
 

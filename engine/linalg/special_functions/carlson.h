@@ -6,6 +6,10 @@
 
 /// Carlson's symmetric elliptic integrals by duplication (Carlson 1979, 1995; DLMF 19.36(i)), to
 /// the precision of any real Scalar. All terms of every sum are positive.
+///
+/// Boost.Math's ellint_rc, ellint_rf and ellint_rj are as accurate (special_functions_test.cc): the
+/// largest errors found are 5, 6 and 10 ulps, and 5, 7 and 10 ulps here. They are not used, because
+/// they do not compile for Quad, and ellint_rj takes twice the time in extended precision.
 namespace stiefel::carlson {
 
 /// Returns the largest relative distance ε of the arguments from their mean for which the series is

@@ -16,8 +16,12 @@ namespace stiefel {
 ///
 ///     X_n = X_{n+1} d_{n+1},   d_n = (X_{n+1}² + a_{n+1} b_n) / (X_{n+1}² + a_{n+1} a_n),
 ///
-/// and starts from X = a cot(au), d = 1 in the limit (Bulirsch 1965). The recursion is used where
+/// and starts from X = a cot(au), d = 1 in the limit (Bulirsch 1965). The recursion is used for
 /// |u| ≤ K/2. Beyond, the functions follow from those of K − u: sn = cd, cn = √mc sd, dn = √mc nd.
+///
+/// Boost.Math's jacobi_elliptic is not used: it takes the modulus k, whose rounding moves mc. Its
+/// largest error in ulps, divided by 1 + u, is 8 for mc = ½, 140 for mc = 1e-3 and 10⁶ for mc =
+/// 1e-8 in double, where the error here is at most 47 for every mc (special_functions_test.cc).
 template <class Scalar>
 class JacobiElliptic {
  public:

@@ -31,7 +31,8 @@ MethodDescription Candidate::with_tolerance(double tolerance) const {
   return made;
 }
 
-std::expected<Scene, Violations> with_any_method(SceneDescription description, const Place& place) {
+std::expected<Scene, Violations> with_recommended_method(SceneDescription description,
+                                                         const Place& place) {
   const SystemInfo* system = catalogue().system(description.system);
   if (system != nullptr && system->discrete)
     return std::unexpected(Violations{place.violation(
@@ -39,20 +40,19 @@ std::expected<Scene, Violations> with_any_method(SceneDescription description, c
         "is a discrete system and takes no method, so there is no trade-off to measure")});
   description.method.reset();
   description.tolerance.reset();
-  description.choice.clear();
-  return Scene::resolve(std::move(description), Scene::frame_tolerance, place);
+  return resolve_recommending(std::move(description), Scene::frame_tolerance, place);
 }
 
 std::expected<std::vector<Scene>, Violations> motions_of(SceneDescription description,
                                                          const Place& place) {
-  const auto start = with_any_method(std::move(description), place);
+  const auto start = with_recommended_method(std::move(description), place);
   if (!start) return std::unexpected(start.error());
   if (start->members().empty()) return std::vector{*start};
   return start->members().range(0, start->members().size());
 }
 
 std::expected<Candidates, Violations> candidates(SceneDescription description, const Place& place) {
-  auto start = with_any_method(std::move(description), place);
+  auto start = with_recommended_method(std::move(description), place);
   if (!start) return std::unexpected(std::move(start.error()));
   const SystemInfo* system = catalogue().system(start->system());
   Violations refused;
@@ -79,8 +79,8 @@ std::expected<Candidates, Violations> candidates(SceneDescription description, c
     if (orders.empty()) consider(on, std::nullopt, "compensated", "double");
   }
   if (all.empty()) return std::unexpected(std::move(refused));
-  Scene in_hands = start->with(all.front().method, place).value();
-  return Candidates{std::move(in_hands), std::move(all)};
+  Scene start_scene = start->with(all.front().method, place).value();
+  return Candidates{std::move(start_scene), std::move(all)};
 }
 
 std::string to_text(const MethodDescription& method) {

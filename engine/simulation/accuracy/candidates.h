@@ -36,8 +36,8 @@ std::expected<Candidates, Violations> candidates(SceneDescription description,
 
 /// Returns the scene of a description with the recommended method, or its violations. Ignores the
 /// method and the tolerance of the description.
-std::expected<Scene, Violations> with_any_method(SceneDescription description,
-                                                 const Place& place = {});
+std::expected<Scene, Violations> with_recommended_method(SceneDescription description,
+                                                         const Place& place = {});
 
 /// Returns the scene of a description with the recommended method, or the members of an ensemble.
 std::expected<std::vector<Scene>, Violations> motions_of(SceneDescription description,

@@ -13,20 +13,25 @@ std::expected<Choice, Violations> choose_method(const SceneDescription& descript
                   Choice::most_work);
   auto chosen = chooser.choose();
   if (!chosen) return std::unexpected(std::move(chosen.error()));
-  return Choice{chosen->method, chooser.reason(*chosen), chooser.work()};
+  return Choice{chosen->method, *description.tolerance, *description.horizon,
+                chooser.reason(*chosen), chooser.work()};
 }
 
-std::expected<Scene, Violations> resolve_choosing(SceneDescription description,
-                                                  double largest_repair, const Place& place) {
+std::expected<ChosenScene, Violations> resolve_choosing(SceneDescription description,
+                                                        double largest_repair, const Place& place) {
+  std::optional<Choice> choice;
   if (wants_choice(description)) {
     Violations wrong = check_before_choice(description, largest_repair, place);
     if (!wrong.empty()) return std::unexpected(std::move(wrong));
     auto chosen = choose_method(description, place);
     if (!chosen) return std::unexpected(std::move(chosen.error()));
-    description.method = std::move(chosen->method);
-    description.choice = std::move(chosen->reason);
+    choice = *std::move(chosen);
+    description.method = choice->method;
+    description.tolerance.reset();
   }
-  return Scene::resolve(std::move(description), largest_repair, place);
+  auto scene = resolve_recommending(std::move(description), largest_repair, place);
+  if (!scene) return std::unexpected(std::move(scene.error()));
+  return ChosenScene{*std::move(scene), std::move(choice)};
 }
 
 }  // namespace stiefel

@@ -137,7 +137,7 @@ std::expected<Choice, Violations> MembersChooser::choose() {
                   " members within the " + short_text(Choice::most_work) +
                   " instructions that a choice may take; give a method, or fewer members")});
     if (missed_.empty())
-      return Choice{chosen->method,
+      return Choice{chosen->method, *description_.tolerance, *description_.horizon,
                     chooser.reason(*chosen) + "; the largest error of " +
                         std::to_string(members_.size()) + " members" +
                         (worst_ ? ", in member " + std::to_string(*worst_) : ""),
@@ -153,7 +153,7 @@ std::expected<Choice, Violations> MembersChooser::choose() {
 
 std::expected<Choice, Violations> choose_for_members(const SceneDescription& description,
                                                      const Place& place) {
-  const auto ensemble = with_any_method(description, place);
+  const auto ensemble = with_recommended_method(description, place);
   if (!ensemble) return std::unexpected(ensemble.error());
   return MembersChooser(description, place, *ensemble).choose();
 }

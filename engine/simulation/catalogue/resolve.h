@@ -6,26 +6,32 @@
 
 namespace stiefel {
 
-/// Whether a method must still be chosen for a tolerance before Scene::resolve accepts the
-/// description.
+/// Whether the description is of a continuous system and has no method, so that a method must be
+/// chosen for its tolerance or recommended before Scene::resolve accepts it.
+bool lacks_method(const SceneDescription& description);
+/// Whether the method must be chosen for a tolerance.
 bool wants_choice(const SceneDescription& description);
 
-/// Returns the violations that Scene::resolve finds in such a description, except those of its
-/// method.
+/// Returns the violations that Scene::resolve finds in such a description, except that its method
+/// is missing.
 Violations check_before_choice(const SceneDescription& description, double largest_repair,
                                const Place& place);
 
-/// Returns the violations of an ensemble for which a method must still be chosen, as
-/// `resolve_members` finds them.
+/// Returns the violations of an ensemble that lacks a method, as `resolve_members` finds them.
 Violations check_members_before_choice(const SceneDescription& ensemble, double largest_repair,
                                        const Place& place);
 
-/// Returns the violation "the method must be chosen for the tolerance first", with reason
-/// METHOD_NOT_CHOSEN.
-Violation method_not_chosen(const Place& place);
+/// Returns the violation of a description that lacks a method, with the reason METHOD_NOT_CHOSEN.
+Violation method_not_chosen(const SceneDescription& description, const Place& place);
+
+/// Returns the first recommended method that takes all members of an ensemble, which has neither
+/// method nor tolerance, with enough substeps for the fastest member; or the violations of the
+/// members.
+std::expected<MethodDescription, Violations> recommended_for_members(
+    const SceneDescription& ensemble, double largest_repair, const Place& place);
 
 /// Checks the members of an ensemble as scenes of their own (scene/members.h), one after another,
-/// and returns the first. Fills in what the description leaves open (method, order, ...), also in
+/// and returns the first. Fills in what the description leaves open (order, ...), also in
 /// `ensemble`, with the same values for all members. Only ε is chosen by each member, from its own
 /// ‖M‖: `ensemble` gets it where all members agree, else none. The violations are those of the
 /// first members that have any, at most 16.

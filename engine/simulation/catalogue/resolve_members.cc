@@ -4,7 +4,7 @@
 
 #include "engine/simulation/catalogue/methods/recommendation.h"
 #include "engine/simulation/catalogue/resolve.h"
-#include "engine/simulation/catalogue/system_entry.h"
+#include "engine/simulation/catalogue/scene_resolver.h"
 #include "engine/simulation/scene/members.h"
 #include "stiefel/stop.h"
 
@@ -13,84 +13,76 @@ namespace {
 
 constexpr std::size_t most_violations = 16;
 
-void add_of_member(std::size_t member, const Violations& violations, Violations& wrong) {
-  for (Violation violation : violations) {
-    violation.value += " (member " + std::to_string(member) + ")";
-    wrong.push_back(std::move(violation));
+/// Calls `violations_of` with the description of each member, one after another. Returns the
+/// violations of the ensemble as a whole, else those of the first members that have any, at
+/// most 16.
+template <class ViolationsOf>
+Violations check_each(const SceneDescription& ensemble, const Place& place,
+                      const ViolationsOf& violations_of) {
+  Violations wrong = check_members(ensemble, place);
+  if (!wrong.empty()) return wrong;
+  for (int b = 0; b < *ensemble.members && wrong.size() < most_violations; ++b) {
+    stop_point();
+    for (Violation violation : violations_of(member_of(ensemble, b))) {
+      violation.value += " (member " + std::to_string(b) + ")";
+      wrong.push_back(std::move(violation));
+    }
   }
+  return wrong;
 }
 
 }  // namespace
 
 Violations check_members_before_choice(const SceneDescription& ensemble, double largest_repair,
                                        const Place& place) {
-  Violations wrong = check_members(ensemble, place);
-  if (!wrong.empty()) return wrong;
-  for (int b = 0; b < *ensemble.members && wrong.size() < most_violations; ++b) {
-    stop_point();
-    add_of_member(static_cast<std::size_t>(b),
-                  check_before_choice(member_of(ensemble, b), largest_repair, place), wrong);
-  }
-  return wrong;
-}
-
-namespace {
-
-/// Resolves member after member and calls `look` with each. Returns the violations of the first
-/// members that have any, at most 16.
-template <class Look>
-Violations resolve_each(const SceneDescription& ensemble, double largest_repair, const Place& place,
-                        const Look& look) {
-  Violations wrong;
-  for (int b = 0; b < *ensemble.members && wrong.size() < most_violations; ++b) {
-    stop_point();
-    auto resolved = Scene::resolve(member_of(ensemble, b), largest_repair, place);
-    if (resolved)
-      look(*resolved);
-    else
-      add_of_member(static_cast<std::size_t>(b), resolved.error(), wrong);
-  }
-  return wrong;
-}
-
-/// Gives all members one method, with enough substeps for the fastest.
-Violations recommend(const Recommendation& one, SceneDescription& ensemble, double largest_repair,
-                     const Place& place) {
-  ensemble.method = one.description();
-  int substeps = 1;
-  Violations wrong = resolve_each(ensemble, largest_repair, place, [&](const Scene& member) {
-    substeps = std::max(substeps, one.substeps(member));
+  return check_each(ensemble, place, [&](const SceneDescription& member) {
+    return check_before_choice(member, largest_repair, place);
   });
-  ensemble.method->substeps = substeps;
-  return wrong;
 }
 
-}  // namespace
+std::expected<MethodDescription, Violations> recommended_for_members(
+    const SceneDescription& ensemble, double largest_repair, const Place& place) {
+  Recommender recommender(ensemble.system);
+  Violations wrong = check_each(ensemble, place, [&](SceneDescription member) {
+    SceneResolver resolver(std::move(member), largest_repair, place);
+    resolver.check();
+    if (resolver.violations().empty()) recommender.take(resolver.scene());
+    return resolver.violations();
+  });
+  if (!wrong.empty()) return std::unexpected(std::move(wrong));
+
+  const Recommendation one = recommender.chosen();
+  MethodDescription method = one.description();
+  int substeps = 1;
+  wrong = check_each(ensemble, place, [&](SceneDescription member) {
+    member.method = method;
+    const auto scene = Scene::resolve(std::move(member), largest_repair, place);
+    if (!scene) return scene.error();
+    substeps = std::max(substeps, one.substeps(*scene));
+    return Violations();
+  });
+  if (!wrong.empty()) return std::unexpected(std::move(wrong));
+  method.substeps = substeps;
+  return method;
+}
 
 std::expected<Scene, Violations> resolve_members(SceneDescription& ensemble, double largest_repair,
                                                  const Place& place) {
-  Violations wrong;
-  if (wants_choice(ensemble)) {
-    wrong = check_members_before_choice(ensemble, largest_repair, place);
-    if (wrong.empty()) wrong.push_back(method_not_chosen(place));
+  if (lacks_method(ensemble)) {
+    Violations wrong = check_members_before_choice(ensemble, largest_repair, place);
+    if (wrong.empty()) wrong.push_back(method_not_chosen(ensemble, place));
     return std::unexpected(std::move(wrong));
   }
-  wrong = check_members(ensemble, place);
-  if (!wrong.empty()) return std::unexpected(std::move(wrong));
-  std::optional<Recommender> recommender;
-  const SystemEntry* system = system_entry(ensemble.system);
-  if (!ensemble.method && system != nullptr && !system->info.discrete)
-    recommender.emplace(ensemble.system);
   std::optional<double> epsilon;
   bool common_epsilon = true, any = false;
-  wrong = resolve_each(ensemble, largest_repair, place, [&](const Scene& member) {
-    const auto& own = member.description().epsilon;
+  Violations wrong = check_each(ensemble, place, [&](SceneDescription member) {
+    const auto scene = Scene::resolve(std::move(member), largest_repair, place);
+    if (!scene) return scene.error();
+    const auto& own = scene->description().epsilon;
     if (!std::exchange(any, true)) epsilon = own;
     common_epsilon = common_epsilon && own == epsilon;
-    if (recommender) recommender->take(member);
+    return Violations();
   });
-  if (wrong.empty() && recommender)
-    wrong = recommend(recommender->chosen(), ensemble, largest_repair, place);
   if (!wrong.empty()) return std::unexpected(std::move(wrong));
 
   if (common_epsilon) ensemble.epsilon = epsilon;  // otherwise each member chooses its own again

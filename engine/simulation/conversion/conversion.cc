@@ -139,8 +139,8 @@ std::expected<Conversion, ConversionRefusal> convert(const Scene& scene,
     out.blocks = std::move(expression->blocks);
     return out;
   }
-  auto made = Scene::resolve(describe(scene, *system, *phase, *expression), Scene::frame_tolerance,
-                             place_of_result(target));
+  auto made = resolve_recommending(describe(scene, *system, *phase, *expression),
+                                   Scene::frame_tolerance, place_of_result(target));
   if (!made) return std::unexpected(ConversionRefusal(std::move(made.error())));
   out.scene = *std::move(made);
   return out;

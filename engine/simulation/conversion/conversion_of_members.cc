@@ -154,7 +154,7 @@ std::expected<Conversion, ConversionRefusal> convert_members(const Scene& ensemb
     return out;
   }
   auto made =
-      Scene::resolve(together.description(), Scene::frame_tolerance, place_of_result(target));
+      resolve_recommending(together.description(), Scene::frame_tolerance, place_of_result(target));
   if (!made) return std::unexpected(ConversionRefusal(std::move(made.error())));
   out.scene = *std::move(made);
   return out;

@@ -1,11 +1,8 @@
 #include <gnu/libc-version.h>
 
-#include <algorithm>
 #include <fstream>
-#include <stdexcept>
 #include <thread>
 
-#include "stiefel/simulation.h"
 #include "stiefel/version.h"
 
 namespace stiefel {
@@ -35,17 +32,6 @@ const std::string& machine() {
     return model + ", " + std::to_string(std::thread::hardware_concurrency()) + " cores";
   }();
   return name;
-}
-
-Eigen::MatrixXd Simulation::get(std::string_view name) const {
-  const auto field = std::ranges::find(fields_, name, &Field::name);
-  if (field == fields_.end())
-    throw std::invalid_argument("the scene has no field " + std::string(name));
-  const int rows = field->rows * std::max(1, field->members);
-  RowMatrix value(rows, field->size() / rows);
-  write(static_cast<std::size_t>(field - fields_.begin()),
-        {value.data(), static_cast<std::size_t>(field->size())});
-  return value;
 }
 
 }  // namespace stiefel

@@ -41,6 +41,11 @@ void SceneDraft::refuse(const std::string& field, std::string value, std::string
   violations_.push_back(place_.violation(field, std::move(value), std::move(rule)));
 }
 
+std::expected<Scene, Violations> SceneDraft::take() {
+  if (!sound()) return std::unexpected(std::move(violations_));
+  return std::move(scene_);
+}
+
 void SceneDraft::check_step() {
   const auto& h = given().step;
   if (!h)

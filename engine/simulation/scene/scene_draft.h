@@ -14,7 +14,7 @@ std::string shape_text(Eigen::Index rows, Eigen::Index cols);
 
 /// A description while it is checked, and the resulting scene. The check of a system reads
 /// `given()`, collects violations and fills in inertia and blocks; the checks here are common to
-/// all systems.
+/// all systems. catalogue/scene_resolver.h adds those that need the catalogue.
 class SceneDraft {
  public:
   SceneDraft(SceneDescription description, double largest_repair, const Place& place)
@@ -25,14 +25,10 @@ class SceneDraft {
   SceneDraft(Scene scene, const Place& place)
       : scene_(std::move(scene)), largest_repair_(Scene::drift_tolerance), place_(place) {}
 
-  // Defined in catalogue/resolve.cc, because these functions need the catalogue:
-
-  /// Checks system, method and step, and lets the system check its own fields.
-  void check();
-  /// Checks the description and returns the scene, with absent fields filled in.
-  std::expected<Scene, Violations> resolve();
-  /// Returns this checked scene with another method.
-  std::expected<Scene, Violations> with(MethodDescription method);
+  /// Sets the system whose blocks and name the checks below use.
+  void set_system(const SystemInfo& system) { system_ = &system; }
+  /// Returns the scene, or the violations if there are any. Call it last.
+  std::expected<Scene, Violations> take();
 
   SceneDescription& given() { return scene_.description_; }
   const Scene& scene() const { return scene_; }
@@ -43,7 +39,9 @@ class SceneDraft {
   const Violations& violations() const { return violations_; }
   /// Adds a violation. `field` is the description's own: "initial.Q".
   void refuse(const std::string& field, std::string value, std::string rule);
+  void refuse(Violation violation) { violations_.push_back(std::move(violation)); }
 
+  void check_step();
   /// Returns whether all values are finite; adds a violation for the first element that is not.
   bool all_finite(const std::string& field, const std::vector<double>& values);
   /// Adds a violation of `field` if it is present.
@@ -75,15 +73,6 @@ class SceneDraft {
                 const Eigen::VectorXd& inertia, const Eigen::MatrixXd& M);
 
  private:
-  void check_step();
-  void check_method();
-  void check_choice();
-  void recommend();
-  void check_order(const MethodInfo& info);
-  void check_reach();
-  void check_tolerance(const MethodInfo& info);
-  void check_scalar();
-
   Scene scene_;
   double largest_repair_;
   const Place& place_;

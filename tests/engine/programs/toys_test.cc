@@ -29,7 +29,7 @@ const bool registered = [] {
 }();
 
 Scene resolved(const SceneDescription& description) {
-  auto scene = Scene::resolve(description);
+  auto scene = resolve_recommending(description);
   if (!scene) throw std::runtime_error(scene.error()[0].field + ": " + scene.error()[0].rule);
   return *std::move(scene);
 }
@@ -183,8 +183,8 @@ TEST(Toys, AToleranceIsMet) {
     d.horizon = 4;
     const auto scene = resolve_choosing(d);
     ASSERT_TRUE(scene) << scene.error()[0].rule;
-    EXPECT_NE(scene->description().choice.find("of its steps is estimated"), std::string::npos);
-    const auto now = make_simulation(*scene);
+    EXPECT_NE(scene->choice->reason.find("of its steps is estimated"), std::string::npos);
+    const auto now = make_simulation(scene->scene);
     for (int k = 1; k <= 8; ++k) {
       ASSERT_TRUE(now->advance(10).reached());
       EXPECT_LE(error(*now, 0.5 * k), 1.6 * tolerance);  // relative to max |H| >= 0.65

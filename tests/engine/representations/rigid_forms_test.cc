@@ -6,6 +6,7 @@
 #include "engine/invariants/symmetric_rigid_body.h"
 #include "engine/linalg/lie/orthogonal.h"
 #include "engine/methods/munthe_kaas4.h"
+#include "engine/representations/psi.h"
 #include "engine/systems/mclachlan_scovel.h"
 #include "engine/systems/reduced_rigid_body.h"
 #include "engine/systems/right_rigid_body.h"
@@ -55,7 +56,7 @@ struct Symmetric {
   static MatrixXd from(const Body& b) { return stacked(b.Q, symmetric_P(b.Q, b.M, b.epsilon)); }
   static MatrixXd Q(const Body&, const MatrixXd& x) { return top(x); }
   static MatrixXd M(const Body& b, const MatrixXd& x) {
-    return body_momentum<double>(top(x), bottom(x), b.epsilon);
+    return Psi<double>(top(x), bottom(x), b.epsilon);
   }
 };
 struct RightSymmetric {
@@ -68,7 +69,7 @@ struct RightSymmetric {
   }
   static MatrixXd Q(const Body&, const MatrixXd& x) { return top(x).transpose(); }
   static MatrixXd M(const Body& b, const MatrixXd& x) {
-    return body_momentum<double>(top(x).transpose(), bottom(x).transpose(), b.epsilon);
+    return Psi<double>(top(x).transpose(), bottom(x).transpose(), b.epsilon);
   }
 };
 struct Reduced {
@@ -82,7 +83,7 @@ struct Reduced {
   static MatrixXd from(const Body& b) { return b.Q; }
   static MatrixXd Q(const Body&, const MatrixXd& x) { return x; }
   static MatrixXd M(const Body& b, const MatrixXd& x) {
-    return body_momentum<double>(x, system<double>(b).P(x), b.epsilon);
+    return Psi<double>(x, system<double>(b).P(x), b.epsilon);
   }
 };
 struct McLachlan {
@@ -206,7 +207,7 @@ TEST(Invariants, OfTheSymmetricFormsAreConstantAtEveryState) {
     expect_constant<Symmetric>(
         body, x, [&](const auto& y) { return constant_A<Dual>(Q(y), P(y)); }, N * speed);
     expect_constant<Symmetric>(
-        body, x, [&](const auto& y) { return E(body_momentum<Dual>(Q(y), P(y), epsilon)); },
+        body, x, [&](const auto& y) { return E(Psi<Dual>(Q(y), P(y), epsilon)); },
         N * speed * speed * speed);
     expect_constant<Symmetric>(
         body, x, [&](const auto& y) { return DualMatrix(Q(y) * Q(y).transpose()); }, N * speed);
@@ -221,9 +222,7 @@ TEST(Invariants, OfTheSymmetricFormsAreConstantAtEveryState) {
         body, x, [&](const auto& y) { return DualMatrix(Q(y).transpose() * P(y)); }, N * speed);
     expect_constant<RightSymmetric>(
         body, x,
-        [&](const auto& y) {
-          return E(body_momentum<Dual>(Q(y).transpose(), P(y).transpose(), epsilon));
-        },
+        [&](const auto& y) { return E(Psi<Dual>(Q(y).transpose(), P(y).transpose(), epsilon)); },
         N * speed * speed * speed);
     body.M = RandomBody(N, seed + 2000).M;
     const DualMatrix A = Reduced::A(body).cast<Dual>();

@@ -3,6 +3,8 @@
 #include "engine/linalg/matrix_equations/lu.h"
 #include "engine/representations/rigid_velocity.h"
 #include "engine/representations/stiefel_legendre.h"
+#include "tests/support/representations/frames.h"
+#include "tests/support/representations/rigid.h"
 #include "tests/support/scenes/random_matrices.h"
 
 namespace stiefel {
@@ -47,10 +49,10 @@ INSTANTIATE_TEST_SUITE_P(Sizes, OnFrames,
 
 TEST_P(OnFrames, SAndQdotAreOneAnother) {
   EXPECT_LT(largest(Qdot_of_S(p.lambda, p.S) - p.Qdot), 1e-14);
-  EXPECT_LT(tangency_defect(p.lambda, p.Q, p.S), 1e-13);
+  EXPECT_LT(testing::tangency_defect(p.lambda, p.Q, p.S), 1e-13);
   EXPECT_LT(largest(dense_M(p.Q, p.S) - p.M), 1e-13);
   if (p.Q.rows() == p.Q.cols()) {
-    EXPECT_LT(largest(M_of_Qdot(p.lambda, p.Q, p.Qdot) - p.M), 1e-13);
+    EXPECT_LT(largest(testing::M_of_Qdot(p.lambda, p.Q, p.Qdot) - p.M), 1e-13);
   }
 }
 
@@ -80,13 +82,13 @@ TEST_P(OnFrames, XiKeepsTheMomenta) {
   Random random(4);
   const D& Q = p.Q;
   const D P = random.matrix(Q.rows(), Q.cols()), P_0 = Xi(Q, P), k = momentum_k(Q, P);
-  EXPECT_LT(costate_defect(Q, P_0), 1e-13);
+  EXPECT_LT(testing::costate_defect(Q, P_0), 1e-13);
   EXPECT_LT(largest(momentum_m(Q, P_0) - momentum_m(Q, P)), 1e-13);
   EXPECT_LT(largest(dense_M(Q, P_0) - dense_M(Q, P)), 1e-13);
   EXPECT_LT(largest(P * Q.transpose() - (k + momentum_m(Q, P)) / 2), 1e-13);
-  EXPECT_LT(largest(Xi_inverse(Q, P_0, k) - P), 1e-13);
+  EXPECT_LT(largest(testing::Xi_inverse(Q, P_0, k) - P), 1e-13);
   const D V = random.matrix(3, Q.cols());
-  EXPECT_LT(largest(times_M(V, Q, P) - V * dense_M(Q, P)), 1e-12);
+  EXPECT_LT(largest(testing::times_M(V, Q, P) - V * dense_M(Q, P)), 1e-12);
 }
 
 /// 𝔐, (90)–(92), against its other definition D = ½Q[Λ, U]Qᵀ, and back.
@@ -96,12 +98,13 @@ TEST_P(OnFrames, LegendreAndItsInverse) {
   const D commutator = lambda.asDiagonal() * U - U * lambda.asDiagonal();
   const D DD = Q * commutator * Q.transpose() / 2;
   EXPECT_LT(largest(P_0 - (S + DD * Q)), 1e-13);
-  EXPECT_LT(costate_defect(Q, P_0), 1e-13);
+  EXPECT_LT(testing::costate_defect(Q, P_0), 1e-13);
   EXPECT_LT(largest(Legendre_inverse(lambda, Q, P_0) - S), 1e-12);
-  EXPECT_LT(largest(Legendre_inverse(lambda, Q,
-                                     Xi_inverse(Q, P_0, D(3 * D::Identity(Q.rows(), Q.rows())))) -
-                    S),
-            1e-12);
+  EXPECT_LT(
+      largest(Legendre_inverse(
+                  lambda, Q, testing::Xi_inverse(Q, P_0, D(3 * D::Identity(Q.rows(), Q.rows())))) -
+              S),
+      1e-12);
 }
 
 /// (82), (83), (100), (103): P_0 = QM − ½mQ = QM̄, M̄ = M − ½QᵀmQ = QᵀS̄ − S̄ᵀQ.
@@ -153,7 +156,7 @@ TEST(OnFramesLarge, NoNByNMatrix) {
   lambda.head(5) = small.lambda;
   const D Q = widened(small.Q), S = widened(small.S), P_0 = Legendre(Q, S);
   EXPECT_LT(largest(Legendre_inverse(lambda, Q, P_0) - S), 1e-12);
-  EXPECT_LT(largest(times_M(Q, Q, S) - widened(small.Q * small.M)), 1e-12);
+  EXPECT_LT(largest(testing::times_M(Q, Q, S) - widened(small.Q * small.M)), 1e-12);
   EXPECT_LT(largest(S_bar(Q, S) - widened(S_bar(small.Q, small.S))), 1e-13);
 }
 

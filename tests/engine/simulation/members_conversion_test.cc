@@ -51,7 +51,7 @@ double smallest(const std::vector<Conversion>& each, const std::string& domain) 
 
 /// To every target that the members reach: states, blocks and margins are the members' own.
 void expect_the_members(const std::vector<SceneDescription>& scenes) {
-  const Scene ensemble = Scene::resolve(ensemble_of(scenes)).value();
+  const Scene ensemble = resolve_recommending(ensemble_of(scenes)).value();
   std::vector<std::string> targets(std::begin(other_targets), std::end(other_targets));
   for (const SystemInfo& system : catalogue().systems) targets.emplace_back(system.name);
   int reached = 0;
@@ -109,11 +109,11 @@ TEST(ConversionOfMembers, TakesBodies) {
   d.step = 0.1;
   d.members = 3;
   d.body = BodyDescription{{2, 2, 3, 0.5, 0, 0}, {}, {}, {0.1, 1, 0.2, 1, 0, 0.3, 0, 0.2, 1}};
-  const auto common = convert(Scene::resolve(d).value(), {"rigid_body"});
+  const auto common = convert(resolve_recommending(d).value(), {"rigid_body"});
   ASSERT_TRUE(common);
   EXPECT_EQ(common->scene->description().inertia.size(), 3u);
   d.body->inertia_tensor = {2, 2, 3, 0.5, 0, 0, 2, 2, 3, 0.4, 0, 0, 2, 2, 3, 0.3, 0, 0};
-  const Scene given = Scene::resolve(d).value();
+  const Scene given = resolve_recommending(d).value();
   const auto own = convert(given, {"rigid_body"});
   ASSERT_TRUE(own);
   EXPECT_EQ(own->scene->description().inertia.size(), 9u);

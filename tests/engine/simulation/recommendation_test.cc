@@ -31,7 +31,7 @@ SceneDescription body(int N, double step, double spread = 4) {
 }
 
 MethodDescription method_of(const SceneDescription& description) {
-  return *Scene::resolve(description).value().description().method;
+  return *resolve_recommending(description).value().description().method;
 }
 
 class RecommendedMethod : public ::testing::TestWithParam<std::string> {};
@@ -54,7 +54,7 @@ TEST_P(RecommendedMethod, IsAccurateAndCheap) {
 
 TEST_P(RecommendedMethod, OfAResolvedSceneStays) {
   auto given = testing::any_scene(GetParam(), "", 1, 0.1);
-  const auto once = Scene::resolve(given).value().description();
+  const auto once = resolve_recommending(given).value().description();
   ASSERT_TRUE(once.method);
   const auto twice = Scene::resolve(once).value().description();
   EXPECT_EQ(once.method->name, twice.method->name);
@@ -64,7 +64,7 @@ TEST_P(RecommendedMethod, OfAResolvedSceneStays) {
   EXPECT_EQ(once.method->tolerance, twice.method->tolerance);
   EXPECT_EQ(once.method->scalar, twice.method->scalar);
   const auto one = make_simulation(Scene::resolve(once).value()),
-             other = make_simulation(Scene::resolve(given).value());
+             other = make_simulation(resolve_recommending(given).value());
   ASSERT_TRUE(one->advance(20).reached() && other->advance(20).reached());
   for (const auto& field : one->fields())
     EXPECT_EQ(one->get(field.name), other->get(field.name)) << field.name;
@@ -87,9 +87,9 @@ TEST_P(RecommendedMethod, IsOneOfTheSystemAndTheLastTakesEveryScene) {
 /// h‖Ω‖ = 20: no solver stalls.
 TEST_P(RecommendedMethod, ReachesTheEndOfALongStep) {
   auto given = testing::scene_without_method(GetParam(), 5, 4);
-  const double rate = make_simulation(Scene::resolve(given).value())->rate();
+  const double rate = make_simulation(resolve_recommending(given).value())->rate();
   given.step = 20 / rate;
-  const auto simulation = make_simulation(Scene::resolve(given).value());
+  const auto simulation = make_simulation(resolve_recommending(given).value());
   EXPECT_TRUE(simulation->advance(5).reached());
 }
 
@@ -103,8 +103,29 @@ TEST(Recommendation, DependsOnTheShape) {
   auto momentum_only = body(4, 0.1);
   momentum_only.initial.erase("Q");
   EXPECT_EQ(method_of(momentum_only).name, "rk4");
-  EXPECT_FALSE(
-      Scene::resolve(testing::any_scene("moser_veselov", "", 1, 0.1)).value().description().method);
+}
+
+/// Scene::resolve chooses no method. resolve_recommending keeps one that is given, and is
+/// Scene::resolve for a discrete system.
+TEST(Recommendation, IsForScenesWithoutAMethodAlone) {
+  auto given = body(3, 0.1);
+  const auto refused = Scene::resolve(given);
+  ASSERT_FALSE(refused);
+  ASSERT_EQ(refused.error().size(), 1u);
+  EXPECT_EQ(refused.error().front().field, "method");
+  EXPECT_EQ(refused.error().front().reason, "METHOD_NOT_CHOSEN");
+  given.members = 1;
+  EXPECT_EQ(Scene::resolve(given).error().front().reason, "METHOD_NOT_CHOSEN");
+  EXPECT_EQ(method_of(given).name, "preprocessed_variational");
+  given.method = MethodDescription{"rk4", {}, {}, ""};
+  EXPECT_EQ(method_of(given).name, "rk4");
+  given.method.reset();
+  given.tolerance = 1e-6;
+  given.horizon = 1;
+  EXPECT_EQ(resolve_recommending(given).error().front().reason, "METHOD_NOT_CHOSEN");
+  const auto discrete = resolve_recommending(testing::any_scene("moser_veselov", "", 1, 0.1));
+  EXPECT_FALSE(discrete.value().description().method);
+  EXPECT_EQ(discrete.value().tolerance(), 0);
 }
 
 TEST(Recommendation, SubstepsFollowFromTheStep) {
@@ -156,12 +177,12 @@ TEST(Recommendation, OfAnEnsembleIsForAllMembers) {
 
   both.inertia = {1, 2, 2, 2, 2, 1, 2, 3, 4, 5};  // the first alone would take `exact`
   EXPECT_EQ(method_of(both).name, "adaptive");
-  const Scene ensemble = Scene::resolve(both).value();
+  const Scene ensemble = resolve_recommending(both).value();
   for (const Scene& member : ensemble.members()) EXPECT_EQ(member.method(), "adaptive");
 }
 
 TEST(Recommendation, IsTakenByAConversionToWhatHasNotTheMethod) {
-  const Scene top = Scene::resolve(body(3, 0.1)).value();
+  const Scene top = resolve_recommending(body(3, 0.1)).value();
   const auto right = convert(top, {"right_rigid_body"}).value().scene.value();
   EXPECT_EQ(right.method(), "adaptive");
   EXPECT_EQ(right.tolerance(), recommended("right_rigid_body").back().tolerance);

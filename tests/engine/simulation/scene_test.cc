@@ -164,6 +164,16 @@ TEST(Scene, ReportsEveryViolationAtOnce) {
   EXPECT_EQ(Scene::resolve(d).error().size(), 3u);
 }
 
+TEST(Scene, OfADiscreteSystemHasNothingOfAMethod) {
+  const Scene scene = Scene::resolve(description(RandomBody(3, 1), 0.1, "")).value();
+  EXPECT_EQ(scene.method(), "");
+  EXPECT_EQ(scene.order(), 0);
+  EXPECT_EQ(scene.substeps(), 1);
+  EXPECT_EQ(scene.tolerance(), 0);
+  EXPECT_EQ(scene.arithmetic(), Arithmetic::compensated);
+  EXPECT_FALSE(scene.in_float());
+}
+
 TEST(Scene, ResolvingTwiceIsResolvingOnce) {
   SceneDescription slightly_off = good();
   slightly_off.initial["Q"].values(0, 0) += 1e-8;

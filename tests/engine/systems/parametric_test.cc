@@ -13,6 +13,7 @@
 #include "tests/support/exact_motion.h"
 #include "tests/support/flow.h"
 #include "tests/support/linalg/dual.h"
+#include "tests/support/representations/rigid.h"
 #include "tests/support/scenes/random_scene.h"
 #include "tests/support/scenes/rigid_forms.h"
 

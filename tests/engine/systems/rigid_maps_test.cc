@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "engine/invariants/discrete_rigid_body.h"
+#include "engine/invariants/stiefel.h"
 #include "engine/invariants/symmetric_rigid_body.h"
 #include "engine/linalg/lie/orthogonal.h"
 #include "engine/maps/moser_veselov_pair.h"
@@ -11,6 +12,7 @@
 #include "engine/methods/special/rigid_body.h"
 #include "engine/methods/special/symmetric_rigid_body.h"
 #include "engine/methods/variational.h"
+#include "engine/representations/psi.h"
 #include "tests/support/linalg/j_d_schur.h"
 #include "tests/support/reference_cases.h"
 #include "tests/support/scenes/random_scene.h"
@@ -56,8 +58,7 @@ TEST(DiscreteRigidBodies, ReproduceTheReference) {
     Symmetric symmetric(lambda, h, epsilon);
     const MatrixXd x = after(symmetric, stacked(Q0, symmetric_P(Q0, M0, epsilon)), steps);
     EXPECT_LT(largest(top(x) - Q), 1e-12) << c.name();
-    EXPECT_LT(largest(body_momentum<double>(top(x), bottom(x), epsilon) - M), 1e-12 * size)
-        << c.name();
+    EXPECT_LT(largest(Psi<double>(top(x), bottom(x), epsilon) - M), 1e-12 * size) << c.name();
     // The pair knows hM through Q_1 alone: the Schur solver's 1e-14·Λ_max over the 1e-2 Λ of the
     // wide case would not be enough, so that Q_1 is a step of algorithm 2.
     Plain plain(lambda, h);
@@ -82,7 +83,7 @@ TEST(DiscreteRigidBodies, AgreeWithEachOther) {
         const MatrixXd P = symmetric_P(body.Q, body.M, epsilon);
         const MatrixXd y = after(symmetric, stacked(body.Q, P), steps);
         EXPECT_LT(largest(top(y) - top(x)), 1e-12);
-        EXPECT_LT(largest(body_momentum<double>(top(y), bottom(y), epsilon) - bottom(x)), 1e-11);
+        EXPECT_LT(largest(Psi<double>(top(y), bottom(y), epsilon) - bottom(x)), 1e-11);
         EXPECT_LT(largest(constant_A<double>(top(y), bottom(y)) - constant_A<double>(body.Q, P)),
                   1e-13);
 
@@ -90,7 +91,7 @@ TEST(DiscreteRigidBodies, AgreeWithEachOther) {
         const MatrixXd Q1 = second_frame(body.lambda, body.Q, body.M, h);
         const MatrixXd z = after(pairs, stacked(body.Q, Q1), steps);
         EXPECT_LT(largest(top(z) - top(x)), 1e-11) << N << " " << seed << " " << h;
-        EXPECT_LT(largest(pair_momentum<double>(body.lambda, top(z), bottom(z)) / h -
+        EXPECT_LT(largest(discrete_momentum<double>(body.lambda, top(z), bottom(z)) / h -
                           spatial_momentum<double>(body.Q, body.M)),
                   1e-11);
       }
@@ -115,7 +116,7 @@ TEST(SymmetricMoserVeselov, KeepsItsConstantsOverTenThousandSteps) {
   Symmetric map(body.lambda, h, epsilon);
   const MatrixXd P = symmetric_P(body.Q, body.M, epsilon);
   const MatrixXd x = after(map, stacked(body.Q, P), 10'000);
-  const MatrixXd M = body_momentum<double>(top(x), bottom(x), epsilon);
+  const MatrixXd M = Psi<double>(top(x), bottom(x), epsilon);
   EXPECT_LT(largest(constant_A<double>(top(x), bottom(x)) - constant_A<double>(body.Q, P)), 1e-13);
   EXPECT_LT(orthogonality_defect(top(x)), 1e-13);
   EXPECT_NEAR(energy<double>(body.lambda, M), energy<double>(body.lambda, body.M), 1e-12);

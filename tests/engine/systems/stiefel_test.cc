@@ -10,6 +10,7 @@
 #include "engine/systems/stiefel_costate.h"
 #include "tests/support/integrate.h"
 #include "tests/support/reference_cases.h"
+#include "tests/support/representations/frames.h"
 #include "tests/support/scenes/random_frame.h"
 
 namespace stiefel {
@@ -147,12 +148,12 @@ TEST(Stiefel, KeepsItsInvariantsInfinitesimally) {
 
 TEST(Stiefel, SIsNoCostateOfItsOwn) {
   const RandomFrame<double> frame(2, 5, 1);
-  EXPECT_GT(frame_symmetric_product<double>(frame.Q, frame.S).norm(), 1e-2);
+  EXPECT_GT(momentum_k<double>(frame.Q, frame.S).norm(), 1e-2);
   const Matrix<double> x = frame.state(), dx = field(Stiefel<double>(frame.lambda, 2), x);
   EXPECT_GT(std::abs(rate(x, dx,
                           [](const auto& y) {
-                            return frame_symmetric_product<Dual>(
-                                Matrix<Dual>(y.topRows(2)), Matrix<Dual>(y.bottomRows(2)))(0, 0);
+                            return momentum_k<Dual>(Matrix<Dual>(y.topRows(2)),
+                                                    Matrix<Dual>(y.bottomRows(2)))(0, 0);
                           })),
             1e-3);
 }
@@ -175,10 +176,11 @@ TEST(Ellipsoid, KeepsItsInvariantsInfinitesimally) {
       for (int j = 0; j < i; ++j)
         closest = std::min(closest, std::abs(frame.lambda(i) - frame.lambda(j)));
     for (int k = 0; k < 4; ++k)
-      EXPECT_LT(
-          std::abs(rate(x, dx,
-                        [&](const auto& y) { return uhlenbeck(lambda, row(y, 0), row(y, 1))(k); })),
-          1e-13 / closest);
+      EXPECT_LT(std::abs(rate(x, dx,
+                              [&](const auto& y) {
+                                return testing::uhlenbeck(lambda, row(y, 0), row(y, 1))(k);
+                              })),
+                1e-13 / closest);
 
     Matrix<double> z = x;
     z.row(1) = frame.S + (0.3 + 0.01 * seed) * frame.Q;
@@ -199,7 +201,7 @@ TEST(Ellipsoid, InvariantsAreTheirDefinitions) {
   const RandomFrame<double> frame(1, 5, 3);
   const Vector<double> q = frame.Q.transpose(), p = frame.S.transpose() + 0.4 * q;
   const Vector<double> qdot = frame.S.transpose().cwiseQuotient(frame.lambda);
-  EXPECT_NEAR(uhlenbeck(frame.lambda, q, qdot).sum(),
+  EXPECT_NEAR(testing::uhlenbeck(frame.lambda, q, qdot).sum(),
               2 * stiefel_energy<double>(frame.lambda, frame.S), 1e-13);
   const Eigen::MatrixXd inverse = frame.lambda.cwiseInverse().asDiagonal();
   const double qq = q.dot(inverse * q), pp = p.dot(inverse * p), qp = q.dot(inverse * p);

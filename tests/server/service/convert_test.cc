@@ -30,7 +30,6 @@ TEST(Convert, DescriptionsAndMessagesHaveTheSameFields) {
   EXPECT_EQ(names<MethodDescription>(), names_on_the_wire<v1::Method>());
   EXPECT_EQ(names<BodyDescription>(), names_on_the_wire<v1::Body>());
   auto scene = names<SceneDescription>();
-  scene.erase("choice");            // of the engine alone: Session.choice
   scene.insert("initial_tensors");  // of the same blocks
   EXPECT_EQ(scene, names_on_the_wire<v1::Scene>());
 }

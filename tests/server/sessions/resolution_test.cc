@@ -27,7 +27,7 @@ TEST(Difference, OfABodyIsOfItsParts) {
   given.system = "rigid_body";
   given.step = 0.1;
   given.body = BodyDescription{{}, {1, 2, 2.5}, {}, {0.1, 1, 0.1}};
-  const auto found = difference(given, Scene::resolve(given)->description());
+  const auto found = difference(given, resolve_recommending(given)->description());
   EXPECT_EQ(found.filled_in, (Names{"method", "body.attitude"}));
   EXPECT_TRUE(found.fills_in("method.order"));
   EXPECT_TRUE(found.fills_in("body.attitude"));

@@ -70,22 +70,23 @@ ChoiceOutcome survey_choice(unsigned seed) {
   what << "seed " << seed << ": " << d.system << " N=" << d.inertia.size() << " step " << *d.step
        << " horizon " << *d.horizon << " tolerance " << *d.tolerance;
   ChoiceOutcome out{what.str(), {}};
-  const auto scene = resolve_choosing(d);
-  if (!scene) {
-    out.chosen = scene.error().front().rule;
+  const auto found = resolve_choosing(d);
+  if (!found) {
+    out.chosen = found.error().front().rule;
     return out;
   }
+  const Scene& scene = found->scene;
   out.made = true;
-  out.chosen = scene->description().choice;
-  const auto now = make_simulation(*scene);
+  out.chosen = found->choice->reason;
+  const auto now = make_simulation(scene);
   const std::int64_t steps = steps_to(*d.horizon, *d.step);
   if (!now->advance(steps).reached()) return out;
-  out.error = error_of(read_motion(*scene, *now), exact(*scene, scene->time(steps))).largest() /
+  out.error = error_of(read_motion(scene, *now), exact(scene, scene.time(steps))).largest() /
               *d.tolerance;
   const double best = best_of_table(d);
-  const auto fresh = make_simulation(*scene);
+  const auto fresh = make_simulation(scene);
   if (best > 0 && fresh->advance(steps).reached())
-    out.cost = step_weight(*scene) * static_cast<double>(fresh->map_steps()) / best;
+    out.cost = step_weight(scene) * static_cast<double>(fresh->map_steps()) / best;
   return out;
 }
 

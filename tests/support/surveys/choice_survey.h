@@ -7,7 +7,7 @@ namespace stiefel::testing {
 /// The method that is chosen for the tolerance of a seeded random scene, and how good it is.
 struct ChoiceOutcome {
   std::string scene;   ///< the scene in words
-  std::string chosen;  ///< the resolved scene's `choice`, or why there was none
+  std::string chosen;  ///< the reason of the choice, or why there was none
   bool made = false;   ///< whether a method was chosen
   double error = 0;    ///< error of the chosen method against the exact motion, over the tolerance
   double cost = 0;     ///< work of the chosen method over that of the cheapest sufficient one; or 0

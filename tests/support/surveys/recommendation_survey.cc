@@ -220,7 +220,7 @@ RecommendationOutcome survey_recommendation(const SceneDescription& description,
                                             const std::optional<MethodDescription>& method) {
   SceneDescription given = description;
   if (method) given.method = method;
-  const Scene scene = Scene::resolve(given).value();
+  const Scene scene = resolve_recommending(given).value();
   const double rate = make_simulation(scene)->rate();
   const auto steps = steps_to(rotations * 2 * std::numbers::pi / rate, scene.step());
   const Samples samples =

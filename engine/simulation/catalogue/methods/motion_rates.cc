@@ -4,17 +4,17 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "stiefel/scene.h"
 
 namespace stiefel {
 namespace {
 
-/// The equations dM/dt = [M, Ω] of a body in four dimensions, M_ij = (λ_i + λ_j) Ω_ij: [RB] (2.2),
-/// (2.3).
+/// The equations dM/dt = [M, Ω], M = ΛΩ + ΩΛ, of a body in four dimensions, [RB] (2.2), (2.3), and
+/// their derivative.
 class Momentum {
  public:
-  explicit Momentum(const Eigen::Vector4d& lambda)
-      : sums_(lambda.replicate<1, 4>() + lambda.transpose().replicate<4, 1>()) {}
+  explicit Momentum(const Eigen::Vector4d& lambda) : lambda_(lambda) {}
 
   Eigen::Matrix4d field(const Eigen::Matrix4d& M) const { return bracket(M, Omega(M)); }
   /// Returns (‖M̈‖/‖M‖)^{1/2}.
@@ -24,16 +24,21 @@ class Momentum {
   }
 
  private:
-  Eigen::Matrix4d Omega(const Eigen::Matrix4d& M) const { return M.cwiseQuotient(sums_); }
+  Eigen::Matrix4d Omega(const Eigen::Matrix4d& M) const {
+    Eigen::Matrix4d Omega;
+    inverse_inertia(lambda_, M, Omega);
+    return Omega;
+  }
   static Eigen::Matrix4d bracket(const Eigen::Matrix4d& A, const Eigen::Matrix4d& B) {
     return A * B - B * A;
   }
-  Eigen::Matrix4d sums_;
+  Eigen::Vector4d lambda_;
 };
 
 constexpr int geodesic_rotations = 16, geodesic_steps = 128 * geodesic_rotations;
 
-/// Geodesics on V(1, N) in Lagrangian form, [ST] (16): q̈ = −(q̇ᵀq̇ / qᵀΛ⁻¹q) Λ⁻¹q.
+/// Geodesics on V(1, N) in Lagrangian form, [ST] (16): q̈ = −(q̇ᵀq̇ / qᵀΛ⁻¹q) Λ⁻¹q. Ellipsoid has
+/// the same field with divisions by λ; the products with 1/λ here take less time.
 template <int N>
 class Geodesic {
  public:
