@@ -269,7 +269,10 @@ grpc::Status DiagnoseTask::answer(const Session& session, const Cursor& cursor,
   }
   if (task.estimate_error != v1::ERROR_ESTIMATION_UNSPECIFIED)
     estimate(scene, now, task.estimate_error, stop, response->mutable_estimated_error());
-  if (task.checksum) response->set_checksum(wire::checksum(*response));
+  if (task.checksum) {
+    response->set_checksum(wire::checksum(*response));
+    response->set_details_checksum(wire::details_checksum(*response));
+  }
   return grpc::Status::OK;
 }
 
