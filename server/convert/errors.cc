@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "engine/linalg/arithmetic/to_text.h"
-#include "server/convert/reply_limits.h"
+#include "server/limits/reply_limits.h"
 #include "stiefel/stop.h"
 
 namespace stiefel::server::errors {

@@ -40,7 +40,7 @@ OrStatus<ResolvedScene> read_scene(bool present, const v1::Scene& scene, const c
     if (!resolved) return std::unexpected(errors::invalid(resolved.error()));
   }
   Difference changes = difference(given, field_digests(resolved->description()));
-  return ResolvedScene{*std::move(resolved), {std::move(changes), std::move(choice)}};
+  return ResolvedScene{*std::move(resolved), {std::move(changes), std::move(choice)}, place};
 }
 
 }  // namespace stiefel::server
