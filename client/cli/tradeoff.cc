@@ -11,7 +11,6 @@
 #include "client/cli/sinks/sink.h"
 #include "client/cli/table.h"
 #include "engine/linalg/arithmetic/to_text.h"
-#include "stiefel/diagnosis.h"
 
 namespace stiefel::cli {
 namespace {

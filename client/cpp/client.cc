@@ -118,8 +118,8 @@ std::vector<v1::ConnectResponse> Client::geodesics(v1::ConnectRequest request) c
   return geodesics;
 }
 
-void Client::tradeoff(const v1::MeasureTradeoffRequest& request,
-                      const TradeoffReceiver& receive) const {
+void Client::tradeoff(v1::MeasureTradeoffRequest request, const TradeoffReceiver& receive) const {
+  request.set_checksum(connection_->options.checksums);
   const Deadline deadline(connection_->options.compute_timeout);
   for (auto waiting = connection_->patience(deadline);;) {
     grpc::ClientContext context;
@@ -130,10 +130,11 @@ void Client::tradeoff(const v1::MeasureTradeoffRequest& request,
     bool begun = false, wanted = true;
     while (wanted && reader->Read(&part)) {
       begun = true;
-      wanted = receive(part);
+      wanted = is_sound(part) && receive(part);
     }
     if (!wanted) context.TryCancel();
     const grpc::Status status = reader->Finish();
+    verify(part, "a part of the trade-off");
     if (status.ok() || !wanted) return;
     // Once parts have arrived, a retry would measure everything again, with other times.
     if (begun || !waiting.allows_another(status)) throw connection_->error(status);

@@ -24,6 +24,11 @@ class Crc {
   }
   void add(const v1::Field& field) { add(std::string_view(field.value().data())); }
   void add(std::string_view bytes) { value_ = crc32c(bytes, value_); }
+  /// Adds a number that may be absent.
+  template <class Number>
+  void add_if(bool present, Number number) {
+    if (present) add(number);
+  }
 
   void add(const v1::Scene& scene) {
     add(scene.inertia());
@@ -59,6 +64,21 @@ std::uint32_t crc_of(const Parts&... parts) {
   return crc.value();
 }
 
+std::uint32_t checksum_of(const v1::TradeoffPoint& point) {
+  Crc crc;
+  crc.add_if(point.method().has_order(), point.method().order());
+  crc.add_if(point.method().has_substeps(), point.method().substeps());
+  crc.add_if(point.method().has_tolerance(), point.method().tolerance());
+  crc.add_if(point.has_attitude_error(), point.attitude_error());
+  crc.add_if(point.has_momentum_error(), point.momentum_error());
+  crc.add(point.drift());
+  crc.add(point.work());
+  crc.add(point.cpu_seconds_per_second());
+  crc.add(point.steps_per_second());
+  crc.add(point.measured_steps());
+  return crc.value();
+}
+
 }  // namespace
 
 std::uint32_t checksum(const v1::Sample& sample) {
@@ -81,6 +101,27 @@ std::uint32_t checksum(const v1::DiagnoseResponse& diagnosis) {
   return crc.value();
 }
 
+std::uint32_t details_checksum(const v1::DiagnoseResponse& diagnosis) {
+  Crc crc;
+  for (const auto& invariant : diagnosis.invariants())
+    crc.add_if(invariant.has_member(), invariant.member());
+  crc.add_if(diagnosis.has_orthogonality(), diagnosis.orthogonality());
+  crc.add_if(diagnosis.has_domain(), diagnosis.domain().h_omega());
+  crc.add_if(diagnosis.domain().has_largest_step(), diagnosis.domain().largest_step());
+  crc.add(diagnosis.forms());
+  crc.add(diagnosis.dirac_brackets());
+  crc.add_if(diagnosis.has_symplectic_defect(), diagnosis.symplectic_defect());
+  if (!diagnosis.has_estimated_error()) return crc.value();
+  const v1::EstimatedError& error = diagnosis.estimated_error();
+  crc.add_if(error.has_attitude(), error.attitude());
+  crc.add_if(error.has_momentum(), error.momentum());
+  crc.add_if(error.has_angle(), error.angle());
+  for (const double number : {error.reference_error(), error.work(), error.run_work()})
+    crc.add(number);
+  crc.add_if(error.has_member(), error.member());
+  return crc.value();
+}
+
 std::uint32_t checksum(const v1::ConvertResponse& conversion) {
   return crc_of(conversion.scene(), conversion.scene_arrays(), conversion.blocks());
 }
@@ -98,5 +139,22 @@ std::uint32_t checksum(const v1::SummarizeResponse& part) {
 }
 
 std::uint32_t checksum(const v1::Session& session) { return crc_of(session.scene()); }
+
+std::uint32_t checksum(const v1::MeasureTradeoffResponse& part) {
+  switch (part.part_case()) {
+    case v1::MeasureTradeoffResponse::kSetup: {
+      const v1::TradeoffSetup& setup = part.setup();
+      return crc_of(setup.reference_error(), setup.horizon(), setup.steps(),
+                    setup.reference_steps(), setup.budget(), setup.repeats(), setup.curves());
+    }
+    case v1::MeasureTradeoffResponse::kPoint:
+      return checksum_of(part.point());
+    case v1::MeasureTradeoffResponse::kFront:
+      return crc_of(part.front().points());
+    case v1::MeasureTradeoffResponse::PART_NOT_SET:
+      break;
+  }
+  return crc_of();
+}
 
 }  // namespace stiefel::wire

@@ -15,5 +15,10 @@ std::uint32_t checksum(const v1::ConvertResponse& conversion);
 std::uint32_t checksum(const v1::ConnectResponse& geodesic);
 std::uint32_t checksum(const v1::SummarizeResponse& part);
 std::uint32_t checksum(const v1::Session& session);
+std::uint32_t checksum(const v1::MeasureTradeoffResponse& part);
+
+/// Returns what `DiagnoseResponse.details_checksum` must hold: the CRC-32C of the numbers that the
+/// field `checksum` of that message does not cover.
+std::uint32_t details_checksum(const v1::DiagnoseResponse& diagnosis);
 
 }  // namespace stiefel::wire

@@ -2,7 +2,7 @@
 
 #include "server/calls/service.h"
 #include "server/calls/sliced_stream.h"
-#include "server/pricing/memory_price.h"
+#include "server/convert/pricing/request_memory.h"
 
 namespace stiefel::server {
 

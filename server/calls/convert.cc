@@ -2,8 +2,8 @@
 #include "server/calls/service.h"
 #include "server/calls/sliced_stream.h"
 #include "server/convert/conversion.h"
+#include "server/convert/pricing/request_memory.h"
 #include "server/convert/resolve.h"
-#include "server/pricing/memory_price.h"
 
 namespace stiefel::server {
 namespace {

@@ -8,7 +8,6 @@
 #include "server/convert/errors.h"
 #include "server/limits/failpoint.h"
 #include "server/sessions/stoppable.h"
-#include "stiefel/stop.h"
 
 namespace stiefel::server {
 
@@ -75,10 +74,8 @@ bool CursorCall::run_slice() noexcept {
       log_.worked();
       return true;
     }
-  } catch (const Stopped&) {
-    finish(stopped(host_.lifecycle));
   } catch (...) {
-    finish(errors::from_current_exception());
+    finish(status_of_exception(host_.lifecycle));
   }
   return false;
 }

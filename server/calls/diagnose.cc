@@ -1,9 +1,9 @@
 #include "server/calls/cursor_call.h"
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
-#include "server/convert/diagnosis.h"
+#include "server/convert/diagnosis/task.h"
 #include "server/convert/errors.h"
-#include "server/pricing/memory_price.h"
+#include "server/convert/pricing/request_memory.h"
 
 namespace stiefel::server {
 namespace {

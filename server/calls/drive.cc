@@ -11,9 +11,8 @@
 #include "server/calls/step.h"
 #include "server/calls/stopped.h"
 #include "server/convert/errors.h"
-#include "server/convert/reply_limits.h"
 #include "server/limits/failpoint.h"
-#include "stiefel/stop.h"
+#include "server/limits/reply_limits.h"
 
 namespace stiefel::server {
 namespace {
@@ -186,10 +185,8 @@ bool DriveCall::run_slice() noexcept {
     answer_step(**lease_, *cursor_, task_, response_.mutable_step());
     log_.worked();
     reply_from_pool(grpc::Status::OK);
-  } catch (const Stopped&) {
-    reply_from_pool(stopped(host_.lifecycle));
   } catch (...) {
-    reply_from_pool(errors::from_current_exception());
+    reply_from_pool(status_of_exception(host_.lifecycle));
   }
   return false;
 }

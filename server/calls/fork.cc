@@ -24,7 +24,7 @@ Answered fork(Host& host, Account& account, const Session& from, const Cursor& c
   auto scene = forked(from, cursor, request);
   if (!scene) return scene.error();
   const Resolution resolution = scene->resolution;
-  const auto made = admit(host, account, request.session_id(), *std::move(scene), inherited());
+  const auto made = admit(host, account, request.session_id(), *std::move(scene));
   if (!made) return made.error();
   to_proto(*made->session, resolution, host.registry, request.view(), response->mutable_session());
   response->set_created(made->created);

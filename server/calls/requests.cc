@@ -52,8 +52,7 @@ grpc::Status check_step(const char* field, std::int64_t value, std::int64_t low)
 }
 
 OrStatus<Registry::Created> admit(Host& host, Account& account, const std::string& id,
-                                  ResolvedScene scene, const Place& place,
-                                  std::string_view checkpoint, bool recreate) {
+                                  ResolvedScene scene, std::string_view checkpoint, bool recreate) {
   failpoint("call.admit");
   auto seated = account.seat_session();
   // A request for an existing session takes no seat.
@@ -73,7 +72,7 @@ OrStatus<Registry::Created> admit(Host& host, Account& account, const std::strin
                                : errors::too_many_sessions(host.registry.max_sessions()));
   }
   if (const auto* overflow = std::get_if<Overflow>(&created.error()))
-    return std::unexpected(errors::overflow(place, *overflow));
+    return std::unexpected(errors::overflow(scene.place, *overflow));
   const auto& refusal = std::get<CheckpointRefusal>(created.error());
   const std::string value = std::to_string(checkpoint.size()) + " bytes";
   switch (refusal.fault) {

@@ -46,10 +46,10 @@ grpc::Status check_range(const Request& request) {
 }
 
 /// Returns the account's session with that scene and id, new or existing, or the error that
-/// prevents it. `place` is the scene's place in the request. A new session takes a seat of the
-/// account. `checkpoint` and `recreate`: see Registry::create.
+/// prevents it. A new session takes a seat of the account. `checkpoint` and `recreate`: see
+/// Registry::create.
 OrStatus<Registry::Created> admit(Host& host, Account& account, const std::string& id,
-                                  ResolvedScene scene, const Place& place,
-                                  std::string_view checkpoint = {}, bool recreate = false);
+                                  ResolvedScene scene, std::string_view checkpoint = {},
+                                  bool recreate = false);
 
 }  // namespace stiefel::server

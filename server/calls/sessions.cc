@@ -8,10 +8,11 @@
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
 #include "server/convert/price.h"
-#include "server/convert/reply_limits.h"
+#include "server/convert/pricing/request_memory.h"
+#include "server/convert/pricing/request_work.h"
 #include "server/limits/failpoint.h"
+#include "server/limits/reply_limits.h"
 #include "server/pricing/memory_price.h"
-#include "server/pricing/work_price.h"
 
 namespace stiefel::server {
 namespace {
@@ -34,7 +35,7 @@ Answered create(Host& host, Account& account, const v1::CreateSessionRequest& re
   const MemoryLease step(account.memory(), first_step_memory(scene->scene, request.scene()));
   const Resolution resolution = scene->resolution;
   const auto admitted = admit(host, account, request.session_id(), *std::move(scene),
-                              Place::inside("scene"), request.checkpoint(), request.recreate());
+                              request.checkpoint(), request.recreate());
   if (!admitted) return admitted.error();
   to_proto(*admitted->session, resolution, host.registry, request.view(),
            response->mutable_session());
@@ -108,7 +109,7 @@ grpc::ServerUnaryReactor* Service::CreateSession(Context* context,
   };
   MemoryLease memory;
   try {
-    memory = MemoryLease(account.memory(), reading_memory(*request));
+    memory = MemoryLease(account.memory(), reading_memory(request->ByteSizeLong()));
   } catch (...) {
     return finished(context, log, errors::from_current_exception());
   }

@@ -9,10 +9,11 @@
 #include "server/calls/service.h"
 #include "server/convert/errors.h"
 #include "server/convert/price.h"
-#include "server/convert/reply_limits.h"
 #include "server/limits/failpoint.h"
+#include "server/limits/reply_limits.h"
 #include "server/pricing/memory_price.h"
 #include "server/sessions/checkpoints/checkpoint_bytes.h"
+#include "server/sessions/field_bytes.h"
 
 namespace stiefel::server {
 namespace {

@@ -11,4 +11,11 @@ inline grpc::Status stopped(const Lifecycle& lifecycle) {
   return lifecycle.stopping() ? errors::shutting_down() : errors::cancelled();
 }
 
+/// Returns the status of a call for the exception being handled.
+inline grpc::Status status_of_exception(const Lifecycle& lifecycle) {
+  const grpc::Status status = errors::from_current_exception();
+  // Of exceptions, only that of a stopped computation has this code.
+  return status.error_code() == grpc::CANCELLED ? stopped(lifecycle) : status;
+}
+
 }  // namespace stiefel::server

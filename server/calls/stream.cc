@@ -15,11 +15,11 @@
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
 #include "server/convert/price.h"
-#include "server/convert/reply_limits.h"
 #include "server/convert/stream_messages.h"
+#include "server/limits/reply_limits.h"
 #include "server/pricing/memory_price.h"
+#include "server/sessions/field_bytes.h"
 #include "server/sessions/sampling.h"
-#include "stiefel/stop.h"
 
 namespace stiefel::server {
 namespace {
@@ -123,10 +123,8 @@ bool StreamCall::run_slice() noexcept {
       log_.worked();
       return true;
     }
-  } catch (const Stopped&) {
-    error_ = stopped(host_.lifecycle);
   } catch (...) {
-    error_ = errors::from_current_exception();
+    error_ = status_of_exception(host_.lifecycle);
   }
   log_.worked();
   {

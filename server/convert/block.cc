@@ -2,7 +2,6 @@
 
 #include <cstring>
 
-#include "engine/simulation/scene/scene_draft.h"
 #include "server/convert/convert.h"
 
 namespace stiefel::server {
@@ -33,7 +32,7 @@ void read_block(const std::string& path, const v1::Matrix& matrix, Block& out, F
   const bool cols = check("cols", matrix.cols());
   if (!rows || !cols) return;
   if (std::uint64_t{matrix.rows()} * matrix.cols() > Scene::max_elements) {
-    faults.add(path, shape_text(matrix.rows(), matrix.cols()),
+    faults.add(path, std::to_string(matrix.rows()) + " x " + std::to_string(matrix.cols()),
                "must have at most " + std::to_string(Scene::max_elements) + " elements");
     return;
   }

@@ -1,6 +1,6 @@
 #include "engine/simulation/catalogue/methods/recommendation.h"
 #include "server/convert/convert.h"
-#include "server/convert/reply_limits.h"
+#include "server/limits/reply_limits.h"
 #include "server/sessions/numerics_id.h"
 #include "stiefel/version.h"
 
@@ -8,18 +8,6 @@ namespace stiefel::server {
 namespace {
 
 std::string text(std::string_view view) { return std::string(view); }
-
-v1::Conservation conservation(Conservation value) {
-  switch (value) {
-    case Conservation::exact:
-      return v1::CONSERVATION_EXACT;
-    case Conservation::bounded:
-      return v1::CONSERVATION_BOUNDED;
-    case Conservation::drifts:
-      return v1::CONSERVATION_DRIFTS;
-  }
-  return v1::CONSERVATION_UNSPECIFIED;
-}
 
 void to_proto(const SystemInfo& system, v1::SystemInfo* out) {
   out->set_name(text(system.name));
@@ -70,7 +58,7 @@ void to_proto(const SystemInfo& system, v1::SystemInfo* out) {
     for (const Preservation& preservation : method.preserves) {
       auto* preserves = to->add_preserves();
       preserves->set_invariant(text(preservation.invariant));
-      preserves->set_conservation(conservation(preservation.conservation));
+      preserves->set_conservation(server::to_proto(preservation.conservation));
     }
   }
 }
@@ -88,6 +76,18 @@ void to_proto(const MethodInfo& method, v1::MethodInfo* out) {
 
 }  // namespace
 
+v1::Conservation to_proto(Conservation conservation) {
+  switch (conservation) {
+    case Conservation::exact:
+      return v1::CONSERVATION_EXACT;
+    case Conservation::bounded:
+      return v1::CONSERVATION_BOUNDED;
+    case Conservation::drifts:
+      return v1::CONSERVATION_DRIFTS;
+  }
+  return v1::CONSERVATION_UNSPECIFIED;
+}
+
 void describe_engine(v1::DescribeResponse* out) {
   out->set_numerics_id(numerics_id());
   out->set_build(build_fingerprint());
@@ -100,34 +100,6 @@ void describe_engine(v1::DescribeResponse* out) {
   limits.set_max_reply_bytes(max_reply_bytes);
   for (const SystemInfo& system : catalogue().systems) to_proto(system, out->add_systems());
   for (const MethodInfo& method : catalogue().methods) to_proto(method, out->add_methods());
-}
-
-void to_proto(const Diagnosis& diagnosis, v1::DiagnoseResponse* out) {
-  for (const InvariantDrift& drift : diagnosis.invariants) {
-    auto* to = out->add_invariants();
-    to->set_name(drift.name);
-    to->set_initial(static_cast<double>(drift.initial));
-    to->set_value(static_cast<double>(drift.value));
-    to->set_drift(drift.drift());
-    to->set_scale(static_cast<double>(drift.scale));
-    to->set_conservation(conservation(drift.conservation));
-    if (drift.member) to->set_member(static_cast<std::uint32_t>(*drift.member));
-  }
-  if (diagnosis.orthogonality) out->set_orthogonality(*diagnosis.orthogonality);
-  out->mutable_domain()->set_h_omega(diagnosis.h_omega);
-  if (diagnosis.largest_step) out->mutable_domain()->set_largest_step(*diagnosis.largest_step);
-}
-
-void to_proto(const ErrorEstimate& estimate, v1::EstimatedError* out) {
-  if (estimate.attitude) out->set_attitude(*estimate.attitude);
-  if (estimate.momentum) out->set_momentum(*estimate.momentum);
-  if (estimate.angle) out->set_angle(*estimate.angle);
-  out->set_reference_error(estimate.reference_error);
-  out->set_reference(estimate.reference);
-  out->set_work(estimate.work);
-  out->set_run_work(estimate.run_work);
-  out->set_missing(estimate.missing);
-  if (estimate.member) out->set_member(static_cast<std::uint32_t>(*estimate.member));
 }
 
 }  // namespace stiefel::server

@@ -8,7 +8,7 @@
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
 #include "server/convert/price.h"
-#include "server/convert/reply_limits.h"
+#include "server/limits/reply_limits.h"
 
 namespace stiefel::server {
 namespace {

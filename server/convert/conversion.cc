@@ -7,9 +7,9 @@
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
 #include "server/convert/price.h"
-#include "server/convert/reply_limits.h"
 #include "server/convert/resolve.h"
 #include "server/convert/scene_view.h"
+#include "server/limits/reply_limits.h"
 #include "stiefel/stop.h"
 #include "stiefel/tradeoff.h"
 
@@ -49,7 +49,8 @@ grpc::Status refused(const ConversionRefusal& refusal) {
 grpc::Status ConversionAnswer::convert(v1::ConvertResponse& response) {
   const auto resolved = read_scene(request_.has_scene(), request_.scene());
   if (!resolved) return resolved.error();
-  const auto& [scene, resolution] = *resolved;
+  const Scene& scene = resolved->scene;
+  const Resolution& resolution = resolved->resolution;
   ConversionTarget target{request_.to()};
   if (request_.has_epsilon()) target.epsilon = request_.epsilon();
   if (request_.has_parameter()) target.parameter = request_.parameter();

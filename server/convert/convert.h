@@ -50,6 +50,7 @@ void to_proto(const RunStatus& run_status, v1::RunStatus* out);
 void to_proto(const Cursor& cursor, const Scene& scene, v1::RunStatus* out);
 void to_proto(const Diagnosis& diagnosis, v1::DiagnoseResponse* out);
 void to_proto(const ErrorEstimate& estimate, v1::EstimatedError* out);
+v1::Conservation to_proto(Conservation conservation);
 
 using FieldNames = google::protobuf::RepeatedPtrField<std::string>;
 
@@ -61,8 +62,6 @@ std::expected<std::vector<std::size_t>, Violations> select_fields(const Session&
 /// when that is absent and with `members` in ensembles only.
 void describe_field(const Session& session, const Field& field, std::optional<std::size_t> samples,
                     v1::Field* out);
-/// Returns the bytes of the fields at one step.
-std::size_t sample_bytes(const Session& session, const std::vector<std::size_t>& fields);
 /// Writes the simulation's current state, without checksum.
 void to_proto(const Session& session, const Simulation& simulation,
               const std::vector<std::size_t>& fields, v1::Sample* out);

@@ -3,13 +3,14 @@
 #include <google/protobuf/util/time_util.h>
 
 #include <algorithm>
+#include <chrono>
 #include <exception>
 #include <initializer_list>
 #include <new>
 #include <utility>
 
 #include "engine/linalg/arithmetic/to_text.h"
-#include "server/convert/reply_limits.h"
+#include "server/limits/reply_limits.h"
 #include "stiefel/stop.h"
 
 namespace stiefel::server::errors {
@@ -18,7 +19,7 @@ namespace {
 // Status and details are sent in trailers, of which clients accept 8 KiB.
 constexpr std::size_t max_text = 200;
 constexpr std::size_t max_total = 2000;
-constexpr int seconds_to_a_free_session = 1, seconds_to_free_memory = 1;
+constexpr std::chrono::seconds to_a_free_session{1}, to_free_memory{1};
 
 /// Shortens to `max_text` bytes, without cutting through a UTF-8 character.
 std::string shortened(std::string_view text) {
@@ -68,6 +69,26 @@ grpc::Status info(grpc::StatusCode code, const std::string& message, const char*
   v1::Status status;
   add_info(reason, metadata, status);
   return make(code, message, std::move(status));
+}
+
+/// RESOURCE_EXHAUSTED with an ErrorInfo, a QuotaFailure of `subject`, and a RetryInfo unless
+/// waiting does not help, so that `retry_after` is 0.
+grpc::Status exhausted(const std::string& message, const char* reason, Metadata metadata,
+                       const char* subject, const std::string& description,
+                       std::chrono::milliseconds retry_after) {
+  v1::Status status;
+  add_info(reason, metadata, status);
+  v1::QuotaFailure quota;
+  quota.add_violations()->set_subject(subject);
+  quota.mutable_violations(0)->set_description(description);
+  add_detail("QuotaFailure", quota, status);
+  if (retry_after.count() > 0) {
+    v1::RetryInfo retry;
+    *retry.mutable_retry_delay() =
+        google::protobuf::util::TimeUtil::MillisecondsToDuration(retry_after.count());
+    add_detail("RetryInfo", retry, status);
+  }
+  return make(grpc::RESOURCE_EXHAUSTED, message, std::move(status));
 }
 
 }  // namespace
@@ -120,41 +141,19 @@ grpc::Status session_has_other_scene(std::string_view id) {
 
 grpc::Status too_many_sessions(std::uint32_t max_sessions) {
   const std::string limit = std::to_string(max_sessions);
-  const std::string message =
-      "this server holds at most " + limit + " sessions: delete one or wait";
-  v1::Status status;
-  add_info("TOO_MANY_SESSIONS", {{"max_sessions", limit}}, status);
-  v1::QuotaFailure quota;
-  quota.add_violations()->set_subject("sessions");
-  quota.mutable_violations(0)->set_description("at most " + limit);
-  add_detail("QuotaFailure", quota, status);
-  v1::RetryInfo retry;
-  retry.mutable_retry_delay()->set_seconds(seconds_to_a_free_session);
-  add_detail("RetryInfo", retry, status);
-  return make(grpc::RESOURCE_EXHAUSTED, message, std::move(status));
+  return exhausted("this server holds at most " + limit + " sessions: delete one or wait",
+                   "TOO_MANY_SESSIONS", {{"max_sessions", limit}}, "sessions", "at most " + limit,
+                   to_a_free_session);
 }
 
 grpc::Status over_quota(const Refusal& refusal) {
   const std::string most = to_text(refusal.most), asked = to_text(refusal.asked);
-  const std::string description =
-      "the limit is " + most + "; this call would raise the use to " + asked;
-  const bool may_wait = refusal.retry_after.count() > 0;
-  v1::Status status;
-  add_info("OVER_QUOTA", {{"limit", refusal.limit}, {"most", most}, {"asked", asked}}, status);
-  v1::QuotaFailure quota;
-  quota.add_violations()->set_subject(refusal.limit);
-  quota.mutable_violations(0)->set_description(description);
-  add_detail("QuotaFailure", quota, status);
-  if (may_wait) {
-    v1::RetryInfo retry;
-    *retry.mutable_retry_delay() =
-        google::protobuf::util::TimeUtil::MillisecondsToDuration(refusal.retry_after.count());
-    add_detail("RetryInfo", retry, status);
-  }
-  const std::string advice =
-      may_wait ? ": wait " + std::to_string(refusal.retry_after.count()) + " ms" : ": request less";
-  return make(grpc::RESOURCE_EXHAUSTED, std::string(refusal.limit) + ": " + description + advice,
-              std::move(status));
+  const std::string description = "the limit is " + most + "; this call would raise the use to " + asked;
+  const auto wait = refusal.retry_after.count();
+  const std::string advice = wait > 0 ? ": wait " + std::to_string(wait) + " ms" : ": request less";
+  return exhausted(std::string(refusal.limit) + ": " + description + advice, "OVER_QUOTA",
+                   {{"limit", refusal.limit}, {"most", most}, {"asked", asked}}, refusal.limit,
+                   description, refusal.retry_after);
 }
 
 std::optional<std::chrono::milliseconds> retry_delay(const grpc::Status& status) {
@@ -271,28 +270,19 @@ grpc::Status not_written(const WriteFault& fault) {
   return out_of_memory();
 }
 
-grpc::Status memory_exhausted(const MemoryExhausted& exhausted) {
-  if (exhausted.part()) {
-    const std::uint64_t used = exhausted.limit() - exhausted.free();
-    const auto wait = std::chrono::seconds(exhausted.can_ever_fit() ? seconds_to_free_memory : 0);
-    return over_quota({exhausted.part(), static_cast<double>(exhausted.limit()),
-                       static_cast<double>(used + exhausted.bytes()), wait});
+grpc::Status memory_exhausted(const MemoryExhausted& refused) {
+  const auto wait = refused.can_ever_fit() ? to_free_memory : std::chrono::seconds(0);
+  if (refused.part()) {
+    const std::uint64_t used = refused.limit() - refused.free();
+    return over_quota({refused.part(), static_cast<double>(refused.limit()),
+                       static_cast<double>(used + refused.bytes()), wait});
   }
-  const std::string bytes = std::to_string(exhausted.bytes());
-  const std::string free = std::to_string(exhausted.free());
-  const std::string limit = std::to_string(exhausted.limit());
-  v1::Status status;
-  add_info("MEMORY_LIMIT", {{"bytes", bytes}, {"free", free}, {"limit", limit}}, status);
-  v1::QuotaFailure quota;
-  quota.add_violations()->set_subject("memory");
-  quota.mutable_violations(0)->set_description(exhausted.what());
-  add_detail("QuotaFailure", quota, status);
-  if (exhausted.can_ever_fit()) {
-    v1::RetryInfo retry;
-    retry.mutable_retry_delay()->set_seconds(seconds_to_free_memory);
-    add_detail("RetryInfo", retry, status);
-  }
-  return make(grpc::RESOURCE_EXHAUSTED, exhausted.what(), std::move(status));
+  const std::string bytes = std::to_string(refused.bytes());
+  const std::string free = std::to_string(refused.free());
+  const std::string limit = std::to_string(refused.limit());
+  return exhausted(refused.what(), "MEMORY_LIMIT",
+                   {{"bytes", bytes}, {"free", free}, {"limit", limit}}, "memory", refused.what(),
+                   wait);
 }
 
 grpc::Status internal(std::string_view what) {
@@ -313,8 +303,8 @@ grpc::Status from_current_exception() {
     return out_of_memory();
   } catch (const Stopped&) {
     return cancelled();
-  } catch (const MemoryExhausted& exhausted) {
-    return memory_exhausted(exhausted);
+  } catch (const MemoryExhausted& refused) {
+    return memory_exhausted(refused);
   } catch (const std::exception& exception) {
     return internal(exception.what());
   } catch (...) {

@@ -8,11 +8,11 @@
 #include <string>
 #include <string_view>
 
-#include "engine/representations/outside_domain.h"
 #include "server/limits/memory_budget.h"
 #include "server/scheduling/quota.h"
 #include "server/sessions/ledger.h"
 #include "server/sessions/session.h"
+#include "stiefel/outside_domain.h"
 #include "stiefel/scene.h"
 #include "stiefel/v1/error.pb.h"
 
@@ -73,7 +73,7 @@ grpc::Status not_written(const WriteFault& fault);
 /// RESOURCE_EXHAUSTED, MEMORY_LIMIT with `bytes`, `free` and `limit`; a QuotaFailure for `memory`,
 /// and a RetryInfo if the bytes can fit once others are given back. For a part of the memory, the
 /// error of `over_quota`.
-grpc::Status memory_exhausted(const MemoryExhausted& exhausted);
+grpc::Status memory_exhausted(const MemoryExhausted& refused);
 /// INTERNAL, INTERNAL_ERROR: a fault of the server itself.
 grpc::Status internal(std::string_view what);
 

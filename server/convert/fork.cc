@@ -9,6 +9,9 @@
 namespace stiefel::server {
 namespace {
 
+/// Returns the place of violations in what a fork does not change: the session that it comes from.
+Place inherited() { return Place::made_of("from_session_id"); }
+
 /// Returns the scene converted to another system.
 OrStatus<Scene> in_system(const std::string& system, const Scene& scene) {
   if (catalogue().system(system) == nullptr)
@@ -42,8 +45,6 @@ std::expected<Place, Violations> change(const v1::ForkSessionRequest& request,
 
 }  // namespace
 
-Place inherited() { return Place::made_of("from_session_id"); }
-
 OrStatus<ResolvedScene> forked(const Session& from, const Cursor& cursor,
                                const v1::ForkSessionRequest& request) {
   auto scene = scene_at(from.scene(), cursor.simulation(), Place::made_of("from_step"));
@@ -61,7 +62,7 @@ OrStatus<ResolvedScene> forked(const Session& from, const Cursor& cursor,
     if (!scene) return std::unexpected(errors::invalid(scene.error()));
   }
   Difference changes = difference(from.scene().description(), scene->description());
-  return ResolvedScene{*std::move(scene), {std::move(changes), std::nullopt}};
+  return ResolvedScene{*std::move(scene), {std::move(changes), std::nullopt}, inherited()};
 }
 
 }  // namespace stiefel::server

@@ -6,9 +6,6 @@
 
 namespace stiefel::server {
 
-/// Returns the place of violations in what a fork does not change: the session that it comes from.
-Place inherited();
-
 /// Returns the resolved scene that starts at the cursor's state, with the changes of the request.
 /// Its difference is relative to the scene of `from`.
 OrStatus<ResolvedScene> forked(const Session& from, const Cursor& cursor,

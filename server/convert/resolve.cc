@@ -26,7 +26,7 @@ OrStatus<ResolvedScene> read_scene(bool present, const v1::Scene& scene, const c
   Resolution resolution{difference(given, field_digests(made.description())), std::nullopt};
   if (choice)
     resolution.choice = ChosenMethod{choice->tolerance, choice->horizon, std::move(choice->reason)};
-  return ResolvedScene{std::move(made), std::move(resolution)};
+  return ResolvedScene{std::move(made), std::move(resolution), place};
 }
 
 }  // namespace stiefel::server

@@ -16,6 +16,7 @@ using OrStatus = std::expected<T, grpc::Status>;
 struct ResolvedScene {
   Scene scene;
   Resolution resolution;
+  Place place;  ///< of the scene in the request, for violations that are found later
 };
 
 /// Returns the resolved scene of a request; a tolerance is replaced by the method chosen for it.

@@ -4,7 +4,7 @@
 
 #include "engine/simulation/scene/scene_fields.h"
 #include "server/convert/convert.h"
-#include "server/convert/reply_limits.h"
+#include "server/limits/reply_limits.h"
 
 namespace stiefel::server {
 namespace {

@@ -4,6 +4,7 @@
 #include "server/convert/convert.h"
 #include "server/convert/price.h"
 #include "server/convert/scene_view.h"
+#include "server/sessions/field_bytes.h"
 #include "server/sessions/numerics_id.h"
 
 namespace stiefel::server {

@@ -83,12 +83,6 @@ void describe_field(const Session& session, const Field& field, std::optional<st
   tensor->add_shape(static_cast<std::uint64_t>(field.cols));
 }
 
-std::size_t sample_bytes(const Session& session, const std::vector<std::size_t>& fields) {
-  std::size_t bytes = 0;
-  for (const std::size_t index : fields) bytes += field_bytes(session, session.fields()[index]);
-  return bytes;
-}
-
 void to_proto(const Session& session, const Simulation& simulation,
               const std::vector<std::size_t>& fields, v1::Sample* out) {
   out->set_step(simulation.step());

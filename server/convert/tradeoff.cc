@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "proto/checksum/checksum.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
 #include "server/convert/price.h"
@@ -68,17 +69,23 @@ grpc::Status TradeoffAnswer::start(const std::stop_token& stop, v1::TradeoffSetu
   return grpc::Status::OK;
 }
 
+void TradeoffAnswer::finish(v1::TradeoffFront* front) {
+  for (const std::size_t i : tradeoff_->front()) front->add_points(static_cast<std::uint32_t>(i));
+  done_ = true;
+}
+
 grpc::Status TradeoffAnswer::next(const std::stop_token& stop,
                                   v1::MeasureTradeoffResponse& response) {
   response.Clear();
-  if (!tradeoff_) return start(stop, response.mutable_setup());
-  if (const auto point = tradeoff_->next(stop)) {
+  if (!tradeoff_) {
+    const grpc::Status status = start(stop, response.mutable_setup());
+    if (!status.ok()) return status;
+  } else if (const auto point = tradeoff_->next(stop)) {
     to_proto(*point, response.mutable_point());
-    return grpc::Status::OK;
+  } else {
+    finish(response.mutable_front());
   }
-  auto* front = response.mutable_front();
-  for (const std::size_t i : tradeoff_->front()) front->add_points(static_cast<std::uint32_t>(i));
-  done_ = true;
+  if (request_.checksum()) response.set_checksum(wire::checksum(response));
   return grpc::Status::OK;
 }
 

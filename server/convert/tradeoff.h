@@ -21,6 +21,7 @@ class TradeoffAnswer {
 
  private:
   grpc::Status start(const std::stop_token& stop, v1::TradeoffSetup* setup);
+  void finish(v1::TradeoffFront* front);
 
   const v1::MeasureTradeoffRequest& request_;
   std::optional<Tradeoff> tradeoff_;

@@ -4,7 +4,7 @@
 #include <sstream>
 #include <string_view>
 
-#include "server/convert/convert.h"
+#include "server/convert/stored_scene.h"
 #include "server/sessions/identity.h"
 #include "server/sessions/numerics_id.h"
 
@@ -26,11 +26,6 @@ std::vector<std::string> split(const std::string& text) {
   std::istringstream in(text);
   for (std::string line; std::getline(in, line);) lines.push_back(line);
   return lines;
-}
-
-std::unexpected<std::string> because(const Violations& violations) {
-  const Violation& first = violations.front();
-  return std::unexpected(first.field + ": " + first.value + ": " + first.rule);
 }
 
 Resolution resolution_of(const StoredSession& row) {
@@ -56,8 +51,6 @@ void adopt(const StoredCheckpoint& checkpoint, Session& session) {
 }  // namespace
 
 StoredSession to_row(const Session& session) {
-  v1::Scene scene;
-  to_proto(session.scene().description(), &scene);
   const Resolution& resolution = session.resolution();
   const auto created = session.create_time().time_since_epoch();
   StoredSession row{session.owner(),
@@ -65,7 +58,7 @@ StoredSession to_row(const Session& session) {
                     std::chrono::duration_cast<Nanoseconds>(created).count(),
                     numerics_id(),
                     hash(session.identity()),
-                    scene.SerializeAsString(),
+                    to_bytes(session.scene()),
                     joined(resolution.difference.filled_in),
                     joined(resolution.difference.cleared),
                     std::nullopt};
@@ -76,12 +69,8 @@ StoredSession to_row(const Session& session) {
 
 Restored from_row(const Store::Row& row, std::shared_ptr<const Clock> clock,
                   std::shared_ptr<const CheckpointKeys> keys, MemoryBudget& memory) {
-  v1::Scene message;
-  if (!message.ParseFromString(row.session.scene)) return std::unexpected("its row holds no scene");
-  auto description = from_proto(message);
-  if (!description) return because(description.error());
-  auto scene = Scene::resolve(*std::move(description));
-  if (!scene) return because(scene.error());
+  auto scene = scene_of(row.session.scene);
+  if (!scene) return std::unexpected(std::move(scene.error()));
   auto session = std::make_shared<Session>(row.session.id, *std::move(scene), std::move(clock),
                                            resolution_of(row.session), std::move(keys), memory);
   if (row.session.numerics_id == numerics_id() && row.session.identity != hash(session->identity()))

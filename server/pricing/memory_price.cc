@@ -3,10 +3,9 @@
 #include <algorithm>
 
 #include "engine/simulation/catalogue/methods/workspace.h"
-#include "server/convert/convert.h"
-#include "server/convert/reply_limits.h"
-#include "server/convert/resolve.h"
+#include "server/limits/reply_limits.h"
 #include "server/sessions/checkpoints/checkpoint_bytes.h"
+#include "server/sessions/field_bytes.h"
 #include "server/sessions/sampling.h"
 #include "stiefel/connect.h"
 #include "stiefel/summary.h"
@@ -18,34 +17,11 @@ namespace {
 /// The bytes of a call without its arrays, in gRPC and in the server.
 constexpr std::uint64_t call_bytes = 32 << 10;
 
-/// The rows and columns of one member's blocks.
-struct Shape {
-  double rows = 0, cols = 0;
-};
-
-Shape block_shape(const v1::Scene& scene) {
-  const double members = std::max<std::uint32_t>(scene.members(), 1);
-  Shape largest{3, 3};
-  const auto take = [&](double rows, double cols) {
-    if (rows * cols > largest.rows * largest.cols) largest = {rows, cols};
-  };
-  for (const auto& [name, matrix] : scene.initial()) take(matrix.rows() / members, matrix.cols());
-  for (const auto& [name, tensor] : scene.initial_tensors()) {
-    double size = 1;
-    for (const auto extent : tensor.shape()) size *= static_cast<double>(extent);
-    if (tensor.shape_size() == 0 || tensor.shape(tensor.shape_size() - 1) == 0) continue;
-    const auto cols = static_cast<double>(tensor.shape(tensor.shape_size() - 1));
-    take(size / cols / members, cols);
-  }
-  return largest;
-}
-
 /// Returns the bytes of the references of that many members, with up to 58 samples each: attitude
 /// and momentum in extended precision.
-std::uint64_t references_memory(const v1::Scene& scene, int members) {
-  const auto [rows, cols] = block_shape(scene);
-  const double held = std::min<double>(scene.members(), members);
-  return static_cast<std::uint64_t>(held * 58 * (2 * 16 * rows * cols + 128));
+std::uint64_t references_memory(const SceneSize& scene, int members) {
+  const double held = std::min<double>(scene.members.value_or(0), members);
+  return static_cast<std::uint64_t>(held * 58 * (2 * 16 * scene.rows * scene.cols + 128));
 }
 
 }  // namespace
@@ -62,48 +38,45 @@ std::uint64_t stream_memory(const Session& session, const std::vector<std::size_
          (checkpoints ? 2 * checkpoint_bytes(session) : 0);
 }
 
-std::uint64_t reading_memory(const google::protobuf::Message& request) {
-  return 2 * static_cast<std::uint64_t>(request.ByteSizeLong()) + call_bytes;
-}
+std::uint64_t reading_memory(std::uint64_t request_bytes) { return 2 * request_bytes + call_bytes; }
 
-std::uint64_t scene_memory(const v1::Scene& scene) {
+std::uint64_t scene_memory(const SceneSize& scene) {
   // An ensemble needs its description alone, since its members are resolved one after another.
-  const std::uint64_t copies = scene.has_members() ? 1 : 3;
-  return copies * static_cast<std::uint64_t>(scene.ByteSizeLong()) + 2 * scene_bytes({});
+  const std::uint64_t copies = scene.members ? 1 : 3;
+  return copies * scene.bytes + 2 * scene_bytes({});
 }
 
-std::uint64_t first_step_memory(const Scene& resolved, const v1::Scene& scene) {
+std::uint64_t first_step_memory(const Scene& resolved, std::uint64_t given_bytes) {
   // The state may have twice the arrays of the request.
-  return reply_memory(2 * scene.ByteSizeLong()) +
+  return reply_memory(2 * given_bytes) +
          (resolved.members().empty() ? 0 : simulation_bytes(resolved));
 }
 
-std::uint64_t search_memory(const v1::Scene& scene) {
-  const auto [rows, cols] = block_shape(scene);
-  return largest_simulation_bytes(rows, cols) * 3 / 2 + 2 * scene_memory(scene) +
+std::uint64_t search_memory(const SceneSize& scene) {
+  return largest_simulation_bytes(scene.rows, scene.cols) * 3 / 2 + 2 * scene_memory(scene) +
          references_memory(scene, Choice::most_pilots);
 }
 
-std::uint64_t tradeoff_memory(const v1::MeasureTradeoffRequest& request) {
-  return reading_memory(request) + search_memory(request.scene()) +
-         references_memory(request.scene(), TradeoffRequest::most_members);
+std::uint64_t tradeoff_memory(std::uint64_t request_bytes, const SceneSize& scene) {
+  return reading_memory(request_bytes) + search_memory(scene) +
+         references_memory(scene, TradeoffRequest::most_members);
 }
 
 std::uint64_t fork_memory(const Session& from) {
   return 2 * scene_bytes(from.scene().description()) + call_bytes;
 }
 
-std::uint64_t conversion_memory(const v1::ConvertRequest& request) {
-  const v1::Scene& scene = request.scene();
-  const auto [rows, cols] = block_shape(scene);
+std::uint64_t conversion_memory(std::uint64_t request_bytes, const SceneSize& scene,
+                                bool chooses_method) {
   // Frames with n < N rows have maps of n x N and n x n, square ones N x N.
-  const auto maps = static_cast<std::uint64_t>(8 * (rows * cols + rows * rows));
-  return (wants_choice(scene) ? search_memory(scene) : 0) + reading_memory(request) +
+  const auto maps =
+      static_cast<std::uint64_t>(8 * (scene.rows * scene.cols + scene.rows * scene.rows));
+  return (chooses_method ? search_memory(scene) : 0) + reading_memory(request_bytes) +
          2 * scene_memory(scene) + 40 * maps;
 }
 
-std::uint64_t diagnosis_memory(const Session& session, const v1::DiagnoseRequest& request) {
-  return session.simulation_bytes() / 2 + 64 * session.saved_size() + reading_memory(request);
+std::uint64_t diagnosis_memory(const Session& session, std::uint64_t request_bytes) {
+  return session.simulation_bytes() / 2 + 64 * session.saved_size() + reading_memory(request_bytes);
 }
 
 std::uint64_t summary_memory(const Session& session, const Summary& summary) {
@@ -114,18 +87,15 @@ std::uint64_t summary_memory(const Session& session, const Summary& summary) {
          (keeps_values ? sizeof(double) * Summary::max_kept : 0) + call_bytes;
 }
 
-std::uint64_t connect_memory(const v1::ConnectRequest& request) {
-  TwoPointProblem problem;
-  double numbers = 0;
-  const double restarts = request.has_restarts() ? request.restarts() : problem.restarts;
-  const double steps = request.steps() > 0 ? request.steps() : 128;
-  for (const auto& pair : request.pairs()) {
-    const double n = pair.q_0().rows(), N = pair.q_0().cols(), d = n * N - n * (n + 1) / 2;
-    numbers = std::max(numbers, (5 * d * d + n * N * d + n * N * (restarts + 3)) * steps +
-                                    n * N * (request.samples() + 16.0));
-  }
-  const double most = static_cast<double>(TwoPointProblem::most_bytes);
-  return reading_memory(request) + static_cast<std::uint64_t>(std::min(8 * numbers, most));
+std::uint64_t geodesic_memory(double n, double N, std::optional<std::uint32_t> restarts,
+                              std::uint32_t steps, std::uint32_t samples) {
+  const double searches = restarts ? *restarts : TwoPointProblem().restarts;
+  const double points = steps > 0 ? steps : 128;
+  const double d = n * N - n * (n + 1) / 2;
+  const double numbers =
+      (5 * d * d + n * N * d + n * N * (searches + 3)) * points + n * N * (samples + 16.0);
+  return static_cast<std::uint64_t>(
+      std::clamp(8 * numbers, 0.0, static_cast<double>(TwoPointProblem::most_bytes)));
 }
 
 }  // namespace stiefel::server

@@ -6,27 +6,28 @@
 #include "engine/simulation/catalogue/methods/recommendation.h"
 
 namespace stiefel::server {
-namespace {
 
-/// Returns the largest number of columns of a block.
-std::uint64_t columns(const v1::Scene& scene) {
-  std::uint64_t largest = 0;
-  for (const auto& [name, matrix] : scene.initial())
-    largest = std::max<std::uint64_t>(largest, matrix.cols());
-  for (const auto& [name, tensor] : scene.initial_tensors())
-    if (!tensor.shape().empty()) largest = std::max(largest, *tensor.shape().rbegin());
-  return largest;
-}
-
-}  // namespace
-
-double recommendation_work(const v1::Scene& scene) {
-  if (scene.has_method() || scene.has_tolerance() ||
-      std::ranges::none_of(recommended(scene.system()),
+double recommendation_work(std::string_view system, std::uint32_t members, std::uint64_t columns) {
+  if (std::ranges::none_of(recommended(system),
                            [](const auto& one) { return one.largest_h_velocity_rate > 0; }))
     return 0;
-  return std::max<std::uint32_t>(scene.members(), 1) *
-         velocity_rate_work(static_cast<Eigen::Index>(columns(scene)));
+  return std::max<std::uint32_t>(members, 1) *
+         velocity_rate_work(static_cast<Eigen::Index>(columns));
+}
+
+double diagnosis_work(const Session& session, const DiagnosisSize& size) {
+  // Matrix products for the norms, Casimirs and momenta of two states, for a form, and for a
+  // bracket.
+  constexpr double of_state = 200, of_form = 40, of_bracket = 250, steps_of_pair = 12;
+  const double N = session.scene().dimension(), product = N * N * N;
+  double of_each = of_state * product;
+  if (size.manakov) of_each += N * N * product;
+  double work = of_each * std::max(1.0, static_cast<double>(session.scene().members().size()));
+  work += static_cast<double>(size.forms) * of_form * product;
+  for (const std::size_t factors : size.factors)
+    work += of_bracket * product + static_cast<double>(factors) * 6 * N * N;
+  if (size.pairs > 0) work += steps_of_pair * size.pairs * session.work(0, 1);
+  return work + size.estimate_work;
 }
 
 }  // namespace stiefel::server

@@ -1,12 +1,29 @@
 #pragma once
 
-#include "stiefel/v1/scene.pb.h"
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+#include <vector>
 
-/// Prices in instructions, predicted from requests.
+#include "server/sessions/session.h"
+
+/// Prices in instructions.
 namespace stiefel::server {
 
-/// Returns the instructions that finding the substeps of a recommended method takes, if the scene
-/// names neither a method nor a tolerance; 0 where that is negligible.
-double recommendation_work(const v1::Scene& scene);
+/// Returns the instructions that finding the substeps of a system's recommended method takes for a
+/// scene whose blocks have at most `columns` columns; 0 where that is negligible. `members` is 0 or
+/// 1 for a single scene.
+double recommendation_work(std::string_view system, std::uint32_t members, std::uint64_t columns);
+
+/// What the price of a Diagnose depends on, beside its session.
+struct DiagnosisSize {
+  bool manakov = false;  ///< whether the invariants include the coefficients of Manakov
+  std::size_t forms = 0;
+  std::vector<std::size_t> factors;  ///< of each Dirac bracket, of both of its functions
+  std::uint32_t pairs = 0;           ///< of tangent vectors, of the symplectic test
+  double estimate_work = 0;          ///< the most that an estimate of the error may take
+};
+/// Returns the predicted instructions of a Diagnose without its steps, from its matrix products.
+double diagnosis_work(const Session& session, const DiagnosisSize& size);
 
 }  // namespace stiefel::server

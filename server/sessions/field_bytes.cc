@@ -16,6 +16,12 @@ std::size_t field_bytes(const Session& session, const Field& field) {
          (is_float(session, field) ? sizeof(float) : sizeof(double));
 }
 
+std::size_t sample_bytes(const Session& session, const std::vector<std::size_t>& fields) {
+  std::size_t bytes = 0;
+  for (const std::size_t index : fields) bytes += field_bytes(session, session.fields()[index]);
+  return bytes;
+}
+
 void write_field(const Session& session, const Simulation& simulation, std::size_t index,
                  char* out) {
   const Field& field = session.fields()[index];

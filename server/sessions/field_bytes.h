@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <vector>
 
 #include "server/sessions/session.h"
 
@@ -12,6 +13,8 @@ bool is_float(const Session& session, const Field& field);
 
 /// Returns the bytes of a field at one step.
 std::size_t field_bytes(const Session& session, const Field& field);
+/// Returns the bytes of the fields with these indices at one step.
+std::size_t sample_bytes(const Session& session, const std::vector<std::size_t>& fields);
 
 /// Writes the field with this index at the simulation's step to `out`, which must be aligned for
 /// its numbers: `field_bytes` bytes, little-endian and row by row.

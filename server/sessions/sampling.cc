@@ -11,10 +11,9 @@
 namespace stiefel::server {
 namespace {
 
-std::size_t sample_bytes(const Session& session, const std::vector<std::size_t>& fields) {
-  std::size_t bytes = 2 * sizeof(double);  // step and time
-  for (const std::size_t field : fields) bytes += field_bytes(session, session.fields()[field]);
-  return bytes;
+/// Returns the bytes of a sample with its step and time.
+std::size_t whole_bytes(const Session& session, const std::vector<std::size_t>& fields) {
+  return 2 * sizeof(double) + sample_bytes(session, fields);
 }
 
 }  // namespace
@@ -25,7 +24,7 @@ Sampling::Sampling(Session& session, std::vector<std::size_t> fields, Range rang
       fields_(std::move(fields)),
       range_(range),
       cursor_(session, range.from, stop),
-      capacity_(std::max<std::size_t>(1, batch_bytes / sample_bytes(session, fields_))),
+      capacity_(std::max<std::size_t>(1, batch_bytes / whole_bytes(session, fields_))),
       next_(range.from),
       last_checkpoint_(range.from) {
   if (range.checkpoint_every > 0 && range.from - cursor_.start() > range.checkpoint_every)
@@ -77,7 +76,7 @@ std::uint64_t Sampling::bytes() const {
   const auto steps = static_cast<std::uint64_t>(range_.to - range_.from);
   const auto every = static_cast<std::uint64_t>(range_.every);
   const std::uint64_t samples = steps / every + (steps % every > 0) + 1;
-  return samples * sample_bytes(session_, fields_);
+  return samples * whole_bytes(session_, fields_);
 }
 
 void Sampling::sample(Batch& batch) {

@@ -151,5 +151,19 @@ TEST_F(BrokenStreamTest, NumbersThatChangeOnTheirWayAreNoticed) {
   }
 }
 
+TEST_F(BrokenStreamTest, APartOfATradeoffThatChangesOnItsWayIsNoticed) {
+  const auto parts = [&](bool checksums) {
+    int count = 0;
+    Client(channel_, {.checksums = checksums}).tradeoff({}, [&](const auto&) {
+      return ++count > 0;
+    });
+    return count;
+  };
+  EXPECT_EQ(parts(true), 2);
+  service_.steps_after_checksum = 3;
+  EXPECT_THROW(parts(true), CorruptReply);
+  EXPECT_EQ(parts(false), 2);
+}
+
 }  // namespace
 }  // namespace stiefel::client

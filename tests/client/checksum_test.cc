@@ -122,6 +122,71 @@ TEST(Checksum, OfADiagnosis) {
             bit_by_bit(bytes(std::int64_t{3}, 0.25, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0)));
 }
 
+TEST(Checksum, OfTheDetailsOfADiagnosis) {
+  v1::DiagnoseResponse diagnosis;
+  EXPECT_EQ(details_checksum(diagnosis), 0u);
+  diagnosis.mutable_domain()->set_h_omega(4);
+  diagnosis.mutable_estimated_error()->set_reference_error(13);
+  EXPECT_EQ(details_checksum(diagnosis), bit_by_bit(bytes(4.0, 13.0, 0.0, 0.0)));
+
+  diagnosis.add_invariants()->set_member(1);
+  diagnosis.add_invariants();
+  diagnosis.add_invariants()->set_member(2);
+  diagnosis.set_orthogonality(3);
+  diagnosis.mutable_domain()->set_largest_step(5);
+  diagnosis.add_forms(6);
+  diagnosis.add_forms(7);
+  diagnosis.add_dirac_brackets(8);
+  diagnosis.set_symplectic_defect(9);
+  v1::EstimatedError& error = *diagnosis.mutable_estimated_error();
+  error.set_attitude(10);
+  error.set_momentum(11);
+  error.set_angle(12);
+  error.set_work(14);
+  error.set_run_work(15);
+  error.set_member(16);
+  EXPECT_EQ(details_checksum(diagnosis),
+            bit_by_bit(bytes(1u, 2u, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0,
+                             14.0, 15.0, 16u)));
+}
+
+TEST(Checksum, OfTheSetupOfATradeoff) {
+  v1::MeasureTradeoffResponse part;
+  v1::TradeoffSetup& setup = *part.mutable_setup();
+  setup.set_reference_error(1);
+  setup.set_horizon(2);
+  setup.set_steps(3);
+  setup.set_reference_steps(4);
+  setup.set_budget(5);
+  setup.set_repeats(6);
+  setup.set_curves(7);
+  EXPECT_EQ(checksum(part),
+            bit_by_bit(bytes(1.0, 2.0, std::int64_t{3}, std::int64_t{4}, 5.0, 6u, 7u)));
+}
+
+TEST(Checksum, OfAPointAndTheFrontOfATradeoff) {
+  v1::MeasureTradeoffResponse part;
+  v1::TradeoffPoint& point = *part.mutable_point();
+  point.set_drift(6);
+  point.set_work(7);
+  point.add_cpu_seconds_per_second(8);
+  point.add_cpu_seconds_per_second(9);
+  point.set_steps_per_second(10);
+  point.set_measured_steps(11);
+  EXPECT_EQ(checksum(part), bit_by_bit(bytes(6.0, 7.0, 8.0, 9.0, 10.0, std::int64_t{11})));
+  point.mutable_method()->set_order(1);
+  point.mutable_method()->set_substeps(2);
+  point.mutable_method()->set_tolerance(3);
+  point.set_attitude_error(4);
+  point.set_momentum_error(5);
+  EXPECT_EQ(checksum(part),
+            bit_by_bit(bytes(1u, 2u, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, std::int64_t{11})));
+
+  part.mutable_front()->add_points(5);
+  part.mutable_front()->add_points(0);
+  EXPECT_EQ(checksum(part), bit_by_bit(bytes(5u, 0u)));
+}
+
 TEST(Checksum, OfScenes) {
   v1::Session session;
   *session.mutable_scene() = scene();

@@ -49,6 +49,8 @@ class Unreliable : public v1::SimulationService::Service {
   /// Changes a message of `Stream` after its checksum was computed.
   std::function<void(v1::StreamResponse&)> spoil = [](v1::StreamResponse&) {};
 
+  std::int64_t steps_after_checksum = 0;  ///< that a trade-off's setup has
+
   grpc::Status Describe(grpc::ServerContext*, const v1::DescribeRequest*,
                         v1::DescribeResponse* reply) override {
     ++calls;
@@ -135,6 +137,20 @@ class Unreliable : public v1::SimulationService::Service {
       }
       stream->Write(response);
     }
+    return grpc::Status::OK;
+  }
+
+  /// A setup whose checksum was computed before its number of steps, then an empty front.
+  grpc::Status MeasureTradeoff(grpc::ServerContext*, const v1::MeasureTradeoffRequest* request,
+                               grpc::ServerWriter<v1::MeasureTradeoffResponse>* writer) override {
+    v1::MeasureTradeoffResponse part;
+    part.mutable_setup()->set_horizon(2);
+    if (request->checksum()) part.set_checksum(wire::checksum(part));
+    part.mutable_setup()->set_steps(steps_after_checksum);
+    writer->Write(part);
+    part.mutable_front();
+    part.clear_checksum();
+    writer->Write(part);
     return grpc::Status::OK;
   }
 

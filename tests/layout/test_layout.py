@@ -25,6 +25,12 @@ def test_every_source_is_in_a_folder_of_the_order():
     assert len(list(sources(ROOT))) > 200
 
 
+def test_the_page_on_the_architecture_has_every_folder_of_the_server():
+    page = (ROOT / "docs/architecture.md").read_text()
+    folders = [folder for folder in OTHERS if folder.startswith("server/")]
+    assert [folder for folder in folders if f"\n| `{folder}` |" not in page] == []
+
+
 @pytest.mark.parametrize("file, line", [
     ("engine/systems/a.h", '#include "engine/methods/rk4.h"'),
     ("engine/simulation/scene/a.cc", '#include "engine/simulation/catalogue/system_entry.h"'),
@@ -33,6 +39,12 @@ def test_every_source_is_in_a_folder_of_the_order():
     ("engine/linalg/lie/a.h", '#include "stiefel/v1/scene.pb.h"'),
     ("engine/maps/a.h", "#include <google/protobuf/message.h>"),
     ("server/calls/a.cc", '#include "engine/simulation/run/ensemble.h"'),
+    ("server/calls/a.cc", '#include "stiefel/scene.h"'),
+    ("server/convert/a.cc", '#include "engine/simulation/run/ensemble.h"'),
+    ("server/pricing/a.h", '#include "stiefel/v1/scene.pb.h"'),
+    ("server/pricing/a.cc", '#include "server/convert/convert.h"'),
+    ("server/durability/a.cc", '#include "stiefel/v1/scene.pb.h"'),
+    ("server/sessions/a.cc", '#include "engine/systems/stiefel.h"'),
     ("server/sessions/a.cc", '#include "stiefel/v1/scene.pb.h"'),
     ("server/sessions/a.cc", "#include <grpcpp/grpcpp.h>"),
     ("server/sessions/a.cc", '#include "server/store/store.h"'),

@@ -72,7 +72,7 @@ def refusal(delay=None):
 class Fake(SimulationServiceServicer):
     """`failures` is how the next calls fail, first come first served: with a code, or with a `refusal`; a number breaks
     a stream after so many messages. A stream computes what it tells of, and waits `pause` seconds before each message.
-    `spoil` changes a message of a stream after its checksum was computed."""
+    `spoil` changes a message of a stream after its checksum was computed, and the first part of a trade-off."""
 
     pause = 0.0
     spoil = staticmethod(lambda message: message)
@@ -136,7 +136,7 @@ class Fake(SimulationServiceServicer):
     def MeasureTradeoff(self, request, context):
         """Two parts, with the number of this call as the steps that the first one tells of."""
         self._receive(request, context)
-        yield pb.MeasureTradeoffResponse(setup=pb.TradeoffSetup(steps=len(self.requests)))
+        yield self.spoil(pb.MeasureTradeoffResponse(setup=pb.TradeoffSetup(steps=len(self.requests))))
         if self.failures:
             context.abort(grpc.StatusCode.UNAVAILABLE, "on purpose")
         yield pb.MeasureTradeoffResponse()

@@ -86,6 +86,16 @@ def test_what_was_changed_on_its_way_is_noticed(service, session, spoil):
     assert caught.value.code is grpc.StatusCode.DATA_LOSS
 
 
+def test_a_damaged_part_of_a_tradeoff_is_noticed(service, session):
+    def spoiled(part):
+        part.checksum = 1
+        return part
+    service.spoil = spoiled
+    with pytest.raises(stiefel.CorruptReply, match="a part of the trade-off does not match its numbers"):
+        session._client.tradeoff({"system": "rigid_body"})
+    assert service.requests[-1].checksum
+
+
 def test_checksums_may_be_done_without(fake_server):
     service, address = fake_server
     with stiefel.Client(address, checksums=False) as client:

@@ -13,10 +13,10 @@ _LISTS = ("inertia", "inertia_u", "inertia_v")
 _BODY_LISTS = ("inertia_tensor", "moments", "attitude", "angular_velocity")
 
 
-def verify(message: Any, parts: Iterable[bytes], what: str) -> None:
+def verify(message: Any, parts: Iterable[bytes], what: str, field: str = "checksum") -> None:
     """Raises CorruptReply if the message has a checksum other than that of `parts`, which stand in the order of the
-    .proto file."""
-    if message.HasField("checksum") and crc32c(b"".join(parts)) != message.checksum:
+    .proto file. `field` is the message's field for the checksum."""
+    if message.HasField(field) and crc32c(b"".join(parts)) != getattr(message, field):
         raise CorruptReply(f"the checksum of {what} does not match its numbers: the reply was corrupted in transit")
 
 
@@ -32,9 +32,14 @@ def verify_batch(message: pb.StreamResponse, steps: bytes, times: bytes) -> None
 
 
 def verify_diagnosis(message: pb.DiagnoseResponse) -> None:
+    what = f"the diagnosis of step {message.step}"
     numbers = [number for i in message.invariants for number in (i.initial, i.value, i.drift, i.scale)]
-    verify(message, [np.int64(message.step).tobytes(), _floats([message.time, *numbers])],
-           f"the diagnosis of step {message.step}")
+    verify(message, [np.int64(message.step).tobytes(), _floats([message.time, *numbers])], what)
+    verify(message, _details(message), what, "details_checksum")
+
+
+def verify_tradeoff(message: pb.MeasureTradeoffResponse) -> None:
+    verify(message, _part_of_tradeoff(message), "a part of the trade-off")
 
 
 def verify_session(message: pb.Session) -> None:
@@ -59,6 +64,50 @@ def _scene(scene: pb.Scene) -> Iterator[bytes]:
     for name in sorted(scene.initial, key=str.encode):
         yield _floats(scene.initial[name].values)
         yield _floats(scene.initial[name].imaginary)
+
+
+def _details(message: pb.DiagnoseResponse) -> Iterator[bytes]:
+    """What `DiagnoseResponse.details_checksum` covers."""
+    yield _counts(i.member for i in message.invariants if i.HasField("member"))
+    yield from _present(message, "orthogonality")
+    if message.HasField("domain"):
+        yield _floats([message.domain.h_omega])
+        yield from _present(message.domain, "largest_step")
+    yield _floats(message.forms)
+    yield _floats(message.dirac_brackets)
+    yield from _present(message, "symplectic_defect")
+    if message.HasField("estimated_error"):
+        error = message.estimated_error
+        yield from _present(error, "attitude", "momentum", "angle")
+        yield _floats([error.reference_error, error.work, error.run_work])
+        yield _counts([error.member] if error.HasField("member") else [])
+
+
+def _part_of_tradeoff(message: pb.MeasureTradeoffResponse) -> Iterator[bytes]:
+    if message.HasField("setup"):
+        setup = message.setup
+        yield _floats([setup.reference_error, setup.horizon])
+        yield np.array([setup.steps, setup.reference_steps], "<i8").tobytes()
+        yield _floats([setup.budget])
+        yield _counts([setup.repeats, setup.curves])
+    elif message.HasField("point"):
+        point = message.point
+        yield _counts(getattr(point.method, name) for name in ("order", "substeps") if point.method.HasField(name))
+        yield from _present(point.method, "tolerance")
+        yield from _present(point, "attitude_error", "momentum_error")
+        yield _floats([point.drift, point.work, *point.cpu_seconds_per_second, point.steps_per_second])
+        yield np.array(point.measured_steps, "<i8").tobytes()
+    else:
+        yield _counts(message.front.points)
+
+
+def _present(message: Any, *names: str) -> Iterator[bytes]:
+    """The optional float64 fields that the message has."""
+    return (_floats([getattr(message, name)]) for name in names if message.HasField(name))
+
+
+def _counts(numbers: Iterable[int]) -> bytes:
+    return np.array(list(numbers), "<u4").tobytes()
 
 
 def _floats(numbers: Iterable[float]) -> bytes:

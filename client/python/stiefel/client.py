@@ -11,6 +11,7 @@ import grpc
 from stiefel import calls
 from stiefel import v1 as pb
 from stiefel.answers import Conversion, Geodesic
+from stiefel.checksums import verify_tradeoff
 from stiefel.connection import Connection
 from stiefel.errors import (Closed, CorruptReply, InvalidArgument, SceneWarning, StiefelError, Unimplemented, Violation,
                             from_rpc_error)
@@ -176,7 +177,8 @@ class Client:
                        timeout: Optional[float] = None) -> Iterator[pb.MeasureTradeoffResponse]:
         """Measures as `tradeoff` does and yields each part of the answer when it arrives. Leaving the iteration ends
         the measurement."""
-        request = pb.MeasureTradeoffRequest(scene=to_message(scene), horizon=horizon, budget=budget, repeats=repeats)
+        request = pb.MeasureTradeoffRequest(scene=to_message(scene), horizon=horizon, budget=budget, repeats=repeats,
+                                            checksum=self.checksums)
         deadline, waits = calls.Deadline(self.deadline(timeout)), calls.Pauses()
         begun = False
         while True:
@@ -185,6 +187,7 @@ class Client:
                 try:
                     for part in stream:
                         begun = True
+                        verify_tradeoff(part)
                         yield part
                     return
                 finally:

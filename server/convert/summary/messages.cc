@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "server/convert/convert.h"
-#include "server/convert/reply_limits.h"
+#include "server/limits/reply_limits.h"
 #include "server/sessions/field_bytes.h"
 
 namespace stiefel::server {

@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "server/convert/errors.h"
-#include "server/sessions/identity.h"
 
 namespace stiefel::server {
 namespace {
@@ -81,16 +80,6 @@ OrStatus<SummaryDescription> from_proto(const v1::SummarizeRequest& request) {
   what.times.assign(request.times().begin(), request.times().end());
   what.fields.assign(request.fields().begin(), request.fields().end());
   return what;
-}
-
-std::uint64_t digest_of(v1::SummarizeRequest request) {
-  request.clear_session_id();
-  request.clear_checkpoint();
-  request.clear_checkpoint_every();
-  request.clear_return_checkpoint();
-  request.clear_checksum();
-  request.set_every(std::max<std::int64_t>(request.every(), 1));
-  return hash(request.SerializeAsString());
 }
 
 }  // namespace stiefel::server

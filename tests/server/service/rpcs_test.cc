@@ -160,6 +160,8 @@ TEST_F(Rpcs, DiagnoseKeepsTheLargestDriftsOfAFamily) {
     v1::DiagnoseResponse response;
     EXPECT_TRUE(harness_.stub->Diagnose(&context, request, &response).ok());
     EXPECT_EQ(response.checksum(), wire::checksum(response));
+    EXPECT_TRUE(response.has_details_checksum());
+    EXPECT_EQ(response.details_checksum(), wire::details_checksum(response));
     EXPECT_EQ(response.price().bound(), v1::PRICE_BOUND_EXPECTED);
     return response;
   };

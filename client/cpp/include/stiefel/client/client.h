@@ -46,7 +46,7 @@ class Client {
   /// Measures error against cost. `receive` gets each part of the answer as it arrives and ends the
   /// measurement by returning false. Throws Error.
   using TradeoffReceiver = std::function<bool(const v1::MeasureTradeoffResponse&)>;
-  void tradeoff(const v1::MeasureTradeoffRequest& request, const TradeoffReceiver& receive) const;
+  void tradeoff(v1::MeasureTradeoffRequest request, const TradeoffReceiver& receive) const;
 
  private:
   explicit Client(Connection connection);

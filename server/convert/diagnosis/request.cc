@@ -1,0 +1,156 @@
+#include <algorithm>
+#include <concepts>
+#include <utility>
+
+#include "engine/simulation/scene/near_name.h"
+#include "server/convert/diagnosis/parts.h"
+#include "server/convert/errors.h"
+#include "server/pricing/work_price.h"
+#include "stiefel/catalogue.h"
+#include "stiefel/invariant_names.h"
+#include "stiefel/stop.h"
+
+namespace stiefel::server {
+namespace {
+
+constexpr std::uint32_t default_pairs = 8, max_pairs = 1000;
+constexpr int largest_symplectic = 32;
+constexpr std::uint32_t default_invariants = 4096, max_invariants = 8192;
+/// The most invariants, forms and brackets, each, that a request may name.
+constexpr int max_asked = 10'000;
+/// Above this dimension, or this number of members or of forms and brackets, a Diagnose is more
+/// than a slice of work.
+constexpr int small_dimension = 16;
+constexpr std::size_t few = 16;
+
+std::string near_invariant(const Scene& scene, const std::string& name) {
+  const SystemInfo& system = *catalogue().system(scene.system());
+  return did_you_mean(name, system.invariants, &InvariantInfo::name);
+}
+
+/// Reads matrices and collects the violations of a request.
+class Reader {
+ public:
+  void take(Violations more) { violations_.insert(violations_.end(), more.begin(), more.end()); }
+  void at_most(const char* field, std::integral auto count, std::integral auto most) {
+    if (std::cmp_greater(count, most))
+      take({{field, std::to_string(count), "must be at most " + std::to_string(most)}});
+  }
+  template <class Map>
+  TangentVector vector(const std::string& path, const Map& given) {
+    TangentVector out;
+    for (const auto& [name, value] : given) out[name] = matrix(path + "." + name, value);
+    return out;
+  }
+  template <class Functions>
+  PairFactors factors(const std::string& path, const Functions& given) {
+    PairFactors out;
+    for (int i = 0; i < given.size(); ++i) {
+      const std::string at = path + "[" + std::to_string(i) + "]";
+      out.factors.emplace_back(matrix(at + ".A", given[i].a()), matrix(at + ".B", given[i].b()));
+    }
+    return out;
+  }
+  const Violations& violations() const { return violations_; }
+
+ private:
+  RowMatrix matrix(const std::string& path, const v1::Matrix& given) {
+    auto block = from_proto(path, given);
+    if (block) return block->values;
+    take(block.error());
+    return {};
+  }
+
+  Violations violations_;
+};
+
+}  // namespace
+
+DiagnoseTask::DiagnoseTask(std::shared_ptr<const Parts> parts) : parts_(std::move(parts)) {}
+DiagnoseTask::DiagnoseTask(DiagnoseTask&&) noexcept = default;
+DiagnoseTask::~DiagnoseTask() = default;
+
+OrStatus<DiagnoseTask> DiagnoseTask::read(const Session& session,
+                                          const v1::DiagnoseRequest& request) {
+  const Scene& scene = session.scene();
+  const auto parts = std::make_shared<Parts>();
+  Parts& task = *parts;
+  Reader in;
+  in.at_most("invariants", request.invariants_size(), max_asked);
+  in.at_most("forms", request.forms_size(), max_asked);
+  in.at_most("dirac_brackets", request.dirac_brackets_size(), max_asked);
+  if (!in.violations().empty()) return std::unexpected(errors::invalid(in.violations()));
+  for (int i = 0; i < request.invariants_size(); ++i) {
+    const std::string& name = request.invariants(i);
+    if (!is_invariant(scene, name))
+      in.take({{indexed("invariants", i), name,
+                "must be an invariant of " + scene.system() + near_invariant(scene, name)}});
+    task.invariants.push_back(name);
+  }
+  for (int i = 0; i < request.forms_size(); ++i) {
+    stop_point();
+    const auto& form = request.forms(i);
+    const std::string path = indexed("forms", i);
+    task.forms.push_back({form.form(), in.vector(path + ".first", form.first()),
+                          in.vector(path + ".second", form.second())});
+  }
+  for (int i = 0; i < request.dirac_brackets_size(); ++i) {
+    stop_point();
+    const auto& bracket = request.dirac_brackets(i);
+    const std::string path = indexed("dirac_brackets", i);
+    task.brackets.push_back({in.factors(path + ".first", bracket.first()),
+                             in.factors(path + ".second", bracket.second())});
+  }
+  task.large = scene.dimension() > small_dimension || scene.members().size() > few;
+  if (request.has_symplectic_test()) {
+    task.symplectic = request.symplectic_test();
+    const std::uint32_t pairs = task.symplectic->pairs();
+    in.at_most("symplectic_test.pairs", pairs, max_pairs);
+    if (pairs == 0) task.symplectic->set_pairs(default_pairs);
+    if (scene.dimension() > largest_symplectic)
+      in.take({{"symplectic_test", "N = " + std::to_string(scene.dimension()),
+                "is for N up to " + std::to_string(largest_symplectic)}});
+  }
+  task.estimate_error = request.estimate_error();
+  if (!v1::ErrorEstimation_IsValid(task.estimate_error))
+    in.take({{"estimate_error", std::to_string(task.estimate_error),
+              "must be a value of stiefel.v1.ErrorEstimation"}});
+  in.at_most("max_invariants", request.max_invariants(), max_invariants);
+  task.max_invariants =
+      request.max_invariants() > 0 ? request.max_invariants() : default_invariants;
+  task.checksum = request.checksum();
+  if (!in.violations().empty()) return std::unexpected(errors::invalid(in.violations()));
+  return DiagnoseTask(parts);
+}
+
+bool DiagnoseTask::takes_long() const {
+  const Parts& task = *parts_;
+  return task.estimates_error() || task.symplectic || task.large ||
+         task.forms.size() + task.brackets.size() > few;
+}
+
+namespace {
+
+/// Whether a request asks for an invariant of `family`; `unasked` if it names no invariant at all.
+bool asks_for(const std::vector<std::string>& invariants, std::string_view family, bool unasked) {
+  if (invariants.empty()) return unasked;
+  return std::ranges::any_of(invariants,
+                             [&](const std::string& name) { return name.starts_with(family); });
+}
+
+}  // namespace
+
+double DiagnoseTask::work(const Session& session) const {
+  const Parts& task = *parts_;
+  DiagnosisSize size;
+  size.manakov =
+      asks_for(task.invariants, family::manakov, session.scene().dimension() <= small_dimension);
+  size.forms = task.forms.size();
+  for (const BracketTask& bracket : task.brackets)
+    size.factors.push_back(bracket.first.factors.size() + bracket.second.factors.size());
+  if (task.symplectic) size.pairs = task.symplectic->pairs();
+  if (task.estimates_error()) size.estimate_work = most_estimate_work;
+  return diagnosis_work(session, size);
+}
+
+}  // namespace stiefel::server

@@ -1,0 +1,12 @@
+#pragma once
+
+#include "stiefel/v1/scene.pb.h"
+
+/// Prices of requests in instructions: reads the numbers on which those of server/pricing depend.
+namespace stiefel::server {
+
+/// Returns the instructions that finding the substeps of a recommended method takes, if the scene
+/// names neither a method nor a tolerance; 0 where that is negligible.
+double recommendation_work(const v1::Scene& scene);
+
+}  // namespace stiefel::server
