@@ -32,7 +32,7 @@ ORDER = [
     ("engine/simulation", ["scene", "stepping", "catalogue", "run"], ENGINE),
     ("engine/simulation", ["accuracy", "conversion", "diagnosis", "summary"], ENGINE),
     ("server", ["limits", "scheduling", "sessions", "store"], SERVER),
-    ("server", ["transport", "access", "metrics", "convert", "pricing"], SERVER),
+    ("server", ["transport", "access", "metrics", "pricing", "convert"], SERVER),
     ("server", ["admission", "calls", "durability"], SERVER),
     ("client", ["cpp", "python", "cli", "examples"], CLIENT),
 ]
