@@ -1,4 +1,5 @@
 // The command stiefel-server: signals, and the checks that operators and containers call.
+#include <grpc/grpc.h>
 #include <grpcpp/grpcpp.h>
 #include <signal.h>
 #include <unistd.h>
@@ -95,6 +96,9 @@ int serve(Options options, bool exit_with_parent) {
               << std::endl;
     _exit(1);
   };
+  // gRPC's last shutdown waits up to 10 s for a thread that polls. The library is never shut down
+  // here, so that the end of the server does not wait for it.
+  grpc_init();
   try {
     options.waits_for = [](const char* what) { waits_for = what; };
     std::optional<stiefel::server::Server> server(options);
