@@ -63,7 +63,7 @@ struct SummarizeCommand {
   std::int64_t every = 1;
   /// "energy=drift", "M=min,max".
   std::vector<std::string> quantities;
-  /// A file with `quantities`, `events`, `times` and `fields`, as in stiefel.v1.SummarizeRequest.
+  /// A file with `quantities`, `events` and `fields`, as in stiefel.v1.SummarizeRequest.
   std::string request;
   bool over_members = false;
   std::string output;

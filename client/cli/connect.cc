@@ -4,6 +4,7 @@
 #include "client/cli/commands.h"
 #include "client/cli/endpoint.h"
 #include "client/cli/message_file.h"
+#include "client/cli/progress/status_line.h"
 #include "client/cli/report.h"
 
 namespace stiefel::cli {
@@ -61,7 +62,11 @@ ExitStatus conclude(const std::vector<v1::ConnectResponse>& geodesics) {
 
 ExitStatus connect(const ConnectCommand& command, Origin& origin) {
   const auto request = read_request(command.file, origin.single_pair);
-  const auto geodesics = Endpoint(command.server).client().geodesics(request);
+  const Endpoint endpoint(command.server);
+  const auto geodesics = [&] {
+    const ElapsedLine line("connecting frames");
+    return endpoint.client().geodesics(request);
+  }();
 
   nlohmann::ordered_json all = nlohmann::ordered_json::array();
   for (const auto& geodesic : geodesics) all.push_back(to_json(geodesic));

@@ -3,6 +3,7 @@
 #include "client/cli/commands.h"
 #include "client/cli/endpoint.h"
 #include "client/cli/message_file.h"
+#include "client/cli/progress/status_line.h"
 #include "client/cli/sinks/destination.h"
 
 namespace stiefel::cli {
@@ -24,7 +25,11 @@ ExitStatus convert(const ConvertCommand& command) {
   request.set_to(command.target);
   if (command.epsilon) request.set_epsilon(*command.epsilon);
   if (command.parameter) request.set_parameter(*command.parameter);
-  const auto reply = Endpoint(command.server).client().convert(request);
+  const Endpoint endpoint(command.server);
+  const auto reply = [&] {
+    const ElapsedLine line("converting");
+    return endpoint.client().convert(request);
+  }();
 
   nlohmann::ordered_json margins = nlohmann::ordered_json::object();
   for (const auto& margin : reply.margins()) margins[margin.domain()] = margin.margin();

@@ -12,7 +12,7 @@ namespace stiefel::cli {
 ExitStatus diagnose(const DiagnoseCommand& command) {
   const v1::Scene scene = read_scene(command.scene);
   const Endpoint endpoint(command.server);
-  const auto session = endpoint.client().create(scene);
+  const auto session = endpoint.create(scene);
   print_remarks(session.description());
   v1::DiagnoseRequest request;
   if (!command.structure.empty()) read_message(command.structure, &request);

@@ -1,6 +1,7 @@
 #include "client/cli/endpoint.h"
 
 #include "client/cli/interrupt.h"
+#include "client/cli/progress/status_line.h"
 
 namespace stiefel::cli {
 namespace {
@@ -27,5 +28,10 @@ Endpoint::Endpoint(const Remote& remote)
     : embedded_(remote.address.empty() ? embed() : nullptr),
       client_(embedded_ ? client::Client(embedded_->in_process_channel(), options(remote))
                         : client::Client::connect(remote.address, options(remote))) {}
+
+client::Session Endpoint::create(const v1::Scene& scene) const {
+  const ElapsedLine line(scene.has_tolerance() ? "choosing a method" : "creating the session");
+  return client_.create(scene);
+}
 
 }  // namespace stiefel::cli

@@ -14,6 +14,10 @@ class Endpoint {
   explicit Endpoint(const Remote& remote);
   const client::Client& client() const { return client_; }
 
+  /// Creates a session of the scene. The choice of a method for a tolerance may take seconds, in
+  /// which a status line is shown.
+  client::Session create(const v1::Scene& scene) const;
+
  private:
   std::unique_ptr<server::Server> embedded_;
   client::Client client_;

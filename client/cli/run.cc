@@ -39,7 +39,7 @@ ExitStatus run(const RunCommand& command) {
   const v1::Scene scene = read_scene(command.scene);
   const auto sink = make_sink(command.output);
   const Endpoint endpoint(command.server);
-  const auto session = endpoint.client().create(scene);
+  const auto session = endpoint.create(scene);
   print_remarks(session.description());
   auto stream = session.stream({command.from, command.to, every(command), command.fields});
   std::int64_t last = 0;

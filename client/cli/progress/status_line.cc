@@ -64,6 +64,12 @@ StatusLine::StatusLine(Text text) : text_(std::move(text)) {
   });
 }
 
+ElapsedLine::ElapsedLine(std::string what)
+    : line_([what = std::move(what), start = std::chrono::steady_clock::now()](const Room& room) {
+        const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+        return cut(what + ", " + duration(elapsed.count()), room.columns);
+      }) {}
+
 std::string duration(double seconds) {
   char text[32];
   const double days = seconds / 86400, years = days / 365.25;

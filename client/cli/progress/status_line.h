@@ -32,6 +32,16 @@ class StatusLine {
   std::jthread writer_;
 };
 
+/// Shows the status line "WHAT, 0:12" with the time since it was made, for a call that does not
+/// tell how far it is.
+class ElapsedLine {
+ public:
+  explicit ElapsedLine(std::string what);
+
+ private:
+  StatusLine line_;
+};
+
 /// Returns a duration for people: "1:05", "2:00:09", "12 days", "3e+04 years".
 std::string duration(double seconds);
 

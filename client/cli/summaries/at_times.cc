@@ -55,10 +55,12 @@ v1::SummarizeRequest request_for(const RunCommand& command, double step) {
 
 ExitStatus run_at_times(const RunCommand& command) {
   const v1::Scene scene = read_scene(command.scene);
+  if (!scene.has_step())
+    throw BadInput(command.scene + ": step: absent: must be given, finite and not 0");
   const auto sink = make_sink(command.output);
   const v1::SummarizeRequest request = request_for(command, scene.step());
   const Endpoint endpoint(command.server);
-  const auto session = endpoint.client().create(scene);
+  const auto session = endpoint.create(scene);
   print_remarks(session.description());
   v1::SummarizeResponse end;
   v1::DiagnoseResponse diagnosis;

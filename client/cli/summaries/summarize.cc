@@ -37,11 +37,24 @@ v1::Quantity read_quantity(const std::string& text, bool over_members) {
   return quantity;
 }
 
+/// Reads a file with quantities, events and fields, and refuses what options of the command say.
+v1::SummarizeRequest read_request(const std::string& file) {
+  v1::SummarizeRequest request;
+  read_message(file, &request);
+  std::vector<const google::protobuf::FieldDescriptor*> given;
+  request.GetReflection()->ListFields(request, &given);
+  for (const auto* field : given) {
+    const std::string& name = field->name();
+    if (name != "quantities" && name != "events" && name != "fields")
+      throw BadInput(file + ": " + name +
+                     ": must be absent; the file may have quantities, events " + "and fields");
+  }
+  return request;
+}
+
 v1::SummarizeRequest request_of(const SummarizeCommand& command) {
   v1::SummarizeRequest request;
-  if (!command.request.empty()) read_message(command.request, &request);
-  request.clear_session_id();
-  request.clear_checkpoint();
+  if (!command.request.empty()) request = read_request(command.request);
   request.set_from(command.from);
   request.set_to(command.to);
   request.set_every(command.every);
@@ -132,7 +145,7 @@ ExitStatus summarize(const SummarizeCommand& command) {
   std::optional<Destination> destination;
   if (!command.output.empty()) destination.emplace(command.output);
   const Endpoint endpoint(command.server);
-  const auto session = endpoint.client().create(scene);
+  const auto session = endpoint.create(scene);
   print_remarks(session.description());
   nlohmann::ordered_json events;
   if (!request.events().empty()) events = nlohmann::ordered_json::array();

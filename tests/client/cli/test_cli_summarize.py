@@ -84,3 +84,16 @@ def test_a_run_needs_an_end(stiefel, write, scene):
     result = stiefel("run", write(scene))
     assert result.status == 2 and "--to" in result.err
     assert stiefel("run", write(scene), "--to", 3, "--times", write("1", "times.txt")).status == 2
+
+
+def test_times_need_a_step(stiefel, write, scene):
+    result = stiefel("run", write({name: scene[name] for name in scene if name != "step"}),
+                     "--times", write("1", "times.txt"))
+    assert result.status == 2 and "step: absent" in result.err
+
+
+@pytest.mark.parametrize("extra", [{"from": 3}, {"to": 7}, {"every": 2}, {"times": [0.1]}])
+def test_a_request_says_nothing_that_an_option_says(stiefel, write, scene, extra):
+    request = write({"quantities": [{"name": "energy", "statistics": ["STATISTIC_LAST"]}], **extra}, "request.json")
+    result = stiefel("summarize", write(scene), "--to", 10, "--request", request)
+    assert result.status == 2 and f"{next(iter(extra))}: must be absent" in result.err
