@@ -17,12 +17,12 @@ namespace stiefel::server {
 
 namespace {
 
-/// Returns the most operations that a conversion may take: 100 Schur decompositions of N × N
-/// matrices. Following a branch to the edge of its domain takes about 50. Each member of an
-/// ensemble may be converted twice.
+/// Returns the most operations that a conversion may take. The inverse of J_D outside its domain
+/// takes the most, 8·10⁴ N³, because it looks for the edge. Each member of an ensemble may be
+/// converted twice.
 double most_work(const Scene& scene) {
   const double N = scene.dimension(), members = static_cast<double>(scene.members().size());
-  return (1e4 * N * N * N + 1e6) * std::max(1.0, 2 * members);
+  return (1e5 * N * N * N + 1e6) * std::max(1.0, 2 * members);
 }
 
 /// Returns a block (rows, cols) as a field; for an ensemble with shape (members, rows, cols).

@@ -130,6 +130,16 @@ def test_outside_a_domain_the_number_is_the_one_that_decides(client, system):
     assert refused.value.metadata["bound"] == "2"
 
 
+@pytest.mark.parametrize("N", [3, 4, 5, 8])
+@pytest.mark.parametrize("system", ["moser_veselov_pair", "discrete_stiefel"])
+def test_a_step_without_a_rotation_has_no_pair(client, system, N):
+    scene = {**scenes.free(N), "step": 1e3}
+    with pytest.raises(stiefel.InvalidArgument) as refused:
+        client.convert(scene, system)
+    assert refused.value.reason == "OUTSIDE_DOMAIN"
+    assert float(refused.value.metadata["value"]) > float(refused.value.metadata["bound"]) > 0
+
+
 def test_the_margin_is_the_distance_to_the_edge(client):
     scene = scenes.free(4)
     scene["initial"]["M"] = 1.9 * scene["initial"]["M"] / np.linalg.norm(scene["initial"]["M"], 2)
