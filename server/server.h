@@ -34,7 +34,7 @@ struct ConnectionOptions {
   int calls = 2000;
   /// The server pings a connection on which nothing came for `keepalive`, and closes it if nothing
   /// comes for a further `keepalive_timeout`.
-  std::chrono::milliseconds keepalive = std::chrono::seconds(20);
+  std::chrono::milliseconds keepalive = std::chrono::seconds(15);
   std::chrono::milliseconds keepalive_timeout = std::chrono::seconds(10);
   /// A client that pings more often than this three times in a row loses its connection.
   std::chrono::milliseconds least_ping_interval = std::chrono::seconds(9);

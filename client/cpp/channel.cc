@@ -111,6 +111,12 @@ std::shared_ptr<grpc::Channel> make_channel(const std::string& address, const Se
   // Much shorter than the patience of a call, so that the call finds a restarted server again.
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 50);
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 500);
+  // A connection on which nothing has come for 10 s while a call runs is pinged, and given up when
+  // nothing comes for 10 s more. The server takes a ping every 9 s. Pings are not held back for
+  // want of data between them.
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 10'000);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10'000);
+  arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
   const Credentials secured = credentials(address, security, arguments);
   return grpc::CreateCustomChannel(address, secured, arguments);
 }

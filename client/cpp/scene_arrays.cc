@@ -7,23 +7,24 @@
 namespace stiefel::client {
 
 Fields scene_arrays(const Connection& connection, const std::string& session_id,
-                    const Recreation& routing) {
+                    Recreation& handle) {
   v1::StreamRequest request;  // for the sample at step 0, before which the arrays come
   request.set_session_id(session_id);
   request.set_scene_arrays(true);
   request.set_checksum(connection.options.checksums);
   const Deadline deadline(connection.options.timeout);
+  auto recoveries = connection.patience_to_recover(deadline);
   for (auto waiting = connection.patience(deadline);;) {
     grpc::ClientContext context;
     deadline.limit(context);
-    routing.route(context);
+    handle.route(context);
     const CancelOnStop cancel(connection.options.stop, context);
     const auto reader = connection.stub->Stream(&context, request);
     Assembly arrays;
     v1::StreamResponse message;
     bool complete = false, answered = false;
     while (!complete && reader->Read(&message)) {
-      if (!std::exchange(answered, true)) routing.check_build(context, false);
+      if (!std::exchange(answered, true)) handle.check_build(context, false);
       verify(message, "an array of the scene");
       arrays.take(message.mutable_scene_arrays());
       complete = message.steps_size() > 0;
@@ -31,7 +32,10 @@ Fields scene_arrays(const Connection& connection, const std::string& session_id,
     if (complete) context.TryCancel();
     const grpc::Status status = reader->Finish();
     if (complete || status.ok()) return arrays.finish();
-    if (!waiting.allows_another(status)) throw connection.error(status);
+    handle.check_build(context, true);
+    if (waiting.allows_another(status)) continue;
+    const Error error = connection.error(status);
+    if (!handle.recovers(error, deadline, recoveries)) throw error;
   }
 }
 

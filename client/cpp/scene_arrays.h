@@ -6,8 +6,8 @@
 namespace stiefel::client {
 
 /// Fetches all arrays of a session's resolved scene; the name of each is its path in the scene.
-/// Throws Error.
+/// Begins anew after `handle` had to create the session again. Throws Error.
 Fields scene_arrays(const Connection& connection, const std::string& session_id,
-                    const Recreation& routing);
+                    Recreation& handle);
 
 }  // namespace stiefel::client

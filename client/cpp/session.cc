@@ -57,17 +57,25 @@ Session::~Session() {
   connection_->stub->DeleteSession(&context, request, &reply);
 }
 
-const v1::Scene& Session::scene() const {
+const v1::Scene& Session::scene() const { return scene(*recreation_); }
+
+const v1::Scene& Session::scene(Recreation& handle) const {
+  const auto whole = [this] {
+    const std::lock_guard lock(scene_->mutex);
+    return scene_->whole;
+  };
+  if (whole()) return scene_->scene;
+  // Without the lock, because `handle` may need the scene to create the session again.
+  const Fields arrays = scene_arrays(*connection_, id(), handle);
   const std::lock_guard lock(scene_->mutex);
-  if (!scene_->whole) {
-    const auto& left_out = description_.left_out();
-    for (const auto& array : scene_arrays(*connection_, id(), *recreation_)) {
-      if (std::ranges::find(left_out, array.name()) != left_out.end())
-        set_array(array, &scene_->scene);
-    }
-    scene_->whole = true;
-    scene_->sent.Clear();
+  if (scene_->whole) return scene_->scene;
+  const auto& left_out = description_.left_out();
+  for (const auto& array : arrays) {
+    if (std::ranges::find(left_out, array.name()) != left_out.end())
+      set_array(array, &scene_->scene);
   }
+  scene_->whole = true;
+  scene_->sent.Clear();
   return scene_->scene;
 }
 
@@ -135,14 +143,30 @@ Session Session::fork(v1::ForkSessionRequest request) const {
   if (request.session_id().empty()) request.set_session_id(make_uuid());
   request.mutable_view()->set_scene(v1::SCENE_VIEW_FILLED_IN);
   request.mutable_view()->set_checksum(connection_->options.checksums);
-  auto reply = connection_->call(&Stub::ForkSession, request, connection_->options.compute_timeout,
-                                 recreation_.get());
-  if (!reply.has_session())
-    throw Error(grpc::Status(grpc::StatusCode::FAILED_PRECONDITION, reply.run_status().message()));
-  Session forked(connection_, std::move(*reply.mutable_session()), scene(), false);
+  const auto ask = [&] {
+    auto reply = connection_->call(&Stub::ForkSession, request,
+                                   connection_->options.compute_timeout, recreation_.get());
+    if (!reply.has_session())
+      throw Error(
+          grpc::Status(grpc::StatusCode::FAILED_PRECONDITION, reply.run_status().message()));
+    return std::move(*reply.mutable_session());
+  };
+  Session forked(connection_, ask(), scene(), false);
   // Fetches the arrays that this client never had: without them the fork could not be recreated.
-  forked.scene();
-  return forked;
+  // Until they are here, only this session can make a lost fork again.
+  Recreation handle(connection_, forked.description(), nullptr);
+  auto pauses = connection_->patience_to_recover(Deadline(connection_->options.compute_timeout));
+  while (true) {
+    try {
+      forked.scene(handle);
+      return forked;
+    } catch (const Error& error) {
+      if (!handle.is_gone(error) ||
+          !pauses.allows_another(grpc::Status(grpc::StatusCode::UNAVAILABLE, "")))
+        throw;
+    }
+    ask();
+  }
 }
 
 }  // namespace stiefel::client

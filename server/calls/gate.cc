@@ -2,11 +2,21 @@
 
 #include <string>
 
+#include "server/admission/log.h"
 #include "server/calls/read_request.h"
 #include "server/convert/errors.h"
+#include "server/sessions/numerics_id.h"
 
 namespace stiefel::server {
 namespace {
+
+/// Sets the reply's metadata `stiefel-numerics-id` and, for a call with a `traceparent`, the
+/// trailing `stiefel-trace-id`.
+void mark(grpc::CallbackServerContext& context) {
+  context.AddInitialMetadata("stiefel-numerics-id", numerics_id());
+  if (const auto trace = trace_id_of(context); !trace.empty())
+    context.AddTrailingMetadata("stiefel-trace-id", std::string(trace));
+}
 
 /// Ends a call that was not started. Deletes itself.
 template <class Reactor>
@@ -60,6 +70,7 @@ Reactor* Gate::pass(const char* name, Context* context, const grpc::Status& faul
                     const Forward& forward) {
   grpc::Status status = fault;
   try {
+    mark(*context);
     if (const auto refused = callers_ ? callers_->admit(*context) : std::nullopt)
       status = status_of(*refused);
     if (status.ok()) return forward();

@@ -5,7 +5,8 @@
 
 namespace stiefel::server {
 
-/// The service that is registered with gRPC: every call passes through it. Ends a call with
+/// The service that is registered with gRPC: every call passes through it, and every reply gets the
+/// metadata that tells the build and the trace. Ends a call with
 /// UNAUTHENTICATED if its caller is not let in, with INVALID_ARGUMENT if its request is not a
 /// message of the right type, and with the status of an exception that starting it throws; writes a
 /// log line for each. An RPC that is not forwarded here is UNIMPLEMENTED, so none can miss the

@@ -11,12 +11,16 @@ namespace stiefel::server {
 
 grpc::Status check_routing(const grpc::CallbackServerContext& context, std::string_view id,
                            const char* field) {
-  const auto sent = context.client_metadata().find("stiefel-session");
-  if (sent == context.client_metadata().end()) return grpc::Status::OK;
-  const std::string_view routed(sent->second.data(), sent->second.size());
-  if (routed == id) return grpc::Status::OK;
-  return errors::invalid(field, std::string(id),
-                         "must equal the metadata stiefel-session, '" + std::string(routed) + "'");
+  // All of them, because a proxy may route by any.
+  const auto [first, last] = context.client_metadata().equal_range("stiefel-session");
+  for (auto sent = first; sent != last; ++sent) {
+    const std::string_view routed(sent->second.data(), sent->second.size());
+    if (routed == id) continue;
+    return errors::invalid(
+        field, std::string(id),
+        "must equal the metadata stiefel-session, '" + std::string(routed) + "'");
+  }
+  return grpc::Status::OK;
 }
 
 OrStatus<SessionLease> find_session(const Host& host, const grpc::CallbackServerContext& context,

@@ -1,15 +1,11 @@
 #include "server/calls/service.h"
 
 #include "server/limits/failpoint.h"
-#include "server/sessions/numerics_id.h"
 
 namespace stiefel::server {
 
 CallLog Service::open(Context* context, const char* method, std::string_view session_id) {
   failpoint("call.open");
-  context->AddInitialMetadata("stiefel-numerics-id", numerics_id());
-  if (const auto trace = trace_id_of(*context); !trace.empty())
-    context->AddTrailingMetadata("stiefel-trace-id", std::string(trace));
   CallLog log(host_.log, *context, method, session_id, host_.metrics.get());
   log.bill(host_.accounts.of(host_.identify(*context)), *context);
   return log;

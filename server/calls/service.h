@@ -46,8 +46,7 @@ class Service final : public ServiceInBytes {
                                                              const v1::SummarizeRequest*) override;
 
  private:
-  /// Begins a call: returns its log, and sets the reply's metadata `stiefel-numerics-id` and, for a
-  /// call with a `traceparent`, the trailing `stiefel-trace-id`.
+  /// Begins a call and returns its log.
   CallLog open(Context* context, const char* method, std::string_view session_id = {});
   /// Ends a unary call with `status`.
   static grpc::ServerUnaryReactor* finished(Context* context, CallLog& log,

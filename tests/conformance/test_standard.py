@@ -1,9 +1,14 @@
 """The services that gRPC tools expect: health, reflection, status codes."""
+import platform
+import subprocess
+from pathlib import Path
+
 import grpc
 import pytest
 
 from stiefel.v1 import simulation_pb2
 
+ROOT = Path(__file__).parents[2]
 SERVICE = "stiefel.v1.SimulationService"
 METHODS = [method.name for method in simulation_pb2.DESCRIPTOR.services_by_name["SimulationService"].methods]
 
@@ -54,6 +59,21 @@ def test_bytes_that_are_no_message(client, method):
     assert error.value.code() is grpc.StatusCode.INVALID_ARGUMENT
     assert error.value.details().startswith("request") and f"{method}Request" in error.value.details()
     assert check(client, "") == b"\x08\x01"
+
+
+def test_the_build_names_what_decides_the_bits(client, tmp_path):
+    """All of it goes into the numerics id: the sources as they are in this tree, the libraries, the options of the
+    kernels for each instruction set too, and the C library."""
+    header = tmp_path / "sources_digest.h"
+    subprocess.run(["cmake", f"-DENGINE={ROOT / 'engine'}", f"-DOUTPUT={header}", "-P",
+                    ROOT / "engine/sources_digest.cmake"], check=True)
+    digest = header.read_text().split('"')[1]
+    build = client.describe().build
+    assert f", sources {digest}, " in build
+    for part in (", Eigen 3.", ", Boost 1", ", TBB 20", ", gcc ", " -ffp-contract=off ", ", glibc "):
+        assert part in build, part
+    if platform.machine() == "x86_64":
+        assert ", avx2 -mavx2 -mfma" in build and ", avx512 -mavx512f" in build
 
 
 def test_describe(client):

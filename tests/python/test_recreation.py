@@ -88,6 +88,28 @@ def test_every_call_goes_on_at_a_server_that_lost_the_session(place, client):
     assert all(np.array_equal(last[field][0], expected[field]) for field in expected)
 
 
+def wide(N=370):
+    """A scene whose blocks are too large for a reply."""
+    A = np.random.default_rng(1).normal(size=(N, N)) / N
+    return {"system": "rigid_body", "step": 0.01, "inertia": np.linspace(1, 2, N), "method": {"name": "rk4"},
+            "initial": {"Q": np.eye(N), "M": A - A.T}}
+
+
+def test_a_fork_that_is_lost_before_its_scene_has_arrived_is_made_again(place, client, monkeypatch):
+    session = client.create(wide())
+    expected, fetch, lost = session.fork(1).step(2), stiefel.session.scene_arrays, []
+
+    def fetch_late(*arguments):
+        if not lost:
+            lost.append(place.replace())
+        return fetch(*arguments)
+    monkeypatch.setattr(stiefel.session, "scene_arrays", fetch_late)
+    fork = session.fork(1)
+    assert lost and same(fork.step(2), expected)
+    place.replace()
+    assert same(fork.step(2), expected), "whose parent is not there"
+
+
 def test_a_stream_goes_on_where_it_broke(place, client):
     session = client.create(BODY)
     whole, parts = session.trajectory(to=20_000), []
@@ -252,11 +274,18 @@ class Forgetful(fake.Fake):
             error = self.error()
             yield pb.DriveResponse(error=error) if error else pb.DriveResponse(step=super().Step(request, context))
 
-    def Step(self, request, context):
+    def _check(self, context):
         if error := self.error():
             context.set_trailing_metadata((("grpc-status-details-bin", error.SerializeToString()),))
             context.abort(grpc.StatusCode.NOT_FOUND, error.message)
+
+    def Step(self, request, context):
+        self._check(context)
         return super().Step(request, context)
+
+    def Stream(self, request, context):
+        self._check(context)
+        yield from super().Stream(request, context)
 
 
 @pytest.fixture
@@ -280,6 +309,15 @@ def test_a_session_that_is_lost_over_and_over_is_created_over_and_over(forgetful
             pauses = list(recreation.pauses())[:losses]
             # The call comes right after the creation, not after a pause in which the session may be lost.
             assert forgetful.order == ["call", *(event for pause in pauses for event in (pause, "create", "call"))]
+
+
+def test_the_arrays_of_a_scene_come_from_a_session_that_is_created_again(forgetful):
+    with stiefel.Client(forgetful.address) as client:
+        session = session_of(client, "", left_out=["initial.Q"])
+        forgetful.losses = 2
+        assert np.array_equal(session.scene["initial"]["Q"]["values"], fake.Q.ravel())
+        first, second, *_ = recreation.pauses()
+        assert forgetful.order == ["call", first, "create", "call", second, "create", "call"]
 
 
 def test_in_the_end_the_loss_is_told(forgetful):
@@ -318,15 +356,17 @@ def other_build(tmp_path, monkeypatch):
     server.stop(None)
 
 
-def session_of(client, numerics_id):
-    message = pb.Session(session_id="fake", numerics_id=numerics_id)
+def session_of(client, numerics_id, **more):
+    message = pb.Session(session_id="fake", numerics_id=numerics_id, **more)
     return stiefel.Session(client, message, True, pb.Scene(step=0.5), owner=True)
 
 
 def test_another_build_is_not_gone_on_at_silently(other_build):
     with stiefel.Client(other_build.address) as client:
         session = session_of(client, "mine")
-        for call in (lambda: session.step(1), lambda: session.trajectory(to=10), lambda: session.drive().step(1)):
+        with_arrays = session_of(client, "mine", left_out=["initial.Q"])
+        for call in (lambda: session.step(1), lambda: session.trajectory(to=10), lambda: session.drive().step(1),
+                     with_arrays.resolved):
             with pytest.raises(stiefel.BuildChanged, match="mine.*other") as caught:
                 call()
             assert (caught.value.began_with, caught.value.now, caught.value.reason) == ("mine", "other", "BUILD_CHANGED")

@@ -43,6 +43,16 @@ def test_haproxy_takes_its_configuration(tmp_path: Path) -> None:
     assert "WARNING" not in done.stdout + done.stderr
 
 
+def test_the_proxies_notice_within_30_s_that_a_client_is_gone() -> None:
+    haproxy = (DOCKER / "haproxy.cfg").read_text()
+    idle, interval, count = (int(re.search(rf"clitcpka-{key} (\d+)", haproxy)[1]) for key in ("idle", "intvl", "cnt"))
+    assert "option clitcpka" in haproxy and idle + interval * count < 30
+    binds = re.findall(r"^  bind .*", haproxy, re.M)
+    assert len(binds) == 2 and all(int(re.search(r" tcp-ut (\d+)s", bind)[1]) < 30 for bind in binds)
+    envoy = re.findall(r"connection_keepalive: \{interval: (\d+)s, timeout: (\d+)s\}", (DOCKER / "envoy.yaml").read_text())
+    assert len(envoy) == 2 and all(int(interval) + int(timeout) < 30 for interval, timeout in envoy)
+
+
 def test_the_proxies_know_the_servers_of_compose() -> None:
     compose = yaml.safe_load((DOCKER / "replicas.yaml").read_text())
     servers = sorted(name for name in compose["services"] if name != "proxy")

@@ -88,17 +88,12 @@ class Recreation:
 
         There is no pause after the creation: when servers end one after the other, the session could be lost again in
         that pause."""
-        wait = next(waits, None) if self.is_gone(error) else None
-        if wait is None or deadline.comes_within(wait):
-            raise error from None
-        self._client.connection.rest(wait)
+        pause_after_loss(error, self.is_gone(error), waits, deadline, self._client)
         self._create(deadline)
 
     def is_gone(self, error: StiefelError) -> bool:
         """Returns whether `error` means that the session or its server is gone and this handle may create it again."""
-        lost = isinstance(error, Unavailable) or (
-            error.reason == "SESSION_NOT_FOUND" and error.metadata.get("session_id") == self._id)
-        return self._scene is not None and lost
+        return self._scene is not None and is_loss(error, self._id)
 
     def end(self) -> None:
         """Call this before deleting the session: the handle never creates it again, and later calls raise NotFound."""
@@ -178,6 +173,22 @@ class Recreation:
 
     def _send(self, method: str, request: Any, deadline: calls.Deadline) -> Any:
         return calls.call(lambda left: self._attempt(method, request, left), self._client, deadline.left())
+
+
+def is_loss(error: StiefelError, id: str) -> bool:
+    """Returns whether `error` means that the session or its server is gone."""
+    return isinstance(error, Unavailable) or (
+        error.reason == "SESSION_NOT_FOUND" and error.metadata.get("session_id") == id)
+
+
+def pause_after_loss(error: StiefelError, may_go_on: bool, waits: Iterator[float], deadline: calls.Deadline,
+                     client: Client) -> None:
+    """Waits for the next of `waits`. Raises `error` if they are used up, if the deadline comes first or if the caller may
+    not go on."""
+    wait = next(waits, None) if may_go_on else None
+    if wait is None or deadline.comes_within(wait):
+        raise error from None
+    client.connection.rest(wait)
 
 
 def refuses_checkpoint(error: StiefelError) -> bool:

@@ -10,16 +10,16 @@ import numpy as np
 from stiefel import calls
 from stiefel import v1 as pb
 from stiefel.answers import Choice
-from stiefel.arrays import Array, Batch, Collector, Outcome, Price, RunStatus, State, Trajectory
-from stiefel.assembly import Assembly
-from stiefel.checksums import verify_batch, verify_sample, verify_session
+from stiefel.arrays import Batch, Collector, Outcome, Price, RunStatus, State, Trajectory
+from stiefel.checksums import verify_sample, verify_session
 from stiefel.diagnosis import Diagnosis
 from stiefel.drive import TOO_LARGE, Drive
-from stiefel.errors import FailedPrecondition, InvalidArgument, StiefelError, Violation
+from stiefel.errors import FailedPrecondition, InvalidArgument, NotFound, StiefelError, Unavailable, Violation
 from stiefel.names import Names, names
-from stiefel.recreation import Recreation
+from stiefel.recreation import Recreation, is_loss, pause_after_loss, pauses
 from stiefel.resolved import put, resolve, with_blocks_as_matrices
 from stiefel.samples import Samples
+from stiefel.scene_arrays import scene_arrays
 from stiefel.scenes import to_dict, to_matrix, to_method
 from stiefel.summarizing import Summarizing
 from stiefel.summary import EventDescription, Events, Quantities, Summary, to_events, to_quantities
@@ -82,10 +82,14 @@ class Session:
 
     def resolved(self) -> pb.Scene:
         """Returns the resolved scene as a message. Do not change it: the session keeps it."""
+        return self._resolved_by(self._recreation)
+
+    def _resolved_by(self, handle: Recreation) -> pb.Scene:
+        """Does what `resolved` does. `handle` says whether a lost session is created again for it."""
         scene = self._known_scene()
         with self._lock:
             if not self._whole:
-                arrays = self._fetch_arrays()
+                arrays = scene_arrays(self._client, handle, self.id)
                 put({path: arrays[path] for path in self.message.left_out}, scene)
                 self._whole, self._sent = True, None
         return scene
@@ -112,24 +116,6 @@ class Session:
         scene = self._scene if self._whole else self._sent
         assert scene is not None
         return scene
-
-    def _fetch_arrays(self) -> dict[str, Array]:
-        request = pb.StreamRequest(session_id=self.id, scene_arrays=True, checksum=self._client.checksums)
-
-        def fetch(left: Optional[float]) -> dict[str, Array]:
-            assembly, stream = Assembly(), self._client.stub.Stream(request, timeout=left, metadata=self._recreation.metadata)
-            try:
-                for message in stream:
-                    if message.steps:  # the sample at step 0, which comes after all arrays
-                        break
-                    verify_batch(message, b"", b"")
-                    assembly.take(message.scene_arrays)
-            finally:
-                stream.cancel()
-            return assembly.finish()
-
-        arrays: dict[str, Array] = calls.call(fetch, self._client, self._client.deadline(None))
-        return arrays
 
     def step(self, to: int, fields: Optional[Names] = None, checkpoint: bool = False,
              timeout: Optional[float] = None) -> State:
@@ -208,13 +194,19 @@ class Session:
                                         view=pb.SessionView(checksum=self._client.checksums))
         if method is not None:
             request.method.CopyFrom(to_method(method))
-        reply = self._recreation.call("ForkSession", request, timeout)
-        if not reply.HasField("session"):
-            raise FailedPrecondition(f"step {at} cannot be reached: {reply.run_status.message}")
-        forked = Session(self._client, reply.session, reply.created, self.resolved(), owner=True)
-        # The server resolved the fork's scene; the handle needs all of it to create the session again elsewhere.
-        forked.resolved()
-        return forked
+        deadline, waits = calls.Deadline(self._client.deadline(timeout)), pauses()
+        while True:
+            reply = self._recreation.call("ForkSession", request, deadline.left())
+            if not reply.HasField("session"):
+                raise FailedPrecondition(f"step {at} cannot be reached: {reply.run_status.message}")
+            forked = Session(self._client, reply.session, reply.created, self.resolved(), owner=True)
+            try:
+                # The server resolved the fork's scene; the handle needs all of it to create the session again elsewhere.
+                # Until then only this session can make a lost fork again.
+                forked._resolved_by(Recreation(self._client, reply.session))
+                return forked
+            except (NotFound, Unavailable) as error:
+                pause_after_loss(error, is_loss(error, forked.id), waits, deadline, self._client)
 
     def delete(self) -> None:
         """Deletes the session from its server. Later calls of this handle raise NotFound."""

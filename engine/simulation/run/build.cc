@@ -1,15 +1,28 @@
 #include <gnu/libc-version.h>
+#include <tbb/version.h>
 
+#include <Eigen/Core>
+#include <boost/version.hpp>
 #include <fstream>
 #include <thread>
 
+#include "build_flags.h"
+#include "sources_digest.h"
 #include "stiefel/version.h"
+
+#define STIEFEL_TEXT_OF(number) #number
+#define STIEFEL_TEXT(macro) STIEFEL_TEXT_OF(macro)
+#define STIEFEL_EIGEN               \
+  STIEFEL_TEXT(EIGEN_WORLD_VERSION) \
+  "." STIEFEL_TEXT(EIGEN_MAJOR_VERSION) "." STIEFEL_TEXT(EIGEN_MINOR_VERSION)
 
 namespace stiefel {
 
 const std::string& build_fingerprint() {
   static const std::string fingerprint = [] {
-    std::string text = "stiefel " STIEFEL_VERSION ", gcc " __VERSION__ ", " STIEFEL_BUILD_FLAGS;
+    std::string text = "stiefel " STIEFEL_VERSION ", sources " STIEFEL_SOURCES_DIGEST;
+    text += ", Eigen " STIEFEL_EIGEN ", Boost " BOOST_LIB_VERSION ", TBB " TBB_VERSION_STRING;
+    text += ", gcc " __VERSION__ ", " STIEFEL_BUILD_FLAGS;
     text += ", glibc " + std::string(gnu_get_libc_version());
     // The C library's sin and cos differ in the last bit between processors with and without fused
     // multiply-add.

@@ -69,6 +69,24 @@ class Ends:
                 return
 
 
+class Hole:
+    """From `swallow()` on, nothing comes through the connections that exist, and nobody hears of it. Later ones pass."""
+
+    def __init__(self):
+        self._swallowed = 0
+
+    def swallow(self):
+        self._swallowed += 1
+
+    def __call__(self, source, target, pair):
+        begun = self._swallowed
+        while data := source.recv(CHUNK):
+            if self._swallowed > begun:
+                pair.ended.wait()
+                return
+            target.sendall(data)
+
+
 class Pair:
     def __init__(self, near, far):
         self.near, self.far = near, far
@@ -92,13 +110,14 @@ class Pair:
 class FaultSocket:
     """Listens on `address` and passes bytes on to `target` through `fault`, a function (source, target, pair).
 
-    `connections` is how many the fault is done to; those after them pass as they are. None: all.
+    `connections` is how many the fault is done to; those after them pass as they are. None: all. `taken` counts all.
     """
 
     def __init__(self, target, fault, connections=None):
         self._target, self._fault, self._left = target, fault, connections
         self._listener = socket.create_server(("127.0.0.1", 0))
         self.address = "127.0.0.1:%d" % self._listener.getsockname()[1]
+        self.taken = 0
         self._pairs = []
         threading.Thread(target=self._accept, daemon=True).start()
 
@@ -108,6 +127,7 @@ class FaultSocket:
                 near, _ = self._listener.accept()
             except OSError:
                 return
+            self.taken += 1
             fault = self._fault
             if self._left is not None:
                 self._left -= 1

@@ -100,7 +100,7 @@ Heard ping_every(std::chrono::milliseconds interval, const Descriptor& socket) {
 
 TEST(Connections, PingsAreWelcomeUpToARate) {
   EXPECT_LE(ConnectionOptions().least_ping_interval, 10s);
-  EXPECT_LE(ConnectionOptions().keepalive + ConnectionOptions().keepalive_timeout, 30s);
+  EXPECT_LT(ConnectionOptions().keepalive + ConnectionOptions().keepalive_timeout, 30s);
   const Server server(on_a_free_port({.least_ping_interval = 100ms}));
   const Heard slow = ping_every(150ms, hello(server));
   EXPECT_FALSE(slow.ended);

@@ -180,16 +180,20 @@ TEST_F(Errors, TooManySessionsSaysWhichLimitAndWhenToRetry) {
 }
 
 TEST_F(Errors, OfRouting) {
-  const auto routed = [&](const std::string& by) {
+  const auto routed = [&](const std::vector<std::string>& by) {
     v1::StepRequest request;
     request.set_session_id("s");
     grpc::ClientContext context;
-    context.AddMetadata("stiefel-session", by);
+    for (const std::string& name : by) context.AddMetadata("stiefel-session", name);
     v1::StepResponse response;
     return harness_.stub->Step(&context, request, &response);
   };
-  EXPECT_TRUE(routed("s").ok());
-  expect_invalid(routed("t"), "session_id");
+  EXPECT_TRUE(routed({}).ok());
+  EXPECT_TRUE(routed({"s"}).ok());
+  EXPECT_TRUE(routed({"s", "s"}).ok());
+  for (const std::vector<std::string>& by :
+       {std::vector<std::string>{"t"}, {"s", "t"}, {"t", "s"}, {"s", ""}})
+    expect_invalid(routed(by), "session_id");
 }
 
 TEST_F(Errors, OfSteps) {

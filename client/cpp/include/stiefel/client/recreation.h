@@ -57,6 +57,8 @@ class Recreation {
   /// gone. Returns whether it did so: false if this handle must not create it, or if `pauses` are
   /// used up. Throws Error.
   bool recovers(const Error& error, const Deadline& deadline, Patience& pauses);
+  /// Returns whether the error means that the session or its server is gone.
+  bool is_gone(const Error& error) const;
   /// Returns whether a server did not take the checkpoint of a request.
   static bool refuses_checkpoint(const Error& error);
   /// Call this before deleting the session: the handle never creates it again, and later calls
@@ -77,8 +79,6 @@ class Recreation {
   void take(v1::StepResponse& reply, bool asked);
 
  private:
-  /// Whether the error means that the session or its server is gone.
-  bool is_gone(const Error& error) const;
   void create(const SceneSource& scene, const Deadline& deadline);
   /// Returns the kept checkpoints, the earliest first; a single one without bytes if there is none.
   std::vector<Checkpoint> checkpoints() const;

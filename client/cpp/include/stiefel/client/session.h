@@ -82,6 +82,8 @@ class Session {
  private:
   struct ResolvedScene;
 
+  /// Does what `scene` does. `handle` says whether a lost session is created again for it.
+  const v1::Scene& scene(Recreation& handle) const;
   v1::StepResponse step(std::int64_t to, const std::vector<std::string>& fields,
                         bool return_checkpoint) const;
 
