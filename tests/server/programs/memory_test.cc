@@ -87,6 +87,22 @@ TEST(MemoryBudget, GivesUpCachesFirst) {
   EXPECT_EQ(asked, 1) << "what can never fit costs nobody a cache";
 }
 
+TEST(MemoryBudget, TakesWhatWasPromisedBeyondTheLimit) {
+  MemoryBudget budget(100);
+  MemoryLease cache(budget, 60);
+  budget.reclaim_with([&](std::uint64_t) { cache = {}; });
+  budget.allow_excess(true);
+  MemoryLease first(budget, 80);
+  EXPECT_EQ(budget.used(), 80) << "caches first";
+  const MemoryLease second(budget, 80);
+  EXPECT_EQ(budget.used(), 160);
+  budget.allow_excess(false);
+  EXPECT_THROW(MemoryLease(budget, 1), MemoryExhausted);
+  EXPECT_FALSE(MemoryLease::if_it_fits(budget, 1));
+  first = {};
+  EXPECT_TRUE(MemoryLease::if_it_fits(budget, 20));
+}
+
 TEST(MemoryBudget, APartTakesFromTheWhole) {
   MemoryBudget whole(100);
   MemoryBudget part(60, whole, "part"), other(60, whole, "other");
