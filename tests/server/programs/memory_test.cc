@@ -332,6 +332,39 @@ TEST_F(Memory, LongWorkIsPriced) {
   expect_refused(stream->Finish(), false);
 }
 
+/// A request is counted for as long as its call runs, and what is read from it too.
+TEST_F(Memory, RequestsInFlightAreCounted) {
+  ASSERT_TRUE(create("s", test::wire_scene()).ok());
+  v1::SummarizeRequest request;
+  request.set_session_id("s");
+  request.set_to(1'000'000'000);
+  for (int i = 0; i < 400'000; ++i) request.add_times(9e6 + i);
+  std::vector<std::unique_ptr<grpc::ClientContext>> contexts;
+  std::vector<std::unique_ptr<grpc::ClientReader<v1::SummarizeResponse>>> streams;
+  int refused = 0;
+  for (int i = 0; i < 15; ++i) {
+    contexts.push_back(std::make_unique<grpc::ClientContext>());
+    auto stream = harness_.stub->Summarize(contexts.back().get(), request);
+    v1::SummarizeResponse progress;
+    if (stream->Read(&progress)) {
+      streams.push_back(std::move(stream));
+      continue;
+    }
+    ++refused;
+    expect_refused(stream->Finish(), true);
+  }
+  EXPECT_GE(streams.size(), 2) << "two requests of 3 MB, twice each";
+  EXPECT_LE(streams.size(), 8) << "40 MiB hold no more";
+  EXPECT_TRUE(step("s", 3).ok()) << "a small request is never refused";
+  for (auto& context : contexts) context->TryCancel();
+  for (auto& stream : streams) {
+    v1::SummarizeResponse message;
+    while (stream->Read(&message)) {
+    }
+    stream->Finish();
+  }
+}
+
 /// Those that do not fit are refused, the others wait, and all of it is given back.
 TEST_F(Memory, StreamsThatNobodyReads) {
   ASSERT_TRUE(create("s", body_100()).ok());
