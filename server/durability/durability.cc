@@ -76,7 +76,8 @@ void Durability::restore_tombstones() {
   for (Tombstone& tombstone : store_.tombstones(now.count())) {
     const std::chrono::nanoseconds until(tombstone.until);
     host_.registry.bury(tombstone.principal, std::move(tombstone.id),
-                        Time(std::chrono::duration_cast<Time::duration>(until)));
+                        Time(std::chrono::duration_cast<Time::duration>(until)),
+                        &host_.accounts.of(tombstone.principal).memory());
   }
 }
 
