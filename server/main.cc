@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <atomic>
 #include <cstdio>
 #include <iostream>
 #include <optional>
@@ -13,6 +12,7 @@
 
 #include "server/access/tokens.h"
 #include "server/check.h"
+#include "server/end_signal.h"
 #include "server/flags.h"
 #include "server/health_check.h"
 #include "server/limits/freed_memory.h"
@@ -26,9 +26,6 @@ using stiefel::server::Options;
 
 using stiefel::server::Flags;
 
-/// The time beyond the grace period that the process gets to end by itself.
-constexpr auto last_resort = std::chrono::milliseconds(1900);
-
 /// Sends this process SIGTERM when stdin ends, which means that the parent is gone.
 void watch_parent() {
   std::thread([] {
@@ -38,31 +35,6 @@ void watch_parent() {
       if (got == 0 || (got < 0 && errno != EINTR)) break;
     }
     kill(getpid(), SIGTERM);
-  }).detach();
-}
-
-/// What the shutdown waits for.
-std::atomic<const char*> waits_for = "the signal's handling";
-
-/// Ends the process with status 0 after `time`, and says what it no longer waits for. Sleeps in
-/// five parts: a part during which the whole machine stood still counts as a fifth of `time`, so
-/// that a shutdown is not given up before it could run.
-void exit_after(std::chrono::milliseconds time) {
-  std::thread([time] {
-    constexpr int parts = 5;
-    for (int part = 0; part < parts; ++part) std::this_thread::sleep_for(time / parts);
-    std::cerr << "stiefel-server: ends " << std::chrono::duration<double>(time).count()
-              << " s after the signal without waiting any longer for " << waits_for << std::endl;
-    _exit(0);
-  }).detach();
-}
-
-/// Ends the process with status 0 after `time`. For gRPC, which waits at exit for up to 10 s until
-/// the last of its objects is gone.
-void exit_silently_after(std::chrono::milliseconds time) {
-  std::thread([time] {
-    std::this_thread::sleep_for(time);
-    _exit(0);
   }).detach();
 }
 
@@ -81,12 +53,8 @@ int print_token(const std::string& name) {
 }
 
 int serve(Options options, bool exit_with_parent) {
-  // Every thread inherits the mask, so that only sigwait sees the signals.
-  sigset_t signals;
-  sigemptyset(&signals);
-  sigaddset(&signals, SIGTERM);
-  sigaddset(&signals, SIGINT);
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  // Lives as long as the process, since its threads do.
+  static stiefel::server::EndSignal signal_to_end(options.grace);
   signal(SIGPIPE, SIG_IGN);
   signal(SIGXFSZ, SIG_IGN);  // a store at the process's limit of file sizes counts as full
   stiefel::server::raise_descriptor_limit();
@@ -100,20 +68,19 @@ int serve(Options options, bool exit_with_parent) {
   // here, so that the end of the server does not wait for it.
   grpc_init();
   try {
-    options.waits_for = [](const char* what) { waits_for = what; };
+    options.waits_for = [](const char* what) { signal_to_end.waits_for(what); };
     std::optional<stiefel::server::Server> server(options);
+    signal_to_end.started();
     for (const std::string& address : server->addresses())
       std::cout << "listening on " << address << std::endl;
     if (const std::string url = server->metrics_url(); !url.empty())
       std::cout << "metrics at " << url << std::endl;
     if (exit_with_parent) watch_parent();
-    int received = 0;
-    sigwait(&signals, &received);
-    exit_after(options.grace + last_resort);
+    signal_to_end.wait();
     server->shutdown();
-    waits_for = "the end of the server's threads";
+    signal_to_end.waits_for("the end of the server's threads");
     server.reset();
-    exit_silently_after(last_resort / 4);
+    stiefel::server::EndSignal::exit_soon();
     return 0;
   } catch (const std::exception& exception) {
     std::cerr << "stiefel-server: " << exception.what() << '\n';

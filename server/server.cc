@@ -2,7 +2,6 @@
 
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/grpcpp.h>
-#include <grpcpp/health_check_service_interface.h>
 #include <sys/socket.h>
 
 #include <algorithm>
@@ -21,6 +20,7 @@
 #include "server/calls/gate.h"
 #include "server/calls/service.h"
 #include "server/durability/durability.h"
+#include "server/health_service.h"
 #include "server/limits/freed_memory.h"
 #include "server/limits/memory_limit.h"
 #include "server/metrics/exporter.h"
@@ -86,8 +86,12 @@ void keep_connections(const ConnectionOptions& options, grpc::ServerBuilder& bui
 /// Limits the memory of what gRPC is receiving: beyond its share, gRPC ends first idle connections
 /// and then calls, with RESOURCE_EXHAUSTED.
 void limit_memory(std::uint64_t memory, grpc::ServerBuilder& builder) {
+  // The calls of the reflection service at once, each of which holds a thread; further ones are
+  // refused with RESOURCE_EXHAUSTED.
+  constexpr int most_reflections = 16;
   grpc::ResourceQuota quota("stiefel");
   quota.Resize(grpc_share(memory));
+  quota.SetMaxThreads(most_reflections);
   builder.SetResourceQuota(quota);
   builder.SetMaxReceiveMessageSize(static_cast<int>(largest_message(memory)));
 }
@@ -123,6 +127,8 @@ struct Server::Parts {
         durability(options.store.file.empty() ? nullptr
                                               : std::make_unique<Durability>(options.store, host)),
         service(host),
+        health(v1::SimulationService::service_full_name(),
+               HealthService::most_watches(memory_limit)),
         sweeper(host.registry,
                 [this](std::size_t dropped) {
                   host.log.line(Log::Level::info, "sessions expired",
@@ -145,6 +151,7 @@ struct Server::Parts {
   Host host;
   std::unique_ptr<Durability> durability;  // null if sessions live in memory
   Service service;
+  HealthService health;
   std::optional<ServedCertificates> certificates;
   std::optional<Callers> callers;
   std::optional<Gate> gate;
@@ -234,7 +241,6 @@ void Server::Parts::accept(const ConnectionOptions& options) {
 Server::Server(Options options) : parts_(std::make_unique<Parts>(options)) {
   parts_->listen(options.listen, options.access);
   parts_->export_metrics(options.metrics, options.access.insecure);
-  grpc::EnableDefaultHealthCheckService(true);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
   grpc::ServerBuilder builder;
   limit_memory(parts_->memory_limit, builder);
@@ -248,10 +254,9 @@ Server::Server(Options options) : parts_(std::make_unique<Parts>(options)) {
         Builder::ExternalConnectionType::FROM_FD, parts_->certificates->credentials());
   if (parts_->callers) builder.SetContextAllocator(parts_->callers->context_allocator());
   builder.RegisterService(&*parts_->gate);
+  builder.RegisterService(&parts_->health);
   parts_->grpc = builder.BuildAndStart();
   if (!parts_->grpc) throw std::runtime_error("cannot start the server");
-  parts_->grpc->GetHealthCheckService()->SetServingStatus(
-      v1::SimulationService::service_full_name(), true);
   parts_->accept(options.connections);
 }
 
@@ -275,7 +280,7 @@ void Server::shutdown() {
     const auto& waits_for = parts_->waits_for;
     host.lifecycle.refuse();
     waits_for("the health service");
-    parts_->grpc->GetHealthCheckService()->Shutdown();
+    parts_->health.stop();
     host.log.line(Log::Level::info, "shutting down");
     waits_for("running calls");
     if (!host.lifecycle.stopping()) host.lifecycle.wait_idle(parts_->grace);

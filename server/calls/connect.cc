@@ -3,6 +3,7 @@
 #include "server/calls/service.h"
 #include "server/calls/sliced_stream.h"
 #include "server/convert/pricing/request_memory.h"
+#include "server/convert/pricing/request_work.h"
 
 namespace stiefel::server {
 
@@ -14,7 +15,7 @@ grpc::ServerWriteReactor<v1::ConnectResponse>* Service::Connect(Context* context
         std::make_shared<const MemoryLease>(log.account().memory(), connect_memory(*request));
     const auto answer = std::make_shared<std::optional<ConnectAnswer>>();
     return message_a_slice<v1::ConnectResponse>(
-        host_, host_.searches, std::move(log),
+        host_, host_.searches, std::move(log), connect_work(*request),
         [memory, answer, request](const std::stop_token& stop, v1::ConnectResponse& response)
             -> std::expected<bool, grpc::Status> {
           if (!*answer) {

@@ -25,7 +25,7 @@ grpc::ServerWriteReactor<v1::ConvertResponse>* Service::Convert(Context* context
                            scene.members() > few_members;
     Pool& pool = long_work ? host_.searches : host_.pool;
     return message_a_slice<v1::ConvertResponse>(
-        host_, pool, std::move(log),
+        host_, pool, std::move(log), 0,
         [memory, answer](const std::stop_token&,
                          v1::ConvertResponse& response) -> std::expected<bool, grpc::Status> {
           if (const auto status = answer->next(response); !status.ok())

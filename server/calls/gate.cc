@@ -60,14 +60,27 @@ Gate::Gate(Host& host, server::Service& service, Callers* callers)
   take("Summarize", &Service::Summarize);
   take("Diagnose", &Service::Diagnose);
   take("ForkSession", &Service::ForkSession);
+  take("Describe", &Service::Describe);
+  take("Stream", &Service::Stream);
   take("Convert", &Service::Convert);
   take("Connect", &Service::Connect);
   take("MeasureTradeoff", &Service::MeasureTradeoff);
 }
 
-template <class Reactor, class Forward>
-Reactor* Gate::pass(const char* name, Context* context, const grpc::Status& fault,
+template <class Reactor, class Request, class Forward>
+Reactor* Gate::pass(const char* name, Context* context, const ReadRequest<Request>& request,
                     const Forward& forward) {
+  const auto held = [&] {
+    request.hold(host_.accounts.of(host_.identify(*context)).memory());
+    return forward();
+  };
+  const auto refuse = [&] { request.drop(); };
+  return pass<Reactor>(name, context, fault_of(request), held, refuse);
+}
+
+template <class Reactor, class Forward, class Refuse>
+Reactor* Gate::pass(const char* name, Context* context, const grpc::Status& fault,
+                    const Forward& forward, const Refuse& refuse) {
   grpc::Status status = fault;
   try {
     mark(*context);
@@ -81,6 +94,7 @@ Reactor* Gate::pass(const char* name, Context* context, const grpc::Status& faul
     CallLog(host_.log, *context, name, {}, host_.metrics.get()).finish(status);
   } catch (const std::exception&) {  // no memory for a log line
   }
+  refuse();
   return new Ended<Reactor>(status);
 }
 
@@ -91,7 +105,7 @@ void Gate::take(const char* name, Unary<Request, Response> call) {
       method(name).index(),
       new Handler([this, name, call](Context* context, const ReadRequest<Request>* request,
                                      Response* response) {
-        return pass<grpc::ServerUnaryReactor>(name, context, fault_of(*request), [&] {
+        return pass<grpc::ServerUnaryReactor>(name, context, *request, [&] {
           return (service_.*call)(context, &request->message, response);
         });
       }));
@@ -103,29 +117,15 @@ void Gate::take(const char* name, Writing<Request, Response> call) {
   MarkMethodCallback(
       method(name).index(),
       new Handler([this, name, call](Context* context, const ReadRequest<Request>* request) {
-        return pass<grpc::ServerWriteReactor<Response>>(name, context, fault_of(*request), [&] {
-          return (service_.*call)(context, &request->message);
-        });
+        return pass<grpc::ServerWriteReactor<Response>>(
+            name, context, *request, [&] { return (service_.*call)(context, &request->message); });
       }));
-}
-
-grpc::ServerUnaryReactor* Gate::Describe(Context* context, const grpc::ByteBuffer* request,
-                                         grpc::ByteBuffer* response) {
-  return pass<grpc::ServerUnaryReactor>("Describe", context, grpc::Status::OK, [&] {
-    return service_.Describe(context, request, response);
-  });
 }
 
 grpc::ServerBidiReactor<v1::DriveRequest, v1::DriveResponse>* Gate::Drive(Context* context) {
   using Reactor = grpc::ServerBidiReactor<v1::DriveRequest, v1::DriveResponse>;
-  return pass<Reactor>("Drive", context, grpc::Status::OK, [&] { return service_.Drive(context); });
-}
-
-grpc::ServerWriteReactor<grpc::ByteBuffer>* Gate::Stream(Context* context,
-                                                         const grpc::ByteBuffer* request) {
-  using Reactor = grpc::ServerWriteReactor<grpc::ByteBuffer>;
-  return pass<Reactor>("Stream", context, grpc::Status::OK,
-                       [&] { return service_.Stream(context, request); });
+  return pass<Reactor>(
+      "Drive", context, grpc::Status::OK, [&] { return service_.Drive(context); }, [] {});
 }
 
 }  // namespace stiefel::server

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "server/access/callers.h"
+#include "server/calls/read_request.h"
 #include "server/calls/service.h"
 
 namespace stiefel::server {
@@ -11,15 +12,16 @@ namespace stiefel::server {
 /// message of the right type, and with the status of an exception that starting it throws; writes a
 /// log line for each. An RPC that is not forwarded here is UNIMPLEMENTED, so none can miss the
 /// checks.
-class Gate final : public ServiceInBytes {
+///
+/// Counts every request against its principal's memory from here to the end of the call, and
+/// refuses one that does not fit. The messages of a Drive are read one by one and kept by no one.
+class Gate final : public v1::SimulationService::CallbackService {
  public:
   /// `callers` is null where every caller is let in.
   Gate(Host& host, server::Service& service, Callers* callers);
 
   using Context = grpc::CallbackServerContext;
-  grpc::ServerUnaryReactor* Describe(Context*, const grpc::ByteBuffer*, grpc::ByteBuffer*) override;
   grpc::ServerBidiReactor<v1::DriveRequest, v1::DriveResponse>* Drive(Context*) override;
-  grpc::ServerWriteReactor<grpc::ByteBuffer>* Stream(Context*, const grpc::ByteBuffer*) override;
 
  private:
   template <class Request, class Response>
@@ -34,11 +36,14 @@ class Gate final : public ServiceInBytes {
   void take(const char* name, Unary<Request, Response> call);
   template <class Request, class Response>
   void take(const char* name, Writing<Request, Response> call);
-  /// Forwards the call of the RPC `name` unless its caller is refused or `fault` is an error, with
-  /// which it ends the call.
-  template <class Reactor, class Forward>
-  Reactor* pass(const char* name, Context* context, const grpc::Status& fault,
+  template <class Reactor, class Request, class Forward>
+  Reactor* pass(const char* name, Context* context, const ReadRequest<Request>& request,
                 const Forward& forward);
+  /// Forwards the call of the RPC `name` unless its caller is refused or `fault` is an error, with
+  /// which it ends the call, after `refuse()`.
+  template <class Reactor, class Forward, class Refuse>
+  Reactor* pass(const char* name, Context* context, const grpc::Status& fault,
+                const Forward& forward, const Refuse& refuse);
 
   Host& host_;
   server::Service& service_;

@@ -7,43 +7,36 @@
 
 namespace stiefel::server {
 
-/// Describe, whose reply is always the same, and Stream make their replies as bytes.
-using ServiceInBytes = v1::SimulationService::WithRawCallbackMethod_Describe<
-    v1::SimulationService::WithRawCallbackMethod_Stream<v1::SimulationService::CallbackService>>;
-
 /// The RPCs, each in its own file except for the short ones. Calls that compute for longer than
 /// `inline_nanoseconds` do so on the host's pools.
-class Service final : public ServiceInBytes {
+class Service final {
  public:
   explicit Service(Host& host) : host_(host) {}
 
   using Context = grpc::CallbackServerContext;
-  grpc::ServerUnaryReactor* Describe(Context*, const grpc::ByteBuffer*, grpc::ByteBuffer*) override;
+  /// The reply is always the same, and is kept as bytes.
+  grpc::ServerUnaryReactor* Describe(Context*, const v1::DescribeRequest*, grpc::ByteBuffer*);
   grpc::ServerUnaryReactor* CreateSession(Context*, const v1::CreateSessionRequest*,
-                                          v1::CreateSessionResponse*) override;
+                                          v1::CreateSessionResponse*);
   grpc::ServerUnaryReactor* GetSession(Context*, const v1::GetSessionRequest*,
-                                       v1::GetSessionResponse*) override;
+                                       v1::GetSessionResponse*);
   grpc::ServerUnaryReactor* ListSessions(Context*, const v1::ListSessionsRequest*,
-                                         v1::ListSessionsResponse*) override;
+                                         v1::ListSessionsResponse*);
   grpc::ServerUnaryReactor* DeleteSession(Context*, const v1::DeleteSessionRequest*,
-                                          v1::DeleteSessionResponse*) override;
-  grpc::ServerUnaryReactor* Step(Context*, const v1::StepRequest*, v1::StepResponse*) override;
-  grpc::ServerBidiReactor<v1::DriveRequest, v1::DriveResponse>* Drive(Context*) override;
+                                          v1::DeleteSessionResponse*);
+  grpc::ServerUnaryReactor* Step(Context*, const v1::StepRequest*, v1::StepResponse*);
+  grpc::ServerBidiReactor<v1::DriveRequest, v1::DriveResponse>* Drive(Context*);
   /// Sends v1::StreamResponse messages as bytes, so that a stream that waits for its reader holds a
   /// message only once.
-  grpc::ServerWriteReactor<grpc::ByteBuffer>* Stream(Context*, const grpc::ByteBuffer*) override;
-  grpc::ServerUnaryReactor* Diagnose(Context*, const v1::DiagnoseRequest*,
-                                     v1::DiagnoseResponse*) override;
+  grpc::ServerWriteReactor<grpc::ByteBuffer>* Stream(Context*, const v1::StreamRequest*);
+  grpc::ServerUnaryReactor* Diagnose(Context*, const v1::DiagnoseRequest*, v1::DiagnoseResponse*);
   grpc::ServerUnaryReactor* ForkSession(Context*, const v1::ForkSessionRequest*,
-                                        v1::ForkSessionResponse*) override;
-  grpc::ServerWriteReactor<v1::ConvertResponse>* Convert(Context*,
-                                                         const v1::ConvertRequest*) override;
-  grpc::ServerWriteReactor<v1::ConnectResponse>* Connect(Context*,
-                                                         const v1::ConnectRequest*) override;
+                                        v1::ForkSessionResponse*);
+  grpc::ServerWriteReactor<v1::ConvertResponse>* Convert(Context*, const v1::ConvertRequest*);
+  grpc::ServerWriteReactor<v1::ConnectResponse>* Connect(Context*, const v1::ConnectRequest*);
   grpc::ServerWriteReactor<v1::MeasureTradeoffResponse>* MeasureTradeoff(
-      Context*, const v1::MeasureTradeoffRequest*) override;
-  grpc::ServerWriteReactor<v1::SummarizeResponse>* Summarize(Context*,
-                                                             const v1::SummarizeRequest*) override;
+      Context*, const v1::MeasureTradeoffRequest*);
+  grpc::ServerWriteReactor<v1::SummarizeResponse>* Summarize(Context*, const v1::SummarizeRequest*);
 
  private:
   /// Begins a call and returns its log.

@@ -152,7 +152,9 @@ grpc::ServerUnaryReactor* Service::DeleteSession(Context* context,
     if (const auto status = check_routing(*context, request->session_id()); !status.ok())
       return status;
     const Principal principal = host_.identify(*context);
-    return {grpc::Status::OK, host_.registry.erase(principal, request->session_id()).receipt};
+    MemoryBudget& memory = host_.accounts.of(principal).memory();
+    return {grpc::Status::OK,
+            host_.registry.erase(principal, request->session_id(), &memory).receipt};
   };
   return answer(context, open(context, "DeleteSession", request->session_id()), response, work);
 }

@@ -2,6 +2,7 @@
 
 #include <grpcpp/support/server_callback.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <expected>
 #include <memory>
@@ -136,10 +137,11 @@ class SlicedStream final : public grpc::ServerWriteReactor<Response>, private Jo
 
 /// Starts a call in which each slice makes one message: `produce(stop, message)` returns
 /// expected<bool, grpc::Status>, true for the last message. The token also stops what `produce`
-/// computes in the engine.
+/// computes in the engine. `price` is the most instructions that all messages take; at least the
+/// pool's cap is billed.
 template <class Response, class Produce>
 grpc::ServerWriteReactor<Response>* message_a_slice(Host& host, Pool& pool, CallLog log,
-                                                    Produce produce) {
+                                                    double price, Produce produce) {
   class Work final : public StreamWork<Response> {
    public:
     Work(const Lifecycle& lifecycle, Produce produce)
@@ -157,7 +159,7 @@ grpc::ServerWriteReactor<Response>* message_a_slice(Host& host, Pool& pool, Call
     Produce produce_;
   };
   return new SlicedStream<Response>(host, pool, std::move(log), Ticket::Kind::call,
-                                    pool.price_cap(),
+                                    std::max(price, pool.price_cap()),
                                     std::make_unique<Work>(host.lifecycle, std::move(produce)));
 }
 

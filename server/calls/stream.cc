@@ -237,16 +237,12 @@ void StreamCall::end(const grpc::Status& status) {
 }  // namespace
 
 grpc::ServerWriteReactor<grpc::ByteBuffer>* Service::Stream(Context* context,
-                                                            const grpc::ByteBuffer* bytes) {
-  v1::StreamRequest message;
-  const bool parsed = parse(*bytes, message);
-  const v1::StreamRequest* const request = &message;
+                                                            const v1::StreamRequest* request) {
   CallLog log = open(context, "Stream", request->session_id());
   const auto refuse = [&](const grpc::Status& status) {
     return new RefusedStream<grpc::ByteBuffer>(log, status);
   };
   try {
-    if (!parsed) return refuse(errors::invalid("request", "", "the bytes are not a StreamRequest"));
     auto session = find_session(host_, *context, request->session_id());
     if (!session) return refuse(session.error());
     if (const auto status = check_range(*request); !status.ok()) return refuse(status);

@@ -3,6 +3,7 @@
 #include "server/calls/service.h"
 #include "server/calls/sliced_stream.h"
 #include "server/convert/pricing/request_memory.h"
+#include "server/convert/pricing/request_work.h"
 
 namespace stiefel::server {
 
@@ -14,7 +15,7 @@ grpc::ServerWriteReactor<v1::MeasureTradeoffResponse>* Service::MeasureTradeoff(
         std::make_shared<const MemoryLease>(log.account().memory(), tradeoff_memory(*request));
     const auto answer = std::make_shared<TradeoffAnswer>(*request);
     return message_a_slice<v1::MeasureTradeoffResponse>(
-        host_, host_.searches, std::move(log),
+        host_, host_.searches, std::move(log), tradeoff_work(*request),
         [memory, answer](const std::stop_token& stop, v1::MeasureTradeoffResponse& response)
             -> std::expected<bool, grpc::Status> {
           const auto status = answer->next(stop, response);

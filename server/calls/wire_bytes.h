@@ -8,13 +8,6 @@
 
 namespace stiefel::server {
 
-/// Reads a message from bytes; returns false if they are not a message of that type.
-template <class Message>
-bool parse(grpc::ByteBuffer bytes, Message& message) {
-  failpoint("wire.parse");
-  return grpc::SerializationTraits<Message>::Deserialize(&bytes, &message).ok();
-}
-
 /// Writes a message to `bytes`; copies of the buffer share its memory.
 template <class Message>
 void serialize(const Message& message, grpc::ByteBuffer& bytes) {

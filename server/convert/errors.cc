@@ -19,7 +19,7 @@ namespace {
 // Status and details are sent in trailers, of which clients accept 8 KiB.
 constexpr std::size_t max_text = 200;
 constexpr std::size_t max_total = 2000;
-constexpr std::chrono::seconds to_a_free_session{1}, to_free_memory{1};
+constexpr std::chrono::seconds to_a_free_session{1}, to_free_memory{1}, to_a_free_store{1};
 
 /// Shortens to `max_text` bytes, without cutting through a UTF-8 character.
 std::string shortened(std::string_view text) {
@@ -148,7 +148,8 @@ grpc::Status too_many_sessions(std::uint32_t max_sessions) {
 
 grpc::Status over_quota(const Refusal& refusal) {
   const std::string most = to_text(refusal.most), asked = to_text(refusal.asked);
-  const std::string description = "the limit is " + most + "; this call would raise the use to " + asked;
+  const std::string description =
+      "the limit is " + most + "; this call would raise the use to " + asked;
   const auto wait = refusal.retry_after.count();
   const std::string advice = wait > 0 ? ": wait " + std::to_string(wait) + " ms" : ": request less";
   return exhausted(std::string(refusal.limit) + ": " + description + advice, "OVER_QUOTA",
@@ -247,7 +248,8 @@ grpc::Status cancelled() { return {grpc::CANCELLED, "the caller cancelled"}; }
 
 grpc::Status out_of_memory() {
   try {
-    return info(grpc::RESOURCE_EXHAUSTED, "out of memory", "OUT_OF_MEMORY");
+    return exhausted("out of memory", "OUT_OF_MEMORY", {}, "memory", "out of memory",
+                     to_free_memory);
   } catch (const std::bad_alloc&) {
     return {grpc::RESOURCE_EXHAUSTED, "out of memory"};  // a string so short allocates nothing
   }
@@ -257,8 +259,8 @@ grpc::Status not_written(const WriteFault& fault) {
   const std::string reason = ": " + shortened(fault.what);
   switch (fault.kind) {
     case WriteFault::Kind::full:
-      return info(grpc::RESOURCE_EXHAUSTED, "there is no space in the store" + reason,
-                  "STORE_FULL");
+      return exhausted("there is no space in the store" + reason, "STORE_FULL", {}, "store",
+                       shortened(fault.what), to_a_free_store);
     case WriteFault::Kind::unavailable:
       return info(grpc::UNAVAILABLE, "the store cannot write now; try again" + reason,
                   "STORE_UNAVAILABLE");

@@ -65,10 +65,11 @@ grpc::Status token_missing();
 grpc::Status token_unknown();
 /// CANCELLED: the caller went away; also for Stopped (stop.h).
 grpc::Status cancelled();
-/// RESOURCE_EXHAUSTED, OUT_OF_MEMORY.
+/// RESOURCE_EXHAUSTED, OUT_OF_MEMORY; a QuotaFailure for `memory`, and a RetryInfo.
 grpc::Status out_of_memory();
-/// A session or its deletion is not on disk: RESOURCE_EXHAUSTED with STORE_FULL or OUT_OF_MEMORY;
-/// UNAVAILABLE with STORE_UNAVAILABLE, when a retry may succeed; INTERNAL with STORE_DAMAGED.
+/// A session or its deletion is not on disk: RESOURCE_EXHAUSTED with STORE_FULL, a QuotaFailure for
+/// `store` and a RetryInfo, since deletions make room; or with OUT_OF_MEMORY; UNAVAILABLE with
+/// STORE_UNAVAILABLE, when a retry may succeed; INTERNAL with STORE_DAMAGED.
 grpc::Status not_written(const WriteFault& fault);
 /// RESOURCE_EXHAUSTED, MEMORY_LIMIT with `bytes`, `free` and `limit`; a QuotaFailure for `memory`,
 /// and a RetryInfo if the bytes can fit once others are given back. For a part of the memory, the

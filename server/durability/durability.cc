@@ -76,8 +76,32 @@ void Durability::restore_tombstones() {
   for (Tombstone& tombstone : store_.tombstones(now.count())) {
     const std::chrono::nanoseconds until(tombstone.until);
     host_.registry.bury(tombstone.principal, std::move(tombstone.id),
-                        Time(std::chrono::duration_cast<Time::duration>(until)));
+                        Time(std::chrono::duration_cast<Time::duration>(until)),
+                        &host_.accounts.of(tombstone.principal).memory());
   }
+}
+
+/// Restores the sessions even beyond the memory limit, because they were acknowledged: a server of
+/// the same limit held them, without their caches. Gives up caches while there is too little
+/// memory.
+void Durability::restore_sessions(const std::function<void(const Store::Row&)>& use) {
+  Rows rows(store_);
+  host_.memory.allow_excess(true);
+  {
+    std::vector<std::jthread> threads;
+    for (int i = 1; i < host_.pool.threads(); ++i) threads.emplace_back([&] { rows.work(use); });
+    rows.work(use);
+  }
+  host_.memory.allow_excess(false);
+  rows.rethrow();
+  const auto excess = [this] {
+    const std::uint64_t used = host_.memory.used(), limit = host_.memory.limit();
+    return used > limit ? used - limit : 0;
+  };
+  if (const std::uint64_t bytes = excess()) host_.registry.shed(bytes);
+  if (const std::uint64_t bytes = excess())
+    host_.log.line(Log::Level::warn, "stored sessions exceed the memory limit",
+                   {{"bytes", static_cast<std::int64_t>(bytes)}});
 }
 
 void Durability::restore() {
@@ -93,7 +117,6 @@ void Durability::restore() {
     report(error.fault());
   }
   std::atomic<std::int64_t> unread = 0;
-  Rows rows(store_);
   const auto use = [&](const Store::Row& row) {
     Account& account = host_.accounts.of(row.session.principal);
     if (auto session = restored(row, account)) {
@@ -105,13 +128,8 @@ void Durability::restore() {
                      {{"session", row.session.id}, {"error", session.error()}});
     }
   };
-  {
-    std::vector<std::jthread> threads;
-    for (int i = 1; i < host_.pool.threads(); ++i) threads.emplace_back([&] { rows.work(use); });
-    rows.work(use);
-  }
   try {
-    rows.rethrow();
+    restore_sessions(use);
     restore_tombstones();
   } catch (const StoreError& error) {
     throw std::runtime_error("the store " + file_ + " is damaged: " + error.what() +

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstddef>
+#include <functional>
 #include <string>
 
 #include "server/calls/host.h"
@@ -22,6 +23,7 @@ class Durability {
 
  private:
   void restore();
+  void restore_sessions(const std::function<void(const Store::Row&)>& use);
   void restore_tombstones();
   Restored restored(const Store::Row& row, Account& account) const;
   Journal::Hooks hooks();

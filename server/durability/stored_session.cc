@@ -36,8 +36,8 @@ Resolution resolution_of(const StoredSession& row) {
   return resolution;
 }
 
-/// Adopts the state of a checkpoint if it fits the session; leaves it out otherwise, since it is
-/// only a cache.
+/// Adopts the state of a checkpoint if it is of this session and fits into the memory; leaves it
+/// out otherwise, since it is only a cache.
 void adopt(const StoredCheckpoint& checkpoint, Session& session) {
   if (checkpoint.numerics_id != numerics_id() || checkpoint.identity != hash(session.identity()) ||
       checkpoint.step < 0 || checkpoint.step > Session::max_step ||
@@ -45,7 +45,7 @@ void adopt(const StoredCheckpoint& checkpoint, Session& session) {
     return;
   std::vector<double> saved(session.saved_size());
   std::memcpy(saved.data(), checkpoint.state.data(), checkpoint.state.size());
-  session.adopt(checkpoint.step, std::move(saved));
+  session.adopt_if_it_fits(checkpoint.step, saved);
 }
 
 }  // namespace

@@ -34,7 +34,7 @@ bool MemoryBudget::try_take(std::uint64_t bytes) noexcept {
 bool MemoryBudget::try_take_here(std::uint64_t bytes) noexcept {
   std::uint64_t used = used_.load(std::memory_order_relaxed);
   do {
-    if (bytes > limit_ - used) return false;
+    if (used > limit_ || bytes > limit_ - used) return false;
   } while (!used_.compare_exchange_weak(used, used + bytes, std::memory_order_relaxed));
   return true;
 }
@@ -59,6 +59,10 @@ void MemoryBudget::take_here(std::uint64_t bytes) {
     // Reclaims more than is needed, so that the next calls need not reclaim again.
     if (reclaim_) reclaim_(std::max(bytes, limit_ / 16));
     if (try_take_here(bytes)) return;
+  }
+  if (excess_allowed_) {
+    used_.fetch_add(bytes, std::memory_order_relaxed);
+    return;
   }
   throw MemoryExhausted(bytes, limit_ - std::min(used(), limit_), limit_, name_);
 }

@@ -59,6 +59,10 @@ class MemoryBudget {
   /// without holding a lock that `try_take` or `give_back` needs.
   void reclaim_with(Reclaim reclaim);
 
+  /// While `allowed`, `take` takes even what does not fit once the caches are given up: for what
+  /// was promised before, such as the sessions of a store.
+  void allow_excess(bool allowed) { excess_allowed_ = allowed; }
+
   /// Takes the bytes if they fit, without giving up caches; returns false if they do not.
   bool try_take(std::uint64_t bytes) noexcept;
   /// Takes the bytes, giving up caches if need be. Throws MemoryExhausted if they still do not fit.
@@ -73,6 +77,7 @@ class MemoryBudget {
   MemoryBudget* const whole_ = nullptr;
   const char* const name_ = nullptr;
   std::atomic<std::uint64_t> used_ = 0, given_back_ = 0;
+  std::atomic<bool> excess_allowed_ = false;
   std::mutex reclaiming_;
   Reclaim reclaim_;  // guarded by reclaiming_
 };

@@ -38,7 +38,7 @@ std::uint64_t stream_memory(const Session& session, const std::vector<std::size_
          (checkpoints ? 2 * checkpoint_bytes(session) : 0);
 }
 
-std::uint64_t reading_memory(std::uint64_t request_bytes) { return 2 * request_bytes + call_bytes; }
+std::uint64_t reading_memory(std::uint64_t request_bytes) { return request_bytes + call_bytes; }
 
 std::uint64_t scene_memory(const SceneSize& scene) {
   // An ensemble needs its description alone, since its members are resolved one after another.

@@ -30,7 +30,8 @@ std::uint64_t reply_memory(std::uint64_t array_bytes);
 std::uint64_t stream_memory(const Session& session, const std::vector<std::size_t>& fields,
                             bool checkpoints);
 
-/// Returns the bytes of a request of that size and of what is read from it.
+/// Returns the bytes of what is read from a request of that size, and of the call. The request
+/// itself is counted from its arrival to the end of the call (ReadRequest).
 std::uint64_t reading_memory(std::uint64_t request_bytes);
 /// Returns the bytes of resolving a scene.
 std::uint64_t scene_memory(const SceneSize& scene);

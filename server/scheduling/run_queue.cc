@@ -100,12 +100,29 @@ RunQueue::Turn RunQueue::pop(std::optional<JobKind> most, Time now) {
   served_ = std::max(served_, fair->pass_);
   const bool before = quick && (quick->pass_ <= fair->pass_ + lead || !longer);
   Job* job = before ? quick->queues_[shorts].first() : longer;
+  return begin(job, before, job->kind_ == JobKind::unsliced);
+}
+
+RunQueue::Turn RunQueue::begin(Job* job, bool is_short, bool is_search) {
   remove(job);
-  return {job, &share_of(job), job->kind_, before};
+  Share& share = share_of(job);
+  share.searches_ += is_search;
+  return {job, &share, job->kind_, is_short, is_search};
+}
+
+RunQueue::Turn RunQueue::pop_neglected(Time now) {
+  ready_at_.reset();
+  Job* job = nullptr;
+  for (const Share* share = first_; share; share = share->next_) {
+    if (share->searches_ > 0 || (job && share->pass_ >= share_of(job).pass_)) continue;
+    if (Job* first = first_long(*share, JobKind::unsliced, now)) job = first;
+  }
+  return job ? begin(job, false, true) : Turn();
 }
 
 void RunQueue::charge(const Turn& turn, double work, bool more, Time now) {
   Share& share = *turn.share;
+  share.searches_ -= turn.is_search;
   share.pass_ += work;
   share.shorts_since_long_ = turn.is_short ? share.shorts_since_long_ + work : 0;
   if (share.rate_) share.rate_->spend(work, now);

@@ -34,6 +34,7 @@ class Share {
 
   std::array<JobList, 4> queues_;  // of short jobs, and of the longer ones of each kind
   std::size_t jobs_ = 0;
+  std::size_t searches_ = 0;      // unsliced jobs of it that workers are inside
   double pass_ = 0;               // work done for it, and work it forfeited while it had no jobs
   double shorts_since_long_ = 0;  // work of short jobs since the last slice of a longer one
   Share* next_ = nullptr;         // in the list of shares with queued jobs
@@ -65,12 +66,16 @@ class RunQueue {
     Share* share = nullptr;
     JobKind kind = JobKind::sliced;
     bool is_short = false;
+    bool is_search = false;  // whether it counts in Share::searches_
   };
 
   /// Queues a job; returns whether it is short.
   bool push(Job* job, JobKind kind);
   /// Returns the next job for a worker that runs short jobs and longer ones of kinds up to `most`.
   Turn pop(std::optional<JobKind> most, Time now);
+  /// Returns the first longer job of the least served share that has no worker inside an unsliced
+  /// job.
+  Turn pop_neglected(Time now);
   /// Counts a slice that took `work` instructions. `more` queues the job again; otherwise the job
   /// is not touched and may be destroyed.
   void charge(const Turn& turn, double work, bool more, Time now);
@@ -94,6 +99,7 @@ class RunQueue {
   Share& share_of(const Job* job) { return job->share_ ? *job->share_ : others_; }
   void enqueue(Job* job);
   Job* first_long(const Share& share, JobKind most, Time now);
+  Turn begin(Job* job, bool is_short, bool is_search);
 
   Share others_;            // of jobs without a principal
   Share* first_ = nullptr;  // the list of the shares with queued jobs

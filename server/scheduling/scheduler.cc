@@ -97,10 +97,14 @@ Scheduler::Scheduler(int threads, Meter meter)
     : meter_(meter ? std::move(meter) : Meter(&processor_work)),
       threads_(threads > 0 ? threads
                            : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()))),
-      others_(static_cast<std::size_t>(std::max(1, threads_ - 1))) {
+      others_(static_cast<std::size_t>(std::max(1, threads_ - 1))),
+      since_(others_, outside) {
   workers_.reserve(others_ + 1);
-  for (std::size_t i = 0; i < others_; ++i) workers_.emplace_back([this] { work(false); });
-  workers_.emplace_back([this] { work(true); });
+  relief_.reserve(most_relief);
+  for (std::size_t i = 0; i < others_; ++i) workers_.emplace_back([this, i] { work(false, i); });
+  workers_.emplace_back([this] { work(true, others_); });
+  const std::lock_guard lock(mutex_);
+  add_relief();
 }
 
 Scheduler::~Scheduler() {
@@ -109,6 +113,7 @@ Scheduler::~Scheduler() {
     stopping_ = true;
   }
   lift_rates();
+  relief_.clear();
   workers_.clear();
 }
 
@@ -117,12 +122,14 @@ void Scheduler::lift_rates() {
   queue_.lift_rates();
   wake_.notify_all();
   wake_kept_.notify_all();
+  wake_relief_.notify_all();
 }
 
 void Scheduler::submit(Job* job, JobKind kind) noexcept {
   const std::lock_guard lock(mutex_);
   const bool is_short = queue_.push(job, kind);
   wake_for(kind, is_short);
+  if (!is_short) wake_relief();
 }
 
 void Scheduler::wake_for(JobKind kind, bool is_short) {
@@ -159,7 +166,7 @@ void Scheduler::wait(std::unique_lock<std::mutex>& lock, bool kept) {
   kept ? void(kept_idle_ = false) : void(--idle_);
 }
 
-void Scheduler::work(bool kept) {
+void Scheduler::work(bool kept, std::size_t index) {
   pthread_setname_np(pthread_self(), thread_name);
   lower_priority(kept);
   const CrewOfThisThread crew(*this);
@@ -174,28 +181,44 @@ void Scheduler::work(bool kept) {
       continue;
     }
     const bool unsliced = turn.kind == JobKind::unsliced;
-    in_unsliced_ += unsliced;
-    wake_another();
-    lock.unlock();
-    share_at_work = turn.share;
-    const double before = meter_();
-    slice_meter = &meter_;
-    slice_mark = before;
-    bool more;
-    {
-      const SliceLength length(kept && !turn.is_short ? brief_slice_nanoseconds
-                                                      : slice_nanoseconds);
-      more = turn.job->run_slice();
+    if (unsliced) {
+      ++in_unsliced_;
+      since_[index] = std::chrono::steady_clock::now();
+      wake_relief();
     }
-    const double done = meter_() - before;
-    slice_meter = nullptr;
-    lock.lock();
-    in_unsliced_ -= unsliced;
-    work_done_.fetch_add(done, std::memory_order_relaxed);
-    queue_.charge(turn, done, more, std::chrono::steady_clock::now());
+    wake_another();
+    const bool more =
+        run_slice(turn, kept && !turn.is_short ? brief_slice_nanoseconds : slice_nanoseconds, lock);
+    if (unsliced) {
+      --in_unsliced_;
+      since_[index] = outside;
+    }
     // The job may have become too long for the kept worker.
-    if (kept && more) wake_another();
+    if (kept && more) {
+      wake_another();
+      wake_relief();
+    }
   }
+}
+
+bool Scheduler::run_slice(const RunQueue::Turn& turn, double nanoseconds,
+                          std::unique_lock<std::mutex>& lock) {
+  lock.unlock();
+  share_at_work = turn.share;
+  const double before = meter_();
+  slice_meter = &meter_;
+  slice_mark = before;
+  bool more;
+  {
+    const SliceLength length(nanoseconds);
+    more = turn.job->run_slice();
+  }
+  const double done = meter_() - before;
+  slice_meter = nullptr;
+  lock.lock();
+  work_done_.fetch_add(done, std::memory_order_relaxed);
+  queue_.charge(turn, done, more, std::chrono::steady_clock::now());
+  return more;
 }
 
 void Scheduler::run(std::size_t count, double nanoseconds, Item item, void* context) {

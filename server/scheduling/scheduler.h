@@ -2,6 +2,7 @@
 
 #include <array>
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <functional>
 #include <mutex>
@@ -25,12 +26,19 @@ double take_slice_work();
 /// other workers are inside unsliced jobs. With one thread, a second worker runs short jobs while
 /// the first is inside an unsliced job. Workers with nothing to do help a job that advances an
 /// ensemble. The threads have a lower priority than those of gRPC.
+///
+/// A search of one principal does not hold up the others. When every worker but the kept one has
+/// been inside one slice for `relief_patience`, each principal with a waiting longer job that has
+/// no search running gets a relief worker: one more thread, at most `most_relief` in all, among
+/// which the system divides the processors.
 class Scheduler final : private Crew {
  public:
   /// Returns the work that the calling thread has done so far, in instructions.
   using Meter = std::function<double()>;
   /// The name of the threads in ps and top.
   static constexpr const char* thread_name = "compute";
+  static constexpr std::chrono::milliseconds relief_patience{50};
+  static constexpr std::size_t most_relief = 16;
 
   /// 0 threads means one a core. An empty meter means the thread's processor time at a nominal
   /// rate.
@@ -56,7 +64,20 @@ class Scheduler final : private Crew {
   class Helper;
   static constexpr std::size_t most_helpers = 63;
 
-  void work(bool kept);
+  /// The loop of a worker; `index` counts the workers that are not kept.
+  void work(bool kept, std::size_t index);
+  /// Runs a slice of the job, without the lock; returns whether the job is queued again.
+  bool run_slice(const RunQueue::Turn& turn, double nanoseconds,
+                 std::unique_lock<std::mutex>& lock);
+  /// The loop of a relief worker.
+  void relieve();
+  /// Starts one more relief worker, unless there are enough or the system refuses a thread.
+  void add_relief() noexcept;
+  /// Wakes a relief worker that may have something to do soon.
+  void wake_relief();
+  /// Returns the time from which relief workers may take jobs; nothing while a worker that is not
+  /// kept may take one.
+  std::optional<RunQueue::Time> relief_due() const;
   /// Returns the longest kind of slices that the worker runs beside short jobs; nothing if it runs
   /// short jobs only.
   std::optional<JobKind> reach(bool kept) const;
@@ -74,15 +95,19 @@ class Scheduler final : private Crew {
   const Meter meter_;
   const int threads_;
   std::mutex mutex_;
-  std::condition_variable wake_, wake_kept_, helped_;
+  std::condition_variable wake_, wake_kept_, wake_relief_, helped_;
   RunQueue queue_;        // guarded by mutex_, as are the members below
   std::size_t idle_ = 0;  // workers with nothing to do, without the kept one
   bool kept_idle_ = false;
   std::size_t in_unsliced_ = 0;  // workers inside unsliced jobs
   const std::size_t others_;     // workers that are not kept
+  /// When each of these began the unsliced slice that it is inside; `outside` if it is not in one.
+  std::vector<RunQueue::Time> since_;
+  static constexpr RunQueue::Time outside = RunQueue::Time::max();
+  std::size_t relief_idle_ = 0;
   std::atomic<double> work_done_ = 0;
   bool stopping_ = false;
-  std::vector<std::jthread> workers_;
+  std::vector<std::jthread> workers_, relief_;
 };
 
 }  // namespace stiefel::server

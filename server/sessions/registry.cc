@@ -74,11 +74,14 @@ std::optional<SessionLease> Registry::find(const Principal& principal, std::stri
   return SessionLease(found->second);
 }
 
-Registry::Erased Registry::erase(const Principal& principal, std::string_view id) {
+Registry::Erased Registry::erase(const Principal& principal, std::string_view id,
+                                 MemoryBudget* memory) {
   failpoint("registry.erase");
   std::shared_ptr<Session> dropped;
+  // Before the lock, since giving up caches locks the registry too.
+  MemoryLease mark = Tombstones::lease(id, memory ? *memory : memory_);
   const std::lock_guard lock(mutex_);
-  tombstones_of(principal).put(std::string(id), (*clock_)());
+  tombstones_of(principal).put(std::string(id), (*clock_)(), std::move(mark));
   std::shared_ptr<Receipt> receipt;
   if (ledger_)
     receipt = ledger_->bury(principal, std::string(id), Ledger::Time::clock::now() + idle_timeout_);
@@ -102,12 +105,14 @@ void Registry::restore(std::shared_ptr<Session> session) {
   sessions_.emplace(std::move(key), std::move(session));
 }
 
-void Registry::bury(const Principal& principal, std::string id, Ledger::Time until) {
+void Registry::bury(const Principal& principal, std::string id, Ledger::Time until,
+                    MemoryBudget* memory) {
   using Duration = std::chrono::steady_clock::duration;
   const auto left = std::chrono::duration_cast<Duration>(until - Ledger::Time::clock::now());
+  MemoryLease mark = Tombstones::lease(id, memory ? *memory : memory_);
   const std::lock_guard lock(mutex_);
   const auto deleted = (*clock_)() - idle_timeout_ + std::min<Duration>(left, idle_timeout_);
-  tombstones_of(principal).put(std::move(id), deleted);
+  tombstones_of(principal).put(std::move(id), deleted, std::move(mark));
 }
 
 void Registry::drop(const Session& session) {

@@ -77,8 +77,9 @@ class Registry {
     explicit operator bool() const { return found; }
   };
   /// Deletes the session. Marks the id as deleted even if there is no such session: it may be on
-  /// its way here from another server.
-  Erased erase(const Principal& principal, std::string_view id);
+  /// its way here from another server. The mark takes its bytes from `memory`, as in `create`,
+  /// if they fit.
+  Erased erase(const Principal& principal, std::string_view id, MemoryBudget* memory = nullptr);
   /// Whether the session was deleted within the idle timeout and not created again.
   bool deleted(const Principal& principal, std::string_view id) const;
   /// Returns at most `count` of the principal's sessions in the order of their ids, starting after
@@ -101,7 +102,8 @@ class Registry {
   void restore(std::shared_ptr<Session> session);
   /// Adds a deletion that the ledger has already; it lasts until `until`, but at most the idle
   /// timeout from now. Call it before `write_to`, for each principal in the order of `until`.
-  void bury(const Principal& principal, std::string id, Ledger::Time until);
+  void bury(const Principal& principal, std::string id, Ledger::Time until,
+            MemoryBudget* memory = nullptr);
   /// Removes `session`, unless another one has taken its name. Does not tell the ledger.
   void drop(const Session& session);
   const std::shared_ptr<const Clock>& clock() const { return clock_; }

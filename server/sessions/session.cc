@@ -253,7 +253,7 @@ Saved Session::keep(const Simulation& simulation) {
 
 std::uint64_t Session::cached_bytes() const {
   const std::lock_guard lock(mutex_);
-  return idle_.size() * simulation_bytes_ + checkpoints_.computed() * state_bytes(saved_size_);
+  return idle_.size() * simulation_bytes_ + checkpoints_.sheddable() * state_bytes(saved_size_);
 }
 
 void Session::shed() {
@@ -295,6 +295,16 @@ void Session::adopt(std::int64_t step, std::vector<double> saved) {
   Saved priced = priced_state(std::move(memory), std::move(saved));
   const std::lock_guard lock(mutex_);
   checkpoints_.adopt(step, std::move(priced));
+  spacing_ = checkpoints_.spacing();
+}
+
+void Session::adopt_if_it_fits(std::int64_t step, std::span<const double> saved) {
+  failpoint("session.adopt");
+  MemoryLease memory = MemoryLease::if_it_fits(memory_, state_bytes(saved.size()));
+  if (!memory) return;
+  Saved priced = priced_state(std::move(memory), {saved.begin(), saved.end()});
+  const std::lock_guard lock(mutex_);
+  checkpoints_.adopt(step, std::move(priced), false);
   spacing_ = checkpoints_.spacing();
 }
 

@@ -91,15 +91,17 @@ class Session : public std::enable_shared_from_this<Session> {
   /// The bytes that `shed` would give back.
   std::uint64_t cached_bytes() const;
   /// Drops what can be computed again: idle simulations, and the checkpoints that are neither at
-  /// step 0 nor adopted.
+  /// step 0 nor a client's.
   void shed();
 
   /// Returns the first step after `step` where `deposit` would keep the state.
   std::int64_t next_checkpoint(std::int64_t step) const;
   /// Keeps the state if its step is one of the fixed indices and there is memory for it.
   void deposit(const Simulation& simulation);
-  /// Keeps a state from a client's checkpoint or from the store: `saved_size()` numbers.
+  /// Keeps a state from a client's checkpoint: `saved_size()` numbers.
   void adopt(std::int64_t step, std::vector<double> saved);
+  /// Keeps a state from the store in the cache if there is memory for it; `shed` drops it.
+  void adopt_if_it_fits(std::int64_t step, std::span<const double> saved);
 
   /// Returns the steps of the cached states in increasing order, from 0.
   std::vector<std::int64_t> cached_steps() const;

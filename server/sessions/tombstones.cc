@@ -5,11 +5,21 @@
 
 namespace stiefel::server {
 
-void Tombstones::put(std::string name, Time now) {
+MemoryLease Tombstones::lease(std::string_view name, MemoryBudget& memory) {
+  try {
+    return {memory, bytes(name)};
+  } catch (const MemoryExhausted&) {
+    return {};
+  }
+}
+
+void Tombstones::put(std::string name, Time now, MemoryLease memory) {
   remove(name);
   expire(now);
-  bytes_ += name.size() + entry_bytes;
-  order_.push_back({std::move(name), now});
+  const std::size_t before = bytes_, taken = bytes(name);
+  while (!memory && !order_.empty() && bytes_ + taken > before) drop(order_.begin());
+  bytes_ += taken;
+  order_.push_back({std::move(name), now, std::move(memory)});
   by_name_.emplace(order_.back().name, std::prev(order_.end()));
   while (order_.size() > max_count || bytes_ > max_bytes) drop(order_.begin());
 }
@@ -28,7 +38,7 @@ void Tombstones::expire(Time now) {
 }
 
 void Tombstones::drop(std::list<Entry>::iterator entry) {
-  bytes_ -= entry->name.size() + entry_bytes;
+  bytes_ -= bytes(entry->name);
   by_name_.erase(entry->name);
   order_.erase(entry);
 }

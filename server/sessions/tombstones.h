@@ -7,6 +7,8 @@
 #include <string_view>
 #include <unordered_map>
 
+#include "server/limits/memory_budget.h"
+
 namespace stiefel::server {
 
 /// Keeps the names of deleted sessions, each for a lifetime, so that no client that still uses a
@@ -21,8 +23,16 @@ class Tombstones {
 
   explicit Tombstones(std::chrono::milliseconds lifetime) : lifetime_(lifetime) {}
 
+  /// Returns the bytes of an entry.
+  static std::size_t bytes(std::string_view name) { return name.size() + entry_bytes; }
+  /// Returns a lease of these bytes, without a budget if they do not fit. Gives up caches.
+  static MemoryLease lease(std::string_view name, MemoryBudget& memory);
+
   /// Records that the session `name` is deleted now; restarts the lifetime of a name that is there.
-  void put(std::string name, Time now);
+  /// `memory` is the lease of the entry. If that has no budget, drops as many bytes of the oldest
+  /// entries as the new one takes.
+  void put(std::string name, Time now,
+           MemoryLease memory = MemoryLease(MemoryBudget::unlimited(), 0));
   /// Whether the session `name` was deleted less than a lifetime ago.
   bool contains(std::string_view name, Time now) const;
   void remove(std::string_view name);
@@ -34,6 +44,7 @@ class Tombstones {
   struct Entry {
     std::string name;
     Time deleted;
+    MemoryLease memory;
   };
   void drop(std::list<Entry>::iterator entry);
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "stiefel/v1/scene.pb.h"
+#include "stiefel/v1/simulation.pb.h"
 
 /// Prices of requests in instructions: reads the numbers on which those of server/pricing depend.
 namespace stiefel::server {
@@ -8,5 +8,10 @@ namespace stiefel::server {
 /// Returns the instructions that finding the substeps of a recommended method takes, if the scene
 /// names neither a method nor a tolerance; 0 where that is negligible.
 double recommendation_work(const v1::Scene& scene);
+/// Returns the most instructions that a MeasureTradeoff may take: its budget. A budget that is no
+/// number, which is refused later, costs 0.
+double tradeoff_work(const v1::MeasureTradeoffRequest& request);
+/// Returns the most instructions that the searches of a Connect may take.
+double connect_work(const v1::ConnectRequest& request);
 
 }  // namespace stiefel::server

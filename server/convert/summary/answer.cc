@@ -18,11 +18,12 @@
 namespace stiefel::server {
 
 grpc::Status SummarizeAnswer::start(MemoryBudget& memory) {
+  memory_ = MemoryLease(memory, reading_memory(request_.ByteSizeLong()));
   auto what = from_proto(request_);
   if (!what) return what.error();
   auto summary = Summary::prepare(session_->scene(), *std::move(what));
   if (!summary) return errors::invalid(summary.error());
-  memory_ = MemoryLease(memory, summary_memory(*session_, *summary));
+  memory_.grow(summary_memory(*session_, *summary));
   messages_.emplace(*session_, summary->description());
   if (const auto status = find_first_state(*summary); !status.ok()) return status;
   write_price(*summary);

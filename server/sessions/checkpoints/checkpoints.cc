@@ -18,24 +18,29 @@ void Checkpoints::put(std::int64_t step, Saved saved) {
   thin();
 }
 
-void Checkpoints::adopt(std::int64_t step, Saved saved) {
-  if (step == 0 || is_adopted(step)) return;
+void Checkpoints::adopt(std::int64_t step, Saved saved, bool lasting) {
+  if (step == 0) return;
+  if (const auto known = std::ranges::find(adopted_, step, &Adopted::step);
+      known != adopted_.end()) {
+    known->lasting |= lasting;
+    return;
+  }
   if (!saved_.contains(step)) {
     bytes_ += bytes(saved);
     saved_.emplace(step, std::move(saved));
   }
-  adopted_.insert(std::ranges::upper_bound(adopted_, step), step);
-  if (adopted_.size() > 2) drop_adopted(step == adopted_[1] ? 2 : 1);
+  adopted_.insert(std::ranges::upper_bound(adopted_, step, {}, &Adopted::step), {step, lasting});
+  if (adopted_.size() > 2) drop_adopted(step == adopted_[1].step ? 2 : 1);
   thin();
 }
 
 bool Checkpoints::is_adopted(std::int64_t step) const {
-  return std::ranges::find(adopted_, step) != adopted_.end();
+  return std::ranges::find(adopted_, step, &Adopted::step) != adopted_.end();
 }
 
 void Checkpoints::drop_adopted(std::size_t index) {
   const auto one = adopted_.begin() + static_cast<std::ptrdiff_t>(index);
-  const std::int64_t step = *one;
+  const std::int64_t step = one->step;
   adopted_.erase(one);
   drop_if([&](std::int64_t kept) { return kept == step && step % spacing_ != 0; });
 }
@@ -73,7 +78,13 @@ std::size_t Checkpoints::computed() const {
   return saved_.size() - saved_.contains(0) - adopted_.size();
 }
 
+std::size_t Checkpoints::sheddable() const {
+  return computed() +
+         static_cast<std::size_t>(std::ranges::count(adopted_, false, &Adopted::lasting));
+}
+
 void Checkpoints::shed() {
+  std::erase_if(adopted_, [](const Adopted& one) { return !one.lasting; });
   drop_if([&](std::int64_t step) { return step != 0 && !is_adopted(step); });
 }
 

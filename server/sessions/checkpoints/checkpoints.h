@@ -24,8 +24,9 @@ class Checkpoints {
   bool wants(std::int64_t step) const { return step % spacing_ == 0 && !saved_.contains(step); }
   void put(std::int64_t step, Saved saved);
   /// Takes a state at any step. Of the adopted states keeps the one at the smallest step and the
-  /// newest; if the two do not fit together, only the one at the larger step.
-  void adopt(std::int64_t step, Saved saved);
+  /// newest; if the two do not fit together, only the one at the larger step. `shed` drops it
+  /// unless it is `lasting`.
+  void adopt(std::int64_t step, Saved saved, bool lasting = true);
 
   struct Nearest {
     std::int64_t step;
@@ -38,13 +39,19 @@ class Checkpoints {
   std::int64_t spacing() const { return spacing_; }
   std::vector<std::int64_t> steps() const;
 
-  /// The number of states that can be computed again: all but step 0 and the adopted ones.
-  std::size_t computed() const;
-  /// Drops the states that can be computed again.
+  /// The number of states that `shed` drops: all but step 0 and the lasting adopted ones.
+  std::size_t sheddable() const;
   void shed();
 
  private:
+  struct Adopted {
+    std::int64_t step;
+    bool lasting;
+  };
+
   void thin();
+  /// The number of states that are neither at step 0 nor adopted.
+  std::size_t computed() const;
   bool is_adopted(std::int64_t step) const;
   /// Drops the adopted state with that index in `adopted_`; keeps it as a computed one if its step
   /// is a multiple of the spacing.
@@ -53,7 +60,7 @@ class Checkpoints {
   void drop_if(Drop drop);
 
   std::int64_t spacing_;
-  std::vector<std::int64_t> adopted_;  // at most two steps, the earlier first
+  std::vector<Adopted> adopted_;  // at most two, the earlier first
   std::size_t bytes_ = 0;
   std::map<std::int64_t, Saved> saved_;
 };

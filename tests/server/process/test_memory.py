@@ -56,6 +56,34 @@ def test_everything_at_once(serve):
         assert stub.Step(pb.StepRequest(session_id="streamed", to=3)).sample.step == 3
 
 
+@pytest.mark.parametrize("method", ["Step", "ForkSession", "Summarize", "Stream"])
+def test_fields_of_a_later_version_are_not_kept(serve, method):
+    """Forty calls that run, each with 31 MB of which this version knows nothing."""
+    process = serve("--log-level", "off", "--memory", "512M", "--threads", "2")
+    far = 10**12
+    request = {"Step": pb.StepRequest(session_id="s", to=far),
+               "ForkSession": pb.ForkSessionRequest(session_id="f", from_session_id="s", from_step=far),
+               "Summarize": pb.SummarizeRequest(session_id="s", to=far),
+               "Stream": pb.StreamRequest(session_id="s", to=far)}[method]
+    size = 31 * 10**6
+    length = bytes(size >> 7 * k & 127 | (128 if size >> 7 * (k + 1) else 0) for k in range(4))
+    raw = request.SerializeToString() + b"\xfa\x3f" + length + bytes(size)  # field 1023
+    with process.channel(options=[("grpc.max_send_message_length", -1)]) as channel:
+        rpc.SimulationServiceStub(channel).CreateSession(creation("s", body(16)))
+        call = (channel.unary_unary if method in ("Step", "ForkSession") else channel.unary_stream)(
+            f"/stiefel.v1.SimulationService/{method}")
+        held = []
+        for _ in range(40):
+            held.append(call.future(raw, timeout=120) if hasattr(call, "future") else call(raw, timeout=120))
+            time.sleep(0.1)
+        time.sleep(1)
+        running = sum(not one.done() for one in held)
+        for one in held:
+            one.cancel()
+    assert running == 40
+    assert process.memory() < 1.2 * 512 * MiB, process.memory() / MiB
+
+
 def ensemble(members):
     """Bodies in three dimensions, each with an attitude and a momentum of its own."""
     scene = pb.Scene(system="rigid_body", inertia=[2.5, 1.5, 0.5], step=0.01, members=members,

@@ -1,9 +1,12 @@
 """SIGTERM: it says so at once, lets work finish for the grace period, and always ends."""
+import os
 import signal
+import subprocess
 import threading
 import time
 
 import grpc
+import numpy as np
 import pytest
 
 import stiefel
@@ -104,3 +107,30 @@ def test_clients_that_do_nothing_do_not_hold_it_up(serve, silence):
         assert time.monotonic() - start < 2.2
         never.set()
         del held
+
+
+def test_a_server_that_is_opening_its_store_ends_at_once(serve, tmp_path):
+    """Sessions of many bodies take long to restore; nothing is served yet, so nothing is waited for."""
+    members = 1 << 16
+    velocities = np.random.default_rng(1).normal(size=3 * members)
+    scene = {"system": "rigid_body", "step": 0.01, "members": members, "method": {"name": "rk4"},
+             "body": {"moments": [1, 2, 3], "angular_velocity": velocities}}
+    store = ["--store", str(tmp_path / "store"), "--grace", "0.2", "--threads", "1"]
+    first = serve(*store)
+    with stiefel.Client(first.address) as client:
+        for number in range(8):
+            client.create(scene | {"step": 0.01 + 1e-3 * number})
+    first.child.kill()
+    first.child.wait()
+    start = time.monotonic()
+    assert serve(*store).stop() == 0
+    opening = time.monotonic() - start
+    again = subprocess.Popen([os.environ["STIEFEL_SERVER"], "--listen", "127.0.0.1:0", *store], stdin=subprocess.DEVNULL,
+                             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    time.sleep(min(0.3, opening / 4))
+    start = time.monotonic()
+    again.send_signal(signal.SIGTERM)
+    said = again.communicate(timeout=60)
+    assert again.returncode == 0, said
+    assert "listening" not in said[0]
+    assert time.monotonic() - start < 2.2, f"opening takes {opening:.1f} s"

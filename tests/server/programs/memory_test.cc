@@ -87,6 +87,22 @@ TEST(MemoryBudget, GivesUpCachesFirst) {
   EXPECT_EQ(asked, 1) << "what can never fit costs nobody a cache";
 }
 
+TEST(MemoryBudget, TakesWhatWasPromisedBeyondTheLimit) {
+  MemoryBudget budget(100);
+  MemoryLease cache(budget, 60);
+  budget.reclaim_with([&](std::uint64_t) { cache = {}; });
+  budget.allow_excess(true);
+  MemoryLease first(budget, 80);
+  EXPECT_EQ(budget.used(), 80) << "caches first";
+  const MemoryLease second(budget, 80);
+  EXPECT_EQ(budget.used(), 160);
+  budget.allow_excess(false);
+  EXPECT_THROW(MemoryLease(budget, 1), MemoryExhausted);
+  EXPECT_FALSE(MemoryLease::if_it_fits(budget, 1));
+  first = {};
+  EXPECT_TRUE(MemoryLease::if_it_fits(budget, 20));
+}
+
 TEST(MemoryBudget, APartTakesFromTheWhole) {
   MemoryBudget whole(100);
   MemoryBudget part(60, whole, "part"), other(60, whole, "other");
@@ -314,6 +330,39 @@ TEST_F(Memory, LongWorkIsPriced) {
   v1::MeasureTradeoffResponse response;
   EXPECT_FALSE(stream->Read(&response));
   expect_refused(stream->Finish(), false);
+}
+
+/// A request is counted for as long as its call runs, and what is read from it too.
+TEST_F(Memory, RequestsInFlightAreCounted) {
+  ASSERT_TRUE(create("s", test::wire_scene()).ok());
+  v1::SummarizeRequest request;
+  request.set_session_id("s");
+  request.set_to(1'000'000'000);
+  for (int i = 0; i < 400'000; ++i) request.add_times(9e6 + i);
+  std::vector<std::unique_ptr<grpc::ClientContext>> contexts;
+  std::vector<std::unique_ptr<grpc::ClientReader<v1::SummarizeResponse>>> streams;
+  int refused = 0;
+  for (int i = 0; i < 15; ++i) {
+    contexts.push_back(std::make_unique<grpc::ClientContext>());
+    auto stream = harness_.stub->Summarize(contexts.back().get(), request);
+    v1::SummarizeResponse progress;
+    if (stream->Read(&progress)) {
+      streams.push_back(std::move(stream));
+      continue;
+    }
+    ++refused;
+    expect_refused(stream->Finish(), true);
+  }
+  EXPECT_GE(streams.size(), 2) << "two requests of 3 MB, twice each";
+  EXPECT_LE(streams.size(), 8) << "40 MiB hold no more";
+  EXPECT_TRUE(step("s", 3).ok()) << "a small request is never refused";
+  for (auto& context : contexts) context->TryCancel();
+  for (auto& stream : streams) {
+    v1::SummarizeResponse message;
+    while (stream->Read(&message)) {
+    }
+    stream->Finish();
+  }
 }
 
 /// Those that do not fit are refused, the others wait, and all of it is given back.

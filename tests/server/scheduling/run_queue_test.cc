@@ -174,6 +174,29 @@ TEST_F(RunQueueTest, AWorkerRunsOnlyWhatItReaches) {
   EXPECT_EQ(order_, "bsqwx");
 }
 
+TEST_F(RunQueueTest, OnlyAShareWithoutASearchIsNeglected) {
+  Share greedy, first, second;
+  queue(greedy, 'g', 1, slice, endless, JobKind::unsliced);
+  const RunQueue::Turn search = queue_.pop(JobKind::unsliced, now_);
+  ASSERT_TRUE(search.job);
+  queue(greedy, 'h', 1, slice, endless, JobKind::unsliced);
+  queue(greedy, 's', 1, slice, 0);
+  EXPECT_FALSE(queue_.pop_neglected(now_).job) << "it has a search of its own";
+  queue(first, 'a', 1, slice, endless, JobKind::unsliced);
+  queue(first, 'b', 1, slice, endless, JobKind::unsliced);
+  queue(second, 'c', 1, slice, endless, JobKind::sliced);
+  std::vector<RunQueue::Turn> turns{queue_.pop_neglected(now_), queue_.pop_neglected(now_)};
+  ASSERT_TRUE(turns[0].job && turns[1].job);
+  EXPECT_NE(turns[0].share, turns[1].share);
+  EXPECT_FALSE(queue_.pop_neglected(now_).job) << "one of each";
+  for (const RunQueue::Turn& turn : turns) queue_.charge(turn, slice, false, now_);
+  const RunQueue::Turn next = queue_.pop_neglected(now_);
+  EXPECT_EQ(next.share, &first);
+  queue_.charge(next, slice, false, now_);
+  queue_.charge(search, slice, false, now_);
+  EXPECT_EQ(queue_.pop_neglected(now_).share, &greedy);
+}
+
 TEST_F(RunQueueTest, AShareBeyondItsRateRunsShortJobsOnly) {
   WorkRate rate(100 * slice);
   Share limited(&rate), free;

@@ -204,6 +204,53 @@ TEST(Scheduler, OneWorkerIsKeptFromSearches) {
   }
 }
 
+/// A principal whose searches do not end holds up its own further searches, and no other principal:
+/// not a second one, and not a third one while the second one searches too.
+TEST(Scheduler, ASearchOfOnePrincipalHoldsUpNoOther) {
+  for (const int threads : {1, 2, 3}) {
+    const int others = std::max(1, threads - 1);
+    std::latch searching(others), release(1), rest(2 * others + 1);
+    std::counting_semaphore<8> second_began(0), third_done(0);
+    std::atomic<int> searches = 0;
+    Share greedy, second, third;
+    std::list<Calling> jobs;
+    Scheduler scheduler(threads);
+    const auto submit = [&](Share& share, JobKind kind, std::function<bool()> work) {
+      jobs.emplace_back(std::move(work));
+      scheduler.submit(&jobs.back().of(share, endless), kind);
+    };
+    for (int i = 0; i < 2 * others; ++i) {
+      submit(greedy, JobKind::unsliced, [&, i] {
+        ++searches;
+        if (i < others) searching.count_down();
+        release.wait();
+        rest.count_down();
+        return false;
+      });
+    }
+    searching.wait();
+    submit(second, JobKind::unsliced, [&] {
+      second_began.release();
+      release.wait();
+      rest.count_down();
+      return false;
+    });
+    EXPECT_TRUE(second_began.try_acquire_for(std::chrono::seconds(10))) << threads;
+    for (const JobKind kind : {JobKind::unsliced, JobKind::sliced, JobKind::unsliced}) {
+      submit(third, kind, [&, left = 5]() mutable {
+        if (--left > 0) return true;
+        third_done.release();
+        return false;
+      });
+    }
+    for (int i = 0; i < 3; ++i)
+      EXPECT_TRUE(third_done.try_acquire_for(std::chrono::seconds(10))) << threads;
+    EXPECT_EQ(searches, others) << "the further searches of the first principal wait";
+    release.count_down();
+    rest.wait();
+  }
+}
+
 /// Two workers: the kept one leaves a sliced job to the other.
 TEST(Scheduler, TheKeptWorkerRunsLongJobsInBriefSlicesOnly) {
   std::latch begun(2), release(1);

@@ -4,6 +4,7 @@
 #include <limits>
 #include <random>
 
+#include "server/convert/errors.h"
 #include "tests/server/harness.h"
 
 namespace stiefel {
@@ -177,6 +178,26 @@ TEST_F(Errors, TooManySessionsSaysWhichLimitAndWhenToRetry) {
   v1::RetryInfo retry;
   ASSERT_TRUE(retry.ParseFromString(details.details(2).value()));
   EXPECT_EQ(retry.retry_delay().seconds(), 1);
+}
+
+TEST(ErrorsOfResources, SayWhichQuotaAndWhenToRetry) {
+  const auto expect = [](const grpc::Status& status, const char* reason, const char* subject) {
+    expect_reason(status, grpc::RESOURCE_EXHAUSTED, reason);
+    v1::Status details;
+    ASSERT_TRUE(details.ParseFromString(status.error_details()));
+    ASSERT_EQ(details.details_size(), 3) << reason;
+    EXPECT_EQ(details.details(1).type_url(), "type.googleapis.com/google.rpc.QuotaFailure");
+    v1::QuotaFailure quota;
+    ASSERT_TRUE(quota.ParseFromString(details.details(1).value()));
+    ASSERT_EQ(quota.violations_size(), 1);
+    EXPECT_EQ(quota.violations(0).subject(), subject);
+    EXPECT_EQ(server::errors::retry_delay(status), std::chrono::seconds(1)) << reason;
+  };
+  using Fault = server::WriteFault;
+  expect(server::errors::out_of_memory(), "OUT_OF_MEMORY", "memory");
+  expect(server::errors::not_written(Fault{Fault::Kind::full, "no space"}), "STORE_FULL", "store");
+  expect(server::errors::not_written(Fault{Fault::Kind::out_of_memory, ""}), "OUT_OF_MEMORY",
+         "memory");
 }
 
 TEST_F(Errors, OfRouting) {

@@ -246,6 +246,39 @@ TEST(Quotas, ThePriceOfOneCall) {
   EXPECT_EQ(told(reader->Finish(), searched).limit, "call_work") << "a search counts as 5e10";
 }
 
+TEST(Quotas, ASearchCostsWhatItMayTake) {
+  test::Harness harness({.quota = {.call_work = 2e12}});
+  const auto limit_of = [](const grpc::Status& status, const grpc::ClientContext& context) {
+    return status.error_code() == grpc::RESOURCE_EXHAUSTED ? told(status, context).limit : "";
+  };
+  const auto tradeoff = [&](double budget) {
+    v1::MeasureTradeoffRequest request;
+    *request.mutable_scene() = test::wire_scene();
+    request.set_budget(budget);
+    grpc::ClientContext context;
+    const auto reader = harness.stub->MeasureTradeoff(&context, request);
+    v1::MeasureTradeoffResponse message;
+    reader->Read(&message);
+    context.TryCancel();
+    while (reader->Read(&message)) {
+    }
+    return limit_of(reader->Finish(), context);
+  };
+  EXPECT_EQ(tradeoff(1e14), "call_work");
+  EXPECT_EQ(tradeoff(1e12), "");
+  const auto connect = [&](int pairs) {
+    v1::ConnectRequest request;
+    for (int i = 0; i < pairs; ++i) request.add_pairs();
+    grpc::ClientContext context;
+    const auto reader = harness.stub->Connect(&context, request);
+    v1::ConnectResponse message;
+    EXPECT_FALSE(reader->Read(&message));
+    return limit_of(reader->Finish(), context);
+  };
+  EXPECT_EQ(connect(3), "call_work") << "10¹² a pair";
+  EXPECT_EQ(connect(1), "");
+}
+
 TEST(Quotas, QueuedWork) {
   test::Harness harness({.quota = {.queued_work = 1e12}});
   harness.create("s", test::wire_scene());

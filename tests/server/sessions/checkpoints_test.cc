@@ -47,7 +47,7 @@ TEST(Checkpoints, KeepWhatWasAdopted) {
   checkpoints.adopt(77, numbers(4));
   for (std::int64_t step = 10; step <= 100'000; step += 10) checkpoints.put(step, numbers(4));
   checkpoints.shed();
-  EXPECT_EQ(checkpoints.computed(), 0u);
+  EXPECT_EQ(checkpoints.sheddable(), 0u);
   EXPECT_EQ(checkpoints.steps(), (std::vector<std::int64_t>{0, 33, 77}));
   checkpoints.adopt(55, numbers(4));
   EXPECT_EQ(checkpoints.steps(), (std::vector<std::int64_t>{0, 33, 55})) << "the newest";
@@ -57,6 +57,19 @@ TEST(Checkpoints, KeepWhatWasAdopted) {
   EXPECT_EQ(checkpoints.steps(), (std::vector<std::int64_t>{0, 20, 99})) << "the earliest";
   checkpoints.adopt(99, numbers(4));
   EXPECT_EQ(checkpoints.steps(), (std::vector<std::int64_t>{0, 20, 99})) << "once";
+}
+
+TEST(Checkpoints, ARestoredOneIsShed) {
+  Checkpoints checkpoints(10);
+  checkpoints.put(0, numbers(4));
+  checkpoints.adopt(33, numbers(4), false);
+  checkpoints.adopt(77, numbers(4), false);
+  EXPECT_EQ(checkpoints.sheddable(), 2u);
+  checkpoints.adopt(33, numbers(4));
+  EXPECT_EQ(checkpoints.sheddable(), 1u) << "a client brought it again";
+  checkpoints.shed();
+  EXPECT_EQ(checkpoints.steps(), (std::vector<std::int64_t>{0, 33}));
+  EXPECT_EQ(checkpoints.sheddable(), 0u);
 }
 
 TEST(Checkpoints, TheLaterAdoptedOneStaysWhereThereIsPlaceForOne) {

@@ -56,6 +56,24 @@ TEST(Tombstones, TheOldestGoFirstWhenThereAreTooMany) {
   EXPECT_EQ(long_names.size(), fit);
 }
 
+TEST(Tombstones, CountAgainstTheMemory) {
+  MemoryBudget memory(3 * Tombstones::bytes("a"));
+  Tombstones tombstones(1h);
+  const auto put = [&](const std::string& name) {
+    tombstones.put(name, start, Tombstones::lease(name, memory));
+  };
+  for (const char* name : {"a", "b", "c"}) put(name);
+  EXPECT_EQ(memory.used(), memory.limit());
+  put("d");
+  EXPECT_FALSE(tombstones.contains("a", start)) << "the oldest made room";
+  for (const char* name : {"b", "c", "d"}) EXPECT_TRUE(tombstones.contains(name, start)) << name;
+  tombstones.remove("b");
+  EXPECT_LT(memory.used(), memory.limit());
+  Tombstones others(1h);
+  others.put("e", start, Tombstones::lease("a long name", memory));
+  EXPECT_TRUE(others.contains("e", start)) << "the newest stays";
+}
+
 class RegistryTombstones : public testing::Test {
  protected:
   auto create(bool recreate) {
@@ -77,6 +95,17 @@ TEST_F(RegistryTombstones, ADeletedSessionDoesNotComeBack) {
   now_ += 1h;
   EXPECT_FALSE(registry_.deleted(everybody, "a"));
   EXPECT_TRUE(create(true));
+}
+
+TEST(RegistryMemory, TombstonesCountAndGiveUpCaches) {
+  MemoryBudget memory(std::uint64_t{1} << 20);
+  Registry registry(3, 1h, {}, nullptr, memory);
+  registry.create(everybody, "cached", test::scene(), "", {}, false);
+  const MemoryLease others(memory, memory.limit() - memory.used());
+  for (int i = 0; i < 10; ++i) registry.erase(everybody, std::to_string(i));
+  for (int i = 0; i < 10; ++i) EXPECT_TRUE(registry.deleted(everybody, std::to_string(i))) << i;
+  EXPECT_LE(memory.used(), memory.limit());
+  EXPECT_GE(memory.used(), others.bytes() + 10 * Tombstones::bytes("0"));
 }
 
 TEST_F(RegistryTombstones, ADeletionMayComeBeforeTheSession) {

@@ -67,6 +67,54 @@ TEST_F(RestartTest, ALongRunGoesOnFromItsCheckpoint) {
   EXPECT_LT(reply.computed_steps(), far / 2);
 }
 
+TEST_F(RestartTest, AFullServerStartsAgain) {
+  auto options = with_store(file_);
+  options.memory = std::uint64_t{64} << 20;
+  options.max_sessions = 100'000;
+  std::vector<std::string> made;
+  const auto fill = [&](Stub& stub, const std::string& prefix, const v1::Scene& scene) {
+    for (int i = 0; i < 2000; ++i) {
+      const std::string id = prefix + std::to_string(i);
+      if (!create(stub, id, scene).ok()) return;
+      made.push_back(id);
+    }
+  };
+  const v1::Scene large = wire_scene({.method = "rk4", .dimension = 96});
+  constexpr std::int64_t far = 64;
+  std::string bits;
+  {
+    // Checkpoints of the large sessions reach the store; smaller sessions then take their memory.
+    Harness harness(options);
+    fill(*harness.stub, "large", large);
+    ASSERT_GT(made.size(), 20u);
+    for (const std::string& id : made) bits = bytes_of(harness.step(id, far).sample());
+    std::this_thread::sleep_for(std::chrono::seconds(2));
+    fill(*harness.stub, "small", numbered(0));
+  }
+  Harness harness(options);
+  for (const std::string& id : made) EXPECT_TRUE(get(*harness.stub, id, v1::SCENE_VIEW_NONE)) << id;
+  EXPECT_EQ(bytes_of(harness.step("large0", far).sample()), bits);
+  EXPECT_TRUE(erase(*harness.stub, "large1").ok());
+  EXPECT_TRUE(create(*harness.stub, "more", numbered(1)).ok());
+}
+
+TEST_F(RestartTest, AServerStartsWithLessMemoryThanItsSessionsTake) {
+  auto options = with_store(file_);
+  constexpr int sessions = 60;
+  const v1::Scene large = wire_scene({.method = "rk4", .dimension = 96});
+  {
+    Harness harness(options);
+    for (int i = 0; i < sessions; ++i) harness.create(std::to_string(i), large);
+  }
+  options.memory = std::uint64_t{64} << 20;
+  Harness harness(options);
+  for (int i = 0; i < sessions; ++i)
+    EXPECT_TRUE(get(*harness.stub, std::to_string(i), v1::SCENE_VIEW_NONE)) << i;
+  EXPECT_EQ(create(*harness.stub, "more", large).reason(), "MEMORY_LIMIT");
+  for (int i = 0; i < sessions - 5; ++i) EXPECT_TRUE(erase(*harness.stub, std::to_string(i)).ok());
+  EXPECT_EQ(harness.step(std::to_string(sessions - 1), 3).sample().step(), 3);
+}
+
 TEST_F(RestartTest, ADeletedSessionStaysDeletedAfterARestart) {
   for (int restart = 0; restart < 3; ++restart) {
     Harness harness(with_store(file_));
