@@ -120,9 +120,30 @@ void Scheduler::lift_rates() {
 }
 
 void Scheduler::submit(Job* job, JobKind kind) noexcept {
-  const std::lock_guard lock(mutex_);
-  const bool is_short = queue_.push(job, kind);
-  wake_for(kind, is_short);
+  {
+    const std::lock_guard lock(mutex_);
+    if (!job->hastened_) {
+      const bool is_short = queue_.push(job, kind);
+      wake_for(kind, is_short);
+      return;
+    }
+  }
+  finish(job);
+}
+
+void Scheduler::hasten(Job* job) noexcept {
+  {
+    const std::lock_guard lock(mutex_);
+    job->hastened_ = true;
+    if (!RunQueue::is_queued(job)) return;
+    queue_.remove(job);
+  }
+  finish(job);
+}
+
+void Scheduler::finish(Job* job) noexcept {
+  while (job->run_slice()) {
+  }
 }
 
 void Scheduler::wake_for(JobKind kind, bool is_short) {
@@ -192,9 +213,15 @@ void Scheduler::work(bool kept) {
     lock.lock();
     in_unsliced_ -= unsliced;
     work_done_.fetch_add(done, std::memory_order_relaxed);
-    queue_.charge(turn, done, more, std::chrono::steady_clock::now());
+    const bool last = more && turn.job->hastened_;
+    queue_.charge(turn, done, more && !last, std::chrono::steady_clock::now());
+    if (last) {
+      lock.unlock();
+      finish(turn.job);
+      lock.lock();
+    }
     // The job may have become too long for the kept worker.
-    if (kept && more) wake_another();
+    if (kept && more && !last) wake_another();
   }
 }
 
