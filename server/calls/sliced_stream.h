@@ -2,6 +2,8 @@
 
 #include <grpcpp/support/server_callback.h>
 
+#include <algorithm>
+#include <atomic>
 #include <cstdint>
 #include <expected>
 #include <memory>
@@ -72,10 +74,13 @@ class SlicedStream final : public grpc::ServerWriteReactor<Response>, private Jo
     }
   }
 
-  void OnCancel() override { stop_.request_stop(); }
+  void OnCancel() override {
+    leave();
+    host_.scheduler.hasten(this);
+  }
   void OnWriteDone(bool ok) override {
     log_.written();
-    if (!ok) stop_.request_stop();
+    if (!ok) leave();
     pool_.submit(this);
   }
   void OnDone() override {
@@ -103,15 +108,18 @@ class SlicedStream final : public grpc::ServerWriteReactor<Response>, private Jo
       failpoint("call.slice");
       if (!std::exchange(started_, true) && host_.lifecycle.refusing())
         return std::unexpected(errors::shutting_down());
-      if (cancelled()) return std::unexpected(errors::cancelled());
+      if (cancelled_) return std::unexpected(errors::cancelled());
       const auto progress = work_->slice(stop_.get_token(), message_);
-      if (cancelled()) return std::unexpected(errors::cancelled());
+      if (cancelled_) return std::unexpected(errors::cancelled());
       return progress;
     } catch (...) {
       return std::unexpected(errors::from_current_exception());
     }
   }
-  bool cancelled() const { return stop_.stop_requested() && !host_.lifecycle.stopping(); }
+  void leave() {
+    cancelled_ = true;
+    stop_.request_stop();
+  }
 
   void end(const grpc::Status& status) {
     log_.finish(status, work_->computed_steps());
@@ -128,6 +136,7 @@ class SlicedStream final : public grpc::ServerWriteReactor<Response>, private Jo
   CallLog log_;
   Ticket ticket_;
   Work work_;
+  std::atomic<bool> cancelled_ = false;
   std::stop_source stop_;
   std::stop_callback<RequestStop> shutdown_;
   bool started_ = false;
@@ -136,10 +145,11 @@ class SlicedStream final : public grpc::ServerWriteReactor<Response>, private Jo
 
 /// Starts a call in which each slice makes one message: `produce(stop, message)` returns
 /// expected<bool, grpc::Status>, true for the last message. The token also stops what `produce`
-/// computes in the engine.
+/// computes in the engine. `price`: the predicted work in instructions; at least the pool's cap is
+/// billed.
 template <class Response, class Produce>
 grpc::ServerWriteReactor<Response>* message_a_slice(Host& host, Pool& pool, CallLog log,
-                                                    Produce produce) {
+                                                    Produce produce, double price = 0) {
   class Work final : public StreamWork<Response> {
    public:
     Work(const Lifecycle& lifecycle, Produce produce)
@@ -157,7 +167,7 @@ grpc::ServerWriteReactor<Response>* message_a_slice(Host& host, Pool& pool, Call
     Produce produce_;
   };
   return new SlicedStream<Response>(host, pool, std::move(log), Ticket::Kind::call,
-                                    pool.price_cap(),
+                                    std::max(price, pool.price_cap()),
                                     std::make_unique<Work>(host.lifecycle, std::move(produce)));
 }
 

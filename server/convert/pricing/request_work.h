@@ -9,4 +9,8 @@ namespace stiefel::server {
 /// names neither a method nor a tolerance; 0 where that is negligible.
 double recommendation_work(const v1::Scene& scene);
 
+/// Returns the predicted instructions of making a session of the scene, and those of converting it.
+double creation_work(const v1::Scene& scene);
+double conversion_work(const v1::Scene& scene);
+
 }  // namespace stiefel::server
