@@ -1,17 +1,11 @@
-#include "server/calls/limits.h"
 #include "server/calls/service.h"
 #include "server/calls/sliced_stream.h"
 #include "server/convert/conversion.h"
 #include "server/convert/pricing/request_memory.h"
+#include "server/convert/pricing/request_work.h"
 #include "server/convert/resolve.h"
 
 namespace stiefel::server {
-namespace {
-
-/// The conversion of a larger scene is more than a slice of work.
-constexpr int small_dimension = 64;
-
-}  // namespace
 
 grpc::ServerWriteReactor<v1::ConvertResponse>* Service::Convert(Context* context,
                                                                 const v1::ConvertRequest* request) {
@@ -20,12 +14,10 @@ grpc::ServerWriteReactor<v1::ConvertResponse>* Service::Convert(Context* context
     const auto memory =
         std::make_shared<const MemoryLease>(log.account().memory(), conversion_memory(*request));
     const auto answer = std::make_shared<ConversionAnswer>(*request);
-    const v1::Scene& scene = request->scene();
-    const bool long_work = wants_choice(scene) || scene.inertia_size() > small_dimension ||
-                           scene.members() > few_members;
-    Pool& pool = long_work ? host_.searches : host_.pool;
+    const double work = conversion_work(request->scene());
+    Pool& pool = wants_choice(request->scene()) ? host_.searches : host_.pool_for_piece(work);
     return message_a_slice<v1::ConvertResponse>(
-        host_, pool, std::move(log), 0,
+        host_, pool, std::move(log), work,
         [memory, answer](const std::stop_token&,
                          v1::ConvertResponse& response) -> std::expected<bool, grpc::Status> {
           if (const auto status = answer->next(response); !status.ok())

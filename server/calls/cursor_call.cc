@@ -12,18 +12,17 @@
 namespace stiefel::server {
 
 CursorCall::CursorCall(Host& host, CallLog log, SessionLease session, std::int64_t to,
-                       Search search, bool long_search, MemoryLease memory)
+                       Search search, const Rest& rest, MemoryLease memory)
     : host_(host),
       log_(std::move(log)),
       memory_(std::move(memory)),
       session_(std::move(session)),
       to_(to),
       answer_(std::move(search)),
-      search_pending_(long_search),
+      rest_(rest.pool),
       shutdown_(host.lifecycle.stop_token(), RequestStop{stop_}) {
-  Pool& pool = host_.pool_for((*session_)->step_cost());
-  const double price = (*session_)->work((*session_)->start_for(to), to) +
-                       (long_search ? host_.searches.price_cap() : 0);
+  Pool& pool = host_.pool_for((*session_)->step_kind());
+  const double price = (*session_)->work((*session_)->start_for(to), to) + rest.price;
   log_.price(price);
   const grpc::Status admitted = admit(ticket_, log_.account(), Ticket::Kind::call, price);
   host_.lifecycle.enter();
@@ -41,10 +40,10 @@ CursorCall::CursorCall(Host& host, CallLog log, SessionLease session, std::int64
           host, std::move(log), std::move(session), to,
           [answer = std::move(answer)](const Session& at, const Cursor& cursor,
                                        const std::stop_token&) { return answer(at, cursor); },
-          false, std::move(memory)) {}
+          Rest(), std::move(memory)) {}
 
 CursorCall::CursorCall(Host& host, CallLog log, SessionLease session, std::int64_t to,
-                       Search search, MemoryLease memory)
+                       const Rest& rest, Search search, MemoryLease memory)
     : CursorCall(
           host, std::move(log), std::move(session), to,
           [&host, search = std::move(search)](const Session& at, const Cursor& cursor,
@@ -54,22 +53,21 @@ CursorCall::CursorCall(Host& host, CallLog log, SessionLease session, std::int64
             if (!answered || stop.stop_requested()) return stopped(host.lifecycle);
             return *answered;
           },
-          true, std::move(memory)) {}
+          rest, std::move(memory)) {}
 
 bool CursorCall::run_slice() noexcept {
   try {
-    if (stop_.stop_requested() && !host_.lifecycle.stopping()) {
+    if (cancelled_) {
       finish(errors::cancelled());
     } else if (cursor_done_ || advance_cursor()) {
       cursor_done_ = true;
-      if (std::exchange(search_pending_, false)) {
+      if (Pool* const rest = std::exchange(rest_, nullptr)) {
         log_.worked();
-        host_.searches.submit(this);
+        rest->submit(this);
         return false;
       }
       const Answered answered = answer_(**session_, *cursor_, stop_.get_token());
-      const bool left = stop_.stop_requested() && !host_.lifecycle.stopping();
-      finish(left ? Answered(errors::cancelled()) : answered);
+      finish(cancelled_ ? Answered(errors::cancelled()) : answered);
     } else {
       log_.worked();
       return true;
@@ -99,6 +97,12 @@ void CursorCall::finish(const Answered& answered) {
     log_.finish(status, steps);
     Finish(status);
   });
+}
+
+void CursorCall::OnCancel() {
+  cancelled_ = true;
+  stop_.request_stop();
+  host_.scheduler.hasten(this);
 }
 
 void CursorCall::OnDone() {
@@ -131,17 +135,29 @@ bool PooledCall::run_slice() noexcept {
   Answered answered{grpc::Status::OK};
   try {
     const std::stop_token stop = stop_.get_token();
-    answered = stoppable(stop, [&] { return work_(stop); }).value_or(stopped(host_.lifecycle));
+    answered = cancelled_ ? errors::cancelled() : stoppable(stop, [&] {
+                                                    return work_(stop);
+                                                  }).value_or(stopped(host_.lifecycle));
   } catch (...) {
     answered = errors::from_current_exception();
   }
+  finish(answered);
+  return false;
+}
+
+void PooledCall::finish(const Answered& answered) {
   ticket_.give_back();
   log_.worked();
   when_written(answered, [this](const grpc::Status& status) {
     log_.finish(status);
     Finish(status);
   });
-  return false;
+}
+
+void PooledCall::OnCancel() {
+  cancelled_ = true;
+  stop_.request_stop();
+  host_.scheduler.hasten(this);
 }
 
 void PooledCall::OnDone() {

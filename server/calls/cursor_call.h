@@ -2,6 +2,7 @@
 
 #include <grpcpp/support/server_callback.h>
 
+#include <atomic>
 #include <functional>
 #include <optional>
 #include <stop_token>
@@ -17,22 +18,35 @@ class CursorCall final : public grpc::ServerUnaryReactor, private Job {
  public:
   /// Writes the reply at the step where the cursor ended.
   using Answer = std::function<Answered(const Session&, const Cursor&)>;
-  /// Writes the reply after more work, on the pool for work without slices. The token requests a
-  /// stop when the caller cancels or the server shuts down, which also stops the engine's work.
+  /// Writes the reply after more work. The token requests a stop when the caller cancels or the
+  /// server shuts down, which also stops the engine's work.
   using Search = std::function<Answered(const Session&, const Cursor&, const std::stop_token&)>;
+  /// The work of a Search: the pool on which it runs, null for the thread that computed the last
+  /// step, and its price in instructions.
+  struct Rest {
+    Pool* pool = nullptr;
+    double price = 0;
+
+    /// Returns that of work of a known price.
+    static Rest of(Host& host, double price) {
+      return {price <= short_work ? nullptr : &host.pool_for_piece(price), price};
+    }
+    /// Returns that of work which may take long.
+    static Rest search(Host& host, double price) { return {&host.searches, price}; }
+  };
 
   /// `memory` is held until the reply is delivered.
   CursorCall(Host& host, CallLog log, SessionLease session, std::int64_t to, Answer answer,
              MemoryLease memory = {});
-  CursorCall(Host& host, CallLog log, SessionLease session, std::int64_t to, Search search,
-             MemoryLease memory = {});
+  CursorCall(Host& host, CallLog log, SessionLease session, std::int64_t to, const Rest& rest,
+             Search search, MemoryLease memory = {});
 
-  void OnCancel() override { stop_.request_stop(); }
+  void OnCancel() override;
   void OnDone() override;
 
  private:
   CursorCall(Host& host, CallLog log, SessionLease session, std::int64_t to, Search search,
-             bool long_search, MemoryLease memory);
+             const Rest& rest, MemoryLease memory);
   bool run_slice() noexcept override;
   /// Runs one slice; returns true when nothing is left to advance.
   bool advance_cursor();
@@ -45,9 +59,10 @@ class CursorCall final : public grpc::ServerUnaryReactor, private Job {
   std::optional<SessionLease> session_;
   const std::int64_t to_;
   const Search answer_;
-  bool search_pending_;       ///< whether the answer is left for host.searches to compute
+  Pool* rest_;                ///< the pool that is left to compute the answer, null if none is
   bool cursor_done_ = false;  ///< whether nothing is left to advance
   std::optional<Cursor> cursor_;
+  std::atomic<bool> cancelled_ = false;
   std::stop_source stop_;
   std::stop_callback<RequestStop> shutdown_;
 };
@@ -62,17 +77,19 @@ class PooledCall final : public grpc::ServerUnaryReactor, private Job {
   /// takes; at least the pool's cap is billed.
   PooledCall(Host& host, Pool& pool, CallLog log, Work work, MemoryLease memory = {},
              double price = 0);
-  void OnCancel() override { stop_.request_stop(); }
+  void OnCancel() override;
   void OnDone() override;
 
  private:
   bool run_slice() noexcept override;
+  void finish(const Answered& answered);
 
   Host& host_;
   CallLog log_;
   Ticket ticket_;
   const MemoryLease memory_;
   const Work work_;
+  std::atomic<bool> cancelled_ = false;
   std::stop_source stop_;
   std::stop_callback<RequestStop> shutdown_;
 };

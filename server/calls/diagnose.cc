@@ -24,6 +24,7 @@ grpc::ServerUnaryReactor* Service::Diagnose(Context* context, const v1::Diagnose
     // A request with many matrices is read on the pool, where a stop can end the reading.
     if (request->ByteSizeLong() > short_request)
       return new CursorCall(host_, std::move(log), *std::move(session), request->to(),
+                            CursorCall::Rest::search(host_, host_.searches.price_cap()),
                             [request, response](const Session& at, const Cursor& cursor,
                                                 const std::stop_token& stop) {
                               const auto task = DiagnoseTask::read(at, *request);
@@ -33,17 +34,13 @@ grpc::ServerUnaryReactor* Service::Diagnose(Context* context, const v1::Diagnose
     if (!read) return refuse(read.error());
     const auto task = std::make_shared<const DiagnoseTask>(*std::move(read));
     MemoryLease memory(log.account().memory(), diagnosis_memory(**session, *request));
-    if (task->takes_long())
-      return new CursorCall(
-          host_, std::move(log), *std::move(session), request->to(),
-          [task, response](const Session& at, const Cursor& cursor, const std::stop_token& stop) {
-            return task->answer(at, cursor, stop, response);
-          },
-          std::move(memory));
+    const double price = task->work(**session);
+    const auto rest = task->takes_long(**session) ? CursorCall::Rest::search(host_, price)
+                                                  : CursorCall::Rest::of(host_, price);
     return new CursorCall(
-        host_, std::move(log), *std::move(session), request->to(),
-        [task, response](const Session& at, const Cursor& cursor) {
-          return task->answer(at, cursor, {}, response);
+        host_, std::move(log), *std::move(session), request->to(), rest,
+        [task, response](const Session& at, const Cursor& cursor, const std::stop_token& stop) {
+          return task->answer(at, cursor, stop, response);
         },
         std::move(memory));
   } catch (...) {

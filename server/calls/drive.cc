@@ -51,7 +51,7 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
     }
     running_ = true;
     host_.lifecycle.enter();
-    host_.pool_for((*lease_)->step_cost()).submit(this);
+    host_.pool_for((*lease_)->step_kind()).submit(this);
   }
   void OnWriteDone(bool ok) override {
     log_.written();
@@ -61,6 +61,7 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
   void OnCancel() override {
     cancelled_ = true;
     stop_.request_stop();
+    host_.scheduler.hasten(this);
   }
   void OnDone() override { delete this; }
 
@@ -174,9 +175,13 @@ grpc::Status DriveCall::enter() {
 
 bool DriveCall::run_slice() noexcept {
   try {
+    if (cancelled_) {
+      reply_from_pool(errors::cancelled());
+      return false;
+    }
     if (!cursor_) cursor_.emplace(**lease_, task_.to, stop_.get_token());
     std::int64_t budget = slice_steps((*lease_)->step_cost());
-    if (cancelled_ || host_.lifecycle.stopping()) {
+    if (host_.lifecycle.stopping()) {
       if (cursor_->step() < task_.to) cursor_->cancel();
     } else if (!cursor_->advance(task_.to, budget, stop_.get_token())) {
       log_.worked();

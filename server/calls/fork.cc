@@ -7,18 +7,21 @@
 #include "server/convert/errors.h"
 #include "server/convert/price.h"
 #include "server/pricing/memory_price.h"
+#include "server/pricing/work_price.h"
 
 namespace stiefel::server {
 namespace {
 
-// Above this dimension, making the new scene is more than a slice of work.
-constexpr int small_dimension = 64;
+bool converts(const Session& from, const v1::ForkSessionRequest& request) {
+  return request.has_system() && request.system() != from.scene().system();
+}
 
 Answered fork(Host& host, Account& account, const Session& from, const Cursor& cursor,
               const v1::ForkSessionRequest& request, v1::ForkSessionResponse* response) {
   to_proto(cursor, from.scene(), response->mutable_run_status());
-  to_proto(from.work(cursor.start(), request.from_step()), 0, bound_of_steps(from),
-           response->mutable_price());
+  to_proto(
+      from.work(cursor.start(), request.from_step()) + fork_work(from, converts(from, request)), 0,
+      bound_of_steps(from), response->mutable_price());
   response->mutable_price()->set_memory_bytes(from.simulation_bytes() + fork_memory(from));
   if (!cursor.run_status().reached()) return grpc::Status::OK;
   auto scene = forked(from, cursor, request);
@@ -46,18 +49,14 @@ grpc::ServerUnaryReactor* Service::ForkSession(Context* context,
     if (const auto status = check_step("from_step", request->from_step()); !status.ok())
       return refuse(status);
     MemoryLease memory(log.account().memory(), fork_memory(**from));
-    const auto answer = [&host = host_, &account = log.account(), request, response](
-                            const Session& at, const Cursor& cursor) {
-      return fork(host, account, at, cursor, *request, response);
-    };
-    const bool large = (*from)->scene().dimension() > small_dimension;
-    if (!large)
-      return new CursorCall(host_, std::move(log), *std::move(from), request->from_step(), answer,
-                            std::move(memory));
+    const double price = fork_work(**from, converts(**from, *request));
+    Account& account = log.account();
     return new CursorCall(
         host_, std::move(log), *std::move(from), request->from_step(),
-        [answer](const Session& at, const Cursor& cursor, const std::stop_token&) {
-          return answer(at, cursor);
+        CursorCall::Rest::of(host_, price),
+        [&host = host_, &account, request, response](const Session& at, const Cursor& cursor,
+                                                     const std::stop_token&) {
+          return fork(host, account, at, cursor, *request, response);
         },
         std::move(memory));
   } catch (...) {

@@ -76,9 +76,9 @@ struct Host {
   Pool pool{scheduler, JobKind::sliced};
   Pool searches{scheduler, JobKind::unsliced};
 
-  /// Returns the pool for steps of `step_cost` nanoseconds, since a slice is at least one step.
-  Pool& pool_for(double step_cost) {
-    switch (kind_of_steps(step_cost)) {
+  /// Returns the pool for steps of that kind, since a slice is at least one step.
+  Pool& pool_for(const StepKind& steps_of) {
+    switch (steps_of.kind) {
       case JobKind::brief:
         return steps;
       case JobKind::sliced:
@@ -88,6 +88,12 @@ struct Host {
     }
     return searches;
   }
+  /// Returns the pool for work that runs in one piece, in instructions.
+  Pool& pool_for_piece(double work) { return work <= longest_piece ? pool : searches; }
+
+ private:
+  /// The work, in instructions, beyond which a piece counts as long: ten milliseconds.
+  static constexpr double longest_piece = 5 * short_work;
 };
 
 }  // namespace stiefel::server

@@ -13,14 +13,15 @@
 #include "server/limits/failpoint.h"
 #include "server/limits/reply_limits.h"
 #include "server/pricing/memory_price.h"
+#include "stiefel/stop.h"
 
 namespace stiefel::server {
 namespace {
 
-// Scenes above `small_dimension` are resolved, and their simulations made, on the pool for sliced
-// work; scenes above `large_dimension` or `few_members`, which take longer than a slice, on the
-// pool for work without slices.
-constexpr int small_dimension = 32, large_dimension = 96;
+/// The most work of a call, in instructions, that runs on the thread that received it.
+constexpr double inline_work = inline_nanoseconds * instructions_a_nanosecond;
+/// The most bytes of a scene that is written on the thread that received the call.
+constexpr std::uint64_t small_scene = 64 << 10;
 
 Answered create(Host& host, Account& account, const v1::CreateSessionRequest& request,
                 v1::CreateSessionResponse* response) {
@@ -47,7 +48,8 @@ Answered create(Host& host, Account& account, const v1::CreateSessionRequest& re
   return {grpc::Status::OK, admitted->receipt};
 }
 
-/// Lists a page of sessions, which ends at the number asked for or at the bytes of a reply.
+/// Lists a page of sessions, which ends at the number asked for or at the bytes of a reply. Throws
+/// Stopped (stiefel/stop.h).
 grpc::Status list(const Registry& registry, const Principal& principal,
                   const v1::ListSessionsRequest& request, v1::ListSessionsResponse* response) {
   const std::optional<std::string> after =
@@ -62,6 +64,7 @@ grpc::Status list(const Registry& registry, const Principal& principal,
   const auto sessions = registry.page(principal, *after, size + 1);
   std::size_t bytes = 0;
   for (std::size_t i = 0; i < sessions.size(); ++i) {
+    stop_point();
     v1::Session session;
     if (i < size) to_list(*sessions[i], registry, request.view(), &session);
     bytes += session.ByteSizeLong();
@@ -114,34 +117,49 @@ grpc::ServerUnaryReactor* Service::CreateSession(Context* context,
     return finished(context, log, errors::from_current_exception());
   }
   const v1::Scene& scene = request->scene();
-  const bool long_work = wants_choice(scene) || scene.inertia_size() > large_dimension ||
-                         scene.members() > few_members;
-  if (long_work)
-    return new PooledCall(host_, host_.searches, std::move(log), work, std::move(memory),
-                          recommendation_work(scene));
-  if (scene.inertia_size() > small_dimension || scene.has_members() ||
-      request->ByteSizeLong() > part_bytes)
-    return new PooledCall(host_, host_.pool, std::move(log), work, std::move(memory));
-  return answer(context, std::move(log), response, work);
+  const double price = creation_work(scene);
+  if (!wants_choice(scene) && price <= inline_work && request->ByteSizeLong() <= part_bytes)
+    return answer(context, std::move(log), response, work);
+  Pool& pool = wants_choice(scene) ? host_.searches : host_.pool_for_piece(price);
+  return new PooledCall(host_, pool, std::move(log), work, std::move(memory), price);
 }
 
 grpc::ServerUnaryReactor* Service::GetSession(Context* context,
                                               const v1::GetSessionRequest* request,
                                               v1::GetSessionResponse* response) {
-  return answer(context, open(context, "GetSession", request->session_id()), response, [&] {
-    const auto session = find_session(host_, *context, request->session_id());
-    if (!session) return session.error();
-    to_proto(**session, (*session)->resolution(), host_.registry, request->view(),
-             response->mutable_session());
-    return grpc::Status::OK;
-  });
+  CallLog log = open(context, "GetSession", request->session_id());
+  try {
+    auto found = find_session(host_, *context, request->session_id());
+    if (!found) return finished(context, log, found.error());
+    const auto session = std::make_shared<const SessionLease>(*std::move(found));
+    const auto work = [this, session, request, response](const std::stop_token& = {}) -> Answered {
+      to_proto(**session, (*session)->resolution(), host_.registry, request->view(),
+               response->mutable_session());
+      return grpc::Status::OK;
+    };
+    if ((*session)->scene_bytes() <= small_scene)
+      return answer(context, std::move(log), response, work);
+    MemoryLease memory(log.account().memory(), reply_memory(max_reply_bytes));
+    return new PooledCall(host_, host_.pool, std::move(log), work, std::move(memory));
+  } catch (...) {
+    return finished(context, log, errors::from_current_exception());
+  }
 }
 
 grpc::ServerUnaryReactor* Service::ListSessions(Context* context,
                                                 const v1::ListSessionsRequest* request,
                                                 v1::ListSessionsResponse* response) {
-  return answer(context, open(context, "ListSessions"), response,
-                [&] { return list(host_.registry, host_.identify(*context), *request, response); });
+  CallLog log = open(context, "ListSessions");
+  const auto work = [this, context, request, response](const std::stop_token& = {}) -> Answered {
+    return list(host_.registry, host_.identify(*context), *request, response);
+  };
+  if (!shows_scenes(request->view())) return answer(context, std::move(log), response, work);
+  try {
+    MemoryLease memory(log.account().memory(), reply_memory(max_reply_bytes));
+    return new PooledCall(host_, host_.pool, std::move(log), work, std::move(memory));
+  } catch (...) {
+    return finished(context, log, errors::from_current_exception());
+  }
 }
 
 grpc::ServerUnaryReactor* Service::DeleteSession(Context* context,

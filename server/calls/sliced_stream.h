@@ -3,6 +3,7 @@
 #include <grpcpp/support/server_callback.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstdint>
 #include <expected>
 #include <memory>
@@ -73,10 +74,13 @@ class SlicedStream final : public grpc::ServerWriteReactor<Response>, private Jo
     }
   }
 
-  void OnCancel() override { stop_.request_stop(); }
+  void OnCancel() override {
+    leave();
+    host_.scheduler.hasten(this);
+  }
   void OnWriteDone(bool ok) override {
     log_.written();
-    if (!ok) stop_.request_stop();
+    if (!ok) leave();
     pool_.submit(this);
   }
   void OnDone() override {
@@ -104,15 +108,18 @@ class SlicedStream final : public grpc::ServerWriteReactor<Response>, private Jo
       failpoint("call.slice");
       if (!std::exchange(started_, true) && host_.lifecycle.refusing())
         return std::unexpected(errors::shutting_down());
-      if (cancelled()) return std::unexpected(errors::cancelled());
+      if (cancelled_) return std::unexpected(errors::cancelled());
       const auto progress = work_->slice(stop_.get_token(), message_);
-      if (cancelled()) return std::unexpected(errors::cancelled());
+      if (cancelled_) return std::unexpected(errors::cancelled());
       return progress;
     } catch (...) {
       return std::unexpected(errors::from_current_exception());
     }
   }
-  bool cancelled() const { return stop_.stop_requested() && !host_.lifecycle.stopping(); }
+  void leave() {
+    cancelled_ = true;
+    stop_.request_stop();
+  }
 
   void end(const grpc::Status& status) {
     log_.finish(status, work_->computed_steps());
@@ -129,6 +136,7 @@ class SlicedStream final : public grpc::ServerWriteReactor<Response>, private Jo
   CallLog log_;
   Ticket ticket_;
   Work work_;
+  std::atomic<bool> cancelled_ = false;
   std::stop_source stop_;
   std::stop_callback<RequestStop> shutdown_;
   bool started_ = false;

@@ -51,7 +51,7 @@ void answer_step(const Session& session, const Cursor& cursor, const StepTask& t
 
 bool step_inline(Session& session, const StepTask& task, Account& account,
                  v1::StepResponse* response) {
-  if (session.step_cost() > inline_nanoseconds) return false;
+  if (session.step_kind().unpredictable || session.step_cost() > inline_nanoseconds) return false;
   // The simulation of a larger ensemble may have to be made first.
   if (session.scene().members().size() > few_members) return false;
   Cursor cursor(session, task.to);

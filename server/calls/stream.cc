@@ -45,7 +45,7 @@ class StreamCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, priv
         checksum_(request.checksum()),
         large_(sample_bytes(**session_, fields_) > 2 * Sampling::batch_bytes),
         memory_(std::move(memory)),
-        pool_(host.pool_for((*session_)->step_cost())),
+        pool_(host.pool_for((*session_)->step_kind())),
         shutdown_(host.lifecycle.stop_token(), RequestStop{stop_}) {
     if (request.scene_arrays()) messages_.add_scene((*session_)->scene().description());
     const double price = (*session_)->work((*session_)->start_for(range.from), range.to);
@@ -65,6 +65,7 @@ class StreamCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, priv
   void OnCancel() override {
     cancelled_ = true;
     stop_.request_stop();
+    host_.scheduler.hasten(this);
   }
   void OnDone() override {
     Host& host = host_;

@@ -115,7 +115,7 @@ grpc::ServerWriteReactor<v1::SummarizeResponse>* Service::Summarize(
     auto session = find_session(host_, *context, request->session_id());
     if (!session) return refuse(session.error());
     if (const auto status = check_range(*request); !status.ok()) return refuse(status);
-    Pool& pool = has_many(**session) ? host_.searches : host_.pool_for((*session)->step_cost());
+    Pool& pool = has_many(**session) ? host_.searches : host_.pool_for((*session)->step_kind());
     const double price = (*session)->work((*session)->start_for(request->from()), request->to());
     Account& account = log.account();
     return new SlicedStream<v1::SummarizeResponse>(

@@ -10,6 +10,7 @@
 #include "server/convert/resolve.h"
 #include "server/convert/scene_view.h"
 #include "server/limits/reply_limits.h"
+#include "server/sessions/dimension.h"
 #include "stiefel/stop.h"
 #include "stiefel/tradeoff.h"
 
@@ -21,7 +22,7 @@ namespace {
 /// takes the most, 8·10⁴ N³, because it looks for the edge. Each member of an ensemble may be
 /// converted twice.
 double most_work(const Scene& scene) {
-  const double N = scene.dimension(), members = static_cast<double>(scene.members().size());
+  const double N = whole_dimension(scene), members = static_cast<double>(scene.members().size());
   return (1e5 * N * N * N + 1e6) * std::max(1.0, 2 * members);
 }
 

@@ -41,6 +41,8 @@ void to_proto(const Session& session, const Resolution& resolution, const Regist
               const v1::SessionView& view, v1::Session* out);
 /// Writes the method of a scene and the tolerance and horizon for which it was chosen.
 void to_proto(const Scene& scene, const ChosenMethod& choice, v1::Choice* out);
+/// Whether the view asks for the scenes of a list.
+bool shows_scenes(const v1::SessionView& view);
 /// Writes a session for ListSessions: only its id, system and times, unless the view asks for a
 /// scene; then all, with the scene as it was filled in for the session's creator.
 void to_list(const Session& session, const Registry& registry, const v1::SessionView& view,

@@ -54,7 +54,7 @@ void to_proto(const Session& session, const Resolution& resolution, const Regist
   write_scene(session, resolution, view.scene(), out);
   const auto steps = session.cached_steps();
   out->mutable_cached_steps()->Add(steps.begin(), steps.end());
-  for (std::string& warning : warnings(session.scene())) out->add_warnings(std::move(warning));
+  for (const std::string& warning : session.warnings()) out->add_warnings(warning);
   std::vector<std::size_t> blocks(session.block_count());
   for (std::size_t i = 0; i < blocks.size(); ++i) blocks[i] = i;
   to_proto(session.work(0, 1), sample_bytes(session, blocks), bound_of_steps(session),
@@ -63,10 +63,13 @@ void to_proto(const Session& session, const Resolution& resolution, const Regist
   write_checksum(view, out);
 }
 
+bool shows_scenes(const v1::SessionView& view) {
+  return view.scene() != v1::SCENE_VIEW_UNSPECIFIED && view.scene() != v1::SCENE_VIEW_NONE;
+}
+
 void to_list(const Session& session, const Registry& registry, const v1::SessionView& view,
              v1::Session* out) {
-  if (view.scene() != v1::SCENE_VIEW_UNSPECIFIED && view.scene() != v1::SCENE_VIEW_NONE)
-    return to_proto(session, session.resolution(), registry, view, out);
+  if (shows_scenes(view)) return to_proto(session, session.resolution(), registry, view, out);
   write_heading(session, registry, out);
   write_checksum(view, out);
 }

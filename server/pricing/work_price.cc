@@ -4,6 +4,7 @@
 
 #include "engine/simulation/catalogue/methods/motion_rates.h"
 #include "engine/simulation/catalogue/methods/recommendation.h"
+#include "server/sessions/dimension.h"
 
 namespace stiefel::server {
 
@@ -15,13 +16,28 @@ double recommendation_work(std::string_view system, std::uint32_t members, std::
          velocity_rate_work(static_cast<Eigen::Index>(columns));
 }
 
+double creation_work(double N, double members) {
+  return members * (40 * N * N * N + 4000 * N * N + 1e4);
+}
+
+double conversion_work(double N, double members) { return members * (3000 * N * N * N + 1e5); }
+
+double fork_work(const Session& from, bool converts) {
+  const double N = whole_dimension(from.scene());
+  const double members = std::max<double>(1, static_cast<double>(from.scene().members().size()));
+  return creation_work(N, members) + (converts ? conversion_work(N, members) : 0);
+}
+
 double diagnosis_work(const Session& session, const DiagnosisSize& size) {
   // Matrix products for the norms, Casimirs and momenta of two states, for a form, and for a
   // bracket.
   constexpr double of_state = 200, of_form = 40, of_bracket = 250, steps_of_pair = 12;
-  const double N = session.scene().dimension(), product = N * N * N;
+  // Jacobi's method for four matrices of two states.
+  constexpr double of_singular_values = 1000;
+  const double N = whole_dimension(session.scene()), product = N * N * N;
   double of_each = of_state * product;
   if (size.manakov) of_each += N * N * product;
+  if (size.singular_values) of_each += of_singular_values * product;
   double work = of_each * std::max(1.0, static_cast<double>(session.scene().members().size()));
   work += static_cast<double>(size.forms) * of_form * product;
   for (const std::size_t factors : size.factors)

@@ -45,6 +45,7 @@ class Job {
  private:
   friend class JobList;
   friend class RunQueue;
+  friend class Scheduler;
 
   /// Whether the job goes before longer ones. A job that took more than its price and more than a
   /// short job may take is long from then on.
@@ -63,6 +64,7 @@ class Job {
   JobKind kind_ = JobKind::sliced;
   std::uint8_t queue_ = 0;  // its queue in the share, while it is queued
   bool queued_ = false;
+  bool hastened_ = false;  // guarded by the scheduler's mutex
 };
 
 }  // namespace stiefel::server

@@ -126,10 +126,31 @@ void Scheduler::lift_rates() {
 }
 
 void Scheduler::submit(Job* job, JobKind kind) noexcept {
-  const std::lock_guard lock(mutex_);
-  const bool is_short = queue_.push(job, kind);
-  wake_for(kind, is_short);
-  if (!is_short) wake_relief();
+  {
+    const std::lock_guard lock(mutex_);
+    if (!job->hastened_) {
+      const bool is_short = queue_.push(job, kind);
+      wake_for(kind, is_short);
+      if (!is_short) wake_relief();
+      return;
+    }
+  }
+  finish(job);
+}
+
+void Scheduler::hasten(Job* job) noexcept {
+  {
+    const std::lock_guard lock(mutex_);
+    job->hastened_ = true;
+    if (!RunQueue::is_queued(job)) return;
+    queue_.remove(job);
+  }
+  finish(job);
+}
+
+void Scheduler::finish(Job* job) noexcept {
+  while (job->run_slice()) {
+  }
 }
 
 void Scheduler::wake_for(JobKind kind, bool is_short) {
@@ -217,8 +238,14 @@ bool Scheduler::run_slice(const RunQueue::Turn& turn, double nanoseconds,
   slice_meter = nullptr;
   lock.lock();
   work_done_.fetch_add(done, std::memory_order_relaxed);
-  queue_.charge(turn, done, more, std::chrono::steady_clock::now());
-  return more;
+  const bool last = more && turn.job->hastened_;
+  queue_.charge(turn, done, more && !last, std::chrono::steady_clock::now());
+  if (last) {
+    lock.unlock();
+    finish(turn.job);
+    lock.lock();
+  }
+  return more && !last;
 }
 
 void Scheduler::run(std::size_t count, double nanoseconds, Item item, void* context) {

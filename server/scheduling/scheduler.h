@@ -51,6 +51,11 @@ class Scheduler final : private Crew {
   /// Queues a job, which must live until its `run_slice` returns false. Allocates nothing, so that
   /// a submitted job runs whatever memory is left.
   void submit(Job* job, JobKind kind) noexcept;
+  /// Lets a job whose caller has left wait no more. If the job is queued, runs its slices on this
+  /// thread until one returns false; the job may then be destroyed. If a worker runs a slice of it,
+  /// that worker goes on with its next slice at once. If it rests, `submit` runs it. Call this only
+  /// when each slice that begins afterwards returns at once.
+  void hasten(Job* job) noexcept;
   /// Stops limiting jobs by the work rates of their principals, so that all jobs end.
   void lift_rates();
   int threads() const { return threads_; }
@@ -91,6 +96,8 @@ class Scheduler final : private Crew {
   void run(std::size_t count, double nanoseconds, Item item, void* context) override;
   std::size_t call_helpers(std::array<Helper, most_helpers>& helpers, Items& items, JobKind kind);
   void dismiss(std::span<Helper> helpers);
+  /// Runs the slices of a hastened job, without the lock.
+  static void finish(Job* job) noexcept;
 
   const Meter meter_;
   const int threads_;

@@ -102,12 +102,16 @@ Session::Session(std::string id, Scene scene, std::shared_ptr<const Clock> clock
       simulation_bytes_(stiefel::simulation_bytes(scene_)),
       scene_memory_(memory, stiefel::scene_bytes(scene_.description()) + session_object),
       simulations_memory_(memory, 0),
+      warnings_(stiefel::warnings(scene_)),
       checkpoints_(1) {
   if (scene_.members().empty()) {
     auto simulation = make();
     set_outline(outline_of(*simulation));
-    step_work_ =
-        step_price_of(scene_, is_priced_by_rate(scene_) ? simulation->rate() : 0) * map_steps();
+    const bool by_rate = is_priced_by_rate(scene_);
+    const bool wants_rate = by_rate || kind_depends_on_rate(scene_, step_cost_);
+    const double rate = wants_rate ? simulation->rate() : 0;
+    step_work_ = step_price_of(scene_, by_rate ? rate : 0) * map_steps();
+    step_kind_ = server::step_kind(scene_, step_cost_, most_h_omega(scene_, rate));
     overflow_ = find_overflow(*simulation);
     checkpoints_.put(0, save(*simulation, {memory, state_bytes(saved_size_)}));
     idle_.push_back(std::move(simulation));
@@ -133,11 +137,17 @@ void Session::read_members() {
   const auto members = scene_.members();
   const Scene first = members.front();
   const bool by_rate = is_priced_by_rate(first);
-  double rate = 0;
-  set_outline(outline_of(members, [&](const Simulation& member) {
+  const bool kind_by_rate = kind_depends_on_rate(first, 0);
+  double rate = 0, most = 0;
+  set_outline(outline_of(members, [&](const Scene& scene, const Simulation& member) {
     if (!overflow_) overflow_ = find_overflow(member);
-    if (by_rate) rate = std::max(rate, member.rate());
+    if (!by_rate && !kind_by_rate) return;
+    const double of_member = member.rate();
+    if (by_rate) rate = std::max(rate, of_member);
+    const double bound = most_h_omega(scene, of_member);
+    if (!(bound <= most)) most = bound;
   }));
+  step_kind_ = server::step_kind(first, step_cost_, most);
   step_work_ =
       ensemble_step_price(first, members.size(), step_price_of(first, rate), h_omega(first, rate)) *
       map_steps();

@@ -17,6 +17,7 @@
 #include "server/sessions/checkpoints/checkpoints.h"
 #include "server/sessions/ledger.h"
 #include "server/sessions/resolution.h"
+#include "server/sessions/step_kind.h"
 #include "stiefel/scene.h"
 #include "stiefel/simulation.h"
 
@@ -57,6 +58,10 @@ class Session : public std::enable_shared_from_this<Session> {
   std::size_t block_count() const { return block_count_; }
   std::size_t saved_size() const { return saved_size_; }
   double step_cost() const { return step_cost_; }
+  /// How jobs run the session's steps.
+  const StepKind& step_kind() const { return step_kind_; }
+  /// stiefel::warnings of the scene.
+  const std::vector<std::string>& warnings() const { return warnings_; }
   /// Whether every state is computed directly from that at step 0, however far away it is.
   bool direct() const { return direct_; }
   /// Returns the predicted work of the steps between two states, in instructions; a lower bound
@@ -168,6 +173,8 @@ class Session : public std::enable_shared_from_this<Session> {
   std::size_t saved_size_ = 0;
   double step_cost_ = 1;
   double step_work_ = 0;
+  StepKind step_kind_;
+  const std::vector<std::string> warnings_;
   bool direct_ = false;
   std::optional<Overflow> overflow_;
 

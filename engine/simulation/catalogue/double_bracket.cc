@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 
 #include "engine/invariants/double_bracket.h"
 #include "engine/invariants/rigid_body.h"
@@ -17,6 +18,7 @@
 #include "engine/simulation/stepping/methods_on.h"
 #include "engine/simulation/stepping/stacked_observables.h"
 #include "stiefel/invariant_names.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 namespace {
@@ -111,15 +113,17 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
                 scale);
     }
   };
-  const DoubleBracket<double> system(lambda_u, lambda_v);
+  stop_point();
+  // Shared by the copies of the observables: its workspace has tens of megabytes where p + q = 512.
+  const auto system = std::make_shared<DoubleBracket<double>>(lambda_u, lambda_v);
   observables.rate = [system](const Eigen::MatrixXd& x) {
-    DoubleBracket<double> of = system;
-    auto xi = of.zero();
-    of.generator(x, xi);
+    auto xi = system->zero();
+    system->generator(x, xi);
     if (!xi.allFinite()) return std::numeric_limits<double>::infinity();
     return casimirs<double>(xi)(0);  // U and V form one real skew matrix
   };
-  return make_simulation(scene, system, observables, 4 * rigid_body_cost(p + q + 1));
+  stop_point();
+  return make_simulation(scene, *system, observables, 4 * rigid_body_cost(p + q + 1));
 }
 
 bool of_scalars(const Scene& scene) {

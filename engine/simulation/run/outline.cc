@@ -9,13 +9,14 @@ Outline outline_of(const Simulation& simulation) {
           simulation.step_cost(), simulation.direct()};
 }
 
-Outline outline_of(const Members& members, const std::function<void(const Simulation&)>& look) {
+Outline outline_of(const Members& members,
+                   const std::function<void(const Scene&, const Simulation&)>& look) {
   Outline out;
   for_each_group(members, [&](std::span<const Scene> group) {
     std::unique_ptr<Simulation> one;
     for (const Scene& scene : group) {
       one = make_simulation(scene);
-      look(*one);
+      look(scene, *one);
     }
     if (out.fields.empty()) {
       const double before = out.step_cost;

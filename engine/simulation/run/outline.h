@@ -19,7 +19,8 @@ struct Outline {
 Outline outline_of(const Simulation& simulation);
 
 /// Returns the outline of an ensemble without building its simulation: makes the members'
-/// simulations one after another, calls `look` with each, and drops it.
-Outline outline_of(const Members& members, const std::function<void(const Simulation&)>& look);
+/// simulations one after another, calls `look` with each and its scene, and drops it.
+Outline outline_of(const Members& members,
+                   const std::function<void(const Scene&, const Simulation&)>& look);
 
 }  // namespace stiefel

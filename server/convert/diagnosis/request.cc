@@ -6,6 +6,7 @@
 #include "server/convert/diagnosis/parts.h"
 #include "server/convert/errors.h"
 #include "server/pricing/work_price.h"
+#include "server/sessions/dimension.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/invariant_names.h"
 #include "stiefel/stop.h"
@@ -101,14 +102,14 @@ OrStatus<DiagnoseTask> DiagnoseTask::read(const Session& session,
     task.brackets.push_back({in.factors(path + ".first", bracket.first()),
                              in.factors(path + ".second", bracket.second())});
   }
-  task.large = scene.dimension() > small_dimension || scene.members().size() > few;
+  task.large = whole_dimension(scene) > small_dimension || scene.members().size() > few;
   if (request.has_symplectic_test()) {
     task.symplectic = request.symplectic_test();
     const std::uint32_t pairs = task.symplectic->pairs();
     in.at_most("symplectic_test.pairs", pairs, max_pairs);
     if (pairs == 0) task.symplectic->set_pairs(default_pairs);
-    if (scene.dimension() > largest_symplectic)
-      in.take({{"symplectic_test", "N = " + std::to_string(scene.dimension()),
+    if (const int N = whole_dimension(scene); N > largest_symplectic)
+      in.take({{"symplectic_test", "N = " + std::to_string(N),
                 "is for N up to " + std::to_string(largest_symplectic)}});
   }
   task.estimate_error = request.estimate_error();
@@ -123,10 +124,10 @@ OrStatus<DiagnoseTask> DiagnoseTask::read(const Session& session,
   return DiagnoseTask(parts);
 }
 
-bool DiagnoseTask::takes_long() const {
+bool DiagnoseTask::takes_long(const Session& session) const {
   const Parts& task = *parts_;
-  return task.estimates_error() || task.symplectic || task.large ||
-         task.forms.size() + task.brackets.size() > few;
+  return session.step_kind().kind == JobKind::unsliced || task.estimates_error() ||
+         task.symplectic || task.large || task.forms.size() + task.brackets.size() > few;
 }
 
 namespace {
@@ -145,6 +146,8 @@ double DiagnoseTask::work(const Session& session) const {
   DiagnosisSize size;
   size.manakov =
       asks_for(task.invariants, family::manakov, session.scene().dimension() <= small_dimension);
+  size.singular_values = !session.scene().description().inertia_u.empty() &&
+                         asks_for(task.invariants, family::singular_values, true);
   size.forms = task.forms.size();
   for (const BracketTask& bracket : task.brackets)
     size.factors.push_back(bracket.first.factors.size() + bracket.second.factors.size());

@@ -17,8 +17,9 @@ class DiagnoseTask {
   DiagnoseTask(DiagnoseTask&&) noexcept;
   ~DiagnoseTask();
 
-  /// Whether the answer may be long work without slices.
-  bool takes_long() const;
+  /// Whether the answer may be long work without slices: because of what the request asks for, or
+  /// because the search for the largest step follows steps that may take long.
+  bool takes_long(const Session& session) const;
 
   /// Returns the predicted work of the answer without the steps, in instructions, from its matrix
   /// products.

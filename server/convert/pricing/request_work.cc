@@ -20,7 +20,23 @@ std::uint64_t columns(const v1::Scene& scene) {
   return largest;
 }
 
+/// Returns the dimension of a scene, or p + q for complex p x q blocks; at least 3.
+double dimension(const v1::Scene& scene) {
+  const auto both = static_cast<double>(scene.inertia_u_size()) + scene.inertia_v_size();
+  return std::max({both, static_cast<double>(columns(scene)), 3.0});
+}
+
+double members(const v1::Scene& scene) { return std::max<std::uint32_t>(scene.members(), 1); }
+
 }  // namespace
+
+double creation_work(const v1::Scene& scene) {
+  return creation_work(dimension(scene), members(scene)) + recommendation_work(scene);
+}
+
+double conversion_work(const v1::Scene& scene) {
+  return conversion_work(dimension(scene), members(scene));
+}
 
 double recommendation_work(const v1::Scene& scene) {
   if (scene.has_method() || scene.has_tolerance()) return 0;

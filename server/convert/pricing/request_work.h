@@ -14,4 +14,8 @@ double tradeoff_work(const v1::MeasureTradeoffRequest& request);
 /// Returns the most instructions that the searches of a Connect may take.
 double connect_work(const v1::ConnectRequest& request);
 
+/// Returns the predicted instructions of making a session of the scene, and those of converting it.
+double creation_work(const v1::Scene& scene);
+double conversion_work(const v1::Scene& scene);
+
 }  // namespace stiefel::server

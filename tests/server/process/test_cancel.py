@@ -65,6 +65,26 @@ def with_session(scene, call):
     return start
 
 
+def blocks(p, q, **method):
+    """A double bracket of p x q blocks of norm 1."""
+    random = np.random.default_rng(1)
+    scene = pb.Scene(system="double_bracket", step=0.01, inertia_u=1 + np.arange(p) / p, inertia_v=1 + np.arange(q) / q)
+    for name in "QP":
+        block = scene.initial[name]
+        block.CopyFrom(matrix(random.standard_normal((p, q)) / np.sqrt(p * q)))
+        block.imaginary.extend(random.standard_normal(p * q) / np.sqrt(p * q))
+    if method:
+        scene.method.CopyFrom(pb.Method(**method))
+    return scene
+
+
+def bodies(count):
+    scene = pb.Scene(system="rigid_body", step=0.01, members=count, method=pb.Method(name="variational"))
+    scene.body.moments.extend([1, 2, 3])
+    scene.body.angular_velocity.extend(np.random.default_rng(2).normal(size=3 * count))
+    return scene
+
+
 def step_of(scene):
     return with_session(scene, lambda stub, s: stub.Step.future(pb.StepRequest(
         session_id=s, to=10**6, fields=["M"])))
@@ -106,6 +126,12 @@ CALLS = {
     "Diagnose, manakov": diagnosis_of(body(256, name="rk4"), invariants=["manakov"]),
     "Diagnose, estimate": diagnosis_of(body(24, name="rk4"), to=100, estimate_error=pb.ERROR_ESTIMATION_ALWAYS),
     "Diagnose, symplectic test": diagnosis_of(body(32, name="variational"), symplectic_test=pb.SymplecticTest(pairs=1000)),
+    "Diagnose, a step that takes minutes": diagnosis_of(body(8, step=1e10, name="gauss4")),
+    "Diagnose, double_bracket": diagnosis_of(blocks(256, 256, name="rk4")),
+    "CreateSession, double_bracket": lambda stub: stub.CreateSession.future(
+        pb.CreateSessionRequest(session_id="s", scene=blocks(256, 256))),
+    "ForkSession, ensemble": with_session(bodies(65536), lambda stub, s: stub.ForkSession.future(pb.ForkSessionRequest(
+        session_id="t", from_session_id=s, system="symmetric_rigid_body"))),
     "Diagnose, brackets": diagnosis_of(body(512, system="symmetric_rigid_body", name="variational"),
                                        dirac_brackets=brackets(512, 2)),
     "MeasureTradeoff": stream_of("MeasureTradeoff", pb.MeasureTradeoffRequest(scene=body(512), budget=1e16)),
@@ -117,7 +143,8 @@ CALLS = {
 }
 
 #: Those that `make test` has; each of them computed on for seconds before it looked at its token.
-QUICK = ["Step, variational, Lambda from 1 to 1000", "Diagnose, brackets", "MeasureTradeoff", "Connect",
+QUICK = ["Step, variational, Lambda from 1 to 1000", "Diagnose, brackets", "Diagnose, a step that takes minutes",
+         "Diagnose, double_bracket", "CreateSession, double_bracket", "ForkSession, ensemble", "MeasureTradeoff", "Connect",
          "Convert to interpolation"]
 
 

@@ -6,6 +6,7 @@
 
 #include <atomic>
 #include <barrier>
+#include <latch>
 #include <list>
 #include <semaphore>
 #include <stdexcept>
@@ -95,6 +96,90 @@ TEST(Scheduler, FinishesWhatIsQueued) {
           &jobs.emplace_back([&, left = 100]() mutable { return ++slices, --left > 0; }), kind);
   }
   EXPECT_EQ(slices, 300);
+}
+
+/// A job that keeps the only worker for longer jobs inside a slice until `open`. It must outlive
+/// the scheduler.
+class Gate {
+ public:
+  void close(Scheduler& scheduler) {
+    scheduler.submit(&job_, JobKind::unsliced);
+    begun_.wait();
+  }
+  void open() { end_.count_down(); }
+
+ private:
+  std::latch begun_{1}, end_{1};
+  Calling job_{[this] {
+    begun_.count_down();
+    end_.wait();
+    return false;
+  }};
+};
+
+TEST(Scheduler, AHastenedJobRunsOutOfItsTurn) {
+  Share share;
+  int slices = 0;
+  std::thread::id ran_on;
+  Calling waiting([&] {
+    ran_on = std::this_thread::get_id();
+    return ++slices < 2;
+  });
+  Calling other([] { return false; });
+  Gate gate;
+  Scheduler scheduler(2);
+  gate.close(scheduler);
+  scheduler.submit(&other.of(share, endless), JobKind::unsliced);
+  scheduler.submit(&waiting.of(share, endless), JobKind::unsliced);
+  scheduler.hasten(&waiting);
+  EXPECT_EQ(slices, 2);
+  EXPECT_EQ(ran_on, std::this_thread::get_id());
+  gate.open();
+}
+
+TEST(Scheduler, AJobHastenedInItsSliceDoesNotWaitForTheNextOne) {
+  Share share;
+  std::latch begun(1), hastened(1), done(1);
+  std::atomic<int> slices = 0;
+  std::atomic<bool> others_done = false;
+  bool before_others = false;
+  Calling job([&] {
+    if (++slices == 1) {
+      begun.count_down();
+      hastened.wait();
+      return true;
+    }
+    before_others = !others_done;
+    done.count_down();
+    return false;
+  });
+  Calling other([&] {
+    others_done = true;
+    return false;
+  });
+  Scheduler scheduler(1);
+  scheduler.submit(&job.of(share, endless), JobKind::sliced);
+  begun.wait();
+  scheduler.submit(&other.of(share, endless), JobKind::sliced);
+  scheduler.hasten(&job);
+  hastened.count_down();
+  done.wait();
+  EXPECT_TRUE(before_others);
+}
+
+TEST(Scheduler, AJobHastenedAtRestRunsWhenItIsSubmitted) {
+  Share share;
+  int slices = 0;
+  Calling resting([&] { return ++slices < 3; });
+  Gate gate;
+  Scheduler scheduler(2);
+  gate.close(scheduler);
+  resting.of(share, endless);
+  scheduler.hasten(&resting);
+  EXPECT_EQ(slices, 0);
+  scheduler.submit(&resting, JobKind::unsliced);
+  EXPECT_EQ(slices, 3);
+  gate.open();
 }
 
 TEST(Scheduler, OneThreadRunsShortJobsBesideAWholeSlice) {

@@ -1,0 +1,136 @@
+"""Calls whose work is far longer than their request lets one expect leave the server to the others."""
+import threading
+import time
+
+import grpc
+import pytest
+from test_cancel import Replies, bodies, body
+
+from stiefel import v1 as pb
+from stiefel.v1 import simulation_pb2_grpc as rpc
+
+#: Seconds for an answer on a machine that is busy; it is milliseconds on one that has time.
+SOON = 2.0
+
+
+def connected(process):
+    """A stub with a connection of its own."""
+    options = [("grpc.use_local_subchannel_pool", 1), ("grpc.max_receive_message_length", -1)]
+    stub = rpc.SimulationServiceStub(process.channel(options=options))
+    stub.Describe(pb.DescribeRequest(), timeout=30)
+    return stub
+
+
+def create(stub, name, scene):
+    stub.CreateSession(pb.CreateSessionRequest(session_id=name, scene=scene, view=pb.SessionView(scene=pb.SCENE_VIEW_NONE)),
+                       timeout=60)
+
+
+def healthy(process):
+    """Seconds until the server says that it serves."""
+    before = time.monotonic()
+    check = process.channel(options=[("grpc.use_local_subchannel_pool", 1)]).unary_unary("/grpc.health.v1.Health/Check")
+    check(b"", timeout=30)
+    return time.monotonic() - before
+
+
+def ended(replies, method, count):
+    """The ends of `count` calls of the method, when they have come."""
+    def found():
+        return [entry for entry in replies.lines if '"message":"rpc"' in entry[1] and f'"method":"{method}"' in entry[1]]
+    with replies.news:
+        assert replies.news.wait_for(lambda: len(found()) >= count, 30), replies.lines
+        return found()
+
+
+#: Steps that the table of prices takes for microseconds, and that take seconds and more.
+LONG = {
+    "gauss4": body(8, step=1e10, name="gauss4"),
+    "gauss4, N = 3": body(3, step=1e12, name="gauss4"),
+    "implicit_midpoint": body(5, step=1e10, name="implicit_midpoint"),
+    "variational": body(8, step=50, name="variational", order=8, substeps=20),
+    "adaptive": body(8, step=1e4, name="adaptive", tolerance=1e-12),
+}
+
+
+@pytest.mark.parametrize("name", LONG)
+@pytest.mark.parametrize("method", ["Step", "Drive"])
+def test_long_steps_do_not_make_the_server_deaf(serve, name, method):
+    process = serve("--log-format", "json", "--threads", "2")
+    replies = Replies(process)
+    others = connected(process)
+    create(others, "long", LONG[name])
+    create(others, "short", body(3, name="rk4"))
+    callers = [connected(process) for _ in range(8)]
+    calls = []
+    for caller in callers:
+        if method == "Step":
+            calls.append(caller.Step.future(pb.StepRequest(session_id="long", to=1, fields=["M"]), timeout=0.3))
+        else:
+            calls.append(caller.Drive(iter([pb.DriveRequest(session_id="long", to=1, fields=["M"])]), timeout=0.3))
+            threading.Thread(target=drained, args=(calls[-1],), daemon=True).start()
+    time.sleep(0.15)
+    assert healthy(process) < SOON
+    before = time.monotonic()
+    others.Step(pb.StepRequest(session_id="short", to=100_000), timeout=30)
+    assert time.monotonic() - before < SOON
+    begun = time.monotonic()
+    ended(replies, method, len(calls) + (method == "Step"))
+    assert time.monotonic() - begun < SOON
+
+
+def drained(call):
+    try:
+        for _ in call:
+            pass
+    except grpc.RpcError:
+        pass
+
+
+@pytest.mark.parametrize("leave", ["cancelled", "expired"])
+def test_a_call_that_waits_for_a_worker_ends_when_its_caller_leaves(serve, leave):
+    process = serve("--log-format", "json", "--threads", "2")
+    replies = Replies(process)
+    stub = connected(process)
+    for name in ("busy", "waiting"):
+        create(stub, name, body(8, step=1e10, name="gauss4"))
+    # The one worker that takes such steps is busy for minutes.
+    busy = stub.Step.future(pb.StepRequest(session_id="busy", to=1000), timeout=60)
+    time.sleep(0.3)
+    seconds = 0.3 if leave == "expired" else 60
+    waiting = {
+        "Step": stub.Step.future(pb.StepRequest(session_id="waiting", to=1), timeout=seconds),
+        "Diagnose": stub.Diagnose.future(pb.DiagnoseRequest(session_id="waiting"), timeout=seconds),
+        "Stream": stub.Stream(pb.StreamRequest(session_id="waiting", to=1), timeout=seconds),
+        "Drive": stub.Drive(iter([pb.DriveRequest(session_id="waiting", to=1)]), timeout=seconds),
+        "CreateSession": stub.CreateSession.future(pb.CreateSessionRequest(session_id="n", scene=body(128)), timeout=seconds),
+        "Summarize": stub.Summarize(pb.SummarizeRequest(session_id="waiting", to=1, quantities=[pb.Quantity(name="M")]),
+                                    timeout=seconds),
+    }
+    time.sleep(0.3)
+    left = time.monotonic()
+    if leave == "cancelled":
+        for call in waiting.values():
+            call.cancel()
+    for method in waiting:
+        end = ended(replies, method, 3 if method == "CreateSession" else 1)[-1]
+        assert end[0] - left < SOON, method
+        assert '"code":"CANCELLED"' in end[1] or '"code":"DEADLINE_EXCEEDED"' in end[1], end[1]
+    assert not busy.done()
+    busy.cancel()
+
+
+def test_lists_of_large_ensembles_leave_the_connections_alone(serve):
+    process = serve("--log-level", "off", "--memory", "4G")
+    stub = connected(process)
+    for k in range(4):
+        create(stub, f"s{k}", bodies(65536))
+    view = pb.SessionView(scene=pb.SCENE_VIEW_FILLED_IN)
+    before = time.monotonic()
+    calls = [connected(process).ListSessions.future(pb.ListSessionsRequest(view=view)) for _ in range(8)]
+    calls += [connected(process).GetSession.future(pb.GetSessionRequest(session_id=f"s{k}", view=view)) for k in range(4)]
+    assert healthy(process) < 1
+    for call in calls:
+        call.result(30)
+    # Computed anew for each session and call, the warnings alone would take five seconds.
+    assert time.monotonic() - before < SOON
