@@ -180,8 +180,8 @@ def from_status(status: pb.Status) -> StiefelError:
 
 
 # The messages of gRPC for a server that it does not find. The address is the first or the second group.
-_UNREACHABLE = re.compile(r"DNS resolution failed for (\S+): |failed to connect to all addresses(?:; last error: \w+: "
-                          r"(?:ipv4:|ipv6:)?(\S+): )?")
+_UNREACHABLE = re.compile(r"(?:DNS resolution failed for|errors resolving) (\S+): |failed to connect to all addresses"
+                          r"(?:; last error: \w+: (?:ipv4:|ipv6:)?(\S+): )?")
 _REASONS = {  # the first key that occurs in gRPC's message counts
     "Connection refused": "the connection is refused, nothing listens there",
     "No such file or directory": "there is no such socket",
@@ -197,6 +197,8 @@ _REASONS = {  # the first key that occurs in gRPC's message counts
     "contacting DNS servers": "no name server answers",
     "contact DNS servers": "no name server answers",
     "DNS resolution failed": "the name is unknown",
+    "Domain name not found": "the name is unknown",
+    "errors resolving": "its name cannot be resolved",
 }
 
 

@@ -54,17 +54,23 @@ def _of_scalar(key: str, value: Any, kind: type[Message], field: FieldDescriptor
     try:
         json_format.ParseDict({key: value}, kind())
     except (json_format.ParseError, ValueError, TypeError, AttributeError) as error:
-        repeated = field.label == FieldDescriptor.LABEL_REPEATED
         what = _KINDS.get(field.cpp_type)
-        rule = f"must be {what[repeated]}" if what else str(error)
+        rule = f"must be {what[is_repeated(field)]}" if what else str(error)
         yield Violation(f"{path}.{key}", f"{reprlib.repr(value)}: {rule}")
+
+
+def is_repeated(field: FieldDescriptor) -> bool:
+    """Returns whether the field is a list or a map. New versions of protobuf have `is_repeated` and no `label`, old
+    versions only `label`."""
+    repeated = getattr(field, "is_repeated", None)
+    return field.label == FieldDescriptor.LABEL_REPEATED if repeated is None else bool(repeated)
 
 
 def _unknown(key: str, value: Any, descriptor: Descriptor) -> str:
     """Returns a description that suggests the nearest name of a field, or of a field of a message inside; if none is
     near, one that lists all names."""
     paths = {inner.name: f"{outer.name}.{inner.name}" for outer in descriptor.fields
-             if outer.message_type and outer.label != FieldDescriptor.LABEL_REPEATED
+             if outer.message_type and not is_repeated(outer)
              for inner in outer.message_type.fields}
     paths.update({field.name: field.name for field in descriptor.fields})
     near = difflib.get_close_matches(key, paths, n=1)
