@@ -3,7 +3,8 @@
     newest.py FOLDER_OF_WHEELS
 
 The packages that come with a system may be years old, such as Debian's protobuf, and those of an installation by pip are
-new. The programs are those of the build whose server STIEFEL_SERVER names.
+new. pip reads in the wheel which it needs; the client itself and the programs are those of the build tree, which PYTHONPATH
+and STIEFEL_SERVER name.
 """
 from __future__ import annotations
 
@@ -23,9 +24,8 @@ def main(wheels: Path) -> int:
     with tempfile.TemporaryDirectory(prefix="stiefel-newest.") as folder:
         python = environment(Path(folder) / "there", f"{wheel_in(wheels)}[dask,plot,progress,xarray]", *NEEDED)
         subprocess.run([python, "-m", "pip", "list", "--disable-pip-version-check"])
-        settings = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
         return subprocess.run([python, "-m", "pytest", "-q", "-p", "no:cacheprovider", TESTS],
-                              env={**settings, "MPLCONFIGDIR": folder}).returncode
+                              env={**os.environ, "MPLCONFIGDIR": folder}).returncode
 
 
 if __name__ == "__main__":
