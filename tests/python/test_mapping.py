@@ -1,6 +1,8 @@
 """What comes back is a mapping, comes with a short repr, and is compared by value."""
 import copy
+import dataclasses
 import pickle
+import re
 from collections.abc import Mapping
 
 import numpy as np
@@ -118,7 +120,20 @@ def test_a_diagnosis_is_typed(session):
     assert diagnosis.orthogonality < 1e-13 and diagnosis.symplectic_defect is None and diagnosis.forms == ()
     assert diagnosis.domain.h_omega == pytest.approx(0.02, rel=0.1) and diagnosis.invariants[0].member is None
     assert repr(diagnosis.invariants[0]).startswith("Invariant(name='energy', initial=")
-    assert "energy" in str(diagnosis) and "exact" in str(diagnosis)
+    assert "energy" in str(diagnosis) and "exact" in str(diagnosis) and "estimated error" not in str(diagnosis)
+    told = str(session.diagnose(to=100, estimate_error=True)).splitlines()[-1]
+    assert re.fullmatch(r"  estimated error: attitude \S+, momentum \S+ from .+", told)
+
+
+@pytest.mark.parametrize("change, told", [
+    ({}, "attitude 1.0e-03, momentum 2.0e-04 from the closed form"),
+    ({"attitude": None}, "momentum 2.0e-04 from the closed form"),
+    ({"attitude": None, "momentum": None}, "below 2.0e-16 from the closed form"),
+    ({"attitude": None, "momentum": None, "missing": "it takes too long"}, "none: it takes too long"),
+])
+def test_an_estimated_error_is_a_line(change, told):
+    estimate = stiefel.EstimatedError(1e-3, 2e-4, 1e-3, 1e-16, "the closed form", 1.0, 1.0, "", None)
+    assert str(dataclasses.replace(estimate, **change)) == told
 
 
 @pytest.mark.parametrize("kind", [stiefel.InvalidArgument, stiefel.DeadlineExceeded, stiefel.Closed,
