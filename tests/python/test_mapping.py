@@ -1,8 +1,11 @@
 """What comes back is a mapping, comes with a short repr, and is compared by value."""
 import copy
 import dataclasses
+import os
 import pickle
 import re
+import subprocess
+import sys
 from collections.abc import Mapping
 
 import numpy as np
@@ -224,6 +227,27 @@ def test_an_event_may_have_numbers_of_numpy(session):
 def test_completion_offers_what_is_public(session):
     assert dir(stiefel) == sorted(stiefel.__all__) and all(hasattr(stiefel, name) for name in stiefel.__all__)
     assert session.step(to=1)._ipython_key_completions_() == ["Q", "M"]
+
+
+RAY = """
+import stiefel
+with stiefel.ray.Executor(num_cpus=2) as executor:
+    assert executor._max_workers == 4
+try:
+    stiefel.rey
+except AttributeError as error:
+    assert str(error) == "module 'stiefel' has no attribute 'rey'"
+"""
+
+
+def test_the_executor_of_ray_needs_no_import_of_its_own(tmp_path):
+    """Ray stands in for itself here: a module with the few functions that the constructor calls."""
+    (tmp_path / "ray.py").write_text("def is_initialized(): return True\n"
+                                     "def remote(**options): return lambda function: function\n"
+                                     "def cluster_resources(): return {'CPU': 8}\n")
+    path = os.pathsep.join([str(tmp_path), *sys.path])
+    done = subprocess.run([sys.executable, "-c", RAY], env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
 
 
 def test_errors_are_python_s_too():
