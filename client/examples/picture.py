@@ -22,9 +22,10 @@ plt.rcParams.update({
 
 
 def toutatis(file: Any, run: Any, comparisons: Any, methods: dict[str, Any]) -> None:
-    """Draws the body's axes, simulated (lines) and observed (dots), above the energy drift of two methods."""
-    figure, panels = plt.subplots(4, 1, figsize=(9, 7.4), sharex=True, layout="constrained",
-                                  height_ratios=[1, 1, 1, 1.5])
+    """Draws the body's axes, simulated (lines) and observed (dots), above the energy drift and the attitude's error of
+    several methods, which are two different things."""
+    figure, panels = plt.subplots(5, 1, figsize=(9, 8.6), sharex=True, layout="constrained",
+                                  height_ratios=[1, 1, 1, 1.5, 1.5])
     days = run.time / 86400
     observed = np.array([comparison.observed for comparison in comparisons])
     observed_days = np.array([comparison.step for comparison in comparisons]) / 86400
@@ -41,11 +42,16 @@ def toutatis(file: Any, run: Any, comparisons: Any, methods: dict[str, Any]) -> 
                       for component in range(3)))
     panels[0].legend(keys, ["x", "y", "z", "radar"], ncols=4, loc="lower right", bbox_to_anchor=(1, 0.97),
                      borderpad=0, columnspacing=1.2, handlelength=2.4, handler_map={tuple: HandlerTuple(None)})
-    for k, (method, (time, drift)) in enumerate(methods.items()):
-        panels[3].semilogy(time, np.maximum(drift, FLOOR), label=method, **diagram.line(k))
-    panels[3].set(ylim=(FLOOR / 4, None), xlim=(0, days[-1]), xlabel="days", ylabel="relative")
-    panels[3].set_title("energy drift, both methods in steps of one hour")
-    panels[3].legend(loc="center right")
+    for k, found in enumerate(methods.values()):
+        panels[3].semilogy(found.days, np.maximum(found.drift, FLOOR), label=found.method, **diagram.line(k))
+        # An error too small to tell, such as that at the start, has no place on the scale.
+        known = np.where(found.error > 0, found.error, np.nan)
+        panels[4].semilogy(found.days, known, label=found.method, **diagram.line(k))
+    panels[3].set(ylim=(FLOOR / 4, None), ylabel="relative")
+    panels[3].set_title("energy drift in steps of one hour")
+    panels[4].set(xlim=(0, days[-1]), xlabel="days", ylabel="degrees")
+    panels[4].set_title("error of the attitude in steps of one hour: a kept energy does not make it small")
+    panels[3].legend(loc="center right", bbox_to_anchor=(1, 0.5))
     diagram.save(figure, file)
     plt.close(figure)
 

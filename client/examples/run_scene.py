@@ -1,4 +1,4 @@
-"""Runs any scene and shows its trajectory, a picture, and how well its invariants are kept.
+"""Runs any scene and shows its trajectory, a picture, how well its invariants are kept, and the estimated error.
 
     run_scene.py SCENE.json --steps N [--output FOLDER] [--server ADDRESS]
 """
@@ -54,6 +54,7 @@ def main() -> int:
         seconds = time.perf_counter() - start
         reached = int(run.step[-1])
         times, drifts = families(session, reached)
+        last = session.diagnose(to=reached, estimate_error=True)
         scene, choice = session.scene, session.choice
 
     print(f"{run.outcome} at step {reached}, time {run.time[-1]:.6g}: {run.samples} samples, "
@@ -65,6 +66,7 @@ def main() -> int:
     print("\nlargest drift over the run")
     for family, values in drifts.items():
         print(f"  {family:<20}{max(values):.1e}")
+    print(f"estimated error at step {reached}: {last.estimated_error}")
     run.save(arguments.output / "trajectory.npz")
     title = f"{arguments.scene.name}: {scene['system']} {scene.get('method', {}).get('name', '')}"
     picture.scene(arguments.output / "scene.png", title.rstrip(), run, next(iter(run.fields)), times, drifts)

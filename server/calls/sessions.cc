@@ -13,7 +13,6 @@
 #include "server/limits/failpoint.h"
 #include "server/limits/reply_limits.h"
 #include "server/pricing/memory_price.h"
-#include "stiefel/stop.h"
 
 namespace stiefel::server {
 namespace {
@@ -64,7 +63,6 @@ grpc::Status list(const Registry& registry, const Principal& principal,
   const auto sessions = registry.page(principal, *after, size + 1);
   std::size_t bytes = 0;
   for (std::size_t i = 0; i < sessions.size(); ++i) {
-    stop_point();
     v1::Session session;
     if (i < size) to_list(*sessions[i], registry, request.view(), &session);
     bytes += session.ByteSizeLong();

@@ -6,6 +6,7 @@
 #include "server/convert/scene_view.h"
 #include "server/sessions/field_bytes.h"
 #include "server/sessions/numerics_id.h"
+#include "stiefel/stop.h"
 
 namespace stiefel::server {
 namespace {
@@ -69,6 +70,7 @@ bool shows_scenes(const v1::SessionView& view) {
 
 void to_list(const Session& session, const Registry& registry, const v1::SessionView& view,
              v1::Session* out) {
+  stop_point();
   if (shows_scenes(view)) return to_proto(session, session.resolution(), registry, view, out);
   write_heading(session, registry, out);
   write_checksum(view, out);

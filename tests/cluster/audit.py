@@ -14,6 +14,9 @@ from pathlib import Path
 
 from environment import environment, wheel_in
 
+sys.path.insert(0, str(Path(__file__).parents[2] / "client/python/wheel"))
+from bundle import common_licenses  # noqa: E402
+
 
 def main(wheels: Path) -> None:
     wheel = wheel_in(wheels)
@@ -34,9 +37,15 @@ def main(wheels: Path) -> None:
         names = archive.namelist()
         libraries = [name for name in names if ".so." in name]
         licenses = [name for name in names if name.endswith(".copyright")]
+        pointers = {text for name in licenses
+                    for text in common_licenses(archive.read(name).decode("utf-8", errors="replace"))}
+        texts = {Path(name).name: archive.read(name) for name in names if Path(name).name in pointers}
     assert libraries and licenses and any(name.endswith("dist-info/LICENSE") for name in names)
     assert all(name.startswith("stiefel/programs/") for name in libraries)
-    print(f"{len(libraries)} libraries, {len(licenses)} licenses")
+    assert pointers <= texts.keys(), f"the wheel lacks the license texts {', '.join(sorted(pointers - texts.keys()))}"
+    assert any(Path(name).name.startswith("libquadmath") for name in libraries)
+    assert b"GNU LESSER GENERAL PUBLIC LICENSE" in texts["LGPL-2.1"], "libquadmath's license"
+    print(f"{len(libraries)} libraries, {len(licenses)} licenses of packages, {len(texts)} texts to which they point")
 
 
 if __name__ == "__main__":

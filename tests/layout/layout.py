@@ -81,7 +81,7 @@ OTHERS = {
     "server/durability": [r"server/(sessions|store|convert|calls|limits)/.*"],
     "server/transport": [FAILPOINT, r"server/address\.h"],
     "server": [PROTO, r"server/(access|admission|calls|durability|limits|metrics|store|transport)/.*",
-               r"server/scheduling/quota\.h", r"server/sessions/principal\.h", r"grpc/health/.*"],
+               r"server/scheduling/quota\.h", r"server/sessions/principal\.h", r"server/convert/errors\.h", r"grpc/health/.*"],
     "client/cpp": [CLIENT, PROTO],
     "client/cli": [CLIENT, PROTO, r"client/cpp/.*", r"server/[a-z_]+\.h"],
 }

@@ -83,6 +83,10 @@ def test_who_cannot_be_reached_is_told_in_plain_words(tmp_path, monkeypatch):
 @pytest.mark.parametrize("grpc_says, plain", [
     ("DNS resolution failed for host:1: C-ares status is not ARES_SUCCESS qtype=A name=host is_balancer=0: "
      "Domain name not found", "cannot reach host:1: the name is unknown"),
+    ("errors resolving host:1: [field:hostname lookup error:address lookup failed for host:1: C-ares status is not "
+     "ARES_SUCCESS qtype=A name=host is_balancer=0: Domain name not found]", "cannot reach host:1: the name is unknown"),
+    ("errors resolving host:1: [field:hostname lookup error:address lookup failed for host:1: DNS server returned general "
+     "failure]", "cannot reach host:1: its name cannot be resolved"),
     ("failed to connect to all addresses; last error: UNKNOWN: ipv6:%5B::1%5D:7: Failed to connect to remote host: "
      "Connection refused", "cannot reach [::1]:7: the connection is refused, nothing listens there"),
     ("failed to connect to all addresses", "cannot reach the server: failed to connect to all addresses"),

@@ -1,6 +1,11 @@
 """What comes back is a mapping, comes with a short repr, and is compared by value."""
 import copy
+import dataclasses
+import os
 import pickle
+import re
+import subprocess
+import sys
 from collections.abc import Mapping
 
 import numpy as np
@@ -118,7 +123,20 @@ def test_a_diagnosis_is_typed(session):
     assert diagnosis.orthogonality < 1e-13 and diagnosis.symplectic_defect is None and diagnosis.forms == ()
     assert diagnosis.domain.h_omega == pytest.approx(0.02, rel=0.1) and diagnosis.invariants[0].member is None
     assert repr(diagnosis.invariants[0]).startswith("Invariant(name='energy', initial=")
-    assert "energy" in str(diagnosis) and "exact" in str(diagnosis)
+    assert "energy" in str(diagnosis) and "exact" in str(diagnosis) and "estimated error" not in str(diagnosis)
+    told = str(session.diagnose(to=100, estimate_error=True)).splitlines()[-1]
+    assert re.fullmatch(r"  estimated error: attitude \S+, momentum \S+ from .+", told)
+
+
+@pytest.mark.parametrize("change, told", [
+    ({}, "attitude 1.0e-03, momentum 2.0e-04 from the closed form"),
+    ({"attitude": None}, "momentum 2.0e-04 from the closed form"),
+    ({"attitude": None, "momentum": None}, "below 2.0e-16 from the closed form"),
+    ({"attitude": None, "momentum": None, "missing": "it takes too long"}, "none: it takes too long"),
+])
+def test_an_estimated_error_is_a_line(change, told):
+    estimate = stiefel.EstimatedError(1e-3, 2e-4, 1e-3, 1e-16, "the closed form", 1.0, 1.0, "", None)
+    assert str(dataclasses.replace(estimate, **change)) == told
 
 
 @pytest.mark.parametrize("kind", [stiefel.InvalidArgument, stiefel.DeadlineExceeded, stiefel.Closed,
@@ -130,9 +148,106 @@ def test_an_error_can_be_sent_to_another_process(kind):
     assert (again.violations, again.reason, again.metadata) == (error.violations, "BECAUSE", {"a": "b"})
 
 
+FLIP = {"field": "angular_velocity", "coefficients": [1, 0, 0], "level": 0.05}
+
+
+def test_events_are_a_mapping_compared_by_value(session):
+    events, again = (session.events(2000, FLIP, fields=["Q", "quaternion"]) for _ in range(2))
+    assert isinstance(events, Mapping) and list(events) == ["Q", "quaternion"] and len(events) == 2 and "Q" in events
+    assert 0 not in events and dict(events).keys() == {"Q", "quaternion"} and events["Q"].shape == (events.count, 3, 3)
+    assert events == again and events != session.events(1000, FLIP, fields=["Q", "quaternion"]) and events.count > 2
+    assert events != session.events(2000, FLIP, fields=["Q"])
+    assert repr(events) == (f"<stiefel.Events REACHED of {events.count} zeros: Q ({events.count}, 3, 3), "
+                            f"quaternion ({events.count}, 1, 4)>")
+    with pytest.raises(KeyError, match="no field 'P'; the fields are Q, quaternion"):
+        events["P"]
+    with pytest.raises(TypeError):
+        hash(events)
+
+
+def test_no_events_have_the_fields_too(session, client):
+    never = {**FLIP, "level": 1e6}
+    none = session.events(50, never)
+    assert none.count == 0 and none.member is None and {name: part.shape for name, part in none.items()} == {
+        "Q": (0, 3, 3), "M": (0, 3, 3)} and none.run_status.outcome == "REACHED"
+    assert session.events(50, never, fields=iter(["angular_velocity"]))["angular_velocity"].shape == (0, 1, 3)
+    some = session.events(2000, FLIP)
+    for name in ("event", "step", "fraction", "time"):
+        assert getattr(none, name).dtype == getattr(some, name).dtype, name
+    assert all(none[name].dtype == some[name].dtype for name in some)
+    with client.create({**SCENE, "members": 2}) as ensemble:
+        none = ensemble.events(50, never)
+        assert none.member.shape == (0,) and none["Q"].shape == (0, 3, 3) and none == ensemble.events(50, never)
+
+
+def test_summaries_are_compared_by_value(session):
+    asked = {"Q": "last", "energy": ["drift", "mean"]}
+    summary = session.summarize(100, asked)
+    assert summary == session.summarize(100, asked) != session.summarize(99, asked)
+    assert summary != session.summarize(100, {"Q": "last"}) and list(summary) == ["Q", "energy"] and "Q" in summary
+    with pytest.raises(KeyError, match="no quantity 'x'; the quantities are Q, energy"):
+        summary["x"]
+    assert summary._ipython_key_completions_() == ["Q", "energy"]
+
+
+@pytest.mark.parametrize("asked, path", [
+    (["energy"], "quantities"), (3, "quantities"), ({"energy": 3}, "quantities.energy"), ({3: "last"}, "quantities.3"),
+    ({"energy": [3]}, "quantities.energy"), ({"energy": {"statistics": 3}}, "quantities.energy"),
+    ({"energy": {"quantiles": ["a"]}}, "quantities.energy.quantiles"), ({"energy": {"edges": [[1], [2, 3]]}}, "quantities.energy.edges"),
+    ({"energy": {"statistics": "mean", "over_members": "no"}}, "quantities.energy.over_members"),
+    ({"energy": {"statistics": [["mean"]]}}, "quantities.energy"),
+])
+def test_a_malformed_summary_is_named(session, asked, path):
+    with pytest.raises(stiefel.InvalidArgument, match="must be") as caught:
+        session.summarize(10, asked)
+    assert caught.value.violations[0].field == path
+
+
+@pytest.mark.parametrize("change, path", [
+    ({"limit": -1}, "events[0].limit"), ({"limit": 1.5}, "events[0].limit"), ({"level": "x"}, "events[0].level"),
+    ({"field": 3}, "events[0].field"), ({"coefficients": ["a", 1, 0]}, "events[0].coefficients"),
+    ({"direction": 1}, "events[0]"), ({"direction": ["rising"]}, "events[0]"), ({"terminal": "yes"}, "events[0].terminal"),
+    ({"levl": 1}, "events[0]"),
+])
+def test_a_malformed_event_is_named(session, change, path):
+    with pytest.raises(stiefel.InvalidArgument, match="must be") as caught:
+        session.events(10, {**FLIP, **change})
+    assert caught.value.violations[0].field == path
+    for wrong, place in ((3, "events"), ("FLIP", "events"), ([3], "events[0]")):
+        with pytest.raises(stiefel.InvalidArgument, match="must be") as caught:
+            session.events(10, wrong)
+        assert caught.value.violations[0].field == place
+
+
+def test_an_event_may_have_numbers_of_numpy(session):
+    plain, numpy = FLIP, {**FLIP, "level": np.float64(0.05), "limit": np.int64(2), "terminal": np.bool_(True)}
+    assert (session.events(2000, numpy).time == session.events(2000, plain).time[:2]).all()
+
+
 def test_completion_offers_what_is_public(session):
     assert dir(stiefel) == sorted(stiefel.__all__) and all(hasattr(stiefel, name) for name in stiefel.__all__)
     assert session.step(to=1)._ipython_key_completions_() == ["Q", "M"]
+
+
+RAY = """
+import stiefel
+with stiefel.ray.Executor(num_cpus=2) as executor:
+    assert executor._max_workers == 4
+try:
+    stiefel.rey
+except AttributeError as error:
+    assert str(error) == "module 'stiefel' has no attribute 'rey'"
+"""
+
+
+def test_the_executor_of_ray_needs_no_import_of_its_own(tmp_path):
+    """Ray stands in for itself here: a module with the few functions that the constructor calls."""
+    (tmp_path / "ray.py").write_text("def is_initialized(): return True\n"
+                                     "def remote(**options): return lambda function: function\n"
+                                     "def cluster_resources(): return {'CPU': 8}\n")
+    path = os.pathsep.join([str(tmp_path), *sys.path])
+    done = subprocess.run([sys.executable, "-c", RAY], env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
 
 
 def test_errors_are_python_s_too():

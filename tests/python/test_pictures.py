@@ -84,12 +84,15 @@ def test_a_scene_loses_no_colour(figures, tmp_path):
 
 def test_toutatis_is_read_without_colours(figures, tmp_path):
     observations = [SimpleNamespace(step=86400 * k, observed=Run()["Q"][k]) for k in range(3)]
-    drift = Run.time / 86400, 1e-9 * Run.time
-    examples.toutatis(tmp_path / "t.png", Run(), observations, {"variational": drift, "rk4": drift})
+    found = {name: SimpleNamespace(method=name, days=Run.time / 86400, drift=1e-9 * Run.time, error=1e-6 * Run.time)
+             for name in ("recommended", "variational", "rk4")}
+    examples.toutatis(tmp_path / "t.png", Run(), observations, found)
     for panel in figures[0].axes[:3]:
         curves, marks = panel.lines[::2], panel.lines[1::2]
         assert len({line._unscaled_dash_pattern for line in curves}) == len({m.get_marker() for m in marks}) == 3
-    assert len({line._unscaled_dash_pattern for line in figures[0].axes[3].lines}) == 2
+    for panel, words in zip(figures[0].axes[3:], ("energy drift", "error of the attitude"), strict=True):
+        assert len({line._unscaled_dash_pattern for line in panel.lines}) == 3
+        assert panel.get_title(loc="left").startswith(words)
     used = {to_hex(line.get_color()) for axes in figures[0].axes for line in axes.lines}
     assert used <= colours_of(tmp_path / "t.png")
 

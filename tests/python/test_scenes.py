@@ -1,10 +1,13 @@
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from google.protobuf.descriptor import FieldDescriptor
 
 import stiefel
 from stiefel import v1 as pb
+from stiefel.mappings import is_repeated
 
 SCENE = {
     "system": "rigid_body",
@@ -66,6 +69,14 @@ def test_unknown_fields_and_wrong_types_are_errors(scene, path, description):
     violation, = caught.value.violations
     assert violation.field == path and violation.description.startswith(description)
     assert f"{path}: {description}" in str(caught.value)
+
+
+@pytest.mark.parametrize("attributes", [
+    {"label": FieldDescriptor.LABEL_REPEATED}, {"is_repeated": True},
+    {"is_repeated": True, "label": FieldDescriptor.LABEL_OPTIONAL}], ids=["old", "new", "both"])
+def test_lists_are_known_to_every_version_of_protobuf(attributes):
+    assert is_repeated(SimpleNamespace(**attributes))
+    assert not is_repeated(SimpleNamespace(**{**attributes, "is_repeated": False}))
 
 
 def test_every_unknown_field_is_named():

@@ -70,7 +70,7 @@ def test_the_drift_is_diagnose_s(session):
 def test_events_are_where_the_closed_form_has_them(session):
     half = half_period()
     flips = session.events(int(50.5 * half / 0.05), FLIP, fields="M")
-    assert len(flips) == 50 and flips.member is None and flips.run_status.outcome == "REACHED"
+    assert flips.count == 50 and flips.member is None and flips.run_status.outcome == "REACHED"
     np.testing.assert_allclose(flips.time, half * np.arange(1, 51), rtol=1e-12)
     assert (abs(flips["M"][:, 0, 2]) < 1e-13).all()
     assert ((0 < flips.fraction) & (flips.fraction <= 1)).all()
@@ -80,7 +80,7 @@ def test_events_are_where_the_closed_form_has_them(session):
 def test_events_have_directions_limits_and_an_end(session):
     both = session.events(2000, FLIP)
     up, down = (session.events(2000, {**FLIP, "direction": way}) for way in ("rising", "falling"))
-    assert sorted([*up.time, *down.time]) == list(both.time) and abs(len(up) - len(down)) <= 1
+    assert sorted([*up.time, *down.time]) == list(both.time) and abs(up.count - down.count) <= 1
     assert list(session.events(2000, {**FLIP, "limit": 3}).time) == list(both.time[:3])
     two = session.events(2000, [{**FLIP, "limit": 3, "terminal": True}, {**FLIP, "level": 0.1}])
     assert (two.event == 0).sum() == 3 and two.time.max() == both.time[2]
@@ -95,7 +95,7 @@ def test_an_event_of_a_discrete_system_is_an_interval(client):
         events = session.events(300, {"field": "M", "coefficients": [0, 0, 1, 0, 0, 0, 0, 0, 0]})
         run = session.trajectory(300)
         expected = np.flatnonzero(np.diff(np.sign(run["M"][:, 0, 2])))
-        assert len(events) and list(events.step) == list(expected) and (events.fraction == 1).all()
+        assert events.count and list(events.step) == list(expected) and (events.fraction == 1).all()
         assert (events["M"] == run["M"][events.step + 1]).all()
         with pytest.raises(stiefel.InvalidArgument, match="discrete system"):
             session.trajectory(times=[0.15])
@@ -113,12 +113,40 @@ def test_states_at_any_times(session):
     for name in ("Q", "M"):
         np.testing.assert_allclose(run[name], truth[name], atol=1e-12)
     assert (session.trajectory(100)["Q"] == session.trajectory(100)["Q"]).all()
-    with pytest.raises(stiefel.InvalidArgument):
-        session.trajectory(times=[-1.0])
-    with pytest.raises(stiefel.InvalidArgument):
-        session.trajectory(to=3, times=[1.0])
-    with pytest.raises(stiefel.InvalidArgument):
-        session.trajectory()
+
+
+@pytest.mark.parametrize("arguments, field", [
+    (dict(times=[0.5, -1.0]), "times[1]"), (dict(times=[0.1, float("nan")]), "times[1]"), (dict(times=[0.1, 1e300]), "times[1]"),
+    (dict(times=[]), "times"), (dict(times=["now"]), "times"), (dict(times=[1.0], to=3), "to"),
+    (dict(times=[1.0], start=2), "start"), (dict(times=[1.0], every=7), "every"), (dict(), "to"),
+])
+def test_wrong_times_are_named_as_given(session, arguments, field):
+    with pytest.raises(stiefel.InvalidArgument) as caught:
+        session.trajectory(**arguments)
+    assert caught.value.violations[0].field == field and str(caught.value).startswith(f"{field}: ")
+
+
+def test_times_have_the_sign_of_the_step(client):
+    with client.create({**TOP, "step": -0.05}) as session:
+        assert list(session.trajectory(times=[-0.31, 0.0, -0.01]).step) == [6, 0, 0]
+        with pytest.raises(stiefel.InvalidArgument, match=r"times\[0\]: 0.3: must be 0 or have the sign"):
+            session.trajectory(times=[0.3])
+
+
+def test_states_that_had_arrived_are_in_partial(session):
+    times = np.linspace(5e6, 0, 20_000)
+    with pytest.raises(stiefel.DeadlineExceeded) as caught:
+        session.trajectory(times=times, timeout=1, fields="M")
+    partial = caught.value.partial
+    assert 0 < partial.samples < 20_000 and partial.outcome == "CANCELLED" and "samples had arrived" in str(caught.value)
+    assert list(partial.time) == list(times[-partial.samples:]), "in the order given"
+    assert (partial["M"][-1] == session.step(0)["M"]).all()
+
+
+def test_times_have_a_progress_bar(session, capsys):
+    pytest.importorskip("tqdm")
+    assert session.trajectory(times=np.linspace(0, 10, 300), progress=True).samples == 300
+    assert "300/300" in capsys.readouterr().err
 
 
 def test_many_times_come_in_parts(session):
@@ -265,7 +293,7 @@ def test_events_of_a_broken_call_come_once(session, monkeypatch):
     breaks = Breaks(session._client.stub.Summarize, [3, 2, 6])
     monkeypatch.setattr(session._client.stub, "Summarize", breaks)
     again = session.events(20_000, many, fields=["Q", "M", "Omega"])
-    assert len(breaks.requests) == 4 and len(again) > 1000
+    assert len(breaks.requests) == 4 and again.count > 1000
     assert list(again.time) == list(whole.time) and (again["Q"] == whole["Q"]).all()
 
 

@@ -6,6 +6,9 @@
 """
 from __future__ import annotations
 
+import importlib
+from typing import Any
+
 from stiefel.answers import Choice, Conversion, EstimatedError, Geodesic
 from stiefel.arrays import Batch, Outcome, Price, RunStatus, State, Trajectory
 from stiefel.client import Client
@@ -32,6 +35,13 @@ __all__ = [
     "SweepResult", "Tls", "Tradeoff", "Trajectory", "Unauthenticated", "Unavailable", "Unimplemented", "Violation",
     "__version__", "sweep", "to_dict", "to_message",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Imports `stiefel.ray` when it is first used, because only it needs Ray."""
+    if name == "ray":
+        return importlib.import_module("stiefel.ray")
+    raise AttributeError(f"module 'stiefel' has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:

@@ -67,7 +67,7 @@ class Price:
         return Price(message.work, message.bytes, pb.PriceBound.Name(message.bound)[len("PRICE_BOUND_"):].lower())
 
 
-class _Fields(ByValue, Mapping[str, Array]):
+class Fields(ByValue, Mapping[str, Array]):
     """A mapping from field names to arrays: `state["Q"]`."""
 
     fields: dict[str, Array]
@@ -97,7 +97,7 @@ class _Fields(ByValue, Mapping[str, Array]):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class State(_Fields):
+class State(Fields):
     """The state at `step`: a mapping from field names to arrays.
 
     If `outcome` is not REACHED, it is the last good state. The arrays are (rows, cols), in an ensemble (members, rows,
@@ -128,7 +128,7 @@ class State(_Fields):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Batch(_Fields):
+class Batch(Fields):
     """Consecutive samples: a mapping from field names to arrays, with `step` and `time` of every sample.
 
     The arrays are (samples, rows, cols), in an ensemble (samples, members, rows, cols).

@@ -10,7 +10,8 @@ import numpy as np
 def same(first: Any, second: Any) -> bool:
     """Returns whether both hold the same numbers. A NaN equals a NaN, and -0.0 equals 0.0."""
     if isinstance(first, np.ndarray) or isinstance(second, np.ndarray):
-        return np.array_equal(first, second, equal_nan=True)
+        numbers = all(np.asarray(one).dtype.kind in "fc" for one in (first, second))  # others are never NaN
+        return np.array_equal(first, second, equal_nan=numbers)
     if isinstance(first, dict) and isinstance(second, dict):
         return first.keys() == second.keys() and all(same(first[key], second[key]) for key in first)
     if isinstance(first, tuple) and isinstance(second, tuple):

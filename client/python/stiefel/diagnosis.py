@@ -99,10 +99,13 @@ class Diagnosis:
             {family.name: family.count for family in message.shortened}, Price.of(message.price))
 
     def __str__(self) -> str:
-        """Returns a table with one line per invariant."""
+        """Returns a table with one line per invariant, and the estimated error if it was asked for. A drift says nothing
+        about that error."""
         width = max((len(invariant.name) for invariant in self.invariants), default=0)
         lines = [f"{self.outcome} at step {self.step}, time {self.time!r}"]
         lines += [f"  {i.name:{width}}  {i.value:< .12g}  drift {i.drift:.1e}  {i.conservation}" for i in self.invariants]
         if self.orthogonality is not None:
             lines.append(f"  orthogonality {self.orthogonality:.1e}")
+        if self.estimated_error is not None:
+            lines.append(f"  estimated error: {self.estimated_error}")
         return "\n".join(lines)

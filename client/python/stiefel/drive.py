@@ -10,7 +10,7 @@ from stiefel import calls
 from stiefel import v1 as pb
 from stiefel.arrays import State
 from stiefel.errors import InvalidArgument, NotFound, ResourceExhausted, Unavailable, from_status
-from stiefel.names import Names, names
+from stiefel.mappings import Names, names
 from stiefel.recreation import pauses
 
 if TYPE_CHECKING:

@@ -5,16 +5,13 @@ A numerical stop is not an exception but an `Outcome` in the reply.
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, NamedTuple, Optional
+from typing import Any, NamedTuple, Optional
 from urllib.parse import unquote
 
 import grpc
 from google.protobuf.message import DecodeError
 
 from stiefel import v1 as pb
-
-if TYPE_CHECKING:
-    from stiefel.arrays import Trajectory
 
 
 class Violation(NamedTuple):
@@ -34,9 +31,9 @@ class StiefelError(Exception):
     code: grpc.StatusCode = grpc.StatusCode.UNKNOWN
     quota: tuple[Violation, ...] = ()  #: the limits that the request exceeds; `field` is the limit's name: "sessions"
     retry_delay: Optional[float] = None  #: seconds after which the same request may succeed, if the server says so
-    #: For `Session.trajectory`, the samples that had arrived, as a trajectory with the outcome CANCELLED. None for all
-    #: other calls.
-    partial: Optional[Trajectory] = None
+    #: For `Session.trajectory`, the samples that had arrived, as a trajectory with the outcome CANCELLED. For
+    #: `stiefel.sweep`, what it would have returned, with the outcome 0 at the missing points. None for all other calls.
+    partial: Optional[Any] = None
 
     def __init__(self, message: str, violations: tuple[Violation, ...] = (), reason: str = "",
                  metadata: Optional[dict[str, str]] = None):
@@ -48,8 +45,9 @@ class StiefelError(Exception):
 
     def __str__(self) -> str:
         lines = [f"{v.field}: {v.description}" for v in self.violations]
-        if self.partial is not None and self.partial.samples:
-            lines.append(f"{self.partial.samples} samples had arrived; they are in `partial`")
+        samples = getattr(self.partial, "samples", None)  # a sweep's `partial` has none
+        if isinstance(samples, int) and samples:
+            lines.append(f"{samples} samples had arrived; they are in `partial`")
         return "\n  ".join([self.message] + [line for line in lines if line not in self.message])
 
     def relative_to(self, place: str) -> None:
@@ -180,8 +178,8 @@ def from_status(status: pb.Status) -> StiefelError:
 
 
 # The messages of gRPC for a server that it does not find. The address is the first or the second group.
-_UNREACHABLE = re.compile(r"DNS resolution failed for (\S+): |failed to connect to all addresses(?:; last error: \w+: "
-                          r"(?:ipv4:|ipv6:)?(\S+): )?")
+_UNREACHABLE = re.compile(r"(?:DNS resolution failed for|errors resolving) (\S+): |failed to connect to all addresses"
+                          r"(?:; last error: \w+: (?:ipv4:|ipv6:)?(\S+): )?")
 _REASONS = {  # the first key that occurs in gRPC's message counts
     "Connection refused": "the connection is refused, nothing listens there",
     "No such file or directory": "there is no such socket",
@@ -197,6 +195,8 @@ _REASONS = {  # the first key that occurs in gRPC's message counts
     "contacting DNS servers": "no name server answers",
     "contact DNS servers": "no name server answers",
     "DNS resolution failed": "the name is unknown",
+    "Domain name not found": "the name is unknown",
+    "errors resolving": "its name cannot be resolved",
 }
 
 

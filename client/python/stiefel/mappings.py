@@ -1,15 +1,17 @@
-"""Converts a dict to a message. Errors name the path of every fault."""
+"""Converts what a caller gives, dicts and lists of names, for messages. Errors name the path of every fault."""
 from __future__ import annotations
 
 import difflib
 import reprlib
-from typing import Any, Iterator, Mapping
+from typing import Any, Iterable, Iterator, Mapping, Optional, Union
 
 from google.protobuf import json_format
 from google.protobuf.descriptor import Descriptor, FieldDescriptor
 from google.protobuf.message import Message
 
 from stiefel.errors import InvalidArgument, Violation
+
+Names = Union[str, Iterable[str]]
 
 _KINDS = {
     FieldDescriptor.CPPTYPE_DOUBLE: ("a number", "numbers"),
@@ -54,19 +56,38 @@ def _of_scalar(key: str, value: Any, kind: type[Message], field: FieldDescriptor
     try:
         json_format.ParseDict({key: value}, kind())
     except (json_format.ParseError, ValueError, TypeError, AttributeError) as error:
-        repeated = field.label == FieldDescriptor.LABEL_REPEATED
         what = _KINDS.get(field.cpp_type)
-        rule = f"must be {what[repeated]}" if what else str(error)
+        rule = f"must be {what[is_repeated(field)]}" if what else str(error)
         yield Violation(f"{path}.{key}", f"{reprlib.repr(value)}: {rule}")
+
+
+def is_repeated(field: FieldDescriptor) -> bool:
+    """Returns whether the field is a list or a map. New versions of protobuf have `is_repeated` and no `label`, old
+    versions only `label`."""
+    repeated = getattr(field, "is_repeated", None)
+    return field.label == FieldDescriptor.LABEL_REPEATED if repeated is None else bool(repeated)
 
 
 def _unknown(key: str, value: Any, descriptor: Descriptor) -> str:
     """Returns a description that suggests the nearest name of a field, or of a field of a message inside; if none is
     near, one that lists all names."""
     paths = {inner.name: f"{outer.name}.{inner.name}" for outer in descriptor.fields
-             if outer.message_type and outer.label != FieldDescriptor.LABEL_REPEATED
+             if outer.message_type and not is_repeated(outer)
              for inner in outer.message_type.fields}
     paths.update({field.name: field.name for field in descriptor.fields})
     near = difflib.get_close_matches(key, paths, n=1)
     hint = f"did you mean {paths[near[0]]}?" if near else f"the fields are {', '.join(descriptor.fields_by_name)}."
     return f"unknown field; {hint} It is {reprlib.repr(value)}"
+
+
+def names(argument: str, given: Optional[Names]) -> list[str]:
+    """Returns a list of names; a single text is one name. Raises InvalidArgument for elements that are not texts."""
+    if given is None:
+        return []
+    if isinstance(given, str):
+        return [given]
+    result = list(given)
+    wrong = [Violation(argument, f"{name!r}: must be a name") for name in result if not isinstance(name, str)]
+    if wrong:
+        raise InvalidArgument(f"{argument}: {wrong[0].description}", tuple(wrong))
+    return result

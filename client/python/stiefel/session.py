@@ -14,15 +14,16 @@ from stiefel.arrays import Batch, Collector, Outcome, Price, RunStatus, State, T
 from stiefel.checksums import verify_sample, verify_session
 from stiefel.diagnosis import Diagnosis
 from stiefel.drive import TOO_LARGE, Drive
-from stiefel.errors import FailedPrecondition, InvalidArgument, NotFound, StiefelError, Unavailable, Violation
-from stiefel.names import Names, names
+from stiefel.errors import FailedPrecondition, InvalidArgument, NotFound, StiefelError, Unavailable
+from stiefel.mappings import Names, names
 from stiefel.recreation import Recreation, is_loss, pause_after_loss, pauses
 from stiefel.resolved import put, resolve, with_blocks_as_matrices
 from stiefel.samples import Samples
 from stiefel.scene_arrays import scene_arrays
 from stiefel.scenes import to_dict, to_matrix, to_method
-from stiefel.summarizing import Summarizing
-from stiefel.summary import EventDescription, Events, Quantities, Summary, to_events, to_quantities
+from stiefel.streams import progress_bar
+from stiefel.summarizing import Summarizing, in_steps, states_at
+from stiefel.summary import EventDescription, Events, Quantities, Summary, refused, to_events, to_quantities
 
 if TYPE_CHECKING:
     from stiefel.client import Client
@@ -229,8 +230,9 @@ class Session:
         """Returns the samples at start, start + every, ... and at `to` as whole arrays, each allocated once.
 
         `fields`: a name or several; by default the system's blocks. `progress`: shows a progress bar of tqdm. With
-        `times` instead of `to`, returns the states at these times, in the order given. A state between two steps is
-        the state before it, advanced by the method with a shorter step; its `step` is the last step at or before it.
+        `times` instead of `to`, `start` and `every`, returns the states at these times, in the order given. A state
+        between two steps is the state before it, advanced by the method with a shorter step; its `step` is the last
+        step at or before it.
 
         `timeout`: seconds for the whole call, including resumptions and pauses. When the call fails, the exception has
         the samples that had arrived in `partial`:
@@ -241,14 +243,17 @@ class Session:
                 run = late.partial
         """
         if times is not None:
-            return self._at_times(times, to, fields, timeout)
+            for name, value in (("to", to), ("start", start or None), ("every", None if every == 1 else every)):
+                if value is not None:
+                    raise refused(name, f"{value!r}: must be absent where `times` are given")
+            return self._at_times(times, fields, progress, timeout)
         if to is None:
-            raise InvalidArgument("to: must be given, or times", (Violation("to", "must be given, or times"),))
+            raise refused("to", "must be given, or times")
         every = every or 1
         collector = Collector(max(-(-(to - start) // every), 0) + 1)
         samples = self._samples(to, start, every, names("fields", fields), timeout)
         try:
-            with _progress_bar(to - start, progress) as bar:
+            with progress_bar(to - start, progress, " steps") as bar:
                 for batch in samples:
                     collector.add(batch)
                     bar.update(int(batch.step[-1]) - start - bar.n)
@@ -292,8 +297,12 @@ class Session:
         consecutive steps; two zeros between them are not seen. `fields`: the fields to return at the zeros; by default
         the system's blocks.
         """
-        running = self._summarizing(self._events_request(to, events, start, fields), timeout)
+        request = self._events_request(to, events, start, fields)
+        running = self._summarizing(request, timeout)
         parts = [part for part in running if isinstance(part, Events)]
+        if not parts:
+            fields_of_a_state = self.step(to=0, fields=request.fields, timeout=timeout)
+            parts = [Events.none(fields_of_a_state, self._known_scene().HasField("members"))]
         return Events.joined(parts, running.run_status or RunStatus(Outcome.CANCELLED))
 
     def stream_events(self, to: int, events: Union[EventDescription, Sequence[EventDescription]], start: int = 0,
@@ -315,27 +324,15 @@ class Session:
     def _summarizing(self, request: pb.SummarizeRequest, timeout: Optional[float]) -> Summarizing:
         return Summarizing(self._client, self._recreation, request, self._known_scene().HasField("members"), timeout)
 
-    def _at_times(self, times: Sequence[float], to: Optional[int], fields: Optional[Names],
+    def _at_times(self, times: Sequence[float], fields: Optional[Names], progress: bool,
                   timeout: Optional[float]) -> Trajectory:
-        if to is not None:
-            raise InvalidArgument("times: must be absent where `to` is given", (Violation("times", "must be absent where `to` is given"),))
-        given, step = np.asarray(times, float).ravel(), self._known_scene().step
-        steps = given / step
-        if not (given.size and np.isfinite(steps).all()):
-            raise InvalidArgument("times: must be finite numbers, one or more", (Violation("times", "must be finite numbers, one or more"),))
+        given, steps = in_steps(times, self._known_scene().step)
         order = np.argsort(steps, kind="stable")
         first, last = steps[order[0]], steps[order[-1]]
         request = self._summarize_request(int(np.ceil(last)), int(np.floor(first)), 1, times=given[order],
                                           fields=names("fields", fields))
         request.every = max(1, request.to)
-        running, collector = self._summarizing(request, timeout), Collector(given.size)
-        for part in running:
-            if isinstance(part, Batch):
-                collector.add(part)
-        run = collector.trajectory(running.run_status or RunStatus(Outcome.CANCELLED), running.computed_steps)
-        back = np.argsort(order[:run.samples], kind="stable")
-        return Trajectory(run.step[back], run.time[back], {name: values[back] for name, values in run.items()},
-                          run.run_status, run.computed_steps)
+        return states_at(self._summarizing(request, timeout), order, progress)
 
     def _samples(self, to: int, start: int, every: int, fields: Sequence[str], timeout: Optional[float],
                  checkpoint: bool = False) -> Samples:
@@ -368,24 +365,3 @@ def _blocks(vector: TangentVector, path: str) -> dict[str, pb.Matrix]:
 def _factors(factors: Sequence[tuple[Any, Any]], path: str) -> list[pb.LinearFunction]:
     return [pb.LinearFunction(a=to_matrix(A, f"{path}[{i}].A"), b=to_matrix(B, f"{path}[{i}].B"))
             for i, (A, B) in enumerate(factors)]
-
-
-class _NoBar:
-    n = 0
-
-    def __enter__(self) -> _NoBar:
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        pass
-
-    def update(self, steps: int) -> None:
-        pass
-
-
-def _progress_bar(steps: int, wanted: bool) -> Any:
-    if not wanted:
-        return _NoBar()
-    from tqdm import tqdm  # imported here because only progress bars need it
-
-    return tqdm(total=steps, unit=" steps", unit_scale=True)

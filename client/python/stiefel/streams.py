@@ -1,4 +1,4 @@
-"""What the readers of all streams share: how streams end, and checkpoints that come in parts."""
+"""What the readers of all streams share: how streams end, checkpoints that come in parts, and a progress bar."""
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Iterator
@@ -47,3 +47,26 @@ class CheckpointParts:
             raise CorruptReply(f"a part of the checkpoint of step {part.step} is missing")
         self._parts.append(part.data)
         return b"".join(self._parts) if begun + len(part.data) >= part.size else b""
+
+
+class _NoBar:
+    n = 0
+
+    def __enter__(self) -> _NoBar:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        pass
+
+    def update(self, steps: int) -> None:
+        pass
+
+
+def progress_bar(count: int, wanted: bool, unit: str) -> Any:
+    """Returns a bar of tqdm for `count` units, as a context manager with `update(number)`; one that shows nothing if none
+    is wanted."""
+    if not wanted:
+        return _NoBar()
+    from tqdm import tqdm  # imported here because only progress bars need it
+
+    return tqdm(total=count, unit=unit, unit_scale=True)

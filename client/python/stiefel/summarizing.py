@@ -1,23 +1,27 @@
 """Reads the stream of a Summarize, and resumes it where it broke."""
 from __future__ import annotations
 
+import reprlib
 from contextlib import closing
-from typing import TYPE_CHECKING, Any, Iterator, Optional, Union
+from typing import TYPE_CHECKING, Any, Iterator, Optional, Sequence, Union
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stiefel import calls, recreation
 from stiefel import v1 as pb
-from stiefel.arrays import Array, Batch, Price, RunStatus
+from stiefel.arrays import Array, Batch, Collector, Outcome, Price, RunStatus, Trajectory
 from stiefel.assembly import Assembly
 from stiefel.checksums import verify
 from stiefel.errors import NotFound, StiefelError, Unavailable
 from stiefel.recreation import Recreation
-from stiefel.streams import CheckpointParts, messages
-from stiefel.summary import Events, Summary
+from stiefel.streams import CheckpointParts, messages, progress_bar
+from stiefel.summary import Events, Summary, refused
 
 if TYPE_CHECKING:
     from stiefel.client import Client
+
+MOST_STEPS = 2.0**53  #: beyond it a double does not tell one step from the next
 
 
 class Summarizing:
@@ -67,7 +71,7 @@ class Summarizing:
                         statistics.take(message.statistics)
                         batch = self._read(message, fields)
                         if batch is not None:
-                            kind, count = type(batch), len(batch) if isinstance(batch, Events) else batch.samples
+                            kind, count = type(batch), batch.count if isinstance(batch, Events) else batch.samples
                             old = max(0, min(count, taken[kind] - seen[kind]))
                             seen[kind] += count
                             if old < count:
@@ -125,3 +129,44 @@ def _after(batch: Union[Events, Batch], count: int) -> Union[Events, Batch]:
     if isinstance(batch, Events):
         return batch.after(count)
     return Batch(batch.step[count:], batch.time[count:], {name: values[count:] for name, values in batch.items()})
+
+
+def in_steps(times: Sequence[float], step: float) -> tuple[Array, Array]:
+    """Returns the times as an array, and how many steps of the length `step` after time 0 each of them is. Raises
+    InvalidArgument that names the first wrong one."""
+    try:
+        given = np.asarray(times, float).ravel()
+    except (TypeError, ValueError):
+        given = np.empty(0)
+    if not given.size:
+        raise refused("times", f"{reprlib.repr(times)}: must be numbers, one or more")
+    steps = given / step
+    for wrong, rule in ((~np.isfinite(steps), "must be finite"), (steps < 0, "must be 0 or have the sign of the scene's step"),
+                        (abs(steps) > MOST_STEPS, f"must be at most {MOST_STEPS:.0e} steps from time 0")):
+        if wrong.any():
+            k = int(np.argmax(wrong))
+            raise refused(f"times[{k}]", f"{float(given[k])!r}: {rule}")
+    return given, steps
+
+
+def states_at(running: Summarizing, order: NDArray[np.intp], progress: bool) -> Trajectory:
+    """Returns the states at times in the order in which the caller gave them. `running` yields them sorted; the k-th of
+    them is the one that the caller gave as number `order[k]`. An exception has those that arrived in `partial`."""
+    collector = Collector(order.size)
+
+    def arrived(run_status: RunStatus) -> Trajectory:
+        run = collector.trajectory(run_status, running.computed_steps)
+        back = np.argsort(order[:run.samples], kind="stable")
+        return Trajectory(run.step[back], run.time[back], {name: values[back] for name, values in run.items()},
+                          run.run_status, run.computed_steps)
+
+    try:
+        with progress_bar(order.size, progress, " states") as bar:
+            for part in running:
+                if isinstance(part, Batch):
+                    collector.add(part)
+                    bar.update(part.samples)
+    except StiefelError as error:
+        error.partial = arrived(RunStatus(Outcome.CANCELLED, message=error.message))
+        raise
+    return arrived(running.run_status or RunStatus(Outcome.CANCELLED))

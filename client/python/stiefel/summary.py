@@ -1,6 +1,7 @@
 """Statistics and events that the server computes along with the steps."""
 from __future__ import annotations
 
+import reprlib
 from dataclasses import dataclass, field
 from typing import Any, Iterable, Mapping, Optional, Sequence, Union
 
@@ -8,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiefel import v1 as pb
-from stiefel.arrays import Array, Outcome, Price, RunStatus
+from stiefel.arrays import Array, Fields, Outcome, Price, RunStatus
+from stiefel.compare import ByValue
 from stiefel.errors import InvalidArgument, Violation
 
 #: A statistic, several of them, or a mapping with the keys statistics, quantiles, edges, over_members.
@@ -20,67 +22,105 @@ EventDescription = Mapping[str, Any]
 _STATISTICS: dict[str, int] = {name[len("STATISTIC_"):].lower(): number for name, number in pb.Statistic.items()}
 _DIRECTIONS: dict[str, int] = {"both": pb.DIRECTION_UNSPECIFIED, "rising": pb.DIRECTION_RISING,
                                "falling": pb.DIRECTION_FALLING}
+_OF_EVENTS = {"field": "a name", "level": "a number", "limit": "a whole number of at least 0", "terminal": "True or False"}
 _KEYS = ("statistics", "quantiles", "edges", "over_members")
+_RULE = f"must be a statistic, several, or a mapping with the keys {', '.join(_KEYS)}"
 _OUTCOMES = np.array([name[len("OUTCOME_"):] for name in pb.Outcome.keys()])
 
 
 def to_quantities(quantities: Quantities) -> list[pb.Quantity]:
-    """Returns the messages for a mapping such as `{"energy": "drift", "M": ["min", {"quantiles": [0.1, 0.9]}]}`."""
+    """Returns the messages for a mapping such as `{"energy": "drift", "M": ["min", {"quantiles": [0.1, 0.9]}]}`. Raises
+    InvalidArgument that names what is malformed."""
+    if not isinstance(quantities, Mapping):
+        raise refused("quantities", f"{reprlib.repr(quantities)}: must be a mapping from fields and invariants to statistics")
     return [_quantity(name, statistics) for name, statistics in quantities.items()]
 
 
 def _quantity(name: str, statistics: Statistics) -> pb.Quantity:
+    path = f"quantities.{name}"
+    if not isinstance(name, str):
+        raise refused(path, "must be a name")
     quantity = pb.Quantity(name=name)
-    for item in [statistics] if isinstance(statistics, (str, Mapping)) else statistics:
+    for item in _several(statistics, path):
         if isinstance(item, str):
-            quantity.statistics.append(_number(_STATISTICS, item, f"quantities.{name}"))
+            quantity.statistics.append(_number(_STATISTICS, item, path))
             continue
+        if not isinstance(item, Mapping):
+            raise refused(path, f"{reprlib.repr(item)}: {_RULE}")
         for key, value in item.items():
             if key == "statistics":
-                given = [value] if isinstance(value, str) else value
-                quantity.statistics.extend(_number(_STATISTICS, one, f"quantities.{name}") for one in given)
+                quantity.statistics.extend(_number(_STATISTICS, one, path) for one in _several(value, path))
             elif key == "over_members":
+                if not isinstance(value, (bool, np.bool_)):
+                    raise refused(f"{path}.{key}", f"{reprlib.repr(value)}: must be True or False")
                 quantity.over_members = bool(value)
             elif key in _KEYS:
-                getattr(quantity, key).extend(np.atleast_1d(np.asarray(value, float)).tolist())
+                getattr(quantity, key).extend(_numbers(value, f"{path}.{key}"))
             else:
-                raise _refused(f"quantities.{name}", f"{key!r}: must be one of {', '.join(_KEYS)}")
+                raise refused(path, f"{key!r}: must be one of {', '.join(_KEYS)}")
     return quantity
 
 
+def _several(given: Any, path: str) -> list[Any]:
+    """Returns the elements of `given`, in which a text or a mapping is one element."""
+    if isinstance(given, (str, Mapping)):
+        return [given]
+    if not isinstance(given, Iterable):
+        raise refused(path, f"{reprlib.repr(given)}: {_RULE}")
+    return list(given)
+
+
 def to_events(events: Union[EventDescription, Sequence[EventDescription]]) -> list[pb.Event]:
-    """Returns the messages for mappings such as `{"field": "angular_velocity", "coefficients": [0, 0, 1]}`."""
+    """Returns the messages for mappings such as `{"field": "angular_velocity", "coefficients": [0, 0, 1]}`. Raises
+    InvalidArgument that names what is malformed."""
+    if isinstance(events, str) or not isinstance(events, Iterable):
+        raise refused("events", f"{reprlib.repr(events)}: must be a mapping or several")
     given = [events] if isinstance(events, Mapping) else events
     return [_event(event, f"events[{i}]") for i, event in enumerate(given)]
 
 
 def _event(description: EventDescription, path: str) -> pb.Event:
-    event = pb.Event()
+    event, keys = pb.Event(), ", ".join(pb.Event.DESCRIPTOR.fields_by_name)
+    if not isinstance(description, Mapping):
+        raise refused(path, f"{reprlib.repr(description)}: must be a mapping with the keys {keys}")
     for key, value in description.items():
         if key == "coefficients":
-            event.coefficients.extend(np.asarray(value, float).ravel().tolist())
+            event.coefficients.extend(_numbers(value, f"{path}.{key}"))
         elif key == "direction":
             event.direction = _number(_DIRECTIONS, value, path)
-        elif key in ("field", "level", "limit", "terminal"):
-            setattr(event, key, value)
+        elif key in _OF_EVENTS:
+            try:
+                setattr(event, key, value.item() if isinstance(value, np.generic) else value)
+            except (TypeError, ValueError):
+                raise refused(f"{path}.{key}", f"{reprlib.repr(value)}: must be {_OF_EVENTS[key]}") from None
         else:
-            raise _refused(path, f"{key!r}: must be one of {', '.join(pb.Event.DESCRIPTOR.fields_by_name)}")
+            raise refused(path, f"{key!r}: must be one of {keys}")
     return event
 
 
-def _number(known: Mapping[str, int], name: str, path: str) -> Any:
-    if name not in known or name == "unspecified":
-        raise _refused(path, f"{name!r}: must be one of {', '.join(key for key in known if key != 'unspecified')}")
+def _number(known: Mapping[str, int], name: Any, path: str) -> Any:
+    if not isinstance(name, str) or name not in known or name == "unspecified":
+        names = ", ".join(key for key in known if key != "unspecified")
+        raise refused(path, f"{reprlib.repr(name)}: must be one of {names}")
     return known[name]
 
 
-def _refused(path: str, rule: str) -> InvalidArgument:
+def _numbers(values: Any, path: str) -> list[float]:
+    try:
+        numbers: list[float] = np.asarray(values, float).ravel().tolist()
+    except (TypeError, ValueError):
+        raise refused(path, f"{reprlib.repr(values)}: must be numbers") from None
+    return numbers
+
+
+def refused(path: str, rule: str) -> InvalidArgument:
     return InvalidArgument(f"{path}: {rule}", (Violation(path, rule),))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Events:
-    """Zeros of functions of the state, ordered by step. Each array has one element per zero."""
+class Events(Fields):
+    """Zeros of functions of the state, ordered by step: a mapping from field names to the fields at the zeros, with one
+    element per zero in each array. Events are equal if all their arrays and their run statuses are equal."""
 
     event: NDArray[np.uint32]  #: the index of the event among those asked for
     step: NDArray[np.int64]  #: the last step before the zero
@@ -92,11 +132,10 @@ class Events:
     fields: dict[str, Array]  #: the fields at the zeros, (events, rows, cols)
     run_status: Optional[RunStatus] = None  #: how the run ended; None in the parts from `Session.stream_events`
 
-    def __len__(self) -> int:
+    @property
+    def count(self) -> int:
+        """The number of zeros. `len` gives the number of fields, as for every mapping."""
         return len(self.step)
-
-    def __getitem__(self, name: str) -> Array:
-        return self.fields[name]
 
     def after(self, count: int) -> Events:
         """Returns the events after the first `count`."""
@@ -110,23 +149,30 @@ class Events:
                       np.array(batch.times), np.array(batch.members, np.uint32) if ensemble else None, fields)
 
     @staticmethod
-    def joined(parts: Sequence[Events], run_status: RunStatus) -> Events:
-        def join(name: str, dtype: Any) -> Any:
-            return np.concatenate([np.empty(0, dtype), *(getattr(part, name) for part in parts)])
+    def none(fields: Mapping[str, Array], ensemble: bool) -> Events:
+        """Returns no events. `fields`: the fields of some state, which give names, shapes and types."""
+        empty = {name: np.empty((0, *values.shape[ensemble:]), values.dtype) for name, values in fields.items()}
+        return Events.of(pb.EventBatch(), empty, ensemble)
 
-        ensemble = bool(parts) and parts[0].member is not None
-        names = parts[0].fields if parts else {}
-        return Events(join("event", np.uint32), join("step", np.int64), join("fraction", float), join("time", float),
-                      join("member", np.uint32) if ensemble else None,
-                      {name: np.concatenate([part.fields[name] for part in parts]) for name in names}, run_status)
+    @staticmethod
+    def joined(parts: Sequence[Events], run_status: RunStatus) -> Events:
+        """Returns the events of all parts, of which there must be one or more."""
+        def join(name: str) -> Any:
+            return np.concatenate([getattr(part, name) for part in parts])
+
+        return Events(join("event"), join("step"), join("fraction"), join("time"),
+                      None if parts[0].member is None else join("member"),
+                      {name: np.concatenate([part.fields[name] for part in parts]) for name in parts[0].fields}, run_status)
 
     def __repr__(self) -> str:
-        return f"<stiefel.Events: {len(self)}>"
+        outcome = f" {self.run_status.outcome}" if self.run_status else ""
+        return f"<stiefel.Events{outcome} of {self.count} zero{'s' if self.count != 1 else ''}: {self._shapes()}>"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Summary(Mapping[str, "dict[str, Array]"]):
-    """Statistics by quantity and name: `summary["energy"]["drift"]`.
+class Summary(ByValue, Mapping[str, "dict[str, Array]"]):
+    """Statistics by quantity and name: `summary["energy"]["drift"]`. Two summaries are equal if all their arrays and their
+    run statuses are equal, whatever they cost.
 
     The shape of an array is that of the field, () for a single invariant, or (invariants,) for a family. In an
     ensemble, (members,) stands before this shape; (quantiles,) or (bins,) stands behind it.
@@ -147,7 +193,16 @@ class Summary(Mapping[str, "dict[str, Array]"]):
         return self.run_status.outcome
 
     def __getitem__(self, name: str) -> dict[str, Array]:
-        return self.quantities[name]
+        try:
+            return self.quantities[name]
+        except KeyError:
+            raise KeyError(f"no quantity {name!r}; the quantities are {', '.join(self.quantities) or 'none'}") from None
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.quantities
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self.quantities)
 
     def __iter__(self) -> Any:
         return iter(self.quantities)

@@ -6,6 +6,7 @@ import shutil
 import subprocess
 from pathlib import Path
 
+COMMON_LICENSES = Path("/usr/share/common-licenses")  # where Debian keeps the texts that many packages need
 # The libraries that PEP 600 lets a wheel take from the system, as far as these programs need them.
 SYSTEM = {"ld-linux-x86-64.so.2", "ld-linux-aarch64.so.1", "libc.so.6", "libdl.so.2", "libgcc_s.so.1", "libm.so.6",
           "libpthread.so.0", "libresolv.so.2", "librt.so.1", "libstdc++.so.6", "libz.so.1", "linux-vdso.so.1"}
@@ -36,9 +37,21 @@ def bundle(programs: list[Path], folder: Path) -> dict[str, Path]:
 
 
 def write_licenses(files: list[Path], folder: Path) -> None:
-    """Copies the copyright file of every Debian package that the files come from."""
+    """Copies the copyright file of every Debian package that the files come from, and the license texts to which these
+    point instead of having them, such as that of the LGPL, under which libquadmath is."""
     for package in sorted({package_of(file) for file in files}):
-        shutil.copyfile(Path("/usr/share/doc", package, "copyright"), folder / f"{package}.copyright")
+        copy = folder / f"{package}.copyright"
+        shutil.copyfile(Path("/usr/share/doc", package, "copyright"), copy)
+        for name in common_licenses(copy.read_text(encoding="utf-8", errors="replace")):
+            shutil.copyfile(COMMON_LICENSES / name, folder / name)
+
+
+def common_licenses(copyright: str) -> set[str]:
+    """Returns the names of the files in /usr/share/common-licenses to which a copyright file points. Where it names no
+    version, as in ".../LGPL", these are the files of all versions, because the text says which one and later ones."""
+    named = set(re.findall(rf"{COMMON_LICENSES}/([A-Za-z]+(?:-\d+(?:\.\d+)*)?)", copyright))
+    versions = {file.name for name in named for file in COMMON_LICENSES.glob(f"{name}-*") if "-" not in name}
+    return versions | {name for name in named if (COMMON_LICENSES / name).exists()}
 
 
 def package_of(file: Path) -> str:

@@ -6,8 +6,8 @@
 #include <fstream>
 #include <thread>
 
-#include "build_flags.h"
-#include "sources_digest.h"
+#include "engine/simulation/run/build_flags.h"
+#include "engine/simulation/run/sources_digest.h"
 #include "stiefel/version.h"
 
 #define STIEFEL_TEXT_OF(number) #number

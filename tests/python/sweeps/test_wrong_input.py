@@ -1,9 +1,9 @@
 """Wrong input: an error with the path and the rule, before work starts."""
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from cases import MOMENTS, SCENE, SPINS, sweep
+from cases import MOMENTS, SCENE, SPINS, plain_result, small_chunks, sweep  # noqa: F401
 
 import stiefel
 
@@ -87,3 +87,40 @@ def test_a_point_that_is_no_body_is_found_with_its_place(monkeypatch):
     moments[30] = [1, -2, 3]
     with pytest.raises(stiefel.InvalidArgument, match=r"scene.body.moments: .*\(member 2\).*chunk of points 28 to 31"):
         sweep(axes={"body.moments": moments})
+
+
+@pytest.mark.parametrize("on", ["cores", "processes", "store"])
+def test_what_is_done_is_kept_when_a_late_point_is_wrong(small_chunks, plain_result, tmp_path, on):
+    moments = MOMENTS.copy()
+    moments[58] = [1, -2, 3]
+    options = {"executor": lambda: ProcessPoolExecutor(1)} if on == "processes" else {}
+    if on == "store":
+        pytest.importorskip("zarr")
+        options["store"] = tmp_path / "store"
+    with pytest.raises(stiefel.InvalidArgument, match=r"chunk of points 56 to 59\); 14 of 15 chunks are done") as caught:
+        sweep(axes={"body.moments": moments}, **options)
+    partial, whole = caught.value.partial, sweep(axes={"body.moments": MOMENTS})
+    assert partial["outcome"].tolist() == [1] * 56 + [0] * 4
+    assert (partial["energy.drift"][:56] == whole["energy.drift"][:56]).all() and np.isnan(partial["energy.drift"][56:]).all()
+    assert ("they are in the store" in str(caught.value)) == (on == "store") and "member 2" in str(caught.value)
+
+
+@pytest.mark.parametrize("on", ["cores", "processes", "store"])
+def test_impossible_moments_of_any_point_give_a_warning(small_chunks, plain_result, tmp_path, on):
+    options = {} if on == "cores" else {"executor": lambda: ProcessPoolExecutor(2)}
+    if on == "store":
+        pytest.importorskip("zarr")
+        options["store"] = tmp_path / "store"
+    moments = MOMENTS.copy()
+    moments[[7, 21, 22]] = [[1, 1, 5], [1, 1, 6], [1, 2, 8]]
+    with pytest.warns(stiefel.SceneWarning) as caught:
+        sweep(axes={"body.moments": moments}, **options)
+    assert [str(one.message) for one in caught] == [
+        "point 7: I1 + I2 = 2 < I3 = 5: no rigid body has these moments (3 points have a warning like this)"]
+
+
+def test_a_warning_about_all_points_comes_once(small_chunks):
+    scene = {**SCENE, "body": {"moments": [1, 1, 5]}}
+    with pytest.warns(stiefel.SceneWarning) as caught:
+        sweep(scene=scene, axes={"body.angular_velocity": SPINS})
+    assert [str(one.message) for one in caught] == ["I1 + I2 = 2 < I3 = 5: no rigid body has these moments"]

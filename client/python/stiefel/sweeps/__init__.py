@@ -7,7 +7,7 @@ from concurrent.futures import Executor
 from typing import Any, Callable, Mapping, Optional, Sequence, Union
 
 from stiefel.client import Client
-from stiefel.errors import InvalidArgument, SceneWarning, Violation
+from stiefel.errors import InvalidArgument, SceneWarning, StiefelError, Violation
 from stiefel.scenes import SceneLike
 from stiefel.summary import Quantities
 from stiefel.sweeps.axes import base_of, read_axes
@@ -20,6 +20,7 @@ from stiefel.sweeps.result import SweepResult, Table
 from stiefel.sweeps.run import ask_all, run_chunks
 from stiefel.sweeps.shared_store import Written
 from stiefel.sweeps.store import open_store
+from stiefel.sweeps.warned import Warned
 from stiefel.sweeps.worker import here
 
 __all__ = ["LostServer", "OtherNumerics", "SweepFailed", "SweepResult", "sweep"]
@@ -56,8 +57,9 @@ def sweep(scene: SceneLike, axes: Mapping[str, Any], to: int, summarize: Quantit
     the most demanding point needs. For a scene with a tolerance, a method is chosen for each point alone, and the
     variable "method" has its index in attrs["methods"].
 
-    Raises InvalidArgument before work starts, and SweepFailed, with the finished part in `partial`, when a chunk failed
-    too often or the executor takes no more tasks.
+    Raises InvalidArgument before work starts, and SweepFailed when a chunk failed too often or the executor takes no more
+    tasks. A wrong value at some point, which no other point has, is found when its chunk is computed, and then raises
+    InvalidArgument with the chunk's points. The exception has the finished part in `partial`.
     """
     given = read_axes(axes, zipped)
     base = base_of(scene, given)
@@ -68,13 +70,18 @@ def sweep(scene: SceneLike, axes: Mapping[str, Any], to: int, summarize: Quantit
                          lambda count, question, take: ask_all(count, question, workers, failures, take), threads, here())
         for text in plan.warnings:
             warnings.warn(text, SceneWarning, stacklevel=2)
-        return _as_dataset(_run(plan, workers, failures, store, progress, _described(request, summarize)))
+        warned = Warned(plan.warnings)
+        try:
+            return _as_dataset(_run(plan, workers, failures, store, progress, _described(request, summarize), warned))
+        finally:
+            for text in warned.texts():
+                warnings.warn(text, SceneWarning, stacklevel=2)
     finally:
         workers.close()
 
 
 def _run(plan: Plan, workers: Workers, failures: Failures, store: Optional[Any], progress: bool,
-         asked: Mapping[str, Any]) -> SweepResult:
+         asked: Mapping[str, Any], warned: Warned) -> SweepResult:
     table, kept, done = Table(plan.axes), open_store(store, plan), set()
     for chunk, arrays in kept.finished() if kept else ():
         table.put(plan.points(chunk), arrays)
@@ -107,18 +114,21 @@ def _run(plan: Plan, workers: Workers, failures: Failures, store: Optional[Any],
 
         try:
             run_chunks(plan, [k for k in range(len(plan.chunks)) if k not in done], workers, failures, take,
-                       kept.place if kept and workers.in_other_processes else lambda chunk: None, take_written)
-        except SweepFailed as error:
+                       kept.place if kept and workers.in_other_processes else lambda chunk: None, take_written, warned)
+        except StiefelError as error:
             raise _completed(error, len(done), len(plan.chunks), result() if done else None, kept is not None) from error.__cause__
     return result()
 
 
-def _completed(error: SweepFailed, done: int, chunks: int, partial: Optional[SweepResult], kept: bool) -> SweepFailed:
+def _completed(error: StiefelError, done: int, chunks: int, partial: Optional[SweepResult], kept: bool) -> StiefelError:
     """Returns the error with the number of finished chunks and the partial result added."""
     again = "; they are in the store, and the same call goes on from there" if kept and done else ""
-    full = SweepFailed(f"{error.message}; {done} of {chunks} chunks are done{again}", done, chunks, error.failures)
-    full.partial = _as_dataset(partial) if partial is not None else None
-    return full
+    message = f"{error.message}; {done} of {chunks} chunks are done{again}"
+    if isinstance(error, SweepFailed):
+        error.done, error.chunks = done, chunks
+    error.message, error.args = message, (message,)
+    error.partial = _as_dataset(partial) if partial is not None else None
+    return error
 
 
 def _as_dataset(result: SweepResult) -> Any:

@@ -1,7 +1,6 @@
 """Chunks: ensembles of about one second of work. Their sizes never depend on the workers."""
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass, field
 from typing import Any, Optional
 
@@ -61,17 +60,6 @@ class Task:
     #: How often the task failed before. It makes each attempt a different task: Dask would return the remembered
     #: failure.
     attempt: int = 0
-
-    @property
-    def key(self) -> str:
-        """SHA-256 of everything that decides the result; it does not depend on who computes it."""
-        digest = hashlib.sha256()
-        for part in (self.scene, str(self.members).encode(), self.request, self.numerics_id.encode()):
-            digest.update(len(part).to_bytes(8, "little") + part)
-        for one in self.values:
-            digest.update(f"{one.field} {one.entry} {one.values.dtype.str} {one.values.shape}\n".encode())
-            digest.update(np.ascontiguousarray(one.values).tobytes())
-        return digest.hexdigest()
 
     def ensemble(self) -> pb.Scene:
         """Returns the scene of the ensemble of all members."""

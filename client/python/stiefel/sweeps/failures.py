@@ -3,7 +3,7 @@ from __future__ import annotations
 
 from collections import Counter
 from concurrent.futures import BrokenExecutor
-from typing import Any, Optional
+from typing import Optional
 
 import grpc
 
@@ -37,7 +37,6 @@ class SweepFailed(StiefelError):
     done: int = 0  #: how many chunks are finished
     chunks: int = 0  #: how many chunks the sweep has
     failures: dict[str, int]  #: how often chunks failed, by the name of the exception
-    partial: Any = None  #: what `sweep` would have returned, with `outcome` 0 at the missing points
 
     def __init__(self, message: str, done: int = 0, chunks: int = 0, failures: Optional[dict[str, int]] = None):
         super().__init__(message)

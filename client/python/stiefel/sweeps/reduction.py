@@ -29,6 +29,7 @@ class Reduced:
 
     arrays: dict[str, Array]
     numerics_id: str
+    warnings: tuple[str, ...] = ()  #: of the server about the scene
 
 
 def request_of(to: int, start: int, every: int, summarize: Quantities) -> pb.SummarizeRequest:
@@ -53,7 +54,8 @@ def reduce(client: Client, scene: pb.Scene, request: pb.SummarizeRequest, numeri
     numerics id, so that its bits could differ."""
     with temporary_session(client, scene, numerics_id) as session:
         arrays = summary_of(client, session, request, True, timeout)
-        return Reduced({name: array for name, array in arrays.items() if name not in _UNUSED}, session.numerics_id)
+        return Reduced({name: array for name, array in arrays.items() if name not in _UNUSED}, session.numerics_id,
+                       tuple(session.warnings))
 
 
 def summary_of(client: Client, session: pb.Session, request: pb.SummarizeRequest, ensemble: bool,

@@ -16,6 +16,7 @@ from stiefel.sweeps.reduction import Reduced
 from stiefel.sweeps.resolution import Question, Resolved
 from stiefel.sweeps.result import canonical
 from stiefel.sweeps.shared_store import Place, Written
+from stiefel.sweeps.warned import Warned
 
 Take = Callable[[int, "dict[str, NDArray[Any]]"], None]
 TakeWritten = Callable[[int, Written], bool]
@@ -48,11 +49,11 @@ def ask_all(count: int, question: Callable[[int], Question], workers: Workers, f
 
 def run_chunks(plan: Plan, chunks: Iterable[int], workers: Workers, failures: Failures, take: Take,
                place: Callable[[int], Optional[Place]] = lambda chunk: None,
-               take_written: TakeWritten = lambda chunk, written: False) -> None:
+               take_written: TakeWritten = lambda chunk, written: False, warned: Optional[Warned] = None) -> None:
     """Computes chunks. `take` gets the number of each chunk with its arrays, in the order in which they finish.
 
     `place` returns where a worker may write a chunk into a store. `take_written` gets a chunk that its worker wrote,
-    and returns False if it is not there, after which the chunk is computed again.
+    and returns False if it is not there, after which the chunk is computed again. `warned` gets the servers' warnings.
 
     A chunk whose worker died is given again, until it has failed `ATTEMPTS` times. Raises SweepFailed after that, or if
     the executor takes no more tasks; an exception of the task itself is raised unchanged. Running chunks may then still
@@ -62,10 +63,14 @@ def run_chunks(plan: Plan, chunks: Iterable[int], workers: Workers, failures: Fa
         return workers.give(replace(plan.task(chunk), place=place(chunk), attempt=failures.of(chunk)))
 
     def taken(chunk: int, reduced: Union[Reduced, Written]) -> bool:
+        there = True
         if isinstance(reduced, Written):
-            return take_written(chunk, reduced)
-        take(chunk, canonical(reduced))
-        return True
+            there = take_written(chunk, reduced)
+        else:
+            take(chunk, canonical(reduced))
+        if there and warned is not None:
+            warned.take(plan.points(chunk), reduced.warnings)
+        return there
 
     _spread(chunks, workers, give, taken, lambda error, chunk: _again_or_raise(error, chunk, plan, workers, failures), GRACE)
 

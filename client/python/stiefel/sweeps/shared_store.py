@@ -33,6 +33,7 @@ class Written:
     """The mark of a chunk that its worker wrote into the store."""
 
     mark: bytes
+    warnings: tuple[str, ...] = ()  #: of the server about the scene
 
 
 def mark_of(arrays: Mapping[str, NDArray[Any]]) -> NDArray[np.uint8]:

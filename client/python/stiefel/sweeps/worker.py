@@ -5,6 +5,7 @@ import os
 import socket
 import sys
 import time
+from dataclasses import replace
 from typing import Optional, Union
 
 from stiefel import v1 as pb
@@ -31,7 +32,7 @@ def compute(task: Task) -> Union[Reduced, Written]:
     if task.place is None:
         return reduced
     written = write_if_seen(task.place, canonical(reduced))
-    return written if isinstance(written, Written) else reduced
+    return replace(written, warnings=reduced.warnings) if isinstance(written, Written) else reduced
 
 
 def compute_at(client: Client, task: Task) -> Reduced:
