@@ -19,9 +19,8 @@ bool converts(const Session& from, const v1::ForkSessionRequest& request) {
 Answered fork(Host& host, Account& account, const Session& from, const Cursor& cursor,
               const v1::ForkSessionRequest& request, v1::ForkSessionResponse* response) {
   to_proto(cursor, from.scene(), response->mutable_run_status());
-  to_proto(
-      from.work(cursor.start(), request.from_step()) + fork_work(from, converts(from, request)), 0,
-      bound_of_steps(from), response->mutable_price());
+  to_proto(from.work(cursor.start(), request.from_step()), 0, bound_of_steps(from),
+           response->mutable_price());
   response->mutable_price()->set_memory_bytes(from.simulation_bytes() + fork_memory(from));
   if (!cursor.run_status().reached()) return grpc::Status::OK;
   auto scene = forked(from, cursor, request);
