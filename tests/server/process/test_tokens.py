@@ -296,7 +296,7 @@ def _refuses(address, token):
 
 @pytest.mark.parametrize("text, rule", [
     ("alice", "line 1: after the name there must be 64"), ("alice 12", "line 1: after the name there must be 64"),
-    ("\n\n# x\na/b " + 64 * "0", "line 4: a name must be 1 to 128"),
+    ("\n\n# x\na/b " + 64 * "0", "line 4: a name must have 1 to 128"),
     (f"a {64 * '0'}\nb {64 * '0'}", "line 2: another line has this token"), (None, "No such file or directory")])
 def test_a_file_that_is_none_is_refused_at_the_start(tmp_path, text, rule):
     file = tmp_path / "tokens"
