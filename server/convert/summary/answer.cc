@@ -16,9 +16,16 @@
 #include "stiefel/simulation.h"
 
 namespace stiefel::server {
+namespace {
+
+/// The bytes that a summary keeps for each of the times at which it reads the state.
+constexpr std::uint64_t time_bytes = 32;
+
+}  // namespace
 
 grpc::Status SummarizeAnswer::start(MemoryBudget& memory) {
-  memory_ = MemoryLease(memory, reading_memory(request_.ByteSizeLong()));
+  const auto times = static_cast<std::uint64_t>(request_.times_size());
+  memory_ = MemoryLease(memory, reading_memory(request_.ByteSizeLong()) + times * time_bytes);
   auto what = from_proto(request_);
   if (!what) return what.error();
   auto summary = Summary::prepare(session_->scene(), *std::move(what));
