@@ -99,8 +99,8 @@ class Summarizing:
                 self._recreation.recover(lost, recoveries, deadline)
 
     def _forget_checkpoint(self, yielded: bool) -> None:
-        """Raises FailedPrecondition if the caller's checkpoint was taken before, and something was yielded since: nobody
-        could tell what of this stream is new."""
+        """Raises FailedPrecondition if the caller's checkpoint was taken before and something was yielded since, because
+        nobody could tell what of this stream is new."""
         if self._given and yielded:
             raise FailedPrecondition("checkpoint: the call goes on at a server that does not have its key")
         self.checkpoint_ignored |= bool(self._given)

@@ -1,13 +1,13 @@
 #include <gnu/libc-version.h>
 #include <tbb/version.h>
 
+#include <build_flags.h>
+#include <sources_digest.h>
 #include <Eigen/Core>
 #include <boost/version.hpp>
 #include <fstream>
 #include <thread>
 
-#include "build_flags.h"
-#include "sources_digest.h"
 #include "stiefel/version.h"
 
 #define STIEFEL_TEXT_OF(number) #number
