@@ -27,8 +27,8 @@ _OPTIONS = [
     ("grpc.initial_reconnect_backoff_ms", 50),
     ("grpc.min_reconnect_backoff_ms", 5000),  # the least time that gRPC gives an attempt to connect
     ("grpc.max_reconnect_backoff_ms", 1000),
-    # A connection on which nothing has come for 10 s while a call runs is pinged, and given up when nothing comes for 10 s
-    # more. The server takes a ping every 9 s. Pings are not held back for want of data between them.
+    # A connection on which nothing has come for 10 s while a call runs is pinged, and given up when nothing comes for
+    # 10 s more. The server takes a ping every 9 s. Pings are not held back for want of data between them.
     ("grpc.keepalive_time_ms", 10_000),
     ("grpc.keepalive_timeout_ms", 10_000),
     ("grpc.http2.max_pings_without_data", 0),

@@ -183,8 +183,8 @@ def is_loss(error: StiefelError, id: str) -> bool:
 
 def pause_after_loss(error: StiefelError, may_go_on: bool, waits: Iterator[float], deadline: calls.Deadline,
                      client: Client) -> None:
-    """Waits for the next of `waits`. Raises `error` if they are used up, if the deadline comes first or if the caller may
-    not go on."""
+    """Waits for the next of `waits`. Raises `error` if they are used up, if the deadline comes first, or without
+    `may_go_on`."""
     wait = next(waits, None) if may_go_on else None
     if wait is None or deadline.comes_within(wait):
         raise error from None

@@ -17,9 +17,8 @@ from stiefel.drive import TOO_LARGE, Drive
 from stiefel.errors import FailedPrecondition, InvalidArgument, NotFound, StiefelError, Unavailable
 from stiefel.mappings import Names, names
 from stiefel.recreation import Recreation, is_loss, pause_after_loss, pauses
-from stiefel.resolved import put, resolve, with_blocks_as_matrices
+from stiefel.resolved import put, resolve, scene_arrays, with_blocks_as_matrices
 from stiefel.samples import Samples
-from stiefel.scene_arrays import scene_arrays
 from stiefel.scenes import to_dict, to_matrix, to_method
 from stiefel.streams import progress_bar
 from stiefel.summarizing import Summarizing, in_steps, states_at
@@ -202,8 +201,8 @@ class Session:
                 raise FailedPrecondition(f"step {at} cannot be reached: {reply.run_status.message}")
             forked = Session(self._client, reply.session, reply.created, self.resolved(), owner=True)
             try:
-                # The server resolved the fork's scene; the handle needs all of it to create the session again elsewhere.
-                # Until then only this session can make a lost fork again.
+                # The server resolved the fork's scene. With all of it the handle can create the session again elsewhere;
+                # until then only this session can make a lost fork again.
                 forked._resolved_by(Recreation(self._client, reply.session))
                 return forked
             except (NotFound, Unavailable) as error:

@@ -13,7 +13,7 @@ from stiefel import v1 as pb
 from stiefel.arrays import Array, Batch, Collector, Outcome, Price, RunStatus, Trajectory
 from stiefel.assembly import Assembly
 from stiefel.checksums import verify
-from stiefel.errors import NotFound, StiefelError, Unavailable
+from stiefel.errors import FailedPrecondition, NotFound, StiefelError, Unavailable
 from stiefel.recreation import Recreation
 from stiefel.streams import CheckpointParts, messages, progress_bar
 from stiefel.summary import Events, Summary, refused
@@ -44,11 +44,13 @@ class Summarizing:
         self.computed_steps = 0
         self.price: Optional[Price] = None
         self.checkpoint = request.checkpoint  #: the last complete checkpoint
+        self.checkpoint_ignored = False  #: whether a server ignored the caller's checkpoint
 
     def summary(self) -> Summary:
         """Returns the summary. Call it after the iteration has ended."""
         assert self.run_status is not None
-        return Summary.of(self.arrays, self.run_status, self.computed_steps, self.price, self.checkpoint)
+        return Summary.of(self.arrays, self.run_status, self.computed_steps, self.price, self.checkpoint,
+                          self.checkpoint_ignored)
 
     def __iter__(self) -> Iterator[Union[Events, Batch]]:
         deadline, waits, recoveries = calls.Deadline(self._timeout), calls.Pauses(), recreation.pauses()
@@ -64,6 +66,9 @@ class Summarizing:
                 with closing(messages(self._client, self._recreation, stream)) as arriving:
                     for message in arriving:
                         self._verify(message)
+                        if message.checkpoint_ignored:  # the server does not have its key: the stream begins anew
+                            seen, kept = dict.fromkeys(seen, 0), dict.fromkeys(kept, 0)
+                            self._forget_checkpoint(any(taken.values()))
                         computed = message.computed_steps
                         self.computed_steps = before + computed
                         if self.price is None and message.HasField("price"):
@@ -89,13 +94,21 @@ class Summarizing:
                 error: StiefelError = broken
             before += computed
             if self._request.checkpoint != self._given and recreation.refuses_checkpoint(error):
-                # This server has another checkpoint key or build: the stream begins anew.
+                # This server has another build: the stream begins anew.
                 kept, self._request.checkpoint = dict.fromkeys(kept, 0), self._given
                 continue
             try:
                 calls.pause_or_raise(error, waits, self._client, deadline, late=True)
             except (NotFound, Unavailable) as lost:
                 self._recreation.recover(lost, recoveries, deadline)
+
+    def _forget_checkpoint(self, yielded: bool) -> None:
+        """Raises FailedPrecondition if the caller's checkpoint was taken before and something was yielded since, because
+        nobody could tell what of this stream is new."""
+        if self._given and yielded:
+            raise FailedPrecondition("checkpoint: the call goes on at a server that does not have its key")
+        self.checkpoint_ignored |= bool(self._given)
+        self._given = self._request.checkpoint = self.checkpoint = b""
 
     def _read(self, message: pb.SummarizeResponse, assembly: Assembly) -> Union[Events, Batch, None]:
         """Reads a message and returns the events or states that it completes."""

@@ -187,6 +187,8 @@ class Summary(ByValue, Mapping[str, "dict[str, Array]"]):
     computed_steps: int = field(compare=False)
     price: Optional[Price] = field(default=None, compare=False)
     checkpoint: bytes = field(default=b"", compare=False)  #: the last checkpoint, if any was asked for
+    #: whether the server ignored the call's checkpoint, because it does not have the key that signed it
+    checkpoint_ignored: bool = field(default=False, compare=False)
 
     @property
     def outcome(self) -> Outcome:
@@ -212,14 +214,14 @@ class Summary(ByValue, Mapping[str, "dict[str, Array]"]):
 
     @staticmethod
     def of(arrays: Mapping[str, Array], run_status: RunStatus, computed_steps: int, price: Optional[Price],
-           checkpoint: bytes) -> Summary:
+           checkpoint: bytes, checkpoint_ignored: bool = False) -> Summary:
         quantities: dict[str, dict[str, Array]] = {}
         for name, values in arrays.items():
             quantity, dot, statistic = name.rpartition(".")
             if dot:
                 quantities.setdefault(quantity, {})[statistic] = values
         return Summary(quantities, _OUTCOMES[arrays["outcome"]], arrays["last_step"], arrays["ended_by"],
-                       arrays["samples"], run_status, computed_steps, price, checkpoint)
+                       arrays["samples"], run_status, computed_steps, price, checkpoint, checkpoint_ignored)
 
     def __repr__(self) -> str:
         what = ", ".join(f"{name} {'/'.join(statistics)}" for name, statistics in self.quantities.items())

@@ -43,7 +43,8 @@ grpc::Status SummarizeAnswer::find_first_state(Summary& summary) {
   if (!request_.checkpoint().empty()) {
     const auto saved = open_checkpoint(*session_, request_);
     if (!saved) return saved.error();
-    return summary.restore(*saved) ? grpc::Status::OK : damaged_checkpoint(request_);
+    if (*saved) return summary.restore(**saved) ? grpc::Status::OK : damaged_checkpoint(request_);
+    checkpoint_ignored_ = true;
   }
   auto simulation = session_->lease(request_.from());
   std::vector<double> saved(simulation->saved_size());
@@ -102,6 +103,7 @@ bool SummarizeAnswer::next(v1::SummarizeResponse& message) {
   if (price_.bound() != v1::PRICE_BOUND_UNSPECIFIED) {
     message.mutable_price()->Swap(&price_);
     price_.Clear();
+    message.set_checkpoint_ignored(checkpoint_ignored_);
   }
   if (has_results()) messages_->next(message);
   const bool last = done_ && !has_results();

@@ -56,7 +56,8 @@ class SummarizeAnswer {
   bool next(v1::SummarizeResponse& message);
 
  private:
-  /// Restores the request's checkpoint, or starts at the request's first state.
+  /// Restores the request's checkpoint, or starts at the request's first state if there is none or
+  /// this server does not have its key.
   grpc::Status find_first_state(Summary& summary);
   void write_price(const Summary& summary);
   /// Returns the step at which the next checkpoint is due.
@@ -69,6 +70,7 @@ class SummarizeAnswer {
   std::optional<Summary> summary_;
   std::optional<SummaryMessages> messages_;
   v1::Price price_;  ///< empty once it is sent
+  bool checkpoint_ignored_ = false;
   std::int64_t last_mark_ = 0;
   bool done_ = false;
 };

@@ -65,6 +65,23 @@ def test_of_another_key_it_is_ignored_and_the_state_computed(keyed, serve):
         assert ignored and computed == FAR and same(state, expected)
 
 
+def summary_of(address, checkpoint=b"", to=FAR):
+    with stiefel.Client(address) as client, client.create(RUN) as session:
+        return session.summarize(to, {"energy": ["drift", "mean"]}, checkpoint_every=FAR // 2, checkpoint=checkpoint)
+
+
+def test_of_another_key_that_of_a_summary_is_ignored_too(keyed, serve):
+    whole = summary_of(keyed("first", OLD))
+    assert whole.checkpoint and not whole.checkpoint_ignored
+    on = summary_of(keyed("both", NEW, OLD), whole.checkpoint)
+    assert on["energy"] == whole["energy"] and not on.checkpoint_ignored
+    for address in (keyed("new", NEW), serve().address):
+        anew = summary_of(address, whole.checkpoint)
+        assert anew["energy"] == whole["energy"] and anew.checkpoint_ignored
+    with pytest.raises(stiefel.InvalidArgument, match="checkpoint: .* bytes: is damaged: must be the bytes that Summarize"):
+        summary_of(keyed("key", OLD), whole.checkpoint[:-1])
+
+
 def test_forged_truncated_and_not_finite(keyed):
     address = keyed("key", OLD)
     checkpoint, expected = checkpoint_of(address)
