@@ -52,6 +52,44 @@ def test_the_bytes_do_not_depend_on_the_chunks(monkeypatch):
     assert one.attrs["sha256"] == many.attrs["sha256"]
 
 
+OVER = {"M": {"statistics": ["min", "max", "mean", "rms", "sign_changes", "drift"], "edges": [-4, -1, 0, 1, 4], "over_members": True},
+        "energy": {"statistics": ["mean", "drift"], "over_members": True}}
+
+
+def test_statistics_over_all_motions_are_combined_here_in_the_order_of_the_points(client, small_chunks, plain_result):
+    found = sweep(summarize={**OVER, "quaternion": ["last"]})
+    scene = {**SCENE, "members": 60, "body": {"moments": MOMENTS, "angular_velocity": SPINS}}
+    with client.create(scene) as session:
+        summary = session.summarize(TO, OVER)
+    assert found["quaternion.last"].shape == (60, 1, 4) and "samples" not in found and found.variables["M.mean"][0] == ("M_row", "M_col")
+    for name in ("min", "max", "sign_changes", "histogram", "drift"):
+        assert np.array_equal(found[f"M.{name}"], summary["M"][name]), name
+        assert found[f"M.{name}"].dtype == summary["M"][name].dtype
+    for name in ("mean", "rms"):
+        np.testing.assert_allclose(found[f"M.{name}"], summary["M"][name], rtol=1e-13, atol=1e-15)
+    np.testing.assert_allclose(found["energy.mean"], summary["energy"]["mean"], rtol=1e-14)
+    assert found["energy.drift"] == summary["energy"]["drift"] and found["energy.drift"].shape == ()
+
+
+def test_their_bytes_do_not_depend_on_the_chunks(monkeypatch, tmp_path):
+    hashes = set()
+    for largest in (1 << 14, 16, 7):
+        monkeypatch.setattr("stiefel.sweeps.chunks.LARGEST", largest)
+        hashes.add(sweep(summarize=OVER).attrs["sha256"])
+    hashes.add(sweep(summarize=OVER, store=tmp_path / "store").attrs["sha256"])
+    hashes.add(sweep(summarize=OVER, store=tmp_path / "store").attrs["sha256"])
+    assert len(hashes) == 1
+
+
+def test_motions_that_end_early_weigh_less(client, plain_result):
+    found = sweep(axes={"body.angular_velocity[1]": [0.5, 60.0]}, summarize={"M": {"statistics": ["mean"], "over_members": True}},
+                  scene={**SCENE, "step": 0.1})
+    each = sweep(axes={"body.angular_velocity[1]": [0.5, 60.0]}, summarize={"M": {"statistics": ["mean"]}}, scene={**SCENE, "step": 0.1})
+    counts = each["last_step"] + 1
+    assert counts[1] < counts[0] == TO + 1
+    np.testing.assert_allclose(found["M.mean"], (each["M.mean"] * counts[:, None, None]).sum(0) / counts.sum(), rtol=1e-14, atol=1e-16)
+
+
 def test_the_hash_is_that_of_the_bytes():
     found = sweep(axes={"step": [0.01, 0.02]}, zipped=False)
     digest = hashlib.sha256()

@@ -40,7 +40,9 @@ def sweep(scene: SceneLike, axes: Mapping[str, Any], to: int, summarize: Quantit
         or a field that all members of an ensemble share, such as "step", "epsilon", "method.order" (points). The result
         is a grid with a dimension for each axis; with `zipped` the axes vary together along one dimension, "point".
     summarize: statistics of fields and invariants at the steps start, start + every, ... and `to`: names of statistics
-        (last, min, max, mean, rms, sign_changes, drift), quantiles and histograms, as in `Session.summarize`.
+        (last, min, max, mean, rms, sign_changes, drift), quantiles and histograms, as in `Session.summarize`. With
+        "over_members" all motions together have one value, which is combined here in the order of the points; this is
+        not possible for last and quantiles.
     executor: an executor of concurrent.futures, Dask, mpi4py or loky, a `stiefel.ray.Executor`, or a function that
         returns one and is called again when the executor breaks. None: one server on all cores of this machine.
     servers: running servers to use instead, as addresses or, where an address does not suffice, as clients.
@@ -82,7 +84,7 @@ def sweep(scene: SceneLike, axes: Mapping[str, Any], to: int, summarize: Quantit
 
 def _run(plan: Plan, workers: Workers, failures: Failures, store: Optional[Any], progress: bool,
          asked: Mapping[str, Any], warned: Warned) -> SweepResult:
-    table, kept, done = Table(plan.axes), open_store(store, plan), set()
+    table, kept, done = Table(plan.axes, plan.request), open_store(store, plan), set()
     for chunk, arrays in kept.finished() if kept else ():
         table.put(plan.points(chunk), arrays)
         done.add(chunk)

@@ -17,6 +17,7 @@ from stiefel.sweeps.axes import Axes
 from stiefel.sweeps.choices import AskAll, ask, by_choice, with_recommended
 from stiefel.sweeps.chunks import SLOWEST, WORK, Task, members_of_a_chunk
 from stiefel.sweeps.failures import at
+from stiefel.sweeps.fold import per_member
 from stiefel.sweeps.groups import Group, groups_of, task_of
 from stiefel.sweeps.resolution import Question
 
@@ -68,7 +69,7 @@ class Plan:
 def make_plan(base: pb.Scene, axes: Axes, request: pb.SummarizeRequest, ask_all: AskAll, threads: Optional[int],
               home: tuple[str, int]) -> Plan:
     """Makes the plan. `ask_all` asks workers to resolve ensembles, and raises InvalidArgument for a wrong scene."""
-    template = Task(b"", 0, (), request.SerializeToString(deterministic=True), "", threads=threads, home=home)
+    template = Task(b"", 0, (), per_member(request).SerializeToString(deterministic=True), "", threads=threads, home=home)
     given, order = groups_of(base, axes)
     first = ask(Question(tuple(task_of(template, axes, group.scene, order[group.begin:group.begin + 1], 0) for group in given)),
                 ask_all)
