@@ -122,6 +122,39 @@ def test_methods_by_name_are_an_axis():
     assert drifts[0] < 1e-14 < drifts[1]
 
 
+def test_whole_methods_are_an_axis(client):
+    given = [{"name": "rk4"}, {"name": "variational", "order": 4}, {"name": "variational", "order": 2, "substeps": 2}]
+    found = sweep(axes={"method": given, "step": [0.02, 0.04]}, zipped=False)
+    assert [json.loads(text) for text in found["method"].values] == given and found["quaternion.last"].shape == (3, 2, 1, 4)
+    for i, j in np.ndindex(3, 2):
+        run = alone(client, {**SCENE, "method": given[i], "step": [0.02, 0.04][j]})
+        assert np.array_equal(found["quaternion.last"].values[i, j], run["quaternion"][-1])
+
+
+@pytest.mark.parametrize("axes, message", [
+    ({"method": ["rk4"]}, r"axes\['method'\]\[0\]: method: 'rk4': must be a mapping"),
+    ({"method": {"name": "rk4"}}, r"axes\['method'\]: .* must be mappings such as"), ({"method": 3}, "must be mappings such as"),
+    ({"method": [{"name": "rk4"}, {"nme": "rk4"}]}, r"axes\['method'\]\[1\]: method.nme: unknown field; did you mean name"),
+    ({"method": [{"name": "rk4"}], "method.order": [2]}, r"axes\['method'\]: method.order is an axis too"),
+    ({"initial.M[0,1]": [1.0], "initial.M[1,0]": [2.0]}, r"initial.M\[1,0\] is an axis too"),
+    ({"initial.M[1,1]": [1.0]}, "must be off the diagonal, because M is skew-symmetric"),
+])
+def test_methods_and_entries_that_do_not_fit(axes, message):
+    scene = {"system": "rigid_body", "inertia": [2.5, 1.5, 0.5], "step": 0.01, "initial": {"M": np.zeros((3, 3))}}
+    with pytest.raises(stiefel.InvalidArgument, match=message):
+        sweep(scene=scene, axes=axes)
+
+
+def test_an_entry_of_a_momentum_keeps_it_skew(client):
+    scene = {"system": "rigid_body", "inertia": [2.5, 1.5, 0.5], "step": 0.01, "method": {"name": "variational"},
+             "initial": {"Q": np.eye(3), "M": [[0, -0.3, 2], [0.3, 0, -0.2], [-2, 0.2, 0]]}}
+    values = [0.1, -0.4, 0.7]
+    found = sweep(scene=scene, axes={"initial.M[0,1]": values}, summarize={"M": ["last"]})
+    for value, last in zip(values, found["M.last"].values):
+        M = np.array([[0, value, 2], [-value, 0, -0.2], [-2, 0.2, 0]])
+        assert np.array_equal(last, alone(client, {**scene, "initial": {"Q": np.eye(3), "M": M}}, fields="M")["M"][-1])
+
+
 def test_blocks_and_common_blocks(client):
     """The axes set M; every member gets the scene's Q."""
     rng = np.random.default_rng(1)

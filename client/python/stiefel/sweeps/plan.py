@@ -89,7 +89,7 @@ def make_plan(base: pb.Scene, axes: Axes, request: pb.SummarizeRequest, ask_all:
         template = replace(template, timeout=max(template.timeout, slowest))
         chunks += [(k, begin, min(begin + members, group.end)) for begin in range(group.begin, group.end, members)]
     plan = Plan(axes, groups, order, tuple(chunks), request, first[0].numerics_id, first[0].build,
-                _described(groups, given), base.HasField("tolerance"), template,
+                _described(groups, given), any(group.scene.HasField("tolerance") for group in given), template,
                 tuple(dict.fromkeys(text for one in resolved for text in one.warnings)))
     _check_shapes(plan, ask_all)
     return plan
