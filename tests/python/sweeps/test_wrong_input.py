@@ -106,6 +106,21 @@ def test_what_is_done_is_kept_when_a_late_point_is_wrong(small_chunks, plain_res
     assert ("they are in the store" in str(caught.value)) == (on == "store") and "member 2" in str(caught.value)
 
 
+def fail(task):
+    raise RuntimeError("on purpose")
+
+
+class FailsAtTheEnd(ThreadPoolExecutor):
+    def submit(self, function, task):
+        return super().submit(fail if getattr(task, "index", 0) == 14 else function, task)
+
+
+def test_what_is_done_is_kept_when_a_task_raises_what_nobody_knows(small_chunks, plain_result):
+    with FailsAtTheEnd(1) as executor, pytest.raises(RuntimeError, match="on purpose") as caught:
+        sweep(executor=executor)
+    assert caught.value.partial["outcome"].tolist() == [1] * 56 + [0] * 4
+
+
 @pytest.mark.parametrize("on", ["cores", "processes", "store"])
 def test_impossible_moments_of_any_point_give_a_warning(small_chunks, plain_result, tmp_path, on):
     options = {} if on == "cores" else {"executor": lambda: ProcessPoolExecutor(2)}

@@ -22,8 +22,8 @@ LISTS: dict[str, Optional[int]] = {
     "body.inertia_tensor": 6, "body.moments": 3, "body.attitude": 4, "body.angular_velocity": 3,
 }
 #: Fields that all members of an ensemble share. Points that differ in one of them belong to different ensembles.
-COMMON = ("step", "epsilon", "parameter", "tolerance", "horizon", "method", "method.name", "method.order", "method.substeps", "method.arithmetic",
-          "method.tolerance", "method.scalar")
+COMMON = ("step", "epsilon", "parameter", "tolerance", "horizon", "method", "method.name", "method.order", "method.substeps",
+          "method.arithmetic", "method.tolerance", "method.scalar")
 SKEW = "initial.M"  #: a skew-symmetric block: an entry that varies sets the opposite one to its negative
 POINT = "point"  #: the name of the dimension of axes side by side
 _ENTRY = re.compile(r"(.+)\[(\d+)(?:, *(\d+))?\]")
