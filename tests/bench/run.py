@@ -22,15 +22,16 @@ sys.dont_write_bytecode = True
 import callgrind
 import prices
 import report
+import sweeps
 import weights
 from peers import contest, environment, picture
 from server import Process, bare_echo, stiefel_server, what_closes
 
 COUNTS = dict(repeats=9, calls=2000, shorts=1000, samples=1_000_000, seconds=0.05, largest=256, columns=4_000_000,
-              unread=100, idle=1000, instructions=2000)
+              unread=100, idle=1000, instructions=2000, bodies=100_000, sweeps=2)
 # Small counts that only show that everything runs.
 SMOKE = dict(repeats=1, calls=20, shorts=20, samples=5000, seconds=0.001, largest=8, columns=100_000, unread=5, idle=20,
-             instructions=0)
+             instructions=0, bodies=0, sweeps=0)
 THREADS = 2
 
 
@@ -80,6 +81,9 @@ def measure(build: Path, counts: dict[str, float]) -> list[dict]:
     if counts["instructions"]:
         found += weights.measure(programs / "bench_weights")
         found += prices.measure(programs / "bench_prices")
+    if counts["bodies"]:
+        print(f"  sweeps.py {counts['bodies']} {counts['sweeps']}", file=sys.stderr)
+        found += sweeps.measure(build, counts["bodies"], counts["sweeps"])
     return found
 
 

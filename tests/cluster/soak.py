@@ -94,6 +94,7 @@ class Usage:
         self._seen: dict[tuple[int, float], tuple[bool, float, float]] = {}
         self._own = 0.0
         self.peak = 0  #: the most bytes that this process had
+        self.wall = 0.0  #: seconds that passed
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
 
@@ -114,10 +115,12 @@ class Usage:
 
     def __enter__(self) -> Usage:
         self.sample(first=True)
+        self.wall = -time.monotonic()
         self._thread.start()
         return self
 
     def __exit__(self, *exception: object) -> None:
+        self.wall += time.monotonic()
         self._stop.set()
         self._thread.join()
         self.sample()
@@ -155,9 +158,9 @@ def killing(every: float) -> Iterator[list[int]]:
     thread.join()
 
 
-def one_ensemble(bodies: int) -> tuple[float, float]:
-    """Processor seconds of a server, and of it and this process, that computes the bodies as one ensemble; of more
-    bodies than an ensemble may have, as few ensembles as possible."""
+def one_ensemble(bodies: int) -> Usage:
+    """What a server, and it and this process, use to compute the bodies as one ensemble; of more bodies than an ensemble may
+    have, as few ensembles as possible."""
     values = axes(bodies)
     largest = 1 << 16
     request = request_of(STEPS, 0, 1, SUMMARIZE)
@@ -170,7 +173,16 @@ def one_ensemble(bodies: int) -> tuple[float, float]:
             task = Task(base.SerializeToString(), len(next(iter(part.values()))),
                         tuple(Values(path, None, numbers) for path, numbers in part.items()), b"", "")
             reduce(client, task.ensemble(), request, "", None)
-    return spent.servers, spent.everything
+    return spent
+
+
+def on_workers(bodies: int, make: Make, workers: int) -> tuple[Usage, Any]:
+    """What a sweep on workers that are up uses, and its result."""
+    with make(workers) as executor:
+        stiefel.sweep(SCENE, {"step": [0.01, 0.02, 0.03, 0.04]}, to=1, summarize=SUMMARIZE, executor=executor)
+        with Usage() as spent:
+            result = sweep(bodies, executor)
+    return spent, result
 
 
 def sweep(bodies: int, executor: Any) -> Any:
@@ -187,19 +199,16 @@ def cost(bodies: int, make: Make, bounds: Bounds) -> str:
     alone, spread = [], []
     for _ in range(2):
         alone.append(one_ensemble(bodies))
-        print(f"one ensemble of {bodies} bodies: servers {alone[-1][0]:.1f} s, everything {alone[-1][1]:.1f} s", flush=True)
-        with make(2) as executor:
-            # The workers are up.
-            stiefel.sweep(SCENE, {"step": [0.01, 0.02, 0.03, 0.04]}, to=1, summarize=SUMMARIZE, executor=executor)
-            with Usage() as spent:
-                result = sweep(bodies, executor)
-        spread.append((spent.servers, spent.everything))
+        print(f"one ensemble of {bodies} bodies: servers {alone[-1].servers:.1f} s, everything {alone[-1].everything:.1f} s",
+              flush=True)
+        spent, result = on_workers(bodies, make, 2)
+        spread.append(spent)
         print(f"2 workers: servers {spent.servers:.1f} s, everything {spent.everything:.1f} s, {result.attrs['chunks']} chunks, "
               f"this process {spent.peak / 1e6:.0f} MB, sha256 {result.attrs['sha256'][:16]}", flush=True)
         bounds.check(f"{missing(result)} points are missing", missing(result) == 0)
         bounds.check(f"this process had {spent.peak / 1e6:.0f} MB, at most {MEMORY_BOUND / 1e6:.0f}", spent.peak < MEMORY_BOUND)
-    for k, (what, bound) in enumerate((("servers", SERVERS_BOUND), ("everything", EVERYTHING_BOUND[make.__name__]))):
-        ratio = min(one[k] for one in spread) / min(one[k] for one in alone)
+    for what, bound in (("servers", SERVERS_BOUND), ("everything", EVERYTHING_BOUND[make.__name__])):
+        ratio = min(getattr(one, what) for one in spread) / min(getattr(one, what) for one in alone)
         bounds.check(f"{what} {ratio:.3f} x that of one ensemble, at most {bound}", ratio <= bound)
     return str(result.attrs["sha256"])
 

@@ -52,6 +52,44 @@ def test_the_bytes_do_not_depend_on_the_chunks(monkeypatch):
     assert one.attrs["sha256"] == many.attrs["sha256"]
 
 
+OVER = {"M": {"statistics": ["min", "max", "mean", "rms", "sign_changes", "drift"], "edges": [-4, -1, 0, 1, 4], "over_members": True},
+        "energy": {"statistics": ["mean", "drift"], "over_members": True}}
+
+
+def test_statistics_over_all_motions_are_combined_here_in_the_order_of_the_points(client, small_chunks, plain_result):
+    found = sweep(summarize={**OVER, "quaternion": ["last"]})
+    scene = {**SCENE, "members": 60, "body": {"moments": MOMENTS, "angular_velocity": SPINS}}
+    with client.create(scene) as session:
+        summary = session.summarize(TO, OVER)
+    assert found["quaternion.last"].shape == (60, 1, 4) and "samples" not in found and found.variables["M.mean"][0] == ("M_row", "M_col")
+    for name in ("min", "max", "sign_changes", "histogram", "drift"):
+        assert np.array_equal(found[f"M.{name}"], summary["M"][name]), name
+        assert found[f"M.{name}"].dtype == summary["M"][name].dtype
+    for name in ("mean", "rms"):
+        np.testing.assert_allclose(found[f"M.{name}"], summary["M"][name], rtol=1e-13, atol=1e-15)
+    np.testing.assert_allclose(found["energy.mean"], summary["energy"]["mean"], rtol=1e-14)
+    assert found["energy.drift"] == summary["energy"]["drift"] and found["energy.drift"].shape == ()
+
+
+def test_their_bytes_do_not_depend_on_the_chunks(monkeypatch, tmp_path):
+    hashes = set()
+    for largest in (1 << 14, 16, 7):
+        monkeypatch.setattr("stiefel.sweeps.chunks.LARGEST", largest)
+        hashes.add(sweep(summarize=OVER).attrs["sha256"])
+    hashes.add(sweep(summarize=OVER, store=tmp_path / "store").attrs["sha256"])
+    hashes.add(sweep(summarize=OVER, store=tmp_path / "store").attrs["sha256"])
+    assert len(hashes) == 1
+
+
+def test_motions_that_end_early_weigh_less(client, plain_result):
+    found = sweep(axes={"body.angular_velocity[1]": [0.5, 60.0]}, summarize={"M": {"statistics": ["mean"], "over_members": True}},
+                  scene={**SCENE, "step": 0.1})
+    each = sweep(axes={"body.angular_velocity[1]": [0.5, 60.0]}, summarize={"M": {"statistics": ["mean"]}}, scene={**SCENE, "step": 0.1})
+    counts = each["last_step"] + 1
+    assert counts[1] < counts[0] == TO + 1
+    np.testing.assert_allclose(found["M.mean"], (each["M.mean"] * counts[:, None, None]).sum(0) / counts.sum(), rtol=1e-14, atol=1e-16)
+
+
 def test_the_hash_is_that_of_the_bytes():
     found = sweep(axes={"step": [0.01, 0.02]}, zipped=False)
     digest = hashlib.sha256()
@@ -82,6 +120,39 @@ def test_methods_by_name_are_an_axis():
     found = sweep(axes={"method.name": ["variational", "rk4", "exact"]}, zipped=False)
     drifts = found["energy.drift"].sel({"method.name": ["variational", "rk4"]}).values
     assert drifts[0] < 1e-14 < drifts[1]
+
+
+def test_whole_methods_are_an_axis(client):
+    given = [{"name": "rk4"}, {"name": "variational", "order": 4}, {"name": "variational", "order": 2, "substeps": 2}]
+    found = sweep(axes={"method": given, "step": [0.02, 0.04]}, zipped=False)
+    assert [json.loads(text) for text in found["method"].values] == given and found["quaternion.last"].shape == (3, 2, 1, 4)
+    for i, j in np.ndindex(3, 2):
+        run = alone(client, {**SCENE, "method": given[i], "step": [0.02, 0.04][j]})
+        assert np.array_equal(found["quaternion.last"].values[i, j], run["quaternion"][-1])
+
+
+@pytest.mark.parametrize("axes, message", [
+    ({"method": ["rk4"]}, r"axes\['method'\]\[0\]: method: 'rk4': must be a mapping"),
+    ({"method": {"name": "rk4"}}, r"axes\['method'\]: .* must be mappings such as"), ({"method": 3}, "must be mappings such as"),
+    ({"method": [{"name": "rk4"}, {"nme": "rk4"}]}, r"axes\['method'\]\[1\]: method.nme: unknown field; did you mean name"),
+    ({"method": [{"name": "rk4"}], "method.order": [2]}, r"axes\['method'\]: method.order is an axis too"),
+    ({"initial.M[0,1]": [1.0], "initial.M[1,0]": [2.0]}, r"initial.M\[1,0\] is an axis too"),
+    ({"initial.M[1,1]": [1.0]}, "must be off the diagonal, because M is skew-symmetric"),
+])
+def test_methods_and_entries_that_do_not_fit(axes, message):
+    scene = {"system": "rigid_body", "inertia": [2.5, 1.5, 0.5], "step": 0.01, "initial": {"M": np.zeros((3, 3))}}
+    with pytest.raises(stiefel.InvalidArgument, match=message):
+        sweep(scene=scene, axes=axes)
+
+
+def test_an_entry_of_a_momentum_keeps_it_skew(client):
+    scene = {"system": "rigid_body", "inertia": [2.5, 1.5, 0.5], "step": 0.01, "method": {"name": "variational"},
+             "initial": {"Q": np.eye(3), "M": [[0, -0.3, 2], [0.3, 0, -0.2], [-2, 0.2, 0]]}}
+    values = [0.1, -0.4, 0.7]
+    found = sweep(scene=scene, axes={"initial.M[0,1]": values}, summarize={"M": ["last"]})
+    for value, last in zip(values, found["M.last"].values):
+        M = np.array([[0, value, 2], [-value, 0, -0.2], [-2, 0.2, 0]])
+        assert np.array_equal(last, alone(client, {**scene, "initial": {"Q": np.eye(3), "M": M}}, fields="M")["M"][-1])
 
 
 def test_blocks_and_common_blocks(client):

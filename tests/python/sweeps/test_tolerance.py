@@ -29,6 +29,18 @@ def methods(result):
     return [known[which] for which in result["method"].values]
 
 
+def test_tolerance_and_horizon_are_axes(client):
+    tolerances, horizons = [1e-3, 1e-9], [STEP * TO, 2 * STEP * TO]
+    without = {name: value for name, value in SCENE.items() if name not in ("tolerance", "horizon")}
+    result = sweep(scene=without, axes={"tolerance": tolerances, "horizon": horizons}, to=TO, zipped=False)
+    known = json.loads(result.attrs["methods"])
+    for i, j in np.ndindex(2, 2):
+        with client.create({**without, "tolerance": tolerances[i], "horizon": horizons[j]}) as session:
+            assert session.scene["method"] == known[result["method"].values[i, j]]
+            assert (session.step(to=TO, fields="quaternion")["quaternion"] == result["quaternion.last"].values[i, j]).all()
+    assert len(known) > 1
+
+
 def test_each_point_has_the_method_and_the_bits_that_it_has_alone(found, client):
     assert len({json.dumps(method) for method in methods(found)}) > 1
     for k in (0, 7, 16, 23):

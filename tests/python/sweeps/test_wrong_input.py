@@ -48,7 +48,8 @@ def test_all_wrong_axes_are_named():
     ({"summarize": {"energy": "mode"}}, "quantities.energy: 'mode': must be one of last, min, max"),
     ({"summarize": {"energy": []}}, r"summarize\['energy'\]: nothing is asked for"),
     ({"summarize": {"energy": {"median": 1}}}, "quantities.energy: 'median': must be one of statistics, quantiles"),
-    ({"summarize": {"energy": {"statistics": "mean", "over_members": True}}}, "over_members: must be absent"),
+    ({"summarize": {"energy": {"statistics": ["mean", "last"], "over_members": True}}}, r"\['energy'\]: over_members: last does not"),
+    ({"summarize": {"energy": {"quantiles": [0.5], "over_members": True}}}, "over_members: quantiles does not follow"),
     ({"summarize": {"spin": "last"}}, "spin"),
     ({"to": -1}, "to: -1: must be a whole number of at least 0"),
     ({"to": 1.5}, "to: 1.5: must be a whole number"),
@@ -103,6 +104,21 @@ def test_what_is_done_is_kept_when_a_late_point_is_wrong(small_chunks, plain_res
     assert partial["outcome"].tolist() == [1] * 56 + [0] * 4
     assert (partial["energy.drift"][:56] == whole["energy.drift"][:56]).all() and np.isnan(partial["energy.drift"][56:]).all()
     assert ("they are in the store" in str(caught.value)) == (on == "store") and "member 2" in str(caught.value)
+
+
+def fail(task):
+    raise RuntimeError("on purpose")
+
+
+class FailsAtTheEnd(ThreadPoolExecutor):
+    def submit(self, function, task):
+        return super().submit(fail if getattr(task, "index", 0) == 14 else function, task)
+
+
+def test_what_is_done_is_kept_when_a_task_raises_what_nobody_knows(small_chunks, plain_result):
+    with FailsAtTheEnd(1) as executor, pytest.raises(RuntimeError, match="on purpose") as caught:
+        sweep(executor=executor)
+    assert caught.value.partial["outcome"].tolist() == [1] * 56 + [0] * 4
 
 
 @pytest.mark.parametrize("on", ["cores", "processes", "store"])

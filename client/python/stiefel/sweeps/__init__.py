@@ -4,6 +4,7 @@ from __future__ import annotations
 import json
 import warnings
 from concurrent.futures import Executor
+from contextlib import suppress
 from typing import Any, Callable, Mapping, Optional, Sequence, Union
 
 from stiefel.client import Client
@@ -37,10 +38,13 @@ def sweep(scene: SceneLike, axes: Mapping[str, Any], to: int, summarize: Quantit
 
     axes: arrays of values by their paths in the scene: "inertia", "body.moments", "body.angular_velocity" (points,
         numbers), "initial.Q" (points, rows, cols), one number of such a field as "body.angular_velocity[0]" (points),
-        or a field that all members of an ensemble share, such as "step", "epsilon", "method.order" (points). The result
-        is a grid with a dimension for each axis; with `zipped` the axes vary together along one dimension, "point".
+        or a field that all members of an ensemble share, such as "step", "tolerance", "method.order" (points), or whole
+        methods as mappings: {"method": [{"name": "rk4"}, {"name": "variational", "order": 4}]}. The result is a grid with a
+        dimension for each axis; with `zipped` the axes vary together along one dimension, "point".
     summarize: statistics of fields and invariants at the steps start, start + every, ... and `to`: names of statistics
-        (last, min, max, mean, rms, sign_changes, drift), quantiles and histograms, as in `Session.summarize`.
+        (last, min, max, mean, rms, sign_changes, drift), quantiles and histograms, as in `Session.summarize`. With
+        "over_members" all motions together have one value, which is combined here in the order of the points; this is
+        not possible for last and quantiles.
     executor: an executor of concurrent.futures, Dask, mpi4py or loky, a `stiefel.ray.Executor`, or a function that
         returns one and is called again when the executor breaks. None: one server on all cores of this machine.
     servers: running servers to use instead, as addresses or, where an address does not suffice, as clients.
@@ -82,7 +86,7 @@ def sweep(scene: SceneLike, axes: Mapping[str, Any], to: int, summarize: Quantit
 
 def _run(plan: Plan, workers: Workers, failures: Failures, store: Optional[Any], progress: bool,
          asked: Mapping[str, Any], warned: Warned) -> SweepResult:
-    table, kept, done = Table(plan.axes), open_store(store, plan), set()
+    table, kept, done = Table(plan.axes, plan.request), open_store(store, plan), set()
     for chunk, arrays in kept.finished() if kept else ():
         table.put(plan.points(chunk), arrays)
         done.add(chunk)
@@ -117,6 +121,10 @@ def _run(plan: Plan, workers: Workers, failures: Failures, store: Optional[Any],
                        kept.place if kept and workers.in_other_processes else lambda chunk: None, take_written, warned)
         except StiefelError as error:
             raise _completed(error, len(done), len(plan.chunks), result() if done else None, kept is not None) from error.__cause__
+        except Exception as error:  # an executor's or a task's own
+            with suppress(AttributeError):  # an exception that takes no attributes
+                error.partial = _as_dataset(result()) if done else None  # type: ignore[attr-defined]
+            raise
     return result()
 
 

@@ -1,18 +1,20 @@
 """Axes of a sweep: values for fields of a scene, as a grid or side by side."""
 from __future__ import annotations
 
+import json
 import re
 import reprlib
 from dataclasses import dataclass
 from typing import Any, Mapping, Optional
 
 import numpy as np
+from google.protobuf import json_format
 from google.protobuf.descriptor import FieldDescriptor
 from numpy.typing import NDArray
 
 from stiefel import v1 as pb
 from stiefel.errors import InvalidArgument, Violation
-from stiefel.scenes import to_message
+from stiefel.scenes import to_message, to_method
 
 #: Lists of which each member of an ensemble may have its own, with the length of one member's; None: its dimension N.
 LISTS: dict[str, Optional[int]] = {
@@ -20,8 +22,9 @@ LISTS: dict[str, Optional[int]] = {
     "body.inertia_tensor": 6, "body.moments": 3, "body.attitude": 4, "body.angular_velocity": 3,
 }
 #: Fields that all members of an ensemble share. Points that differ in one of them belong to different ensembles.
-COMMON = ("step", "epsilon", "parameter", "method.name", "method.order", "method.substeps", "method.arithmetic",
-          "method.tolerance", "method.scalar")
+COMMON = ("step", "epsilon", "parameter", "tolerance", "horizon", "method", "method.name", "method.order", "method.substeps",
+          "method.arithmetic", "method.tolerance", "method.scalar")
+SKEW = "initial.M"  #: a skew-symmetric block: an entry that varies sets the opposite one to its negative
 POINT = "point"  #: the name of the dimension of axes side by side
 _ENTRY = re.compile(r"(.+)\[(\d+)(?:, *(\d+))?\]")
 
@@ -101,7 +104,9 @@ def _axis(path: Any, values: Any) -> Axis:
         array = np.asarray(values)
     except ValueError:
         array = np.empty(0, object)
-    text = field in ("method.name", "method.arithmetic", "method.scalar")
+    if field == "method":
+        array = _methods(values, place)
+    text = field in ("method", "method.name", "method.arithmetic", "method.scalar")
     if not _fits(array, field, text):
         raise _wrong([Violation(place, f"{reprlib.repr(values)}: must be {'names' if text else 'numbers'}, one kind in all")])
     if field.startswith("initial.") and rank == 3 and array.ndim == 2:
@@ -111,6 +116,20 @@ def _axis(path: Any, values: Any) -> Axis:
     if array.ndim != rank or 0 in array.shape or (rank == 2 and each not in (None, array.shape[1])):
         raise _wrong([Violation(place, f"the shape {array.shape}: must be {shape}")])
     return Axis(path, field, entry, _plain(array, field))
+
+
+def _methods(values: Any, place: str) -> NDArray[Any]:
+    """Returns methods, given as mappings, as texts of JSON with sorted keys."""
+    if isinstance(values, (str, Mapping)) or not hasattr(values, "__iter__"):
+        raise _wrong([Violation(place, f"{reprlib.repr(values)}: must be mappings such as {{'name': 'rk4'}}")])
+    texts = []
+    for k, value in enumerate(values):
+        try:
+            message = to_method(value)
+        except (InvalidArgument, TypeError) as error:
+            raise _wrong([Violation(f"{place}[{k}]", str(error))]) from None
+        texts.append(json.dumps(json_format.MessageToDict(message, preserving_proto_field_name=True), sort_keys=True))
+    return np.array(texts, "U")
 
 
 def _rank(path: str, field: str, entry: Optional[tuple[int, ...]], place: str) -> int:
@@ -150,8 +169,10 @@ def _check_together(axes: Axes) -> None:
         if len(set(sizes.values())) > 1:
             wrong.append(Violation("axes", f"{sizes}: must have as many values each, because they stand side by side"))
     for one in axes.axes:
-        others = [axis for axis in axes.axes if axis is not one and axis.field == one.field]
-        if others and (one.entry is None or any(axis.entry in (None, one.entry) for axis in others)):
+        others = [axis for axis in axes.axes if axis is not one and (
+            axis.field == one.field or axis.field.startswith(f"{one.field}.") and one.field == "method")]
+        taken = (None, one.entry, one.entry[::-1] if one.entry and one.field == SKEW else None)
+        if others and (one.entry is None or any(axis.entry in taken for axis in others)):
             wrong.append(Violation(f"axes[{one.path!r}]", f"{others[0].path} is an axis too: must be different numbers"))
     if wrong:
         raise _wrong(wrong)
@@ -167,6 +188,8 @@ def base_of(scene: Any, axes: Axes) -> pb.Scene:
         wrong.append(Violation("scene.members", f"{base.members}: must be absent, the sweep makes its own ensembles"))
     for axis in axes.axes:
         if axis.entry is not None:
+            if axis.field == SKEW and axis.entry[0] == axis.entry[1]:
+                wrong.append(Violation(f"axes[{axis.path!r}]", "must be off the diagonal, because M is skew-symmetric"))
             shape = _shape(base, axis.field)
             if len(shape) != len(axis.entry) or any(k >= size for k, size in zip(axis.entry, shape)):
                 there = f"has the shape {shape}" if shape else "is absent"
@@ -205,7 +228,10 @@ def clear(scene: pb.Scene, field: str) -> None:
 
 
 def set_common(scene: pb.Scene, field: str, value: Any) -> None:
-    """Sets a number or a name that all members share."""
+    """Sets a number, a name or a method that all members share."""
+    if field == "method":
+        scene.method.CopyFrom(to_method(json.loads(value)))
+        return
     owner, name = owner_of(scene, field)
     kind = owner.DESCRIPTOR.fields_by_name[name].cpp_type
     whole = kind == FieldDescriptor.CPPTYPE_UINT32

@@ -11,7 +11,7 @@ from stiefel import v1 as pb
 from stiefel.resolved import matrix
 from stiefel.scenes import LARGE, set_tensor, to_array
 from stiefel.arrays import decode
-from stiefel.sweeps.axes import owner_of
+from stiefel.sweeps.axes import SKEW, owner_of
 from stiefel.sweeps.shared_store import Place
 
 WORK = 2.0**34  #: instructions of a chunk, about a second of one core
@@ -86,6 +86,8 @@ class Task:
         array = np.array(np.broadcast_to(array, shape), dtype=np.result_type(array, part.values))
         assert part.entry is not None
         array[(slice(None), *part.entry)] = part.values
+        if part.field == SKEW:
+            array[(slice(None), *part.entry[::-1])] = -part.values
         return array
 
 

@@ -17,6 +17,7 @@ from stiefel.sweeps.axes import Axes
 from stiefel.sweeps.choices import AskAll, ask, by_choice, with_recommended
 from stiefel.sweeps.chunks import SLOWEST, WORK, Task, members_of_a_chunk
 from stiefel.sweeps.failures import at
+from stiefel.sweeps.fold import per_member
 from stiefel.sweeps.groups import Group, groups_of, task_of
 from stiefel.sweeps.resolution import Question
 
@@ -68,7 +69,7 @@ class Plan:
 def make_plan(base: pb.Scene, axes: Axes, request: pb.SummarizeRequest, ask_all: AskAll, threads: Optional[int],
               home: tuple[str, int]) -> Plan:
     """Makes the plan. `ask_all` asks workers to resolve ensembles, and raises InvalidArgument for a wrong scene."""
-    template = Task(b"", 0, (), request.SerializeToString(deterministic=True), "", threads=threads, home=home)
+    template = Task(b"", 0, (), per_member(request).SerializeToString(deterministic=True), "", threads=threads, home=home)
     given, order = groups_of(base, axes)
     first = ask(Question(tuple(task_of(template, axes, group.scene, order[group.begin:group.begin + 1], 0) for group in given)),
                 ask_all)
@@ -88,7 +89,7 @@ def make_plan(base: pb.Scene, axes: Axes, request: pb.SummarizeRequest, ask_all:
         template = replace(template, timeout=max(template.timeout, slowest))
         chunks += [(k, begin, min(begin + members, group.end)) for begin in range(group.begin, group.end, members)]
     plan = Plan(axes, groups, order, tuple(chunks), request, first[0].numerics_id, first[0].build,
-                _described(groups, given), base.HasField("tolerance"), template,
+                _described(groups, given), any(group.scene.HasField("tolerance") for group in given), template,
                 tuple(dict.fromkeys(text for one in resolved for text in one.warnings)))
     _check_shapes(plan, ask_all)
     return plan

@@ -17,10 +17,10 @@ from stiefel.recreation import Recreation
 from stiefel.summarizing import Summarizing
 from stiefel.summary import Quantities, to_quantities
 from stiefel.sweeps.failures import OtherNumerics
+from stiefel.sweeps.fold import check
 
 OUTCOME = "outcome"
-# Arrays of a summary that a sweep drops: `ended_by` is about events, and `samples` follows from `last_step`.
-_UNUSED = ("samples", "ended_by")
+_UNUSED = ("ended_by",)  #: arrays of a summary that a sweep drops, because they are about events
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +42,7 @@ def request_of(to: int, start: int, every: int, summarize: Quantities) -> pb.Sum
     for quantity in request.quantities:
         place = f"summarize[{quantity.name!r}]"
         if quantity.over_members:
-            raise _refused(place, "over_members: must be absent, reduce the arrays that come home: result.mean()")
+            check(quantity, place)
         if not (quantity.statistics or quantity.quantiles or quantity.edges):
             raise _refused(place, "nothing is asked for: must have a statistic, quantiles or edges")
     return request

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from stiefel import v1 as pb
 from stiefel.compare import ByValue
 from stiefel.sweeps.axes import Axes
+from stiefel.sweeps.fold import SAMPLES, over_points
 from stiefel.sweeps.reduction import OUTCOME, Reduced
 
 Variable = tuple[tuple[str, ...], NDArray[Any]]  # names of the dimensions, values
@@ -54,8 +55,9 @@ class SweepResult(ByValue, Mapping[str, NDArray[Any]]):
 class Table:
     """Collects the statistics of finished points in arrays that are allocated once."""
 
-    def __init__(self, axes: Axes):
+    def __init__(self, axes: Axes, request: pb.SummarizeRequest):
         self._axes = axes
+        self._request = request
         self.arrays: dict[str, NDArray[Any]] = {}
 
     def put(self, points: NDArray[np.int64], arrays: Mapping[str, NDArray[Any]]) -> None:
@@ -66,10 +68,17 @@ class Table:
             self.arrays[name][points] = values
 
     def result(self, attrs: Mapping[str, Any], also: Mapping[str, NDArray[Any]] = MappingProxyType({})) -> SweepResult:
-        """Returns the result. Adds the SHA-256 of all arrays to `attrs`. `also`: further variables over all points."""
+        """Returns the result. Adds the SHA-256 of all arrays to `attrs`. `also`: further variables over all points. The
+        number of samples, which follows from `last_step`, is not in the result."""
         dims, shape = self._axes.dims, self._axes.shape
         variables: dict[str, Variable] = {}
+        folded = over_points(self._request, self.arrays, self.arrays[OUTCOME] != 0) if self.arrays else {}
         for name, values in sorted({**self.arrays, **also}.items()):
+            if name == SAMPLES:
+                continue
+            if name in folded:
+                variables[name] = (_inner_dims(name, folded[name].ndim), folded[name])
+                continue
             variables[name] = ((*dims, *_inner_dims(name, values.ndim - 1)), values.reshape(*shape, *values.shape[1:]))
         coords = {axis.path: ((dims[0 if self._axes.zipped else k], *_inner_dims(axis.path, axis.values.ndim - 1)), axis.values)
                   for k, axis in enumerate(self._axes.axes)}

@@ -2,8 +2,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
 
 # "member 1: TEXT (2 members have a warning like this)", in which both additions may be absent.
 _WARNING = re.compile(r"(?:member (\d+): )?(.*?)(?: \((\d+) members have a warning like this\))?", re.DOTALL)
@@ -13,10 +16,10 @@ _WARNING = re.compile(r"(?:member (\d+): )?(.*?)(?: \((\d+) members have a warni
 class Warned:
     """The warnings of all chunks."""
 
-    known: Iterable[str] = ()  #: texts that need not be told again
+    known: Collection[str] = ()  #: texts that need not be told again
     _found: dict[str, tuple[int, str, int]] = field(default_factory=dict)  # by kind: the first point, its text, how many
 
-    def take(self, points: Sequence[int], warnings: Iterable[str]) -> None:
+    def take(self, points: NDArray[np.int64], warnings: Iterable[str]) -> None:
         """Adds the warnings about an ensemble of these points."""
         for warning in warnings:
             member, text, count = _WARNING.fullmatch(warning).groups()  # type: ignore[union-attr]
