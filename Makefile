@@ -84,7 +84,7 @@ bench-peers: build-bench ## measure beside MuJoCo, heyoka, Drake, Basilisk and S
 
 bench-build: ## measure the processor time of `make run` and `make test` from nothing, for BEFORE=commit and for this tree
 	@[ -n "$(BEFORE)" ] || { echo "which commit to compare with: make bench-build BEFORE=commit" >&2; exit 2; }
-	@$(PYTHON) tests/bench/build_time.py "$(BEFORE)"
+	@$(PYTHON) tests/bench/compiling/build_time.py "$(BEFORE)"
 
 sanitize: build/asan/build.ninja build/tsan/build.ninja ## compile and run the tests under the sanitizers
 	@$(call cmake_build,asan,all stiefel_tests)

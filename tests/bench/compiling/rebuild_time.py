@@ -1,7 +1,7 @@
 """Measures the processor time (user + sys) after which the command runs again when one file has changed: a new method,
 or a line of a system. The bound is 60 s.
 
-    /usr/bin/python3 tests/bench/rebuild_time.py build/release [SYSTEM ...]
+    /usr/bin/python3 tests/bench/compiling/rebuild_time.py build/release [SYSTEM ...]
 
 SYSTEM is the name of a header in engine/systems; without any, all of them are measured. The build must be up to date.
 The headers are touched; the method is the one of tests/support/toys, which is taken out again at the end.
@@ -15,7 +15,7 @@ import sys
 from pathlib import Path
 from typing import NamedTuple
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 METHODS = ROOT / "engine/methods"
 BOUND = 60.0  # seconds
 # Not systems, but what several of them share.

@@ -1,7 +1,7 @@
 """Measures the cost of clean builds of two commits or trees on the same machine, and their ratios: the processor time
 (user + sys) of what `make run` and `make test` compile, without ccache.
 
-    /usr/bin/python3 tests/bench/build_time.py BEFORE [AFTER]     (or: make bench-build BEFORE=commit)
+    /usr/bin/python3 tests/bench/compiling/build_time.py BEFORE [AFTER]     (or: make bench-build BEFORE=commit)
 
 BEFORE and AFTER are commits, or directories with a source tree. Without AFTER, this tree as it stands is measured. A
 commit is checked out into its own git worktree, which is removed at the end. --target NAME builds only that target;
@@ -20,7 +20,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 # The launcher of the compiler. It appends "seconds object" to a log.
 LAUNCHER = """\
 import os, resource, subprocess, sys
