@@ -28,4 +28,4 @@ def test_convert_to_velocity(stiefel, write, scene):
 
 def test_convert_outside_a_domain(stiefel, write, scene):
     done = stiefel("convert", write(scene), "--to", "symmetric_rigid_body", "--epsilon", 1)
-    assert done.status == 2 and "S_M" in done.err and "the bound is 2" in done.err
+    assert done.status == 2 and "S_M" in done.err and "the bound 2" in done.err
