@@ -135,7 +135,7 @@ grpc::ServerUnaryReactor* Service::GetSession(Context* context,
                response->mutable_session());
       return grpc::Status::OK;
     };
-    if ((*session)->scene_bytes() <= small_scene)
+    if (!shows_scenes(request->view()) || (*session)->scene_bytes() <= small_scene)
       return answer(context, std::move(log), response, work);
     MemoryLease memory(log.account().memory(), reply_memory(max_reply_bytes));
     return new PooledCall(host_, host_.pool, std::move(log), work, std::move(memory));
