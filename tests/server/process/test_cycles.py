@@ -6,6 +6,8 @@ from stiefel import v1 as pb
 from stiefel.v1 import simulation_pb2_grpc as rpc
 
 CYCLES = int(os.environ.get("STIEFEL_CYCLES", "1000"))
+# gRPC and the scheduler start a few threads of their pools late, when a machine is slow. A leak grows with the cycles.
+POOLS = 8
 MiB = 1 << 20
 
 
@@ -31,5 +33,6 @@ def test_cycles_leave_nothing(serve):
         before, memory = held(process), process.resident()
         for k in range(CYCLES, 2 * CYCLES):
             cycle(k)
-        assert held(process) == before
+        after = held(process)
+        assert all(after[what] < before[what] + POOLS for what in before), (before, after)
         assert process.resident() < memory + MiB, (process.resident() / MiB, memory / MiB)
