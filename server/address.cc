@@ -23,7 +23,7 @@ bool is_ip(int family, std::string_view host) {
 
 /// Whether a host is a name: labels of letters, digits, '-' and '_' with dots between them, the
 /// last label not of digits only, which only IPv4 addresses have.
-bool is_name(std::string_view host) {
+bool is_host_name(std::string_view host) {
   std::string_view label;
   for (std::string_view rest = host; !rest.empty();) {
     label = rest.substr(0, rest.find('.'));
@@ -36,7 +36,7 @@ bool is_name(std::string_view host) {
 }
 
 bool is_host(std::string_view host) {
-  if (!host.starts_with('[')) return is_ip(AF_INET, host) || is_name(host);
+  if (!host.starts_with('[')) return is_ip(AF_INET, host) || is_host_name(host);
   if (!host.ends_with(']')) return false;
   host = host.substr(1, host.size() - 2);
   return is_ip(AF_INET6, host.substr(0, host.find('%')));

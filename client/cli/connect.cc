@@ -11,7 +11,7 @@ namespace stiefel::cli {
 namespace {
 
 /// Returns "yes", "no" or "unknown".
-std::string to_string(v1::Shortest shortest) {
+std::string answer(v1::Shortest shortest) {
   std::string name = v1::Shortest_Name(shortest).substr(std::string("SHORTEST_").size());
   std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
   return name;
@@ -29,14 +29,14 @@ v1::ConnectRequest read_request(const std::string& file, bool& single_pair) {
   return request;
 }
 
-nlohmann::ordered_json to_json(const v1::ConnectResponse& geodesic) {
-  nlohmann::ordered_json out = {{"outcome", cli::to_string(geodesic.run_status().outcome())}};
+nlohmann::ordered_json geodesic_json(const v1::ConnectResponse& geodesic) {
+  nlohmann::ordered_json out = {{"outcome", to_string(geodesic.run_status().outcome())}};
   if (geodesic.has_scene()) {
-    const auto scene = cli::to_json(geodesic.scene());
+    const auto scene = to_json(geodesic.scene());
     out["initial"] = scene["initial"];
     out["energy"] = geodesic.energy();
     out["residual"] = geodesic.residual();
-    out["shortest"] = to_string(geodesic.shortest());
+    out["shortest"] = answer(geodesic.shortest());
     out["distinct"] = geodesic.distinct();
     out["scene"] = scene;
   } else {
@@ -51,8 +51,8 @@ ExitStatus conclude(const std::vector<v1::ConnectResponse>& geodesics) {
   for (const auto& geodesic : geodesics) {
     const auto& status = geodesic.run_status();
     if (status.outcome() == v1::OUTCOME_REACHED) continue;
-    std::cerr << "stiefel: pair " << geodesic.pair() << ": " << cli::to_string(status.outcome())
-              << ": " << status.message() << '\n';
+    std::cerr << "stiefel: pair " << geodesic.pair() << ": " << to_string(status.outcome()) << ": "
+              << status.message() << '\n';
     return numerical_stop;
   }
   return reached;
@@ -69,7 +69,7 @@ ExitStatus connect(const ConnectCommand& command, Origin& origin) {
   }();
 
   nlohmann::ordered_json all = nlohmann::ordered_json::array();
-  for (const auto& geodesic : geodesics) all.push_back(to_json(geodesic));
+  for (const auto& geodesic : geodesics) all.push_back(geodesic_json(geodesic));
   std::cout << to_text(origin.single_pair ? all.at(0) : nlohmann::ordered_json{{"geodesics", all}})
             << '\n';
   return conclude(geodesics);

@@ -12,8 +12,8 @@
 namespace stiefel::cli {
 namespace {
 
-std::string without(std::string_view prefix, std::string name) {
-  return name.starts_with(prefix) ? name.substr(prefix.size()) : name;
+std::string without(std::string_view start, std::string name) {
+  return name.starts_with(start) ? name.substr(start.size()) : name;
 }
 
 /// Returns the estimated error, or the reason why there is none.

@@ -9,7 +9,7 @@ namespace {
 
 std::string text(std::string_view view) { return std::string(view); }
 
-void to_proto(const SystemInfo& system, v1::SystemInfo* out) {
+void describe(const SystemInfo& system, v1::SystemInfo* out) {
   out->set_name(text(system.name));
   out->set_summary(text(system.summary));
   out->set_equations(text(system.equations));
@@ -45,7 +45,7 @@ void to_proto(const SystemInfo& system, v1::SystemInfo* out) {
   for (const Recommendation& one : recommended(system.name)) {
     auto* to = out->add_recommended();
     to->set_where(text(one.where));
-    server::to_proto(one.description(), to->mutable_method());
+    to_proto(one.description(), to->mutable_method());
     to->set_largest_h_omega(one.largest_h_omega);
     to->set_largest_h_momentum_rate(one.largest_h_momentum_rate);
     to->set_largest_h_velocity_rate(one.largest_h_velocity_rate);
@@ -58,12 +58,12 @@ void to_proto(const SystemInfo& system, v1::SystemInfo* out) {
     for (const Preservation& preservation : method.preserves) {
       auto* preserves = to->add_preserves();
       preserves->set_invariant(text(preservation.invariant));
-      preserves->set_conservation(server::to_proto(preservation.conservation));
+      preserves->set_conservation(to_proto(preservation.conservation));
     }
   }
 }
 
-void to_proto(const MethodInfo& method, v1::MethodInfo* out) {
+void describe(const MethodInfo& method, v1::MethodInfo* out) {
   out->set_name(text(method.name));
   out->set_summary(text(method.summary));
   out->set_source(text(method.source));
@@ -98,8 +98,8 @@ void describe_engine(v1::DescribeResponse* out) {
   limits.set_max_cached_steps(Checkpoints::max_count);
   limits.set_max_cached_bytes(Checkpoints::max_bytes);
   limits.set_max_reply_bytes(max_reply_bytes);
-  for (const SystemInfo& system : catalogue().systems) to_proto(system, out->add_systems());
-  for (const MethodInfo& method : catalogue().methods) to_proto(method, out->add_methods());
+  for (const SystemInfo& system : catalogue().systems) describe(system, out->add_systems());
+  for (const MethodInfo& method : catalogue().methods) describe(method, out->add_methods());
 }
 
 }  // namespace stiefel::server

@@ -35,9 +35,9 @@ std::string path_of(std::size_t pair, const std::string& field) {
   return of_pair ? "pairs[" + std::to_string(pair) + "]." + field : field;
 }
 
-class Reader {
+class ConnectReader {
  public:
-  explicit Reader(const v1::ConnectRequest& request) : request_(request) {}
+  explicit ConnectReader(const v1::ConnectRequest& request) : request_(request) {}
 
   std::expected<ConnectTask, Violations> read() {
     check_limits();
@@ -142,7 +142,7 @@ std::uint64_t trajectory_bytes(const TwoPointProblem& problem, const ConnectTask
                      : 0;
 }
 
-v1::Field to_field(const std::vector<Eigen::MatrixXd>& frames) {
+v1::Field trajectory_field(const std::vector<Eigen::MatrixXd>& frames) {
   v1::Field out;
   out.set_name("Q");
   v1::Tensor& tensor = *out.mutable_value();
@@ -159,7 +159,7 @@ v1::Field to_field(const std::vector<Eigen::MatrixXd>& frames) {
 }  // namespace
 
 OrStatus<ConnectTask> read(const v1::ConnectRequest& request) {
-  auto task = Reader(request).read();
+  auto task = ConnectReader(request).read();
   if (!task) return std::unexpected(errors::invalid(task.error()));
   for (std::size_t i = 0; i < task->problems.size(); ++i)
     if (const auto status = check(task->problems[i], i)) return std::unexpected(*status);
@@ -177,7 +177,7 @@ grpc::Status ConnectAnswer::join(const std::stop_token& stop, v1::ConnectRespons
     response.set_residual(joined->residual);
     response.set_shortest(shortest(joined->shortest));
     response.set_distinct(static_cast<std::uint32_t>(joined->distinct));
-    if (!joined->trajectory.empty()) trajectory_.add(to_field(joined->trajectory));
+    if (!joined->trajectory.empty()) trajectory_.add(trajectory_field(joined->trajectory));
   } else if (const auto status = fault(joined.error(), pair_)) {
     return *status;
   } else if (const auto* missed = std::get_if<refusal::NotConverged>(&joined.error())) {

@@ -23,9 +23,9 @@ const FieldDescriptor* field_of(const Message& message, std::string_view name) {
 }
 
 /// Reads a description's fields by name, with one overload for each type of field.
-class Reader {
+class SceneReader {
  public:
-  explicit Reader(const Place& place) : faults_{place} {}
+  explicit SceneReader(const Place& place) : faults_{place} {}
 
   /// `within` is the path of `from` in the description: "" or "method.".
   template <Description T>
@@ -140,14 +140,14 @@ const Selection everything = [](std::string_view) { return true; };
 
 std::expected<MethodDescription, Violations> from_proto(const v1::Method& method,
                                                         const Place& place) {
-  Reader reader(place);
+  SceneReader reader(place);
   MethodDescription out;
   reader.read(method, "", out);
   return reader.result(std::move(out));
 }
 
 std::expected<SceneDescription, Violations> from_proto(const v1::Scene& scene, const Place& place) {
-  Reader reader(place);
+  SceneReader reader(place);
   SceneDescription out;
   reader.read(scene, "", out);
   return reader.result(std::move(out));

@@ -23,7 +23,7 @@ std::expected<TradeoffRequest, Violations> read(const v1::MeasureTradeoffRequest
   return out;
 }
 
-void to_proto(const TradeoffSetup& setup, v1::TradeoffSetup* out) {
+void write(const TradeoffSetup& setup, v1::TradeoffSetup* out) {
   out->set_machine(setup.machine);
   out->set_numerics_id(numerics_id());
   out->set_reference(setup.reference);
@@ -34,11 +34,11 @@ void to_proto(const TradeoffSetup& setup, v1::TradeoffSetup* out) {
   out->set_budget(setup.budget);
   out->set_repeats(static_cast<std::uint32_t>(setup.repeats));
   out->set_curves(static_cast<std::uint32_t>(setup.curves));
-  server::to_proto(setup.budget, 0, v1::PRICE_BOUND_AT_MOST, out->mutable_price());
+  to_proto(setup.budget, 0, v1::PRICE_BOUND_AT_MOST, out->mutable_price());
 }
 
-void to_proto(const TradeoffPoint& point, v1::TradeoffPoint* out) {
-  server::to_proto(point.method, out->mutable_method());
+void write(const TradeoffPoint& point, v1::TradeoffPoint* out) {
+  to_proto(point.method, out->mutable_method());
   if (point.error) {
     if (point.error->attitude) out->set_attitude_error(*point.error->attitude);
     out->set_momentum_error(point.error->momentum);
@@ -52,7 +52,7 @@ void to_proto(const TradeoffPoint& point, v1::TradeoffPoint* out) {
   out->set_measured_steps(point.measured_steps);
   out->set_extrapolated(point.extrapolated);
   out->set_below_reference(point.below_reference);
-  server::to_proto(point.status, out->mutable_run_status());
+  to_proto(point.status, out->mutable_run_status());
 }
 
 }  // namespace
@@ -65,7 +65,7 @@ grpc::Status TradeoffAnswer::start(const std::stop_token& stop, v1::TradeoffSetu
   tradeoff_.emplace(*std::move(prepared));
   const auto solved = tradeoff_->solve_reference(stop);
   if (!solved) return errors::invalid(solved.error());
-  to_proto(*solved, setup);
+  write(*solved, setup);
   return grpc::Status::OK;
 }
 
@@ -81,7 +81,7 @@ grpc::Status TradeoffAnswer::next(const std::stop_token& stop,
     const grpc::Status status = start(stop, response.mutable_setup());
     if (!status.ok()) return status;
   } else if (const auto point = tradeoff_->next(stop)) {
-    to_proto(*point, response.mutable_point());
+    write(*point, response.mutable_point());
   } else {
     finish(response.mutable_front());
   }

@@ -12,7 +12,7 @@
 namespace stiefel::server {
 namespace {
 
-constexpr auto between_reports = std::chrono::seconds(1);
+constexpr auto report_interval = std::chrono::seconds(1);
 
 /// Hands rows to several threads, which make sessions of them; stops at the first exception.
 class Rows {
@@ -149,7 +149,7 @@ void Durability::report(const WriteFault& fault) {
   ++unreported_;
   const auto now = std::chrono::steady_clock::now();
   if (now < next_report_) return;
-  next_report_ = now + between_reports;
+  next_report_ = now + report_interval;
   host_.log.line(Log::Level::error, "store not written",
                  {{"error", fault.what}, {"count", std::exchange(unreported_, 0)}});
 }

@@ -8,23 +8,13 @@
 #include "client/cpp/uuid.h"
 #include "server/server.h"
 #include "stiefel/client/client.h"
+#include "tests/client/error_of.h"
 #include "tests/client/scenes.h"
 
 namespace stiefel::client {
 namespace {
 
 using testing::ElementsAre;
-
-template <class Call>
-Error error_of(Call call) {
-  try {
-    call();
-  } catch (const Error& error) {
-    return error;
-  }
-  ADD_FAILURE() << "no Error was thrown";
-  return Error(grpc::StatusCode::OK, "", "");
-}
 
 class SessionTest : public testing::Test {
  protected:

@@ -9,6 +9,7 @@
 
 #include "server/server.h"
 #include "stiefel/client/client.h"
+#include "tests/client/error_of.h"
 #include "tests/client/scenes.h"
 
 namespace stiefel::client {
@@ -18,17 +19,6 @@ using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
 using namespace std::chrono_literals;
-
-template <class Call>
-Error error_of(Call call) {
-  try {
-    call();
-  } catch (const Error& error) {
-    return error;
-  }
-  ADD_FAILURE() << "no Error was thrown";
-  return Error(grpc::StatusCode::OK, "", "");
-}
 
 TEST(Address, IsRefusedBeforeAnythingIsSent) {
   for (const auto& [address, fault] : std::vector<std::pair<std::string, std::string>>{

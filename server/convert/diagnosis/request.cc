@@ -14,7 +14,7 @@
 namespace stiefel::server {
 namespace {
 
-constexpr std::uint32_t default_pairs = 8, max_pairs = 1000;
+constexpr std::uint32_t default_pairs = 8, max_symplectic_pairs = 1000;
 constexpr int largest_symplectic = 32;
 constexpr std::uint32_t default_invariants = 4096, max_invariants = 8192;
 /// The most invariants, forms and brackets, each, that a request may name.
@@ -30,7 +30,7 @@ std::string near_invariant(const Scene& scene, const std::string& name) {
 }
 
 /// Reads matrices and collects the violations of a request.
-class Reader {
+class DiagnoseReader {
  public:
   void take(Violations more) { violations_.insert(violations_.end(), more.begin(), more.end()); }
   void at_most(const char* field, std::integral auto count, std::integral auto most) {
@@ -76,7 +76,7 @@ OrStatus<DiagnoseTask> DiagnoseTask::read(const Session& session,
   const Scene& scene = session.scene();
   const auto parts = std::make_shared<Parts>();
   Parts& task = *parts;
-  Reader in;
+  DiagnoseReader in;
   in.at_most("invariants", request.invariants_size(), max_asked);
   in.at_most("forms", request.forms_size(), max_asked);
   in.at_most("dirac_brackets", request.dirac_brackets_size(), max_asked);
@@ -106,7 +106,7 @@ OrStatus<DiagnoseTask> DiagnoseTask::read(const Session& session,
   if (request.has_symplectic_test()) {
     task.symplectic = request.symplectic_test();
     const std::uint32_t pairs = task.symplectic->pairs();
-    in.at_most("symplectic_test.pairs", pairs, max_pairs);
+    in.at_most("symplectic_test.pairs", pairs, max_symplectic_pairs);
     if (pairs == 0) task.symplectic->set_pairs(default_pairs);
     if (const int N = whole_dimension(scene); N > largest_symplectic)
       in.take({{"symplectic_test", "N = " + std::to_string(N),

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "server/limits/failpoint.h"
+#include "server/sessions/checkpoints/append.h"
 #include "server/sessions/checkpoints/checkpoint_keys.h"
 #include "server/sessions/checkpoints/digest.h"
 #include "server/sessions/numerics_id.h"
@@ -16,17 +17,10 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little);
 
-constexpr std::string_view magic = "STFLCKP3";
+constexpr std::string_view checkpoint_magic = "STFLCKP3";
 /// The magic without its last character, which is the version of the format.
-constexpr std::string_view any_magic = magic.substr(0, magic.size() - 1);
-
-void append(std::string& bytes, const Bytes32& value) {
-  bytes.append(reinterpret_cast<const char*>(value.data()), value.size());
-}
-
-void append(std::string& bytes, std::uint64_t value) {
-  bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
-}
+constexpr std::string_view any_checkpoint_magic =
+    checkpoint_magic.substr(0, checkpoint_magic.size() - 1);
 
 /// Reads from the front of the bytes; returns nothing once they run out.
 class Reader {
@@ -66,7 +60,7 @@ std::string encode_checkpoint(const Session& session, const Simulation& simulati
   std::vector<double> saved(simulation.saved_size());
   simulation.save(saved);
   const CheckpointKey& key = session.checkpoint_keys().signing();
-  std::string bytes(magic);
+  std::string bytes(checkpoint_magic);
   bytes.reserve(checkpoint_bytes(session));
   bytes += key.name;
   append(bytes, numerics_id().size());
@@ -81,7 +75,7 @@ std::string encode_checkpoint(const Session& session, const Simulation& simulati
 std::size_t checkpoint_bytes(const Session& session) {
   constexpr std::size_t numbers = 2;  // length of the numerics id, step
   constexpr std::size_t digests = 2;  // of the scene, and the HMAC
-  return magic.size() + CheckpointKey::name_bytes + numerics_id().size() +
+  return checkpoint_magic.size() + CheckpointKey::name_bytes + numerics_id().size() +
          numbers * sizeof(std::uint64_t) + digests * sizeof(Bytes32) +
          session.saved_size() * sizeof(double);
 }
@@ -91,13 +85,14 @@ std::expected<Checkpoint, CheckpointRefusal> decode_checkpoint(const Session& se
   failpoint("checkpoint.decode");
   const std::unexpected corrupt(CheckpointRefusal{CheckpointFault::corrupt, {}});
   const std::unexpected foreign(CheckpointRefusal{CheckpointFault::foreign, {}});
-  if (bytes.size() < magic.size() + CheckpointKey::name_bytes + sizeof(Bytes32)) return corrupt;
+  if (bytes.size() < checkpoint_magic.size() + CheckpointKey::name_bytes + sizeof(Bytes32))
+    return corrupt;
   const auto signed_bytes = bytes.substr(0, bytes.size() - sizeof(Bytes32));
 
   Reader in(signed_bytes);
-  const std::string_view format = *in.bytes(magic.size());
-  if (!format.starts_with(any_magic)) return corrupt;
-  if (format != magic) return foreign;
+  const std::string_view format = *in.bytes(checkpoint_magic.size());
+  if (!format.starts_with(any_checkpoint_magic)) return corrupt;
+  if (format != checkpoint_magic) return foreign;
   const CheckpointKey* key = session.checkpoint_keys().find(*in.bytes(CheckpointKey::name_bytes));
   if (key == nullptr) return foreign;
   const Bytes32 mac = *Reader(bytes.substr(signed_bytes.size())).bytes32();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "server/sessions/checkpoints/append.h"
 #include "server/sessions/checkpoints/checkpoint_keys.h"
 #include "server/sessions/identity.h"
 #include "server/sessions/numerics_id.h"
@@ -10,18 +11,10 @@
 namespace stiefel::server {
 namespace {
 
-constexpr std::string_view magic = "STFLSUM2";
+constexpr std::string_view summary_magic = "STFLSUM2";
 /// The magic without its last character, which is the version of the format.
-constexpr std::string_view any_magic = magic.substr(0, magic.size() - 1);
+constexpr std::string_view any_summary_magic = summary_magic.substr(0, summary_magic.size() - 1);
 constexpr std::size_t number_bytes = sizeof(std::uint64_t);
-
-void append(std::string& bytes, std::uint64_t value) {
-  bytes.append(reinterpret_cast<const char*>(&value), number_bytes);
-}
-
-void append(std::string& bytes, const Bytes32& value) {
-  bytes.append(reinterpret_cast<const char*>(value.data()), value.size());
-}
 
 std::uint64_t number_at(std::string_view bytes, std::size_t position) {
   std::uint64_t value;
@@ -33,7 +26,7 @@ std::uint64_t number_at(std::string_view bytes, std::size_t position) {
 
 std::string encode_summary(const Session& session, std::uint64_t digest, std::string_view saved) {
   const CheckpointKey& key = session.checkpoint_keys().signing();
-  std::string bytes(magic);
+  std::string bytes(summary_magic);
   bytes += key.name;
   append(bytes, numerics_id().size());
   bytes += numerics_id();
@@ -50,12 +43,13 @@ std::expected<std::string_view, SummaryRefusal> decode_summary(const Session& se
   const auto refused = [](SummaryFault fault, std::string_view numerics = {}) {
     return std::unexpected(SummaryRefusal{fault, std::string(numerics)});
   };
-  const std::size_t head = magic.size() + CheckpointKey::name_bytes;
+  const std::size_t head = summary_magic.size() + CheckpointKey::name_bytes;
   const std::size_t least = head + 3 * number_bytes + sizeof(Bytes32);
-  if (bytes.size() < least || !bytes.starts_with(any_magic)) return refused(SummaryFault::corrupt);
-  if (!bytes.starts_with(magic)) return refused(SummaryFault::foreign);
+  if (bytes.size() < least || !bytes.starts_with(any_summary_magic))
+    return refused(SummaryFault::corrupt);
+  if (!bytes.starts_with(summary_magic)) return refused(SummaryFault::foreign);
   const CheckpointKey* key =
-      session.checkpoint_keys().find(bytes.substr(magic.size(), CheckpointKey::name_bytes));
+      session.checkpoint_keys().find(bytes.substr(summary_magic.size(), CheckpointKey::name_bytes));
   if (key == nullptr) return refused(SummaryFault::foreign);
   const auto body = bytes.substr(0, bytes.size() - sizeof(Bytes32));
   Bytes32 mac;

@@ -181,13 +181,13 @@ TEST_F(LargeReplies, CheckpointsTravelInRanges) {
   for (const std::int64_t step : {2, 4, 5}) {
     test::Harness other;
     other.create("s", wide_scene(N), checkpoints.at(step));
-    v1::StreamRequest last = range(5, 5);
-    const auto there = other.stream(last);
+    v1::StreamRequest last_step = range(5, 5);
+    const auto there = other.stream(last_step);
     EXPECT_EQ(there.back().computed_steps(), 5 - step);
     Arrays arrays, expected;
     for (const auto& message : there)
       for (const auto& field : message.fields()) arrays.add(field);
-    for (const auto& message : harness_.stream(last))
+    for (const auto& message : harness_.stream(last_step))
       for (const auto& field : message.fields()) expected.add(field);
     EXPECT_EQ(arrays.all(), expected.all());
   }

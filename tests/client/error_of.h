@@ -1,0 +1,21 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include "stiefel/client/client.h"
+
+namespace stiefel::client {
+
+/// Returns the Error that the call throws.
+template <class Call>
+Error error_of(Call call) {
+  try {
+    call();
+  } catch (const Error& error) {
+    return error;
+  }
+  ADD_FAILURE() << "no Error was thrown";
+  return Error(grpc::StatusCode::OK, "", "");
+}
+
+}  // namespace stiefel::client
