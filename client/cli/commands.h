@@ -37,7 +37,8 @@ struct RunCommand {
   std::string output;
   std::optional<bool> estimate_error;
 };
-ExitStatus run(const RunCommand& command);
+/// Sets `origin.times` if the command has a file of times.
+ExitStatus run(const RunCommand& command, Origin& origin);
 
 /// Without --every, `run` samples every step if that gives at most this many samples, else only the
 /// first and the last step.

@@ -137,7 +137,7 @@ int main(int argc, char** argv) {
                           {"every", "--every"},
                           {"fields", "--fields"},
                           {"times", "--times"}}};
-    command = [&] { return run(run_command); };
+    command = [&] { return run(run_command, origin); };
   });
 
   SummarizeCommand summarize_command;

@@ -31,11 +31,11 @@ std::int64_t every(const RunCommand& command) {
 
 }  // namespace
 
-ExitStatus run(const RunCommand& command) {
+ExitStatus run(const RunCommand& command, Origin& origin) {
   if (command.every && *command.every <= 0) {
     throw BadInput("--every: " + std::to_string(*command.every) + " must be positive");
   }
-  if (!command.times.empty()) return run_at_times(command);
+  if (!command.times.empty()) return run_at_times(command, origin);
   const v1::Scene scene = read_scene(command.scene);
   const auto sink = make_sink(command.output);
   const Endpoint endpoint(command.server);

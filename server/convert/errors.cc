@@ -146,6 +146,14 @@ grpc::Status too_many_sessions(std::uint32_t max_sessions) {
                    to_a_free_session);
 }
 
+grpc::Status price_reached(const PriceReached& reached) {
+  const std::string work = to_text(reached.work()), step = std::to_string(reached.step());
+  const std::string description = "the call ends after " + work + " instructions, its price";
+  return exhausted(description + ": repeat it, and it goes on from step " + step, "PRICE_REACHED",
+                   {{"work", work}, {"step", step}}, "price", description,
+                   std::chrono::milliseconds(1));
+}
+
 grpc::Status over_quota(const Refusal& refusal) {
   const std::string most = to_text(refusal.most), asked = to_text(refusal.asked);
   const std::string description =
@@ -212,14 +220,19 @@ grpc::Status overflow(const Place& place, const Overflow& overflow) {
 
 grpc::Status outside_domain(const OutsideDomain& outside) {
   const std::string value = to_text(outside.value), bound = to_text(outside.bound);
-  const std::string what = "outside the domain " + std::string(outside.domain) + ": the value is " +
-                           value + ", the bound " + bound;
-  if (!outside.member)
-    return info(grpc::INVALID_ARGUMENT, what, "OUTSIDE_DOMAIN",
-                {{"domain", outside.domain}, {"value", value}, {"bound", bound}});
-  const std::string member = std::to_string(*outside.member);
-  return info(grpc::INVALID_ARGUMENT, "member " + member + ": " + what, "OUTSIDE_DOMAIN",
-              {{"domain", outside.domain}, {"value", value}, {"bound", bound}, {"member", member}});
+  std::string where = "outside the domain " + std::string(outside.domain);
+  Violation violation{
+      outside.field,
+      {},
+      {},
+      "OUTSIDE_DOMAIN",
+      {{"domain", std::string(outside.domain)}, {"value", value}, {"bound", bound}}};
+  if (outside.member) {
+    violation.metadata["member"] = std::to_string(*outside.member);
+    where = "member " + violation.metadata["member"] + ": " + where;
+  }
+  violation.rule = where + ": the value is " + value + ", the bound " + bound;
+  return invalid({std::move(violation)});
 }
 
 grpc::Status unequal_determinants(const std::string& field, int Q_0, int Q_T) {
@@ -307,6 +320,8 @@ grpc::Status from_current_exception() {
     return cancelled();
   } catch (const MemoryExhausted& refused) {
     return memory_exhausted(refused);
+  } catch (const PriceReached& reached) {
+    return price_reached(reached);
   } catch (const std::exception& exception) {
     return internal(exception.what());
   } catch (...) {

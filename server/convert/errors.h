@@ -34,6 +34,9 @@ grpc::Status session_has_other_scene(std::string_view id);
 /// RESOURCE_EXHAUSTED, TOO_MANY_SESSIONS with `max_sessions`; a QuotaFailure, and a RetryInfo,
 /// since a session may expire or be deleted by then.
 grpc::Status too_many_sessions(std::uint32_t max_sessions);
+/// RESOURCE_EXHAUSTED, PRICE_REACHED with `work` and `step`; a QuotaFailure for `price`, and a
+/// RetryInfo, since the session keeps the state at that step, from which the next call goes on.
+grpc::Status price_reached(const PriceReached& reached);
 /// RESOURCE_EXHAUSTED, OVER_QUOTA with `limit`, `most` and `asked`; a QuotaFailure whose subject is
 /// the limit, and a RetryInfo unless waiting does not help.
 grpc::Status over_quota(const Refusal& refusal);
@@ -52,7 +55,7 @@ grpc::Status checkpoint_of_other_numerics(std::string_view theirs, std::string_v
 grpc::Status reply_too_large(std::size_t bytes);
 /// INVALID_ARGUMENT: a scene whose field is not finite at step 0.
 grpc::Status overflow(const Place& place, const Overflow& overflow);
-/// INVALID_ARGUMENT, OUTSIDE_DOMAIN with `domain`, `value` and `bound`.
+/// INVALID_ARGUMENT for `outside.field`, OUTSIDE_DOMAIN with `domain`, `value` and `bound`.
 grpc::Status outside_domain(const OutsideDomain& outside);
 /// INVALID_ARGUMENT, UNEQUAL_DETERMINANTS with `Q_0` and `Q_T`, the two signs.
 grpc::Status unequal_determinants(const std::string& field, int Q_0, int Q_T);

@@ -126,6 +126,20 @@ def test_wrong_times_are_named_as_given(session, arguments, field):
     assert caught.value.violations[0].field == field and str(caught.value).startswith(f"{field}: ")
 
 
+def test_a_time_that_the_server_refuses_has_its_index_in_the_caller_s_list(client):
+    """1024 states of 64 x 64 frames between two steps are allowed; the times are in descending order."""
+    M = np.zeros((64, 64))
+    M[0, 1], M[1, 0] = 1, -1
+    scene = {"system": "rigid_body", "method": {"name": "rk4"}, "step": 1.0, "inertia": np.arange(1.0, 65),
+             "initial": {"Q": np.eye(64), "M": M}}
+    times = [2 - 1e-4 * k for k in range(1, 1100)] + [0.5, 1.0]
+    k = 1098 - 1024
+    with client.create(scene) as session, pytest.raises(stiefel.InvalidArgument) as caught:
+        session.trajectory(times=times)
+    assert caught.value.violations[0].field == f"times[{k}]"
+    assert str(caught.value).startswith(f"times[{k}]: {times[k]!r}: the states between two steps")
+
+
 def test_times_have_the_sign_of_the_step(client):
     with client.create({**TOP, "step": -0.05}) as session:
         assert list(session.trajectory(times=[-0.31, 0.0, -0.01]).step) == [6, 0, 0]

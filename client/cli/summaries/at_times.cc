@@ -15,6 +15,10 @@
 namespace stiefel::cli {
 namespace {
 
+BadInput refused(std::size_t index, const std::string& rule) {
+  return BadInput("--times[" + std::to_string(index) + "]: " + rule);
+}
+
 std::vector<double> read_times(const std::string& path) {
   std::ifstream file(path);
   if (!file) throw BadInput("--times: " + path + " cannot be read");
@@ -27,38 +31,50 @@ std::vector<double> read_times(const std::string& path) {
     } catch (const std::exception&) {
     }
     if (end != word.size() || !std::isfinite(time))
-      throw BadInput("--times: " + path + ": " + word + " is not a finite number");
+      throw refused(times.size(), word + " is not a finite number");
     times.push_back(time);
   }
   if (times.empty()) throw BadInput("--times: " + path + " has no times");
   return times;
 }
 
-/// Returns a request for the times, in the order of the motion, and the range of steps around them.
-v1::SummarizeRequest request_for(const RunCommand& command, double step) {
-  std::vector<double> times = read_times(command.times);
-  std::ranges::stable_sort(times, [&](double a, double b) { return a / step < b / step; });
+/// Returns the indices of the times in the order of the motion. Throws BadInput that names the
+/// first wrong time by its index in the file.
+std::vector<std::size_t> in_order(const std::vector<double>& times, double step) {
   constexpr double most = 0x1p53;
-  const double first = std::floor(times.front() / step), last = std::ceil(times.back() / step);
-  if (!(first >= 0 && last <= most))
-    throw BadInput("--times: must be in the direction of the scene's step, within 2^53 steps");
+  std::vector<std::size_t> order;
+  for (std::size_t k = 0; k < times.size(); ++k) {
+    const double steps = times[k] / step;
+    if (!(std::floor(steps) >= 0 && std::ceil(steps) <= most))
+      throw refused(k, nlohmann::json(times[k]).dump() +
+                           ": must be in the direction of the scene's step, within 2^53 steps");
+    order.push_back(k);
+  }
+  std::ranges::stable_sort(order, {}, [&](std::size_t k) { return times[k] / step; });
+  return order;
+}
+
+/// Returns a request for the times, in the order of the motion, and the range of steps around them.
+v1::SummarizeRequest request_for(const RunCommand& command, double step, Origin& origin) {
+  const std::vector<double> times = read_times(command.times);
+  origin.times = in_order(times, step);
   v1::SummarizeRequest request;
-  request.set_from(static_cast<std::int64_t>(first));
-  request.set_to(static_cast<std::int64_t>(last));
+  request.set_from(static_cast<std::int64_t>(std::floor(times[origin.times.front()] / step)));
+  request.set_to(static_cast<std::int64_t>(std::ceil(times[origin.times.back()] / step)));
   request.set_every(std::max<std::int64_t>(1, request.to()));
-  request.mutable_times()->Add(times.begin(), times.end());
+  for (const std::size_t k : origin.times) request.add_times(times[k]);
   request.mutable_fields()->Add(command.fields.begin(), command.fields.end());
   return request;
 }
 
 }  // namespace
 
-ExitStatus run_at_times(const RunCommand& command) {
+ExitStatus run_at_times(const RunCommand& command, Origin& origin) {
   const v1::Scene scene = read_scene(command.scene);
   if (!scene.has_step())
     throw BadInput(command.scene + ": step: absent: must be given, finite and not 0");
   const auto sink = make_sink(command.output);
-  const v1::SummarizeRequest request = request_for(command, scene.step());
+  const v1::SummarizeRequest request = request_for(command, scene.step(), origin);
   const Endpoint endpoint(command.server);
   const auto session = endpoint.create(scene);
   print_remarks(session.description());

@@ -5,7 +5,7 @@ A numerical stop is not an exception but an `Outcome` in the reply.
 from __future__ import annotations
 
 import re
-from typing import Any, NamedTuple, Optional
+from typing import Any, NamedTuple, Optional, Sequence
 from urllib.parse import unquote
 
 import grpc
@@ -55,6 +55,16 @@ class StiefelError(Exception):
         "pairs[0]", the path "pairs[0].Q_0" becomes "Q_0"."""
         self.message = self.message.replace(place + ".", "")
         self.violations = tuple(v._replace(field=v.field.removeprefix(place + ".")) for v in self.violations)
+        self.args = (self.message,)
+
+    def as_given(self, name: str, order: Sequence[int]) -> None:
+        """Replaces the index k of `name`[k] by `order[k]`, for a caller whose list was sent in another order."""
+        def index(found: re.Match[str]) -> str:
+            return f"{name}[{order[int(found[1])]}]"
+
+        path = re.compile(rf"\b{re.escape(name)}\[(\d+)\]")
+        self.message = path.sub(index, self.message)
+        self.violations = tuple(v._replace(field=path.sub(index, v.field)) for v in self.violations)
         self.args = (self.message,)
 
 

@@ -164,7 +164,8 @@ def in_steps(times: Sequence[float], step: float) -> tuple[Array, Array]:
 
 def states_at(running: Summarizing, order: NDArray[np.intp], progress: bool) -> Trajectory:
     """Returns the states at times in the order in which the caller gave them. `running` yields them sorted; the k-th of
-    them is the one that the caller gave as number `order[k]`. An exception has those that arrived in `partial`."""
+    them is the one that the caller gave as number `order[k]`. An exception has those that arrived in `partial`, and
+    names times by their index in the caller's list."""
     collector = Collector(order.size)
 
     def arrived(run_status: RunStatus) -> Trajectory:
@@ -180,6 +181,7 @@ def states_at(running: Summarizing, order: NDArray[np.intp], progress: bool) -> 
                     collector.add(part)
                     bar.update(part.samples)
     except StiefelError as error:
+        error.as_given("times", order)
         error.partial = arrived(RunStatus(Outcome.CANCELLED, message=error.message))
         raise
     return arrived(running.run_status or RunStatus(Outcome.CANCELLED))

@@ -41,11 +41,13 @@ struct Conversion {
 inline constexpr const char* other_targets[] = {"velocity", "angular_velocity", "interpolation"};
 
 struct ConversionTarget {
-  std::string name;                      ///< a system, or one of `other_targets`
-  std::optional<double> epsilon = {};    ///< for systems with ε; `convert` chooses it when absent
-  std::optional<double> parameter = {};  ///< μ of the parametric systems; the scene's when absent
-  /// Place of violations in the scene to be converted. `to` is the field of violations of `name`
-  /// and of the resulting scene; those of `epsilon` and `parameter` have the fields "epsilon" and
+  std::string name;  ///< a system, or one of `other_targets`
+  /// For systems with ε, otherwise refused; `convert` chooses it when absent.
+  std::optional<double> epsilon = {};
+  /// μ, for the parametric systems, otherwise refused; the scene's when absent.
+  std::optional<double> parameter = {};
+  /// Place of what is refused in the scene to be converted. `to` is the field of what is refused of
+  /// `name` and of the resulting scene; `epsilon` and `parameter` have the fields "epsilon" and
   /// "parameter".
   Place scene = Place::inside("scene");
   std::string to = "to";

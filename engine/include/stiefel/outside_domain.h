@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 
 namespace stiefel {
@@ -13,6 +14,8 @@ struct OutsideDomain {
   double value;
   double bound;
   std::optional<std::int64_t> member = {};  ///< in an ensemble: the member concerned
+  /// In a refusal of `convert`: the path of the argument in the request ("scene.initial.Q").
+  std::string field = {};
 };
 
 }  // namespace stiefel

@@ -6,6 +6,13 @@
 namespace stiefel {
 namespace {
 
+bool is_compensated(const Candidate& candidate) {
+  return candidate.method.arithmetic == "compensated";
+}
+double unit_roundoff(const Candidate& candidate) {
+  return candidate.method.scalar == "float" ? 0x1p-24 : 0x1p-53;
+}
+
 /// Returns the power of time by which the errors grew in the last half of their course, between 1
 /// and 2.
 double power_of(const std::vector<double>& course, const Samples& samples) {
@@ -15,6 +22,21 @@ double power_of(const std::vector<double>& course, const Samples& samples) {
   return then > 0 ? std::clamp(std::log2(course.back() / then), 1.0, 2.0) : 2;
 }
 
+/// Returns the power of time by which the rounding errors of a run grow. It is 1; in compensated
+/// arithmetic, where only the rounding of the state that is read may be left, it is between 0 and 1
+/// and taken from the last three quarters of the run.
+double power_of_rounding(const Candidate& candidate, const std::vector<double>& course,
+                         const Samples& samples) {
+  if (!is_compensated(candidate)) return 1;
+  const std::int64_t end = samples.steps[course.size() - 1];
+  const auto quarter = std::ranges::upper_bound(samples.steps, end / 4) - samples.steps.begin();
+  if (quarter == 0) return 1;
+  const auto k = static_cast<std::size_t>(quarter - 1);
+  const double time = static_cast<double>(end) / static_cast<double>(samples.steps[k]);
+  return course[k] > 0 ? std::clamp(std::log(course.back() / course[k]) / std::log(time), 0.0, 1.0)
+                       : 1;
+}
+
 /// Factor by which an error may exceed the declared one.
 constexpr double error_margin = 1.25;
 /// The part of a run's time before which its errors are not checked.
@@ -22,19 +44,36 @@ constexpr double early = 1.0 / 8;
 
 }  // namespace
 
+double ErrorGrowth::rounding_part(const Candidate& candidate, const Run& run,
+                                  double shorter) const {
+  const std::size_t n = run.errors.size();
+  if (n > course_.size() || candidate.own_steps || candidate.order == 0) return 0;
+  const double end = run.largest_error(n), map_steps = run.work / candidate.weight;
+  const double of_method = error_margin * course_[n - 1] * std::pow(shorter, -candidate.order);
+  return std::clamp(end - of_method, 0.0, std::min(end, map_steps * unit_roundoff(candidate)));
+}
+
 double ErrorGrowth::beyond(const Candidate& candidate, const Run& run, const Samples& samples,
-                           std::int64_t horizon_steps) {
+                           std::int64_t horizon_steps, std::optional<double> shorter) {
   const std::size_t n = run.errors.size();
   std::vector<double> course;
   for (std::size_t i = 1; i <= n; ++i) course.push_back(run.largest_error(i));
   const double end = course.back();
+  const double rounding = shorter ? rounding_part(candidate, run, *shorter) : 0;
+  const double rounding_power = power_of_rounding(candidate, course, samples);
+  const auto time_to = [&](std::int64_t steps, std::size_t sample) {
+    return static_cast<double>(steps) / static_cast<double>(samples.steps[sample]);
+  };
   if (n < course_.size() && course_[n - 1] > 0)
     for (std::size_t i = n; i < course_.size(); ++i)
-      course.push_back(end * (course_[i] / course_[n - 1]));
-  const double rest =
-      static_cast<double>(horizon_steps) / static_cast<double>(samples.steps[course.size() - 1]);
+      course.push_back((end - rounding) * (course_[i] / course_[n - 1]) +
+                       rounding * std::pow(time_to(samples.steps[i], n - 1), rounding_power));
+  const double rest = time_to(horizon_steps, course.size() - 1);
   const double power = candidate.keeps_energy ? 1 : power_of(course, samples);
-  const double at_horizon = course.back() * std::pow(rest, power);
+  const double rounding_there =
+      rounding * std::pow(time_to(samples.steps[course.size() - 1], n - 1), rounding_power);
+  const double at_horizon = (course.back() - rounding_there) * std::pow(rest, power) +
+                            rounding_there * std::pow(rest, rounding_power);
   course_.assign(course.begin(), std::ranges::lower_bound(course, saturated_error));
   return end > 0 ? at_horizon / end : std::pow(rest, power);
 }

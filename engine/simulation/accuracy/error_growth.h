@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "engine/simulation/accuracy/measurement.h"
@@ -15,8 +16,13 @@ class ErrorGrowth {
  public:
   /// Returns the factor by which the largest error of a run grows up to the horizon. Remembers the
   /// run, as far as its errors are small, for later runs of the same candidate.
+  ///
+  /// `shorter` is the number of steps of this run in one step of the previous one. If it is given,
+  /// the part of the error that the previous run's error and the order do not explain is taken for
+  /// rounding, up to one unit of roundoff a step. Rounding grows in proportion to time, in
+  /// compensated arithmetic less: it does not grow as the method's error does.
   double beyond(const Candidate& candidate, const Run& run, const Samples& samples,
-                std::int64_t horizon_steps);
+                std::int64_t horizon_steps, std::optional<double> shorter = {});
 
   /// Whether in the last three doublings of a run's time its errors are at most the errors of the
   /// previous run there divided by `shorter`^order. `shorter` is the number of steps of this run in
@@ -27,6 +33,9 @@ class ErrorGrowth {
                          const Samples& samples) const;
 
  private:
+  /// Returns the part of the error at the end of a run that is rounding.
+  double rounding_part(const Candidate& candidate, const Run& run, double shorter) const;
+
   std::vector<double> course_;  ///< largest error up to each sample
 };
 

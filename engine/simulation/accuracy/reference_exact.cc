@@ -8,6 +8,7 @@
 #include "engine/methods/closed_forms/isotropic_geodesic.h"
 #include "engine/methods/closed_forms/two_valued_body.h"
 #include "engine/simulation/accuracy/presentation.h"
+#include "engine/simulation/accuracy/series_equations.h"
 #include "engine/simulation/catalogue/system_entry.h"
 
 namespace stiefel {
@@ -175,14 +176,40 @@ bool may_have_closed_form(const Eigen::VectorXd& lambda) {
                                                       IsotropicGeodesic<double>::has(lambda)));
 }
 
-/// Returns the units of work of a state in both precisions.
-double closed_form_work(const Start& start) {
-  const Eigen::Index rows = start.x.rows(), N = start.x.cols();
-  if (start.kind != SeriesKind::rigid_body) return eigenvectors_work(rows, N);
-  return N == 3 ? top_in_extended : eigenvectors_work(N, N);
+}  // namespace
+
+std::unique_ptr<Reference> closed_form_of_body(const Start& start, const ReferenceNeed& need,
+                                               double time, double allowed) {
+  const Eigen::Index N = start.x.cols();
+  const double work = N == 3 ? top_in_extended : eigenvectors_work(N, N);
+  if (work > allowed) return nullptr;
+  if (N == 3) {
+    for (const bool quadruple : {need.quadruple, true})
+      if (auto made = reference(top_form(start, quadruple), need, time)) return made;
+    return nullptr;
+  }
+  if (!TwoValuedBody<double>::has(rounded<double>(start.lambda))) return nullptr;
+  return reference(
+      {two_valued<long double>(start), two_valued<double>(start), in_extended, body_rate(start),
+       work, "closed form for Lambda of two values in extended precision"},
+      need, time);
 }
 
-}  // namespace
+std::unique_ptr<Reference> closed_form_of_geodesic(const Start& start, const ReferenceNeed& need,
+                                                   double time, double allowed) {
+  const double work = eigenvectors_work(start.x.rows(), start.x.cols());
+  const Eigen::VectorXd lambda = rounded<double>(start.lambda);
+  if (work > allowed || !IsotropicGeodesic<double>::has(lambda)) return nullptr;
+  const Eigen::Index rows = start.x.rows() / 2;
+  const Matrix<Quad> Q = start.x.topRows(rows);
+  const Matrix<Quad> defect = Q * Q.transpose() - Matrix<Quad>::Identity(rows, rows);
+  const double S = start.x.bottomRows(rows).cast<double>().norm();
+  return reference({isotropic_geodesic<long double>(start), isotropic_geodesic<double>(start),
+                    in_extended, S / lambda(0), work,
+                    "closed form for Lambda a multiple of the identity in extended precision",
+                    defect.cast<double>().norm()},
+                   need, time);
+}
 
 std::unique_ptr<Reference> make_exact_reference(const Scene& scene, const ReferenceNeed& need) {
   const Eigen::VectorXd& lambda = scene.inertia();
@@ -195,30 +222,9 @@ std::unique_ptr<Reference> make_exact_reference(const Scene& scene, const Refere
   const MotionStart* motion = system_entry(scene.system())->motion;
   if (motion == nullptr) return nullptr;
   const Start start = motion->quadruple(scene);
-  const double time = std::copysign(need.time, scene.step()), work = closed_form_work(start);
-  if (work > allowed) return nullptr;
-  if (start.kind == SeriesKind::rigid_body) {
-    if (start.x.cols() == 3) {
-      for (const bool quadruple : {need.quadruple, true})
-        if (auto made = reference(top_form(start, quadruple), need, time)) return made;
-    } else if (TwoValuedBody<double>::has(lambda)) {
-      return reference(
-          {two_valued<long double>(start), two_valued<double>(start), in_extended, body_rate(start),
-           work, "closed form for Lambda of two values in extended precision"},
-          need, time);
-    }
-  } else if (start.kind == SeriesKind::stiefel && IsotropicGeodesic<double>::has(lambda)) {
-    const Eigen::Index rows = start.x.rows() / 2;
-    const Matrix<Quad> Q = start.x.topRows(rows);
-    const Matrix<Quad> defect = Q * Q.transpose() - Matrix<Quad>::Identity(rows, rows);
-    const double S = start.x.bottomRows(rows).cast<double>().norm();
-    return reference({isotropic_geodesic<long double>(start), isotropic_geodesic<double>(start),
-                      in_extended, S / lambda(0), work,
-                      "closed form for Lambda a multiple of the identity in extended precision",
-                      defect.cast<double>().norm()},
-                     need, time);
-  }
-  return nullptr;
+  const auto closed_form = start.equations->closed_form;
+  if (closed_form == nullptr) return nullptr;
+  return closed_form(start, need, std::copysign(need.time, scene.step()), allowed);
 }
 
 }  // namespace stiefel

@@ -9,6 +9,7 @@
 #include "engine/problems/taylor_rigid_body.h"
 #include "engine/problems/taylor_stiefel.h"
 #include "engine/simulation/accuracy/presentation.h"
+#include "engine/simulation/accuracy/series_equations.h"
 #include "engine/simulation/catalogue/system_entry.h"
 
 namespace stiefel {
@@ -151,37 +152,46 @@ std::unique_ptr<Reference> affordable(const Make& make, const Scene& scene,
 
 }  // namespace
 
+std::unique_ptr<Reference> taylor_rigid_body(const Scene& scene,
+                                             const SeriesStart<long double>& start,
+                                             const ReferenceNeed& need) {
+  const auto make = []<class Scalar>(const SeriesStart<Scalar>& s, int order) {
+    return TaylorRigidBody<Scalar>(s.lambda, order);
+  };
+  return affordable(make, scene, start, need);
+}
+
+std::unique_ptr<Reference> taylor_parametric_rigid_body(const Scene& scene,
+                                                        const SeriesStart<long double>& start,
+                                                        const ReferenceNeed& need) {
+  const auto make = []<class Scalar>(const SeriesStart<Scalar>& s, int order) {
+    return TaylorParametricRigidBody<Scalar>(s.lambda, s.mu, order);
+  };
+  return affordable(make, scene, start, need);
+}
+
+std::unique_ptr<Reference> taylor_stiefel(const Scene& scene, const SeriesStart<long double>& start,
+                                          const ReferenceNeed& need) {
+  const auto make = []<class Scalar>(const SeriesStart<Scalar>& s, int order) {
+    return TaylorStiefel<Scalar>(s.lambda, s.x.rows() / 2, order);
+  };
+  return affordable(make, scene, start, need);
+}
+
+std::unique_ptr<Reference> taylor_double_bracket(const Scene& scene,
+                                                 const SeriesStart<long double>& start,
+                                                 const ReferenceNeed& need) {
+  const auto make = []<class Scalar>(const SeriesStart<Scalar>& s, int order) {
+    return TaylorDoubleBracket<Scalar>(s.lambda, s.lambda_v, order);
+  };
+  return affordable(make, scene, start, need);
+}
+
 std::unique_ptr<Reference> make_taylor_reference(const Scene& scene, const ReferenceNeed& need) {
   const MotionStart* motion = system_entry(scene.system())->motion;
   if (motion == nullptr) return nullptr;
   const SeriesStart<long double> start = motion->extended(scene);
-  switch (start.kind) {
-    case SeriesKind::rigid_body:
-      return affordable(
-          []<class Scalar>(const SeriesStart<Scalar>& s, int order) {
-            return TaylorRigidBody<Scalar>(s.lambda, order);
-          },
-          scene, start, need);
-    case SeriesKind::parametric_rigid_body:
-      return affordable(
-          []<class Scalar>(const SeriesStart<Scalar>& s, int order) {
-            return TaylorParametricRigidBody<Scalar>(s.lambda, s.mu, order);
-          },
-          scene, start, need);
-    case SeriesKind::stiefel:
-      return affordable(
-          []<class Scalar>(const SeriesStart<Scalar>& s, int order) {
-            return TaylorStiefel<Scalar>(s.lambda, s.x.rows() / 2, order);
-          },
-          scene, start, need);
-    case SeriesKind::double_bracket:
-      return affordable(
-          []<class Scalar>(const SeriesStart<Scalar>& s, int order) {
-            return TaylorDoubleBracket<Scalar>(s.lambda, s.lambda_v, order);
-          },
-          scene, start, need);
-  }
-  return nullptr;
+  return start.equations->taylor(scene, start, need);
 }
 
 }  // namespace stiefel

@@ -236,7 +236,7 @@ TradeoffPoint Tradeoff::Survey::measure(const Candidate& candidate, const Scene&
   point.error = at_least(known, first.errors.back());
   point.below_reference = first.errors.back().largest() <= known;
   point.extrapolated = first.steps < steps_;
-  const double growth = growth_.beyond(candidate, first, samples(), steps_);
+  const double growth = growth_.beyond(candidate, first, samples(), steps_, 2);
   if (point.extrapolated) {
     // The amplitude of an oscillating error does not grow, so its envelope is extrapolated.
     const double envelope = std::max(known, first.largest_error(first.errors.size()));

@@ -42,6 +42,26 @@ std::string rule_of_targets(std::string_view given) {
   return "must be a system or one of " + others + did_you_mean(given, known);
 }
 
+/// Returns the violation of a number that the target does not have; nullopt if there is none.
+std::optional<Violation> useless_number(const ConversionTarget& target, const Representation* to) {
+  const bool epsilon = target.epsilon && !(to && to->has_epsilon);
+  const bool parameter = target.parameter && !(to && to->has_parameter);
+  if (!epsilon && !parameter) return std::nullopt;
+  return Violation{epsilon ? "epsilon" : "parameter",
+                   to_text(epsilon ? *target.epsilon : *target.parameter),
+                   "must be absent in a conversion to " + target.name};
+}
+
+/// Replaces the argument of a refusal (`outside`) by its path in the request.
+ConversionRefusal in_request(OutsideDomain refusal, const ConversionTarget& target) {
+  const bool own = refusal.field == "epsilon" || (refusal.field == "parameter" && target.parameter);
+  if (refusal.field == "to")
+    refusal.field = target.to;
+  else if (!own)
+    refusal.field = target.scene.violation(refusal.field, "", "").field;
+  return refusal;
+}
+
 SceneDescription describe(const Scene& scene, const SystemInfo& system, const Phase& phase,
                           const Expression& expression) {
   SceneDescription out;
@@ -109,6 +129,7 @@ std::expected<Conversion, ConversionRefusal> convert(const Scene& scene,
     return refuse({"epsilon", to_text(*epsilon), "must be finite and not 0"});
   if (const auto& mu = target.parameter; mu && !std::isfinite(*mu))
     return refuse({"parameter", to_text(*mu), "must be finite"});
+  if (auto useless = useless_number(target, to)) return refuse(*std::move(useless));
   Conversion out;
   if (target.name == scene.system() && !target.epsilon && !target.parameter &&
       !scene.description().body) {
@@ -126,7 +147,7 @@ std::expected<Conversion, ConversionRefusal> convert(const Scene& scene,
                                          "must be given: a momentum alone cannot be converted"));
 
   const auto phase = from->read(scene, out.margins);
-  if (!phase) return std::unexpected(ConversionRefusal(phase.error()));
+  if (!phase) return std::unexpected(in_request(phase.error(), target));
   if (to->square && !phase->square())
     return refuse({target.to, target.name,
                    "needs n = N: Q is " + std::to_string(phase->Q.rows()) + " x " +
@@ -134,7 +155,7 @@ std::expected<Conversion, ConversionRefusal> convert(const Scene& scene,
   ConversionTarget wanted = target;
   if (!wanted.parameter) wanted.parameter = scene.description().parameter;
   auto expression = to->write(*phase, wanted, out.margins);
-  if (!expression) return std::unexpected(ConversionRefusal(expression.error()));
+  if (!expression) return std::unexpected(in_request(expression.error(), target));
   if (system == nullptr) {
     out.blocks = std::move(expression->blocks);
     return out;

@@ -29,3 +29,13 @@ def test_convert_to_velocity(stiefel, write, scene):
 def test_convert_outside_a_domain(stiefel, write, scene):
     done = stiefel("convert", write(scene), "--to", "symmetric_rigid_body", "--epsilon", 1)
     assert done.status == 2 and "S_M" in done.err and "the bound 2" in done.err
+    assert "--epsilon: outside the domain" in done.err
+    fast = write({**scene, "step": 1e3}, "fast.json")
+    done = stiefel("convert", fast, "--to", "moser_veselov_pair")
+    assert done.status == 2 and "fast.json: step: outside the domain" in done.err
+
+
+def test_a_useless_number_is_refused(stiefel, write, scene):
+    for option in ("--epsilon", "--parameter"):
+        done = stiefel("convert", write(scene), "--to", "right_rigid_body", option, 0.5)
+        assert done.status == 2 and f"{option}: 0.5: must be absent in a conversion to right_rigid_body" in done.err

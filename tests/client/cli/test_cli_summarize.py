@@ -74,10 +74,28 @@ def test_samples_at_times(stiefel, write, scene):
     assert "diagnosis" in result.json
 
 
-@pytest.mark.parametrize("text, message", [("", "has no times"), ("1 x", "x is not a finite number"), ("-1", "direction")])
+@pytest.mark.parametrize("text, message", [
+    ("", "has no times"), ("1 x", "--times[1]: x is not a finite number"),
+    ("0.2 0.1 -0.5 0.3", "--times[2]: -0.5: must be in the direction"),
+    ("0.2 1e300 0.1", "--times[1]: 1e+300: must be in the direction"),
+])
 def test_bad_times_are_told(stiefel, write, scene, text, message):
     result = stiefel("run", write(scene), "--times", write(text, "times.txt"))
     assert result.status == 2 and message in result.err
+
+
+def test_a_refused_time_has_its_index_in_the_file(stiefel, write):
+    """More states between two steps than a call may have, in descending order: the first of them in the motion that is
+    one too many is the server's times[1026]."""
+    M = np.zeros((64, 64))
+    M[0, 1], M[1, 0] = 1, -1
+    scene = {"system": "rigid_body", "method": {"name": "rk4"}, "step": 1, "inertia": list(range(1, 65)),
+             "initial": {name: {"rows": 64, "cols": 64, "values": block.ravel().tolist()}
+                         for name, block in (("Q", np.eye(64)), ("M", M))}}
+    times = [2 - 1e-4 * k for k in range(1, 1100)] + [0.5, 1]
+    result = stiefel("run", write(scene), "--times", write(" ".join(map(repr, times)), "times.txt"))
+    k = 1098 - 1024  # 0.5, 1, and 1024 allowed times between two steps come before it
+    assert result.status == 2 and f"--times[{k}]: {times[k]!r}: the states between two steps" in result.err, result.err
 
 
 def test_a_run_needs_an_end(stiefel, write, scene):

@@ -56,10 +56,12 @@ void expect_the_members(const std::vector<SceneDescription>& scenes) {
   for (const SystemInfo& system : catalogue().systems) targets.emplace_back(system.name);
   int reached = 0;
   for (const std::string& name : targets) {
-    const auto together = convert(ensemble, {name, {}, 0.1});
+    ConversionTarget target{name};
+    if (name.starts_with("parametric")) target.parameter = 0.1;
+    const auto together = convert(ensemble, target);
     std::vector<Conversion> each;
     for (const Scene& member : ensemble.members())
-      if (auto one = convert(member, {name, {}, 0.1})) each.push_back(*std::move(one));
+      if (auto one = convert(member, target)) each.push_back(*std::move(one));
     ASSERT_EQ(together.has_value(), each.size() == scenes.size()) << name;
     if (!together) continue;
     ++reached;
@@ -145,6 +147,7 @@ TEST(ConversionOfMembers, NamesTheMemberThatIsRefused) {
   ASSERT_FALSE(outside);
   ASSERT_TRUE(std::holds_alternative<OutsideDomain>(outside.error()));
   EXPECT_EQ(std::get<OutsideDomain>(outside.error()).member, 2);
+  EXPECT_EQ(std::get<OutsideDomain>(outside.error()).field, "epsilon");
   const auto unreachable = convert(ensemble, {"double_bracket"});
   ASSERT_FALSE(unreachable);
   EXPECT_EQ(std::get<Violations>(unreachable.error()).front().field, "to");

@@ -52,6 +52,28 @@ TEST_P(RecommendedMethod, IsAccurateAndCheap) {
   }
 }
 
+/// A chaotic geodesic with h‖Ω‖ = 0.27 and the condition 5e6, for which a single stride a step is
+/// enough: two substeps with three strides in all are still cheap.
+TEST(Recommendation, IsCheapForAFastChaoticGeodesic) {
+  const auto outcome =
+      testing::survey_recommendation(testing::scene_without_method("stiefel", 18, 16));
+  EXPECT_GT(outcome.condition, 1e6);
+  EXPECT_LE(outcome.error, 1e-8 * outcome.condition);
+  EXPECT_LE(outcome.cost, 3) << outcome.scene << ", " << outcome.method;
+}
+
+/// Geodesics with a condition of 100 to 250: on V(3, 5) in a metric near the isotropic one, and on
+/// V(2, 4).
+TEST(Recommendation, IsAccurateForWellConditionedGeodesics) {
+  for (const unsigned seed : {80, 94}) {
+    const auto outcome =
+        testing::survey_recommendation(testing::scene_without_method("stiefel", seed, 16));
+    EXPECT_LT(outcome.condition, 250);
+    EXPECT_LE(outcome.error, 1e-8 * outcome.condition) << outcome.scene << ", " << outcome.method;
+    EXPECT_LE(outcome.cost, 3);
+  }
+}
+
 TEST_P(RecommendedMethod, OfAResolvedSceneStays) {
   auto given = testing::any_scene(GetParam(), "", 1, 0.1);
   const auto once = resolve_recommending(given).value().description();

@@ -159,6 +159,32 @@ TEST(Tradeoff, ExtrapolatesWhatTheBudgetDoesNotReach) {
   EXPECT_GT(near, 0.9 * extrapolated);
 }
 
+/// In three dimensions cheap methods reach the rounding errors, which grow in proportion to time,
+/// or in compensated arithmetic hardly, while the error of the method grows up to quadratically.
+/// The error at one time may be far below that at other times, where an error oscillates or is a
+/// random walk.
+TEST(Tradeoff, ExtrapolatesRoundingErrorsAsSuch) {
+  int compensated = 0;
+  for (const unsigned seed : {3, 9}) {
+    const auto scene = testing::description(RandomBody(3, seed), 0.25, "rk4");
+    const Table whole = measure(scene, 100, 2e10);
+    for (const double budget : {4e9, 1e9})
+      for (const auto& p : measure(scene, 100, budget).points) {
+        if (!p.extrapolated || p.method.scalar == "float") continue;
+        for (const auto& q : whole.points) {
+          if (!same_entry(p, q) || q.extrapolated || !q.error) continue;
+          if (q.error->largest() > 0.1) continue;
+          const double ratio = p.error->largest() / q.error->largest();
+          EXPECT_LT(ratio, 10) << to_text(p.method) << " from " << p.measured_steps << " steps";
+          if (p.method.arithmetic != "compensated") continue;
+          ++compensated;
+          EXPECT_GT(ratio, 1.0 / 8) << to_text(p.method) << " from " << p.measured_steps;
+        }
+      }
+  }
+  EXPECT_GT(compensated, 100);
+}
+
 /// In single precision the extrapolation is as close. Runs whose error is rounding, which cannot be
 /// extrapolated, are measured to the end.
 TEST(Tradeoff, ExtrapolatesSinglePrecisionAsWell) {

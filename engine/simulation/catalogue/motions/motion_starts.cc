@@ -34,13 +34,16 @@ struct Given {
 
   static auto numbers(const auto& v) { return v.template cast<Scalar>().eval(); }
   Dense block(const char* name) const { return numbers(scene.block(name)); }
-  Start start(SeriesKind kind, const Dense& frame, const Dense& momentum) const {
-    Start start{kind, lambda, {}, mu, Dense(frame.rows() + momentum.rows(), momentum.cols()), {}};
+  Start start(const SeriesEquations& equations, const Dense& frame, const Dense& momentum) const {
+    Start start{&equations, lambda, {}, mu, Dense(frame.rows() + momentum.rows(), momentum.cols()),
+                {}};
     if (frame.size() > 0) start.x.topRows(frame.rows()) = frame;  // a scene with M alone has none
     start.x.bottomRows(momentum.rows()) = momentum;
     return start;
   }
-  Start body(const Dense& Q, const Dense& M) const { return start(SeriesKind::rigid_body, Q, M); }
+  Start body(const Dense& Q, const Dense& M) const {
+    return start(series_equations::rigid_body, Q, M);
+  }
 
   const Scene& scene;
   Vector<Scalar> lambda;
@@ -123,7 +126,7 @@ struct ParametricBody {
   template <class Scalar>
   static SeriesStart<Scalar> of(const Given<Scalar>& g) {
     const Matrix<Scalar> Q = g.block("Q");
-    auto start = g.start(SeriesKind::parametric_rigid_body, Q,
+    auto start = g.start(series_equations::parametric_rigid_body, Q,
                          parametric_momentum<Scalar>(Q, g.block("P")) / g.epsilon);
     start.presentation.diagonal = g.mu * g.lambda.cwiseAbs2();
     return start;
@@ -142,7 +145,7 @@ struct TwoFrames {
 struct Tangent {
   template <class Scalar>
   static SeriesStart<Scalar> of(const Given<Scalar>& g) {
-    return g.start(SeriesKind::stiefel, g.block("Q"), g.block("S"));
+    return g.start(series_equations::stiefel, g.block("Q"), g.block("S"));
   }
 };
 
@@ -150,7 +153,8 @@ struct Tangent {
 template <class Scalar>
 SeriesStart<Scalar> of_costate(const Given<Scalar>& g, const char* frame, const char* costate) {
   const Matrix<Scalar> Q = orthonormal<Scalar>(g.block(frame));
-  return g.start(SeriesKind::stiefel, Q, Legendre_inverse<Scalar>(g.lambda, Q, g.block(costate)));
+  return g.start(series_equations::stiefel, Q,
+                 Legendre_inverse<Scalar>(g.lambda, Q, g.block(costate)));
 }
 
 struct Costate {
@@ -164,7 +168,8 @@ struct VectorOfOne {
   template <class Scalar>
   static SeriesStart<Scalar> of(const Given<Scalar>& g) {
     if (g.scene.block("p").size() > 0) return of_costate(g, "q", "p");
-    return g.start(SeriesKind::stiefel, g.block("q"), S_of_Qdot<Scalar>(g.lambda, g.block("qdot")));
+    return g.start(series_equations::stiefel, g.block("q"),
+                   S_of_Qdot<Scalar>(g.lambda, g.block("qdot")));
   }
 };
 
@@ -175,7 +180,7 @@ struct DoubleBracketPair {
       return g.numbers(
           Eigen::Map<const Eigen::VectorXd>(l.data(), static_cast<Eigen::Index>(l.size())));
     };
-    auto start = g.start(SeriesKind::double_bracket, g.block("Q"), g.block("P"));
+    auto start = g.start(series_equations::double_bracket, g.block("Q"), g.block("P"));
     start.lambda = vector(g.scene.description().inertia_u);
     start.lambda_v = vector(g.scene.description().inertia_v);
     start.presentation.complex = true;

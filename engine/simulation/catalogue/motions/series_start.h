@@ -2,6 +2,7 @@
 
 #include "engine/linalg/arithmetic/quadruple.h"
 #include "engine/linalg/arithmetic/scalar.h"
+#include "engine/simulation/catalogue/motions/series_equations.h"
 #include "stiefel/scene.h"
 
 namespace stiefel {
@@ -14,8 +15,6 @@ struct Presentation {
   Vector<Scalar> diagonal = {};  ///< μΛ², the part of M_μ = M + μΛ² to be subtracted
   Matrix<Scalar> axes = {};      ///< R of a body: Q_caller = QRᵀ, M_caller = RMRᵀ; else 0 × 0
 };
-
-enum class SeriesKind { rigid_body, parametric_rigid_body, stiefel, double_bracket };
 
 /// The motion of a scene at time 0 in the variables of a series, the frame over the momentum,
 /// computed in Scalar from the numbers with which the scene was given:
@@ -33,7 +32,7 @@ enum class SeriesKind { rigid_body, parametric_rigid_body, stiefel, double_brack
 template <class Scalar_>
 struct SeriesStart {
   using Scalar = Scalar_;
-  SeriesKind kind;
+  const SeriesEquations* equations;
   Vector<Scalar> lambda, lambda_v;  ///< Λ in lambda; or Λ_U in lambda and Λ_V in lambda_v
   Scalar mu;
   Matrix<Scalar> x;

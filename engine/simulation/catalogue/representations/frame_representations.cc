@@ -45,7 +45,7 @@ WithinDomain<Expression> write_costate(const Phase& x, const ConversionTarget&, 
 }
 WithinDomain<Expression> write_momentum(const Phase& x, const ConversionTarget&, Margins&) {
   const auto N = static_cast<double>(x.Q.cols());
-  if (x.Q.cols() > largest_written) return std::unexpected(OutsideDomain{"N", N, largest_written});
+  if (x.Q.cols() > largest_written) return outside({"N", N, largest_written}, "to");
   return Expression{{{"Q", x.Q}, {"M", dense_M(x.Q, S_of(x))}}};
 }
 
@@ -59,7 +59,7 @@ WithinDomain<Phase> read_vector(const Scene& scene, Margins&) {
 }
 WithinDomain<Expression> write_vector(const Phase& x, const ConversionTarget&, Margins&) {
   const auto n = static_cast<double>(x.Q.rows());
-  if (x.Q.rows() != 1) return std::unexpected(OutsideDomain{"V(1, N)", n, 1});
+  if (x.Q.rows() != 1) return outside({"V(1, N)", n, 1}, "to");
   return Expression{{{"q", x.Q}, {"qdot", Qdot_of_S(x.lambda, x.S)}}};
 }
 
@@ -75,7 +75,7 @@ WithinDomain<Expression> write_velocity(const Phase& x, const ConversionTarget&,
 WithinDomain<Expression> write_angular_velocity(const Phase& x, const ConversionTarget&, Margins&) {
   if (x.square()) return Expression{{{"Q", x.Q}, {"U", x.Q.transpose() * Qdot_of(x)}}};
   const auto N = static_cast<double>(x.Q.cols());
-  if (x.Q.cols() > largest_written) return std::unexpected(OutsideDomain{"N", N, largest_written});
+  if (x.Q.cols() > largest_written) return outside({"N", N, largest_written}, "to");
   return Expression{{{"Q", x.Q}, {"U", AngularVelocity<double>(x.lambda, x.Q, x.S).dense()}}};
 }
 
@@ -90,8 +90,8 @@ void add_condition(const Phase& x, Margins& margins) {
 WithinDomain<Phase> read_two_frames(const Scene& scene, Margins& margins) {
   const Dense &Q_prev = scene.block("Q_prev"), &Q = scene.Q();
   if (Q.rows() != Q.cols())
-    return std::unexpected(
-        OutsideDomain{"n = N", static_cast<double>(Q.rows()), static_cast<double>(Q.cols())});
+    return outside({"n = N", static_cast<double>(Q.rows()), static_cast<double>(Q.cols())},
+                   "initial.Q");
   margins.push_back({"S_L", margin_S_L(scene.inertia(), Q_prev, Q)});
   Phase x{scene.inertia(), scene.step(), Q, {}, {}};
   x.M = Sigma_L(x.lambda, Q_prev, Q, x.step);
@@ -101,10 +101,10 @@ WithinDomain<Phase> read_two_frames(const Scene& scene, Margins& margins) {
 WithinDomain<Expression> write_two_frames(const Phase& x, const ConversionTarget&,
                                           Margins& margins) {
   if (!x.square())
-    return std::unexpected(
-        OutsideDomain{"n = N", static_cast<double>(x.Q.rows()), static_cast<double>(x.Q.cols())});
+    return outside({"n = N", static_cast<double>(x.Q.rows()), static_cast<double>(x.Q.cols())},
+                   "to");
   auto Q_prev = Sigma_L_inverse(x.lambda, x.Q, x.M, x.step);
-  if (!Q_prev) return std::unexpected(Q_prev.error());
+  if (!Q_prev) return outside(Q_prev.error(), "step");
   margins.push_back({"S_L", margin_S_L(x.lambda, *Q_prev, x.Q)});
   add_condition(x, margins);
   return Expression{{{"Q_prev", std::move(*Q_prev)}, {"Q", x.Q}}};

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <map>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/representations/outside_domain.h"
@@ -27,11 +29,20 @@ struct Expression {
 
 using Margins = std::vector<Margin>;
 
-/// The maps between a form and the phase. A map is null where the form has none.
+/// Returns the refusal with the argument that is outside the domain: a field of the scene, "to",
+/// "epsilon" or "parameter". `convert` puts its path in the request in its place.
+inline std::unexpected<OutsideDomain> outside(OutsideDomain refusal, std::string argument) {
+  refusal.field = std::move(argument);
+  return std::unexpected(std::move(refusal));
+}
+
+/// The maps between a form and the phase. A map is null where the form has none. A refusal names
+/// the argument (`outside`).
 struct Representation {
   bool square;  ///< for n = N only
   WithinDomain<Phase> (*read)(const Scene&, Margins&);
   WithinDomain<Expression> (*write)(const Phase&, const ConversionTarget&, Margins&);
+  bool has_epsilon = false, has_parameter = false;  ///< whether `write` takes ε and μ of the target
 };
 
 }  // namespace stiefel

@@ -62,7 +62,7 @@ WithinDomain<Expression> write_symmetric(const Phase& x, const ConversionTarget&
                                          Margins& margins) {
   const double epsilon = target.epsilon.value_or(unit_epsilon(x.M));
   auto P = Psi_inverse(x.Q, x.M, epsilon);
-  if (!P) return std::unexpected(P.error());
+  if (!P) return outside(P.error(), "epsilon");
   margins.push_back({"S_M", margin_S_M(x.M, epsilon)});
   add_condition(x.M, inverse_condition_Psi(x.M, epsilon), margins);
   return Expression{{{"Q", x.Q}, {"P", std::move(*P)}}, epsilon};
@@ -95,7 +95,7 @@ WithinDomain<Phase> read_two_frames(const Scene& scene, Margins& margins) {
 WithinDomain<Expression> write_two_frames(const Phase& x, const ConversionTarget&,
                                           Margins& margins) {
   auto Q_prev = Sigma_L_inverse(x.lambda, x.Q, x.M, x.step);
-  if (!Q_prev) return std::unexpected(Q_prev.error());
+  if (!Q_prev) return outside(Q_prev.error(), "step");
   margins.push_back({"S_L", margin_S_L(x.lambda, *Q_prev, x.Q)});
   margins.push_back({"E_L", margin_E_L(x.lambda, Q_prev->transpose() * x.Q)});
   add_condition(x.M, inverse_condition_Sigma_L(x.lambda, x.M, x.step), margins);
@@ -107,7 +107,7 @@ WithinDomain<Phase> read_parametric(const Scene& scene, Margins& margins) {
   const Dense &Q = scene.Q(), &P = scene.block("P");
   const double defect = orthogonality_defect(Q);
   if (!(defect <= Scene::frame_tolerance))
-    return std::unexpected(OutsideDomain{"O(N)", defect, Scene::frame_tolerance});
+    return outside({"O(N)", defect, Scene::frame_tolerance}, "initial.Q");
   Dense M = parametric_Psi(Q, P, scene.epsilon());
   add_condition(M, inverse_condition_parametric(Q, P, M, scene.epsilon()), margins);
   return phase(scene, Q, std::move(M));
@@ -117,7 +117,7 @@ WithinDomain<Expression> write_parametric_with(double h, const Phase& x,
   const double mu = target.parameter.value_or(0);
   const double epsilon = target.epsilon.value_or(parametric_epsilon(x.lambda, x.M, mu / h));
   auto P = parametric_Psi_inverse(x.lambda, x.Q, x.M, mu / h, epsilon);
-  if (!P) return std::unexpected(P.error());
+  if (!P) return outside(P.error(), target.epsilon ? "epsilon" : "parameter");
   margins.push_back({"S_M^mu", margin_parametric(x.lambda, x.M, mu / h, epsilon)});
   add_condition(x.M, inverse_condition_parametric(x.Q, *P, x.M, epsilon), margins);
   return Expression{{{"Q", x.Q}, {"P", std::move(*P)}}, epsilon, mu};
@@ -135,11 +135,11 @@ WithinDomain<Expression> write_discrete_parametric(const Phase& x, const Convers
 WithinDomain<Expression> write_interpolation(const Phase& x, const ConversionTarget&,
                                              Margins& margins) {
   auto P = Psi_inverse(x.Q, x.M, x.step);
-  if (!P) return std::unexpected(P.error());
+  if (!P) return outside(P.error(), "step");
   auto before = Sigma_L_inverse(x.lambda, x.Q, x.M, x.step);
-  if (!before) return std::unexpected(before.error());
+  if (!before) return outside(before.error(), "step");
   const auto U = J_D_inverse(x.lambda, x.step * x.M);
-  if (!U) return std::unexpected(U.error());
+  if (!U) return outside(U.error(), "step");
   const Dense next = x.Q * *U;
   margins.push_back({"S_L", margin_S_L(x.lambda, *before, x.Q)});
   margins.push_back({"E_L", margin_E_L(x.lambda, before->transpose() * x.Q)});
@@ -156,15 +156,25 @@ WithinDomain<Expression> write_interpolation(const Phase& x, const ConversionTar
 namespace representation {
 constinit const Representation body = {true, read_momentum, write_momentum};
 constinit const Representation right_body = {true, read_right, write_right};
-constinit const Representation symmetric_body = {true, read_symmetric, write_symmetric};
-constinit const Representation right_symmetric_body = {true, read_right_symmetric,
-                                                       write_right_symmetric};
+constinit const Representation symmetric_body = {
+    .square = true, .read = read_symmetric, .write = write_symmetric, .has_epsilon = true};
+constinit const Representation right_symmetric_body = {.square = true,
+                                                       .read = read_right_symmetric,
+                                                       .write = write_right_symmetric,
+                                                       .has_epsilon = true};
 constinit const Representation mclachlan_scovel = {true, read_mclachlan_scovel,
                                                    write_mclachlan_scovel};
 constinit const Representation two_frames = {true, read_two_frames, write_two_frames};
-constinit const Representation parametric_body = {true, read_parametric, write_parametric};
-constinit const Representation discrete_parametric_body = {true, read_parametric,
-                                                           write_discrete_parametric};
+constinit const Representation parametric_body = {.square = true,
+                                                  .read = read_parametric,
+                                                  .write = write_parametric,
+                                                  .has_epsilon = true,
+                                                  .has_parameter = true};
+constinit const Representation discrete_parametric_body = {.square = true,
+                                                           .read = read_parametric,
+                                                           .write = write_discrete_parametric,
+                                                           .has_epsilon = true,
+                                                           .has_parameter = true};
 constinit const Representation interpolation = {true, nullptr, write_interpolation};
 }  // namespace representation
 
