@@ -67,8 +67,15 @@ int check(const Options& options) {
                      ": must be at most " + std::to_string(most) +
                      ", by the limit of file descriptors");
   for (const std::string& fault : faults) std::cerr << fault << '\n';
-  if (faults.empty()) std::cout << "the flags are sound; connections at once: " << most << '\n';
-  return faults.empty() ? 0 : 1;
+  if (!faults.empty()) return 1;
+  const Quota limits = limits_of_principals(options);
+  const auto text = [](std::uint64_t limit) {
+    return limit > 0 ? std::to_string(limit) : "no limit";
+  };
+  std::cout << "the flags are sound; connections at once: " << most
+            << "; of one principal, sessions: " << text(*limits.sessions)
+            << ", bytes of memory: " << text(*limits.memory) << '\n';
+  return 0;
 }
 
 }  // namespace stiefel::server

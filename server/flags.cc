@@ -80,8 +80,11 @@ void add_quota_to(CLI::App& app, Quota& quota) {
         ->check(range())
         ->capture_default_str();
   };
-  add("--principal-sessions", "STIEFEL_PRINCIPAL_SESSIONS", quota.sessions,
-      "Largest number of sessions of one principal");
+  app.add_option("--principal-sessions", quota.sessions,
+                 "Largest number of sessions of one principal; 0: no limit. Default: with --tokens "
+                 "half of --max-sessions, otherwise no limit")
+      ->envname("STIEFEL_PRINCIPAL_SESSIONS")
+      ->check(within<std::int64_t>(0, 1'000'000'000, "a number"));
   add("--principal-streams", "STIEFEL_PRINCIPAL_STREAMS", quota.streams,
       "Largest number of open Streams and Drives of one principal");
   add("--principal-calls", "STIEFEL_PRINCIPAL_CALLS", quota.calls,
@@ -164,10 +167,10 @@ void Flags::add_to(CLI::App& app) {
   app.add_option(
          "--principal-memory", principal_memory_,
          "Largest number of bytes that the sessions and calls of one principal hold, such as 512M; "
-         "0: no limit")
+         "0: no limit. Default: with --tokens half of what --memory leaves for sessions and calls, "
+         "otherwise no limit")
       ->envname("STIEFEL_PRINCIPAL_MEMORY")
-      ->check(memory_part_error)
-      ->capture_default_str();
+      ->check(memory_part_error);
   app.add_option("--store", options_.store.file,
                  "File in which sessions survive the end of the server, also a crash; empty: "
                  "sessions are in memory only")
@@ -229,7 +232,7 @@ Options Flags::options() const {
   options.connections.max_age = milliseconds(max_connection_age_);
   options.connections.self_watch = milliseconds(self_watch_);
   if (!memory_.empty()) options.memory = read_bytes(memory_).value();
-  options.quota.memory = read_bytes(principal_memory_, 0).value();
+  if (!principal_memory_.empty()) options.quota.memory = read_bytes(principal_memory_, 0).value();
   options.log_json = log_format_ == "json";
   return options;
 }

@@ -24,7 +24,7 @@ struct Flags {
   double idle_timeout_, grace_;  // seconds
   double max_connection_age_ = 0, self_watch_ = 0;
   std::string log_format_ = "text";
-  std::string memory_, principal_memory_ = "0";
+  std::string memory_, principal_memory_;
 };
 
 /// Returns the rule that the address breaks, which CLI11 puts after "--listen: "; empty if none.

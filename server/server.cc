@@ -104,17 +104,27 @@ void refuse_compression(grpc::ServerBuilder& builder) {
   builder.AddChannelArgument(GRPC_ARG_ENABLE_PER_MESSAGE_DECOMPRESSION, 0);
 }
 
+std::uint64_t memory_limit_of(const Options& options) {
+  return options.memory > 0 ? options.memory : default_memory();
+}
+
 }  // namespace
+
+Quota limits_of_principals(const Options& options) {
+  return with_shares(options.quota, !options.access.tokens.empty(), options.max_sessions,
+                     session_share(memory_limit_of(options)));
+}
 
 struct Server::Parts {
   explicit Parts(const Options& options)
       : grace(options.grace),
         waits_for(options.waits_for ? options.waits_for : [](const char*) {}),
-        memory_limit(options.memory > 0 ? options.memory : default_memory()),
+        memory_limit(memory_limit_of(options)),
+        quota(limits_of_principals(options)),
         host{Log(options.log_level, options.log_json),
              memory_limit,
-             MemoryBudget(memory_limit - grpc_share(memory_limit) - program_share(memory_limit)),
-             Accounts(options.quota, options.clock, host.memory,
+             MemoryBudget(session_share(memory_limit)),
+             Accounts(quota, options.clock, host.memory,
                       [this](const Principal& principal, std::uint64_t bytes) {
                         host.registry.shed(bytes, &principal);
                       }),
@@ -148,6 +158,7 @@ struct Server::Parts {
   const std::chrono::milliseconds grace;
   const std::function<void(const char*)> waits_for;
   const std::uint64_t memory_limit;
+  const Quota quota;
   Host host;
   std::unique_ptr<Durability> durability;  // null if sessions live in memory
   Service service;
@@ -181,6 +192,9 @@ void Server::Parts::guard(const AccessOptions& access) {
       tell(Log::Level::warn, "certificate", "--tls-cert: " + access.tls.certificate + ": expired");
   }
   if (access.tokens.empty()) return;
+  host.log.line(Log::Level::info, "limits of a principal",
+                {{"sessions", static_cast<std::int64_t>(*quota.sessions)},
+                 {"memory_bytes", static_cast<std::int64_t>(*quota.memory)}});
   callers.emplace(access.tokens, [this, tell](const Callers::Change& change) {
     host.log.line(Log::Level::info, "new tokens",
                   {{"count", static_cast<std::int64_t>(change.tokens)}});

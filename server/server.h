@@ -67,7 +67,7 @@ struct Options {
   AccessOptions access = {};
   /// The store in which sessions outlive the process; without a file they live in memory.
   StoreOptions store = {};
-  /// The limits of each principal.
+  /// The limits of each principal; see `limits_of_principals`.
   Quota quota = {};
   /// Called during `shutdown` with what it begins to wait for.
   std::function<void(const char*)> waits_for = {};
@@ -76,6 +76,10 @@ struct Options {
   /// For tests: the clock; the steady clock if empty.
   std::function<std::chrono::steady_clock::time_point()> clock = {};
 };
+
+/// Returns the limits of each principal with which a server of these options runs. With tokens
+/// there may be several principals.
+Quota limits_of_principals(const Options& options);
 
 /// The whole service: sessions, the threads that compute, health, reflection. `stiefel-server` runs
 /// one; a program can embed its own. Thread-safe.

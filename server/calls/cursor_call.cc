@@ -22,14 +22,15 @@ CursorCall::CursorCall(Host& host, CallLog log, SessionLease session, std::int64
       rest_(rest.pool),
       shutdown_(host.lifecycle.stop_token(), RequestStop{stop_}) {
   Pool& pool = host_.pool_for((*session_)->step_kind());
-  const double price = (*session_)->work((*session_)->start_for(to), to) + rest.price;
+  const std::int64_t start = (*session_)->start_for(to);
+  const double price = (*session_)->most_work(start, to) + rest.price;
   log_.price(price);
   const grpc::Status admitted = admit(ticket_, log_.account(), Ticket::Kind::call, price);
   host_.lifecycle.enter();
   if (!admitted.ok()) {
     finish(admitted);
   } else {
-    Job::bill(log_.account().share(), price);
+    Job::bill(log_.account().share(), (*session_)->work(start, to) + rest.price);
     pool.submit(this);
   }
 }
@@ -56,6 +57,7 @@ CursorCall::CursorCall(Host& host, CallLog log, SessionLease session, std::int64
           rest, std::move(memory)) {}
 
 bool CursorCall::run_slice() noexcept {
+  if (!cursor_ && !cancelled_ && !make_cursor()) return false;
   try {
     if (cancelled_) {
       finish(errors::cancelled());
@@ -78,9 +80,27 @@ bool CursorCall::run_slice() noexcept {
   return false;
 }
 
+bool CursorCall::make_cursor() noexcept {
+  std::optional<grpc::Status> failure;
+  departure_.begin_making();
+  try {
+    cursor_.emplace(**session_, to_, stop_.get_token());
+  } catch (...) {
+    failure = status_of_exception(host_.lifecycle);
+  }
+  if (!departure_.end_making()) {
+    cursor_.reset();
+    session_.reset();
+    ticket_.give_back();
+    if (departure_.is_last()) remove();
+    return false;
+  }
+  if (failure) finish(*failure);
+  return !failure;
+}
+
 bool CursorCall::advance_cursor() {
   failpoint("call.advance");
-  if (!cursor_) cursor_.emplace(**session_, to_, stop_.get_token());
   std::int64_t budget = slice_steps((*session_)->step_cost());
   if (!host_.lifecycle.stopping()) return cursor_->advance(to_, budget, stop_.get_token());
   if (cursor_->step() < to_) cursor_->cancel();
@@ -102,10 +122,16 @@ void CursorCall::finish(const Answered& answered) {
 void CursorCall::OnCancel() {
   cancelled_ = true;
   stop_.request_stop();
-  host_.scheduler.hasten(this);
+  if (!departure_.answer_now()) return host_.scheduler.hasten(this);
+  log_.finish(errors::cancelled());
+  Finish(errors::cancelled());
 }
 
 void CursorCall::OnDone() {
+  if (departure_.is_last()) remove();
+}
+
+void CursorCall::remove() {
   Host& host = host_;
   delete this;
   host.lifecycle.leave();

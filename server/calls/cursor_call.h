@@ -9,6 +9,7 @@
 
 #include "server/calls/answered.h"
 #include "server/calls/host.h"
+#include "server/scheduling/departure.h"
 #include "server/sessions/cursor.h"
 
 namespace stiefel::server {
@@ -48,15 +49,21 @@ class CursorCall final : public grpc::ServerUnaryReactor, private Job {
   CursorCall(Host& host, CallLog log, SessionLease session, std::int64_t to, Search search,
              const Rest& rest, MemoryLease memory);
   bool run_slice() noexcept override;
+  /// Makes the cursor. Returns false if the call has ended: with an error, or because its caller
+  /// left and OnCancel has answered.
+  bool make_cursor() noexcept;
   /// Runs one slice; returns true when nothing is left to advance.
   bool advance_cursor();
   void finish(const Answered& answered);
+  /// Deletes the call.
+  void remove();
 
   Host& host_;
   CallLog log_;
   Ticket ticket_;
   const MemoryLease memory_;
   std::optional<SessionLease> session_;
+  Departure departure_;
   const std::int64_t to_;
   const Search answer_;
   Pool* rest_;                ///< the pool that is left to compute the answer, null if none is

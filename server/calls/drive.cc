@@ -166,10 +166,11 @@ grpc::Status DriveCall::prepare() {
 grpc::Status DriveCall::enter() {
   failpoint("drive.enter");
   const Session& session = **lease_;
-  const double price = session.work(session.start_for(task_.to), task_.to);
+  const std::int64_t start = session.start_for(task_.to);
+  const double price = session.most_work(start, task_.to);
   const auto admitted = admit(request_ticket_, log_.account(), Ticket::Kind::call, price);
   log_.price(price);
-  if (admitted.ok()) Job::bill(log_.account().share(), price);
+  if (admitted.ok()) Job::bill(log_.account().share(), session.work(start, task_.to));
   return admitted;
 }
 

@@ -19,7 +19,7 @@ bool converts(const Session& from, const v1::ForkSessionRequest& request) {
 Answered fork(Host& host, Account& account, const Session& from, const Cursor& cursor,
               const v1::ForkSessionRequest& request, v1::ForkSessionResponse* response) {
   to_proto(cursor, from.scene(), response->mutable_run_status());
-  to_proto(from.work(cursor.start(), request.from_step()), 0, bound_of_steps(from),
+  to_proto(from.most_work(cursor.start(), request.from_step()), 0, bound_of_steps(from),
            response->mutable_price());
   response->mutable_price()->set_memory_bytes(from.simulation_bytes() + fork_memory(from));
   if (!cursor.run_status().reached()) return grpc::Status::OK;

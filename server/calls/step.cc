@@ -40,7 +40,7 @@ void answer_step(const Session& session, const Cursor& cursor, const StepTask& t
   to_proto(cursor, session.scene(), response->mutable_run_status());
   to_proto(session, cursor.simulation(), task.fields, response->mutable_sample());
   response->set_computed_steps(cursor.computed_steps());
-  to_proto(session.work(cursor.start(), task.to), reply_bytes(session, task),
+  to_proto(session.most_work(cursor.start(), task.to), reply_bytes(session, task),
            bound_of_steps(session), response->mutable_price());
   response->mutable_price()->set_memory_bytes(session.simulation_bytes() +
                                               step_memory(session, task));

@@ -18,6 +18,7 @@
 #include "server/convert/stream_messages.h"
 #include "server/limits/reply_limits.h"
 #include "server/pricing/memory_price.h"
+#include "server/scheduling/departure.h"
 #include "server/sessions/field_bytes.h"
 #include "server/sessions/sampling.h"
 
@@ -48,7 +49,8 @@ class StreamCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, priv
         pool_(host.pool_for((*session_)->step_kind())),
         shutdown_(host.lifecycle.stop_token(), RequestStop{stop_}) {
     if (request.scene_arrays()) messages_.add_scene((*session_)->scene().description());
-    const double price = (*session_)->work((*session_)->start_for(range.from), range.to);
+    const std::int64_t start = (*session_)->start_for(range.from);
+    const double price = (*session_)->most_work(start, range.to);
     log_.price(price);
     log_.begin();
     const grpc::Status admitted = admit(ticket_, log_.account(), Ticket::Kind::stream, price);
@@ -56,25 +58,28 @@ class StreamCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, priv
     if (!admitted.ok()) {
       end(admitted);
     } else {
-      Job::bill(log_.account().share(), price);
+      Job::bill(log_.account().share(), (*session_)->work(start, range.to));
       pool_.submit(this);
     }
   }
 
   void OnWriteDone(bool ok) override;
-  void OnCancel() override {
-    cancelled_ = true;
-    stop_.request_stop();
-    host_.scheduler.hasten(this);
-  }
+  void OnCancel() override;
   void OnDone() override {
+    if (departure_.is_last()) remove();
+  }
+
+ private:
+  /// Deletes the call.
+  void remove() {
     Host& host = host_;
     delete this;
     host.lifecycle.leave();
   }
-
- private:
   bool run_slice() noexcept override;
+  /// Makes the sampling, or sets the error. Returns false if the caller left and OnCancel has
+  /// answered.
+  bool make_sampling() noexcept;
   /// Runs one slice; returns true to be called again, false when there is a message to send.
   bool work();
   /// Fills the batch for one slice; returns true to be called again, false when there is a batch to
@@ -92,6 +97,7 @@ class StreamCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, priv
   Host& host_;
   CallLog log_;
   Ticket ticket_;
+  Departure departure_;
   std::optional<SessionLease> session_;
   const std::vector<std::size_t> fields_;
   const Sampling::Range range_;
@@ -116,8 +122,9 @@ class StreamCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, priv
 };
 
 bool StreamCall::run_slice() noexcept {
+  if (!sampling_ && !cancelled_ && !make_sampling()) return false;
   try {
-    const bool more = work();
+    const bool more = !error_ && work();
     // Other calls or the reader are next; a waiting simulation of large N would hold its memory.
     if (sampling_ && !error_ && (more || still_writing())) sampling_->rest();
     if (more) {
@@ -136,20 +143,41 @@ bool StreamCall::run_slice() noexcept {
   return send();
 }
 
+bool StreamCall::make_sampling() noexcept {
+  departure_.begin_making();
+  try {
+    sampling_.emplace(**session_, fields_, range_, stop_.get_token());
+    sampling_->clear(batch_);
+  } catch (...) {
+    error_ = status_of_exception(host_.lifecycle);
+  }
+  if (departure_.end_making()) return true;
+  sampling_.reset();
+  session_.reset();
+  ticket_.give_back();
+  if (departure_.is_last()) remove();
+  return false;
+}
+
+void StreamCall::OnCancel() {
+  cancelled_ = true;
+  stop_.request_stop();
+  if (!departure_.answer_now()) return host_.scheduler.hasten(this);
+  log_.finish(errors::cancelled());
+  Finish(errors::cancelled());
+}
+
 bool StreamCall::work() {
   if (cancelled_) {
     error_ = errors::cancelled();
     return false;
   }
-  if (!sampling_) {
-    sampling_.emplace(**session_, fields_, range_, stop_.get_token());
-    sampling_->clear(batch_);
-  }
   if (!messages_.empty()) return false;  // the arrays of the scene are sent first
   if (fill()) return true;
   if (cancelled_) error_ = errors::cancelled();
   // If the batch is not full and the writer is busy, as with slow scenes, goes on filling.
-  return still_writing() && !sampling_->done() && !sampling_->full(batch_);
+  return still_writing() && !sampling_->done() && !sampling_->full(batch_) &&
+         !sampling_->price_reached();
 }
 
 bool StreamCall::fill() {

@@ -7,8 +7,8 @@
 
 namespace stiefel::server {
 
-/// Returns how well the work of a session's steps is known before they are computed: EXPECTED, or
-/// AT_LEAST where the method chooses its own steps.
+/// Returns how well `Session::most_work` is known before the steps are computed: EXPECTED, or
+/// AT_MOST where the method chooses its own steps and the call ends when it has taken that much.
 v1::PriceBound bound_of_steps(const Session& session);
 
 /// Writes the price of `work` instructions and `bytes` of arrays.

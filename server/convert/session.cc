@@ -58,7 +58,7 @@ void to_proto(const Session& session, const Resolution& resolution, const Regist
   for (const std::string& warning : session.warnings()) out->add_warnings(warning);
   std::vector<std::size_t> blocks(session.block_count());
   for (std::size_t i = 0; i < blocks.size(); ++i) blocks[i] = i;
-  to_proto(session.work(0, 1), sample_bytes(session, blocks), bound_of_steps(session),
+  to_proto(session.work(0, 1), sample_bytes(session, blocks), v1::PRICE_BOUND_EXPECTED,
            out->mutable_step_price());
   out->mutable_step_price()->set_memory_bytes(session.simulation_bytes());
   write_checksum(view, out);

@@ -90,4 +90,8 @@ std::uint64_t grpc_share(std::uint64_t memory) { return memory / 4; }
 
 std::uint64_t program_share(std::uint64_t memory) { return std::min(32 * MiB, memory / 8); }
 
+std::uint64_t session_share(std::uint64_t memory) {
+  return memory - grpc_share(memory) - program_share(memory);
+}
+
 }  // namespace stiefel::server

@@ -27,8 +27,10 @@ std::uint64_t default_memory();
 std::uint64_t largest_message(std::uint64_t memory);
 
 /// Return the parts of the memory set aside for what gRPC has read and not handed over yet (a
-/// quarter), and for the program itself (an eighth, at most 32 MiB).
+/// quarter), for the program itself (an eighth, at most 32 MiB), and for sessions and calls (the
+/// rest).
 std::uint64_t grpc_share(std::uint64_t memory);
 std::uint64_t program_share(std::uint64_t memory);
+std::uint64_t session_share(std::uint64_t memory);
 
 }  // namespace stiefel::server

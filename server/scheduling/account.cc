@@ -40,7 +40,7 @@ Account::Account(Principal principal, const Quota& quota, const WorkClock& clock
       quota_(quota),
       clock_(clock),
       whole_memory_(memory),
-      memory_(quota.memory, memory, "principal_memory"),
+      memory_(quota.memory.value_or(0), memory, "principal_memory"),
       rate_(quota.work_a_second),
       share_(&rate_) {
   if (reclaim)
@@ -56,7 +56,8 @@ std::optional<Refusal> Account::overdrawn() {
 }
 
 Account::Seated Account::seat_session() {
-  if (auto refusal = enter(sessions_, quota_.sessions, "principal_sessions", until_a_session_goes))
+  if (auto refusal =
+          enter(sessions_, quota_.sessions.value_or(0), "principal_sessions", until_a_session_goes))
     return {nullptr, refusal};
   return {seat(), std::nullopt};
 }

@@ -46,7 +46,7 @@ class Account {
 
   /// The budget for the principal's sessions and calls: a part of the server's memory, or all of it
   /// without a quota. Bytes beyond the part throw MemoryExhausted with `part()` "principal_memory".
-  MemoryBudget& memory() { return quota_.memory > 0 ? memory_ : whole_memory_; }
+  MemoryBudget& memory() { return memory_.limit() > 0 ? memory_ : whole_memory_; }
   MemoryBudget& whole_memory() { return whole_memory_; }
 
   /// A session's place in the account, given back when the last copy is destroyed.

@@ -2,24 +2,35 @@
 
 #include <chrono>
 #include <cstdint>
+#include <optional>
 
 namespace stiefel::server {
 
 /// The limits of one principal; 0 means no limit. Work and prices are in instructions.
 struct Quota {
-  std::uint32_t sessions = 0;
+  /// If not set, that of `with_shares`.
+  std::optional<std::uint32_t> sessions = std::nullopt;
   /// Open Streams and Drives.
   std::uint32_t streams = 4096;
   /// Other calls that compute or wait for a worker.
   std::uint32_t calls = 4096;
-  /// Bytes that sessions and calls hold.
-  std::uint64_t memory = 0;
+  /// Bytes that sessions and calls hold. If not set, that of `with_shares`.
+  std::optional<std::uint64_t> memory = std::nullopt;
   double work_a_second = 0;
   /// The sum of the prices of all calls that run or wait.
   double queued_work = 0;
   /// The price of one call.
   double call_work = 0;
 };
+
+/// Returns the limits with those that are not set: half of the server's `sessions` and `memory` if
+/// there may be several principals, so that none takes all of them from the others; otherwise no
+/// limit.
+inline Quota with_shares(Quota quota, bool several, std::uint32_t sessions, std::uint64_t memory) {
+  if (!quota.sessions) quota.sessions = several ? (sessions + 1) / 2 : 0;
+  if (!quota.memory) quota.memory = several ? memory / 2 : 0;
+  return quota;
+}
 
 /// A limit that a request exceeds.
 struct Refusal {

@@ -43,7 +43,9 @@ void Cursor::end(const RunStatus& run_status) {
 
 void Cursor::go(std::int64_t steps, const std::stop_token& stop) {
   try {
+    const std::int64_t before = limit_ ? simulation_->map_steps() : 0;
     const RunStatus status = simulation_->advance(steps, stop);
+    if (limit_) attempts_ += static_cast<double>(simulation_->map_steps() - before);
     failpoint("cursor.step");
     end(status);
   } catch (...) {
@@ -51,6 +53,24 @@ void Cursor::go(std::int64_t steps, const std::stop_token& stop) {
     session_->discard(std::move(simulation_));
     throw;
   }
+}
+
+void Cursor::price_to(std::int64_t to) {
+  limit_ = session_->attempt_limit();
+  steps_to_price_ = to - start_;
+}
+
+std::int64_t Cursor::steps_within_price() const {
+  if (!limit_) return Session::max_step;
+  const std::int64_t at = simulation_->step();
+  const auto priced = static_cast<double>(steps_to_price_);
+  const double left = limit_->of(priced) - attempts_;
+  if (left <= 0) {
+    session_->raise_attempts(attempts_ / static_cast<double>(at - start_));
+    throw PriceReached(at, limit_->most_work(priced));
+  }
+  const double steps = std::max(1.0, left / limit_->longest);
+  return static_cast<std::int64_t>(std::min(steps, static_cast<double>(Session::max_step)));
 }
 
 bool Cursor::advance(std::int64_t to, std::int64_t& budget, const std::stop_token& stop) {
@@ -67,7 +87,7 @@ bool Cursor::advance(std::int64_t to, std::int64_t& budget, const std::stop_toke
   while (at < to) {
     if (!run_status_.reached()) return true;
     if (budget <= 0) return false;
-    const std::int64_t steps = std::min({to - at, budget, mark_ - at});
+    const std::int64_t steps = std::min({to - at, budget, mark_ - at, steps_within_price()});
     go(steps, stop);
     const std::int64_t done = simulation_->step() - at;
     at += done;

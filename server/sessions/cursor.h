@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <stop_token>
 
 #include "server/sessions/session.h"
@@ -14,21 +15,27 @@ class Cursor {
  public:
   /// Leases a simulation at the nearest state at or before `to`. The session must outlive the
   /// cursor. Throws Stopped (stiefel/stop.h) when `stop` is requested while the simulation of an
-  /// ensemble is made, which takes 10 µs a member.
+  /// ensemble is made, which takes 10 µs a member. The price is that of a call which goes to `to`.
   Cursor(Session& session, std::int64_t to, const std::stop_token& stop = {})
       : session_(&session),
         simulation_(lease(session, to, stop)),
         start_(simulation_->step()),
-        mark_(session.next_checkpoint(simulation_->step())) {}
+        mark_(session.next_checkpoint(simulation_->step())) {
+    price_to(to);
+  }
   Cursor(Cursor&&) = default;
   Cursor& operator=(Cursor&&) = delete;
   ~Cursor() {
     if (simulation_) session_->give_back(std::move(simulation_));
   }
 
+  /// Sets the price to that of a call which goes to `to`, where the session has an AttemptLimit.
+  void price_to(std::int64_t to);
+
   /// Advances towards `to` by at most `budget` steps, never backwards, and subtracts the steps from
   /// `budget`; a closed form counts as one step. Returns true when the cursor is at `to` or cannot
-  /// go on: see `run_status`, which is `cancelled` after a stop request.
+  /// go on: see `run_status`, which is `cancelled` after a stop request. Throws PriceReached
+  /// between two steps.
   bool advance(std::int64_t to, std::int64_t& budget, const std::stop_token& stop = {});
   /// Ends the run at the current step with the outcome `cancelled`.
   void cancel() {
@@ -61,6 +68,9 @@ class Cursor {
   static std::unique_ptr<Simulation> lease(Session& session, std::int64_t to,
                                            const std::stop_token& stop);
   void wake();
+  /// Returns the most steps that may be computed before the price is compared again. Throws
+  /// PriceReached.
+  std::int64_t steps_within_price() const;
   /// Advances by `steps`. Discards the simulation when an exception leaves it between two states.
   void go(std::int64_t steps, const std::stop_token& stop);
   void end(const RunStatus& run_status);
@@ -72,6 +82,9 @@ class Cursor {
   Saved rested_;  // the state at rested_at_ while simulation_ is null
   std::int64_t mark_;
   std::int64_t computed_ = 0;
+  std::optional<AttemptLimit> limit_;
+  double attempts_ = 0;              // tried so far
+  std::int64_t steps_to_price_ = 0;  // the steps of the call, which determine its price
   RunStatus run_status_;
   double rate_ = 0;
 };

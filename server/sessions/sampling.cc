@@ -27,6 +27,7 @@ Sampling::Sampling(Session& session, std::vector<std::size_t> fields, Range rang
       capacity_(std::max<std::size_t>(1, batch_bytes / whole_bytes(session, fields_))),
       next_(range.from),
       last_checkpoint_(range.from) {
+  cursor_.price_to(range.to);
   if (range.checkpoint_every > 0 && range.from - cursor_.start() > range.checkpoint_every)
     last_checkpoint_ = cursor_.start();
   const auto samples = (range.to - range.from) / range.every + 2;
@@ -34,6 +35,15 @@ Sampling::Sampling(Session& session, std::vector<std::size_t> fields, Range rang
 }
 
 void Sampling::fill(Batch& batch, const std::stop_token& stop) {
+  try {
+    take(batch, stop);
+  } catch (const PriceReached&) {
+    price_reached_ = true;
+    if (batch.size() == 0) throw;
+  }
+}
+
+void Sampling::take(Batch& batch, const std::stop_token& stop) {
   std::int64_t budget = slice_steps(session_.step_cost());
   while (!done_ && !full(batch) && cursor_.advance(target(), budget, stop)) {
     if (cursor_.run_status().reached() && cursor_.step() < next_) {

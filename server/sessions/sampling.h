@@ -47,7 +47,8 @@ class Sampling {
            const std::stop_token& stop = {});
 
   /// Runs one slice: samples until the batch is full, all samples are taken or the slice is over. A
-  /// stop request ends the sampling with the last good state as the last sample.
+  /// stop request ends the sampling with the last good state as the last sample. Throws
+  /// PriceReached when the batch is empty; see `price_reached`.
   void fill(Batch& batch, const std::stop_token& stop = {});
   bool full(const Batch& batch) const {
     return batch.size() >= capacity_ || !checkpoint_.bytes.empty();
@@ -55,6 +56,9 @@ class Sampling {
   /// Whether no sample follows those in the batch: `to` is reached, or the run ended early with
   /// `cursor().run_status()`.
   bool done() const { return done_; }
+  /// Whether the cursor has taken the price of the call. The samples in the batch are to be sent
+  /// before the next `fill`, which throws.
+  bool price_reached() const { return price_reached_; }
   /// Calls `Cursor::rest`; the next `fill` ends the rest.
   void rest() { cursor_.rest(); }
   /// Takes the last good state as the last sample and ends the sampling.
@@ -71,12 +75,13 @@ class Sampling {
   const Cursor& cursor() const { return cursor_; }
   /// The predicted price of a run that reaches `to`: work in instructions, and bytes of its
   /// samples.
-  double work() const { return session_.work(cursor_.start(), range_.to); }
+  double work() const { return session_.most_work(cursor_.start(), range_.to); }
   std::uint64_t bytes() const;
   /// The most samples of a batch.
   std::size_t capacity() const { return capacity_; }
 
  private:
+  void take(Batch& batch, const std::stop_token& stop);
   /// Returns where the cursor goes next: to a sample, or to a checkpoint before it.
   std::int64_t target() const;
   void checkpoint();
@@ -93,6 +98,7 @@ class Sampling {
   std::int64_t last_checkpoint_;
   EncodedCheckpoint checkpoint_;
   bool done_ = false;
+  bool price_reached_ = false;
 };
 
 }  // namespace stiefel::server

@@ -108,10 +108,14 @@ Session::Session(std::string id, Scene scene, std::shared_ptr<const Clock> clock
     auto simulation = make();
     set_outline(outline_of(*simulation));
     const bool by_rate = is_priced_by_rate(scene_);
-    const bool wants_rate = by_rate || kind_depends_on_rate(scene_, step_cost_);
+    const bool chooses = chooses_steps(scene_);
+    const bool wants_rate = by_rate || chooses || kind_depends_on_rate(scene_, step_cost_);
     const double rate = wants_rate ? simulation->rate() : 0;
-    step_work_ = step_price_of(scene_, by_rate ? rate : 0) * map_steps();
-    step_kind_ = server::step_kind(scene_, step_cost_, most_h_omega(scene_, rate));
+    const double most = most_h_omega(scene_, rate);
+    const double of_one = step_price_of(scene_, by_rate ? rate : 0);
+    step_work_ = of_one * map_steps();
+    step_kind_ = server::step_kind(scene_, step_cost_, most);
+    if (chooses) limit_attempts(of_one, map_steps(), h_omega(scene_, rate), most);
     overflow_ = find_overflow(*simulation);
     checkpoints_.put(0, save(*simulation, {memory, state_bytes(saved_size_)}));
     idle_.push_back(std::move(simulation));
@@ -137,20 +141,31 @@ void Session::read_members() {
   const auto members = scene_.members();
   const Scene first = members.front();
   const bool by_rate = is_priced_by_rate(first);
-  const bool kind_by_rate = kind_depends_on_rate(first, 0);
+  const bool kind_by_rate = kind_depends_on_rate(first, 0) || chooses_steps(first);
   double rate = 0, most = 0;
   set_outline(outline_of(members, [&](const Scene& scene, const Simulation& member) {
     if (!overflow_) overflow_ = find_overflow(member);
     if (!by_rate && !kind_by_rate) return;
     const double of_member = member.rate();
-    if (by_rate) rate = std::max(rate, of_member);
+    rate = std::max(rate, of_member);
     const double bound = most_h_omega(scene, of_member);
     if (!(bound <= most)) most = bound;
   }));
   step_kind_ = server::step_kind(first, step_cost_, most);
-  step_work_ =
-      ensemble_step_price(first, members.size(), step_price_of(first, rate), h_omega(first, rate)) *
-      map_steps();
+  const double priced = by_rate ? rate : 0, of_one = step_price_of(first, priced);
+  const std::size_t count = members.size();
+  step_work_ = ensemble_step_price(first, count, of_one, h_omega(first, priced)) * map_steps();
+  if (chooses_steps(first))
+    limit_attempts(of_one, static_cast<double>(count) * map_steps(), h_omega(first, rate), most);
+}
+
+void Session::limit_attempts(double work_of_one, double steps, double h_omega,
+                             double most_h_omega) {
+  const double predicted = steps * predicted_attempts(h_omega, scene_.tolerance());
+  const double longest = steps * predicted_attempts(most_h_omega, scene_.tolerance());
+  constexpr double margin = AttemptLimit::margin;
+  attempt_limit_ = AttemptLimit{margin * predicted, margin * longest, work_of_one};
+  step_work_ = predicted * work_of_one;
 }
 
 std::unique_ptr<Simulation> Session::make() {
@@ -344,6 +359,25 @@ Checkpoints::Nearest Session::take_last_state() {
 double Session::work(std::int64_t from, std::int64_t to) const {
   const double steps = static_cast<double>(to - from);
   return step_work_ * (direct_ ? std::min(1.0, steps) : steps);
+}
+
+std::optional<AttemptLimit> Session::attempt_limit() const {
+  std::optional<AttemptLimit> limit = attempt_limit_;
+  if (!limit) return limit;
+  limit->each = std::max(limit->each, AttemptLimit::margin * attempts_taken_.load());
+  limit->longest = std::max(limit->longest, limit->each);
+  return limit;
+}
+
+void Session::raise_attempts(double each) {
+  double before = attempts_taken_.load();
+  while (before < each && !attempts_taken_.compare_exchange_weak(before, each)) {
+  }
+}
+
+double Session::most_work(std::int64_t from, std::int64_t to) const {
+  const auto limit = attempt_limit();
+  return limit ? limit->most_work(static_cast<double>(to - from)) : work(from, to);
 }
 
 std::vector<std::int64_t> Session::cached_steps() const {

@@ -14,6 +14,7 @@
 
 #include "engine/simulation/run/outline.h"
 #include "server/limits/memory_budget.h"
+#include "server/sessions/attempts.h"
 #include "server/sessions/checkpoints/checkpoints.h"
 #include "server/sessions/ledger.h"
 #include "server/sessions/resolution.h"
@@ -64,9 +65,15 @@ class Session : public std::enable_shared_from_this<Session> {
   const std::vector<std::string>& warnings() const { return warnings_; }
   /// Whether every state is computed directly from that at step 0, however far away it is.
   bool direct() const { return direct_; }
-  /// Returns the predicted work of the steps between two states, in instructions; a lower bound
-  /// where the method chooses its own steps.
+  /// Returns the predicted work of the steps between two states, in instructions.
   double work(std::int64_t from, std::int64_t to) const;
+  /// Set where the method chooses its own steps: the next call may try so many.
+  std::optional<AttemptLimit> attempt_limit() const;
+  /// Raises the predicted attempts of a step to those that the steps of a call have taken.
+  void raise_attempts(double each);
+  /// Returns the most work of these steps in one call where the session has an `attempt_limit`,
+  /// otherwise `work`.
+  double most_work(std::int64_t from, std::int64_t to) const;
   /// A field that is not finite at step 0, if there is one. It overflows in 1/λ or λ_i + λ_j
   /// although every λ is valid by itself.
   const std::optional<Overflow>& overflow() const { return overflow_; }
@@ -145,6 +152,9 @@ class Session : public std::enable_shared_from_this<Session> {
   /// Reads what the constructor of an ensemble needs from one member after another, without making
   /// the ensemble's simulation.
   void read_members();
+  /// Sets `attempt_limit_` and the work of a step, which has `steps` steps of the map over all
+  /// members, from h‖Ω‖ at the start and along the motion.
+  void limit_attempts(double work_of_one, double steps, double h_omega, double most_h_omega);
   /// Steps of the map between two states.
   double map_steps() const { return direct_ ? 1 : scene_.substeps(); }
   /// Returns `simulation`, or a new one if it is null, in the state `saved` at `step`.
@@ -174,6 +184,8 @@ class Session : public std::enable_shared_from_this<Session> {
   double step_cost_ = 1;
   double step_work_ = 0;
   StepKind step_kind_;
+  std::optional<AttemptLimit> attempt_limit_;  ///< as predicted
+  std::atomic<double> attempts_taken_ = 0;     ///< the most for each step of a call
   const std::vector<std::string> warnings_;
   bool direct_ = false;
   std::optional<Overflow> overflow_;

@@ -9,15 +9,15 @@
 namespace stiefel::server {
 namespace {
 
-bool chooses_steps(const Scene& scene) {
-  const auto& method = scene.description().method;
-  return method && method->tolerance;
-}
-
 /// Whether the method iterates; assumed of one that is not in the table of prices.
 bool iterates(const Scene& scene) { return !is_weighed(scene) || price_depends_on_rate(scene); }
 
 }  // namespace
+
+bool chooses_steps(const Scene& scene) {
+  const auto& method = scene.description().method;
+  return method && method->tolerance;
+}
 
 double most_h_omega(const Scene& scene, double rate) {
   const double h = std::abs(scene.description().step.value_or(0)) / scene.substeps();

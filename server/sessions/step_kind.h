@@ -12,6 +12,9 @@ struct StepKind {
   bool unpredictable = false;
 };
 
+/// Whether the method chooses its own steps: `adaptive`.
+bool chooses_steps(const Scene& scene);
+
 /// Returns a bound of h‖Ω‖ along the motion of a scene that is not an ensemble, for a step of the
 /// map. `rate` is ‖Ω‖ at the start. Since the energy is constant, ‖Ω‖ grows by at most the root of
 /// the ratio of the largest to the least inertia.

@@ -68,8 +68,8 @@ grpc::Status DiagnoseTask::answer(const Session& session, const Cursor& cursor,
   response->set_step(cursor.step());
   response->set_time(scene.time(cursor.step()));
   response->set_computed_steps(cursor.computed_steps());
-  to_proto(session.work(cursor.start(), cursor.step()) + work(session), 0, bound_of_steps(session),
-           response->mutable_price());
+  to_proto(session.most_work(cursor.start(), cursor.step()) + work(session), 0,
+           bound_of_steps(session), response->mutable_price());
   response->mutable_price()->set_memory_bytes(session.simulation_bytes() / 2 * 3);
   Diagnosis diagnosis = diagnose(scene, now, task.invariants, stop);
   shorten(task.max_invariants, diagnosis.invariants, response);

@@ -58,7 +58,7 @@ void SummarizeAnswer::write_price(const Summary& summary) {
   const auto times = static_cast<std::uint64_t>(request_.times_size());
   to_proto(session_->work(std::min(summary.step(), request_.to()), request_.to()),
            summary.statistics_bytes() + times * messages_->state_bytes(),
-           summary.reads_on_the_way() ? v1::PRICE_BOUND_AT_LEAST : bound_of_steps(*session_),
+           summary.reads_on_the_way() ? v1::PRICE_BOUND_AT_LEAST : v1::PRICE_BOUND_EXPECTED,
            &price_);
 }
 

@@ -223,8 +223,11 @@ TEST_F(Errors, OfSteps) {
   expect_invalid(step([](auto& r) { r.set_session_id(""); }), "session_id");
   expect_invalid(step([](auto& r) { r.set_to(-1); }), "to");
   expect_invalid(step([](auto& r) { r.set_to((std::int64_t{1} << 53) + 1); }), "to");
-  expect_invalid(step([](auto& r) { r.add_fields("Q"), r.add_fields("P"); }), "fields[1]");
-  expect_invalid(step([](auto& r) { r.add_fields("Q"), r.add_fields("Q"); }), "fields[1]");
+  const auto with_fields = [&](const std::vector<std::string>& names) {
+    return step([&](auto& r) { r.mutable_fields()->Assign(names.begin(), names.end()); });
+  };
+  expect_invalid(with_fields({"Q", "P"}), "fields[1]");
+  expect_invalid(with_fields({"Q", "Q"}), "fields[1]");
 }
 
 TEST_F(Errors, OfStreams) {

@@ -102,7 +102,7 @@ TEST(Members, OutsideADomainAreNamed) {
   grpc::Status status;
   EXPECT_TRUE(harness.convert(request, &status).empty());
   EXPECT_EQ(status.error_code(), grpc::INVALID_ARGUMENT);
-  EXPECT_EQ(status.error_message().find("member "), 0u) << status.error_message();
+  EXPECT_EQ(status.error_message().find("epsilon: member "), 0u) << status.error_message();
   EXPECT_NE(status.error_message().find("outside the domain S_M"), std::string::npos);
   v1::Status details;
   ASSERT_TRUE(details.ParseFromString(status.error_details()));

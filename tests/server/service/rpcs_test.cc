@@ -195,8 +195,11 @@ TEST_F(Rpcs, PricesAreThoseOfTheStepsThatAreMissing) {
   EXPECT_EQ(harness_.create("t", twice).session().step_price().work(), 2 * step);
   auto adaptive = test::wire_scene();
   adaptive.mutable_method()->set_name("adaptive");
-  EXPECT_EQ(harness_.create("a", adaptive).session().step_price().bound(),
-            v1::PRICE_BOUND_AT_LEAST);
+  const double attempt = harness_.create("a", adaptive).session().step_price().work();
+  const v1::Price capped = harness_.step("a", 100).price();
+  EXPECT_EQ(capped.bound(), v1::PRICE_BOUND_AT_MOST);
+  EXPECT_GT(capped.work(), 4 * 100 * attempt);
+  EXPECT_LT(capped.work(), 4 * 103 * attempt);
   harness_.create("e", test::wire_scene({.method = "exact"}));
   EXPECT_EQ(harness_.step("e", 1'000'000).price().work(), harness_.step("e", 7).price().work());
 }

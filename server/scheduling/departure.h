@@ -1,0 +1,36 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+namespace stiefel::server {
+
+/// Answers a caller who leaves while a worker makes the simulation of the call. To free what was
+/// made of the simulation of an ensemble takes up to 0.1 s, so OnCancel answers at once, the worker
+/// goes on with the freeing, and the later of gRPC and the worker deletes the call.
+class Departure {
+ public:
+  /// The worker calls these around the making, during which nothing of the request and the reply
+  /// may be used. After `end_making` has returned false, OnCancel has answered, and the worker only
+  /// frees what it holds.
+  void begin_making() { state_ = State::making; }
+  bool end_making() {
+    State expected = State::making;
+    return state_.compare_exchange_strong(expected, State::other);
+  }
+  /// Returns true if OnCancel is to answer now.
+  bool answer_now() {
+    State expected = State::making;
+    return state_.compare_exchange_strong(expected, State::answered);
+  }
+  /// Called once by OnDone, and once by a worker to which `end_making` has returned false. Returns
+  /// true to the one that deletes the call.
+  bool is_last() { return state_ != State::answered || one_has_left_.exchange(true); }
+
+ private:
+  enum class State : std::uint8_t { other, making, answered };
+  std::atomic<State> state_ = State::other;
+  std::atomic<bool> one_has_left_ = false;
+};
+
+}  // namespace stiefel::server

@@ -1,0 +1,146 @@
+// A call whose method chooses its own steps ends at its price, and the next one goes on.
+#include <cmath>
+
+#include "server/convert/errors.h"
+#include "tests/server/flat_ellipsoid.h"
+#include "tests/server/harness.h"
+
+namespace stiefel {
+namespace {
+
+constexpr std::int64_t last_step = 400;
+
+class Price : public testing::Test {
+ protected:
+  Price() {
+    v1::Scene scene;
+    server::to_proto(test::flat_ellipsoid(), &scene);
+    harness_.create("s", scene);
+    const auto motion = make_simulation(Scene::resolve(test::flat_ellipsoid()).value());
+    motion->advance(last_step);
+    for (const char* field : {"q", "qdot"}) {
+      const RowMatrix values = motion->get(field);
+      expected_.append(reinterpret_cast<const char*>(values.data()),
+                       static_cast<std::size_t>(values.size()) * sizeof(double));
+    }
+  }
+
+  static void expect_reached(const grpc::Status& status) {
+    EXPECT_EQ(status.error_code(), grpc::RESOURCE_EXHAUSTED) << status.error_message();
+    EXPECT_EQ(server::errors::reason(status).reason, "PRICE_REACHED");
+    EXPECT_EQ(server::errors::retry_delay(status), std::chrono::milliseconds(1));
+  }
+
+  test::Harness harness_;
+  std::string expected_;  // the bits of the state at `last_step`
+};
+
+TEST_F(Price, AStepGoesOnWhereTheOneBeforeEnded) {
+  v1::StepRequest request;
+  request.set_session_id("s");
+  request.set_to(last_step);
+  for (int calls = 0; calls < 4; ++calls) {
+    grpc::ClientContext context;
+    v1::StepResponse response;
+    const auto status = harness_.stub->Step(&context, request, &response);
+    if (!status.ok()) {
+      expect_reached(status);
+      continue;
+    }
+    EXPECT_GE(calls, 1);
+    EXPECT_EQ(response.price().bound(), v1::PRICE_BOUND_AT_MOST);
+    EXPECT_LT(response.computed_steps(), last_step);
+    std::string bits;
+    for (const auto& field : response.sample().fields()) bits += field.value().data();
+    EXPECT_EQ(bits, expected_);
+    return;
+  }
+  ADD_FAILURE() << "four calls did not reach the step";
+}
+
+TEST_F(Price, AStreamSendsWhatItHasAndGoesOnAfterIt) {
+  v1::StreamRequest request;
+  request.set_session_id("s");
+  request.set_to(last_step);
+  std::vector<std::int64_t> steps;
+  std::string last;
+  for (int calls = 0; calls < 4; ++calls) {
+    grpc::Status status;
+    for (const auto& message : harness_.stream(request, &status)) {
+      for (const auto step : message.steps()) steps.push_back(step);
+      last.clear();
+      for (const auto& field : message.fields()) {
+        const std::string& all = field.value().data();
+        last += all.substr(all.size() - 3 * sizeof(double));
+      }
+    }
+    if (status.ok()) {
+      EXPECT_GE(calls, 1);
+      break;
+    }
+    expect_reached(status);
+    ASSERT_FALSE(steps.empty());
+    request.set_from(steps.back() + 1);
+  }
+  ASSERT_EQ(steps.back(), last_step);
+  EXPECT_EQ(last, expected_);
+}
+
+TEST_F(Price, AForkAndADiagnosisEndThereToo) {
+  v1::ForkSessionRequest fork;
+  fork.set_session_id("t");
+  fork.set_from_session_id("s");
+  fork.set_from_step(last_step);
+  v1::ForkSessionResponse forked;
+  grpc::ClientContext fork_context;
+  expect_reached(harness_.stub->ForkSession(&fork_context, fork, &forked));
+  // In a session that has not yet learned what its steps take.
+  v1::Scene scene;
+  server::to_proto(test::flat_ellipsoid(), &scene);
+  harness_.create("d", scene);
+  v1::DiagnoseRequest diagnose;
+  diagnose.set_session_id("d");
+  diagnose.set_to(last_step);
+  v1::DiagnoseResponse diagnosis;
+  grpc::ClientContext context;
+  expect_reached(harness_.stub->Diagnose(&context, diagnose, &diagnosis));
+}
+
+TEST_F(Price, ADriveAnswersWithTheErrorAndGoesOn) {
+  grpc::ClientContext context;
+  const auto drive = harness_.stub->Drive(&context);
+  v1::DriveRequest request;
+  request.set_session_id("s");
+  request.set_to(last_step);
+  v1::DriveResponse response;
+  int refused = -1;
+  do {
+    ASSERT_TRUE(drive->Write(request) && drive->Read(&response));
+  } while (++refused < 4 && response.has_error());
+  EXPECT_GE(refused, 1);
+  ASSERT_TRUE(response.has_step());
+  EXPECT_EQ(response.step().sample().step(), last_step);
+  drive->WritesDone();
+  EXPECT_TRUE(drive->Finish().ok());
+}
+
+/// The price that a limit is compared with is the cap.
+TEST(PriceLimit, BoundsTheCallsOfAdaptive) {
+  test::Harness harness({.quota = {.call_work = 1e6}});
+  auto scene = test::wire_scene();
+  scene.mutable_method()->set_name("adaptive");
+  const double attempt = harness.create("s", scene).session().step_price().work();
+  const auto step = [&](std::int64_t end) {
+    v1::StepRequest request;
+    request.set_session_id("s");
+    request.set_to(end);
+    grpc::ClientContext context;
+    v1::StepResponse response;
+    return harness.stub->Step(&context, request, &response).error_code();
+  };
+  EXPECT_EQ(step(static_cast<std::int64_t>(1e6 / attempt) / 2), grpc::RESOURCE_EXHAUSTED);
+  EXPECT_EQ(step(static_cast<std::int64_t>(1e6 / attempt) / 5), grpc::OK);
+}
+
+}  // namespace
+}  // namespace stiefel
