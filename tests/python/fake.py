@@ -1,6 +1,5 @@
 """A server that fails on purpose, and otherwise knows one session. Its field x is the step, and its field `large`,
 which comes in parts of four numbers, is ten times the step and what follows."""
-import threading
 from concurrent.futures import ThreadPoolExecutor
 
 import grpc
@@ -71,10 +70,11 @@ def refusal(delay=None):
 
 class Fake(SimulationServiceServicer):
     """`failures` is how the next calls fail, first come first served: with a code, or with a `refusal`; a number breaks
-    a stream after so many messages. A stream computes what it tells of, and waits `pause` seconds before each message.
-    `spoil` changes a message of a stream after its checksum was computed, and the first part of a trade-off."""
+    a stream after so many messages, with the code `break_code`. A stream computes what it tells of, and calls
+    `before_message` before each message. `spoil` changes a message of a stream after its checksum was computed, and the first part of a trade-off."""
 
-    pause = 0.0
+    break_code = grpc.StatusCode.UNAVAILABLE
+    before_message = staticmethod(lambda: None)
     spoil = staticmethod(lambda message: message)
 
     def __init__(self):
@@ -129,8 +129,8 @@ class Fake(SimulationServiceServicer):
         messages = list(self._messages(request))
         for count, message in enumerate(messages):
             if count == breaks or (breaks == -1 and message is messages[-1]):
-                context.abort(grpc.StatusCode.UNAVAILABLE, "on purpose")
-            threading.Event().wait(self.pause)  # which nobody patches
+                context.abort(self.break_code, "on purpose")
+            self.before_message()
             yield self.spoil(with_checksum(message) if request.checksum else message)
 
     def MeasureTradeoff(self, request, context):

@@ -1,6 +1,5 @@
 """Retries, resumption, deadlines and exceptions, against a server that fails on purpose."""
 import socket
-import time
 
 import grpc
 import pytest
@@ -9,9 +8,23 @@ import fake
 import stiefel
 from stiefel import calls
 from stiefel import v1 as pb
+from stiefel.connection import Connection
 from stiefel.errors import in_plain_words
 
 UNAVAILABLE, EXHAUSTED = grpc.StatusCode.UNAVAILABLE, grpc.StatusCode.RESOURCE_EXHAUSTED
+
+
+class Clock:
+    """The time as the client's deadlines see it. Only `sleep` moves it."""
+
+    def __init__(self):
+        self.now = 0.0
+
+    def monotonic(self):
+        return self.now
+
+    def sleep(self, seconds):
+        self.now += seconds
 
 
 @pytest.fixture
@@ -23,11 +36,20 @@ def service(tmp_path):
 
 
 @pytest.fixture
-def session(service, monkeypatch):
-    monkeypatch.setattr(calls.time, "sleep", lambda seconds: None)
+def session(service, without_pauses):
     with stiefel.Client(service.address) as client:
         yield client.get("fake")
         service.failures.clear()
+
+
+@pytest.fixture
+def clock(service, monkeypatch):
+    """A clock by which every message of a stream takes 30 s, and pauses as long as they are."""
+    clock = Clock()
+    monkeypatch.setattr(calls, "time", clock)
+    monkeypatch.setattr(Connection, "rest", lambda connection, seconds: clock.sleep(seconds))
+    service.before_message = lambda: clock.sleep(30)
+    return clock
 
 
 def test_details_of_an_error(session):
@@ -62,14 +84,12 @@ def test_other_errors_are_not_retried(service, session):
     assert len(service.requests) == 1
 
 
-def test_nobody_there(tmp_path, monkeypatch):
-    monkeypatch.setattr(calls.time, "sleep", lambda seconds: None)
+def test_nobody_there(tmp_path, without_pauses):
     with stiefel.Client(f"unix:{tmp_path}/nobody") as client, pytest.raises(stiefel.Unavailable):
         client.describe()
 
 
-def test_who_cannot_be_reached_is_told_in_plain_words(tmp_path, monkeypatch):
-    monkeypatch.setattr(calls.time, "sleep", lambda seconds: None)
+def test_who_cannot_be_reached_is_told_in_plain_words(tmp_path):
     with socket.socket() as silent:  # bound, so that nobody else gets it
         silent.bind(("127.0.0.1", 0))
         refused = f"127.0.0.1:{silent.getsockname()[1]}"
@@ -114,45 +134,49 @@ def test_the_steps_of_all_streams_are_counted(service, session):
     assert session.trajectory(to=155).computed_steps == 19 + 9 + 125
 
 
-def test_a_timeout_is_that_of_the_whole_trajectory(service, session):
-    """Every stream breaks after its first message, so each by itself is short."""
-    service.failures, service.pause = [1] * 1000, 0.03
-    start = time.monotonic()
+def test_a_timeout_is_that_of_the_whole_trajectory(service, session, clock):
+    """Every stream breaks after its first message, so each by itself is short: 14 messages take 420 s."""
+    service.failures = [1] * 1000
     with pytest.raises(stiefel.DeadlineExceeded) as caught:
-        session.trajectory(to=10**4, timeout=0.4)
-    assert 0.3 < time.monotonic() - start < 5
+        session.trajectory(to=10**4, timeout=400)
+    assert clock.now == 420
     partial = caught.value.partial
     assert f"{partial.samples} samples had arrived" in str(caught.value)
     assert partial.outcome is stiefel.Outcome.CANCELLED and partial.run_status.message
-    assert 10 <= partial.samples < 10**4 and list(partial.step) == list(range(partial.samples))
+    assert list(partial.step) == list(range(140))
     assert list(partial["x"].ravel()) == list(partial.step)
-    assert partial.computed_steps == 9 * len(partial.step) // 10
+    assert partial.computed_steps == 14 * 9
 
 
-def test_pauses_count(service):
-    with stiefel.Client(service.address) as client:
-        session, start = client.get("fake"), time.monotonic()
-        service.failures = [1] + [UNAVAILABLE] * 100
-        with pytest.raises(stiefel.DeadlineExceeded, match="0.3 s: on purpose") as caught:
-            session.trajectory(to=100, timeout=0.3)
-        assert time.monotonic() - start < 1
+def test_pauses_count(service, session, clock):
+    """After 30 s of 30.3 s the server is away. The pauses are 0.05 and 0.1 s; the next one would end too late."""
+    service.failures = [1] + [UNAVAILABLE] * 100
+    with pytest.raises(stiefel.DeadlineExceeded, match="30.3 s: on purpose") as caught:
+        session.trajectory(to=100, timeout=30.3)
+    assert clock.now == pytest.approx(30.15)
     assert list(caught.value.partial.step) == list(range(10))
-    service.failures.clear()
 
 
-def test_a_timeout_bounds_an_iteration(service, session):
-    service.failures, service.pause = [1] * 1000, 0.03
+def test_a_timeout_bounds_an_iteration(service, session, clock):
+    service.failures = [1] * 1000
     with pytest.raises(stiefel.DeadlineExceeded):
-        for _ in session.stream(to=10**4, timeout=0.3):
+        for _ in session.stream(to=10**4, timeout=300):
             pass
+    assert clock.now == 300
 
 
 def test_without_one_a_stream_that_brings_something_goes_on(service, session):
-    """The client's deadline comes several times in 0.6 s."""
-    session._client.timeout, service.pause = 0.2, 0.06
+    """The client's deadline comes three times, each time after a message."""
+    service.break_code, service.failures = grpc.StatusCode.DEADLINE_EXCEEDED, [2, 1, 1]
     run = session.trajectory(to=99)
     assert run.outcome == "REACHED" and run.samples == 100
-    assert len([request for request in service.requests if hasattr(request, "every")]) > 2
+    assert len([request for request in service.requests if hasattr(request, "every")]) == 4
+
+
+def test_nor_is_the_clients_deadline_that_of_the_whole_trajectory(service, session, clock):
+    """It is 60 s here, for each stream that brings something. Ten messages take 300 s."""
+    session._client.timeout, service.failures = 60, [1] * 9
+    assert session.trajectory(to=99).samples == 100 and clock.now >= 300
 
 
 def test_other_errors_have_what_arrived_too(service, session):

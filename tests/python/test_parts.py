@@ -5,7 +5,6 @@ import pytest
 
 import fake
 import stiefel
-from stiefel import calls
 from stiefel import v1 as pb
 from stiefel.assembly import Assembly
 
@@ -25,8 +24,7 @@ def service(fake_server):
 
 
 @pytest.fixture
-def session(fake_server, monkeypatch):
-    monkeypatch.setattr(calls.time, "sleep", lambda seconds: None)
+def session(fake_server, without_pauses):
     with stiefel.Client(fake_server[1]) as client:
         yield client.get("fake")
 

@@ -8,7 +8,7 @@ import pytest
 
 import fake
 import stiefel
-from stiefel import calls, recreation
+from stiefel import recreation
 from stiefel import v1 as pb
 from stiefel.connection import Connection
 
@@ -234,8 +234,7 @@ def test_a_deletion_during_a_recreation_wins(place, client):
     assert created.is_set() and list(client.list()) == []
 
 
-def test_without_a_server_it_ends(place, client, monkeypatch):
-    monkeypatch.setattr(calls.time, "sleep", lambda seconds: None)
+def test_without_a_server_it_ends(place, client):
     session = client.create(BODY)
     place.stop()
     for call in (lambda: session.step(1), lambda: session.trajectory(to=10), lambda: session.drive().step(1)):

@@ -274,8 +274,7 @@ class Breaks:
 
 
 @pytest.mark.parametrize("checkpoint_every", [0, 100])
-def test_a_broken_call_goes_on(session, monkeypatch, checkpoint_every):
-    monkeypatch.setattr(calls.time, "sleep", lambda seconds: None)
+def test_a_broken_call_goes_on(session, monkeypatch, without_pauses, checkpoint_every):
     asked = {"M": [*STATISTICS, {"quantiles": [0.5]}]}
     whole = session.summarize(1000, asked)
     breaks = Breaks(session._client.stub.Summarize, [2, 4, 1])
@@ -288,8 +287,7 @@ def test_a_broken_call_goes_on(session, monkeypatch, checkpoint_every):
         assert again["M"][statistic].tobytes() == values.tobytes()
 
 
-def test_a_call_that_breaks_often_goes_on_as_long_as_checkpoints_come(session, monkeypatch):
-    monkeypatch.setattr(calls.time, "sleep", lambda seconds: None)
+def test_a_call_that_breaks_often_goes_on_as_long_as_checkpoints_come(session, monkeypatch, without_pauses):
     handle = session._client.get(session.id)  # which never creates the session again
     breaks = Breaks(session._client.stub.Summarize, [2] * 2 * calls.ATTEMPTS)
     monkeypatch.setattr(session._client.stub, "Summarize", breaks)
@@ -300,8 +298,7 @@ def test_a_call_that_breaks_often_goes_on_as_long_as_checkpoints_come(session, m
         handle.summarize(1000, {"M": STATISTICS}, checkpoint_every=20)
 
 
-def test_events_of_a_broken_call_come_once(session, monkeypatch):
-    monkeypatch.setattr(calls.time, "sleep", lambda seconds: None)
+def test_events_of_a_broken_call_come_once(session, monkeypatch, without_pauses):
     many = [{**FLIP, "level": level} for level in np.linspace(-0.2, 0.2, 40)]
     whole = session.events(20_000, many, fields=["Q", "M", "Omega"])
     breaks = Breaks(session._client.stub.Summarize, [3, 2, 6])
