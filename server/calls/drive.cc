@@ -13,6 +13,7 @@
 #include "server/convert/errors.h"
 #include "server/limits/failpoint.h"
 #include "server/limits/reply_limits.h"
+#include "server/scheduling/departure.h"
 
 namespace stiefel::server {
 namespace {
@@ -61,15 +62,29 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
   void OnCancel() override {
     cancelled_ = true;
     stop_.request_stop();
-    host_.scheduler.hasten(this);
+    if (!departure_.answer_now()) return host_.scheduler.hasten(this);
+    log_.finish(errors::cancelled(), steps_);
+    Finish(errors::cancelled());
   }
-  void OnDone() override { delete this; }
+  void OnDone() override {
+    if (departure_.is_last()) remove();
+  }
 
  private:
   grpc::Status prepare();
   /// Takes a place in the account for a request that is not answered inline.
   grpc::Status enter();
   bool run_slice() noexcept override;
+  /// Makes the cursor. Returns false if the request is answered: with an error, or because the
+  /// caller left and OnCancel has answered.
+  bool make_cursor() noexcept;
+  /// Deletes the call.
+  void remove() {
+    Host& host = host_;
+    const bool running = running_;
+    delete this;
+    if (running) host.lifecycle.leave();
+  }
 
   /// Empties the response and keeps the memory of its step.
   void clear() {
@@ -120,6 +135,7 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
   std::optional<SessionLease> lease_;  // held while a request is answered
   StepTask task_;
   std::optional<Cursor> cursor_;
+  Departure departure_;
   std::int64_t steps_ = 0;
   bool read_ = false;     // a request was read
   bool running_ = false;  // counted by the lifecycle
@@ -174,13 +190,32 @@ grpc::Status DriveCall::enter() {
   return admitted;
 }
 
+bool DriveCall::make_cursor() noexcept {
+  std::optional<grpc::Status> failure;
+  departure_.begin_making();
+  try {
+    cursor_.emplace(**lease_, task_.to, stop_.get_token());
+  } catch (...) {
+    failure = status_of_exception(host_.lifecycle);
+  }
+  if (!departure_.end_making()) {
+    cursor_.reset();
+    lease_.reset();
+    request_ticket_.give_back();
+    if (departure_.is_last()) remove();
+    return false;
+  }
+  if (failure) reply_from_pool(*failure);
+  return !failure;
+}
+
 bool DriveCall::run_slice() noexcept {
+  if (!cursor_ && !cancelled_ && !make_cursor()) return false;
   try {
     if (cancelled_) {
       reply_from_pool(errors::cancelled());
       return false;
     }
-    if (!cursor_) cursor_.emplace(**lease_, task_.to, stop_.get_token());
     std::int64_t budget = slice_steps((*lease_)->step_cost());
     if (host_.lifecycle.stopping()) {
       if (cursor_->step() < task_.to) cursor_->cancel();

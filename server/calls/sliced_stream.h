@@ -15,6 +15,7 @@
 #include "server/calls/stopped.h"
 #include "server/convert/errors.h"
 #include "server/limits/failpoint.h"
+#include "server/scheduling/departure.h"
 #include "server/sessions/stoppable.h"
 
 namespace stiefel::server {
@@ -39,6 +40,11 @@ template <class Response>
 class StreamWork {
  public:
   virtual ~StreamWork() = default;
+  /// Whether `make` is to run before the next slice.
+  virtual bool makes_next() const { return false; }
+  /// Makes a simulation. When the caller cancels, gRPC may delete the request while this runs, so
+  /// the request must not be used. An error ends the call.
+  virtual grpc::Status make(const std::stop_token&) { return grpc::Status::OK; }
   /// Runs one slice and continues `message` as the previous slice left it. The token requests a
   /// stop when the caller cancels or the server shuts down. An error ends the call.
   virtual std::expected<Progress, grpc::Status> slice(const std::stop_token& stop,
@@ -49,14 +55,15 @@ class StreamWork {
 
 /// A call that answers with a stream of messages, computed in slices on a pool. Computes nothing
 /// while a message is being written. Gives the work and the call's place in its account back before
-/// it sends the last message. Deletes itself.
+/// it sends the last message; when the caller has cancelled, after its answer. Deletes itself.
 template <class Response>
 class SlicedStream final : public grpc::ServerWriteReactor<Response>, private Job {
  public:
   using Work = std::unique_ptr<StreamWork<Response>>;
 
-  /// `price` is that of all slices, in instructions.
-  SlicedStream(Host& host, Pool& pool, CallLog log, Ticket::Kind kind, double price, Work work)
+  /// `price`: the most instructions of all slices. `expected`: those that are billed.
+  SlicedStream(Host& host, Pool& pool, CallLog log, Ticket::Kind kind, double price,
+               double expected, Work work)
       : host_(host),
         pool_(pool),
         log_(std::move(log)),
@@ -69,14 +76,16 @@ class SlicedStream final : public grpc::ServerWriteReactor<Response>, private Jo
     if (!admitted.ok()) {
       end(admitted);
     } else {
-      Job::bill(log_.account().share(), price);
+      Job::bill(log_.account().share(), expected);
       pool_.submit(this);
     }
   }
 
   void OnCancel() override {
     leave();
-    host_.scheduler.hasten(this);
+    if (!departure_.answer_now()) return host_.scheduler.hasten(this);
+    log_.finish(errors::cancelled());
+    this->Finish(errors::cancelled());
   }
   void OnWriteDone(bool ok) override {
     log_.written();
@@ -84,13 +93,18 @@ class SlicedStream final : public grpc::ServerWriteReactor<Response>, private Jo
     pool_.submit(this);
   }
   void OnDone() override {
+    if (departure_.is_last()) remove();
+  }
+
+ private:
+  /// Deletes the call.
+  void remove() {
     Host& host = host_;
     delete this;
     host.lifecycle.leave();
   }
-
- private:
   bool run_slice() noexcept override {
+    if (work_->makes_next() && !cancelled_ && !make()) return false;
     const auto progress = slice();
     if (!progress || *progress == Progress::last_message) {
       end(progress ? grpc::Status::OK : progress.error());
@@ -101,6 +115,24 @@ class SlicedStream final : public grpc::ServerWriteReactor<Response>, private Jo
     log_.writing();
     this->StartWrite(&message_);
     return false;
+  }
+
+  /// Returns false if the call has ended: with an error, or because its caller left and OnCancel
+  /// has answered.
+  bool make() noexcept {
+    departure_.begin_making();
+    grpc::Status made;
+    try {
+      made = work_->make(stop_.get_token());
+    } catch (...) {
+      made = errors::from_current_exception();
+    }
+    if (!departure_.end_making()) {
+      free();
+      return false;
+    }
+    if (!made.ok()) end(cancelled_ ? errors::cancelled() : made);
+    return made.ok();
   }
 
   std::expected<Progress, grpc::Status> slice() {
@@ -123,6 +155,11 @@ class SlicedStream final : public grpc::ServerWriteReactor<Response>, private Jo
 
   void end(const grpc::Status& status) {
     log_.finish(status, work_->computed_steps());
+    if (cancelled_ && !status.ok()) {
+      departure_.answer_first();
+      this->Finish(status);
+      return free();
+    }
     work_.reset();
     ticket_.give_back();
     if (status.ok())
@@ -131,10 +168,18 @@ class SlicedStream final : public grpc::ServerWriteReactor<Response>, private Jo
       this->Finish(status);
   }
 
+  /// Frees what the call holds after its answer.
+  void free() {
+    work_.reset();
+    ticket_.give_back();
+    if (departure_.is_last()) remove();
+  }
+
   Host& host_;
   Pool& pool_;
   CallLog log_;
   Ticket ticket_;
+  Departure departure_;
   Work work_;
   std::atomic<bool> cancelled_ = false;
   std::stop_source stop_;
@@ -166,8 +211,8 @@ grpc::ServerWriteReactor<Response>* message_a_slice(Host& host, Pool& pool, Call
     const Lifecycle& lifecycle_;
     Produce produce_;
   };
-  return new SlicedStream<Response>(host, pool, std::move(log), Ticket::Kind::call,
-                                    std::max(price, pool.price_cap()),
+  price = std::max(price, pool.price_cap());
+  return new SlicedStream<Response>(host, pool, std::move(log), Ticket::Kind::call, price, price,
                                     std::make_unique<Work>(host.lifecycle, std::move(produce)));
 }
 

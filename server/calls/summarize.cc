@@ -34,6 +34,10 @@ class SummarizeWork final : public StreamWork<v1::SummarizeResponse> {
                 const v1::SummarizeRequest& request)
       : lifecycle_(lifecycle), account_(account), answer_(std::move(session), request) {}
 
+  bool makes_next() const override { return answer_.was_read() && !answer_.made(); }
+  grpc::Status make(const std::stop_token& stop) override {
+    return until_stopped(stop, [this] { return answer_.make(); });
+  }
   std::expected<Progress, grpc::Status> slice(const std::stop_token& stop,
                                               v1::SummarizeResponse& message) override;
   std::int64_t computed_steps() const override { return answer_.computed_steps(); }
@@ -41,6 +45,11 @@ class SummarizeWork final : public StreamWork<v1::SummarizeResponse> {
  private:
   /// Whether the next message needs more slices.
   bool needs_more_slices() const { return !answer_.has_results() && !answer_.done(); }
+  /// Returns what `part` of the preparation returns, or the status of a stopped call.
+  template <class Part>
+  grpc::Status until_stopped(const std::stop_token& stop, Part part) const {
+    return stoppable(stop, part).value_or(stopped(lifecycle_));
+  }
   grpc::Status work(const std::stop_token& stop);
   grpc::Status start(const std::stop_token& stop);
   void advance(const std::stop_token& stop);
@@ -66,7 +75,10 @@ std::expected<Progress, grpc::Status> SummarizeWork::slice(const std::stop_token
 
 /// Runs one slice; an error ends the call.
 grpc::Status SummarizeWork::work(const std::stop_token& stop) {
+  if (!answer_.was_read())
+    return until_stopped(stop, [this] { return answer_.read(account_.memory()); });
   if (!answer_.started()) return start(stop);
+  if (answer_.price_reached()) return errors::price_reached(*answer_.price_reached());
   ++slices_;
   if (lifecycle_.stopping()) {
     // A checkpoint can be made only when all members are at one step.
@@ -80,9 +92,8 @@ grpc::Status SummarizeWork::work(const std::stop_token& stop) {
 }
 
 grpc::Status SummarizeWork::start(const std::stop_token& stop) {
-  const auto begun = stoppable(stop, [this] { return answer_.start(account_.memory()); });
-  if (!begun) return stopped(lifecycle_);
-  if (!begun->ok()) return *begun;
+  if (const auto status = until_stopped(stop, [this] { return answer_.start(); }); !status.ok())
+    return status;
   longer_ =
       static_cast<int>(std::clamp<std::size_t>(answer_.width() / groups_in_a_slice, 1, longest));
   steps_ = slice_steps(answer_.session().step_cost());
@@ -116,10 +127,12 @@ grpc::ServerWriteReactor<v1::SummarizeResponse>* Service::Summarize(
     if (!session) return refuse(session.error());
     if (const auto status = check_range(*request); !status.ok()) return refuse(status);
     Pool& pool = has_many(**session) ? host_.searches : host_.pool_for((*session)->step_kind());
-    const double price = (*session)->work((*session)->start_for(request->from()), request->to());
+    const std::int64_t start = (*session)->start_for(request->from());
+    const double price = (*session)->most_work(start, request->to());
+    const double expected = (*session)->work(start, request->to());
     Account& account = log.account();
     return new SlicedStream<v1::SummarizeResponse>(
-        host_, pool, std::move(log), Ticket::Kind::stream, price,
+        host_, pool, std::move(log), Ticket::Kind::stream, price, expected,
         std::make_unique<SummarizeWork>(host_.lifecycle, account, *std::move(session), *request));
   } catch (...) {
     return refuse(errors::from_current_exception());

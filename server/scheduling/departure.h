@@ -5,9 +5,10 @@
 
 namespace stiefel::server {
 
-/// Answers a caller who leaves while a worker makes the simulation of the call. To free what was
-/// made of the simulation of an ensemble takes up to 0.1 s, so OnCancel answers at once, the worker
-/// goes on with the freeing, and the later of gRPC and the worker deletes the call.
+/// Answers a caller who leaves before the simulation of the call is freed. To free that of an
+/// ensemble takes up to 0.1 s, whole or half made. So a caller who leaves while a worker makes it is
+/// answered by OnCancel, one who leaves later by the worker before it frees. The later of gRPC and
+/// the worker deletes the call.
 class Departure {
  public:
   /// The worker calls these around the making, during which nothing of the request and the reply
@@ -18,13 +19,15 @@ class Departure {
     State expected = State::making;
     return state_.compare_exchange_strong(expected, State::other);
   }
+  /// The worker calls this before it answers a caller who has left, and only frees afterwards.
+  void answer_first() { state_ = State::answered; }
   /// Returns true if OnCancel is to answer now.
   bool answer_now() {
     State expected = State::making;
     return state_.compare_exchange_strong(expected, State::answered);
   }
-  /// Called once by OnDone, and once by a worker to which `end_making` has returned false. Returns
-  /// true to the one that deletes the call.
+  /// Called once by OnDone, and once by a worker that only frees, after it has. Returns true to the
+  /// one that deletes the call.
   bool is_last() { return state_ != State::answered || one_has_left_.exchange(true); }
 
  private:

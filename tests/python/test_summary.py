@@ -298,6 +298,18 @@ def test_a_call_that_breaks_often_goes_on_as_long_as_checkpoints_come(session, m
         handle.summarize(1000, {"M": STATISTICS}, checkpoint_every=20)
 
 
+def test_a_call_that_ends_at_its_price_goes_on(client):
+    """On a flat ellipsoid `adaptive` takes more substeps than predicted, so the first call ends at its price."""
+    scene = {"system": "ellipsoid", "inertia": [1, 0.8, 1e-6], "step": 0.1, "method": {"name": "adaptive", "tolerance": 1e-12},
+             "initial": {"q": [0, 0, 1], "qdot": [1, 0.1, 0]}}
+    with client.create(scene) as session:
+        summary = session.summarize(400, {"q": STATISTICS}, every=2)
+        assert summary.samples == 201 and summary.outcome == "REACHED" and summary.computed_steps == 400
+        q = session.trajectory(400, every=2, fields="q")["q"]
+    assert (summary["q"]["last"] == q[-1]).all() and (summary["q"]["min"] == q.min(0)).all()
+    np.testing.assert_allclose(summary["q"]["mean"], q.astype(np.longdouble).mean(0).astype(float), rtol=1e-14, atol=1e-17)
+
+
 def test_events_of_a_broken_call_come_once(session, monkeypatch, without_pauses):
     many = [{**FLIP, "level": level} for level in np.linspace(-0.2, 0.2, 40)]
     whole = session.events(20_000, many, fields=["Q", "M", "Omega"])

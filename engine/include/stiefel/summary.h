@@ -169,6 +169,9 @@ class Summary {
 
   /// Returns the number of steps so far, summed over all members.
   std::int64_t computed_steps() const;
+  /// Returns the sum of Simulation::map_steps over all members, for the steps that this object has
+  /// computed; without the shortened steps to events and times.
+  std::int64_t map_steps() const;
   /// Whether the summary reads samples at every step of the grid or looks for events. This takes
   /// work beside that of the steps.
   bool reads_on_the_way() const;

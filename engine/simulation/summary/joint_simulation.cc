@@ -31,7 +31,9 @@ const Simulation& JointSimulation::state(std::size_t i) const {
 }
 
 RunStatus JointSimulation::advance(std::int64_t to, const std::stop_token& stop) {
+  const std::int64_t map_steps_before = simulation_->map_steps();
   const RunStatus status = simulation_->advance(to - step_, stop);
+  map_steps_ += simulation_->map_steps() - map_steps_before;
   const std::int64_t steps = simulation_->step() - step_;
   const std::int64_t done = direct_ ? std::min<std::int64_t>(steps, 1) : steps;
   computed_ += done * static_cast<std::int64_t>(going_.size());

@@ -29,6 +29,8 @@ class JointSimulation {
   std::int64_t step() const { return step_; }
   /// Returns the number of steps of all members together.
   std::int64_t computed_steps() const { return computed_; }
+  /// Returns the sum of Simulation::map_steps over all members.
+  std::int64_t map_steps() const { return map_steps_; }
   /// Returns the state of the i-th member that is left.
   const Simulation& state(std::size_t i) const;
 
@@ -54,7 +56,7 @@ class JointSimulation {
   std::unique_ptr<Simulation> simulation_;
   bool direct_;
   std::size_t each_saved_;
-  std::int64_t step_ = 0, computed_ = 0;
+  std::int64_t step_ = 0, computed_ = 0, map_steps_ = 0;
 };
 
 }  // namespace stiefel

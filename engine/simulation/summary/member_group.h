@@ -39,6 +39,7 @@ class MemberGroup {
   /// Returns the number of times up to the last one that any member reached.
   std::size_t times_reached() const { return times_.reached(); }
   std::int64_t computed_steps() const { return motion_.computed_steps(); }
+  std::int64_t map_steps() const { return motion_.map_steps(); }
 
   std::size_t size() const { return members_.size(); }
   const MemberEnd& end(std::size_t member) const { return *members_[member].end; }

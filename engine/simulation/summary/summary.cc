@@ -261,6 +261,12 @@ std::int64_t Summary::computed_steps() const {
   return sum;
 }
 
+std::int64_t Summary::map_steps() const {
+  std::int64_t sum = 0;
+  for (const auto& group : parts_->groups) sum += group->map_steps();
+  return sum;
+}
+
 bool Summary::reads_on_the_way() const {
   return parts_->plan.reads_on_the_way || !parts_->plan.what.events.empty();
 }

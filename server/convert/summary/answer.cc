@@ -23,43 +23,58 @@ constexpr std::uint64_t time_bytes = 32;
 
 }  // namespace
 
-grpc::Status SummarizeAnswer::start(MemoryBudget& memory) {
+grpc::Status SummarizeAnswer::read(MemoryBudget& memory) {
   const auto times = static_cast<std::uint64_t>(request_.times_size());
   memory_ = MemoryLease(memory, reading_memory(request_.ByteSizeLong()) + times * time_bytes);
   auto what = from_proto(request_);
   if (!what) return what.error();
-  auto summary = Summary::prepare(session_->scene(), *std::move(what));
+  what_ = *std::move(what);
+  return grpc::Status::OK;
+}
+
+grpc::Status SummarizeAnswer::make() {
+  auto summary = Summary::prepare(session_->scene(), std::move(*what_));
   if (!summary) return errors::invalid(summary.error());
   memory_.grow(summary_memory(*session_, *summary));
-  messages_.emplace(*session_, summary->description());
-  if (const auto status = find_first_state(*summary); !status.ok()) return status;
-  write_price(*summary);
-  last_mark_ = summary->step();
   summary_.emplace(*std::move(summary));
+  if (!has_checkpoint_) go_to_first_state();
   return grpc::Status::OK;
 }
 
-grpc::Status SummarizeAnswer::find_first_state(Summary& summary) {
-  if (!request_.checkpoint().empty()) {
-    const auto saved = open_checkpoint(*session_, request_);
-    if (!saved) return saved.error();
-    if (*saved) return summary.restore(**saved) ? grpc::Status::OK : damaged_checkpoint(request_);
-    checkpoint_ignored_ = true;
-  }
-  auto simulation = session_->lease(request_.from());
+void SummarizeAnswer::go_to_first_state() {
+  auto simulation = session_->lease(summary_->description().from);
   std::vector<double> saved(simulation->saved_size());
   simulation->save(saved);
-  summary.start_at(simulation->step(), saved);
+  summary_->start_at(simulation->step(), saved);
   session_->give_back(std::move(simulation));
+}
+
+grpc::Status SummarizeAnswer::start() {
+  if (has_checkpoint_)
+    if (const auto status = restore(); !status.ok()) return status;
+  messages_.emplace(*session_, summary_->description());
+  first_step_ = last_mark_ = summary_->step();
+  set_price();
   return grpc::Status::OK;
 }
 
-void SummarizeAnswer::write_price(const Summary& summary) {
+grpc::Status SummarizeAnswer::restore() {
+  const auto saved = open_checkpoint(*session_, request_);
+  if (!saved) return saved.error();
+  if (*saved) return summary_->restore(**saved) ? grpc::Status::OK : damaged_checkpoint(request_);
+  checkpoint_ignored_ = true;
+  go_to_first_state();
+  return grpc::Status::OK;
+}
+
+void SummarizeAnswer::set_price() {
+  limit_ = session_->attempt_limit();
+  const std::int64_t to = request_.to(), from = std::min(first_step_, to);
+  const bool reads = summary_->reads_on_the_way();
   const auto times = static_cast<std::uint64_t>(request_.times_size());
-  to_proto(session_->work(std::min(summary.step(), request_.to()), request_.to()),
-           summary.statistics_bytes() + times * messages_->state_bytes(),
-           summary.reads_on_the_way() ? v1::PRICE_BOUND_AT_LEAST : v1::PRICE_BOUND_EXPECTED,
-           &price_);
+  to_proto(reads ? session_->work(from, to) : session_->most_work(from, to),
+           summary_->statistics_bytes() + times * messages_->state_bytes(),
+           reads ? v1::PRICE_BOUND_AT_LEAST : bound_of_steps(*session_), &price_);
 }
 
 std::int64_t SummarizeAnswer::next_mark() const {
@@ -70,8 +85,30 @@ std::int64_t SummarizeAnswer::next_mark() const {
   return done + 1 > (never - from) / every ? never : from + (done + 1) * every;
 }
 
+std::int64_t SummarizeAnswer::price_mark() const {
+  constexpr auto never = std::numeric_limits<std::int64_t>::max();
+  if (!limit_) return never;
+  const double left = limit_->of(static_cast<double>(request_.to() - first_step_)) -
+                      static_cast<double>(summary_->map_steps());
+  const double steps = std::max(1.0, left / limit_->longest);
+  return steps < static_cast<double>(never - summary_->step())
+             ? summary_->step() + static_cast<std::int64_t>(steps)
+             : never;
+}
+
+void SummarizeAnswer::compare_price() {
+  if (!limit_ || !summary_->aligned()) return;
+  const auto priced = static_cast<double>(request_.to() - first_step_);
+  const auto attempts = static_cast<double>(summary_->map_steps());
+  const std::int64_t at = summary_->step();
+  if (attempts < limit_->of(priced) || at == first_step_) return;
+  session_->raise_attempts(attempts / static_cast<double>(at - first_step_));
+  price_reached_.emplace(at, limit_->most_work(priced));
+  if (last_mark_ != at) add_checkpoint(at);
+}
+
 void SummarizeAnswer::advance(std::int64_t steps, const std::stop_token& stop) {
-  summary_->advance(steps, next_mark(), stop);
+  summary_->advance(steps, std::min(next_mark(), price_mark()), stop);
 }
 
 void SummarizeAnswer::collect() {
@@ -79,10 +116,11 @@ void SummarizeAnswer::collect() {
   messages_->add(summary_->take_states());
   done_ = summary_->done();
   if (done_) return messages_->add(summary_->statistics());
-  const std::int64_t due = next_mark();
-  if (summary_->step() < due) return;
-  last_mark_ = due;
-  add_checkpoint(due);
+  if (const std::int64_t due = next_mark(); summary_->step() >= due) {
+    last_mark_ = due;
+    add_checkpoint(due);
+  }
+  compare_price();
 }
 
 void SummarizeAnswer::cut_short() {

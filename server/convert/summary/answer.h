@@ -18,20 +18,30 @@ class SummarizeAnswer {
  public:
   /// The request must outlive this object.
   SummarizeAnswer(SessionLease session, const v1::SummarizeRequest& request)
-      : session_(std::move(session)), request_(request) {}
+      : session_(std::move(session)),
+        request_(request),
+        has_checkpoint_(!request.checkpoint().empty()) {}
 
-  /// Checks the request and goes to its first state, or to that of its checkpoint. The summary's
-  /// memory comes from `memory`. Throws Stopped (stiefel/stop.h) on a stop request of the
-  /// surrounding StopScope. An error ends the call.
-  grpc::Status start(MemoryBudget& memory);
-  bool started() const { return summary_.has_value(); }
+  /// `read`, `make` and `start` are called in this order; an error ends the call. They throw Stopped
+  /// (stiefel/stop.h) on a stop request of the surrounding StopScope. `read` reads what is to be
+  /// computed; the call's memory comes from `memory`.
+  grpc::Status read(MemoryBudget& memory);
+  bool was_read() const { return what_.has_value(); }
+  /// Makes the summary and, if the request has no checkpoint, its first state. Does not use the
+  /// request.
+  grpc::Status make();
+  bool made() const { return summary_.has_value(); }
+  /// Goes to the state of the request's checkpoint, if it has one.
+  grpc::Status start();
+  bool started() const { return messages_.has_value(); }
 
   // The functions below need a start that succeeded, unless they say otherwise.
 
-  /// Advances by at most `steps` steps, and not beyond the step of the next checkpoint.
+  /// Advances by at most `steps` steps, and neither beyond the step of the next checkpoint nor far
+  /// beyond the price.
   void advance(std::int64_t steps, const std::stop_token& stop);
   /// Collects for the messages what was found on the way: events, states, a checkpoint that is due
-  /// and, at the end, the statistics.
+  /// or with which the call ends at its price and, at the end, the statistics.
   void collect();
   /// Ends the summary for a server that stops: with what there is and, on request, a checkpoint
   /// from which another server goes on. Needs `aligned()`.
@@ -43,6 +53,9 @@ class SummarizeAnswer {
   bool interrupted() const { return summary_->interrupted(); }
   /// Whether nothing is left to compute. False before the start.
   bool done() const { return done_; }
+  /// Set when the steps have taken the price of the call (attempts.h), which is to end with it once
+  /// there are no more results to send.
+  const std::optional<PriceReached>& price_reached() const { return price_reached_; }
   /// The groups of members that advance together.
   std::size_t width() const { return summary_->width(); }
   /// 0 before the start.
@@ -56,21 +69,29 @@ class SummarizeAnswer {
   bool next(v1::SummarizeResponse& message);
 
  private:
-  /// Restores the request's checkpoint, or starts at the request's first state if there is none or
-  /// this server does not have its key.
-  grpc::Status find_first_state(Summary& summary);
-  void write_price(const Summary& summary);
+  /// Goes to the description's first state.
+  void go_to_first_state();
+  /// Restores the request's checkpoint. Goes to the first state if the server does not have its key.
+  grpc::Status restore();
+  void set_price();
   /// Returns the step at which the next checkpoint is due.
   std::int64_t next_mark() const;
+  /// Returns a step that is reached before the attempts of the price are used up, or is the next.
+  std::int64_t price_mark() const;
+  void compare_price();
   void add_checkpoint(std::int64_t step);
 
   const SessionLease session_;
   const v1::SummarizeRequest& request_;
   MemoryLease memory_;
+  std::optional<SummaryDescription> what_;
   std::optional<Summary> summary_;
   std::optional<SummaryMessages> messages_;
   v1::Price price_;  ///< empty once it is sent
-  bool checkpoint_ignored_ = false;
+  std::optional<AttemptLimit> limit_;
+  std::optional<PriceReached> price_reached_;
+  bool has_checkpoint_, checkpoint_ignored_ = false;
+  std::int64_t first_step_ = 0;  ///< of this call
   std::int64_t last_mark_ = 0;
   bool done_ = false;
 };

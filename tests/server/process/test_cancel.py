@@ -98,9 +98,9 @@ def stream_of(method, request):
     return lambda stub: getattr(stub, method)(request)
 
 
-def drive_of(scene):
+def drive_of(scene, field="M"):
     return with_session(scene, lambda stub, s: stub.Drive(iter([pb.DriveRequest(
-        session_id=s, to=10**6, fields=["M"])])))
+        session_id=s, to=10**6, fields=[field])])))
 
 
 #: The largest N that is allowed, 512, wherever that does not refuse the call.
@@ -132,6 +132,9 @@ CALLS = {
         pb.CreateSessionRequest(session_id="s", scene=blocks(256, 256))),
     "ForkSession, ensemble": with_session(bodies(65536), lambda stub, s: stub.ForkSession.future(pb.ForkSessionRequest(
         session_id="t", from_session_id=s, system="symmetric_rigid_body"))),
+    "Drive, ensemble": drive_of(bodies(65536), "angular_velocity"),
+    "Summarize, ensemble": with_session(bodies(65536), lambda stub, s: stub.Summarize(pb.SummarizeRequest(
+        session_id=s, to=10**6, every=10**5, quantities=[pb.Quantity(name="energy", statistics=[pb.STATISTIC_DRIFT])]))),
     "Diagnose, brackets": diagnosis_of(body(512, system="symmetric_rigid_body", name="variational"),
                                        dirac_brackets=brackets(512, 2)),
     "MeasureTradeoff": stream_of("MeasureTradeoff", pb.MeasureTradeoffRequest(scene=body(512), budget=1e16)),
@@ -148,7 +151,7 @@ QUICK = ["Step, variational, Lambda from 1 to 1000", "Diagnose, brackets", "Diag
          "Convert to interpolation"]
 
 
-STREAMS = {"Stream", "Drive", "MeasureTradeoff", "Connect", "Convert"}
+STREAMS = {"Stream", "Drive", "Summarize", "MeasureTradeoff", "Connect", "Convert"}
 
 
 class Replies:

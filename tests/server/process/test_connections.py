@@ -88,9 +88,9 @@ def test_without_a_descriptor_a_connection_is_told_so(serve):
 def test_a_silent_connection_is_closed_after_ten_seconds(serve):
     process = serve()
     silent, start = process.connect(), time.monotonic()
-    silent.settimeout(15)
+    silent.settimeout(30)
     assert silent.recv(1) == b""
-    assert 9 < time.monotonic() - start < 12
+    assert 9 < time.monotonic() - start < 20
 
 
 @pytest.mark.parametrize("garbage", [b"GET / HTTP/1.1\r\nHost: x\r\n\r\n", b"\0" * 10_000, os.urandom(10_000),

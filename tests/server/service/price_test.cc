@@ -1,7 +1,9 @@
 // A call whose method chooses its own steps ends at its price, and the next one goes on.
 #include <cmath>
+#include <cstring>
 
 #include "server/convert/errors.h"
+#include "stiefel/summary.h"
 #include "tests/server/flat_ellipsoid.h"
 #include "tests/server/harness.h"
 
@@ -122,6 +124,48 @@ TEST_F(Price, ADriveAnswersWithTheErrorAndGoesOn) {
   EXPECT_EQ(response.step().sample().step(), last_step);
   drive->WritesDone();
   EXPECT_TRUE(drive->Finish().ok());
+}
+
+/// The statistics of the flat ellipsoid up to `last_step`, without a server.
+std::vector<SummaryArray> expected_statistics(Statistic statistic) {
+  const Scene scene = Scene::resolve(test::flat_ellipsoid()).value();
+  auto summary = Summary::prepare(scene, {.to = last_step,
+                                          .quantities = {{.name = "q", .statistics = {statistic}}}})
+                     .value();
+  while (!summary.done()) summary.advance(last_step, last_step);
+  return summary.statistics();
+}
+
+TEST_F(Price, ASummaryEndsWithACheckpointAndGoesOnFromIt) {
+  v1::SummarizeRequest request;
+  request.set_session_id("s");
+  request.set_to(last_step);
+  v1::Quantity& quantity = *request.add_quantities();
+  quantity.set_name("q");
+  quantity.add_statistics(v1::STATISTIC_MEAN);
+  for (int calls = 0; calls < 4; ++calls) {
+    grpc::ClientContext context;
+    const auto reader = harness_.stub->Summarize(&context, request);
+    v1::SummarizeResponse message;
+    std::string checkpoint, mean;
+    while (reader->Read(&message)) {
+      checkpoint += message.checkpoint().data();
+      if (message.statistics_size() > 0) mean += message.statistics(0).value().data();
+    }
+    const auto status = reader->Finish();
+    if (!status.ok()) {
+      expect_reached(status);
+      ASSERT_FALSE(checkpoint.empty());
+      request.set_checkpoint(checkpoint);
+      continue;
+    }
+    EXPECT_GE(calls, 1);
+    const std::vector<double> expected = expected_statistics(Statistic::mean).front().numbers;
+    ASSERT_EQ(mean.size(), expected.size() * sizeof(double));
+    EXPECT_EQ(std::memcmp(mean.data(), expected.data(), mean.size()), 0);
+    return;
+  }
+  ADD_FAILURE() << "four calls did not reach the step";
 }
 
 /// The price that a limit is compared with is the cap.
