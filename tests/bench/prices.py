@@ -80,7 +80,7 @@ def scenes(program: Path, count: int, seed: int) -> list[tuple[str, str]]:
 def kind_of(kind: str, method: str) -> str:
     if kind == "closed_form" or method in EXPLICIT:
         return "explicit methods and closed forms"
-    return "at least: methods that choose their steps" if kind == "own_steps" else "implicit methods"
+    return "methods that choose their steps" if kind == "own_steps" else "implicit methods"
 
 
 def callgrind(program: Path, function: str, *arguments: str, lines: str = "") -> tuple[list[str], list[int]]:

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <functional>
 #include <latch>
 #include <string>
+#include <utility>
 
 #include "server/scheduling/scheduler.h"
 
@@ -41,6 +43,42 @@ class CountedJob final : public Job {
   const double work_;
   std::string* const order_;
   std::latch* done_ = nullptr;
+};
+
+/// The price of a job that has no end.
+inline constexpr double endless = 1e30;
+
+/// A job of a function, one slice for each call of it that returns true.
+class Calling final : public Job {
+ public:
+  explicit Calling(std::function<bool()> slice) : slice_(std::move(slice)) {}
+  Calling& of(Share& share, double price) {
+    bill(share, price);
+    return *this;
+  }
+  bool run_slice() noexcept override { return slice_(); }
+
+ private:
+  std::function<bool()> slice_;
+};
+
+/// A job that keeps the only worker for longer jobs inside a slice until `open`. It must outlive
+/// the scheduler.
+class Gate {
+ public:
+  void close(Scheduler& scheduler) {
+    scheduler.submit(&job_, JobKind::unsliced);
+    begun_.wait();
+  }
+  void open() { end_.count_down(); }
+
+ private:
+  std::latch begun_{1}, end_{1};
+  Calling job_{[this] {
+    begun_.count_down();
+    end_.wait();
+    return false;
+  }};
 };
 
 }  // namespace stiefel::server
