@@ -283,6 +283,7 @@ def test_a_broken_call_goes_on(session, monkeypatch, without_pauses, checkpoint_
     if checkpoint_every:
         assert len(breaks.requests) == 4
         assert breaks.requests[1].checkpoint and breaks.requests[1].checkpoint != breaks.requests[2].checkpoint
+        assert 1000 <= again.computed_steps <= 1000 + 3 * 100
     for statistic, values in whole["M"].items():
         assert again["M"][statistic].tobytes() == values.tobytes()
 

@@ -56,7 +56,8 @@ class Summarizing:
         deadline, waits, recoveries = calls.Deadline(self._timeout), calls.Pauses(), recreation.pauses()
         taken = {Events: 0, Batch: 0}  # how many events and states have been yielded
         kept = dict(taken)  # how many of them came before the last checkpoint
-        before = 0  # steps computed by broken streams
+        before = 0  # steps computed by broken streams, without those up to the checkpoint
+        at_checkpoint = 0  # steps up to the checkpoint, which the next stream counts again
         while True:
             stream = self._client.stub.Summarize(self._request, timeout=deadline.left(),
                                                  metadata=self._recreation.metadata)
@@ -68,6 +69,7 @@ class Summarizing:
                         self._verify(message)
                         if message.checkpoint_ignored:  # the server does not have its key: the stream begins anew
                             seen, kept = dict.fromkeys(seen, 0), dict.fromkeys(kept, 0)
+                            before, at_checkpoint = before + at_checkpoint, 0
                             self._forget_checkpoint(any(taken.values()))
                         computed = message.computed_steps
                         self.computed_steps = before + computed
@@ -85,6 +87,7 @@ class Summarizing:
                         whole = parts.take(message.checkpoint) if message.HasField("checkpoint") else b""
                         if whole:
                             kept, self._request.checkpoint, self.checkpoint = dict(seen), whole, whole
+                            at_checkpoint = computed
                             waits, recoveries = calls.Pauses(), recreation.pauses()
                         if message.HasField("run_status"):
                             self.run_status = RunStatus.of(message.run_status)
@@ -92,10 +95,11 @@ class Summarizing:
                             return
             except StiefelError as broken:
                 error: StiefelError = broken
-            before += computed
+            before += computed - at_checkpoint if computed else 0
             if self._request.checkpoint != self._given and recreation.refuses_checkpoint(error):
                 # This server has another build: the stream begins anew.
                 kept, self._request.checkpoint = dict.fromkeys(kept, 0), self._given
+                before, at_checkpoint = before + at_checkpoint, 0
                 continue
             try:
                 calls.pause_or_raise(error, waits, self._client, deadline, late=True)
