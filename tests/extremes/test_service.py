@@ -267,7 +267,8 @@ def test_idle_timeout(record):
 @pytest.mark.skipif(not LONG, reason="a gigabyte of memory")
 def test_max_message_bytes(client, limits, record):
     """A message at the limit is read and refused for its content; a larger one is not read."""
-    request = pb.CreateSessionRequest(session_id="large", scene=client.create(BODY).resolved())
+    with client.create(BODY) as session:
+        request = pb.CreateSessionRequest(session_id="large", scene=session.resolved())
     room = limits.max_message_bytes - request.ByteSize() - 16
     request.checkpoint = bytes(room)
     request.session_id += "x" * (limits.max_message_bytes - request.ByteSize())
