@@ -156,8 +156,8 @@ std::clock_t processor_time(Work work) {
   return std::clock() - start;
 }
 
-/// 4560 components of 10⁶ names. To compare each with each takes about a hundred times as long as to
-/// make a set of the names.
+/// 4560 components of 10⁶ names. To compare each with each takes about a hundred times as long as
+/// to make a set of the names.
 TEST(Stop, ManyNamesOfInvariantsAreLookedUpAndNotSearched) {
   const Scene scene = resolved(body(96, "rk4", 1));
   const auto motion = make_simulation(scene);
@@ -167,8 +167,8 @@ TEST(Stop, ManyNamesOfInvariantsAreLookedUpAndNotSearched) {
     const std::set<std::string> set(names.begin(), names.end());
     EXPECT_EQ(set.size(), names.size());
   });
-  const auto of_the_diagnosis = processor_time(
-      [&] { EXPECT_EQ(diagnose(scene, *motion, names).invariants.size(), 2u); });
+  const auto of_the_diagnosis =
+      processor_time([&] { EXPECT_EQ(diagnose(scene, *motion, names).invariants.size(), 2u); });
   EXPECT_LT(of_the_diagnosis, 20 * of_a_set);
 }
 
