@@ -28,7 +28,8 @@ class Summarizing:
     """Iterates over events and states at times as they arrive; the summary is available afterwards.
 
     A stream that breaks because the server is unavailable or has lost the session is resumed from the last checkpoint
-    that the request asked for, or begins anew. Events and states are never yielded twice.
+    that came, or begins anew. A stream that ends at its price is resumed from the checkpoint that the server sends before
+    the error. Events and states are never yielded twice.
     """
 
     def __init__(self, client: Client, recreation: Recreation, request: pb.SummarizeRequest, ensemble: bool,
