@@ -82,13 +82,8 @@ bool CursorCall::run_slice() noexcept {
 
 bool CursorCall::make_cursor() noexcept {
   std::optional<grpc::Status> failure;
-  departure_.begin_making();
-  try {
-    cursor_.emplace(**session_, to_, stop_.get_token());
-  } catch (...) {
-    failure = status_of_exception(host_.lifecycle);
-  }
-  if (!departure_.end_making()) {
+  if (!departure_.make([&] { cursor_.emplace(**session_, to_, stop_.get_token()); },
+                       [&] { failure = status_of_exception(host_.lifecycle); })) {
     cursor_.reset();
     session_.reset();
     ticket_.give_back();

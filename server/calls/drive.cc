@@ -192,13 +192,8 @@ grpc::Status DriveCall::enter() {
 
 bool DriveCall::make_cursor() noexcept {
   std::optional<grpc::Status> failure;
-  departure_.begin_making();
-  try {
-    cursor_.emplace(**lease_, task_.to, stop_.get_token());
-  } catch (...) {
-    failure = status_of_exception(host_.lifecycle);
-  }
-  if (!departure_.end_making()) {
+  if (!departure_.make([&] { cursor_.emplace(**lease_, task_.to, stop_.get_token()); },
+                       [&] { failure = status_of_exception(host_.lifecycle); })) {
     cursor_.reset();
     lease_.reset();
     request_ticket_.give_back();

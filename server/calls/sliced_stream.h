@@ -120,14 +120,9 @@ class SlicedStream final : public grpc::ServerWriteReactor<Response>, private Jo
   /// Returns false if the call has ended: with an error, or because its caller left and OnCancel
   /// has answered.
   bool make() noexcept {
-    departure_.begin_making();
     grpc::Status made;
-    try {
-      made = work_->make(stop_.get_token());
-    } catch (...) {
-      made = errors::from_current_exception();
-    }
-    if (!departure_.end_making()) {
+    if (!departure_.make([&] { made = work_->make(stop_.get_token()); },
+                         [&] { made = errors::from_current_exception(); })) {
       free();
       return false;
     }

@@ -144,14 +144,11 @@ bool StreamCall::run_slice() noexcept {
 }
 
 bool StreamCall::make_sampling() noexcept {
-  departure_.begin_making();
-  try {
+  const auto make = [&] {
     sampling_.emplace(**session_, fields_, range_, stop_.get_token());
     sampling_->clear(batch_);
-  } catch (...) {
-    error_ = status_of_exception(host_.lifecycle);
-  }
-  if (departure_.end_making()) return true;
+  };
+  if (departure_.make(make, [&] { error_ = status_of_exception(host_.lifecycle); })) return true;
   sampling_.reset();
   session_.reset();
   ticket_.give_back();

@@ -6,16 +6,22 @@
 namespace stiefel::server {
 
 /// Answers a caller who leaves before the simulation of the call is freed. To free that of an
-/// ensemble takes up to 0.1 s, whole or half made. So a caller who leaves while a worker makes it is
-/// answered by OnCancel, one who leaves later by the worker before it frees. The later of gRPC and
-/// the worker deletes the call.
+/// ensemble takes up to 0.1 s, whole or half made. So a caller who leaves while a worker makes it
+/// is answered by OnCancel, one who leaves later by the worker before it frees. The later of gRPC
+/// and the worker deletes the call.
 class Departure {
  public:
-  /// The worker calls these around the making, during which nothing of the request and the reply
-  /// may be used. After `end_making` has returned false, OnCancel has answered, and the worker only
-  /// frees what it holds.
-  void begin_making() { state_ = State::making; }
-  bool end_making() {
+  /// The worker makes the simulation here: calls `make`, and `failed` while it handles what `make`
+  /// threw. Neither may use the request or the reply. Returns false if OnCancel has answered; then
+  /// the worker only frees what it holds.
+  template <class Make, class Failed>
+  bool make(Make make, Failed failed) noexcept {
+    state_ = State::making;
+    try {
+      make();
+    } catch (...) {
+      failed();
+    }
     State expected = State::making;
     return state_.compare_exchange_strong(expected, State::other);
   }
