@@ -23,7 +23,16 @@ def listen(request, tmp_path):
     return "127.0.0.1:0" if request.param == "tcp" else f"unix:{tmp_path}/socket"
 
 
-def test_1100_silent_connections_with_1024_descriptors(serve, listen):
+@pytest.fixture
+def all_descriptors():
+    """Raises the soft limit of the tests' own descriptors, 1024 in a login shell, to the hard limit."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (hard, hard))
+    yield
+    resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+
+
+def test_1100_silent_connections_with_1024_descriptors(serve, listen, all_descriptors):
     process = serve(listen=listen, descriptors=(1024, 1024))
     silent = [process.connect() for _ in range(1100)]
     assert describe(process).version
