@@ -95,6 +95,8 @@ def main() -> None:
     arguments = parser.parse_args()
     build = arguments.build.resolve()
     found = [] if arguments.peers else measure(build, SMOKE if arguments.smoke else COUNTS)
+    if found and not arguments.smoke:  # before the contest, which takes several minutes more
+        report.write(found, build, "bench", contest={}, appendix="")
     # The smoke test needs no packages.
     python = environment.python_of(build.parent / "peers")
     rows, curves = contest.measure(build / "tests/bench/bench_contestants",
