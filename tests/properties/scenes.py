@@ -169,6 +169,11 @@ def ensembles(draw, pair):
     return alone, together
 
 
+def first_block(scene):
+    """Returns the name of the frame, or of the first block of a system without a frame."""
+    return next((name for name in ("Q", "q") if name in scene["initial"]), next(iter(scene["initial"])))
+
+
 def unit(scene):
     """Returns the rounding unit of the scene's numbers."""
     return 2**-24 if scene.get("method", {}).get("scalar") == "float" else 2**-53

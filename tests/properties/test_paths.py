@@ -52,13 +52,13 @@ def test_the_state_at_k_is_one(client, pair, data):
     path = data.draw(st.lists(st.tuples(st.sampled_from(WALKS), st.integers(0, LAST)), min_size=2, max_size=6))
     with client.create(scene) as session:
         session.step(to=LAST)
-        states = dict(zip(range(LAST + 1), session.trajectory(to=LAST)["Q" if "Q" in session.scene["initial"] else "q"]))
+        states = dict(zip(range(LAST + 1), session.trajectory(to=LAST)[scenes.first_block(session.scene)]))
         for walk, k in path:
             reached = walk(client, session, k)
             assert next(iter(reached.values())) != b""
             with client.create(scene) as fresh:
                 assert reached == bits(fresh.step(to=k).fields), (walk.__name__, k)
-            assert reached.get("Q", reached.get("q")) == states[k].tobytes()
+            assert reached[scenes.first_block(session.scene)] == states[k].tobytes()
 
 
 @given(data=st.data())
