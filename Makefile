@@ -53,6 +53,7 @@ build-tests: build/release/build.ninja
 	@$(call cmake_build,release,all stiefel_tests)
 
 build-bench: build/release/build.ninja
+	@docker/packages.sh bench
 	@$(call cmake_build,release,all stiefel_bench)
 
 run: build-run ## simulate asteroid Toutatis, or SCENE=file.json STEPS=10000; writes build/run
@@ -67,6 +68,7 @@ test: build-tests ## compile and run the tests
 	@$(PYTHON) tests/run.py --preset release -j $(TEST_JOBS)
 
 test-long: build-bench build-tests ## run all tests, those that take minutes included, and the fuzz targets
+	@docker/packages.sh wheel image
 	@$(PYTHON) tests/run.py --preset long -j $(JOBS)
 	@$(MAKE) --no-print-directory fuzz
 

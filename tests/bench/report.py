@@ -96,14 +96,19 @@ def write(found: list[dict], build: Path, name: str, *, contest: dict, appendix:
     facts = circumstances(build)
     rows = [Row.of(entry) for entry in found]
     text = "\n".join(f"{key}: {value}  " for key, value in facts.items()) + "\n\n" + table(rows) + "\n"
-    print(text)
     (folder / f"{name}.md").write_text(f"{text}\n{appendix}\n")
     (folder / f"{name}.json").write_text(json.dumps({**facts, "results": found, "contest": contest}, indent=1) + "\n")
     picture(rows, facts, folder / f"{name}.png")
+    return folder
+
+
+def tell(found: list[dict], folder: Path, name: str) -> None:
+    """Prints the table, which bounds are missed, and where the files are."""
+    rows = [Row.of(entry) for entry in found]
+    print(table(rows))
     missed = [row.name for row in rows if row.verdict == "MISSED"]
     print("MISSED: " + "; ".join(missed) if missed else "Every bound is kept.")
     print(f"Written to {os.path.relpath(folder)}: {name}.md, {name}.json, {name}.png.")
-    return folder
 
 
 def picture(rows: list[Row], facts: dict[str, str], path: Path) -> None:

@@ -95,7 +95,8 @@ def main() -> None:
     arguments = parser.parse_args()
     build = arguments.build.resolve()
     found = [] if arguments.peers else measure(build, SMOKE if arguments.smoke else COUNTS)
-    if found and not arguments.smoke:  # before the contest, which takes several minutes more
+    if found and not arguments.smoke:
+        # The contest takes several minutes more. A run that is stopped there has its table.
         report.write(found, build, "bench", contest={}, appendix="")
     # The smoke test needs no packages.
     python = environment.python_of(build.parent / "peers")
@@ -106,8 +107,9 @@ def main() -> None:
     if arguments.smoke:
         print(report.table([report.Row.of(entry) for entry in found]))
         return
-    folder = report.write(found, build, "peers" if arguments.peers else "bench", contest=curves,
-                          appendix=contest.table(curves))
+    name = "peers" if arguments.peers else "bench"
+    folder = report.write(found, build, name, contest=curves, appendix=contest.table(curves))
+    report.tell(found, folder, name)
     picture.draw(curves, report.circumstances(build), folder / "work_precision.png")
 
 

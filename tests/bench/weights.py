@@ -97,14 +97,15 @@ def read(text: str) -> Table:
 
 
 def with_missing(used: Table, counted: Table) -> str:
-    """Returns the text of the table `used` with the rows, sizes and rates of `counted` that it lacks. Numbers in use do
-    not change."""
-    def joined(key: Key) -> Row:
-        rows = [table[key] for table in (counted, used) if key in table]
-        sizes = {(n, N): w for row in rows for n, N, w in row.sizes}
-        rates = next((row.rates for row in reversed(rows) if row.rates), [])
-        return Row([(n, N, w) for (n, N), w in sorted(sizes.items())], rates)
-    return table({key: joined(key) for key in [*counted, *(key for key in used if key not in counted)]})
+    """Returns the text of the table `used` with the rows of `counted` that it lacks, each after the row that precedes it
+    in `counted`. Rows in use keep their numbers and their order."""
+    keys = list(used)
+    before = None
+    for key in counted:
+        if key not in used:
+            keys.insert(keys.index(before) + 1 if before else 0, key)
+        before = key
+    return table({key: used.get(key) or counted[key] for key in keys})
 
 
 def measure(program: Path) -> list[dict]:
@@ -123,10 +124,14 @@ def measure(program: Path) -> list[dict]:
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("build", type=Path, help="the build directory")
-    parser.add_argument("--write", action="store_true", help="add the rows and sizes that the table lacks")
+    parser.add_argument("--write", action="store_true", help="add the rows that the table lacks")
     parser.add_argument("--rewrite", action="store_true", help="count every row anew")
     arguments = parser.parse_args()
     program = arguments.build / "tests/bench/bench_weights"
+    if not program.exists():
+        parser.error(f"{program} is not built: cmake --build {arguments.build} --target {program.name}")
+    if not shutil.which("valgrind"):
+        parser.error("valgrind is not installed: docker/packages.sh bench")
     if arguments.rewrite:
         TABLE.write_text(table(count(program)))
     elif arguments.write:

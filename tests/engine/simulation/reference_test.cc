@@ -146,8 +146,8 @@ TEST(Reference, IsTheMotionOfEverySystem) {
       const auto answer = reference->at(scene.time(k), {});
       ASSERT_TRUE(answer) << system.name;
       const MotionError error = error_of(read_motion(scene, *now), answer->state);
-      const bool has_frame = system_entry(system.name)->motion != nullptr;
-      EXPECT_EQ(error.attitude.has_value(), has_frame) << system.name;
+      const bool by_series = system_entry(system.name)->motion != nullptr;
+      EXPECT_TRUE(error.attitude || !by_series) << system.name;
       EXPECT_LT(error.largest(), 1e-11) << system.name << " step " << k;
       EXPECT_LT(answer->error, 1e-11) << system.name << " step " << k;
     }
