@@ -92,8 +92,12 @@ ExitStatus conclude(const v1::RunStatus& run_status, std::int64_t last_step) {
   return numerical_stop;
 }
 
+void print_warnings(const google::protobuf::RepeatedPtrField<std::string>& warnings) {
+  for (const std::string& warning : warnings) std::cerr << "warning: " << warning << '\n';
+}
+
 void print_remarks(const v1::Session& session) {
-  for (const std::string& warning : session.warnings()) std::cerr << "warning: " << warning << '\n';
+  print_warnings(session.warnings());
   if (session.has_choice() && isatty(STDERR_FILENO))
     std::cerr << "stiefel: chose " << session.choice().method().name() << ": "
               << session.choice().reason() << '\n';

@@ -33,6 +33,9 @@ std::string to_string(v1::Conservation conservation);
 /// Returns the exit status for a run status, and prints to stderr why a run stopped early.
 ExitStatus conclude(const v1::RunStatus& run_status, std::int64_t last_step);
 
+/// Prints the server's warnings to stderr.
+void print_warnings(const google::protobuf::RepeatedPtrField<std::string>& warnings);
+
 /// Prints the server's warnings about the session's scene to stderr and, if stderr is a terminal,
 /// the method that the server chose.
 void print_remarks(const v1::Session& session);

@@ -126,7 +126,8 @@ std::string json_text(const Answer& answer) {
                                 {"steps", setup.steps()},
                                 {"reference_steps", setup.reference_steps()},
                                 {"budget", setup.budget()},
-                                {"repeats", setup.repeats()}};
+                                {"repeats", setup.repeats()},
+                                {"warnings", setup.warnings()}};
   out["points"] = nlohmann::ordered_json::array();
   for (std::size_t i = 0; i < answer.points.size(); ++i)
     out["points"].push_back(to_json(answer.points[i], answer.front[i]));
@@ -196,6 +197,7 @@ ExitStatus tradeoff(const TradeoffCommand& command) {
   if (command.repeats) request.set_repeats(*command.repeats);
 
   const Answer answer = measure(request, command.server);
+  print_warnings(answer.setup.warnings());
   print(answer, command.all);
   if (!command.output.empty()) {
     Destination destination(command.output);

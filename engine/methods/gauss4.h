@@ -24,6 +24,7 @@ struct Gauss4 {
       .orders = {4},
       .default_order = 4,
       .reversible = true,
+      .iterates = true,
   };
 
   static constexpr bool applies_to(const SystemTraits& system) {

@@ -21,6 +21,7 @@ struct ImplicitMidpoint {
       .orders = {2},
       .default_order = 2,
       .reversible = true,
+      .iterates = true,
   };
   /// `type` computes the products with I + a and (I − a)⁻¹ for the states of S.
   template <class S>

@@ -17,6 +17,7 @@ struct PreprocessedVariational {
       .orders = {4, 6, 8, 10, 12, 14, 16},
       .default_order = 4,
       .reversible = true,
+      .iterates = true,
       .in_float = true,
       .packing = Packing::modified_inertia,
   };

@@ -17,6 +17,7 @@ struct Variational {
       .orders = {2, 4, 6, 8},
       .default_order = 2,
       .reversible = true,
+      .iterates = true,
       .in_float = true,
       .in_so4 = true,
       .packing = Packing::stages,

@@ -17,7 +17,7 @@ struct SystemTraits {
   bool lie_group = false;  ///< the system is a LieSystem
   /// Whether the invariant is quadratic, or a function of quadratic invariants.
   Property quadratic = nullptr;
-  /// Whether the invariant is constant on the orbits of the system's group.
+  /// Whether the invariant is constant on the orbits of the group. Every LieSystem declares it.
   Property conserved_on_orbits = nullptr;
   /// Whether the error of the invariant has no trend even by a method that keeps nothing.
   Property without_trend = nullptr;
@@ -29,11 +29,12 @@ struct SystemTraits {
 template <class S>
 inline constexpr SystemTraits system_traits = [] {
   SystemTraits traits;
-  traits.lie_group = LieSystem<S>;
+  if constexpr (LieSystem<S>) {
+    traits.lie_group = true;
+    traits.conserved_on_orbits = [](std::string_view v) { return S::conserved_on_orbits(v); };
+  }
   if constexpr (requires(std::string_view v) { S::quadratic(v); })
     traits.quadratic = [](std::string_view v) { return S::quadratic(v); };
-  if constexpr (requires(std::string_view v) { S::conserved_on_orbits(v); })
-    traits.conserved_on_orbits = [](std::string_view v) { return S::conserved_on_orbits(v); };
   if constexpr (requires(std::string_view v) { S::without_trend(v); })
     traits.without_trend = [](std::string_view v) { return S::without_trend(v); };
   if constexpr (requires(std::string_view v) { S::conservation(v); })

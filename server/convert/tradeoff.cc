@@ -35,6 +35,7 @@ void write(const TradeoffSetup& setup, v1::TradeoffSetup* out) {
   out->set_repeats(static_cast<std::uint32_t>(setup.repeats));
   out->set_curves(static_cast<std::uint32_t>(setup.curves));
   to_proto(setup.budget, 0, v1::PRICE_BOUND_AT_MOST, out->mutable_price());
+  out->mutable_warnings()->Add(setup.warnings.begin(), setup.warnings.end());
 }
 
 void write(const TradeoffPoint& point, v1::TradeoffPoint* out) {

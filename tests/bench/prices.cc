@@ -5,9 +5,10 @@
 //
 // After `first` steps, `steps` steps are counted. The answer is the line, the price of these steps
 // and the steps that the map took, or `refused`. `--list` prints each system with each of its
-// methods: system, method, kind, orders, in_float, whether bodies advance together in vector
-// registers, N (0: any). `--caps` makes calls whose price is a cap, `--connect` only those that are
-// searches of Connect. tests/bench/prices.py writes the lines.
+// methods: system, method, kind (discrete, explicit, implicit, closed_form, own_steps), orders,
+// in_float, whether bodies advance together in vector registers, N ("-": any). `--caps` makes calls
+// whose price is a cap, `--connect` only those that are searches of Connect. tests/bench/prices.py
+// writes the lines.
 #include <Eigen/LU>
 #include <functional>
 #include <iostream>
@@ -85,16 +86,17 @@ void list() {
       std::cout << system.name << " - discrete 0 no " << (packed ? "packed" : "no") << " -\n";
     for (const auto& on : system.methods) {
       const MethodInfo& method = *catalogue().method(on.method);
-      if (on.method.empty()) continue;
+      const MethodTraits& traits = *method_traits(on.method);
       std::cout << system.name << ' ' << method.name << ' '
                 << (method.default_tolerance > 0 ? "own_steps"
                     : method.orders.empty()      ? "closed_form"
-                                                 : "fixed_step")
+                    : traits.iterates            ? "implicit"
+                                                 : "explicit")
                 << ' ';
       if (method.orders.empty()) std::cout << 0;
       for (std::size_t i = 0; i < method.orders.size(); ++i)
         std::cout << (i > 0 ? "," : "") << method.orders[i];
-      const bool in_packs = packed && method_traits(method.name)->packing != Packing::none;
+      const bool in_packs = packed && traits.packing != Packing::none;
       std::cout << ' ' << (on.in_float ? "float" : "no") << ' ' << (in_packs ? "packed" : "no")
                 << ' ' << (on.where.empty() ? "-" : on.where) << '\n';
     }

@@ -24,8 +24,11 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
 
-# Methods whose price is a count, because all their steps take the same instructions.
-EXPLICIT = {"rk4", "munthe_kaas4", "crouch_grossman3", "splitting"}
+# The kinds of methods as prices.cc lists them, and as they are reported. All steps of an explicit method or of a closed
+# form take the same instructions, so that their price is a count.
+REPORTED = {"explicit": "explicit methods and closed forms", "closed_form": "explicit methods and closed forms",
+            "implicit": "implicit methods", "discrete": "implicit methods",
+            "own_steps": "methods that choose their steps"}
 STEPS = 4
 # Steps of an ensemble: so many that the rest of a call weighs as little as in a slice of the server.
 STEPS_OF_PACKS = 256
@@ -66,21 +69,15 @@ def scenes(program: Path, count: int, seed: int) -> list[tuple[str, str]]:
         members = whole(draw, 2, 64) if together else 0
         order = draw.choice(orders.split(","))
         scalar = draw.choice(["double", "float"]) if in_float == "float" else "double"
-        arithmetic = draw.choice(["compensated", "plain"]) if kind == "fixed_step" else "compensated"
-        substeps = draw.choice([1, 1, 2, 3]) if kind == "fixed_step" else 1
+        arithmetic = draw.choice(["compensated", "plain"]) if kind in ("explicit", "implicit") else "compensated"
+        substeps = draw.choice([1, 1, 2, 3]) if kind in ("explicit", "implicit") else 1
         h = log_uniform(draw, 0.01, 0.3)
         # More steps before the count would take gigabytes of instructions and make no difference.
-        first = 2 if method in EXPLICIT or kind == "closed_form" else 12 if N <= 24 else 5
-        found.append((kind_of(kind, method), f"{system} {method} {order} {arithmetic} {scalar} {n} {N} {substeps} "
-                                             f"{draw.randrange(1, 10**6)} {h:.4g} {first} "
-                                             f"{STEPS_OF_PACKS if together else STEPS} {members}"))
+        first = 2 if kind in ("explicit", "closed_form") else 12 if N <= 24 else 5
+        found.append((REPORTED[kind], f"{system} {method} {order} {arithmetic} {scalar} {n} {N} {substeps} "
+                                      f"{draw.randrange(1, 10**6)} {h:.4g} {first} "
+                                      f"{STEPS_OF_PACKS if together else STEPS} {members}"))
     return found
-
-
-def kind_of(kind: str, method: str) -> str:
-    if kind == "closed_form" or method in EXPLICIT:
-        return "explicit methods and closed forms"
-    return "methods that choose their steps" if kind == "own_steps" else "implicit methods"
 
 
 def callgrind(program: Path, function: str, *arguments: str, lines: str = "") -> tuple[list[str], list[int]]:

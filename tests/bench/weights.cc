@@ -7,6 +7,7 @@
 #include <numeric>
 #include <set>
 
+#include "engine/simulation/catalogue/methods/method_traits.h"
 #include "engine/simulation/catalogue/methods/step_weight.h"
 #include "engine/simulation/catalogue/system_entry.h"
 #include "engine/simulation/run/packed_bodies.h"
@@ -32,9 +33,8 @@ constexpr double h_Omega = 0.1;
 /// The table then has all remainders of N by the lanes of a register. For methods that iterate the
 /// count varies from step to step, and a few sizes suffice.
 bool counts_repeat(const std::string& method) {
-  static const std::set<std::string> explicit_methods = {"rk4", "munthe_kaas4", "crouch_grossman3"};
-  const MethodInfo* info = catalogue().method(method);
-  return explicit_methods.contains(method) || (info && info->orders.empty());
+  const MethodTraits* traits = method_traits(method);
+  return traits != nullptr && !traits->iterates && traits->default_tolerance == 0;
 }
 
 std::vector<Size> frame_sizes(const std::string& method, int order) {

@@ -94,6 +94,17 @@ def test_a_damaged_part_of_a_tradeoff_is_noticed(service, session):
     assert service.requests[-1].checksum
 
 
+def test_the_warnings_of_a_tradeoff_are_issued(service, session):
+    def warned(part):
+        if part.HasField("setup"):
+            part.setup.warnings.append("the work of a step of heun is estimated")
+        return part
+    service.spoil = warned
+    with pytest.warns(stiefel.SceneWarning, match="the work of a step of heun is estimated") as caught:
+        session._client.tradeoff({"system": "rigid_body"})
+    assert len(caught) == 1
+
+
 def test_checksums_may_be_done_without(fake_server):
     service, address = fake_server
     with stiefel.Client(address, checksums=False) as client:

@@ -173,9 +173,12 @@ class Client:
 
         `horizon`: the time at which errors are measured; by default the scene's horizon, or else 100 steps. `budget`:
         instructions that the measurement may take; by default 5e10, about ten seconds. `repeats`: timed
-        runs of each point; by default 3.
+        runs of each point; by default 3. The server's warnings are issued as `SceneWarning`.
         """
-        return Tradeoff.of(self.tradeoff_parts(scene, horizon, budget, repeats, timeout))
+        tradeoff = Tradeoff.of(self.tradeoff_parts(scene, horizon, budget, repeats, timeout))
+        for text in tradeoff.setup.warnings:
+            warnings.warn(text, SceneWarning, stacklevel=2)
+        return tradeoff
 
     def tradeoff_parts(self, scene: SceneLike, horizon: Optional[float] = None,
                        budget: Optional[float] = None, repeats: Optional[int] = None,

@@ -71,7 +71,7 @@ class Point:
 class Tradeoff:
     """Error against cost on one scene."""
 
-    setup: pb.TradeoffSetup  #: machine, numerics id, reference and its error, horizon, budget, repeats
+    setup: pb.TradeoffSetup  #: machine, numerics id, reference and its error, horizon, budget, repeats, warnings
     points: tuple[Point, ...]
     front: tuple[Point, ...]  #: the points that no other one beats in both work and error, the cheapest first
 

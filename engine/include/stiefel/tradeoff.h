@@ -96,6 +96,8 @@ struct TradeoffSetup {
   int repeats = 0;
   /// Number of candidates; each gives one point or more, or is too expensive.
   std::size_t curves = 0;
+  /// One for each method whose work is estimated, because its steps were not counted.
+  std::vector<std::string> warnings = {};
 };
 
 /// One method with its order, arithmetic, and substeps or tolerance. Errors, drift and work are

@@ -31,6 +31,7 @@ struct MethodTraits {
   std::array<int, 7> orders;  ///< ascending, padded with 0; all 0 for a closed form
   int default_order;
   bool reversible;               ///< a step by −h undoes a step by h
+  bool iterates = false;         ///< a step solves an equation by iteration: its work varies
   double default_tolerance = 0;  ///< 0 for methods that take steps of a fixed size
   bool in_float = false;         ///< moves the systems that are offered in single precision
   bool in_so4 = false;           ///< moves bodies of four dimensions in the coordinates of So4

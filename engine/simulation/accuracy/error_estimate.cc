@@ -94,7 +94,8 @@ class Comparison {
       const bool used_up = reference->work() >= left;
       return refuse(stop_.stop_requested() ? "was cancelled after " + work_text(out_.work)
                     : used_up              ? "takes more than " + work_text(left)
-                                           : "ended early, after " + work_text(out_.work));
+                              : "does not reach this step: its reference ended after " +
+                                    work_text(out_.work));
     }
     const MotionState state = read_motion(scene_, now_);
     const MotionError error = error_of(state, answer->state);

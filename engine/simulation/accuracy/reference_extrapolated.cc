@@ -19,11 +19,14 @@ using Motion = ExtrapolatedMotion<long double>;
 constexpr int fine_columns = 8, coarse_columns = 6;
 constexpr double fine_tolerance = 1e-17, coarse_tolerance = 1e-15;
 
-/// Returns the units of work of one evaluation: the long double instructions of four products of
-/// the state with a square matrix. This is a guess, since the field of a system may be anything.
-double evaluation_work(const Wide& x) {
-  const auto rows = static_cast<double>(x.rows()), cols = static_cast<double>(x.cols());
-  return 8 * rows * cols * (4 * cols + 10);
+/// Returns the units of work of one evaluation and of its share in the extrapolation: four
+/// instructions for each operation of the field, and 80 for each number of the state.
+double evaluation_work(const VectorField& system) {
+  constexpr double instructions_of_operation = 4, instructions_of_number = 80;
+  const auto numbers = static_cast<double>(system.start.size());
+  const auto four_products = 8 * numbers * static_cast<double>(system.start.cols());
+  const double operations = system.operations > 0 ? system.operations : four_products;
+  return instructions_of_operation * operations + instructions_of_number * numbers;
 }
 
 /// Two solutions, of orders 16 and 12 and with tolerances that differ by a factor of 100. Their
@@ -36,16 +39,14 @@ class ExtrapolatedReference final : public Reference {
         rows_(rows),
         cols_(cols),
         budget_(budget),
-        evaluation_(evaluation_work(system.start)),
+        evaluation_(evaluation_work(system)),
         fine_(system.field, system.start, frame_rows_, fine_columns, fine_tolerance, first),
         coarse_(system.field, system.start, frame_rows_, coarse_columns, coarse_tolerance, first) {}
 
   std::optional<Answer> at(double time, const std::stop_token& stop) override {
     // Begins no stride that exceeds the budget.
     const auto before = [&](int columns) {
-      const double stride =
-          evaluation_ * static_cast<double>(Motion::evaluations_of_stride(columns));
-      return [&, stride] { return stop.stop_requested() || work() + stride > budget_; };
+      return [&, columns] { return stop.stop_requested() || work() + stride(columns) > budget_; };
     };
     if (!fine_.go_to(time, before(fine_columns)) || !coarse_.go_to(time, before(coarse_columns)))
       return std::nullopt;
@@ -62,8 +63,16 @@ class ExtrapolatedReference final : public Reference {
   double work() const override {
     return evaluation_ * static_cast<double>(fine_.evaluations() + coarse_.evaluations());
   }
+  /// Two strides, if they exceed the budget.
+  std::optional<double> predicted_work(double time, const std::stop_token&) override {
+    const double least = work() + stride(fine_columns) + stride(coarse_columns);
+    return time != 0 && least > budget_ ? std::optional(least) : std::nullopt;
+  }
 
  private:
+  double stride(int columns) const {
+    return evaluation_ * static_cast<double>(Motion::evaluations_of_stride(columns));
+  }
   MotionState present(const Wide& x) const {
     const Wide momentum = x.bottomRows(x.rows() - frame_rows_);
     return {x.topRows(frame_rows_), momentum.reshaped<Eigen::RowMajor>(rows_, cols_)};

@@ -8,6 +8,7 @@
 #include "engine/simulation/accuracy/error_growth.h"
 #include "engine/simulation/accuracy/measured_motions.h"
 #include "engine/simulation/accuracy/pareto_front.h"
+#include "engine/simulation/catalogue/methods/step_weight.h"
 #include "engine/simulation/scene/members.h"
 #include "stiefel/version.h"
 
@@ -58,6 +59,17 @@ std::expected<Found, Violations> what_is_measured(const SceneDescription& scene,
   MeasuredMotions motions(*std::move(members));
   auto all = taken_by_all(std::move(found->all), motions);
   return Found{std::move(motions), std::move(all)};
+}
+
+/// Returns a warning for each method whose work is estimated.
+std::vector<std::string> estimated_work(const Scene& scene,
+                                        const std::vector<Candidate>& candidates) {
+  std::vector<std::string> found;
+  for (const Candidate& candidate : candidates) {
+    const auto text = estimate_warning(scene.with(candidate.method).value());
+    if (text && std::ranges::find(found, *text) == found.end()) found.push_back(*text);
+  }
+  return found;
 }
 
 double median(std::vector<double> values) {
@@ -141,6 +153,7 @@ std::expected<TradeoffSetup, Violations> Tradeoff::Survey::solve_reference(
   setup.budget = request_.budget;
   setup.repeats = static_cast<int>(request_.repeats);
   setup.curves = candidates_.size();
+  setup.warnings = estimated_work(motions_.front(), candidates_);
   return setup;
 }
 

@@ -59,9 +59,7 @@ std::vector<std::string> of_moments_of(const Scene& scene) {
 
 std::vector<std::string> warnings(const Scene& scene) {
   std::vector<std::string> all = of_moments_of(scene);
-  if (!scene.method().empty() && !is_weighed(scene))
-    all.push_back("the work of a step of " + scene.method() + " on " + scene.system() +
-                  " is estimated: the table of counted steps has no entry for it");
+  if (auto estimated = estimate_warning(scene)) all.push_back(*std::move(estimated));
   return all;
 }
 

@@ -7,6 +7,7 @@
 #include "engine/simulation/accuracy/reference.h"
 #include "engine/simulation/catalogue/methods/method_traits.h"
 #include "engine/simulation/catalogue/methods/step_weight.h"
+#include "engine/simulation/catalogue/methods/weight_table.h"
 #include "engine/simulation/catalogue/system_entry.h"
 #include "stiefel/conversion.h"
 #include "stiefel/diagnosis.h"
@@ -215,6 +216,52 @@ TEST(Toys, AMissingWeightIsEstimatedWithAWarning) {
   ASSERT_EQ(warnings(scene).size(), 1u);
   EXPECT_NE(warnings(scene)[0].find("the work of a step of heun on brockett is estimated"),
             std::string::npos);
+}
+
+/// On the other systems a step of `adaptive`, with 13 stages, takes about 3 times the work of one
+/// of `rk4`, with 4.
+TEST(Toys, EstimatedWeightsHaveTheRatiosOfOtherSystems) {
+  const auto estimate = [](const char* method) {
+    SceneDescription d = larger();
+    d.method = MethodDescription{method, {}, {}, "", {}};
+    return step_weight(Scene::resolve(d).value());
+  };
+  const auto count = [](const char* system, const char* method) {
+    const int order = catalogue().method(method)->default_order;
+    return instructions_at(*find_weight(system, method, order, "compensated", "double"), 4, 4);
+  };
+  const double estimated = estimate("adaptive") / estimate("rk4");
+  for (const char* system : {"reduced_rigid_body", "symmetric_rigid_body", "mclachlan_scovel"}) {
+    const double counted = count(system, "adaptive") / count(system, "rk4");
+    EXPECT_GT(counted, 2) << system;
+    EXPECT_GT(estimated, counted / 2) << system;
+    EXPECT_LT(estimated, counted * 2) << system;
+  }
+}
+
+TEST(Toys, TheTradeoffWarnsOnceOfEachEstimatedWork) {
+  auto tradeoff = Tradeoff::prepare({.scene = toy_scene(), .horizon = 2, .budget = 1e9});
+  ASSERT_TRUE(tradeoff);
+  const auto setup = tradeoff->solve_reference({});
+  ASSERT_TRUE(setup);
+  ASSERT_EQ(setup->warnings.size(), 3u);
+  for (const char* method : {"rk4", "adaptive", "heun"})
+    EXPECT_EQ(std::ranges::count(setup->warnings,
+                                 std::string("the work of a step of ") + method +
+                                     " on brockett is estimated: the table of counted steps has no "
+                                     "entry for it"),
+              1);
+}
+
+TEST(Toys, AnEstimateThatDoesNotFitSaysWhatItNeeds) {
+  const Scene scene = resolved(toy_scene("rk4"));
+  const auto now = make_simulation(scene);
+  ASSERT_TRUE(now->advance(20).reached());
+  for (const double budget : {1e2, 6e4, 1e5, 2e5}) {
+    const std::string missing = estimate_error(scene, *now, budget, {}).missing;
+    EXPECT_TRUE(missing.starts_with("the estimate would take ")) << missing;
+    EXPECT_EQ(missing.find(" 0.0e+00"), std::string::npos) << missing;
+  }
 }
 
 TEST(Toys, HaveNoOtherForm) {

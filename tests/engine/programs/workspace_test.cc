@@ -37,8 +37,13 @@ void expect_price(const SceneDescription& description, const std::string& what) 
   if (!scene) return;  // not every method takes every scene
   const double actual = counted(*scene);
   const auto priced = static_cast<double>(simulation_bytes(*scene));
-  EXPECT_GE(priced, actual - slack) << what;
-  EXPECT_LE(priced, 2 * actual + 8 * slack) << what;
+  const auto rule = ::testing::Message()
+                    << what << ": malloc has given out " << actual
+                    << " bytes; the row of the method "
+                    << "in engine/simulation/catalogue/methods/workspaces.inc must predict that or "
+                    << "up to twice as much";
+  EXPECT_GE(priced, actual - slack) << rule;
+  EXPECT_LE(priced, 2 * actual + 8 * slack) << rule;
 }
 
 std::vector<int> orders_of(std::string_view method) {

@@ -9,6 +9,7 @@
 
 #include "engine/simulation/accuracy/measurement.h"
 #include "engine/simulation/catalogue/methods/step_weight.h"
+#include "engine/simulation/catalogue/system_entry.h"
 #include "tests/support/scenes/random_frame.h"
 #include "tests/support/scenes/random_matrices.h"
 #include "tests/support/scenes/random_scene.h"
@@ -31,7 +32,10 @@ class SceneMaker {
 
   SceneDescription made() {
     const std::string& system = d_.system;
-    if (system == "double_bracket")
+    if (const auto example = system_entry(system)->example) {
+      d_ = example(seed_);
+      d_.system = system;
+    } else if (system == "double_bracket")
       double_bracket();
     else if (system.starts_with("parametric"))
       parametric();

@@ -51,7 +51,9 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
 }
 
 VectorField equations(const Scene& scene) {
-  return vector_field(Brockett<long double>(scene.inertia().cast<long double>()), scene.block("H"));
+  const double N = scene.dimension(), operations = 4 * N * N * (N + 1);
+  const Brockett<long double> system(scene.inertia().cast<long double>());
+  return vector_field(system, scene.block("H"), 0, operations);
 }
 
 SceneDescription example(unsigned seed) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include "engine/simulation/catalogue/system_entry.h"
@@ -9,12 +10,7 @@
 namespace stiefel {
 
 /// Returns the work of one step of the map of a scene, in instructions as callgrind counts them at
-/// h‖Ω‖ = 0.1, from a table that tests/bench/weights.py measures in several sizes. Between two
-/// sizes it is a power law; beyond the last size it is that size's entry times the ratio of the two
-/// f,
-///
-///     f(n, N) = n²N + n³ + 8nN.
-///
+/// h‖Ω‖ = 0.1, from a table that tests/bench/weights.py measures in several sizes (weight_table.h).
 /// The table is the same on every CPU for one build, so that every machine chooses the same method.
 /// The work of a run is `Simulation::map_steps()` times this number.
 double step_weight(const Scene& scene);
@@ -37,10 +33,12 @@ bool price_depends_on_rate(const Scene& scene);
 /// (SystemEntry::size).
 FrameSize frame_size(const Scene& scene);
 
-/// Whether the table has an entry. Without one the weight is estimated as five instructions for
-/// each nanosecond that the system's `make` gives for a step; warnings.cc reports this.
+/// Whether the table has an entry. Without one the weight is estimated (weight_estimate.h).
 bool is_weighed(const Scene& scene);
 bool is_weighed(std::string_view system, std::string_view method, int order,
                 std::string_view arithmetic, std::string_view scalar);
+
+/// Returns a warning where the table has no entry for a scene that has a method; else nullopt.
+std::optional<std::string> estimate_warning(const Scene& scene);
 
 }  // namespace stiefel
