@@ -85,6 +85,7 @@ void list() {
     if (system.discrete)
       std::cout << system.name << " - discrete 0 no " << (packed ? "packed" : "no") << " -\n";
     for (const auto& on : system.methods) {
+      if (on.method.empty()) continue;
       const MethodInfo& method = *catalogue().method(on.method);
       const MethodTraits& traits = *method_traits(on.method);
       std::cout << system.name << ' ' << method.name << ' '
