@@ -20,7 +20,7 @@ namespace stiefel {
 
 const std::string& build_fingerprint() {
   static const std::string fingerprint = [] {
-    std::string text = "stiefel " STIEFEL_VERSION ", sources " STIEFEL_SOURCES_DIGEST;
+    std::string text = "sources " STIEFEL_SOURCES_DIGEST;
     text += ", Eigen " STIEFEL_EIGEN ", Boost " BOOST_LIB_VERSION ", TBB " TBB_VERSION_STRING;
     text += ", gcc " __VERSION__ ", " STIEFEL_BUILD_FLAGS;
     text += ", glibc " + std::string(gnu_get_libc_version());

@@ -1,0 +1,7 @@
+#include "engine/linalg/matrix_equations/lyapunov.h"
+
+namespace stiefel {
+
+template class Lyapunov<float>;
+
+}  // namespace stiefel
