@@ -201,7 +201,7 @@ def test_the_attributes_make_the_sweep_again():
     assert again["method"]["name"] and "angular_velocity" not in again["body"]
     repeated = sweep(scene=again, axes={name: found[name].values for name in AXES})
     assert repeated.attrs["sha256"] == found.attrs["sha256"]
-    assert found.attrs["build"].startswith("stiefel ") and len(found.attrs["numerics_id"]) == 16
+    assert found.attrs["build"].startswith("sources ") and len(found.attrs["numerics_id"]) == 16
 
 
 def test_without_xarray_the_result_has_the_same_content(plain_result):
