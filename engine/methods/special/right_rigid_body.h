@@ -1,6 +1,7 @@
 #pragma once
 
 #include "engine/methods/special/rigid_body.h"
+#include "engine/methods/special/turned_bodies.h"
 #include "engine/methods/support/transposed.h"
 #include "engine/systems/right_rigid_body.h"
 
@@ -28,7 +29,7 @@ struct Gauss4::InQAndP<RightRigidBody<Scalar>> {
 
 template <class Scalar>
 struct SpecialMethods<RightRigidBody<Scalar>> {
-  using type = TypeList<Variational, Gauss4>;
+  using type = TypeList<Variational, Gauss4, Exact>;
 };
 
 }  // namespace stiefel

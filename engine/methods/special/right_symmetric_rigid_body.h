@@ -1,6 +1,7 @@
 #pragma once
 
 #include "engine/maps/symmetric_moser_veselov.h"
+#include "engine/methods/special/turned_bodies.h"
 #include "engine/methods/support/transposed.h"
 #include "engine/methods/variational.h"
 #include "engine/systems/right_symmetric_rigid_body.h"
@@ -23,7 +24,7 @@ struct Variational::MapOf<RightSymmetricRigidBody<Scalar>> {
 
 template <class Scalar>
 struct SpecialMethods<RightSymmetricRigidBody<Scalar>> {
-  using type = TypeList<Variational>;
+  using type = TypeList<Variational, Exact>;
 };
 
 }  // namespace stiefel

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "engine/maps/symmetric_moser_veselov.h"
+#include "engine/methods/special/turned_bodies.h"
 #include "engine/methods/variational.h"
 #include "engine/systems/symmetric_rigid_body.h"
 
@@ -21,7 +22,7 @@ struct Variational::MapOf<SymmetricRigidBody<Scalar>> {
 
 template <class Scalar>
 struct SpecialMethods<SymmetricRigidBody<Scalar>> {
-  using type = TypeList<Variational>;
+  using type = TypeList<Variational, Exact>;
 };
 
 }  // namespace stiefel

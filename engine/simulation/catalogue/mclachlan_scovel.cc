@@ -1,4 +1,4 @@
-#include "engine/systems/mclachlan_scovel.h"
+#include "engine/methods/special/turned_bodies.h"
 
 #include "engine/representations/mclachlan_scovel.h"
 #include "engine/simulation/catalogue/families/recommended.h"

@@ -1,4 +1,4 @@
-#include "engine/systems/reduced_rigid_body.h"
+#include "engine/methods/special/turned_bodies.h"
 
 #include <cmath>
 

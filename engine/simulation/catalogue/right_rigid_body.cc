@@ -24,7 +24,7 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
                          rigid_body_cost(N));
 }
 
-constexpr std::array recommendations = {at_constant_Omega, with_error_control(1e-12, 0.15)};
+constexpr std::array recommendations = {closed_form_of_body, with_error_control(1e-12, 0.15)};
 
 }  // namespace
 

@@ -1,5 +1,3 @@
-#include "engine/methods/closed_forms/two_valued_body.h"
-#include "engine/methods/exact.h"
 #include "engine/methods/preprocessed_variational.h"
 #include "engine/methods/rk4.h"
 #include "engine/methods/variational.h"
@@ -9,6 +7,7 @@
 #include "engine/simulation/catalogue/families/recommended.h"
 #include "engine/simulation/catalogue/families/rigid_body_data.h"
 #include "engine/simulation/catalogue/families/rigid_body_scene.h"
+#include "engine/simulation/catalogue/methods/motion_rates.h"
 #include "engine/simulation/catalogue/motions/motion_starts.h"
 #include "engine/simulation/catalogue/representations/representations.h"
 #include "engine/simulation/catalogue/system_entry.h"
@@ -28,26 +27,20 @@ std::vector<MethodOnSystem> methods_on_bodies(const SystemInfo& info) {
   return all;
 }
 
-bool in_3d(const Scene& scene) { return scene.dimension() == 3; }
 bool in_4d(const Scene& scene) { return scene.dimension() == 4; }
 bool in_4d_without_frame(const Scene& scene) { return in_4d(scene) && !scene.has_frame(); }
-bool stands_still(const Scene& scene) { return turns_evenly(scene) && !scene.has_frame(); }
-bool of_two_values(const Scene& scene) { return TwoValuedBody<long double>::has(scene.inertia()); }
+bool away_from_separatrix(const Scene& scene) {
+  return scene.dimension() == 3 && separatrix_parameter(scene) >= next_to_separatrix;
+}
 
 constexpr std::array recommendations = {
-    Recommendation{.where = "N = 3",
-                   .takes = in_3d,
+    Recommendation{.where = "ensembles, N = 3, no member next to the separatrix",
+                   .takes = away_from_separatrix,
+                   .members_only = true,
                    .method = PreprocessedVariational::traits.name,
                    .order = 14,
                    .largest_h_omega = 0.3},
-    Recommendation{.where = "without Q, N = 2 or Lambda a multiple of the identity",
-                   .takes = stands_still,
-                   .method = Variational::traits.name,
-                   .order = 2},
-    Recommendation{.where = "Lambda of at most two values",
-                   .takes = of_two_values,
-                   .method = Exact::traits.name,
-                   .arithmetic = "compensated"},
+    closed_form_of_body,
     Recommendation{.where = "N = 4, without Q",
                    .takes = in_4d_without_frame,
                    .method = Rk4::traits.name,

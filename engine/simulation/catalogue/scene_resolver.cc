@@ -36,7 +36,7 @@ std::expected<Scene, Violations> SceneResolver::resolve() {
 std::expected<Scene, Violations> SceneResolver::resolve_recommending() {
   check();
   if (!draft_.sound()) return draft_.take();
-  Recommender recommender(draft_.given().system);
+  Recommender recommender(draft_.given().system, Recommender::For::one_scene);
   recommender.take(draft_.scene());
   const Recommendation one = recommender.chosen();
   draft_.given().method = one.description();
@@ -63,6 +63,12 @@ void SceneResolver::check_tolerance_and_horizon(const SystemInfo& system) {
   if (tolerance && !(*tolerance >= Scene::least_tolerance && *tolerance <= 1))
     draft_.refuse("tolerance", to_text(*tolerance),
                   "must be " + to_text(Scene::least_tolerance) + " to 1");
+  const std::string& verification = draft_.given().verification;
+  if (!verification.empty() && verification != "required" && verification != "optional")
+    draft_.refuse("verification", '"' + verification + '"', "must be \"required\" or \"optional\"");
+  else if (!verification.empty() && !tolerance)
+    draft_.refuse("verification", '"' + verification + '"',
+                  "must be absent without `tolerance`: it is about the choice of a method");
   if (tolerance && !horizon)
     draft_.refuse("horizon", "absent",
                   "must be given with `tolerance`: the time up to which it holds");

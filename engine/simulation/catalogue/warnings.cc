@@ -1,7 +1,13 @@
 #include "stiefel/scene.h"
 
+#include <algorithm>
+#include <iterator>
+
 #include "engine/linalg/arithmetic/to_text.h"
+#include "engine/methods/exact.h"
+#include "engine/simulation/catalogue/methods/motion_rates.h"
 #include "engine/simulation/catalogue/methods/step_weight.h"
+#include "engine/simulation/catalogue/system_entry.h"
 
 namespace stiefel {
 namespace {
@@ -38,15 +44,31 @@ std::string of_body(const Scene& scene) {
   return scene.axes() ? of_moments(scene.axes()->moments) : of_inertia(scene.inertia());
 }
 
-std::vector<std::string> of_moments_of(const Scene& scene) {
+/// Returns a warning where a body in three dimensions is so near a separatrix that rounding decides
+/// its motion.
+std::string of_separatrix(const Scene& scene) {
+  const SystemEntry& entry = *system_entry(scene.system());
+  if (!entry.packed || entry.info.discrete || scene.dimension() != 3) return "";
+  const double parameter = separatrix_parameter(scene);
+  if (!(parameter < next_to_separatrix)) return "";
+  const std::string where =
+      "the motion is next to a separatrix: 1 - k^2 = " + short_text(parameter) +
+      " of its elliptic functions";
+  return where + (scene.method() == Exact::traits.name
+                      ? "; the ensemble has the method exact, which keeps the motion"
+                      : "; rounding grows by its inverse, and only exact keeps the motion");
+}
+
+/// Returns the warning of a scene, or of the first member that has one.
+std::vector<std::string> of_each(const Scene& scene, std::string (*of)(const Scene&)) {
   if (scene.members().empty()) {
-    const std::string text = of_body(scene);
+    const std::string text = of(scene);
     return text.empty() ? std::vector<std::string>() : std::vector{text};
   }
   std::string first;
   std::size_t count = 0;
   for (std::size_t b = 0; b < scene.members().size(); ++b) {
-    const std::string text = of_body(scene.members()[b]);
+    const std::string text = of(scene.members()[b]);
     if (text.empty()) continue;
     if (++count == 1) first = "member " + std::to_string(b) + ": " + text;
   }
@@ -58,7 +80,9 @@ std::vector<std::string> of_moments_of(const Scene& scene) {
 }  // namespace
 
 std::vector<std::string> warnings(const Scene& scene) {
-  std::vector<std::string> all = of_moments_of(scene);
+  std::vector<std::string> all = of_each(scene, of_body);
+  if (!scene.members().empty() || scene.method() != Exact::traits.name)
+    std::ranges::move(of_each(scene, of_separatrix), std::back_inserter(all));
   if (auto estimated = estimate_warning(scene)) all.push_back(*std::move(estimated));
   return all;
 }

@@ -228,7 +228,7 @@ RecommendationOutcome survey_recommendation(const SceneDescription& description,
   const double rate = make_simulation(scene)->rate();
   const auto steps = steps_to(rotations * 2 * std::numbers::pi / rate, scene.step());
   const Samples samples =
-      take_samples(scene, steps, {std::abs(scene.time(steps)), 1e12, false}, {});
+      take_samples(scene, steps, Density::coarse, {std::abs(scene.time(steps)), 1e12, false}, {});
 
   RecommendationOutcome out;
   std::ostringstream what;

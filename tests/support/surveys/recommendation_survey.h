@@ -28,6 +28,12 @@ struct RecommendationOutcome {
   std::string cheapest;
 };
 
+/// The largest cost that is accepted: 3, and 10 for a closed form, which is recommended because it
+/// is right at the hardest places too, where the cheapest entry is not.
+inline double most_cost(const RecommendationOutcome& outcome) {
+  return outcome.method.starts_with("exact") ? 10 : 3;
+}
+
 /// Measures the recommended method on a scene, or `method` if it is given.
 RecommendationOutcome survey_recommendation(const SceneDescription& description,
                                             const std::optional<MethodDescription>& method = {});

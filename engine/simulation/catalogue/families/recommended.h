@@ -3,6 +3,8 @@
 #include <array>
 
 #include "engine/methods/adaptive.h"
+#include "engine/methods/closed_forms/turned_body.h"
+#include "engine/methods/exact.h"
 #include "engine/methods/munthe_kaas4.h"
 #include "engine/simulation/catalogue/methods/recommendation.h"
 #include "stiefel/scene.h"
@@ -29,6 +31,16 @@ constexpr Recommendation restricted(std::string_view where, bool (*takes)(const 
   return to;
 }
 
+/// Whether a rigid body has a closed form.
+inline bool has_closed_form(const Scene& scene) {
+  return BodyRotation<long double>::has(scene.inertia());
+}
+inline constexpr Recommendation closed_form_of_body = {
+    .where = "N = 3, or Lambda of at most two values",
+    .takes = has_closed_form,
+    .method = Exact::traits.name,
+    .arithmetic = "compensated"};
+
 /// Whether Omega is constant, so that a step by the exponential is exact.
 inline bool turns_evenly(const Scene& scene) {
   const Eigen::VectorXd& lambda = scene.inertia();
@@ -41,7 +53,7 @@ inline constexpr Recommendation at_constant_Omega = {
     .order = MuntheKaas4::traits.default_order};
 
 /// For bodies whose M is a product of the blocks; the error of M grows with the square of the time.
-inline constexpr std::array for_products = {at_constant_Omega, with_error_control(5e-14)};
+inline constexpr std::array for_products = {closed_form_of_body, with_error_control(5e-14)};
 /// For costates on V(n, N).
 inline constexpr std::array for_costates = {with_error_control(3e-11, 0.15)};
 

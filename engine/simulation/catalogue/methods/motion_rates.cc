@@ -1,10 +1,15 @@
 #include "engine/simulation/catalogue/methods/motion_rates.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <tuple>
 
+#include "engine/linalg/lie/principal_moments_3.h"
+#include "engine/linalg/lie/so_3.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
+#include "engine/methods/closed_forms/sorted_top.h"
 #include "stiefel/scene.h"
 
 namespace stiefel {
@@ -78,7 +83,60 @@ class Geodesic {
   Row lambda_, inverse_;
 };
 
+/// Returns the body of a scene in three dimensions along its principal axes in the order of their
+/// moments. Moments and momentum are divided by their largest element, so that no square overflows.
+SortedTop<double> sorted_top(const Scene& scene) {
+  const auto [I, differences] = PrincipalMoments3<double>(scene.inertia());
+  const Eigen::Vector3d m = vee(scene.M());
+  const Eigen::Vector3d& lambda = scene.inertia();
+  std::array<int, 3> axis{0, 1, 2};
+  std::ranges::sort(axis, {}, [&, moments = I](int a) { return moments(a); });
+  const auto along = [&](const Eigen::Vector3d& v) -> Eigen::Vector3d {
+    return Eigen::Vector3d(v(axis[0]), v(axis[1]), v(axis[2])) / v.cwiseAbs().maxCoeff();
+  };
+  // I_a − I_b = λ_b − λ_a
+  const auto difference = [&, largest = I.maxCoeff()](int a, int b) {
+    return (lambda(axis[b]) - lambda(axis[a])) / largest;
+  };
+  return {along(I), difference(1, 0), difference(2, 1), along(m)};
+}
+
+/// The axes (i, j, k) of Jacobi's functions, counted from 0: m circles the axis i, j = 1.
+struct JacobiAxes {
+  int i, k;
+  explicit JacobiAxes(const SortedTop<double>& top) : i(top.Delta(1) < 0 ? 0 : 2), k(2 - i) {}
+};
+
 }  // namespace
+
+double separatrix_parameter(const Scene& scene) {
+  if (scene.M().isZero(0)) return 1;
+  const auto top = sorted_top(scene);
+  const auto [i, k] = JacobiAxes(top);
+  const double mc = top.Delta(1) * top.difference(k, i) / (top.Delta(k) * top.difference(1, i));
+  return mc < 1 ? mc : 1;  // 0/0 for a symmetric body that does not wobble
+}
+
+double largest_turning_rate(const Scene& scene) {
+  if (scene.M().isZero(0)) return 0;
+  const auto top = sorted_top(scene);
+  const auto [i, k] = JacobiAxes(top);
+  const auto& [I, m, Delta] = std::tie(top.I, top.m, top.Delta);
+  const auto quotient = [](double a, double b) { return b != 0 ? a / b : 0; };
+  // The squares of m where m_j = 0, and where |m_j| is largest.
+  const double B_i = quotient(I(i) * Delta(k), top.difference(i, k)),
+               B_k = quotient(I(k) * Delta(i), top.difference(k, i)),
+               B_j = std::min(quotient(I(1) * Delta(i), top.difference(1, i)), top.G * top.G);
+  const auto square = [&](double m_i, double m_j, double m_k) {
+    return m_i / (I(i) * I(i)) + m_j / (I(1) * I(1)) + m_k / (I(k) * I(k));
+  };
+  const double now = m.cwiseQuotient(I).squaredNorm();
+  const double omega = std::max({now, square(B_i, 0, B_k), square(top.G * top.G - B_j, B_j, 0)});
+  const double lambda = std::abs(Delta(k) * top.difference(i, 1)) / (I(0) * I(1) * I(2));
+  const double unit = vee(scene.M()).cwiseAbs().maxCoeff() /
+                      PrincipalMoments3<double>(scene.inertia()).moments.maxCoeff();
+  return unit * std::sqrt(std::max(omega, lambda));
+}
 
 double mean_momentum_rate(const Scene& scene, double angular_speed) {
   constexpr int rotations = 4, steps = 16 * rotations;

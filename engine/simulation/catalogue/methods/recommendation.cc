@@ -46,7 +46,11 @@ int Recommendation::substeps(const Scene& scene) const {
   const auto keep = [&](double bound, const auto& rate) {
     if (bound > 0) needed = std::max(needed, std::ceil(std::abs(scene.step()) * rate() / bound));
   };
-  const auto Omega = [&] { return system_entry(scene.system())->make(scene)->rate(); };
+  const auto Omega = [&] {
+    const SystemEntry& entry = *system_entry(scene.system());
+    return entry.packed && scene.dimension() == 3 ? largest_turning_rate(scene)
+                                                  : entry.make(scene)->rate();
+  };
   keep(largest_h_omega, Omega);
   keep(largest_h_momentum_rate, [&] { return mean_momentum_rate(scene, Omega()); });
   keep(largest_h_velocity_rate, [&] { return largest_velocity_rate(scene); });

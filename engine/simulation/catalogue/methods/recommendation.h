@@ -15,13 +15,14 @@ struct Recommendation {
   std::string_view where = {};  ///< "N = 3"; empty: every scene
   /// Whether the recommendation is for a scene; null: for every scene.
   bool (*takes)(const Scene&) = nullptr;
+  bool members_only = false;  ///< whether it is for the members of an ensemble alone
   std::string_view method;
   int order = 0;  ///< 0 for a closed form
   std::string_view arithmetic = "plain";
   double tolerance = 0;  ///< for methods that choose their own steps, else 0
   /// Bounds for a substep h, which determine the number of substeps: on |h|‖Ω‖ in the initial
-  /// state; on |h| times mean_momentum_rate and largest_velocity_rate (motion_rates.h). 0: no
-  /// bound.
+  /// state, for a body in three dimensions on |h| times largest_turning_rate; on |h| times
+  /// mean_momentum_rate and largest_velocity_rate (motion_rates.h). 0: no bound.
   double largest_h_omega = 0, largest_h_momentum_rate = 0, largest_h_velocity_rate = 0;
 
   /// Returns the method with one substep.
@@ -39,7 +40,11 @@ std::vector<Recommendation> recommended(std::string_view system);
 /// which are passed one after another.
 class Recommender {
  public:
-  explicit Recommender(std::string_view system) : left_(recommended(system)) {}
+  enum class For { one_scene, members };
+
+  Recommender(std::string_view system, For whom) : left_(recommended(system)) {
+    if (whom == For::one_scene) std::erase_if(left_, &Recommendation::members_only);
+  }
 
   /// Takes a scene of the system, with or without a method.
   void take(const Scene& scene);
