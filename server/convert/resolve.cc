@@ -25,7 +25,8 @@ OrStatus<ResolvedScene> read_scene(bool present, const v1::Scene& scene, const c
   auto& [made, choice] = *resolved;
   Resolution resolution{difference(given, field_digests(made.description())), std::nullopt};
   if (choice)
-    resolution.choice = ChosenMethod{choice->tolerance, choice->horizon, std::move(choice->reason)};
+    resolution.choice = ChosenMethod{choice->tolerance, choice->horizon, std::move(choice->reason),
+                                     choice->error, choice->verified};
   return ResolvedScene{std::move(made), std::move(resolution), place};
 }
 

@@ -47,6 +47,8 @@ void to_proto(const Scene& scene, const ChosenMethod& choice, v1::Choice* out) {
   out->set_tolerance(choice.tolerance);
   out->set_horizon(choice.horizon);
   out->set_reason(choice.reason);
+  out->set_error(choice.error);
+  out->set_verified(choice.verified);
 }
 
 void to_proto(const Session& session, const Resolution& resolution, const Registry& registry,

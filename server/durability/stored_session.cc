@@ -31,8 +31,8 @@ std::vector<std::string> split(const std::string& text) {
 Resolution resolution_of(const StoredSession& row) {
   Resolution resolution{{split(row.filled_in), split(row.cleared)}, std::nullopt};
   if (row.choice)
-    resolution.choice =
-        ChosenMethod{row.choice->tolerance, row.choice->horizon, row.choice->reason};
+    resolution.choice = ChosenMethod{row.choice->tolerance, row.choice->horizon, row.choice->reason,
+                                     row.choice->error, row.choice->verified};
   return resolution;
 }
 
@@ -63,7 +63,8 @@ StoredSession to_row(const Session& session) {
                     joined(resolution.difference.cleared),
                     std::nullopt};
   if (const auto& choice = resolution.choice)
-    row.choice = StoredChoice{choice->tolerance, choice->horizon, choice->reason};
+    row.choice = StoredChoice{choice->tolerance, choice->horizon, choice->reason, choice->error,
+                              choice->verified};
   return row;
 }
 

@@ -17,11 +17,13 @@ namespace {
 /// The bytes of a call without its arrays, in gRPC and in the server.
 constexpr std::uint64_t call_bytes = 32 << 10;
 
-/// Returns the bytes of the references of that many members, with up to 58 samples each: attitude
-/// and momentum in extended precision.
-std::uint64_t references_memory(const SceneSize& scene, int members) {
-  const double held = std::min<double>(scene.members.value_or(0), members);
-  return static_cast<std::uint64_t>(held * 58 * (2 * 16 * scene.rows * scene.cols + 128));
+/// Returns the bytes of the references of that many members, each with attitude and momentum in
+/// extended precision at up to 58 coarse samples, and in a choice at up to 512 dense ones.
+std::uint64_t references_memory(const SceneSize& scene, int members, bool dense) {
+  const double held = std::min<double>(scene.members.value_or(1), members);
+  const double sample = 2 * 16 * scene.rows * scene.cols + 128;
+  const double more = dense ? std::min(512 * sample, 64.0 * (1 << 20)) : 0;
+  return static_cast<std::uint64_t>(held * (58 * sample + more));
 }
 
 }  // namespace
@@ -54,12 +56,12 @@ std::uint64_t first_step_memory(const Scene& resolved, std::uint64_t given_bytes
 
 std::uint64_t search_memory(const SceneSize& scene) {
   return largest_simulation_bytes(scene.rows, scene.cols) * 3 / 2 + 2 * scene_memory(scene) +
-         references_memory(scene, Choice::most_pilots);
+         references_memory(scene, Choice::most_pilots, true);
 }
 
 std::uint64_t tradeoff_memory(std::uint64_t request_bytes, const SceneSize& scene) {
   return reading_memory(request_bytes) + search_memory(scene) +
-         references_memory(scene, TradeoffRequest::most_members);
+         references_memory(scene, TradeoffRequest::most_members, false);
 }
 
 std::uint64_t fork_memory(const Session& from) {

@@ -25,11 +25,14 @@ struct Difference {
 Difference difference(const FieldDigests& given, const FieldDigests& resolved);
 Difference difference(const SceneDescription& given, const SceneDescription& resolved);
 
-/// The tolerance and horizon for which a scene's method was chosen, and the reason for the choice.
+/// The tolerance and horizon for which a scene's method was chosen, and the reason for the choice
+/// (Choice in tradeoff.h).
 struct ChosenMethod {
   double tolerance;
   double horizon;
   std::string reason;
+  double error;
+  bool verified;
 };
 
 /// How a scene was resolved from what its caller gave.

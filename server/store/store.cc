@@ -34,6 +34,8 @@ std::int64_t digest_of(const StoredSession& s) {
   if (s.choice) {
     digest.add(std::bit_cast<std::int64_t>(s.choice->tolerance));
     digest.add(std::bit_cast<std::int64_t>(s.choice->horizon)).add(s.choice->reason);
+    digest.add(std::bit_cast<std::int64_t>(s.choice->error));
+    digest.add(std::int64_t{s.choice->verified});
   }
   return digest.value();
 }
@@ -51,8 +53,9 @@ std::int64_t digest_of(const StoredCheckpoint& c) {
 
 constexpr std::string_view select =
     "SELECT principal, id, s.create_time, s.numerics_id, s.identity, s.scene, s.filled_in, "
-    "s.cleared, s.tolerance, s.horizon, s.reason, s.digest, c.numerics_id, c.identity, c.step, "
-    "c.state, c.digest FROM session AS s LEFT JOIN checkpoint AS c USING (principal, id)";
+    "s.cleared, s.tolerance, s.horizon, s.reason, s.error, s.verified, s.digest, c.numerics_id, "
+    "c.identity, c.step, c.state, c.digest FROM session AS s LEFT JOIN checkpoint AS c USING "
+    "(principal, id)";
 
 /// Keeps the first rows of an order that begins with the newest tombstone of each principal and
 /// goes on with the second newest of each.
@@ -115,7 +118,9 @@ void Store::put(const StoredSession& s) {
       .bind(9, choice ? std::optional(choice->tolerance) : std::nullopt)
       .bind(10, choice ? std::optional(choice->horizon) : std::nullopt)
       .bind(11, choice ? std::string_view(choice->reason) : std::string_view())
-      .bind(12, digest_of(s))
+      .bind(12, choice ? std::optional(choice->error) : std::nullopt)
+      .bind(13, std::int64_t{choice && choice->verified})
+      .bind(14, digest_of(s))
       .execute();
   erase_checkpoint_.bind(1, s.principal.name).bind(2, s.id).execute();
 }
@@ -230,14 +235,15 @@ std::optional<Store::Row> Store::Reader::next() {
                   row.bytes(7),
                   std::nullopt};
   if (const auto tolerance = row.real(8))
-    s.choice = StoredChoice{*tolerance, row.real(9).value_or(0), row.bytes(10)};
-  if (digest_of(s) != row.integer(11))
+    s.choice = StoredChoice{*tolerance, row.real(9).value_or(0), row.bytes(10),
+                            row.real(11).value_or(0), row.integer(12) != 0};
+  if (digest_of(s) != row.integer(13))
     throw StoreError(WriteFault::Kind::damaged,
                      "the row of session '" + s.id + "' differs from its digest");
   StoredCheckpoint c{s.principal,     s.id,
-                     row.bytes(12),   std::bit_cast<std::uint64_t>(row.integer(13)),
-                     row.integer(14), row.bytes(15)};
-  if (c.numerics_id.empty() || digest_of(c) != row.integer(16))
+                     row.bytes(14),   std::bit_cast<std::uint64_t>(row.integer(15)),
+                     row.integer(16), row.bytes(17)};
+  if (c.numerics_id.empty() || digest_of(c) != row.integer(18))
     return Row{std::move(s), std::nullopt};
   return Row{std::move(s), std::move(c)};
 }

@@ -12,10 +12,13 @@
 
 namespace stiefel::server {
 
-/// The tolerance and horizon for which a method was chosen, and the reason for the choice.
+/// The tolerance and horizon for which a method was chosen, and the reason for the choice (Choice
+/// in tradeoff.h).
 struct StoredChoice {
   double tolerance, horizon;
   std::string reason;
+  double error;
+  bool verified;
 };
 
 /// A session as a row: its resolved scene, and how that was resolved from what its creator gave.

@@ -33,6 +33,8 @@ CREATE TABLE session (
   tolerance REAL,                -- what the method was chosen for, if it was
   horizon REAL,
   reason TEXT NOT NULL,
+  error REAL,
+  verified INTEGER NOT NULL,
   digest INTEGER NOT NULL,       -- hash of the columns above
   PRIMARY KEY (principal, id)
 ) STRICT;

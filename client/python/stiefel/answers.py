@@ -23,6 +23,9 @@ class Choice:
     tolerance: float
     horizon: float
     reason: str  #: one sentence with error, work, what was measured and which reference it was compared with
+    error: float  #: largest error of attitude and momentum up to the horizon; an estimate unless `verified`
+    #: Whether the method ran over the whole horizon. False only with "verification": "optional" in the scene.
+    verified: bool
 
     @staticmethod
     def of(message: Any) -> Optional[Choice]:
@@ -31,7 +34,7 @@ class Choice:
             return None
         choice = message.choice
         method: dict[str, Any] = json_format.MessageToDict(choice.method, preserving_proto_field_name=True)
-        return Choice(method, choice.tolerance, choice.horizon, choice.reason)
+        return Choice(method, choice.tolerance, choice.horizon, choice.reason, choice.error, choice.verified)
 
 
 @dataclass(frozen=True, eq=False)

@@ -62,7 +62,11 @@ struct SceneDescription {
   /// (tradeoff.h) chooses the method.
   std::optional<double> tolerance = {};
   std::optional<double> horizon = {};  ///< the time of interest, > 0 whatever the step's sign
-  std::optional<int> members = {};     ///< number of members, for an ensemble
+  /// With a tolerance: "required" (default when empty) or "optional". A choice is verified by a run
+  /// over the whole horizon. Where that takes too much work, "required" refuses the choice, and
+  /// "optional" gets the cheapest estimate, marked unverified.
+  std::string verification = {};
+  std::optional<int> members = {};  ///< number of members, for an ensemble
 };
 
 /// A 3D body brought to its principal axes: I = R diag(moments) Rᵀ, det R = +1.

@@ -27,6 +27,9 @@ struct Choice {
   MethodDescription method;
   double tolerance;  ///< the tolerance and the horizon for which the method was chosen
   double horizon;
+  /// The largest error up to the horizon: measured if `verified`, else estimated from a part.
+  double error = 0;
+  bool verified = false;  ///< whether the method was run over the whole horizon
   /// The chosen method and why: its error, up to which time, against which reference, at which
   /// work.
   std::string reason;
@@ -39,23 +42,24 @@ struct Choice {
 };
 
 /// Chooses the cheapest method, order, arithmetic and number of substeps whose error stays within
-/// `tolerance`. The error is the largest of attitude and momentum at eight times up to `horizon`,
-/// measured against a reference by runs of this scene; cost is counted work, never the clock. Each
-/// number of substeps follows from the one before by the declared order, and is then run. Where
-/// whole runs would cost too much, errors of shorter ones are extrapolated by the declared growth
-/// and doubled; single precision is excluded then, because its errors are not extrapolated.
+/// `tolerance`; cost is counted work, never the clock. The error is the largest of attitude and
+/// momentum up to `horizon`, measured against a reference by a run of this scene over the whole
+/// horizon, at up to 550 steps spread over it. Short runs only order the candidates: their errors
+/// are extrapolated by the declared growth, or exponentially if they grow so.
 ///
 /// Takes at most Choice::most_work. Does not start a run that is predicted to take more than is
-/// left of it, and ends a run that takes more than predicted. Refuses at once where not even the
-/// first state of the reference can be computed within it, from about N = 50 on.
+/// left of it, and ends a run that takes more than predicted. Refuses a choice that it cannot
+/// verify within this work, with the work that verifying takes; where `verification` is "optional"
+/// it returns the cheapest estimate, not verified. Refuses at once where not even the first state
+/// of the reference can be computed, from about N = 50 on.
 ///
-/// An ensemble gets one method, and the tolerance holds for each member: every member is measured
+/// An ensemble gets one method, and the tolerance holds for each member: every member is verified
 /// with that method. The work is that of all members together; where it does not suffice for all
 /// (some thousand bodies of a thousand steps), the choice is refused.
 ///
 /// Expects a valid description with tolerance, horizon and step. When no method meets the
 /// tolerance, the violation has the reason TOLERANCE_NOT_MET and gives the best method found, or
-/// the work that the reference needs. Throws Stopped (stop.h).
+/// the work that the reference or the verification needs. Throws Stopped (stop.h).
 std::expected<Choice, Violations> choose_method(const SceneDescription& description,
                                                 const Place& place = {});
 

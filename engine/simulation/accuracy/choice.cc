@@ -13,8 +13,10 @@ std::expected<Choice, Violations> choose_method(const SceneDescription& descript
                   Choice::most_work);
   auto chosen = chooser.choose();
   if (!chosen) return std::unexpected(std::move(chosen.error()));
-  return Choice{chosen->method, *description.tolerance, *description.horizon,
-                chooser.reason(*chosen), chooser.work()};
+  return Choice{chosen->method,       *description.tolerance,
+                *description.horizon, chosen->error * *description.tolerance,
+                chosen->verified,     chooser.reason(*chosen),
+                chooser.work()};
 }
 
 std::expected<ChosenScene, Violations> resolve_choosing(SceneDescription description,
@@ -28,6 +30,7 @@ std::expected<ChosenScene, Violations> resolve_choosing(SceneDescription descrip
     choice = *std::move(chosen);
     description.method = choice->method;
     description.tolerance.reset();
+    description.verification.clear();
   }
   auto scene = resolve_recommending(std::move(description), largest_repair, place);
   if (!scene) return std::unexpected(std::move(scene.error()));

@@ -97,6 +97,10 @@ bool MembersChooser::measure_others(const Candidate& entry, Chooser::Trial& chos
                 left_ / static_cast<double>(others.size() - k));
     const auto trial = one.measure(chosen.method);
     left_ -= one.work();
+    if (!trial && description_.verification == "optional") {
+      chosen.verified = false;
+      return true;
+    }
     if (!trial) return false;
     if (!trial->good()) missed_.push_back(others[k]);
     chosen.cost += trial->cost;
@@ -135,9 +139,14 @@ std::expected<Choice, Violations> MembersChooser::choose() {
       return std::unexpected(Violations{
           refusal("cannot be checked in each of " + std::to_string(members_.size()) +
                   " members within the " + short_text(Choice::most_work) +
-                  " instructions that a choice may take; give a method, or fewer members")});
+                  " instructions that a choice may take; give a method, fewer members, or " +
+                  "\"verification\": \"optional\"")});
     if (missed_.empty())
-      return Choice{chosen->method, *description_.tolerance, *description_.horizon,
+      return Choice{chosen->method,
+                    *description_.tolerance,
+                    *description_.horizon,
+                    chosen->error * *description_.tolerance,
+                    chosen->verified,
                     chooser.reason(*chosen) + "; the largest error of " +
                         std::to_string(members_.size()) + " members" +
                         (worst_ ? ", in member " + std::to_string(*worst_) : ""),

@@ -3,6 +3,7 @@
 #include <optional>
 #include <vector>
 
+#include "engine/simulation/accuracy/candidates.h"
 #include "engine/simulation/accuracy/measurement.h"
 
 namespace stiefel {
@@ -12,8 +13,13 @@ namespace stiefel {
 /// a factor. The errors therefore grow as those of longer steps did, and beyond the end of these by
 /// the declared power of time; where none is declared, the power is between linear and quadratic
 /// and taken from the last half of the run.
+///
+/// An error that grew more than eightfold in each of the last two doublings of the time grows
+/// exponentially. It goes on so, up to the size of the quantity itself.
 class ErrorGrowth {
  public:
+  using Steps = std::vector<std::int64_t>;  ///< the steps at which a run has its errors
+
   /// Returns the factor by which the largest error of a run grows up to the horizon. Remembers the
   /// run, as far as its errors are small, for later runs of the same candidate.
   ///
@@ -21,7 +27,7 @@ class ErrorGrowth {
   /// the part of the error that the previous run's error and the order do not explain is taken for
   /// rounding, up to one unit of roundoff a step. Rounding grows in proportion to time, in
   /// compensated arithmetic less: it does not grow as the method's error does.
-  double beyond(const Candidate& candidate, const Run& run, const Samples& samples,
+  double beyond(const Candidate& candidate, const Run& run, const Steps& steps,
                 std::int64_t horizon_steps, std::optional<double> shorter = {});
 
   /// Whether in the last three doublings of a run's time its errors are at most the errors of the
@@ -30,7 +36,7 @@ class ErrorGrowth {
   /// go on as the previous ones did. Rounding errors are a random walk: in single precision an
   /// extrapolation from a part of the run is wrong by a factor of up to 100.
   bool falls_as_declared(const Candidate& candidate, double shorter, const Run& run,
-                         const Samples& samples) const;
+                         const Steps& steps) const;
 
  private:
   /// Returns the part of the error at the end of a run that is rounding.

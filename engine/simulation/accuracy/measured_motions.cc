@@ -40,13 +40,14 @@ bool MeasuredMotions::take(const MethodDescription& method) const {
   });
 }
 
-void MeasuredMotions::solve_references(std::int64_t steps, const ReferenceNeed& need,
-                                       const std::stop_token& stop) {
+void MeasuredMotions::solve_references(std::int64_t steps, Density density,
+                                       const ReferenceNeed& need, const std::stop_token& stop) {
   common_ = {};
   double work = 0;
   for (std::size_t b = 0; b < count(); ++b) {
     const double share = (need.budget - work) / static_cast<double>(count() - b);
-    Samples one = take_samples(scenes_[b], steps, {need.time, share, need.quadruple}, stop);
+    Samples one =
+        take_samples(scenes_[b], steps, density, {need.time, share, need.quadruple}, stop);
     work += one.work;
     if (one.steps.empty()) {
       // The other references are not needed, because nothing can be measured on all motions.
@@ -69,25 +70,29 @@ void MeasuredMotions::take_in(const Samples& one) {
     common_.work = one.work;
     return;
   }
-  // The steps of the samples depend only on the horizon, so the shorter list is a prefix of the
-  // longer.
-  const std::size_t reached = std::min(common_.steps.size(), one.steps.size());
-  common_.steps.resize(reached);
-  common_.answers.resize(reached);
-  for (std::size_t i = 0; i < reached; ++i)
-    common_.answers[i].error = std::max(common_.answers[i].error, one.answers[i].error);
+  // References that differ in the work of an answer have samples at different steps.
+  Samples both;
+  for (std::size_t i = 0, j = 0; i < common_.steps.size(); ++i) {
+    while (j < one.steps.size() && one.steps[j] < common_.steps[i]) ++j;
+    if (j == one.steps.size() || one.steps[j] != common_.steps[i]) continue;
+    both.steps.push_back(common_.steps[i]);
+    both.answers.push_back({{}, std::max(common_.answers[i].error, one.answers[j].error)});
+  }
+  common_.steps = std::move(both.steps);
+  common_.answers = std::move(both.answers);
   if (common_.reference.find(one.reference) == std::string::npos)
     common_.reference += " or " + one.reference;
   common_.work += one.work;
 }
 
-Run MeasuredMotions::run(const MethodDescription& method, double weight, std::int64_t to,
-                         Watch watch, const std::stop_token& stop, double most_work) const {
+Run MeasuredMotions::run(const MethodDescription& method, double weight,
+                         const std::vector<std::int64_t>& compared, std::int64_t to, Watch watch,
+                         const std::stop_token& stop, double most_work) const {
   const double weight_of_one = weight / static_cast<double>(count());
   Run all;
   for (std::size_t b = 0; b < count(); ++b) {
-    Run one = stiefel::run(scenes_[b].with(method).value(), weight_of_one, of_each_[b], to, watch,
-                           stop, most_work - all.spent);
+    Run one = stiefel::run(scenes_[b].with(method).value(), weight_of_one, of_each_[b], compared,
+                           to, watch, stop, most_work - all.spent);
     const RunStatus status = one.status;
     if (b == 0)
       all = std::move(one);

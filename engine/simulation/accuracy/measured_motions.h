@@ -21,7 +21,8 @@ class MeasuredMotions {
 
   /// Computes the reference of each motion; each may use an equal share of what is left of the
   /// budget.
-  void solve_references(std::int64_t steps, const ReferenceNeed& need, const std::stop_token& stop);
+  void solve_references(std::int64_t steps, Density density, const ReferenceNeed& need,
+                        const std::stop_token& stop);
 
   /// Returns the samples of a single motion. For several motions returns the steps that every
   /// reference reaches, answers with the largest error of the references and without a state, the
@@ -33,8 +34,9 @@ class MeasuredMotions {
   /// work of a step of all motions. The result has the smallest number of steps of any motion, and
   /// the status of the first motion that did not reach its end, with its index as member where
   /// there are several.
-  Run run(const MethodDescription& method, double weight, std::int64_t to, Watch watch,
-          const std::stop_token& stop, double most_work = StopScope::unlimited) const;
+  Run run(const MethodDescription& method, double weight, const std::vector<std::int64_t>& compared,
+          std::int64_t to, Watch watch, const std::stop_token& stop,
+          double most_work = StopScope::unlimited) const;
 
  private:
   void take_in(const Samples& one);

@@ -49,6 +49,8 @@ class Reference {
   virtual std::string description() const = 0;
   /// Returns the work so far, in instructions.
   virtual double work() const = 0;
+  /// Returns the work of one more answer at a time that the reference has reached.
+  virtual double answer_work() const = 0;
   /// Predicts from the start of the motion the total work after `at(time)`, at least the work
   /// already done. Returns nullopt where it cannot be predicted.
   virtual std::optional<double> predicted_work(double /*time*/, const std::stop_token& /*stop*/) {

@@ -63,6 +63,8 @@ class ExtrapolatedReference final : public Reference {
   double work() const override {
     return evaluation_ * static_cast<double>(fine_.evaluations() + coarse_.evaluations());
   }
+  /// Both solutions end a stride at every answer.
+  double answer_work() const override { return stride(fine_columns) + stride(coarse_columns); }
   /// Two strides, if they exceed the budget.
   std::optional<double> predicted_work(double time, const std::stop_token&) override {
     const double least = work() + stride(fine_columns) + stride(coarse_columns);

@@ -57,6 +57,7 @@ class TaylorReference final : public Reference {
     };
     if (!fine_.go_to(time, before(work_)) || !coarse_.go_to(time, before(coarse_work_)))
       return std::nullopt;
+    ++answers_;
     MotionState state = present(fine_);
     error_ = std::max({error_, rounding(state), error_of(present(coarse_), state).largest()});
     return Answer{std::move(state), error_};
@@ -69,7 +70,11 @@ class TaylorReference final : public Reference {
 
   double work() const override {
     return static_cast<double>(fine_.series_count()) * work_ +
-           static_cast<double>(coarse_.series_count()) * coarse_work_;
+           static_cast<double>(coarse_.series_count()) * coarse_work_ + answers_ * answer_work();
+  }
+  /// Both series by Horner's rule, two operations for each coefficient of each number.
+  double answer_work() const override {
+    return operation_work<Scalar> * 4 * order_ * static_cast<double>(fine_.state().size());
   }
 
   /// Predicts the work from the time that the first series spans. If the first series of both
@@ -122,7 +127,7 @@ class TaylorReference final : public Reference {
   double work_, coarse_work_;
   Eigen::Index momentum_rows_;
   TaylorMotion<Series> fine_, coarse_;
-  double error_ = 0;
+  double error_ = 0, answers_ = 0;
 };
 
 /// Returns the reference in quadruple precision if that stays within the budget, else in extended.

@@ -134,7 +134,8 @@ Tradeoff::Survey::Survey(TradeoffRequest request, MeasuredMotions motions,
 std::expected<TradeoffSetup, Violations> Tradeoff::Survey::solve_reference(
     const std::stop_token& stop) {
   const double time = std::abs(motions_.front().time(steps_));
-  motions_.solve_references(steps_, {time, reference_share * request_.budget}, stop);
+  motions_.solve_references(steps_, Density::coarse, {time, reference_share * request_.budget},
+                            stop);
   left_ -= samples().work;
   if (samples().reference.empty() && !stop.stop_requested())
     return std::unexpected(Violations{
@@ -169,7 +170,7 @@ std::optional<TradeoffPoint> Tradeoff::Survey::next(const std::stop_token& stop)
                             ? candidate.with_tolerance(std::pow(10, -3 - refinement_))
                             : candidate.with_substeps(1 << refinement_);
     const double step_work = candidate.weight * method.substeps.value_or(1);
-    const std::int64_t to = affordable_steps(samples(), step_work, share());
+    const std::int64_t to = affordable_steps(samples().steps, step_work, share());
     const Scene scene = motions_.front().with(method).value();
     const double least = scene.in_float() ? least_part_in_float : least_part;
     const bool too_short = static_cast<double>(to) < least * static_cast<double>(steps_) ||
@@ -201,7 +202,7 @@ std::optional<TradeoffPoint> Tradeoff::Survey::next(const std::stop_token& stop)
 std::optional<Run> Tradeoff::Survey::first_run(const Candidate& candidate, const Scene& scene,
                                                std::int64_t to, const std::stop_token& stop) {
   const auto go_to = [&](std::int64_t steps) {
-    Run made = motions_.run(*scene.description().method, candidate.weight, steps,
+    Run made = motions_.run(*scene.description().method, candidate.weight, samples().steps, steps,
                             Watch::errors_and_invariants, stop, std::max(left_, 0.0));
     left_ -= made.spent;
     return made;
@@ -209,7 +210,7 @@ std::optional<Run> Tradeoff::Survey::first_run(const Candidate& candidate, const
   if (to == steps_ || !scene.in_float()) return go_to(to);
   if (refinement_ > 0) {
     Run part = go_to(to);
-    if (!part.status.reached() || growth_.falls_as_declared(candidate, 2, part, samples()))
+    if (!part.status.reached() || growth_.falls_as_declared(candidate, 2, part, samples().steps))
       return part;
   }
   const double whole = candidate.weight * scene.substeps() * static_cast<double>(steps_);
@@ -231,8 +232,8 @@ TradeoffPoint Tradeoff::Survey::measure(const Candidate& candidate, const Scene&
   point.cpu_seconds_per_second.push_back(first.cpu_seconds / time);
   for (int k = 1; k < request_.repeats && first.status.reached() && first.spent <= left_; ++k) {
     left_ -= first.spent;
-    const Run again =
-        motions_.run(*scene.description().method, candidate.weight, first.steps, Watch::time, stop);
+    const Run again = motions_.run(*scene.description().method, candidate.weight, samples().steps,
+                                   first.steps, Watch::time, stop);
     if (again.status.outcome == Outcome::cancelled) {
       point.status = again.status;
       return point;
@@ -249,7 +250,7 @@ TradeoffPoint Tradeoff::Survey::measure(const Candidate& candidate, const Scene&
   point.error = at_least(known, first.errors.back());
   point.below_reference = first.errors.back().largest() <= known;
   point.extrapolated = first.steps < steps_;
-  const double growth = growth_.beyond(candidate, first, samples(), steps_, 2);
+  const double growth = growth_.beyond(candidate, first, samples().steps, steps_, 2);
   if (point.extrapolated) {
     // The amplitude of an oscillating error does not grow, so its envelope is extrapolated.
     const double envelope = std::max(known, first.largest_error(first.errors.size()));

@@ -12,6 +12,7 @@
 #include "tests/support/exact_motion.h"
 #include "tests/support/extrapolation.h"
 #include "tests/support/scenes/any_scene.h"
+#include "tests/support/scenes/random_frame.h"
 #include "tests/support/scenes/random_matrices.h"
 #include "tests/support/scenes/random_scene.h"
 #include "tests/support/surveys/choice_survey.h"
@@ -130,6 +131,91 @@ TEST(Choice, OfAParametricRigidBodyStaysWithinItsTolerance) {
         }) > 0;
   }
   EXPECT_GE(made, 2);
+}
+
+/// The largest error over the tolerance of a chosen scene at 97 times up to its horizon, against
+/// the reference in quadruple precision; 0 where the tolerance is refused as one that cannot be
+/// met.
+double largest_error_over_tolerance(const SceneDescription& d) {
+  const auto chosen = resolve_choosing(d);
+  if (!chosen) {
+    EXPECT_EQ(chosen.error().front().reason, "TOLERANCE_NOT_MET") << chosen.error().front().rule;
+    return 0;
+  }
+  const auto& [scene, choice] = *chosen;
+  EXPECT_TRUE(choice->verified) << choice->reason;
+  EXPECT_LE(choice->error, choice->tolerance) << choice->reason;
+  const std::int64_t steps = std::llround(*d.horizon / scene.step());
+  const auto reference = make_reference(scene, {*d.horizon, 1e13});
+  const auto now = make_simulation(scene);
+  double error = 0;
+  for (std::int64_t k = 1; k <= 97; ++k) {
+    const std::int64_t step = steps * k / 97;
+    EXPECT_TRUE(now->advance(step - now->step()).reached());
+    const auto exact = reference->at(scene.time(step), {});
+    error = std::max(error, error_of(read_motion(scene, *now), exact->state).largest());
+  }
+  EXPECT_LE(error, 1.05 * choice->tolerance) << choice->reason;
+  return error / choice->tolerance;
+}
+
+/// A body that turns over between long rests next to its middle axis. The error grows by a factor
+/// of 1/ε in each turnover, and is largest in the last one.
+TEST(Choice, NextToASeparatrixStaysWithinTheTolerance) {
+  int made = 0;
+  for (const double epsilon : {1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12})
+    for (const double tolerance : {1e-3, 1e-6, 1e-9, 1e-12})
+      for (const bool wide : {false, true}) {
+        SceneDescription d;
+        d.system = "rigid_body";
+        d.body.emplace();
+        d.body->moments = wide ? std::vector{1.0, 5.0, 5.5} : std::vector{1.0, 2.0, 3.0};
+        d.body->angular_velocity = {epsilon, 1, -epsilon};
+        d.step = 0.05;
+        d.tolerance = tolerance;
+        d.horizon = wide ? 300 : 3000;
+        SCOPED_TRACE(::testing::Message() << epsilon << " " << tolerance << " " << wide);
+        made += largest_error_over_tolerance(d) > 0;
+      }
+  EXPECT_EQ(made, 48);  // `exact` meets every tolerance
+}
+
+/// A chaotic geodesic: no method in double precision keeps the small tolerances.
+TEST(Choice, OfAChaoticGeodesicStaysWithinTheTolerance) {
+  int made = 0;
+  for (const double tolerance : {1e-5, 1e-9}) {
+    const testing::RandomFrame<double> frame(2, 5, 3);
+    SceneDescription d;
+    d.system = "stiefel";
+    d.inertia = {1, 2, 3, 5, 8};
+    const Eigen::Map<const Eigen::VectorXd> lambda(d.inertia.data(), 5);
+    const Eigen::MatrixXd Qdot = frame.S * frame.lambda.cwiseInverse().asDiagonal();
+    d.initial = {{"Q", frame.Q}, {"S", RowMatrix(Qdot * lambda.asDiagonal())}};
+    d.step = 0.1;
+    d.tolerance = tolerance;
+    d.horizon = 60;
+    SCOPED_TRACE(tolerance);
+    made += largest_error_over_tolerance(d) > 0;
+  }
+  EXPECT_GE(made, 1);
+}
+
+/// Verifying takes 10⁸ steps: the choice is refused with this work, or marked on request.
+TEST(Choice, ThatCannotBeVerifiedIsRefusedOrMarked) {
+  SceneDescription d = asked(1e-3, 1e6, 4, 0.01);
+  const auto refused = resolve_choosing(d);
+  ASSERT_FALSE(refused);
+  const Violation& violation = refused.error().front();
+  EXPECT_EQ(violation.reason, "TOLERANCE_NOT_MET");
+  EXPECT_NE(violation.rule.find("cannot be verified"), std::string::npos) << violation.rule;
+  d.verification = "optional";
+  const auto marked = resolve_choosing(d);
+  ASSERT_TRUE(marked) << marked.error().front().rule;
+  EXPECT_FALSE(marked->choice->verified);
+  EXPECT_LE(marked->choice->error, 1e-3);
+  EXPECT_TRUE(marked->scene.description().verification.empty());
+  d.verification = "never";
+  EXPECT_EQ(resolve_choosing(d).error().front().field, "verification");
 }
 
 TEST(Choice, OfAResolvedSceneIsWhatItIs) {

@@ -52,6 +52,8 @@ void expect_equal(const StoredSession& a, const StoredSession& b) {
   EXPECT_EQ(a.choice->tolerance, b.choice->tolerance);
   EXPECT_EQ(a.choice->horizon, b.choice->horizon);
   EXPECT_EQ(a.choice->reason, b.choice->reason);
+  EXPECT_EQ(a.choice->error, b.choice->error);
+  EXPECT_EQ(a.choice->verified, b.choice->verified);
 }
 
 /// What the constructor says, or "" if it opens.
@@ -72,7 +74,7 @@ class StoreTest : public testing::Test {
 
 TEST_F(StoreTest, GivesBackWhatItGot) {
   auto chosen = session("chosen", 70'000);
-  chosen.choice = StoredChoice{0.1, 1.0 / 3, "error 0.01, \0 work 3"};
+  chosen.choice = StoredChoice{0.1, 1.0 / 3, "error 0.01, \0 work 3", 0.01, true};
   const auto plain = session("plain", 0);
   {
     Store store(options_);

@@ -23,7 +23,7 @@ TEST(StoredSession, KeepsTheBitsOfEverySystemAndMethod) {
     ASSERT_TRUE(scene) << system << " " << method;
     server::Resolution resolution{server::difference(given, scene->description()), std::nullopt};
     if (number++ % 2)
-      resolution.choice = server::ChosenMethod{0.1, 3, "for a reason\nof two lines"};
+      resolution.choice = server::ChosenMethod{0.1, 3, "for a reason\nof two lines", 0.05, true};
     server::Session session("a", *scene, clock, resolution);
     session.set_owner(server::Principal{"p"});
     session.set_create_time(std::chrono::system_clock::now());
@@ -37,7 +37,8 @@ TEST(StoredSession, KeepsTheBitsOfEverySystemAndMethod) {
     EXPECT_EQ(read.difference.filled_in, resolution.difference.filled_in);
     EXPECT_EQ(read.difference.cleared, resolution.difference.cleared);
     ASSERT_EQ(read.choice.has_value(), resolution.choice.has_value());
-    EXPECT_TRUE(!read.choice || read.choice->reason == resolution.choice->reason);
+    EXPECT_TRUE(!read.choice || (read.choice->reason == resolution.choice->reason &&
+                                 read.choice->error == 0.05 && read.choice->verified));
   }
   EXPECT_GT(number, 30);
 }
