@@ -115,6 +115,25 @@ def test_states_at_any_times(session):
     assert (session.trajectory(100)["Q"] == session.trajectory(100)["Q"]).all()
 
 
+@pytest.mark.parametrize("step", [0.1, 0.05, 0.3, -0.01])
+def test_decimal_multiples_of_the_step_are_steps(client, step):
+    """1.7 is step 17 of 0.1, although 17 * 0.1 is 1.7000000000000002."""
+    with client.create({**TOP, "step": step}) as session:
+        whole = [round(k * step, 10) for k in range(400)]
+        assert list(session.trajectory(times=whole).step) == list(range(400))
+        for k in range(1, 400, 3):
+            assert list(session.trajectory(times=[whole[k]]).step) == [k]
+
+
+def test_times_next_to_a_state_have_its_numbers(session):
+    """1e-310 and less is a denormal number; 0.05 (1 + 2^-52) is one ulp after step 1."""
+    run = session.trajectory(times=[0.0, 5e-324, 1e-310, 1e-200, 1e-100, 1e-30, 0.05 * (1 + 2**-52), 0.05 * (1 - 2**-53)])
+    assert run.outcome == stiefel.Outcome.REACHED
+    for name in ("Q", "M"):
+        np.testing.assert_allclose(run[name][1:6], np.broadcast_to(run[name][0], run[name][1:6].shape), rtol=0, atol=1e-15)
+        np.testing.assert_allclose(run[name][6:], np.broadcast_to(session.step(1)[name], run[name][6:].shape), rtol=0, atol=1e-15)
+
+
 @pytest.mark.parametrize("arguments, field", [
     (dict(times=[0.5, -1.0]), "times[1]"), (dict(times=[0.1, float("nan")]), "times[1]"), (dict(times=[0.1, 1e300]), "times[1]"),
     (dict(times=[]), "times"), (dict(times=["now"]), "times"), (dict(times=[1.0], to=3), "to"),

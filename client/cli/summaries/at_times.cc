@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <fstream>
 #include <iostream>
 
@@ -24,18 +25,21 @@ std::vector<double> read_times(const std::string& path) {
   if (!file) throw BadInput("--times: " + path + " cannot be read");
   std::vector<double> times;
   for (std::string word; file >> word;) {
-    std::size_t end = 0;
-    double time = NAN;
-    try {
-      time = std::stod(word, &end);
-    } catch (const std::exception&) {
-    }
-    if (end != word.size() || !std::isfinite(time))
+    char* end = nullptr;
+    const double time = std::strtod(word.c_str(), &end);
+    if (*end != '\0' || !std::isfinite(time))
       throw refused(times.size(), word + " is not a finite number");
     times.push_back(time);
   }
   if (times.empty()) throw BadInput("--times: " + path + " has no times");
   return times;
+}
+
+/// Returns a time in steps; where it is a whole number to rounding, that number, as the engine
+/// takes it.
+double in_steps(double time, double step) {
+  const double steps = time / step, whole = std::nearbyint(steps);
+  return std::abs(steps - whole) <= 0x3p-53 * whole ? whole : steps;
 }
 
 /// Returns the indices of the times in the order of the motion. Throws BadInput that names the
@@ -44,13 +48,14 @@ std::vector<std::size_t> in_order(const std::vector<double>& times, double step)
   constexpr double most = 0x1p53;
   std::vector<std::size_t> order;
   for (std::size_t k = 0; k < times.size(); ++k) {
-    const double steps = times[k] / step;
+    const double steps = in_steps(times[k], step);
     if (!(std::floor(steps) >= 0 && std::ceil(steps) <= most))
       throw refused(k, nlohmann::json(times[k]).dump() +
                            ": must be in the direction of the scene's step, within 2^53 steps");
     order.push_back(k);
   }
-  std::ranges::stable_sort(order, {}, [&](std::size_t k) { return times[k] / step; });
+  std::ranges::stable_sort(order, {},
+                           [&](std::size_t k) { return std::copysign(1, step) * times[k]; });
   return order;
 }
 
@@ -59,8 +64,9 @@ v1::SummarizeRequest request_for(const RunCommand& command, double step, Origin&
   const std::vector<double> times = read_times(command.times);
   origin.times = in_order(times, step);
   v1::SummarizeRequest request;
-  request.set_from(static_cast<std::int64_t>(std::floor(times[origin.times.front()] / step)));
-  request.set_to(static_cast<std::int64_t>(std::ceil(times[origin.times.back()] / step)));
+  request.set_from(
+      static_cast<std::int64_t>(std::floor(in_steps(times[origin.times.front()], step))));
+  request.set_to(static_cast<std::int64_t>(std::ceil(in_steps(times[origin.times.back()], step))));
   request.set_every(std::max<std::int64_t>(1, request.to()));
   for (const std::size_t k : origin.times) request.add_times(times[k]);
   request.mutable_fields()->Add(command.fields.begin(), command.fields.end());

@@ -326,7 +326,7 @@ class Session:
     def _at_times(self, times: Sequence[float], fields: Optional[Names], progress: bool,
                   timeout: Optional[float]) -> Trajectory:
         given, steps = in_steps(times, self._known_scene().step)
-        order = np.argsort(steps, kind="stable")
+        order = np.argsort(given * np.copysign(1, self._known_scene().step), kind="stable")
         first, last = steps[order[0]], steps[order[-1]]
         request = self._summarize_request(int(np.ceil(last)), int(np.floor(first)), 1, times=given[order],
                                           fields=names("fields", fields))

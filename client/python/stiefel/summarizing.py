@@ -150,8 +150,8 @@ def _after(batch: Union[Events, Batch], count: int) -> Union[Events, Batch]:
 
 
 def in_steps(times: Sequence[float], step: float) -> tuple[Array, Array]:
-    """Returns the times as an array, and how many steps of the length `step` after time 0 each of them is. Raises
-    InvalidArgument that names the first wrong one."""
+    """Returns the times as an array, and how many steps of the length `step` after time 0 each of them is: a whole number
+    where it is one to rounding, as the engine takes it. Raises InvalidArgument that names the first wrong one."""
     try:
         given = np.asarray(times, float).ravel()
     except (TypeError, ValueError):
@@ -164,7 +164,8 @@ def in_steps(times: Sequence[float], step: float) -> tuple[Array, Array]:
         if wrong.any():
             k = int(np.argmax(wrong))
             raise refused(f"times[{k}]", f"{float(given[k])!r}: {rule}")
-    return given, steps
+    whole = np.rint(steps)
+    return given, np.where(abs(steps - whole) <= 3 * 2**-53 * whole, whole, steps)
 
 
 def states_at(running: Summarizing, order: NDArray[np.intp], progress: bool) -> Trajectory:

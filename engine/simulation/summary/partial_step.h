@@ -19,7 +19,8 @@ class PartialStep {
 
   /// Returns a simulation in the state at step k + fraction, 0 < fraction < 1, valid until the next
   /// call; null where the shorter step has no solution, or on a stop request. `saved` is the state
-  /// at step k. The step index of the returned simulation has no meaning.
+  /// at step k; it is the result where the fraction is so small that no number would change. The
+  /// step index of the returned simulation has no meaning.
   const Simulation* at(std::int64_t k, double fraction, std::span<const double> saved,
                        const std::stop_token& stop);
   /// Returns a simulation in the state at `time`, for a closed form only; valid until the next
@@ -27,9 +28,6 @@ class PartialStep {
   const Simulation* at_time(double time, const std::stop_token& stop);
 
  private:
-  const Simulation* advanced(SceneDescription shorter, std::span<const double> saved,
-                             const std::stop_token& stop);
-
   const Scene& scene_;
   bool direct_;
   std::unique_ptr<Simulation> simulation_;

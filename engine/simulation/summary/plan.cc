@@ -15,6 +15,9 @@ namespace {
 constexpr std::size_t most_violations = 16;
 /// Most numbers of states at times between two consecutive steps, over all members: 64 MiB.
 constexpr std::size_t most_between_steps = std::size_t{1} << 23;
+/// A time that is a multiple of the step up to this relative error is the time of that step. Time
+/// and step are doubles, each of which may be rounded twice: 1.7 is step 17 of 0.1.
+constexpr long double rounding_of_steps = 0x1p-51L;
 
 std::string at(const char* list, std::size_t i, const char* field = "") {
   return std::string(list) + "[" + std::to_string(i) + "]" + field;
@@ -184,26 +187,17 @@ class Check {
   /// meaningless.
   bool time(std::size_t i, double t) {
     const auto& what = plan_.what;
-    const long double steps = static_cast<long double>(t) / scene_.step();
-    const long double from = what.from, to = what.to;
-    const bool inside =
-        t == scene_.time(what.from) || t == scene_.time(what.to) || (steps >= from && steps <= to);
-    if (!std::isfinite(t) || !inside) {
+    long double steps = static_cast<long double>(t) / scene_.step();
+    const long double nearest = std::nearbyint(steps);
+    if (std::abs(steps - nearest) <= rounding_of_steps * nearest) steps = nearest;
+    if (!std::isfinite(t) || !(steps >= what.from && steps <= what.to)) {
       refuse(at("times", i), to_text(t),
              "must be " + to_text(scene_.time(what.from)) + " to " + to_text(scene_.time(what.to)));
       return false;
     }
-    const auto nearest = static_cast<std::int64_t>(std::nearbyint(steps));
-    if (t == scene_.time(nearest)) {
-      plan_.times.push_back({nearest, nearest, 0});
-    } else {
-      const auto before = static_cast<std::int64_t>(std::floor(steps));
-      const auto fraction = static_cast<double>(steps - static_cast<long double>(before));
-      if (fraction <= 0 || fraction >= 1)
-        plan_.times.push_back({nearest, nearest, 0});
-      else
-        plan_.times.push_back({before, before + 1, fraction});
-    }
+    const auto before = static_cast<std::int64_t>(std::floor(steps));
+    const auto fraction = static_cast<double>(steps - static_cast<long double>(before));
+    plan_.times.push_back({before, before + (fraction > 0), fraction});
     const auto position = [&](std::size_t k) {
       return std::pair(plan_.times[k].before, plan_.times[k].fraction);
     };

@@ -74,6 +74,14 @@ def test_samples_at_times(stiefel, write, scene):
     assert "diagnosis" in result.json
 
 
+def test_a_time_that_is_a_multiple_to_rounding_is_that_step(stiefel, write, scene):
+    """The first and the last of times, too: 35 * 0.01 is 0.35000000000000003 in doubles."""
+    for text, steps in (("0.35", [35]), ("0.57 0.58 1.13", [57, 58, 113]), ("1e-310 0.07", [0, 7])):
+        result = stiefel("run", write({**scene, "step": 0.01}), "--times", write(text, "times.txt"), "--fields", "M")
+        assert result.status == 0, result.err
+        assert [sample["step"] for sample in result.json["samples"]] == steps
+
+
 @pytest.mark.parametrize("text, message", [
     ("", "has no times"), ("1 x", "--times[1]: x is not a finite number"),
     ("0.2 0.1 -0.5 0.3", "--times[2]: -0.5: must be in the direction"),

@@ -93,6 +93,29 @@ TEST(Events, AreFoundOnTheStatesOfEveryMethod) {
     }
 }
 
+/// A zero 1e-301 or 1e-17 of a step after a state is in that state, not in the next one.
+TEST(Events, NextToAStateAreInThatState) {
+  for (const char* method : {"rk4", "preprocessed_variational", "variational", "exact"})
+    for (const double omega_2 : {-1e-300, -1e-160, -1e-18}) {
+      SceneDescription d;
+      d.system = "rigid_body";
+      d.method = MethodDescription{method, {}, {}, ""};
+      d.body = BodyDescription{{}, {1, 2, 3}, {}, {1, omega_2, 2}};  // ω₂′ = ω₁ω₃ = 2
+      d.step = 0.1;
+      SummaryDescription what{.to = 5};
+      what.events = {{"angular_velocity", {0, 1, 0}}};
+      what.fields = {"angular_velocity"};
+      const Done done = run(resolved(d), what);
+      ASSERT_GE(done.events.size(), 1) << method << " " << omega_2;
+      const Event& event = done.events.front();
+      EXPECT_EQ(event.step, 0);
+      EXPECT_LT(event.time, 1e-15);
+      EXPECT_NEAR(event.fields[0], 1, 1e-14) << method << " " << omega_2;
+      EXPECT_NEAR(event.fields[1], 0, 1e-14);
+      EXPECT_NEAR(event.fields[2], 2, 1e-14);
+    }
+}
+
 TEST(Events, EndAtTheirLimitAndEndTheMotion) {
   const Scene scene = resolved(circling_top(0.1, "preprocessed_variational"));
   SummaryDescription what{.to = 2000};
