@@ -38,6 +38,7 @@ class MoserVeselov {
   using Scalar = typename Space::Scalar;
   using Point = typename Space::State;
   using JDInverse = typename JDInverseOf<Space, arithmetic>::type;
+  static constexpr bool only_rotates = true;
 
   struct State {
     Accumulator<Point, arithmetic> x;

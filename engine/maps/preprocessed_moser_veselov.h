@@ -75,6 +75,7 @@ class PreprocessedMoserVeselov {
  public:
   using Scalar = Scalar_;
   using Point = typename So3<Scalar, frame>::State;
+  static constexpr bool only_rotates = true;
 
   /// J belongs to the motion: `start` computes it from the state at step 0, and it stays constant.
   struct State {

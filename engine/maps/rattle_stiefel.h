@@ -52,6 +52,8 @@ class RattleStiefel {
       moments.each(visit);
       visit(half_B);
     }
+    /// Returns |Q|² + |Q̇|².
+    Scalar squared_norm() const { return moments.QQ[0].trace() + moments.VV[0].trace(); }
   };
 
   RattleStiefel(const Vector<Scalar>& lambda, Eigen::Index n, Scalar h);

@@ -76,9 +76,10 @@ struct Exact {
 
     /// Sets the state to that k steps after step 0.
     RunStatus at(State& state, Wide k) const {
-      const auto& x = state.motion.at(k * Wide(h_));
-      if (!x.allFinite()) return {Outcome::not_finite, std::nullopt};
-      state.x.value = x.template cast<Scalar>();
+      using std::isfinite;
+      const Point x = state.motion.at(k * Wide(h_)).template cast<Scalar>();
+      if (!isfinite(x.squaredNorm())) return {Outcome::not_finite, std::nullopt};
+      state.x.value = x;
       state.steps(0) = static_cast<Scalar>(k);
       return {};
     }

@@ -94,7 +94,7 @@ class CayleyEquation3 {
 
  private:
   /// Returns the right-hand side of the equation.
-  Vec image(const Vec& n, const Vec& kappa) const {
+  [[gnu::always_inline]] Vec image(const Vec& n, const Vec& kappa) const {
     return n + squared_norm(c) * n + kappa.cwiseProduct(cyclic_product<Scalar>(c, c));
   }
   static Vec curvature(const Vec& n, const Vec& kappa, const Vec& delta) {

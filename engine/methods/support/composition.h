@@ -26,6 +26,7 @@ class Composition {
  public:
   using Scalar = typename Base::Scalar;
   using Point = typename Base::Point;
+  static constexpr bool only_rotates = requires { requires Base::only_rotates; };
   /// Returns Φ for a given step.
   using Make = std::function<Base(Scalar)>;
 

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
 
 #include "engine/maps/map.h"
 #include "engine/simulation/stepping/invariant_list.h"
@@ -28,6 +31,7 @@ class SimulationOf final : public Simulation {
     stops_inside_ = step_cost >= slow_step || chooses_steps || has_long_steps(scene);
     fields_ = observables_.fields();
     block_count_ = observables_.block_count();
+    usual_ = std::min(usual_growth * squared_norm(), std::numeric_limits<double>::max() / 4);
     state_.each([this](auto& block) { saved_size_ += static_cast<std::size_t>(block.size()); });
   }
 
@@ -70,6 +74,7 @@ class SimulationOf final : public Simulation {
       from += block.size();
     });
     step_ = step;
+    since_copy_ = between_copies;
   }
 
   void write(std::size_t index, std::span<double> out) const override {
@@ -88,10 +93,11 @@ class SimulationOf final : public Simulation {
   std::optional<Eigen::MatrixXd> image([[maybe_unused]] const Eigen::MatrixXd& x) const override {
     if constexpr (std::is_same_v<typename Observables::Point, Eigen::MatrixXd>) {
       auto state = map_.start(x);
-      if (map_.step(state).reached()) return state.x.value;
+      if (map_.step(state).reached() && state.x.value.allFinite()) return state.x.value;
     } else if constexpr (requires { observables_.stacked(observables_.point(x)); }) {
       auto state = map_.start(observables_.point(x));
-      if (map_.step(state).reached()) return observables_.stacked(state.x.value);
+      if (map_.step(state).reached() && state.x.value.allFinite())
+        return observables_.stacked(state.x.value);
     }
     return std::nullopt;
   }
@@ -101,6 +107,13 @@ class SimulationOf final : public Simulation {
   /// Steps that take at least so many nanoseconds (5 million instructions) are slow.
   static constexpr double slow_step = 1e6;
   static constexpr bool chooses_steps = requires(F map) { map.attempts(); };
+  /// Whether the map moves every block by rotations, so that it stays as large as it is.
+  static constexpr bool only_rotates = requires { requires F::only_rotates; };
+  /// Number of steps between two copies of the state, from which a step that ends in a state that
+  /// is not finite is undone.
+  static constexpr int between_copies = 64;
+  /// The fields of a state are finite while |x|² is at most so many times that of the start.
+  static constexpr double usual_growth = 0x1p40;
 
   /// Whether h‖Ω‖ > 1 at the start. An implicit method may then have to follow the solution of a
   /// step from h = 0, which takes seconds where h‖Ω‖ is a billion.
@@ -120,21 +133,56 @@ class SimulationOf final : public Simulation {
       if (status.reached()) step_ += steps;
       return status;
     }
+    bool undoing = false;
     for (; steps > 0; --steps) {
-      if (substeps_ > 1 || stops_inside_) before_ = state_;
+      if (substeps_ > 1 || stops_inside_ || (!only_rotates && since_copy_ >= between_copies)) {
+        before_ = state_;
+        since_copy_ = 0;
+      }
       for (int k = 0; k < substeps_; ++k) {
-        const RunStatus status = step_of_map(stop);
+        const RunStatus status = step_of_map(stop, only_rotates || !undoing);
         if (status.reached()) continue;
         if (k > 0) state_ = before_;
         return status;
       }
+      if (!only_rotates && !(squared_norm() <= usual_) && !undoing && !fields_are_finite()) {
+        // Goes back to the copy and from there to the state before this step.
+        state_ = before_;
+        step_ -= since_copy_;
+        steps = 1 + std::exchange(since_copy_, 0);
+        undoing = true;
+        continue;
+      }
       ++step_;
+      if (!only_rotates) ++since_copy_;
     }
-    return {};
+    return {undoing ? Outcome::not_finite : Outcome::reached, std::nullopt};
   }
 
-  RunStatus step_of_map(const std::stop_token& stop) {
-    if (stop.stop_requested()) return RunStatus{Outcome::cancelled, std::nullopt};
+  /// Returns |x|², or what the map keeps that grows with it.
+  double squared_norm() const {
+    if constexpr (requires { state_.squared_norm(); })
+      return static_cast<double>(state_.squared_norm());
+    else
+      return static_cast<double>(state_.x.value.squaredNorm());
+  }
+
+  /// Whether the fields of a state that has grown far beyond the start are finite: those that are
+  /// much larger than the state are sums of products of two of its numbers, the others are written.
+  [[gnu::noinline]] bool fields_are_finite() const {
+    if (!std::isfinite(squared_norm())) return false;
+    std::vector<double> numbers;
+    for (std::size_t i = 0; i < fields_.size(); ++i) {
+      if (fields_[i].size() > 4 * state_.x.value.size()) continue;
+      numbers.resize(static_cast<std::size_t>(fields_[i].size()));
+      write(i, numbers);
+      if (!std::ranges::all_of(numbers, [](double x) { return std::isfinite(x); })) return false;
+    }
+    return true;
+  }
+
+  RunStatus step_of_map(const std::stop_token& stop, bool may_stop) {
+    if (may_stop && stop.stop_requested()) return RunStatus{Outcome::cancelled, std::nullopt};
     ++map_steps_;
     if constexpr (requires { map_.step(state_, stop); })
       return map_.step(state_, stop);
@@ -148,9 +196,11 @@ class SimulationOf final : public Simulation {
   double step_cost_;
   bool stops_inside_ = false;
   mutable typename F::State state_;  // mutable because `each` serves both saving and restoring
-  typename F::State before_;
+  typename F::State before_;         ///< the state since_copy_ steps before
+  int since_copy_ = between_copies;
   std::size_t saved_size_ = 0;
   std::int64_t map_steps_ = 0;
+  double usual_ = 0;  ///< |x|² up to which every field is finite
 };
 
 }  // namespace stiefel
