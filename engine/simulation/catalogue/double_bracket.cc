@@ -40,6 +40,8 @@ bool check_positive(SceneDraft& draft, const std::string& field, const std::vect
     if (!(l[k] > 0) || !std::isfinite(l[k])) {
       draft.refuse(field + "[" + std::to_string(k) + "]", to_text(l[k]), "must be finite and > 0");
       return false;
+    } else if (!draft.check_number(field + "[" + std::to_string(k) + "]", "λ", l[k])) {
+      return false;
     }
   return true;
 }
@@ -60,9 +62,6 @@ void check(SceneDraft& draft) {
     const RowMatrix* real = draft.block(name, p, q);
     if (real == nullptr) continue;
     const RowMatrix& imaginary = given.initial.at(name).imaginary;
-    if (!draft.check_size(name, *real) ||
-        (imaginary.size() > 0 && !draft.check_size(name, imaginary)))
-      continue;
     Eigen::MatrixXd stored = Eigen::MatrixXd::Zero(2 * p, q);
     stored.topRows(p) = *real;
     if (imaginary.size() > 0) stored.bottomRows(p) = imaginary;

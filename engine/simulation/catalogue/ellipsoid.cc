@@ -93,12 +93,13 @@ void check(SceneDraft& draft) {
     return draft.refuse("initial", draft.has_block("p") ? "p and qdot" : "neither",
                         "must hold exactly one of p and qdot");
   const Eigen::Index N = draft.scene().dimension();
-  if (const RowMatrix* p = draft.block("p", 1, N, false)) draft.set_block("p", *p);
+  if (const RowMatrix* p = draft.block("p", 1, N, false)) set_costate(draft, "p", *p);
   if (const RowMatrix* qdot = draft.block("qdot", 1, N, false)) {
     const double along = (*qdot * draft.scene().block("q").transpose())(0, 0);
     if (!(std::abs(along) <= draft.largest_repair() * qdot->stableNorm()))
       return draft.refuse("initial.qdot", "q·qdot = " + to_text(along), "must be orthogonal to q");
-    draft.set_block("qdot", *qdot);
+    if (draft.check_velocity("initial.qdot", "max |qdot|", qdot->cwiseAbs().maxCoeff()))
+      draft.set_block("qdot", *qdot);
   }
 }
 

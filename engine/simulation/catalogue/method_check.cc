@@ -1,9 +1,11 @@
 #include "engine/simulation/catalogue/method_check.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "engine/simulation/catalogue/system_entry.h"
 #include "engine/simulation/scene/near_name.h"
+#include "engine/simulation/stepping/method_entry.h"
 
 namespace stiefel {
 namespace {
@@ -57,6 +59,28 @@ void check_scalar(SceneDraft& draft, const SystemInfo& system) {
          listed(offered, [](auto& m) { return m.method; }));
 }
 
+/// Returns whether dM/dt, or dS/dt, of size ‖M‖‖Ω‖, or Ω² is next to denormal although a step turns
+/// the frame. A method that adds up this rate would then see no motion.
+bool rate_underflows(const Scene& scene, const SystemInfo& system) {
+  constexpr double least_rate = 1e-290, least_turn = 1e-18;
+  const Eigen::VectorXd& lambda = scene.inertia();
+  for (const BlockInfo& info : system.blocks) {
+    const bool of_body = info.name == "M" && info.required;
+    if (!of_body && info.name != "S") continue;
+    const Eigen::MatrixXd& M = scene.block(std::string(info.name));
+    double size = 0, speed = 0;
+    for (Eigen::Index j = 0; j < M.cols(); ++j)
+      for (Eigen::Index i = 0; i < M.rows(); ++i) {
+        const double inertia = of_body ? lambda(i) + lambda(j) : lambda(j), m = std::abs(M(i, j));
+        size = std::max(size, m);
+        if (!of_body || i != j) speed = std::max(speed, m / inertia);
+      }
+    if (std::min(size, speed) * speed < least_rate && std::abs(scene.step()) * speed > least_turn)
+      return true;
+  }
+  return false;
+}
+
 /// Returns the name of the first method of a system that takes every Λ; "none" if there is none.
 std::string takes_every_inertia(const SystemInfo& system) {
   for (const auto& on : system.methods)
@@ -99,6 +123,13 @@ void check_method_accepts_scene(SceneDraft& draft, const SystemInfo& system) {
                    "is only for " + std::string(on.where) + "; " + takes_every_inertia(system) +
                        " takes every Lambda");
   const SystemEntry& entry = *system_entry(system.name);
+  const MethodEntry* moves = method_entry(method->name);
+  if (draft.sound() && draft.given().step && moves != nullptr && moves->in_double.by_field &&
+      rate_underflows(draft.scene(), system))
+    draft.refuse("method.name", '"' + method->name + '"',
+                 "sums the rate of the momentum, which underflows in these units: choose other "
+                 "units of mass, length and time, or " +
+                     takes_every_inertia(system));
   if (!draft.sound() || entry.refusal == nullptr) return;
   const std::string rule = entry.refusal(draft.scene(), method->name);
   if (!rule.empty()) draft.refuse("method.name", '"' + method->name + '"', rule);

@@ -9,6 +9,12 @@
 #include "engine/simulation/scene/near_name.h"
 
 namespace stiefel {
+namespace {
+
+/// Step indices up to this one are doubles.
+constexpr double most_steps = 0x1p53;
+
+}  // namespace
 
 void SceneResolver::check() {
   const std::string& name = draft_.given().system;
@@ -60,6 +66,8 @@ void SceneResolver::check_tolerance_and_horizon(const SystemInfo& system) {
   const auto &tolerance = draft_.given().tolerance, &horizon = draft_.given().horizon;
   if (horizon && !(std::isfinite(*horizon) && *horizon > 0))
     draft_.refuse("horizon", to_text(*horizon), "must be finite and > 0");
+  else if (horizon && draft_.step() != 0 && *horizon > most_steps * std::abs(draft_.step()))
+    draft_.refuse("horizon", to_text(*horizon), "must be at most 2^53 steps");
   if (tolerance && !(*tolerance >= Scene::least_tolerance && *tolerance <= 1))
     draft_.refuse("tolerance", to_text(*tolerance),
                   "must be " + to_text(Scene::least_tolerance) + " to 1");

@@ -56,7 +56,7 @@ std::unique_ptr<Simulation> make(const Scene& scene, const Eigen::MatrixXd& star
 void check_costate(SceneDraft& draft) {
   if (!check_stiefel_frame(draft)) return;
   const auto& Q = draft.scene().Q();
-  if (const RowMatrix* P = draft.block("P", Q.rows(), Q.cols())) draft.set_block("P", *P);
+  if (const RowMatrix* P = draft.block("P", Q.rows(), Q.cols())) set_costate(draft, "P", *P);
 }
 
 /// Checks a scene of (Q, M). The simulation keeps M as its factors Q and P_0.

@@ -27,6 +27,9 @@ Scales scales(const SceneDescription& scene) {
   return {1e-153, 1e153};
 }
 
+/// A step that turns a frame by more radians leaves no digit of its attitude.
+constexpr double largest_turn = 0x1p52;
+
 std::string element(const std::string& field, std::size_t k) {
   return field + "[" + std::to_string(k) + "]";
 }
@@ -54,6 +57,39 @@ void SceneDraft::check_step() {
     refuse("step", to_text(*h), "must be finite and not 0");
   else if (!scales(given()).contain(*h))
     refuse("step", to_text(*h), "|step| " + scales(given()).rule());
+}
+
+bool SceneDraft::check_number(const std::string& field, const std::string& what, double x) {
+  if (scales(given()).contain(x)) return true;
+  refuse(field, what + " = " + to_text(x), what + " " + scales(given()).rule());
+  return false;
+}
+
+bool SceneDraft::check_size(const std::string& field, const std::string& what, double size) {
+  if (size <= scales(given()).largest) return true;
+  refuse(field, what + " = " + to_text(size), what + " " + scales(given()).rule());
+  return false;
+}
+
+bool SceneDraft::check_velocity(const std::string& field, const std::string& what, double size) {
+  if (!check_size(field, what, size)) return false;
+  const double turn = std::abs(step()) * size;
+  if (turn <= largest_turn || !scales(given()).contain(step())) return true;
+  refuse("step", to_text(step()) + ", |step| " + what + " = " + to_text(turn),
+         "|step| " + what + " must be at most " + to_text(largest_turn) +
+             ": the angle of a step has no more digits");
+  return false;
+}
+
+bool SceneDraft::check_momentum(const std::string& field, const Eigen::MatrixXd& M) {
+  if (!check_size(field, "max |M|", M.cwiseAbs().maxCoeff())) return false;
+  if (!sound()) return false;  // Λ may be invalid
+  const Eigen::VectorXd& lambda = scene_.inertia_;
+  double largest = 0;
+  for (Eigen::Index j = 0; j < M.cols(); ++j)
+    for (Eigen::Index i = 0; i < j; ++i)
+      largest = std::max(largest, std::abs(M(i, j)) / (lambda(i) + lambda(j)));
+  return check_velocity(field, "max |Ω|", largest);
 }
 
 bool SceneDraft::all_finite(const std::string& field, const std::vector<double>& values) {
@@ -151,7 +187,7 @@ const RowMatrix* SceneDraft::block(const std::string& name, Eigen::Index rows, E
                  to_text(part(i, j)), "must be finite");
           return false;
         }
-    return true;
+    return check_size(path, "max |" + name + "|", part.cwiseAbs().maxCoeff());
   };
   const Block& block = found->second;
   if (!check(block.values, "initial." + name)) return nullptr;
@@ -162,14 +198,6 @@ const RowMatrix* SceneDraft::block(const std::string& name, Eigen::Index rows, E
 
 void SceneDraft::set_block(const std::string& name, Eigen::MatrixXd value) {
   scene_.blocks_[name] = std::move(value);
-}
-
-bool SceneDraft::check_size(const std::string& name, const RowMatrix& block) {
-  const double size = block.cwiseAbs().maxCoeff();
-  if (size <= scales(given()).largest) return true;
-  const std::string what = "max |" + name + "| ";
-  refuse("initial." + name, what + "= " + to_text(size), what + scales(given()).rule());
-  return false;
 }
 
 void SceneDraft::set_frame(const std::string& name, const RowMatrix& given_Q) {
@@ -191,7 +219,7 @@ void SceneDraft::set_skew(const std::string& name, const RowMatrix& M) {
   const double defect = (M + M.transpose()).cwiseAbs().maxCoeff();
   if (!(defect <= Scene::skew_tolerance * M.cwiseAbs().maxCoeff()))
     return refuse("initial." + name, "max |M + Mᵀ| = " + to_text(defect), "must be skew-symmetric");
-  if (!check_size(name, M)) return;
+  if (!check_momentum("initial." + name, M)) return;
   // If M is skew, the difference is M to the last bit, even where M is denormal.
   set_block(name, M - (M + M.transpose()) / 2);
 }

@@ -44,6 +44,16 @@ class SceneDraft {
   void check_step();
   /// Returns whether all values are finite; adds a violation for the first element that is not.
   bool all_finite(const std::string& field, const std::vector<double>& values);
+  /// Refuses a number, `what` in words, whose square would over- or underflow.
+  bool check_number(const std::string& field, const std::string& what, double x);
+  /// Refuses a size whose square would overflow.
+  bool check_size(const std::string& field, const std::string& what, double size);
+  /// Refuses a velocity, 1/time, that is too large to compute with, and a step in which it turns a
+  /// frame by an angle without digits.
+  bool check_velocity(const std::string& field, const std::string& what, double size);
+  /// Refuses a momentum that is too large to compute with, or whose Ω = J⁻¹(M) is. `field` is where
+  /// the scene gives it.
+  bool check_momentum(const std::string& field, const Eigen::MatrixXd& M);
   /// Adds a violation of `field` if it is present.
   void refuse_if(bool present, const std::string& field);
 
@@ -63,8 +73,6 @@ class SceneDraft {
                          bool required = true);
 
   void set_block(const std::string& name, Eigen::MatrixXd value);
-  /// Refuses a block with elements that are too large to compute with.
-  bool check_size(const std::string& name, const RowMatrix& block);
   /// Sets a block with orthonormal rows, after repairing it within largest_repair.
   void set_frame(const std::string& name, const RowMatrix& Q);
   /// Sets a block to its skew part, which must be within Scene::skew_tolerance of it.

@@ -37,6 +37,8 @@ PrincipalAxes check_moments(SceneDraft& draft, const BodyDescription& body) {
   if (!(axes.moments.minCoeff() > 0))
     draft.refuse(field, "smallest principal moment " + to_text(axes.moments.minCoeff()),
                  "every principal moment must be > 0");
+  else if (draft.check_number(field, "the smallest moment", axes.moments.minCoeff()))
+    draft.check_number(field, "the largest moment", axes.moments.maxCoeff());
   return axes;
 }
 
@@ -61,13 +63,18 @@ void check_body(SceneDraft& draft) {
                  "must have norm 1 to " + to_text(draft.largest_repair()));
   if (!draft.sound()) return;
 
+  const Eigen::Vector3d given_omega(body.angular_velocity.data());
+  if (!draft.check_velocity("body.angular_velocity", "max |ω|", given_omega.cwiseAbs().maxCoeff()))
+    return;
   const Eigen::Matrix3d& R = axes.rotation;
-  const Eigen::Vector3d omega = R.transpose() * Eigen::Vector3d(body.angular_velocity.data());
+  const Eigen::Vector3d omega = R.transpose() * given_omega;
   Eigen::Matrix<double, 7, 1> q = Eigen::Matrix<double, 7, 1>::Zero();
   q.head<4>() = Eigen::Vector4d(body.attitude.data()).normalized();
+  const Eigen::Vector3d m = axes.moments.cwiseProduct(omega);
+  if (!draft.check_size("body.angular_velocity", "max |Iω|", m.cwiseAbs().maxCoeff())) return;
   const Eigen::Vector4d r = quaternion_of(R);
   draft.set_body(axes, So3<double, true>::quaternion_times(q, r(0), r.tail<3>()),
-                 inertia_of_moments(axes.moments), hat(axes.moments.cwiseProduct(omega)));
+                 inertia_of_moments(axes.moments), hat(m));
 }
 
 }  // namespace

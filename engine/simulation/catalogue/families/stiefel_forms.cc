@@ -45,6 +45,13 @@ bool check_stiefel_frame(SceneDraft& draft, const char* frame) {
   return draft.sound();
 }
 
+void set_costate(SceneDraft& draft, const std::string& name, const RowMatrix& P) {
+  const Eigen::VectorXd inverse = draft.scene().inertia().cwiseInverse();
+  const double velocity = (P * inverse.asDiagonal()).cwiseAbs().maxCoeff();
+  if (draft.check_velocity("initial." + name, "max |" + name + "Λ⁻¹|", velocity))
+    draft.set_block(name, P);
+}
+
 void set_tangent(SceneDraft& draft, const char* name, bool is_velocity) {
   const Eigen::MatrixXd& Q = draft.scene().Q();
   const Eigen::VectorXd& lambda = draft.scene().inertia();
@@ -52,6 +59,8 @@ void set_tangent(SceneDraft& draft, const char* name, bool is_velocity) {
   if (given == nullptr) return;
   Eigen::MatrixXd V = *given;
   if (!is_velocity) V *= lambda.cwiseInverse().asDiagonal();
+  if (!draft.check_velocity("initial." + std::string(name), "max |Q̇|", V.cwiseAbs().maxCoeff()))
+    return;
   const Eigen::MatrixXd product = V * Q.transpose(), defect = product + product.transpose();
   const double size = defect.cwiseAbs().maxCoeff(), speed = V.stableNorm();
   if (!(size <= draft.largest_repair() * speed))

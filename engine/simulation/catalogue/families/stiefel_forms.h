@@ -19,6 +19,9 @@ bool check_stiefel_frame(SceneDraft& draft, const char* frame = "Q");
 /// rounding.
 void set_tangent(SceneDraft& draft, const char* name, bool is_velocity);
 
+/// Sets an n × N block of costates, any of which belong to a velocity of about PΛ⁻¹.
+void set_costate(SceneDraft& draft, const std::string& name, const RowMatrix& P);
+
 using SizeOf = std::function<double(const Eigen::MatrixXd& x)>;
 
 /// Returns a function that gives the size of the terms whose difference is S, for a state of two

@@ -57,8 +57,12 @@ void check_symmetric(SceneDraft& draft, bool right, std::optional<double> of_pap
   const Eigen::Index N = draft.scene().dimension();
   if (const RowMatrix* M = draft.block("M", N, N, false)) set_P_of_M(draft, *M, right);
   if (const RowMatrix* P = draft.block("P", N, N, false)) {
-    draft.set_block("P", *P);
     if (!epsilon) epsilon = of_paper.value_or(1);
+    if (!draft.sound()) return;
+    const Eigen::MatrixXd& Q = draft.scene().Q();
+    const Eigen::MatrixXd M =
+        right ? Psi_right<double>(Q, *P, *epsilon) : Psi<double>(Q, *P, *epsilon);
+    if (draft.check_momentum("initial.P", M)) draft.set_block("P", *P);
   }
 }
 
@@ -77,7 +81,8 @@ void check_mclachlan_scovel(SceneDraft& draft) {
     if (!(defect <= draft.largest_repair() * B->cwiseAbs().maxCoeff()))
       return draft.refuse("initial.B", "max |QᵀB + BᵀQ| = " + to_text(defect),
                           "QᵀB must be skew-symmetric to " + to_text(draft.largest_repair()));
-    draft.set_block("B", Q * M_of_B<double>(Q, *B));
+    const Eigen::MatrixXd M = M_of_B<double>(Q, *B);
+    if (draft.check_momentum("initial.B", M)) draft.set_block("B", Q * M);
   }
 }
 
