@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "engine/invariants/parametric_rigid_body.h"
@@ -10,10 +11,13 @@
 #include "engine/methods/munthe_kaas4.h"
 #include "engine/methods/rk4.h"
 #include "engine/systems/parametric_rigid_body.h"
+#include "stiefel/diagnosis.h"
+#include "stiefel/simulation.h"
 #include "tests/support/exact_motion.h"
 #include "tests/support/flow.h"
 #include "tests/support/linalg/dual.h"
 #include "tests/support/representations/rigid.h"
+#include "tests/support/scenes/any_scene.h"
 #include "tests/support/scenes/random_scene.h"
 #include "tests/support/scenes/rigid_forms.h"
 
@@ -129,6 +133,31 @@ using Plain = MoserVeselov<SoN<double>, Arithmetic::compensated>;
 using Parametric = ParametricMoserVeselov<double, Arithmetic::compensated>;
 
 /// (8.10) and (8.11) with the erratum, against the map without parameter.
+/// Next to the manifold M is the skew part of M_μ, and the invariants are those of this M.
+TEST(ParametricRigidBody, ReportsASkewMNextToTheManifold) {
+  for (const char* system : {"parametric_rigid_body", "parametric_moser_veselov"})
+    for (unsigned seed = 1; seed <= 8; ++seed) {
+      const std::string method = system == std::string("parametric_rigid_body") ? "rk4" : "";
+      SceneDescription d = testing::any_scene(system, method, seed, 0.1);
+      d = Scene::resolve(d).value().description();
+      const RowMatrix off = RowMatrix::Random(4, 4);
+      d.initial.at("P").values += 1e-10 * *d.epsilon * (off + off.transpose());
+      const Scene scene = Scene::resolve(d).value();
+      const auto simulation = make_simulation(scene);
+      ASSERT_TRUE(simulation->advance(5).reached());
+      const Eigen::MatrixXd M = simulation->get("M");
+      EXPECT_EQ(M, Eigen::MatrixXd(-M.transpose())) << system;
+      double E = 0;
+      for (Eigen::Index j = 0; j < 4; ++j)
+        for (Eigen::Index i = 0; i < j; ++i)
+          E += M(i, j) * M(i, j) / (scene.inertia()(i) + scene.inertia()(j)) / 2;
+      const Diagnosis diagnosis = diagnose(scene, *simulation);
+      const auto energy = std::ranges::find(diagnosis.invariants, "energy", &InvariantDrift::name);
+      ASSERT_NE(energy, diagnosis.invariants.end());
+      EXPECT_NEAR(static_cast<double>(energy->value), E, 1e-14 * E) << system;
+    }
+}
+
 TEST(ParametricMoserVeselov, MovesMAsTheMoserVeselovMapAndKeepsItsConstants) {
   for (const double mu : {-0.02, 0.0, 0.02})
     for (const int N : {3, 4, 6})

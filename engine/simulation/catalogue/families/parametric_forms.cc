@@ -6,6 +6,7 @@
 
 #include "engine/invariants/parametric_rigid_body.h"
 #include "engine/linalg/matrix_equations/lu.h"
+#include "engine/representations/parametric_psi.h"
 #include "engine/simulation/catalogue/families/rigid_body_invariants.h"
 #include "engine/simulation/catalogue/families/rigid_forms.h"
 #include "engine/simulation/scene/scene_draft.h"
@@ -14,9 +15,10 @@
 namespace stiefel {
 namespace {
 
-/// Returns M, which is skew up to rounding.
-Eigen::MatrixXd momentum(const Eigen::VectorXd& lambda, double mu_over_h, double epsilon,
-                         const Eigen::MatrixXd& Q, const Eigen::MatrixXd& P) {
+/// Returns M_μ − μΛ², which is skew on the invariant manifold; its skew part is M.
+Eigen::MatrixXd unprojected_momentum(const Eigen::VectorXd& lambda, double mu_over_h,
+                                     double epsilon, const Eigen::MatrixXd& Q,
+                                     const Eigen::MatrixXd& P) {
   Eigen::MatrixXd M = parametric_momentum<double>(Q, P) / epsilon;
   M.diagonal() -= mu_over_h * lambda.cwiseAbs2();
   return M;
@@ -86,14 +88,19 @@ void check_parametric(SceneDraft& draft, double h) {
   if (!draft.sound()) return;
   const Eigen::MatrixXd &Q = draft.scene().Q(), &P = draft.scene().block("P");
   const double mu_over_h = *given.parameter / h;
-  const Eigen::MatrixXd M = momentum(draft.scene().inertia(), mu_over_h, *given.epsilon, Q, P);
+  const Eigen::MatrixXd M =
+      unprojected_momentum(draft.scene().inertia(), mu_over_h, *given.epsilon, Q, P);
   const double defect = (M + M.transpose()).cwiseAbs().maxCoeff();
   const double size = M.cwiseAbs().maxCoeff() + std::abs(mu_over_h);
   constexpr double relative = 1e-8;
   if (!M.allFinite() ||
       !(defect <= relative * size + rounding_of_momentum(Q, P, *given.epsilon, relative)))
-    draft.refuse("initial", "max |M + Mᵀ| = " + to_text(defect),
-                 "M = (Q⁻¹P − P⁻¹Q)/ε − (μ/h)Λ², h = 1 for the flow, must be skew-symmetric");
+    return draft.refuse(
+        "initial", "max |M + Mᵀ| = " + to_text(defect),
+        "M = (Q⁻¹P − P⁻¹Q)/ε − (μ/h)Λ², h = 1 for the flow, must be skew-symmetric");
+  draft.check_momentum("initial", M);
+  draft.check_velocity("parameter", "max |μλ|/h",
+                       std::abs(mu_over_h) * draft.scene().inertia().cwiseAbs().maxCoeff());
 }
 
 StackedObservables parametric_observables(const Scene& scene, double h) {
@@ -101,7 +108,7 @@ StackedObservables parametric_observables(const Scene& scene, double h) {
   const Eigen::VectorXd lambda = scene.inertia();
   const double mu_over_h = scene.parameter() / h, epsilon = scene.epsilon();
   const auto M = [=](const Eigen::MatrixXd& x) -> Eigen::MatrixXd {
-    return momentum(lambda, mu_over_h, epsilon, x.topRows(N), x.bottomRows(N));
+    return parametric_Psi(x.topRows(N), x.bottomRows(N), epsilon);
   };
   StackedObservables observables(stacked(scene, "Q", "P"));
   observables.block("Q", 0, N).block("P", N, N);
@@ -111,8 +118,7 @@ StackedObservables parametric_observables(const Scene& scene, double h) {
     // εM is the difference of G = Q⁻¹P and G⁻¹, which are near 1 when εM is small.
     const double terms =
         parametric_terms(lambda, mu_over_h, epsilon, x.topRows(N), x.bottomRows(N));
-    rigid_body_invariants(Side::left, lambda, Eigen::MatrixXd(), M(x), out,
-                          {.terms = terms, .least_norm = 1 / std::abs(epsilon)});
+    rigid_body_invariants(Side::left, lambda, Eigen::MatrixXd(), M(x), out, terms);
     if (!out.wants(family::PQ_inverse)) return;
     const Eigen::MatrixXd A =
         x.topRows(N).transpose().partialPivLu().solve(x.bottomRows(N).transpose()).transpose();

@@ -46,19 +46,19 @@ std::vector<InvariantInfo> rigid_body_invariant_infos(Side side) {
 }
 
 void rigid_body_invariants(Side side, const Eigen::VectorXd& lambda, const Eigen::MatrixXd& Q,
-                           const Eigen::MatrixXd& M, InvariantList& out, Rounding rounding) {
+                           const Eigen::MatrixXd& M, InvariantList& out, double terms) {
   const Vector<Wide> wide_lambda = lambda.cast<Wide>();
   const Matrix<Wide> wide_M = M.cast<Wide>();
-  const bool at_rest = is_rounding(M.stableNorm(), rounding.terms);
+  const bool at_rest = is_rounding(M.stableNorm(), terms);
   if (out.wants(family::energy)) {
-    const Wide E = energy<Wide>(wide_lambda, wide_M), of_terms = rounding.terms;
+    const Wide E = energy<Wide>(wide_lambda, wide_M), of_terms = terms;
     out.add(family::energy, E, at_rest ? of_terms * of_terms / (2 * wide_lambda.maxCoeff()) : E);
   }
   const bool manakov_wanted = out.wants(family::manakov, M.cols() <= largest_manakov_unasked);
   if (!manakov_wanted && !out.wants(family::spatial_momentum) && !out.wants(family::casimirs))
     return;
   const Eigen::VectorXd w = casimirs<double>(M);
-  const double norm = std::max(at_rest ? rounding.terms : w(0), rounding.least_norm);
+  const double norm = at_rest ? terms : w(0);
   if (out.wants(family::spatial_momentum) && Q.size() > 0) {
     const Eigen::MatrixXd m =
         side == Side::left ? spatial_momentum<double>(Q, M) : right_momentum<double>(Q, M);

@@ -57,7 +57,7 @@ void report_rigid_form(StackedObservables& observables, const Scene& scene, Rigi
 
   observables.invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
     const Eigen::MatrixXd Q = form.Q(x), M = form.M(x);
-    rigid_body_invariants(form.side, lambda, Q, M, out, {.terms = form.terms ? form.terms(x) : 0});
+    rigid_body_invariants(form.side, lambda, Q, M, out, form.terms ? form.terms(x) : 0);
     if (!form.A || !out.wants(family::PQt)) return;
     const Eigen::MatrixXd A = form.A(x);
     const double scale = A.norm();
