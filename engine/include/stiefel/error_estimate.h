@@ -12,8 +12,8 @@ namespace stiefel {
 /// The estimated distance of a simulation from the exact motion of its scene: the difference from a
 /// reference plus the reference's own error δ.
 struct ErrorEstimate {
-  /// max |Q − Q̂| + δ in the caller's axes. Empty without a frame, and where the difference is
-  /// below δ/2: the error is then below 2δ.
+  /// max |Q − Q̂| + δ in the caller's axes; absent without a frame. Both are absent where the
+  /// difference is below δ: the error is then below 2δ.
   std::optional<double> attitude;
   /// max |M − M̂| / max |M̂| + δ. Q̇Λ takes the place of M on V(n, N), P where the state has no M.
   std::optional<double> momentum;

@@ -15,8 +15,6 @@ namespace {
 
 /// A reference is accurate enough where its own error is at most this part of the measured one.
 constexpr double accurate_enough = 0.25;
-/// A reference is useless where its own error is more than this multiple of the measured one.
-constexpr double useless_above = 2;
 /// Smaller errors are not distinguished: they are of the size of the rounding of a state to
 /// doubles.
 constexpr double rounding = 2e-15;
@@ -128,8 +126,7 @@ class Comparison {
       return;
     }
     const auto told = [&](double error) {
-      return delta <= std::max(useless_above * error, rounding) ? std::optional(error + delta)
-                                                                : std::nullopt;
+      return error >= delta ? std::optional(error + delta) : std::nullopt;
     };
     if (measured.error.attitude) out_.attitude = told(*measured.error.attitude);
     out_.momentum = told(measured.error.momentum);

@@ -185,6 +185,27 @@ TEST(EstimatedError, OfAnEnsembleIsThatOfItsWorstMember) {
   EXPECT_NE(after(scene, 100, 1e4).missing, "");
 }
 
+/// An error that is there is at least twice that of the reference; a smaller one is absent.
+TEST(EstimatedError, IsAbsentWhereTheReferenceIsNoBetter) {
+  int present = 0, absent = 0;
+  for (const char* system : {"rigid_body", "symmetric_rigid_body", "stiefel", "double_bracket"})
+    for (const char* method : {"exact", "adaptive", "gauss4"})
+      for (unsigned seed = 1; seed <= 4; ++seed)
+        for (const std::int64_t steps : {0, 1, 50}) {
+          SceneDescription d = testing::any_scene(system, method, seed, 1e-3, 3);
+          const auto scene = Scene::resolve(d);
+          if (!scene) continue;  // not every system has a closed form
+          const ErrorEstimate error = after(*scene, steps);
+          for (const auto& part : {error.attitude, error.momentum}) {
+            ++(part ? present : absent);
+            EXPECT_GE(part.value_or(1), 2 * error.reference_error) << system << " " << method;
+          }
+          EXPECT_EQ(error.missing.empty(), error.attitude || error.momentum) << error.missing;
+        }
+  EXPECT_GT(present, 20);
+  EXPECT_GT(absent, 20);
+}
+
 TEST(EstimatedError, SaysWhyThereIsNone) {
   const ErrorEstimate dear = after(testing::random_scene(6, 1, 0.1, "rk4"), 10, 1e5);
   EXPECT_FALSE(dear.attitude || dear.momentum);
