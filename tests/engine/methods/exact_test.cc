@@ -167,6 +167,58 @@ TEST(Exact, TheQuaternionIsContinuous) {
   }
 }
 
+/// A body that starts next to its middle axis, ω = (ω₁, 1, ω₃).
+struct NextToMiddleAxis {
+  Eigen::Vector3d moments, omega;
+  double half_period;  ///< 2K/λ, computed in 1500 digits
+  double around;       ///< the axis that m circles: 1 or 3
+};
+const NextToMiddleAxis next_to_middle_axis[] = {
+    {{1, 2, 3}, {0.1, 1, 0.1}, 11.498131472061274087, 3},
+    {{1, 2, 3}, {0.4, 1, 0.1}, 8.1199830145536843462, 1},
+    {{1, 2, 3}, {1e-5, 1, 1e-5}, 43.48364209572082919, 3},
+    {{1, 2, 3}, {4e-5, 1, 1e-5}, 40.241585610141894401, 1},
+    {{1, 2, 3}, {1e-20, 1, 1e-20}, 163.12947319421464118, 3},
+    {{1, 2, 3}, {4e-20, 1, 1e-20}, 159.88741672210305724, 1},
+    {{1, 2, 3}, {1e-100, 1, 1e-100}, 801.24057236483788077, 3},
+    {{1, 2, 3}, {4e-100, 1, 1e-100}, 797.99851589272629682, 1},
+    {{1, 2, 3}, {1e-160, 1, 1e-160}, 1279.8238967428053108, 3},
+    {{1, 2, 3}, {4e-160, 1, 1e-160}, 1276.5818402706937268, 1},
+    {{1, 2, 3}, {1e-200, 1, 1e-200}, 1598.8794463281169307, 3},
+    {{1, 2, 3}, {4e-200, 1, 1e-200}, 1595.6373898560053468, 1},
+    {{1, 2, 3}, {1e-300, 1, 1e-300}, 2396.5183202913959804, 3},
+    {{1, 2, 3}, {4e-300, 1, 1e-300}, 2393.2762638192843964, 1},
+    {{1, 2, 3}, {1e-310, 1, 1e-310}, 2476.282207687723896, 3},
+    {{1, 1.5, 4}, {1e-5, 1, 1e-5}, 41.281650553895608593, 3},
+    {{1, 1.5, 4}, {1e-200, 1, 1e-200}, 1647.6875296463878685, 3},
+    {{1, 1.5, 4}, {4e-300, 1, 1e-300}, 2474.2727101801476388, 3},
+};
+
+/// After half a period ω is back with two signs changed: however small ω₁ and ω₃ are, for every
+/// order of the axes. They grow like exp(λt), so an error of the period shows in them.
+TEST(Exact, TurnsOverWhenItShouldHoweverNearTheMiddleAxisItStarts) {
+  for (const auto& [moments, omega, half_period, around] : next_to_middle_axis)
+    for (int shift = 0; shift < 3; ++shift) {
+      SceneDescription d;
+      d.system = "rigid_body";
+      d.method = MethodDescription{"exact", {}, {}, ""};
+      d.body.emplace();
+      for (int k = 0; k < 3; ++k) {  // a cyclic order of the axes is a rotation of them
+        d.body->moments.push_back(moments((k + shift) % 3));
+        d.body->angular_velocity.push_back(omega((k + shift) % 3));
+      }
+      d.step = half_period;
+      const auto simulation = make_simulation(Scene::resolve(d).value());
+      ASSERT_TRUE(simulation->advance(1).reached());
+      const Eigen::MatrixXd now = simulation->get("angular_velocity");
+      for (int k = 0; k < 3; ++k) {
+        const int axis = (k + shift) % 3;
+        const double wanted = axis + 1 == around ? omega(axis) : -omega(axis);
+        EXPECT_NEAR(now(0, k), wanted, 1e-11 * std::abs(wanted)) << omega(0) << ", axis " << axis;
+      }
+    }
+}
+
 TEST(Exact, HasNoOrder) {
   auto d = testing::description(testing::RandomBody(3, 1), 0.1, "exact");
   EXPECT_FALSE(Scene::resolve(d).value().description().method->order);
