@@ -17,10 +17,18 @@ namespace stiefel {
 ///     S_½ = S + (h/2)BQ,   Q′ = Q + hS_½Λ⁻¹,   Q′Q′ᵀ = I,
 ///     S′ = S_½ + (h/2)B′Q′,   Q′Λ⁻¹S′ᵀ + S′Λ⁻¹Q′ᵀ = 0.
 ///
-/// With Y = (h²/2)B, V = SΛ⁻¹, D = Q + hV and G = QΛ⁻¹, ConstraintRiccati finds Y; with X = Q′ − Q
-/// = hV + YG, K′ = Q′Λ⁻¹Q′ᵀ,
+/// With Y = (h²/2)B, V = SΛ⁻¹, D = Q + hV and G = QΛ⁻¹, ConstraintRiccati finds Y from
+///
+///     DDᵀ − I = h²VVᵀ + h(QVᵀ + VQᵀ) + (QQᵀ − I);
+///
+/// with X = Q′ − Q = hV + YG, K′ = Q′Λ⁻¹Q′ᵀ,
 ///
 ///     K′Y′ + Y′K′ = −(XXᵀ + Q′Q′ᵀ − QQᵀ).
+///
+/// QQᵀ − I is the measured rounding error of Q, so no term of size 1 is subtracted from another, and
+/// S keeps its digits at every h‖V‖. The repair of QQᵀ − I adds ∓O((QQᵀ − I)/h)Q to S in the two
+/// halves of the step, which cancel but for the rounding of each. A step therefore repairs at most
+/// most_repair·h‖V‖: the rounding stays below that of S, and a state at rest does not move.
 ///
 /// These n × n matrices follow from the moments of the state, so a step is one pass over its
 /// columns: O(Nn² + n³). The map keeps QQᵀ = I and m = SQᵀ − QSᵀ exactly, is symplectic,
@@ -76,15 +84,20 @@ class RattleStiefel {
   /// Finds Y for the step h, starting from the current Y: A = GDᵀ, P = GGᵀ, E = DDᵀ − I.
   bool solve(const FrameMoments<Scalar>& at, Scalar h);
 
+  /// Sets defect_ to QQᵀ − I, reduced where necessary to most_repair·h‖V‖ in its largest element.
+  void find_defect(const FrameMoments<Scalar>& at, Scalar h);
+
   double follow(const FrameMoments<Scalar>& at, Scalar h, double end);
 
-  /// Finds Y′ with Q′Q′ᵀ = I, from K′ = QΛ⁻¹Qᵀ + QΛ⁻¹Xᵀ + XΛ⁻¹Qᵀ + XΛ⁻¹Xᵀ and the right-hand side
-  /// −(XXᵀ + I − QQᵀ).
+  /// Finds Y′ from K′ = QΛ⁻¹Qᵀ + QΛ⁻¹Xᵀ + XΛ⁻¹Qᵀ + XΛ⁻¹Xᵀ and the right-hand side defect_ − XXᵀ.
   void find_Y1(const FrameMoments<Scalar>& at, Scalar h);
 
   /// Adds XΛ⁻ᵖXᵀ = h² VΛ⁻ᵖVᵀ + h(YGΛ⁻ᵖVᵀ + VΛ⁻ᵖGᵀY) + YGΛ⁻ᵖGᵀY.
   void add_XX(const Matrix<Scalar>& VV, const Matrix<Scalar>& GV, const Matrix<Scalar>& GG,
               Scalar h, Matrix<Scalar>& sum);
+
+  /// In plain arithmetic Q itself loses up to u in each step, whatever h‖V‖ is.
+  static constexpr double most_repair = arithmetic == Arithmetic::plain ? 1 : 0x1p-10;
 
   Scalar h_, unit_;  ///< unit_ is the number by which h is divided: that of Λ for (Q, S), else 1
   Eigen::Index n_;
@@ -92,7 +105,7 @@ class RattleStiefel {
   std::unique_ptr<FramePass<Scalar>> pass_;
   ConstraintRiccati<Scalar> riccati_;
   SymmetricLyapunov<Scalar> lyapunov_;
-  Matrix<Scalar> A_, E_, Y_, Y1_, found_, product_;
+  Matrix<Scalar> A_, E_, defect_, Y_, Y1_, found_, product_;
 };
 
 template <class Scalar, Arithmetic arithmetic, LowerBlock lower>
@@ -107,6 +120,7 @@ RattleStiefel<Scalar, arithmetic, lower>::RattleStiefel(const Vector<Scalar>& la
       lyapunov_(n),
       A_(n, n),
       E_(n, n),
+      defect_(n, n),
       Y_(n, n),
       Y1_(n, n),
       found_(n, n),
@@ -157,10 +171,22 @@ std::optional<double> RattleStiefel<Scalar, arithmetic, lower>::largest_step(con
 
 template <class Scalar, Arithmetic arithmetic, LowerBlock lower>
 bool RattleStiefel<Scalar, arithmetic, lower>::solve(const FrameMoments<Scalar>& at, Scalar h) {
+  find_defect(at, h);
   A_ = at.QQ[1] + h * at.QV[1];
-  E_ = h * (h * at.VV[0] + (at.QV[0] + at.QV[0].transpose())) + at.QQ[0];
-  E_.diagonal().array() -= Scalar(1);
+  E_ = h * (h * at.VV[0] + (at.QV[0] + at.QV[0].transpose())) + defect_;
   return riccati_.solve(A_, at.QQ[2], E_, Y_);
+}
+
+template <class Scalar, Arithmetic arithmetic, LowerBlock lower>
+void RattleStiefel<Scalar, arithmetic, lower>::find_defect(const FrameMoments<Scalar>& at,
+                                                           Scalar h) {
+  using std::abs;
+  using std::sqrt;
+  defect_ = at.QQ[0];
+  defect_.diagonal().array() -= Scalar(1);
+  const Scalar size = defect_.cwiseAbs().maxCoeff(),
+               most = Scalar(most_repair) * abs(h) * sqrt(at.VV[0].trace());
+  if (size > most) defect_ *= most / size;
 }
 
 template <class Scalar, Arithmetic arithmetic, LowerBlock lower>
@@ -183,8 +209,7 @@ void RattleStiefel<Scalar, arithmetic, lower>::find_Y1(const FrameMoments<Scalar
   add_XX(at.VV[1], at.QV[2], at.QQ[3], h, A_);
   lyapunov_.factor(A_);
 
-  E_ = -at.QQ[0];
-  E_.diagonal().array() += Scalar(1);
+  E_ = -defect_;
   add_XX(at.VV[0], at.QV[1], at.QQ[2], h, E_);
   E_ = -E_;
   lyapunov_.solve(E_, product_);

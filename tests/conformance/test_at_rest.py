@@ -125,6 +125,19 @@ def test_what_is_resolved_keeps_its_own_scale(client):
         assert scales[1][name] == pytest.approx(scale, rel=1e-4), name
 
 
+@pytest.mark.parametrize("step", (0.125, 1e-6))
+def test_a_slow_frame_stays_and_keeps_its_own_scale(client, step):
+    """In 1000 steps a frame with S ~ 1e-30 moves by 1e-28, and S changes by 1e-28 of itself."""
+    S = 1e-30 * (F @ SKEW * INERTIA)
+    with client.create(scene("stiefel", {"Q": F, "S": S}, "variational", step=step)) as session:
+        state, diagnosis = session.step(to=1000), session.diagnose(1000)
+    np.testing.assert_allclose(state["S"], S, rtol=0, atol=1e-14 * np.abs(S).max())
+    invariants = {i.name: i for i in diagnosis.invariants}
+    assert invariants["energy"].scale == pytest.approx(np.sum(S * S / INERTIA) / 2)
+    assert invariants["spatial_momentum[1,2]"].scale == pytest.approx(np.linalg.norm(S))
+    assert all(i.drift < 1e-14 for i in invariants.values())
+
+
 def test_the_trade_off_of_a_body_at_rest_reports_no_drift(client):
     made = scene("symmetric_rigid_body", {"Q": Q, "P": Q @ symmetric(4)}, epsilon=1.0)
     points = client.tradeoff(made, horizon=1.0, budget=1e7).points

@@ -32,7 +32,7 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
   const Eigen::VectorXd lambda = scene.inertia();
   StackedObservables observables(stacked(scene, "q", costate ? "p" : "qdot"));
   observables.block("q", 0, 1).block(costate ? "p" : "qdot", 1, 1);
-  const SizeOf terms = momentum_terms(scene, 1, costate);
+  const SizeOf terms = terms_of_S(scene, 1, costate);
   report_geodesic(
       observables, scene, 1,
       [=](const Eigen::MatrixXd& x) -> Eigen::MatrixXd {

@@ -23,7 +23,7 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
   observables.block("S", static_cast<int>(n), static_cast<int>(n));
   report_geodesic(
       observables, scene, n, [n](const auto& x) { return x.bottomRows(n).eval(); },
-      momentum_terms(scene, n, false));
+      terms_of_S(scene, n, false));
   if (N <= largest_written_M)
     observables.field(
         {"M", static_cast<int>(N), static_cast<int>(N)},

@@ -37,7 +37,7 @@ std::unique_ptr<Simulation> make(const Scene& scene, const Eigen::MatrixXd& star
       [=](const Eigen::MatrixXd& x) {
         return Legendre_inverse<double>(lambda, x.topRows(n), x.bottomRows(n));
       },
-      momentum_terms(scene, n, true));
+      terms_of_S(scene, n, true));
   if (!with_M && N <= largest_written_M) observables.field({"M", columns, columns}, M);
   const auto of_S = std::move(observables.invariants);
   observables.invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {

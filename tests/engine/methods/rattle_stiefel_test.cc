@@ -10,6 +10,7 @@
 #include "engine/methods/variational.h"
 #include "tests/support/integrate.h"
 #include "tests/support/linalg/constraint_riccati_spectral.h"
+#include "tests/support/linalg/quadruple.h"
 #include "tests/support/scenes/random_frame.h"
 
 namespace stiefel {
@@ -214,6 +215,75 @@ TEST(RattleStiefel, KeepsLargeFramesOrthonormal) {
   const Matrix<double> Q = state.x.value.topRows(4), S = state.x.value.bottomRows(4);
   EXPECT_LT(orthogonality_defect(Q), 4e-15);
   EXPECT_LT((frame_momentum<double>(Q, S) - m).norm() / frame.S.norm(), 1e-14);
+}
+
+constexpr double u = 0x1p-53;
+
+/// The relative error of the lower block after `steps` steps on the sphere with Λ = 3I. There the
+/// step is a rotation by asin(h‖Q̇‖) in the plane of Q and Q̇.
+template <LowerBlock lower>
+double error_on_the_sphere(double h, double speed, int steps) {
+  using Row = Eigen::RowVector3<long double>;
+  const double lambda = 3, size = lower == LowerBlock::S ? lambda * speed : speed;
+  const Row q = Row(1, 2, 3).normalized(), t = q.cross(Row(2, -1, 1)).normalized();
+  Matrix<double> x(2, 3);
+  x << q.cast<double>(), (size * t).cast<double>();
+  RattleStiefel<double, compensated, lower> map(Vector<double>::Constant(3, lambda), 1, h);
+  auto state = map.start(x);
+  for (int k = 0; k < steps; ++k) EXPECT_TRUE(map.step(state).reached());
+  const long double angle = steps * std::asin(static_cast<long double>(h) * speed);
+  const Row exact = size * (std::cos(angle) * t - std::sin(angle) * q);
+  const Matrix<double> found = state.x.value.row(1);
+  return static_cast<double>((found.cast<long double>() - exact).norm() / exact.norm());
+}
+
+/// The speed of the rounded start is off by u, and the phase by u times the angle.
+TEST(RattleStiefel, KeepsTheDigitsOfTheMomentumInSmallSteps) {
+  for (const double h : {1e-10, 1e-8, 1e-6, 1e-4, 1e-2, 0.125})
+    for (const double speed : {1e-30, 1e-17, 1e-15, 1e-12, 1e-6, 1.0})
+      for (const int steps : {1, 1000}) {
+        const double bound = 4 * u * (std::sqrt(steps) + steps * h * speed);
+        EXPECT_LE(error_on_the_sphere<LowerBlock::S>(h, speed, steps), bound) << h << " " << speed;
+        EXPECT_LE(error_on_the_sphere<LowerBlock::Qdot>(h, speed, steps), bound)
+            << h << " " << speed;
+      }
+}
+
+/// The lower block against that of the same map in quadruple precision, from the same frame and
+/// momentum up to rounding.
+TEST(RattleStiefel, KeepsTheDigitsOfTheMomentumForEveryInertia) {
+  constexpr int steps = 200;
+  for (const auto& [n, N] : {std::pair{1, 4}, {2, 4}, {3, 5}, {3, 3}})
+    for (const double spread : {1.0, 4.0, 1e4})
+      for (const auto& [h, size] :
+           {std::pair{1e-10, 1.0}, {1e-10, 1e-30}, {1e-6, 1.0}, {1e-6, 1e-8}, {0.125, 1e-16}}) {
+        const RandomFrame<testing::Quad> frame(n, N, 1, spread);
+        Matrix<testing::Quad> x = frame.state();
+        x.bottomRows(n) *= testing::Quad(size);
+        RattleStiefel<testing::Quad, Arithmetic::plain> exact(frame.lambda, n, testing::Quad(h));
+        RattleStiefel<double, compensated> map(frame.lambda.cast<double>(), n, h);
+        auto found = map.start(x.cast<double>());
+        auto wanted = exact.start(x);
+        for (int k = 0; k < steps; ++k) {
+          ASSERT_TRUE(map.step(found).reached());
+          ASSERT_TRUE(exact.step(wanted).reached());
+        }
+        const Matrix<testing::Quad> S = wanted.x.value.bottomRows(n);
+        const Matrix<double> mine = found.x.value.bottomRows(n),
+                             error = (mine.cast<testing::Quad>() - S).cast<double>() / size;
+        EXPECT_LE(error.norm(), 8 * u * std::sqrt(steps) * mine.norm() / size)
+            << n << " " << N << " 1:" << spread << " h = " << h << ", size " << size;
+      }
+}
+
+TEST(RattleStiefel, LeavesAStateAtRestAlone) {
+  const RandomFrame<double> frame(2, 5, 3);
+  Matrix<double> x = frame.state();
+  x.bottomRows(2).setZero();
+  auto map = map_of(frame, 0.1);
+  auto state = map.start(x);
+  for (int k = 0; k < 100; ++k) ASSERT_TRUE(map.step(state).reached());
+  EXPECT_EQ(state.x.value, x);
 }
 
 TEST(RattleStiefel, WorksInSinglePrecision) {

@@ -112,13 +112,10 @@ void report_geodesic(StackedObservables& observables, const Scene& scene, Eigen:
   observables.rate = [Qdot](const Eigen::MatrixXd& x) { return Qdot(x).stableNorm(); };
 }
 
-SizeOf momentum_terms(const Scene& scene, Eigen::Index n, bool costate) {
-  const double largest = scene.inertia().maxCoeff();
-  const double h = std::abs(scene.step()) / scene.substeps();
-  const double of_frames = largest * std::sqrt(static_cast<double>(n)) / h;
-  const double kappa = costate ? largest / scene.inertia().minCoeff() : 0;
+SizeOf terms_of_S(const Scene& scene, Eigen::Index n, bool costate) {
+  const double kappa = costate ? scene.inertia().maxCoeff() / scene.inertia().minCoeff() : 0;
   return [=](const Eigen::MatrixXd& x) {
-    return of_frames + (costate ? kappa * x.bottomRows(n).stableNorm() : 0);
+    return costate ? kappa * x.bottomRows(n).stableNorm() : 0;
   };
 }
 

@@ -25,9 +25,8 @@ void set_costate(SceneDraft& draft, const std::string& name, const RowMatrix& P)
 using SizeOf = std::function<double(const Eigen::MatrixXd& x)>;
 
 /// Returns a function that gives the size of the terms whose difference is S, for a state of two
-/// blocks of n rows: λ_max √n/|h|, because a step computes S from rounded frames, and κ(Λ)‖P‖_F in
-/// addition where the second block is a costate P.
-SizeOf momentum_terms(const Scene& scene, Eigen::Index n, bool costate);
+/// blocks of n rows: κ(Λ)‖P‖_F where the second block is a costate P, and 0 where it is S or Q̇.
+SizeOf terms_of_S(const Scene& scene, Eigen::Index n, bool costate);
 
 /// Adds m and the energy of (Q, S), QQᵀ − I and ‖Q̇‖, for states from which Q and S follow. The
 /// scales are E and ‖S‖_F, and at rest (at_rest.h) those of an S of the size of its terms.
