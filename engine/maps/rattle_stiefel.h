@@ -25,8 +25,8 @@ namespace stiefel {
 ///
 ///     K′Y′ + Y′K′ = −(XXᵀ + Q′Q′ᵀ − QQᵀ).
 ///
-/// QQᵀ − I is the measured rounding error of Q, so no term of size 1 is subtracted from another, and
-/// S keeps its digits at every h‖V‖. The repair of QQᵀ − I adds ∓O((QQᵀ − I)/h)Q to S in the two
+/// QQᵀ − I is the measured rounding error of Q. No term of size 1 is subtracted from another, and S
+/// keeps its digits at every h‖V‖. The repair of QQᵀ − I adds ∓O((QQᵀ − I)/h)Q to S in the two
 /// halves of the step, which cancel but for the rounding of each. A step therefore repairs at most
 /// most_repair·h‖V‖: the rounding stays below that of S, and a state at rest does not move.
 ///

@@ -8,6 +8,7 @@
 
 #include "engine/methods/support/method.h"
 #include "engine/systems/concepts.h"
+#include "stiefel/invariant_names.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -16,10 +17,14 @@ namespace stiefel {
 /// substeps between two states. The controller keeps the estimated error of a substep of length τ
 /// below `tolerance`·|τ/h|, so the error of a whole step is about `tolerance`. The error of each
 /// half of the state's rows (Q, and the block below it) is relative to the largest element of that
-/// half, so units do not matter. The controller restarts at every state.
+/// half, so units do not matter. Where rounding in the vector field exceeds the tolerance, which no
+/// shorter substep mends, the controller accepts errors up to twice that rounding in the rest of
+/// the step. It restarts at every state.
 ///
-/// Ends with solver_stalled after `most_substeps` attempts. Cannot meet a tolerance below about
-/// 1e-14.
+/// Where the system has a manifold (`project`), the state at the end of a step is projected onto
+/// it, and the next step continues from there.
+///
+/// Ends with solver_stalled after `most_substeps` attempts.
 struct Adaptive {
   static constexpr MethodTraits traits = {
       .name = "adaptive",
@@ -35,8 +40,10 @@ struct Adaptive {
   static constexpr int stages = 13;
 
   static constexpr bool applies_to(const SystemTraits&) { return true; }
-  static constexpr Conservation conservation(const SystemTraits&, std::string_view) {
-    return Conservation::drifts;
+  static constexpr Conservation conservation(const SystemTraits& system,
+                                             std::string_view invariant) {
+    return system.projects && invariant == family::orthogonality ? Conservation::exact
+                                                                 : Conservation::drifts;
   }
 
   template <System S, Arithmetic arithmetic>
@@ -60,7 +67,9 @@ struct Adaptive {
       std::copy_n(state.x.value.data(), x_.size(), x_.data());
       const Outcome outcome = integrate(stop);
       if (outcome != Outcome::reached) return {outcome, std::nullopt};
-      dx_ = Eigen::Map<const Point>(x_.data(), dx_.rows(), dx_.cols()) - state.x.value;
+      std::copy_n(x_.data(), x_.size(), point_.data());
+      if constexpr (requires { system_.project(point_); }) system_.project(point_);
+      dx_ = point_ - state.x.value;
       state.x.add(dx_);
       return {};
     }
@@ -72,6 +81,19 @@ struct Adaptive {
 
    private:
     using Numbers = std::vector<Scalar>;
+
+    /// The stride that was rejected last, from the same state; 0 if there is none.
+    struct Rejected {
+      double excess = 0, stride = 0;
+
+      /// Whether an error, the excess of which in a shorter stride is given, is one of rounding: it
+      /// is small, and does not fall like the error of the method, with the seventh power of the
+      /// stride, nor even with the third.
+      bool persists(double now, double shorter, double error) const {
+        constexpr double small = 1e-6;
+        return excess > 0 && error < small && now > excess * std::pow(shorter / stride, 3);
+      }
+    };
 
     void prepare(const Point& x) {
       if (!x_.empty()) return;
@@ -86,6 +108,8 @@ struct Adaptive {
       const Scalar blown_up = 1e6, size_before = size();
       const auto field = [this](const Numbers& x, Numbers& dx, Scalar) { evaluate(x, dx); };
       double done = 0, stride = 1;  // in units of h
+      double allowed = 1;           // the largest `excess` that is accepted
+      Rejected rejected;
       field(x_, slope_now_, Scalar(0));
       for (int k = 0; k < most_substeps; ++k) {
         if (stop.stop_requested()) return Outcome::cancelled;
@@ -95,20 +119,23 @@ struct Adaptive {
         ++attempts_;
         stepper_.do_step(field, x_, slope_now_, Scalar(0), next_, static_cast<Scalar>(stride) * h_,
                          error_);
-        const double excess = relative_error() / (tolerance_ * stride);
-        const double factor = safety * std::pow(excess, -1.0 / 7);
-        if (excess <= 1) {
+        const double error = relative_error(), excess = error / (tolerance_ * stride);
+        if (excess > allowed && rejected.persists(excess, stride, error)) allowed = 2 * excess;
+        const double factor = safety * std::pow(excess / allowed, -1.0 / 7);
+        if (excess <= allowed) {
           x_.swap(next_);
           if (last) return Outcome::reached;
           done += stride;
           field(x_, slope_now_, Scalar(0));
           stride *= std::clamp(factor, least, most);
+          rejected = {};
         } else {  // the error is too large, or NaN
+          rejected = {excess, stride};
           stride *= factor >= least ? factor : least;
         }
         if (stride < least_stride) break;
       }
-      // The stride tends to 0 where the solution ends, or where rounding exceeds the tolerance.
+      // The stride tends to 0 where the solution ends.
       return finite(next_) && size() <= blown_up * size_before ? Outcome::solver_stalled
                                                                : Outcome::not_finite;
     }

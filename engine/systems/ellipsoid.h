@@ -1,5 +1,6 @@
 #pragma once
 
+#include "engine/linalg/lie/frame_projection.h"
 #include "engine/systems/concepts.h"
 
 namespace stiefel {
@@ -17,7 +18,7 @@ class Ellipsoid {
   using Scalar = Scalar_;
   using State = Matrix<Scalar>;
 
-  explicit Ellipsoid(Vector<Scalar> lambda) : lambda_(std::move(lambda)) {}
+  explicit Ellipsoid(Vector<Scalar> lambda) : lambda_(std::move(lambda)), onto_sphere_(1) {}
 
   const Vector<Scalar>& lambda() const { return lambda_; }
 
@@ -34,8 +35,20 @@ class Ellipsoid {
     }
   }
 
+  /// Moves q onto the sphere, and q̇ onto its tangent space: q̇ ← q̇ − (q·q̇ / qᵀΛ⁻¹q) Λ⁻¹q.
+  void project(State& x) {
+    onto_sphere_(x);
+    Scalar along = 0, K = 0;
+    for (Eigen::Index j = 0; j < x.cols(); ++j) {
+      along += x(0, j) * x(1, j);
+      K += x(0, j) * x(0, j) / lambda_(j);
+    }
+    for (Eigen::Index j = 0; j < x.cols(); ++j) x(1, j) -= along / K * x(0, j) / lambda_(j);
+  }
+
  private:
   Vector<Scalar> lambda_;
+  FrameProjection<Scalar> onto_sphere_;
 };
 
 /// Geodesics on the ellipsoid in the variables (q, p) with any costate p; [ST] (9), (13), (14):
@@ -52,7 +65,7 @@ class EllipsoidCostate {
   using Scalar = Scalar_;
   using State = Matrix<Scalar>;
 
-  explicit EllipsoidCostate(Vector<Scalar> lambda) : lambda_(std::move(lambda)) {}
+  explicit EllipsoidCostate(Vector<Scalar> lambda) : lambda_(std::move(lambda)), onto_sphere_(1) {}
 
   const Vector<Scalar>& lambda() const { return lambda_; }
 
@@ -72,8 +85,12 @@ class EllipsoidCostate {
     }
   }
 
+  /// Moves q onto the sphere, with p so that qpᵀ − pqᵀ stays.
+  void project(State& x) { onto_sphere_(x); }
+
  private:
   Vector<Scalar> lambda_;
+  FrameProjection<Scalar> onto_sphere_;
 };
 
 }  // namespace stiefel

@@ -37,15 +37,25 @@ class MatrixSystem {
     held_->field(x, dx);
   }
 
+  /// Projects x onto the manifold of the system's states, if the system has one.
+  void project(State& x) {
+    stop_point(field_operations(x));
+    held_->project(x);
+  }
+
  private:
   struct Abstract {
     virtual ~Abstract() = default;
     virtual void field(const State& x, State& dx) = 0;
+    virtual void project(State& x) = 0;
   };
   template <class S>
   struct Held final : Abstract {
     explicit Held(S s) : system(std::move(s)) {}
     void field(const State& x, State& dx) override { system.field(x, dx); }
+    void project(State& x) override {
+      if constexpr (requires { system.project(x); }) system.project(x);
+    }
     S system;
   };
   std::shared_ptr<Abstract> held_;

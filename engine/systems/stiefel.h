@@ -1,6 +1,7 @@
 #pragma once
 
 #include "engine/linalg/arithmetic/stoppable_product.h"
+#include "engine/linalg/lie/frame_projection.h"
 #include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
 #include "engine/systems/concepts.h"
 
@@ -22,7 +23,13 @@ class Stiefel {
   using State = Matrix<Scalar>;
 
   Stiefel(Vector<Scalar> lambda, Eigen::Index n)
-      : lambda_(std::move(lambda)), n_(n), lyapunov_(n), K_(n, n), B_(n, n) {}
+      : lambda_(std::move(lambda)),
+        n_(n),
+        lyapunov_(n),
+        onto_frames_(n),
+        K_(n, n),
+        B_(n, n),
+        Y_(n, n) {}
 
   const Vector<Scalar>& lambda() const { return lambda_; }
   Eigen::Index n() const { return n_; }
@@ -41,11 +48,29 @@ class Stiefel {
     stoppable_product(B_, Q, Sdot);
   }
 
+  /// Moves Q onto the frames, and S onto its constraint: S ← S − YQ with KY + YK = QS̄ᵀ + S̄Qᵀ.
+  void project(State& x) {
+    onto_frames_(x);
+    const auto Q = x.topRows(n_);
+    auto S = x.bottomRows(n_);
+    K_.setZero();
+    B_.setZero();
+    for (Eigen::Index j = 0; j < x.cols(); ++j) {
+      K_.noalias() += (1 / lambda_(j)) * Q.col(j) * Q.col(j).transpose();
+      B_.noalias() += (1 / lambda_(j)) * Q.col(j) * S.col(j).transpose();
+    }
+    Y_ = B_ + B_.transpose();
+    lyapunov_.factor(K_);
+    lyapunov_.solve(Y_, Y_);
+    for (Eigen::Index j = 0; j < x.cols(); ++j) S.col(j).noalias() -= Y_ * Q.col(j);
+  }
+
  private:
   Vector<Scalar> lambda_;
   Eigen::Index n_;
   SymmetricLyapunov<Scalar> lyapunov_;
-  Matrix<Scalar> K_, B_;
+  FrameProjection<Scalar> onto_frames_;
+  Matrix<Scalar> K_, B_, Y_;
 };
 
 }  // namespace stiefel

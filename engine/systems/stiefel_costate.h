@@ -1,5 +1,6 @@
 #pragma once
 
+#include "engine/linalg/lie/frame_projection.h"
 #include "engine/linalg/matrix_equations/optimal_control.h"
 #include "engine/systems/concepts.h"
 
@@ -26,7 +27,8 @@ class StiefelCostate {
         U_(lambda_, n),
         S_(n, lambda_.size()),
         SU_(S_),
-        SQdot_(n, n) {}
+        SQdot_(n, n),
+        onto_frames_(n) {}
 
   const Vector<Scalar>& lambda() const { return lambda_; }
   Eigen::Index n() const { return n_; }
@@ -44,11 +46,15 @@ class StiefelCostate {
     dx.bottomRows(n_).noalias() -= SQdot_ * Q;
   }
 
+  /// Moves Q onto the frames, with P so that QᵀP − PᵀQ stays.
+  void project(State& x) { onto_frames_(x); }
+
  private:
   Vector<Scalar> lambda_;
   Eigen::Index n_;
   OptimalControl<Scalar> U_;
   Matrix<Scalar> S_, SU_, SQdot_;
+  FrameProjection<Scalar> onto_frames_;
 };
 
 }  // namespace stiefel

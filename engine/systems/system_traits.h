@@ -15,6 +15,7 @@ struct SystemTraits {
   using Property = bool (*)(std::string_view invariant);
 
   bool lie_group = false;  ///< the system is a LieSystem
+  bool projects = false;   ///< the system has `project`, onto the manifold of its states
   /// Whether the invariant is quadratic, or a function of quadratic invariants.
   Property quadratic = nullptr;
   /// Whether the invariant is constant on the orbits of the group. Every LieSystem declares it.
@@ -29,6 +30,9 @@ struct SystemTraits {
 template <class S>
 inline constexpr SystemTraits system_traits = [] {
   SystemTraits traits;
+  traits.projects = requires(S & system, typename S::State & x) {
+    system.project(x);
+  };
   if constexpr (LieSystem<S>) {
     traits.lie_group = true;
     traits.conserved_on_orbits = [](std::string_view v) { return S::conserved_on_orbits(v); };

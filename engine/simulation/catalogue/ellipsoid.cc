@@ -82,7 +82,7 @@ std::string refusal(const Scene& scene, std::string_view method) {
 
 bool has_costate(const Scene& scene) { return scene.block("p").size() > 0; }
 constexpr std::array recommendations = {
-    restricted("given p", has_costate, with_error_control(1e-11, 0.15)), with_error_control(5e-14)};
+    restricted("given p", has_costate, with_error_control(5e-12, 0.15)), with_error_control(5e-14)};
 
 void check(SceneDraft& draft) {
   if (!check_stiefel_frame(draft, "q")) return;

@@ -43,7 +43,6 @@ bool is_isotropic(const Scene& scene) {
 Eigen::Index rows(const Scene& scene) { return scene.block("Q").rows(); }
 bool in_the_plane(const Scene& scene) { return scene.dimension() == 2; }
 bool has_whole_attitude(const Scene& scene) { return rows(scene) >= scene.dimension() - 1; }
-bool is_one_point(const Scene& scene) { return rows(scene) == 1; }
 
 bool has_four_dimensions(const Scene& scene) { return scene.dimension() == 4; }
 

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "engine/linalg/arithmetic/to_text.h"
+#include "engine/methods/adaptive.h"
 #include "engine/simulation/catalogue/system_entry.h"
 #include "stiefel/catalogue.h"
 
@@ -43,6 +44,21 @@ std::string left_domain(const RunStatus& status, const Scene& scene, double spee
   return sentence;
 }
 
+std::string member_of(const RunStatus& status) {
+  return status.member ? "member " + std::to_string(*status.member) + ": " : "";
+}
+
+bool chooses_own_steps(const MethodInfo& method) { return method.default_tolerance > 0; }
+
+/// Describes the end of a method that chooses its own substeps.
+std::string no_substeps_left(const Scene& scene) {
+  return "the step-size control of " + scene.method() + " did not reach the end of the step of " +
+         to_text(scene.step() / scene.substeps(), 4) + ": it needs more than " +
+         std::to_string(Adaptive::most_substeps) +
+         " substeps, or shorter ones than 1e-12 of it; a shorter step or a larger "
+         "method.tolerance needs fewer";
+}
+
 /// Returns "; the method NAME" and what it `does` (" takes every step"), for the first of the
 /// system's methods that is among these, takes the scene and is not the scene's own; "" if there is
 /// none.
@@ -66,9 +82,10 @@ std::string neighbour(const Scene& scene) {
       entry.info.discrete ? catalogue().system(entry.continuous) : &entry.info;
   if (system == nullptr) return "";
   const auto closed_form = [](const MethodInfo& method) { return method.orders.empty(); };
-  const auto own_steps = [](const MethodInfo& method) { return method.default_tolerance > 0; };
   const std::string text = other_method(scene, *system, closed_form, " takes every step");
-  return text.empty() ? other_method(scene, *system, own_steps, " chooses its own steps") : text;
+  return text.empty()
+             ? other_method(scene, *system, chooses_own_steps, " chooses its own steps")
+             : text;
 }
 
 }  // namespace
@@ -77,7 +94,7 @@ std::string to_sentence(const RunStatus& status) {
   if (status.member) {
     RunStatus of_one = status;
     of_one.member.reset();
-    return "member " + std::to_string(*status.member) + ": " + to_sentence(of_one);
+    return member_of(status) + to_sentence(of_one);
   }
   switch (status.outcome) {
     case Outcome::reached:
@@ -98,7 +115,11 @@ std::string to_sentence(const RunStatus& status) {
 
 std::string to_sentence(const RunStatus& status, const Scene& scene) {
   const bool stopped = !status.reached() && status.outcome != Outcome::cancelled;
-  return to_sentence(status) + (stopped ? neighbour(scene) : "");
+  const MethodInfo* method = catalogue().method(scene.method());
+  const bool out_of_substeps =
+      status.outcome == Outcome::solver_stalled && method && chooses_own_steps(*method);
+  return (out_of_substeps ? member_of(status) + no_substeps_left(scene) : to_sentence(status)) +
+         (stopped ? neighbour(scene) : "");
 }
 
 double rate_at(const RunStatus& status, const Simulation& last) {
@@ -112,8 +133,7 @@ std::string to_sentence(const RunStatus& status, const Scene& scene, double rate
   if (status.outcome != Outcome::left_domain) return to_sentence(status, scene);
   const auto speed = angular_speed(scene, rate);
   if (!speed || !std::isfinite(*speed)) return to_sentence(status, scene);
-  const std::string member = status.member ? "member " + std::to_string(*status.member) + ": " : "";
-  return member + left_domain(status, scene, *speed) + neighbour(scene);
+  return member_of(status) + left_domain(status, scene, *speed) + neighbour(scene);
 }
 
 }  // namespace stiefel

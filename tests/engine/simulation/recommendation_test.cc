@@ -74,6 +74,56 @@ TEST(Recommendation, IsAccurateForWellConditionedGeodesics) {
   }
 }
 
+/// A geodesic on V(n, N) with S = QUΛ, U skew, from the frame of the first n unit vectors turned by
+/// seeded rotations; row and column 0 of U are `fast` times larger.
+SceneDescription geodesic(int n, const std::vector<double>& inertia, unsigned seed,
+                          double fast = 1) {
+  const auto N = static_cast<int>(inertia.size());
+  const RandomBody body(N, seed);
+  const Eigen::Map<const Eigen::VectorXd> lambda(inertia.data(), N);
+  Eigen::MatrixXd U = body.M / body.M.norm();
+  U.row(0) *= fast;
+  U.col(0) *= fast;
+  const RowMatrix Q = body.Q.topRows(n), S = Q * U * lambda.asDiagonal();
+  SceneDescription d;
+  d.system = "stiefel";
+  d.inertia = inertia;
+  d.initial = {{"Q", Q}, {"S", S}};
+  d.step = 0.15 / (Q * U).norm();
+  return d;
+}
+
+/// λ over 1:10⁴, nearly equal, and one fast row: every state is on the manifold to rounding.
+TEST(Recommendation, OnFramesStaysOnTheManifold) {
+  SceneDescription wide = geodesic(2, {0.01, 1, 100}, 1);
+  wide.initial = {{"Q", RowMatrix(RowMatrix::Identity(2, 3))},
+                  {"S", RowMatrix(RowMatrix::Zero(2, 3))}};
+  wide.initial["S"].values << 0, 1, 25, -0.01, 0, -50;
+  wide.step = 0.0625;
+  std::vector<SceneDescription> scenes = {wide};
+  for (const int n : {1, 2, 3}) {
+    scenes.push_back(geodesic(n, {1, 10, 100, 1000, 1e4}, 2));
+    scenes.push_back(geodesic(n, {1, 1.000001, 0.999999, 1.00001}, 3));
+    scenes.push_back(geodesic(n, {1, 2, 3, 4, 5}, 4, 1e3));
+  }
+  for (const SceneDescription& description : scenes) {
+    const Scene scene = resolve_recommending(description).value();
+    const auto now = make_simulation(scene);
+    ASSERT_TRUE(now->advance(100).reached()) << scene.method();
+    const Eigen::MatrixXd Q = now->get("Q"), V = now->get("Qdot"), along = Q * V.transpose();
+    EXPECT_LE(now->orthogonality().value(), 2e-15);
+    EXPECT_LE((along + along.transpose()).cwiseAbs().maxCoeff(), 2e-15 * V.norm());
+  }
+}
+
+TEST(Recommendation, IsAccurateForNearlyEqualInertia) {
+  for (const double apart : {1e-2, 1e-5, 1e-8}) {
+    const auto outcome = testing::survey_recommendation(
+        geodesic(2, {1, 1 + apart, 1 - apart, 1 + 2 * apart}, 5));
+    EXPECT_LE(outcome.error, 1e-8 * outcome.condition) << outcome.scene << ", " << outcome.method;
+  }
+}
+
 TEST_P(RecommendedMethod, OfAResolvedSceneStays) {
   auto given = testing::any_scene(GetParam(), "", 1, 0.1);
   const auto once = resolve_recommending(given).value().description();

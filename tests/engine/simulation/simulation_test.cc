@@ -105,6 +105,15 @@ TEST(Simulation, StopsAtTheLastGoodState) {
   EXPECT_TRUE(wild->get("Q").allFinite());
 }
 
+TEST(Simulation, TellsThatTheControllerHasNoSubstepsLeft) {
+  const Scene scene = Scene::resolve(testing::description(RandomBody(3, 1), 1e7, "adaptive")).value();
+  RunStatus status = make_simulation(scene)->advance(1);
+  ASSERT_EQ(status.outcome, Outcome::solver_stalled);
+  EXPECT_TRUE(to_sentence(status, scene).starts_with("the step-size control of adaptive"));
+  status.member = 7;
+  EXPECT_TRUE(to_sentence(status, scene).starts_with("member 7: the step-size control of adaptive"));
+}
+
 TEST(Simulation, TheQuaternionIsContinuous) {
   const auto simulation = make_simulation(random_scene(3, 8, 0.1, "variational"));
   std::size_t index = 0;

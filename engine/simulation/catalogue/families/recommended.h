@@ -54,7 +54,11 @@ inline constexpr Recommendation at_constant_Omega = {
 
 /// For bodies whose M is a product of the blocks; the error of M grows with the square of the time.
 inline constexpr std::array for_products = {closed_form_of_body, with_error_control(5e-14)};
-/// For costates on V(n, N).
-inline constexpr std::array for_costates = {with_error_control(3e-11, 0.15)};
+inline bool is_one_point(const Scene& scene) { return scene.Q().rows() == 1; }
+/// For costates on V(n, N). At n = 1 the motion is integrable, and its condition stays small while
+/// its speed varies up to the root of λ_max/λ_min.
+inline constexpr std::array for_costates = {
+    restricted("n = 1", is_one_point, with_error_control(5e-12, 0.15)),
+    with_error_control(3e-11, 0.15)};
 
 }  // namespace stiefel
