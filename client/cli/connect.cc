@@ -10,7 +10,7 @@
 namespace stiefel::cli {
 namespace {
 
-/// Returns "yes", "no" or "unknown".
+/// Returns "yes", "no", "unknown" or "none_shorter_found".
 std::string answer(v1::Shortest shortest) {
   std::string name = v1::Shortest_Name(shortest).substr(std::string("SHORTEST_").size());
   std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });

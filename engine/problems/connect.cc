@@ -7,7 +7,9 @@
 #include <optional>
 
 #include "engine/linalg/arithmetic/to_text.h"
+#include "engine/linalg/lie/orthogonal.h"
 #include "engine/linalg/matrix_equations/lu.h"
+#include "engine/problems/closed_geodesic.h"
 #include "engine/problems/path.h"
 #include "engine/problems/shoot.h"
 #include "engine/problems/starts.h"
@@ -28,16 +30,12 @@ struct Posed {
   double scale;  ///< Λ = scale · lambda, a power of 2
   MatrixXd Q_0, Q_T;
 
-  double spread() const { return lambda.maxCoeff() / std::max(lambda.minCoeff(), 1e-300); }
-  Index dimension() const { return Q_0.rows() * Q_0.cols() - Q_0.rows() * (Q_0.rows() + 1) / 2; }
+  bool wide() const { return lambda.maxCoeff() > 10 * lambda.minCoeff(); }
 };
 
 double defect(const MatrixXd& Q) {
-  if (!Q.allFinite()) return std::numeric_limits<double>::infinity();
-  return (Q * Q.transpose() - MatrixXd::Identity(Q.rows(), Q.rows())).cwiseAbs().maxCoeff();
+  return Q.allFinite() ? orthogonality_defect(Q) : std::numeric_limits<double>::infinity();
 }
-
-MatrixXd repaired(const MatrixXd& Q) { return defect(Q) > 1e-15 ? polar(Q) : Q; }
 
 std::optional<ConnectRefusal> refused(const TwoPointProblem& p) {
   const auto invalid = [](std::string field, std::string value, std::string rule) {
@@ -69,7 +67,7 @@ std::optional<ConnectRefusal> refused(const TwoPointProblem& p) {
   if (p.restarts < 0)
     return invalid("restarts", std::to_string(p.restarts), "must not be negative");
   for (const auto& [field, Q] : {std::pair("Q_0", &p.Q_0), std::pair("Q_T", &p.Q_T)})
-    if (const double error = defect(*Q); !(error <= TwoPointProblem::frame_tolerance))
+    if (const double error = defect(*Q); !(error <= Scene::frame_tolerance))
       return refusal::NotOrthonormal{field, error};
   if (n == N) {
     const int first = p.Q_0.determinant() < 0 ? -1 : 1, last = p.Q_T.determinant() < 0 ? -1 : 1;
@@ -103,12 +101,14 @@ struct Candidate {
   Path path;
   double action;
   int start;
+  bool settled;  ///< whether the path is a local minimum; else relaxing it took too long
 };
 
-/// Returns each distinct path once, with its earliest start, sorted by the action.
+/// Returns each distinct path once, settled before not and with its earliest start, sorted by the
+/// action.
 std::vector<Candidate> distinct(std::vector<Candidate> all) {
   constexpr double same = 1e-3;
-  std::ranges::sort(all, {}, &Candidate::start);
+  std::ranges::sort(all, {}, [](const Candidate& c) { return std::pair(!c.settled, c.start); });
   std::vector<Candidate> result;
   for (Candidate& candidate : all)
     if (std::ranges::none_of(
@@ -118,24 +118,23 @@ std::vector<Candidate> distinct(std::vector<Candidate> all) {
   return result;
 }
 
+/// Returns the paths that the starts lead to.
 std::vector<Candidate> relaxed(const Posed& posed, const TwoPointProblem& problem, int K,
                                double tolerance) {
   std::vector<Candidate> all;
   int start = 0;
-  for (Path& path : starts(posed.Q_0, posed.Q_T, K, problem.restarts, problem.seed)) {
-    if (relax(posed.lambda, path, tolerance, problem.stop))
-      all.push_back({std::move(path), 0, start});
-    ++start;
+  for (Path& path : starts(posed.Q_0, posed.Q_T, K, problem.restarts, problem.seed, posed.wide())) {
+    const bool settled = relax(posed.lambda, path, tolerance, problem.stop);
+    const double reached = action(posed.lambda, path);
+    all.push_back({std::move(path), reached, start++, settled});
   }
-  for (Candidate& c : all) c.action = action(posed.lambda, c.path);
   return distinct(std::move(all));
 }
 
-bool refine(const VectorXd& lambda, Candidate& c, double tolerance, const std::stop_token& stop) {
+void refine(const VectorXd& lambda, Candidate& c, double tolerance, const std::stop_token& stop) {
   c.path = refined(c.path);
-  const bool done = relax(lambda, c.path, tolerance, stop);
+  c.settled = relax(lambda, c.path, tolerance, stop);
   c.action = action(lambda, c.path);
-  return done;
 }
 
 double energy(const VectorXd& lambda, const MatrixXd& V) {
@@ -152,21 +151,18 @@ Shot solved(const Posed& p, Candidate& c, const std::stop_token& stop) {
     const bool near = energy(p.lambda, shot.V) <= (1 + strayed) * c.action + 1e-300;
     if (near && shot.residual < best.residual) best = shot;
     if (best.residual <= TwoPointProblem::joined || 2 * c.path.size() > finest) return best;
-    if (!refine(p.lambda, c, 1e-8, stop)) return best;
+    refine(p.lambda, c, 1e-8, stop);
+    if (!c.settled) return best;
   }
 }
 
-Shortest judged(const Posed& p, const MatrixXd& V, int seen) {
-  const double length = V.norm(), slack = 1 + 1e-12;
-  const double radius = is_body(p.Q_0) ? std::numbers::sqrt2 * std::numbers::pi : std::numbers::pi;
-  const bool round = p.lambda.maxCoeff() - p.lambda.minCoeff() <= 1e-15 * p.lambda.maxCoeff();
-  if (length < 1e-14 || (round && length <= slack * radius)) return Shortest::yes;
-  return p.dimension() == 1 && seen > 1 ? Shortest::yes : Shortest::unknown;
-}
-
-}  // namespace
-
-namespace {
+/// What the search for a geodesic found, at the time scale 1.
+struct Found {
+  MatrixXd V;  ///< Q̇(0); empty where there is none to the residual `joined`
+  Shortest shortest = Shortest::none_shorter_found;
+  int distinct = 0, start = 0;
+  double residual = std::numeric_limits<double>::infinity();  ///< the best where V is empty
+};
 
 /// Runs `search` within the work and the stop token of the problem.
 template <class Search>
@@ -181,10 +177,9 @@ auto within(const TwoPointProblem& problem, Search&& search) -> decltype(search(
   }
 }
 
-std::expected<Geodesic, ConnectRefusal> search(const TwoPointProblem& problem) {
+Found searched(const Posed& p, const TwoPointProblem& problem) {
   constexpr double coarse = 1e-6, fine = 1e-9, margin = 1.1;
-  const Posed p = posed(problem);
-  const bool wide = p.spread() > 10;
+  const bool wide = p.wide();
 
   std::vector<Candidate> all = relaxed(p, problem, wide ? 32 : 16, coarse);
   for (Candidate& c : all)
@@ -192,43 +187,70 @@ std::expected<Geodesic, ConnectRefusal> search(const TwoPointProblem& problem) {
       refine(p.lambda, c, fine, problem.stop);
   all = distinct(std::move(all));
 
-  Geodesic best;
-  best.energy = best.residual = std::numeric_limits<double>::infinity();
-  double least_missed = std::numeric_limits<double>::infinity();
+  Found best;
+  bool complete = true;
+  double least = std::numeric_limits<double>::infinity(), least_missed = least;
   for (Candidate& c : all) {
-    if (c.action > margin * best.energy) break;
+    best.distinct += c.settled;
+    if (c.action > margin * least) {
+      complete = complete && c.settled;
+      continue;
+    }
     const Shot shot = solved(p, c, problem.stop);
     if (shot.residual <= TwoPointProblem::joined) {
       const double E = energy(p.lambda, shot.V);
-      if (E < best.energy) best.Qdot = shot.V, best.energy = E, best.start = c.start;
+      if (E < least) best.V = shot.V, least = E, best.start = c.start;
     } else {
+      complete = complete && c.settled;
       best.residual = std::min(best.residual, shot.residual);
       least_missed = std::min(least_missed, c.action);
     }
   }
-  if (problem.stop.stop_requested()) return std::unexpected(refusal::Cancelled{});
-  if (best.Qdot.size() == 0) return std::unexpected(refusal::NotConverged{best.residual});
-
-  best.shortest = least_missed < (1 - 1e-3) * best.energy
-                      ? Shortest::no
-                      : judged(p, best.Qdot, static_cast<int>(all.size()));
-  best.distinct = static_cast<int>(all.size());
-  best.Q = p.Q_0;
-  best.Qdot /= problem.time;
-  best.S = best.Qdot * problem.inertia.asDiagonal();
-  if (is_body(p.Q_0)) best.M = momentum(problem.inertia, p.Q_0, best.Qdot);
-  best.energy = energy(problem.inertia, best.Qdot);
-  best.residual =
-      miss(problem.inertia, p.Q_0, is_body(p.Q_0) ? best.M : best.S, p.Q_T, problem.time);
-  if (!(best.residual <= TwoPointProblem::joined))
-    return std::unexpected(refusal::NotConverged{best.residual});
+  best.distinct = std::max(best.distinct, 1);
+  const double slack = 1 + 1e-12;
+  if (least_missed < (1 - 1e-3) * least)
+    best.shortest = Shortest::no;
+  else if (is_round(p.lambda) && best.V.norm() <= slack * std::numbers::pi)
+    best.shortest = Shortest::yes;
+  else if (!complete)
+    best.shortest = Shortest::unknown;
   return best;
+}
+
+Found found(const Posed& p, const TwoPointProblem& problem) {
+  if (p.Q_0 == p.Q_T) return {MatrixXd::Zero(p.Q_0.rows(), p.Q_0.cols()), Shortest::yes, 1, 0};
+  if (auto closed = closed_geodesic(p.lambda, p.Q_0, p.Q_T))
+    return {std::move(closed->V), Shortest::yes, closed->distinct, closed->start};
+  return searched(p, problem);
+}
+
+std::expected<Geodesic, ConnectRefusal> search(const TwoPointProblem& problem) {
+  const Posed p = posed(problem);
+  Found best = found(p, problem);
+  if (problem.stop.stop_requested()) return std::unexpected(refusal::Cancelled{});
+  if (best.V.size() == 0) return std::unexpected(refusal::NotConverged{best.residual});
+
+  Geodesic answer;
+  answer.shortest = best.shortest;
+  answer.distinct = best.distinct;
+  answer.start = best.start;
+  answer.Q = p.Q_0;
+  answer.Qdot = best.V / problem.time;
+  answer.S = answer.Qdot * problem.inertia.asDiagonal();
+  if (is_body(p.Q_0)) answer.M = momentum(problem.inertia, p.Q_0, answer.Qdot);
+  answer.energy = energy(problem.inertia, answer.Qdot);
+  answer.residual =
+      miss(problem.inertia, p.Q_0, is_body(p.Q_0) ? answer.M : answer.S, p.Q_T, problem.time);
+  if (!(answer.residual <= TwoPointProblem::joined))
+    return std::unexpected(refusal::NotConverged{answer.residual});
+  return answer;
 }
 
 std::expected<DiscreteGeodesic, ConnectRefusal> search(const TwoPointProblem& problem, int K) {
   constexpr double tolerance = 1e-10, stationary = 1e-12;
   const Posed p = posed(problem);
-  const std::vector<Candidate> all = relaxed(p, problem, K, tolerance);
+  std::vector<Candidate> all = relaxed(p, problem, K, tolerance);
+  std::erase_if(all, [](const Candidate& c) { return !c.settled; });
   if (problem.stop.stop_requested()) return std::unexpected(refusal::Cancelled{});
   if (all.empty())
     return std::unexpected(refusal::NotConverged{std::numeric_limits<double>::infinity()});

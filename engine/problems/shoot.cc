@@ -8,6 +8,7 @@
 #include <functional>
 #include <optional>
 
+#include "engine/linalg/matrix_equations/eigenvectors.h"
 #include "engine/problems/connect_work.h"
 #include "engine/problems/geodesic_flow.h"
 #include "engine/problems/path.h"
@@ -59,31 +60,59 @@ class Shooting {
 
   Shot from(const MatrixXd& V, const std::stop_token& stop) const {
     constexpr int iterations = 40, halvings = 6;
+    constexpr double good = 1e-12, least_accuracy = 1e-9, most_accuracy = 1e-13;
     VectorXd c = E_.transpose() * V.reshaped();
     VectorXd rest = remainder(c);
-    double best = rest.cwiseAbs().maxCoeff();
-    for (int k = 0; k < iterations && std::isfinite(best) && !stop.stop_requested(); ++k) {
-      const std::optional<MatrixXd> J = derivative(c);
+    Shot best{velocity(c), rest.cwiseAbs().maxCoeff()};
+    double accuracy = least_accuracy;
+    for (int k = 0; k < iterations && std::isfinite(best.residual) && !stop.stop_requested(); ++k) {
+      const std::optional<MatrixXd> J = derivative(c, accuracy);
       if (!J) break;
       stop_point(2 * static_cast<double>(J->size() * J->cols()));
       VectorXd step = -Eigen::ColPivHouseholderQR<MatrixXd>(*J).solve(rest);
-      bool better = false, much = false;
+      const double before = best.residual;
+      bool better = false;
       for (int halving = 0; halving < halvings && !better; ++halving, step /= 2) {
-        const VectorXd trial = c + step, left = remainder(trial);
-        if (!(left.norm() < rest.norm())) continue;
-        better = true;
-        much = left.norm() < rest.norm() / 2;
+        VectorXd trial = c + step, left = remainder(trial);
+        if (!(left.norm() < rest.norm())) settle(*J, trial, left);
+        better = left.norm() < rest.norm();
+        if (!better) continue;
         c = trial;
         rest = left;
       }
-      best = rest.cwiseAbs().maxCoeff();
-      constexpr double good = 1e-12;
-      if (!better || (best < good && !much)) break;
+      if (const double residual = rest.cwiseAbs().maxCoeff(); residual < best.residual)
+        best = {velocity(c), residual};
+      const bool much = best.residual < before / 2;
+      if (best.residual < good && !much) break;
+      if (!better && accuracy == most_accuracy) break;
+      if (!better) accuracy = most_accuracy;
     }
-    return {velocity(c), best};
+    return best;
   }
 
  private:
+  /// Next to a conjugate point Q(1) hardly moves with some directions of c, and a step along them
+  /// leaves Q_T by its second order in the others. Removes that remainder with the singular values
+  /// of J that are not small.
+  void settle(const MatrixXd& J, VectorXd& c, VectorXd& rest) const {
+    constexpr double small = 1e-6;  // of the largest squared singular value
+    constexpr int most = 12;
+    const MatrixXd square = J.transpose() * J;
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> spectrum(square);
+    const VectorXd& values = spectrum.eigenvalues();
+    const Index soft = (values.array() < small * values(values.size() - 1)).count(),
+                stiff = values.size() - soft;
+    if (soft == 0) return;
+    const MatrixXd Z = spectrum.eigenvectors().rightCols(stiff);
+    for (int k = 0; k < most; ++k) {
+      const VectorXd y = (Z.transpose() * (J.transpose() * rest)).cwiseQuotient(values.tail(stiff));
+      const VectorXd trial = c - Z * y, left = remainder(trial);
+      const bool converges = left.norm() < rest.norm() / 2;
+      if (left.norm() < rest.norm()) c = trial, rest = left;
+      if (!converges) return;
+    }
+  }
+
   MatrixXd velocity(const VectorXd& c) const { return (E_ * c).reshaped(Q_0_.rows(), Q_0_.cols()); }
   MatrixXd momentum(const VectorXd& c) const {
     return Form<double>::momentum(lambda_, Q_0_, velocity(c));
@@ -98,14 +127,14 @@ class Shooting {
 
   /// Returns dQ(1)/dc, nN × d. Its relative error is the factor by which a Gauss–Newton step
   /// reduces the residual.
-  std::optional<MatrixXd> derivative(const VectorXd& c) const {
+  std::optional<MatrixXd> derivative(const VectorXd& c, double accuracy) const {
     std::vector<MatrixXd> blocks = {Q_0_, momentum(c)};
     for (Index j = 0; j < E_.cols(); ++j) {
       blocks.push_back(MatrixXd::Zero(Q_0_.rows(), Q_0_.cols()));
       blocks.push_back(momentum(VectorXd::Unit(E_.cols(), j)));
     }
     MatrixXd all;
-    if (!flow<double>(lambda_, blocks, 1, 1e-9, &all)) return {};
+    if (!flow<double>(lambda_, blocks, 1, accuracy, &all)) return {};
     MatrixXd J(E_.rows(), E_.cols());
     for (Index j = 0; j < E_.cols(); ++j) J.col(j) = all.col(2 * j + 2);
     return J;

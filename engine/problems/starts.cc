@@ -7,8 +7,8 @@
 #include <random>
 
 #include "engine/linalg/matrix_equations/eigenvectors.h"
-#include "engine/linalg/matrix_equations/stoppable_schur.h"
 #include "engine/problems/connect_work.h"
+#include "engine/problems/plane_rotations.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -18,56 +18,11 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using std::numbers::pi;
 
-/// R = Z exp(W) Zᵀ in plane rotations: each plane rotates two columns of Z by an angle.
-struct PlaneRotations {
-  struct Plane {
-    Index first, second;
-    double angle;
-  };
-  MatrixXd Z;
-  std::vector<Plane> planes;
-
-  /// Takes the angles from the real Schur form of R, det R = 1, which is block diagonal.
-  explicit PlaneRotations(const MatrixXd& R) {
-    stop_point(connect_work::planes(static_cast<double>(R.rows())));
-    const Eigen::RealSchur<MatrixXd> schur(R);
-    const MatrixXd& T = schur.matrixT();
-    Z = schur.matrixU();
-    std::vector<Index> fixed, flipped;
-    for (Index i = 0; i < T.rows();) {
-      if (i + 1 < T.rows() && T(i + 1, i) != 0) {
-        const double sine = (T(i + 1, i) - T(i, i + 1)) / 2,
-                     cosine = (T(i, i) + T(i + 1, i + 1)) / 2;
-        planes.push_back({i, i + 1, std::atan2(sine, cosine)});
-        i += 2;
-      } else {
-        (T(i, i) > 0 ? fixed : flipped).push_back(i);
-        ++i;
-      }
-    }
-    for (std::size_t i = 0; i + 1 < flipped.size(); i += 2)
-      planes.push_back({flipped[i], flipped[i + 1], pi});
-    for (std::size_t i = 0; i + 1 < fixed.size(); i += 2)
-      planes.push_back({fixed[i], fixed[i + 1], 0.0});
-  }
-
-  /// Returns Z exp(sW) Zᵀ.
-  MatrixXd at(double s) const {
-    MatrixXd G = MatrixXd::Identity(Z.rows(), Z.cols());
-    for (const auto& [i, j, angle] : planes) {
-      G(i, i) = G(j, j) = std::cos(s * angle);
-      G(j, i) = std::sin(s * angle);
-      G(i, j) = -G(j, i);
-    }
-    return Z * G * Z.transpose();
-  }
-};
-
 class Starts {
  public:
   Starts(Index n, Index N, int K, std::uint64_t seed) : n_(n), N_(N), K_(K), generator_(seed) {}
 
-  std::vector<Path> all(const MatrixXd& Q_0, const MatrixXd& Q_T, int restarts) {
+  std::vector<Path> all(const MatrixXd& Q_0, const MatrixXd& Q_T, int restarts, bool wide) {
     std::vector<Path> result;
     if (rotations()) {
       PlaneRotations W(completed(Q_0).transpose() * completed(Q_T));
@@ -80,18 +35,20 @@ class Starts {
       }
     } else {
       result.push_back(direct(Q_0, Q_T, K_));
+      if (wide) result.push_back(through(-result[0][static_cast<std::size_t>(K_ / 2)], Q_0, Q_T));
     }
-    for (int i = 0; i < restarts; ++i) {
-      const MatrixXd R = random_frame(Q_0);
-      Path path = direct(Q_0, R, K_ / 2);
-      const Path rest = direct(R, Q_T, K_ - K_ / 2);
-      path.insert(path.end(), rest.begin() + 1, rest.end());
-      result.push_back(path);
-    }
+    for (int i = 0; i < restarts; ++i) result.push_back(through(random_frame(Q_0), Q_0, Q_T));
     return result;
   }
 
  private:
+  Path through(const MatrixXd& R, const MatrixXd& Q_0, const MatrixXd& Q_T) {
+    Path path = direct(Q_0, R, K_ / 2);
+    const Path rest = direct(R, Q_T, K_ - K_ / 2);
+    path.insert(path.end(), rest.begin() + 1, rest.end());
+    return path;
+  }
+
   bool rotations() const { return n_ + 1 >= N_; }
 
   Path direct(const MatrixXd& from, const MatrixXd& to, int K) {
@@ -161,8 +118,8 @@ class Starts {
 }  // namespace
 
 std::vector<Path> starts(const MatrixXd& Q_0, const MatrixXd& Q_T, int K, int restarts,
-                         std::uint64_t seed) {
-  return Starts(Q_0.rows(), Q_0.cols(), K, seed).all(Q_0, Q_T, restarts);
+                         std::uint64_t seed, bool wide) {
+  return Starts(Q_0.rows(), Q_0.cols(), K, seed).all(Q_0, Q_T, restarts, wide);
 }
 
 }  // namespace stiefel

@@ -24,6 +24,8 @@ v1::Shortest shortest(Shortest value) {
       return v1::SHORTEST_YES;
     case Shortest::no:
       return v1::SHORTEST_NO;
+    case Shortest::none_shorter_found:
+      return v1::SHORTEST_NONE_SHORTER_FOUND;
     case Shortest::unknown:
       return v1::SHORTEST_UNKNOWN;
   }
@@ -117,9 +119,8 @@ std::optional<grpc::Status> fault(const ConnectRefusal& refusal, std::size_t pai
   if (const auto* invalid = std::get_if<refusal::Invalid>(&refusal))
     return errors::invalid(path_of(pair, invalid->field), invalid->value, invalid->rule);
   if (const auto* frame = std::get_if<refusal::NotOrthonormal>(&refusal))
-    return errors::invalid(
-        path_of(pair, frame->field), "max |QQᵀ − I| = " + to_text(frame->defect),
-        "must have orthonormal rows to " + to_text(TwoPointProblem::frame_tolerance));
+    return errors::invalid(path_of(pair, frame->field), "max |QQᵀ − I| = " + to_text(frame->defect),
+                           "must have orthonormal rows to " + to_text(Scene::frame_tolerance));
   if (const auto* signs = std::get_if<refusal::UnequalDeterminants>(&refusal))
     return errors::unequal_determinants(path_of(pair, "Q_T"), signs->Q_0, signs->Q_T);
   return std::nullopt;

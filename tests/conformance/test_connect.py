@@ -46,6 +46,34 @@ def test_on_the_round_sphere_it_is_the_great_circle_and_the_shortest(client):
     assert found.energy == pytest.approx((np.pi / 2)**2 / 2, rel=1e-12)
 
 
+def test_it_goes_the_shorter_way_round_an_ellipse(client):
+    """V(1, 2), Lambda 1:1000: the two ways round have energies 1295.56 and 2877.57, from elliptic integrals."""
+    ends = [[[np.cos(angle), np.sin(angle)]] for angle in (-1.941, 0.568)]
+    found = client.geodesic([1, 1000], *ends)
+    assert found.energy == pytest.approx(1295.5597, abs=1e-4) and found.shortest == "yes"
+
+
+def test_a_search_proves_nothing(client):
+    assert client.geodesic([1, 2, 3, 4], *ends(2, 4, 3)).shortest == "none_shorter_found"
+
+
+@pytest.mark.parametrize("gap", [1e-10, 1e-7, 1e-5])
+def test_next_to_the_antipode_the_great_circle_is_exact(client, gap):
+    found = client.geodesic([1, 1, 1], [[1, 0, 0]], [[-np.cos(gap), np.sin(gap), 0]])
+    assert found.energy == pytest.approx((np.pi - gap)**2 / 2, rel=1e-14) and found.shortest == "yes"
+
+
+def test_frames_of_single_precision_are_taken_and_repaired_as_in_a_scene(client):
+    """Accepted up to max |Q Q^T - I| = 1e-6; the scene starts from the frame that replaces Q_0."""
+    Q_0, Q_T = (Q.astype(np.float32) for Q in ends(2, 4, 3))
+    found = client.geodesic([1, 2, 3, 4], Q_0, Q_T)
+    start = np.reshape(found.scene["initial"]["Q"]["values"], (2, 4))
+    np.testing.assert_allclose(start @ start.T, np.eye(2), rtol=0, atol=1e-15)
+    np.testing.assert_allclose(start, Q_0, atol=1e-6)
+    with pytest.raises(stiefel.InvalidArgument, match="orthonormal rows to 1e-06"):
+        client.geodesic([1, 2, 3, 4], Q_0 * (1 + 1e-6), Q_T)
+
+
 def test_unequal_determinants_have_a_reason_of_their_own(client):
     with pytest.raises(stiefel.InvalidArgument) as refused:
         client.geodesic([1, 2, 3], np.eye(3), np.diag([1, 1, -1]))

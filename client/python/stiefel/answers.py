@@ -71,7 +71,9 @@ class Geodesic(ByValue):
     scene: Optional[dict[str, Any]]  #: the scene of the motion from Q_0 at time 0 to Q_T at the given time
     energy: float
     residual: float  #: max |Q(time) - Q_T|
-    shortest: str  #: "yes", "no" or "unknown": whether it is the shortest geodesic between the frames
+    #: whether it is the shortest geodesic between the frames: "yes" is proved; "none_shorter_found": a search was
+    #: completed; "no": a shorter path was seen; "unknown": a search was not completed, or the discrete problem
+    shortest: str
     distinct: int  #: how many different geodesics the search has seen
     trajectory: Optional[Array]  #: the frames, (samples + 1, n, N); None without samples
     run_status: RunStatus

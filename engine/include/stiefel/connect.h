@@ -21,32 +21,35 @@ namespace stiefel {
 ///
 ///     Σ ½ ‖(Q_{k+1} − Q_k) Λ^{1/2}‖² / h .
 struct TwoPointProblem {
-  Eigen::VectorXd inertia;   ///< Λ: n < N: every λ_i > 0; n = N: λ_i + λ_j > 0 for i ≠ j
-  Eigen::MatrixXd Q_0, Q_T;  ///< n × N with orthonormal rows, repaired up to frame_tolerance
-  double time = 1;           ///< T > 0
-  std::uint64_t seed = 1;    ///< seed of the random starts
+  Eigen::VectorXd inertia;  ///< Λ: n < N: every λ_i > 0; n = N: λ_i + λ_j > 0 for i ≠ j
+  /// n × N with orthonormal rows to Scene::frame_tolerance; each is replaced by the nearest frame,
+  /// as the Q of a scene is.
+  Eigen::MatrixXd Q_0, Q_T;
+  double time = 1;         ///< T > 0
+  std::uint64_t seed = 1;  ///< seed of the random starts
   int restarts = 4;  ///< number of paths through random frames, in addition to the direct ones
   std::stop_token stop = {};  ///< a stop request ends the search with Cancelled
   /// Number of operations after which the search ends with NotConverged; they take about ten
   /// minutes.
   double most_work = 1e12;
 
-  /// max |QQᵀ − I| up to which a frame is accepted.
-  static constexpr double frame_tolerance = 1e-9;
   /// max |Q(T) − Q_T| up to which frames count as joined.
   static constexpr double joined = 1e-11;
   /// Most bytes that the discrete problem may take; `connect` refuses a K that needs more.
   static constexpr std::int64_t most_bytes = std::int64_t{512} << 20;
 };
 
-/// Tells whether the answer is the shortest of all geodesics that join the frames. The search
-/// returns the lowest minimum that it found, which proves nothing about the others.
-///  yes:     Q_0 = Q_T; or Λ = λI and ‖Q̇‖_F T is within the injectivity radius, π for n < N and
-///           √2·π for n = N (of the metric ‖Q̇‖_F: Zimmermann and Stoye 2024); or the frames form a
-///           circle, n = N = 2 or V(1,2), of which both ways round were compared.
-///  no:      a shorter path was seen whose geodesic could not be computed to `joined`.
-///  unknown: everything else.
-enum class Shortest { yes, no, unknown };
+/// Tells whether the answer is the shortest of all geodesics that join the frames.
+///  yes:                proved: Q_0 = Q_T; or a closed form (n = N = 2 and V(1,2), of which both
+///  ways
+///                      round are compared; n = 1 or n = N with Λ = λI); or Λ = λI and ‖Q̇‖_F T ≤ π,
+///                      the injectivity radius for n < N in the metric ‖Q̇‖_F (Zimmermann and Stoye
+///                      2024).
+///  no:                 a shorter path was seen whose geodesic could not be computed to `joined`.
+///  none_shorter_found: every start led to a minimum and none of these is shorter, which proves
+///                      nothing about minima that no start leads to.
+///  unknown:            a start did not lead to a minimum; or the discrete problem.
+enum class Shortest { yes, no, none_shorter_found, unknown };
 
 /// The geodesic from Q_0 to Q_T, given by its state at time 0.
 struct Geodesic {

@@ -20,4 +20,11 @@ Matrix<Scalar> nearest_orthogonal(Matrix<Scalar> Q) {
   return Q;
 }
 
+/// Returns the frame that stands for a given Q, n × N: Q where its rows are orthonormal to
+/// rounding, max |QQᵀ − I| ≤ 4Nu, else the frame nearest to it.
+inline Matrix<double> repaired(const Matrix<double>& Q) {
+  const double rounding = 4 * static_cast<double>(Q.cols()) * 0x1p-53;
+  return orthogonality_defect(Q) > rounding ? nearest_orthogonal<double>(Q) : Q;
+}
+
 }  // namespace stiefel

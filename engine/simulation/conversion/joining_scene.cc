@@ -17,13 +17,14 @@ constexpr double turn_per_step = 0.02;
 /// Returns the scene of an answer. Refuses a time so short that step or velocity is not finite.
 template <class Answer>
 std::expected<Scene, ConnectRefusal> scene_of(const TwoPointProblem& problem, const Answer& answer,
-                                              MethodDescription method, double step) {
+                                              const Eigen::MatrixXd& Q_0, MethodDescription method,
+                                              double step) {
   const bool body = answer.M.size() > 0;
   SceneDescription d;
   d.system = body ? RigidBody<SoN<double>>::name : Stiefel<double>::name;
   d.method = std::move(method);
   d.inertia = {problem.inertia.begin(), problem.inertia.end()};
-  d.initial["Q"] = problem.Q_0;
+  d.initial["Q"] = Q_0;
   d.initial[body ? "M" : "S"] = body ? answer.M : answer.S;
   d.step = step;
   auto made = Scene::resolve(std::move(d));
@@ -47,8 +48,8 @@ std::vector<Eigen::MatrixXd> followed(const Scene& scene, int samples,
 std::expected<JoiningScene, ConnectRefusal> discrete(const TwoPointProblem& problem, int steps) {
   const auto answer = connect(problem, steps);
   if (!answer) return std::unexpected(answer.error());
-  auto scene =
-      scene_of(problem, *answer, {Variational::traits.name, 2, 1, ""}, problem.time / steps);
+  auto scene = scene_of(problem, *answer, answer->Q[0], {Variational::traits.name, 2, 1, ""},
+                        problem.time / steps);
   if (!scene) return std::unexpected(std::move(scene.error()));
   return JoiningScene{*std::move(scene), answer->energy,   answer->residual,
                       Shortest::unknown, answer->distinct, answer->Q};
@@ -61,7 +62,8 @@ std::expected<JoiningScene, ConnectRefusal> continuous(const TwoPointProblem& pr
   const double step = problem.time / std::max(samples, 1);
   const double wanted = std::ceil(answer->Qdot.norm() * step / turn_per_step);
   const int substeps = static_cast<int>(std::clamp(wanted, 1.0, 1e6));
-  const auto scene = scene_of(problem, *answer, {Variational::traits.name, 8, substeps, ""}, step);
+  const auto scene =
+      scene_of(problem, *answer, answer->Q, {Variational::traits.name, 8, substeps, ""}, step);
   if (!scene) return std::unexpected(scene.error());
   auto trajectory = followed(*scene, samples, problem.stop);
   if (problem.stop.stop_requested()) return std::unexpected(refusal::Cancelled{});

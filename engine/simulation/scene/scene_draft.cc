@@ -206,8 +206,7 @@ void SceneDraft::set_frame(const std::string& name, const RowMatrix& given_Q) {
   if (!(defect <= largest_repair_))
     return refuse("initial." + name, "max |QQᵀ - I| = " + to_text(defect),
                   "must have orthonormal rows to " + to_text(largest_repair_));
-  const double rounding = 4 * static_cast<double>(Q.cols()) * 0x1p-53;
-  if (defect > rounding) Q = nearest_orthogonal<double>(Q);
+  Q = repaired(Q);
   if (Q.rows() == Q.cols()) {
     scene_.determinant_ = Q.determinant() < 0 ? -1 : 1;
     if (Q.cols() == 3) scene_.attitude_ = quaternion_of(scene_.determinant_ * Q);
