@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Callable, Optional
 import grpc
 
 from stiefel.errors import DeadlineExceeded, ResourceExhausted, StiefelError, Unavailable
+from stiefel.given.numbers import timeout as checked
 
 if TYPE_CHECKING:
     from stiefel.client import Client
@@ -40,9 +41,10 @@ class Pauses:
 class Deadline:
     """The monotonic time at which a call of `timeout` seconds ends; None for no end."""
 
-    def __init__(self, timeout: Optional[float]):
-        self.timeout = timeout
-        self._end = None if timeout is None else time.monotonic() + timeout
+    def __init__(self, timeout: Any):
+        """`timeout`: seconds, a timedelta or a quantity of time; None for no end. Raises InvalidArgument for others."""
+        self.timeout = checked(timeout)
+        self._end = None if self.timeout is None else time.monotonic() + self.timeout
 
     def left(self) -> Optional[float]:
         """Returns the seconds that are left, at least 0; None for no end."""

@@ -13,8 +13,8 @@ from stiefel import v1 as pb
 from stiefel.answers import Conversion, Geodesic
 from stiefel.checksums import verify_tradeoff
 from stiefel.connection import Connection
-from stiefel.errors import (Closed, CorruptReply, InvalidArgument, SceneWarning, StiefelError, Unimplemented, Violation,
-                            from_rpc_error)
+from stiefel.errors import (Closed, CorruptReply, InvalidArgument, SceneWarning, StiefelError, Unimplemented, from_rpc_error)
+from stiefel.given.numbers import SECONDS, number, numbers, optional, refused, timeout as checked, whole
 from stiefel.recreation import Metadata, route
 from stiefel.scenes import SceneLike, to_matrix, to_message
 from stiefel.security import TlsLike, open_channel, token_from_environment
@@ -58,7 +58,7 @@ class Client:
         if channel is not None and not (address is None and tls is None and token is None):
             raise InvalidArgument("channel: address, tls and token are those of the channel")
         self.address = address or os.environ.get("STIEFEL_ADDRESS", "127.0.0.1:50551")
-        self.timeout = timeout
+        self.timeout = checked(timeout)
         self.checksums = checksums
         self.any_build = any_build
         if channel is None:
@@ -127,7 +127,8 @@ class Client:
         """
         sent = to_message(scene)
         return Conversion.of(self.call_all("Convert", pb.ConvertRequest(
-            scene=sent, to=to, epsilon=epsilon, parameter=parameter, checksum=self.checksums)), sent)
+            scene=sent, to=to, epsilon=optional("epsilon", epsilon), parameter=optional("parameter", parameter),
+            checksum=self.checksums)), sent)
 
     def geodesic(self, inertia: Any, Q_0: Any, Q_T: Any, time: float = 1.0, steps: int = 0,
                  samples: int = 0, seed: int = 0, restarts: Optional[int] = None,
@@ -159,9 +160,17 @@ class Client:
         return self._connect(messages, inertia=inertia, metric=_metric(metric), time=time, steps=steps, samples=samples,
                              seed=seed, restarts=restarts, timeout=timeout)
 
-    def _connect(self, pairs: Sequence[pb.FramePair], timeout: Optional[float], **request: Any) -> tuple[Geodesic, ...]:
+    def _connect(self, pairs: Sequence[pb.FramePair], timeout: Optional[float], inertia: Any, time: Any,
+                 restarts: Optional[int], metric: Optional[int] = None, **counts: int) -> tuple[Geodesic, ...]:
+        lambdas = numbers("inertia", inertia)
+        if lambdas.ndim != 1:
+            raise refused("inertia", f"the shape {lambdas.shape}: must be (numbers)")
+        request = pb.ConnectRequest(
+            pairs=pairs, metric=metric, inertia=lambdas.tolist(), time=number("time", time, SECONDS), checksum=self.checksums,
+            restarts=None if restarts is None else whole("restarts", restarts),
+            **{name: whole(name, count) for name, count in counts.items()})
         replies: dict[int, Any] = {}
-        for reply in self.call_all("Connect", pb.ConnectRequest(pairs=pairs, checksum=self.checksums, **request), timeout):
+        for reply in self.call_all("Connect", request, timeout):
             replies.setdefault(reply.pair, []).append(reply)
         if sorted(replies) != list(range(len(pairs))):
             raise CorruptReply(f"the server answered {len(replies)} of {len(pairs)} pairs")
@@ -185,8 +194,9 @@ class Client:
                        timeout: Optional[float] = None) -> Iterator[pb.MeasureTradeoffResponse]:
         """Measures as `tradeoff` does and yields each part of the answer when it arrives. Leaving the iteration ends
         the measurement."""
-        request = pb.MeasureTradeoffRequest(scene=to_message(scene), horizon=horizon, budget=budget, repeats=repeats,
-                                            checksum=self.checksums)
+        request = pb.MeasureTradeoffRequest(
+            scene=to_message(scene), horizon=optional("horizon", horizon, SECONDS), budget=optional("budget", budget),
+            repeats=None if repeats is None else whole("repeats", repeats), checksum=self.checksums)
         deadline, waits = calls.Deadline(self.deadline(timeout)), calls.Pauses()
         begun = False
         while True:
@@ -260,6 +270,5 @@ class Client:
 def _metric(name: str) -> int:
     known: dict[str, int] = {value[len("METRIC_"):].lower(): number for value, number in pb.Metric.items()}
     if name not in known:
-        rule = f"{name!r}: must be one of {', '.join(key for key in known if key != 'unspecified')}"
-        raise InvalidArgument(f"metric: {rule}", (Violation("metric", rule),))
+        raise refused("metric", f"{name!r}: must be one of {', '.join(key for key in known if key != 'unspecified')}")
     return known[name]

@@ -10,6 +10,7 @@ from stiefel import calls
 from stiefel import v1 as pb
 from stiefel.arrays import State
 from stiefel.errors import InvalidArgument, NotFound, ResourceExhausted, Unavailable, from_status
+from stiefel.given.numbers import step_index
 from stiefel.mappings import Names, names
 from stiefel.recreation import pauses
 
@@ -36,7 +37,7 @@ class Drive:
     def step(self, to: int, fields: Optional[Names] = None, checkpoint: bool = False) -> State:
         """Returns the state at step `to`, or the last good one before it. `fields` stay in force until others are
         named. `checkpoint`: asks for `State.checkpoint`."""
-        wanted = names("fields", fields) or self._fields
+        to, wanted = step_index("to", to), names("fields", fields) or self._fields
         recreation = self._session._recreation
         request = pb.DriveRequest(session_id=self._session.id, to=to, fields=wanted,
                                   return_checkpoint=checkpoint or recreation.wants_checkpoint(to),

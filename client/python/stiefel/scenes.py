@@ -13,11 +13,11 @@ from google.protobuf import json_format
 from numpy.typing import NDArray
 
 from stiefel import v1 as pb
-from stiefel.errors import InvalidArgument, Violation
+from stiefel.errors import InvalidArgument
+from stiefel.given.numbers import number, refused
 from stiefel.mappings import parse
+from stiefel.given.shapes import LISTS, NUMBERS, Ensemble, block_of, list_of, unit_of
 
-_LISTS = {"inertia", "inertia_u", "inertia_v", "inertia_tensor", "moments", "attitude",
-          "angular_velocity"}
 LARGE = 4096  # numbers; a larger array travels as bytes
 
 SceneLike = Union[Mapping[str, Any], str, "os.PathLike[str]", pb.Scene]
@@ -26,34 +26,57 @@ SceneLike = Union[Mapping[str, Any], str, "os.PathLike[str]", pb.Scene]
 def to_message(scene: SceneLike) -> pb.Scene:
     """Returns the message of a scene.
 
-    In a dict, matrices may be numpy arrays and numbers numpy scalars. In an ensemble, blocks may be (members, n, N),
-    and lists of which each member has its own (members, ...). Raises InvalidArgument that names the path of every
-    unknown key and every value of a wrong type.
+    In a dict, matrices may be numpy arrays and numbers numpy scalars; times may be timedeltas; times, moments and
+    angular velocities may be quantities with units. An inertia tensor may be a symmetric 3 x 3 matrix. In an ensemble,
+    blocks may be (members, n, N), and lists of which each member has its own (members, numbers). Raises InvalidArgument
+    that names the first wrong number, unit or shape, or the paths of all unknown keys and values of a wrong type.
     """
     if isinstance(scene, pb.Scene):
         return scene
     if not isinstance(scene, Mapping):
         scene = _read(scene)
-    tensors = {}
-    if isinstance(scene.get("initial"), Mapping):
-        tensors = {name: block for name, block in scene["initial"].items() if _is_large(block)}
-        small = {name: block for name, block in scene["initial"].items() if name not in tensors}
-        scene = {**scene, "initial": {name: _matrix(_plain(block), f"scene.initial.{name}")
-                                      for name, block in small.items()}}
-    description = _plain(scene)
-    for path, part in (("scene", description), ("scene.body", description.get("body"))):
-        if isinstance(part, dict):
-            part.update((name, _ravel(part[name], f"{path}.{name}")) for name in _LISTS & part.keys())
+    description = _by_name(scene, pb.Scene)
+    ensemble, tensors = Ensemble.of(description.get("members")), {}
+    if isinstance(description.get("initial"), Mapping):
+        blocks = {name: block if isinstance(block, Mapping) else block_of(f"scene.initial.{name}", block, ensemble)
+                  for name, block in description["initial"].items()}
+        ensemble = ensemble.with_blocks(blocks.values())
+        tensors = {name: block for name, block in blocks.items() if _is_large(block)}
+        description["initial"] = {name: block if isinstance(block, Mapping) else _matrix(block)
+                                  for name, block in blocks.items() if name not in tensors}
+    for name, kind in (("body", pb.Body), ("method", pb.Method)):
+        if isinstance(description.get(name), Mapping):
+            description[name] = _with_numbers(f"{name}.", _by_name(description[name], kind), ensemble)
     message = pb.Scene()
-    parse(_in_json(description), message, "scene")
+    parse(_in_json(_plain(_with_numbers("", description, ensemble))), message, "scene")
     for name, block in tensors.items():
         set_tensor(message.initial_tensors[name], block)
     return message
 
 
+def _by_name(mapping: Mapping[str, Any], kind: Any) -> dict[str, Any]:
+    """Returns the mapping with the proto's field names in place of lowerCamelCase names, which protobuf reads too."""
+    names = {field.json_name: field.name for field in kind.DESCRIPTOR.fields}
+    return {names.get(key, key): value for key, value in mapping.items()}
+
+
+def _with_numbers(owner: str, part: dict[str, Any], ensemble: Ensemble) -> dict[str, Any]:
+    """Returns a part of a scene, in which lists are flat and single numbers have no units. `owner`: the part's path."""
+    for name, value in part.items():
+        path = owner + name
+        if path in LISTS and value is not None:
+            part[name] = list_of(path, value, ensemble)
+        elif path in NUMBERS and not isinstance(value, (str, type(None))):  # a text may be "NaN" in JSON
+            part[name] = number(f"scene.{path}", value, unit_of(path))
+    return part
+
+
 def to_method(method: Mapping[str, Any]) -> pb.Method:
     """Returns the message of a scene's `method`."""
     message = pb.Method()
+    tolerance = method.get("tolerance") if isinstance(method, Mapping) else None
+    if tolerance is not None:
+        method = {**method, "tolerance": number("method.tolerance", tolerance)}
     parse(_in_json(_plain(method)), message, "method")
     return message
 
@@ -61,19 +84,16 @@ def to_method(method: Mapping[str, Any]) -> pb.Method:
 def _read(file: "str | os.PathLike[str]") -> Mapping[str, Any]:
     """Reads a scene file. Raises OSError if that fails, and InvalidArgument if it holds no JSON object."""
     if not isinstance(file, (str, os.PathLike)):
-        raise _wrong("scene", file, "must be a dict, the path of a scene file or a Scene message")
+        raise refused("scene", f"{reprlib.repr(file)}: must be a dict, the path of a scene file or a Scene message")
     try:
-        scene = json.loads(Path(file).read_text(encoding="utf-8"))
-    except ValueError as error:  # of UTF-8 or of JSON
-        raise InvalidArgument(f"{file}: not JSON: {error}", (Violation("scene", f"not JSON: {error}"),)) from None
+        scene = json.loads(Path(file).read_text(encoding="utf-8-sig"))  # with or without a byte order mark
+    except UnicodeDecodeError as error:
+        raise refused("scene", f"{file}: byte {error.start}: must be UTF-8") from None
+    except ValueError as error:
+        raise refused("scene", f"{file}: not JSON: {error}") from None
     if not isinstance(scene, dict):
-        raise _wrong("scene", scene, "must be an object")
+        raise refused("scene", f"{file}: {reprlib.repr(scene)}: must be an object: {{...}}")
     return scene
-
-
-def _wrong(path: str, value: Any, rule: str) -> InvalidArgument:
-    description = f"{reprlib.repr(value)}: {rule}"
-    return InvalidArgument(f"{path}: {description}", (Violation(path, description),))
 
 
 def to_dict(scene: SceneLike) -> dict[str, Any]:
@@ -85,7 +105,7 @@ def to_dict(scene: SceneLike) -> dict[str, Any]:
 def to_matrix(block: Any, path: str = "matrix") -> pb.Matrix:
     """Returns the message of an array, nested list or mapping. `path` is its name in errors."""
     message = pb.Matrix()
-    parse(_in_json(_matrix(_plain(block), path)), message, path)
+    parse(_in_json(_plain(block) if isinstance(block, Mapping) else _matrix(block_of(path, block))), message, path)
     return message
 
 
@@ -103,9 +123,7 @@ def _plain(value: Any) -> Any:
         return {key: _plain(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
         return [_plain(item) for item in value]
-    if isinstance(value, np.ndarray):
-        return value if np.iscomplexobj(value) else value.tolist()
-    return value.item() if isinstance(value, np.generic) else value
+    return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
 
 
 def _in_json(value: Any) -> Any:
@@ -120,7 +138,7 @@ def _in_json(value: Any) -> Any:
 
 
 def _is_large(block: Any) -> bool:
-    return isinstance(block, np.ndarray) and block.ndim in (2, 3) and block.size > LARGE
+    return isinstance(block, np.ndarray) and block.size > LARGE
 
 
 def set_tensor(tensor: pb.Tensor, block: NDArray[Any]) -> None:
@@ -132,24 +150,10 @@ def set_tensor(tensor: pb.Tensor, block: NDArray[Any]) -> None:
     tensor.data = np.ascontiguousarray(block, "<c16" if is_complex else "<f8").tobytes()
 
 
-def _matrix(block: Any, path: str) -> Any:
-    """Returns a nested list, or a flat one for a vector, in the JSON form of a Matrix."""
-    if isinstance(block, Mapping):
-        return block
-    try:
-        rows = np.atleast_2d(np.asarray(block))
-        values = rows.real.astype(float).ravel().tolist()
-    except (ValueError, TypeError):
-        raise _wrong(path, block, "must be a matrix of numbers, its rows of one length") from None
-    rows = rows.reshape(-1, rows.shape[-1])
-    matrix = {"rows": rows.shape[0], "cols": rows.shape[1], "values": values}
+def _matrix(block: NDArray[Any]) -> dict[str, Any]:
+    """Returns a block in the JSON form of a Matrix, whose rows are all axes of the block but the last."""
+    rows = block.reshape(math.prod(block.shape[:-1]), block.shape[-1])
+    matrix = {"rows": rows.shape[0], "cols": rows.shape[1], "values": rows.real.ravel().tolist()}
     if np.iscomplexobj(rows):
         matrix["imaginary"] = rows.imag.ravel().tolist()
     return matrix
-
-
-def _ravel(numbers: Any, path: str) -> Any:
-    try:
-        return np.ravel(numbers).tolist()
-    except ValueError:
-        raise _wrong(path, numbers, "must be numbers, of every member as many") from None

@@ -15,6 +15,7 @@ from stiefel.checksums import verify_sample, verify_session
 from stiefel.diagnosis import Diagnosis
 from stiefel.drive import TOO_LARGE, Drive
 from stiefel.errors import FailedPrecondition, InvalidArgument, NotFound, StiefelError, Unavailable
+from stiefel.given.numbers import SECONDS, optional, refused, step_index
 from stiefel.mappings import Names, names
 from stiefel.recreation import Recreation, is_loss, pause_after_loss, pauses
 from stiefel.resolved import put, resolve, scene_arrays, with_blocks_as_matrices
@@ -22,7 +23,7 @@ from stiefel.samples import Samples
 from stiefel.scenes import to_dict, to_matrix, to_method
 from stiefel.streams import progress_bar
 from stiefel.summarizing import Summarizing, in_steps, states_at
-from stiefel.summary import EventDescription, Events, Quantities, Summary, refused, to_events, to_quantities
+from stiefel.summary import EventDescription, Events, Quantities, Summary, to_events, to_quantities
 
 if TYPE_CHECKING:
     from stiefel.client import Client
@@ -124,7 +125,7 @@ class Session:
         `fields`: a name or several; by default the system's blocks. `checkpoint`: asks for `State.checkpoint`.
         `timeout`: seconds for the whole call; by default the client's.
         """
-        wanted = names("fields", fields)
+        to, wanted = step_index("to", to), names("fields", fields)
         request = pb.StepRequest(session_id=self.id, to=to, fields=wanted,
                                  return_checkpoint=checkpoint or self._recreation.wants_checkpoint(to),
                                  checksum=self._client.checksums)
@@ -169,7 +170,7 @@ class Session:
         asks how far a step is from keeping the system's two-form. `estimate_error`: asks for
         `Diagnosis.estimated_error`, if it can be computed in about ten seconds.
         """
-        request = pb.DiagnoseRequest(session_id=self.id, to=to, invariants=names("invariants", invariants),
+        request = pb.DiagnoseRequest(session_id=self.id, to=step_index("to", to), invariants=names("invariants", invariants),
                                      symplectic_test=pb.SymplecticTest() if symplectic else None,
                                      estimate_error=pb.ERROR_ESTIMATION_ALWAYS if estimate_error else None,
                                      checksum=self._client.checksums)
@@ -189,8 +190,8 @@ class Session:
         What is not given stays the same. A drift of the state off the manifold is repaired up to 0.01. Raises
         FailedPrecondition if the step cannot be reached.
         """
-        request = pb.ForkSessionRequest(session_id=str(uuid.uuid4()) if id is None else id,
-                                        from_session_id=self.id, from_step=at, step=step, system=system,
+        request = pb.ForkSessionRequest(session_id=str(uuid.uuid4()) if id is None else id, from_session_id=self.id,
+                                        from_step=step_index("at", at), step=optional("step", step, SECONDS), system=system,
                                         view=pb.SessionView(checksum=self._client.checksums))
         if method is not None:
             request.method.CopyFrom(to_method(method))
@@ -221,7 +222,7 @@ class Session:
         ends the iteration; `trajectory` tells why. `timeout`: seconds for the whole iteration including resumptions,
         pauses and the caller's own time, after which DeadlineExceeded is raised.
         """
-        yield from self._samples(to, start, every or 1, names("fields", fields), timeout)
+        yield from self._samples(*_range(to, start, every), names("fields", fields), timeout)
 
     def trajectory(self, to: Optional[int] = None, start: int = 0, every: int = 1,
                    fields: Optional[Names] = None, progress: bool = False,
@@ -242,13 +243,13 @@ class Session:
                 run = late.partial
         """
         if times is not None:
-            for name, value in (("to", to), ("start", start or None), ("every", None if every == 1 else every)):
-                if value is not None:
+            for name, value, default in (("to", to, None), ("start", start, 0), ("every", every, 1)):
+                if value != default:
                     raise refused(name, f"{value!r}: must be absent where `times` are given")
             return self._at_times(times, fields, progress, timeout)
         if to is None:
             raise refused("to", "must be given, or times")
-        every = every or 1
+        to, start, every = _range(to, start, every)
         collector = Collector(max(-(-(to - start) // every), 0) + 1)
         samples = self._samples(to, start, every, names("fields", fields), timeout)
         try:
@@ -276,8 +277,9 @@ class Session:
         it begins anew. `checkpoint`: a `Summary.checkpoint` of an earlier call from which to go on. `timeout`: seconds
         for the whole call; none by default.
         """
-        request = self._summarize_request(to, start, every, checkpoint_every=checkpoint_every, checkpoint=checkpoint,
-                                          return_checkpoint=checkpoint_every > 0, quantities=to_quantities(quantities))
+        between = step_index("checkpoint_every", checkpoint_every)
+        request = self._summarize_request(to, start, every, checkpoint_every=between, checkpoint=checkpoint,
+                                          return_checkpoint=between > 0, quantities=to_quantities(quantities))
         running = self._summarizing(request, timeout)
         for _ in running:
             pass
@@ -316,6 +318,7 @@ class Session:
         return self._summarize_request(to, start, 1, events=to_events(events), fields=names("fields", fields))
 
     def _summarize_request(self, to: int, start: int, every: int, **request: Any) -> pb.SummarizeRequest:
+        to, start, every = _range(to, start, every)
         message = pb.SummarizeRequest(session_id=self.id, to=to, every=every, checksum=self._client.checksums, **request)
         setattr(message, "from", start)
         return message
@@ -355,6 +358,11 @@ class Session:
         if scene is None:
             return f"<stiefel.Session {self.id}: {self.message.system}>"
         return f"<stiefel.Session {self.id}: {f'{scene.system} {scene.method.name}'.rstrip()}, step {scene.step!r}>"
+
+
+def _range(to: Any, start: Any, every: Any) -> tuple[int, int, int]:
+    """Returns the steps of a run as whole numbers. `every` 0 means 1."""
+    return step_index("to", to), step_index("start", start), step_index("every", every) or 1
 
 
 def _blocks(vector: TangentVector, path: str) -> dict[str, pb.Matrix]:

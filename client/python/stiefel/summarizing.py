@@ -1,7 +1,6 @@
 """Reads the stream of a Summarize, and resumes it where it broke."""
 from __future__ import annotations
 
-import reprlib
 from contextlib import closing
 from typing import TYPE_CHECKING, Any, Iterator, Optional, Sequence, Union
 
@@ -14,9 +13,10 @@ from stiefel.arrays import Array, Batch, Collector, Outcome, Price, RunStatus, T
 from stiefel.assembly import Assembly
 from stiefel.checksums import verify
 from stiefel.errors import FailedPrecondition, NotFound, StiefelError, Unavailable
+from stiefel.given.numbers import SECONDS, numbers, refused
 from stiefel.recreation import Recreation
 from stiefel.streams import CheckpointParts, messages, progress_bar
-from stiefel.summary import Events, Summary, refused
+from stiefel.summary import Events, Summary
 
 if TYPE_CHECKING:
     from stiefel.client import Client
@@ -132,13 +132,13 @@ class Summarizing:
             return
         events, states = message.events, message.states
 
-        def numbers(values: Any, dtype: str) -> bytes:
+        def data(values: Any, dtype: str) -> bytes:
             return np.array(values, dtype).tobytes()
 
         verify(message, [
-            numbers(message.step, "<i8"), numbers(events.events, "<u4"), numbers(events.steps, "<i8"),
-            numbers(events.fractions, "<f8"), numbers(events.times, "<f8"), numbers(events.members, "<u4"),
-            *(field.value.data for field in events.fields), numbers(states.steps, "<i8"), numbers(states.times, "<f8"),
+            data(message.step, "<i8"), data(events.events, "<u4"), data(events.steps, "<i8"),
+            data(events.fractions, "<f8"), data(events.times, "<f8"), data(events.members, "<u4"),
+            *(field.value.data for field in events.fields), data(states.steps, "<i8"), data(states.times, "<f8"),
             *(field.value.data for field in states.fields), message.checkpoint.data,
             *(field.value.data for field in message.statistics)], "a message of the summary")
 
@@ -152,14 +152,13 @@ def _after(batch: Union[Events, Batch], count: int) -> Union[Events, Batch]:
 def in_steps(times: Sequence[float], step: float) -> tuple[Array, Array]:
     """Returns the times as an array, and how many steps of the length `step` after time 0 each of them is: a whole number
     where it is one to rounding, as the engine takes it. Raises InvalidArgument that names the first wrong one."""
-    try:
-        given = np.asarray(times, float).ravel()
-    except (TypeError, ValueError):
-        given = np.empty(0)
-    if not given.size:
-        raise refused("times", f"{reprlib.repr(times)}: must be numbers, one or more")
+    given = np.atleast_1d(numbers("times", times, SECONDS))
+    if given.ndim != 1 or not given.size:
+        raise refused("times", f"the shape {given.shape}: must be (times), one or more")
     steps = given / step
-    for wrong, rule in ((~np.isfinite(steps), "must be finite"), (steps < 0, "must be 0 or have the sign of the scene's step"),
+    other = "a negative" if step > 0 else "a positive"
+    for wrong, rule in ((~np.isfinite(steps), "must be finite"),
+                        (steps < 0, f"must be 0 or have the sign of the scene's step {step!r}; for this time, use {other} step"),
                         (abs(steps) > MOST_STEPS, f"must be at most {MOST_STEPS:.0e} steps from time 0")):
         if wrong.any():
             k = int(np.argmax(wrong))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from stiefel import v1 as pb
 from stiefel.arrays import Array, Fields, Outcome, Price, RunStatus
 from stiefel.compare import ByValue
-from stiefel.errors import InvalidArgument, Violation
+from stiefel.given.numbers import number, numbers, refused, whole
 
 #: A statistic, several of them, or a mapping with the keys statistics, quantiles, edges, over_members.
 Statistics = Union[str, Mapping[str, Any], Iterable[Union[str, Mapping[str, Any]]]]
@@ -22,7 +22,6 @@ EventDescription = Mapping[str, Any]
 _STATISTICS: dict[str, int] = {name[len("STATISTIC_"):].lower(): number for name, number in pb.Statistic.items()}
 _DIRECTIONS: dict[str, int] = {"both": pb.DIRECTION_UNSPECIFIED, "rising": pb.DIRECTION_RISING,
                                "falling": pb.DIRECTION_FALLING}
-_OF_EVENTS = {"field": "a name", "level": "a number", "limit": "a whole number of at least 0", "terminal": "True or False"}
 _KEYS = ("statistics", "quantiles", "edges", "over_members")
 _RULE = f"must be a statistic, several, or a mapping with the keys {', '.join(_KEYS)}"
 _OUTCOMES = np.array([name[len("OUTCOME_"):] for name in pb.Outcome.keys()])
@@ -51,11 +50,9 @@ def _quantity(name: str, statistics: Statistics) -> pb.Quantity:
             if key == "statistics":
                 quantity.statistics.extend(_number(_STATISTICS, one, path) for one in _several(value, path))
             elif key == "over_members":
-                if not isinstance(value, (bool, np.bool_)):
-                    raise refused(f"{path}.{key}", f"{reprlib.repr(value)}: must be True or False")
-                quantity.over_members = bool(value)
+                quantity.over_members = _truth(f"{path}.{key}", value)
             elif key in _KEYS:
-                getattr(quantity, key).extend(_numbers(value, f"{path}.{key}"))
+                getattr(quantity, key).extend(numbers(f"{path}.{key}", value).ravel().tolist())
             else:
                 raise refused(path, f"{key!r}: must be one of {', '.join(_KEYS)}")
     return quantity
@@ -84,15 +81,21 @@ def _event(description: EventDescription, path: str) -> pb.Event:
     if not isinstance(description, Mapping):
         raise refused(path, f"{reprlib.repr(description)}: must be a mapping with the keys {keys}")
     for key, value in description.items():
+        place = f"{path}.{key}"
         if key == "coefficients":
-            event.coefficients.extend(_numbers(value, f"{path}.{key}"))
+            event.coefficients.extend(numbers(place, value).ravel().tolist())
         elif key == "direction":
             event.direction = _number(_DIRECTIONS, value, path)
-        elif key in _OF_EVENTS:
-            try:
-                setattr(event, key, value.item() if isinstance(value, np.generic) else value)
-            except (TypeError, ValueError):
-                raise refused(f"{path}.{key}", f"{reprlib.repr(value)}: must be {_OF_EVENTS[key]}") from None
+        elif key == "level":
+            event.level = number(place, value)
+        elif key == "limit":
+            event.limit = whole(place, value)
+        elif key == "terminal":
+            event.terminal = _truth(place, value)
+        elif key == "field":
+            if not isinstance(value, str):
+                raise refused(place, f"{reprlib.repr(value)}: must be a name")
+            event.field = value
         else:
             raise refused(path, f"{key!r}: must be one of {keys}")
     return event
@@ -105,16 +108,10 @@ def _number(known: Mapping[str, int], name: Any, path: str) -> Any:
     return known[name]
 
 
-def _numbers(values: Any, path: str) -> list[float]:
-    try:
-        numbers: list[float] = np.asarray(values, float).ravel().tolist()
-    except (TypeError, ValueError):
-        raise refused(path, f"{reprlib.repr(values)}: must be numbers") from None
-    return numbers
-
-
-def refused(path: str, rule: str) -> InvalidArgument:
-    return InvalidArgument(f"{path}: {rule}", (Violation(path, rule),))
+def _truth(path: str, value: Any) -> bool:
+    if not isinstance(value, (bool, np.bool_)):
+        raise refused(path, f"{reprlib.repr(value)}: must be True or False")
+    return bool(value)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -112,7 +112,7 @@ def test_clients_that_do_nothing_do_not_hold_it_up(serve, silence):
 def test_a_server_that_is_opening_its_store_ends_at_once(serve, tmp_path):
     """Sessions of many bodies take long to restore; nothing is served yet, so nothing is waited for."""
     members = 1 << (12 if SANITIZED else 16)
-    velocities = np.random.default_rng(1).normal(size=3 * members)
+    velocities = np.random.default_rng(1).normal(size=(members, 3))
     scene = {"system": "rigid_body", "step": 0.01, "members": members, "method": {"name": "rk4"},
              "body": {"moments": [1, 2, 3], "angular_velocity": velocities}}
     store = ["--store", str(tmp_path / "store"), "--grace", "0.2", "--threads", "1"]

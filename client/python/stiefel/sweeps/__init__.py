@@ -8,7 +8,8 @@ from contextlib import suppress
 from typing import Any, Callable, Mapping, Optional, Sequence, Union
 
 from stiefel.client import Client
-from stiefel.errors import InvalidArgument, SceneWarning, StiefelError, Violation
+from stiefel.errors import SceneWarning, StiefelError
+from stiefel.given.numbers import step_index
 from stiefel.scenes import SceneLike
 from stiefel.summary import Quantities
 from stiefel.sweeps.axes import base_of, read_axes
@@ -67,7 +68,7 @@ def sweep(scene: SceneLike, axes: Mapping[str, Any], to: int, summarize: Quantit
     """
     given = read_axes(axes, zipped)
     base = base_of(scene, given)
-    request = request_of(_step("to", to), _step("start", start), _step("every", every), summarize)
+    request = request_of(step_index("to", to), step_index("start", start), step_index("every", every, 1), summarize)
     workers, failures = workers_for(executor, servers, threads), Failures()
     try:
         plan = make_plan(base, given, request,
@@ -149,13 +150,3 @@ def _as_dataset(result: SweepResult) -> Any:
 def _described(request: Any, summarize: Quantities) -> dict[str, Any]:
     return {"from": getattr(request, "from"), "to": request.to, "every": request.every,
             "summarize": json.dumps({name: wanted for name, wanted in summarize.items()}, default=list)}
-
-
-def _step(name: str, value: Any) -> int:
-    try:
-        if int(value) == value and (name != "every" or value > 0) and value >= 0:
-            return int(value)
-    except (TypeError, ValueError):
-        pass
-    rule = f"{value!r}: must be a whole number of at least {int(name == 'every')}"
-    raise InvalidArgument(f"{name}: {rule}", (Violation(name, rule),))

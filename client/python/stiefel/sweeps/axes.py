@@ -14,13 +14,10 @@ from numpy.typing import NDArray
 
 from stiefel import v1 as pb
 from stiefel.errors import InvalidArgument, Violation
+from stiefel.given.numbers import numbers
+from stiefel.given.shapes import LISTS, TENSOR, of_symmetric, unit_of
 from stiefel.scenes import to_message, to_method
 
-#: Lists of which each member of an ensemble may have its own, with the length of one member's; None: its dimension N.
-LISTS: dict[str, Optional[int]] = {
-    "inertia": None, "inertia_u": None, "inertia_v": None,
-    "body.inertia_tensor": 6, "body.moments": 3, "body.attitude": 4, "body.angular_velocity": 3,
-}
 #: Fields that all members of an ensemble share. Points that differ in one of them belong to different ensembles.
 COMMON = ("step", "epsilon", "parameter", "tolerance", "horizon", "method", "method.name", "method.order", "method.substeps",
           "method.arithmetic", "method.tolerance", "method.scalar")
@@ -100,22 +97,33 @@ def _axis(path: Any, values: Any) -> Axis:
     field = found[1] if found else path
     entry = tuple(int(index) for index in found.groups()[1:] if index is not None) if found else None
     rank = _rank(path, field, entry, place)
-    try:
-        array = np.asarray(values)
-    except ValueError:
-        array = np.empty(0, object)
-    if field == "method":
-        array = _methods(values, place)
-    text = field in ("method", "method.name", "method.arithmetic", "method.scalar")
-    if not _fits(array, field, text):
-        raise _wrong([Violation(place, f"{reprlib.repr(values)}: must be {'names' if text else 'numbers'}, one kind in all")])
+    array = _values(field, values, place)
     if field.startswith("initial.") and rank == 3 and array.ndim == 2:
         array = array[:, np.newaxis, :]  # a block of one row
+    if field == TENSOR and rank == 2 and array.ndim == 3 and array.shape[1:] == (3, 3):
+        array = of_symmetric(place, array)
     each = LISTS.get(field)
     shape = {1: "(points)", 2: f"(points, {each or 'dimension'})", 3: "(points, rows, cols)"}[rank]
     if array.ndim != rank or 0 in array.shape or (rank == 2 and each not in (None, array.shape[1])):
         raise _wrong([Violation(place, f"the shape {array.shape}: must be {shape}")])
-    return Axis(path, field, entry, _plain(array, field))
+    return Axis(path, field, entry, array)
+
+
+def _values(field: str, values: Any, place: str) -> NDArray[Any]:
+    """Returns the values in the little-endian type in which they travel."""
+    if field == "method":
+        return _methods(values, place)
+    if field in ("method.name", "method.arithmetic", "method.scalar"):
+        array = np.asarray(values) if np.ndim(values) == 1 else np.empty(0)
+        if array.dtype.kind != "U":
+            raise _wrong([Violation(place, f"{reprlib.repr(values)}: must be names")])
+        return array
+    array = numbers(place, values, unit_of(field), field.startswith("initial."))
+    if field not in ("method.order", "method.substeps"):
+        return np.ascontiguousarray(array, "<c16" if array.dtype.kind == "c" else "<f8")
+    if not ((array >= 0) & (array == np.floor(array)) & (array < 2.0**32)).all():
+        raise _wrong([Violation(place, f"{reprlib.repr(values)}: must be whole numbers of at least 0")])
+    return array.astype("<i8")
 
 
 def _methods(values: Any, place: str) -> NDArray[Any]:
@@ -143,23 +151,6 @@ def _rank(path: str, field: str, entry: Optional[tuple[int, ...]], place: str) -
     if len(entry) != whole - 1:
         raise _wrong([Violation(place, f"{path}: must have {whole - 1} indices, or none for the whole field")])
     return 1
-
-
-def _fits(array: NDArray[Any], field: str, text: bool) -> bool:
-    if text:
-        return array.dtype.kind == "U"
-    if field in ("method.order", "method.substeps"):
-        return array.dtype.kind in "iu" and array.ndim == 1 and (array.size == 0 or int(array.min()) >= 0)
-    return array.dtype.kind in ("iufc" if field.startswith("initial.") else "iuf")
-
-
-def _plain(array: NDArray[Any], field: str) -> NDArray[Any]:
-    """Returns the values in the little-endian type in which they travel."""
-    if array.dtype.kind == "U":
-        return array
-    if field in ("method.order", "method.substeps"):
-        return array.astype("<i8")
-    return np.ascontiguousarray(array, "<c16" if array.dtype.kind == "c" else "<f8")
 
 
 def _check_together(axes: Axes) -> None:

@@ -12,7 +12,8 @@ from typing import Iterator, Optional
 from stiefel import v1 as pb
 from stiefel.arrays import Array
 from stiefel.client import Client
-from stiefel.errors import InvalidArgument, StiefelError, Violation
+from stiefel.errors import StiefelError
+from stiefel.given.numbers import refused
 from stiefel.recreation import Recreation
 from stiefel.summarizing import Summarizing
 from stiefel.summary import Quantities, to_quantities
@@ -36,7 +37,7 @@ def request_of(to: int, start: int, every: int, summarize: Quantities) -> pb.Sum
     """Returns the request without a session. Raises InvalidArgument if `summarize` is malformed, for example with an
     unknown statistic."""
     if not hasattr(summarize, "items") or not summarize:
-        raise _refused("summarize", f"{reprlib.repr(summarize)}: must be a mapping from fields and invariants to statistics")
+        raise refused("summarize", f"{reprlib.repr(summarize)}: must be a mapping from fields and invariants to statistics")
     request = pb.SummarizeRequest(to=to, every=every, quantities=to_quantities(summarize))
     setattr(request, "from", start)
     for quantity in request.quantities:
@@ -44,7 +45,7 @@ def request_of(to: int, start: int, every: int, summarize: Quantities) -> pb.Sum
         if quantity.over_members:
             check(quantity, place)
         if not (quantity.statistics or quantity.quantiles or quantity.edges):
-            raise _refused(place, "nothing is asked for: must have a statistic, quantiles or edges")
+            raise refused(place, "nothing is asked for: must have a statistic, quantiles or edges")
     return request
 
 
@@ -84,7 +85,3 @@ def temporary_session(client: Client, scene: pb.Scene, numerics_id: str) -> Iter
     finally:
         with suppress(StiefelError):  # the server drops idle sessions
             client.delete(session.session_id)
-
-
-def _refused(path: str, rule: str) -> InvalidArgument:
-    return InvalidArgument(f"{path}: {rule}", (Violation(path, rule),))

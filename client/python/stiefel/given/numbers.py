@@ -1,0 +1,144 @@
+"""Numbers that a caller gives: plain, of numpy, or with units. Errors name the argument, its value and the rule."""
+from __future__ import annotations
+
+import datetime
+import math
+import reprlib
+from decimal import Decimal
+from fractions import Fraction
+from typing import Any, Optional
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiefel.errors import InvalidArgument, Violation
+
+SECONDS = "s"
+_MOST = 2**63 - 1  #: the largest whole number that travels
+_REAL = {int, float, np.float64, np.float32, np.int64, np.int32}
+_NO_NUMBERS = (bool, np.bool_, str, bytes, datetime.date, datetime.time, type(None))
+
+
+def refused(path: str, description: str) -> InvalidArgument:
+    """Returns the exception for one wrong value. `description`: the value and the rule that it breaks."""
+    return InvalidArgument(f"{path}: {description}", (Violation(path, description),))
+
+
+def numbers(path: str, given: Any, unit: str = "", may_be_complex: bool = False) -> NDArray[Any]:
+    """Returns numbers as an array of the shape given. `unit`: that of the numbers, such as "rad/s"; "" for none.
+
+    A quantity (of astropy, pint, or any library whose quantities convert themselves) becomes numbers in `unit`. A
+    timedelta of Python, numpy or pandas becomes seconds. Raises InvalidArgument for everything else that is not a
+    number: truth values, texts, dates, complex numbers unless `may_be_complex`, masked elements, other units.
+    """
+    if isinstance(given, datetime.timedelta):
+        return _seconds(path, given, given.total_seconds(), unit)
+    if isinstance(given, (list, tuple)) and not set(map(type, given)) <= _REAL:
+        parts = [numbers(path, part, unit, may_be_complex) for part in given]
+        if len({part.shape for part in parts}) > 1:
+            raise refused(path, f"{reprlib.repr(given)}: must be numbers, its rows of one length")
+        return np.array(parts)
+    if _has_unit(given):
+        given = _converted(path, given, unit)
+    return _of_array(path, given, unit, may_be_complex)
+
+
+def number(path: str, given: Any, unit: str = "") -> float:
+    """Returns one number as `numbers` does."""
+    value = numbers(path, given, unit)
+    if value.ndim:
+        raise refused(path, f"the shape {value.shape}: must be one number")
+    return float(value)
+
+
+def optional(path: str, given: Any, unit: str = "") -> Optional[float]:
+    """Returns one number, or None for None."""
+    return None if given is None else number(path, given, unit)
+
+
+def whole(path: str, given: Any, least: int = 0, hint: str = "") -> int:
+    """Returns a whole number of any type, 30.0 too. `hint`: what to say besides of a number that is not whole."""
+    array = isinstance(given, (np.ndarray, np.generic)) and given.ndim == 0
+    value = given.item() if array and not _has_unit(given) else given
+    if isinstance(value, (float, Decimal, Fraction)):
+        is_whole = math.isfinite(value) and value == int(value)
+    else:
+        is_whole = (hasattr(value, "__index__") and not isinstance(value, (bool, np.ndarray)) and not _has_unit(value))
+    rule = f"{_text(given)}: must be a whole number of at least {least}"
+    if not is_whole:
+        raise refused(path, rule + hint)
+    if not least <= int(value) <= _MOST:
+        raise refused(path, rule + (" and below 2^63" if value > least else ""))
+    return int(value)
+
+
+def step_index(path: str, given: Any, least: int = 0) -> int:
+    """Returns the index of a step, or a number of steps."""
+    if least == 0 and type(given) in _REAL and given < 0:
+        raise refused(path, f"{_text(given)}: must be a whole number of at least 0; for times before 0, use a negative step "
+                            "in the scene")
+    return whole(path, given, least, ", because it counts steps; for states between steps, use `times` of Session.trajectory")
+
+
+def timeout(given: Any) -> Optional[float]:
+    """Returns seconds; None for no end, which infinitely many seconds mean too."""
+    seconds = optional("timeout", given, SECONDS)
+    if seconds is not None and not seconds >= 0:
+        raise refused("timeout", f"{_text(given)}: must be at least 0 seconds, or None")
+    return None if seconds == math.inf else seconds
+
+
+def _of_array(path: str, given: Any, unit: str, may_be_complex: bool) -> NDArray[Any]:
+    if isinstance(given, _NO_NUMBERS) or np.ma.is_masked(given):
+        raise _wrong(path, given, unit)
+    try:
+        array = np.asarray(given)
+    except ValueError:
+        raise _wrong(path, given, unit) from None
+    kind = array.dtype.kind
+    if kind == "m" and np.datetime_data(array.dtype)[0] not in ("generic", "M", "Y"):
+        return _seconds(path, given, array / np.timedelta64(1, "s"), unit)
+    if kind == "O" and array.ndim and not isinstance(given, (list, tuple)):
+        return numbers(path, array.tolist(), unit, may_be_complex)
+    try:
+        if kind in "iufO":
+            return array.astype(float)
+    except (TypeError, ValueError, OverflowError):
+        pass
+    if kind == "c" and may_be_complex:
+        return array.astype(complex)
+    raise _wrong(path, given, unit)
+
+
+def _has_unit(given: Any) -> bool:
+    """Returns whether the numbers carry a unit. A time of pandas has a `unit`, too, but that is its resolution."""
+    if isinstance(given, _NO_NUMBERS) or getattr(getattr(given, "dtype", None), "kind", "") in ("m", "M"):
+        return False
+    return any(hasattr(given, name) for name in ("unit", "units", "sec"))  # `sec`: a TimeDelta of astropy
+
+
+def _converted(path: str, given: Any, unit: str) -> Any:
+    """Returns the numbers of a quantity in `unit`."""
+    convert = getattr(given, "to", None) or getattr(given, "rescale", None)
+    try:
+        inside = convert(unit)  # type: ignore[misc]
+        return inside.magnitude if hasattr(inside, "magnitude") else inside.value
+    except Exception:  # each library raises its own
+        raise _wrong(path, given, unit) from None
+
+
+def _seconds(path: str, given: Any, seconds: Any, unit: str) -> NDArray[Any]:
+    if unit != SECONDS:
+        raise _wrong(path, given, unit)
+    return np.asarray(seconds, float)
+
+
+def _wrong(path: str, given: Any, unit: str) -> InvalidArgument:
+    without = "must be numbers without a unit" if _has_unit(given) else "must be numbers"
+    rules = {"": without, SECONDS: "must be numbers of seconds, a timedelta or a quantity of time"}
+    return refused(path, f"{_text(given)}: {rules.get(unit, f'must be numbers in {unit}, or a quantity that converts to it')}")
+
+
+def _text(value: Any) -> str:
+    plain = isinstance(value, np.generic) and value.dtype.kind in "biufc"
+    return " ".join(reprlib.repr(value.item() if plain else value).split())

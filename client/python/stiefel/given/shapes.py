@@ -1,0 +1,104 @@
+"""Shapes of the lists and blocks of a scene, for one motion and for the members of an ensemble."""
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, Iterable, Mapping, Optional
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiefel.given.numbers import SECONDS, numbers, refused
+
+TENSOR = "body.inertia_tensor"
+#: Lists of numbers by their paths in a scene, with the length of one member's; None: the rows or columns of its blocks.
+LISTS: dict[str, Optional[int]] = {
+    "inertia": None, "inertia_u": None, "inertia_v": None,
+    TENSOR: 6, "body.moments": 3, "body.attitude": 4, "body.angular_velocity": 3,
+}
+#: Single numbers of a scene by their paths.
+NUMBERS = ("step", "horizon", "epsilon", "parameter", "tolerance", "method.tolerance")
+_UNITS = {"step": SECONDS, "horizon": SECONDS, TENSOR: "kg*m**2", "body.moments": "kg*m**2",
+          "body.angular_velocity": "rad/s"}
+_OF_TENSOR = ((0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2))  #: rows and columns of Ixx, Iyy, Izz, Ixy, Ixz, Iyz
+_SYMMETRIC = 1e-10  #: the largest |I - I^T| / |I| of a symmetric matrix
+
+
+def unit_of(path: str) -> str:
+    """Returns the unit of a field of a scene; "" for none."""
+    return _UNITS.get(path, "")
+
+
+@dataclass(frozen=True)
+class Ensemble:
+    """The number of members, None for a single motion, and the shape of one member's blocks where it is known."""
+
+    members: Optional[int] = None
+    rows: Optional[int] = None
+    cols: Optional[int] = None
+
+    @staticmethod
+    def of(members: Any) -> Ensemble:
+        """`members`: the field of a scene. The server refuses one that is no whole number above 0."""
+        number = isinstance(members, (int, float, np.integer, np.floating)) and members >= 1
+        return Ensemble(int(members) if number else None)
+
+    def with_blocks(self, blocks: Iterable[Any]) -> Ensemble:
+        """Returns this with the shape of the first block, an array or a Matrix as a mapping."""
+        for block in blocks:
+            shape = (block.get("rows"), block.get("cols")) if isinstance(block, Mapping) else block.shape
+            if isinstance(shape[-2], int) and isinstance(shape[-1], int):
+                return replace(self, rows=shape[-2] // (self.members or 1) if len(shape) == 2 else shape[1], cols=shape[-1])
+        return self
+
+    def each(self, path: str) -> Optional[int]:
+        """Returns how many numbers of a list are one member's; None where that is not known."""
+        return LISTS[path] or (self.rows if path == "inertia_u" else self.cols)
+
+
+def list_of(path: str, given: Any, ensemble: Ensemble) -> list[float]:
+    """Returns a list of a scene, flat. One that all members share may have the shape (numbers), one of each member's
+    own (members, numbers). A list of Python's may also be flat, as in a scene file: one member after another. Raises
+    InvalidArgument for any other shape."""
+    place, members, each = f"scene.{path}", ensemble.members, ensemble.each(path)
+    array = numbers(place, given, unit_of(path))
+    shape = array.shape
+    if path == TENSOR and shape[-2:] == (3, 3):
+        array = of_symmetric(place, array)
+    if array.ndim == 1:
+        is_flat = members is not None and members > 1 and each is not None and array.shape == (members * each,)
+        fits = isinstance(given, (list, tuple)) or not is_flat
+    else:
+        fits = members is not None and array.ndim == 2 and array.shape == (members, each or array.shape[1])
+    if not fits:
+        raise refused(place, f"the shape {shape}: must be {_shapes(path, members, each)}")
+    flat: list[float] = array.ravel().tolist()
+    return flat
+
+
+def block_of(path: str, given: Any, ensemble: Ensemble = Ensemble()) -> NDArray[Any]:
+    """Returns a block, real or complex, with the shape (rows, cols) or (members, rows, cols). Raises InvalidArgument for
+    any other shape. A block of one row may be given as (cols)."""
+    array = numbers(path, given, may_be_complex=True)
+    if array.ndim == 1:
+        array = array[np.newaxis]
+    if array.ndim != 2 and not (array.ndim == 3 and array.shape[0] == ensemble.members):
+        own = "" if ensemble.members is None else f" or ({ensemble.members}, rows, cols)"
+        raise refused(path, f"the shape {array.shape}: must be (rows, cols){own}")
+    return array
+
+
+def of_symmetric(place: str, tensor: NDArray[Any]) -> NDArray[Any]:
+    """Returns Ixx, Iyy, Izz, Ixy, Ixz, Iyz of matrices (..., 3, 3), which must be symmetric."""
+    other = np.swapaxes(tensor, -1, -2)
+    defect = np.abs(tensor - other).max(axis=(-1, -2))
+    wrong = np.flatnonzero(np.ravel(defect > _SYMMETRIC * np.abs(tensor).max(axis=(-1, -2))))
+    if wrong.size:
+        which = f"[{wrong[0]}]" if tensor.ndim > 2 else ""
+        raise refused(f"{place}{which}", f"max |I - I^T| = {np.ravel(defect)[wrong[0]]:.3g}: must be a symmetric matrix")
+    return np.asarray((tensor / 2 + other / 2)[(..., *_OF_TENSOR)])
+
+
+def _shapes(path: str, members: Optional[int], each: Optional[int]) -> str:
+    one = [f"({each or 'numbers'})"] + (["(3, 3)"] if path == TENSOR else [])
+    own = [] if members is None else [f"({members}, {shape[1:]}" for shape in one]
+    return " or ".join(one + own)

@@ -1,0 +1,165 @@
+"""Every array of an ensemble in every shape: taken as it stands, or refused with its shape."""
+import itertools
+
+import numpy as np
+import pytest
+
+import stiefel
+
+B = 5  #: members; no other size here is a multiple or a part of it
+BODY = {"moments": 3, "angular_velocity": 3, "attitude": 4, "inertia_tensor": 6}
+RNG = np.random.default_rng(11)
+
+
+def body_of(count, **change):
+    """A scene of `count` bodies, None for one motion."""
+    body = {"moments": [1, 2, 3], "angular_velocity": [0.1, 1, 0.1], **change}
+    if "inertia_tensor" in change:
+        del body["moments"]
+    return {"system": "rigid_body", "step": 0.1, "method": {"name": "rk4"}, "body": body,
+            **({} if count is None else {"members": count})}
+
+
+def values(name, count):
+    """One valid list for each of `count` bodies, (count, numbers)."""
+    one = {"moments": [2, 3, 4], "angular_velocity": [0.1, 1, 0.1], "attitude": [1, 0, 0, 0], "inertia_tensor": [2, 3, 4, 0, 0, 0]}[name]
+    turned = np.tile(one, (count, 1)) + 0.01 * RNG.random((count, len(one)))
+    return turned / np.linalg.norm(turned, axis=1, keepdims=True) if name == "attitude" else turned
+
+
+def wrong_shapes(numbers, right):
+    """Shapes of up to three axes of sizes that occur in a scene, without the right ones."""
+    sizes = (1, 2, 3, 4, 6, B, numbers * B)
+    every = [shape for rank in (0, 1, 2, 3) for shape in itertools.product(sizes, repeat=rank)]
+    return [shape for shape in every if shape not in right]
+
+
+@pytest.mark.parametrize("name", BODY)
+def test_a_list_is_common_or_each_member_s(client, name):
+    each = values(name, B)
+    for given in (each, each.tolist(), each.ravel().tolist(), each.astype("f8", order="F"), [row for row in each]):
+        assert list(getattr(stiefel.to_message(body_of(B, **{name: given})).body, name)) == list(each.ravel())
+    for given in (each[0], each[0].tolist(), tuple(each[0])):
+        assert list(getattr(stiefel.to_message(body_of(B, **{name: given})).body, name)) == list(each[0])
+    with client.create(body_of(B, **{name: each})) as session:
+        together = session.step(to=7)
+    for member in (0, B - 1):
+        with client.create(body_of(None, **{name: each[member]})) as alone:
+            state = alone.step(to=7)
+            assert all((together[field][member] == state[field]).all() for field in state), "a member has its own numbers"
+
+
+@pytest.mark.parametrize("name, numbers", BODY.items())
+def test_no_other_shape_of_a_list_is_taken(client, name, numbers):
+    right = {(numbers,), (B, numbers)} | ({(3, 3), (B, 3, 3)} if name == "inertia_tensor" else set())
+    for shape in wrong_shapes(numbers, right):
+        with pytest.raises(stiefel.InvalidArgument, match=rf"body\.{name}: ") as caught:
+            client.create(body_of(B, **{name: np.ones(shape)}))
+        if len(shape) != 1 or shape == (numbers * B,):
+            assert f"the shape {shape}: must be ({numbers})" in str(caught.value) and f"({B}, {numbers})" in str(caught.value)
+    for shape in wrong_shapes(numbers, {(numbers,), (3, 3) if name == "inertia_tensor" else ()}):
+        with pytest.raises(stiefel.InvalidArgument, match=f"body.{name}: "):
+            client.create(body_of(None, **{name: np.ones(shape)}))
+    for given in (values(name, B).T, values(name, 2 * B), values(name, B)[np.newaxis], values(name, B).T.tolist()):
+        with pytest.raises(stiefel.InvalidArgument, match=rf"body\.{name}: the shape "):
+            stiefel.to_message(body_of(B, **{name: given}))
+
+
+def test_an_inertia_tensor_may_be_a_symmetric_matrix():
+    roots = RNG.normal(size=(B, 3, 3))
+    tensors = roots @ roots.transpose(0, 2, 1) + np.eye(3)
+    flat = [[I[0, 0], I[1, 1], I[2, 2], I[0, 1], I[0, 2], I[1, 2]] for I in tensors]
+    for given, right in ((tensors, flat), (tensors.tolist(), flat), (tensors[0], flat[0]), (list(tensors), flat)):
+        read = stiefel.to_message(body_of(B, inertia_tensor=given)).body.inertia_tensor
+        assert list(read) == pytest.approx(list(np.ravel(right)), rel=1e-15)
+    assert list(stiefel.to_message(body_of(None, inertia_tensor=tensors[1])).body.inertia_tensor) == pytest.approx(flat[1], rel=1e-15)
+    wrong = tensors.copy()
+    wrong[3, 0, 1] += 0.25
+    with pytest.raises(stiefel.InvalidArgument, match=r"inertia_tensor\[3\]: max \|I - I\^T\| = 0.25: must be a symmetric"):
+        stiefel.to_message(body_of(B, inertia_tensor=wrong))
+    with pytest.raises(stiefel.InvalidArgument, match=r"inertia_tensor: max \|I - I\^T\| = 0.25: must be a symmetric"):
+        stiefel.to_message(body_of(None, inertia_tensor=wrong[3]))
+    with pytest.raises(stiefel.InvalidArgument, match=r"the shape \(2, 3, 3\): must be \(6\) or \(3, 3\) or \(5, 6\) or \(5, 3, 3\)"):
+        stiefel.to_message(body_of(B, inertia_tensor=tensors[:2]))
+
+
+N = 4
+BLOCKS = {"stiefel": ({"Q": np.eye(2, N), "S": np.array([[0, 2, 2, 0], [-1, 0, 0, 1.0]])}, {"inertia": np.array([1.0, 2, 3, 4])}),
+          "rigid_body": ({"Q": np.eye(N), "M": np.diag([1.0, 2, 3], 1) - np.diag([1.0, 2, 3], -1)}, {"inertia": np.array([1.0, 2, 3, 4])}),
+          "double_bracket": ({"Q": np.eye(2, 3) + 0j, "P": 1j * np.ones((2, 3))}, {"inertia_u": np.array([1.0, 2]), "inertia_v": np.array([1.0, 2, 4])})}
+
+
+def scene_of(system, count, **change):
+    blocks, lists = BLOCKS[system]
+    if count is not None:
+        blocks = {name: np.stack([block] * count) for name, block in blocks.items()}
+    scene = {"system": system, "step": 0.01, "initial": {**blocks, **{k: v for k, v in change.items() if k in blocks}},
+             **lists, **{k: v for k, v in change.items() if k in lists}}
+    return scene if count is None else {**scene, "members": count}
+
+
+@pytest.mark.parametrize("system", BLOCKS)
+def test_blocks_and_the_lists_beside_them(client, system):
+    blocks, lists = BLOCKS[system]
+    for count in (None, B):
+        with client.create(scene_of(system, count)) as session:
+            lead = () if count is None else (B,)
+            assert {name: session.step(to=1, fields=name)[name].shape for name in blocks} == {
+                name: (*lead, *block.shape) for name, block in blocks.items()}
+    for name, block in blocks.items():
+        for shape in [(*block.shape, B), (block.shape[0], B, block.shape[1]), (B - 1, *block.shape), (1, B, *block.shape),
+                      (2 * B, *block.shape), (), (B, *block.shape[::-1], 1)]:
+            with pytest.raises(stiefel.InvalidArgument, match=rf"initial\.{name}: the shape \({', '.join(map(str, shape))}\): must be"):
+                client.create(scene_of(system, B, **{name: np.ones(shape)}))
+        for shape in ((1, *block.shape), (B, *block.shape), (*block.shape, 1)):
+            with pytest.raises(stiefel.InvalidArgument, match=rf"initial\.{name}: the shape .* must be \(rows, cols\)"):
+                client.create(scene_of(system, None, **{name: np.ones(shape)}))
+    for name, one in lists.items():
+        own = np.tile(one, (B, 1)) * (1 + np.arange(B))[:, np.newaxis]
+        sent = stiefel.to_message(scene_of(system, B, **{name: own}))
+        assert list(getattr(sent, name)) == list(own.ravel())
+        client.create(sent).delete()
+        for given in (own.T, own[:, :-1], own[:-1], own[np.newaxis], own.ravel(), own.reshape(1, -1), own.reshape(-1, 1),
+                      own[:, :1], np.ones(())):
+            with pytest.raises(stiefel.InvalidArgument, match=rf"scene\.{name}: the shape .*: must be \({one.size}\) or \({B}, {one.size}\)"):
+                client.create(scene_of(system, B, **{name: given}))
+        for given in (one[np.newaxis], one[:, np.newaxis], np.diag(one), own):
+            with pytest.raises(stiefel.InvalidArgument, match=rf"scene\.{name}: the shape .*: must be \({one.size}\)$"):
+                client.create(scene_of(system, None, **{name: given}))
+
+
+@pytest.mark.parametrize("name", ["epsilon", "parameter", "step", "tolerance", "horizon"])
+def test_a_number_that_all_members_share_is_one_number(name):
+    for shape in ((1,), (B,), (B, 1)):
+        with pytest.raises(stiefel.InvalidArgument, match=rf"scene\.{name}: the shape .*: must be one number"):
+            stiefel.to_message({**body_of(B), name: np.ones(shape)})
+    assert getattr(stiefel.to_message({**body_of(B), name: np.array(0.5)}), name) == 0.5
+
+
+@pytest.mark.parametrize("name, given", [("inertia", [True, 1, 1]), ("inertia", ["1", 1, 1]), ("inertia", [1j, 1, 1]), ("inertia", None)])
+def test_what_is_no_number_is_refused(client, name, given):
+    with pytest.raises(stiefel.InvalidArgument, match=rf"{name}"):
+        client.create({**scene_of("rigid_body", None), name: given})
+
+
+def test_frames_and_lists_of_calls(client):
+    frame = np.eye(1, 3)
+    for given in (frame[np.newaxis], np.ones((2, 1, 3)), np.ones(())):
+        with pytest.raises(stiefel.InvalidArgument, match=r"^Q_0: the shape .*: must be \(rows, cols\)"):
+            client.geodesic([1, 2, 3], given, frame)
+    with pytest.raises(stiefel.InvalidArgument, match=r"^inertia: the shape \(3, 3\): must be \(numbers\)"):
+        client.geodesic(np.diag([1, 2, 3]), frame, frame)
+
+
+def test_names_of_protobuf_s_json_are_checked_too():
+    with pytest.raises(stiefel.InvalidArgument, match=r"angular_velocity: the shape \(3, 5\): must be \(3\) or \(5, 3\)"):
+        stiefel.to_message({"members": B, "body": {"angularVelocity": np.ones((3, B))}})
+
+
+@pytest.mark.parametrize("mark", ["\ufeff", ""])
+def test_a_byte_order_mark_is_no_part_of_a_scene(tmp_path, mark):
+    (tmp_path / "scene.json").write_text(mark + '{"step": 0.5}', encoding="utf-8")
+    assert stiefel.to_message(tmp_path / "scene.json").step == 0.5
+    (tmp_path / "scene.json").write_text('{"step": 0.5}', encoding="utf-16")
+    with pytest.raises(stiefel.InvalidArgument, match="scene.json: byte 0: must be UTF-8"):
+        stiefel.to_message(tmp_path / "scene.json")
