@@ -1,7 +1,10 @@
 """Retries, resumption, deadlines and exceptions, against a server that fails on purpose."""
+import re
 import socket
+import threading
 
 import grpc
+import numpy as np
 import pytest
 
 import fake
@@ -110,10 +113,69 @@ def test_who_cannot_be_reached_is_told_in_plain_words(tmp_path):
     ("failed to connect to all addresses; last error: UNKNOWN: ipv6:%5B::1%5D:7: Failed to connect to remote host: "
      "Connection refused", "cannot reach [::1]:7: the connection is refused, nothing listens there"),
     ("failed to connect to all addresses", "cannot reach the server: failed to connect to all addresses"),
+    # As gRPC 1.51 and 1.85 say it.
+    *((f"failed to connect to all addresses; last error: UNKNOWN: ipv4:10.0.0.1:7: {said}", f"cannot reach 10.0.0.1:7: {plain}")
+      for said, plain in {
+          "Ssl handshake failed: SSL_ERROR_SSL: error:0A000086:SSL routines::certificate verify failed": "its certificate is not trusted",
+          "Tls handshake failed (TSI_PROTOCOL_FAILURE): SSL_ERROR_SSL: error:1000007d:SSL routines:OPENSSL_internal:"
+          "CERTIFICATE_VERIFY_FAILED: unable to get local issuer certificate: OK": "its certificate is not trusted",
+          "Ssl handshake failed: SSL_ERROR_SSL: error:0A00010B:SSL routines::wrong version number": "it does not speak TLS",
+          "Tls handshake failed (TSI_PROTOCOL_FAILURE): SSL_ERROR_SSL: error:100000f7:SSL routines:OPENSSL_internal:"
+          "WRONG_VERSION_NUMBER: Invalid certificate verification context: OK": "it does not speak TLS",
+          "Custom verification check failed with error: UNAUTHENTICATED: Hostname Verification Check failed.":
+          "its certificate has another name",
+          "Trying to connect an http1.x server": "nothing that speaks gRPC answers there",
+          "Failed parsing HTTP/2 (Expected SETTINGS frame as the first frame, got frame type 80)": "nothing that speaks gRPC answers there",
+          "Socket closed": "it closes the connection", "recvmsg:Connection reset by peer": "it closes the connection"}.items()),
+    ("Socket closed", "the connection to the server broke"), ("Stream removed", "the connection to the server broke"),
+    ("Stream removed (sendmsg: Broken pipe (32))", "the connection to the server broke"),
+    ("Received RST_STREAM with error code 2", "the connection to the server broke"),
+    ("Received RST_STREAM with error code 11", "the server or a proxy before it refuses the call as too much: the call's metadata, "
+     "such as its token, is too large, or too many calls come at once"),
+    ("received initial metadata size exceeds limit", "the call's metadata, such as its token, is larger than the server takes"),
+    ("Received http2 header with status: 404", "a web server answers there, not a stiefel server"),
+    ("Deadline Exceeded", "the call took longer than its timeout"),
     ("session_id: x: there is no such session", "session_id: x: there is no such session"),
 ])
 def test_grpcs_words_are_translated(grpc_says, plain):
     assert in_plain_words(grpc_says) == plain
+
+
+SLOW = {"system": "rigid_body", "step": 1e-3, "method": {"name": "variational", "order": 8, "substeps": 16}, "inertia": [1, 2, 3, 4],
+        "initial": {"Q": np.eye(4), "M": np.diag([1.0, 2, 3], 1) - np.diag([1.0, 2, 3], -1)}}
+
+
+@pytest.mark.parametrize("late", [
+    lambda session, to: session.step(to, timeout=0.3), lambda session, to: session.trajectory(to, every=to, timeout=0.3),
+    lambda session, to: session.diagnose(to, timeout=0.3), lambda session, to: session.summarize(to, {"M": "max"}, timeout=0.3),
+    lambda session, to: session.fork(to, timeout=0.3)], ids=["step", "trajectory", "diagnose", "summarize", "fork"])
+def test_a_call_that_took_too_long_says_how_long_it_takes_and_where_it_stands(client, late):
+    to = 10**9
+    with client.create(SLOW) as session:
+        with pytest.raises(stiefel.DeadlineExceeded) as caught:
+            late(session, to)
+        told = re.search(rf"took longer than its timeout of 0.3 s: step {to} was not reached; the session stands at step (\d+), .*"
+                         r"The steps from there take about (\S+) s of one core \((\S+) instructions\)", str(caught.value))
+        stands, seconds, work = int(told[1]), float(told[2]), float(told[3])
+        assert work == pytest.approx((to - stands) * session.step_price.work, rel=0.1)
+        assert seconds == pytest.approx(work / 5e9, rel=0.1) and stands < to
+
+
+def test_a_server_with_tls_is_told_from_a_silent_one(client):
+    """A client without TLS finds its connection closed."""
+    def closes(listener):
+        while True:
+            try:
+                listener.accept()[0].close()
+            except OSError:
+                return
+
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        threading.Thread(target=closes, args=[listener], daemon=True).start()
+        with stiefel.Client(f"127.0.0.1:{listener.getsockname()[1]}") as plain, pytest.raises(stiefel.Unavailable) as caught:
+            plain.describe()
+        listener.shutdown(socket.SHUT_RDWR)
+    assert str(caught.value).endswith(": it closes the connection, as a server with TLS does to a client without: give `tls`")
 
 
 @pytest.mark.parametrize("breaks", [[2], [1, 1, 1], [0, 0, 3], [UNAVAILABLE, 2, UNAVAILABLE, 1], [-1]],

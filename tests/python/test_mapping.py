@@ -88,6 +88,60 @@ def test_a_repr_is_a_line(session, client):
     assert repr(client) == f"<stiefel.Client of {client.address}>"
 
 
+def every_answer(client, scene, frames):
+    """One result of every type for a scene."""
+    without = {name: value for name, value in scene.items() if name != "method"}
+    with client.create(scene) as session, client.create({**without, "tolerance": 1e-6, "horizon": 1.0}) as chosen:
+        state, diagnosis = session.step(to=3), session.diagnose(to=3, estimate_error=True)
+        yield from (client, session, state, state.run_status, state.price, session.trajectory(to=3), next(session.stream(to=3)))
+        yield from (diagnosis, diagnosis.estimated_error, diagnosis.invariants[0], diagnosis.domain, chosen.choice)
+        yield session.summarize(3, {"energy": ["drift", "mean"], "M": "last"})
+        yield session.events(3, {"field": "M", "coefficients": np.ones(state["M"].size if "M" in state else 9)})
+        yield from (client.convert(scene, "symmetric_rigid_body"), client.convert(scene, "velocity"))
+        tradeoff = client.tradeoff(scene, horizon=0.1, budget=2e9, repeats=1)
+        yield from (tradeoff, tradeoff.points[0], client.geodesic(np.ones(frames[0].shape[1]), *frames, samples=30))
+        yield stiefel.sweep(scene, {"step": [0.01, 0.02]}, to=2, summarize={"energy": "last"}, servers=[client])
+
+
+def test_no_answer_prints_more_than_five_lines(client):
+    M = np.triu(np.ones((20, 20)), 1)
+    large = {"system": "rigid_body", "step": 0.01, "method": {"name": "rk4"}, "inertia": np.arange(1.0, 21),
+             "initial": {"Q": np.eye(20), "M": M - M.T}}
+    frames = np.eye(3, 20), np.eye(3, 20)[[1, 2, 0]]
+    for scene in (SCENE, large):
+        for answer in every_answer(client, scene, frames):
+            if type(answer).__module__.startswith("stiefel"):
+                for text in (repr(answer), str(answer)):
+                    assert len(text.splitlines()) <= 5 and len(text) < 1000, type(answer)
+
+
+def test_a_diagnosis_has_a_table_with_every_invariant(client):
+    velocities = [[0.1, 2, 0.1], [30, 1, 0.25]]
+    with client.create({**SCENE, "members": 2, "body": {"moments": [1, 2, 3], "angular_velocity": velocities}}) as session:
+        diagnosis = session.diagnose(to=50)
+    lines = diagnosis.table().splitlines()
+    for invariant, line in zip(diagnosis.invariants, lines[1:]):
+        assert line.startswith(f"  {invariant.name} of member {invariant.member} ") and f"drift {invariant.drift:.1e}" in line
+    assert len(lines) > 6 and lines[0] == "REACHED at step 50, time 0.5"
+
+
+def test_a_client_is_pickled_by_its_address(client):
+    given = dict(timeout=3.0, checksums=False, any_build=True)
+    with stiefel.Client(client.address, **given) as first, pickle.loads(pickle.dumps(first)) as again:
+        assert again is not first and again.address == client.address and again.describe().systems
+        assert {name: getattr(again, name) for name in given} == given
+    with copy.copy(client) as other:
+        assert other.describe().systems
+
+
+def test_what_cannot_be_pickled_says_why(client, session):
+    with stiefel.Client(client.address, token="secret") as with_token, session.drive() as drive:
+        for thing, why in ((session, "send its `id`"), (drive, "an open stream"), (with_token, "STIEFEL_TOKEN"),
+                           (stiefel.Client(channel=client.channel), "give the client an address")):
+            with pytest.raises(TypeError, match=f"cannot be pickled.*{why}"):
+                pickle.dumps(thing)
+
+
 def test_a_text_is_one_name(session):
     for fields in ("quaternion", ["quaternion"], ("quaternion",), iter(["quaternion"])):
         assert list(session.step(to=3, fields=fields)) == ["quaternion"]

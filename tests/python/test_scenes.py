@@ -58,8 +58,8 @@ BODY = {"moments": [1, 2, 3]}
     ({**SCENE, "method": "rk4"}, "scene.method", "'rk4': must be a mapping with the fields name, order"),
     ({**SCENE, "method": ["rk4"]}, "scene.method", "['rk4']: must be a mapping"),
     ({**SCENE, "system": 3}, "scene.system", "3: must be a text"),
-    ({**SCENE, "initial": {"M": [[1, 2], [3]]}}, "scene.initial.M", "[[1, 2], [3]]: must be numbers, its rows of one length"),
-    ({**SCENE, "initial": {"M": "M"}}, "scene.initial.M", "'M': must be numbers"),
+    ({**SCENE, "initial": {"M": [[1, 2], [3]]}}, "scene.initial.M", "[[1, 2], [3]]: must be a matrix"),
+    ({**SCENE, "initial": {"M": "M"}}, "scene.initial.M", "'M': must be a matrix"),
     ({**SCENE, "initial": [1]}, "scene.initial", "[1]: must be a mapping"),
     (3, "scene", "3: must be a dict"),
 ])

@@ -15,7 +15,7 @@ from stiefel.resolved import put, resolve
 from stiefel.scenes import to_dict
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Choice:
     """A method that the server chose for a scene's tolerance."""
 
@@ -36,8 +36,12 @@ class Choice:
         method: dict[str, Any] = json_format.MessageToDict(choice.method, preserving_proto_field_name=True)
         return Choice(method, choice.tolerance, choice.horizon, choice.reason, choice.error, choice.verified)
 
+    def __repr__(self) -> str:
+        method = ", ".join(f"{name} {value}" if name != "name" else str(value) for name, value in self.method.items())
+        return f"<stiefel.Choice of {method} for the tolerance {self.tolerance:g} up to time {self.horizon:g}: {self.reason}>"
 
-@dataclass(frozen=True, eq=False)
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Conversion(ByValue):
     """A motion in the variables of another system, as a scene or as blocks."""
 
@@ -63,8 +67,14 @@ class Conversion(ByValue):
         return Conversion(scene, blocks.finish(), {margin.domain: margin.margin for margin in first.margins},
                           Choice.of(first))
 
+    def __repr__(self) -> str:
+        shapes = ", ".join(f"{name} {values.shape}" for name, values in self.blocks.items())
+        what = shapes if self.scene is None else f"a scene of {self.scene['system']}"
+        margins = "".join(f", margin of {domain} {margin:.3g}" for domain, margin in self.margins.items())
+        return f"<stiefel.Conversion to {what}{margins}>"
 
-@dataclass(frozen=True, eq=False)
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Geodesic(ByValue):
     """The geodesic that joins two frames. If `outcome` is not REACHED, none was found."""
 
@@ -96,6 +106,11 @@ class Geodesic(ByValue):
         trajectory = next(iter(arrays.finish().values()), None)
         return Geodesic(scene, first.energy, first.residual, shortest, first.distinct, trajectory,
                         RunStatus.of(first.run_status))
+
+    def __repr__(self) -> str:
+        frames = "" if self.trajectory is None else f", trajectory {self.trajectory.shape}"
+        return (f"<stiefel.Geodesic {self.outcome}: energy {self.energy!r}, residual {self.residual:.1e}, shortest: "
+                f"{self.shortest}, {self.distinct} seen{frames}>")
 
 
 @dataclass(frozen=True)

@@ -67,13 +67,20 @@ def call(method: Callable[[Optional[float]], Any], client: Client, timeout: Opti
         pause_or_raise(error, waits, client, deadline)
 
 
+def in_time(error: StiefelError, deadline: Optional[Deadline]) -> StiefelError:
+    """Returns the error, after it has got the call's timeout if that is over."""
+    if isinstance(error, DeadlineExceeded) and deadline is not None and deadline.timeout is not None:
+        error.say(f"{error.message} of {deadline.timeout:.3g} s")
+    return error
+
+
 def pause_or_raise(error: StiefelError, waits: Pauses, client: Client, deadline: Optional[Deadline] = None,
                    late: bool = False) -> None:
     """Waits before the next attempt, or raises `error` if there is no further attempt. If that is because the deadline
     comes first and `late` is set, raises DeadlineExceeded instead."""
     wait = waits.after(error)
     if wait is None:
-        raise error from None
+        raise in_time(error, deadline) from None
     if deadline is not None and deadline.comes_within(wait):
         if late:
             raise DeadlineExceeded(f"no time is left of {deadline.timeout:g} s: {error.message}") from error

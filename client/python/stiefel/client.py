@@ -1,6 +1,7 @@
 """The client of a server: creates and finds sessions, and makes the calls that need none."""
 from __future__ import annotations
 
+import functools
 import os
 import uuid
 import warnings
@@ -17,7 +18,7 @@ from stiefel.errors import (Closed, CorruptReply, InvalidArgument, SceneWarning,
 from stiefel.given.numbers import SECONDS, number, numbers, optional, refused, timeout as checked, whole
 from stiefel.recreation import Metadata, route
 from stiefel.scenes import SceneLike, to_matrix, to_message
-from stiefel.security import TlsLike, open_channel, token_from_environment
+from stiefel.security import TlsLike, has_tls, open_channel, token_from_environment
 from stiefel.session import Session
 from stiefel.tradeoff import Tradeoff
 from stiefel.v1.simulation_pb2_grpc import SimulationServiceStub
@@ -44,7 +45,7 @@ class Client:
     numbers of its replies, and the client raises `CorruptReply` if they differ. When the server of a session is lost,
     the client creates the session again if it came from `create` or `fork`; it raises `BuildChanged` if a server of
     another build answers for the session, unless `any_build` is set. As a context manager the client closes itself at
-    the end; a later call raises `Closed`. Thread-safe.
+    the end; a later call raises `Closed`. Thread-safe. A pickled client connects anew to the same address.
 
     `tls`: the path of a file of authorities in PEM, True for the authorities that gRPC comes with, or a `Tls`; by
     default the file that the environment variable STIEFEL_TLS_CA names, or no TLS. `token` tells the server who calls;
@@ -61,6 +62,7 @@ class Client:
         self.timeout = checked(timeout)
         self.checksums = checksums
         self.any_build = any_build
+        self._tls, self._token, self._own_channel = tls, token, channel is None
         if channel is None:
             channel = open_channel(self.address, tls, token_from_environment() if token is None else token, _OPTIONS)
         else:
@@ -213,7 +215,7 @@ class Client:
             except (grpc.RpcError, ValueError) as failure:
                 error = self.error(failure)
             if begun:  # a retry would measure everything again, with other times
-                raise error from None
+                raise calls.in_time(error, deadline) from None
             calls.pause_or_raise(error, waits, self, deadline)
 
     def call(self, method: str, request: Any, timeout: Optional[float] = None, metadata: Metadata = ()) -> Any:
@@ -234,7 +236,7 @@ class Client:
             return self._closed_error()
         if not isinstance(failure, grpc.RpcError):
             raise failure
-        error = from_rpc_error(failure)
+        error = from_rpc_error(failure, has_tls(self._tls, self.address) if self._own_channel else None)
         if isinstance(error, Unimplemented) and not error.reason:  # gRPC's own error names neither call nor version
             said = f" ({error.message})" if error.message else ""
             return Unimplemented(f"the server of {self.address} does not have this call{said}: it needs stiefel-server "
@@ -256,6 +258,15 @@ class Client:
     @property
     def closed(self) -> bool:
         return self._closed
+
+    def __reduce__(self) -> Any:
+        if not self._own_channel:
+            raise TypeError("a client of the caller's channel cannot be pickled: give the client an address")
+        if self._token is not None:
+            raise TypeError("a client with a token cannot be pickled, because the token would be written out: set the "
+                            "environment variable STIEFEL_TOKEN in every process instead")
+        return functools.partial(Client, timeout=self.timeout, checksums=self.checksums, tls=self._tls,
+                                 any_build=self.any_build), (self.address,)
 
     def __enter__(self) -> Client:
         return self

@@ -45,6 +45,11 @@ class Invariant:
     conservation: Conservation  #: what the method declares that it does to this invariant
     member: Optional[int] = None  #: in an ensemble: the member with the largest drift, whose numbers these are
 
+    @property
+    def of_member(self) -> str:
+        """" of member 3" in an ensemble, else ""."""
+        return "" if self.member is None else f" of member {self.member}"
+
     @staticmethod
     def of(message: pb.Invariant) -> Invariant:
         return Invariant(message.name, message.initial, message.value, message.drift, message.scale,
@@ -60,7 +65,7 @@ class Domain:
     largest_step: Optional[float] = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Diagnosis:
     """The properties of the state at `step`. What was not asked for or does not exist is None or empty."""
 
@@ -98,12 +103,26 @@ class Diagnosis:
             RunStatus.of(message.run_status), message.computed_steps,
             {family.name: family.count for family in message.shortened}, Price.of(message.price))
 
-    def __str__(self) -> str:
-        """Returns a table with one line per invariant, and the estimated error if it was asked for. A drift says nothing
-        about that error."""
-        width = max((len(invariant.name) for invariant in self.invariants), default=0)
+    def __repr__(self) -> str:
+        """Returns at most five lines; `table` has every invariant."""
+        lines = [f"<stiefel.Diagnosis {self.outcome} at step {self.step}, time {self.time!r}: {len(self.invariants)} invariants"]
+        if self.invariants:
+            worst = max(self.invariants, key=lambda invariant: invariant.drift)
+            lines.append(f"  largest drift {worst.drift:.1e} of {worst.name}{worst.of_member} ({worst.conservation})")
+        if self.orthogonality is not None:
+            lines.append(f"  orthogonality {self.orthogonality:.1e}")
+        if self.estimated_error is not None:
+            lines.append(f"  estimated error: {self.estimated_error}")
+        return "\n".join(lines) + ">"
+
+    def table(self) -> str:
+        """Returns a table with one line for each invariant, and the estimated error if it was asked for. A drift says
+        nothing about that error. In an ensemble a line names the member whose drift of that invariant is the largest."""
+        names = [invariant.name + invariant.of_member for invariant in self.invariants]
+        width = max(map(len, names), default=0)
         lines = [f"{self.outcome} at step {self.step}, time {self.time!r}"]
-        lines += [f"  {i.name:{width}}  {i.value:< .12g}  drift {i.drift:.1e}  {i.conservation}" for i in self.invariants]
+        lines += [f"  {name:{width}}  {i.value:< .12g}  drift {i.drift:.1e}  {i.conservation}"
+                  for name, i in zip(names, self.invariants)]
         if self.orthogonality is not None:
             lines.append(f"  orthogonality {self.orthogonality:.1e}")
         if self.estimated_error is not None:

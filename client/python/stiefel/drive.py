@@ -97,5 +97,8 @@ class Drive:
     def __exit__(self, *exception: object) -> None:
         self.close()
 
+    def __reduce__(self) -> Any:
+        raise TypeError("a drive cannot be pickled, because it is an open stream")
+
     def __repr__(self) -> str:
         return f"<stiefel.Drive of {self._session.id}, {'idle' if self._replies is None else 'open'}>"

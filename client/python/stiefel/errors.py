@@ -50,12 +50,15 @@ class StiefelError(Exception):
             lines.append(f"{samples} samples had arrived; they are in `partial`")
         return "\n  ".join([self.message] + [line for line in lines if line not in self.message])
 
+    def say(self, message: str) -> None:
+        """Replaces the message."""
+        self.message, self.args = message, (message,)
+
     def relative_to(self, place: str) -> None:
         """Makes the paths of fields relative to `place`, for a caller who gave only the fields inside it: relative to
         "pairs[0]", the path "pairs[0].Q_0" becomes "Q_0"."""
-        self.message = self.message.replace(place + ".", "")
+        self.say(self.message.replace(place + ".", ""))
         self.violations = tuple(v._replace(field=v.field.removeprefix(place + ".")) for v in self.violations)
-        self.args = (self.message,)
 
     def as_given(self, name: str, order: Sequence[int]) -> None:
         """Replaces the index k of `name`[k] by `order[k]`, for a caller whose list was sent in another order."""
@@ -63,9 +66,8 @@ class StiefelError(Exception):
             return f"{name}[{order[int(found[1])]}]"
 
         path = re.compile(rf"\b{re.escape(name)}\[(\d+)\]")
-        self.message = path.sub(index, self.message)
+        self.say(path.sub(index, self.message))
         self.violations = tuple(v._replace(field=path.sub(index, v.field)) for v in self.violations)
-        self.args = (self.message,)
 
 
 class InvalidArgument(StiefelError, ValueError):
@@ -190,6 +192,8 @@ def from_status(status: pb.Status) -> StiefelError:
 # The messages of gRPC for a server that it does not find. The address is the first or the second group.
 _UNREACHABLE = re.compile(r"(?:DNS resolution failed for|errors resolving) (\S+): |failed to connect to all addresses"
                           r"(?:; last error: \w+: (?:ipv4:|ipv6:)?(\S+): )?")
+_NO_GRPC = "nothing that speaks gRPC answers there"
+_CLOSES = "it closes the connection"
 _REASONS = {  # the first key that occurs in gRPC's message counts
     "Connection refused": "the connection is refused, nothing listens there",
     "No such file or directory": "there is no such socket",
@@ -197,41 +201,65 @@ _REASONS = {  # the first key that occurs in gRPC's message counts
     "No route to host": "there is no route to this host",
     "Network is unreachable": "its network cannot be reached",
     "is not in peer certificate": "its certificate has another name",
+    "Hostname Verification Check failed": "its certificate has another name",
     "CERTIFICATE_VERIFY_FAILED": "its certificate is not trusted",
     "certificate verify failed": "its certificate is not trusted",
-    "Ssl handshake failed": "the TLS handshake failed",
-    "handshaker shutdown": "nothing that speaks gRPC answers there",
+    "WRONG_VERSION_NUMBER": "it does not speak TLS",
+    "wrong version number": "it does not speak TLS",
+    "handshake failed": "the TLS handshake failed",
+    "handshaker shutdown": _NO_GRPC,
+    "http1.x server": _NO_GRPC,
+    "Failed parsing HTTP/2": _NO_GRPC,
+    "Socket closed": _CLOSES,
+    "Connection reset": _CLOSES,
+    "Broken pipe": _CLOSES,
     "Timeout occurred": "the server does not answer",
+    "timed out": "the server does not answer",
     "contacting DNS servers": "no name server answers",
     "contact DNS servers": "no name server answers",
     "DNS resolution failed": "the name is unknown",
     "Domain name not found": "the name is unknown",
     "errors resolving": "its name cannot be resolved",
 }
+# gRPC's messages for a connection that broke while a call ran, such as that of a proxy to its server, and for a call
+# that reached a server while it shut down. Their codes are CANCELLED, INTERNAL, UNKNOWN and UNAVAILABLE; errors of the
+# server itself have details.
+_BROKEN = re.compile(r"Received RST_STREAM|Stream removed\b|Socket closed$|CANCELLED$|No status received|"
+                     r"recvmsg:|sendmsg:|Broken pipe$|Connection reset by peer$")
+_BROKE = "the connection to the server broke"
+_PLAIN = {  # gRPC's messages for calls that reached a server, by how they begin
+    "Received RST_STREAM with error code 11": "the server or a proxy before it refuses the call as too much: the call's "
+                                              "metadata, such as its token, is too large, or too many calls come at once",
+    "received initial metadata size exceeds": "the call's metadata, such as its token, is larger than the server takes",
+    "Received http2 header with status:": "a web server answers there, not a stiefel server",
+    "Deadline Exceeded": "the call took longer than its timeout",
+}
 
 
-def in_plain_words(message: str) -> str:
+def in_plain_words(message: str, tls: Optional[bool] = None) -> str:
     """Replaces gRPC's message for a server that it does not find by one such as "cannot reach HOST:PORT: the name is
-    unknown". Returns any other message unchanged."""
+    unknown", and its messages for a call that broke. Returns any other message unchanged. `tls`: whether the channel
+    has TLS, if that is known."""
     found = _UNREACHABLE.match(message)
     if not found:
-        return message
+        plain = next((ours for theirs, ours in _PLAIN.items() if message.startswith(theirs)), None)
+        return plain or (_BROKE if _BROKEN.match(message) else message)
     address = unquote(found.group(1) or found.group(2) or "the server")
     reason = next((plain for grpc_says, plain in _REASONS.items() if grpc_says in message), message.split(": ")[-1])
+    if reason == _CLOSES and tls is not None:
+        reason += (", as a server does that asks clients for a certificate: give one in `tls`" if tls else
+                   ", as a server with TLS does to a client without: give `tls`")
     return f"cannot reach {address}: {reason}"
 
 
-# gRPC's messages for a connection that broke while a call ran, such as that of a proxy to its server, and for a call
-# that reached a server while it shut down. Their codes are CANCELLED, INTERNAL and UNKNOWN; errors of the server itself
-# have details.
-_BROKEN = re.compile(r"Received RST_STREAM|Stream removed$|Socket closed$|CANCELLED$|No status received")
-
-
-def from_rpc_error(error: grpc.RpcError) -> StiefelError:
+def from_rpc_error(error: grpc.RpcError, tls: Optional[bool] = None) -> StiefelError:
+    """Returns this package's exception. `tls`: whether the channel has TLS, if that is known."""
     trailing = dict(error.trailing_metadata() or ())
     details = trailing.get("grpc-status-details-bin", b"")
     message, code = error.details() or "", error.code()
+    if details:
+        return make_error(code.value[0], message, details)
     maybe = code in (grpc.StatusCode.CANCELLED, grpc.StatusCode.INTERNAL, grpc.StatusCode.UNKNOWN)
-    if maybe and not details and _BROKEN.match(message):
+    if (maybe and _BROKEN.match(message)) or message.startswith("Received http2 header"):
         code = grpc.StatusCode.UNAVAILABLE
-    return make_error(code.value[0], in_plain_words(message), details)
+    return make_error(code.value[0], in_plain_words(message, tls))

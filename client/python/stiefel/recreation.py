@@ -3,19 +3,22 @@ from __future__ import annotations
 
 import re
 import threading
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Callable, Iterator, NamedTuple, Optional
 
 import grpc
 
 from stiefel import calls
 from stiefel import v1 as pb
-from stiefel.errors import BuildChanged, NotFound, StiefelError, Unavailable
+from stiefel.errors import BuildChanged, DeadlineExceeded, NotFound, StiefelError, Unavailable
 
 if TYPE_CHECKING:
     from stiefel.client import Client
 
-#: Units of work (instructions) between two checkpoints: about a second.
-WORK_BETWEEN_CHECKPOINTS = 5e9
+WORK_PER_SECOND = 5e9  #: units of work (instructions) that a core does in a second
+WORK_BETWEEN_CHECKPOINTS = WORK_PER_SECOND
+STOP = 0.06  #: seconds in which a server ends a call whose time is over
+ANSWER = 0.25  #: seconds that a server gets to say where a session stands
 
 #: The most recreations of a session within one call. They are many, because servers may be lost one after the other and
 #: each recreation is progress.
@@ -90,6 +93,26 @@ class Recreation:
         that pause."""
         pause_after_loss(error, self.is_gone(error), waits, deadline, self._client)
         self._create(deadline)
+
+    @contextmanager
+    def explains(self, to: int) -> Iterator[None]:
+        """Adds to a DeadlineExceeded where the session stands, and how long the steps from there to `to` take."""
+        try:
+            yield
+        except DeadlineExceeded as late:
+            late.say(f"{late.message}: step {to} was not reached{self._standing(to)}")
+            raise
+
+    def _standing(self, to: int) -> str:
+        threading.Event().wait(STOP)
+        try:
+            request = pb.GetSessionRequest(session_id=self._id, view=pb.SessionView(scene=pb.SCENE_VIEW_NONE))
+            session = self._client.stub.GetSession(request, timeout=ANSWER, metadata=self.metadata).session
+        except (StiefelError, grpc.RpcError, ValueError):
+            return ", and the server does not answer"
+        work = session.step_price.work * max(to - session.cursor, 0)
+        return (f"; the session stands at step {session.cursor}, from where the same call goes on. The steps from there take "
+                f"about {work / WORK_PER_SECOND:.2g} s of one core ({work:.1e} instructions)")
 
     def is_gone(self, error: StiefelError) -> bool:
         """Returns whether `error` means that the session or its server is gone and this handle may create it again."""

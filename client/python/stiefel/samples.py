@@ -39,6 +39,10 @@ class Samples:
         self._parts = CheckpointParts()
 
     def __iter__(self) -> Iterator[Batch]:
+        with self._recreation.explains(self._request.to):
+            yield from self._batches()
+
+    def _batches(self) -> Iterator[Batch]:
         deadline = calls.Deadline(self._client.deadline(self._timeout))
         waits, recoveries = calls.Pauses(), recreation.pauses()
         last: Optional[int] = None

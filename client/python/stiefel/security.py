@@ -43,6 +43,11 @@ def is_local(address: str) -> bool:
         return False
 
 
+def has_tls(tls: TlsLike, address: str) -> bool:
+    """Returns whether a channel to `address` has TLS. Raises InvalidArgument for TLS on a Unix socket."""
+    return _tls(tls, address) is not None
+
+
 def open_channel(address: str, tls: TlsLike, token: Optional[str], options: Options) -> grpc.Channel:
     """Opens a channel to `address`. Raises InvalidArgument for a token that would travel in plaintext beyond this
     machine, for TLS on a Unix socket, and for files that cannot be read."""

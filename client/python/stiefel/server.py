@@ -12,7 +12,7 @@ import threading
 import time
 import weakref
 from pathlib import Path
-from typing import IO, Mapping, Optional, Sequence
+from typing import IO, Any, Mapping, Optional, Sequence
 
 from stiefel.errors import NotStarted
 from stiefel.programs import bundled
@@ -85,6 +85,9 @@ class Server:
         for pipe in (self.process.stdin, self.process.stdout):
             if pipe is not None:
                 pipe.close()
+
+    def __reduce__(self) -> Any:
+        raise TypeError("a server cannot be pickled, because it is a process: send its `address`")
 
     def __enter__(self) -> Server:
         return self

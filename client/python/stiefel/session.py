@@ -122,7 +122,8 @@ class Session:
              timeout: Optional[float] = None) -> State:
         """Returns the state at step `to`, or the last good one if the run ends before; see `State.outcome`.
 
-        `fields`: a name or several; by default the system's blocks. `checkpoint`: asks for `State.checkpoint`.
+        `fields`: a name or several; by default the variables in which the scene is given: quaternion and
+        angular_velocity with `body`, otherwise the system's blocks. `checkpoint`: asks for `State.checkpoint`.
         `timeout`: seconds for the whole call; by default the client's.
         """
         to, wanted = step_index("to", to), names("fields", fields)
@@ -130,7 +131,8 @@ class Session:
                                  return_checkpoint=checkpoint or self._recreation.wants_checkpoint(to),
                                  checksum=self._client.checksums)
         try:
-            reply = self._recreation.call("Step", request, timeout)
+            with self._recreation.explains(to):
+                reply = self._recreation.call("Step", request, timeout)
         except InvalidArgument as error:
             if error.reason != TOO_LARGE:
                 raise
@@ -180,7 +182,8 @@ class Session:
         for i, (one, other) in enumerate(dirac_brackets):
             request.dirac_brackets.add(first=_factors(one, f"dirac_brackets[{i}].first"),
                                        second=_factors(other, f"dirac_brackets[{i}].second"))
-        return Diagnosis.of(self._recreation.call("Diagnose", request, timeout))
+        with self._recreation.explains(request.to):
+            return Diagnosis.of(self._recreation.call("Diagnose", request, timeout))
 
     def fork(self, at: int, method: Optional[Mapping[str, Any]] = None, step: Optional[float] = None,
              system: Optional[str] = None, id: Optional[str] = None,
@@ -197,7 +200,8 @@ class Session:
             request.method.CopyFrom(to_method(method))
         deadline, waits = calls.Deadline(self._client.deadline(timeout)), pauses()
         while True:
-            reply = self._recreation.call("ForkSession", request, deadline.left())
+            with self._recreation.explains(request.from_step):
+                reply = self._recreation.call("ForkSession", request, deadline.left())
             if not reply.HasField("session"):
                 raise FailedPrecondition(f"step {at} cannot be reached: {reply.run_status.message}")
             forked = Session(self._client, reply.session, reply.created, self.resolved(), owner=True)
@@ -229,7 +233,7 @@ class Session:
                    timeout: Optional[float] = None, times: Optional[Sequence[float]] = None) -> Trajectory:
         """Returns the samples at start, start + every, ... and at `to` as whole arrays, each allocated once.
 
-        `fields`: a name or several; by default the system's blocks. `progress`: shows a progress bar of tqdm. With
+        `fields`: as in `step`. `progress`: shows a progress bar of tqdm. With
         `times` instead of `to`, `start` and `every`, returns the states at these times, in the order given. A state
         between two steps is the state before it, advanced by the method with a shorter step; its `step` is the last
         step at or before it.
@@ -295,8 +299,7 @@ class Session:
         Each event is a mapping with the keys field and coefficients, and optionally level (default 0), direction
         ("both", the default, "rising" or "falling"), limit (the most zeros; default 0, all) and terminal (whether the
         motion ends at the last zero of `limit`, by default False). A zero is found where g has different signs at two
-        consecutive steps; two zeros between them are not seen. `fields`: the fields to return at the zeros; by default
-        the system's blocks.
+        consecutive steps; two zeros between them are not seen. `fields`: the fields to return at the zeros, as in `step`.
         """
         request = self._events_request(to, events, start, fields)
         running = self._summarizing(request, timeout)
@@ -342,6 +345,10 @@ class Session:
                                    checkpoint_every=self._recreation.checkpoint_every(), checksum=self._client.checksums)
         setattr(request, "from", start)
         return Samples(self._client, self._recreation, request, self._known_scene().step, timeout)
+
+    def __reduce__(self) -> Any:
+        raise TypeError("a session cannot be pickled, because only one handle may create it again: send its `id`, and use "
+                        "`Client.get(id)` in the other process")
 
     def __enter__(self) -> Session:
         return self

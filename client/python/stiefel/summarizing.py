@@ -54,6 +54,10 @@ class Summarizing:
                           self.checkpoint_ignored)
 
     def __iter__(self) -> Iterator[Union[Events, Batch]]:
+        with self._recreation.explains(self._request.to):
+            yield from self._parts()
+
+    def _parts(self) -> Iterator[Union[Events, Batch]]:
         deadline, waits, recoveries = calls.Deadline(self._timeout), calls.Pauses(), recreation.pauses()
         taken = {Events: 0, Batch: 0}  # how many events and states have been yielded
         kept = dict(taken)  # how many of them came before the last checkpoint

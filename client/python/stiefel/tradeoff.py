@@ -67,7 +67,7 @@ class Point:
                      message.below_reference, RunStatus.of(message.run_status))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Tradeoff:
     """Error against cost on one scene."""
 
@@ -87,6 +87,15 @@ class Tradeoff:
             else:
                 front = tuple(points[i] for i in message.front.points)
         return Tradeoff(setup, tuple(points), front)
+
+    def __repr__(self) -> str:
+        """Returns at most five lines, with the ends of the Pareto front."""
+        lines = [f"<stiefel.Tradeoff of {len(self.points)} points, {len(self.front)} of them on the Pareto front, horizon "
+                 f"{self.setup.horizon:g}, reference error {self.setup.reference_error:.0e}"]
+        for what, ends in (("cheapest", self.front[:1]), ("most accurate", self.front[-1:])):
+            lines += [f"  {what}: {p.family}, {p.substeps} substeps: error {p.error:.1e}, work {p.work:.1e}"
+                      for p in ends if p.error is not None]
+        return "\n".join(lines) + ">"
 
     def plot(self, axes: Any = None, cost: str = "work", error: str = "error") -> Any:
         """Plots the work-precision diagram, error over cost in logarithmic scales, and returns the axes.

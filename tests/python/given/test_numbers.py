@@ -136,7 +136,7 @@ def test_a_body_may_have_units(make):
         with pytest.raises(stiefel.InvalidArgument, match=f"scene.body.{next(iter(body))}: .* must be numbers"):
             stiefel.to_message({**SCENE, "body": body})
     for change in ({"inertia": make([1, 2, 3], "m")}, {"epsilon": make(1, "m")}, {"initial": {"M": make(np.eye(3), "m")}}):
-        with pytest.raises(stiefel.InvalidArgument, match="must be numbers without a unit"):
+        with pytest.raises(stiefel.InvalidArgument, match="must be .*numbers without a unit"):
             stiefel.to_message({**SCENE, **change})
 
 

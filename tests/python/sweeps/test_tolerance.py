@@ -93,3 +93,18 @@ def test_a_point_where_no_method_meets_it_is_named():
     with pytest.raises(stiefel.InvalidArgument, match=r"tolerance.*\(at point 17\)") as caught:
         sweep(scene={**SCENE, "tolerance": 1e-13}, axes={"body.angular_velocity": spins}, to=TO)
     assert caught.value.reason == "TOLERANCE_NOT_MET"
+
+
+def test_the_recommended_method_of_each_step_is_recorded(client):
+    """Substeps follow the step: they are of one size at most."""
+    M = np.diag([1.0, 2, 3], 1) - np.diag([1.0, 2, 3], -1)
+    scene = {"system": "rigid_body", "step": 0.01, "inertia": [1, 2, 3, 4], "initial": {"Q": np.eye(4), "M": M}}
+    steps = [0.1, 1.0, 3.0]
+    result = sweep(scene=scene, axes={"step": steps}, to=3, summarize={"energy": "last"})
+    alone = []
+    for step in steps:
+        with client.create({**scene, "step": step}) as session:
+            alone.append(session.scene["method"])
+    assert methods(result) == alone and len({method["substeps"] for method in alone}) == 3
+    named = sweep(scene={**scene, "method": {"name": "rk4"}}, axes={"step": steps}, to=3, summarize={"energy": "last"})
+    assert "method" not in named and json.loads(named.attrs["scene"])["method"]["name"] == "rk4"

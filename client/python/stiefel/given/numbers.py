@@ -24,8 +24,9 @@ def refused(path: str, description: str) -> InvalidArgument:
     return InvalidArgument(f"{path}: {description}", (Violation(path, description),))
 
 
-def numbers(path: str, given: Any, unit: str = "", may_be_complex: bool = False) -> NDArray[Any]:
-    """Returns numbers as an array of the shape given. `unit`: that of the numbers, such as "rad/s"; "" for none.
+def numbers(path: str, given: Any, unit: str = "", may_be_complex: bool = False, what: str = "numbers") -> NDArray[Any]:
+    """Returns numbers as an array of the shape given. `unit`: that of the numbers, such as "rad/s"; "" for none. `what`:
+    what errors call them.
 
     A quantity (of astropy, pint, or any library whose quantities convert themselves) becomes numbers in `unit`. A
     timedelta of Python, numpy or pandas becomes seconds. Raises InvalidArgument for everything else that is not a
@@ -34,13 +35,13 @@ def numbers(path: str, given: Any, unit: str = "", may_be_complex: bool = False)
     if isinstance(given, datetime.timedelta):
         return _seconds(path, given, given.total_seconds(), unit)
     if isinstance(given, (list, tuple)) and not set(map(type, given)) <= _REAL:
-        parts = [numbers(path, part, unit, may_be_complex) for part in given]
+        parts = [numbers(path, part, unit, may_be_complex, what) for part in given]
         if len({part.shape for part in parts}) > 1:
-            raise refused(path, f"{reprlib.repr(given)}: must be numbers, its rows of one length")
+            raise refused(path, f"{reprlib.repr(given)}: must be {what}, its rows of one length")
         return np.array(parts)
     if _has_unit(given):
-        given = _converted(path, given, unit)
-    return _of_array(path, given, unit, may_be_complex)
+        given = _converted(path, given, unit, what)
+    return _of_array(path, given, unit, may_be_complex, what)
 
 
 def number(path: str, given: Any, unit: str = "") -> float:
@@ -88,18 +89,18 @@ def timeout(given: Any) -> Optional[float]:
     return None if seconds == math.inf else seconds
 
 
-def _of_array(path: str, given: Any, unit: str, may_be_complex: bool) -> NDArray[Any]:
+def _of_array(path: str, given: Any, unit: str, may_be_complex: bool, what: str) -> NDArray[Any]:
     if isinstance(given, _NO_NUMBERS) or np.ma.is_masked(given):
-        raise _wrong(path, given, unit)
+        raise _wrong(path, given, unit, what)
     try:
         array = np.asarray(given)
     except ValueError:
-        raise _wrong(path, given, unit) from None
+        raise _wrong(path, given, unit, what) from None
     kind = array.dtype.kind
     if kind == "m" and np.datetime_data(array.dtype)[0] not in ("generic", "M", "Y"):
         return _seconds(path, given, array / np.timedelta64(1, "s"), unit)
     if kind == "O" and array.ndim and not isinstance(given, (list, tuple)):
-        return numbers(path, array.tolist(), unit, may_be_complex)
+        return numbers(path, array.tolist(), unit, may_be_complex, what)
     try:
         if kind in "iufO":
             return array.astype(float)
@@ -107,7 +108,7 @@ def _of_array(path: str, given: Any, unit: str, may_be_complex: bool) -> NDArray
         pass
     if kind == "c" and may_be_complex:
         return array.astype(complex)
-    raise _wrong(path, given, unit)
+    raise _wrong(path, given, unit, what)
 
 
 def _has_unit(given: Any) -> bool:
@@ -117,14 +118,14 @@ def _has_unit(given: Any) -> bool:
     return any(hasattr(given, name) for name in ("unit", "units", "sec"))  # `sec`: a TimeDelta of astropy
 
 
-def _converted(path: str, given: Any, unit: str) -> Any:
+def _converted(path: str, given: Any, unit: str, what: str) -> Any:
     """Returns the numbers of a quantity in `unit`."""
     convert = getattr(given, "to", None) or getattr(given, "rescale", None)
     try:
         inside = convert(unit)  # type: ignore[misc]
         return inside.magnitude if hasattr(inside, "magnitude") else inside.value
     except Exception:  # each library raises its own
-        raise _wrong(path, given, unit) from None
+        raise _wrong(path, given, unit, what) from None
 
 
 def _seconds(path: str, given: Any, seconds: Any, unit: str) -> NDArray[Any]:
@@ -133,8 +134,8 @@ def _seconds(path: str, given: Any, seconds: Any, unit: str) -> NDArray[Any]:
     return np.asarray(seconds, float)
 
 
-def _wrong(path: str, given: Any, unit: str) -> InvalidArgument:
-    without = "must be numbers without a unit" if _has_unit(given) else "must be numbers"
+def _wrong(path: str, given: Any, unit: str, what: str = "numbers") -> InvalidArgument:
+    without = f"must be {what} without a unit" if _has_unit(given) else f"must be {what}"
     rules = {"": without, SECONDS: "must be numbers of seconds, a timedelta or a quantity of time"}
     return refused(path, f"{_text(given)}: {rules.get(unit, f'must be numbers in {unit}, or a quantity that converts to it')}")
 

@@ -59,8 +59,9 @@ def sweep(scene: SceneLike, axes: Mapping[str, Any], to: int, summarize: Quantit
     such as "energy.drift" for each statistic, "outcome" and "last_step" of each motion, the axes as coordinates, and as
     attributes the resolved scene, the build and the SHA-256 of all arrays. Its bytes do not depend on the executor, the
     number of workers, or failures on the way. A scene without a method gets the recommended one, with the substeps that
-    the most demanding point needs. For a scene with a tolerance, a method is chosen for each point alone, and the
-    variable "method" has its index in attrs["methods"].
+    the most demanding point needs of those that agree in `step` and all other fields that members share. For a scene with
+    a tolerance, a method is chosen for each point alone. Then, and where such a field is an axis, the variable "method"
+    has the index of each point's method in attrs["methods"].
 
     Raises InvalidArgument before work starts, and SweepFailed when a chunk failed too often or the executor takes no more
     tasks. A wrong value at some point, which no other point has, is found when its chunk is computed, and then raises
@@ -92,8 +93,8 @@ def _run(plan: Plan, workers: Workers, failures: Failures, store: Optional[Any],
         table.put(plan.points(chunk), arrays)
         done.add(chunk)
 
-    methods, which = plan.methods() if plan.chooses else ([], None)
-    chosen = {"methods": json.dumps(methods)} if plan.chooses else {}
+    methods, which = plan.methods() if plan.fills_in else ([], None)
+    chosen = {"methods": json.dumps(methods)} if plan.fills_in else {}
 
     def result() -> SweepResult:
         return table.result({"scene": json.dumps(plan.scene), **asked, "numerics_id": plan.numerics_id, "build": plan.build,
@@ -135,7 +136,7 @@ def _completed(error: StiefelError, done: int, chunks: int, partial: Optional[Sw
     message = f"{error.message}; {done} of {chunks} chunks are done{again}"
     if isinstance(error, SweepFailed):
         error.done, error.chunks = done, chunks
-    error.message, error.args = message, (message,)
+    error.say(message)
     error.partial = _as_dataset(partial) if partial is not None else None
     return error
 

@@ -34,7 +34,7 @@ class Plan:
     numerics_id: str
     build: str
     scene: dict[str, Any]  #: the resolved base scene, without fields that the axes set and without methods that differ
-    chooses: bool  #: whether each point has a method that is chosen for its tolerance
+    fills_in: bool  #: whether the server filled in methods that may differ between points
     template: Task  #: all tasks are copies of it
     warnings: tuple[str, ...]
 
@@ -47,7 +47,7 @@ class Plan:
         return task_of(self.template, self.axes, self.groups[group].scene, self.order[begin:end], chunk)
 
     def methods(self) -> tuple[list[dict[str, Any]], NDArray[np.uint16]]:
-        """Returns the methods that were chosen, and for each point the index of its method."""
+        """Returns the methods of all points, and for each point the index of its method."""
         known = sorted({group.scene.method.SerializeToString(deterministic=True) for group in self.groups})
         which = np.zeros(self.axes.points, "<u2")
         for group in self.groups:
@@ -89,10 +89,19 @@ def make_plan(base: pb.Scene, axes: Axes, request: pb.SummarizeRequest, ask_all:
         template = replace(template, timeout=max(template.timeout, slowest))
         chunks += [(k, begin, min(begin + members, group.end)) for begin in range(group.begin, group.end, members)]
     plan = Plan(axes, groups, order, tuple(chunks), request, first[0].numerics_id, first[0].build,
-                _described(groups, given), any(group.scene.HasField("tolerance") for group in given), template,
+                _described(groups, given), _fills_in(groups, given), template,
                 tuple(dict.fromkeys(text for one in resolved for text in one.warnings)))
     _check_shapes(plan, ask_all)
     return plan
+
+
+def _fills_in(groups: Sequence[Group], given: Sequence[Group]) -> bool:
+    """Returns whether methods were chosen for a tolerance, or are those recommended for scenes that differ in `step` or
+    another field that members share."""
+    chosen = any(group.scene.HasField("tolerance") for group in given)
+    named = all(group.scene.HasField("method") for group in given)
+    has_method = any(group.scene.HasField("method") for group in groups)  # a discrete system has none
+    return chosen or (len(groups) > 1 and has_method and not named)
 
 
 def _is_read_on_the_way(quantity: pb.Quantity) -> bool:
