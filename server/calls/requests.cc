@@ -52,7 +52,8 @@ grpc::Status check_step(const char* field, std::int64_t value, std::int64_t low)
   if (low <= value && value <= Session::max_step) return grpc::Status::OK;
   return errors::invalid(
       field, std::to_string(value),
-      "must be " + std::to_string(low) + " to " + std::to_string(Session::max_step));
+      "must be " + std::to_string(low) + " to " + std::to_string(Session::max_step) +
+          (value < 0 ? "; for times before 0, use a negative step in the scene" : ""));
 }
 
 OrStatus<Registry::Created> admit(Host& host, Account& account, const std::string& id,

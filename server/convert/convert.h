@@ -56,7 +56,7 @@ v1::Conservation to_proto(Conservation conservation);
 
 using FieldNames = google::protobuf::RepeatedPtrField<std::string>;
 
-/// Returns the indices of the named fields; of the system's blocks when no field is named.
+/// Returns the indices of the named fields; the session's default ones when no field is named.
 std::expected<std::vector<std::size_t>, Violations> select_fields(const Session& session,
                                                                   const FieldNames& names);
 

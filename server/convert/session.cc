@@ -58,10 +58,8 @@ void to_proto(const Session& session, const Resolution& resolution, const Regist
   const auto steps = session.cached_steps();
   out->mutable_cached_steps()->Add(steps.begin(), steps.end());
   for (const std::string& warning : session.warnings()) out->add_warnings(warning);
-  std::vector<std::size_t> blocks(session.block_count());
-  for (std::size_t i = 0; i < blocks.size(); ++i) blocks[i] = i;
-  to_proto(session.work(0, 1), sample_bytes(session, blocks), v1::PRICE_BOUND_EXPECTED,
-           out->mutable_step_price());
+  to_proto(session.work(0, 1), sample_bytes(session, session.default_fields()),
+           v1::PRICE_BOUND_EXPECTED, out->mutable_step_price());
   out->mutable_step_price()->set_memory_bytes(session.simulation_bytes());
   write_checksum(view, out);
 }

@@ -43,11 +43,8 @@ void to_proto(const Cursor& cursor, const Scene& scene, v1::RunStatus* out) {
 std::expected<std::vector<std::size_t>, Violations> select_fields(const Session& session,
                                                                   const FieldNames& names) {
   const std::vector<Field>& offered = session.fields();
+  if (names.empty()) return session.default_fields();
   std::vector<std::size_t> selected;
-  if (names.empty()) {
-    for (std::size_t i = 0; i < session.block_count(); ++i) selected.push_back(i);
-    return selected;
-  }
   Violations violations;
   const auto refuse = [&](int i, std::string rule) {
     violations.push_back({"fields[" + std::to_string(i) + "]", names[i], std::move(rule)});

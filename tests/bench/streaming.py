@@ -32,11 +32,11 @@ def main(address: str, echo: str, repeats: int, samples: int) -> None:
 
     def ours() -> None:
         with client.create(SCENE) as session:
-            trajectory = session.trajectory(to=samples - 1)
+            trajectory = session.trajectory(to=samples - 1, fields=["Q", "M"])
         assert trajectory["Q"].shape == trajectory["M"].shape == (samples, 3, 3)
 
     with client.create(SCENE) as session:
-        stream = client.stub.Stream(pb.StreamRequest(session_id=session.id, to=samples - 1))
+        stream = client.stub.Stream(pb.StreamRequest(session_id=session.id, to=samples - 1, fields=["Q", "M"]))
         messages = [message.ByteSize() for message in stream]
     request = echo_pb2.PourRequest(message_bytes=sum(messages) // len(messages), messages=len(messages))
 

@@ -51,7 +51,7 @@ def test_a_step_that_cannot_be_reached_makes_no_session(client):
 
 
 @pytest.mark.parametrize("change, fault", [
-    ({"at": -1}, "from_step: -1"), ({"step": 0.0}, "step: 0"), ({"method": {"name": "none"}}, 'method.name: "none"'),
+    ({"at": -1}, "at: -1"), ({"step": 0.0}, "step: 0"), ({"method": {"name": "none"}}, 'method.name: "none"'),
     ({"system": "none"}, "system: none: must be a system"), ({"system": "velocity"}, "system: velocity"), ({"id": "a b"}, "session_id: a b"),
 ], ids=lambda value: None if isinstance(value, str) else "".join(value))
 def test_a_wrong_change_names_the_field(client, change, fault):

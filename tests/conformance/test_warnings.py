@@ -1,4 +1,5 @@
-"""Moments that no rigid body has are accepted with a warning."""
+"""What is accepted with a warning: moments that no rigid body has, and steps of more than half a turn."""
+import re
 import warnings
 
 import numpy as np
@@ -76,3 +77,31 @@ def test_members_of_an_ensemble(client):
     assert texts(client, {**scene, "inertia": every}) == [
         "member 3: lambda3 = -0.5 < 0, I1 + I2 = 3 < I3 = 4: no rigid body has these moments "
         "(2 members have a warning like this)"]
+
+
+def turning(omega, step, **changes):
+    return {**scenes.body(angular_velocity=omega, attitude=None, **changes), "step": step}
+
+
+@pytest.mark.parametrize("omega, step, degrees", [
+    ([31, -8, 52], 0.1, 350), ([31, -8, 52], -1, 3500), ([0, 0, 3.15], 1, 180), ([0, 2, 0], 86400, 9.9e6), ([1e-3, 0, 0], 4e3, 229)])
+def test_a_step_of_more_than_half_a_turn(client, omega, step, degrees):
+    """|omega| |step| in degrees, as where an angular velocity was given in degrees a second."""
+    assert degrees == pytest.approx(np.degrees(np.linalg.norm(omega) * abs(step)), rel=1e-2)
+    [text] = texts(client, turning(omega, step))
+    found = re.fullmatch(r"a step of (\S+) s turns the body by (\S+) degrees: more than half a turn; angular_velocity is in rad/s", text)
+    assert float(found[1]) == step and float(found[2]) == round(np.degrees(np.linalg.norm(omega) * abs(step)))
+
+
+@pytest.mark.parametrize("omega, step", [([31, -8, 52], 0.05), ([0, 0, 3.14], 1), ([0, 0, 0], 1e9), ([0, 2, 0], -1.5)])
+def test_a_step_of_up_to_half_a_turn(client, omega, step):
+    assert texts(client, turning(omega, step)) == []
+
+
+def test_members_that_turn_too_far(client):
+    velocities = np.array([[0, 0, 1], [0, 0, 4], [0, 0, 2], [5, 0, 0]])
+    [text] = texts(client, {**turning(velocities, 1.0), "members": 4})
+    assert text == ("member 1: a step of 1 s turns the body by 229 degrees: more than half a turn; angular_velocity is in rad/s "
+                    "(2 members have a warning like this)")
+    both = texts(client, {**turning(velocities, 1.0, moments=[1, 1, 3]), "members": 4})
+    assert len(both) == 2 and both[0].startswith("member 0: I1 + I2 = 2 < I3 = 3") and both[1] == text

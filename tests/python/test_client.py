@@ -20,7 +20,34 @@ def test_a_trajectory_is_arrays(session):
     assert (run.time == run.step * 0.01).all()
     assert run["Q"].shape == (run.samples, 3, 3) and run["quaternion"].shape == (run.samples, 1, 4)
     assert run.outcome is stiefel.Outcome.REACHED and run.computed_steps == 1000
-    assert (run["Q"][-1] == session.step(to=1000)["Q"]).all()
+    assert (run["Q"][-1] == session.step(to=1000, fields="Q")["Q"]).all()
+
+
+@pytest.mark.parametrize("system", ["rigid_body", "moser_veselov"])
+@pytest.mark.parametrize("members", [None, 3])
+def test_what_comes_by_default_is_what_the_scene_was_given_in(client, system, members):
+    """Quaternion and angular velocity with `body`; otherwise the system's blocks."""
+    scene = {**SCENE, "system": system}
+    if system == "moser_veselov":
+        del scene["method"]
+    given = ["quaternion", "angular_velocity"]
+    with client.create({**scene, "members": members} if members else scene) as session:
+        state, lead = session.step(to=9), (members,) if members else ()
+        assert list(state) == given and [state[name].shape for name in given] == [(*lead, 1, 4), (*lead, 1, 3)]
+        first = session.step(to=0)
+        np.testing.assert_allclose(first["quaternion"], np.tile([1.0, 0, 0, 0], (*lead, 1, 1)), atol=1e-15)
+        np.testing.assert_allclose(first["angular_velocity"], np.tile([0.1, 2, 0.1], (*lead, 1, 1)), rtol=1e-3)
+        assert list(session.trajectory(to=9)) == list(next(session.stream(to=9))) == given
+        event = {"field": "angular_velocity", "coefficients": [1, 0, 0], "level": 1e9}
+        assert list(session.events(9, event)) == given and session.step_price.bytes == 7 * 8 * (members or 1)
+        with session.drive() as drive:
+            assert list(drive.step(9)) == given and list(drive.step(9, fields="Q")) == ["Q"]
+        if system == "rigid_body":
+            assert list(session.trajectory(times=[0.015])) == given
+        if members is None and system == "rigid_body":
+            blocks = {name: session.step(to=9, fields=name)[name] for name in ("Q", "M")}
+            with client.create({**scene, "body": None, "inertia": [2, 1, 0], "initial": blocks}) as other:
+                assert list(other.step(to=1)) == ["Q", "M"]
 
 
 def test_times_are_the_server_s(session):
@@ -35,7 +62,7 @@ def test_batches_are_the_trajectory(session):
     run = session.trajectory(to=5000)
     batches = list(session.stream(to=5000))
     assert len(batches) > 1
-    for name in ("Q", "M"):
+    for name in ("quaternion", "angular_velocity"):
         assert (np.concatenate([batch[name] for batch in batches]) == run[name]).all()
     assert (np.concatenate([batch.step for batch in batches]) == run.step).all()
 
@@ -48,7 +75,7 @@ def test_a_stream_may_be_left_early(session):
 
 
 def test_arrays_are_views_of_the_bytes(session):
-    array = session.step(to=1)["Q"]
+    array = session.step(to=1)["quaternion"]
     assert not array.flags.writeable and not array.flags.owndata
 
 
@@ -56,7 +83,8 @@ def test_a_trajectory_can_be_saved(session, tmp_path):
     run = session.trajectory(to=100)
     run.save(tmp_path / "run.npz")
     with np.load(tmp_path / "run.npz") as saved:
-        assert set(saved) == {"step", "time", "Q", "M"} and (saved["Q"] == run["Q"]).all()
+        assert set(saved) == {"step", "time", "quaternion", "angular_velocity"}
+        assert (saved["quaternion"] == run["quaternion"]).all()
 
 
 def test_progress_is_drawn(session, capsys):
@@ -84,14 +112,14 @@ def test_drive_has_the_bits_of_step(session):
     with session.drive(fields=["Q"]) as drive:
         states = [drive.step(k) for k in range(50)]
     assert [state.step for state in states] == list(range(50))
-    assert (states[-1]["Q"] == session.step(to=49)["Q"]).all() and set(states[-1].fields) == {"Q"}
+    assert (states[-1]["Q"] == session.step(to=49, fields="Q")["Q"]).all() and set(states[-1].fields) == {"Q"}
 
 
 def test_the_estimated_error_is_that_of_the_closed_form(session):
     assert session.diagnose(to=1000).estimated_error is None
     error = session.diagnose(to=1000, estimate_error=True).estimated_error
     with session._client.create({**SCENE, "method": {"name": "exact"}}) as exact:
-        ours, theirs = (each.step(to=1000)["Q"] for each in (session, exact))
+        ours, theirs = (each.step(to=1000, fields="Q")["Q"] for each in (session, exact))
     assert error.attitude == pytest.approx(np.abs(ours - theirs).max(), rel=1e-6) and error.attitude > 1e-5
     assert error.angle == pytest.approx(np.arccos((np.trace(ours.T @ theirs) - 1) / 2), rel=1e-4)
     assert error.momentum > 0 and error.missing == "" and error.member is None

@@ -17,6 +17,8 @@ from stiefel import v1 as pb
 SCENE = {"system": "rigid_body", "method": {"name": "variational"}, "step": 0.01,
          "body": {"moments": [1, 2, 3], "angular_velocity": [0.1, 2, 0.1]}}
 
+BLOCKS = ["Q", "M"]
+
 
 @pytest.fixture(scope="module")
 def session(client):
@@ -26,8 +28,8 @@ def session(client):
 
 @pytest.fixture(params=["state", "trajectory", "batch"])
 def answer(session, request):
-    return {"state": lambda: session.step(to=40), "trajectory": lambda: session.trajectory(to=40),
-            "batch": lambda: next(session.stream(to=40))}[request.param]
+    return {"state": lambda: session.step(to=40, fields=BLOCKS), "trajectory": lambda: session.trajectory(to=40, fields=BLOCKS),
+            "batch": lambda: next(session.stream(to=40, fields=BLOCKS))}[request.param]
 
 
 def test_it_is_a_mapping_of_its_fields(answer):
@@ -51,7 +53,7 @@ def test_equal_are_those_with_the_same_numbers(answer, session):
     changed = copy.deepcopy(first)
     changed.fields["M"] = changed["M"] + 1e-16
     assert changed != first
-    assert first != dict(first.fields) and first != session.step(to=39) and first != session.trajectory(to=39)
+    assert first != dict(first.fields) and first != session.step(39, BLOCKS) and first != session.trajectory(39, fields=BLOCKS)
     with pytest.raises(TypeError, match="unhashable"):
         hash(first)
 
@@ -80,10 +82,10 @@ def test_other_answers_are_compared_too(client, session):
 
 
 def test_a_repr_is_a_line(session, client):
-    run, state = session.trajectory(to=40, every=10), session.step(to=40)
+    run, state = session.trajectory(to=40, every=10, fields=BLOCKS), session.step(to=40)
     assert repr(run) == "<stiefel.Trajectory REACHED of 5 samples, steps 0 to 40: Q (5, 3, 3), M (5, 3, 3)>"
-    assert repr(state) == "<stiefel.State REACHED at step 40, time 0.4: Q (3, 3), M (3, 3)>"
-    assert repr(next(session.stream(to=0))) == "<stiefel.Batch of 1 sample, steps 0 to 0: Q (1, 3, 3), M (1, 3, 3)>"
+    assert repr(state) == "<stiefel.State REACHED at step 40, time 0.4: quaternion (1, 4), angular_velocity (1, 3)>"
+    assert repr(next(session.stream(to=0, fields=BLOCKS))) == "<stiefel.Batch of 1 sample, steps 0 to 0: Q (1, 3, 3), M (1, 3, 3)>"
     assert repr(session) == f"<stiefel.Session {session.id}: rigid_body variational, step 0.01>"
     assert repr(client) == f"<stiefel.Client of {client.address}>"
 
@@ -223,7 +225,7 @@ def test_no_events_have_the_fields_too(session, client):
     never = {**FLIP, "level": 1e6}
     none = session.events(50, never)
     assert none.count == 0 and none.member is None and {name: part.shape for name, part in none.items()} == {
-        "Q": (0, 3, 3), "M": (0, 3, 3)} and none.run_status.outcome == "REACHED"
+        "quaternion": (0, 1, 4), "angular_velocity": (0, 1, 3)} and none.run_status.outcome == "REACHED"
     assert session.events(50, never, fields=iter(["angular_velocity"]))["angular_velocity"].shape == (0, 1, 3)
     some = session.events(2000, FLIP)
     for name in ("event", "step", "fraction", "time"):
@@ -231,7 +233,7 @@ def test_no_events_have_the_fields_too(session, client):
     assert all(none[name].dtype == some[name].dtype for name in some)
     with client.create({**SCENE, "members": 2}) as ensemble:
         none = ensemble.events(50, never)
-        assert none.member.shape == (0,) and none["Q"].shape == (0, 3, 3) and none == ensemble.events(50, never)
+        assert none.member.shape == (0,) and none["quaternion"].shape == (0, 1, 4) and none == ensemble.events(50, never)
 
 
 def test_summaries_are_compared_by_value(session):
@@ -280,7 +282,7 @@ def test_an_event_may_have_numbers_of_numpy(session):
 
 def test_completion_offers_what_is_public(session):
     assert dir(stiefel) == sorted(stiefel.__all__) and all(hasattr(stiefel, name) for name in stiefel.__all__)
-    assert session.step(to=1)._ipython_key_completions_() == ["Q", "M"]
+    assert session.step(to=1)._ipython_key_completions_() == ["quaternion", "angular_velocity"]
 
 
 RAY = """

@@ -27,7 +27,7 @@ def test_the_resolved_scene_is_known_without_a_call(client):
         listed, = (other for other in client.list() if other.id == session.id)
         assert not listed.message.HasField("scene") and listed.scene == scene
         with client.create(scene) as again:
-            assert (again.step(to=70)["Q"] == session.step(to=70)["Q"]).all()
+            assert (again.step(70, "Q")["Q"] == session.step(70, "Q")["Q"]).all()
 
 
 def test_a_fork_to_another_system_has_its_scene(client):
@@ -35,7 +35,7 @@ def test_a_fork_to_another_system_has_its_scene(client):
         scene = fork.scene
         assert scene["system"] == "symmetric_rigid_body" and "body" not in scene and set(scene["initial"]) == {"Q", "P"}
         assert client.get(fork.id).scene == scene
-        np.testing.assert_allclose(fork.step(to=10)["Q"], session.step(to=15)["Q"], atol=1e-3)
+        np.testing.assert_allclose(fork.step(10, "Q")["Q"], session.step(15, "Q")["Q"], atol=1e-3)
 
 
 def test_a_conversion_is_a_whole_scene(client):
@@ -59,11 +59,11 @@ def test_the_choice_is_the_session_s(client):
 
 def test_a_float_scene_gives_floats(client):
     with client.create({**SCENE, "method": {"name": "variational", "scalar": "float"}}) as session:
-        run, state = session.trajectory(to=100), session.step(to=100)
+        run, state = session.trajectory(to=100, fields="Q"), session.step(to=100, fields="Q")
         assert run["Q"].dtype == state["Q"].dtype == np.float32 and run.time.dtype == np.float64
         assert (run["Q"][-1] == state["Q"]).all()
         with session.drive() as drive:
-            assert (drive.step(100)["Q"] == state["Q"]).all()
+            assert (drive.step(100, "Q")["Q"] == state["Q"]).all()
 
 
 def test_up_to_n_512_everything_works(client, vast):
@@ -110,7 +110,7 @@ def test_many_pairs_in_their_order(client):
 def test_calls_have_a_price(client):
     with client.create(SCENE) as session:
         step = session.step_price
-        assert step.work > 0 and step.bytes == 2 * 72
+        assert step.work > 0 and step.bytes == (4 + 3) * 8
         state = session.step(to=1000)
         assert state.price.work == pytest.approx(1000 * step.work, rel=0.01)
         assert session.diagnose(to=1000).price is not None

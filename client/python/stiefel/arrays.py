@@ -77,7 +77,7 @@ class Fields(ByValue, Mapping[str, Array]):
             return self.fields[name]
         except KeyError:
             there = ", ".join(self.fields) or "none"
-            raise KeyError(f"no field {name!r}; the fields are {there}") from None
+            raise KeyError(f"no field {name!r}; the fields are {there}, or those that `fields` names") from None
 
     def __contains__(self, name: object) -> bool:
         return name in self.fields

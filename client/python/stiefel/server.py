@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import IO, Any, Mapping, Optional, Sequence
 
 from stiefel.errors import NotStarted
+from stiefel.given.numbers import SECONDS, number
 from stiefel.programs import bundled
 
 _READY = b"listening on "
@@ -44,6 +45,7 @@ class Server:
         stderr if it ends, or does not say within `timeout` seconds where it listens, in which case it is killed. Raises
         FileNotFoundError if there is no program.
         """
+        timeout = number("timeout", timeout, SECONDS)
         program = find_server()
         socket = _socket_folder() / f"{os.getpid()}-{secrets.token_hex(4)}"
         command = [program, "--listen", listen or f"unix:{socket}", "--exit-with-parent", *arguments]

@@ -224,9 +224,9 @@ inline Members::Iterator Members::end() const { return {*this, count_}; }
 
 /// Returns the warnings about an accepted scene, one sentence each; usually none.
 ///
-/// The motion is defined wherever λ_i + λ_j > 0. A λ_i below 0 gives a warning, because λ_i is a
-/// second moment of mass and no rigid body has a negative one. In three dimensions λ_3 < 0 means
+/// A λ_i below 0 is a second moment of mass that no rigid body has; for N = 3, λ_3 < 0 means
 /// I_1 + I_2 < I_3. Rounding errors in the moments of a flat body, where λ_3 = 0, give no warning.
+/// A `body` that turns by more than half a turn in a step may have been given in degrees.
 std::vector<std::string> warnings(const Scene& scene);
 
 }  // namespace stiefel

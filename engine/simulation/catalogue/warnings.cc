@@ -1,13 +1,15 @@
-#include "stiefel/scene.h"
-
-#include <algorithm>
-#include <iterator>
+#include <Eigen/Core>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
 
 #include "engine/linalg/arithmetic/to_text.h"
 #include "engine/methods/exact.h"
 #include "engine/simulation/catalogue/methods/motion_rates.h"
 #include "engine/simulation/catalogue/methods/step_weight.h"
 #include "engine/simulation/catalogue/system_entry.h"
+#include "stiefel/scene.h"
 
 namespace stiefel {
 namespace {
@@ -59,30 +61,49 @@ std::string of_separatrix(const Scene& scene) {
                       : "; rounding grows by its inverse, and only exact keeps the motion");
 }
 
-/// Returns the warning of a scene, or of the first member that has one.
-std::vector<std::string> of_each(const Scene& scene, std::string (*of)(const Scene&)) {
-  if (scene.members().empty()) {
-    const std::string text = of(scene);
-    return text.empty() ? std::vector<std::string>() : std::vector{text};
+std::string of_turn(const Scene& scene) {
+  if (!scene.description().body) return "";
+  const std::vector<double>& omega = scene.description().body->angular_velocity;
+  const double turn =
+      Eigen::Vector3d(omega.data()).stableNorm() * std::abs(scene.step()) / std::numbers::pi;
+  if (!(turn > 1)) return "";
+  return "a step of " + to_text(scene.step()) + " s turns the body by " +
+         to_text(std::round(180 * turn)) +
+         " degrees: more than half a turn; angular_velocity is in rad/s";
+}
+
+using Warning = std::string (*)(const Scene&);
+constexpr std::array<Warning, 3> of_one = {of_body, of_turn, of_separatrix};
+
+/// Returns each warning about a member once, with the first member that has it and their number.
+std::vector<std::string> of_members(const Members& members) {
+  std::array<std::string, of_one.size()> first;
+  std::array<std::size_t, of_one.size()> count{};
+  for (std::size_t b = 0; b < members.size(); ++b) {
+    const Scene member = members[b];
+    for (std::size_t w = 0; w < of_one.size(); ++w) {
+      const std::string text = of_one[w](member);
+      if (!text.empty() && ++count[w] == 1) first[w] = "member " + std::to_string(b) + ": " + text;
+    }
   }
-  std::string first;
-  std::size_t count = 0;
-  for (std::size_t b = 0; b < scene.members().size(); ++b) {
-    const std::string text = of(scene.members()[b]);
-    if (text.empty()) continue;
-    if (++count == 1) first = "member " + std::to_string(b) + ": " + text;
+  std::vector<std::string> all;
+  for (std::size_t w = 0; w < of_one.size(); ++w) {
+    if (count[w] > 1)
+      first[w] += " (" + std::to_string(count[w]) + " members have a warning like this)";
+    if (count[w] > 0) all.push_back(first[w]);
   }
-  if (count == 0) return {};
-  if (count > 1) first += " (" + std::to_string(count) + " members have a warning like this)";
-  return {first};
+  return all;
 }
 
 }  // namespace
 
 std::vector<std::string> warnings(const Scene& scene) {
-  std::vector<std::string> all = of_each(scene, of_body);
-  if (!scene.members().empty() || scene.method() != Exact::traits.name)
-    std::ranges::move(of_each(scene, of_separatrix), std::back_inserter(all));
+  std::vector<std::string> all = of_members(scene.members());
+  if (scene.members().empty())
+    for (const Warning of : of_one) {
+      if (of == of_separatrix && scene.method() == Exact::traits.name) continue;
+      if (std::string text = of(scene); !text.empty()) all.push_back(std::move(text));
+    }
   if (auto estimated = estimate_warning(scene)) all.push_back(*std::move(estimated));
   return all;
 }

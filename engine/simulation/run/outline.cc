@@ -1,8 +1,25 @@
 #include "engine/simulation/run/outline.h"
 
+#include <algorithm>
+#include <numeric>
+
 #include "engine/simulation/run/groups.h"
 
 namespace stiefel {
+
+std::vector<std::size_t> default_fields(const Scene& scene, const std::vector<Field>& offered,
+                                        std::size_t block_count) {
+  if (!scene.description().body) {
+    std::vector<std::size_t> blocks(block_count);
+    std::iota(blocks.begin(), blocks.end(), 0);
+    return blocks;
+  }
+  const auto index = [&](const char* name) {
+    return static_cast<std::size_t>(std::ranges::find(offered, name, &Field::name) -
+                                    offered.begin());
+  };
+  return {index("quaternion"), index("angular_velocity")};
+}
 
 Outline outline_of(const Simulation& simulation) {
   return {simulation.fields(), simulation.block_count(), simulation.saved_size(),

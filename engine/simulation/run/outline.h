@@ -16,6 +16,12 @@ struct Outline {
   bool direct = false;
 };
 
+/// Returns the indices of the fields that are reported where none are named: the variables in which
+/// the scene is given. These are `quaternion` and `angular_velocity` for a scene with `body`,
+/// otherwise the system's blocks, the first `block_count` of the fields that it offers.
+std::vector<std::size_t> default_fields(const Scene& scene, const std::vector<Field>& offered,
+                                        std::size_t block_count);
+
 Outline outline_of(const Simulation& simulation);
 
 /// Returns the outline of an ensemble without building its simulation: makes the members'

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "engine/linalg/arithmetic/to_text.h"
+#include "engine/simulation/run/outline.h"
 #include "engine/simulation/scene/near_name.h"
 #include "stiefel/catalogue.h"
 
@@ -158,8 +159,7 @@ class Check {
       else
         plan_.fields.push_back(static_cast<std::size_t>(of - start_.fields().data()));
     }
-    if (named.empty())
-      for (std::size_t i = 0; i < start_.block_count(); ++i) plan_.fields.push_back(i);
+    if (named.empty()) plan_.fields = default_fields(scene_, start_.fields(), start_.block_count());
     for (const std::size_t index : plan_.fields)
       plan_.state_size += static_cast<std::size_t>(start_.fields()[index].size());
   }
@@ -192,7 +192,8 @@ class Check {
     if (std::abs(steps - nearest) <= rounding_of_steps * nearest) steps = nearest;
     if (!std::isfinite(t) || !(steps >= what.from && steps <= what.to)) {
       refuse(at("times", i), to_text(t),
-             "must be " + to_text(scene_.time(what.from)) + " to " + to_text(scene_.time(what.to)));
+             "must be " + to_text(scene_.time(what.from)) + " to " + to_text(scene_.time(what.to)) +
+                 (steps < 0 ? "; for this time, use a step of the other sign" : ""));
       return false;
     }
     const auto before = static_cast<std::int64_t>(std::floor(steps));

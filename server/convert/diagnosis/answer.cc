@@ -26,9 +26,10 @@ OrStatus<double> number(const std::string& path, std::expected<double, Violation
 
 void estimate(const Scene& scene, const Simulation& now, v1::ErrorEstimation asked,
               const std::stop_token& stop, v1::EstimatedError* out) {
-  const double budget = asked == v1::ERROR_ESTIMATION_IF_CHEAPER
-                            ? std::min(run_work(scene, now), most_estimate_work)
-                            : most_estimate_work;
+  const double budget =
+      asked == v1::ERROR_ESTIMATION_IF_CHEAPER
+          ? std::clamp(run_work(scene, now), small_estimate_work, most_estimate_work)
+          : most_estimate_work;
   to_proto(estimate_error(scene, now, budget, stop), out);
 }
 

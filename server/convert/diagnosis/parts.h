@@ -43,5 +43,7 @@ struct DiagnoseTask::Parts {
 
 /// The most work of an error estimate, in instructions: about ten seconds.
 inline constexpr double most_estimate_work = 5e10;
+/// An estimate of at most so much work, about ten milliseconds, is cheap whatever the run takes.
+inline constexpr double small_estimate_work = 5e7;
 
 }  // namespace stiefel::server

@@ -41,8 +41,7 @@ SummaryMessages::SummaryMessages(const Session& session, const SummaryDescriptio
     const auto found = std::ranges::find(session.fields(), name, &Field::name);
     fields_.push_back(static_cast<std::size_t>(found - session.fields().begin()));
   }
-  if (fields_.empty())
-    for (std::size_t i = 0; i < session.block_count(); ++i) fields_.push_back(i);
+  if (fields_.empty()) fields_ = session.default_fields();
   for (const std::size_t index : fields_)
     event_numbers_ += static_cast<std::size_t>(session.fields()[index].size()) / members_;
 }

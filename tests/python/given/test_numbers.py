@@ -146,7 +146,7 @@ def test_a_whole_number_may_be_of_any_type(session, client, given):
     assert list(session.trajectory(to=given, every=given).step) == [0, 30]
     assert [batch.step[-1] for batch in session.stream(to=given)][-1] == session.diagnose(to=given).step == 30
     with session.drive() as drive, session.fork(at=given) as fork:
-        assert drive.step(given).step == 30 and (fork.step(0)["Q"] == session.step(30, fields="Q")["Q"]).all()
+        assert drive.step(given).step == 30 and (fork.step(0, "Q")["Q"] == session.step(30, "Q")["Q"]).all()
     assert session.summarize(given, {"energy": "last"}, every=given).samples == 2
     assert session.events(given, {"field": "Q", "coefficients": np.ones(9), "limit": given}).run_status.outcome == "REACHED"
     assert client.geodesic([1, 1], [[1, 0]], [[0, 1]], samples=given, steps=given).trajectory.shape == (31, 1, 2)

@@ -151,6 +151,15 @@ def test_frames_and_lists_of_calls(client):
         client.geodesic(np.diag([1, 2, 3]), frame, frame)
 
 
+@pytest.mark.parametrize("members", [B, float(B), str(B), np.int64(B), np.array(B)])
+def test_the_number_of_members_may_be_of_any_type(members):
+    velocities = np.arange(3.0 * B).reshape(B, 3)
+    scene = {"members": members, "body": {"angular_velocity": velocities}}
+    assert stiefel.to_message(scene).members == B and len(stiefel.to_message(scene).body.angular_velocity) == 3 * B
+    with pytest.raises(stiefel.InvalidArgument, match=r"angular_velocity: the shape \(3, 5\): must be \(3\) or \(5, 3\)"):
+        stiefel.to_message({**scene, "body": {"angular_velocity": velocities.T}})
+
+
 def test_names_of_protobuf_s_json_are_checked_too():
     with pytest.raises(stiefel.InvalidArgument, match=r"angular_velocity: the shape \(3, 5\): must be \(3\) or \(5, 3\)"):
         stiefel.to_message({"members": B, "body": {"angularVelocity": np.ones((3, B))}})

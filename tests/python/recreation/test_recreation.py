@@ -115,7 +115,7 @@ def test_a_stream_goes_on_where_it_broke(place, client):
         if len(parts) in (1, 5):
             place.replace()
     assert np.array_equal(np.concatenate([batch.step for batch in parts]), whole.step)
-    assert np.array_equal(np.concatenate([batch["Q"] for batch in parts]), whole["Q"])
+    assert np.array_equal(np.concatenate([batch["quaternion"] for batch in parts]), whole["quaternion"])
 
 
 def test_it_goes_on_from_the_last_checkpoint(place, client):

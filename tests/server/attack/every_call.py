@@ -10,7 +10,7 @@ WIDE = {"system": "stiefel", "step": 0.01, "inertia": list(np.linspace(1, 2, 40)
 
 def drive(session):
     with session.drive(fields=["Q", "M"]) as loop:
-        return [loop.step(to=k)["Q"] for k in range(0, 40, 3)]
+        return [loop.step(to=k, fields="Q")["Q"] for k in range(0, 40, 3)]
 
 
 def summarize(session):
@@ -21,7 +21,7 @@ def summarize(session):
 
 def fork(client, session):
     with session.fork(at=5, id=session.id + ".fork") as other:
-        return other.step(to=7)["Q"]
+        return other.step(to=7, fields="Q")["Q"]
 
 
 def session_call(work, scene=SCENE):
@@ -38,7 +38,7 @@ CALLS = {
     "GetSession": session_call(lambda client, session: client.get(session.id).scene["body"]["moments"]),
     "ListSessions": session_call(lambda client, session: session.id in [one.id for one in client.list()]),
     "DeleteSession": lambda client, name: client.delete(name),
-    "Step": session_call(lambda client, session: session.step(to=100)["Q"]),
+    "Step": session_call(lambda client, session: session.step(to=100, fields="Q")["Q"]),
     "Drive": session_call(lambda client, session: drive(session)),
     "Stream": session_call(lambda client, session: session.trajectory(to=400, fields=["Q", "M"])["Q"]),
     "Stream of large samples": session_call(

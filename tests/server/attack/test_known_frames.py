@@ -151,14 +151,14 @@ class Kept:
 
     def create(self, client):
         session = client.create({**BODY, "step": 0.01 + 1e-5 * len(self.bits)})
-        self.bits[session.id] = session.step(to=100).fields["Q"].tobytes()
+        self.bits[session.id] = session.step(to=100, fields="Q")["Q"].tobytes()
 
     def there(self):
         """Whether the server answers, with every session and its bits; other bits are an error."""
         try:
             with stiefel.Client(self.address) as client:
                 for id, bits in self.bits.items():
-                    assert client.get(id).step(to=100).fields["Q"].tobytes() == bits
+                    assert client.get(id).step(to=100, fields="Q")["Q"].tobytes() == bits
                 assert {session.id for session in client.list()} == self.bits.keys()
         except (stiefel.Unavailable, grpc.RpcError):
             return False

@@ -49,11 +49,20 @@ TEST_F(Estimate, IsMadeOnRequestOnly) {
 }
 
 TEST_F(Estimate, IsMadeWhereItIsCheaperThanTheRun) {
-  harness_.create("s", test::wire_scene());
+  harness_.create("s", test::wire_scene({.method = "rk4", .dimension = 20}));
   const auto few = diagnose(2, v1::ERROR_ESTIMATION_IF_CHEAPER).estimated_error();
   EXPECT_FALSE(few.has_attitude());
   EXPECT_NE(few.missing().find("would take"), std::string::npos) << few.missing();
+  EXPECT_NE(few.missing().find("the limit is 5.0e+07"), std::string::npos) << few.missing();
   EXPECT_GT(diagnose(2, v1::ERROR_ESTIMATION_ALWAYS).estimated_error().attitude(), 0);
+}
+
+TEST_F(Estimate, OfLessThanTenMillisecondsIsMadeWhateverTheRunTakes) {
+  harness_.create("s", test::wire_scene());
+  const auto few = diagnose(2, v1::ERROR_ESTIMATION_IF_CHEAPER).estimated_error();
+  EXPECT_GT(few.attitude(), 0) << few.missing();
+  EXPECT_GT(few.work(), few.run_work());
+  EXPECT_LT(few.work(), 5e7);
   const auto many = diagnose(20'000, v1::ERROR_ESTIMATION_IF_CHEAPER).estimated_error();
   EXPECT_GT(many.attitude(), 0) << many.missing();
   EXPECT_LT(many.work(), many.run_work());

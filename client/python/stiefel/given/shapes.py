@@ -7,7 +7,7 @@ from typing import Any, Iterable, Mapping, Optional
 import numpy as np
 from numpy.typing import NDArray
 
-from stiefel.given.numbers import SECONDS, numbers, refused
+from stiefel.given.numbers import SECONDS, numbers, refused, whole
 
 TENSOR = "body.inertia_tensor"
 #: Lists of numbers by their paths in a scene, with the length of one member's; None: the rows or columns of its blocks.
@@ -35,12 +35,17 @@ class Ensemble:
     members: Optional[int] = None
     rows: Optional[int] = None
     cols: Optional[int] = None
+    wrong: bool = False  #: whether the number of members is none, so that no shape fits and the number itself is refused
 
     @staticmethod
     def of(members: Any) -> Ensemble:
-        """`members`: the field of a scene. The server refuses one that is no whole number above 0."""
-        number = isinstance(members, (int, float, np.integer, np.floating)) and members >= 1
-        return Ensemble(int(members) if number else None)
+        """`members`: the field of a scene, which may be a text as in JSON."""
+        if members is None:
+            return Ensemble()
+        try:
+            return Ensemble(whole("members", int(members) if isinstance(members, str) else members, 1))
+        except ValueError:  # InvalidArgument is one
+            return Ensemble(wrong=True)
 
     def with_blocks(self, blocks: Iterable[Any]) -> Ensemble:
         """Returns this with the shape of the first block, an array or a Matrix as a mapping."""
@@ -69,7 +74,7 @@ def list_of(path: str, given: Any, ensemble: Ensemble) -> list[float]:
         fits = isinstance(given, (list, tuple)) or not is_flat
     else:
         fits = members is not None and array.ndim == 2 and array.shape == (members, each or array.shape[1])
-    if not fits:
+    if not fits and not ensemble.wrong:
         raise refused(place, f"the shape {shape}: must be {_shapes(path, members, each)}")
     flat: list[float] = array.ravel().tolist()
     return flat
@@ -81,7 +86,7 @@ def block_of(path: str, given: Any, ensemble: Ensemble = Ensemble()) -> NDArray[
     array = numbers(path, given, may_be_complex=True, what="a matrix of numbers")
     if array.ndim == 1:
         array = array[np.newaxis]
-    if array.ndim != 2 and not (array.ndim == 3 and array.shape[0] == ensemble.members):
+    if array.ndim != 2 and not (array.ndim == 3 and (array.shape[0] == ensemble.members or ensemble.wrong)):
         own = "" if ensemble.members is None else f" or ({ensemble.members}, rows, cols)"
         raise refused(path, f"the shape {array.shape}: must be (rows, cols){own}")
     return array

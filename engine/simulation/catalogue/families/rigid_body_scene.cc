@@ -8,6 +8,10 @@
 namespace stiefel {
 namespace {
 
+std::string list_text(const std::vector<double>& list) {
+  return list.empty() ? "absent" : to_text(list);
+}
+
 /// Returns the principal axes of an inertia tensor or of moments; adds violations if they are
 /// invalid.
 PrincipalAxes check_moments(SceneDraft& draft, const BodyDescription& body) {
@@ -51,16 +55,18 @@ void check_body(SceneDraft& draft) {
                  "must be absent when `body` is given");
   const PrincipalAxes axes = check_moments(draft, body);
   if (body.angular_velocity.size() != 3)
-    draft.refuse("body.angular_velocity", to_text(body.angular_velocity), "must have 3 numbers");
+    draft.refuse("body.angular_velocity", list_text(body.angular_velocity), "must have 3 numbers");
   else
     draft.all_finite("body.angular_velocity", body.angular_velocity);
   if (body.attitude.empty()) body.attitude = {1, 0, 0, 0};
   if (body.attitude.size() != 4)
     draft.refuse("body.attitude", to_text(body.attitude), "must have 4 numbers: w, x, y, z");
-  else if (draft.all_finite("body.attitude", body.attitude) &&
-           !(std::abs(Eigen::Vector4d(body.attitude.data()).norm() - 1) <= draft.largest_repair()))
-    draft.refuse("body.attitude", to_text(body.attitude),
-                 "must have norm 1 to " + to_text(draft.largest_repair()));
+  else if (draft.all_finite("body.attitude", body.attitude)) {
+    const double norm = Eigen::Vector4d(body.attitude.data()).stableNorm();
+    if (!(std::abs(norm - 1) <= draft.largest_repair()))
+      draft.refuse("body.attitude", to_text(body.attitude) + " of norm " + to_text(norm),
+                   "must have norm 1 to " + to_text(draft.largest_repair()));
+  }
   if (!draft.sound()) return;
 
   const Eigen::Vector3d given_omega(body.angular_velocity.data());
