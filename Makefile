@@ -9,6 +9,7 @@ JOBS ?= $(shell awk -v cores=$$(nproc) '/MemAvailable/ { fit = int($$2 / 2e6) } 
 # Tests of programs wait for them half of the time: on two cores four tests at a time take 454 s, three 538 s.
 TEST_JOBS = $(shell echo $$(( $(JOBS) + 2 )))
 STEPS ?= 10000
+SUITE ?= bookworm
 PREFIX ?= /usr/local
 # Debian's Python has the installed packages; another Python may come first on PATH.
 PYTHON := /usr/bin/python3
@@ -16,43 +17,56 @@ PYTHON := /usr/bin/python3
 # $(call cmake_build,PRESET,TARGETS)
 cmake_build = $(PYTHON) docker/build.py $(1) $(JOBS) $(2)
 
-.PHONY: help packages packages-fuzz build build-run build-programs build-python build-tests build-bench run test test-long \
-        fuzz bench bench-peers bench-build image wheel sanitize format install bare clean
+# $(call configure,PRESET). The output is shown only when it fails.
+configure = mkdir -p build/$(1) && cmake --preset $(1) > build/$(1)/configure.log 2>&1 \
+            || { cat build/$(1)/configure.log; rm -f build/$(1)/build.ninja; exit 1; }
+
+.PHONY: help packages packages-build packages-run packages-fuzz build build-run build-programs build-python with-tests \
+        build-tests build-bench run test test-long fuzz bench bench-peers bench-build image wheel sanitize format install bare clean
 
 help: ## list these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-11s %s\n", $$1, $$2 }' Makefile
 
-packages: ## install the Debian packages that building and testing need
-	@docker/packages.sh build test
+packages: packages-run ## install the Debian packages that building and testing need
+	@docker/packages.sh test daemon
+
+packages-build:
+	@docker/packages.sh build
+
+packages-run: packages-build
+	@docker/packages.sh run
 
 packages-fuzz:
 	@docker/packages.sh fuzz
 
-build/fuzz/build.ninja: | packages-fuzz
+build/asan/build.ninja build/tsan/build.ninja: | packages
+build/fuzz/build.ninja: | packages packages-fuzz
 
-# The output of the configuration is shown only when it fails.
-build/%/build.ninja: | packages
-	@mkdir -p $(@D)
-	@cmake --preset $* > $(@D)/configure.log 2>&1 || { cat $(@D)/configure.log; rm -f $@; exit 1; }
+build/%/build.ninja: | packages-build
+	@$(call configure,$*)
 
 build: build/release/build.ninja ## compile library, server and clients into build/release
 	@$(call cmake_build,release,all)
 
 # The engine with its server, and the Python client: neither the command nor the C++ client.
-build-run: build/release/build.ninja
+build-run: packages-run build/release/build.ninja
 	@$(call cmake_build,release,stiefel-server stiefel_python)
 
 # What a container holds, and what tests it.
 build-programs: build/release/build.ninja
 	@$(call cmake_build,release,stiefel-server stiefel stiefel_python)
 
-build-python: build/release/build.ninja
+build-python: packages-run build/release/build.ninja
 	@$(call cmake_build,release,stiefel_python)
 
-build-tests: build/release/build.ninja
+# Configures again where that was done before the packages of the tests were there.
+with-tests: packages build/release/build.ninja
+	@test -d build/release/tests || { $(call configure,release); }
+
+build-tests: with-tests
 	@$(call cmake_build,release,all stiefel_tests)
 
-build-bench: build/release/build.ninja
+build-bench: with-tests
 	@docker/packages.sh bench
 	@$(call cmake_build,release,all stiefel_bench)
 
@@ -101,9 +115,9 @@ wheel: build-programs ## make the Python wheels: one with server and command for
 	@docker/packages.sh wheel
 	@$(PYTHON) client/python/wheel/make_wheels.py build/release build/wheel
 
-bare: ## run and test a fresh clone in a bare Debian 12, as root
+bare: ## run and test a fresh clone in a bare Debian 12, or SUITE=trixie for 13, as root
 	@docker/packages.sh image
-	@tests/docker/bare_debian.sh
+	@tests/docker/bare_debian.sh --suite $(SUITE)
 
 format: ## format every source in place with clang-format
 	@docker/packages.sh format

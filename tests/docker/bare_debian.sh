@@ -1,37 +1,46 @@
 #!/bin/bash
-# Clones the last commit into a bare Debian 12 (minbase with git, make and ca-certificates) and makes
-# the targets there, each timed. Shows that a fresh clone needs no preparation.
-# Needs root and mmdebstrap. Usage: tests/docker/bare_debian.sh [--user] [TARGET...]
+# Clones the last commit into a bare Debian (minbase with git, make and ca-certificates) and makes the targets there,
+# each timed. Shows that a fresh clone needs no preparation, and that no target enables a service or leaves one running.
+# Needs root and mmdebstrap. Usage: tests/docker/bare_debian.sh [--suite SUITE] [--user] [TARGET...]
+#   --suite   bookworm (Debian 12, the default) or trixie (13)
 #   --user    as a user with sudo instead of as root
 #   TARGET    of the Makefile; `run test` when none is given
 set -euo pipefail
 repository=$(git -C "$(dirname "$0")" rev-parse --show-toplevel)
 packages=git,make,ca-certificates
-user=root
-if [ "${1:-}" = --user ]; then
-  user=visitor packages+=,sudo
-  shift
-fi
+suite=bookworm user=root
+while [[ ${1:-} == --* ]]; do
+  case $1 in
+    --suite) suite=$2; shift 2 ;;
+    --user) user=visitor packages+=,sudo; shift ;;
+    *) echo "unknown: $1" >&2; exit 2 ;;
+  esac
+done
 targets=("$@")
 [ $# -gt 0 ] || targets=(run test)
 
 root=$(mktemp -d -t bare-debian.XXXXXX)
 trap 'rm -rf --one-file-system "$root"' EXIT
-mmdebstrap --quiet --variant=minbase --include=$packages bookworm "$root"
+mmdebstrap --quiet --variant=minbase --include=$packages "$suite" "$root"
 cp --dereference /etc/resolv.conf /etc/hosts "$root/etc/"
 mkdir "$root/repository"
 
 cat > "$root/try" <<'TRY'
 #!/bin/bash
 set -euo pipefail
+# What starts with the machine, and the programs that run. Where systemd is not, a package starts what it has in init.d.
+enabled() { find /etc/systemd /etc/rc[2-5].d -type l | sort; }
+running() { cat /proc/[0-9]*/comm 2>/dev/null | grep -vxE 'cat|diff|grep|sort|bash' | sort -u; }
 cd
 git config --global --add safe.directory '*'
 git clone --quiet /repository stiefel
 cd stiefel
+before=$(enabled; running)
 TIMEFORMAT='%R s'
 for target in "$@"; do
   echo "=== make $target"
   time make --no-print-directory "$target" </dev/null
+  diff <(echo "$before") <(enabled; running) || { echo "make $target enabled or left running what is marked >" >&2; exit 1; }
 done
 TRY
 chmod 755 "$root" "$root/try"

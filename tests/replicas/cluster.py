@@ -5,10 +5,10 @@ import copy
 import os
 import random
 import secrets
-import shutil
 import signal
 import socket
 import subprocess
+import sys
 import threading
 import time
 from pathlib import Path
@@ -17,6 +17,9 @@ from typing import Any
 import yaml
 
 ROOT = Path(__file__).parents[2]
+sys.path.append(str(ROOT / "tests/support"))
+from daemons import find_daemon  # noqa: E402
+
 REPLICAS = 3
 DOWN = 0.4  # seconds between a kill and the start after it
 
@@ -132,7 +135,7 @@ def haproxy_environment(folder: Path, ports: list[int], local: int, tls: int) ->
 
 
 def find_haproxy() -> str:
-    return shutil.which("haproxy", path=f"{os.environ.get('PATH', '')}:/usr/sbin") or "/usr/sbin/haproxy"
+    return find_daemon("haproxy") or "haproxy"
 
 
 def start_haproxy(folder: Path, ports: list[int], local: int, tls: int) -> Any:

@@ -11,6 +11,8 @@ from typing import Any, Optional
 
 import yaml
 
+from daemons import find_daemon
+
 DOCKER = Path(__file__).resolve().parents[2] / "docker"
 
 
@@ -31,8 +33,9 @@ class Prometheus:
         (folder / "prometheus.yaml").write_text(yaml.safe_dump(config))
         self.address = f"127.0.0.1:{free_port()}"
         self._child = subprocess.Popen(
-            ["prometheus", f"--config.file={folder}/prometheus.yaml", f"--storage.tsdb.path={folder}/data",
-             f"--web.listen-address={self.address}", "--log.level=error"], stdout=subprocess.DEVNULL)
+            [find_daemon("prometheus") or "prometheus", f"--config.file={folder}/prometheus.yaml",
+             f"--storage.tsdb.path={folder}/data", f"--web.listen-address={self.address}", "--log.level=error"],
+            stdout=subprocess.DEVNULL)
 
     def ask(self, path: str, **parameters: str) -> Any:
         """Asks Prometheus's API and returns the data of the answer; None while there is no answer."""

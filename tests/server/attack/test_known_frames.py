@@ -9,7 +9,6 @@ CVE-2023-4785: more connections than the process has descriptors for.
 """
 import contextlib
 import os
-import shutil
 import socket
 import subprocess
 import threading
@@ -22,11 +21,12 @@ import pytest
 import stiefel
 from authority import Authority
 from conftest import BODY, SANITIZED, Process, eventually
+from daemons import find_daemon
 from http2 import (ACK, CONTINUATION, END_HEADERS, END_STREAM, HEADERS, SETTINGS, START, call_headers, frame, header,
                    integer)
 
 ROOT = next(folder for folder in Path(__file__).parents if (folder / "docker/haproxy.cfg").exists())
-HAPROXY = shutil.which("haproxy", path=f"{os.environ.get('PATH', '')}:/usr/sbin")
+HAPROXY = find_daemon("haproxy")
 MIB = 1 << 20
 SOON = 10 if SANITIZED else 1  # seconds
 LARGE = header(b"x", b"y" * 9000)  # with what comes before it more than 8 KiB

@@ -1,7 +1,6 @@
 """docker/grafana and docker/prometheus: Debian's Prometheus reads a live server, and every panel has data."""
 import json
 import re
-import shutil
 import subprocess
 import urllib.request
 
@@ -11,6 +10,7 @@ import yaml
 
 import stiefel
 from conftest import BODY, Process, eventually
+from daemons import find_daemon
 from prometheus import DOCKER, Prometheus
 from stiefel import v1 as pb
 from stiefel.v1 import simulation_pb2_grpc as rpc
@@ -20,7 +20,8 @@ RULES = DOCKER / "prometheus/rules.yaml"
 QUERIES = [(panel["title"], target["expr"]) for panel in DASHBOARD["panels"] for target in panel["targets"]]
 METRIC = re.compile(r"\b(?:stiefel|process)_[a-z_]+\b")
 
-needs_prometheus = pytest.mark.skipif(not shutil.which("promtool"), reason="Debian's package prometheus is not there")
+PROMTOOL = find_daemon("promtool")
+needs_prometheus = pytest.mark.skipif(not PROMTOOL, reason="Debian's package prometheus is not there")
 
 
 @pytest.fixture(scope="module")
@@ -88,7 +89,7 @@ def test_every_metric_that_is_named_is_exported(serve):
 @needs_prometheus
 def test_promtool_takes_the_rules(tmp_path):
     for arguments in (["check", "rules", RULES], ["check", "config", DOCKER / "prometheus/prometheus.yaml"]):
-        told = subprocess.run(["promtool", *map(str, arguments)], capture_output=True, text=True)
+        told = subprocess.run([PROMTOOL, *map(str, arguments)], capture_output=True, text=True)
         assert told.returncode == 0, told.stderr
 
     def series(name, values, **labels):
@@ -111,5 +112,5 @@ def test_promtool_takes_the_rules(tmp_path):
         {"expr": f"count({expression}) or vector(0)", "eval_time": at,
          "exp_samples": [{"labels": "{}", "value": count}]} for expression, at, count in expressions]
     (tmp_path / "test.yaml").write_text(yaml.safe_dump(test))
-    told = subprocess.run(["promtool", "test", "rules", str(tmp_path / "test.yaml")], capture_output=True, text=True)
+    told = subprocess.run([PROMTOOL, "test", "rules", str(tmp_path / "test.yaml")], capture_output=True, text=True)
     assert told.returncode == 0, told.stdout + told.stderr
