@@ -61,6 +61,30 @@ def test_what_ends_a_block_is_not_hidden(client):
     client.delete(session.id)
 
 
+def test_the_end_of_a_block_asks_nothing_of_a_server_that_is_gone(without_pauses):
+    """The error of the call is the program's; the session is gone with its server."""
+    with stiefel.Server.start() as server, stiefel.Client(server.address) as client:
+        with client.create(SCENE) as session, session.drive() as drive:
+            server.stop()
+            for call in (session.step, drive.step, session.trajectory, session.diagnose):
+                with pytest.raises(stiefel.Unavailable):
+                    call(to=3)
+        with pytest.raises(ZeroDivisionError):
+            with session:
+                1 / 0
+
+
+def test_another_error_of_the_deletion_is_told(client, monkeypatch):
+    def withdrawn(id):
+        raise stiefel.Unauthenticated("the token was withdrawn")
+
+    with pytest.raises(stiefel.Unauthenticated):
+        with client.create(SCENE) as session:
+            monkeypatch.setattr(client, "delete", withdrawn)
+    monkeypatch.undo()
+    client.delete(session.id)
+
+
 def test_a_fork_s_method_is_checked_here(client):
     with client.create(SCENE) as session:
         with pytest.raises(stiefel.InvalidArgument) as caught:

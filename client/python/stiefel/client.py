@@ -70,12 +70,11 @@ class Client:
         self.channel = channel
         self.connection = Connection(channel)
         self._stub = SimulationServiceStub(self.channel)  # type: ignore[no-untyped-call]
-        self._closed = False
 
     @property
     def stub(self) -> SimulationServiceStub:
         """The gRPC stub of the service. Raises `Closed` after `close`."""
-        if self._closed:
+        if self.closed:
             raise self._closed_error()
         return self._stub
 
@@ -232,7 +231,7 @@ class Client:
 
     def error(self, failure: Exception) -> StiefelError:
         """Returns this package's exception for one of gRPC's."""
-        if self._closed:  # gRPC reports a closed channel with ValueError or CANCELLED
+        if self.closed:  # gRPC reports a closed channel with ValueError or CANCELLED
             return self._closed_error()
         if not isinstance(failure, grpc.RpcError):
             raise failure
@@ -251,13 +250,11 @@ class Client:
 
     def close(self) -> None:
         """Closes the connection and ends running calls. Sessions stay on the server."""
-        self._closed = True
         self.connection.close()
-        self.channel.close()
 
     @property
     def closed(self) -> bool:
-        return self._closed
+        return self.connection.closed
 
     def __reduce__(self) -> Any:
         if not self._own_channel:
@@ -275,7 +272,7 @@ class Client:
         self.close()
 
     def __repr__(self) -> str:
-        return f"<stiefel.Client of {self.address}{', closed' if self._closed else ''}>"
+        return f"<stiefel.Client of {self.address}{', closed' if self.closed else ''}>"
 
 
 def _metric(name: str) -> int:

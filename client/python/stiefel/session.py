@@ -14,7 +14,7 @@ from stiefel.arrays import Batch, Collector, Outcome, Price, RunStatus, State, T
 from stiefel.checksums import verify_sample, verify_session
 from stiefel.diagnosis import Diagnosis
 from stiefel.drive import TOO_LARGE, Drive
-from stiefel.errors import FailedPrecondition, InvalidArgument, NotFound, StiefelError, Unavailable
+from stiefel.errors import DeadlineExceeded, FailedPrecondition, InvalidArgument, NotFound, StiefelError, Unavailable
 from stiefel.given.numbers import SECONDS, optional, refused, step_index
 from stiefel.mappings import Names, names
 from stiefel.recreation import Recreation, is_loss, pause_after_loss, pauses
@@ -36,9 +36,9 @@ Bracket = tuple[Sequence[tuple[Any, Any]], Sequence[tuple[Any, Any]]]
 class Session:
     """A simulation held by a server, made by `Client.create` or `Client.get`.
 
-    As a context manager it deletes the session at the end. A session from `Client.create` or `fork` survives the loss
-    of its server: the next call creates it again, from the checkpoints that have arrived, and goes on. A deleted
-    session is not created again, whoever deleted it.
+    As a context manager it deletes the session at the end, unless its server is gone then. A session from
+    `Client.create` or `fork` survives the loss of its server: the next call creates it again, from the checkpoints that
+    have arrived, and goes on. A deleted session is not created again, whoever deleted it.
     """
 
     def __init__(self, client: Client, message: pb.Session, created: bool, base: Optional[pb.Scene] = None,
@@ -356,8 +356,10 @@ class Session:
     def __exit__(self, kind: Optional[type[BaseException]], *exception: object) -> None:
         try:
             self.delete()
+        except (Unavailable, DeadlineExceeded):
+            pass  # with the server the session is gone, or the server drops it when it has been idle
         except StiefelError:
-            if kind is None:  # else the exception that ended the block matters more; the server drops idle sessions
+            if kind is None:  # else the exception that ended the block matters more
                 raise
 
     def __repr__(self) -> str:

@@ -1,0 +1,107 @@
+"""A program ends when its last line was run, whatever clients, streams and servers it has left open. gRPC 1.51 to 1.85
+never end where one of their threads watches a channel while the interpreter shuts down."""
+import os
+import subprocess
+import sys
+
+import pytest
+
+import fake
+
+LIMIT = 120  #: seconds, after which a program counts as one that never ends; each takes about two
+BEGIN = """
+import os, subprocess, sys, threading
+import stiefel
+
+def describe(client):
+    try:
+        client.describe()
+    except stiefel.Unavailable:
+        sys.stdout.write("unavailable\\n")  # at once, because threads do this
+
+def nobody():
+    return stiefel.Client("127.0.0.1:1", timeout=2)
+"""
+SCENE = ("{'system': 'rigid_body', 'method': {'name': 'variational'}, 'step': 0.01, "
+         "'body': {'moments': [1, 2, 3], 'angular_velocity': [1, 2, 3]}}")
+
+
+@pytest.fixture
+def program(tmp_path):
+    """Runs a program, which finds the fake at ADDRESS, and returns its exit status, its stdout and its stderr."""
+    _, server, address = fake.serve(tmp_path)
+
+    def run(text):
+        done = subprocess.run([sys.executable, "-c", BEGIN + text], env={**os.environ, "ADDRESS": address},
+                              capture_output=True, text=True, timeout=LIMIT)
+        return done.returncode, done.stdout, done.stderr
+
+    yield run
+    server.stop(None)
+
+
+@pytest.mark.parametrize("text", [
+    "client = nobody(); describe(client)",
+    "def call():\n    describe(nobody())\ncall()",  # the client is gone before the exit
+    "clients = [nobody() for _ in range(8)]\nthreads = [threading.Thread(target=describe, args=[c]) for c in clients]\n"
+    "for t in threads: t.start()\nfor t in threads: t.join()",
+    "client = nobody(); describe(client); client.close()",
+    "client = stiefel.Client(channel=__import__('grpc').insecure_channel('127.0.0.1:1'), timeout=2); describe(client)",
+], ids=["open", "collected", "many", "closed", "channel of the caller's"])
+def test_after_a_server_that_cannot_be_reached(program, text):
+    status, out, err = program(text)
+    assert (status, err) == (0, "") and set(out.split()) == {"unavailable"}
+
+
+def test_with_the_error_as_its_end(program):
+    status, _, err = program("nobody().describe()")
+    assert status == 1 and err.splitlines()[-1].startswith("stiefel.errors.Unavailable: cannot reach 127.0.0.1:1")
+
+
+@pytest.mark.parametrize("text", [
+    "session.step(to=5)",
+    "batches = session.stream(to=1000); next(batches)",
+    "drive = session.drive(); drive.step(5)",
+    "threading.Thread(target=session.drive().step, args=[5]).start()",
+], ids=["call", "stream", "drive", "thread"])
+def test_with_a_client_of_a_server_that_answers(program, text):
+    begin = "client = stiefel.Client(os.environ['ADDRESS'], timeout=20); session = client.get('fake')\n"
+    assert program(begin + text + "\nprint('end')") == (0, "end\n", "")
+
+
+def test_clients_that_are_open_are_closed(program):
+    """A function that was registered before the package was imported runs after its own."""
+    at_exit = "import atexit\nclients = []\natexit.register(lambda: print([c.closed for c in clients]))\n"
+    program_text = "import stiefel\nclients += [stiefel.Client('127.0.0.1:1') for _ in range(3)]\nclients[0].close()"
+    done = subprocess.run([sys.executable, "-c", at_exit + program_text], capture_output=True, text=True, timeout=LIMIT)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "[True, True, True]\n", "")
+
+
+def test_while_a_call_of_another_thread_rests(program):
+    """The exit ends the rest, and the thread raises `Closed`, or is gone before it can."""
+    status, out, err = program(
+        "client = nobody(); rests = threading.Event(); rest = client.connection.rest\n"
+        "def told(seconds):\n    rests.set(); rest(100.0)\n"
+        "client.connection.rest = told\n"
+        "threading.Thread(target=client.describe, daemon=True).start(); rests.wait(); print('end')")
+    assert (status, out) == (0, "end\n") and (err == "" or "stiefel.errors.Closed" in err)
+
+
+@pytest.mark.parametrize("end", ["", "server.process.kill(); server.process.wait(); describe(client)"],
+                         ids=["running", "killed"])
+def test_with_a_server_that_the_program_started(program, end):
+    status, out, err = program(
+        "server = stiefel.Server.start(); client = stiefel.Client(server.address, timeout=20)\n"
+        f"session = client.create({SCENE}); session.step(to=5); drive = session.drive(); drive.step(6)\n"
+        f"print(server.process.pid, client.closed); {end}")
+    assert status == 0 and err == ""
+    with pytest.raises(ProcessLookupError):
+        os.kill(int(out.split()[0]), 0)
+
+
+def test_with_the_servers_of_a_sweep(program):
+    status, out, err = program(
+        f"scene = {SCENE}\n"
+        "found = stiefel.sweep(scene, {'body.angular_velocity[0]': [1.0, 2.0]}, to=10, summarize={'energy': 'drift'})\n"
+        "print((found.outcome == 1).all().item())")
+    assert status == 0 and out == "True\n", err
