@@ -11,14 +11,17 @@
 #include <thread>
 
 #include "server/access/tokens.h"
+#include "server/admission/log.h"
 #include "server/check.h"
 #include "server/end_signal.h"
 #include "server/flags.h"
 #include "server/health_check.h"
 #include "server/limits/freed_memory.h"
+#include "server/parse_error.h"
 #include "server/server.h"
 #include "server/transport/descriptor_limit.h"
 #include "server/transport/listener.h"
+#include "server/variables.h"
 
 namespace {
 
@@ -64,6 +67,9 @@ int serve(Options options, bool exit_with_parent) {
               << std::endl;
     _exit(1);
   };
+  const stiefel::server::Log log(options.log_level, options.log_json);
+  for (const std::string& text : stiefel::server::unknown_variables())
+    log.line(stiefel::server::Log::Level::warn, text);
   // gRPC's last shutdown waits up to 10 s for a thread that polls. The library is never shut down
   // here, so that the end of the server does not wait for it.
   grpc_init();
@@ -93,7 +99,8 @@ int serve(Options options, bool exit_with_parent) {
 int main(int argc, char** argv) {
   CLI::App app(
       "Serves simulations over gRPC. Prints 'listening on ADDRESS' for each address when it is "
-      "ready.");
+      "ready.",
+      "stiefel-server");
   app.set_version_flag("--version", "stiefel-server " STIEFEL_VERSION);
   Flags flags;
   flags.add_to(app);
@@ -121,7 +128,13 @@ int main(int argc, char** argv) {
       "check", "Checks the given flags: exit status 0 if a server could start with them");
   checked->fallthrough();
   auto* table = app.add_subcommand("flags", "Prints all flags as a Markdown table");
-  CLI11_PARSE(app, argc, argv);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+    std::cerr << stiefel::server::explain(app, error);
+    return 2;
+  }
 
   if (*healthcheck) {
     question.tls = flags.options().access.tls;

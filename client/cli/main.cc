@@ -9,7 +9,8 @@
 #include "client/cli/commands.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/origin.h"
-#include "client/cli/parse_error.h"
+#include "server/parse_error.h"
+#include "server/variables.h"
 #include "stiefel/client/error.h"
 
 namespace {
@@ -290,9 +291,11 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
-    std::cerr << explain(app, error);
+    std::cerr << server::explain(app, error);
     return bad_input;
   }
+  for (const std::string& text : server::unknown_variables())
+    std::cerr << "warning: " + text + '\n';
   catch_interrupts();
   try {
     CheckedStdout out;

@@ -16,6 +16,7 @@ from stiefel.checksums import verify_tradeoff
 from stiefel.connection import Connection
 from stiefel.errors import (Closed, CorruptReply, InvalidArgument, SceneWarning, StiefelError, Unimplemented, from_rpc_error)
 from stiefel.given.numbers import SECONDS, number, numbers, optional, refused, timeout as checked, whole
+from stiefel.programs.variables import warn_of_unknown
 from stiefel.recreation import Metadata, route
 from stiefel.scenes import SceneLike, to_matrix, to_message
 from stiefel.security import TlsLike, has_tls, open_channel, token_from_environment
@@ -58,6 +59,7 @@ class Client:
                  any_build: bool = False):
         if channel is not None and not (address is None and tls is None and token is None):
             raise InvalidArgument("channel: address, tls and token are those of the channel")
+        warn_of_unknown()
         self.address = address or os.environ.get("STIEFEL_ADDRESS", "127.0.0.1:50551")
         self.timeout = checked(timeout)
         self.checksums = checksums

@@ -17,6 +17,7 @@ from typing import IO, Any, Mapping, Optional, Sequence
 from stiefel.errors import NotStarted
 from stiefel.given.numbers import SECONDS, number
 from stiefel.programs import bundled
+from stiefel.programs.variables import warn_of_unknown
 
 _READY = b"listening on "
 _GRACE = 5.0
@@ -46,6 +47,7 @@ class Server:
         FileNotFoundError if there is no program.
         """
         timeout = number("timeout", timeout, SECONDS)
+        warn_of_unknown()
         program = find_server()
         socket = _socket_folder() / f"{os.getpid()}-{secrets.token_hex(4)}"
         command = [program, "--listen", listen or f"unix:{socket}", "--exit-with-parent", *arguments]

@@ -24,6 +24,24 @@ def test_a_bad_argument_is_status_2(stiefel, write, scene, arguments, fault):
     assert result.out == ""
 
 
+def test_an_unknown_variable_is_warned_of(stiefel, monkeypatch):
+    for name, value in {"STIEFEL_TOKN": "t", "STIEFEL_COLOUR": "red", "STIEFEL_SERVICE_HOST": "10.0.0.1",
+                        "STIEFEL_PORT": "tcp://10.0.0.1:50551", "STIEFEL_THREADS": "2"}.items():
+        monkeypatch.setenv(name, value)
+    assert stiefel("describe").err.splitlines() == [
+        "warning: STIEFEL_COLOUR: unknown variable",
+        "warning: STIEFEL_TOKN: unknown variable; did you mean STIEFEL_TOKEN?"]
+
+
+@pytest.mark.parametrize("arguments, near", [
+    (["run", "scene.json", "--to", 5, "--evry", 2], "--evry; did you mean --every?"),
+    (["describe", "--jsn"], "--jsn; did you mean --json?"), (["--versoin"], "--versoin; did you mean --version?"),
+])
+def test_an_unknown_option_is_status_2(stiefel, arguments, near):
+    told = stiefel(*arguments)
+    assert told.status == 2 and told.err.startswith(f"stiefel: error: unknown option {near}\nSee stiefel ")
+
+
 def test_a_fault_of_an_option_is_the_options(stiefel, write, scene):
     result = stiefel("convert", write(scene), "--to", "parametric_rigid_body", "--parameter", "nan")
     assert result.status == 2 and result.err.startswith("stiefel: error: --parameter: nan")

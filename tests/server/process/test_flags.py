@@ -1,9 +1,13 @@
 """The flags: what is no number of the range is refused by name, and the page of operations lists them all."""
+import json
 import os
+import re
 import subprocess
 from pathlib import Path
 
 import pytest
+
+from stiefel.programs import variables
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"
 NUMBERS = ["--threads", "--max-sessions", "--max-connections", "--store-limit", "--principal-sessions",
@@ -15,6 +19,42 @@ SECONDS = ["--grace", "--idle-timeout", "--max-connection-age", "--self-watch"]
 def run(*arguments, **environment):
     return subprocess.run([os.environ["STIEFEL_SERVER"], *arguments], capture_output=True, text=True, timeout=20,
                           env={**os.environ, **environment})
+
+
+@pytest.mark.parametrize("arguments, told", [
+    (["--thread", "3"], "unknown option --thread; did you mean --threads?"),
+    (["check", "--lisen", "unix:x"], "unknown option --lisen; did you mean --listen?"),
+    (["healthcheck", "--adress=unix:x"], "unknown option --adress; did you mean --address?"),
+    (["--frobnicate"], "unknown option --frobnicate"), (["chek"], "unknown command chek; did you mean check?"),
+    (["--threads"], "--threads: "), (["--threads", "x"], "--threads: 'x' must be a number"), (["token"], "NAME is required"),
+])
+def test_what_is_unknown_suggests_what_is_near(arguments, told):
+    done = run(*arguments)
+    assert done.returncode == 2 and done.stdout == "" and done.stderr.startswith(f"stiefel-server: error: {told}")
+
+
+def test_help_and_version_are_no_faults():
+    assert run("--help").returncode == run("--version").returncode == 0
+
+
+@pytest.mark.parametrize("form", ["text", "json"])
+def test_an_unknown_variable_is_warned_of(form):
+    unknown = {"STIEFEL_THREAD": "3", "STIEFEL_QUX": "1", "STIEFEL_PORT": "tcp://10.0.0.1:50551",
+               "STIEFEL_PROXY_PORT_50551_TCP_ADDR": "10.0.0.1", "STIEFEL_TOKEN": "of a client"}
+    done = subprocess.run([os.environ["STIEFEL_SERVER"], "--listen", "127.0.0.1:0", "--exit-with-parent"], text=True,
+                          stdin=subprocess.DEVNULL, capture_output=True, timeout=60,
+                          env={**os.environ, **unknown, "STIEFEL_LOG_LEVEL": "warn", "STIEFEL_LOG_FORMAT": form})
+    lines = [json.loads(line)["message"] if form == "json" else line for line in done.stderr.splitlines()]
+    assert done.returncode == 0 and len(lines) == 2
+    assert lines[0].endswith("STIEFEL_QUX: unknown variable")
+    assert lines[1].endswith("STIEFEL_THREAD: unknown variable; did you mean STIEFEL_THREADS?")
+
+
+def test_every_variable_is_known():
+    """To the Python client, which warns of others too."""
+    named = re.findall(r"`STIEFEL_(\w+)`", run("flags").stdout)
+    assert sorted(named) == sorted(variables.SERVER)
+    assert run("check", **{f"STIEFEL_{name}": "" for name in variables.KNOWN if name not in named}).stderr == ""
 
 
 @pytest.mark.parametrize("value", ["nan", "-nan", "NAN", "inf", "-inf", "-1", "1e400", "3x", " 3", "0x10", "1,5"])

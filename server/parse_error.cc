@@ -1,10 +1,12 @@
-#include "client/cli/parse_error.h"
+#include "server/parse_error.h"
 
+#include <algorithm>
+#include <iterator>
 #include <vector>
 
 #include "engine/simulation/scene/near_name.h"
 
-namespace stiefel::cli {
+namespace stiefel::server {
 namespace {
 
 using Names = std::vector<std::string>;
@@ -46,21 +48,26 @@ bool is_option(const std::string& word) {
   return word.starts_with("-") && word.find_first_not_of('-') != std::string::npos;
 }
 
+/// The options that a command takes, its own and, if it falls through, those of the program.
+Names options_of(const CLI::App& app, const CLI::App& command) {
+  Names names = options(command);
+  if (&command != &app && command.get_fallthrough())
+    std::ranges::copy(options(app), std::back_inserter(names));
+  return names;
+}
+
 Names faults(const CLI::App& app, const CLI::App& command, const CLI::ParseError& error) {
   const Names words = app.remaining(true);
-  if (&command == &app) {
-    for (const std::string& word : words) {
-      if (!is_option(word)) return {unknown_command(word, commands(app))};
-    }
-  }
+  if (&command == &app && !words.empty() && !is_option(words.front()))
+    return {unknown_command(words.front(), commands(app))};
   Names out;
   for (const std::string& word : words) {
-    if (is_option(word)) out.push_back(unknown_option(word, options(command)));
+    if (is_option(word)) out.push_back(unknown_option(word, options_of(app, command)));
   }
   if (out.empty() && dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr) {
     for (const std::string& word : words) out.push_back("unexpected argument " + word);
   }
-  if (out.empty() && &command == &app)
+  if (out.empty() && dynamic_cast<const CLI::RequiredError*>(&error) != nullptr && &command == &app)
     out.push_back(std::string("a command is required: ") + listed(commands(app)));
   if (out.empty()) out.push_back(error.what());
   return out;
@@ -73,8 +80,9 @@ std::string explain(const CLI::App& app, const CLI::ParseError& error) {
   const CLI::App& command = parsed.empty() ? app : *parsed.front();
   std::string text;
   for (const std::string& fault : faults(app, command, error))
-    text += "stiefel: error: " + fault + '\n';
-  return text + "See stiefel " + (parsed.empty() ? "" : command.get_name() + " ") + "--help\n";
+    text += app.get_name() + ": error: " + fault + '\n';
+  return text + "See " + app.get_name() + " " + (parsed.empty() ? "" : command.get_name() + " ") +
+         "--help\n";
 }
 
-}  // namespace stiefel::cli
+}  // namespace stiefel::server
