@@ -14,9 +14,13 @@ namespace {
 std::string brief(double value) { return scientific_text(value, 2); }
 
 std::string invariants_kept(const v1::DiagnoseResponse& diagnosis) {
-  double drift = 0;
-  for (const auto& invariant : diagnosis.invariants()) drift = std::max(drift, invariant.drift());
-  return diagnosis.invariants().empty() ? "" : "invariants kept to " + brief(drift) + "; ";
+  if (diagnosis.invariants().empty()) return "";
+  const auto& worst = *std::ranges::max_element(
+      diagnosis.invariants(), {}, [](const v1::Invariant& invariant) { return invariant.drift(); });
+  std::string text = "invariants kept to " + brief(worst.drift());
+  if (worst.has_member())
+    text += " (" + worst.name() + " of member " + std::to_string(worst.member()) + ")";
+  return text + "; ";
 }
 
 /// Returns the error of the attitude or the momentum. If the estimate does not give it, the error

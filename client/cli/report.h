@@ -17,7 +17,8 @@ nlohmann::ordered_json report(const v1::RunStatus& run_status,
 
 /// Returns one sentence with the worst drift and the estimated error, two measures that do not
 /// bound each other: "invariants kept to 2.1e-16; estimated error at t = 6000: attitude 1.6e-02
-/// (1.2°), momentum 3.2e-03".
+/// (1.2°), momentum 3.2e-03". In an ensemble it names the member of each: "invariants kept to
+/// 2.1e-16 (energy of member 3); ...".
 std::string summary(const v1::DiagnoseResponse& diagnosis);
 /// Writes `summary` to stderr if stderr is a terminal.
 void show_summary(const v1::DiagnoseResponse& diagnosis);

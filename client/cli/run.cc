@@ -29,6 +29,13 @@ std::int64_t every(const RunCommand& command) {
                                                     : "; nothing was written"));
 }
 
+/// Says on stderr how many samples a long run without --every has written, unless it wrote all.
+void show_count(const RunCommand& command, std::int64_t samples) {
+  if (command.every || every(command) == 1) return;
+  std::cerr << "stiefel: wrote " << samples << (samples == 1 ? " sample" : " samples")
+            << " (first and last); --every 1 for all\n";
+}
+
 }  // namespace
 
 ExitStatus run(const RunCommand& command, Origin& origin) {
@@ -42,7 +49,7 @@ ExitStatus run(const RunCommand& command, Origin& origin) {
   const auto session = endpoint.create(scene);
   print_remarks(session.description());
   auto stream = session.stream({command.from, command.to, every(command), command.fields});
-  std::int64_t last = 0;
+  std::int64_t last = 0, samples = 0;
   v1::DiagnoseResponse diagnosis;
   {
     Progress progress(session, command.to);
@@ -50,6 +57,7 @@ ExitStatus run(const RunCommand& command, Origin& origin) {
       while (const auto* batch = stream.next_batch()) {
         sink->write(*batch);
         last = batch->steps(batch->steps_size() - 1);
+        samples += batch->steps_size();
         progress.at(last);
       }
       v1::DiagnoseRequest request;
@@ -68,6 +76,7 @@ ExitStatus run(const RunCommand& command, Origin& origin) {
   if (!command.output.empty() && !command.output.ends_with(".json")) {
     std::cout << result.dump(2) << '\n';
   }
+  show_count(command, samples);
   show_summary(diagnosis);
   return conclude(*stream.run_status(), diagnosis.step());
 }

@@ -105,3 +105,16 @@ def test_numbers_read_back():
     for value in rng.integers(0, 2**63, 20_000).view(np.float64).tolist():
         if np.isfinite(value):
             assert float(number(value)) == value
+
+
+def test_nan_is_null_in_json(tmp_path):
+    """As of a member that has stopped. JSON has neither NaN nor the infinities."""
+    def refuse(constant):
+        raise ValueError(f"{constant} is not JSON")
+
+    values = np.array([[[1.5, np.nan]], [[-np.inf, np.inf]]])
+    status = stiefel.RunStatus(stiefel.Outcome.LEFT_DOMAIN, largest_step=np.inf)
+    stiefel.Trajectory(np.arange(2), np.array([0.0, np.nan]), {"x": values}, status, 0).save(tmp_path / "run.json")
+    found = json.loads((tmp_path / "run.json").read_text(), parse_constant=refuse)
+    assert [sample["fields"]["x"]["values"] for sample in found["samples"]] == [[1.5, None], [None, None]]
+    assert [sample["time"] for sample in found["samples"]] == [0.0, None] and "largest_step" not in found

@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include "client/cli/sinks/destination.h"
 #include "client/cli/sinks/sink.h"
 #include "stiefel/client/samples.h"
@@ -7,20 +9,25 @@ namespace {
 
 using client::SampleView;
 
+/// Appends a number, or null for NaN and the infinities, which JSON does not have.
+void append_json(std::string& text, double number) {
+  std::isfinite(number) ? append_number(text, number) : void(text += "null");
+}
+
 /// Appends a list of every `parts`-th number of a field, beginning with number `part`.
 void append_numbers(std::string& text, const char* name, const client::FieldView& field,
                     std::size_t part, std::size_t parts) {
   text.append(", \"").append(name).append("\": [");
   for (std::size_t j = part; j < field.size(); j += parts) {
     if (j > part) text += ", ";
-    append_number(text, field[j]);
+    append_json(text, field[j]);
   }
   text += "]";
 }
 
 void append_sample(std::string& text, const SampleView& sample) {
   text += "{\"step\": " + std::to_string(sample.step()) + ", \"time\": ";
-  append_number(text, sample.time());
+  append_json(text, sample.time());
   text += ", \"fields\": {";
   for (int i = 0; i < sample.field_count(); ++i) {
     const auto field = sample.field(i);
@@ -36,7 +43,7 @@ void append_sample(std::string& text, const SampleView& sample) {
 }
 
 /// Writes {"samples": [...], "outcome": ..., "diagnosis": {...}}, in the order in which these parts
-/// become known.
+/// become known. A number of a member that has stopped is null.
 class JsonSink : public Sink {
  public:
   explicit JsonSink(const std::string& path) {

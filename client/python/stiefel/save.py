@@ -74,18 +74,19 @@ def _columns(field: str, values: Array) -> Iterator[str]:
 
 
 def _json(run: Trajectory, out: IO[bytes]) -> None:
-    """Writes {"samples": [...], "outcome": ...} and, for an outcome other than REACHED, its details."""
+    """Writes {"samples": [...], "outcome": ...} and, for an outcome other than REACHED, its details. NaN and the
+    infinities, which JSON does not have, become null."""
     out.write(b'{"samples": [')
     separator = "\n"
     for step, time, fields in _samples(run):
         blocks = ", ".join(f"{json.dumps(name)}: {_block(values)}" for name, values in fields.items())
-        line = f'{{"step": {step}, "time": {number(time)}, "fields": {{{blocks}}}}}'
+        line = f'{{"step": {step}, "time": {_in_json(time)}, "fields": {{{blocks}}}}}'
         out.write((separator + line).encode())
         separator = ",\n"
     report: dict[str, Any] = {"outcome": run.outcome.value}
     if run.outcome != "REACHED":
         known = {"largest_step": run.run_status.largest_step, "member": run.run_status.member}
-        report.update((name, value) for name, value in known.items() if value is not None)
+        report.update((name, value) for name, value in known.items() if value is not None and np.isfinite(value))
         report["message"] = run.run_status.message
     out.write(("],\n" + json.dumps(report, indent=2)[2:] + "\n").encode())
 
@@ -100,7 +101,11 @@ def _block(values: Array) -> str:
 
 
 def _join(values: Array) -> str:
-    return ", ".join(map(number, values.ravel().tolist()))
+    return ", ".join(map(_in_json, values.ravel().tolist()))
+
+
+def _in_json(value: float) -> str:
+    return number(value) if np.isfinite(value) else "null"
 
 
 def _samples(run: Trajectory) -> Iterator[tuple[int, float, dict[str, Array]]]:

@@ -18,6 +18,17 @@ def test_moments_of_no_body_are_warned_of(stiefel, write, command):
     assert stiefel(command, write(scene), "--to", 2).err == ""
 
 
+def test_the_summary_of_an_ensemble_names_the_members(stiefel, write):
+    """The first member rests at a fixed point, where nothing drifts; the worst drift is the second's."""
+    scene = {"system": "rigid_body", "method": {"name": "rk4"}, "step": 0.1, "members": 2,
+             "body": {"moments": [1, 2, 3], "angular_velocity": [0, 0, 1, 1, 2, 3]}}
+    diagnosis = stiefel("diagnose", write(scene), "--to", 50, "--error").json["diagnosis"]
+    worst = max(diagnosis["invariants"], key=lambda invariant: invariant["drift"])
+    assert worst["member"] == 1 and worst["drift"] > 1e-9
+    assert re.match(rf"invariants kept to \S+ \({re.escape(worst['name'])} of member 1\); ", diagnosis["summary"])
+    assert diagnosis["summary"].endswith("of member 1")
+
+
 def test_diagnose_says_what_run_says(stiefel, write, scene):
     path = write(scene)
     diagnosed, run = stiefel("diagnose", path, "--to", 50), stiefel("run", path, "--to", 50)

@@ -30,6 +30,16 @@ def test_without_every_a_long_run_gives_its_two_ends(stiefel, write, scene):
     assert steps(stiefel("run", path, "--from", 1, "--to", 1000)) == list(range(1, 1001))
 
 
+@pytest.mark.parametrize("suffix", [".json", ".csv", ".npz"])
+def test_and_says_so_where_no_data_are(stiefel, write, scene, tmp_path, suffix):
+    path, said = write(scene), "stiefel: wrote 2 samples (first and last); --every 1 for all\n"
+    assert stiefel("run", path, "--to", 10000, "--output", tmp_path / f"x{suffix}").err == said
+    told = stiefel("run", path, "--to", 1000)
+    assert told.err == said and steps(told) == [0, 1000]
+    for quiet in (["--to", 999], ["--to", 1000, "--every", 1000], ["--to", 1000, "--every", 1]):
+        assert stiefel("run", path, *quiet).err == ""
+
+
 def test_the_json_is_the_documented_one(stiefel, write, scene):
     result = stiefel("run", write(scene), "--to", 2, "--fields", "Q,quaternion").json
     assert set(result) == {"outcome", "samples", "diagnosis"}
