@@ -3,11 +3,13 @@
 #include <chrono>
 #include <exception>
 #include <iostream>
+#include <thread>
 
 #include "server/access/callers.h"
 #include "server/access/certificates.h"
 #include "server/access/exposure.h"
 #include "server/access/keys_file.h"
+#include "server/limits/thread_limits.h"
 #include "server/metrics/exporter.h"
 #include "server/store/store_file.h"
 #include "server/transport/descriptor_limit.h"
@@ -55,11 +57,20 @@ void check_files(const AccessOptions& access, Faults& faults) {
 
 }  // namespace
 
+int threads_of(const Options& options) {
+  return other_threads + (options.threads > 0
+                              ? options.threads
+                              : static_cast<int>(std::thread::hardware_concurrency()));
+}
+
 int check(const Options& options) {
   Faults faults;
   check_addresses(options, faults);
   check_files(options.access, faults);
   if (const auto fault = store_fault(options.store)) faults.push_back("--store: " + *fault);
+  enlarge_thread_stacks();
+  if (const auto fault = thread_fault(threads_of(options)))
+    faults.push_back("--threads: " + *fault);
   raise_descriptor_limit();
   const std::size_t most = possible_connections(options.connections.most);
   if (most < options.connections.most)

@@ -80,7 +80,7 @@ class HealthService::RefusedWatch final : public grpc::ServerWriteReactor<Respon
 
 HealthService::Response::ServingStatus HealthService::status(bool known) const {
   if (!known) return Response::SERVICE_UNKNOWN;
-  return serving_ ? Response::SERVING : Response::NOT_SERVING;
+  return able_ && !stopped_ ? Response::SERVING : Response::NOT_SERVING;
 }
 
 grpc::ServerUnaryReactor* HealthService::Check(Context* context, const Request* request,
@@ -115,10 +115,20 @@ void HealthService::leave(Watcher* watcher) {
   if (--here->second == 0) of_connection_.erase(here);
 }
 
+void HealthService::tell_all() {
+  for (Watcher* watcher : watchers_) watcher->tell();
+}
+
+void HealthService::set_able(bool able) {
+  const std::lock_guard lock(mutex_);
+  able_ = able;
+  tell_all();
+}
+
 void HealthService::stop() {
   const std::lock_guard lock(mutex_);
-  serving_ = false;
-  for (Watcher* watcher : watchers_) watcher->tell();
+  stopped_ = true;
+  tell_all();
 }
 
 }  // namespace stiefel::server

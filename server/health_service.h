@@ -28,6 +28,8 @@ class HealthService final : public grpc::health::v1::Health::CallbackService {
   grpc::ServerUnaryReactor* Check(Context*, const Request*, Response*) override;
   grpc::ServerWriteReactor<Response>* Watch(Context*, const Request*) override;
 
+  /// Says NOT_SERVING while the server is not able to keep what it would acknowledge.
+  void set_able(bool able);
   /// Says NOT_SERVING from now on, to all who watch too.
   void stop();
 
@@ -38,12 +40,13 @@ class HealthService final : public grpc::health::v1::Health::CallbackService {
   bool knows(const std::string& service) const { return service.empty() || service == service_; }
   /// The functions below require the lock.
   Response::ServingStatus status(bool known) const;
+  void tell_all();
   void leave(Watcher* watcher);
 
   const std::string service_;
   const std::size_t most_;
   std::mutex mutex_;
-  bool serving_ = true;
+  bool able_ = true, stopped_ = false;
   std::set<Watcher*> watchers_;
   std::map<std::string, std::size_t> of_connection_;
 };

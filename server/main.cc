@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <iostream>
 #include <optional>
+#include <string_view>
 #include <thread>
 
 #include "server/access/tokens.h"
@@ -18,6 +19,7 @@
 #include "server/health_check.h"
 #include "server/limits/freed_memory.h"
 #include "server/parse_error.h"
+#include "server/limits/thread_limits.h"
 #include "server/server.h"
 #include "server/transport/descriptor_limit.h"
 #include "server/transport/listener.h"
@@ -55,7 +57,26 @@ int print_token(const std::string& name) {
   return 0;
 }
 
-int serve(Options options, bool exit_with_parent) {
+/// Handles SIGABRT during the start: gRPC aborts where the system gives no thread or no memory.
+void tell_that_it_cannot_start(int) {
+  constexpr std::string_view reason =
+      "stiefel-server: cannot start: a library aborted; limits of threads and memory are a likely "
+      "reason\n";
+  static_cast<void>(write(STDERR_FILENO, reason.data(), reason.size()) > 0);
+  _exit(1);
+}
+
+/// Throws std::runtime_error if the system does not give the threads of a server. `std::thread` and
+/// gRPC would end the process later and without a reason.
+void check_threads(const Options& options) {
+  stiefel::server::enlarge_thread_stacks();
+  if (const auto fault = stiefel::server::thread_fault(stiefel::server::threads_of(options)))
+    throw std::runtime_error("cannot start: " + *fault);
+}
+
+int serve(Options options, bool exit_with_parent) try {
+  signal(SIGABRT, &tell_that_it_cannot_start);
+  check_threads(options);
   // Lives as long as the process, since its threads do.
   static stiefel::server::EndSignal signal_to_end(options.grace);
   signal(SIGPIPE, SIG_IGN);
@@ -73,25 +94,27 @@ int serve(Options options, bool exit_with_parent) {
   // gRPC's last shutdown waits up to 10 s for a thread that polls. The library is never shut down
   // here, so that the end of the server does not wait for it.
   grpc_init();
-  try {
-    options.waits_for = [](const char* what) { signal_to_end.waits_for(what); };
-    std::optional<stiefel::server::Server> server(options);
-    signal_to_end.started();
-    for (const std::string& address : server->addresses())
-      std::cout << "listening on " << address << std::endl;
-    if (const std::string url = server->metrics_url(); !url.empty())
-      std::cout << "metrics at " << url << std::endl;
-    if (exit_with_parent) watch_parent();
-    signal_to_end.wait();
-    server->shutdown();
-    signal_to_end.waits_for("the end of the server's threads");
-    server.reset();
-    stiefel::server::EndSignal::exit_soon();
-    return 0;
-  } catch (const std::exception& exception) {
-    std::cerr << "stiefel-server: " << exception.what() << '\n';
-    return 1;
-  }
+  options.waits_for = [](const char* what) { signal_to_end.waits_for(what); };
+  std::optional<stiefel::server::Server> server(options);
+  signal_to_end.started();
+  signal(SIGABRT, SIG_DFL);
+  for (const std::string& address : server->addresses())
+    std::cout << "listening on " << address << std::endl;
+  if (const std::string url = server->metrics_url(); !url.empty())
+    std::cout << "metrics at " << url << std::endl;
+  if (exit_with_parent) watch_parent();
+  signal_to_end.wait();
+  server->shutdown();
+  signal_to_end.waits_for("the end of the server's threads");
+  server.reset();
+  stiefel::server::EndSignal::exit_soon();
+  return 0;
+} catch (const std::bad_alloc&) {
+  std::cerr << "stiefel-server: cannot start: the system gives too little memory\n";
+  return 1;
+} catch (const std::exception& exception) {
+  std::cerr << "stiefel-server: " << exception.what() << '\n';
+  return 1;
 }
 
 }  // namespace

@@ -23,6 +23,7 @@
 #include "server/health_service.h"
 #include "server/limits/freed_memory.h"
 #include "server/limits/memory_limit.h"
+#include "server/limits/thread_limits.h"
 #include "server/metrics/exporter.h"
 #include "server/metrics/server_metrics.h"
 #include "server/transport/acceptor.h"
@@ -134,11 +135,13 @@ struct Server::Parts {
              options.identify ? options.identify : Identify(&principal_of),
              options.metrics.empty() ? nullptr : std::make_shared<Metrics>(method_names()),
              Scheduler(options.threads)},
-        durability(options.store.file.empty() ? nullptr
-                                              : std::make_unique<Durability>(options.store, host)),
-        service(host),
         health(v1::SimulationService::service_full_name(),
                HealthService::most_watches(memory_limit)),
+        durability(options.store.file.empty()
+                       ? nullptr
+                       : std::make_unique<Durability>(
+                             options.store, host, [this](bool able) { health.set_able(able); })),
+        service(host),
         sweeper(host.registry,
                 [this](std::size_t dropped) {
                   host.log.line(Log::Level::info, "sessions expired",
@@ -160,9 +163,9 @@ struct Server::Parts {
   const std::uint64_t memory_limit;
   const Quota quota;
   Host host;
+  HealthService health;
   std::unique_ptr<Durability> durability;  // null if sessions live in memory
   Service service;
-  HealthService health;
   std::optional<ServedCertificates> certificates;
   std::optional<Callers> callers;
   std::optional<Gate> gate;
@@ -252,7 +255,9 @@ void Server::Parts::accept(const ConnectionOptions& options) {
                   {{"address", address}, {"max_connections", count(most)}});
 }
 
-Server::Server(Options options) : parts_(std::make_unique<Parts>(options)) {
+Server::Server(Options options) {
+  enlarge_thread_stacks();
+  parts_ = std::make_unique<Parts>(options);
   parts_->listen(options.listen, options.access);
   parts_->export_metrics(options.metrics, options.access.insecure);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();

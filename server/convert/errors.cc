@@ -275,6 +275,7 @@ grpc::Status not_written(const WriteFault& fault) {
       return exhausted("there is no space in the store" + reason, "STORE_FULL", {}, "store",
                        shortened(fault.what), to_a_free_store);
     case WriteFault::Kind::unavailable:
+    case WriteFault::Kind::locked:
       return info(grpc::UNAVAILABLE, "the store cannot write now; try again" + reason,
                   "STORE_UNAVAILABLE");
     case WriteFault::Kind::damaged:

@@ -45,15 +45,20 @@ class Rows {
 
 }  // namespace
 
-Durability::Durability(const StoreOptions& options, Host& host)
-    : file_(options.file), host_(host), store_(options), journal_(store_, hooks()) {
+Durability::Durability(const StoreOptions& options, Host& host, std::function<void(bool)> able)
+    : file_(options.file),
+      host_(host),
+      able_(std::move(able)),
+      store_(options),
+      journal_(store_, hooks()) {
   host.registry.write_to(journal_);
 }
 
 Journal::Hooks Durability::hooks() {
   restore();
   return {to_row, [this](const Session& session) { host_.registry.drop(session); },
-          [this](const WriteFault& fault) { report(fault); }};
+          [this](const WriteFault& fault) { report(fault); },
+          [this](const std::optional<std::string>& fault) { watched(fault); }};
 }
 
 /// Restores a session. A principal's memory limit applies to new sessions only: a session that no
@@ -89,8 +94,7 @@ void Durability::restore_sessions(const std::function<void(const Store::Row&)>& 
   host_.memory.allow_excess(true);
   {
     std::vector<std::jthread> threads;
-    for (int i = 1; i < host_.pool.threads(); ++i) threads.emplace_back([&] { rows.work(use); });
-    rows.work(use);
+    for (int i = 0; i < host_.pool.threads(); ++i) threads.emplace_back([&] { rows.work(use); });
   }
   host_.memory.allow_excess(false);
   rows.rethrow();
@@ -152,6 +156,15 @@ void Durability::report(const WriteFault& fault) {
   next_report_ = now + report_interval;
   host_.log.line(Log::Level::error, "store not written",
                  {{"error", fault.what}, {"count", std::exchange(unreported_, 0)}});
+}
+
+/// Is called on the journal's thread.
+void Durability::watched(const std::optional<std::string>& fault) const {
+  able_(!fault);
+  if (fault)
+    host_.log.line(Log::Level::error, "store lost", {{"error", *fault}});
+  else
+    host_.log.line(Log::Level::warn, "store there again", {{"file", file_}});
 }
 
 }  // namespace stiefel::server

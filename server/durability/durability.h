@@ -18,8 +18,9 @@ class Durability {
  public:
   /// Returns when every session is in the registry; logs those that this build cannot read and
   /// leaves them in the file. Throws std::runtime_error when the store cannot be used. Must be
-  /// destroyed after the calls and before the host.
-  Durability(const StoreOptions& options, Host& host);
+  /// destroyed after the calls and before the host. Calls `able` with false when the store's files
+  /// are removed, replaced or get a second name, and with true when that is over.
+  Durability(const StoreOptions& options, Host& host, std::function<void(bool)> able);
 
  private:
   void restore();
@@ -28,9 +29,11 @@ class Durability {
   Restored restored(const Store::Row& row, Account& account) const;
   Journal::Hooks hooks();
   void report(const WriteFault& fault);
+  void watched(const std::optional<std::string>& fault) const;
 
   const std::string file_;
   Host& host_;
+  const std::function<void(bool)> able_;
   std::chrono::steady_clock::time_point next_report_ = {};
   std::int64_t unreported_ = 0;
   Store store_;

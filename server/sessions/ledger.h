@@ -18,7 +18,9 @@ class Session;
 struct WriteFault {
   enum class Kind {
     full,         ///< no space on the disk, or the store's limit is reached
-    unavailable,  ///< the disk refused it for now: an I/O error, a lock, a read-only file system
+    unavailable,  ///< the file could not be written: an I/O error, a read-only file system, a file
+                  ///< that was removed or has a second name
+    locked,       ///< another program holds the file's lock
     damaged,      ///< the file is not a valid store
     out_of_memory
   };

@@ -23,20 +23,27 @@ std::string holder_of(int descriptor) {
 
 }  // namespace
 
-FileLock::FileLock(const std::string& file)
-    : descriptor_(open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600)) {
+FileLock::FileLock(const std::string& file, int flags, bool numbered)
+    : descriptor_(open(file.c_str(), O_RDWR | O_CLOEXEC | flags, 0600)) {
   if (descriptor_ < 0) throw std::runtime_error(file + ": " + std::strerror(errno));
   if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
     const int error = errno;
-    const std::string what = error == EWOULDBLOCK ? "in use by " + holder_of(descriptor_)
-                                                  : file + ": " + std::strerror(error);
+    const std::string holder = numbered ? holder_of(descriptor_) : "another process";
     close(descriptor_);
-    throw std::runtime_error(what);
+    throw std::runtime_error(error == EWOULDBLOCK ? "in use by " + holder
+                                                  : file + ": " + std::strerror(error));
   }
+}
+
+FileLock::FileLock(const std::string& file) : FileLock(file, 0, false) {}
+
+FileLock FileLock::with_number(const std::string& file) {
+  FileLock lock(file, O_CREAT, true);
   // The number serves the error message only; on a full disk the file stays empty.
   const std::string number = std::to_string(getpid());
-  if (ftruncate(descriptor_, 0) == 0)
-    static_cast<void>(pwrite(descriptor_, number.data(), number.size(), 0) > 0);
+  if (ftruncate(lock.descriptor_, 0) == 0)
+    static_cast<void>(pwrite(lock.descriptor_, number.data(), number.size(), 0) > 0);
+  return lock;
 }
 
 FileLock::~FileLock() {

@@ -40,6 +40,10 @@ WriteFault fault_of_current_exception() {
   }
 }
 
+bool is_full(const std::optional<WriteFault>& fault) {
+  return fault && fault->kind == WriteFault::Kind::full;
+}
+
 StoredCheckpoint to_row(const Session& session, const Checkpoints::Nearest& last) {
   const auto& numbers = *last.saved;
   return {
@@ -66,7 +70,7 @@ Journal::~Journal() {
 
 std::shared_ptr<Receipt> Journal::submit(Change change) {
   failpoint("journal.submit");
-  auto receipt = change.receipt = std::make_shared<Receipt>();
+  auto receipt = change.receipt;
   {
     const std::lock_guard lock(mutex_);
     queue_.push_back(std::move(change));
@@ -76,18 +80,15 @@ std::shared_ptr<Receipt> Journal::submit(Change change) {
 }
 
 std::shared_ptr<Receipt> Journal::put(std::shared_ptr<Session> session) {
-  return submit(
-      {.session = std::move(session), .principal = {}, .id = {}, .until = {}, .receipt = {}});
+  return submit({.session = std::move(session), .principal = {}, .id = {}, .until = {}});
 }
 
 std::shared_ptr<Receipt> Journal::erase(const Principal& principal, std::string id) {
-  return submit(
-      {.session = {}, .principal = principal, .id = std::move(id), .until = {}, .receipt = {}});
+  return submit({.session = {}, .principal = principal, .id = std::move(id), .until = {}});
 }
 
 std::shared_ptr<Receipt> Journal::bury(const Principal& principal, std::string id, Time until) {
-  return submit(
-      {.session = {}, .principal = principal, .id = std::move(id), .until = until, .receipt = {}});
+  return submit({.session = {}, .principal = principal, .id = std::move(id), .until = until});
 }
 
 void Journal::cached(std::weak_ptr<Session> session) noexcept {
@@ -118,6 +119,7 @@ void Journal::work(const std::stop_token& stop) {
     if (due || (stopping && queue_.empty())) {
       auto sessions = std::exchange(with_states_, {});
       lock.unlock();
+      watch();
       if (!sessions.empty()) write_checkpoints(std::move(sessions));
       lock.lock();
       next_pass = now() + between_checkpoints_;
@@ -131,58 +133,69 @@ void Journal::write(std::span<const Change> changes) {
     std::size_t count = 0, bytes = 0;
     while (count < std::min(changes.size(), max_changes) && bytes < max_bytes)
       if (const auto& session = changes[count++].session) bytes += session->scene_bytes();
-    write_together(changes.first(count));
-    changes = changes.subspan(count);
+    changes = changes.subspan(write_together(changes.first(count)));
   }
   if (store_.tombstones_pile_up()) trim_tombstones();
 }
 
 void Journal::trim_tombstones() noexcept {
   try {
-    store_.transact([this] { store_.trim_tombstones(nanoseconds_now()); });
+    store_.transact([this] { store_.trim_tombstones(nanoseconds_now()); }, Store::Patience(0));
   } catch (...) {  // untrimmed tombstones only take space
   }
 }
 
-void Journal::write_together(std::span<const Change> changes) {
+/// Returns how many of the changes have an outcome. While another program holds the lock, those
+/// have one whose time is over.
+std::size_t Journal::write_together(std::span<const Change> changes) {
+  using Kind = WriteFault::Kind;
   const auto fault = transact(changes);
-  if (fault) return write_singly(changes);
-  for (const Change& change : changes) settle(change, std::nullopt);
+  if (fault && fault->kind == Kind::locked) {
+    const auto now = std::chrono::steady_clock::now();
+    const auto waits = [&](const Change& change) { return change.deadline > now; };
+    changes = changes.first(static_cast<std::size_t>(
+        std::find_if(changes.begin() + 1, changes.end(), waits) - changes.begin()));
+  } else if (fault && fault->kind != Kind::unavailable) {
+    write_singly(changes);
+    return changes.size();
+  }
+  for (const Change& change : changes) settle(change, fault);
+  return changes.size();
 }
 
 void Journal::write_singly(std::span<const Change> changes) {
   bool made_room = false;
-  const auto full = [](const auto& fault) {
-    return fault && fault->kind == WriteFault::Kind::full;
-  };
   for (const Change& change : changes) {
     auto fault = transact({&change, 1});
-    if (full(fault) && !std::exchange(made_room, true)) {
+    if (is_full(fault) && !std::exchange(made_room, true)) {
       store_.make_room(nanoseconds_now());
       fault = transact({&change, 1});
     }
-    if (full(fault) && !change.session) fault = delete_from_full_store(change);
-    settle(change, std::move(fault));
+    if (is_full(fault)) fault = write_to_full_store(change);
+    settle(change, fault);
   }
 }
 
-std::optional<WriteFault> Journal::delete_from_full_store(const Change& change) {
-  auto fault = transact({&change, 1}, true);
+std::optional<WriteFault> Journal::write_to_full_store(const Change& change) {
+  auto fault = transact({&change, 1}, &Store::transact_in_place);
   try {
-    while (fault && fault->kind == WriteFault::Kind::full && store_.halve_tombstones())
-      fault = transact({&change, 1}, true);
+    while (is_full(fault) && !change.session && store_.halve_tombstones())
+      fault = transact({&change, 1}, &Store::transact_in_place);
   } catch (...) {
     return fault_of_current_exception();
   }
   return fault;
 }
 
-std::optional<WriteFault> Journal::transact(std::span<const Change> changes, bool with_reserve) {
-  const auto apply_all = [&] {
-    for (const Change& change : changes) apply(change);
-  };
+std::optional<WriteFault> Journal::transact(std::span<const Change> changes, Transaction how) {
+  const auto left = std::chrono::duration_cast<Store::Patience>(changes.front().deadline -
+                                                                std::chrono::steady_clock::now());
   try {
-    with_reserve ? store_.transact_with_reserve(apply_all) : store_.transact(apply_all);
+    (store_.*how)(
+        [&] {
+          for (const Change& change : changes) apply(change);
+        },
+        std::max(left, Store::Patience(0)));
     transactions_.fetch_add(1, std::memory_order_relaxed);
     return std::nullopt;
   } catch (...) {
@@ -197,10 +210,20 @@ void Journal::apply(const Change& change) {
     store_.put(Tombstone{change.principal, change.id, nanoseconds_of(*change.until)});
 }
 
-void Journal::settle(const Change& change, std::optional<WriteFault> fault) {
+void Journal::settle(const Change& change, const std::optional<WriteFault>& fault) {
   if (fault) report(*fault);
   if (fault && change.session) hooks_.drop(*change.session);
-  change.receipt->settle(std::move(fault));
+  change.receipt->settle(fault);
+}
+
+void Journal::watch() noexcept {
+  try {
+    auto now = store_.fault();
+    if (now == watched_) return;
+    watched_ = std::move(now);
+    if (hooks_.watched) hooks_.watched(watched_);
+  } catch (const std::exception&) {  // no memory for the message
+  }
 }
 
 void Journal::report(const WriteFault& fault) const noexcept {
@@ -214,7 +237,7 @@ void Journal::write_checkpoints(std::vector<std::weak_ptr<Session>> sessions) {
   std::size_t bytes = 0;
   try {
     failpoint("journal.checkpoints");
-    store_.transact([&] {
+    const auto put_last_states = [&] {
       for (const auto& one : sessions) {
         const auto session = one.lock();
         if (!session) continue;
@@ -225,7 +248,8 @@ void Journal::write_checkpoints(std::vector<std::weak_ptr<Session>> sessions) {
         bytes += size;
         store_.put(to_row(*session, last));
       }
-    });
+    };
+    store_.transact(put_last_states, Store::Patience(0));
   } catch (...) {
     report(fault_of_current_exception());
   }

@@ -21,8 +21,10 @@ namespace stiefel::server {
 
 /// Writes a registry's changes to a store, on a thread of its own. The changes that arrive during
 /// one transaction form the next, so that many calls share one wait for the disk. A transaction
-/// that fails is repeated change by change, so that only what does not fit fails. Deletions may use
-/// the store's reserve and the space of older tombstones.
+/// that fails is repeated change by change, so that only what does not fit fails. Changes that fit
+/// into the file but not into its log use the store's reserve, deletions also the space of older
+/// tombstones. A change waits for the lock of another program for `Store::patience` from its
+/// arrival, whatever waits before it.
 ///
 /// Writes checkpoints when no change waits, at the latest 5 s after a pass is due: the last state
 /// of each session, a few seconds after it was cached. Drops those beyond `max_checkpoint_bytes`,
@@ -36,8 +38,10 @@ class Journal final : public Ledger {
     std::function<void(const Session&)> drop;
     /// Reports a change or a checkpoint that could not be written.
     std::function<void(const WriteFault&)> report;
+    /// Is called when `Store::fault` changes, which the journal reads with each pass.
+    std::function<void(const std::optional<std::string>&)> watched = {};
   };
-  /// The time between two passes that write checkpoints.
+  /// The time between two passes, which write checkpoints and look at the names of the files.
   static constexpr auto checkpoint_interval = std::chrono::milliseconds(2000);
   /// The most bytes that a pass writes.
   static constexpr std::size_t max_checkpoint_bytes = std::size_t{16} << 20;
@@ -66,19 +70,24 @@ class Journal final : public Ledger {
     Principal principal;
     std::string id;
     std::optional<Time> until;
-    std::shared_ptr<Receipt> receipt;
+    std::shared_ptr<Receipt> receipt = std::make_shared<Receipt>();
+    std::chrono::steady_clock::time_point deadline =
+        std::chrono::steady_clock::now() + Store::patience;
   };
 
   std::shared_ptr<Receipt> submit(Change change);
   void work(const std::stop_token& stop);
   void write(std::span<const Change> changes);
-  void write_together(std::span<const Change> changes);
+  std::size_t write_together(std::span<const Change> changes);
   void write_singly(std::span<const Change> changes);
-  std::optional<WriteFault> transact(std::span<const Change> changes, bool with_reserve = false);
-  std::optional<WriteFault> delete_from_full_store(const Change& change);
+  using Transaction = void (Store::*)(const std::function<void()>&, Store::Patience);
+  std::optional<WriteFault> transact(std::span<const Change> changes,
+                                     Transaction how = &Store::transact);
+  std::optional<WriteFault> write_to_full_store(const Change& change);
   void apply(const Change& change);
-  void settle(const Change& change, std::optional<WriteFault> fault);
+  void settle(const Change& change, const std::optional<WriteFault>& fault);
   void trim_tombstones() noexcept;
+  void watch() noexcept;
   void report(const WriteFault& fault) const noexcept;
   void write_checkpoints(std::vector<std::weak_ptr<Session>> sessions);
 
@@ -86,6 +95,7 @@ class Journal final : public Ledger {
   const Hooks hooks_;
   const std::chrono::milliseconds between_checkpoints_;
   std::atomic<std::uint64_t> transactions_ = 0;
+  std::optional<std::string> watched_;  // what `hooks_.watched` was told last
 
   std::mutex mutex_;
   std::condition_variable_any wake_;

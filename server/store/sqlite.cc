@@ -9,7 +9,7 @@
 namespace stiefel::server {
 namespace {
 
-constexpr int patience_in_milliseconds = 5000;
+constexpr auto first_patience = std::chrono::seconds(5);
 
 int flags_of(Database::Mode mode) {
   switch (mode) {
@@ -48,6 +48,7 @@ WriteFault::Kind kind_of(int code, int system_error) {
       return is_full(system_error) ? Kind::full : Kind::unavailable;
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
+      return Kind::locked;
     case SQLITE_READONLY:
     case SQLITE_CANTOPEN:
     case SQLITE_PERM:
@@ -73,14 +74,33 @@ Database::Database(const std::string& file, Mode mode, const char* vfs) {
     throw StoreError(kind_of(code, error), what);
   }
   sqlite3_extended_result_codes(handle_, 1);
-  set_patience();
+  set_patience(first_patience);
 }
 
-void Database::set_patience() { sqlite3_busy_timeout(handle_, patience_in_milliseconds); }
+void Database::set_patience(std::chrono::milliseconds patience) {
+  sqlite3_busy_timeout(handle_, static_cast<int>(patience.count()));
+}
+
+void Database::allocate() {
+  const auto control = [this](int operation, void* argument) {
+    const int code = sqlite3_file_control(handle_, nullptr, operation, argument);
+    if (code == SQLITE_IOERR_WRITE || code == SQLITE_FULL)
+      throw StoreError(WriteFault::Kind::full, "the disk or the limit of file sizes is reached");
+    if (code != SQLITE_NOTFOUND) check(code);  // a file system of a test may not know it
+  };
+  if (page_size_ == 0) {
+    page_size_ = number("PRAGMA page_size");
+    int chunk = static_cast<int>(page_size_);
+    control(SQLITE_FCNTL_CHUNK_SIZE, &chunk);
+  }
+  std::int64_t bytes = number("PRAGMA page_count") * page_size_;
+  control(SQLITE_FCNTL_SIZE_HINT, &bytes);
+}
 
 Database::~Database() { sqlite3_close_v2(handle_); }
 
-Database::Database(Database&& other) noexcept : handle_(std::exchange(other.handle_, nullptr)) {}
+Database::Database(Database&& other) noexcept
+    : handle_(std::exchange(other.handle_, nullptr)), page_size_(other.page_size_) {}
 
 void Database::fail(int code) const {
   const int error = system_error(handle_, code);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <stdexcept>
@@ -41,8 +42,11 @@ class Database {
   std::int64_t number(const std::string& sql);
   std::string text(const std::string& sql);
   bool in_transaction() const;
-  /// Waits up to 5 s for the locks of other programs, such as a backup. This is the default.
-  void set_patience();
+  /// The longest time that a statement waits for the locks of other programs; at first 5 s.
+  void set_patience(std::chrono::milliseconds patience);
+  /// Takes from the disk the space that the pages of the open transaction need in the file, so that
+  /// the log can always be moved into it. Throws StoreError `full` if the disk has too little.
+  void allocate();
   /// The number of rows that the last statement inserted or deleted.
   std::int64_t changes() const;
 
@@ -52,6 +56,7 @@ class Database {
   void check(int code) const;
 
   sqlite3* handle_;
+  std::int64_t page_size_ = 0;  // known once `allocate` was called
 };
 
 /// A prepared statement. Parameters are numbered from 1, columns from 0. Bound values must live

@@ -9,6 +9,12 @@
 namespace stiefel::server {
 namespace {
 
+/// The pages that a slice of `give_free_pages_back` moves; the reserve has room for them in the
+/// log.
+constexpr int pages_of_slice = 256;
+/// The most slices at once: 64 MiB.
+constexpr int most_slices = 64;
+
 /// Collects columns, each text after its length, for the digest of a row.
 class Digest {
  public:
@@ -51,18 +57,26 @@ std::int64_t digest_of(const StoredCheckpoint& c) {
       .value();
 }
 
+/// Binds the first three parameters, the key of a row.
+Statement& named(Statement& statement, const Principal& principal, std::string_view id) {
+  return statement.bind(1, Digest().add(principal.name).add(id).value())
+      .bind(2, principal.name)
+      .bind(3, id);
+}
+
 constexpr std::string_view select =
     "SELECT principal, id, s.create_time, s.numerics_id, s.identity, s.scene, s.filled_in, "
     "s.cleared, s.tolerance, s.horizon, s.reason, s.error, s.verified, s.digest, c.numerics_id, "
     "c.identity, c.step, c.state, c.digest FROM session AS s LEFT JOIN checkpoint AS c USING "
-    "(principal, id)";
+    "(place, principal, id)";
 
 /// Keeps the first rows of an order that begins with the newest tombstone of each principal and
 /// goes on with the second newest of each.
 constexpr std::string_view keep_newest =
-    "DELETE FROM tombstone WHERE (principal, id) IN (SELECT principal, id FROM (SELECT principal, "
-    "id, row_number() OVER (PARTITION BY principal ORDER BY until DESC) AS place FROM tombstone) "
-    "ORDER BY place LIMIT -1 OFFSET ?)";
+    "DELETE FROM tombstone WHERE (place, principal, id) IN (SELECT place, principal, id FROM "
+    "(SELECT "
+    "*, row_number() OVER (PARTITION BY principal ORDER BY until DESC) AS age FROM tombstone) "
+    "ORDER BY age LIMIT -1 OFFSET ?)";
 
 std::int64_t most_tombstones_of(std::uint64_t store_limit) {
   constexpr std::uint64_t most = std::uint64_t{1} << 18;
@@ -77,19 +91,28 @@ Store::Store(const StoreOptions& options)
     : most_tombstones_(most_tombstones_of(options.limit)),
       file_(open_store(options)),
       put_session_(file_.database,
-                   "INSERT OR REPLACE INTO session VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"),
-      erase_session_(file_.database, "DELETE FROM session WHERE principal = ? AND id = ?"),
+                   "INSERT OR REPLACE INTO session VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"),
+      erase_session_(file_.database,
+                     "DELETE FROM session WHERE place = ? AND principal = ? AND id = ?"),
       put_checkpoint_(file_.database,
-                      "INSERT OR REPLACE INTO checkpoint VALUES (?, ?, ?, ?, ?, ?, ?)"),
-      erase_checkpoint_(file_.database, "DELETE FROM checkpoint WHERE principal = ? AND id = ?"),
-      put_tombstone_(file_.database, "INSERT OR REPLACE INTO tombstone VALUES (?, ?, ?)") {}
+                      "INSERT OR REPLACE INTO checkpoint VALUES (?, ?, ?, ?, ?, ?, ?, ?)"),
+      erase_checkpoint_(file_.database,
+                        "DELETE FROM checkpoint WHERE place = ? AND principal = ? AND id = ?"),
+      put_tombstone_(file_.database, "INSERT OR REPLACE INTO tombstone VALUES (?, ?, ?, ?)") {}
 
-void Store::transact(const std::function<void()>& changes) {
+void Store::check_names() const {
+  if (const auto wrong = fault()) throw StoreError(WriteFault::Kind::unavailable, *wrong);
+}
+
+void Store::transact(const std::function<void()>& changes, Patience wait) {
   failpoint("store.begin");
+  check_names();
   Database& database = file_.database;
+  database.set_patience(wait);
   database.run("BEGIN IMMEDIATE");
   try {
     changes();
+    database.allocate();
     failpoint("store.commit");
     database.run("COMMIT");
   } catch (...) {
@@ -102,52 +125,48 @@ void Store::transact(const std::function<void()>& changes) {
     }
     throw;
   }
+  check_names();
 }
 
 void Store::put(const StoredSession& s) {
   failpoint("store.put_session");
   const auto& choice = s.choice;
-  put_session_.bind(1, s.principal.name)
-      .bind(2, s.id)
-      .bind(3, s.create_time)
-      .bind(4, s.numerics_id)
-      .bind(5, std::bit_cast<std::int64_t>(s.identity))
-      .bind_blob(6, s.scene)
-      .bind(7, s.filled_in)
-      .bind(8, s.cleared)
-      .bind(9, choice ? std::optional(choice->tolerance) : std::nullopt)
-      .bind(10, choice ? std::optional(choice->horizon) : std::nullopt)
-      .bind(11, choice ? std::string_view(choice->reason) : std::string_view())
-      .bind(12, choice ? std::optional(choice->error) : std::nullopt)
-      .bind(13, std::int64_t{choice && choice->verified})
-      .bind(14, digest_of(s))
+  named(put_session_, s.principal, s.id)
+      .bind(4, s.create_time)
+      .bind(5, s.numerics_id)
+      .bind(6, std::bit_cast<std::int64_t>(s.identity))
+      .bind_blob(7, s.scene)
+      .bind(8, s.filled_in)
+      .bind(9, s.cleared)
+      .bind(10, choice ? std::optional(choice->tolerance) : std::nullopt)
+      .bind(11, choice ? std::optional(choice->horizon) : std::nullopt)
+      .bind(12, choice ? std::string_view(choice->reason) : std::string_view())
+      .bind(13, choice ? std::optional(choice->error) : std::nullopt)
+      .bind(14, std::int64_t{choice && choice->verified})
+      .bind(15, digest_of(s))
       .execute();
-  erase_checkpoint_.bind(1, s.principal.name).bind(2, s.id).execute();
+  named(erase_checkpoint_, s.principal, s.id).execute();
 }
 
 void Store::erase(const Principal& principal, std::string_view id) {
   failpoint("store.erase");
-  erase_session_.bind(1, principal.name).bind(2, id).execute();
-  erase_checkpoint_.bind(1, principal.name).bind(2, id).execute();
+  named(erase_session_, principal, id).execute();
+  named(erase_checkpoint_, principal, id).execute();
 }
 
 void Store::put(const StoredCheckpoint& c) {
   failpoint("store.put_checkpoint");
-  put_checkpoint_.bind(1, c.principal.name)
-      .bind(2, c.id)
-      .bind(3, c.numerics_id)
-      .bind(4, std::bit_cast<std::int64_t>(c.identity))
-      .bind(5, c.step)
-      .bind_blob(6, c.state)
-      .bind(7, digest_of(c))
+  named(put_checkpoint_, c.principal, c.id)
+      .bind(4, c.numerics_id)
+      .bind(5, std::bit_cast<std::int64_t>(c.identity))
+      .bind(6, c.step)
+      .bind_blob(7, c.state)
+      .bind(8, digest_of(c))
       .execute();
 }
 
 void Store::put(const Tombstone& tombstone) {
-  put_tombstone_.bind(1, tombstone.principal.name)
-      .bind(2, tombstone.id)
-      .bind(3, tombstone.until)
-      .execute();
+  named(put_tombstone_, tombstone.principal, tombstone.id).bind(4, tombstone.until).execute();
   ++since_trim_;
 }
 
@@ -173,15 +192,16 @@ void Store::trim_tombstones(std::int64_t now) {
 
 bool Store::halve_tombstones() {
   const std::int64_t count = file_.database.number("SELECT count(*) FROM tombstone");
-  transact_with_reserve([&] { keep_newest_tombstones(count / 2); });
+  transact_in_place([&] { keep_newest_tombstones(count / 2); });
   return count > 0;
 }
 
 std::int64_t Store::drop_checkpoints_except(std::string_view numerics_id) {
-  Statement others(
-      file_.database,
-      "DELETE FROM checkpoint WHERE numerics_id <> ? OR NOT EXISTS (SELECT 1 FROM "
-      "session AS s WHERE s.principal = checkpoint.principal AND s.id = checkpoint.id)");
+  Statement others(file_.database,
+                   "DELETE FROM checkpoint WHERE numerics_id <> ? OR NOT EXISTS (SELECT 1 FROM "
+                   "session AS s WHERE s.place = checkpoint.place AND s.principal = "
+                   "checkpoint.principal AND s.id = "
+                   "checkpoint.id)");
   others.bind(1, numerics_id).execute();
   return file_.database.changes();
 }
@@ -189,35 +209,58 @@ std::int64_t Store::drop_checkpoints_except(std::string_view numerics_id) {
 void Store::make_room(std::int64_t now) noexcept {
   file_.reserve.release();
   try {
-    transact([&] {
+    const auto drop = [&] {
       file_.database.run("DELETE FROM checkpoint");
       trim_tombstones(now);
-    });
+    };
+    transact(drop, Patience(0));
   } catch (const std::exception&) {  // the disk is as full as before
   }
-  empty_log();
+  give_free_pages_back();
   file_.reserve.hold();
 }
 
-void Store::transact_with_reserve(const std::function<void()>& changes) {
-  file_.reserve.release();
+/// Moves the last pages of the file to free places and cuts the file, in slices that the log has
+/// room for. Stops where another program reads the log, which then cannot be emptied.
+void Store::give_free_pages_back() noexcept {
+  Database& database = file_.database;
+  const std::string slice = "PRAGMA incremental_vacuum(" + std::to_string(pages_of_slice) + ")";
   try {
-    transact(changes);
-  } catch (...) {
-    file_.reserve.hold();
-    throw;
-  }
-  empty_log();
-  file_.reserve.hold();
-}
-
-void Store::empty_log() noexcept {
-  try {  // does not wait for a backup that reads the log
-    file_.database.run("PRAGMA busy_timeout=0");
-    file_.database.run("PRAGMA wal_checkpoint(TRUNCATE)");
+    for (int i = 0; empty_log() && i < most_slices; ++i) {
+      if (database.number("PRAGMA freelist_count") == 0) return;
+      transact([&] { database.run(slice); }, Patience(0));
+    }
   } catch (const std::exception&) {
   }
-  file_.database.set_patience();
+}
+
+void Store::transact_in_place(const std::function<void()>& changes, Patience wait) {
+  Database& database = file_.database;
+  file_.reserve.release();
+  empty_log();
+  const std::int64_t limit = database.number("PRAGMA max_page_count");
+  const auto restore = [&] {
+    database.run("PRAGMA max_page_count=" + std::to_string(limit));
+    empty_log();
+    file_.reserve.hold();
+  };
+  try {
+    database.run("PRAGMA max_page_count=1");  // which SQLite raises to the pages that there are
+    transact(changes, wait);
+  } catch (...) {
+    restore();
+    throw;
+  }
+  restore();
+}
+
+bool Store::empty_log() noexcept {
+  try {  // does not wait for a backup that reads the log
+    file_.database.set_patience(Patience(0));
+    return file_.database.number("PRAGMA wal_checkpoint(TRUNCATE)") == 0;
+  } catch (const std::exception&) {
+    return false;
+  }
 }
 
 Store::Reader::Reader(Store& store) : select_(store.file_.database, select) {}

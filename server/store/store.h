@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -58,8 +59,16 @@ class Store {
   /// Throws std::runtime_error (store_file.h).
   explicit Store(const StoreOptions& options);
 
-  /// Runs `changes` and commits all of them, or none if it throws.
-  void transact(const std::function<void()>& changes);
+  using Patience = std::chrono::milliseconds;
+  /// The longest time that a transaction waits for the locks of other programs.
+  static constexpr Patience patience = std::chrono::seconds(5);
+
+  /// Runs `changes` and commits all of them, or none if it throws. Throws StoreError `unavailable`
+  /// if the file was removed, replaced or has a second name (file_watch.h), because such changes
+  /// would be lost.
+  void transact(const std::function<void()>& changes, Patience wait = patience);
+  /// Returns why every transaction would be refused.
+  std::optional<std::string> fault() const { return file_.watch.fault(); }
 
   /// Replaces the row of the session's principal and id, and removes its checkpoint.
   void put(const StoredSession& session);
@@ -83,10 +92,13 @@ class Store {
   /// Removes the checkpoints with another numerics id and those without a session; returns their
   /// number.
   std::int64_t drop_checkpoints_except(std::string_view numerics_id);
-  /// Makes room on a full disk: removes all checkpoints, trims the tombstones and empties the log.
+  /// Makes room on a full disk: removes all checkpoints, trims the tombstones, empties the log and
+  /// gives free pages back to the disk.
   void make_room(std::int64_t now) noexcept;
-  /// Does what `transact` does, with the space that is reserved for deletions.
-  void transact_with_reserve(const std::function<void()>& changes);
+  /// Does what `transact` does where the disk has no space for the log, but the file has for the
+  /// changes: the log takes the space of the reserve, and the file does not grow, so that the
+  /// reserve finds its space again.
+  void transact_in_place(const std::function<void()>& changes, Patience wait = Patience(0));
 
   /// A session's row, with its checkpoint if there is a valid one.
   struct Row {
@@ -106,7 +118,9 @@ class Store {
   };
 
  private:
-  void empty_log() noexcept;
+  void check_names() const;
+  bool empty_log() noexcept;
+  void give_free_pages_back() noexcept;
   void keep_newest_tombstones(std::int64_t count);
 
   const std::int64_t most_tombstones_;

@@ -1,6 +1,7 @@
 #include "server/store/store_file.h"
 
 #include <fcntl.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -20,8 +21,11 @@ constexpr std::int64_t log_pages = 256;
 /// The size in bytes to which SQLite cuts the log once its pages are in the file.
 constexpr std::int64_t log_bytes = std::int64_t{4} << 20;
 
+/// Rows lie in the order of their places, which is random: wherever rows were deleted, new ones
+/// fill the pages again, whatever their names.
 constexpr const char* tables = R"sql(
 CREATE TABLE session (
+  place INTEGER NOT NULL,        -- hash of principal and id
   principal TEXT NOT NULL,
   id TEXT NOT NULL,
   create_time INTEGER NOT NULL,  -- nanoseconds since 1970
@@ -36,9 +40,10 @@ CREATE TABLE session (
   error REAL,
   verified INTEGER NOT NULL,
   digest INTEGER NOT NULL,       -- hash of the columns above
-  PRIMARY KEY (principal, id)
-) STRICT;
+  PRIMARY KEY (place, principal, id)
+) STRICT, WITHOUT ROWID;
 CREATE TABLE checkpoint (
+  place INTEGER NOT NULL,
   principal TEXT NOT NULL,
   id TEXT NOT NULL,
   numerics_id TEXT NOT NULL,
@@ -46,13 +51,14 @@ CREATE TABLE checkpoint (
   step INTEGER NOT NULL,
   state BLOB NOT NULL,           -- float64, little-endian
   digest INTEGER NOT NULL,
-  PRIMARY KEY (principal, id)
-) STRICT;
+  PRIMARY KEY (place, principal, id)
+) STRICT, WITHOUT ROWID;
 CREATE TABLE tombstone (
+  place INTEGER NOT NULL,
   principal TEXT NOT NULL,
   id TEXT NOT NULL,
   until INTEGER NOT NULL,        -- nanoseconds since 1970
-  PRIMARY KEY (principal, id)
+  PRIMARY KEY (place, principal, id)
 ) STRICT, WITHOUT ROWID;
 )sql";
 
@@ -74,6 +80,7 @@ void make_store(const fs::path& file, const char* vfs) {
   {
     Database database(draft, Database::Mode::create, vfs);
     database.run("PRAGMA synchronous=FULL");
+    database.run("PRAGMA auto_vacuum=INCREMENTAL");  // so that free pages can go back to the disk
     database.run("BEGIN");
     database.run(tables);
     database.run("PRAGMA application_id=" + std::to_string(application_id));
@@ -119,6 +126,8 @@ void configure(Database& database, std::uint64_t limit) {
                              ")");
   database.run("PRAGMA synchronous=FULL");
   database.run("PRAGMA mmap_size=0");
+  // Debian's SQLite overwrites what is deleted: a deletion would need its bytes again in the log.
+  database.run("PRAGMA secure_delete=OFF");
   database.run("PRAGMA temp_store=MEMORY");  // a container may have no folder for temporary files
   database.run("PRAGMA wal_autocheckpoint=" + std::to_string(log_pages));
   database.run("PRAGMA journal_size_limit=" + std::to_string(log_bytes));
@@ -132,8 +141,18 @@ void check_pages(Database& database) {
     throw StoreError(WriteFault::Kind::damaged, fault);
 }
 
+/// Throws std::runtime_error if the process may not write all of a file of this size.
+void check_size_limit(std::uint64_t size) {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_FSIZE, &limit) == 0 && size > limit.rlim_cur)
+    throw std::runtime_error("it has " + std::to_string(size) +
+                             " bytes, must have at most the process's limit of file sizes " +
+                             "(ulimit -f), " + std::to_string(limit.rlim_cur));
+}
+
 /// Returns whether the store's file exists. Throws std::runtime_error if it is not a regular file,
-/// is empty, or is absent although its log has bytes.
+/// is empty, has a second name, is larger than the process may write, or is absent although its log
+/// has bytes.
 bool checked_presence(const fs::path& file) {
   std::error_code ignored;
   const bool log = fs::file_size(file.string() + "-wal", ignored) > 0 && !ignored;
@@ -146,21 +165,29 @@ bool checked_presence(const fs::path& file) {
         "backup");
   if (there && empty)
     throw std::runtime_error("it is empty: restore a backup, or remove it to begin a new store");
-  return there;
+  if (!there) return false;
+  if (const auto names = fs::hard_link_count(file); names != 1)
+    throw std::runtime_error("it has " + std::to_string(names) +
+                             " names (hard links), must have 1: the log belongs to one name");
+  check_size_limit(fs::file_size(file));
+  return true;
 }
 
 StoreFile open_at(const fs::path& file, const StoreOptions& options) {
-  FileLock lock(file.string() + "-lock");
+  FileLock name_lock = FileLock::with_number(file.string() + "-lock");
   if (checked_presence(file)) check_header(file);
   // Frees the reserve, since SQLite creates files beside the store even on a full disk.
   Reserve reserve(file.string() + "-reserve");
   reserve.release();
   if (!fs::exists(file)) make_store(file, options.vfs);
+  FileLock lock(file);
   Database database(file.string(), Database::Mode::existing, options.vfs);
   configure(database, options.limit);
   check_pages(database);
+  FileWatch watch({file, file.string() + "-wal", file.string() + "-shm"});
   reserve.hold();
-  return {std::move(lock), std::move(reserve), std::move(database)};
+  return {std::move(name_lock), std::move(lock), std::move(reserve), std::move(database),
+          std::move(watch)};
 }
 
 /// Returns the path of the file with its symbolic links resolved.

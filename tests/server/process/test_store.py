@@ -5,12 +5,16 @@ import resource
 import shutil
 import sqlite3
 import subprocess
+import threading
+import time
 
+import grpc
 import pytest
 
 import stiefel
-from conftest import BODY
-from stored import scene_of
+from conftest import BODY, eventually
+from stiefel import v1 as pb
+from stored import reason, scene_of
 
 SERVER = os.environ["STIEFEL_SERVER"]
 
@@ -43,9 +47,29 @@ def fill(client):
     raise AssertionError("nothing was refused")
 
 
+def create(client, id, number=1, n=3):
+    """Creates a session of 16n² bytes or, for n = 3, 300, without the client's retries; returns the reason of a refusal."""
+    scene = scene_of(number if n == 3 else 8 * number, n)
+    try:
+        client.stub.CreateSession(pb.CreateSessionRequest(session_id=id, scene=scene), timeout=60)
+    except grpc.RpcError as error:
+        return reason(error)
+    return None
+
+
+def create_until_refused(client, most, n, name):
+    """The names of those that were created, and the reason of the refusal."""
+    made = []
+    for number in range(1, most + 1):
+        if refusal := create(client, f"{name}{number}", number, n):
+            return made, refusal
+        made.append(f"{name}{number}")
+    return made, None
+
+
 def test_a_full_disk_is_a_typed_error_and_loses_nothing(serve, small_disk):
     process = serve("--store", str(small_disk / "store"), "--log-level", "warn")
-    with stiefel.Client(process.address) as client:
+    with stiefel.Client(process.address, timeout=5) as client:
         made, error = fill(client)
         assert isinstance(error, stiefel.ResourceExhausted) and error.reason == "STORE_FULL"
         assert "no space in the store" in str(error)
@@ -71,7 +95,7 @@ def test_a_full_disk_is_a_typed_error_and_loses_nothing(serve, small_disk):
 def test_a_file_that_may_not_grow_is_a_full_disk(serve, tmp_path):
     """RLIMIT_FSIZE, set on the running server and lifted again."""
     process = serve("--store", str(tmp_path / "store"), "--log-level", "warn")
-    with stiefel.Client(process.address) as client:
+    with stiefel.Client(process.address, timeout=5) as client:
         client.create(scene_of(8), id="first")
         before = resource.prlimit(process.child.pid, resource.RLIMIT_FSIZE)
         resource.prlimit(process.child.pid, resource.RLIMIT_FSIZE, (100_000, before[1]))
@@ -86,6 +110,77 @@ def test_a_file_that_may_not_grow_is_a_full_disk(serve, tmp_path):
         assert {session.id for session in client.list()} == known >= {"first", "last"}
 
 
+@pytest.mark.parametrize("limit", ["disk", "disk of others", "ulimit -f"])
+@pytest.mark.parametrize("n", [3, 24, 150])
+def test_the_space_of_deleted_sessions_is_used_again(serve, tmp_path, request, limit, n):
+    """Every second one is deleted, so that for n = 3 no page of the file becomes free."""
+    folder = tmp_path if limit == "ulimit -f" else request.getfixturevalue("small_disk")
+    process = serve("--store", str(folder / "store"), "--log-level", "warn", "--max-sessions", "100000")
+    if limit == "ulimit -f":
+        resource.prlimit(process.child.pid, resource.RLIMIT_FSIZE, (2_000_000, 2_000_000))
+    with stiefel.Client(process.address) as client:
+        made, refusal = create_until_refused(client, 20_000, n, "s")
+        assert refusal == "STORE_FULL" and len(made) >= 4
+        if limit == "disk of others":
+            (folder / "rest").write_bytes(b"x" * left_on(folder))
+        for id in made[::2]:
+            client.delete(id)
+        wanted = len(made) // 4  # the names of those that were deleted take space too
+        again, refusal = create_until_refused(client, wanted, n, "t")
+        assert len(again) == wanted, refusal
+        there = {*made[1::2], *again}
+    process.child.kill()
+    process.stop()
+    with stiefel.Client(serve("--store", str(folder / "store")).address) as client:
+        assert {session.id for session in client.list()} == there
+
+
+@pytest.mark.parametrize("suffix", ["", "-wal"])
+def test_a_server_whose_store_is_removed_acknowledges_nothing(serve, tmp_path, suffix):
+    process = serve("--store", str(tmp_path / "store"), "--log-level", "warn")
+    with stiefel.Client(process.address) as client, process.channel() as channel:
+        check = channel.unary_unary("/grpc.health.v1.Health/Check")
+        first, kept = client.create(BODY), client.create(BODY)
+        assert check(b"") == b"\x08\x01"
+        os.rename(tmp_path / f"store{suffix}", tmp_path / "elsewhere")
+        assert create(client, "second") == "STORE_UNAVAILABLE"
+        with pytest.raises(grpc.RpcError) as refusal:
+            client.stub.DeleteSession(pb.DeleteSessionRequest(session_id=first.id), timeout=60)
+        assert reason(refusal.value) == "STORE_UNAVAILABLE" and f"store{suffix} was removed" in refusal.value.details()
+        assert kept.step(10).step == 10
+        assert eventually(lambda: check(b"") == b"\x08\x02"), "not serving"
+        os.rename(tmp_path / "elsewhere", tmp_path / f"store{suffix}")
+        assert eventually(lambda: check(b"") == b"\x08\x01")
+        assert create(client, "third") is None
+    assert process.stop() == 0
+    log = process.child.stderr.read()
+    assert "store lost" in log and "store there again" in log and f"store{suffix} was removed" in log
+
+
+def test_a_lock_of_another_program_is_waited_for_once(serve, tmp_path):
+    """Six creations, one after another, while it holds the lock: each waits 5 s, and not for those before it."""
+    process = serve("--store", str(tmp_path / "store"), "--log-level", "off")
+    other = sqlite3.connect(tmp_path / "store", isolation_level=None)
+    other.execute("BEGIN IMMEDIATE")
+    waited, ends = [], []
+
+    def wait_for(client, id):
+        begin = time.monotonic()
+        ends.append(create(client, id))
+        waited.append(time.monotonic() - begin)
+    with stiefel.Client(process.address) as client:
+        threads = [threading.Thread(target=wait_for, args=(client, f"s{number}")) for number in range(6)]
+        for thread in threads:
+            thread.start()
+            time.sleep(0.1)
+        for thread in threads:
+            thread.join()
+        assert ends == 6 * ["STORE_UNAVAILABLE"] and max(waited) < 10, waited
+        other.execute("ROLLBACK")
+        assert create(client, "s0") is None
+    other.close()
+
+
 def refused(*arguments):
     """The line on stderr of a server that does not start."""
     done = subprocess.run([SERVER, "--listen", "127.0.0.1:0", *arguments], stdin=subprocess.DEVNULL,
@@ -98,6 +193,11 @@ def test_a_second_server_is_refused(serve, tmp_path):
     store = str(tmp_path / "store")
     first = serve("--store", store)
     assert f"the store {store}: in use by process {first.child.pid}" in refused("--store", store)
+    os.link(store, tmp_path / "link")
+    assert "it has 2 names (hard links), must have 1" in refused("--store", str(tmp_path / "link"))
+    os.unlink(tmp_path / "link")
+    os.unlink(f"{store}-lock")
+    assert f"the store {store}: in use by another process" in refused("--store", store)
     first.child.kill()
     first.child.wait()
     serve("--store", store)

@@ -99,7 +99,14 @@ int unlock(sqlite3_file* file, int level) {
 int check_lock(sqlite3_file* file, int* out) {
   return of(file).behind()->pMethods->xCheckReservedLock(of(file).behind(), out);
 }
-int control(sqlite3_file*, int, void*) { return SQLITE_NOTFOUND; }
+/// Grows the file as SQLITE_FCNTL_SIZE_HINT asks.
+int control(sqlite3_file* file, int operation, void* argument) {
+  if (operation != SQLITE_FCNTL_SIZE_HINT || !of(file).path) return SQLITE_NOTFOUND;
+  const auto asked = *static_cast<sqlite3_int64*>(argument);
+  sqlite3_int64 size = 0;
+  const int code = size_of_file(file, &size);
+  return code == SQLITE_OK && asked > size ? truncate_file(file, asked) : code;
+}
 int sector_size(sqlite3_file*) { return sector; }
 /// None: a write may be torn anywhere.
 int characteristics(sqlite3_file*) { return 0; }

@@ -2,8 +2,12 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
 
+#include <array>
 #include <atomic>
+#include <condition_variable>
 #include <latch>
 #include <thread>
 
@@ -124,7 +128,7 @@ TEST_F(JournalTest, NamesOfManyThreadsEndAsTheRegistryHasThem) {
 }
 
 TEST_F(JournalTest, WhatDoesNotFitFailsAloneAndIsNoSession) {
-  Written written({options_.file, 50'000});
+  Written written({options_.file, 30'000});
   std::vector<std::pair<std::string, std::shared_ptr<Receipt>>> receipts;
   for (int i = 0; i < 400; ++i) {
     const std::string id = "s" + std::to_string(i);
@@ -216,7 +220,7 @@ TEST_F(JournalTest, TombstonesGoWithTheDeletion) {
 
 TEST_F(JournalTest, TombstonesNeverKeepADeletionOut) {
   // The store is full of sessions and tombstones: every deletion is on disk all the same.
-  Written written({options_.file, 50'000});
+  Written written({options_.file, 30'000});
   std::vector<std::string> made;
   for (int i = 0; i < 400; ++i) {
     const std::string id = "s" + std::to_string(i);
@@ -246,6 +250,107 @@ TEST_F(JournalTest, TombstonesStayFewInTheFile) {
   const auto left = store.tombstones(0);
   EXPECT_LE(std::ssize(left), most + most / 4 + 1);
   EXPECT_EQ(left.back().id, "4999") << "the newest are kept";
+}
+
+TEST_F(JournalTest, AForeignLockIsWaitedForOnce) {
+  using Clock = std::chrono::steady_clock;
+  Written written(options_);
+  Database other(options_.file, Database::Mode::existing);
+  other.run("BEGIN IMMEDIATE");
+  constexpr int count = 6;
+  std::latch all(count);
+  std::array<std::atomic<Clock::duration>, count> waited{};
+  for (int i = 0; i < count; ++i) {
+    const auto from = Clock::now();
+    written.create(std::to_string(i), i)->then([&, i, from](const auto& fault) {
+      EXPECT_TRUE(fault && fault->kind == WriteFault::Kind::locked) << i;
+      waited[static_cast<std::size_t>(i)] = Clock::now() - from;
+      all.count_down();
+    });
+    std::this_thread::sleep_for(200ms);  // so that they do not all lie in one transaction
+  }
+  all.wait();
+  for (const auto& one : waited) {
+    EXPECT_GE(one.load(), Store::patience - 100ms);
+    EXPECT_LT(one.load(), 2 * Store::patience) << "six after each other take 30 s";
+  }
+  other.run("ROLLBACK");
+  EXPECT_FALSE(outcome(*written.create("after", 1)));
+}
+
+TEST_F(JournalTest, ALockThatIsGivenBackDelaysOnly) {
+  Written written(options_, 1ms);
+  Database other(options_.file, Database::Mode::existing);
+  other.run("BEGIN IMMEDIATE");
+  std::vector<std::shared_ptr<Receipt>> receipts;
+  for (int i = 0; i < 6; ++i) receipts.push_back(written.create(std::to_string(i), i));
+  std::this_thread::sleep_for(300ms);
+  other.run("ROLLBACK");
+  for (const auto& receipt : receipts) EXPECT_FALSE(outcome(*receipt));
+}
+
+TEST_F(JournalTest, ToldWhenTheFilesAreGoneAndWhenTheyAreBack) {
+  std::mutex mutex;
+  std::condition_variable changed;
+  std::vector<std::optional<std::string>> told;
+  Store store(options_);
+  Journal journal(store,
+                  {test::identity_row,
+                   {},
+                   {},
+                   [&](const std::optional<std::string>& fault) {
+                     const std::lock_guard lock(mutex);
+                     told.push_back(fault);
+                     changed.notify_all();
+                   }},
+                  1ms);
+  const auto wait_for = [&](std::size_t count) {
+    std::unique_lock lock(mutex);
+    changed.wait(lock, [&] { return told.size() >= count; });
+  };
+  std::filesystem::rename(options_.file, folder_.file("elsewhere"));
+  wait_for(1);
+  std::filesystem::rename(folder_.file("elsewhere"), options_.file);
+  wait_for(2);
+  const std::lock_guard lock(mutex);
+  EXPECT_THAT(told[0].value_or(""), testing::HasSubstr(options_.file + " was removed"));
+  EXPECT_FALSE(told[1]);
+}
+
+/// A process whose files may have `bytes` bytes, as with `ulimit -f`.
+class FileSizes {
+ public:
+  explicit FileSizes(rlim_t bytes) {
+    getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit now{bytes, before_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &now);
+    handler_ = signal(SIGXFSZ, SIG_IGN);
+  }
+  ~FileSizes() {
+    setrlimit(RLIMIT_FSIZE, &before_);
+    signal(SIGXFSZ, handler_);
+  }
+
+ private:
+  rlimit before_{};
+  sighandler_t handler_;
+};
+
+TEST_F(JournalTest, AtTheLimitOfFileSizesDeletionsGoThroughAndTheirSpaceIsUsed) {
+  Written written(options_);
+  const FileSizes limited(100'000);
+  std::vector<std::string> made;
+  const auto create = [&](const std::string& id) {
+    return !outcome(*written.create(id, static_cast<int>(made.size())));
+  };
+  while (create("a" + std::to_string(made.size())))
+    made.push_back("a" + std::to_string(made.size()));
+  ASSERT_GT(made.size(), 100u);
+  for (std::size_t i = 0; i < made.size(); i += 2)
+    EXPECT_FALSE(outcome(*written.registry.erase(everybody, made[i]).receipt)) << i;
+  std::size_t again = 0;
+  while (again < made.size() / 2 && create("b" + std::to_string(again))) ++again;
+  EXPECT_GT(again, made.size() / 20) << "the names of the deleted sessions take most of the space";
 }
 
 TEST_F(JournalTest, AReceiptTellsLateAskersToo) {

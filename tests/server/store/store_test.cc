@@ -202,6 +202,63 @@ TEST_F(StoreTest, ASecondServerIsRefused) {
   EXPECT_THAT(refusal({folder_.file("link")}), HasSubstr("in use by process " + pid));
 }
 
+TEST_F(StoreTest, AStoreWithASecondNameIsRefused) {
+  { Store store(options_); }
+  const std::string link = folder_.file("link");
+  std::filesystem::create_hard_link(options_.file, link);
+  for (const std::string& name : {options_.file, link})
+    EXPECT_EQ(refusal({name}), "the store " + name +
+                                   ": it has 2 names (hard links), must have 1: the log belongs to "
+                                   "one name");
+  std::filesystem::remove(link);
+  EXPECT_EQ(refusal(options_), "");
+}
+
+TEST_F(StoreTest, WithoutItsLockFileASecondServerIsRefusedToo) {
+  const Store store(options_);
+  std::filesystem::remove(options_.file + "-lock");
+  EXPECT_THAT(refusal(options_), HasSubstr("in use by another process"));
+}
+
+/// What a change of the store is refused with, or "" if it is made.
+std::string refused_change(Store& store) {
+  try {
+    put(store, session("a"));
+    return "";
+  } catch (const StoreError& error) {
+    EXPECT_EQ(error.kind(), WriteFault::Kind::unavailable);
+    EXPECT_EQ(error.what(), store.fault());
+    return error.what();
+  }
+}
+
+TEST_F(StoreTest, WithoutItsFilesItTakesNoChange) {
+  for (const std::string suffix : {"", "-wal", "-shm"}) {
+    const std::string file = folder_.file("store" + (suffix.empty() ? "-main" : suffix));
+    Store store({file});
+    EXPECT_EQ(refused_change(store), "");
+    std::filesystem::rename(file + suffix, folder_.file("elsewhere"));
+    EXPECT_THAT(refused_change(store), HasSubstr(file + suffix + " was removed"));
+    test::write_file(file + suffix, test::read_file(folder_.file("elsewhere")));
+    EXPECT_THAT(refused_change(store), HasSubstr(file + suffix + " was replaced"));
+    std::filesystem::rename(folder_.file("elsewhere"), file + suffix);
+    EXPECT_EQ(refused_change(store), "") << "the file is back";
+    std::filesystem::create_hard_link(file + suffix, folder_.file("link"));
+    EXPECT_THAT(refused_change(store), HasSubstr(file + suffix + " has 2 names (hard links)"));
+    std::filesystem::remove(folder_.file("link"));
+    EXPECT_EQ(refused_change(store), "");
+  }
+}
+
+TEST_F(StoreTest, ALargeDeletionNeedsLittleSpaceInTheLog) {
+  Store store(options_);
+  put(store, session("large", 8 << 20));
+  Database(options_.file, Database::Mode::existing).run("PRAGMA wal_checkpoint(TRUNCATE)");
+  store.transact([&] { store.erase(Principal{}, "large"); });
+  EXPECT_LT(std::filesystem::file_size(options_.file + "-wal"), 200'000u);
+  EXPECT_TRUE(rows(store).empty());
+}
+
 TEST_F(StoreTest, AForeignFileIsRefusedAndLeftAlone) {
   const std::string text = "These are the notes of somebody else.\n" + std::string(5000, 'x');
   test::write_file(options_.file, text);
@@ -218,8 +275,8 @@ TEST_F(StoreTest, AForeignFileIsRefusedAndLeftAlone) {
 
 TEST_F(StoreTest, ANewerVersionIsRefused) {
   { Store store(options_); }
-  Database(options_.file, Database::Mode::existing).run("PRAGMA user_version=2");
-  EXPECT_THAT(refusal(options_), HasSubstr("its schema version is 2, this server reads version 1"));
+  Database(options_.file, Database::Mode::existing).run("PRAGMA user_version=3");
+  EXPECT_THAT(refusal(options_), HasSubstr("its schema version is 3, this server reads version 2"));
 }
 
 TEST_F(StoreTest, WhatCannotBeAFileIsRefused) {
