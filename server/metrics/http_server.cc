@@ -2,6 +2,7 @@
 
 #include <sys/socket.h>
 
+#include <algorithm>
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
@@ -32,7 +33,7 @@ using asio::use_awaitable;
 using asio::ip::tcp;
 using namespace std::chrono_literals;
 
-constexpr int connections_at_once = 16;
+constexpr std::size_t connections_at_once = 32;
 constexpr std::size_t largest_request = 8192;  // bytes
 constexpr auto request_patience = 2s, answer_patience = 10s;
 /// The wait after a failed accept, when the process has no descriptor left.
@@ -71,40 +72,64 @@ struct HttpServer::Parts {
     return response;
   }
 
+  struct Connection {
+    beast::tcp_stream stream;
+    bool silent = true;  // its request is not complete
+  };
+
   template <class Stream>
-  asio::awaitable<void> converse(Stream& stream) const {
+  asio::awaitable<void> converse(Stream& stream, Connection& connection) const {
     beast::flat_buffer buffer(largest_request);
     http::request_parser<http::empty_body> request;
     request.header_limit(largest_request);
     co_await http::async_read_header(stream, buffer, request, use_awaitable);
-    beast::get_lowest_layer(stream).expires_after(answer_patience);
+    connection.silent = false;
+    connection.stream.expires_after(answer_patience);
     const auto response = answer(request.get());
     co_await http::async_write(stream, response, use_awaitable);
   }
 
-  asio::awaitable<void> serve(tcp::socket socket) {
-    beast::tcp_stream stream(std::move(socket));
-    stream.expires_after(request_patience);
+  asio::awaitable<void> serve(Connection& connection) {
+    connection.stream.expires_after(request_patience);
     if (!tls) {
-      co_await converse(stream);
-      stream.socket().shutdown(tcp::socket::shutdown_send);
+      co_await converse(connection.stream, connection);
+      connection.stream.socket().shutdown(tcp::socket::shutdown_send);
     } else {
-      beast::ssl_stream<beast::tcp_stream> encrypted(std::move(stream), *tls);
+      asio::ssl::stream<beast::tcp_stream&> encrypted(connection.stream, *tls);
       co_await encrypted.async_handshake(asio::ssl::stream_base::server, use_awaitable);
-      co_await converse(encrypted);
+      co_await converse(encrypted, connection);
       co_await encrypted.async_shutdown(use_awaitable);
     }
   }
 
-  /// Serves one connection after another until the context stops.
+  asio::awaitable<void> hold(tcp::socket socket) {
+    if (open.size() >= connections_at_once) give_way();
+    const auto place = open.emplace(open.end(), beast::tcp_stream(std::move(socket)));
+    try {
+      co_await serve(*place);
+    } catch (const std::exception&) {  // the reader went away, was too slow or gave way
+    }
+    open.erase(place);
+  }
+
+  /// Ends the oldest connection without a request or, if there is none, the oldest, whose coroutine
+  /// then leaves the list.
+  void give_way() {
+    const auto is_open = [](const Connection& one) { return one.stream.socket().is_open(); };
+    auto oldest = std::ranges::find_if(
+        open, [&](const Connection& one) { return one.silent && is_open(one); });
+    if (oldest == open.end()) oldest = std::ranges::find_if(open, is_open);
+    if (oldest != open.end()) oldest->stream.close();
+  }
+
   asio::awaitable<void> accept(tcp::acceptor& acceptor) {
     for (;;) {
       bool accepted = false;
       try {
         tcp::socket socket = co_await acceptor.async_accept(use_awaitable);
         accepted = true;
-        co_await serve(std::move(socket));
-      } catch (const std::exception&) {  // the reader went away or was too slow
+        asio::co_spawn(context, hold(std::move(socket)), asio::detached);
+      } catch (const std::exception&) {  // no descriptor or no memory
       }
       if (!accepted) co_await asio::steady_timer(context, pause).async_wait(use_awaitable);
     }
@@ -115,7 +140,8 @@ struct HttpServer::Parts {
   std::optional<asio::ssl::context> tls;
   asio::io_context context{1};
   std::list<tcp::acceptor> acceptors;
-  std::jthread thread;  // last, so that it ends before what it uses
+  std::list<Connection> open;  // the oldest first
+  std::jthread thread;         // last, so that it ends before what it uses
 };
 
 HttpServer::HttpServer(std::vector<Listener> listeners, TlsContext tls, std::string path,
@@ -125,8 +151,7 @@ HttpServer::HttpServer(std::vector<Listener> listeners, TlsContext tls, std::str
   for (Listener& listener : listeners) {
     tcp::acceptor& acceptor =
         parts_->acceptors.emplace_back(acceptor_of(parts_->context, std::move(listener)));
-    for (int i = 0; i < connections_at_once; ++i)
-      asio::co_spawn(parts_->context, parts_->accept(acceptor), asio::detached);
+    asio::co_spawn(parts_->context, parts_->accept(acceptor), asio::detached);
   }
   parts_->thread = std::jthread([&context = parts_->context] {
     pthread_setname_np(pthread_self(), "metrics");

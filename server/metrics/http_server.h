@@ -13,9 +13,9 @@ namespace stiefel::server {
 /// Answers GET of one path over HTTP/1.1, on a thread of its own: 404 for other paths, 405 for
 /// other methods. A connection serves one request and is closed after the answer.
 ///
-/// Each listener serves 16 connections at once; further ones wait until one of them ends. A
-/// connection has 2 s for its handshake and its request of at most 8 KiB, and 10 s to take the
-/// answer.
+/// A connection has 2 s for its handshake and its request of at most 8 KiB, and 10 s to take the
+/// answer. At most 32 connections are open at once: a further one takes the place of the oldest
+/// without a request or, if all have sent theirs, of the oldest.
 class HttpServer {
  public:
   /// Returns the body, of `content_type`. If it throws, the connection ends without an answer.
