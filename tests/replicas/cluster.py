@@ -144,7 +144,7 @@ def start_haproxy(folder: Path, ports: list[int], local: int, tls: int) -> Any:
                             stdout=(folder / "haproxy.log").open("w"), stderr=subprocess.STDOUT)
 
 
-def envoy_configuration(folder: Path, ports: list[int], local: int, tls: int, calls_a_second: int = 10**6) -> Path:
+def envoy_configuration(folder: Path, ports: list[int], local: int, tls: int, calls_a_second: int | None = None) -> Path:
     """docker/envoy.yaml with these ports and files, and beside its listener one without TLS."""
     certificate(folder)
     tls_folder = folder / "tls"
@@ -162,7 +162,8 @@ def envoy_configuration(folder: Path, ports: list[int], local: int, tls: int, ca
     listener["address"]["socket_address"] = {"address": "127.0.0.1", "port_value": tls}
     manager = listener["filter_chains"][0]["filters"][0]["typed_config"]
     limit = manager["http_filters"][0]["typed_config"]["token_bucket"]
-    limit.update(max_tokens=2 * calls_a_second, tokens_per_fill=calls_a_second)
+    if calls_a_second:
+        limit.update(max_tokens=2 * calls_a_second, tokens_per_fill=calls_a_second, fill_interval="1s")
     plain = copy.deepcopy(listener)
     plain["name"] = "local"
     plain["address"]["socket_address"]["port_value"] = local

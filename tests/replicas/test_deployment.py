@@ -56,6 +56,9 @@ def test_the_proxies_notice_within_30_s_that_a_client_is_gone() -> None:
 def test_the_proxies_know_the_servers_of_compose() -> None:
     compose = yaml.safe_load((DOCKER / "replicas.yaml").read_text())
     servers = sorted(name for name in compose["services"] if name != "proxy")
+    both = yaml.safe_load((DOCKER / "compose.yaml").read_text())["services"]
+    for key in ("image", "read_only", "cap_drop", "security_opt", "mem_limit", "pids_limit", "ports"):
+        assert compose["services"]["proxy"][key] == both["proxy"][key], key
     assert servers == ["stiefel-1", "stiefel-2", "stiefel-3"]
     assert re.findall(r"STIEFEL_REPLICAS_\d-(stiefel-\d):50551", (DOCKER / "haproxy.cfg").read_text()) == servers
     cluster, = yaml.safe_load((DOCKER / "envoy.yaml").read_text())["static_resources"]["clusters"]
@@ -68,6 +71,29 @@ def test_the_proxies_know_the_servers_of_compose() -> None:
         for key in ("read_only", "cap_drop", "security_opt", "mem_limit", "pids_limit", "stop_grace_period"):
             assert compose["services"][name][key] == alone[key], key
         assert "ports" not in compose["services"][name] and compose["networks"]["servers"] == {"internal": True}
+
+
+def test_the_proxy_of_compose_reaches_its_server_alone(tmp_path: Path) -> None:
+    """By the socket in their common volume, as the same user; the server has no network."""
+    services = yaml.safe_load((DOCKER / "compose.yaml").read_text())["services"]
+    server, proxy = services["stiefel"], services["proxy"]
+    assert server["network_mode"] == "none" and "ports" not in server and server["user"] == proxy["user"]
+    volume, = server["volumes"]
+    assert volume in proxy["volumes"] and volume.endswith(":/run/stiefel")
+    variables = {name: value.replace("/run/stiefel", str(tmp_path)) for name, value in proxy["environment"].items()}
+    socket = f"unix:{tmp_path}/stiefel.sock"
+    assert set(variables.values()) == {f"unix@{tmp_path}/stiefel.sock"}
+    assert f"STIEFEL_LISTEN={socket.replace(str(tmp_path), '/run/stiefel')}" in (DOCKER / "Dockerfile").read_text()
+    local, tls = free_ports(2)
+    environment = {**haproxy_environment(tmp_path, [1, 2, 3], local, tls), **variables}
+    with stiefel.Server.start(socket), \
+            subprocess.Popen([find_haproxy(), "-db", "-f", DOCKER / "haproxy.cfg"], env=environment) as haproxy:
+        try:
+            wait_for(tls)
+            with stiefel.Client(f"localhost:{tls}", tls=str(tmp_path / "cert.pem")) as client:
+                assert client.create(BODY).step(10).step == 10
+        finally:
+            haproxy.terminate()
 
 
 def test_kubernetes_manifests_agree() -> None:
