@@ -91,7 +91,7 @@ Store::Store(const StoreOptions& options)
     : most_tombstones_(most_tombstones_of(options.limit)),
       file_(open_store(options)),
       put_session_(file_.database,
-                   "INSERT OR REPLACE INTO session VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"),
+                   "INSERT OR REPLACE INTO session VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"),
       erase_session_(file_.database,
                      "DELETE FROM session WHERE place = ? AND principal = ? AND id = ?"),
       put_checkpoint_(file_.database,
