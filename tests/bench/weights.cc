@@ -1,8 +1,8 @@
 // Makes steps of every method on one system in several sizes, so that callgrind can count them one
 // by one. After each count it prints "system method|- order arithmetic scalar n N steps h‖Ω‖". A
 // system whose bodies advance together in vector registers appears again as packed_SYSTEM, with the
-// steps of a pack. tests/bench/weights.py reads both. Argument: the system; without it, prints the
-// names of the systems.
+// steps of a pack. tests/bench/weights.py reads both. Arguments: the system, and the only method to be
+// counted; without them, prints the names of the systems.
 #include <iostream>
 #include <numeric>
 #include <set>
@@ -131,11 +131,12 @@ void count(std::string_view system, std::string_view method, std::optional<int> 
     for (const double rate : other_rates) at(size, rate);
 }
 
-/// Counts every method of a system in every order, arithmetic and scalar. Closed forms and discrete
-/// systems have neither.
-void count(const SystemInfo& system) {
+/// Counts every method of a system, or `only` one, in every order, arithmetic and scalar. Closed forms
+/// and discrete systems have neither.
+void count(const SystemInfo& system, std::string_view only) {
   if (system.discrete) return count(system.name, "", std::nullopt, "compensated", "double");
   for (const auto& on : system.methods) {
+    if (!only.empty() && on.method != only) continue;
     const auto& orders = catalogue().method(on.method)->orders;
     for (const int order : orders)
       for (const char* arithmetic : {"compensated", "plain"}) {
@@ -204,8 +205,8 @@ int main(int argc, char** argv) {
     if (argc == 1)
       std::cout << system.name << '\n' << (in_packs ? packed + "\n" + alone + "\n" : "");
     else if (system.name == argv[1])
-      count(system);
-    else if (in_packs && (argv[1] == packed || argv[1] == alone))
+      count(system, argc > 2 ? argv[2] : "");
+    else if (in_packs && argc == 2 && (argv[1] == packed || argv[1] == alone))
       count_packs(system, argv[1] == packed);
   }
 }

@@ -2,6 +2,7 @@
 
     /usr/bin/python3 tests/bench/weights.py build/release            (compares with the table, as make bench does)
     /usr/bin/python3 tests/bench/weights.py build/release --write    (adds rows that are missing in the table)
+    /usr/bin/python3 tests/bench/weights.py build/release --write --method exact   (counts this method alone)
     /usr/bin/python3 tests/bench/weights.py build/release --rewrite  (replaces every row by a new count)
 
 The table is engine/simulation/catalogue/methods/step_weights.inc; step_weight.h in that folder tells how it is read.
@@ -34,20 +35,20 @@ class Row(NamedTuple):
 Table = dict[Key, Row]
 
 
-def count(program: Path) -> Table:
-    """Counts every entry, with a process for each system, as many at a time as there are cores."""
+def count(program: Path, method: str = "") -> Table:
+    """Counts every entry, or those of a method, with a process for each system, as many at a time as there are cores."""
     systems = subprocess.run([program], check=True, capture_output=True, text=True).stdout.split()
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         found = {}
-        for one in pool.map(lambda system: count_system(program, system), systems):
+        for one in pool.map(lambda system: count_system([program, system, *([method] if method else [])]), systems):
             found |= one
     return found
 
 
-def count_system(program: Path, system: str) -> Table:
+def count_system(command: list) -> Table:
     with tempfile.TemporaryDirectory() as folder:
         done = subprocess.run(["valgrind", "--tool=callgrind", f"--callgrind-out-file={folder}/out",
-                               "--toggle-collect=measured_steps", "--dump-after=measured_steps", program, system],
+                               "--toggle-collect=measured_steps", "--dump-after=measured_steps", *command],
                               check=True, capture_output=True, text=True)
         lines = done.stdout.splitlines()
         totals = [int(re.search(r"^totals: (\d+)", (Path(folder) / f"out.{k + 1}").read_text(), re.M)[1])
@@ -97,14 +98,12 @@ def read(text: str) -> Table:
 
 
 def with_missing(used: Table, counted: Table) -> str:
-    """Returns the text of the table `used` with the rows of `counted` that it lacks, each after the row that precedes it
-    in `counted`. Rows in use keep their numbers and their order."""
+    """Returns the text of the table `used` with the rows of `counted` that it lacks, each after the last row of its
+    system. Rows in use keep their numbers and their order."""
     keys = list(used)
-    before = None
     for key in counted:
         if key not in used:
-            keys.insert(keys.index(before) + 1 if before else 0, key)
-        before = key
+            keys.insert(max((k + 1 for k, other in enumerate(keys) if other[0] == key[0]), default=len(keys)), key)
     return table({key: used.get(key) or counted[key] for key in keys})
 
 
@@ -125,6 +124,7 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("build", type=Path, help="the build directory")
     parser.add_argument("--write", action="store_true", help="add the rows that the table lacks")
+    parser.add_argument("--method", default="", help="with --write: count this method alone")
     parser.add_argument("--rewrite", action="store_true", help="count every row anew")
     arguments = parser.parse_args()
     program = arguments.build / "tests/bench/bench_weights"
@@ -135,7 +135,7 @@ if __name__ == "__main__":
     if arguments.rewrite:
         TABLE.write_text(table(count(program)))
     elif arguments.write:
-        TABLE.write_text(with_missing(read(TABLE.read_text()), count(program)))
+        TABLE.write_text(with_missing(read(TABLE.read_text()), count(program, arguments.method)))
     else:
         for row in measure(program):
             print(row["name"], f"worst {max(row['values']):.3f}")

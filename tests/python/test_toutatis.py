@@ -105,7 +105,7 @@ def test_the_error_shown_is_that_of_the_closed_form(client):
 
 
 def test_the_main_run_has_the_recommended_method(session, client):
-    assert "method" not in toutatis.scene(DATA) and session.scene["method"]["name"] == "preprocessed_variational"
+    assert "method" not in toutatis.scene(DATA) and session.scene["method"]["name"] == "exact"
     assert toutatis.error_in_degrees(session.diagnose(to=toutatis.DAYS * toutatis.DAY, estimate_error=True)) < 1e-8
 
 
@@ -121,10 +121,10 @@ def test_the_command(tmp_path):
     assert len(rows) == 17
     median = float(re.search(r"^median ([\d.]+), worst", result.stdout, re.MULTILINE)[1])
     assert median == pytest.approx(np.median(np.array(rows, dtype=float)), abs=0.01)
-    assert "steps/s" in result.stdout
+    assert re.search(r"^5617 states in \S+ s, with the method exact$", result.stdout, re.MULTILINE)
     assert re.search(r"^estimated error of the last attitude: \S+e-\d\d degrees$", result.stdout, re.MULTILINE)
     assert re.search(r"^variational of order 2 +1\.\de-16 +3\.9e\+00 degrees$", result.stdout, re.MULTILINE)
-    assert re.search(r"^recommended: preprocessed_variational of order \d+ +\S+ +\S+e-1\d degrees$", result.stdout, re.MULTILINE)
+    assert re.search(r"^recommended: exact +\S+ +\S+e-1\d degrees$", result.stdout, re.MULTILINE)
     with np.load(tmp_path / "out" / "trajectory.npz") as saved:
         assert saved["step"][-1] == 39 * 86400 and saved["Q"].shape == (5617, 3, 3)
     assert (tmp_path / "out" / "toutatis.png").read_bytes().startswith(b"\x89PNG")
