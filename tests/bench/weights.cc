@@ -1,8 +1,8 @@
 // Makes steps of every method on one system in several sizes, so that callgrind can count them one
 // by one. After each count it prints "system method|- order arithmetic scalar n N steps h‖Ω‖". A
 // system whose bodies advance together in vector registers appears again as packed_SYSTEM, with the
-// steps of a pack. tests/bench/weights.py reads both. Arguments: the system, and the only method to be
-// counted; without them, prints the names of the systems.
+// steps of a pack. tests/bench/weights.py reads both. Arguments: the system, and the only method to
+// be counted; without them, prints the names of the systems.
 #include <iostream>
 #include <numeric>
 #include <set>
@@ -131,8 +131,8 @@ void count(std::string_view system, std::string_view method, std::optional<int> 
     for (const double rate : other_rates) at(size, rate);
 }
 
-/// Counts every method of a system, or `only` one, in every order, arithmetic and scalar. Closed forms
-/// and discrete systems have neither.
+/// Counts every method of a system, or `only` one, in every order, arithmetic and scalar. Closed
+/// forms and discrete systems have neither.
 void count(const SystemInfo& system, std::string_view only) {
   if (system.discrete) return count(system.name, "", std::nullopt, "compensated", "double");
   for (const auto& on : system.methods) {

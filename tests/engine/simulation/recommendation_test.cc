@@ -52,6 +52,19 @@ TEST_P(RecommendedMethod, IsAccurateAndCheap) {
   }
 }
 
+/// Nearly equal λ, Λ over 1:10⁴, and next to an unstable rotation, relative to the condition.
+TEST(Recommendation, IsAccurateAtHardPlaces) {
+  for (const auto kind :
+       {testing::Hard::nearly_equal, testing::Hard::wide, testing::Hard::next_to_equilibrium})
+    for (const char* system : {"rigid_body", "right_rigid_body", "symmetric_rigid_body"})
+      for (unsigned seed = 1; seed <= 3; ++seed) {
+        const auto outcome = testing::survey_hard_scene(testing::hard_scene(system, kind, seed, 5));
+        EXPECT_LE(outcome.error, 1e-8 * outcome.condition)
+            << static_cast<int>(kind) << " " << seed << " " << outcome.scene << ", "
+            << outcome.method;
+      }
+}
+
 /// A chaotic geodesic with h‖Ω‖ = 0.27 and the condition 5e6, for which a single stride a step is
 /// enough: two substeps with three strides in all are still cheap.
 TEST(Recommendation, IsCheapForAFastChaoticGeodesic) {
@@ -118,8 +131,8 @@ TEST(Recommendation, OnFramesStaysOnTheManifold) {
 
 TEST(Recommendation, IsAccurateForNearlyEqualInertia) {
   for (const double apart : {1e-2, 1e-5, 1e-8}) {
-    const auto outcome = testing::survey_recommendation(
-        geodesic(2, {1, 1 + apart, 1 - apart, 1 + 2 * apart}, 5));
+    const auto outcome =
+        testing::survey_recommendation(geodesic(2, {1, 1 + apart, 1 - apart, 1 + 2 * apart}, 5));
     EXPECT_LE(outcome.error, 1e-8 * outcome.condition) << outcome.scene << ", " << outcome.method;
   }
 }

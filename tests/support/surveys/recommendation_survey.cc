@@ -183,7 +183,6 @@ bool on_frames(const std::string& system) {
 
 /// Returns the factor by which a change of the initial momentum by 1e-10 grows up to the end.
 double condition_of(const Scene& scene, const Samples& samples) {
-  if (!on_frames(scene.system())) return 1;
   constexpr double tiny = 1e-10;
   // Scene::resolve then projects the changed state onto the manifold.
   SceneDescription moved = scene.description();
@@ -193,6 +192,11 @@ double condition_of(const Scene& scene, const Samples& samples) {
     std::normal_distribution<double> normal;
     RowMatrix change(block.values.rows(), block.values.cols());
     for (double& x : change.reshaped()) x = normal(generator);
+    if (!on_frames(scene.system())) {
+      if (name == "M") change = (change - change.transpose()).eval();
+      block.values += tiny * block.values.cwiseAbs().maxCoeff() * change;
+      continue;
+    }
     const RowMatrix& frame =
         moved.initial.contains("q") ? moved.initial.at("q").values : moved.initial.at("Q").values;
     if (name == "M") {
@@ -220,33 +224,89 @@ SceneDescription scene_without_method(const std::string& system, unsigned seed, 
   return SceneMaker(system, seed, largest_N).made();
 }
 
-RecommendationOutcome survey_recommendation(const SceneDescription& description,
-                                            const std::optional<MethodDescription>& method) {
-  SceneDescription given = description;
-  if (method) given.method = method;
+namespace {
+
+struct Surveyed {
+  Scene scene;
+  std::int64_t steps;
+  Samples samples;
+  Judged own;
+  RecommendationOutcome outcome;
+};
+
+/// Measures the error of the recommended method; the condition where `with_condition`.
+Surveyed survey(const SceneDescription& given, bool with_condition) {
   const Scene scene = resolve_recommending(given).value();
   const double rate = make_simulation(scene)->rate();
   const auto steps = steps_to(rotations * 2 * std::numbers::pi / rate, scene.step());
-  const Samples samples =
-      take_samples(scene, steps, Density::coarse, {std::abs(scene.time(steps)), 1e12, false}, {});
-
-  RecommendationOutcome out;
+  Surveyed found{
+      scene,
+      steps,
+      take_samples(scene, steps, Density::coarse, {std::abs(scene.time(steps)), 1e12, false}, {}),
+      {},
+      {}};
+  RecommendationOutcome& out = found.outcome;
   std::ostringstream what;
   what << scene.system() << " n=" << scene.block(scene.system() == "ellipsoid" ? "q" : "Q").rows()
        << " N=" << scene.dimension() << " h|Omega|=" << rate * scene.step() << " Lambda 1:"
        << (scene.dimension() > 0 ? scene.inertia().maxCoeff() / scene.inertia().minCoeff() : 0);
   out.scene = what.str();
   out.method = to_text(*scene.description().method);
-  if (samples.steps.empty() || samples.last() < steps) {
+  if (found.samples.steps.empty() || found.samples.last() < steps) {
     out.error = INFINITY;
     out.scene += " (the reference ended)";
-    return out;
+    return found;
   }
-  out.reference_error = samples.answers.back().error;
-  out.condition = condition_of(scene, samples);
-  const Judged own = judge(scene, samples, INFINITY, INFINITY);
-  out.error = own.error;
+  out.reference_error = found.samples.answers.back().error;
+  if (with_condition) out.condition = condition_of(scene, found.samples);
+  found.own = judge(scene, found.samples, INFINITY, INFINITY);
+  out.error = found.own.error;
+  return found;
+}
 
+}  // namespace
+
+SceneDescription hard_scene(const std::string& system, Hard kind, unsigned seed, int largest_N) {
+  std::mt19937_64 generator(seed);
+  const auto uniform = [&](double low, double high) {
+    return low + (high - low) * std::generate_canonical<double, 53>(generator);
+  };
+  const int N = 3 + static_cast<int>(seed) % (largest_N - 2);
+  const RandomBody body(N, seed, 4);
+  Eigen::VectorXd lambda(N);
+  Eigen::MatrixXd M = body.M;
+  for (double& l : lambda)
+    l = kind == Hard::nearly_equal ? 1 + 1e-6 * uniform(-1, 1)
+        : kind == Hard::wide       ? std::pow(10, uniform(-2, 2))
+                                   : uniform(1, 4);
+  if (kind == Hard::next_to_equilibrium) {
+    std::ranges::sort(lambda);
+    M *= 1e-6;
+    M(0, 2) += lambda(0) + lambda(2);
+    M(2, 0) -= lambda(0) + lambda(2);
+  }
+  SceneDescription d;
+  d.system = system;
+  d.inertia = numbers(lambda);
+  d.initial["Q"] = body.Q;
+  d.initial["M"] = M;
+  d.step = 1;
+  SceneDescription probe = d;
+  probe.method = MethodDescription{"rk4", {}, {}, ""};
+  d.step = uniform(0.05, 0.3) / make_simulation(Scene::resolve(probe).value())->rate();
+  return d;
+}
+
+RecommendationOutcome survey_hard_scene(const SceneDescription& description) {
+  return survey(description, true).outcome;
+}
+
+RecommendationOutcome survey_recommendation(const SceneDescription& description,
+                                            const std::optional<MethodDescription>& method) {
+  SceneDescription given = description;
+  if (method) given.method = method;
+  auto [scene, steps, samples, own, out] = survey(given, on_frames(given.system));
+  if (std::isinf(out.error)) return out;
   const double limit = wanted * out.condition;
   if (limit >= saturated_error) return out;
   double best = own.work;

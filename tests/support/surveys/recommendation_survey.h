@@ -12,6 +12,17 @@ namespace stiefel::testing {
 /// random, h‖Ω‖ = 0.05 … 0.3, and half of the scenes have h < 0.
 SceneDescription scene_without_method(const std::string& system, unsigned seed, int largest_N);
 
+/// What makes a body hard for a method.
+enum class Hard {
+  nearly_equal,         ///< Λ = 1 + 1e-6 · random
+  wide,                 ///< Λ spread over 1 : 10⁴
+  next_to_equilibrium,  ///< a rotation in the plane of the middle λ_i + λ_j, which is unstable,
+                        ///< with a relative change of 1e-6
+};
+/// Returns a seeded random scene of a system of rigid bodies, without a method, 3 ≤ N ≤
+/// `largest_N`.
+SceneDescription hard_scene(const std::string& system, Hard kind, unsigned seed, int largest_N);
+
 /// Error and cost of the recommended method on a scene of `scene_without_method`, over 100
 /// rotations, t = 100 · 2π/‖Ω‖.
 struct RecommendationOutcome {
@@ -20,7 +31,8 @@ struct RecommendationOutcome {
   /// largest element.
   double error = 0;
   double reference_error = 0;
-  /// The growth factor of a tiny change of the initial state on V(n, N); 1 elsewhere.
+  /// The growth factor of a tiny change of the initial momentum, on V(n, N) and for a hard scene; 1
+  /// elsewhere.
   double condition = 1;
   /// The work, divided by that of the cheapest entry of the trade-off whose error is within
   /// 1e-8 · condition; 1 if none is cheaper.
@@ -37,5 +49,7 @@ inline double most_cost(const RecommendationOutcome& outcome) {
 /// Measures the recommended method on a scene, or `method` if it is given.
 RecommendationOutcome survey_recommendation(const SceneDescription& description,
                                             const std::optional<MethodDescription>& method = {});
+/// Measures the error and the condition alone, not the cost.
+RecommendationOutcome survey_hard_scene(const SceneDescription& description);
 
 }  // namespace stiefel::testing
