@@ -18,9 +18,12 @@ enum class JobKind : std::uint8_t {
 inline constexpr double instructions_a_nanosecond = 5;
 inline constexpr double instructions_a_second = 1e9 * instructions_a_nanosecond;
 
-/// The most predicted work, in instructions, with which a call still goes before longer ones: about
-/// one slice.
-inline constexpr double short_work = 1e7;
+/// The most predicted work, in instructions, of a short call, which goes before all others: about
+/// one slice. Up to `medium_work`, about ten slices, it goes before longer ones.
+inline constexpr double short_work = 1e7, medium_work = 10 * short_work;
+
+/// Which jobs go before others.
+enum class JobLength : std::uint8_t { short_job, medium, long_job };
 
 /// Long work that the scheduler runs in short slices.
 class Job {
@@ -47,11 +50,13 @@ class Job {
   friend class RunQueue;
   friend class Scheduler;
 
-  /// Whether the job goes before longer ones. A job that took more than its price and more than a
-  /// short job may take is long from then on.
-  bool is_short() const {
-    return kind_ != JobKind::unsliced && price_ - spent_ <= short_work &&
-           (spent_ <= short_work || spent_ < price_);
+  /// Returns the length by the work that is left. A job that took more than its price and more than
+  /// a short job may take is long from then on.
+  JobLength length() const {
+    if (kind_ == JobKind::unsliced || (spent_ > short_work && spent_ >= price_))
+      return JobLength::long_job;
+    if (price_ - spent_ <= short_work) return JobLength::short_job;
+    return price_ - spent_ <= medium_work ? JobLength::medium : JobLength::long_job;
   }
 
   Job* next_ = nullptr;  // in a queue

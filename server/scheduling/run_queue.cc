@@ -5,10 +5,13 @@
 namespace stiefel::server {
 namespace {
 
-constexpr std::uint8_t shorts = 0;
-/// Returns the index of the queue for longer jobs of a kind.
+constexpr std::uint8_t shorts = 0, mediums = 1;
+/// Returns the index of the queue for long jobs of a kind.
 std::uint8_t queue_of(JobKind kind) {
-  return static_cast<std::uint8_t>(1 + static_cast<std::uint8_t>(kind));
+  return static_cast<std::uint8_t>(2 + static_cast<std::uint8_t>(kind));
+}
+std::uint8_t queue_of(JobLength length, JobKind kind) {
+  return length == JobLength::long_job ? queue_of(kind) : static_cast<std::uint8_t>(length);
 }
 
 /// Returns the work left of a job in instructions; one slice if it has taken more than its price.
@@ -31,21 +34,21 @@ void JobList::remove(Job* job) {
   (job->next_ ? job->next_->previous_ : last_) = job->previous_;
 }
 
-bool RunQueue::push(Job* job, JobKind kind) {
+JobLength RunQueue::push(Job* job, JobKind kind) {
   job->kind_ = kind;
   enqueue(job);
-  return job->queue_ == shorts;
+  return job->length();
 }
 
 void RunQueue::enqueue(Job* job) {
   Share& share = share_of(job);
   job->order_ = ++arrivals_;
-  job->queue_ = job->is_short() ? shorts : queue_of(job->kind_);
+  job->queue_ = queue_of(job->length(), job->kind_);
   job->queued_ = true;
   job->waiting_ = work_left(job->price_, job->spent_);
   waiting_.fetch_add(job->waiting_, std::memory_order_relaxed);
   share.queues_[job->queue_].append(job);
-  if (job->queue_ == shorts) shorts_.fetch_add(1, std::memory_order_relaxed);
+  if (job->queue_ <= mediums) shorts_.fetch_add(1, std::memory_order_relaxed);
   if (share.jobs_++ > 0) return;
   // A share forfeits the work that it could have had while it had no jobs.
   share.pass_ = std::max(share.pass_, served_);
@@ -60,54 +63,70 @@ void RunQueue::remove(Job* job) {
   share.queues_[job->queue_].remove(job);
   job->queued_ = false;
   waiting_.fetch_sub(job->waiting_, std::memory_order_relaxed);
-  if (job->queue_ == shorts) shorts_.fetch_sub(1, std::memory_order_relaxed);
+  if (job->queue_ <= mediums) shorts_.fetch_sub(1, std::memory_order_relaxed);
   if (--share.jobs_ > 0) return;
   (share.previous_ ? share.previous_->next_ : first_) = share.next_;
   if (share.next_) share.next_->previous_ = share.previous_;
 }
 
+bool RunQueue::in_rate(const Share& share, Time now) {
+  if (!share.rate_ || lifted_) return true;
+  const WorkRate::Seconds wait = share.rate_->wait(reserve, now);
+  if (wait.count() <= 0) return true;
+  const Time at = now + std::chrono::ceil<Time::duration>(wait);
+  ready_at_ = std::min(ready_at_.value_or(at), at);
+  return false;
+}
+
+Job* RunQueue::first_medium(const Share& share, Time now) {
+  Job* first = share.queues_[mediums].first();
+  return first && in_rate(share, now) ? first : nullptr;
+}
+
 Job* RunQueue::first_long(const Share& share, JobKind most, Time now) {
   Job* first = nullptr;
-  for (std::uint8_t queue = shorts + 1; queue <= queue_of(most); ++queue) {
+  for (std::uint8_t queue = mediums + 1; queue <= queue_of(most); ++queue) {
     Job* job = share.queues_[queue].first();
     if (job && (!first || job->order_ < first->order_)) first = job;
   }
-  if (!first || !share.rate_ || lifted_) return first;
-  const WorkRate::Seconds wait = share.rate_->wait(reserve, now);
-  if (wait.count() <= 0) return first;
-  const Time at = now + std::chrono::ceil<Time::duration>(wait);
-  ready_at_ = std::min(ready_at_.value_or(at), at);
-  return nullptr;
+  return first && in_rate(share, now) ? first : nullptr;
 }
 
 RunQueue::Turn RunQueue::pop(std::optional<JobKind> most, Time now) {
   ready_at_.reset();
-  const Share* fair = nullptr;   // the share for which the least was done
-  Job* longer = nullptr;         // the first longer job of `fair`
-  const Share* quick = nullptr;  // the least served share with a short job that goes before
+  const Share* fair = nullptr;  // the share for which the least was done
+  Job* fallback = nullptr;      // the first long job of `fair`, or the first other one
+  // The first job that goes before long ones: a short one, else a medium one, of the least served
+  // share.
+  Job* quick = nullptr;
   for (Share* share = first_; share; share = share->next_) {
     Job* first = most ? first_long(*share, *most, now) : nullptr;
-    const Job* brief = share->queues_[shorts].first();
+    Job* brief = share->queues_[shorts].first();
+    if (!brief) brief = first_medium(*share, now);
     if (!first && !brief) continue;
     if (!fair || share->pass_ < fair->pass_) {
       fair = share;
-      longer = first;
+      fallback = first ? first : brief;
     }
     const bool due = first && share->shorts_since_long_ > patience;
-    if (brief && !due && (!quick || share->pass_ < quick->pass_)) quick = share;
+    if (brief && !due &&
+        (!quick || brief->queue_ < quick->queue_ ||
+         (brief->queue_ == quick->queue_ && share->pass_ < share_of(quick).pass_)))
+      quick = brief;
   }
   if (!fair) return {};
   served_ = std::max(served_, fair->pass_);
-  const bool before = quick && (quick->pass_ <= fair->pass_ + lead || !longer);
-  Job* job = before ? quick->queues_[shorts].first() : longer;
-  return begin(job, before, job->kind_ == JobKind::unsliced);
+  const bool before = quick && share_of(quick).pass_ <= fair->pass_ + lead;
+  return begin(before ? quick : fallback);
 }
 
-RunQueue::Turn RunQueue::begin(Job* job, bool is_short, bool is_search) {
+RunQueue::Turn RunQueue::begin(Job* job, bool relief) {
   remove(job);
   Share& share = share_of(job);
+  const auto length = std::min(static_cast<JobLength>(job->queue_), JobLength::long_job);
+  const bool is_search = relief || job->kind_ == JobKind::unsliced;
   share.searches_ += is_search;
-  return {job, &share, job->kind_, is_short, is_search};
+  return {job, &share, job->kind_, length, is_search};
 }
 
 RunQueue::Turn RunQueue::pop_neglected(Time now) {
@@ -117,14 +136,15 @@ RunQueue::Turn RunQueue::pop_neglected(Time now) {
     if (share->searches_ > 0 || (job && share->pass_ >= share_of(job).pass_)) continue;
     if (Job* first = first_long(*share, JobKind::unsliced, now)) job = first;
   }
-  return job ? begin(job, false, true) : Turn();
+  return job ? begin(job, true) : Turn();
 }
 
 void RunQueue::charge(const Turn& turn, double work, bool more, Time now) {
   Share& share = *turn.share;
   share.searches_ -= turn.is_search;
   share.pass_ += work;
-  share.shorts_since_long_ = turn.is_short ? share.shorts_since_long_ + work : 0;
+  share.shorts_since_long_ =
+      turn.length == JobLength::long_job ? 0 : share.shorts_since_long_ + work;
   if (share.rate_) share.rate_->spend(work, now);
   if (!more) return;
   turn.job->spent_ += work;

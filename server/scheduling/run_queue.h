@@ -32,11 +32,11 @@ class Share {
  private:
   friend class RunQueue;
 
-  std::array<JobList, 4> queues_;  // of short jobs, and of the longer ones of each kind
+  std::array<JobList, 5> queues_;  // of short jobs, medium ones, and the long ones of each kind
   std::size_t jobs_ = 0;
   std::size_t searches_ = 0;      // unsliced jobs of it that workers are inside
   double pass_ = 0;               // work done for it, and work it forfeited while it had no jobs
-  double shorts_since_long_ = 0;  // work of short jobs since the last slice of a longer one
+  double shorts_since_long_ = 0;  // work of short and medium jobs since a slice of a long one
   Share* next_ = nullptr;         // in the list of shares with queued jobs
   Share* previous_ = nullptr;
   WorkRate* const rate_;
@@ -44,10 +44,10 @@ class Share {
 
 /// Decides which job runs next, by stride scheduling: of the shares with a job that the worker may
 /// run, the one for which the least work was done; in it, the job that arrived first. Short jobs go
-/// before longer ones, with two bounds: those of a share that is more than `lead` ahead of another
-/// wait like its longer ones, and after `patience` of short work in a share one slice of its longer
-/// jobs is due. A share beyond its work rate runs short jobs only. Allocates nothing. Not
-/// thread-safe.
+/// before medium ones and both before long ones, with two bounds: those of a share that is more
+/// than `lead` ahead of another wait like its long ones, and after `patience` of such work in a
+/// share one slice of its long jobs is due. A share beyond its work rate runs short jobs only.
+/// Allocates nothing. Not thread-safe.
 class RunQueue {
  public:
   using Time = WorkRate::Time;
@@ -65,15 +65,16 @@ class RunQueue {
     Job* job = nullptr;  // null if there is none
     Share* share = nullptr;
     JobKind kind = JobKind::sliced;
-    bool is_short = false;
+    JobLength length = JobLength::long_job;
     bool is_search = false;  // whether it counts in Share::searches_
   };
 
-  /// Queues a job; returns whether it is short.
-  bool push(Job* job, JobKind kind);
-  /// Returns the next job for a worker that runs short jobs and longer ones of kinds up to `most`.
+  /// Queues a job; returns its length.
+  JobLength push(Job* job, JobKind kind);
+  /// Returns the next job for a worker that runs short and medium jobs, and long ones of kinds up
+  /// to `most`.
   Turn pop(std::optional<JobKind> most, Time now);
-  /// Returns the first longer job of the least served share that has no worker inside an unsliced
+  /// Returns the first long job of the least served share that has no worker inside an unsliced
   /// job.
   Turn pop_neglected(Time now);
   /// Counts a slice that took `work` instructions. `more` queues the job again; otherwise the job
@@ -84,7 +85,7 @@ class RunQueue {
   static bool is_queued(const Job* job) { return job->queued_; }
 
   bool empty() const { return first_ == nullptr; }
-  /// Whether a short job waits. Thread-safe.
+  /// Whether a short or medium job waits. Thread-safe.
   bool short_waits() const { return shorts_.load(std::memory_order_relaxed) > 0; }
   /// The work of all waiting jobs in instructions: the unspent part of each price, at most
   /// `most_waiting` a job. Thread-safe.
@@ -98,8 +99,12 @@ class RunQueue {
  private:
   Share& share_of(const Job* job) { return job->share_ ? *job->share_ : others_; }
   void enqueue(Job* job);
+  /// Whether the share is within its work rate.
+  bool in_rate(const Share& share, Time now);
+  Job* first_medium(const Share& share, Time now);
   Job* first_long(const Share& share, JobKind most, Time now);
-  Turn begin(Job* job, bool is_short, bool is_search);
+  /// Takes the job out for a turn; `relief`: of a relief worker, where it counts as a search.
+  Turn begin(Job* job, bool relief = false);
 
   Share others_;            // of jobs without a principal
   Share* first_ = nullptr;  // the list of the shares with queued jobs

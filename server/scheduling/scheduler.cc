@@ -129,9 +129,9 @@ void Scheduler::submit(Job* job, JobKind kind) noexcept {
   {
     const std::lock_guard lock(mutex_);
     if (!job->hastened_) {
-      const bool is_short = queue_.push(job, kind);
-      wake_for(kind, is_short);
-      if (!is_short) wake_relief();
+      const bool is_long = queue_.push(job, kind) == JobLength::long_job;
+      wake_for(kind, !is_long);
+      if (is_long) wake_relief();
       return;
     }
   }
@@ -208,8 +208,10 @@ void Scheduler::work(bool kept, std::size_t index) {
       wake_relief();
     }
     wake_another();
-    const bool more =
-        run_slice(turn, kept && !turn.is_short ? brief_slice_nanoseconds : slice_nanoseconds, lock);
+    const bool more = run_slice(
+        turn,
+        kept && turn.length != JobLength::short_job ? brief_slice_nanoseconds : slice_nanoseconds,
+        lock);
     if (unsliced) {
       --in_unsliced_;
       since_[index] = outside;

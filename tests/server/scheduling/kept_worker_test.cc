@@ -56,6 +56,36 @@ TEST(KeptWorker, RunsNoSearches) {
   }
 }
 
+/// A call just longer than a short one does not wait for the slices of another principal's long
+/// calls, although its own steps are too long for the slices of long calls on the kept worker.
+TEST(KeptWorker, RunsMediumJobsWhileTheOthersComputeLongOnes) {
+  std::latch busy(1), release(1), medium(1), idle(1);
+  Share heavy, other;
+  double longest_slice = 0;
+  Calling slice([&] {
+    busy.count_down();
+    release.wait();
+    idle.count_down();
+    return false;
+  });
+  Calling job([&, left = 3]() mutable {
+    longest_slice = static_cast<double>(slice_steps(1.0));
+    if (--left > 0) return true;
+    medium.count_down();
+    return false;
+  });
+  {
+    Scheduler scheduler(2);
+    scheduler.submit(&slice.of(heavy, endless), JobKind::sliced);
+    busy.wait();
+    scheduler.submit(&job.of(other, 1.2 * short_work + 1e6), JobKind::sliced);
+    medium.wait();  // while the slice of the long call goes on
+    release.count_down();
+    idle.wait();
+  }
+  EXPECT_LE(longest_slice, brief_slice_nanoseconds) << "a short call waits no longer for it";
+}
+
 /// A principal whose searches do not end holds up its own further searches, and no other principal:
 /// not a second one, and not a third one while the second one searches too.
 TEST(KeptWorker, ASearchOfOnePrincipalHoldsUpNoOther) {

@@ -110,13 +110,53 @@ TEST_F(RunQueueTest, ShortJobsGoBefore) {
   EXPECT_NE(order_.find('t'), std::string::npos);
 }
 
-TEST_F(RunQueueTest, ALongJobIsShortWhenLittleIsLeft) {
+TEST_F(RunQueueTest, ALongJobIsMediumWhenLessIsLeft) {
   Share share;
-  queue(share, 'a', 5, slice, 5 * slice);
-  queue(share, 'b', 5, slice, 100 * slice);
+  queue(share, 'a', 13, slice, 13 * slice);
+  queue(share, 'b', 13, slice, 100 * slice);
   while (turn()) {
   }
-  EXPECT_EQ(order_, "abababaabb") << "the last slices of a job go before";
+  EXPECT_EQ(order_,
+            "ababa"
+            "aaaaaaaaa"
+            "b"
+            "a"
+            "bbbbbbbbbb")
+      << "the last ten slices of a job go before, but for one of the other after nine";
+}
+
+TEST_F(RunQueueTest, MediumJobsGoBeforeLongOnesAndAfterShortOnes) {
+  Share busy, other;
+  for (int i = 0; i < 10; ++i) queue(busy, 'l', 100, slice, endless);
+  turn();
+  queue(other, 'm', 2, slice, 2 * slice);
+  queue(busy, 's', 1, slice / 10, slice / 10);
+  queue(other, 'n', 1, slice, 3 * slice, JobKind::sliced);
+  queue(other, 'x', 1, slice, 2 * slice, JobKind::unsliced);
+  for (int i = 0; i < 4; ++i) turn(JobKind::brief);
+  EXPECT_EQ(order_, "lsmmn") << "on a worker that reaches neither sliced jobs nor searches";
+}
+
+/// A principal whose calls just exceed a short one waits for a slice, not behind another's calls.
+TEST_F(RunQueueTest, AMediumJobOfTheLeastServedShareIsNext) {
+  Share busy, other;
+  for (int i = 0; i < 64; ++i) queue(busy, 'l', 100, slice, 9 * slice);
+  for (int i = 0; i < 30; ++i) {
+    turn();
+    queue(other, 'm', 1, slice / 2, 1.2 * slice);
+    turn();
+    EXPECT_EQ(order_.back(), 'm') << i;
+  }
+}
+
+TEST_F(RunQueueTest, AFloodOfShortJobsDoesNotStarveMediumOnes) {
+  Share flood, victim;
+  queue(victim, 'v', 1000, slice / 2, 5 * slice);
+  for (int i = 0; i < 200; ++i) {
+    for (int k = 0; k < 4; ++k) queue(flood, 'f', 1, slice / 2, slice / 2);
+    turn();
+  }
+  EXPECT_GT(std::ranges::count(order_, 'v'), 80);
 }
 
 TEST_F(RunQueueTest, AJobBeyondItsPriceIsLong) {
