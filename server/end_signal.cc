@@ -3,8 +3,10 @@
 #include <pthread.h>
 #include <unistd.h>
 
-#include <iostream>
+#include <sstream>
 #include <thread>
+
+#include "server/admission/stderr_sink.h"
 
 namespace stiefel::server {
 namespace {
@@ -27,7 +29,7 @@ void EndSignal::receive() {
   int received = 0;
   sigwait(&signals_, &received);
   if (starting_.exchange(false)) {
-    std::cerr << "stiefel-server: ends before it has started" << std::endl;
+    write_stderr("stiefel-server: ends before it has started\n", StderrSink::patience);
     _exit(0);
   }
   std::thread([this] { exit_in_time(); }).detach();
@@ -44,8 +46,10 @@ void EndSignal::exit_in_time() {
   constexpr int parts = 5;
   const auto time = grace_ + last_resort;
   for (int part = 0; part < parts; ++part) std::this_thread::sleep_for(time / parts);
-  std::cerr << "stiefel-server: ends " << std::chrono::duration<double>(time).count()
-            << " s after the signal without waiting any longer for " << waits_for_ << std::endl;
+  std::ostringstream said;
+  said << "stiefel-server: ends " << std::chrono::duration<double>(time).count()
+       << " s after the signal without waiting any longer for " << waits_for_ << '\n';
+  write_stderr(said.str(), StderrSink::patience);
   _exit(0);
 }
 

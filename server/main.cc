@@ -13,6 +13,7 @@
 
 #include "server/access/tokens.h"
 #include "server/admission/log.h"
+#include "server/admission/stderr_sink.h"
 #include "server/check.h"
 #include "server/end_signal.h"
 #include "server/flags.h"
@@ -84,8 +85,8 @@ int serve(Options options, bool exit_with_parent) try {
   stiefel::server::raise_descriptor_limit();
   stiefel::server::keep_little_freed_memory();
   options.connections.unreachable = [] {
-    std::cerr << "stiefel-server: ends: one of its own addresses does not answer (--self-watch)"
-              << std::endl;
+    stiefel::server::write_stderr(
+        "stiefel-server: ends: one of its own addresses does not answer (--self-watch)\n", 100);
     _exit(1);
   };
   const stiefel::server::Log log(options.log_level, options.log_json);
@@ -94,6 +95,7 @@ int serve(Options options, bool exit_with_parent) try {
   // gRPC's last shutdown waits up to 10 s for a thread that polls. The library is never shut down
   // here, so that the end of the server does not wait for it.
   grpc_init();
+  options.takes_grpc_log = true;
   options.waits_for = [](const char* what) { signal_to_end.waits_for(what); };
   std::optional<stiefel::server::Server> server(options);
   signal_to_end.started();

@@ -17,6 +17,7 @@
 #include "server/access/keys_file.h"
 #include "server/access/served_certificates.h"
 #include "server/address.h"
+#include "server/admission/grpc_log.h"
 #include "server/calls/gate.h"
 #include "server/calls/service.h"
 #include "server/durability/durability.h"
@@ -148,6 +149,7 @@ struct Server::Parts {
                                 {{"count", static_cast<std::int64_t>(dropped)}});
                 }),
         freed_memory(host.memory) {
+    if (options.takes_grpc_log) grpc_log.emplace(host.log);
     guard(options.access);
     gate.emplace(host, service, callers ? &*callers : nullptr);
   }
@@ -180,6 +182,7 @@ struct Server::Parts {
   std::optional<Acceptor> acceptor;
   std::optional<SelfWatch> self_watch;
   std::once_flag shut_down;
+  std::optional<GrpcLog> grpc_log;
 };
 
 void Server::Parts::guard(const AccessOptions& access) {
@@ -315,6 +318,7 @@ void Server::shutdown() {
     parts_->grpc->Shutdown(std::chrono::system_clock::now() + delivery_time);
     waits_for("running calls to end after their connections");
     host.lifecycle.wait_idle(std::chrono::hours(1));
+    host.log.tell_counted();
     host.log.line(Log::Level::info, "stopped");
   });
 }

@@ -58,9 +58,13 @@ struct Options {
   std::chrono::milliseconds idle_timeout = std::chrono::hours(1);
   /// The time that `shutdown` gives running work to finish before it stops it.
   std::chrono::milliseconds grace = std::chrono::seconds(3);
-  /// trace, debug, info, warn, error, critical, off. One line an RPC at info, on stderr.
+  /// trace, debug, info, warn, error, critical, off, on stderr. At info one line for an RPC that
+  /// fails or takes 10 ms, at debug for every RPC.
   std::string log_level = "warn";
   bool log_json = false;
+  /// Whether the lines that gRPC itself logs, in the whole process, go to this server's log
+  /// (admission/grpc_log.h). For a process with one server.
+  bool takes_grpc_log = false;
   /// The host:port on which metrics are served over HTTP; empty means no metrics.
   std::string metrics = {};
   ConnectionOptions connections = {};

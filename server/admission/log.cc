@@ -42,6 +42,9 @@ std::int64_t whole(double work) { return static_cast<std::int64_t>(std::min(work
 /// Returns the first 128 bytes, the most that an id may have.
 std::string cut(std::string_view text) { return std::string(text.substr(0, 128)); }
 
+/// The work of a call that takes `CallLog::is_long`, in instructions.
+constexpr double long_work = instructions_a_second * CallLog::is_long.count() / 1000;
+
 std::string as_json(std::string_view message, const Log::Facts& facts) {
   nlohmann::ordered_json line{{"message", message}};
   for (const auto& [key, value] : facts) {
@@ -99,6 +102,20 @@ void Log::line(Level level, std::string_view message, const Facts& facts) const 
   }
 }
 
+void Log::count(bool failed) const {
+  ++(failed ? counted_failed_ : counted_);
+  auto last = last_told_.load(std::memory_order_relaxed);
+  const auto now = Clock::now();
+  if (now - last >= counted_together && last_told_.compare_exchange_strong(last, now))
+    tell_counted();
+}
+
+void Log::tell_counted() const {
+  const std::int64_t good = counted_.exchange(0), failed = counted_failed_.exchange(0);
+  if (good + failed > 0)
+    line(Level::info, "short rpcs", {{"count", good + failed}, {"failed", failed}});
+}
+
 std::string_view trace_id_of(const grpc::CallbackServerContext& context) {
   const auto [first, last] = context.client_metadata().equal_range("traceparent");
   // A call with several headers has no valid trace id.
@@ -122,7 +139,9 @@ CallLog::CallLog(const Log& log, const grpc::CallbackServerContext& context, con
 }
 
 void CallLog::worked() {
-  if (details_) work_ += take_slice_work();
+  if (!details_) return;
+  work_ += take_slice_work();
+  if (details_->begins) begin_if_long();
 }
 
 void CallLog::name(std::string_view session_id) {
@@ -132,10 +151,26 @@ void CallLog::name(std::string_view session_id) {
 void CallLog::begin() noexcept {
   try {
     if (metrics_) stream_ = std::make_unique<OpenStreams::Stream>(metrics_->streams);
-    if (!details_) return;
+  } catch (const std::exception&) {
+  }
+  if (!details_) return;
+  details_->begins = true;
+  if (price_ >= long_work)
+    tell_begin(Log::Level::info);
+  else if (log_->enabled(Log::Level::debug))
+    tell_begin(Log::Level::debug);
+}
+
+void CallLog::begin_if_long() noexcept {
+  if (std::chrono::steady_clock::now() - details_->start >= is_long) tell_begin(Log::Level::info);
+}
+
+void CallLog::tell_begin(Log::Level level) noexcept {
+  details_->begins = false;
+  try {
     Log::Facts line = facts();
     line.push_back({"price", whole(price_)});
-    log_->line(Log::Level::info, "rpc begins", line);
+    log_->line(level, "rpc begins", line);
   } catch (const std::exception&) {
   }
 }
@@ -177,21 +212,31 @@ Log::Facts CallLog::facts() const {
   return facts;
 }
 
+std::optional<Log::Level> CallLog::level(const grpc::Status& status,
+                                         std::chrono::nanoseconds took) const {
+  if (status.error_code() == grpc::INTERNAL) return Log::Level::error;
+  if (!details_) return std::nullopt;
+  if (took >= is_long || (!status.ok() && log_->tells_failure())) return Log::Level::info;
+  if (log_->enabled(Log::Level::debug)) return Log::Level::debug;
+  log_->count(!status.ok());
+  return std::nullopt;
+}
+
 void CallLog::write(const grpc::Status& status, std::int64_t steps) const {
-  const bool ours = status.error_code() == grpc::INTERNAL;
-  if (!details_ && !ours) return;
+  const auto took = details_ ? std::chrono::steady_clock::now() - details_->start
+                             : std::chrono::steady_clock::duration();
+  const std::optional<Log::Level> level = this->level(status, took);
+  if (!level) return;
   Log::Facts facts = this->facts();
   facts.push_back({"code", code_name(status.error_code())});
   if (!status.ok()) facts.push_back({"error", status.error_message()});
   if (details_) {
-    const std::chrono::duration<double, std::milli> took =
-        std::chrono::steady_clock::now() - details_->start;
-    facts.push_back({"milliseconds", took.count()});
+    facts.push_back({"milliseconds", std::chrono::duration<double, std::milli>(took).count()});
     facts.push_back({"steps", steps});
     facts.push_back({"price", whole(price_)});
     facts.push_back({"work", whole(work_)});
   }
-  log_->line(ours ? Log::Level::error : Log::Level::info, "rpc", facts);
+  log_->line(*level, "rpc", facts);
 }
 
 }  // namespace stiefel::server

@@ -2,14 +2,17 @@
 
 #include <grpcpp/server_context.h>
 
+#include <atomic>
 #include <chrono>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <variant>
 #include <vector>
 
+#include "server/admission/line_rate.h"
 #include "server/metrics/call_metrics.h"
 #include "server/metrics/open_streams.h"
 
@@ -36,9 +39,22 @@ class Log {
   bool enabled(Level level) const;
   void line(Level level, std::string_view message, const Facts& facts = {}) const;
 
+  /// Counts a call without a line of its own. At most every `counted_together` a line tells the
+  /// numbers of such calls, and `tell_counted` writes it at once if there are any.
+  void count(bool failed) const;
+  void tell_counted() const;
+  static constexpr std::chrono::seconds counted_together{60};
+  /// Whether a short call that failed has a line of its own: ten a second have.
+  bool tells_failure() const { return failures_.take(); }
+
  private:
+  using Clock = std::chrono::steady_clock;
+
   std::unique_ptr<spdlog::logger> logger_;
   bool json_;
+  mutable LineRate failures_;
+  mutable std::atomic<std::int64_t> counted_ = 0, counted_failed_ = 0;
+  mutable std::atomic<Clock::time_point> last_told_ = Clock::now();
 };
 
 /// The metrics in which calls are counted.
@@ -56,13 +72,15 @@ std::string_view trace_id_of(const grpc::CallbackServerContext& context);
 /// Writes the log line of one RPC, with the message "rpc" however the call ended: request id (the
 /// caller's `x-request-id`, or a new one), trace id if there is one, method, session, peer,
 /// principal if there is one, code, the error if it failed, duration, steps, and the predicted
-/// price and the work done in instructions. For a stream a line "rpc begins" comes first. Also
-/// counts the call in the metrics, if there are any.
+/// price and the work done in instructions. Above the level debug a call of less than `is_long`
+/// that succeeds is only counted. For a long stream a line "rpc begins" comes first. Also counts
+/// the call in the metrics, if there are any.
 class CallLog {
  public:
   CallLog(const Log& log, const grpc::CallbackServerContext& context, const char* method,
           std::string_view session_id = {}, Metrics* metrics = nullptr);
   CallLog(CallLog&&) = default;
+  static constexpr std::chrono::milliseconds is_long{10};
 
   /// Sets who pays for the call, and the context by which a refusal tells when to try again. Call
   /// it before `finish`.
@@ -83,13 +101,15 @@ class CallLog {
     work_ += work;
   }
 
-  /// Begins a stream: writes its line, if the level is info or below. Call it once, after `price`.
+  /// Begins a stream. Call it once, after `price`. Its line is written now if the price is one of a
+  /// long call or the level debug, otherwise when the stream works or writes after `is_long`.
   void begin() noexcept;
   /// Sets the session of a call that did not name it at once.
   void name(std::string_view session_id);
   /// Call `writing` when a message of the stream goes to gRPC, `written` when gRPC has sent it.
   void writing() noexcept {
     if (stream_) stream_->writing();
+    if (details_ && details_->begins) begin_if_long();
   }
   void written() noexcept {
     if (stream_) stream_->written();
@@ -104,6 +124,10 @@ class CallLog {
 
  private:
   void write(const grpc::Status& status, std::int64_t steps) const;
+  /// Returns the level of the line of a call that ended so after that time; nothing if it has none.
+  std::optional<Log::Level> level(const grpc::Status& status, std::chrono::nanoseconds took) const;
+  void begin_if_long() noexcept;
+  void tell_begin(Log::Level level) noexcept;
   /// Returns the facts of both lines: who calls and what.
   Log::Facts facts() const;
 
@@ -113,6 +137,7 @@ class CallLog {
     std::string session_id;
     std::string peer;
     std::chrono::steady_clock::time_point start;
+    bool begins = false;  // whether the line "rpc begins" is still to be written
   };
   const Log* log_;
   const char* method_;

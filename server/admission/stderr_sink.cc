@@ -19,30 +19,36 @@ bool is_writable(int wait) {
 
 }  // namespace
 
-bool StderrSink::write_line(const spdlog::details::log_msg& message, int wait) {
-  spdlog::memory_buf_t formatted;
-  formatter_->format(message, formatted);
-  std::string_view line(formatted.data(), formatted.size());
-  while (!line.empty()) {
+bool write_stderr(std::string_view text, int wait) {
+  while (!text.empty()) {
     if (!is_writable(wait)) return false;
     const auto written =
-        write(STDERR_FILENO, line.data(), std::min<std::size_t>(line.size(), PIPE_BUF));
+        write(STDERR_FILENO, text.data(), std::min<std::size_t>(text.size(), PIPE_BUF));
     if (written < 0 && errno != EINTR) return false;
-    line.remove_prefix(static_cast<std::size_t>(std::max<ssize_t>(written, 0)));
+    text.remove_prefix(static_cast<std::size_t>(std::max<ssize_t>(written, 0)));
   }
   return true;
 }
 
+bool StderrSink::write_line(const spdlog::details::log_msg& message, int wait) {
+  spdlog::memory_buf_t formatted;
+  formatter_->format(message, formatted);
+  return write_stderr({formatted.data(), formatted.size()}, wait);
+}
+
 void StderrSink::sink_it_(const spdlog::details::log_msg& message) {
-  const bool blocked = dropped_ > 0;
-  if (blocked) {
+  const auto now = std::chrono::steady_clock::now();
+  const bool blocked = last_drop_ && now - *last_drop_ < trust;
+  if (dropped_ > 0) {
     auto lost = message;
     const std::string said = told_(dropped_);
     lost.level = spdlog::level::warn;
     lost.payload = said;
     if (write_line(lost, 0)) dropped_ = 0;
   }
-  if (dropped_ > 0 || !write_line(message, blocked ? 0 : patience)) ++dropped_;
+  if (dropped_ == 0 && write_line(message, blocked ? 0 : patience)) return;
+  ++dropped_;
+  last_drop_ = now;
 }
 
 }  // namespace stiefel::server

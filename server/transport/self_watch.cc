@@ -8,20 +8,21 @@
 namespace stiefel::server {
 namespace {
 
-using Clock = std::chrono::steady_clock;
+using SteadyClock = std::chrono::steady_clock;
 using namespace std::string_view_literals;
 
 /// The client's preface and its empty SETTINGS frame (RFC 9113, section 3.4).
 constexpr auto preface = "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n\0\0\0\4\0\0\0\0\0"sv;
 constexpr std::size_t frame_header = 9;
 
-bool ready(const Descriptor& socket, short events, Clock::time_point until) {
-  const auto left = std::chrono::ceil<std::chrono::milliseconds>(until - Clock::now());
+bool ready(const Descriptor& socket, short events, SteadyClock::time_point until) {
+  const auto left = std::chrono::ceil<std::chrono::milliseconds>(until - SteadyClock::now());
   pollfd one{socket.get(), events, 0};
   return left.count() > 0 && poll(&one, 1, static_cast<int>(left.count())) == 1;
 }
 
-bool connected(const Descriptor& socket, const SocketAddress& address, Clock::time_point until) {
+bool connected(const Descriptor& socket, const SocketAddress& address,
+               SteadyClock::time_point until) {
   if (connect(socket.get(), address.get(), address.length) == 0) return true;
   int fault = 0;
   socklen_t size = sizeof fault;
@@ -34,7 +35,7 @@ bool connected(const Descriptor& socket, const SocketAddress& address, Clock::ti
 bool answers(const SocketAddress& address, std::chrono::milliseconds timeout,
              std::string_view hello) {
   if (hello.empty()) hello = preface;
-  const auto until = Clock::now() + timeout;
+  const auto until = SteadyClock::now() + timeout;
   const Descriptor socket(
       ::socket(address.storage.ss_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
   if (!socket) return true;
@@ -61,15 +62,15 @@ SelfWatch::SelfWatch(std::vector<SocketAddress> addresses, std::chrono::millisec
 void SelfWatch::run(const std::stop_token& stop) {
   pthread_setname_np(pthread_self(), "self-watch");
   const auto pause = patience_ / 5;
-  std::vector<Clock::time_point> answered(addresses_.size(), Clock::now());
+  std::vector<SteadyClock::time_point> answered(addresses_.size(), SteadyClock::now());
   std::unique_lock lock(mutex_);
   while (!wake_.wait_for(lock, stop, pause, [&] { return stop.stop_requested(); })) {
     for (std::size_t i = 0; i < addresses_.size(); ++i) {
       const bool plain = addresses_[i].storage.ss_family == AF_UNIX;
       if (answers(addresses_[i], pause, plain ? std::string_view() : tls_hello_))
-        answered[i] = Clock::now();
+        answered[i] = SteadyClock::now();
       if (stop.stop_requested()) return;
-      if (Clock::now() - answered[i] >= patience_) return give_up_();
+      if (SteadyClock::now() - answered[i] >= patience_) return give_up_();
     }
   }
 }

@@ -163,7 +163,8 @@ def test_what_the_caller_ignores_stays_ignored(start, write, scene):
 
 def test_the_session_on_a_server_is_deleted(start, write, scene, tmp_path):
     address = f"unix:{tmp_path}/server"
-    server = subprocess.Popen([os.environ["STIEFEL_SERVER"], "--listen", address, "--log-format", "json"],
+    server = subprocess.Popen([os.environ["STIEFEL_SERVER"], "--listen", address, "--log-format", "json",
+                               "--log-level", "debug"],
                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
         assert server.stdout.readline().startswith("listening")

@@ -197,7 +197,7 @@ def drain(call):
 
 def seconds_to_the_reply(serve, name, patience=25.0):
     """From the cancel to the end of the call on the server, and how it ended."""
-    process = serve("--log-format", "json")
+    process = serve("--log-format", "json", "--log-level", "debug")
     replies = Replies(process)
     channel, call = start(process, name)
     method = name.split(",")[0].split()[0]

@@ -1,6 +1,7 @@
 """The lines of the log: one a call, one at a stream's start, valid JSON whatever a caller sends, and nothing secret."""
 import json
 import os
+import signal
 import subprocess
 import threading
 
@@ -18,9 +19,9 @@ PARENT = f"00-{TRACE}-00f067aa0ba902b7-01"
 
 @pytest.fixture
 def logged(serve):
-    """Runs calls against a server and returns its log as objects."""
-    def logged(work, *arguments):
-        process = serve("--log-format", "json", *arguments)
+    """Runs calls against a server and returns its log as objects: with a line for every call, unless told otherwise."""
+    def logged(work, *arguments, level="debug"):
+        process = serve("--log-format", "json", "--log-level", level, *arguments)
         with process.channel() as channel:
             work(rpc.SimulationServiceStub(channel), process)
         process.child.stdin.close()
@@ -113,7 +114,7 @@ HOSTILE = ['quote"', "back\\slash", "new\nline", "tab\t", "nul\0", "escape\x1b[3
 
 @pytest.mark.parametrize("form", ["json", "text"])
 def test_hostile_ids(serve, form):
-    process = serve("--log-format", form)
+    process = serve("--log-format", form, "--log-level", "debug")
     with process.channel() as channel:
         stub = rpc.SimulationServiceStub(channel)
         for text in HOSTILE:
@@ -133,7 +134,7 @@ def test_hostile_ids(serve, form):
     assert sum(" rpc " in line or '"rpc"' in line for line in lines) == 3 * len(HOSTILE) + 1
     if form == "json":
         objects = [json.loads(line) for line in lines]
-        assert all(line["level"] in ("info", "warning") for line in objects)
+        assert all(line["level"] in ("debug", "info", "warning") for line in objects)
         assert all(len(line.get("session", "")) <= 128 for line in objects)
         assert of(objects, "Describe")[0]["request_id"] == 'a"b\\c {"level":"error"}'
     else:
@@ -164,7 +165,7 @@ def test_no_secret_is_logged(serve, tmp_path):
 
 def test_calls_go_on_while_the_log_is_not_read(serve):
     """A pipe holds 64 KiB, some 300 lines; what comes later is dropped and counted."""
-    process, calls = serve("--log-format", "json"), 2000
+    process, calls = serve("--log-format", "json", "--log-level", "debug"), 2000
     with process.channel() as channel:
         stub = rpc.SimulationServiceStub(channel)
         for _ in range(calls):
@@ -193,3 +194,54 @@ def test_a_request_that_is_no_message_has_its_line(logged, method):
         assert refused.value.code() is grpc.StatusCode.INVALID_ARGUMENT
     (line,) = of(logged(work), method)
     assert line["code"] == "INVALID_ARGUMENT" and f"{method}Request" in line["error"]
+
+
+def test_short_calls_have_no_line(logged):
+    """At the default level a second of a loop of 100 Hz leaves one line, and none of it is lost from the count."""
+    calls = 300
+
+    def work(stub, process):
+        session = create(stub, process)
+        for k in range(calls):
+            stub.Step(pb.StepRequest(session_id=session, to=k), timeout=30)
+        assert list(stub.Stream(pb.StreamRequest(session_id=session, to=10), timeout=30))
+        stub.Step(pb.StepRequest(session_id=session, to=3_000_000), timeout=60)
+    lines = logged(work, level="info")
+    told = [line for line in lines if line["message"] == "rpc"]
+    (counted,) = [line for line in lines if line["message"] == "short rpcs"]
+    assert all(line["milliseconds"] >= 10 for line in told) and counted["failed"] == 0
+    # Those of this test: the creation, the deletion that ends it, the steps and the stream.
+    assert len(told) + counted["count"] >= calls + 3
+    assert max(line["steps"] for line in of(lines, "Step")) > 1_000_000
+
+
+def compressed(stub, number):
+    """Calls that gRPC refuses with a line of its own for each."""
+    for _ in range(number):
+        with pytest.raises(grpc.RpcError) as refused:
+            stub.ListSessions(pb.ListSessionsRequest(page_token="x" * 200), timeout=30, compression=grpc.Compression.Gzip)
+        assert refused.value.code() is grpc.StatusCode.UNIMPLEMENTED
+
+
+def test_grpcs_own_lines_are_of_the_log(logged):
+    lines = logged(lambda stub, process: compressed(stub, 200), level="info")
+    own = [line for line in lines if line["message"] == "grpc"]
+    assert own and all(line["level"] == "warning" and "ompress" in line["text"] for line in own)
+    assert all(line["source"].rsplit(":", 1)[1].isdigit() for line in own)
+    assert len(own) < 200, "they are limited each second"
+    assert sum(line.get("left_out_before", 0) for line in own) + len(own) <= 200
+
+
+@pytest.mark.parametrize("form", ["json", "text"])
+def test_grpcs_own_lines_wait_for_nobody(serve, form):
+    """Six hundred such lines fill the pipe twice if gRPC writes them; the server answers and ends as before."""
+    process = serve("--log-format", form)
+    with process.channel() as channel:
+        stub = rpc.SimulationServiceStub(channel)
+        compressed(stub, 600)
+        for _ in range(2000):  # and lines of the server's own, which nobody reads either
+            with pytest.raises(grpc.RpcError):
+                stub.GetSession(pb.GetSessionRequest(session_id="x" * 128), timeout=10)
+        assert stub.Describe(pb.DescribeRequest(), timeout=10).version
+    process.child.send_signal(signal.SIGTERM)
+    assert process.child.wait(20) == 0

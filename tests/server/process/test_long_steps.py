@@ -56,7 +56,7 @@ LONG = {
 @pytest.mark.parametrize("name", LONG)
 @pytest.mark.parametrize("method", ["Step", "Drive"])
 def test_long_steps_do_not_make_the_server_deaf(serve, name, method):
-    process = serve("--log-format", "json", "--threads", "2")
+    process = serve("--log-format", "json", "--log-level", "debug", "--threads", "2")
     replies = Replies(process)
     others = connected(process)
     create(others, "long", LONG[name])
@@ -89,7 +89,7 @@ def drained(call):
 
 @pytest.mark.parametrize("leave", ["cancelled", "expired"])
 def test_a_call_that_waits_for_a_worker_ends_when_its_caller_leaves(serve, leave):
-    process = serve("--log-format", "json", "--threads", "2")
+    process = serve("--log-format", "json", "--log-level", "debug", "--threads", "2")
     replies = Replies(process)
     stub = connected(process)
     for name in ("busy", "waiting"):
