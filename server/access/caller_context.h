@@ -20,6 +20,7 @@ class CallerContext final : public grpc::CallbackServerContext,
   friend class Callers;
   Principal principal_;
   Bytes32 digest_{};  // SHA-256 of the token
+  bool admitted_ = false;
 };
 
 }  // namespace stiefel::server

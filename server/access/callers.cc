@@ -51,17 +51,19 @@ Callers::Callers(const std::string& file, Report report) : report_(std::move(rep
 
 std::optional<Refused> Callers::admit(grpc::CallbackServerContext& context) {
   failpoint("tokens.admit");
+  auto* ours = dynamic_cast<CallerContext*>(&context);
+  if (ours != nullptr && ours->admitted_) return std::nullopt;
   const auto& metadata = context.client_metadata();
   if (!metadata.contains("authorization")) return Refused::token_missing;
   const auto [first, last] = metadata.equal_range("authorization");
   const auto digest = digest_of_bearer({first->second.data(), first->second.size()});
-  auto* ours = dynamic_cast<CallerContext*>(&context);
   if (!digest || std::next(first) != last || ours == nullptr) return Refused::token_unknown;
   const std::lock_guard lock(mutex_);
   const Principal* principal = table_.find(*digest);
   if (principal == nullptr) return Refused::token_unknown;
   ours->principal_ = *principal;
   ours->digest_ = *digest;
+  ours->admitted_ = true;
   calls_.push_back(*ours);
   return std::nullopt;
 }

@@ -35,8 +35,8 @@ class Callers {
   Callers(const Callers&) = delete;
   Callers& operator=(const Callers&) = delete;
 
-  /// Admits a call by its metadata `authorization` or returns the reason for refusing it. Call it
-  /// once for each call.
+  /// Admits a call by its metadata `authorization` or returns the reason for refusing it. A call
+  /// that was admitted stays so.
   std::optional<Refused> admit(grpc::CallbackServerContext& context);
 
   /// Returns the allocator of the contexts that `admit` needs. It refers to this object.

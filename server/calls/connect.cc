@@ -21,7 +21,7 @@ grpc::ServerWriteReactor<v1::ConnectResponse>* Service::Connect(Context* context
           if (!*answer) {
             auto task = read(*request);
             if (!task) return std::unexpected(task.error());
-            answer->emplace(*std::move(task));
+            answer->emplace(*std::move(task), memory->bytes());
           }
           if (const auto status = (*answer)->next(stop, response); !status.ok())
             return std::unexpected(status);

@@ -6,6 +6,13 @@
 #include "server/convert/resolve.h"
 
 namespace stiefel::server {
+namespace {
+
+/// The most work of a conversion divided by the predicted: outside its domain the inverse of J_D
+/// looks for the edge.
+constexpr double most_by_expected = 33;
+
+}  // namespace
 
 grpc::ServerWriteReactor<v1::ConvertResponse>* Service::Convert(Context* context,
                                                                 const v1::ConvertRequest* request) {
@@ -13,9 +20,10 @@ grpc::ServerWriteReactor<v1::ConvertResponse>* Service::Convert(Context* context
   try {
     const auto memory =
         std::make_shared<const MemoryLease>(log.account().memory(), conversion_memory(*request));
-    const auto answer = std::make_shared<ConversionAnswer>(*request);
+    const auto answer = std::make_shared<ConversionAnswer>(*request, memory->bytes());
     const double work = conversion_work(request->scene());
-    Pool& pool = wants_choice(request->scene()) ? host_.searches : host_.pool_for_piece(work);
+    Pool& pool = wants_choice(request->scene()) ? host_.searches
+                                                : host_.pool_for_piece(most_by_expected * work);
     return message_a_slice<v1::ConvertResponse>(
         host_, pool, std::move(log), work,
         [memory, answer](const std::stop_token&,

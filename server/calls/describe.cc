@@ -26,11 +26,12 @@ v1::DescribeResponse description(const Host& host) {
 
 }  // namespace
 
+Service::Service(Host& host) : host_(host) { serialize(description(host), description_); }
+
 grpc::ServerUnaryReactor* Service::Describe(Context* context, const v1::DescribeRequest*,
                                             grpc::ByteBuffer* response) {
   CallLog log = open(context, "Describe");
   try {
-    std::call_once(described_, [this] { serialize(description(host_), description_); });
     *response = description_;
     return finished(context, log, grpc::Status::OK);
   } catch (...) {

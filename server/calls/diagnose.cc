@@ -21,26 +21,30 @@ grpc::ServerUnaryReactor* Service::Diagnose(Context* context, const v1::Diagnose
     auto session = find_session(host_, *context, request->session_id());
     if (!session) return refuse(session.error());
     if (const auto status = check_step("to", request->to()); !status.ok()) return refuse(status);
+    MemoryLease memory(log.account().memory(), diagnosis_memory(**session, *request));
+    const std::uint64_t held = memory.bytes();
     // A request with many matrices is read on the pool, where a stop can end the reading.
     if (request->ByteSizeLong() > short_request)
-      return new CursorCall(host_, std::move(log), *std::move(session), request->to(),
-                            CursorCall::Rest::search(host_, host_.searches.price_cap()),
-                            [request, response](const Session& at, const Cursor& cursor,
-                                                const std::stop_token& stop) {
-                              const auto task = DiagnoseTask::read(at, *request);
-                              return task ? task->answer(at, cursor, stop, response) : task.error();
-                            });
+      return new CursorCall(
+          host_, std::move(log), *std::move(session), request->to(),
+          CursorCall::Rest::search(host_, host_.searches.price_cap()),
+          [request, response, held](const Session& at, const Cursor& cursor,
+                                    const std::stop_token& stop) {
+            const auto task = DiagnoseTask::read(at, *request);
+            return task ? task->answer(at, cursor, held, stop, response) : task.error();
+          },
+          std::move(memory));
     auto read = DiagnoseTask::read(**session, *request);
     if (!read) return refuse(read.error());
     const auto task = std::make_shared<const DiagnoseTask>(*std::move(read));
-    MemoryLease memory(log.account().memory(), diagnosis_memory(**session, *request));
     const double price = task->work(**session);
     const auto rest = task->takes_long(**session) ? CursorCall::Rest::search(host_, price)
                                                   : CursorCall::Rest::of(host_, price);
     return new CursorCall(
         host_, std::move(log), *std::move(session), request->to(), rest,
-        [task, response](const Session& at, const Cursor& cursor, const std::stop_token& stop) {
-          return task->answer(at, cursor, stop, response);
+        [task, response, held](const Session& at, const Cursor& cursor,
+                               const std::stop_token& stop) {
+          return task->answer(at, cursor, held, stop, response);
         },
         std::move(memory));
   } catch (...) {

@@ -20,8 +20,9 @@ namespace {
 
 /// Reads requests one by one and answers each before it reads the next. Holds no lease between
 /// requests, so that a silent call does not keep its session from expiring. Deletes itself.
-class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::DriveResponse>,
-                        private Job {
+class DriveCall final
+    : public grpc::ServerBidiReactor<ReadRequest<v1::DriveRequest>, v1::DriveResponse>,
+      private Job {
  public:
   DriveCall(Host& host, const grpc::CallbackServerContext& context, CallLog log)
       : host_(host),
@@ -35,24 +36,11 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
 
   void OnReadDone(bool ok) override {
     if (!ok) return end(cancelled_ ? errors::cancelled() : status_after_last_read());
-    read_ = true;
-    try {
-      clear();
-      const auto status = prepare();
-      // The memory of a request is kept for the next one, unless it is large.
-      if (request_.ByteSizeLong() > part_bytes / 16) request_ = {};
-      if (!status.ok()) return reply(status);
-      if (step_inline(**lease_, task_, log_.account(), response_.mutable_step())) {
-        log_.did(response_.step().price().work());
-        return reply(grpc::Status::OK);
-      }
-      if (const auto entered = enter(); !entered.ok()) return reply(entered);
-    } catch (...) {
-      return reply(errors::from_current_exception());
-    }
-    running_ = true;
-    host_.lifecycle.enter();
-    host_.pool_for((*lease_)->step_kind()).submit(this);
+    if (request_.size() <= inline_request) return begin();
+    const double work = work_of_a_byte * static_cast<double>(request_.size());
+    Job::bill(log_.account().share(), work);
+    begins_ = true;
+    submit_to(host_.pool_for_piece(work));
   }
   void OnWriteDone(bool ok) override {
     log_.written();
@@ -71,7 +59,13 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
   }
 
  private:
-  grpc::Status prepare();
+  /// Reads and answers a request, or lets the pool answer it.
+  void begin();
+  void submit_to(Pool& pool) {
+    if (!std::exchange(running_, true)) host_.lifecycle.enter();
+    pool.submit(this);
+  }
+  grpc::Status prepare(const v1::DriveRequest& request);
   /// Takes a place in the account for a request that is not answered inline.
   grpc::Status enter();
   bool run_slice() noexcept override;
@@ -110,12 +104,10 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
     cursor_.reset();
     reply(status);
   }
-  /// Returns the status of a call whose reading failed. gRPC uses one callback for the end of the
-  /// requests and for a request that it cannot parse.
+  /// Returns the status of a call without further requests.
   grpc::Status status_after_last_read() const {
     if (read_) return grpc::Status::OK;
-    return errors::invalid("request", "absent, or its bytes are not a DriveRequest",
-                           "the first message must name a session");
+    return errors::invalid("request", "absent", "the first message must name a session");
   }
   void end(const grpc::Status& status) {
     log_.finish(status, steps_);
@@ -128,7 +120,7 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
   CallLog log_;
   Ticket ticket_, request_ticket_;
   MemoryLease memory_;  // of the largest reply so far, whose memory is kept
-  v1::DriveRequest request_;
+  ReadRequest<v1::DriveRequest> request_;
   v1::DriveResponse response_;
   std::string id_;  // of the session that the first valid request named
   std::weak_ptr<Session> session_;
@@ -138,17 +130,38 @@ class DriveCall final : public grpc::ServerBidiReactor<v1::DriveRequest, v1::Dri
   Departure departure_;
   std::int64_t steps_ = 0;
   bool read_ = false;     // a request was read
+  bool begins_ = false;   // a worker is to read the request
   bool running_ = false;  // counted by the lifecycle
   std::atomic<bool> cancelled_ = false;
   std::stop_source stop_;
   std::stop_callback<RequestStop> shutdown_;
 };
 
+void DriveCall::begin() {
+  read_ = true;
+  try {
+    clear();
+    const bool is_message = request_.read(log_.account().memory());
+    if (!is_message) return end(errors::invalid("request", "", "the bytes are not a DriveRequest"));
+    const auto status = prepare(request_.message());
+    request_.drop();
+    if (!status.ok()) return reply(status);
+    if (step_inline(**lease_, task_, log_.account(), response_.mutable_step())) {
+      log_.did(response_.step().price().work());
+      return reply(grpc::Status::OK);
+    }
+    if (const auto entered = enter(); !entered.ok()) return reply(entered);
+  } catch (...) {
+    return reply(errors::from_current_exception());
+  }
+  submit_to(host_.pool_for((*lease_)->step_kind()));
+}
+
 /// Checks the request and sets the task from it.
-grpc::Status DriveCall::prepare() {
+grpc::Status DriveCall::prepare(const v1::DriveRequest& request) {
   failpoint("drive.prepare");
   if (host_.lifecycle.refusing()) return errors::shutting_down();
-  const std::string& id = request_.session_id();
+  const std::string& id = request.session_id();
   if (!id_.empty() && !id.empty() && id != id_) {
     return errors::invalid("session_id", id, "must be empty or '" + id_ + "'");
   }
@@ -164,15 +177,15 @@ grpc::Status DriveCall::prepare() {
     }
     task_.fields = *select_fields(**lease_, {});
   }
-  if (const auto status = check_step("to", request_.to()); !status.ok()) return status;
-  if (request_.fields_size() > 0) {
-    auto fields = select_fields(**lease_, request_.fields());
+  if (const auto status = check_step("to", request.to()); !status.ok()) return status;
+  if (request.fields_size() > 0) {
+    auto fields = select_fields(**lease_, request.fields());
     if (!fields) return errors::invalid(fields.error());
     task_.fields = *std::move(fields);
   }
-  task_.to = request_.to();
-  task_.return_checkpoint = request_.return_checkpoint();
-  task_.checksum = request_.checksum();
+  task_.to = request.to();
+  task_.return_checkpoint = request.return_checkpoint();
+  task_.checksum = request.checksum();
   if (const auto status = check_size(**lease_, task_); !status.ok()) return status;
   if (const auto refusal = log_.account().overdrawn()) return errors::over_quota(*refusal);
   memory_.grow_to(step_memory(**lease_, task_));
@@ -205,6 +218,10 @@ bool DriveCall::make_cursor() noexcept {
 }
 
 bool DriveCall::run_slice() noexcept {
+  if (std::exchange(begins_, false) && !cancelled_) {
+    begin();
+    return false;
+  }
   if (!cursor_ && !cancelled_ && !make_cursor()) return false;
   try {
     if (cancelled_) {
@@ -229,7 +246,8 @@ bool DriveCall::run_slice() noexcept {
 
 }  // namespace
 
-grpc::ServerBidiReactor<v1::DriveRequest, v1::DriveResponse>* Service::Drive(Context* context) {
+grpc::ServerBidiReactor<ReadRequest<v1::DriveRequest>, v1::DriveResponse>* Service::Drive(
+    Context* context) {
   return new DriveCall(host_, *context, open(context, "Drive"));
 }
 

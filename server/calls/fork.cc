@@ -20,8 +20,7 @@ Answered fork(Host& host, Account& account, const Session& from, const Cursor& c
               const v1::ForkSessionRequest& request, v1::ForkSessionResponse* response) {
   to_proto(cursor, from.scene(), response->mutable_run_status());
   to_proto(from.most_work(cursor.start(), request.from_step()), 0, bound_of_steps(from),
-           response->mutable_price());
-  response->mutable_price()->set_memory_bytes(from.simulation_bytes() + fork_memory(from));
+           from.simulation_bytes() + fork_memory(from), response->mutable_price());
   if (!cursor.run_status().reached()) return grpc::Status::OK;
   auto scene = forked(from, cursor, request);
   if (!scene) return scene.error();

@@ -1,9 +1,11 @@
 #include "server/calls/gate.h"
 
+#include <functional>
+#include <new>
 #include <string>
 
 #include "server/admission/log.h"
-#include "server/calls/read_request.h"
+#include "server/admission/read_request.h"
 #include "server/convert/errors.h"
 #include "server/sessions/numerics_id.h"
 
@@ -36,16 +38,29 @@ const google::protobuf::MethodDescriptor& method(const char* name) {
               ->FindMethodByName(name);
 }
 
-template <class Request>
-grpc::Status fault_of(const ReadRequest<Request>& request) {
-  if (request.is_message) return grpc::Status::OK;
-  try {
-    if (request.failure) std::rethrow_exception(request.failure);
-  } catch (...) {
-    return errors::from_current_exception();
+/// Begins one call, on a worker. Deletes itself.
+class Beginning final : public Job {
+ public:
+  Beginning(Host& host, Account& account, std::size_t bytes, const std::function<void()>& begin)
+      : host_(host), begin_(begin) {
+    const double work = work_of_a_byte * static_cast<double>(bytes);
+    bill(account.share(), work);
+    host_.lifecycle.enter();
+    host_.pool_for_piece(work).submit(this);
   }
-  return errors::invalid("request", "", "the bytes are not a " + Request::descriptor()->name());
-}
+
+ private:
+  bool run_slice() noexcept override {
+    begin_();
+    Lifecycle& lifecycle = host_.lifecycle;
+    delete this;
+    lifecycle.leave();
+    return false;
+  }
+
+  Host& host_;
+  const std::function<void()> begin_;
+};
 
 }  // namespace
 
@@ -65,28 +80,70 @@ Gate::Gate(Host& host, server::Service& service, Callers* callers)
   take("Convert", &Service::Convert);
   take("Connect", &Service::Connect);
   take("MeasureTradeoff", &Service::MeasureTradeoff);
+  take_drive();
+}
+
+template <class Handler, class Request>
+class Gate::ByWorker final : public grpc::internal::MethodHandler {
+ public:
+  template <class Call>
+  ByWorker(Gate& gate, Call call) : gate_(gate), handler_(std::move(call)) {}
+
+  void* Deserialize(grpc_call* call, grpc_byte_buffer* bytes, grpc::Status* status,
+                    void** data) override {
+    return handler_.Deserialize(call, bytes, status, data);
+  }
+  void RunHandler(const HandlerParameter& parameter) override {
+    const auto* request = static_cast<const ReadRequest<Request>*>(parameter.request);
+    if (request == nullptr || request->size() <= inline_request)
+      return handler_.RunHandler(parameter);
+    std::function<void()> begin;
+    try {
+      begin = [this, parameter] { handler_.RunHandler(parameter); };
+    } catch (const std::bad_alloc&) {
+      return handler_.RunHandler(parameter);
+    }
+    gate_.begin_later(*static_cast<Context*>(parameter.server_context), request->size(), begin);
+  }
+
+ private:
+  Gate& gate_;
+  Handler handler_;
+};
+
+void Gate::begin_later(Context& context, std::size_t bytes, const std::function<void()>& begin) {
+  try {
+    if (!callers_ || !callers_->admit(context)) {
+      new Beginning(host_, host_.accounts.of(host_.identify(context)), bytes, begin);
+      return;
+    }
+  } catch (const std::exception&) {  // ends the call below
+  }
+  begin();
 }
 
 template <class Reactor, class Request, class Forward>
 Reactor* Gate::pass(const char* name, Context* context, const ReadRequest<Request>& request,
                     const Forward& forward) {
-  const auto held = [&] {
-    request.hold(host_.accounts.of(host_.identify(*context)).memory());
-    return forward();
-  };
-  const auto refuse = [&] { request.drop(); };
-  return pass<Reactor>(name, context, fault_of(request), held, refuse);
+  return pass<Reactor>(name, context, [&]() -> std::expected<Reactor*, grpc::Status> {
+    if (request.read(host_.accounts.of(host_.identify(*context)).memory())) return forward();
+    return std::unexpected(
+        errors::invalid("request", "", "the bytes are not a " + Request::descriptor()->name()));
+  });
 }
 
-template <class Reactor, class Forward, class Refuse>
-Reactor* Gate::pass(const char* name, Context* context, const grpc::Status& fault,
-                    const Forward& forward, const Refuse& refuse) {
-  grpc::Status status = fault;
+template <class Reactor, class Forward>
+Reactor* Gate::pass(const char* name, Context* context, const Forward& forward) {
+  grpc::Status status;
   try {
     mark(*context);
-    if (const auto refused = callers_ ? callers_->admit(*context) : std::nullopt)
+    if (const auto refused = callers_ ? callers_->admit(*context) : std::nullopt) {
       status = status_of(*refused);
-    if (status.ok()) return forward();
+    } else {
+      const std::expected<Reactor*, grpc::Status> reactor = forward();
+      if (reactor) return *reactor;
+      status = reactor.error();
+    }
   } catch (...) {
     status = errors::from_current_exception();
   }
@@ -94,7 +151,6 @@ Reactor* Gate::pass(const char* name, Context* context, const grpc::Status& faul
     CallLog(host_.log, *context, name, {}, host_.metrics.get()).finish(status);
   } catch (const std::exception&) {  // no memory for a log line
   }
-  refuse();
   return new Ended<Reactor>(status);
 }
 
@@ -103,12 +159,13 @@ void Gate::take(const char* name, Unary<Request, Response> call) {
   using Handler = grpc::internal::CallbackUnaryHandler<ReadRequest<Request>, Response>;
   MarkMethodCallback(
       method(name).index(),
-      new Handler([this, name, call](Context* context, const ReadRequest<Request>* request,
-                                     Response* response) {
-        return pass<grpc::ServerUnaryReactor>(name, context, *request, [&] {
-          return (service_.*call)(context, &request->message, response);
-        });
-      }));
+      new ByWorker<Handler, Request>(
+          *this, [this, name, call](Context* context, const ReadRequest<Request>* request,
+                                    Response* response) {
+            return pass<grpc::ServerUnaryReactor>(name, context, *request, [&] {
+              return (service_.*call)(context, &request->message(), response);
+            });
+          }));
 }
 
 template <class Request, class Response>
@@ -116,16 +173,21 @@ void Gate::take(const char* name, Writing<Request, Response> call) {
   using Handler = grpc::internal::CallbackServerStreamingHandler<ReadRequest<Request>, Response>;
   MarkMethodCallback(
       method(name).index(),
-      new Handler([this, name, call](Context* context, const ReadRequest<Request>* request) {
-        return pass<grpc::ServerWriteReactor<Response>>(
-            name, context, *request, [&] { return (service_.*call)(context, &request->message); });
-      }));
+      new ByWorker<Handler, Request>(
+          *this, [this, name, call](Context* context, const ReadRequest<Request>* request) {
+            return pass<grpc::ServerWriteReactor<Response>>(name, context, *request, [&] {
+              return (service_.*call)(context, &request->message());
+            });
+          }));
 }
 
-grpc::ServerBidiReactor<v1::DriveRequest, v1::DriveResponse>* Gate::Drive(Context* context) {
-  using Reactor = grpc::ServerBidiReactor<v1::DriveRequest, v1::DriveResponse>;
-  return pass<Reactor>(
-      "Drive", context, grpc::Status::OK, [&] { return service_.Drive(context); }, [] {});
+void Gate::take_drive() {
+  using Request = ReadRequest<v1::DriveRequest>;
+  using Handler = grpc::internal::CallbackBidiHandler<Request, v1::DriveResponse>;
+  MarkMethodCallback(method("Drive").index(), new Handler([this](Context* context) {
+                       return pass<grpc::ServerBidiReactor<Request, v1::DriveResponse>>(
+                           "Drive", context, [&] { return service_.Drive(context); });
+                     }));
 }
 
 }  // namespace stiefel::server

@@ -1,7 +1,10 @@
 #pragma once
 
+#include <expected>
+#include <functional>
+
 #include "server/access/callers.h"
-#include "server/calls/read_request.h"
+#include "server/admission/read_request.h"
 #include "server/calls/service.h"
 
 namespace stiefel::server {
@@ -13,17 +16,21 @@ namespace stiefel::server {
 /// log line for each. An RPC that is not forwarded here is UNIMPLEMENTED, so none can miss the
 /// checks.
 ///
-/// Counts every request against its principal's memory from here to the end of the call, and
-/// refuses one that does not fit. The messages of a Drive are read one by one and kept by no one.
+/// Reads every request, and counts it against its principal's memory from before it is read to the
+/// end of the call: one that does not fit is refused unread. A request of more than
+/// `inline_request` bytes is read, and its call begun, by a worker, in the share of its principal.
+/// The messages of a Drive are read by its call.
 class Gate final : public v1::SimulationService::CallbackService {
  public:
   /// `callers` is null where every caller is let in.
   Gate(Host& host, server::Service& service, Callers* callers);
 
   using Context = grpc::CallbackServerContext;
-  grpc::ServerBidiReactor<v1::DriveRequest, v1::DriveResponse>* Drive(Context*) override;
 
  private:
+  /// A handler of gRPC that lets a worker begin the calls with long requests.
+  template <class Handler, class Request>
+  class ByWorker;
   template <class Request, class Response>
   using Unary = grpc::ServerUnaryReactor* (server::Service::*)(Context*, const Request*, Response*);
   template <class Request, class Response>
@@ -36,14 +43,16 @@ class Gate final : public v1::SimulationService::CallbackService {
   void take(const char* name, Unary<Request, Response> call);
   template <class Request, class Response>
   void take(const char* name, Writing<Request, Response> call);
+  void take_drive();
   template <class Reactor, class Request, class Forward>
   Reactor* pass(const char* name, Context* context, const ReadRequest<Request>& request,
                 const Forward& forward);
-  /// Forwards the call of the RPC `name` unless its caller is refused or `fault` is an error, with
-  /// which it ends the call, after `refuse()`.
-  template <class Reactor, class Forward, class Refuse>
-  Reactor* pass(const char* name, Context* context, const grpc::Status& fault,
-                const Forward& forward, const Refuse& refuse);
+  /// Forwards the call of the RPC `name` if its caller is let in and `forward` returns a reactor.
+  /// Otherwise ends it with an error.
+  template <class Reactor, class Forward>
+  Reactor* pass(const char* name, Context* context, const Forward& forward);
+  /// Lets a worker call `begin`, which begins a call with a request of that size.
+  void begin_later(Context& context, std::size_t bytes, const std::function<void()>& begin);
 
   Host& host_;
   server::Service& service_;

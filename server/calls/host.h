@@ -77,8 +77,9 @@ struct Host {
   Pool searches{scheduler, JobKind::unsliced};
 
   /// Returns the pool for steps of that kind, since a slice is at least one step.
-  Pool& pool_for(const StepKind& steps_of) {
-    switch (steps_of.kind) {
+  Pool& pool_for(const StepKind& steps_of) { return pool_for(steps_of.kind); }
+  Pool& pool_for(JobKind kind) {
+    switch (kind) {
       case JobKind::brief:
         return steps;
       case JobKind::sliced:

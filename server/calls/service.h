@@ -1,7 +1,6 @@
 #pragma once
 
-#include <mutex>
-
+#include "server/admission/read_request.h"
 #include "server/calls/host.h"
 #include "stiefel/v1/simulation.grpc.pb.h"
 
@@ -11,7 +10,7 @@ namespace stiefel::server {
 /// `inline_nanoseconds` do so on the host's pools.
 class Service final {
  public:
-  explicit Service(Host& host) : host_(host) {}
+  explicit Service(Host& host);
 
   using Context = grpc::CallbackServerContext;
   /// The reply is always the same, and is kept as bytes.
@@ -20,12 +19,14 @@ class Service final {
                                           v1::CreateSessionResponse*);
   grpc::ServerUnaryReactor* GetSession(Context*, const v1::GetSessionRequest*,
                                        v1::GetSessionResponse*);
+  /// Sends a v1::ListSessionsResponse as bytes, so that not gRPC's thread frees the message.
   grpc::ServerUnaryReactor* ListSessions(Context*, const v1::ListSessionsRequest*,
-                                         v1::ListSessionsResponse*);
+                                         grpc::ByteBuffer*);
   grpc::ServerUnaryReactor* DeleteSession(Context*, const v1::DeleteSessionRequest*,
                                           v1::DeleteSessionResponse*);
   grpc::ServerUnaryReactor* Step(Context*, const v1::StepRequest*, v1::StepResponse*);
-  grpc::ServerBidiReactor<v1::DriveRequest, v1::DriveResponse>* Drive(Context*);
+  /// Reads its requests one by one.
+  grpc::ServerBidiReactor<ReadRequest<v1::DriveRequest>, v1::DriveResponse>* Drive(Context*);
   /// Sends v1::StreamResponse messages as bytes, so that a stream that waits for its reader holds a
   /// message only once.
   grpc::ServerWriteReactor<grpc::ByteBuffer>* Stream(Context*, const v1::StreamRequest*);
@@ -49,7 +50,6 @@ class Service final {
   grpc::ServerUnaryReactor* answer(Context* context, CallLog log, Response* response, Work work);
 
   Host& host_;
-  std::once_flag described_;
   grpc::ByteBuffer description_;  // the reply of Describe
 };
 

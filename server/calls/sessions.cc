@@ -5,6 +5,7 @@
 #include "server/calls/page_token.h"
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
+#include "server/calls/wire_bytes.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
 #include "server/convert/price.h"
@@ -19,8 +20,23 @@ namespace {
 
 /// The most work of a call, in instructions, that runs on the thread that received it.
 constexpr double inline_work = inline_nanoseconds * instructions_a_nanosecond;
-/// The most bytes of a scene that is written on the thread that received the call.
-constexpr std::uint64_t small_scene = 64 << 10;
+/// The most bytes of a scene that is written, and the most sessions that are listed, on the thread
+/// that received the call.
+constexpr std::uint64_t small_scene = 8 << 10;
+constexpr std::size_t short_page = 16;
+/// The bytes of a session in a list without scenes.
+constexpr std::uint64_t heading_bytes = 512;
+
+/// Returns the number of sessions that are listed.
+std::size_t page_size(const v1::ListSessionsRequest& request) {
+  return request.page_size() == 0 ? default_page_size
+                                  : std::min<std::size_t>(request.page_size(), max_page_size);
+}
+
+/// Whether it takes less than `inline_nanoseconds` to free the session.
+bool is_freed_at_once(const Session& session) {
+  return session.scene_bytes() <= small_scene && session.scene().members().size() == 0;
+}
 
 Answered create(Host& host, Account& account, const v1::CreateSessionRequest& request,
                 v1::CreateSessionResponse* response) {
@@ -28,6 +44,7 @@ Answered create(Host& host, Account& account, const v1::CreateSessionRequest& re
   MemoryLease resolving(account.memory(), wants_choice(request.scene())
                                               ? search_memory(request.scene())
                                               : scene_memory(request.scene()));
+  const std::uint64_t to_resolve = resolving.bytes();
   auto scene = read_scene(request.has_scene(), request.scene());
   if (!scene) return scene.error();
   resolving = {};  // the session pays for its scene
@@ -43,9 +60,14 @@ Answered create(Host& host, Account& account, const v1::CreateSessionRequest& re
   response->set_checkpoint_ignored(admitted->checkpoint_ignored);
   const double work =
       wants_choice(request.scene()) ? most_choice_work() : recommendation_work(request.scene());
-  if (work > 0) to_proto(work, 0, v1::PRICE_BOUND_AT_MOST, response->mutable_price());
+  if (work > 0)
+    to_proto(work, 0, v1::PRICE_BOUND_AT_MOST, std::max(to_resolve, step.bytes()),
+             response->mutable_price());
   return {grpc::Status::OK, admitted->receipt};
 }
+
+std::size_t bytes_of(const google::protobuf::Message& reply) { return reply.ByteSizeLong(); }
+std::size_t bytes_of(const grpc::ByteBuffer& reply) { return reply.Length(); }
 
 /// Lists a page of sessions, which ends at the number asked for or at the bytes of a reply. Throws
 /// Stopped (stiefel/stop.h).
@@ -56,9 +78,7 @@ grpc::Status list(const Registry& registry, const Principal& principal,
   if (!after)
     return errors::invalid("page_token", request.page_token(),
                            "must be the next_page_token of a reply of ListSessions");
-  const std::size_t size = request.page_size() == 0
-                               ? default_page_size
-                               : std::min<std::size_t>(request.page_size(), max_page_size);
+  const std::size_t size = page_size(request);
   // One more session than asked for tells whether more follow.
   const auto sessions = registry.page(principal, *after, size + 1);
   std::size_t bytes = 0;
@@ -84,7 +104,7 @@ grpc::ServerUnaryReactor* Service::answer(Context* context, CallLog log, Respons
   MemoryLease memory;
   try {
     answered = work();
-    if (const std::size_t bytes = response->ByteSizeLong(); bytes > part_bytes / 16)
+    if (const std::size_t bytes = bytes_of(*response); bytes > part_bytes / 16)
       memory = MemoryLease(log.account().memory(), reply_memory(bytes));
     if (answered.receipt || memory)
       return new WrittenCall(host_, std::move(log), answered, std::move(memory));
@@ -110,7 +130,7 @@ grpc::ServerUnaryReactor* Service::CreateSession(Context* context,
   };
   MemoryLease memory;
   try {
-    memory = MemoryLease(account.memory(), reading_memory(request->ByteSizeLong()));
+    memory = MemoryLease(account.memory(), reading_memory(*request));
   } catch (...) {
     return finished(context, log, errors::from_current_exception());
   }
@@ -146,14 +166,20 @@ grpc::ServerUnaryReactor* Service::GetSession(Context* context,
 
 grpc::ServerUnaryReactor* Service::ListSessions(Context* context,
                                                 const v1::ListSessionsRequest* request,
-                                                v1::ListSessionsResponse* response) {
+                                                grpc::ByteBuffer* response) {
   CallLog log = open(context, "ListSessions");
   const auto work = [this, context, request, response](const std::stop_token& = {}) -> Answered {
-    return list(host_.registry, host_.identify(*context), *request, response);
+    v1::ListSessionsResponse page;
+    const grpc::Status status = list(host_.registry, host_.identify(*context), *request, &page);
+    if (status.ok()) serialize(page, *response);
+    return status;
   };
-  if (!shows_scenes(request->view())) return answer(context, std::move(log), response, work);
+  const std::size_t size = page_size(*request);
+  const bool scenes = shows_scenes(request->view());
+  if (!scenes && size <= short_page) return answer(context, std::move(log), response, work);
   try {
-    MemoryLease memory(log.account().memory(), reply_memory(max_reply_bytes));
+    MemoryLease memory(log.account().memory(),
+                       reply_memory(scenes ? max_reply_bytes : size * heading_bytes));
     return new PooledCall(host_, host_.pool, std::move(log), work, std::move(memory));
   } catch (...) {
     return finished(context, log, errors::from_current_exception());
@@ -163,7 +189,7 @@ grpc::ServerUnaryReactor* Service::ListSessions(Context* context,
 grpc::ServerUnaryReactor* Service::DeleteSession(Context* context,
                                                  const v1::DeleteSessionRequest* request,
                                                  v1::DeleteSessionResponse* response) {
-  const auto work = [&]() -> Answered {
+  const auto work = [this, context, request](const std::stop_token& = {}) -> Answered {
     if (const auto status = check_session_id(request->session_id()); !status.ok()) return status;
     if (const auto status = check_routing(*context, request->session_id()); !status.ok())
       return status;
@@ -172,7 +198,10 @@ grpc::ServerUnaryReactor* Service::DeleteSession(Context* context,
     return {grpc::Status::OK,
             host_.registry.erase(principal, request->session_id(), &memory).receipt};
   };
-  return answer(context, open(context, "DeleteSession", request->session_id()), response, work);
+  CallLog log = open(context, "DeleteSession", request->session_id());
+  const auto found = host_.registry.find(log.account().principal(), request->session_id());
+  if (!found || is_freed_at_once(**found)) return answer(context, std::move(log), response, work);
+  return new PooledCall(host_, host_.pool, std::move(log), work);
 }
 
 }  // namespace stiefel::server

@@ -4,9 +4,9 @@
 
 #include "proto/checksum/checksum.h"
 #include "server/calls/cursor_call.h"
-#include "server/calls/limits.h"
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
+#include "server/convert/checks/door.h"
 #include "server/convert/errors.h"
 #include "server/convert/price.h"
 #include "server/limits/failpoint.h"
@@ -17,6 +17,9 @@
 
 namespace stiefel::server {
 namespace {
+
+/// The most members of an ensemble whose steps run on the thread that received the call.
+constexpr std::size_t inline_members = 4;
 
 std::size_t reply_bytes(const Session& session, const StepTask& task) {
   return sample_bytes(session, task.fields) +
@@ -39,11 +42,11 @@ void answer_step(const Session& session, const Cursor& cursor, const StepTask& t
   failpoint("call.answer_step");
   to_proto(cursor, session.scene(), response->mutable_run_status());
   to_proto(session, cursor.simulation(), task.fields, response->mutable_sample());
+  check_at_the_door(is_finite(response->sample().fields()), response->mutable_run_status());
   response->set_computed_steps(cursor.computed_steps());
   to_proto(session.most_work(cursor.start(), task.to), reply_bytes(session, task),
-           bound_of_steps(session), response->mutable_price());
-  response->mutable_price()->set_memory_bytes(session.simulation_bytes() +
-                                              step_memory(session, task));
+           bound_of_steps(session), session.simulation_bytes() + step_memory(session, task),
+           response->mutable_price());
   if (task.return_checkpoint)
     response->set_checkpoint(encode_checkpoint(session, cursor.simulation()));
   if (task.checksum) response->mutable_sample()->set_checksum(wire::checksum(response->sample()));
@@ -52,8 +55,8 @@ void answer_step(const Session& session, const Cursor& cursor, const StepTask& t
 bool step_inline(Session& session, const StepTask& task, Account& account,
                  v1::StepResponse* response) {
   if (session.step_kind().unpredictable || session.step_cost() > inline_nanoseconds) return false;
-  // The simulation of a larger ensemble may have to be made first.
-  if (session.scene().members().size() > few_members) return false;
+  // The simulation of an ensemble may have to be made first, which takes 10 µs a member.
+  if (session.scene().members().size() > inline_members) return false;
   Cursor cursor(session, task.to);
   if (cursor.nanoseconds_to(task.to) > inline_nanoseconds) return false;
   std::int64_t budget = std::numeric_limits<std::int64_t>::max();

@@ -12,12 +12,14 @@
 #include "server/calls/sliced_stream.h"
 #include "server/calls/stopped.h"
 #include "server/calls/wire_bytes.h"
+#include "server/convert/checks/door.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
 #include "server/convert/price.h"
 #include "server/convert/stream_messages.h"
 #include "server/limits/reply_limits.h"
 #include "server/pricing/memory_price.h"
+#include "server/pricing/reading_price.h"
 #include "server/scheduling/departure.h"
 #include "server/sessions/field_bytes.h"
 #include "server/sessions/sampling.h"
@@ -44,13 +46,16 @@ class StreamCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, priv
         fields_(std::move(fields)),
         range_(range),
         checksum_(request.checksum()),
+        sends_scene_(request.scene_arrays()),
         large_(sample_bytes(**session_, fields_) > 2 * Sampling::batch_bytes),
         memory_(std::move(memory)),
-        pool_(host.pool_for((*session_)->step_kind())),
+        pool_(host.pool_for(kind_with(**session_, sample_work(**session_, fields_)))),
         shutdown_(host.lifecycle.stop_token(), RequestStop{stop_}) {
-    if (request.scene_arrays()) messages_.add_scene((*session_)->scene().description());
     const std::int64_t start = (*session_)->start_for(range.from);
-    const double price = (*session_)->most_work(start, range.to);
+    const double samples =
+        sample_work(**session_, fields_) *
+        (static_cast<double>(range.to - range.from) / static_cast<double>(range.every) + 1);
+    const double price = (*session_)->most_work(start, range.to) + samples;
     log_.price(price);
     log_.begin();
     const grpc::Status admitted = admit(ticket_, log_.account(), Ticket::Kind::stream, price);
@@ -58,7 +63,7 @@ class StreamCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, priv
     if (!admitted.ok()) {
       end(admitted);
     } else {
-      Job::bill(log_.account().share(), (*session_)->work(start, range.to));
+      Job::bill(log_.account().share(), (*session_)->work(start, range.to) + samples);
       pool_.submit(this);
     }
   }
@@ -101,7 +106,7 @@ class StreamCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, priv
   std::optional<SessionLease> session_;
   const std::vector<std::size_t> fields_;
   const Sampling::Range range_;
-  const bool checksum_;
+  const bool checksum_, sends_scene_;
   const bool large_;  ///< a sample alone fills two batches
   MemoryLease memory_;
   Pool& pool_;
@@ -111,6 +116,7 @@ class StreamCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, priv
   v1::StreamResponse message_;  // to be written next
   grpc::ByteBuffer bytes_;      // being written
   bool priced_ = false;
+  bool finite_ = true;  // what was sent
   std::optional<grpc::Status> error_;
   std::atomic<bool> cancelled_ = false;
   std::stop_source stop_;
@@ -145,6 +151,7 @@ bool StreamCall::run_slice() noexcept {
 
 bool StreamCall::make_sampling() noexcept {
   const auto make = [&] {
+    if (sends_scene_) messages_.add_scene((*session_)->scene().description());
     sampling_.emplace(**session_, fields_, range_, stop_.get_token());
     sampling_->clear(batch_);
   };
@@ -226,11 +233,13 @@ void StreamCall::write_next() {
   message_.set_computed_steps(cursor.computed_steps());
   if (!std::exchange(priced_, true)) {
     to_proto(sampling_->work(), sampling_->bytes(), bound_of_steps(**session_),
-             message_.mutable_price());
-    message_.mutable_price()->set_memory_bytes((*session_)->simulation_bytes() + memory_.bytes());
+             (*session_)->simulation_bytes() + memory_.bytes(), message_.mutable_price());
   }
-  if (messages_.empty() && sampling_->done())
+  finite_ = finite_ && is_finite(message_.fields());
+  if (messages_.empty() && sampling_->done()) {
     to_proto(cursor, (*session_)->scene(), message_.mutable_run_status());
+    check_at_the_door(finite_, message_.mutable_run_status());
+  }
   if (checksum_) message_.set_checksum(wire::checksum(message_));
   serialize(message_, bytes_);
   if (large_) message_ = {};  // gives its memory back
@@ -278,7 +287,8 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* Service::Stream(Context* context,
                                 std::max<std::int64_t>(request->every(), 1),
                                 request->checkpoint_every(), request->return_checkpoint()};
     MemoryLease memory(log.account().memory(),
-                       stream_memory(**session, *fields, range.checkpoints()));
+                       stream_memory(**session, *fields, range.checkpoints()) +
+                           (request->scene_arrays() ? (*session)->scene_bytes() : 0));
     return new StreamCall(host_, std::move(log), *std::move(session), *std::move(fields), range,
                           *request, std::move(memory));
   } catch (...) {

@@ -9,8 +9,10 @@
 #include "server/calls/sliced_stream.h"
 #include "server/calls/stopped.h"
 #include "server/convert/errors.h"
+#include "server/convert/pricing/request_work.h"
 #include "server/convert/summary/answer.h"
 #include "server/limits/failpoint.h"
+#include "server/pricing/reading_price.h"
 
 namespace stiefel::server {
 namespace {
@@ -31,8 +33,13 @@ class SummarizeWork final : public StreamWork<v1::SummarizeResponse> {
  public:
   /// The request and the account must outlive this object.
   SummarizeWork(const Lifecycle& lifecycle, Account& account, SessionLease session,
-                const v1::SummarizeRequest& request)
-      : lifecycle_(lifecycle), account_(account), answer_(std::move(session), request) {}
+                const v1::SummarizeRequest& request, const ReadingWork& reading)
+      : lifecycle_(lifecycle),
+        account_(account),
+        step_cost_(session->step_cost() +
+                   reading.each / instructions_a_nanosecond /
+                       static_cast<double>(std::max<std::int64_t>(request.every(), 1))),
+        answer_(std::move(session), request, reading.total) {}
 
   bool makes_next() const override { return answer_.was_read() && !answer_.made(); }
   grpc::Status make(const std::stop_token& stop) override {
@@ -56,6 +63,7 @@ class SummarizeWork final : public StreamWork<v1::SummarizeResponse> {
 
   const Lifecycle& lifecycle_;
   Account& account_;
+  const double step_cost_;  // nanoseconds, with the reading
   SummarizeAnswer answer_;
   int longer_ = 1;          // the factor by which slices are longer than those of a single motion
   std::int64_t steps_ = 1;  // of a slice
@@ -96,21 +104,24 @@ grpc::Status SummarizeWork::start(const std::stop_token& stop) {
     return status;
   longer_ =
       static_cast<int>(std::clamp<std::size_t>(answer_.width() / groups_in_a_slice, 1, longest));
-  steps_ = slice_steps(answer_.session().step_cost());
+  steps_ = slice_steps(step_cost_);
   return grpc::Status::OK;
 }
 
-/// Adapts the length of slices to the clock, because reading may cost more than stepping. The
-/// results do not depend on that length.
+/// Adapts the length of slices to the clock, because stepping and reading may cost more than
+/// predicted. The results do not depend on that length.
 void SummarizeWork::advance(const std::stop_token& stop) {
   using Clock = std::chrono::steady_clock;
   const auto begin = Clock::now();
+  // A slice on the worker kept for short calls is shorter.
+  const std::int64_t most = longer_ * slice_steps(step_cost_);
+  steps_ = std::min(steps_, most);
   answer_.advance(steps_, stop);
   const std::chrono::duration<double, std::nano> taken = Clock::now() - begin;
   if (taken.count() > 2 * longer_ * slice_nanoseconds)
     steps_ = std::max<std::int64_t>(1, steps_ / 2);
   else if (taken.count() < longer_ * slice_nanoseconds / 2)
-    steps_ = std::min(2 * steps_, longer_ * slice_steps(answer_.session().step_cost()));
+    steps_ = std::min(2 * steps_, most);
   if (!answer_.interrupted()) answer_.collect();
 }
 
@@ -126,14 +137,17 @@ grpc::ServerWriteReactor<v1::SummarizeResponse>* Service::Summarize(
     auto session = find_session(host_, *context, request->session_id());
     if (!session) return refuse(session.error());
     if (const auto status = check_range(*request); !status.ok()) return refuse(status);
-    Pool& pool = has_many(**session) ? host_.searches : host_.pool_for((*session)->step_kind());
+    const ReadingWork reading = reading_work(**session, *request);
+    Pool& pool =
+        has_many(**session) ? host_.searches : host_.pool_for(kind_with(**session, reading.each));
     const std::int64_t start = (*session)->start_for(request->from());
-    const double price = (*session)->most_work(start, request->to());
-    const double expected = (*session)->work(start, request->to());
+    const double price = (*session)->most_work(start, request->to()) + reading.total;
+    const double expected = (*session)->work(start, request->to()) + reading.total;
     Account& account = log.account();
     return new SlicedStream<v1::SummarizeResponse>(
         host_, pool, std::move(log), Ticket::Kind::stream, price, expected,
-        std::make_unique<SummarizeWork>(host_.lifecycle, account, *std::move(session), *request));
+        std::make_unique<SummarizeWork>(host_.lifecycle, account, *std::move(session), *request,
+                                        reading));
   } catch (...) {
     return refuse(errors::from_current_exception());
   }

@@ -13,7 +13,7 @@ grpc::ServerWriteReactor<v1::MeasureTradeoffResponse>* Service::MeasureTradeoff(
   try {
     const auto memory =
         std::make_shared<const MemoryLease>(log.account().memory(), tradeoff_memory(*request));
-    const auto answer = std::make_shared<TradeoffAnswer>(*request);
+    const auto answer = std::make_shared<TradeoffAnswer>(*request, memory->bytes());
     return message_a_slice<v1::MeasureTradeoffResponse>(
         host_, host_.searches, std::move(log), tradeoff_work(*request),
         [memory, answer](const std::stop_token& stop, v1::MeasureTradeoffResponse& response)

@@ -1,29 +1,22 @@
 #pragma once
 
-#include <string>
+#include <optional>
 
+#include "server/convert/checks/faults.h"
 #include "stiefel/scene.h"
 #include "stiefel/v1/scene.pb.h"
 
 namespace stiefel::server {
 
-/// Collects the faults of a description, each with its place in the request.
-struct Faults {
-  const Place& place;
-  Violations violations = {};
-
-  /// `field` is a path within the description, such as "initial.Q.rows".
-  void add(const std::string& field, std::string value, std::string rule) {
-    violations.push_back(place.violation(field, std::move(value), std::move(rule)));
-  }
-};
-
 /// Reads a block of a description. If the numbers of values do not match the shape, leaves `out`
 /// unchanged and adds faults at `path`.
-void read_block(const std::string& path, const v1::Matrix& matrix, Block& out, Faults& faults);
+void read_block(const Path& path, const v1::Matrix& matrix, Block& out, Faults& faults);
 /// Reads a block from a tensor of shape (rows, cols) or (members, rows, cols), with the members'
 /// blocks stacked. Adds faults as for a matrix.
-void read_block(const std::string& path, const v1::Tensor& tensor, Block& out, Faults& faults);
+void read_block(const Path& path, const v1::Tensor& tensor, Block& out, Faults& faults);
+
+/// Reads a single matrix, which must be finite. Returns nothing and adds faults if it is refused.
+std::optional<Block> read_matrix(const Path& path, const v1::Matrix& matrix, Faults& faults);
 
 void write_block(const Block& block, v1::Matrix* out);
 

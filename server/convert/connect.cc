@@ -5,10 +5,13 @@
 
 #include "engine/linalg/arithmetic/to_text.h"
 #include "proto/checksum/checksum.h"
+#include "server/convert/block.h"
+#include "server/convert/checks/door.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
 #include "server/convert/price.h"
 #include "server/limits/reply_limits.h"
+#include "stiefel/stop.h"
 
 namespace stiefel::server {
 namespace {
@@ -41,7 +44,7 @@ class ConnectReader {
  public:
   explicit ConnectReader(const v1::ConnectRequest& request) : request_(request) {}
 
-  std::expected<ConnectTask, Violations> read() {
+  OrStatus<ConnectTask> read() {
     check_limits();
     TwoPointProblem common;
     common.time = request_.time();
@@ -52,15 +55,18 @@ class ConnectReader {
                      static_cast<int>(request_.steps()),
                      static_cast<int>(request_.samples()),
                      request_.checksum()};
-    for (int i = 0; i < std::min(request_.pairs_size(), max_pairs) && violations_.size() < 16; ++i)
-      task.problems.push_back(problem(static_cast<std::size_t>(i), common));
-    if (!violations_.empty()) return std::unexpected(std::move(violations_));
+    for (int i = 0; i < std::min(request_.pairs_size(), max_pairs); ++i) {
+      stop_point();
+      TwoPointProblem one = problem(i, common);
+      if (faults_.empty()) task.problems.push_back(std::move(one));
+    }
+    if (!faults_.empty()) return std::unexpected(errors::invalid(faults_.take()));
     return task;
   }
 
  private:
   void refuse(std::string field, std::string value, std::string rule) {
-    violations_.push_back({std::move(field), std::move(value), std::move(rule)});
+    faults_.add(field, std::move(value), std::move(rule));
   }
   void at_most(const char* field, std::uint64_t value, std::uint64_t most) {
     if (value > most)
@@ -85,33 +91,33 @@ class ConnectReader {
       refuse("metric", std::to_string(metric), "must be a value of stiefel.v1.Metric");
   }
 
-  Eigen::MatrixXd frame(const std::string& path, bool present, const v1::Matrix& given) {
+  Eigen::MatrixXd frame(const Path& path, bool present, const v1::Matrix& given) {
     if (!present) {
-      refuse(path, "absent", "must be given");
+      faults_.add(path, "absent", "must be given");
       return {};
     }
-    auto block = from_proto(path, given);
-    if (!block) violations_.insert(violations_.end(), block.error().begin(), block.error().end());
+    const auto block = read_matrix(path, given, faults_);
     return block ? Eigen::MatrixXd(block->values) : Eigen::MatrixXd();
   }
 
-  TwoPointProblem problem(std::size_t pair, TwoPointProblem out) {
-    const v1::FramePair& given = request_.pairs(static_cast<int>(pair));
-    out.Q_0 = frame(path_of(pair, "Q_0"), given.has_q_0(), given.q_0());
-    out.Q_T = frame(path_of(pair, "Q_T"), given.has_q_t(), given.q_t());
+  TwoPointProblem problem(int index, TwoPointProblem out) {
+    const v1::FramePair& given = request_.pairs(index);
+    const Path pairs("pairs"), pair(pairs, index);
+    out.Q_0 = frame(Path(pair, "Q_0"), given.has_q_0(), given.q_0());
+    out.Q_T = frame(Path(pair, "Q_T"), given.has_q_t(), given.q_t());
     const Eigen::Index n = out.Q_0.rows(), N = out.Q_0.cols();
     out.inertia = request_.metric() == v1::METRIC_EUCLIDEAN
                       ? Eigen::VectorXd::Ones(N)
                       : Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(request_.inertia().data(),
                                                                           request_.inertia_size()));
     if (n <= N && n * N - n * (n + 1) / 2 > max_degrees_of_freedom)
-      refuse(path_of(pair, "Q_0"), std::to_string(n) + " x " + std::to_string(N),
-             "frames must have at most 128 degrees of freedom, n N - n (n+1)/2");
+      faults_.add(Path(pair, "Q_0"), std::to_string(n) + " x " + std::to_string(N),
+                  "frames must have at most 128 degrees of freedom, n N - n (n+1)/2");
     return out;
   }
 
   const v1::ConnectRequest& request_;
-  Violations violations_;
+  Faults faults_{in_the_request};
 };
 
 /// Returns the error for a refusal; nothing for a search that was stopped or did not succeed.
@@ -161,9 +167,11 @@ v1::Field trajectory_field(const std::vector<Eigen::MatrixXd>& frames) {
 
 OrStatus<ConnectTask> read(const v1::ConnectRequest& request) {
   auto task = ConnectReader(request).read();
-  if (!task) return std::unexpected(errors::invalid(task.error()));
-  for (std::size_t i = 0; i < task->problems.size(); ++i)
+  if (!task) return task;
+  for (std::size_t i = 0; i < task->problems.size(); ++i) {
+    stop_point();
     if (const auto status = check(task->problems[i], i)) return std::unexpected(*status);
+  }
   return *std::move(task);
 }
 
@@ -188,7 +196,7 @@ grpc::Status ConnectAnswer::join(const std::stop_token& stop, v1::ConnectRespons
     run_status.outcome = Outcome::cancelled;
   }
   to_proto(run_status, response.mutable_run_status());
-  to_proto(problem.most_work, trajectory_bytes(problem, task_), v1::PRICE_BOUND_AT_MOST,
+  to_proto(problem.most_work, trajectory_bytes(problem, task_), v1::PRICE_BOUND_AT_MOST, memory_,
            response.mutable_price());
   ++pair_;
   return grpc::Status::OK;
@@ -206,6 +214,7 @@ grpc::Status ConnectAnswer::next(const std::stop_token& stop, v1::ConnectRespons
     trajectory_.take(part_bytes, &parts);
     response.mutable_trajectory()->Swap(parts.Mutable(0));
   }
+  check_at_the_door(is_finite(response), response.mutable_run_status());
   if (task_.checksum) response.set_checksum(wire::checksum(response));
   return grpc::Status::OK;
 }

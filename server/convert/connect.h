@@ -2,6 +2,7 @@
 
 #include <grpcpp/support/status.h>
 
+#include <cstdint>
 #include <stop_token>
 #include <vector>
 
@@ -24,7 +25,8 @@ OrStatus<ConnectTask> read(const v1::ConnectRequest& request);
 /// Answers a Connect pair by pair, in messages of limited size.
 class ConnectAnswer {
  public:
-  explicit ConnectAnswer(ConnectTask task) : task_(std::move(task)) {}
+  /// `memory`: the bytes that the call holds.
+  ConnectAnswer(ConnectTask task, std::uint64_t memory) : task_(std::move(task)), memory_(memory) {}
 
   /// Writes the next message over `response`. A stop request ends the search for a geodesic, with
   /// the outcome CANCELLED for the pair.
@@ -35,6 +37,7 @@ class ConnectAnswer {
   grpc::Status join(const std::stop_token& stop, v1::ConnectResponse& response);
 
   const ConnectTask task_;
+  const std::uint64_t memory_;
   std::size_t pair_ = 0;  ///< the next pair to join
   Parts trajectory_;      ///< what is left to send of the pair before
 };

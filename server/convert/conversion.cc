@@ -67,7 +67,7 @@ grpc::Status ConversionAnswer::convert(v1::ConvertResponse& response) {
     }
   }();
   to_proto(most_work(scene) + (resolution.choice ? Choice::most_work : 0), 0,
-           v1::PRICE_BOUND_AT_MOST, response.mutable_price());
+           v1::PRICE_BOUND_AT_MOST, memory_, response.mutable_price());
   if (!converted) return refused(converted.error());
   if (converted->scene) {
     const SceneDescription& result = converted->scene->description();

@@ -14,7 +14,9 @@ grpc::Status refused(const ConversionRefusal& refusal);
 /// Answers a Convert in messages of limited size.
 class ConversionAnswer {
  public:
-  explicit ConversionAnswer(const v1::ConvertRequest& request) : request_(request) {}
+  /// `memory`: the bytes that the call holds.
+  ConversionAnswer(const v1::ConvertRequest& request, std::uint64_t memory)
+      : request_(request), memory_(memory) {}
 
   /// Writes the next message over `response`; the first call converts.
   grpc::Status next(v1::ConvertResponse& response);
@@ -24,6 +26,7 @@ class ConversionAnswer {
   grpc::Status convert(v1::ConvertResponse& response);
 
   const v1::ConvertRequest& request_;
+  const std::uint64_t memory_;
   bool started_ = false;
   Parts scene_arrays_, blocks_;
 };

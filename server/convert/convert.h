@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "server/convert/checks/faults.h"
 #include "server/sessions/cursor.h"
 #include "server/sessions/registry.h"
 #include "server/sessions/session.h"
@@ -20,18 +21,16 @@ namespace stiefel::server {
 /// Converts a scene and checks what only the wire can get wrong: shapes and numbers of values. The
 /// violations name fields of `place`. Every field of a description is read and written by its name,
 /// so that a field that the messages lack makes every call fail (std::logic_error).
-std::expected<SceneDescription, Violations> from_proto(const v1::Scene& scene,
-                                                       const Place& place = {});
-std::expected<MethodDescription, Violations> from_proto(const v1::Method& method,
+std::expected<SceneDescription, FoundFaults> from_proto(const v1::Scene& scene,
                                                         const Place& place = {});
+std::expected<MethodDescription, FoundFaults> from_proto(const v1::Method& method,
+                                                         const Place& place = {});
 void to_proto(const SceneDescription& description, v1::Scene* out);
 void to_proto(const MethodDescription& method, v1::Method* out);
 /// Whether a field is wanted, by its path in the scene: "step", "method.order", "initial.Q".
 using Selection = std::function<bool(std::string_view path)>;
 void to_proto(const SceneDescription& description, const Selection& wanted, v1::Scene* out);
 
-/// Converts a single matrix, which must be finite, and back.
-std::expected<Block, Violations> from_proto(const std::string& path, const v1::Matrix& matrix);
 void to_proto(const RowMatrix& values, v1::Matrix* out);
 
 /// Writes the catalogue, the numerics id and the limits of the engine and of sessions.

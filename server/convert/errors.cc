@@ -93,7 +93,7 @@ grpc::Status exhausted(const std::string& message, const char* reason, Metadata 
 
 }  // namespace
 
-grpc::Status invalid(const Violations& violations) {
+grpc::Status invalid(const Violations& violations, std::size_t more) {
   v1::BadRequest detail;
   std::string message;
   std::size_t told = 0;
@@ -108,13 +108,16 @@ grpc::Status invalid(const Violations& violations) {
     entry->set_field(field);
     entry->set_description(description);
   }
-  if (told < violations.size()) {
-    message += "; and " + std::to_string(violations.size() - told) + " more";
-  }
+  more += violations.size() - told;
+  if (more > 0) message += "; and " + std::to_string(more) + " more";
   v1::Status status;
   add_detail("BadRequest", detail, status);
   add_reason(violations, status);
   return make(grpc::INVALID_ARGUMENT, message, std::move(status));
+}
+
+grpc::Status invalid(const FoundFaults& refused) {
+  return invalid(refused.violations, refused.more);
 }
 
 grpc::Status invalid(std::string field, std::string value, std::string rule) {

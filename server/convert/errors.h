@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 
+#include "server/convert/checks/faults.h"
 #include "server/limits/memory_budget.h"
 #include "server/scheduling/quota.h"
 #include "server/sessions/ledger.h"
@@ -20,10 +21,12 @@
 /// the details say the same to programs (error.proto).
 namespace stiefel::server::errors {
 
-/// INVALID_ARGUMENT: "field: value: rule", and the same as a BadRequest. If a violation has a
-/// reason, also that: TOLERANCE_NOT_MET with `tolerance`, `most_work` and, where they are known,
-/// `best_error`, `best_method` and `reference_work`.
-grpc::Status invalid(const Violations& violations);
+/// INVALID_ARGUMENT: "field: value: rule", and the same as a BadRequest; at the end "and N more"
+/// for the violations that have no room, and for `more` others that were counted only. If a
+/// violation has a reason, also that: TOLERANCE_NOT_MET with `tolerance`, `most_work` and, where
+/// they are known, `best_error`, `best_method` and `reference_work`.
+grpc::Status invalid(const Violations& violations, std::size_t more = 0);
+grpc::Status invalid(const FoundFaults& refused);
 grpc::Status invalid(std::string field, std::string value, std::string rule);
 /// NOT_FOUND, SESSION_NOT_FOUND with `session_id`.
 grpc::Status session_not_found(std::string_view id, const char* field = "session_id");

@@ -27,12 +27,12 @@ OrStatus<Scene> in_system(const std::string& system, const Scene& scene) {
 }
 
 /// Sets the method and step of a description from the request.
-std::expected<Place, Violations> change(const v1::ForkSessionRequest& request,
-                                        SceneDescription& description) {
+OrStatus<Place> change(const v1::ForkSessionRequest& request, SceneDescription& description) {
   Place place = inherited();
   if (request.has_method()) {
-    auto method = from_proto(request.method(), Place::inside("method"));
-    if (!method) return std::unexpected(std::move(method.error()));
+    const Place inside = Place::inside("method");
+    auto method = from_proto(request.method(), inside);
+    if (!method) return std::unexpected(errors::invalid(method.error()));
     description.method = *std::move(method);
     place.with("method", "method");
   }
@@ -57,7 +57,7 @@ OrStatus<ResolvedScene> forked(const Session& from, const Cursor& cursor,
   if (request.has_method() || request.has_step()) {
     SceneDescription description = scene->description();
     const auto place = change(request, description);
-    if (!place) return std::unexpected(errors::invalid(place.error()));
+    if (!place) return std::unexpected(place.error());
     scene = Scene::resolve(std::move(description), Scene::frame_tolerance, *place);
     if (!scene) return std::unexpected(errors::invalid(scene.error()));
   }

@@ -27,35 +27,34 @@ class SceneReader {
  public:
   explicit SceneReader(const Place& place) : faults_{place} {}
 
-  /// `within` is the path of `from` in the description: "" or "method.".
+  /// `within` is the path of `from` in the description: "" or "method".
   template <Description T>
-  void read(const Message& from, const std::string& within, T& out) {
+  void read(const Message& from, const Path& within, T& out) {
     for_each_field<T>([&](const auto& field) {
-      read(from, field_of(from, field.name), within + std::string(field.name), out.*field.member);
+      read(from, field_of(from, field.name), Path(within, field.name), out.*field.member);
     });
   }
   template <class T>
-  std::expected<T, Violations> result(T out) {
-    if (!faults_.violations.empty()) return std::unexpected(std::move(faults_.violations));
+  std::expected<T, FoundFaults> result(T out) {
+    if (!faults_.empty()) return std::unexpected(faults_.take());
     return out;
   }
 
  private:
   using Field = const FieldDescriptor*;
-  using Path = const std::string&;
 
-  void read(const Message& from, Field field, Path, std::string& out) {
+  void read(const Message& from, Field field, const Path&, std::string& out) {
     out = from.GetReflection()->GetString(from, field);
   }
-  void read(const Message& from, Field field, Path, std::optional<double>& out) {
+  void read(const Message& from, Field field, const Path&, std::optional<double>& out) {
     const auto& reflection = *from.GetReflection();
     if (reflection.HasField(from, field)) out = reflection.GetDouble(from, field);
   }
-  void read(const Message& from, Field field, Path, std::vector<double>& out) {
+  void read(const Message& from, Field field, const Path&, std::vector<double>& out) {
     const auto numbers = from.GetReflection()->GetRepeatedFieldRef<double>(from, field);
     out.assign(numbers.begin(), numbers.end());
   }
-  void read(const Message& from, Field field, Path path, std::optional<int>& out) {
+  void read(const Message& from, Field field, const Path& path, std::optional<int>& out) {
     const auto& reflection = *from.GetReflection();
     if (!reflection.HasField(from, field)) return;
     const std::uint32_t value = reflection.GetUInt32(from, field);
@@ -65,22 +64,31 @@ class SceneReader {
       out = static_cast<int>(value);
   }
   template <Description T>
-  void read(const Message& from, Field field, Path path, std::optional<T>& out) {
+  void read(const Message& from, Field field, const Path& path, std::optional<T>& out) {
     const auto& reflection = *from.GetReflection();
     if (reflection.HasField(from, field))
-      read(reflection.GetMessage(from, field), path + ".", out.emplace());
+      read(reflection.GetMessage(from, field), path, out.emplace());
   }
   /// Reads the blocks of a scene; large ones are in the field `initial_tensors`.
-  void read(const Message& from, Field, Path path, std::map<std::string, Block>& out) {
+  void read(const Message& from, Field, const Path& path, std::map<std::string, Block>& out) {
     const auto& scene = dynamic_cast<const v1::Scene&>(from);
+    const auto given =
+        static_cast<std::size_t>(scene.initial_size() + scene.initial_tensors_size());
+    if (given > most_blocks)
+      return faults_.add(path, std::to_string(given) + " blocks",
+                         "must be at most " + std::to_string(most_blocks));
     for (const auto& [name, matrix] : scene.initial())
-      read_block(path + "." + name, matrix, out[name], faults_);
+      read_block(Path(path, name), matrix, out[name], faults_);
+    const Path tensors("initial_tensors");
     for (const auto& [name, tensor] : scene.initial_tensors())
       if (scene.initial().contains(name))
-        faults_.add(path + "_tensors." + name, "given", "must be absent: it is in " + path);
+        faults_.add(Path(tensors, name), "given", "must be absent: it is in " + path.text());
       else
-        read_block(path + "_tensors." + name, tensor, out[name], faults_);
+        read_block(Path(tensors, name), tensor, out[name], faults_);
   }
+
+  /// More than any system has.
+  static constexpr std::size_t most_blocks = 64;
 
   Faults faults_;
 };
@@ -101,30 +109,34 @@ class Writer {
 
  private:
   using Field = const FieldDescriptor*;
-  using Path = const std::string&;
 
-  void write(const std::string& value, Path path, Message* to, Field field) const {
+  void write(const std::string& value, const std::string& path, Message* to, Field field) const {
     if (wanted_(path)) to->GetReflection()->SetString(to, field, value);
   }
-  void write(const std::optional<double>& value, Path path, Message* to, Field field) const {
+  void write(const std::optional<double>& value, const std::string& path, Message* to,
+             Field field) const {
     if (value && wanted_(path)) to->GetReflection()->SetDouble(to, field, *value);
   }
-  void write(const std::optional<int>& value, Path path, Message* to, Field field) const {
+  void write(const std::optional<int>& value, const std::string& path, Message* to,
+             Field field) const {
     if (value && wanted_(path))
       to->GetReflection()->SetUInt32(to, field, static_cast<std::uint32_t>(*value));
   }
-  void write(const std::vector<double>& values, Path path, Message* to, Field field) const {
+  void write(const std::vector<double>& values, const std::string& path, Message* to,
+             Field field) const {
     if (!wanted_(path)) return;
     const auto numbers = to->GetReflection()->GetMutableRepeatedFieldRef<double>(to, field);
     for (const double value : values) numbers.Add(value);
   }
-  void write(const std::map<std::string, Block>& blocks, Path path, Message* to, Field) const {
+  void write(const std::map<std::string, Block>& blocks, const std::string& path, Message* to,
+             Field) const {
     auto& initial = *dynamic_cast<v1::Scene&>(*to).mutable_initial();
     for (const auto& [name, block] : blocks)
       if (wanted_(path + "." + name)) write_block(block, &initial[name]);
   }
   template <Description T>
-  void write(const std::optional<T>& value, Path path, Message* to, Field field) const {
+  void write(const std::optional<T>& value, const std::string& path, Message* to,
+             Field field) const {
     if (!value) return;
     Message* nested = to->GetReflection()->MutableMessage(to, field);
     write(*value, path + ".", nested);
@@ -138,15 +150,16 @@ const Selection everything = [](std::string_view) { return true; };
 
 }  // namespace
 
-std::expected<MethodDescription, Violations> from_proto(const v1::Method& method,
-                                                        const Place& place) {
+std::expected<MethodDescription, FoundFaults> from_proto(const v1::Method& method,
+                                                         const Place& place) {
   SceneReader reader(place);
   MethodDescription out;
   reader.read(method, "", out);
   return reader.result(std::move(out));
 }
 
-std::expected<SceneDescription, Violations> from_proto(const v1::Scene& scene, const Place& place) {
+std::expected<SceneDescription, FoundFaults> from_proto(const v1::Scene& scene,
+                                                        const Place& place) {
   SceneReader reader(place);
   SceneDescription out;
   reader.read(scene, "", out);

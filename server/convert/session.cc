@@ -59,8 +59,7 @@ void to_proto(const Session& session, const Resolution& resolution, const Regist
   out->mutable_cached_steps()->Add(steps.begin(), steps.end());
   for (const std::string& warning : session.warnings()) out->add_warnings(warning);
   to_proto(session.work(0, 1), sample_bytes(session, session.default_fields()),
-           v1::PRICE_BOUND_EXPECTED, out->mutable_step_price());
-  out->mutable_step_price()->set_memory_bytes(session.simulation_bytes());
+           v1::PRICE_BOUND_EXPECTED, session.simulation_bytes(), out->mutable_step_price());
   write_checksum(view, out);
 }
 

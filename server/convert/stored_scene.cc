@@ -24,7 +24,7 @@ std::expected<Scene, std::string> scene_of(const std::string& bytes) {
   v1::Scene message;
   if (!message.ParseFromString(bytes)) return std::unexpected("its row holds no scene");
   auto description = from_proto(message);
-  if (!description) return because(description.error());
+  if (!description) return because(description.error().violations);
   auto scene = Scene::resolve(*std::move(description));
   if (!scene) return because(scene.error());
   return *std::move(scene);

@@ -6,16 +6,18 @@
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
 #include "server/convert/price.h"
+#include "server/convert/resolve.h"
 #include "server/sessions/numerics_id.h"
 
 namespace stiefel::server {
 namespace {
 
-std::expected<TradeoffRequest, Violations> read(const v1::MeasureTradeoffRequest& request) {
+OrStatus<TradeoffRequest> read(const v1::MeasureTradeoffRequest& request) {
   if (!request.has_scene())
-    return std::unexpected(Violations{{"scene", "absent", "must be given"}});
-  auto scene = from_proto(request.scene(), Place::inside("scene"));
-  if (!scene) return std::unexpected(std::move(scene.error()));
+    return std::unexpected(errors::invalid("scene", "absent", "must be given"));
+  const Place place = Place::inside("scene");
+  auto scene = from_proto(request.scene(), place);
+  if (!scene) return std::unexpected(errors::invalid(scene.error()));
   TradeoffRequest out{*std::move(scene)};
   if (request.has_horizon()) out.horizon = request.horizon();
   if (request.has_budget()) out.budget = request.budget();
@@ -23,7 +25,7 @@ std::expected<TradeoffRequest, Violations> read(const v1::MeasureTradeoffRequest
   return out;
 }
 
-void write(const TradeoffSetup& setup, v1::TradeoffSetup* out) {
+void write(const TradeoffSetup& setup, std::uint64_t memory, v1::TradeoffSetup* out) {
   out->set_machine(setup.machine);
   out->set_numerics_id(numerics_id());
   out->set_reference(setup.reference);
@@ -34,7 +36,7 @@ void write(const TradeoffSetup& setup, v1::TradeoffSetup* out) {
   out->set_budget(setup.budget);
   out->set_repeats(static_cast<std::uint32_t>(setup.repeats));
   out->set_curves(static_cast<std::uint32_t>(setup.curves));
-  to_proto(setup.budget, 0, v1::PRICE_BOUND_AT_MOST, out->mutable_price());
+  to_proto(setup.budget, 0, v1::PRICE_BOUND_AT_MOST, memory, out->mutable_price());
   out->mutable_warnings()->Add(setup.warnings.begin(), setup.warnings.end());
 }
 
@@ -60,13 +62,13 @@ void write(const TradeoffPoint& point, v1::TradeoffPoint* out) {
 
 grpc::Status TradeoffAnswer::start(const std::stop_token& stop, v1::TradeoffSetup* setup) {
   auto request = read(request_);
-  if (!request) return errors::invalid(request.error());
+  if (!request) return request.error();
   auto prepared = Tradeoff::prepare(*std::move(request));
   if (!prepared) return errors::invalid(prepared.error());
   tradeoff_.emplace(*std::move(prepared));
   const auto solved = tradeoff_->solve_reference(stop);
   if (!solved) return errors::invalid(solved.error());
-  write(*solved, setup);
+  write(*solved, memory_, setup);
   return grpc::Status::OK;
 }
 

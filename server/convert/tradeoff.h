@@ -2,6 +2,7 @@
 
 #include <grpcpp/support/status.h>
 
+#include <cstdint>
 #include <optional>
 #include <stop_token>
 
@@ -13,7 +14,9 @@ namespace stiefel::server {
 /// Answers a MeasureTradeoff in parts: the reference, the points, the front.
 class TradeoffAnswer {
  public:
-  explicit TradeoffAnswer(const v1::MeasureTradeoffRequest& request) : request_(request) {}
+  /// `memory`: the bytes that the call holds.
+  TradeoffAnswer(const v1::MeasureTradeoffRequest& request, std::uint64_t memory)
+      : request_(request), memory_(memory) {}
 
   /// Writes the next part over `response`. The part is not valid if a stop was requested.
   grpc::Status next(const std::stop_token& stop, v1::MeasureTradeoffResponse& response);
@@ -24,6 +27,7 @@ class TradeoffAnswer {
   void finish(v1::TradeoffFront* front);
 
   const v1::MeasureTradeoffRequest& request_;
+  const std::uint64_t memory_;
   std::optional<Tradeoff> tradeoff_;
   bool done_ = false;
 };

@@ -32,11 +32,13 @@ double diagnosis_work(const Session& session, const DiagnosisSize& size) {
   // Matrix products for the norms, Casimirs and momenta of two states, for a form, and for a
   // bracket.
   constexpr double of_state = 200, of_form = 40, of_bracket = 250, steps_of_pair = 12;
+  // N²/2 products in extended precision, of two states.
+  constexpr double of_manakov = 15;
   // Jacobi's method for four matrices of two states.
   constexpr double of_singular_values = 1000;
   const double N = whole_dimension(session.scene()), product = N * N * N;
   double of_each = of_state * product;
-  if (size.manakov) of_each += N * N * product;
+  if (size.manakov) of_each += of_manakov * N * N * product;
   if (size.singular_values) of_each += of_singular_values * product;
   double work = of_each * std::max(1.0, static_cast<double>(session.scene().members().size()));
   work += static_cast<double>(size.forms) * of_form * product;

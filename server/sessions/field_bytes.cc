@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <bit>
 
+#include "server/sessions/dimension.h"
+
 namespace stiefel::server {
 
 static_assert(std::endian::native == std::endian::little);
@@ -20,6 +22,17 @@ std::size_t sample_bytes(const Session& session, const std::vector<std::size_t>&
   std::size_t bytes = 0;
   for (const std::size_t index : fields) bytes += field_bytes(session, session.fields()[index]);
   return bytes;
+}
+
+double field_work(const Session& session, std::size_t index) {
+  if (index < session.block_count()) return 0;
+  return static_cast<double>(session.fields()[index].size()) * whole_dimension(session.scene());
+}
+
+double sample_work(const Session& session, const std::vector<std::size_t>& fields) {
+  double work = 0;
+  for (const std::size_t index : fields) work += field_work(session, index);
+  return work;
 }
 
 void write_field(const Session& session, const Simulation& simulation, std::size_t index,

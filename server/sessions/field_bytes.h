@@ -16,6 +16,12 @@ std::size_t field_bytes(const Session& session, const Field& field);
 /// Returns the bytes of the fields with these indices at one step.
 std::size_t sample_bytes(const Session& session, const std::vector<std::size_t>& fields);
 
+/// Returns the predicted instructions of computing a field of one state, by matrix products; 0 for
+/// a block, which is copied.
+double field_work(const Session& session, std::size_t index);
+/// Returns those of a sample with these fields.
+double sample_work(const Session& session, const std::vector<std::size_t>& fields);
+
 /// Writes the field with this index at the simulation's step to `out`, which must be aligned for
 /// its numbers: `field_bytes` bytes, little-endian and row by row.
 void write_field(const Session& session, const Simulation& simulation, std::size_t index,

@@ -44,7 +44,9 @@ void Sampling::fill(Batch& batch, const std::stop_token& stop) {
 }
 
 void Sampling::take(Batch& batch, const std::stop_token& stop) {
-  std::int64_t budget = slice_steps(session_.step_cost());
+  const double sample_cost = sample_work(session_, fields_) / instructions_a_nanosecond;
+  std::int64_t budget =
+      slice_steps(session_.step_cost() + sample_cost / static_cast<double>(range_.every));
   while (!done_ && !full(batch) && cursor_.advance(target(), budget, stop)) {
     if (cursor_.run_status().reached() && cursor_.step() < next_) {
       checkpoint();
@@ -82,12 +84,18 @@ void Sampling::end() {
   if (range_.checkpoint_at_end) checkpoint();
 }
 
-std::uint64_t Sampling::bytes() const {
+std::uint64_t Sampling::samples() const {
   const auto steps = static_cast<std::uint64_t>(range_.to - range_.from);
   const auto every = static_cast<std::uint64_t>(range_.every);
-  const std::uint64_t samples = steps / every + (steps % every > 0) + 1;
-  return samples * whole_bytes(session_, fields_);
+  return steps / every + (steps % every > 0) + 1;
 }
+
+double Sampling::work() const {
+  return session_.most_work(cursor_.start(), range_.to) +
+         static_cast<double>(samples()) * sample_work(session_, fields_);
+}
+
+std::uint64_t Sampling::bytes() const { return samples() * whole_bytes(session_, fields_); }
 
 void Sampling::sample(Batch& batch) {
   const Simulation& simulation = cursor_.simulation();

@@ -75,13 +75,15 @@ class Sampling {
   const Cursor& cursor() const { return cursor_; }
   /// The predicted price of a run that reaches `to`: work in instructions, and bytes of its
   /// samples.
-  double work() const { return session_.most_work(cursor_.start(), range_.to); }
+  double work() const;
   std::uint64_t bytes() const;
   /// The most samples of a batch.
   std::size_t capacity() const { return capacity_; }
 
  private:
   void take(Batch& batch, const std::stop_token& stop);
+  /// Returns the number of samples of a run that reaches `to`.
+  std::uint64_t samples() const;
   /// Returns where the cursor goes next: to a sample, or to a checkpoint before it.
   std::int64_t target() const;
   void checkpoint();

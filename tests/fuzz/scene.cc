@@ -21,7 +21,7 @@ std::optional<Scene> resolved(const v1::Scene& scene) {
   auto description = server::from_proto(scene);
   Violations violations;
   if (!description) {
-    violations = description.error();
+    violations = description.error().violations;
   } else if (auto made = resolve_recommending(*std::move(description))) {
     return *std::move(made);
   } else {

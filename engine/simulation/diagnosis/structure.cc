@@ -23,6 +23,9 @@ Dense state_of(const TwoForm& form, const Simulation& now) {
   return stacked_pair<double>(now.get(form.blocks[0]), now.get(form.blocks[1]));
 }
 
+/// After so many violations of one bracket the others are not looked for.
+constexpr std::size_t most_violations = 64;
+
 /// Describes the shape of a block and its faults: "3 x 4, complex, not finite".
 std::string value_of(const Block& block) {
   return shape_text(block.values.rows(), block.values.cols()) +
@@ -153,7 +156,7 @@ std::expected<double, Violations> dirac_bracket(const Scene& scene, const Simula
         "has no Dirac bracket; symmetric_rigid_body and symmetric_moser_veselov have one"));
   const auto function = [&](const std::string& field, const PairFactors& given) {
     PairFunction out;
-    for (std::size_t k = 0; k < given.factors.size(); ++k) {
+    for (std::size_t k = 0; k < given.factors.size() && violations.size() < most_violations; ++k) {
       const auto& [A, B] = given.factors[k];
       for (const auto& [name, matrix] : {std::pair(".A", &A), std::pair(".B", &B)})
         if (matrix->rows() != N || matrix->cols() != N || !matrix->allFinite())

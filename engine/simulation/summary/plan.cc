@@ -35,8 +35,8 @@ class Check {
   }
 
   Violations run() {
-    for (std::size_t i = 0; i < plan_.what.quantities.size(); ++i) quantity(i);
-    for (std::size_t i = 0; i < plan_.what.events.size(); ++i) event(i);
+    for (std::size_t i = 0; i < plan_.what.quantities.size() && !full(); ++i) quantity(i);
+    for (std::size_t i = 0; i < plan_.what.events.size() && !full(); ++i) event(i);
     fields();
     times();
     sizes();
@@ -45,9 +45,10 @@ class Check {
 
  private:
   void refuse(std::string field, std::string value, std::string rule) {
-    if (violations_.size() < most_violations)
-      violations_.push_back({std::move(field), std::move(value), std::move(rule)});
+    violations_.push_back({std::move(field), std::move(value), std::move(rule)});
   }
+  /// Whether enough is said: the loops over what the caller gives end.
+  bool full() const { return violations_.size() >= most_violations; }
   const Field* field(const std::string& name) const {
     const auto found = std::ranges::find(start_.fields(), name, &Field::name);
     return found == start_.fields().end() ? nullptr : &*found;
@@ -94,6 +95,7 @@ class Check {
              "must be given where there are no quantiles and no edges");
     std::set<Statistic> seen;
     for (const Statistic statistic : asked.statistics) {
+      if (full()) return;
       if (!seen.insert(statistic).second)
         refuse(at("quantities", i, ".statistics"), asked.name, "names a statistic twice");
       if (statistic != Statistic::last) read.on_the_way = true;
@@ -110,7 +112,7 @@ class Check {
              "is a complex field, which has `last` and `mean` only");
     if (!asked.quantiles.empty() || !asked.edges.empty()) read.on_the_way = true;
     for (const double q : asked.quantiles)
-      if (!(q >= 0 && q <= 1))
+      if (!full() && !(q >= 0 && q <= 1))
         refuse(at("quantities", i, ".quantiles"), to_text(q), "must be 0 to 1");
     bool increasing = asked.edges.size() != 1;
     for (std::size_t k = 0; k < asked.edges.size(); ++k)
@@ -147,7 +149,7 @@ class Check {
 
   void fields() {
     const auto& named = plan_.what.fields;
-    for (std::size_t i = 0; i < named.size(); ++i) {
+    for (std::size_t i = 0; i < named.size() && !full(); ++i) {
       const Field* of = field(named[i]);
       if (of == nullptr)
         refuse(at("fields", i), named[i],

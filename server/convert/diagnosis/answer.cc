@@ -5,6 +5,7 @@
 
 #include "engine/linalg/arithmetic/to_text.h"
 #include "proto/checksum/checksum.h"
+#include "server/convert/checks/door.h"
 #include "server/convert/convert.h"
 #include "server/convert/diagnosis/parts.h"
 #include "server/convert/errors.h"
@@ -60,7 +61,7 @@ void shorten(std::size_t most, std::vector<InvariantDrift>& invariants,
 }  // namespace
 
 grpc::Status DiagnoseTask::answer(const Session& session, const Cursor& cursor,
-                                  const std::stop_token& stop,
+                                  std::uint64_t memory, const std::stop_token& stop,
                                   v1::DiagnoseResponse* response) const {
   const Parts& task = *parts_;
   const Scene& scene = session.scene();
@@ -70,8 +71,7 @@ grpc::Status DiagnoseTask::answer(const Session& session, const Cursor& cursor,
   response->set_time(scene.time(cursor.step()));
   response->set_computed_steps(cursor.computed_steps());
   to_proto(session.most_work(cursor.start(), cursor.step()) + work(session), 0,
-           bound_of_steps(session), response->mutable_price());
-  response->mutable_price()->set_memory_bytes(session.simulation_bytes() / 2 * 3);
+           bound_of_steps(session), session.simulation_bytes() + memory, response->mutable_price());
   Diagnosis diagnosis = diagnose(scene, now, task.invariants, stop);
   shorten(task.max_invariants, diagnosis.invariants, response);
   to_proto(diagnosis, response);
@@ -99,6 +99,7 @@ grpc::Status DiagnoseTask::answer(const Session& session, const Cursor& cursor,
   }
   if (task.estimates_error())
     estimate(scene, now, task.estimate_error, stop, response->mutable_estimated_error());
+  check_at_the_door(is_finite(*response), response->mutable_run_status());
   if (task.checksum) {
     response->set_checksum(wire::checksum(*response));
     response->set_details_checksum(wire::details_checksum(*response));

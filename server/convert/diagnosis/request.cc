@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "engine/simulation/scene/near_name.h"
+#include "server/convert/block.h"
 #include "server/convert/diagnosis/parts.h"
 #include "server/convert/errors.h"
 #include "server/pricing/work_price.h"
@@ -19,6 +20,8 @@ constexpr int largest_symplectic = 32;
 constexpr std::uint32_t default_invariants = 4096, max_invariants = 8192;
 /// The most invariants, forms and brackets, each, that a request may name.
 constexpr int max_asked = 10'000;
+/// The most blocks of a tangent vector: more than any system has.
+constexpr std::size_t max_blocks = 64;
 /// Above this dimension, or this number of members or of forms and brackets, a Diagnose is more
 /// than a slice of work.
 constexpr int small_dimension = 16;
@@ -32,37 +35,53 @@ std::string near_invariant(const Scene& scene, const std::string& name) {
 /// Reads matrices and collects the violations of a request.
 class DiagnoseReader {
  public:
-  void take(Violations more) { violations_.insert(violations_.end(), more.begin(), more.end()); }
+  template <class Text>
+  void refuse(const Path& path, const Text& text) {
+    faults_.add(path, text);
+  }
+  void refuse(const Path& path, std::string value, std::string rule) {
+    faults_.add(path, std::move(value), std::move(rule));
+  }
   void at_most(const char* field, std::integral auto count, std::integral auto most) {
     if (std::cmp_greater(count, most))
-      take({{field, std::to_string(count), "must be at most " + std::to_string(most)}});
+      faults_.add(field, std::to_string(count), "must be at most " + std::to_string(most));
   }
   template <class Map>
-  TangentVector vector(const std::string& path, const Map& given) {
+  TangentVector vector(const Path& path, const Map& given) {
     TangentVector out;
-    for (const auto& [name, value] : given) out[name] = matrix(path + "." + name, value);
-    return out;
-  }
-  template <class Functions>
-  PairFactors factors(const std::string& path, const Functions& given) {
-    PairFactors out;
-    for (int i = 0; i < given.size(); ++i) {
-      const std::string at = path + "[" + std::to_string(i) + "]";
-      out.factors.emplace_back(matrix(at + ".A", given[i].a()), matrix(at + ".B", given[i].b()));
+    if (given.size() > max_blocks) {
+      refuse(path, std::to_string(given.size()) + " blocks",
+             "must be at most " + std::to_string(max_blocks));
+      return out;
+    }
+    for (const auto& [name, value] : given) {
+      stop_point();
+      RowMatrix read = matrix(Path(path, name), value);
+      if (sound()) out[name] = std::move(read);
     }
     return out;
   }
-  const Violations& violations() const { return violations_; }
+  template <class Functions>
+  PairFactors factors(const Path& path, const Functions& given) {
+    PairFactors out;
+    for (int i = 0; i < given.size(); ++i) {
+      stop_point();
+      const Path at(path, i);
+      RowMatrix A = matrix(Path(at, "A"), given[i].a()), B = matrix(Path(at, "B"), given[i].b());
+      if (sound()) out.factors.emplace_back(std::move(A), std::move(B));
+    }
+    return out;
+  }
+  bool sound() const { return faults_.empty(); }
+  grpc::Status refusal() { return errors::invalid(faults_.take()); }
 
  private:
-  RowMatrix matrix(const std::string& path, const v1::Matrix& given) {
-    auto block = from_proto(path, given);
-    if (block) return block->values;
-    take(block.error());
-    return {};
+  RowMatrix matrix(const Path& path, const v1::Matrix& given) {
+    const auto block = read_matrix(path, given, faults_);
+    return block ? block->values : RowMatrix();
   }
 
-  Violations violations_;
+  Faults faults_{in_the_request};
 };
 
 }  // namespace
@@ -80,27 +99,31 @@ OrStatus<DiagnoseTask> DiagnoseTask::read(const Session& session,
   in.at_most("invariants", request.invariants_size(), max_asked);
   in.at_most("forms", request.forms_size(), max_asked);
   in.at_most("dirac_brackets", request.dirac_brackets_size(), max_asked);
-  if (!in.violations().empty()) return std::unexpected(errors::invalid(in.violations()));
+  if (!in.sound()) return std::unexpected(in.refusal());
+  const Path invariants("invariants"), forms("forms"), brackets("dirac_brackets");
   for (int i = 0; i < request.invariants_size(); ++i) {
+    stop_point();
     const std::string& name = request.invariants(i);
     if (!is_invariant(scene, name))
-      in.take({{indexed("invariants", i), name,
-                "must be an invariant of " + scene.system() + near_invariant(scene, name)}});
-    task.invariants.push_back(name);
+      in.refuse(Path(invariants, i), [&] {
+        return std::pair(name,
+                         "must be an invariant of " + scene.system() + near_invariant(scene, name));
+      });
+    if (in.sound()) task.invariants.push_back(name);
   }
   for (int i = 0; i < request.forms_size(); ++i) {
     stop_point();
     const auto& form = request.forms(i);
-    const std::string path = indexed("forms", i);
-    task.forms.push_back({form.form(), in.vector(path + ".first", form.first()),
-                          in.vector(path + ".second", form.second())});
+    const Path path(forms, i);
+    task.forms.push_back({form.form(), in.vector(Path(path, "first"), form.first()),
+                          in.vector(Path(path, "second"), form.second())});
   }
   for (int i = 0; i < request.dirac_brackets_size(); ++i) {
     stop_point();
     const auto& bracket = request.dirac_brackets(i);
-    const std::string path = indexed("dirac_brackets", i);
-    task.brackets.push_back({in.factors(path + ".first", bracket.first()),
-                             in.factors(path + ".second", bracket.second())});
+    const Path path(brackets, i);
+    task.brackets.push_back({in.factors(Path(path, "first"), bracket.first()),
+                             in.factors(Path(path, "second"), bracket.second())});
   }
   task.large = whole_dimension(scene) > small_dimension || scene.members().size() > few;
   if (request.has_symplectic_test()) {
@@ -109,18 +132,18 @@ OrStatus<DiagnoseTask> DiagnoseTask::read(const Session& session,
     in.at_most("symplectic_test.pairs", pairs, max_symplectic_pairs);
     if (pairs == 0) task.symplectic->set_pairs(default_pairs);
     if (const int N = whole_dimension(scene); N > largest_symplectic)
-      in.take({{"symplectic_test", "N = " + std::to_string(N),
-                "is for N up to " + std::to_string(largest_symplectic)}});
+      in.refuse("symplectic_test", "N = " + std::to_string(N),
+                "is for N up to " + std::to_string(largest_symplectic));
   }
   task.estimate_error = request.estimate_error();
   if (!v1::ErrorEstimation_IsValid(task.estimate_error))
-    in.take({{"estimate_error", std::to_string(task.estimate_error),
-              "must be a value of stiefel.v1.ErrorEstimation"}});
+    in.refuse("estimate_error", std::to_string(task.estimate_error),
+              "must be a value of stiefel.v1.ErrorEstimation");
   in.at_most("max_invariants", request.max_invariants(), max_invariants);
   task.max_invariants =
       request.max_invariants() > 0 ? request.max_invariants() : default_invariants;
   task.checksum = request.checksum();
-  if (!in.violations().empty()) return std::unexpected(errors::invalid(in.violations()));
+  if (!in.sound()) return std::unexpected(in.refusal());
   return DiagnoseTask(parts);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <stop_token>
 
@@ -25,9 +26,9 @@ class DiagnoseTask {
   /// products.
   double work(const Session& session) const;
 
-  /// Writes the answer at the step where the cursor ended.
-  grpc::Status answer(const Session& session, const Cursor& cursor, const std::stop_token& stop,
-                      v1::DiagnoseResponse* response) const;
+  /// Writes the answer at the step where the cursor ended. `memory`: the bytes that the call holds.
+  grpc::Status answer(const Session& session, const Cursor& cursor, std::uint64_t memory,
+                      const std::stop_token& stop, v1::DiagnoseResponse* response) const;
 
  private:
   struct Parts;

@@ -1,5 +1,8 @@
 #include "server/convert/pricing/request_memory.h"
 
+#include <google/protobuf/arena.h>
+#include <google/protobuf/message.h>
+
 #include <algorithm>
 #include <optional>
 
@@ -9,9 +12,15 @@
 namespace stiefel::server {
 namespace {
 
+/// Returns the bytes of what is read from a message, as the message itself has them in memory.
+std::uint64_t bytes_of(const google::protobuf::Message& message) {
+  const auto* arena = message.GetArena();
+  return std::max<std::uint64_t>(message.ByteSizeLong(), arena ? arena->SpaceAllocated() : 0);
+}
+
 SceneSize size_of(const v1::Scene& scene) {
   SceneSize size;
-  size.bytes = scene.ByteSizeLong();
+  size.bytes = bytes_of(scene);
   if (scene.has_members()) size.members = scene.members();
   const double members = std::max<std::uint32_t>(scene.members(), 1);
   const auto take = [&](double rows, double cols) {
@@ -32,25 +41,29 @@ SceneSize size_of(const v1::Scene& scene) {
 
 }  // namespace
 
+std::uint64_t reading_memory(const google::protobuf::Message& request) {
+  return reading_memory(bytes_of(request));
+}
+
 std::uint64_t scene_memory(const v1::Scene& scene) { return scene_memory(size_of(scene)); }
 
 std::uint64_t first_step_memory(const Scene& resolved, const v1::Scene& scene) {
-  return first_step_memory(resolved, scene.ByteSizeLong());
+  return first_step_memory(resolved, bytes_of(scene));
 }
 
 std::uint64_t search_memory(const v1::Scene& scene) { return search_memory(size_of(scene)); }
 
 std::uint64_t tradeoff_memory(const v1::MeasureTradeoffRequest& request) {
-  return tradeoff_memory(request.ByteSizeLong(), size_of(request.scene()));
+  return tradeoff_memory(bytes_of(request), size_of(request.scene()));
 }
 
 std::uint64_t conversion_memory(const v1::ConvertRequest& request) {
-  return conversion_memory(request.ByteSizeLong(), size_of(request.scene()),
+  return conversion_memory(bytes_of(request), size_of(request.scene()),
                            wants_choice(request.scene()));
 }
 
 std::uint64_t diagnosis_memory(const Session& session, const v1::DiagnoseRequest& request) {
-  return diagnosis_memory(session, request.ByteSizeLong());
+  return diagnosis_memory(session, bytes_of(request));
 }
 
 std::uint64_t connect_memory(const v1::ConnectRequest& request) {
@@ -60,7 +73,7 @@ std::uint64_t connect_memory(const v1::ConnectRequest& request) {
   for (const auto& pair : request.pairs())
     largest = std::max(largest, geodesic_memory(pair.q_0().rows(), pair.q_0().cols(), restarts,
                                                 request.steps(), request.samples()));
-  return reading_memory(request.ByteSizeLong()) + largest;
+  return reading_memory(request) + largest;
 }
 
 }  // namespace stiefel::server

@@ -8,6 +8,8 @@
 /// Prices of requests in bytes: reads the numbers on which those of server/pricing depend.
 namespace stiefel::server {
 
+/// Returns the bytes of what is read from the request, and of the call.
+std::uint64_t reading_memory(const google::protobuf::Message& request);
 /// Returns the bytes of resolving a scene.
 std::uint64_t scene_memory(const v1::Scene& scene);
 /// Returns the bytes of the first step of a new session, and of its reply.

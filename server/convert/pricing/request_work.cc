@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/pricing/reading_price.h"
 #include "server/pricing/work_price.h"
 #include "stiefel/connect.h"
 #include "stiefel/tradeoff.h"
@@ -46,6 +47,23 @@ double recommendation_work(const v1::Scene& scene) {
 double tradeoff_work(const v1::MeasureTradeoffRequest& request) {
   const double budget = request.has_budget() ? request.budget() : TradeoffRequest::default_budget;
   return std::isfinite(budget) ? std::max(budget, 0.0) : 0;
+}
+
+ReadingWork reading_work(const Session& session, const v1::SummarizeRequest& request) {
+  const auto last_only = [](const v1::Quantity& quantity) {
+    return quantity.quantiles().empty() && quantity.edges().empty() &&
+           std::ranges::all_of(quantity.statistics(),
+                               [](int asked) { return asked == v1::STATISTIC_LAST; });
+  };
+  double on_the_way = 0, once = 0;
+  for (const v1::Quantity& quantity : request.quantities())
+    (last_only(quantity) ? once : on_the_way) += reading_work(session, quantity.name());
+  double at_events = 0;
+  for (const v1::Event& event : request.events()) at_events += reading_work(session, event.field());
+  const auto steps = static_cast<double>(request.to() - request.from());
+  const double samples =
+      steps / static_cast<double>(std::max<std::int64_t>(request.every(), 1)) + 1;
+  return {on_the_way + at_events, samples * on_the_way + steps * at_events + once};
 }
 
 double connect_work(const v1::ConnectRequest& request) {

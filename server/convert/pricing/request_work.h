@@ -1,5 +1,6 @@
 #pragma once
 
+#include "server/sessions/session.h"
 #include "stiefel/v1/simulation.pb.h"
 
 /// Prices of requests in instructions: reads the numbers on which those of server/pricing depend.
@@ -13,6 +14,13 @@ double recommendation_work(const v1::Scene& scene);
 double tradeoff_work(const v1::MeasureTradeoffRequest& request);
 /// Returns the most instructions that the searches of a Connect may take.
 double connect_work(const v1::ConnectRequest& request);
+
+/// The predicted instructions of what a Summarize reads, beside those of its steps.
+struct ReadingWork {
+  double each = 0;   ///< with a step at which it reads samples or looks for events
+  double total = 0;  ///< of the call
+};
+ReadingWork reading_work(const Session& session, const v1::SummarizeRequest& request);
 
 /// Returns the predicted instructions of making a session of the scene, and those of converting it.
 double creation_work(const v1::Scene& scene);

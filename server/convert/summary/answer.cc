@@ -6,9 +6,11 @@
 #include <vector>
 
 #include "proto/checksum/checksum.h"
+#include "server/convert/checks/door.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
 #include "server/convert/price.h"
+#include "server/convert/pricing/request_memory.h"
 #include "server/convert/summary/checkpoint.h"
 #include "server/convert/summary/request.h"
 #include "server/pricing/memory_price.h"
@@ -25,7 +27,7 @@ constexpr std::uint64_t time_bytes = 32;
 
 grpc::Status SummarizeAnswer::read(MemoryBudget& memory) {
   const auto times = static_cast<std::uint64_t>(request_.times_size());
-  memory_ = MemoryLease(memory, reading_memory(request_.ByteSizeLong()) + times * time_bytes);
+  memory_ = MemoryLease(memory, reading_memory(request_) + times * time_bytes);
   auto what = from_proto(request_);
   if (!what) return what.error();
   what_ = *std::move(what);
@@ -70,11 +72,11 @@ grpc::Status SummarizeAnswer::restore() {
 void SummarizeAnswer::set_price() {
   limit_ = session_->attempt_limit();
   const std::int64_t to = request_.to(), from = std::min(first_step_, to);
-  const bool reads = summary_->reads_on_the_way();
   const auto times = static_cast<std::uint64_t>(request_.times_size());
-  to_proto(reads ? session_->work(from, to) : session_->most_work(from, to),
+  to_proto(session_->most_work(from, to) + reading_,
            summary_->statistics_bytes() + times * messages_->state_bytes(),
-           reads ? v1::PRICE_BOUND_AT_LEAST : bound_of_steps(*session_), &price_);
+           summary_->reads_on_the_way() ? v1::PRICE_BOUND_EXPECTED : bound_of_steps(*session_),
+           memory_.bytes(), &price_);
 }
 
 std::int64_t SummarizeAnswer::next_mark() const {
@@ -144,12 +146,16 @@ bool SummarizeAnswer::next(v1::SummarizeResponse& message) {
     message.set_checkpoint_ignored(checkpoint_ignored_);
   }
   if (has_results()) messages_->next(message);
+  // Members that an event has ended have no states at later times.
+  const bool ends = std::ranges::any_of(request_.events(), &v1::Event::terminal);
+  finite_ = finite_ && (ends || is_finite(message));
   const bool last = done_ && !has_results();
   if (last) {
     v1::RunStatus& status = *message.mutable_run_status();
     to_proto(summary_->status(), &status);
     if (!summary_->status().reached())
       status.set_message(to_sentence(summary_->status(), session_->scene(), summary_->rate()));
+    check_at_the_door(finite_, &status);
   }
   if (request_.checksum()) message.set_checksum(wire::checksum(message));
   return last;

@@ -16,15 +16,17 @@ namespace stiefel::server {
 /// Answers a Summarize: computes the summary piece by piece and writes its messages.
 class SummarizeAnswer {
  public:
-  /// The request must outlive this object.
-  SummarizeAnswer(SessionLease session, const v1::SummarizeRequest& request)
+  /// The request must outlive this object. `reading`: the predicted work of what is read, in
+  /// instructions.
+  SummarizeAnswer(SessionLease session, const v1::SummarizeRequest& request, double reading)
       : session_(std::move(session)),
         request_(request),
+        reading_(reading),
         has_checkpoint_(!request.checkpoint().empty()) {}
 
-  /// `read`, `make` and `start` are called in this order; an error ends the call. They throw Stopped
-  /// (stiefel/stop.h) on a stop request of the surrounding StopScope. `read` reads what is to be
-  /// computed; the call's memory comes from `memory`.
+  /// `read`, `make` and `start` are called in this order; an error ends the call. They throw
+  /// Stopped (stiefel/stop.h) on a stop request of the surrounding StopScope. `read` reads what is
+  /// to be computed; the call's memory comes from `memory`.
   grpc::Status read(MemoryBudget& memory);
   bool was_read() const { return what_.has_value(); }
   /// Makes the summary and, if the request has no checkpoint, its first state. Does not use the
@@ -71,7 +73,8 @@ class SummarizeAnswer {
  private:
   /// Goes to the description's first state.
   void go_to_first_state();
-  /// Restores the request's checkpoint. Goes to the first state if the server does not have its key.
+  /// Restores the request's checkpoint. Goes to the first state if the server does not have its
+  /// key.
   grpc::Status restore();
   void set_price();
   /// Returns the step at which the next checkpoint is due.
@@ -83,6 +86,7 @@ class SummarizeAnswer {
 
   const SessionLease session_;
   const v1::SummarizeRequest& request_;
+  const double reading_;
   MemoryLease memory_;
   std::optional<SummaryDescription> what_;
   std::optional<Summary> summary_;
@@ -94,6 +98,7 @@ class SummarizeAnswer {
   std::int64_t first_step_ = 0;  ///< of this call
   std::int64_t last_mark_ = 0;
   bool done_ = false;
+  bool finite_ = true;  ///< what was sent
 };
 
 }  // namespace stiefel::server

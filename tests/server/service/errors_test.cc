@@ -137,13 +137,26 @@ TEST_F(Errors, AllAtOnce) {
 }
 
 TEST_F(Errors, AFloodOfViolationsFitsInTheTrailers) {
+  constexpr std::size_t blocks = 50;  // each without rows and without columns
   const auto status = create_scene([](v1::Scene& scene) {
-    for (int i = 0; i < 3000; ++i)
+    scene.clear_initial();
+    for (std::size_t i = 0; i < blocks; ++i)
       (*scene.mutable_initial())[std::string(300, 'x') + std::to_string(i)];
   });
   EXPECT_EQ(status.error_code(), grpc::INVALID_ARGUMENT);
-  EXPECT_LT(status.error_message().size() + status.error_details().size(), 7000u);
-  EXPECT_NE(status.error_message().find(" more"), std::string::npos);
+  const std::string& message = status.error_message();
+  EXPECT_LT(message.size() + status.error_details().size(), 7000u);
+  const std::size_t end = message.rfind("; and ");
+  ASSERT_NE(end, std::string::npos) << message;
+  const auto told = 1 + std::ranges::count(message.substr(0, end), ';');
+  EXPECT_EQ(static_cast<std::size_t>(told) + std::stoul(message.substr(end + 6)), 2 * blocks);
+}
+
+TEST_F(Errors, MoreBlocksThanAnySystemHas) {
+  const auto status = create_scene([](v1::Scene& scene) {
+    for (int i = 0; i < 100; ++i) (*scene.mutable_initial())["x" + std::to_string(i)];
+  });
+  expect_invalid(status, "scene.initial");
 }
 
 TEST_F(Errors, OfSessions) {

@@ -186,5 +186,119 @@ TEST(PriceLimit, BoundsTheCallsOfAdaptive) {
   EXPECT_EQ(step(static_cast<std::int64_t>(1e6 / attempt) / 5), grpc::OK);
 }
 
+/// Calls `method` with the request and returns the first message and the status.
+template <class Method, class Request, class Response>
+grpc::Status first(test::Harness& harness, Method method, const Request& request,
+                   Response& response) {
+  grpc::ClientContext context;
+  const auto reader = ((*harness.stub).*method)(&context, request);
+  const bool came = reader->Read(&response);
+  if (came) context.TryCancel();
+  const grpc::Status status = reader->Finish();
+  return came ? grpc::Status::OK : status;
+}
+
+/// The bytes that a refused call asked for.
+std::uint64_t asked(const grpc::Status& status) {
+  v1::Status details;
+  EXPECT_TRUE(details.ParseFromString(status.error_details()));
+  v1::ErrorInfo info;
+  for (const auto& any : details.details())
+    if (any.type_url().ends_with("ErrorInfo")) EXPECT_TRUE(info.ParseFromString(any.value()));
+  EXPECT_EQ(info.reason(), "MEMORY_LIMIT") << status.error_message();
+  return info.metadata().contains("bytes") ? std::stoull(info.metadata().at("bytes")) : 0;
+}
+
+/// The memory in the price of a call is what a server without so much refuses it for.
+class MemoryPrice : public testing::Test {
+ protected:
+  template <class Method, class Request, class Response>
+  void expect_asked(Method method, const Request& request, Response response,
+                    const v1::Price& (*price)(const Response&)) {
+    const auto status = first(large_, method, request, response);
+    ASSERT_TRUE(status.ok()) << status.error_message();
+    Response none;
+    EXPECT_EQ(price(response).memory_bytes(), asked(first(small_, method, request, none)));
+  }
+
+  const v1::Scene scene_ = test::wire_scene({.method = "rk4", .dimension = 150});
+  test::Harness large_{{.threads = 2, .memory = std::uint64_t{4} << 30}};
+  test::Harness small_{{.threads = 2, .memory = std::uint64_t{64} << 20}};
+};
+
+TEST_F(MemoryPrice, OfAConversion) {
+  v1::ConvertRequest request;
+  *request.mutable_scene() = test::wire_scene({.method = "rk4", .dimension = 260});
+  request.set_to("velocity");
+  expect_asked(
+      &v1::SimulationService::Stub::Convert, request, v1::ConvertResponse(),
+      +[](const v1::ConvertResponse& r) -> const v1::Price& { return r.price(); });
+}
+
+TEST_F(MemoryPrice, OfATradeoff) {
+  v1::MeasureTradeoffRequest request;
+  *request.mutable_scene() = test::wire_scene({.method = "rk4", .dimension = 64});
+  request.mutable_scene()->set_step(1e-5);
+  request.set_horizon(1e-5);
+  request.set_budget(1e10);
+  expect_asked(
+      &v1::SimulationService::Stub::MeasureTradeoff, request, v1::MeasureTradeoffResponse(),
+      +[](const v1::MeasureTradeoffResponse& r) -> const v1::Price& { return r.setup().price(); });
+}
+
+TEST_F(MemoryPrice, OfAGeodesic) {
+  v1::ConnectRequest request;
+  auto& pair = *request.add_pairs();
+  constexpr int n = 2, N = 60;  // 117 degrees of freedom
+  for (v1::Matrix* frame : {pair.mutable_q_0(), pair.mutable_q_t()}) {
+    frame->set_rows(n);
+    frame->set_cols(N);
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; j < N; ++j) frame->add_values(i == j ? 1 : 0);
+  }
+  request.set_metric(v1::METRIC_EUCLIDEAN);
+  request.set_time(1);
+  request.set_steps(2000);
+  expect_asked(
+      &v1::SimulationService::Stub::Connect, request, v1::ConnectResponse(),
+      +[](const v1::ConnectResponse& r) -> const v1::Price& { return r.price(); });
+}
+
+/// A Summarize takes a simulation, of 34 N² numbers for rk4, and 32 bytes for each time.
+TEST_F(MemoryPrice, OfASummary) {
+  large_.create("s", scene_);
+  v1::SummarizeRequest request;
+  request.set_session_id("s");
+  request.set_to(1000);
+  for (int i = 0; i <= 1000; ++i) request.add_times(0);
+  v1::SummarizeResponse response;
+  const auto status = first(large_, &v1::SimulationService::Stub::Summarize, request, response);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_GE(response.price().memory_bytes(), 34 * 150 * 150 * 8 + 32 * 1001);
+}
+
+/// What is read at every step is in the price: N⁵/2 products of numbers for Manakov's coefficients,
+/// which take more than an instruction each.
+TEST_F(MemoryPrice, AndWorkOfWhatASummaryReads) {
+  constexpr double N = 12, samples = 101;
+  large_.create("s", test::wire_scene({.method = "rk4", .dimension = 12}));
+  const auto work = [&](const char* quantity, v1::Statistic statistic) {
+    v1::SummarizeRequest request;
+    request.set_session_id("s");
+    request.set_to(100);
+    auto& asked = *request.add_quantities();
+    asked.set_name(quantity);
+    asked.add_statistics(statistic);
+    v1::SummarizeResponse response;
+    EXPECT_TRUE(first(large_, &v1::SimulationService::Stub::Summarize, request, response).ok());
+    return response.price().work();
+  };
+  const double block = work("Q", v1::STATISTIC_MEAN);
+  const double each = (work("manakov", v1::STATISTIC_MEAN) - block) / samples;
+  EXPECT_GT(each, N * N * N * N * N / 2);
+  EXPECT_LT(each, 100 * N * N * N * N * N);
+  EXPECT_NEAR(work("manakov", v1::STATISTIC_LAST) - block, each, each) << "read once";
+}
+
 }  // namespace
 }  // namespace stiefel

@@ -1,0 +1,166 @@
+#pragma once
+
+#include <google/protobuf/arena.h>
+#include <grpcpp/grpcpp.h>
+#include <malloc.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "server/limits/failpoint.h"
+#include "server/limits/memory_budget.h"
+#include "server/admission/parsed_bytes.h"
+
+namespace stiefel::server {
+
+/// The most bytes of a request that is read on the thread that received it: a message of that size
+/// takes less than 50 µs, whatever it consists of. A longer one is read by a worker.
+inline constexpr std::size_t inline_request = 2 << 10;
+/// The predicted work of reading a request, in instructions a byte.
+inline constexpr double work_of_a_byte = 50;
+
+/// Joins the pieces in which bytes arrived and empties them; frees each piece as it is copied.
+/// From many pieces, protobuf would read a packed field of numbers into twice its size.
+class JoinedBytes {
+ public:
+  /// The bytes above which the memory of the pieces goes back to the system at once.
+  static constexpr std::size_t large = 4 << 20;
+
+  explicit JoinedBytes(grpc::ByteBuffer& bytes) {
+    const std::size_t size = bytes.Length();
+    const bool dumped = bytes.Dump(&pieces_).ok();
+    bytes.Clear();
+    if (!dumped || pieces_.size() == 1) return;
+    whole_.reserve(size);
+    for (grpc::Slice& piece : pieces_) {
+      whole_.insert(whole_.end(), piece.begin(), piece.end());
+      piece = grpc::Slice();
+    }
+    pieces_.clear();
+    if (size > large) malloc_trim(0);
+  }
+
+  std::span<const char> all() const {
+    if (pieces_.empty()) return whole_;
+    return {reinterpret_cast<const char*>(pieces_[0].begin()), pieces_[0].size()};
+  }
+
+ private:
+  std::vector<grpc::Slice> pieces_;
+  std::vector<char> whole_;
+};
+
+/// A request as it arrived, which `read` makes a message. gRPC's callback API itself would read it
+/// before anybody knows who pays for its memory, on its own thread, and end a call whose bytes are
+/// not a message of the right type with UNIMPLEMENTED, unseen by the service.
+///
+/// gRPC keeps the request, and hands it out as a constant, until the call has ended: so does the
+/// lease of its memory.
+template <class Message>
+class ReadRequest {
+ public:
+  void take(grpc::ByteBuffer& bytes) {
+    drop();
+    bytes_.Swap(&bytes);
+  }
+  /// Returns the bytes that are not read yet.
+  std::size_t size() const { return bytes_.Length(); }
+
+  /// Reads the message; returns false if the bytes are none. Its memory comes from the budget,
+  /// before it is allocated. Throws MemoryExhausted; a small request is never refused, so that a
+  /// caller beyond the limits can still delete its sessions.
+  bool read(MemoryBudget& budget) const {
+    failpoint("request.read");
+    try {
+      if (parse(budget)) return true;
+    } catch (...) {
+      drop();
+      throw;
+    }
+    drop();
+    return false;
+  }
+  /// The message that was read.
+  const Message& message() const { return *message_; }
+  /// Frees the bytes and the message.
+  void drop() const {
+    bytes_.Clear();
+    message_ = nullptr;
+    arena_.reset();
+    memory_ = {};
+  }
+
+ private:
+  /// The bytes of a call in gRPC, and those up to which a request is never refused.
+  static constexpr std::uint64_t request_object = 4 << 10, never_refused = 64 << 10;
+  /// The bytes up to which a request keeps fields of later versions, which cost less than a search
+  /// for them.
+  static constexpr std::size_t keeps_unknown = 4 << 10;
+
+  bool parse(MemoryBudget& budget) const {
+    const std::size_t size = bytes_.Length();
+    const bool large = size > never_refused;
+    if (large) hold(budget, size);
+    const JoinedBytes joined(bytes_);
+    const auto bytes = joined.all();
+    const ParsedBytes found = parsed_bytes(bytes, *Message::descriptor());
+    hold(budget, request_object + (large ? size : 0) + found.memory);
+    message_ = new_message(size);
+    if (!message_->ParseFromArray(bytes.data(), static_cast<int>(size))) return false;
+    if (found.unknown) discard_unknown(size);
+    const std::uint64_t used = request_object + arena_->SpaceAllocated() + found.strings;
+    if (memory_.bytes() > used) memory_.shrink(memory_.bytes() - used);
+    return true;
+  }
+
+  void hold(MemoryBudget& budget, std::uint64_t bytes) const {
+    if (memory_)
+      memory_.grow_to(bytes);
+    else if (bytes <= never_refused)
+      memory_ = MemoryLease::if_it_fits(budget, bytes);
+    else
+      memory_ = MemoryLease(budget, bytes);
+  }
+
+  /// Makes an arena for a message read from `size` bytes. An arena of many small objects is freed
+  /// at once.
+  Message* new_message(std::size_t size) const {
+    google::protobuf::ArenaOptions options;
+    options.max_block_size = size > never_refused ? 256 << 10 : 8 << 10;
+    arena_ = std::make_unique<google::protobuf::Arena>(options);
+    return google::protobuf::Arena::CreateMessage<Message>(arena_.get());
+  }
+
+  /// Drops the fields that this version does not know from the message, read from `size` bytes.
+  void discard_unknown(std::size_t size) const {
+    if (size <= keeps_unknown) return;
+    message_->DiscardUnknownFields();
+    const std::size_t known = message_->ByteSizeLong();
+    if (known > size / 2) return;
+    // The arena still holds what was discarded; that of a copy does not.
+    const auto whole = std::exchange(arena_, nullptr);
+    const Message& read = *message_;
+    message_ = new_message(known);
+    *message_ = read;
+  }
+
+  mutable grpc::ByteBuffer bytes_;
+  mutable std::unique_ptr<google::protobuf::Arena> arena_;
+  mutable Message* message_ = nullptr;  // in the arena
+  mutable MemoryLease memory_;
+};
+
+}  // namespace stiefel::server
+
+template <class Message>
+class grpc::SerializationTraits<stiefel::server::ReadRequest<Message>> {
+ public:
+  static Status Deserialize(ByteBuffer* bytes, stiefel::server::ReadRequest<Message>* request) {
+    request->take(*bytes);
+    return Status::OK;
+  }
+};
