@@ -60,8 +60,8 @@ def test_a_flood_is_no_matter_of_others(proxy: str, make_cluster: Any) -> None:
         quiet = steps.p99_in(SECONDS)
         before = [resident(child.pid) for child in children]
         for name in NAMES:
-            # With the lowest priority: it stands for another machine, which has processors of its own.
-            with subprocess.Popen(["nice", "-n", "19", sys.executable, FLOODS, name, cluster.address, str(SECONDS),
+            # With a lower priority: it stands for another machine, which has processors of its own.
+            with subprocess.Popen(["nice", "-n", "5", sys.executable, FLOODS, name, cluster.address, str(SECONDS),
                                    str(CONNECTIONS)], stdout=subprocess.PIPE, text=True) as flood:
                 p99 = steps.p99(lambda: flood.poll() is None)
                 opened, sent = map(int, flood.communicate()[0].split())
@@ -69,7 +69,7 @@ def test_a_flood_is_no_matter_of_others(proxy: str, make_cluster: Any) -> None:
             print(f"{proxy}, {name}: p99 {1e3 * p99:.1f} ms (quiet {1e3 * quiet:.1f}), {more / MIB:+.0f} MiB; "
                   f"{opened} connections, {sent / 1e6:.0f} MB")
             assert sent > 10_000, "the flood was one"
-            assert p99 < max(0.1, 5 * quiet), name
+            assert p99 < max(0.1, 10 * quiet), name
             assert more < 32 * MIB, name
             assert [child.poll() for child in children] == [None] * len(children), name
     assert cluster.proxy.poll() is None

@@ -7,19 +7,15 @@
 #include <random>
 
 #include "tests/server/store/folder.h"
+#include "tests/server/store/one_store.h"
 
 namespace stiefel::server {
 namespace {
 
+using test::put;
+using test::refusal;
+using test::session;
 using testing::HasSubstr;
-
-StoredSession session(const std::string& id, std::size_t bytes = 100) {
-  std::string scene(bytes, '\0');
-  for (std::size_t i = 0; i < bytes; ++i) scene[i] = static_cast<char>(i * 31 + id.size());
-  return {Principal{},        id,    1'700'000'000'123'456'789, "0123456789abcdef",
-          0xFEDCBA9876543210, scene, "method\nmethod.order\n",  "body\n",
-          std::nullopt};
-}
 
 StoredCheckpoint checkpoint(const std::string& id, const std::string& numerics = "n") {
   return {Principal{}, id, numerics, 7, 123, std::string("\0\1\2\xFF", 4)};
@@ -32,10 +28,6 @@ std::map<std::string, Store::Row> rows(Store& store) {
   while (auto row = reader.next())
     all.emplace(row->session.principal.name + "/" + row->session.id, *std::move(row));
   return all;
-}
-
-void put(Store& store, const StoredSession& one) {
-  store.transact([&] { store.put(one); });
 }
 
 void expect_equal(const StoredSession& a, const StoredSession& b) {
@@ -54,16 +46,6 @@ void expect_equal(const StoredSession& a, const StoredSession& b) {
   EXPECT_EQ(a.choice->reason, b.choice->reason);
   EXPECT_EQ(a.choice->error, b.choice->error);
   EXPECT_EQ(a.choice->verified, b.choice->verified);
-}
-
-/// What the constructor says, or "" if it opens.
-std::string refusal(const StoreOptions& options) {
-  try {
-    Store store(options);
-    return "";
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
 }
 
 class StoreTest : public testing::Test {
@@ -200,54 +182,6 @@ TEST_F(StoreTest, ASecondServerIsRefused) {
   EXPECT_EQ(refusal(options_), "the store " + options_.file + ": in use by process " + pid);
   std::filesystem::create_symlink(options_.file, folder_.file("link"));
   EXPECT_THAT(refusal({folder_.file("link")}), HasSubstr("in use by process " + pid));
-}
-
-TEST_F(StoreTest, AStoreWithASecondNameIsRefused) {
-  { Store store(options_); }
-  const std::string link = folder_.file("link");
-  std::filesystem::create_hard_link(options_.file, link);
-  for (const std::string& name : {options_.file, link})
-    EXPECT_EQ(refusal({name}), "the store " + name +
-                                   ": it has 2 names (hard links), must have 1: the log belongs to "
-                                   "one name");
-  std::filesystem::remove(link);
-  EXPECT_EQ(refusal(options_), "");
-}
-
-TEST_F(StoreTest, WithoutItsLockFileASecondServerIsRefusedToo) {
-  const Store store(options_);
-  std::filesystem::remove(options_.file + "-lock");
-  EXPECT_THAT(refusal(options_), HasSubstr("in use by another process"));
-}
-
-/// What a change of the store is refused with, or "" if it is made.
-std::string refused_change(Store& store) {
-  try {
-    put(store, session("a"));
-    return "";
-  } catch (const StoreError& error) {
-    EXPECT_EQ(error.kind(), WriteFault::Kind::unavailable);
-    EXPECT_EQ(error.what(), store.fault());
-    return error.what();
-  }
-}
-
-TEST_F(StoreTest, WithoutItsFilesItTakesNoChange) {
-  for (const std::string suffix : {"", "-wal", "-shm"}) {
-    const std::string file = folder_.file("store" + (suffix.empty() ? "-main" : suffix));
-    Store store({file});
-    EXPECT_EQ(refused_change(store), "");
-    std::filesystem::rename(file + suffix, folder_.file("elsewhere"));
-    EXPECT_THAT(refused_change(store), HasSubstr(file + suffix + " was removed"));
-    test::write_file(file + suffix, test::read_file(folder_.file("elsewhere")));
-    EXPECT_THAT(refused_change(store), HasSubstr(file + suffix + " was replaced"));
-    std::filesystem::rename(folder_.file("elsewhere"), file + suffix);
-    EXPECT_EQ(refused_change(store), "") << "the file is back";
-    std::filesystem::create_hard_link(file + suffix, folder_.file("link"));
-    EXPECT_THAT(refused_change(store), HasSubstr(file + suffix + " has 2 names (hard links)"));
-    std::filesystem::remove(folder_.file("link"));
-    EXPECT_EQ(refused_change(store), "");
-  }
 }
 
 TEST_F(StoreTest, ALargeDeletionNeedsLittleSpaceInTheLog) {
