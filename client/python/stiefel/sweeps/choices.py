@@ -26,20 +26,20 @@ def ask(question: Question, ask_all: AskAll) -> list[Resolved]:
 
 
 def with_recommended(group: Group, first: Resolved, template: Task, axes: Axes, order: NDArray[np.int64],
-                     ask_all: AskAll) -> Group:
-    """Returns the group with the recommended method in its scene, with as many substeps as the most demanding point
-    needs. The method then does not depend on how the group is cut into chunks. `first`: the answer for the first
-    point."""
+                     ask_all: AskAll) -> tuple[Group, Resolved]:
+    """Returns the group with the recommended method of its points as an ensemble, with as many substeps as the most
+    demanding point needs, and the answer that has it. The method does not depend on how the group is cut into chunks.
+    `first`: the answer for the first point alone."""
     if not first.method or group.scene.HasField("method"):
-        return group
+        return group, first
+    answers = [ask(Question((task_of(template, axes, group.scene, order[begin:min(begin + LARGEST, group.end)], 0),)), ask_all)[0]
+               for begin in range(group.begin, group.end, LARGEST)]
+    chosen = max(answers, key=lambda answer: answer.rank)
     scene = pb.Scene()
     scene.CopyFrom(group.scene)
-    scene.method.ParseFromString(first.method)
-    for begin in range(group.begin, group.end, LARGEST):
-        part = task_of(template, axes, group.scene, order[begin:min(begin + LARGEST, group.end)], 0)
-        method = pb.Method.FromString(ask(Question((part,)), ask_all)[0].method)
-        scene.method.substeps = max(scene.method.substeps, method.substeps)
-    return replace(group, scene=scene)
+    scene.method.ParseFromString(chosen.method)
+    scene.method.substeps = max(pb.Method.FromString(answer.method).substeps for answer in answers)
+    return replace(group, scene=scene), chosen
 
 
 def by_choice(group: Group, template: Task, axes: Axes, order: NDArray[np.int64],
@@ -71,6 +71,7 @@ def by_choice(group: Group, template: Task, axes: Axes, order: NDArray[np.int64]
         scene.method.ParseFromString(name)
         scene.ClearField("tolerance")
         scene.ClearField("horizon")
+        scene.ClearField("verification")
         result.append((Group(scene, begin, begin + len(theirs)), chosen[name][1]))
         begin += len(theirs)
     return result

@@ -77,7 +77,7 @@ def make_plan(base: pb.Scene, axes: Axes, request: pb.SummarizeRequest, ask_all:
     parts = []
     for group, one in zip(given, first):
         parts += by_choice(group, template, axes, order, ask_all) if group.scene.HasField("tolerance") else [
-            (with_recommended(group, one, template, axes, order, ask_all), one)]
+            with_recommended(group, one, template, axes, order, ask_all)]
     groups, resolved = tuple(group for group, _ in parts), [one for _, one in parts]
     steps = max(request.to, getattr(request, "from"))
     samples = -(-max(request.to - getattr(request, "from"), 0) // request.every) + 1

@@ -26,6 +26,7 @@ class Resolved:
     """The answer for one ensemble: its method, the cost of one step of one member, and the build of the server."""
 
     method: bytes  #: the resolved method as a serialized message; empty for a discrete system
+    rank: int  #: the place of the method among those that the server recommends for the system; later ones take more scenes
     step_work: float  #: instructions for one step of one member
     kept: int  #: how many numbers the quantiles keep for one sample of one member
     numerics_id: str
@@ -40,20 +41,25 @@ def answer(question: Question) -> list[Resolved]:
 
 def answer_at(client: Client, question: Question) -> list[Resolved]:
     try:
-        build = client.describe().build
-        return [_resolve(client, task, build, question.of_points) for task in question.tasks]
+        catalogue = client.describe()
+        return [_resolve(client, task, catalogue, question.of_points) for task in question.tasks]
     except (Unavailable, NotFound, DeadlineExceeded) as error:
         raise LostServer(f"{client.address}: {error.message}") from None
 
 
-def _resolve(client: Client, task: Task, build: str, of_point: bool) -> Resolved:
+def _resolve(client: Client, task: Task, catalogue: pb.DescribeResponse, of_point: bool) -> Resolved:
     try:
-        return _resolve_alone(client, task, build)
+        return _resolve_alone(client, task, catalogue)
     except InvalidArgument as error:
         raise (at(error, f"at point {task.index}") if of_point else error) from None
 
 
-def _resolve_alone(client: Client, task: Task, build: str) -> Resolved:
+def _rank(method: pb.Method, system: str, catalogue: pb.DescribeResponse) -> int:
+    listed = [one.method for info in catalogue.systems if info.name == system for one in info.recommended]
+    return next((k for k, one in enumerate(listed) if (one.name, one.order) == (method.name, method.order)), 0)
+
+
+def _resolve_alone(client: Client, task: Task, catalogue: pb.DescribeResponse) -> Resolved:
     scene = task.ensemble()
     if task.members == 1:
         scene.ClearField("members")  # for a single motion the server may choose a method for its tolerance alone
@@ -62,8 +68,8 @@ def _resolve_alone(client: Client, task: Task, build: str) -> Resolved:
         method = filled_in.method.SerializeToString(deterministic=True) if filled_in.HasField("method") else b""
         arrays = summary_of(client, session, _without_steps(task), task.members > 1, task.timeout)
         kept = sum(math.prod(array.shape[task.members > 1:-1]) for name, array in arrays.items() if name.endswith(".quantiles"))
-        return Resolved(method, session.step_price.work / task.members, kept, session.numerics_id, build,
-                        tuple(session.warnings))
+        return Resolved(method, _rank(filled_in.method, scene.system, catalogue), session.step_price.work / task.members, kept,
+                        session.numerics_id, catalogue.build, tuple(session.warnings))
 
 
 def _without_steps(task: Task) -> pb.SummarizeRequest:
