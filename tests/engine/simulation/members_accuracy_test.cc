@@ -266,11 +266,11 @@ TEST(MeasuredMotions, NameTheMemberThatStops) {
   all[1].M *= 400;
   SceneDescription d = ensemble_of(scenes_of(all, 0.25));
   MeasuredMotions motions(motions_of(d).value());
-  motions.solve_references(8, {2, 1e9, false}, {});
+  motions.solve_references(8, Density::coarse, {2, 1e9, false}, {});
   ASSERT_EQ(motions.samples().last(), 8);
   const MethodDescription method{"variational", 2, 1, "plain"};
   ASSERT_TRUE(motions.take(method));
-  const auto made = motions.run(method, 3, 8, Watch::errors, {});
+  const auto made = motions.run(method, 3, motions.samples().steps, 8, Watch::errors, {});
   EXPECT_EQ(made.status.outcome, Outcome::left_domain);
   EXPECT_EQ(made.status.member, 1);
   EXPECT_EQ(made.steps, 0);

@@ -23,7 +23,7 @@ void check(SceneDraft& draft) {
   if (!draft.set_inertia()) return;
   const Eigen::Index N = draft.scene().dimension();
   const RowMatrix* H = draft.block("H", N, N);
-  if (H == nullptr || !draft.check_size("H", *H)) return;
+  if (H == nullptr || !draft.check_size("initial.H", "max |H|", H->cwiseAbs().maxCoeff())) return;
   const double defect = (*H - H->transpose()).cwiseAbs().maxCoeff();
   if (!(defect <= draft.largest_repair() * H->cwiseAbs().maxCoeff()))
     return draft.refuse("initial.H", "max |H - Hᵀ| = " + to_text(defect), "must be symmetric");
