@@ -18,7 +18,8 @@ struct Remote {
 };
 
 // Each command throws BadInput or client::Error where it has no outcome. `estimate_error` says
-// always or never; without a value, the error is estimated when that takes less work than the run.
+// always or never; without a value, the error is estimated when that takes less work than the run
+// or less than 10 ms.
 
 struct DescribeCommand {
   Remote server;

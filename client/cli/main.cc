@@ -7,6 +7,7 @@
 
 #include "client/cli/checked_stdout.h"
 #include "client/cli/commands.h"
+#include "client/cli/input/whole_number.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/origin.h"
 #include "server/parse_error.h"
@@ -37,18 +38,24 @@ void add_server(CLI::App* app, Remote& server) {
       ->type_name("FILE");
 }
 
+constexpr const char* between_steps =
+    ": it counts steps; stiefel run --times FILE gives samples between them";
+
 void add_scene(CLI::App* app, std::string& scene, std::int64_t& to) {
   app->add_option("SCENE", scene, "a scene file: the JSON form of stiefel.v1.Scene")
       ->required()
       ->type_name("FILE.json");
-  app->add_option("--to", to, "the last step")->required()->type_name("STEP");
+  app->add_option("--to", to, "the last step")
+      ->required()
+      ->transform(whole_number(between_steps))
+      ->type_name("STEP");
 }
 
 void add_error(CLI::App* app, std::optional<bool>& estimate_error) {
   auto* always = app->add_flag_callback(
       "--error", [&] { estimate_error = true; },
       "estimate the error of attitude and momentum at the last step; by default only where the "
-      "estimate takes less work than the run");
+      "estimate takes less work than the run or less than 10 ms");
   app->add_flag_callback(
          "--no-error", [&] { estimate_error = false; }, "do not estimate the error")
       ->excludes(always);
@@ -109,17 +116,19 @@ int main(int argc, char** argv) {
       ->type_name("FILE")
       ->excludes("--to");
   run_app->add_option("--from", run_command.from, "the first sample; 0 by default")
+      ->transform(whole_number(between_steps))
       ->type_name("STEP");
   run_app
       ->add_option("--every", run_command.every,
                    "a sample every K steps, and always at the last step. By default a sample at "
                    "every step if these are at most 1000, otherwise at the first and the last")
+      ->transform(whole_number())
       ->type_name("K");
   run_app
       ->add_option(
           "--fields", run_command.fields,
-          "fields to sample, separated by commas, as `stiefel describe` lists them; by default the "
-          "system's blocks")
+          "fields to sample, separated by commas, as `stiefel describe` lists them; by default "
+          "quaternion and angular_velocity of a scene with `body`, otherwise the system's blocks")
       ->delimiter(',')
       ->type_name("Q,M,...");
   run_app
@@ -146,10 +155,12 @@ int main(int argc, char** argv) {
       "summarize", "Prints statistics and events of a motion without its samples");
   add_scene(summarize_app, summarize_command.scene, summarize_command.to);
   summarize_app->add_option("--from", summarize_command.from, "the first sample; 0 by default")
+      ->transform(whole_number(between_steps))
       ->type_name("STEP");
   summarize_app
       ->add_option("--every", summarize_command.every,
                    "a sample every K steps, and always at the last step; 1 by default")
+      ->transform(whole_number())
       ->type_name("K");
   summarize_app
       ->add_option("--quantity", summarize_command.quantities,
@@ -259,6 +270,7 @@ int main(int argc, char** argv) {
                          "prints all points, and marks those of the Pareto front with *");
   tradeoff_app
       ->add_option("--repeats", tradeoff_command.repeats, "timed runs of each point; by default 3")
+      ->transform(whole_number())
       ->type_name("R");
   tradeoff_app
       ->add_option("--output", tradeoff_command.output, "a .json or .csv file for all points")
@@ -278,7 +290,7 @@ int main(int argc, char** argv) {
       ->add_option(
           "FILE", connect_command.file,
           "{inertia, Q_0, Q_T, time}, or {inertia, pairs: [{Q_0, Q_T}, ...], time}: the JSON "
-          "form of stiefel.v1.ConnectRequest")
+          "form of stiefel.v1.ConnectRequest, in which a frame may also be a list of its rows")
       ->required()
       ->type_name("FILE.json");
   add_server(connect_app, connect_command.server);

@@ -9,168 +9,57 @@
 #include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <ranges>
-#include <set>
 #include <stdexcept>
 #include <vector>
 
 #include "client/cli/exit_status.h"
-#include "engine/simulation/scene/near_name.h"
+#include "client/cli/input/strict_syntax.h"
 
 namespace stiefel::cli {
 namespace {
 
 constexpr std::size_t max_bytes = std::size_t{256} << 20;
-constexpr std::size_t max_depth = 16;
 
 using google::protobuf::Descriptor;
 using google::protobuf::FieldDescriptor;
 
-/// Returns the name of a field in files: the proto's json_name if it has one, else the field's
-/// name.
-std::string name_of(const FieldDescriptor* field) {
-  return field->has_json_name() ? field->json_name() : field->name();
+/// Returns the object of a matrix given as rows, or as the numbers of a single row.
+nlohmann::json matrix_of(const std::string& place, const nlohmann::json& given) {
+  const nlohmann::json rows =
+      !given.empty() && given[0].is_array() ? given : nlohmann::json::array({given});
+  nlohmann::json values = nlohmann::json::array();
+  for (const auto& row : rows) {
+    if (!row.is_array() || row.size() != rows[0].size())
+      throw BadInput(place + ": must be rows of one length");
+    values.insert(values.end(), row.begin(), row.end());
+  }
+  return {{"rows", rows.size()}, {"cols", rows[0].size()}, {"values", std::move(values)}};
 }
 
-using Types = std::vector<const Descriptor*>;
-
-/// Returns the field with a name or a lowerCamelCase name, which protobuf reads too; null if the
-/// messages do not have it.
-const FieldDescriptor* find_field(const Types& types, const std::string& name) {
-  for (const Descriptor* type : types) {
-    for (int i = 0; i < type->field_count(); ++i) {
-      const FieldDescriptor* field = type->field(i);
-      if (field->name() == name || field->json_name() == name) return field;
+/// Writes matrices that are given as rows, such as [[1, 0], [0, 1]] or [1, 0, 0], as objects with
+/// rows, cols and values. Throws BadInput with the path of a matrix whose rows differ in length.
+void write_out_matrices(const Types& types, const std::string& path, nlohmann::json& object) {
+  for (auto& [name, value] : object.items()) {
+    const FieldDescriptor* field = find_field(types, name);
+    if (field->message_type() == nullptr) continue;
+    const FieldDescriptor* of = field->is_map() ? field->message_type()->map_value() : field;
+    const auto write_out = [&](const std::string& place, nlohmann::json& one) {
+      if (one.is_array() && of->message_type() == v1::Matrix::descriptor())
+        one = matrix_of(place, one);
+      else if (one.is_object() && of->message_type() != nullptr)
+        write_out_matrices({of->message_type()}, place + ".", one);
+    };
+    const std::string place = path + name;
+    if (field->is_map()) {
+      for (auto& [key, one] : value.items()) write_out(place + "." + key, one);
+    } else if (field->is_repeated()) {
+      for (std::size_t i = 0; i < value.size(); ++i)
+        write_out(place + "[" + std::to_string(i) + "]", value[i]);
+    } else {
+      write_out(place, value);
     }
   }
-  return nullptr;
 }
-
-/// Returns a suggestion such as "; did you mean body.inertia_tensor?", a field of the messages or
-/// of a message inside them; empty if no name is near.
-std::string near_field(const Types& types, const std::string& name) {
-  // Field name to path. A field of `types` comes before a field of the same name inside them.
-  std::map<std::string, std::string> paths;
-  const auto add = [&](const Descriptor* type, const std::string& parent) {
-    for (int i = 0; i < type->field_count(); ++i)
-      paths.try_emplace(name_of(type->field(i)), parent + name_of(type->field(i)));
-  };
-  for (const Descriptor* type : types) add(type, "");
-  for (const Descriptor* type : types)
-    for (int i = 0; i < type->field_count(); ++i) {
-      const FieldDescriptor* field = type->field(i);
-      if (field->message_type() != nullptr && !field->is_repeated())
-        add(field->message_type(), name_of(field) + ".");
-    }
-  const auto near = near_name(name, paths | std::views::keys);
-  return near ? "; did you mean " + paths.at(*near) + "?" : "";
-}
-
-/// Returns the names of a message's fields: "rows, cols, values".
-std::string fields_of(const Descriptor* type) {
-  return listed(std::views::iota(0, type->field_count()),
-                [&](int i) { return name_of(type->field(i)); });
-}
-
-/// Finds faults that protobuf's parser accepts or reports without their place: syntax errors,
-/// unknown names, names given twice (protobuf would join the two arrays), and an array in place of
-/// a message, such as a matrix given as rows. Other wrong types are left to protobuf.
-class StrictSyntax : public nlohmann::json_sax<nlohmann::json> {
- public:
-  /// `types`: the messages whose fields the whole object may have.
-  explicit StrictSyntax(Types types) : types_(std::move(types)) {}
-
-  std::string fault;  ///< the first fault; empty if there is none
-
-  bool null() override { return value(); }
-  bool boolean(bool) override { return value(); }
-  bool number_integer(number_integer_t) override { return value(); }
-  bool number_unsigned(number_unsigned_t) override { return value(); }
-  bool number_float(number_float_t, const string_t&) override { return value(); }
-  bool string(string_t&) override { return value(); }
-  bool binary(binary_t&) override { return value(); }
-  bool start_object(std::size_t) override { return enter(false); }
-  bool end_object() override { return leave(); }
-  bool start_array(std::size_t) override { return enter(true); }
-  bool end_array() override { return leave(); }
-  bool key(string_t& name) override {
-    Level& here = levels_.back();
-    here.at = name;
-    if (!here.names.insert(name).second) return refuse("given twice");
-    if (here.map != nullptr) {
-      here.next = here.map->message_type()->map_value();
-    } else if (!here.types.empty()) {
-      here.next = find_field(here.types, name);
-      if (here.next == nullptr) return refuse("unknown field" + near_field(here.types, name));
-    }
-    return true;
-  }
-  bool parse_error(std::size_t, const std::string&, const nlohmann::json::exception& e) override {
-    const std::string what =
-        e.what();  // "[json.exception.parse_error.101] parse error at line ..."
-    fault = what.substr(what.find("] ") + 2);
-    return false;
-  }
-
- private:
-  /// An open object or array. A level without types, map and next stands where protobuf expects
-  /// something else, and is left to protobuf.
-  struct Level {
-    Types types = {};                       ///< the messages that an object may be
-    const FieldDescriptor* map = nullptr;   ///< the field of an object that is a map
-    const FieldDescriptor* next = nullptr;  ///< the field to which the next value belongs
-    bool array = false;
-    std::size_t index = 0;  ///< the index of an array's next element
-    std::string at;         ///< the last name read in an object
-    std::set<std::string> names = {};
-  };
-
-  bool value() {
-    if (!levels_.empty()) ++levels_.back().index;
-    return true;
-  }
-  bool enter(bool array) {
-    Level inner;
-    inner.array = array;
-    if (levels_.empty()) {
-      if (!array) inner.types = types_;
-    } else if (const FieldDescriptor* field = levels_.back().next) {
-      const bool element = levels_.back().array;
-      const bool one =
-          field->message_type() != nullptr && !field->is_map() && field->is_repeated() == element;
-      if (array && one)
-        return refuse("must be an object with the fields " + fields_of(field->message_type()));
-      if (array)
-        inner.next = field->is_repeated() && !field->is_map() && !element ? field : nullptr;
-      else if (field->is_map())
-        inner.map = field;
-      else if (one)
-        inner.types = {field->message_type()};
-    }
-    levels_.push_back(std::move(inner));
-    if (levels_.size() <= max_depth) return true;
-    fault = "nested deeper than " + std::to_string(max_depth) + " levels";
-    return false;
-  }
-  bool leave() {
-    levels_.pop_back();
-    return value();
-  }
-  /// Sets `fault` to the rule at the path of the last name, such as "forms[0].first.Q", and returns
-  /// false, which ends the parse.
-  bool refuse(const std::string& rule) {
-    for (const Level& level : levels_)
-      if (level.array)
-        fault.append("[").append(std::to_string(level.index)).append("]");
-      else
-        fault += (fault.empty() ? "" : ".") + level.at;
-    fault += ": " + rule;
-    return false;
-  }
-
-  Types types_;
-  std::vector<Level> levels_;
-};
 
 /// Sorts the entries of maps by key; protobuf prints them in an order that changes from run to run.
 void sort_maps(const Descriptor& type, nlohmann::ordered_json& json) {
@@ -203,6 +92,21 @@ std::string read(const std::string& path) {
   return text;
 }
 
+/// Returns the text without a byte order mark of UTF-8. Throws BadInput for UTF-16, which begins
+/// with another.
+std::string without_mark(const std::string& name, const std::string& text) {
+  if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff"))
+    throw BadInput(name + ": is UTF-16: must be UTF-8");
+  return text.starts_with(byte_order_mark) ? text.substr(byte_order_mark.size()) : text;
+}
+
+std::string with_matrices_as_objects(const std::string& name, const std::string& text,
+                                     const Types& types) {
+  auto json = nlohmann::json::parse(text);
+  write_out_matrices(types, name + ": ", json);
+  return json.dump();
+}
+
 }  // namespace
 
 void read_message(const std::string& path, google::protobuf::Message* message) {
@@ -219,12 +123,15 @@ void parse_message(const std::string& name, const std::string& text,
   parse_messages(name, text, {message});
 }
 
-void parse_messages(const std::string& name, const std::string& text,
+void parse_messages(const std::string& name, const std::string& given,
                     const std::vector<google::protobuf::Message*>& messages) {
   Types types;
   for (const auto* message : messages) types.push_back(message->GetDescriptor());
-  StrictSyntax syntax(types);
-  if (!nlohmann::json::sax_parse(text, &syntax)) throw BadInput(name + ": " + syntax.fault);
+  const std::string plain = without_mark(name, given);
+  const Syntax syntax = check_syntax(plain, types);
+  if (!syntax.fault.empty()) throw BadInput(name + ": " + syntax.fault);
+  const std::string text =
+      syntax.nested_matrices ? with_matrices_as_objects(name, plain, types) : plain;
   google::protobuf::util::JsonParseOptions options;
   // Fields of the other messages are ignored here; `syntax` has checked that all names are known.
   options.ignore_unknown_fields = messages.size() > 1;

@@ -4,11 +4,15 @@
 
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "stiefel/v1/scene.pb.h"
 
 namespace stiefel::cli {
+
+/// That of UTF-8, with which editors of other systems begin a file.
+inline constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
 
 /// Reads a message from a file in JSON form. Throws BadInput that names the file and the fault:
 /// syntax with line and column, unknown fields, fields given twice, wrong types.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <mutex>
 
+#include "client/cpp/late.h"
 #include "client/cpp/resolved_scene.h"
 #include "client/cpp/scene_arrays.h"
 #include "client/cpp/step_by_stream.h"
@@ -98,8 +99,10 @@ v1::StepResponse Session::step(std::int64_t to, const std::vector<std::string>& 
   request.set_checksum(connection_->options.checksums);
   v1::StepResponse reply;
   try {
-    reply = connection_->call(&Stub::Step, request, connection_->options.compute_timeout,
-                              recreation_.get());
+    reply = in_time(*connection_, id(), to, [&] {
+      return connection_->call(&Stub::Step, request, connection_->options.compute_timeout,
+                               recreation_.get());
+    });
     verify(reply.sample(), "the state at step " + std::to_string(to));
   } catch (const Error& error) {
     if (!is_too_large(error)) throw;
@@ -132,8 +135,10 @@ v1::DiagnoseResponse Session::diagnose(std::int64_t to,
 v1::DiagnoseResponse Session::diagnose(v1::DiagnoseRequest request) const {
   request.set_session_id(id());
   request.set_checksum(connection_->options.checksums);
-  auto reply = connection_->call(&Stub::Diagnose, request, connection_->options.compute_timeout,
-                                 recreation_.get());
+  auto reply = in_time(*connection_, id(), request.to(), [&] {
+    return connection_->call(&Stub::Diagnose, request, connection_->options.compute_timeout,
+                             recreation_.get());
+  });
   verify(reply, "the diagnosis of step " + std::to_string(request.to()));
   return reply;
 }
@@ -144,8 +149,10 @@ Session Session::fork(v1::ForkSessionRequest request) const {
   request.mutable_view()->set_scene(v1::SCENE_VIEW_FILLED_IN);
   request.mutable_view()->set_checksum(connection_->options.checksums);
   const auto ask = [&] {
-    auto reply = connection_->call(&Stub::ForkSession, request,
-                                   connection_->options.compute_timeout, recreation_.get());
+    auto reply = in_time(*connection_, id(), request.from_step(), [&] {
+      return connection_->call(&Stub::ForkSession, request, connection_->options.compute_timeout,
+                               recreation_.get());
+    });
     if (!reply.has_session())
       throw Error(
           grpc::Status(grpc::StatusCode::FAILED_PRECONDITION, reply.run_status().message()));

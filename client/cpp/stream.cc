@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "client/cpp/assembly.h"
+#include "client/cpp/late.h"
 #include "client/cpp/verify.h"
 
 namespace stiefel::client {
@@ -108,7 +109,9 @@ const v1::StreamResponse* Stream::next_batch() {
     computed_before_ += std::exchange(computed_, 0);
     if (status.ok()) break;
     recreation_->check_build(*context_, true);
-    if (!recovers(status, patience, recoveries)) throw connection_->error(status);
+    if (!recovers(status, patience, recoveries))
+      throw with_standing(connection_->error(status), *connection_, request_.session_id(),
+                          request_.to());
     if (last_step_) {
       resume_after(*last_step_);
     } else {

@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "client/cpp/assembly.h"
+#include "client/cpp/late.h"
 #include "client/cpp/verify.h"
 #include "stiefel/client/session.h"
 
@@ -184,7 +185,7 @@ v1::SummarizeResponse Session::summarize(v1::SummarizeRequest request,
     }
     if (reading.begins_anew_after(error)) continue;
     if (!waiting.allows_another(status) && !recreation_->recovers(error, deadline, recoveries))
-      throw error;
+      throw with_standing(error, *connection_, id(), request.to());
   }
 }
 

@@ -42,9 +42,12 @@ constexpr std::array reasons = {
     Reason{"is not in peer certificate", "its certificate has another name"},
     Reason{"CERTIFICATE_VERIFY_FAILED", "its certificate is not trusted"},
     Reason{"certificate verify failed", "its certificate is not trusted"},
+    Reason{"wrong version number", "it does not speak TLS"},
+    Reason{"WRONG_VERSION_NUMBER", "it does not speak TLS"},
     Reason{"Ssl handshake failed", "the TLS handshake failed"},
     Reason{"handshaker shutdown", "nothing that speaks gRPC answers there"},
     Reason{"http1.x server", "nothing that speaks gRPC answers there"},
+    Reason{"Failed parsing HTTP/2", "nothing that speaks gRPC answers there"},
     Reason{"Timeout occurred", "the server does not answer"},
     Reason{"timed out", "the server does not answer"},
     Reason{"Could not contact DNS servers", "no name server answers"},
@@ -53,6 +56,27 @@ constexpr std::array reasons = {
     Reason{"DNS resolution failed", "the name is unknown"},
     Reason{"Name or service not known", "the name is unknown"},
 };
+
+// What gRPC says of a call that a server or a proxy answered without details of ours.
+constexpr std::array answers = {
+    Reason{
+        "Received RST_STREAM with error code 11",
+        "the server or a proxy before it refuses the call as too much: the call's metadata, such "
+        "as its token, is too large, or too many calls come at once"},
+    Reason{"received initial metadata size exceeds",
+           "the call's metadata, such as its token, is larger than the server takes"},
+    Reason{"Received http2 header with status:",
+           "a web server answers there, not a stiefel server"},
+    Reason{"Deadline Exceeded", "the call took longer than its timeout"},
+};
+
+constexpr std::array closings = {"Socket closed", "Connection reset", "Broken pipe"};
+
+/// Whether a server accepted the connection and closed it before anything came.
+bool is_closed_at_once(const std::string& message) {
+  return message.starts_with("failed to connect") &&
+         std::ranges::any_of(closings, [&](const char* part) { return message.contains(part); });
+}
 
 /// Returns the REASON of a message such as "failed to connect to all addresses; last error:
 /// UNKNOWN: ipv4:10.0.0.1:50551: REASON".
@@ -106,14 +130,22 @@ grpc::Status as_unavailable(const grpc::Status& status) {
   return broke ? grpc::Status(grpc::StatusCode::UNAVAILABLE, message) : status;
 }
 
-grpc::Status in_plain_words(const grpc::Status& status, const std::string& address,
-                            bool connected) {
-  if (address.empty() || !status.error_details().empty()) return status;
+grpc::Status in_plain_words(const grpc::Status& status, const std::string& address, bool connected,
+                            bool tls) {
+  if (!status.error_details().empty()) return status;
   const std::string cannot = "cannot reach " + address + ": ";
-  if (status.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED && !connected)
+  const bool late = status.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED;
+  if (late && !connected && !address.empty())
     return {status.error_code(), cannot + "the server does not answer"};
-  if (status.error_code() != grpc::StatusCode::UNAVAILABLE) return status;
   const std::string& message = status.error_message();
+  const auto answer =
+      std::ranges::find_if(answers, [&](const Reason& r) { return message.starts_with(r.grpc); });
+  if (answer != answers.end()) return {status.error_code(), std::string(answer->plain)};
+  if (address.empty() || status.error_code() != grpc::StatusCode::UNAVAILABLE) return status;
+  if (is_closed_at_once(message))
+    return {status.error_code(), cannot + "it closes the connection, as a server " +
+                                     (tls ? "does that asks clients for a certificate"
+                                          : "with TLS does to a client without")};
   const auto found = std::ranges::find_if(
       reasons, [&](const Reason& r) { return message.find(r.grpc) != std::string::npos; });
   return {status.error_code(),

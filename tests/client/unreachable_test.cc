@@ -4,6 +4,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <functional>
+#include <regex>
 #include <stop_token>
 #include <thread>
 
@@ -103,6 +105,31 @@ TEST(Unreachable, GrpcsOwnWordsAreTranslated) {
   EXPECT_EQ(told("failed to connect to all addresses; last error: UNKNOWN: ipv4:10.0.0.1:1: Failed "
                  "to connect to remote host: Some new trouble"),
             "cannot reach host:1: Some new trouble");
+  const std::string last =
+      "failed to connect to all addresses; last error: UNKNOWN: ipv4:10.0.0.1:1: ";
+  EXPECT_EQ(told(last + "Ssl handshake failed: SSL_ERROR_SSL: error:0A00010B:SSL routines::wrong "
+                        "version number"),
+            "cannot reach host:1: it does not speak TLS");
+  EXPECT_EQ(told(last + "Trying to connect an http1.x server"),
+            "cannot reach host:1: nothing that speaks gRPC answers there");
+  EXPECT_EQ(told(last + "Socket closed"),
+            "cannot reach host:1: it closes the connection, as a server with TLS does to a client "
+            "without");
+}
+
+TEST(Unreachable, AnAnswerWithoutDetailsIsTranslatedToo) {
+  const auto told = [](grpc::StatusCode code, const std::string& message) {
+    return in_plain_words({code, message}, "host:1", true).error_message();
+  };
+  using enum grpc::StatusCode;
+  EXPECT_THAT(told(RESOURCE_EXHAUSTED, "Received RST_STREAM with error code 11"),
+              HasSubstr("such as its token, is too large, or too many calls come at once"));
+  EXPECT_EQ(told(RESOURCE_EXHAUSTED, "received initial metadata size exceeds limit"),
+            "the call's metadata, such as its token, is larger than the server takes");
+  EXPECT_EQ(told(UNIMPLEMENTED, "Received http2 header with status: 404"),
+            "a web server answers there, not a stiefel server");
+  EXPECT_EQ(told(DEADLINE_EXCEEDED, "Deadline Exceeded"), "the call took longer than its timeout");
+  EXPECT_EQ(told(UNAVAILABLE, "Socket closed"), "cannot reach host:1: the connection broke");
 }
 
 TEST(Unreachable, WhatAServerSaysItselfIsLeftAsItIs) {
@@ -110,6 +137,41 @@ TEST(Unreachable, WhatAServerSaysItselfIsLeftAsItIs) {
   EXPECT_EQ(in_plain_words(said, "host:1", true).error_message(), said.error_message());
   const grpc::Status other(grpc::StatusCode::NOT_FOUND, "session_id: x: there is no such session");
   EXPECT_EQ(in_plain_words(other, "host:1", true).error_message(), other.error_message());
+}
+
+TEST(Late, SaysWhereTheSessionStandsAndHowLongTheStepsTake) {
+  server::Server server({.listen = {"127.0.0.1:0"}, .log_level = "off"});
+  const Client client(server.in_process_channel(), {.compute_timeout = 300ms});
+  const auto session = client.create(tumbling());
+  constexpr std::int64_t to = 1'000'000'000'000;
+  const double each = session.description().step_price().work();
+  const std::vector<std::function<void()>> calls = {
+      [&] { session.step(to); }, [&] { session.diagnose(to); },
+      [&] {
+        auto stream = session.stream({.to = to, .every = to});
+        while (stream.next_batch() != nullptr) {
+        }
+      },
+      [&] {
+        v1::SummarizeRequest request;
+        request.set_to(to);
+        request.set_every(to);
+        session.summarize(request, [](const v1::SummarizeResponse&) { return true; });
+      }};
+  const std::regex told(
+      "the call took longer than its timeout: step 1000000000000 was not reached; the session "
+      "stands at step ([0-9]+), from where the same call goes on. The steps from there take about "
+      "(\\S+) s of one core \\((\\S+) instructions\\)");
+  for (const auto& call : calls) {
+    const Error error = error_of(call);
+    EXPECT_EQ(error.code(), grpc::StatusCode::DEADLINE_EXCEEDED);
+    const std::string text = error.what();
+    std::smatch found;
+    ASSERT_TRUE(std::regex_match(text, found, told)) << text;
+    const double work = each * static_cast<double>(to - std::stoll(found[1]));
+    EXPECT_NEAR(std::stod(found[3]), work, 0.1 * work);
+    EXPECT_NEAR(std::stod(found[2]), work / 5e9, 0.1 * work / 5e9);
+  }
 }
 
 TEST(Stop, CancelsWhatRunsAndWhatIsYetToBegin) {

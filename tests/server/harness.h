@@ -7,6 +7,7 @@
 #include <memory>
 #include <string>
 
+#include "engine/simulation/run/outline.h"
 #include "server/convert/convert.h"
 #include "server/server.h"
 #include "stiefel/simulation.h"
@@ -92,12 +93,13 @@ struct Harness {
   std::unique_ptr<Stub> stub;
 };
 
-/// The blocks at a step, as bytes, without any of the server's code.
+/// The default fields at a step, as bytes, without any of the server's code.
 inline std::string expected_bytes(const Scene& scene, std::int64_t step) {
   const auto simulation = make_simulation(scene);
   simulation->advance(step);
   std::string bytes;
-  for (std::size_t i = 0; i < simulation->block_count(); ++i) {
+  for (const std::size_t i :
+       default_fields(scene, simulation->fields(), simulation->block_count())) {
     std::vector<double> values(static_cast<std::size_t>(simulation->fields()[i].size()));
     simulation->write(i, values);
     bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(double));

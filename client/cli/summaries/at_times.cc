@@ -25,6 +25,8 @@ std::vector<double> read_times(const std::string& path) {
   if (!file) throw BadInput("--times: " + path + " cannot be read");
   std::vector<double> times;
   for (std::string word; file >> word;) {
+    if (times.empty() && word.starts_with(byte_order_mark)) word.erase(0, byte_order_mark.size());
+    if (word.empty()) continue;
     char* end = nullptr;
     const double time = std::strtod(word.c_str(), &end);
     if (*end != '\0' || !std::isfinite(time))
@@ -50,8 +52,11 @@ std::vector<std::size_t> in_order(const std::vector<double>& times, double step)
   for (std::size_t k = 0; k < times.size(); ++k) {
     const double steps = in_steps(times[k], step);
     if (!(std::floor(steps) >= 0 && std::ceil(steps) <= most))
-      throw refused(k, nlohmann::json(times[k]).dump() +
-                           ": must be in the direction of the scene's step, within 2^53 steps");
+      throw refused(k,
+                    nlohmann::json(times[k]).dump() +
+                        (steps < 0 ? ": must be 0 or have the sign of the scene's step; for this "
+                                     "time, use a step of the other sign"
+                                   : ": must be within 2^53 steps of time 0"));
     order.push_back(k);
   }
   std::ranges::stable_sort(order, {},

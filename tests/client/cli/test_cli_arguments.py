@@ -4,9 +4,13 @@ import pytest
 
 @pytest.mark.parametrize("arguments, fault", [
     ([], "--to is required"),
-    (["--to", "x"], "--to"),
+    (["--to", "x"], "--to: x: must be a whole number"),
+    (["--to", 100.5], "--to: 100.5: must be a whole number: it counts steps; stiefel run --times FILE gives samples between them"),
+    (["--to", "1e300"], "--to: 1e300: must be a whole number"),
+    (["--to", "nan"], "--to: nan: must be a whole number"),
+    (["--to", 5, "--every", 0.5], "--every: 0.5: must be a whole number"),
     (["--to", 5, "--sideways"], "--sideways"),
-    (["--to", -1], "--to: -1"),
+    (["--to", -1], "--to: -1: must be 0 to 9007199254740992; for times before 0, use a negative step in the scene"),
     (["--to", 2**62], "--to: "),
     (["--to", 5, "--from", -1], "--from: -1"),
     (["--to", 5, "--from", 6], "--to: 5"),
@@ -40,6 +44,16 @@ def test_an_unknown_variable_is_warned_of(stiefel, monkeypatch):
 def test_an_unknown_option_is_status_2(stiefel, arguments, near):
     told = stiefel(*arguments)
     assert told.status == 2 and told.err.startswith(f"stiefel: error: unknown option {near}\nSee stiefel ")
+
+
+@pytest.mark.parametrize("thirty", ["30", "30.0", "3e1", "+30", "0.3e2"])
+def test_a_whole_number_may_have_any_form(stiefel, write, scene, thirty):
+    path = write(scene)
+    expected = stiefel("run", path, "--to", 30, "--every", 30, "--from", 0)
+    assert stiefel("run", path, "--to", thirty, "--every", thirty, "--from", "0.0").out == expected.out
+    assert stiefel("diagnose", path, "--to", thirty).status == 0
+    statistics = stiefel("summarize", path, "--to", thirty, "--every", thirty, "--quantity", "energy=last")
+    assert statistics.status == 0 and statistics.json["last_step"] == 30
 
 
 def test_a_fault_of_an_option_is_the_options(stiefel, write, scene):

@@ -1,7 +1,9 @@
 """`stiefel connect`."""
+import json
+
 import numpy as np
 
-from conftest import matrix
+from conftest import EXAMPLES, matrix
 
 
 def test_connect(stiefel, write):
@@ -45,3 +47,18 @@ def test_connect_names_what_is_wrong(stiefel, write):
     frames = {"inertia": [1, 2, 3], "Q_0": matrix(np.eye(3)), "Q_T": matrix(np.diag([1, 1, -1])), "time": 1}
     done = stiefel("connect", write(frames))
     assert done.status == 2 and "det Q_T = -1" in done.err
+
+
+def test_the_example_file_has_frames_as_lists_of_rows(stiefel, write):
+    given = json.loads((EXAMPLES / "frames.json").read_text())
+    done = stiefel("connect", EXAMPLES / "frames.json")
+    assert done.status == 0 and done.json["residual"] < 1e-11
+    scene = {**done.json["scene"], "step": given["time"]}
+    run = stiefel("run", write(scene, "found.json"), "--to", 1, "--fields", "Q").json
+    np.testing.assert_allclose(run["samples"][-1]["fields"]["Q"]["values"], np.ravel(given["Q_T"]), atol=1e-8)
+    objects = {**given, "Q_0": matrix(given["Q_0"]), "Q_T": matrix(given["Q_T"])}
+    assert stiefel("connect", write(objects)).json == done.json
+    pairs = [{"Q_0": given["Q_0"], "Q_T": given["Q_T"]}]
+    assert stiefel("connect", write({"inertia": given["inertia"], "time": 2, "pairs": pairs})).json["geodesics"] == [done.json]
+    ragged = stiefel("connect", write({**given, "Q_T": [[0, 0, 1, 0], [0, 1]]}))
+    assert ragged.status == 2 and "scene.json: Q_T: must be rows of one length" in ragged.err

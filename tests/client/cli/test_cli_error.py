@@ -2,9 +2,10 @@
 import json
 import re
 
+import numpy as np
 import pytest
 
-from conftest import EXAMPLES
+from conftest import EXAMPLES, matrix
 
 
 def test_invariants_kept_is_not_attitude_accurate(stiefel, write):
@@ -24,8 +25,17 @@ def test_invariants_kept_is_not_attitude_accurate(stiefel, write):
     assert 1e-14 < tenth["attitude"] < 2e-12
 
 
+def test_an_estimate_of_less_than_ten_milliseconds_is_always_there(stiefel, write, scene):
+    for to in (0, 1, 2):
+        error = stiefel("diagnose", write(scene), "--to", to).json["diagnosis"]["estimated_error"]
+        assert "missing" not in error and 0 < error["attitude"] < 1e-3 and error["run_work"] < error["work"] < 5e7
+
+
 def test_an_estimate_that_costs_more_than_the_run_is_for_those_who_ask(stiefel, write, scene):
-    path = write(scene)
+    M = np.triu(np.ones((20, 20)), 1)
+    large = {"system": "rigid_body", "method": {"name": "rk4"}, "inertia": list(range(1, 21)), "step": 0.01,
+             "initial": {"Q": matrix(np.eye(20)), "M": matrix(M - M.T)}}
+    path = write(large)
     for command in ("run", "diagnose"):
         shy, asked, never = (stiefel(command, path, "--to", 2, *more).json["diagnosis"]
                              for more in ([], ["--error"], ["--no-error"]))

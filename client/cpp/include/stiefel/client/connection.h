@@ -161,7 +161,8 @@ struct Connection {
   Error error(const grpc::Status& status) const {
     const bool connected = !channel || channel->GetState(false) == GRPC_CHANNEL_READY;
     const bool stopped = options.stop.stop_requested();
-    return Error(in_plain_words(stopped ? status : as_unavailable(status), address, connected));
+    return Error(in_plain_words(stopped ? status : as_unavailable(status), address, connected,
+                                options.security.tls.has_value()));
   }
 
   using Stub = v1::SimulationService::Stub;

@@ -19,7 +19,7 @@ struct Range {
   std::int64_t from = 0;
   std::int64_t to = 0;
   std::int64_t every = 1;
-  /// The system's blocks when empty.
+  /// When empty: quaternion and angular_velocity in a scene with `body`, else the system's blocks.
   std::vector<std::string> fields = {};
   /// Asks for a checkpoint after the last sample.
   bool return_checkpoint = false;

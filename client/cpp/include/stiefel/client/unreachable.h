@@ -22,7 +22,9 @@ grpc::Status as_unavailable(const grpc::Status& status);
 /// Replaces gRPC's message for a call that found no server by one such as "cannot reach HOST:PORT:
 /// the connection is refused". Returns any other status unchanged, also one with details, which
 /// comes from the server. `connected`: whether the channel was connected when the call failed; if
-/// not, an expired deadline means that the server does not answer.
-grpc::Status in_plain_words(const grpc::Status& status, const std::string& address, bool connected);
+/// not, an expired deadline means that the server does not answer. `tls`: whether the channel has
+/// TLS.
+grpc::Status in_plain_words(const grpc::Status& status, const std::string& address, bool connected,
+                            bool tls = false);
 
 }  // namespace stiefel::client
