@@ -52,11 +52,9 @@ std::vector<std::size_t> in_order(const std::vector<double>& times, double step)
   for (std::size_t k = 0; k < times.size(); ++k) {
     const double steps = in_steps(times[k], step);
     if (!(std::floor(steps) >= 0 && std::ceil(steps) <= most))
-      throw refused(k,
-                    nlohmann::json(times[k]).dump() +
-                        (steps < 0 ? ": must be 0 or have the sign of the scene's step; for this "
-                                     "time, use a step of the other sign"
-                                   : ": must be within 2^53 steps of time 0"));
+      throw refused(k, nlohmann::json(times[k]).dump() +
+                           ": must be in the direction of the scene's step, within 2^53 steps" +
+                           (steps < 0 ? "; for this time, use a step of the other sign" : ""));
     order.push_back(k);
   }
   std::ranges::stable_sort(order, {},
