@@ -1,8 +1,28 @@
 """Certificates for tests, made by the program openssl."""
 import subprocess
+from datetime import datetime, timedelta, timezone
 from pathlib import Path
 from typing import NamedTuple
 
+# `openssl ca` takes any dates, `openssl x509` only some. Python 3.13 asks for the identifiers, and for the key usage of the
+# authority.
+SETTINGS = """[ca]
+default_ca = settings
+[settings]
+database = {folder}/issued
+new_certs_dir = {folder}
+rand_serial = yes
+unique_subject = no
+default_md = sha256
+policy = names
+copy_extensions = copy
+x509_extensions = identifiers
+[names]
+commonName = supplied
+[identifiers]
+subjectKeyIdentifier = hash
+authorityKeyIdentifier = keyid
+"""
 EC = ["-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes"]
 
 
@@ -20,15 +40,21 @@ class Authority:
         self.folder.mkdir()
         self.ca = str(self.folder / "ca.pem")
         openssl("req", "-x509", *EC, "-keyout", self.folder / "ca.key", "-out", self.ca, "-days", "2",
-                "-subj", f"/CN={name}", "-addext", "basicConstraints=critical,CA:TRUE")
+                "-subj", f"/CN={name}", "-addext", "basicConstraints=critical,CA:TRUE",
+                "-addext", "keyUsage=critical,keyCertSign,cRLSign")
+        (self.folder / "issued").touch()
+        (self.folder / "settings").write_text(SETTINGS.format(folder=self.folder))
 
     def issue(self, name="server", hosts=("DNS:localhost", "IP:127.0.0.1"), days=2):
         """Returns a certificate for `hosts` that is valid for `days`; a negative number gives an expired one."""
         certificate, key, request = (str(self.folder / f"{name}.{end}") for end in ("pem", "key", "csr"))
         openssl("req", *EC, "-keyout", key, "-out", request, "-subj", f"/CN={name}",
                 "-addext", f"subjectAltName={','.join(hosts)}")
-        openssl("x509", "-req", "-in", request, "-CA", self.ca, "-CAkey", self.folder / "ca.key", "-CAcreateserial",
-                "-days", days, "-copy_extensions", "copy", "-out", certificate)
+        now = datetime.now(timezone.utc)
+        begin, end = (f"{now + timedelta(days=one):%Y%m%d%H%M%SZ}" for one in (min(days, 0) - 1, days))
+        openssl("ca", "-batch", "-notext", "-config", self.folder / "settings", "-cert", self.ca,
+                "-keyfile", self.folder / "ca.key", "-in", request, "-startdate", begin, "-enddate", end,
+                "-out", certificate)
         return Identity(certificate, key)
 
 

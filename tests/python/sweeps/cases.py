@@ -1,5 +1,10 @@
 """What the tests of sweeps share: a body, points, and chunks so small that a sweep has many."""
+import functools
 import json
+import multiprocessing
+import subprocess
+import sys
+from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
 import pytest
@@ -33,6 +38,28 @@ def _without_xarray(self):
 
 def sweep(**options):
     return stiefel.sweep(**{"scene": SCENE, "axes": AXES, "to": TO, "summarize": SUMMARIZE, "zipped": True, **options})
+
+
+def processes(workers, **options):
+    """A pool of processes that are not forked: `can_fork` says why."""
+    return ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"), **options)
+
+
+FORK = """
+import os, stiefel
+with stiefel.Server.start() as server, stiefel.Client(server.address) as client:
+    client.describe()
+    os.fork() or os._exit(0)
+"""
+
+
+@functools.cache
+def can_fork():
+    """Whether a process with a gRPC channel can fork: with the gRPC of Debian 13 `fork` never returns."""
+    try:
+        return subprocess.run([sys.executable, "-c", FORK], timeout=30, stderr=subprocess.DEVNULL).returncode == 0
+    except subprocess.TimeoutExpired:
+        return False
 
 
 def failures(result):

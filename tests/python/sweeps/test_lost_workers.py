@@ -6,12 +6,12 @@ import signal
 import subprocess
 import sys
 import time
-from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 
 import pytest
-from cases import failures, small_chunks, sweep  # noqa: F401
+from cases import can_fork, failures, processes, small_chunks, sweep  # noqa: F401
 
 import stiefel
 from stiefel.sweeps import own_server, worker
@@ -52,7 +52,7 @@ def losing_a_worker(pool):
 
 
 def test_a_killed_worker_costs_its_chunk():
-    with losing_a_worker(ProcessPoolExecutor(2)) as pool:
+    with losing_a_worker(processes(2)) as pool:
         found = sweep(to=20_000, executor=pool)
     assert found.attrs["sha256"] == sweep(to=20_000).attrs["sha256"]
     assert failures(found)["BrokenProcessPool"] >= 1
@@ -78,7 +78,7 @@ def test_an_executor_may_be_made_anew_by_the_caller():
     made = []
 
     def make():
-        pool = ProcessPoolExecutor(1)
+        pool = processes(1)
         made.append(pool if made else losing_a_worker(pool))
         return made[-1]
 
@@ -120,12 +120,15 @@ def test_chunks_that_a_scheduler_gave_up_are_given_again():
 
 
 def test_a_chunk_that_kills_its_worker_is_given_up_and_the_rest_is_kept(monkeypatch):
+    others = []
+
     class Poisoned(ThreadPoolExecutor):
         def submit(self, function, task):
             if getattr(task, "index", None) == 3 and function is worker.compute:
-                time.sleep(0.1)  # the others are computed meanwhile
+                wait(others[-3:])
                 return failed(KilledWorker("task"))
-            return super().submit(function, task)
+            others.append(super().submit(function, task))
+            return others[-1]
 
     with Poisoned(2) as threads, pytest.raises(stiefel.SweepFailed) as caught:
         sweep(executor=threads)
@@ -137,7 +140,7 @@ def test_a_chunk_that_kills_its_worker_is_given_up_and_the_rest_is_kept(monkeypa
 
 
 def test_a_pool_whose_workers_all_die_is_given_up(tmp_path):
-    with ProcessPoolExecutor(1, initializer=os._exit, initargs=(1,)) as pool:
+    with processes(1, initializer=os._exit, initargs=(1,)) as pool:
         with pytest.raises(stiefel.SweepFailed, match="takes no tasks: BrokenProcessPool: ") as caught:
             sweep(executor=pool)
     assert caught.value.done == 0 and caught.value.partial is None
@@ -148,14 +151,16 @@ def test_an_executor_that_breaks_for_good_leaves_what_is_done():
         """Neither a process pool nor a function that makes one: nothing can be put in its place."""
 
         def __init__(self):
-            self.threads, self.count = ThreadPoolExecutor(1), 0
+            self.threads, self.chunks = ThreadPoolExecutor(1), []
 
         def submit(self, function, *arguments):
-            self.count += 1
-            if self.count > 8:
-                time.sleep(0.3)  # the first chunk has begun
+            if len(self.chunks) == 6:
+                wait(self.chunks[:1])
                 raise BrokenExecutor("no more")
-            return self.threads.submit(function, *arguments)
+            given = self.threads.submit(function, *arguments)
+            if function is worker.compute:
+                self.chunks.append(given)
+            return given
 
     with pytest.raises(stiefel.SweepFailed, match="the executor takes no more tasks: BrokenExecutor: no more; .* of 15 chunks are done") as caught:
         sweep(executor=Breaking())
@@ -200,11 +205,11 @@ def test_which_errors_are_the_workers(error, dead):
 
 
 def test_the_server_of_a_worker_that_was_killed_ends():
-    with ProcessPoolExecutor(1) as pool:
+    with processes(1) as pool:
         sweep(executor=pool)
         server = pool.submit(_server_of_this_process).result()
         os.kill(next(iter(pool._processes)), signal.SIGKILL)
-        end = time.monotonic() + 30
+        end = time.monotonic() + 60
         while _runs(server) and time.monotonic() < end:
             time.sleep(0.05)
     assert not _runs(server)
@@ -213,14 +218,13 @@ def test_the_server_of_a_worker_that_was_killed_ends():
 POOL = """
 import sys
 sys.path.insert(0, {here!r})
-from concurrent.futures import ProcessPoolExecutor
 import stiefel.sweeps.chunks
-from cases import sweep
+from cases import processes, sweep
 from test_lost_workers import _server_of_this_process
 
 if __name__ == "__main__":
     stiefel.sweeps.chunks.LARGEST = 2  # both have tasks
-    pool = ProcessPoolExecutor(2)
+    pool = processes(2)
     sweep(executor=pool)
     print(*pool._processes, pool.submit(_server_of_this_process).result(), flush=True)
     sys.stdin.read()
@@ -235,7 +239,7 @@ def test_the_workers_of_a_client_that_was_killed_end():
     assert len(left) == 3 and all(map(_runs, left))
     program.kill()
     program.wait()
-    end = time.monotonic() + 30
+    end = time.monotonic() + 60
     while any(map(_runs, left)) and time.monotonic() < end:
         time.sleep(0.05)
     assert not any(map(_runs, left))
@@ -254,6 +258,8 @@ def _runs(pid):
 
 
 def test_a_forked_child_leaves_the_server_of_its_parent_alone():
+    if not can_fork():
+        pytest.skip("the installed gRPC cannot fork")
     own = own_server.OwnServer()
     own.use(lambda client: client.describe(), own_server.Share(1))
     server = own._held.server

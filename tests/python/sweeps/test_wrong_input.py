@@ -1,9 +1,9 @@
 """Wrong input: an error with the path and the rule, before work starts."""
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from cases import MOMENTS, SCENE, SPINS, plain_result, small_chunks, sweep  # noqa: F401
+from cases import MOMENTS, SCENE, SPINS, plain_result, processes, small_chunks, sweep  # noqa: F401
 
 import stiefel
 
@@ -94,7 +94,7 @@ def test_a_point_that_is_no_body_is_found_with_its_place(monkeypatch):
 def test_what_is_done_is_kept_when_a_late_point_is_wrong(small_chunks, plain_result, tmp_path, on):
     moments = MOMENTS.copy()
     moments[58] = [1, -2, 3]
-    options = {"executor": lambda: ProcessPoolExecutor(1)} if on == "processes" else {}
+    options = {"executor": lambda: processes(1)} if on == "processes" else {}
     if on == "store":
         pytest.importorskip("zarr")
         options["store"] = tmp_path / "store"
@@ -123,7 +123,7 @@ def test_what_is_done_is_kept_when_a_task_raises_what_nobody_knows(small_chunks,
 
 @pytest.mark.parametrize("on", ["cores", "processes", "store"])
 def test_impossible_moments_of_any_point_give_a_warning(small_chunks, plain_result, tmp_path, on):
-    options = {} if on == "cores" else {"executor": lambda: ProcessPoolExecutor(2)}
+    options = {} if on == "cores" else {"executor": lambda: processes(2)}
     if on == "store":
         pytest.importorskip("zarr")
         options["store"] = tmp_path / "store"
