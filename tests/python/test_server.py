@@ -49,7 +49,7 @@ def test_it_stops_when_forgotten():
     server = stiefel.Server.start()
     process = server.process
     del server
-    assert process.wait(10) == 0
+    assert process.wait(60) == 0
 
 
 @pytest.mark.parametrize("end", ["sys.exit(0)", "os._exit(1)", "os.kill(os.getpid(), signal.SIGKILL)"])
@@ -96,10 +96,8 @@ def sockets(tmp_path, monkeypatch):
 
 def test_a_program_that_says_nothing_is_killed(program, tmp_path, sockets):
     program(f"echo $$ > {tmp_path}/pid; echo loading >&2; trap '' TERM; while :; do sleep 0.05; done")
-    start = time.monotonic()
-    with pytest.raises(stiefel.NotStarted, match="did not say within 0.5 s where it listens.*\n  loading") as caught:
-        stiefel.Server.start(timeout=0.5)
-    assert time.monotonic() - start < 4
+    with pytest.raises(stiefel.NotStarted, match="did not say within 2 s where it listens.*\n  loading") as caught:
+        stiefel.Server.start(timeout=2)
     assert caught.value.status is None and caught.value.stderr == "loading"
     assert not is_running(int((tmp_path / "pid").read_text())) and list(sockets.iterdir()) == []
 
@@ -122,7 +120,7 @@ def test_a_socket_goes_with_its_killed_parent(sockets, tmp_path):
     assert len(list(sockets.iterdir())) == 1
     parent.kill()
     parent.communicate()
-    end = time.monotonic() + 20
+    end = time.monotonic() + 60
     while list(sockets.iterdir()) and time.monotonic() < end:
         time.sleep(0.01)
     assert list(sockets.iterdir()) == []
@@ -161,7 +159,7 @@ def test_a_program_that_says_something_else(program):
 def test_a_program_that_writes_much_before_it_listens(program):
     program("head -c 1000000 /dev/zero | tr '\\0' x >&2; echo the end >&2; exit 3")
     with pytest.raises(stiefel.NotStarted) as caught:
-        stiefel.Server.start(timeout=10)
+        stiefel.Server.start(timeout=60)
     assert caught.value.status == 3 and caught.value.stderr.endswith("the end") and len(caught.value.stderr) <= 65536
 
 
@@ -177,7 +175,7 @@ def test_what_it_writes_to_stderr_is_seen(capfd, program):
     program("echo early >&2; echo listening on nowhere; echo late >&2; read line; echo last >&2")
     with stiefel.Server.start() as server:
         server.process.stdin.close()
-        server.process.wait(10)
+        server.process.wait(60)
     assert capfd.readouterr().err == "early\nlate\nlast\n"
 
 

@@ -51,8 +51,9 @@ constexpr std::optional<std::string> near_name(std::string_view given, const Ite
     const std::size_t longer = std::max(given.size(), candidate.size());
     const std::size_t distance = name_distance(given, candidate);
     const bool close = distance <= most && 2 * distance < longer;
-    const bool beginning = shorter >= least_beginning && distance == longer - shorter &&
-                           name_distance(given.substr(0, shorter), candidate.substr(0, shorter)) == 0;
+    const bool beginning =
+        shorter >= least_beginning && distance == longer - shorter &&
+        name_distance(given.substr(0, shorter), candidate.substr(0, shorter)) == 0;
     if (!(close || beginning) || distance >= least) continue;
     least = distance;
     nearest = candidate;

@@ -62,11 +62,26 @@ def read_until(end, pattern, seconds=60):
     return seen.decode()
 
 
-def wait_for(path, seconds=30):
+def wait_until(holds, seconds=120):
     deadline = time.monotonic() + seconds
-    while not path.exists():
-        assert time.monotonic() < deadline, path
+    while not holds():
+        assert time.monotonic() < deadline
         time.sleep(0.01)
+
+
+def wait_until_it_computes(process, seconds=0.5):
+    """Until the process has taken that much processor time."""
+    def taken():
+        with open(f"/proc/{process.pid}/stat", encoding="ascii") as stat:
+            return sum(map(int, stat.read().rpartition(")")[2].split()[11:13])) / os.sysconf("SC_CLK_TCK")
+    wait_until(lambda: taken() >= seconds)
+
+
+def signals(process, which):
+    """A set of signals of the process: "SigBlk", those that it blocks, "ShdPnd", those that wait."""
+    with open(f"/proc/{process.pid}/status", encoding="ascii") as status:
+        mask = next(int(line.split()[1], 16) for line in status if line.startswith(which))
+    return {number for number in range(1, 65) if mask >> (number - 1) & 1}
 
 
 # Interrupted
@@ -77,10 +92,10 @@ def wait_for(path, seconds=30):
 def test_an_interrupted_run_leaves_no_file_and_says_how_far_it_got(start, write, scene, tmp_path, extension, how):
     (tmp_path / f"out.{extension}").write_text("before")
     run = start("run", write(scene), "--to", FAR, "--every", 10**6, "--output", f"out.{extension}")
-    wait_for(tmp_path / f"out.{extension}.part")
-    time.sleep(2.5)
+    wait_until((tmp_path / f"out.{extension}.part").exists)
+    wait_until_it_computes(run)
     run.send_signal(how)
-    out, err = run.communicate(timeout=30)
+    out, err = run.communicate(timeout=60)
     assert run.returncode == -how  # by the signal: 128 + signal to a shell
     said = re.fullmatch(rf"stiefel: interrupted at step (\d+) of {FAR}; nothing was written", last_line(err))
     assert said and 0 < int(said[1]) < FAR
@@ -94,14 +109,14 @@ def test_a_shell_sees_130(write, scene):
     shell = subprocess.Popen(["bash", "-c", command], stdout=subprocess.PIPE, text=True, start_new_session=True)
     shell.stdout.readline()  # the command has begun
     os.killpg(shell.pid, signal.SIGINT)
-    assert shell.communicate(timeout=30)[0].splitlines()[-1] == "130"
+    assert shell.communicate(timeout=60)[0].splitlines()[-1] == "130"
 
 
 def test_interrupted_json_on_stdout_is_whole(start, write, scene):
     run = start("run", write(scene), "--to", FAR, "--every", 10**5)
     first = run.stdout.readline() + run.stdout.readline()
     run.send_signal(signal.SIGINT)
-    out, err = run.communicate(timeout=30)
+    out, err = run.communicate(timeout=60)
     assert run.returncode == -signal.SIGINT
     result = json.loads(first + out)
     assert result["outcome"] == "CANCELLED" and result["message"] == "interrupted"
@@ -116,11 +131,12 @@ def test_interrupted_json_on_stdout_is_whole(start, write, scene):
 def test_other_commands_are_interrupted_too(start, write, scene, tmp_path, how):
     diagnose = start("diagnose", write(scene), "--to", FAR)
     tradeoff = start("tradeoff", write({**scene, "step": 0.1}, "other.json"), "--budget", "1e13", "--output", "p.json")
-    time.sleep(1.5)
+    wait_until_it_computes(diagnose)
+    wait_until_it_computes(tradeoff)
     for command, said in [(diagnose, rf"at step \d+ of {FAR}"),
                           (tradeoff, r"(before the first point|after \d+ of about \d+ points); nothing was written")]:
         command.send_signal(how)
-        out, err = command.communicate(timeout=30)
+        out, err = command.communicate(timeout=60)
         assert command.returncode == -how
         assert re.fullmatch(f"stiefel: interrupted {said}", last_line(err))
         assert out == b""
@@ -130,9 +146,10 @@ def test_other_commands_are_interrupted_too(start, write, scene, tmp_path, how):
 def test_an_interrupt_ends_a_command_that_waits_for_its_reader(start, write, scene):
     """The pipe of stdout is full, so that the command cannot stop by itself."""
     run = start("run", write(scene), "--to", 10**9, "--every", 1)
-    time.sleep(1.5)
+    full = fcntl.fcntl(run.stdout, fcntl.F_GETPIPE_SZ)
+    wait_until(lambda: struct.unpack("i", fcntl.ioctl(run.stdout, termios.FIONREAD, b"\0" * 4))[0] == full)
     run.send_signal(signal.SIGINT)
-    assert run.wait(timeout=30) == -signal.SIGINT
+    assert run.wait(timeout=60) == -signal.SIGINT
     assert run.stderr.read().startswith(b"stiefel: interrupted")
 
 
@@ -140,13 +157,13 @@ def test_a_second_interrupt_ends_it_at_once(start, write, scene, tmp_path):
     scene_file, fifo = write(scene), tmp_path / "fifo"
     os.mkfifo(fifo)
     run = start("run", fifo, "--to", 10)  # waits for who writes the scene
-    time.sleep(0.5)
+    wait_until(lambda: signal.SIGTERM in signals(run, "SigBlk"))  # a thread of the command takes it
     begun = time.monotonic()
     run.send_signal(signal.SIGTERM)
-    time.sleep(0.1)
+    wait_until(lambda: signal.SIGTERM not in signals(run, "ShdPnd"))
     run.send_signal(signal.SIGTERM)
-    assert run.wait(timeout=30) == -signal.SIGTERM
-    assert time.monotonic() - begun < 1
+    assert run.wait(timeout=60) == -signal.SIGTERM
+    assert time.monotonic() - begun < 3, "after 3 s the first one ends it"
     assert run.stderr.read() == b"stiefel: interrupted\n"
     assert scene_file.exists()
 
@@ -169,12 +186,12 @@ def test_the_session_on_a_server_is_deleted(start, write, scene, tmp_path):
     try:
         assert server.stdout.readline().startswith("listening")
         run = start("run", write(scene), "--to", FAR, "--output", "out.csv", "--server", address)
-        time.sleep(1.5)
+        wait_until_it_computes(server)
         run.send_signal(signal.SIGINT)
-        assert run.wait(timeout=30) == -signal.SIGINT
+        assert run.wait(timeout=60) == -signal.SIGINT
     finally:
         server.terminate()
-        log = [json.loads(line) for line in server.communicate(timeout=30)[1].splitlines()]
+        log = [json.loads(line) for line in server.communicate(timeout=60)[1].splitlines()]
     assert [line["code"] for line in log if line.get("method") == "DeleteSession"] == ["OK"]
     assert {line["code"] for line in log if line.get("method") == "Stream" and "code" in line} == {"CANCELLED"}
     assert {line["message"] for line in log if "method" in line} == {"rpc", "rpc begins"}
@@ -207,13 +224,13 @@ def test_without_a_terminal_there_is_a_line_every_ten_seconds(start, write, scen
     lines = {}
     for command in (run, tradeoff, diagnose):
         lines[command] = command.stderr.readline().decode()
-        assert 9 < time.monotonic() - begun < 20
+        assert 9 < time.monotonic() - begun
     step = rf"stiefel: 0 %, step [1-9]\d+ of {FAR}, \S+ steps/s, ETA .+\n"
     assert re.fullmatch(step, lines[run]) and re.fullmatch(step, lines[diagnose])
     assert re.fullmatch(r"stiefel: (solving the reference, 0:\d\d|\d+ %, \d+ of about \d+ points.*)\n", lines[tradeoff])
     assert all(len(line) <= 80 for line in lines.values())
     second = run.stderr.readline().decode()
-    assert re.fullmatch(step, second) and 19 < time.monotonic() - begun < 35
+    assert re.fullmatch(step, second) and 19 < time.monotonic() - begun
 
 
 def test_a_short_command_says_nothing(stiefel, write, scene):

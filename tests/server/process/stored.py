@@ -18,7 +18,7 @@ def scene_of(number, n=12):
 
 
 def blocks(stub, id, step):
-    reply = stub.Step(pb.StepRequest(session_id=id, to=step), timeout=20)
+    reply = stub.Step(pb.StepRequest(session_id=id, to=step), timeout=60)
     return [field.value.data for field in reply.sample.fields]
 
 
@@ -32,7 +32,7 @@ def is_deleted(stub, id):
     """Whether a handle that has lost the session is told that it may not create it again."""
     request = pb.CreateSessionRequest(session_id=id, scene=scene_of(1), recreate=True)
     try:
-        stub.CreateSession(request, timeout=20)
+        stub.CreateSession(request, timeout=60)
     except grpc.RpcError as error:
         return reason(error) == "SESSION_DELETED"
     return False

@@ -25,4 +25,4 @@ def test_a_compressed_request_is_refused_before_it_is_inflated(serve, algorithm)
             assert "ompression" in refused.value.details()
     assert process.memory() - before < 50e6
     with process.channel() as channel:
-        assert rpc.SimulationServiceStub(channel).Describe(pb.DescribeRequest(), timeout=5).version
+        assert rpc.SimulationServiceStub(channel).Describe(pb.DescribeRequest(), timeout=60).version

@@ -51,8 +51,8 @@ def test_every_panel_has_data(read_by_prometheus):
             # Errors and a stream, so that the panels of them have what they show.
             session.step(10)
             with pytest.raises(grpc.RpcError):
-                stub.GetSession(pb.GetSessionRequest(session_id="nobody"), timeout=10)
-            list(stub.Stream(pb.StreamRequest(session_id=session.id, to=100), timeout=10))
+                stub.GetSession(pb.GetSessionRequest(session_id="nobody"), timeout=60)
+            list(stub.Stream(pb.StreamRequest(session_id=session.id, to=100), timeout=60))
             missing.difference_update([one for one in missing if prometheus.has_data(concrete(one))])
             return not missing
         eventually(all_seen, 60)
@@ -73,7 +73,7 @@ def test_every_rule_is_evaluated(read_by_prometheus):
 def test_every_metric_that_is_named_is_exported(serve):
     process = serve("--metrics", "127.0.0.1:0")
     url = process.child.stdout.readline().split()[-1]
-    with urllib.request.urlopen(url, timeout=10) as page:
+    with urllib.request.urlopen(url, timeout=60) as page:
         exported = set(re.findall(r"^([a-z_]+)", page.read().decode(), re.M))
     rules = yaml.safe_load(RULES.read_text(encoding="utf-8"))
     expressions = [expression for _, expression in QUERIES]

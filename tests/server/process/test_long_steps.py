@@ -1,6 +1,5 @@
 """Calls whose work is far longer than their request lets one expect leave the server to the others."""
 import threading
-import time
 
 import grpc
 import pytest
@@ -9,8 +8,8 @@ from test_cancel import Replies, bodies, body
 from stiefel import v1 as pb
 from stiefel.v1 import simulation_pb2_grpc as rpc
 
-#: Seconds for an answer on a machine that is busy; it is milliseconds on one that has time.
-SOON = 2.0
+#: Seconds of processor time that the server may take for what should take it milliseconds.
+SOON = 3.0
 
 
 def connected(process):
@@ -27,11 +26,9 @@ def create(stub, name, scene):
 
 
 def healthy(process):
-    """Seconds until the server says that it serves."""
-    before = time.monotonic()
+    """Waits until the server says that it serves."""
     check = process.channel(options=[("grpc.use_local_subchannel_pool", 1)]).unary_unary("/grpc.health.v1.Health/Check")
-    check(b"", timeout=30)
-    return time.monotonic() - before
+    return check(b"", timeout=60) == b"\x08\x01"
 
 
 def ended(replies, method, count):
@@ -39,7 +36,7 @@ def ended(replies, method, count):
     def found():
         return [entry for entry in replies.lines if '"message":"rpc"' in entry[1] and f'"method":"{method}"' in entry[1]]
     with replies.news:
-        assert replies.news.wait_for(lambda: len(found()) >= count, 30), replies.lines
+        assert replies.news.wait_for(lambda: len(found()) >= count, 60), replies.lines
         return found()
 
 
@@ -65,18 +62,21 @@ def test_long_steps_do_not_make_the_server_deaf(serve, name, method):
     calls = []
     for caller in callers:
         if method == "Step":
-            calls.append(caller.Step.future(pb.StepRequest(session_id="long", to=1, fields=["M"]), timeout=0.3))
+            calls.append(caller.Step.future(pb.StepRequest(session_id="long", to=1, fields=["M"]), timeout=300))
         else:
-            calls.append(caller.Drive(iter([pb.DriveRequest(session_id="long", to=1, fields=["M"])]), timeout=0.3))
+            calls.append(caller.Drive(iter([pb.DriveRequest(session_id="long", to=1, fields=["M"])]), timeout=300))
             threading.Thread(target=drained, args=(calls[-1],), daemon=True).start()
-    time.sleep(0.15)
-    assert healthy(process) < SOON
-    before = time.monotonic()
-    others.Step(pb.StepRequest(session_id="short", to=100_000), timeout=30)
-    assert time.monotonic() - before < SOON
-    begun = time.monotonic()
+    before = process.processor_seconds()
+    for caller in callers:
+        caller.Describe(pb.DescribeRequest(), timeout=60)  # on the connection of a long call: it is there
+    assert healthy(process)
+    others.Step(pb.StepRequest(session_id="short", to=100_000), timeout=60)
+    assert process.processor_seconds() - before < SOON
+    before = process.processor_seconds()
+    for call in calls:
+        call.cancel()
     ended(replies, method, len(calls) + (method == "Step"))
-    assert time.monotonic() - begun < SOON
+    assert process.processor_seconds() - before < SOON
 
 
 def drained(call):
@@ -95,9 +95,9 @@ def test_a_call_that_waits_for_a_worker_ends_when_its_caller_leaves(serve, leave
     for name in ("busy", "waiting"):
         create(stub, name, body(8, step=1e10, name="gauss4"))
     # The one worker that takes such steps is busy for minutes.
-    busy = stub.Step.future(pb.StepRequest(session_id="busy", to=1000), timeout=60)
-    time.sleep(0.3)
-    seconds = 0.3 if leave == "expired" else 60
+    busy = stub.Step.future(pb.StepRequest(session_id="busy", to=1000), timeout=300)
+    process.computes()
+    seconds = 2 if leave == "expired" else 300
     waiting = {
         "Step": stub.Step.future(pb.StepRequest(session_id="waiting", to=1), timeout=seconds),
         "Diagnose": stub.Diagnose.future(pb.DiagnoseRequest(session_id="waiting"), timeout=seconds),
@@ -107,14 +107,12 @@ def test_a_call_that_waits_for_a_worker_ends_when_its_caller_leaves(serve, leave
         "Summarize": stub.Summarize(pb.SummarizeRequest(session_id="waiting", to=1, quantities=[pb.Quantity(name="M")]),
                                     timeout=seconds),
     }
-    time.sleep(0.3)
-    left = time.monotonic()
+    stub.Describe(pb.DescribeRequest(), timeout=60)  # on their connection: they are there
     if leave == "cancelled":
         for call in waiting.values():
             call.cancel()
     for method in waiting:
         end = ended(replies, method, 3 if method == "CreateSession" else 1)[-1]
-        assert end[0] - left < SOON, method
         assert '"code":"CANCELLED"' in end[1] or '"code":"DEADLINE_EXCEEDED"' in end[1], end[1]
     assert not busy.done()
     busy.cancel()
@@ -126,11 +124,11 @@ def test_lists_of_large_ensembles_leave_the_connections_alone(serve):
     for k in range(4):
         create(stub, f"s{k}", bodies(65536))
     view = pb.SessionView(scene=pb.SCENE_VIEW_FILLED_IN)
-    before = time.monotonic()
+    before = process.processor_seconds()
     calls = [connected(process).ListSessions.future(pb.ListSessionsRequest(view=view)) for _ in range(8)]
     calls += [connected(process).GetSession.future(pb.GetSessionRequest(session_id=f"s{k}", view=view)) for k in range(4)]
-    assert healthy(process) < 1
+    assert healthy(process)
     for call in calls:
-        call.result(30)
+        call.result(60)
     # Computed anew for each session and call, the warnings alone would take five seconds.
-    assert time.monotonic() - before < SOON
+    assert process.processor_seconds() - before < SOON

@@ -19,7 +19,7 @@ MiB = 1 << 20
 def test_no_amount_of_memory(value):
     for arguments, variables in [([f"--memory={value}"], {}), ([], {"STIEFEL_MEMORY": value})]:
         told = subprocess.run([os.environ["STIEFEL_SERVER"], "check", *arguments], capture_output=True, text=True,
-                              timeout=20, env={**os.environ, **variables})
+                              timeout=60, env={**os.environ, **variables})
         assert told.returncode != 0 and f"'{value}' must be a number of bytes" in told.stderr
 
 
@@ -149,5 +149,5 @@ def test_memory_goes_back(serve):
         full = process.resident()
         for k in range(40):
             stub.DeleteSession(pb.DeleteSessionRequest(session_id=f"s{k}"))
-        assert eventually(lambda: process.resident() - idle < (full - idle) / 4, 10), \
+        assert eventually(lambda: process.resident() - idle < (full - idle) / 4), \
             (idle / MiB, full / MiB, process.resident() / MiB)

@@ -27,7 +27,7 @@ def test_calls_are_counted_by_method_and_code(metered):
         stub = rpc.SimulationServiceStub(channel)
         for _ in range(3):
             with pytest.raises(grpc.RpcError):
-                stub.GetSession(pb.GetSessionRequest(session_id="nobody"), timeout=10)
+                stub.GetSession(pb.GetSessionRequest(session_id="nobody"), timeout=60)
     seen = read(server.url)
     calls = lambda method, code: seen[("stiefel_calls_total", ("code", code), ("method", method))]
     assert calls("CreateSession", "OK") == 1 and calls("Step", "OK") == 5 and calls("Step", "INTERNAL") == 0
@@ -75,7 +75,7 @@ def test_inline_steps_are_work(metered):
         with grpc.insecure_channel(server.address) as channel:
             stub = rpc.SimulationServiceStub(channel)
             for to in range(1, 20):
-                prices += stub.Step(pb.StepRequest(session_id=session.id, to=to), timeout=10).price.work
+                prices += stub.Step(pb.StepRequest(session_id=session.id, to=to), timeout=60).price.work
         assert server.value("stiefel_work_done_total") - before == pytest.approx(prices, abs=20)
 
 
@@ -86,13 +86,13 @@ def test_waiting_work_is_seen_and_goes(metered):
         sessions = [client.create(BODY) for _ in range(4)]
         calls = [stub.Step.future(pb.StepRequest(session_id=session.id, to=2_000_000_000)) for session in sessions]
         # One of the four runs, and the waiting ones count 5e9 each.
-        assert eventually(lambda: server.value("stiefel_work_queued") >= 3 * 5e9, 30)
+        assert eventually(lambda: server.value("stiefel_work_queued") >= 3 * 5e9)
         assert server.value("stiefel_work_queued") <= 4 * 5e9
         assert server.value("stiefel_work_admitted") > 4e11
         assert server.value("stiefel_calls_running", method="Step") == 4
         for call in calls:
             call.cancel()
-        assert eventually(lambda: server.value("stiefel_calls_running", method="Step") == 0, 30)
+        assert eventually(lambda: server.value("stiefel_calls_running", method="Step") == 0)
         assert server.value("stiefel_work_queued") == 0 and server.value("stiefel_work_admitted") == 0
         assert server.value("stiefel_calls_total", method="Step", code="CANCELLED") == 4
 
@@ -104,11 +104,11 @@ def test_a_reader_that_does_not_read_is_behind(metered):
         stream = rpc.SimulationServiceStub(channel).Stream(
             pb.StreamRequest(session_id=session.id, to=10_000_000), timeout=120)
         next(stream)
-        assert eventually(lambda: server.value("stiefel_streams_behind") == 1, 30)
+        assert eventually(lambda: server.value("stiefel_streams_behind") == 1)
         assert server.value("stiefel_streams_open") == 1
         assert server.value("stiefel_stream_lag_seconds") > 0.1
         stream.cancel()
-        assert eventually(lambda: server.value("stiefel_streams_open") == 0, 30)
+        assert eventually(lambda: server.value("stiefel_streams_open") == 0)
         assert server.value("stiefel_stream_lag_seconds") == 0
 
 
@@ -117,18 +117,18 @@ def test_refusals_name_the_limit_inside_a_drive_too(metered):
     with stiefel.Client(server.address) as client, grpc.insecure_channel(server.address) as channel:
         stub, session = rpc.SimulationServiceStub(channel), client.create(BODY)
         with pytest.raises(grpc.RpcError):
-            stub.Step(pb.StepRequest(session_id=session.id, to=10**9), timeout=10)
-        reply = next(stub.Drive(iter([pb.DriveRequest(session_id=session.id, to=10**9)]), timeout=10))
+            stub.Step(pb.StepRequest(session_id=session.id, to=10**9), timeout=60)
+        reply = next(stub.Drive(iter([pb.DriveRequest(session_id=session.id, to=10**9)]), timeout=60))
         assert reply.error.code == grpc.StatusCode.RESOURCE_EXHAUSTED.value[0]
         assert server.value("stiefel_refusals_total", reason="OVER_QUOTA", limit="call_work") == 2
         with pytest.raises(grpc.RpcError):
-            stub.Step(pb.StepRequest(session_id=session.id, to=-1), timeout=10)
+            stub.Step(pb.StepRequest(session_id=session.id, to=-1), timeout=60)
         assert server.value("stiefel_refusals_total", reason="INVALID_ARGUMENT") == 1
         with pytest.raises(grpc.RpcError):
             request = pb.CreateSessionRequest(session_id="second")
             request.scene.CopyFrom(stub.GetSession(
-                pb.GetSessionRequest(session_id=session.id, view=pb.SessionView(scene=pb.SCENE_VIEW_FULL)), timeout=10).session.scene)
-            stub.CreateSession(request, timeout=10)
+                pb.GetSessionRequest(session_id=session.id, view=pb.SessionView(scene=pb.SCENE_VIEW_FULL)), timeout=60).session.scene)
+            stub.CreateSession(request, timeout=60)
         assert server.value("stiefel_refusals_total", reason="TOO_MANY_SESSIONS") == 1
 
 
@@ -136,7 +136,7 @@ def test_a_refused_token_is_counted(serve, tmp_path):
     (tmp_path / "tokens").write_text("")
     server = Metered(serve("--metrics", "127.0.0.1:0", "--tokens", str(tmp_path / "tokens")))
     with grpc.insecure_channel(server.address) as channel, pytest.raises(grpc.RpcError):
-        rpc.SimulationServiceStub(channel).Describe(pb.DescribeRequest(), timeout=10)
+        rpc.SimulationServiceStub(channel).Describe(pb.DescribeRequest(), timeout=60)
     assert server.value("stiefel_calls_total", method="Describe", code="UNAUTHENTICATED") == 1
     assert server.value("stiefel_refusals_total", reason="TOKEN_MISSING") == 1
 

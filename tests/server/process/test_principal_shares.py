@@ -74,7 +74,7 @@ def test_half_of_the_memory(principals):
 
 def checked(*arguments, **environment):
     done = subprocess.run([os.environ["STIEFEL_SERVER"], "check", "--memory", "64M", *arguments], capture_output=True,
-                          text=True, timeout=20, env={**os.environ, **environment}, check=True)
+                          text=True, timeout=60, env={**os.environ, **environment}, check=True)
     return done.stdout.split("of one principal, ")[1].strip()
 
 

@@ -21,7 +21,7 @@ def refusal(channel, method, message, *metadata):
                             f"{'stream' if method.server_streaming else 'unary'}")
     with pytest.raises(grpc.RpcError) as error:
         done = kind(f"/{SERVICE.full_name}/{method.name}")(iter([message]) if method.client_streaming else message,
-                                                           timeout=20, metadata=[TRACED, *metadata])
+                                                           timeout=60, metadata=[TRACED, *metadata])
         if method.server_streaming:
             list(done)
     return error.value
@@ -70,6 +70,6 @@ def test_once_in_a_reply_of_a_call_that_is_let_in(served):
     with process.channel() as channel:
         stub = channel.unary_unary(f"/{SERVICE.full_name}/Describe", pb.DescribeRequest.SerializeToString,
                                    pb.DescribeResponse.FromString)
-        _, call = stub.with_call(pb.DescribeRequest(), timeout=20, metadata=[TRACED])
+        _, call = stub.with_call(pb.DescribeRequest(), timeout=60, metadata=[TRACED])
         assert [value for key, value in call.initial_metadata() if key == "stiefel-numerics-id"] == [numerics]
         assert [value for key, value in call.trailing_metadata() if key == "stiefel-trace-id"] == [TRACE]

@@ -51,16 +51,16 @@ class Caller(threading.Thread):
         if which < 0.3 and old:
             self.unanswered = old
             del self.there[old]
-            stub.DeleteSession(pb.DeleteSessionRequest(session_id=old), timeout=20)
+            stub.DeleteSession(pb.DeleteSessionRequest(session_id=old), timeout=60)
             self.gone.add(old)
         elif which < 0.5 and old:
             self.unanswered = id
             request = pb.ForkSessionRequest(session_id=id, from_session_id=old, from_step=self.random.randrange(50), view=FULL)
-            self.there[id] = lasting(stub.ForkSession(request, timeout=20).session)
+            self.there[id] = lasting(stub.ForkSession(request, timeout=60).session)
         else:
             self.unanswered = id
             request = pb.CreateSessionRequest(session_id=id, scene=scene_of(self.random.randrange(10**6)), view=FULL)
-            self.there[id] = lasting(stub.CreateSession(request, timeout=20).session)
+            self.there[id] = lasting(stub.CreateSession(request, timeout=60).session)
         self.unanswered = None
 
 

@@ -31,7 +31,7 @@ def test_a_tombstone_ends_when_its_time_is_over(serve, tmp_path):
     store = str(tmp_path / "store")
     process = serve("--store", store, "--idle-timeout", "0.5")
     with process.channel() as channel:
-        rpc.SimulationServiceStub(channel).DeleteSession(pb.DeleteSessionRequest(session_id="a"), timeout=20)
+        rpc.SimulationServiceStub(channel).DeleteSession(pb.DeleteSessionRequest(session_id="a"), timeout=60)
     process.child.kill()
     process.stop()
     time.sleep(0.5)
@@ -54,10 +54,10 @@ def test_restored_sessions_take_their_principals_seats(serve, tmp_path):
         stub = rpc.SimulationServiceStub(channel)
         more = pb.CreateSessionRequest(session_id="more", scene=scene_of(3))
         with pytest.raises(grpc.RpcError) as refused:
-            stub.CreateSession(more, timeout=20)
+            stub.CreateSession(more, timeout=60)
         assert refused.value.code() == grpc.StatusCode.RESOURCE_EXHAUSTED and reason(refused.value) == "OVER_QUOTA"
-        stub.DeleteSession(pb.DeleteSessionRequest(session_id=ids[0]), timeout=20)
-        assert stub.CreateSession(more, timeout=20).created
+        stub.DeleteSession(pb.DeleteSessionRequest(session_id=ids[0]), timeout=60)
+        assert stub.CreateSession(more, timeout=60).created
 
 
 def test_idle_sessions_leave_the_store(serve, tmp_path):
@@ -76,7 +76,7 @@ def test_checkpoints_are_written_behind(serve, tmp_path):
     process = serve("--store", str(tmp_path / "store"))
     with process.channel() as channel:
         stub = rpc.SimulationServiceStub(channel)
-        stub.CreateSession(pb.CreateSessionRequest(session_id="a", scene=scene_of(1)), timeout=20)
+        stub.CreateSession(pb.CreateSessionRequest(session_id="a", scene=scene_of(1)), timeout=60)
         bits = blocks(stub, "a", 500_000)
 
         def stored():
@@ -87,6 +87,6 @@ def test_checkpoints_are_written_behind(serve, tmp_path):
     process.stop()
     process = serve("--store", str(tmp_path / "store"))
     with process.channel() as channel:
-        reply = rpc.SimulationServiceStub(channel).Step(pb.StepRequest(session_id="a", to=500_000), timeout=20)
+        reply = rpc.SimulationServiceStub(channel).Step(pb.StepRequest(session_id="a", to=500_000), timeout=60)
         assert [field.value.data for field in reply.sample.fields] == bits
         assert reply.computed_steps < 500_000

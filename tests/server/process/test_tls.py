@@ -132,7 +132,7 @@ def test_a_certificate_exchanged_under_load_loses_no_call(serve, authority, iden
             while not stop.is_set():
                 to += 1
                 try:
-                    session._client.stub.Step(stiefel.v1.StepRequest(session_id=session.id, to=to), timeout=20)
+                    session._client.stub.Step(stiefel.v1.StepRequest(session_id=session.id, to=to), timeout=60)
                     calls[0] += 1
                 except Exception as error:  # without the client's own retries
                     lost.append(error)
@@ -141,7 +141,7 @@ def test_a_certificate_exchanged_under_load_loses_no_call(serve, authority, iden
         while not stop.is_set():
             with stiefel.Client(process.address, tls=authority.ca) as client:
                 try:
-                    client.stub.Describe(stiefel.v1.DescribeRequest(), timeout=20)
+                    client.stub.Describe(stiefel.v1.DescribeRequest(), timeout=60)
                     calls[1] += 1
                 except Exception as error:
                     lost.append(error)
@@ -152,18 +152,19 @@ def test_a_certificate_exchanged_under_load_loses_no_call(serve, authority, iden
         before = served_serial(process.address, authority)
         put(authority.issue(f"next{number}"), tmp_path)
         assert eventually(lambda: served_serial(process.address, authority) != before)
-    (tmp_path / "server.pem").write_text("no certificate")  # which is not taken
-    time.sleep(1.5)
+    (tmp_path / "server.pem").write_text("no certificate")
+    assert eventually(lambda: "new certificates refused" in "".join(said))
+    assert eventually(lambda: min(calls) > 10)
     last = served_serial(process.address, authority)
     stop.set()
     for thread in threads:
-        thread.join(30)
-    assert not lost and min(calls) > 10
+        thread.join(60)
+    assert not lost
     assert last != first
     process.stop()
-    reader.join(30)
+    reader.join(60)
     said = "".join(said)
-    assert said.count("info new certificates") == 2 and "new certificates refused" in said
+    assert said.count("info new certificates") == 2
     assert "PRIVATE KEY" not in said
 
 
@@ -175,7 +176,7 @@ def test_the_self_watch_speaks_tls(serve, authority, identity):
 
 def healthcheck(*arguments, **environment):
     return subprocess.run([os.environ["STIEFEL_SERVER"], "healthcheck", *arguments], capture_output=True, text=True,
-                          timeout=20, env={**os.environ, **environment})
+                          timeout=60, env={**os.environ, **environment})
 
 
 def test_healthcheck(serve, authority, identity, tmp_path):
@@ -224,5 +225,5 @@ def test_no_listening_beyond_this_machine_without_tls(serve, identity, address):
 
 @pytest.mark.parametrize("address", ["127.0.0.1:0", "127.9.9.9:0", "localhost:0", "[::1]:0"])
 def test_this_machines_own_addresses_need_none(address):
-    done = subprocess.run([os.environ["STIEFEL_SERVER"], "check", "--listen", address], capture_output=True, text=True, timeout=20)
+    done = subprocess.run([os.environ["STIEFEL_SERVER"], "check", "--listen", address], capture_output=True, text=True, timeout=60)
     assert "other machines" not in done.stderr

@@ -21,7 +21,7 @@ ANSWERED = 10.0  # seconds, for a Step of some microseconds, on a machine of any
 
 
 def token(name):
-    done = subprocess.run([os.environ["STIEFEL_SERVER"], "token", name], capture_output=True, text=True, timeout=20, check=True)
+    done = subprocess.run([os.environ["STIEFEL_SERVER"], "token", name], capture_output=True, text=True, timeout=60, check=True)
     return done.stdout.splitlines()
 
 
