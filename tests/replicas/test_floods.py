@@ -32,7 +32,7 @@ class Steps:
 
     def __init__(self, client: stiefel.Client):
         self._sessions = [client.create(SCENE) for _ in range(6)]
-        self._expected = self._sessions[0].step(100).fields["Q"].tobytes()
+        self._expected = self._sessions[0].step(100, "Q")["Q"].tobytes()
 
     def p99(self, holds: Any) -> float:
         """Seconds that a Step takes at most in 99 % of the calls, while `holds()`."""
@@ -40,9 +40,9 @@ class Steps:
         while holds():
             for session in self._sessions:
                 begin = time.monotonic()
-                state = session.step(100)
+                state = session.step(100, "Q")
                 seconds.append(time.monotonic() - begin)
-                assert state.fields["Q"].tobytes() == self._expected
+                assert state["Q"].tobytes() == self._expected
                 time.sleep(0.002)
         return float(np.percentile(seconds, 99))
 
