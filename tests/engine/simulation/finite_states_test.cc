@@ -71,11 +71,12 @@ Outcome end_of(const Scene& scene) {
 
 class FiniteStates : public ::testing::TestWithParam<Pair> {
  protected:
-  /// Steps h‖Ω‖. Longer ones have no frames in a discrete system, and take minutes by iteration.
+  /// Steps h‖Ω‖. Longer ones have no frames in a discrete system, and take minutes where a step
+  /// iterates or chooses substeps.
   static std::vector<double> turns() {
     const MethodEntry* method = method_entry(GetParam().method);
     if (method == nullptr) return {0.05, 0.2};
-    if (method->traits.iterates) return {0.5, 2};
+    if (method->traits.iterates || method->traits.default_tolerance > 0) return {0.5, 2};
     return {2, 10, 1e3};
   }
   SceneDescription description(unsigned seed, double step) const {
