@@ -41,6 +41,7 @@ struct Splitting {
     using Scalar = typename S::Scalar;
     using Point = typename S::State;
     using State = PlainState<S, arithmetic>;
+    static constexpr bool only_rotates = true;
 
     Map(const S& body, Scalar h, int) {
       const PrincipalMoments3<Working> I(body.lambda());
