@@ -105,3 +105,21 @@ def test_members_that_turn_too_far(client):
                     "(2 members have a warning like this)")
     both = texts(client, {**turning(velocities, 1.0, moments=[1, 1, 3]), "members": 4})
     assert len(both) == 2 and both[0].startswith("member 0: I1 + I2 = 2 < I3 = 3") and both[1] == text
+
+
+def test_a_motion_next_to_a_separatrix_is_warned_of_unless_it_is_exact(client):
+    near = {"system": "rigid_body", "step": 0.05, "body": {"moments": [1, 2, 3], "angular_velocity": [1e-6, 1, 1e-6]}}
+    assert texts(client, near) == []  # the recommended method is the closed form
+    [text] = texts(client, {**near, "method": {"name": "preprocessed_variational"}})
+    assert text.startswith("the motion is next to a separatrix: 1 - k^2 = 2") and "only exact keeps" in text
+    assert texts(client, {**near, "body": {"moments": [1, 2, 3], "angular_velocity": [0.1, 1, 0.1]},
+                          "method": {"name": "preprocessed_variational"}}) == []
+
+
+def test_a_member_next_to_a_separatrix_gets_the_closed_form_and_is_named(client):
+    scene = {"system": "rigid_body", "step": 0.05, "members": 3,
+             "body": {"moments": [1, 2, 3], "angular_velocity": [[1, 1, 1], [1e-9, 1, 1e-9], [0.1, 1, 0.1]]}}
+    [text] = texts(client, scene)
+    assert text.startswith("member 1: the motion is next to a separatrix")
+    with client.create(scene) as session:
+        assert session.scene["method"]["name"] == "exact"
