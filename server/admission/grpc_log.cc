@@ -15,9 +15,12 @@ namespace {
 /// In bytes.
 constexpr std::size_t longest_text = 512;
 
-std::shared_mutex mutex;
-const Log* taker = nullptr;  // guarded by mutex
-LineRate rate;
+/// The log that takes the lines.
+struct Taker {
+  std::shared_mutex mutex;
+  const Log* log = nullptr;  // guarded by mutex
+  LineRate rate;
+} taker_of_grpc;
 
 Log::Level level_of(gpr_log_severity severity) {
   switch (severity) {
@@ -31,28 +34,30 @@ Log::Level level_of(gpr_log_severity severity) {
   return Log::Level::warn;  // most are faults of a caller
 }
 
-void take(gpr_log_func_args* line) {
-  const std::shared_lock lock(mutex);
-  if (taker == nullptr || !taker->enabled(level_of(line->severity)) || !rate.take()) return;
+void take_line(gpr_log_func_args* line) {
+  Taker& taker = taker_of_grpc;
+  const std::shared_lock lock(taker.mutex);
+  if (taker.log == nullptr || !taker.log->enabled(level_of(line->severity)) || !taker.rate.take())
+    return;
   const std::string_view file(line->file);
   Log::Facts facts{
       {"text", std::string(std::string_view(line->message).substr(0, longest_text))},
       {"source", std::string(file.substr(file.rfind('/') + 1)) + ":" + std::to_string(line->line)}};
-  if (const std::int64_t count = rate.take_left_out(); count > 0)
+  if (const std::int64_t count = taker.rate.take_left_out(); count > 0)
     facts.push_back({"left_out_before", count});
-  taker->line(level_of(line->severity), "grpc", facts);
+  taker.log->line(level_of(line->severity), "grpc", facts);
 }
 
 void set_taker(const Log* log) {
-  const std::unique_lock lock(mutex);
-  taker = log;
+  const std::unique_lock lock(taker_of_grpc.mutex);
+  taker_of_grpc.log = log;
 }
 
 }  // namespace
 
 GrpcLog::GrpcLog(const Log& log) {
   set_taker(&log);
-  gpr_set_log_function(&take);
+  gpr_set_log_function(&take_line);
 }
 
 GrpcLog::~GrpcLog() {

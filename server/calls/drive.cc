@@ -138,11 +138,12 @@ class DriveCall final
 };
 
 void DriveCall::begin() {
-  read_ = true;
+  const bool first = !std::exchange(read_, true);
   try {
     clear();
-    const bool is_message = request_.read(log_.account().memory());
-    if (!is_message) return end(errors::invalid("request", "", "the bytes are not a DriveRequest"));
+    if (!request_.read(log_.account().memory()))
+      return end(errors::invalid("request", "its bytes are not a DriveRequest",
+                                 first ? "the first message must name a session" : "must be one"));
     const auto status = prepare(request_.message());
     request_.drop();
     if (!status.ok()) return reply(status);

@@ -66,8 +66,8 @@ Answered create(Host& host, Account& account, const v1::CreateSessionRequest& re
   return {grpc::Status::OK, admitted->receipt};
 }
 
-std::size_t bytes_of(const google::protobuf::Message& reply) { return reply.ByteSizeLong(); }
-std::size_t bytes_of(const grpc::ByteBuffer& reply) { return reply.Length(); }
+std::size_t wire_size(const google::protobuf::Message& reply) { return reply.ByteSizeLong(); }
+std::size_t wire_size(const grpc::ByteBuffer& reply) { return reply.Length(); }
 
 /// Lists a page of sessions, which ends at the number asked for or at the bytes of a reply. Throws
 /// Stopped (stiefel/stop.h).
@@ -104,7 +104,7 @@ grpc::ServerUnaryReactor* Service::answer(Context* context, CallLog log, Respons
   MemoryLease memory;
   try {
     answered = work();
-    if (const std::size_t bytes = bytes_of(*response); bytes > part_bytes / 16)
+    if (const std::size_t bytes = wire_size(*response); bytes > part_bytes / 16)
       memory = MemoryLease(log.account().memory(), reply_memory(bytes));
     if (answered.receipt || memory)
       return new WrittenCall(host_, std::move(log), answered, std::move(memory));
@@ -178,8 +178,12 @@ grpc::ServerUnaryReactor* Service::ListSessions(Context* context,
   const bool scenes = shows_scenes(request->view());
   if (!scenes && size <= short_page) return answer(context, std::move(log), response, work);
   try {
-    MemoryLease memory(log.account().memory(),
-                       reply_memory(scenes ? max_reply_bytes : size * heading_bytes));
+    MemoryBudget& budget = log.account().memory();
+    // A list without scenes is never refused, so that a caller beyond the limits finds its
+    // sessions.
+    MemoryLease memory = scenes
+                             ? MemoryLease(budget, reply_memory(max_reply_bytes))
+                             : MemoryLease::if_it_fits(budget, reply_memory(size * heading_bytes));
     return new PooledCall(host_, host_.pool, std::move(log), work, std::move(memory));
   } catch (...) {
     return finished(context, log, errors::from_current_exception());

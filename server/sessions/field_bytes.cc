@@ -25,7 +25,8 @@ std::size_t sample_bytes(const Session& session, const std::vector<std::size_t>&
 }
 
 double field_work(const Session& session, std::size_t index) {
-  if (index < session.block_count()) return 0;
+  if (std::ranges::find(session.default_fields(), index) != session.default_fields().end())
+    return 0;
   return static_cast<double>(session.fields()[index].size()) * whole_dimension(session.scene());
 }
 

@@ -17,7 +17,7 @@ std::size_t field_bytes(const Session& session, const Field& field);
 std::size_t sample_bytes(const Session& session, const std::vector<std::size_t>& fields);
 
 /// Returns the predicted instructions of computing a field of one state, by matrix products; 0 for
-/// a block, which is copied.
+/// one that is reported by default: a block, which is copied, or a few numbers of a body.
 double field_work(const Session& session, std::size_t index);
 /// Returns those of a sample with these fields.
 double sample_work(const Session& session, const std::vector<std::size_t>& fields);

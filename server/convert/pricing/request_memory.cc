@@ -13,14 +13,14 @@ namespace stiefel::server {
 namespace {
 
 /// Returns the bytes of what is read from a message, as the message itself has them in memory.
-std::uint64_t bytes_of(const google::protobuf::Message& message) {
+std::uint64_t held_by(const google::protobuf::Message& message) {
   const auto* arena = message.GetArena();
   return std::max<std::uint64_t>(message.ByteSizeLong(), arena ? arena->SpaceAllocated() : 0);
 }
 
 SceneSize size_of(const v1::Scene& scene) {
   SceneSize size;
-  size.bytes = bytes_of(scene);
+  size.bytes = held_by(scene);
   if (scene.has_members()) size.members = scene.members();
   const double members = std::max<std::uint32_t>(scene.members(), 1);
   const auto take = [&](double rows, double cols) {
@@ -42,28 +42,28 @@ SceneSize size_of(const v1::Scene& scene) {
 }  // namespace
 
 std::uint64_t reading_memory(const google::protobuf::Message& request) {
-  return reading_memory(bytes_of(request));
+  return reading_memory(held_by(request));
 }
 
 std::uint64_t scene_memory(const v1::Scene& scene) { return scene_memory(size_of(scene)); }
 
 std::uint64_t first_step_memory(const Scene& resolved, const v1::Scene& scene) {
-  return first_step_memory(resolved, bytes_of(scene));
+  return first_step_memory(resolved, held_by(scene));
 }
 
 std::uint64_t search_memory(const v1::Scene& scene) { return search_memory(size_of(scene)); }
 
 std::uint64_t tradeoff_memory(const v1::MeasureTradeoffRequest& request) {
-  return tradeoff_memory(bytes_of(request), size_of(request.scene()));
+  return tradeoff_memory(held_by(request), size_of(request.scene()));
 }
 
 std::uint64_t conversion_memory(const v1::ConvertRequest& request) {
-  return conversion_memory(bytes_of(request), size_of(request.scene()),
+  return conversion_memory(held_by(request), size_of(request.scene()),
                            wants_choice(request.scene()));
 }
 
 std::uint64_t diagnosis_memory(const Session& session, const v1::DiagnoseRequest& request) {
-  return diagnosis_memory(session, bytes_of(request));
+  return diagnosis_memory(session, held_by(request));
 }
 
 std::uint64_t connect_memory(const v1::ConnectRequest& request) {

@@ -204,7 +204,9 @@ std::uint64_t asked(const grpc::Status& status) {
   EXPECT_TRUE(details.ParseFromString(status.error_details()));
   v1::ErrorInfo info;
   for (const auto& any : details.details())
-    if (any.type_url().ends_with("ErrorInfo")) EXPECT_TRUE(info.ParseFromString(any.value()));
+    if (any.type_url().ends_with("ErrorInfo")) {
+      EXPECT_TRUE(info.ParseFromString(any.value()));
+    }
   EXPECT_EQ(info.reason(), "MEMORY_LIMIT") << status.error_message();
   return info.metadata().contains("bytes") ? std::stoull(info.metadata().at("bytes")) : 0;
 }
@@ -235,33 +237,35 @@ TEST_F(MemoryPrice, OfAConversion) {
       +[](const v1::ConvertResponse& r) -> const v1::Price& { return r.price(); });
 }
 
-TEST_F(MemoryPrice, OfATradeoff) {
-  v1::MeasureTradeoffRequest request;
-  *request.mutable_scene() = test::wire_scene({.method = "rk4", .dimension = 64});
-  request.mutable_scene()->set_step(1e-5);
-  request.set_horizon(1e-5);
-  request.set_budget(1e10);
-  expect_asked(
-      &v1::SimulationService::Stub::MeasureTradeoff, request, v1::MeasureTradeoffResponse(),
-      +[](const v1::MeasureTradeoffResponse& r) -> const v1::Price& { return r.setup().price(); });
-}
-
-TEST_F(MemoryPrice, OfAGeodesic) {
-  v1::ConnectRequest request;
-  auto& pair = *request.add_pairs();
-  constexpr int n = 2, N = 60;  // 117 degrees of freedom
-  for (v1::Matrix* frame : {pair.mutable_q_0(), pair.mutable_q_t()}) {
-    frame->set_rows(n);
-    frame->set_cols(N);
-    for (int i = 0; i < n; ++i)
-      for (int j = 0; j < N; ++j) frame->add_values(i == j ? 1 : 0);
+/// More than the 32 KiB of any call.
+TEST_F(MemoryPrice, OfSearches) {
+  constexpr std::uint64_t call = 32 << 10;
+  v1::MeasureTradeoffRequest measure;
+  v1::Scene& scene = *measure.mutable_scene();
+  scene.set_system("rigid_body");
+  scene.set_step(0.05);
+  scene.mutable_method()->set_name("variational");
+  for (const double I : {1., 2., 3.}) scene.mutable_body()->add_moments(I);
+  for (const double w : {0.1, 1., 0.2}) scene.mutable_body()->add_angular_velocity(w);
+  measure.set_horizon(0.5);
+  measure.set_budget(3e8);
+  measure.set_repeats(1);
+  v1::MeasureTradeoffResponse measured;
+  ASSERT_TRUE(first(large_, &v1::SimulationService::Stub::MeasureTradeoff, measure, measured).ok());
+  EXPECT_GT(measured.setup().price().memory_bytes(), call);
+  v1::ConnectRequest connect;
+  auto& pair = *connect.add_pairs();
+  for (const bool last : {false, true}) {
+    v1::Matrix& frame = last ? *pair.mutable_q_t() : *pair.mutable_q_0();
+    frame.set_rows(1);
+    frame.set_cols(3);
+    for (const double x : {last ? 0. : 1., last ? 1. : 0., 0.}) frame.add_values(x);
   }
-  request.set_metric(v1::METRIC_EUCLIDEAN);
-  request.set_time(1);
-  request.set_steps(2000);
-  expect_asked(
-      &v1::SimulationService::Stub::Connect, request, v1::ConnectResponse(),
-      +[](const v1::ConnectResponse& r) -> const v1::Price& { return r.price(); });
+  for (const double lambda : {1., 2., 3.}) connect.add_inertia(lambda);
+  connect.set_time(1);
+  v1::ConnectResponse joined;
+  ASSERT_TRUE(first(large_, &v1::SimulationService::Stub::Connect, connect, joined).ok());
+  EXPECT_GT(joined.price().memory_bytes(), call);
 }
 
 /// A Summarize takes a simulation, of 34 N² numbers for rk4, and 32 bytes for each time.
@@ -286,9 +290,9 @@ TEST_F(MemoryPrice, AndWorkOfWhatASummaryReads) {
     v1::SummarizeRequest request;
     request.set_session_id("s");
     request.set_to(100);
-    auto& asked = *request.add_quantities();
-    asked.set_name(quantity);
-    asked.add_statistics(statistic);
+    auto& one = *request.add_quantities();
+    one.set_name(quantity);
+    one.add_statistics(statistic);
     v1::SummarizeResponse response;
     EXPECT_TRUE(first(large_, &v1::SimulationService::Stub::Summarize, request, response).ok());
     return response.price().work();
