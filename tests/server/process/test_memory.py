@@ -70,7 +70,7 @@ def test_fields_of_a_later_version_are_not_kept(serve, method):
     raw = request.SerializeToString() + b"\xfa\x3f" + length + bytes(size)  # field 1023
     with process.channel() as channel:
         rpc.SimulationServiceStub(channel).CreateSession(creation("s", body(16)))
-    held, channels = [], []
+    held, channels, idle = [], [], process.resident()
     for number in range(25):  # each on a connection of its own, one after the other
         channels.append(process.channel(options=[("grpc.max_send_message_length", -1), ("number", number),
                                                  ("grpc.use_local_subchannel_pool", 1)]))
@@ -80,7 +80,8 @@ def test_fields_of_a_later_version_are_not_kept(serve, method):
         else:
             held.append(channels[-1].unary_stream(path)(raw, timeout=120))
         time.sleep(0.3)
-    time.sleep(1)
+        # The server has read it, and holds no more of it.
+        assert eventually(lambda: process.resident() < idle + size // 2)
     ends = [one.code() for one in held if one.done()]
     for one in held:
         one.cancel()
