@@ -117,7 +117,8 @@ def test_the_space_of_deleted_sessions_is_used_again(serve, tmp_path, request, l
     folder = tmp_path if limit == "ulimit -f" else request.getfixturevalue("small_disk")
     process = serve("--store", str(folder / "store"), "--log-level", "warn", "--max-sessions", "100000")
     if limit == "ulimit -f":
-        resource.prlimit(process.child.pid, resource.RLIMIT_FSIZE, (2_000_000, 2_000_000))
+        size = max(400_000, 160 * n * n)
+        resource.prlimit(process.child.pid, resource.RLIMIT_FSIZE, (size, size))
     with stiefel.Client(process.address) as client:
         made, refusal = create_until_refused(client, 20_000, n, "s")
         assert refusal == "STORE_FULL" and len(made) >= 4
