@@ -39,7 +39,7 @@ class RunStatus:
     """How a run ended, with the reason."""
 
     outcome: Outcome
-    #: For LEFT_DOMAIN: the largest |h| for which the step from the last good state has a solution.
+    #: For LEFT_DOMAIN: the largest |h| with which all substeps of the next step have a solution, or None.
     largest_step: Optional[float] = None
     message: str = ""  #: the reason in one sentence; empty when REACHED
     #: In an ensemble: the member that stopped first, counted from 0.

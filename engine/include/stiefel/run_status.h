@@ -10,8 +10,9 @@ enum class Outcome { reached, left_domain, solver_stalled, not_finite, cancelled
 
 struct RunStatus {
   Outcome outcome = Outcome::reached;
-  /// left_domain: the largest |h| for which a step from the last good state has a solution, to
-  /// 1e-3.
+  /// left_domain: the largest |h| with which the next step of the scene, all of its substeps of h,
+  /// has a solution from the last good state, to 1e-3 (to 5 % where shorter steps have none); empty
+  /// where none was found.
   std::optional<double> largest_step;
   /// In an ensemble: the member that stopped first.
   std::optional<std::int64_t> member = {};

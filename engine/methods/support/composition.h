@@ -91,7 +91,8 @@ class Composition {
     return follow(state, limit / length()) * length();
   }
 
- private:
+  /// Makes the stages of a step. Unlike `step`, leaves the state undefined where a stage has no
+  /// solution; the status is that stage's.
   RunStatus run(State& state) {
     for (std::size_t stage = 0; stage < stages_; ++stage) {
       state.exchange(stage);
@@ -102,6 +103,7 @@ class Composition {
     return {};
   }
 
+ private:
   double follow(const State& state, double end) const {
     return continuation(end, [&](double t) {
       Composition shorter(make_, static_cast<Scalar>(t) * h_, order_);

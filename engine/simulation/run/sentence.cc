@@ -27,6 +27,15 @@ std::optional<double> angular_speed(const Scene& scene, double rate) {
   return std::nullopt;
 }
 
+/// Returns "; the largest |h| that has one here is 0.512", rounded down, because a longer step has
+/// none; "" where none was found.
+std::string largest(const RunStatus& status) {
+  if (!status.largest_step) return "";
+  const double unit = std::pow(10, std::floor(std::log10(*status.largest_step)) - 3);
+  return "; the largest |h| that has one here is " +
+         to_text(std::floor(*status.largest_step / unit) * unit, 4);
+}
+
 /// Describes the edge of the domain in degrees: "the step of 0.5 turns the body by 143° and has
 /// ...".
 std::string left_domain(const RunStatus& status, const Scene& scene, double speed) {
@@ -36,10 +45,8 @@ std::string left_domain(const RunStatus& status, const Scene& scene, double spee
     return (angle < 100 ? to_text(angle, 3) : to_text(std::round(angle), 6)) + "°";
   };
   std::string sentence = scene.substeps() > 1 ? "the substep of " : "the step of ";
-  sentence +=
-      to_text(h, 4) + " turns the body by " + degrees(h) +
-      " and has no solution on the principal branch; the largest |h| that has one here is " +
-      to_text(status.largest_step.value_or(0), 4);
+  sentence += to_text(h, 4) + " turns the body by " + degrees(h) +
+              " and has no solution on the principal branch" + largest(status);
   if (status.largest_step) sentence += ", which turns it by " + degrees(*status.largest_step);
   return sentence;
 }
@@ -100,9 +107,7 @@ std::string to_sentence(const RunStatus& status) {
     case Outcome::reached:
       return "";
     case Outcome::left_domain:
-      return "the step has no solution on the principal branch; the largest |h| that has one here "
-             "is " +
-             to_text(status.largest_step.value_or(0), 4);
+      return "the step has no solution on the principal branch" + largest(status);
     case Outcome::solver_stalled:
       return "the solver of the implicit step did not converge";
     case Outcome::not_finite:

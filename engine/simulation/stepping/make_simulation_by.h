@@ -11,15 +11,20 @@ namespace stiefel {
 template <class Method, class S, class Observables>
 std::unique_ptr<Simulation> make_simulation_by(const Scene& scene, const S& system,
                                                const Observables& observables, double cost) {
-  const auto h = static_cast<typename S::Scalar>(scene.step() / scene.substeps());
+  const double h = scene.step() / scene.substeps();
   const auto make = [&]<class Map>(Map*) -> std::unique_ptr<Simulation> {
-    using Made = SimulationOf<Map, Observables>;
     if constexpr (DirectMap<Map>) cost *= 10;  // a closed form is computed in extended precision
-    if constexpr (Method::traits.default_tolerance > 0)
-      return std::make_unique<Made>(scene, Map(system, h, scene.order(), scene.tolerance()),
-                                    observables, cost);
-    else
-      return std::make_unique<Made>(scene, Map(system, h, scene.order()), observables, cost);
+    const auto of = [system, h, order = scene.order(), tolerance = scene.tolerance()](double t) {
+      const auto step = static_cast<typename S::Scalar>(t * h);
+      if constexpr (Method::traits.default_tolerance > 0)
+        return Map(system, step, order, tolerance);
+      else
+        return Map(system, step, order);
+    };
+    using Made = SimulationOf<Map, Observables>;
+    const bool searched = Method::traits.iterates && scene.substeps() > 1;
+    return std::make_unique<Made>(scene, of(1), observables, cost,
+                                  searched ? typename Made::Make(of) : nullptr);
   };
   if (scene.arithmetic() == Arithmetic::plain)
     return make(static_cast<typename Method::template Map<S, Arithmetic::plain>*>(nullptr));

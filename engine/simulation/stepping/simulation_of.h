@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <utility>
 #include <vector>
 
+#include "engine/linalg/iteration/continuation.h"
 #include "engine/maps/map.h"
 #include "engine/simulation/stepping/invariant_list.h"
 #include "stiefel/scene.h"
@@ -20,15 +22,22 @@ template <class F, class Observables>
 requires Map<F>
 class SimulationOf final : public Simulation {
  public:
-  /// `step_cost` is the number of nanoseconds for a step of the map.
-  SimulationOf(const Scene& scene, F map, Observables observables, double step_cost)
+  /// Returns the map of a step t·h, where h is the step of the simulation's map.
+  using Make = std::function<F(double t)>;
+
+  /// `step_cost` is the number of nanoseconds for a step of the map. With `make`, the largest step
+  /// in the status of a step that left the domain is that of all substeps; without, the map's.
+  SimulationOf(const Scene& scene, F map, Observables observables, double step_cost,
+               Make make = nullptr)
       : map_(std::move(map)),
+        make_(std::move(make)),
         observables_(std::move(observables)),
         substeps_(scene.substeps()),
+        step_of_map_(std::abs(scene.description().step.value_or(0)) / substeps_),
         step_cost_(step_cost * substeps_),
         state_(map_.start(observables_.start(scene))),
         before_(state_) {
-    stops_inside_ = step_cost >= slow_step || chooses_steps || has_long_steps(scene);
+    stops_inside_ = step_cost >= slow_step || chooses_steps || has_long_steps();
     fields_ = observables_.fields();
     block_count_ = observables_.block_count();
     usual_ = std::min(usual_growth * squared_norm(), std::numeric_limits<double>::max() / 4);
@@ -117,11 +126,7 @@ class SimulationOf final : public Simulation {
 
   /// Whether h‖Ω‖ > 1 at the start. An implicit method may then have to follow the solution of a
   /// step from h = 0, which takes seconds where h‖Ω‖ is a billion.
-  bool has_long_steps(const Scene& scene) const {
-    // a discrete system may have none
-    const double h = scene.description().step.value_or(0) / substeps_;
-    return std::abs(h) * rate() > 1;
-  }
+  bool has_long_steps() const { return step_of_map_ * rate() > 1; }
 
   RunStatus walk(std::int64_t steps, const std::stop_token& stop) {
     if constexpr (DirectMap<F>) {
@@ -143,7 +148,7 @@ class SimulationOf final : public Simulation {
         const RunStatus status = step_of_map(stop, only_rotates || !undoing);
         if (status.reached()) continue;
         if (k > 0) state_ = before_;
-        return status;
+        return status.outcome == Outcome::left_domain ? left_domain(status, stop) : status;
       }
       if (!only_rotates && !(squared_norm() <= usual_) && !undoing && !fields_are_finite()) {
         // Goes back to the copy and from there to the state before this step.
@@ -190,9 +195,49 @@ class SimulationOf final : public Simulation {
       return map_.step(state_);
   }
 
+  /// Names the largest step in the status of a step of the scene that left the domain. The map
+  /// named the one from the state of the substep that has no solution.
+  RunStatus left_domain(RunStatus status, const std::stop_token& stop) const {
+    if (!make_) return status;
+    const auto reached = unless_stopped(stop, [&] { return largest_of_all_substeps(); });
+    if (!reached) return {Outcome::cancelled, std::nullopt};
+    status.largest_step.reset();
+    if (*reached > 0 && *reached < 1) status.largest_step = *reached * step_of_map_;
+    return status;
+  }
+
+  /// Returns the largest t with which the state has all substeps of length t·h, to 1e-3; to 5 %
+  /// where shorter steps have none.
+  double largest_of_all_substeps() const {
+    constexpr double longer = 1.05;
+    const auto has_all = [&](double t) { return has_all_substeps(t); };
+    double reached = continuation(1, has_all);
+    while (reached > 0 && reached < 1 && has_all(longer * reached)) reached *= longer;
+    return reached;
+  }
+
+  /// Whether the state has all substeps of length t·h.
+  bool has_all_substeps(double t) const {
+    F map = make_(t);
+    auto trial = map.start(state_.x.value);
+    for (int k = 0; k < substeps_; ++k) {
+      stop_point();
+      if (!has_step(map, trial)) return false;
+    }
+    return true;
+  }
+  static bool has_step(F& map, typename F::State& state) {
+    if constexpr (requires { map.run(state); })
+      return map.run(state).reached();
+    else
+      return map.step(state).reached();
+  }
+
   mutable F map_;  // mutable only for its workspace
+  Make make_;
   Observables observables_;
   int substeps_;
+  double step_of_map_;  ///< |h|; 0 for a discrete system without a step
   double step_cost_;
   bool stops_inside_ = false;
   mutable typename F::State state_;  // mutable because `each` serves both saving and restoring

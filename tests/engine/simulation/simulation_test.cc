@@ -114,6 +114,59 @@ TEST(Simulation, TellsThatTheControllerHasNoSubstepsLeft) {
   EXPECT_TRUE(to_sentence(status, scene).starts_with("member 7: the step-size control of adaptive"));
 }
 
+/// The largest step that a run with substeps names works from the last good state, and one longer
+/// by 5 % does not, for motions that leave the domain in any of their substeps.
+void expect_largest_step(SceneDescription d, int& seen) {
+  const auto simulation = make_simulation(Scene::resolve(d).value());
+  const RunStatus status = simulation->advance(30);
+  if (status.outcome != Outcome::left_domain || !status.largest_step) return;
+  ++seen;
+  const auto works = [&](double h) {
+    SceneDescription from_there = d;
+    from_there.step = h * d.method->substeps.value();
+    for (auto& [name, block] : from_there.initial) block = simulation->get(name);
+    return make_simulation(Scene::resolve(from_there).value())->advance(1).reached();
+  };
+  SCOPED_TRACE(::testing::Message() << d.system << " " << d.method->order.value() << " "
+                                    << d.method->substeps.value() << " " << *status.largest_step);
+  EXPECT_TRUE(works(*status.largest_step));
+  EXPECT_FALSE(works(1.05 * *status.largest_step));
+}
+
+TEST(Simulation, TheLargestStepIsThatOfAllSubsteps) {
+  int seen = 0;
+  for (const int order : {2, 4, 6, 8})
+    for (const int substeps : {1, 2, 4, 7})
+      for (unsigned seed = 1; seed <= 4; ++seed) {
+        const double h = 0.1 * std::pow(1.5, seed);
+        const MethodDescription method = {"variational", order, substeps, ""};
+        SceneDescription frame;
+        frame.system = "stiefel";
+        frame.method = method;
+        frame.inertia = {1, 5, 2, 0.5};
+        frame.initial["Q"] = Eigen::MatrixXd(Eigen::MatrixXd::Identity(2, 4));
+        Eigen::MatrixXd S(2, 4);  // tangent: (S_12 / λ_2) + (S_21 / λ_1) = 0
+        S << 0, 5, 1.0 * seed, -1, -1, 0, 2, 0.5;
+        frame.initial["S"] = S;
+        frame.step = h * substeps;
+        expect_largest_step(frame, seen);
+
+        SceneDescription point = frame;
+        point.system = "ellipsoid";
+        point.initial.clear();
+        point.initial["q"] = Eigen::MatrixXd(Eigen::MatrixXd::Identity(1, 4));
+        point.initial["qdot"] = Eigen::MatrixXd(Eigen::RowVector4d(0, 2, 1, 0.3 * seed));
+        expect_largest_step(point, seen);
+
+        SceneDescription body =
+            testing::description(RandomBody(3 + seed % 3, seed), h, "variational");
+        body.method = method;
+        body.step = 2 * h * substeps;
+        expect_largest_step(body, seen);
+      }
+  EXPECT_GT(seen, 60);
+}
+
 TEST(Simulation, TheQuaternionIsContinuous) {
   const auto simulation = make_simulation(random_scene(3, 8, 0.1, "variational"));
   std::size_t index = 0;
