@@ -21,7 +21,7 @@ std::string Origin::place(const std::string& field) const {
 std::string Origin::index_of_time(const std::string& index) const {
   std::size_t k = times.size();
   if (index.starts_with("[")) std::from_chars(index.data() + 1, index.data() + index.size(), k);
-  return k < times.size() ? "[" + std::to_string(times[k]) + "]" : index;
+  return k < times.size() ? std::string("[").append(std::to_string(times[k])) + "]" : index;
 }
 
 }  // namespace stiefel::cli

@@ -127,8 +127,7 @@ Session::Session(std::string id, Scene scene, std::shared_ptr<const Clock> clock
 
 void Session::set_outline(Outline outline) {
   fields_ = std::move(outline.fields);
-  block_count_ = outline.block_count;
-  default_fields_ = stiefel::default_fields(scene_, fields_, block_count_);
+  default_fields_ = stiefel::default_fields(scene_, fields_, outline.block_count);
   saved_size_ = outline.saved_size;
   step_cost_ = outline.step_cost;
   direct_ = outline.direct;

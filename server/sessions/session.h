@@ -56,8 +56,6 @@ class Session : public std::enable_shared_from_this<Session> {
   const std::string& identity() const { return identity_; }
   const CheckpointKeys& checkpoint_keys() const { return *keys_; }
   const std::vector<Field>& fields() const { return fields_; }
-  /// How many of the fields, the first ones, are the state's blocks.
-  std::size_t block_count() const { return block_count_; }
   /// The indices of the fields that are reported where none are named.
   const std::vector<std::size_t>& default_fields() const { return default_fields_; }
   std::size_t saved_size() const { return saved_size_; }
@@ -182,7 +180,6 @@ class Session : public std::enable_shared_from_this<Session> {
   const MemoryLease scene_memory_;
   MemoryLease simulations_memory_;  ///< of the idle and of the leased simulations
   std::vector<Field> fields_;
-  std::size_t block_count_ = 0;
   std::vector<std::size_t> default_fields_;
   std::size_t saved_size_ = 0;
   double step_cost_ = 1;
