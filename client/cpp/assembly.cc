@@ -10,8 +10,17 @@ namespace stiefel::client {
 namespace {
 
 std::uint64_t bytes_a_number(v1::DataType type) {
-  if (type == v1::DATA_TYPE_COMPLEX128) return 16;
-  return type == v1::DATA_TYPE_FLOAT32 ? 4 : 8;
+  switch (type) {
+    case v1::DATA_TYPE_COMPLEX128:
+      return 16;
+    case v1::DATA_TYPE_FLOAT32:
+      return 4;
+    case v1::DATA_TYPE_FLOAT64:
+    case v1::DATA_TYPE_INT64:
+      return 8;
+    default:
+      throw CorruptReply("an array has the unknown data type " + std::to_string(type));
+  }
 }
 
 /// Returns the size of the whole array in bytes; the largest std::uint64_t if that overflows.
@@ -28,11 +37,11 @@ std::uint64_t bytes(const v1::Tensor& tensor) {
   throw CorruptReply("a part of the array " + array.name() + " is missing");
 }
 
+}  // namespace
+
 void check_complete(const v1::Field& array) {
   if (array.value().data().size() != bytes(array.value())) throw_incomplete(array);
 }
-
-}  // namespace
 
 void Assembly::take(Fields* arrays) {
   for (auto& array : *arrays) take(&array);

@@ -6,6 +6,10 @@ namespace stiefel::client {
 
 using Fields = google::protobuf::RepeatedPtrField<v1::Field>;
 
+/// Throws CorruptReply if a whole array has an unknown data type, or other than the bytes that its
+/// shape says.
+void check_complete(const v1::Field& array);
+
 /// Joins the parts of arrays that travel in several messages.
 class Assembly {
  public:
@@ -17,6 +21,8 @@ class Assembly {
   /// Returns the whole arrays and leaves this object empty. Throws CorruptReply if an array is
   /// incomplete.
   Fields finish();
+  /// Whether something was taken since the last `finish`.
+  bool begun() const { return !arrays_.empty(); }
 
  private:
   Fields arrays_;

@@ -1,10 +1,10 @@
 #include "stiefel/client/client.h"
 
-#include <iterator>
 #include <utility>
 
 #include "client/cpp/assembly.h"
 #include "client/cpp/channel.h"
+#include "client/cpp/replies.h"
 #include "client/cpp/resolved_scene.h"
 #include "client/cpp/uuid.h"
 #include "client/cpp/verify.h"
@@ -27,7 +27,10 @@ Client::Client(Connection connection)
     : connection_(std::make_shared<const Connection>(std::move(connection))) {}
 
 v1::DescribeResponse Client::describe() const {
-  return connection_->call(&Stub::Describe, v1::DescribeRequest(), connection_->options.timeout);
+  auto reply =
+      connection_->call(&Stub::Describe, v1::DescribeRequest(), connection_->options.timeout);
+  check_present(reply, {"version", "numerics_id", "build", "limits", "systems", "methods"});
+  return reply;
 }
 
 Session Client::create(const v1::Scene& scene, std::string id, std::string checkpoint) const {
@@ -39,6 +42,7 @@ Session Client::create(const v1::Scene& scene, std::string id, std::string check
   Recreation routed(connection_, request.session_id());
   auto reply =
       connection_->call(&Stub::CreateSession, request, connection_->options.timeout, &routed);
+  check_session(reply.session(), request.session_id(), true);
   return Session(connection_, std::move(*reply.mutable_session()), scene, false,
                  std::move(*request.mutable_checkpoint()));
 }
@@ -50,6 +54,7 @@ Session Client::attach(const std::string& id) const {
   request.mutable_view()->set_checksum(connection_->options.checksums);
   Recreation routed(connection_, id);
   auto reply = connection_->call(&Stub::GetSession, request, connection_->options.timeout, &routed);
+  check_session(reply.session(), id, true);
   return Session(connection_, std::move(*reply.mutable_session()), {}, true);
 }
 
@@ -58,9 +63,15 @@ std::vector<v1::Session> Client::list() const {
   v1::ListSessionsRequest request;
   do {
     auto reply = connection_->call(&Stub::ListSessions, request, connection_->options.timeout);
-    std::move(reply.mutable_sessions()->begin(), reply.mutable_sessions()->end(),
-              std::back_inserter(sessions));
+    for (auto& session : *reply.mutable_sessions()) {
+      check_session(session, session.session_id(), false);
+      require(sessions.empty() || sessions.back().session_id() < session.session_id(),
+              "the sessions are not in the order of their ids");
+      sessions.push_back(std::move(session));
+    }
     request.set_page_token(reply.next_page_token());
+    require(request.page_token().empty() || !reply.sessions().empty(),
+            "a page without sessions is not the last");
   } while (!request.page_token().empty());
   return sessions;
 }
@@ -78,12 +89,20 @@ v1::ConvertResponse Client::convert(v1::ConvertRequest request) const {
   auto replies = connection_->call_all(&Stub::Convert, request, connection_->options.timeout);
   Assembly blocks, scene_arrays;
   for (auto& reply : replies) {
-    verify(reply, "the conversion to " + request.to());
+    verify(reply, "the conversion to " + request.to(), request.checksum());
+    require(reply.continues() == (&reply != &replies.back()),
+            "a part of the conversion is missing");
     blocks.take(reply.mutable_blocks());
     scene_arrays.take(reply.mutable_scene_arrays());
   }
   v1::ConvertResponse whole = std::move(replies.front());
+  whole.clear_continues();
   *whole.mutable_blocks() = blocks.finish();
+  check_present(whole, {"price"});
+  require(whole.has_scene() == whole.blocks().empty(), "a conversion has a scene or blocks");
+  check_blocks(whole.scene());
+  for (const auto& block : whole.blocks())
+    require(block.value().data_type() != v1::DATA_TYPE_INT64, "a block has counts");
   if (!whole.has_scene()) return whole;
   Names left_out;
   const Fields arrays = scene_arrays.finish();
@@ -101,8 +120,10 @@ std::vector<v1::ConnectResponse> Client::geodesics(v1::ConnectRequest request) c
   std::vector<v1::ConnectResponse> geodesics;
   std::vector<Assembly> trajectories;
   for (auto& reply : replies) {
-    verify(reply, "the geodesic of pair " + std::to_string(reply.pair()));
+    verify(reply, "the geodesic of pair " + std::to_string(reply.pair()), request.checksum());
     if (geodesics.empty() || geodesics.back().pair() != reply.pair()) {
+      require(reply.pair() == geodesics.size() && std::cmp_less(reply.pair(), request.pairs_size()),
+              "a pair is missing");
       geodesics.push_back(reply);
       trajectories.emplace_back();
     }
@@ -111,6 +132,7 @@ std::vector<v1::ConnectResponse> Client::geodesics(v1::ConnectRequest request) c
   for (std::size_t i = 0; i < geodesics.size(); ++i) {
     for (auto& whole : trajectories[i].finish())
       *geodesics[i].mutable_trajectory() = std::move(whole);
+    check_geodesic(geodesics[i], request);
   }
   if (std::cmp_not_equal(geodesics.size(), request.pairs_size()))
     throw CorruptReply("the server answered " + std::to_string(geodesics.size()) + " of " +
@@ -127,17 +149,19 @@ void Client::tradeoff(v1::MeasureTradeoffRequest request, const TradeoffReceiver
     const CancelOnStop cancel(connection_->options.stop, context);
     const auto reader = connection_->stub->MeasureTradeoff(&context, request);
     v1::MeasureTradeoffResponse part;
-    bool begun = false, wanted = true;
+    TradeoffParts parts;
+    bool wanted = true;
     while (wanted && reader->Read(&part)) {
-      begun = true;
-      wanted = is_sound(part) && receive(part);
+      verify(part, "a part of the trade-off", request.checksum());
+      parts.check(part);
+      wanted = receive(part);
     }
     if (!wanted) context.TryCancel();
     const grpc::Status status = reader->Finish();
-    verify(part, "a part of the trade-off");
-    if (status.ok() || !wanted) return;
+    if (!wanted) return;
+    if (status.ok()) return parts.end();
     // Once parts have arrived, a retry would measure everything again, with other times.
-    if (begun || !waiting.allows_another(status)) throw connection_->error(status);
+    if (parts.begun() || !waiting.allows_another(status)) throw connection_->error(status);
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "client/cpp/replies.h"
 #include "client/cpp/step_by_stream.h"
 #include "client/cpp/verify.h"
 
@@ -54,10 +55,13 @@ v1::StepResponse Drive::step(std::int64_t to, const std::vector<std::string>& fi
       continue;
     }
     if (response.has_step()) {
-      verify(response.step().sample(), "the state at step " + std::to_string(to));
+      verify(response.step().sample(), "the state at step " + std::to_string(to),
+             request_.checksum());
+      check_step(response.step(), to, request_.fields(), request_.return_checkpoint());
       recreation_->take(*response.mutable_step(), false);
       return std::move(*response.mutable_step());
     }
+    check_present(response, {"error"});
     const v1::Status& refusal = response.error();
     if (refusal.code() == grpc::StatusCode::RESOURCE_EXHAUSTED &&
         pauses.allows_another(

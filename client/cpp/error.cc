@@ -1,5 +1,7 @@
 #include "stiefel/client/error.h"
 
+#include <algorithm>
+
 #include "stiefel/v1/error.pb.h"
 
 namespace stiefel::client {
@@ -69,8 +71,10 @@ void Error::read(const v1::Status& status) {
     }
     v1::RetryInfo retry;
     if (unpack(any, "google.rpc.RetryInfo", retry)) {
-      retry_delay_ = std::chrono::seconds(retry.retry_delay().seconds()) +
-                     std::chrono::nanoseconds(retry.retry_delay().nanos());
+      // Any number may come; 2^33 s is less than the longest std::chrono::nanoseconds.
+      const auto seconds = std::clamp<std::int64_t>(retry.retry_delay().seconds(), 0, 1LL << 33);
+      retry_delay_ = std::chrono::seconds(seconds) +
+                     std::chrono::nanoseconds(std::max(retry.retry_delay().nanos(), 0));
     }
     v1::ErrorInfo info;
     if (unpack(any, "google.rpc.ErrorInfo", info)) {

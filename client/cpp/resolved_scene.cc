@@ -58,6 +58,8 @@ v1::Scene resolved_scene(v1::Scene base, const v1::Scene& filled_in, const Names
 void set_array(const v1::Field& array, v1::Scene* scene) {
   std::string name = array.name();
   if (name.starts_with(initial)) {
+    if (array.value().shape().empty() || array.value().data_type() == v1::DATA_TYPE_INT64)
+      throw CorruptReply("the scene's block " + name + " is no matrix");
     const std::string block = name.substr(initial.size());
     scene->mutable_initial_tensors()->erase(block);
     (*scene->mutable_initial())[block] = to_matrix(array.value());
@@ -69,7 +71,8 @@ void set_array(const v1::Field& array, v1::Scene* scene) {
     name.erase(0, body.size());
   }
   const auto* field = message->GetDescriptor()->FindFieldByName(name);
-  if (!field || !field->is_repeated() || field->cpp_type() != FieldDescriptor::CPPTYPE_DOUBLE)
+  if (!field || !field->is_repeated() || field->cpp_type() != FieldDescriptor::CPPTYPE_DOUBLE ||
+      array.value().data_type() != v1::DATA_TYPE_FLOAT64)
     throw CorruptReply("a scene has no array " + array.name());
   const auto numbers = values(array.value());
   message->GetReflection()->ClearField(message, field);

@@ -25,13 +25,14 @@ Fields scene_arrays(const Connection& connection, const std::string& session_id,
     bool complete = false, answered = false;
     while (!complete && reader->Read(&message)) {
       if (!std::exchange(answered, true)) handle.check_build(context, false);
-      verify(message, "an array of the scene");
+      verify(message, "an array of the scene", request.checksum());
       arrays.take(message.mutable_scene_arrays());
       complete = message.steps_size() > 0;
     }
     if (complete) context.TryCancel();
     const grpc::Status status = reader->Finish();
-    if (complete || status.ok()) return arrays.finish();
+    if (complete) return arrays.finish();
+    if (status.ok()) throw CorruptReply("the arrays of the scene end early");
     handle.check_build(context, true);
     if (waiting.allows_another(status)) continue;
     const Error error = connection.error(status);

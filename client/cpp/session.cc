@@ -4,6 +4,7 @@
 #include <mutex>
 
 #include "client/cpp/late.h"
+#include "client/cpp/replies.h"
 #include "client/cpp/resolved_scene.h"
 #include "client/cpp/scene_arrays.h"
 #include "client/cpp/step_by_stream.h"
@@ -34,7 +35,8 @@ Session::Session(std::shared_ptr<const Connection> connection, v1::Session descr
       description_(std::move(description)),
       scene_(std::make_shared<ResolvedScene>()),
       kept_(kept) {
-  verify(description_, "the scene of session " + id());
+  verify(description_, "the scene of session " + id(),
+         connection_->options.checksums && description_.has_scene());
   scene_->whole = description_.left_out().empty();
   if (!scene_->whole) scene_->sent = base;
   scene_->scene = resolved_scene(std::move(base), description_.scene(), description_.cleared(),
@@ -71,9 +73,10 @@ const v1::Scene& Session::scene(Recreation& handle) const {
   const std::lock_guard lock(scene_->mutex);
   if (scene_->whole) return scene_->scene;
   const auto& left_out = description_.left_out();
-  for (const auto& array : arrays) {
-    if (std::ranges::find(left_out, array.name()) != left_out.end())
-      set_array(array, &scene_->scene);
+  for (const std::string& path : left_out) {
+    const auto found = std::ranges::find(arrays, path, &v1::Field::name);
+    require(found != arrays.end(), "the scene's array " + path + " is missing");
+    set_array(*found, &scene_->scene);
   }
   scene_->whole = true;
   scene_->sent.Clear();
@@ -86,6 +89,7 @@ v1::Session Session::refresh() const {
   request.mutable_view()->set_scene(v1::SCENE_VIEW_NONE);
   auto reply = connection_->call(&Stub::GetSession, request, connection_->options.timeout,
                                  recreation_.get());
+  check_session(reply.session(), id(), false);
   return std::move(*reply.mutable_session());
 }
 
@@ -103,7 +107,8 @@ v1::StepResponse Session::step(std::int64_t to, const std::vector<std::string>& 
       return connection_->call(&Stub::Step, request, connection_->options.compute_timeout,
                                recreation_.get());
     });
-    verify(reply.sample(), "the state at step " + std::to_string(to));
+    verify(reply.sample(), "the state at step " + std::to_string(to), request.checksum());
+    check_step(reply, to, request.fields(), request.return_checkpoint());
   } catch (const Error& error) {
     if (!is_too_large(error)) throw;
     reply = step_by_stream(connection_, request, recreation_);
@@ -139,7 +144,8 @@ v1::DiagnoseResponse Session::diagnose(v1::DiagnoseRequest request) const {
     return connection_->call(&Stub::Diagnose, request, connection_->options.compute_timeout,
                              recreation_.get());
   });
-  verify(reply, "the diagnosis of step " + std::to_string(request.to()));
+  verify_both(reply, "the diagnosis of step " + std::to_string(request.to()), request.checksum());
+  check_diagnosis(reply, request);
   return reply;
 }
 
@@ -153,9 +159,11 @@ Session Session::fork(v1::ForkSessionRequest request) const {
       return connection_->call(&Stub::ForkSession, request, connection_->options.compute_timeout,
                                recreation_.get());
     });
-    if (!reply.has_session())
+    check_outcome(reply.run_status());
+    if (reply.run_status().outcome() != v1::OUTCOME_REACHED)
       throw Error(
           grpc::Status(grpc::StatusCode::FAILED_PRECONDITION, reply.run_status().message()));
+    check_session(reply.session(), request.session_id(), true);
     return std::move(*reply.mutable_session());
   };
   Session forked(connection_, ask(), scene(), false);

@@ -5,6 +5,7 @@
 
 #include "client/cpp/assembly.h"
 #include "client/cpp/late.h"
+#include "client/cpp/replies.h"
 #include "client/cpp/verify.h"
 
 namespace stiefel::client {
@@ -16,7 +17,9 @@ Stream::Stream(std::shared_ptr<const Connection> connection, std::string session
                              : std::make_shared<Recreation>(connection_, session_id)),
       deadline_(connection_->options.compute_timeout),
       every_(range.every),
-      assembly_(std::make_shared<Assembly>()) {
+      assembly_(std::make_shared<Assembly>()),
+      layout_(std::make_shared<Layout>(Layout::Names(range.fields.begin(), range.fields.end()), 3,
+                                       true)) {
   request_.set_session_id(std::move(session_id));
   request_.set_from(range.from);
   request_.set_to(range.to);
@@ -39,6 +42,7 @@ Stream::~Stream() {
 
 void Stream::open() {
   *assembly_ = {};
+  steps_ = std::make_shared<Steps>(request_);
   answered_ = false;
   partial_checkpoint_.reset();
   cancel_.reset();
@@ -58,17 +62,30 @@ void Stream::resume_after(std::int64_t step) {
 }
 
 bool Stream::take() {
-  verify(batch_, "a message of the stream");
+  verify(batch_, "a message of the stream", request_.checksum());
   computed_ = std::max(computed_, batch_.computed_steps());
-  if (batch_.has_price() && price_.work() == 0) price_ = batch_.price();
-  if (batch_.has_run_status()) run_status_ = batch_.run_status();
+  if (!has_price_) check_present(batch_, {"price"});
+  if (!std::exchange(has_price_, true)) price_ = batch_.price();
   if (batch_.has_checkpoint()) take_checkpoint();
+  const bool is_new = take_samples();
+  if (batch_.has_run_status()) {
+    require(!assembly_->begun(), "the last sample is incomplete");
+    steps_->end(batch_.run_status(), last_step_);
+    run_status_ = batch_.run_status();
+  }
+  return is_new;
+}
+
+bool Stream::take_samples() {
   const int size = batch_.steps_size();
-  // After a break between the last sample and its run status, the last sample comes once more.
-  if (size == 0 || (last_step_ && batch_.steps(0) <= *last_step_)) return false;
+  if (size == 0) return false;
   assembly_->take(batch_.mutable_fields());
   if (batch_.sample_continues()) return false;
   *batch_.mutable_fields() = assembly_->finish();
+  layout_->check(batch_.fields(), size);
+  steps_->check(batch_);
+  // After a break between the last sample and its run status, the last sample comes once more.
+  if (last_step_ && batch_.steps(0) <= *last_step_) return false;
   last_step_ = batch_.steps(size - 1);
   return true;
 }
@@ -80,6 +97,7 @@ void Stream::take_checkpoint() {
     throw CorruptReply("a part of the checkpoint of step " + std::to_string(part.step()) +
                        " is missing");
   partial_checkpoint_->bytes += part.data();
+  require(partial_checkpoint_->bytes.size() <= part.size(), "a checkpoint is too long");
   if (partial_checkpoint_->bytes.size() == part.size())
     recreation_->keep(*(checkpoint_ = std::exchange(partial_checkpoint_, std::nullopt)));
 }
@@ -107,7 +125,10 @@ const v1::StreamResponse* Stream::next_batch() {
     const grpc::Status status = reader_->Finish();
     reader_.reset();
     computed_before_ += std::exchange(computed_, 0);
-    if (status.ok()) break;
+    if (status.ok()) {
+      require(run_status_.has_value(), "the stream ends without saying how the run ended");
+      break;
+    }
     recreation_->check_build(*context_, true);
     if (!recovers(status, patience, recoveries))
       throw with_standing(connection_->error(status), *connection_, request_.session_id(),

@@ -3,6 +3,7 @@
 
 #include "client/cpp/assembly.h"
 #include "client/cpp/late.h"
+#include "client/cpp/replies.h"
 #include "client/cpp/verify.h"
 #include "stiefel/client/session.h"
 
@@ -30,7 +31,11 @@ void drop_first_rows(Fields* arrays, int count, int rows) {
 class Reading {
  public:
   Reading(v1::SummarizeRequest& request, const Session::SummaryReceiver& receive)
-      : request_(request), given_(request.checkpoint()), receive_(receive) {}
+      : request_(request),
+        given_(request.checkpoint()),
+        receive_(receive),
+        of_events_(request.fields(), 3, false),
+        of_states_(request.fields(), 3, true) {}
 
   /// Prepares for the messages of a new stream, which begins at the request's checkpoint.
   void begin() {
@@ -41,7 +46,7 @@ class Reading {
 
   /// Returns false when the receiver ends the call.
   bool take(v1::SummarizeResponse& message) {
-    verify(message, "a message of the summary");
+    verify(message, "a message of the summary", request_.checksum());
     if (message.checkpoint_ignored()) forget_checkpoint();
     statistics_.take(message.mutable_statistics());
     if (message.has_events() || message.has_states()) {
@@ -50,14 +55,17 @@ class Reading {
       fields_.take(fields);
       if (message.continues()) return true;
       *fields = fields_.finish();
+      message.has_events() ? check(message.events()) : check(message.states());
       drop_passed_on(message);
     }
     if (message.has_checkpoint()) take_checkpoint(message.checkpoint());
-    if (message.has_price()) price_ = message.price();
+    if (!has_price_) check_present(message, {"price"});
+    if (!std::exchange(has_price_, true)) price_ = message.price();
     const bool wanted = !receive_ || receive_(message);
     if (message.has_run_status()) {
       last_ = message;
       *last_.mutable_statistics() = statistics_.finish();
+      check_end();
       *last_.mutable_price() = price_;
       if (!request_.checkpoint().empty())
         last_.mutable_checkpoint()->set_data(request_.checkpoint());
@@ -80,6 +88,38 @@ class Reading {
   v1::SummarizeResponse& last() { return last_; }
 
  private:
+  void check(const v1::EventBatch& events) {
+    const int count = events.steps_size();
+    require(events.events_size() == count && events.fractions_size() == count &&
+                events.times_size() == count &&
+                (events.members().empty() || events.members_size() == count) &&
+                std::ranges::all_of(
+                    events.events(),
+                    [&](auto event) { return std::cmp_less(event, request_.events_size()); }),
+            "its events have lists of different lengths, or are unknown");
+    of_events_.check(events.fields(), count);
+  }
+
+  void check(const v1::StateBatch& states) {
+    const int count = states.steps_size();
+    require(states.times_size() == count && seen_.states + count <= request_.times_size() &&
+                std::equal(states.times().begin(), states.times().end(),
+                           request_.times().begin() + static_cast<int>(seen_.states)),
+            "its states are not at the times asked for");
+    of_states_.check(states.fields(), count);
+  }
+
+  /// Checks that all has come: every state, unless the run stopped or an event may have ended it.
+  void check_end() const {
+    check_outcome(last_.run_status());
+    require(!fields_.begun(), "the last event or state is incomplete");
+    require(last_.run_status().outcome() != v1::OUTCOME_REACHED ||
+                std::ranges::any_of(request_.events(), &v1::Event::terminal) ||
+                seen_.states == request_.times_size(),
+            "states are missing");
+    check_statistics(last_.statistics(), request_, last_.run_status().outcome());
+  }
+
   /// Numbers of events and of states.
   struct Counts {
     std::int64_t events = 0, states = 0;
@@ -132,6 +172,7 @@ class Reading {
       throw CorruptReply("a part of the checkpoint of step " + std::to_string(part.step()) +
                          " is missing");
     checkpoint_ += part.data();
+    require(checkpoint_.size() <= part.size(), "a checkpoint is too long");
     if (checkpoint_.size() < part.size()) return;
     request_.set_checkpoint(std::exchange(checkpoint_, {}));
     at_checkpoint_ = seen_;
@@ -147,7 +188,9 @@ class Reading {
   Counts passed_on_;      // by all streams
   Counts seen_;           // up to where the present stream is
   Counts at_checkpoint_;  // up to the request's checkpoint
+  Layout of_events_, of_states_;
   v1::Price price_;
+  bool has_price_ = false;
   v1::SummarizeResponse last_;
 };
 
@@ -176,7 +219,11 @@ v1::SummarizeResponse Session::summarize(v1::SummarizeRequest request,
     }
     if (!wanted) context.TryCancel();
     const grpc::Status status = reader->Finish();
-    if (status.ok() || !wanted) return std::move(reading.last());
+    if (!wanted) return std::move(reading.last());
+    if (status.ok()) {
+      require(reading.last().has_run_status(), "the summary ends without saying how the run ended");
+      return std::move(reading.last());
+    }
     recreation_->check_build(context, true);
     const Error error = connection_->error(status);
     if (reading.has_progressed()) {

@@ -130,6 +130,11 @@ grpc::Status as_unavailable(const grpc::Status& status) {
   return broke ? grpc::Status(grpc::StatusCode::UNAVAILABLE, message) : status;
 }
 
+bool is_unreadable(const grpc::Status& status) {
+  return status.error_code() == grpc::StatusCode::UNIMPLEMENTED &&
+         status.error_message() == "No message returned for unary request";
+}
+
 grpc::Status in_plain_words(const grpc::Status& status, const std::string& address, bool connected,
                             bool tls) {
   if (!status.error_details().empty()) return status;

@@ -104,6 +104,7 @@ grpc::Status ConversionAnswer::next(v1::ConvertResponse& response) {
     scene_arrays_.take(part_bytes, response.mutable_scene_arrays());
   else if (room && !blocks_.empty())
     blocks_.take(part_bytes, response.mutable_blocks());
+  response.set_continues(!done());
   if (request_.checksum()) response.set_checksum(wire::checksum(response));
   return grpc::Status::OK;
 }

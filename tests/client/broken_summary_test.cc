@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "stiefel/client/client.h"
+#include "tests/client/unreliable.h"
 
 namespace stiefel::client {
 namespace {
@@ -29,7 +30,13 @@ class Breaking : public v1::SimulationService::Service {
 
   grpc::Status GetSession(grpc::ServerContext*, const v1::GetSessionRequest* request,
                           v1::GetSessionResponse* reply) override {
-    reply->mutable_session()->set_session_id(request->session_id());
+    v1::Session& session = *reply->mutable_session();
+    session.set_session_id(request->session_id());
+    session.set_system("rigid_body");
+    session.set_numerics_id("mine");
+    session.mutable_scene();
+    session.mutable_step_price();
+    session.set_checksum(wire::checksum(session));
     return grpc::Status::OK;
   }
 
@@ -44,29 +51,42 @@ class Breaking : public v1::SimulationService::Service {
     const bool breaks_now = breaks-- > 0;
     int sent = 0;
     const auto broken = [&] { return breaks_now && sent++ == messages; };
+    bool priced = false;
+    const auto send = [&](v1::SummarizeResponse message) {
+      if (!std::exchange(priced, true)) *message.mutable_price() = a_price();
+      message.set_checksum(wire::checksum(message));
+      writer->Write(message);
+    };
     const bool ignores = !request->checkpoint().empty() && std::exchange(ignores_checkpoint, false);
     std::int64_t step =
         request->checkpoint().empty() || ignores ? 0 : std::stoll(request->checkpoint());
     if (ignores) {
       v1::SummarizeResponse first;
       first.set_checkpoint_ignored(true);
-      writer->Write(first);
+      send(first);
     }
     const std::int64_t every =
         request->checkpoint_every() > 0 ? request->checkpoint_every() : events;
     while (step < events) {
       const std::int64_t end = std::min({step + size, (step / every + 1) * every, events});
       if (broken()) return {grpc::StatusCode::UNAVAILABLE, "on purpose"};
-      writer->Write(batch(step, end));
+      send(batch(step, end));
       step = end;
       if (step % every != 0 || step == events) continue;
       if (broken()) return {grpc::StatusCode::UNAVAILABLE, "on purpose"};
-      writer->Write(checkpoint(step));
+      send(checkpoint(step));
     }
     if (broken()) return {grpc::StatusCode::UNAVAILABLE, "on purpose"};
     v1::SummarizeResponse last;
     last.mutable_run_status()->set_outcome(v1::OUTCOME_REACHED);
-    writer->Write(last);
+    for (const char* name : {"outcome", "last_step", "ended_by", "samples"}) {
+      auto& statistic = *last.add_statistics();
+      statistic.set_name(name);
+      const std::int64_t number = v1::OUTCOME_REACHED;
+      statistic.mutable_value()->set_data_type(v1::DATA_TYPE_INT64);
+      statistic.mutable_value()->set_data(&number, sizeof number);
+    }
+    send(last);
     return grpc::Status::OK;
   }
 
@@ -123,6 +143,7 @@ class BrokenSummaryTest : public testing::Test {
   void expect_every_event_once(std::int64_t checkpoint_every, const Options& options = {}) {
     v1::SummarizeRequest request;
     request.set_to(events);
+    request.add_events();
     request.set_checkpoint_every(checkpoint_every);
     std::vector<std::int64_t> steps;
     std::vector<double> times, x;
@@ -197,6 +218,7 @@ TEST_F(BrokenSummaryTest, AServerThatIgnoresTheCheckpointBeginsAnew) {
 TEST_F(BrokenSummaryTest, ACallersCheckpointMayBeIgnoredOnlyBeforeAnythingHasCome) {
   v1::SummarizeRequest request;
   request.set_to(events);
+  request.add_events();
   request.set_checkpoint("4");
   const auto session = Client(server_->InProcessChannel({})).attach("any");
   bool ignores_later = false;  // whether the stream after the present one ignores the checkpoint

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "proto/checksum/checksum.h"
 #include "stiefel/client/client.h"
 #include "stiefel/v1/error.pb.h"
 
@@ -31,6 +32,7 @@ class Forgetful : public v1::SimulationService::Service {
                            v1::ForkSessionResponse* reply) override {
     calls.push_back("fork " + request->session_id());
     describe(request->session_id(), reply->mutable_session());
+    reply->mutable_run_status()->set_outcome(v1::OUTCOME_REACHED);
     return grpc::Status::OK;
   }
   grpc::Status Stream(grpc::ServerContext* context, const v1::StreamRequest* request,
@@ -45,9 +47,11 @@ class Forgetful : public v1::SimulationService::Service {
     array.mutable_value()->set_data_type(v1::DATA_TYPE_FLOAT64);
     const double numbers[] = {3, 2, 1};
     array.mutable_value()->set_data(numbers, sizeof numbers);
+    message.set_checksum(wire::checksum(message));
     writer->Write(message);
     message.Clear();
     message.add_steps(0);
+    message.set_checksum(wire::checksum(message));
     writer->Write(message);
     return grpc::Status::OK;
   }
@@ -59,8 +63,12 @@ class Forgetful : public v1::SimulationService::Service {
  private:
   static void describe(const std::string& id, v1::Session* session) {
     session->set_session_id(id);
+    session->set_system("rigid_body");
     session->set_numerics_id("mine");
+    session->mutable_scene();
+    session->mutable_step_price();
     session->add_left_out("inertia");
+    session->set_checksum(wire::checksum(*session));
   }
   static grpc::Status gone(const std::string& id) {
     v1::ErrorInfo info;

@@ -3,12 +3,14 @@
 #include <gmock/gmock.h>
 #include <grpcpp/grpcpp.h>
 
+#include <array>
 #include <optional>
 
 #include "client/cpp/uuid.h"
 #include "server/server.h"
 #include "stiefel/client/client.h"
 #include "tests/client/scenes.h"
+#include "tests/client/unreliable.h"
 
 namespace stiefel::client {
 namespace {
@@ -196,7 +198,12 @@ class OtherBuild : public v1::SimulationService::Service {
   grpc::Status Step(grpc::ServerContext* context, const v1::StepRequest* request,
                     v1::StepResponse* reply) override {
     answer(context);
+    reply->mutable_run_status()->set_outcome(v1::OUTCOME_REACHED);
+    *reply->mutable_price() = a_price();
     reply->mutable_sample()->set_step(request->to());
+    *reply->mutable_sample()->add_fields() = field_x(std::array{request->to()}, false);
+    reply->mutable_sample()->set_checksum(wire::checksum(reply->sample()));
+    if (request->return_checkpoint()) reply->set_checkpoint("of the other build");
     return grpc::Status::OK;
   }
   grpc::Status Stream(grpc::ServerContext* context, const v1::StreamRequest* request,

@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <cstdlib>
+#include <limits>
 #include <memory>
 #include <thread>
 
@@ -127,6 +129,55 @@ TEST(RefusalsTest, AreBounded) {
   }
   EXPECT_FALSE(refusals.next(status));
   EXPECT_FALSE(Refusals().next(unavailable));
+}
+
+TEST(RefusalsTest, AreNotWaitedForForEver) {
+  using std::chrono::seconds;
+  EXPECT_TRUE(Refusals().next(refusal(seconds(300))));
+  for (const auto delay : {seconds(301), seconds(1'000'000), seconds(1'000'000'000)})
+    EXPECT_FALSE(Refusals().next(refusal(delay))) << delay.count();
+}
+
+TEST(RefusalsTest, WithANumberThatNoClockHasAreOnlyLong) {
+  v1::RetryInfo retry;
+  v1::Status status;
+  auto& any = *status.add_details();
+  any.set_type_url("type.googleapis.com/google.rpc.RetryInfo");
+  const auto delay = [&](std::int64_t seconds, int nanoseconds) {
+    retry.mutable_retry_delay()->set_seconds(seconds);
+    retry.mutable_retry_delay()->set_nanos(nanoseconds);
+    any.set_value(retry.SerializeAsString());
+    return *Error(status).retry_delay();
+  };
+  EXPECT_GT(delay(std::numeric_limits<std::int64_t>::max(), 999'999'999), Refusals::longest);
+  EXPECT_EQ(delay(std::numeric_limits<std::int64_t>::min(), -5), std::chrono::seconds(0));
+  EXPECT_EQ(delay(3, 500'000'000), std::chrono::milliseconds(3500));
+}
+
+TEST_F(RetryTest, ACallWithoutADeadlineIsNotRefusedForYears) {
+  service_.failures = 1'000'000;
+  service_.failure = refusal(std::chrono::hours(100'000));
+  v1::Session description;
+  description.set_session_id("any");
+  const Session session(connection(), description, {}, true);
+  EXPECT_THROW(session.drive().step(7), Error);
+  EXPECT_THROW(session.stream({.to = 3}).next_batch(), Error);
+}
+
+/// gRPC's own threads must not keep a program from ending whose client is open.
+TEST(ExitDeathTest, WithAClientThatIsOpen) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(
+      {
+        static const Client client =
+            Client::connect("127.0.0.1:1", {.patience = std::chrono::milliseconds(100)});
+        try {
+          client.describe();
+        } catch (const Error& error) {
+          std::exit(error.code() == grpc::StatusCode::UNAVAILABLE ? 0 : 1);
+        }
+      },
+      testing::ExitedWithCode(0), "");
 }
 
 TEST_F(RetryTest, APauseEndsWithTheDeadline) {

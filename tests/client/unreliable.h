@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <functional>
@@ -35,6 +36,29 @@ inline grpc::Status refusal(std::chrono::milliseconds delay) {
   return {grpc::StatusCode::RESOURCE_EXHAUSTED, "no place", status.SerializeAsString()};
 }
 
+/// A price, which a message of a stream must have first.
+inline v1::Price a_price() {
+  v1::Price price;
+  price.set_bound(v1::PRICE_BOUND_EXPECTED);
+  return price;
+}
+
+/// The field x of states whose number is their step, as many samples as there are steps.
+template <class Numbers>
+v1::Field field_x(const Numbers& steps, bool batched) {
+  v1::Field field;
+  field.set_name("x");
+  auto& tensor = *field.mutable_value();
+  tensor.set_data_type(v1::DATA_TYPE_FLOAT64);
+  if (batched) tensor.add_shape(static_cast<std::uint64_t>(steps.size()));
+  for (int axis = 0; axis < 2; ++axis) tensor.add_shape(1);
+  for (const auto step : steps) {
+    const auto number = static_cast<double>(step);
+    tensor.mutable_data()->append(reinterpret_cast<const char*>(&number), sizeof number);
+  }
+  return field;
+}
+
 /// Fails a given number of times, and breaks every stream after a given number of messages.
 class Unreliable : public v1::SimulationService::Service {
  public:
@@ -56,6 +80,11 @@ class Unreliable : public v1::SimulationService::Service {
     ++calls;
     if (failures-- > 0) return next_failure ? next_failure(calls) : failure;
     reply->set_version("1");
+    reply->set_numerics_id("2");
+    reply->set_build("3");
+    reply->mutable_limits();
+    reply->add_systems();
+    reply->add_methods();
     return grpc::Status::OK;
   }
 
@@ -93,6 +122,7 @@ class Unreliable : public v1::SimulationService::Service {
       part.set_data(checkpoint.substr(offset, 5));
     }
     messages.emplace_back().mutable_run_status()->set_outcome(v1::OUTCOME_REACHED);
+    *messages.front().mutable_price() = a_price();
     return messages;
   }
 
@@ -131,7 +161,11 @@ class Unreliable : public v1::SimulationService::Service {
         response.mutable_error()->ParseFromString(failure.error_details());
         response.mutable_error()->set_message(failure.error_message());
       } else {
-        response.mutable_step()->mutable_sample()->set_step(request.to());
+        v1::StepResponse& step = *response.mutable_step();
+        step.mutable_run_status()->set_outcome(v1::OUTCOME_REACHED);
+        *step.mutable_price() = a_price();
+        step.mutable_sample()->set_step(request.to());
+        *step.mutable_sample()->add_fields() = field_x(std::array{request.to()}, false);
         response.mutable_step()->mutable_sample()->set_checksum(
             wire::checksum(response.step().sample()));
       }
@@ -145,11 +179,15 @@ class Unreliable : public v1::SimulationService::Service {
                                grpc::ServerWriter<v1::MeasureTradeoffResponse>* writer) override {
     v1::MeasureTradeoffResponse part;
     part.mutable_setup()->set_horizon(2);
+    part.mutable_setup()->set_machine("a machine");
+    part.mutable_setup()->set_numerics_id("2");
+    part.mutable_setup()->set_reference("a reference");
+    *part.mutable_setup()->mutable_price() = a_price();
     if (request->checksum()) part.set_checksum(wire::checksum(part));
     part.mutable_setup()->set_steps(steps_after_checksum);
     writer->Write(part);
     part.mutable_front();
-    part.clear_checksum();
+    if (request->checksum()) part.set_checksum(wire::checksum(part));
     writer->Write(part);
     return grpc::Status::OK;
   }
@@ -171,6 +209,9 @@ class Unreliable : public v1::SimulationService::Service {
         if (breaks && sent == messages_a_stream) return unavailable;
         std::this_thread::sleep_for(pause_a_message);
         message.set_computed_steps(step - request->from());
+        *message.add_fields() = field_x(message.steps(), true);
+        if (sent == 0) *message.mutable_price() = a_price();
+        if (request->checksum()) message.set_checksum(wire::checksum(message));
         writer->Write(message);
         message.Clear();
         ++sent;
@@ -181,6 +222,7 @@ class Unreliable : public v1::SimulationService::Service {
     if (breaks && sent == messages_a_stream) return unavailable;
     message.set_computed_steps(request->to() - request->from());
     message.mutable_run_status()->set_outcome(v1::OUTCOME_REACHED);
+    if (request->checksum()) message.set_checksum(wire::checksum(message));
     writer->Write(message);
     return grpc::Status::OK;
   }

@@ -10,8 +10,10 @@ from stiefel.v1.simulation_pb2_grpc import SimulationServiceServicer, add_Simula
 
 REACHED = pb.RunStatus(outcome=pb.OUTCOME_REACHED)
 
+PRICE = pb.Price(work=1, bound=pb.PRICE_BOUND_EXPECTED)
 SESSION = pb.Session(session_id="fake", system="rigid_body", scene=pb.Scene(system="rigid_body", step=0.5),
-                     left_out=["initial.Q"])
+                     left_out=["initial.Q"], numerics_id="of the fake", checksum=0)
+SESSION.step_price.SetInParent()  # of no work, so that the client asks for no checkpoints
 Q = np.arange(6.0).reshape(2, 3)
 PART = 4  # numbers
 
@@ -38,6 +40,20 @@ def parts(name, array):
     flat = array.ravel()
     for offset in range(0, flat.size, PART):
         yield pb.Field(name=name, value=tensor(flat[offset:offset + PART]), whole_shape=array.shape, offset=offset)
+
+
+def sample_at(step):
+    """The state at a step, which is its field x, with its checksum."""
+    sample = pb.Sample(step=step, time=0.5 * step, fields=[pb.Field(name="x", value=tensor(np.array([[float(step)]])))])
+    sample.checksum = crc32c(np.int64(step).tobytes() + np.float64(sample.time).tobytes() + sample.fields[0].value.data)
+    return sample
+
+
+def setup(steps):
+    """The first part of a trade-off, with its checksum."""
+    found = pb.TradeoffSetup(machine="a machine", numerics_id="of the fake", reference="a reference", steps=steps, price=PRICE)
+    data = bytes(16) + np.array([steps, 0], "<i8").tobytes() + bytes(16)
+    return pb.MeasureTradeoffResponse(setup=found, checksum=crc32c(data))
 
 
 def with_checksum(message):
@@ -71,7 +87,8 @@ def refusal(delay=None):
 class Fake(SimulationServiceServicer):
     """`failures` is how the next calls fail, first come first served: with a code, or with a `refusal`; a number breaks
     a stream after so many messages, with the code `break_code`. A stream computes what it tells of, and calls
-    `before_message` before each message. `spoil` changes a message of a stream after its checksum was computed, and the first part of a trade-off."""
+    `before_message` before each message. `spoil` changes a message of a stream, or the first part of a trade-off, after
+    its checksum was computed."""
 
     break_code = grpc.StatusCode.UNAVAILABLE
     before_message = staticmethod(lambda: None)
@@ -109,7 +126,8 @@ class Fake(SimulationServiceServicer):
         self._receive(request, context)
         if "large" in request.fields:
             refuse(context)
-        return pb.StepResponse(run_status=REACHED, sample=pb.Sample(step=request.to))
+        return pb.StepResponse(run_status=REACHED, sample=sample_at(request.to), price=PRICE,
+                               checkpoint=b"checkpoint" if request.return_checkpoint else b"")
 
     def Drive(self, requests, context):
         for request in requests:
@@ -127,6 +145,7 @@ class Fake(SimulationServiceServicer):
         self._receive(request, context)
         breaks = self.failures.pop(0) if self.failures else None
         messages = list(self._messages(request))
+        messages[0].price.CopyFrom(PRICE)
         for count, message in enumerate(messages):
             if count == breaks or (breaks == -1 and message is messages[-1]):
                 context.abort(self.break_code, "on purpose")
@@ -136,10 +155,10 @@ class Fake(SimulationServiceServicer):
     def MeasureTradeoff(self, request, context):
         """Two parts, with the number of this call as the steps that the first one tells of."""
         self._receive(request, context)
-        yield self.spoil(pb.MeasureTradeoffResponse(setup=pb.TradeoffSetup(steps=len(self.requests))))
+        yield self.spoil(setup(len(self.requests)))
         if self.failures:
             context.abort(grpc.StatusCode.UNAVAILABLE, "on purpose")
-        yield pb.MeasureTradeoffResponse()
+        yield pb.MeasureTradeoffResponse(front=pb.TradeoffFront(), checksum=0)
 
     def _messages(self, request):
         """Ten samples a message, or four numbers; the last has the run status alone."""

@@ -124,3 +124,17 @@ def test_the_estimated_error_is_that_of_the_closed_form(session):
     assert error.angle == pytest.approx(np.arccos((np.trace(ours.T @ theirs) - 1) / 2), rel=1e-4)
     assert error.momentum > 0 and error.missing == "" and error.member is None
     assert "closed form" in error.reference and error.reference_error < 1e-12
+
+
+def test_the_printed_diagnosis_of_an_ensemble_names_the_member_of_each_line(client):
+    """Nothing drifts of the first, which turns about an axis of inertia; the second tumbles."""
+    scene = {"system": "rigid_body", "method": {"name": "rk4"}, "step": 0.1, "members": 2,
+             "body": {"moments": [1, 2, 3], "angular_velocity": [0, 0, 1, 1, 2, 3]}}
+    with client.create(scene) as session:
+        found = session.diagnose(to=50, invariants=["energy", "spatial_momentum"], estimate_error=True)
+    lines = found.table().splitlines()[1:]
+    for invariant, line in zip(found.invariants, lines):
+        assert line.startswith(f"  {invariant.name} of member {invariant.member} ")
+    assert found.invariants[0].member == found.estimated_error.member == 1
+    assert lines[-2].endswith("the largest of all members") and lines[-1].endswith("of member 1")
+    assert "of member 1 " in repr(found)

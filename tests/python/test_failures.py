@@ -276,6 +276,21 @@ def test_a_refusal_until_after_the_deadline_is_told_at_once(service, session):
     assert caught.value.retry_delay == 100 and len(service.requests) - begin == 1
 
 
+@pytest.mark.parametrize("delay", [301.0, 1e6, 1e9])
+def test_nobody_waits_for_ever(service, session, monkeypatch, delay):
+    """A call without a deadline, a drive and a stream wait for at most five minutes at a time."""
+    slept = []
+    monkeypatch.setattr(session._client.connection, "rest", slept.append)
+    session._client.timeout = None
+    with session.drive() as drive:
+        for call in (session.step, drive.step, session.trajectory):
+            service.failures = [fake.refusal(299.0), fake.refusal(delay)]
+            with pytest.raises(stiefel.ResourceExhausted) as caught:
+                call(to=5)
+            assert caught.value.retry_delay == delay
+    assert len(slept) == 3 and all(299 <= pause <= 300 for pause in slept)
+
+
 def test_attempts_at_an_absent_and_a_full_server_add_up(service, session):
     """A call has at most the sum of both, whatever their order, and not the product."""
     service.failures, begin = [UNAVAILABLE, fake.refusal(0.001)] * 100, len(service.requests)
@@ -319,6 +334,15 @@ def test_a_measurement_is_made_again_until_a_part_has_come(service, session):
 def test_details_that_cannot_be_read_are_left_out():
     error = stiefel.errors.make_error(13, "told", b"\xff\xff no message")
     assert isinstance(error, stiefel.Internal) and str(error) == "told" and error.violations == ()
+
+
+def test_a_detail_that_cannot_be_read_does_not_hide_the_others():
+    status = pb.Status(code=3, message="told")
+    for name, value in (("RetryInfo", b"\xff"), ("BadRequest", b"\xff"), ("QuotaFailure", b"\xff"), ("ErrorInfo", b"\xff"),
+                        ("ErrorInfo", pb.ErrorInfo(reason="BECAUSE").SerializeToString())):
+        status.details.add(type_url=f"type.googleapis.com/google.rpc.{name}", value=value)
+    error = stiefel.errors.from_status(status)
+    assert isinstance(error, stiefel.InvalidArgument) and error.reason == "BECAUSE" and error.retry_delay is None
 
 
 def test_a_stream_that_never_begins_gives_up(service, session):

@@ -4,13 +4,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Optional, Sequence
 
+import numpy as np
 from google.protobuf import json_format
 
 from stiefel import v1 as pb
-from stiefel.arrays import Array, Outcome, RunStatus
+from stiefel.arrays import Array, Outcome, RunStatus, name_of
 from stiefel.assembly import Assembly
 from stiefel.checksums import verify_conversion, verify_geodesic
 from stiefel.compare import ByValue
+from stiefel.replies import complete, require
 from stiefel.resolved import put, resolve
 from stiefel.scenes import to_dict
 
@@ -52,19 +54,23 @@ class Conversion(ByValue):
     choice: Optional[Choice] = None  #: the method that was chosen if the scene had a tolerance
 
     @staticmethod
-    def of(messages: Sequence[pb.ConvertResponse], sent: pb.Scene) -> Conversion:
-        """Reads the messages of one call. `sent`: the scene that the call converts."""
+    def of(messages: Sequence[pb.ConvertResponse], request: pb.ConvertRequest) -> Conversion:
+        """Reads the messages of one call."""
         blocks, arrays = Assembly(), Assembly()
         for message in messages:
-            verify_conversion(message)
+            verify_conversion(message, request.checksum)
+            require(message.continues == (message is not messages[-1]), "a part of the conversion is missing")
             blocks.take(message.blocks)
             arrays.take(message.scene_arrays)
-        first, found, scene = messages[0], arrays.finish(), None
+        first, found, scene = complete(messages[0], "price"), arrays.finish(), None
         if first.HasField("scene"):
-            resolved = resolve(sent, first.scene, first.cleared, found)
+            resolved = resolve(request.scene, first.scene, first.cleared, found)
             put(found, resolved)
             scene = to_dict(resolved)
-        return Conversion(scene, blocks.finish(), {margin.domain: margin.margin for margin in first.margins},
+        others = blocks.finish()
+        require(bool(others) == (scene is None), "a conversion has a scene or blocks")
+        require(all(array.dtype.kind in "fc" for array in others.values()), "a block has counts")
+        return Conversion(scene, others, {margin.domain: margin.margin for margin in first.margins},
                           Choice.of(first))
 
     def __repr__(self) -> str:
@@ -93,19 +99,25 @@ class Geodesic(ByValue):
         return self.run_status.outcome
 
     @staticmethod
-    def of(messages: Sequence[pb.ConnectResponse]) -> Geodesic:
+    def of(messages: Sequence[pb.ConnectResponse], request: pb.ConnectRequest) -> Geodesic:
         """Reads all messages of one pair."""
         arrays = Assembly()
         for message in messages:
-            verify_geodesic(message)
+            verify_geodesic(message, request.checksum)
             if message.HasField("trajectory"):
                 arrays.take([message.trajectory])
-        first = messages[0]
-        scene = to_dict(first.scene) if first.HasField("scene") else None
-        shortest = pb.Shortest.Name(first.shortest)[len("SHORTEST_"):].lower()
+        first = complete(messages[0], "run_status", "price")
+        run_status, scene, shortest = RunStatus.of(first.run_status), None, "unspecified"
         trajectory = next(iter(arrays.finish().values()), None)
-        return Geodesic(scene, first.energy, first.residual, shortest, first.distinct, trajectory,
-                        RunStatus.of(first.run_status))
+        require(first.HasField("scene") == (run_status.outcome == Outcome.REACHED), "a geodesic has a scene")
+        if first.HasField("scene"):
+            scene, shortest = to_dict(first.scene), name_of(pb.Shortest, first.shortest).lower()
+            first_frame = request.pairs[first.pair].q_0
+            steps = request.steps or request.samples
+            asked = (np.dtype(np.float64), (steps + 1, first_frame.rows, first_frame.cols)) if steps else None
+            require((trajectory if trajectory is None else (trajectory.dtype, trajectory.shape)) == asked,
+                    "the trajectory is not the one that was asked for")
+        return Geodesic(scene, first.energy, first.residual, shortest, first.distinct, trajectory, run_status)
 
     def __repr__(self) -> str:
         frames = "" if self.trajectory is None else f", trajectory {self.trajectory.shape}"
@@ -131,11 +143,12 @@ class EstimatedError:
 
     def __str__(self) -> str:
         """Returns one line: "attitude 4.3e-14, momentum 4.1e-14 from Jacobi's closed form in extended precision"."""
+        of = "" if self.member is None else f", of member {self.member}"
         if self.missing:
-            return f"none: {self.missing}"
+            return f"none: {self.missing}{of}"
         known = [f"{name} {value:.1e}" for name, value in (("attitude", self.attitude), ("momentum", self.momentum))
                  if value is not None]
-        return f"{', '.join(known) or f'below {2 * self.reference_error:.1e}'} from {self.reference}"
+        return f"{', '.join(known) or f'below {2 * self.reference_error:.1e}'} from {self.reference}{of}"
 
     @staticmethod
     def of(message: pb.EstimatedError) -> EstimatedError:

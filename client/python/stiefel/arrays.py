@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import enum
+import math
 import os
 from dataclasses import dataclass, field
 from typing import Any, Iterable, Iterator, Mapping, Optional
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from stiefel import save
 from stiefel import v1 as pb
 from stiefel.compare import ByValue
+from stiefel.errors import CorruptReply
 
 Array = NDArray[Any]  # float64, complex128, or float32 in a scene whose scalar is "float"
 DTYPES: dict[int, np.dtype[Any]] = {
@@ -47,10 +49,10 @@ class RunStatus:
 
     @staticmethod
     def of(message: pb.RunStatus) -> RunStatus:
-        name = pb.Outcome.Name(message.outcome)
+        name = name_of(pb.Outcome, message.outcome)
         largest = message.largest_step if message.HasField("largest_step") else None
         member = message.member if message.HasField("member") else None
-        return RunStatus(Outcome(name[len("OUTCOME_"):]), largest, message.message, member)
+        return RunStatus(Outcome(name), largest, message.message, member)
 
 
 @dataclass(frozen=True)
@@ -64,7 +66,7 @@ class Price:
 
     @staticmethod
     def of(message: pb.Price) -> Price:
-        return Price(message.work, message.bytes, pb.PriceBound.Name(message.bound)[len("PRICE_BOUND_"):].lower())
+        return Price(message.work, message.bytes, name_of(pb.PriceBound, message.bound).lower())
 
 
 class Fields(ByValue, Mapping[str, Array]):
@@ -118,9 +120,10 @@ class State(Fields):
         return self.run_status.outcome
 
     @staticmethod
-    def of(message: pb.StepResponse) -> State:
+    def of(message: pb.StepResponse, fields: dict[str, Array]) -> State:
+        """Reads a message. `fields`: those of its sample."""
         sample = message.sample
-        return State(sample.step, sample.time, decode_fields(sample.fields), RunStatus.of(message.run_status),
+        return State(sample.step, sample.time, fields, RunStatus.of(message.run_status),
                      message.computed_steps, message.checkpoint, Price.of(message.price))
 
     def __repr__(self) -> str:
@@ -142,12 +145,6 @@ class Batch(Fields):
     def samples(self) -> int:
         """The number of samples."""
         return len(self.step)
-
-    @staticmethod
-    def of(message: pb.StreamResponse, every: int, step: float) -> Batch:
-        """Reads a message. `every`: that of the request; `step`: the scene's time between two states."""
-        steps = read_steps(message, every)
-        return Batch(steps, steps * step, decode_fields(message.fields))
 
     def __repr__(self) -> str:
         return f"<stiefel.Batch {self._extent()}: {self._shapes()}>"
@@ -224,9 +221,27 @@ class Collector:
 
 
 def decode(tensor: pb.Tensor) -> Array:
-    """Returns a read-only view of the tensor's bytes."""
-    array: Array = np.frombuffer(tensor.data, DTYPES[tensor.data_type]).reshape(tensor.shape)
+    """Returns a read-only view of the tensor's bytes. Raises CorruptReply if they are not as many as the shape says."""
+    dtype = dtype_of(tensor)
+    if len(tensor.data) != dtype.itemsize * math.prod(tensor.shape):
+        raise CorruptReply(f"an array of the shape {tuple(tensor.shape)} has {len(tensor.data)} bytes")
+    array: Array = np.frombuffer(tensor.data, dtype).reshape(tensor.shape)
     return array
+
+
+def dtype_of(tensor: pb.Tensor) -> np.dtype[Any]:
+    try:
+        return DTYPES[tensor.data_type]
+    except KeyError:
+        raise CorruptReply(f"an array has the unknown data type {tensor.data_type}") from None
+
+
+def name_of(kind: Any, value: int) -> str:
+    """Returns the name of an enum's value without its prefix, which is the name of the value 0 without UNSPECIFIED: "REACHED"
+    for OUTCOME_REACHED. Raises CorruptReply for the value 0 and for an unknown one."""
+    if value == 0 or value not in kind.values():
+        raise CorruptReply(f"the reply breaks the protocol: {kind.DESCRIPTOR.name} {value}")
+    return str(kind.Name(value))[len(kind.Name(0)) - len("UNSPECIFIED"):]
 
 
 def decode_fields(fields: Iterable[pb.Field]) -> dict[str, Array]:

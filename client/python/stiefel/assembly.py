@@ -7,7 +7,7 @@ from typing import Iterable
 import numpy as np
 
 from stiefel import v1 as pb
-from stiefel.arrays import DTYPES, Array, decode
+from stiefel.arrays import Array, decode, dtype_of
 from stiefel.errors import CorruptReply
 
 
@@ -17,7 +17,7 @@ class Assembly:
     def __init__(self) -> None:
         self._whole: dict[str, Array] = {}
         self._parts: list[bytes] = []
-        self._name, self._type = "", 0
+        self._name, self._dtype = "", np.dtype(float)
         self._shape: tuple[int, ...] = ()
 
     def take(self, fields: Iterable[pb.Field]) -> None:
@@ -28,11 +28,16 @@ class Assembly:
                 continue
             if field.offset == 0:
                 self._join()
-                self._name, self._shape, self._type = field.name, tuple(field.whole_shape), field.value.data_type
+                self._name, self._shape, self._dtype = field.name, tuple(field.whole_shape), dtype_of(field.value)
             begun = sum(map(len, self._parts))
-            if field.name != self._name or field.offset * DTYPES[self._type].itemsize != begun:
+            if field.name != self._name or field.offset * self._dtype.itemsize != begun:
                 raise _incomplete(field.name)
             self._parts.append(field.value.data)
+
+    @property
+    def begun(self) -> bool:
+        """Whether something was taken since the last `finish`."""
+        return bool(self._whole or self._parts)
 
     def finish(self) -> dict[str, Array]:
         """Returns all arrays by name and leaves this object empty. Raises CorruptReply if one is incomplete."""
@@ -43,10 +48,10 @@ class Assembly:
     def _join(self) -> None:
         if not self._parts:
             return
-        data, dtype = b"".join(self._parts), DTYPES[self._type]
-        if len(data) != math.prod(self._shape) * dtype.itemsize:
+        data = b"".join(self._parts)
+        if len(data) != math.prod(self._shape) * self._dtype.itemsize:
             raise _incomplete(self._name)
-        self._whole[self._name] = np.frombuffer(data, dtype).reshape(self._shape)
+        self._whole[self._name] = np.frombuffer(data, self._dtype).reshape(self._shape)
         self._parts = []
 
 

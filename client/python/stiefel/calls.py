@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Callable, Optional
 
 import grpc
 
-from stiefel.errors import DeadlineExceeded, ResourceExhausted, StiefelError, Unavailable
+from stiefel.errors import CorruptReply, DeadlineExceeded, ResourceExhausted, StiefelError, Unavailable
 from stiefel.given.numbers import timeout as checked
 
 if TYPE_CHECKING:
@@ -16,12 +16,13 @@ if TYPE_CHECKING:
 
 ATTEMPTS = 6  # at a server that cannot be reached
 REFUSALS = 64  # by a server that says when to come back
+LONGEST = 300.0  # seconds; a refusal for longer is raised at once
 
 
 class Pauses:
     """The pauses before the next attempts of one call, in seconds. For a server that cannot be reached: 0.05, 0.1,
     0.2 ..., 1.55 s in all. For a refusal with a delay: that delay and a random time of up to 0.01, 0.02, 0.04 ... 1 s,
-    so that callers refused together do not come back together."""
+    so that callers refused together do not come back together. A refusal for more than 300 s ends the call."""
 
     def __init__(self) -> None:
         self._unavailable = 0
@@ -32,9 +33,10 @@ class Pauses:
         if isinstance(error, Unavailable) and self._unavailable < ATTEMPTS - 1:
             self._unavailable += 1
             return float(0.05 * 2 ** (self._unavailable - 1))
-        if isinstance(error, ResourceExhausted) and error.retry_delay is not None and self._refusals < REFUSALS:
+        delay = error.retry_delay if isinstance(error, ResourceExhausted) else None
+        if delay is not None and delay <= LONGEST and self._refusals < REFUSALS:
             self._refusals += 1
-            return error.retry_delay + random.uniform(0, min(0.01 * 2 ** (self._refusals - 1), 1.0))
+            return max(delay, 0.0) + random.uniform(0, min(0.01 * 2 ** (self._refusals - 1), 1.0))
         return None
 
 
@@ -61,9 +63,13 @@ def call(method: Callable[[Optional[float]], Any], client: Client, timeout: Opti
     deadline, waits = Deadline(timeout), Pauses()
     while True:
         try:
-            return method(deadline.left())
+            reply = method(deadline.left())
         except (grpc.RpcError, ValueError) as failure:
             error = client.error(failure)
+        else:
+            if reply is None:
+                raise CorruptReply("the server ended the call without a reply")
+            return reply
         pause_or_raise(error, waits, client, deadline)
 
 

@@ -13,45 +13,50 @@ _LISTS = ("inertia", "inertia_u", "inertia_v")
 _BODY_LISTS = ("inertia_tensor", "moments", "attitude", "angular_velocity")
 
 
-def verify(message: Any, parts: Iterable[bytes], what: str, field: str = "checksum") -> None:
+def verify(message: Any, parts: Iterable[bytes], what: str, asked: bool, field: str = "checksum") -> None:
     """Raises CorruptReply if the message has a checksum other than that of `parts`, which stand in the order of the
-    .proto file. `field` is the message's field for the checksum."""
-    if message.HasField(field) and crc32c(b"".join(parts)) != getattr(message, field):
+    .proto file, or none although one was `asked` for. `field` is the message's field for the checksum."""
+    if not message.HasField(field):
+        if asked:
+            raise CorruptReply(f"{what} has no checksum, which was asked for")
+    elif crc32c(b"".join(parts)) != getattr(message, field):
         raise CorruptReply(f"the checksum of {what} does not match its numbers: the reply was corrupted in transit")
 
 
-def verify_sample(sample: pb.Sample) -> None:
+def verify_sample(sample: pb.Sample, asked: bool) -> None:
     head = np.int64(sample.step).tobytes() + np.float64(sample.time).tobytes()
-    verify(sample, [head, *_data(sample.fields)], f"the state at step {sample.step}")
+    verify(sample, [head, *_data(sample.fields)], f"the state at step {sample.step}", asked)
 
 
-def verify_batch(message: pb.StreamResponse, steps: bytes, times: bytes) -> None:
+def verify_batch(message: pb.StreamResponse, steps: bytes, times: bytes, asked: bool) -> None:
     """Checks a message of a stream. `steps` and `times`: the int64 and float64 numbers that the client has read."""
     verify(message, [steps, times, *_data(message.fields), *_data(message.scene_arrays), message.checkpoint.data],
-           "a message of the stream")
+           "a message of the stream", asked)
 
 
-def verify_diagnosis(message: pb.DiagnoseResponse) -> None:
+def verify_diagnosis(message: pb.DiagnoseResponse, asked: bool) -> None:
     what = f"the diagnosis of step {message.step}"
     numbers = [number for i in message.invariants for number in (i.initial, i.value, i.drift, i.scale)]
-    verify(message, [np.int64(message.step).tobytes(), _floats([message.time, *numbers])], what)
-    verify(message, _details(message), what, "details_checksum")
+    verify(message, [np.int64(message.step).tobytes(), _floats([message.time, *numbers])], what, asked)
+    verify(message, _details(message), what, asked, "details_checksum")
 
 
-def verify_tradeoff(message: pb.MeasureTradeoffResponse) -> None:
-    verify(message, _part_of_tradeoff(message), "a part of the trade-off")
+def verify_tradeoff(message: pb.MeasureTradeoffResponse, asked: bool) -> None:
+    verify(message, _part_of_tradeoff(message), "a part of the trade-off", asked)
 
 
-def verify_session(message: pb.Session) -> None:
-    verify(message, _scene(message.scene), f"the scene of session {message.session_id}")
+def verify_session(message: pb.Session, asked: bool) -> None:
+    verify(message, _scene(message.scene), f"the scene of session {message.session_id}", asked)
 
 
-def verify_conversion(message: pb.ConvertResponse) -> None:
-    verify(message, [*_scene(message.scene), *_data(message.scene_arrays), *_data(message.blocks)], "the conversion")
+def verify_conversion(message: pb.ConvertResponse, asked: bool) -> None:
+    verify(message, [*_scene(message.scene), *_data(message.scene_arrays), *_data(message.blocks)], "the conversion",
+           asked)
 
 
-def verify_geodesic(message: pb.ConnectResponse) -> None:
-    verify(message, [*_scene(message.scene), message.trajectory.value.data], f"the geodesic of pair {message.pair}")
+def verify_geodesic(message: pb.ConnectResponse, asked: bool) -> None:
+    verify(message, [*_scene(message.scene), message.trajectory.value.data], f"the geodesic of pair {message.pair}",
+           asked)
 
 
 def _data(fields: Iterable[pb.Field]) -> Iterator[bytes]:

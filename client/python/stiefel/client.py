@@ -12,16 +12,16 @@ import grpc
 from stiefel import calls
 from stiefel import v1 as pb
 from stiefel.answers import Conversion, Geodesic
-from stiefel.checksums import verify_tradeoff
 from stiefel.connection import Connection
 from stiefel.errors import (Closed, CorruptReply, InvalidArgument, SceneWarning, StiefelError, Unimplemented, from_rpc_error)
 from stiefel.given.numbers import SECONDS, number, numbers, optional, refused, timeout as checked, whole
 from stiefel.programs.variables import warn_of_unknown
 from stiefel.recreation import Metadata, route
+from stiefel.replies import complete, described, require
 from stiefel.scenes import SceneLike, to_matrix, to_message
 from stiefel.security import TlsLike, has_tls, open_channel, token_from_environment
 from stiefel.session import Session
-from stiefel.tradeoff import Tradeoff
+from stiefel.tradeoff import Tradeoff, TradeoffParts
 from stiefel.v1.simulation_pb2_grpc import SimulationServiceStub
 from stiefel.version import __version__
 
@@ -83,7 +83,7 @@ class Client:
     def describe(self) -> pb.DescribeResponse:
         """Returns the server's systems, methods, limits and versions."""
         reply: pb.DescribeResponse = self.call("Describe", pb.DescribeRequest())
-        return reply
+        return complete(reply, "version", "numerics_id", "build", "limits", "systems", "methods")
 
     def create(self, scene: SceneLike, id: Optional[str] = None, checkpoint: bytes = b"") -> Session:
         """Creates a session of `scene`, or returns the existing one with this `id` and scene.
@@ -96,23 +96,28 @@ class Client:
         request = pb.CreateSessionRequest(session_id=str(uuid.uuid4()) if id is None else id, scene=sent,
                                           checkpoint=checkpoint, view=pb.SessionView(checksum=self.checksums))
         reply = self.call("CreateSession", request, metadata=route(request.session_id))
-        for text in reply.session.warnings:
+        session = described(reply.session, request.session_id)
+        for text in session.warnings:
             warnings.warn(text, SceneWarning, stacklevel=2)
-        return Session(self, reply.session, reply.created, sent, owner=True, checkpoint=checkpoint)
+        return Session(self, session, reply.created, sent, owner=True, checkpoint=checkpoint)
 
     def get(self, id: str) -> Session:
         """Returns the existing session of this id. Raises NotFound if there is none."""
         view = pb.SessionView(scene=pb.SCENE_VIEW_FULL, checksum=self.checksums)
         reply = self.call("GetSession", pb.GetSessionRequest(session_id=id, view=view), metadata=route(id))
-        return Session(self, reply.session, created=False, base=pb.Scene())
+        return Session(self, described(reply.session, id), created=False, base=pb.Scene())
 
     def list(self) -> Iterator[Session]:
         """Iterates over all sessions of the server, ordered by id."""
-        token = ""
+        token, last = "", ""
         while True:
             reply = self.call("ListSessions", pb.ListSessionsRequest(page_token=token))
-            yield from (Session(self, session, created=False) for session in reply.sessions)
+            for session in reply.sessions:
+                require(session.session_id > last, f"session {session.session_id} comes after {last}")
+                last = session.session_id
+                yield Session(self, described(session, last, wants_scene=False), created=False)
             token = reply.next_page_token
+            require(not token or bool(reply.sessions), "a page without sessions is not the last")
             if not token:
                 return
 
@@ -128,10 +133,10 @@ class Client:
         `epsilon`: the scale of a symmetric or parametric system, chosen by the server when absent. `parameter`: mu of a
         parametric system, the scene's when absent. Raises InvalidArgument if the motion has no such form.
         """
-        sent = to_message(scene)
-        return Conversion.of(self.call_all("Convert", pb.ConvertRequest(
-            scene=sent, to=to, epsilon=optional("epsilon", epsilon), parameter=optional("parameter", parameter),
-            checksum=self.checksums)), sent)
+        request = pb.ConvertRequest(
+            scene=to_message(scene), to=to, epsilon=optional("epsilon", epsilon), parameter=optional("parameter", parameter),
+            checksum=self.checksums)
+        return Conversion.of(self.call_all("Convert", request), request)
 
     def geodesic(self, inertia: Any, Q_0: Any, Q_T: Any, time: float = 1.0, steps: int = 0,
                  samples: int = 0, seed: int = 0, restarts: Optional[int] = None,
@@ -177,7 +182,7 @@ class Client:
             replies.setdefault(reply.pair, []).append(reply)
         if sorted(replies) != list(range(len(pairs))):
             raise CorruptReply(f"the server answered {len(replies)} of {len(pairs)} pairs")
-        return tuple(Geodesic.of(replies[pair]) for pair in range(len(pairs)))
+        return tuple(Geodesic.of(replies[pair], request) for pair in range(len(pairs)))
 
     def tradeoff(self, scene: SceneLike, horizon: Optional[float] = None, budget: Optional[float] = None,
                  repeats: Optional[int] = None, timeout: Optional[float] = None) -> Tradeoff:
@@ -201,21 +206,21 @@ class Client:
             scene=to_message(scene), horizon=optional("horizon", horizon, SECONDS), budget=optional("budget", budget),
             repeats=None if repeats is None else whole("repeats", repeats), checksum=self.checksums)
         deadline, waits = calls.Deadline(self.deadline(timeout)), calls.Pauses()
-        begun = False
+        parts = TradeoffParts(self.checksums)
         while True:
             try:
                 stream = self.stub.MeasureTradeoff(request, timeout=deadline.left())
                 try:
                     for part in stream:
-                        begun = True
-                        verify_tradeoff(part)
+                        parts.check(part)
                         yield part
+                    parts.end()
                     return
                 finally:
                     stream.cancel()
             except (grpc.RpcError, ValueError) as failure:
                 error = self.error(failure)
-            if begun:  # a retry would measure everything again, with other times
+            if parts.begun:  # a retry would measure everything again, with other times
                 raise calls.in_time(error, deadline) from None
             calls.pause_or_raise(error, waits, self, deadline)
 
@@ -229,6 +234,7 @@ class Client:
         exceptions."""
         replies: Sequence[Any] = calls.call(lambda left: tuple(getattr(self.stub, method)(request, timeout=left)),
                                             self, self.deadline(timeout))
+        require(len(replies) > 0, f"{method} has no reply")
         return replies
 
     def error(self, failure: Exception) -> StiefelError:

@@ -9,6 +9,7 @@ from stiefel import v1 as pb
 from stiefel.answers import EstimatedError
 from stiefel.arrays import Outcome, Price, RunStatus
 from stiefel.checksums import verify_diagnosis
+from stiefel.replies import complete, ends_at, require
 
 
 class Conservation(str, enum.Enum):
@@ -90,8 +91,16 @@ class Diagnosis:
         return self.run_status.outcome
 
     @staticmethod
-    def of(message: pb.DiagnoseResponse) -> Diagnosis:
-        verify_diagnosis(message)
+    def of(message: pb.DiagnoseResponse, request: pb.DiagnoseRequest) -> Diagnosis:
+        verify_diagnosis(complete(message, "run_status", "domain", "price"), request.checksum)
+        ends_at(message.run_status, message.step, request.to)
+        for given, asked in ((message.forms, request.forms), (message.dirac_brackets, request.dirac_brackets)):
+            require(len(given) == len(asked), f"{len(given)} values for {len(asked)} forms or brackets")
+        require(not request.invariants or bool(message.invariants), "it has no invariants")
+        for invariant in message.invariants:
+            complete(invariant, "name")
+        if request.estimate_error == pb.ERROR_ESTIMATION_ALWAYS:
+            complete(message, "estimated_error")
         domain = message.domain
         return Diagnosis(
             message.step, message.time, tuple(map(Invariant.of, message.invariants)),
@@ -124,7 +133,8 @@ class Diagnosis:
         lines += [f"  {name:{width}}  {i.value:< .12g}  drift {i.drift:.1e}  {i.conservation}"
                   for name, i in zip(names, self.invariants)]
         if self.orthogonality is not None:
-            lines.append(f"  orthogonality {self.orthogonality:.1e}")
+            of_all = any(i.member is not None for i in self.invariants)
+            lines.append(f"  orthogonality {self.orthogonality:.1e}" + ("  the largest of all members" if of_all else ""))
         if self.estimated_error is not None:
             lines.append(f"  estimated error: {self.estimated_error}")
         return "\n".join(lines)

@@ -13,6 +13,7 @@ from stiefel.errors import InvalidArgument, NotFound, ResourceExhausted, Unavail
 from stiefel.given.numbers import step_index
 from stiefel.mappings import Names, names
 from stiefel.recreation import pauses
+from stiefel.replies import complete
 
 if TYPE_CHECKING:
     from stiefel.session import Session
@@ -45,7 +46,7 @@ class Drive:
         waits, recoveries = calls.Pauses(), pauses()
         while True:
             try:
-                state = self._session._state(self._ask(request), checkpoint)
+                state = self._session._state(self._ask(request), request, wanted, checkpoint)
             except (NotFound, Unavailable) as error:
                 try:
                     calls.pause_or_raise(error, waits, self._session._client)
@@ -83,7 +84,8 @@ class Drive:
             recreation.check_build(self._replies)
         if reply.HasField("error"):
             raise from_status(reply.error)
-        return reply.step
+        answer: pb.StepResponse = complete(reply, "step").step
+        return answer
 
     def close(self) -> None:
         if self._replies is not None:

@@ -5,6 +5,7 @@ A numerical stop is not an exception but an `Outcome` in the reply.
 from __future__ import annotations
 
 import re
+from contextlib import suppress
 from typing import Any, NamedTuple, Optional, Sequence
 from urllib.parse import unquote
 
@@ -120,7 +121,8 @@ class Internal(StiefelError):
 
 
 class CorruptReply(StiefelError):
-    """A reply that was damaged on the way: its checksum differs, or a part of it is missing."""
+    """A reply that breaks the protocol: it was damaged on the way, so that its checksum differs, or a part of it, or the
+    checksum that was asked for, is missing."""
 
     code = grpc.StatusCode.DATA_LOSS
 
@@ -164,21 +166,22 @@ def make_error(code: int, message: str, details: bytes = b"") -> StiefelError:
 
 
 def from_status(status: pb.Status) -> StiefelError:
-    """Returns the exception for a status with its details."""
+    """Returns the exception for a status with its details. Ignores a detail that cannot be read."""
     violations: list[Violation] = []
     quota: list[Violation] = []
     info, retry = pb.ErrorInfo(), pb.RetryInfo()
     for detail in status.details:
         kind = detail.type_url.rpartition("/google.rpc.")[2]
-        if kind == "BadRequest":
-            request = pb.BadRequest.FromString(detail.value)
-            violations += [Violation(v.field, v.description) for v in request.field_violations]
-        elif kind == "QuotaFailure":
-            quota += [Violation(v.subject, v.description) for v in pb.QuotaFailure.FromString(detail.value).violations]
-        elif kind == "RetryInfo":
-            retry.ParseFromString(detail.value)
-        elif kind == "ErrorInfo":
-            info.ParseFromString(detail.value)
+        with suppress(DecodeError):
+            if kind == "BadRequest":
+                request = pb.BadRequest.FromString(detail.value)
+                violations += [Violation(v.field, v.description) for v in request.field_violations]
+            elif kind == "QuotaFailure":
+                quota += [Violation(v.subject, v.description) for v in pb.QuotaFailure.FromString(detail.value).violations]
+            elif kind == "RetryInfo":
+                retry = pb.RetryInfo.FromString(detail.value)
+            elif kind == "ErrorInfo":
+                info = pb.ErrorInfo.FromString(detail.value)
     error_type = _BY_CODE.get(status.code, StiefelError)
     error = error_type(status.message, tuple(violations), info.reason, dict(info.metadata))
     error.quota = tuple(quota)
@@ -259,6 +262,8 @@ def from_rpc_error(error: grpc.RpcError, tls: Optional[bool] = None) -> StiefelE
     message, code = error.details() or "", error.code()
     if details:
         return make_error(code.value[0], message, details)
+    if code is grpc.StatusCode.INTERNAL and message == "Exception deserializing response!":
+        return CorruptReply("the reply's bytes are not a message of this call")
     maybe = code in (grpc.StatusCode.CANCELLED, grpc.StatusCode.INTERNAL, grpc.StatusCode.UNKNOWN)
     if (maybe and _BROKEN.match(message)) or message.startswith("Received http2 header"):
         code = grpc.StatusCode.UNAVAILABLE

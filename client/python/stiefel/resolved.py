@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from stiefel.client import Client
 
 _INITIAL, _BODY = "initial.", "body."
+_LISTS = (("inertia", "inertia_u", "inertia_v"),  # of a scene
+          ("inertia_tensor", "moments", "attitude", "angular_velocity"))  # of its body
 
 
 def resolve(base: pb.Scene, filled_in: pb.Scene, cleared: Iterable[str], left_out: Iterable[str] = ()) -> pb.Scene:
@@ -55,7 +57,7 @@ def scene_arrays(client: Client, handle: Recreation, session_id: str) -> dict[st
                 for message in arriving:
                     if message.steps:
                         return assembly.finish()
-                    verify_batch(message, b"", b"")
+                    verify_batch(message, b"", b"", request.checksum)
                     assembly.take(message.scene_arrays)
         except StiefelError as broken:
             error: StiefelError = broken
@@ -76,7 +78,7 @@ def put(arrays: Mapping[str, Array], scene: pb.Scene) -> None:
         in_body = path.startswith(_BODY)
         message: Any = scene.body if in_body else scene
         name = path[len(_BODY):] if in_body else path
-        if name not in message.DESCRIPTOR.fields_by_name:
+        if name not in _LISTS[in_body]:
             raise CorruptReply(f"a scene has no array {path}")
         message.ClearField(name)
         getattr(message, name).extend(array.ravel().tolist())
@@ -95,7 +97,10 @@ def with_blocks_as_matrices(scene: pb.Scene) -> pb.Scene:
 
 
 def matrix(array: Array) -> pb.Matrix:
-    """Returns an array as a Matrix, whose rows are all axes of the array but the last."""
+    """Returns an array as a Matrix, whose rows are all axes of the array but the last. Raises CorruptReply if it has no
+    axis."""
+    if array.ndim == 0:
+        raise CorruptReply("a block of a scene has no axis")
     rows = array.reshape(-1, array.shape[-1])
     imaginary = rows.imag.ravel().tolist() if np.iscomplexobj(rows) else None
     return pb.Matrix(rows=rows.shape[0], cols=rows.shape[1], values=rows.real.ravel().tolist(), imaginary=imaginary)

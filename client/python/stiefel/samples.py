@@ -13,6 +13,7 @@ from stiefel.assembly import Assembly
 from stiefel.checksums import verify_batch
 from stiefel.errors import DeadlineExceeded, NotFound, StiefelError, Unavailable
 from stiefel.recreation import Recreation
+from stiefel.replies import Layout, Steps, complete, require
 from stiefel.streams import CheckpointParts, messages
 
 if TYPE_CHECKING:
@@ -37,6 +38,7 @@ class Samples:
         self.price: Optional[Price] = None  #: the price of the first stream
         self.checkpoint = b""  #: the last complete checkpoint, if the request asks for any
         self._parts = CheckpointParts()
+        self._layout = Layout(request.fields, axes=(3, 4))  # samples, in an ensemble members, rows, cols
 
     def __iter__(self) -> Iterator[Batch]:
         with self._recreation.explains(self._request.to):
@@ -52,17 +54,21 @@ class Samples:
                 setattr(self._request, "from", min(last + self._every, self._request.to))
             stream = self._client.stub.Stream(self._request, timeout=deadline.left(), metadata=self._recreation.metadata)
             progress, computed = False, 0
-            assembly, self._parts = Assembly(), CheckpointParts()
+            assembly, self._parts, grid = Assembly(), CheckpointParts(), Steps(self._request)
             try:
                 with closing(messages(self._client, self._recreation, stream)) as arriving:
                     for message in arriving:
                         computed = max(computed, message.computed_steps)
                         self.computed_steps = before + computed
                         batch = self._read(message, assembly)
+                        if batch is not None:
+                            grid.check(batch.step)
                         if batch is not None and (last is None or batch.step[0] > last):
                             progress, last = True, int(batch.step[-1])
                             yield batch
                         if self.run_status is not None:
+                            require(not assembly.begun, "the last sample is incomplete")
+                            grid.end(self.run_status, last)
                             return
             except StiefelError as broken:
                 error: StiefelError = broken
@@ -85,9 +91,9 @@ class Samples:
         """Reads a message and returns the samples that it completes, None if there are none."""
         steps = read_steps(message, self._every) if message.steps else np.empty(0, np.int64)
         times = steps * self._step
-        verify_batch(message, steps.tobytes(), times.tobytes())
-        if self.price is None and message.HasField("price"):
-            self.price = Price.of(message.price)
+        verify_batch(message, steps.tobytes(), times.tobytes(), self._request.checksum)
+        if self.price is None:
+            self.price = Price.of(complete(message, "price").price)
         if message.HasField("run_status"):
             self.run_status = RunStatus.of(message.run_status)
         if message.HasField("checkpoint"):
@@ -98,4 +104,8 @@ class Samples:
         if not message.steps:
             return None
         assembly.take(message.fields)
-        return None if message.sample_continues else Batch(steps, times, assembly.finish())
+        if message.sample_continues:
+            return None
+        fields = assembly.finish()
+        self._layout.check(fields, len(steps))
+        return Batch(steps, times, fields)

@@ -10,7 +10,7 @@ import numpy as np
 from stiefel import calls
 from stiefel import v1 as pb
 from stiefel.answers import Choice
-from stiefel.arrays import Batch, Collector, Outcome, Price, RunStatus, State, Trajectory
+from stiefel.arrays import Batch, Collector, Outcome, Price, RunStatus, State, Trajectory, decode_fields
 from stiefel.checksums import verify_sample, verify_session
 from stiefel.diagnosis import Diagnosis
 from stiefel.drive import TOO_LARGE, Drive
@@ -18,6 +18,7 @@ from stiefel.errors import DeadlineExceeded, FailedPrecondition, InvalidArgument
 from stiefel.given.numbers import SECONDS, optional, refused, step_index
 from stiefel.mappings import Names, names
 from stiefel.recreation import Recreation, is_loss, pause_after_loss, pauses
+from stiefel.replies import Layout, complete, described, ends_at, require
 from stiefel.resolved import put, resolve, scene_arrays, with_blocks_as_matrices
 from stiefel.samples import Samples
 from stiefel.scenes import to_dict, to_matrix, to_method
@@ -91,6 +92,7 @@ class Session:
         with self._lock:
             if not self._whole:
                 arrays = scene_arrays(self._client, handle, self.id)
+                require(arrays.keys() >= set(self.message.left_out), f"arrays of the scene are missing: {self.message.left_out}")
                 put({path: arrays[path] for path in self.message.left_out}, scene)
                 self._whole, self._sent = True, None
         return scene
@@ -101,14 +103,16 @@ class Session:
             if self._scene is None:
                 view = pb.SessionView(scene=pb.SCENE_VIEW_FULL, checksum=self._client.checksums)
                 reply = self._recreation.call("GetSession", pb.GetSessionRequest(session_id=self.id, view=view))
-                self.message = reply.session
+                self.message = described(reply.session, self.id)
                 self._resolve(pb.Scene())
             assert self._scene is not None
             return self._scene
 
     def _resolve(self, base: pb.Scene) -> None:
-        verify_session(self.message)
-        self._scene = resolve(base, self.message.scene, self.message.cleared, self.message.left_out)
+        verify_session(self.message, self._client.checksums)
+        scene = resolve(base, self.message.scene, self.message.cleared, self.message.left_out)
+        require(scene.system == self.message.system or not scene.system, f"the scene is of {scene.system}")
+        self._scene = scene
         self._whole = not self.message.left_out
         self._sent = None if self._whole else base
 
@@ -137,16 +141,24 @@ class Session:
             if error.reason != TOO_LARGE:
                 raise
             return self.step_in_parts(to, wanted, checkpoint, timeout)
-        return self._state(reply, checkpoint)
+        return self._state(reply, request, wanted, checkpoint)
 
-    def _state(self, reply: pb.StepResponse, checkpoint: bool) -> State:
-        """Reads a reply of Step or Drive. Keeps its checkpoint, and passes it on only if the caller asked for it."""
-        verify_sample(reply.sample)
+    def _state(self, reply: pb.StepResponse, request: Union[pb.StepRequest, pb.DriveRequest], fields: Sequence[str],
+               checkpoint: bool) -> State:
+        """Reads a reply of Step or Drive. Keeps its checkpoint, and passes it on only if the caller asked for it.
+        `fields`: the names that are in force, none for the system's blocks."""
+        sample = complete(reply, "run_status", "sample", "price").sample
+        verify_sample(sample, request.checksum)
+        ends_at(reply.run_status, sample.step, request.to)
+        if request.return_checkpoint:
+            complete(reply, "checkpoint")
         if reply.checkpoint:
             self._recreation.keep(reply.sample.step, reply.checkpoint)
         if not checkpoint:
             reply.ClearField("checkpoint")
-        return State.of(reply)
+        arrays = decode_fields(sample.fields)
+        Layout(fields, axes=(2, 3)).check(arrays)
+        return State.of(reply, arrays)
 
     def step_in_parts(self, to: int, fields: Sequence[str], checkpoint: bool,
                       timeout: Optional[float] = None) -> State:
@@ -183,7 +195,7 @@ class Session:
             request.dirac_brackets.add(first=_factors(one, f"dirac_brackets[{i}].first"),
                                        second=_factors(other, f"dirac_brackets[{i}].second"))
         with self._recreation.explains(request.to):
-            return Diagnosis.of(self._recreation.call("Diagnose", request, timeout))
+            return Diagnosis.of(self._recreation.call("Diagnose", request, timeout), request)
 
     def fork(self, at: int, method: Optional[Mapping[str, Any]] = None, step: Optional[float] = None,
              system: Optional[str] = None, id: Optional[str] = None,
@@ -202,9 +214,9 @@ class Session:
         while True:
             with self._recreation.explains(request.from_step):
                 reply = self._recreation.call("ForkSession", request, deadline.left())
-            if not reply.HasField("session"):
+            if RunStatus.of(reply.run_status).outcome != Outcome.REACHED:
                 raise FailedPrecondition(f"step {at} cannot be reached: {reply.run_status.message}")
-            forked = Session(self._client, reply.session, reply.created, self.resolved(), owner=True)
+            forked = Session(self._client, described(reply.session, request.session_id), reply.created, self.resolved(), owner=True)
             try:
                 # The server resolved the fork's scene. With all of it the handle can create the session again elsewhere;
                 # until then only this session can make a lost fork again.

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Iterator
 import grpc
 
 from stiefel import v1 as pb
-from stiefel.errors import CorruptReply, Internal
+from stiefel.errors import CorruptReply
 from stiefel.recreation import Recreation
 
 if TYPE_CHECKING:
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def messages(client: Client, recreation: Recreation, stream: Any) -> Iterator[Any]:
     """Yields the messages of a stream, and cancels the stream when the iteration is left. Raises this package's
-    exception if the stream breaks, Internal if it ends before the iteration is left, and BuildChanged."""
+    exception if the stream breaks, CorruptReply if it ends before the iteration is left, and BuildChanged."""
     answered = False
     try:
         for message in stream:
@@ -28,7 +28,7 @@ def messages(client: Client, recreation: Recreation, stream: Any) -> Iterator[An
         raise client.error(failure) from None
     finally:
         stream.cancel()
-    raise Internal("the stream ended without saying how")
+    raise CorruptReply("the stream ended without saying how the run ended: a part of it is missing")
 
 
 class CheckpointParts:
@@ -43,7 +43,7 @@ class CheckpointParts:
         if part.offset == 0:
             self._parts = []
         begun = sum(map(len, self._parts))
-        if part.offset != begun:
+        if part.offset != begun or begun + len(part.data) > part.size:
             raise CorruptReply(f"a part of the checkpoint of step {part.step} is missing")
         self._parts.append(part.data)
         return b"".join(self._parts) if begun + len(part.data) >= part.size else b""

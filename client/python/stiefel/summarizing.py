@@ -15,8 +15,9 @@ from stiefel.checksums import verify
 from stiefel.errors import FailedPrecondition, NotFound, StiefelError, Unavailable
 from stiefel.given.numbers import SECONDS, numbers, refused
 from stiefel.recreation import Recreation
+from stiefel.replies import Layout, complete, require
 from stiefel.streams import CheckpointParts, messages, progress_bar
-from stiefel.summary import Events, Summary
+from stiefel.summary import Events, Summary, check_statistics
 
 if TYPE_CHECKING:
     from stiefel.client import Client
@@ -40,6 +41,7 @@ class Summarizing:
         self._ensemble = ensemble
         self._timeout = timeout
         self._given = request.checkpoint  # the caller's checkpoint
+        self._layouts = {Events: Layout(request.fields, axes=(3,)), Batch: Layout(request.fields, axes=(3, 4))}
         self.run_status: Optional[RunStatus] = None  #: set at the end
         self.arrays: dict[str, Array] = {}  #: statistics by name, set at the end
         self.computed_steps = 0
@@ -78,12 +80,15 @@ class Summarizing:
                             self._forget_checkpoint(any(taken.values()))
                         computed = message.computed_steps
                         self.computed_steps = before + computed
-                        if self.price is None and message.HasField("price"):
-                            self.price = Price.of(message.price)
+                        if self.price is None:
+                            self.price = Price.of(complete(message, "price").price)
                         statistics.take(message.statistics)
                         batch = self._read(message, fields)
                         if batch is not None:
                             kind, count = type(batch), batch.count if isinstance(batch, Events) else batch.samples
+                            if isinstance(batch, Batch):
+                                asked = self._request.times[seen[Batch]:seen[Batch] + count]
+                                require(list(asked) == batch.time.tolist(), "its states are not at the times asked for")
                             old = max(0, min(count, taken[kind] - seen[kind]))
                             seen[kind] += count
                             if old < count:
@@ -97,6 +102,7 @@ class Summarizing:
                         if message.HasField("run_status"):
                             self.run_status = RunStatus.of(message.run_status)
                             self.arrays = statistics.finish()
+                            self._check_end(seen[Batch], fields)
                             return
             except StiefelError as broken:
                 error: StiefelError = broken
@@ -121,18 +127,40 @@ class Summarizing:
 
     def _read(self, message: pb.SummarizeResponse, assembly: Assembly) -> Union[Events, Batch, None]:
         """Reads a message and returns the events or states that it completes."""
+        batch: Union[pb.EventBatch, pb.StateBatch]
         if message.HasField("events"):
-            assembly.take(message.events.fields)
-            return None if message.continues else Events.of(message.events, assembly.finish(), self._ensemble)
-        if message.HasField("states"):
-            assembly.take(message.states.fields)
-            if not message.continues:
-                return Batch(np.array(message.states.steps, np.int64), np.array(message.states.times), assembly.finish())
-        return None
+            batch, count = message.events, {len(message.events.steps), *map(len, (
+                message.events.events, message.events.fractions, message.events.times))}
+            if self._ensemble:
+                count.add(len(message.events.members))
+            require(all(event < len(self._request.events) for event in message.events.events), "it has an unknown event")
+        elif message.HasField("states"):
+            batch, count = message.states, {len(message.states.steps), len(message.states.times)}
+        else:
+            return None
+        require(len(count) == 1, "its events or states have lists of different lengths")
+        assembly.take(batch.fields)
+        if message.continues:
+            return None
+        fields = assembly.finish()
+        self._layouts[Events if message.HasField("events") else Batch].check(fields, count.pop())
+        if message.HasField("events"):
+            return Events.of(message.events, fields, self._ensemble)
+        return Batch(np.array(batch.steps, np.int64), np.array(batch.times), fields)
 
-    @staticmethod
-    def _verify(message: pb.SummarizeResponse) -> None:
-        if not message.HasField("checksum"):
+    def _check_end(self, states: int, fields: Assembly) -> None:
+        """Checks that all has come: every state, unless the run stopped or an event may have ended it, and the
+        statistics."""
+        assert self.run_status is not None
+        require(not fields.begun, "the last event or state is incomplete")
+        may_end = self.run_status.outcome != Outcome.REACHED or any(event.terminal for event in self._request.events)
+        require(may_end or states == len(self._request.times), f"it has {states} states")
+        check_statistics(self.arrays, self._request, self._ensemble)
+        require((self.run_status.outcome == Outcome.REACHED) == bool((self.arrays["outcome"] == pb.OUTCOME_REACHED).all()),
+                f"it is {self.run_status.outcome}, and its motions are not")
+
+    def _verify(self, message: pb.SummarizeResponse) -> None:
+        if not (message.HasField("checksum") or self._request.checksum):
             return
         events, states = message.events, message.states
 
@@ -144,7 +172,7 @@ class Summarizing:
             data(events.fractions, "<f8"), data(events.times, "<f8"), data(events.members, "<u4"),
             *(field.value.data for field in events.fields), data(states.steps, "<i8"), data(states.times, "<f8"),
             *(field.value.data for field in states.fields), message.checkpoint.data,
-            *(field.value.data for field in message.statistics)], "a message of the summary")
+            *(field.value.data for field in message.statistics)], "a message of the summary", self._request.checksum)
 
 
 def _after(batch: Union[Events, Batch], count: int) -> Union[Events, Batch]:

@@ -12,6 +12,7 @@ from stiefel import v1 as pb
 from stiefel.arrays import Array, Fields, Outcome, Price, RunStatus
 from stiefel.compare import ByValue
 from stiefel.given.numbers import number, numbers, refused, whole
+from stiefel.replies import require
 
 #: A statistic, several of them, or a mapping with the keys statistics, quantiles, edges, over_members.
 Statistics = Union[str, Mapping[str, Any], Iterable[Union[str, Mapping[str, Any]]]]
@@ -112,6 +113,23 @@ def _truth(path: str, value: Any) -> bool:
     if not isinstance(value, (bool, np.bool_)):
         raise refused(path, f"{reprlib.repr(value)}: must be True or False")
     return bool(value)
+
+
+def check_statistics(arrays: Mapping[str, Array], request: pb.SummarizeRequest, ensemble: bool) -> None:
+    """Raises CorruptReply unless `arrays` are those that the request asks for: one for each statistic, and how each motion
+    ended."""
+    wanted = {name: "i" for name in ("outcome", "last_step", "ended_by", "samples")}
+    for quantity in request.quantities:
+        of_quantity = [(pb.Statistic.Name(s)[len("STATISTIC_"):].lower(), "i" if s == pb.STATISTIC_SIGN_CHANGES else "fc")
+                       for s in quantity.statistics]
+        of_quantity += [("quantiles", "fc")] * bool(quantity.quantiles) + [("histogram", "i")] * bool(quantity.edges)
+        wanted.update((f"{quantity.name}.{name}", kind) for name, kind in of_quantity)
+    require(arrays.keys() == wanted.keys(), f"it has the statistics {', '.join(arrays)}")
+    require(all(arrays[name].dtype.kind in kind for name, kind in wanted.items()), "a statistic has another data type")
+    outcome = arrays["outcome"]
+    require(outcome.ndim == ensemble and all(arrays[name].shape == outcome.shape for name in ("last_step", "ended_by")),
+            "outcome, last_step and ended_by do not have one number for each motion")
+    require(bool(((0 < outcome) & (outcome < len(_OUTCOMES))).all()), f"the outcomes are {outcome}")
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -8,6 +8,8 @@ from typing import Any, Iterator, Optional
 from stiefel import diagram
 from stiefel import v1 as pb
 from stiefel.arrays import RunStatus, Outcome
+from stiefel.checksums import verify_tradeoff
+from stiefel.replies import complete, require
 
 
 @dataclass(frozen=True)
@@ -65,6 +67,38 @@ class Point:
                      message.drift, message.drift_of, message.work, tuple(message.cpu_seconds_per_second),
                      message.steps_per_second, message.measured_steps, message.extrapolated,
                      message.below_reference, RunStatus.of(message.run_status))
+
+
+class TradeoffParts:
+    """Checks the parts of an answer as they arrive: the setup, then the points, then the front."""
+
+    def __init__(self, checksums: bool):
+        self._checksums = checksums
+        self._points = 0
+        self._last: Optional[str] = None
+
+    @property
+    def begun(self) -> bool:
+        return self._last is not None
+
+    def check(self, part: pb.MeasureTradeoffResponse) -> None:
+        verify_tradeoff(part, self._checksums)
+        kind = part.WhichOneof("part")
+        require((kind == "setup") == (self._last is None) and kind is not None and self._last != "front",
+                f"{kind} comes after {self._last}")
+        if kind == "setup":
+            complete(part.setup, "machine", "numerics_id", "reference", "price")
+        elif kind == "point":
+            self._points += 1
+            point = complete(part.point, "method", "run_status", "cpu_seconds_per_second")
+            reached = RunStatus.of(point.run_status).outcome == Outcome.REACHED
+            require(point.HasField("momentum_error") == reached, "a point has an error where its run has REACHED the horizon")
+        else:
+            require(all(i < self._points for i in part.front.points), f"the front is not of {self._points} points")
+        self._last = kind
+
+    def end(self) -> None:
+        require(self._last == "front", "the front is missing")
 
 
 @dataclass(frozen=True, repr=False)

@@ -122,7 +122,7 @@ def other_build(tmp_path, monkeypatch):
 
 
 def session_of(client, numerics_id, **more):
-    message = pb.Session(session_id="fake", numerics_id=numerics_id, **more)
+    message = pb.Session(session_id="fake", numerics_id=numerics_id, checksum=0, **more)
     return stiefel.Session(client, message, True, pb.Scene(step=0.5), owner=True)
 
 

@@ -15,6 +15,7 @@ from stiefel.client import Client
 from stiefel.errors import StiefelError
 from stiefel.given.numbers import refused
 from stiefel.recreation import Recreation
+from stiefel.replies import described
 from stiefel.summarizing import Summarizing
 from stiefel.summary import Quantities, to_quantities
 from stiefel.sweeps.failures import OtherNumerics
@@ -75,8 +76,8 @@ def summary_of(client: Client, session: pb.Session, request: pb.SummarizeRequest
 def temporary_session(client: Client, scene: pb.Scene, numerics_id: str) -> Iterator[pb.Session]:
     """Creates a session that is deleted at the end. Raises OtherNumerics if the server's numerics id is not
     `numerics_id`, which is not checked if empty."""
-    reply = client.call("CreateSession", pb.CreateSessionRequest(session_id=str(uuid.uuid4()), scene=scene))
-    session = reply.session
+    request = pb.CreateSessionRequest(session_id=str(uuid.uuid4()), scene=scene)
+    session = described(client.call("CreateSession", request).session, request.session_id)
     try:
         if numerics_id not in ("", session.numerics_id):
             raise OtherNumerics(f"the server of process {os.getpid()} on {socket.gethostname()} has the numerics id "

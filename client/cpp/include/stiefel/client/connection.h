@@ -157,8 +157,10 @@ struct Connection {
     return {nullptr, 10 * options.patience, deadline, options.stop};
   }
 
-  /// Returns the error of a failed call, in plain words if the server cannot be reached.
+  /// Returns the error of a failed call, in plain words if the server cannot be reached. Throws
+  /// CorruptReply for a reply that cannot be read.
   Error error(const grpc::Status& status) const {
+    if (is_unreadable(status)) throw CorruptReply("the reply is no message of this call");
     const bool connected = !channel || channel->GetState(false) == GRPC_CHANNEL_READY;
     const bool stopped = options.stop.stop_requested();
     return Error(in_plain_words(stopped ? status : as_unavailable(status), address, connected,
@@ -209,7 +211,7 @@ struct Connection {
       for (Reply reply; reader->Read(&reply);) replies.push_back(std::move(reply));
       const grpc::Status status = reader->Finish();
       if (status.ok() && !replies.empty()) return replies;
-      if (status.ok()) throw Error(grpc::StatusCode::INTERNAL, "the server sent no reply");
+      if (status.ok()) throw CorruptReply("the server ended the call without a reply");
       if (!waiting.allows_another(status)) throw error(status);
     }
   }

@@ -13,6 +13,8 @@
 namespace stiefel::client {
 
 class Assembly;
+class Layout;
+class Steps;
 
 /// The samples at from, from + every, ... and always at `to`.
 struct Range {
@@ -96,6 +98,7 @@ class Stream {
   void resume_after(std::int64_t step);
   /// Reads the message in `batch_`. Returns whether it has samples that are whole and new.
   bool take();
+  bool take_samples();
   void take_checkpoint();
   bool recovers(const grpc::Status& status, Patience& pauses, Patience& recoveries);
 
@@ -111,9 +114,12 @@ class Stream {
   v1::StreamResponse batch_;
   /// Fields of a sample that comes in several messages.
   std::shared_ptr<Assembly> assembly_;
+  std::shared_ptr<Layout> layout_;
+  std::shared_ptr<Steps> steps_;  ///< of the present stream
   std::optional<Checkpoint> partial_checkpoint_;
   std::optional<Checkpoint> checkpoint_;
   v1::Price price_;
+  bool has_price_ = false;
   std::optional<std::int64_t> last_step_;
   std::optional<v1::RunStatus> run_status_;
   std::int64_t computed_before_ = 0;  // steps computed by the streams that broke

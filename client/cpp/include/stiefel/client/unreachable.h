@@ -19,6 +19,9 @@ std::optional<std::string> fault_of_address(std::string_view address);
 /// this side has cancelled.
 grpc::Status as_unavailable(const grpc::Status& status);
 
+/// Returns whether a unary call ended without a reply, or with bytes that are no message of it.
+bool is_unreadable(const grpc::Status& status);
+
 /// Replaces gRPC's message for a call that found no server by one such as "cannot reach HOST:PORT:
 /// the connection is refused". Returns any other status unchanged, also one with details, which
 /// comes from the server. `connected`: whether the channel was connected when the call failed; if
