@@ -156,9 +156,12 @@ void Client::tradeoff(v1::MeasureTradeoffRequest request, const TradeoffReceiver
       parts.check(part);
       wanted = receive(part);
     }
-    if (!wanted) context.TryCancel();
-    const grpc::Status status = reader->Finish();
-    if (!wanted) return;
+    if (!wanted) {
+      context.TryCancel();
+      reader->Finish();
+      return;
+    }
+    const grpc::Status status = finish(context, *reader);
     if (status.ok()) return parts.end();
     // Once parts have arrived, a retry would measure everything again, with other times.
     if (parts.begun() || !waiting.allows_another(status)) throw connection_->error(status);

@@ -89,6 +89,8 @@ grpc::Status Drive::ask(v1::DriveResponse& response) {
     recreation_->check_build(*context_, false);
     return grpc::Status::OK;
   }
+  // A reply that cannot be parsed does not end the call: without this, Finish would not return.
+  call_->WritesDone();
   const grpc::Status status = call_->Finish();
   call_.reset();
   if (!status.ok()) return status;

@@ -29,9 +29,12 @@ Fields scene_arrays(const Connection& connection, const std::string& session_id,
       arrays.take(message.mutable_scene_arrays());
       complete = message.steps_size() > 0;
     }
-    if (complete) context.TryCancel();
-    const grpc::Status status = reader->Finish();
-    if (complete) return arrays.finish();
+    if (complete) {
+      context.TryCancel();
+      reader->Finish();
+      return arrays.finish();
+    }
+    const grpc::Status status = finish(context, *reader);
     if (status.ok()) throw CorruptReply("the arrays of the scene end early");
     handle.check_build(context, true);
     if (waiting.allows_another(status)) continue;

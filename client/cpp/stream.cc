@@ -122,8 +122,7 @@ const v1::StreamResponse* Stream::next_batch() {
       if (take()) return &batch_;
       continue;
     }
-    const grpc::Status status = reader_->Finish();
-    reader_.reset();
+    const grpc::Status status = finish(*context_, *std::exchange(reader_, nullptr));
     computed_before_ += std::exchange(computed_, 0);
     if (status.ok()) {
       require(run_status_.has_value(), "the stream ends without saying how the run ended");

@@ -217,9 +217,12 @@ v1::SummarizeResponse Session::summarize(v1::SummarizeRequest request,
       if (!std::exchange(answered, true)) recreation_->check_build(context, false);
       wanted = reading.take(message);
     }
-    if (!wanted) context.TryCancel();
-    const grpc::Status status = reader->Finish();
-    if (!wanted) return std::move(reading.last());
+    if (!wanted) {
+      context.TryCancel();
+      reader->Finish();
+      return std::move(reading.last());
+    }
+    const grpc::Status status = finish(context, *reader);
     if (status.ok()) {
       require(reading.last().has_run_status(), "the summary ends without saying how the run ended");
       return std::move(reading.last());

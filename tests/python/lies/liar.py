@@ -5,8 +5,6 @@ import grpc
 from google.protobuf.descriptor import FieldDescriptor
 from google.protobuf.message import Message
 
-from stiefel import v1 as pb
-
 DEEPEST = 4  #: levels of messages within messages in which fields are changed
 
 

@@ -138,6 +138,22 @@ class Patience {
   std::chrono::milliseconds pause_{25};
 };
 
+/// Returns the status of a stream whose Read has returned false. Throws CorruptReply if that was
+/// not the end but a message that cannot be parsed: gRPC says the same for both, and its Finish
+/// would wait until every message was read.
+template <class Reply>
+grpc::Status finish(grpc::ClientContext& context, grpc::ClientReader<Reply>& reader) {
+  constexpr int unreadable = 16;  // messages in a row
+  Reply next;
+  for (int i = 0; i < unreadable; ++i) {
+    if (!reader.Read(&next)) continue;
+    context.TryCancel();
+    reader.Finish();
+    throw CorruptReply("a message of the stream cannot be parsed");
+  }
+  return reader.Finish();
+}
+
 /// The connection that a Client and its Sessions share.
 struct Connection {
   std::unique_ptr<v1::SimulationService::Stub> stub;
@@ -209,7 +225,7 @@ struct Connection {
       const auto reader = (stub.get()->*method)(&context, request);
       std::vector<Reply> replies;
       for (Reply reply; reader->Read(&reply);) replies.push_back(std::move(reply));
-      const grpc::Status status = reader->Finish();
+      const grpc::Status status = finish(context, *reader);
       if (status.ok() && !replies.empty()) return replies;
       if (status.ok()) throw CorruptReply("the server ended the call without a reply");
       if (!waiting.allows_another(status)) throw error(status);
