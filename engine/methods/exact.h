@@ -77,9 +77,10 @@ struct Exact {
     /// Sets the state to that k steps after step 0.
     RunStatus at(State& state, Wide k) const {
       using std::isfinite;
-      const Point x = state.motion.at(k * Wide(h_)).template cast<Scalar>();
-      if (!isfinite(x.squaredNorm())) return {Outcome::not_finite, std::nullopt};
-      state.x.value = x;
+      const auto& x = state.motion.at(k * Wide(h_));
+      if (!isfinite(x.template cast<Scalar>().squaredNorm()))
+        return {Outcome::not_finite, std::nullopt};
+      state.x.value = x.template cast<Scalar>();
       state.steps(0) = static_cast<Scalar>(k);
       return {};
     }

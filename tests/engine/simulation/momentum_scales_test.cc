@@ -50,7 +50,7 @@ Scene resolved(const SceneDescription& d) {
 
 Conversion converted(const Scene& scene, const ConversionTarget& target) {
   auto made = convert(scene, target);
-  EXPECT_TRUE(made) << target.name;
+  EXPECT_TRUE(made) << target.name << ": " << (made ? "" : made.error().front().rule);
   return std::move(made).value();
 }
 
@@ -104,9 +104,18 @@ ConversionTarget target(const std::string& system, const Scale& scale, double mu
 class MomentumScales : public ::testing::TestWithParam<Way> {
  protected:
   bool right() const { return GetParam().system.starts_with("right_"); }
-  Scene rigid(const Scale& scale) const { return resolved(body(scale, GetParam().method)); }
+  /// The body, with a method that takes every scale; with two values of Λ if the system is moved by
+  /// `exact`.
+  Scene rigid(const Scale& scale) const {
+    SceneDescription d = body(scale, "variational");
+    if (GetParam().method == "exact")
+      for (std::size_t i = 2; i < d.inertia.size(); ++i) d.inertia[i] = d.inertia[i % 2];
+    return resolved(d);
+  }
   Scene scene(const Scale& scale) const {
-    return *converted(rigid(scale), target(GetParam().system, scale, 0.002)).scene;
+    const Scene there = *converted(rigid(scale), target(GetParam().system, scale, 0.002)).scene;
+    if (GetParam().method.empty()) return there;
+    return there.with(MethodDescription{GetParam().method, {}, {}, ""}).value();
   }
 
   /// Against the exact motion of the body, and what is declared exact against its start.
@@ -208,6 +217,8 @@ TEST(MomentumScalesConversion, KeepsTheDigitsOfM) {
             EXPECT_GT(size, 0.5) << where;
           }
           EXPECT_GT(margin(there, "1/condition of M"), 0.1) << where;
+          // A parametric system has no method for a body whose rate of M underflows.
+          if (again.system() == "parametric_rigid_body" && scale.momentum < 1e-150) continue;
           const Conversion home = converted(again, {"rigid_body"});
           EXPECT_LE(relative(home.scene->M(), given.M()), 32 * u) << where;
           EXPECT_LE(relative(home.scene->Q(), given.Q()), 8 * u) << where;

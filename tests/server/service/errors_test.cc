@@ -154,7 +154,7 @@ TEST_F(Errors, AFloodOfViolationsFitsInTheTrailers) {
 
 TEST_F(Errors, MoreBlocksThanAnySystemHas) {
   const auto status = create_scene([](v1::Scene& scene) {
-    for (int i = 0; i < 100; ++i) (*scene.mutable_initial())["x" + std::to_string(i)];
+    for (int i = 0; i < 100; ++i) (*scene.mutable_initial())[std::to_string(i) + "x"];
   });
   expect_invalid(status, "scene.initial");
 }

@@ -181,7 +181,8 @@ bool on_frames(const std::string& system) {
   return system.starts_with("stiefel") || system == "ellipsoid";
 }
 
-/// Returns the factor by which a change of the initial momentum by 1e-10 grows up to the end.
+/// Returns the largest factor by which a change of the initial momentum by 1e-10 grows up to a
+/// sample.
 double condition_of(const Scene& scene, const Samples& samples) {
   constexpr double tiny = 1e-10;
   // Scene::resolve then projects the changed state onto the manifold.
@@ -213,9 +214,11 @@ double condition_of(const Scene& scene, const Samples& samples) {
   if (!other) return 1;
   const double time = std::abs(scene.time(samples.last()));
   const auto reference = make_reference(*other, {time, 1e12, false});
-  const auto end = reference->at(scene.time(samples.last()), {});
-  if (!end) return 1;
-  return std::max(1.0, relative_error(end->state, samples.answers.back().state) / tiny);
+  double largest = tiny;
+  for (std::size_t i = 0; i < samples.steps.size(); ++i)
+    if (const auto now = reference->at(scene.time(samples.steps[i]), {}))
+      largest = std::max(largest, relative_error(now->state, samples.answers[i].state));
+  return largest / tiny;
 }
 
 }  // namespace
