@@ -58,7 +58,7 @@ std::string of_separatrix(const Scene& scene) {
       " of its elliptic functions";
   return where + (scene.method() == Exact::traits.name
                       ? "; the ensemble has the method exact, which keeps the motion"
-                      : "; rounding grows by its inverse, and only exact keeps the motion");
+                      : "; the rounding of methods other than exact grows by its inverse");
 }
 
 std::string of_turn(const Scene& scene) {
