@@ -217,8 +217,8 @@ TEST(MomentumScalesConversion, KeepsTheDigitsOfM) {
             EXPECT_GT(size, 0.5) << where;
           }
           EXPECT_GT(margin(there, "1/condition of M"), 0.1) << where;
-          // A parametric system has no method for a body whose rate of M underflows.
-          if (again.system() == "parametric_rigid_body" && scale.momentum < 1e-150) continue;
+          // The method goes along, and `adaptive` refuses a body whose rate of M underflows.
+          if (again.method() == "adaptive" && scale.momentum < 1e-150) continue;
           const Conversion home = converted(again, {"rigid_body"});
           EXPECT_LE(relative(home.scene->M(), given.M()), 32 * u) << where;
           EXPECT_LE(relative(home.scene->Q(), given.Q()), 8 * u) << where;

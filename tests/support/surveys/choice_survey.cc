@@ -81,8 +81,8 @@ ChoiceOutcome survey_choice(unsigned seed) {
   const auto now = make_simulation(scene);
   const std::int64_t steps = steps_to(*d.horizon, *d.step);
   if (!now->advance(steps).reached()) return out;
-  out.error = error_of(read_motion(scene, *now), exact(scene, scene.time(steps))).largest() /
-              *d.tolerance;
+  out.error =
+      error_of(read_motion(scene, *now), exact(scene, scene.time(steps))).largest() / *d.tolerance;
   const double best = best_of_table(d);
   const auto fresh = make_simulation(scene);
   if (best > 0 && fresh->advance(steps).reached())

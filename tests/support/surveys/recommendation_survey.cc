@@ -215,7 +215,7 @@ double condition_of(const Scene& scene, const Samples& samples) {
   const double time = std::abs(scene.time(samples.last()));
   const auto reference = make_reference(*other, {time, 1e12, false});
   double largest = tiny;
-  for (std::size_t i = 0; i < samples.steps.size(); ++i)
+  for (std::size_t i = largest_of_all ? 0 : samples.steps.size() - 1; i < samples.steps.size(); ++i)
     if (const auto now = reference->at(scene.time(samples.steps[i]), {}))
       largest = std::max(largest, relative_error(now->state, samples.answers[i].state));
   return largest / tiny;
@@ -237,17 +237,18 @@ struct Surveyed {
   RecommendationOutcome outcome;
 };
 
-/// Measures the error of the recommended method; the condition where `with_condition`.
-Surveyed survey(const SceneDescription& given, bool with_condition) {
+/// Measures the error of the recommended method and the condition on V(n, N) at the end; of a hard
+/// scene both at so many times that no passage next to an unstable motion is missed.
+Surveyed survey(const SceneDescription& given, bool hard) {
   const Scene scene = resolve_recommending(given).value();
   const double rate = make_simulation(scene)->rate();
   const auto steps = steps_to(rotations * 2 * std::numbers::pi / rate, scene.step());
-  Surveyed found{
-      scene,
-      steps,
-      take_samples(scene, steps, Density::coarse, {std::abs(scene.time(steps)), 1e12, false}, {}),
-      {},
-      {}};
+  Surveyed found{scene,
+                 steps,
+                 take_samples(scene, steps, hard ? Density::dense : Density::coarse,
+                              {std::abs(scene.time(steps)), 1e12, false}, {}),
+                 {},
+                 {}};
   RecommendationOutcome& out = found.outcome;
   std::ostringstream what;
   what << scene.system() << " n=" << scene.block(scene.system() == "ellipsoid" ? "q" : "Q").rows()
@@ -261,7 +262,7 @@ Surveyed survey(const SceneDescription& given, bool with_condition) {
     return found;
   }
   out.reference_error = found.samples.answers.back().error;
-  if (with_condition) out.condition = condition_of(scene, found.samples);
+  if (hard || on_frames(given.system)) out.condition = condition_of(scene, found.samples, hard);
   found.own = judge(scene, found.samples, INFINITY, INFINITY);
   out.error = found.own.error;
   return found;
@@ -308,7 +309,7 @@ RecommendationOutcome survey_recommendation(const SceneDescription& description,
                                             const std::optional<MethodDescription>& method) {
   SceneDescription given = description;
   if (method) given.method = method;
-  auto [scene, steps, samples, own, out] = survey(given, on_frames(given.system));
+  auto [scene, steps, samples, own, out] = survey(given, false);
   if (std::isinf(out.error)) return out;
   const double limit = wanted * out.condition;
   if (limit >= saturated_error) return out;

@@ -31,8 +31,8 @@ struct RecommendationOutcome {
   /// largest element.
   double error = 0;
   double reference_error = 0;
-  /// The largest growth factor of a tiny change of the initial momentum, on V(n, N) and for a hard
-  /// scene; 1 elsewhere.
+  /// The growth factor of a tiny change of the initial momentum: on V(n, N) at the end, for a hard
+  /// scene the largest up to the end; 1 elsewhere.
   double condition = 1;
   /// The work, divided by that of the cheapest entry of the trade-off whose error is within
   /// 1e-8 · condition; 1 if none is cheaper.
