@@ -181,9 +181,9 @@ bool on_frames(const std::string& system) {
   return system.starts_with("stiefel") || system == "ellipsoid";
 }
 
-/// Returns the largest factor by which a change of the initial momentum by 1e-10 grows up to a
-/// sample.
-double condition_of(const Scene& scene, const Samples& samples) {
+/// Returns the factor by which a change of the initial momentum by 1e-10 grows: up to the last
+/// sample, or the largest up to any sample.
+double condition_of(const Scene& scene, const Samples& samples, bool largest_of_all) {
   constexpr double tiny = 1e-10;
   // Scene::resolve then projects the changed state onto the manifold.
   SceneDescription moved = scene.description();
