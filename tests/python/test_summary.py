@@ -63,7 +63,7 @@ def test_the_drift_is_diagnose_s(session):
     assert summary["energy"]["drift"] == largest["energy"] and summary["energy"]["drift"].shape == ()
     assert list(summary["spatial_momentum"]["drift"]) == [
         value for name, value in largest.items() if name.startswith("spatial_momentum")]
-    assert summary.price.bound == "at_least" and summary.price.work > 0
+    assert summary.price.bound == "expected" and summary.price.work > 0
 
 
 def test_events_are_where_the_closed_form_has_them(session):
@@ -126,11 +126,13 @@ def test_decimal_multiples_of_the_step_are_steps(client, step):
 
 def test_times_next_to_a_state_have_its_numbers(session):
     """1e-310 and less is a denormal number; 0.05 (1 + 2^-52) is one ulp after step 1."""
-    run = session.trajectory(times=[0.0, 5e-324, 1e-310, 1e-200, 1e-100, 1e-30, 0.05 * (1 + 2**-52), 0.05 * (1 - 2**-53)])
+    run = session.trajectory(times=[0.0, 5e-324, 1e-310, 1e-200, 1e-100, 1e-30, 0.05 * (1 + 2**-52), 0.05 * (1 - 2**-53)],
+                             fields=["Q", "M"])
     assert run.outcome == stiefel.Outcome.REACHED
     for name in ("Q", "M"):
         np.testing.assert_allclose(run[name][1:6], np.broadcast_to(run[name][0], run[name][1:6].shape), rtol=0, atol=1e-15)
-        np.testing.assert_allclose(run[name][6:], np.broadcast_to(session.step(1)[name], run[name][6:].shape), rtol=0, atol=1e-15)
+        after = session.step(1, fields=name)[name]
+        np.testing.assert_allclose(run[name][6:], np.broadcast_to(after, run[name][6:].shape), rtol=0, atol=1e-15)
 
 
 @pytest.mark.parametrize("arguments, field", [

@@ -26,7 +26,7 @@ def test_invariants_kept_is_not_attitude_accurate(stiefel, write):
 
 
 def test_an_estimate_of_less_than_ten_milliseconds_is_always_there(stiefel, write, scene):
-    for to in (0, 1, 2):
+    for to in (1, 2):
         error = stiefel("diagnose", write(scene), "--to", to).json["diagnosis"]["estimated_error"]
         assert "missing" not in error and 0 < error["attitude"] < 1e-3 and error["run_work"] < error["work"] < 5e7
 
@@ -49,7 +49,8 @@ def test_an_estimate_that_costs_more_than_the_run_is_for_those_who_ask(stiefel, 
 
 def test_the_error_of_a_run_that_stopped_is_that_of_its_last_state(stiefel, write, too_long):
     diagnosis = stiefel("diagnose", write(too_long), "--to", 10, "--error").json["diagnosis"]
-    assert diagnosis["estimated_error"]["attitude"] < 1e-15 and "at t = 0:" in diagnosis["summary"]
+    error = diagnosis["estimated_error"]  # the state of the scene itself has an error below that of the reference
+    assert error["missing"].startswith("the error is below that of the reference") and error["reference_error"] < 1e-15
 
 
 def test_a_discrete_system_has_no_error(stiefel):

@@ -72,7 +72,8 @@ def test_a_scene_with_a_tolerance_runs(stiefel, write, scene):
     result = stiefel("run", write({**scene, "tolerance": 1e-6, "horizon": 1.0}), "--to", 100, "--every", 100)
     assert result.status == 0 and result.json["outcome"] == "REACHED"
     choice = result.json["choice"]
-    assert set(choice) == {"method", "tolerance", "horizon", "reason"} and choice["method"]["name"] in choice["reason"]
+    assert set(choice) == {"method", "tolerance", "horizon", "reason", "error", "verified"}
+    assert choice["method"]["name"] in choice["reason"] and choice["verified"] is True and choice["error"] <= 1e-6
     assert (choice["tolerance"], choice["horizon"]) == (1e-6, 1.0)
     result = stiefel("run", write({**scene, "tolerance": 1e-6}), "--to", 100)
     assert result.status == 2 and "scene.json: horizon: absent" in result.err

@@ -234,7 +234,7 @@ def test_without_a_terminal_there_is_a_line_every_ten_seconds(start, write, scen
 
 
 def test_a_short_command_says_nothing(stiefel, write, scene):
-    result = stiefel("run", write(scene), "--to", 1000)
+    result = stiefel("run", write(scene), "--to", 1000, "--every", 1000)
     assert (result.status, result.err) == (0, "")
 
 

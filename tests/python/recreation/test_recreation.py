@@ -9,7 +9,8 @@ import pytest
 import stiefel
 from stiefel import recreation
 
-BODY = {"system": "rigid_body", "step": 0.01, "body": {"moments": [1, 2, 3], "angular_velocity": [0.1, 1, 0.2]}}
+BODY = {"system": "rigid_body", "step": 0.01, "body": {"moments": [1, 2, 3], "angular_velocity": [0.1, 1, 0.2]},
+        "method": {"name": "preprocessed_variational"}}
 
 
 class Replaceable:
