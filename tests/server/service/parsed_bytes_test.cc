@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "stiefel/v1/simulation.pb.h"
+#include "stiefel/v1/simulation.grpc.pb.h"
 
 namespace stiefel::server {
 namespace {
