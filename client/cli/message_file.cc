@@ -25,8 +25,9 @@ using google::protobuf::FieldDescriptor;
 
 /// Returns the object of a matrix given as rows, or as the numbers of a single row.
 nlohmann::json matrix_of(const std::string& place, const nlohmann::json& given) {
-  const nlohmann::json rows =
-      !given.empty() && given[0].is_array() ? given : nlohmann::json::array({given});
+  const bool of_rows =
+      std::ranges::any_of(given, [](const nlohmann::json& one) { return one.is_array(); });
+  const nlohmann::json rows = of_rows ? given : nlohmann::json::array({given});
   nlohmann::json values = nlohmann::json::array();
   for (const auto& row : rows) {
     if (!row.is_array() || row.size() != rows[0].size())

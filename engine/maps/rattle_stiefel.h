@@ -84,7 +84,8 @@ class RattleStiefel {
   /// Finds Y for the step h, starting from the current Y: A = GDᵀ, P = GGᵀ, E = DDᵀ − I.
   bool solve(const FrameMoments<Scalar>& at, Scalar h);
 
-  /// Sets defect_ to QQᵀ − I, reduced where necessary to most_repair·h‖V‖ in its largest element.
+  /// Sets defect_ to QQᵀ − I. What may be rounding is reduced where necessary to most_repair·h‖V‖ in
+  /// its largest element.
   void find_defect(const FrameMoments<Scalar>& at, Scalar h);
 
   double follow(const FrameMoments<Scalar>& at, Scalar h, double end);
@@ -186,7 +187,8 @@ void RattleStiefel<Scalar, arithmetic, lower>::find_defect(const FrameMoments<Sc
   defect_.diagonal().array() -= Scalar(1);
   const Scalar size = defect_.cwiseAbs().maxCoeff(),
                most = Scalar(most_repair) * abs(h) * sqrt(at.VV[0].trace());
-  if (size > most) defect_ *= most / size;
+  const Scalar rounding = sqrt(std::numeric_limits<Scalar>::epsilon());
+  if (size > most && size < rounding) defect_ *= most / size;
 }
 
 template <class Scalar, Arithmetic arithmetic, LowerBlock lower>

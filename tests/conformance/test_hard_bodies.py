@@ -26,8 +26,11 @@ def errors(session, right, moments=1.0):
 @pytest.mark.parametrize("body", BODIES, ids=[body["name"] for body in BODIES])
 def test_the_recommended_method_is_right_to_the_last_bits(client, body):
     with client.create({"system": "rigid_body", "step": body["step"], "body": body["body"]}) as session:
+        # Omega is computed from M by sums of Lambda, which cancel where a moment is far below the others.
+        moments = np.array(body["body"]["moments"])
         for right in body["right"]:
-            assert max(errors(session, right)) < 1e-15
+            omega, q = errors(session, right)
+            assert omega < 1e-15 * max(1, moments.max() / moments.min() / 3) and q < 1e-15
 
 
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-6, 1e-9, 1e-12])

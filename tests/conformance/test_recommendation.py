@@ -57,7 +57,7 @@ def test_it_is_accurate_whatever_the_step(client, step):
 
 
 def test_a_fork_to_a_system_without_its_method_takes_the_recommended_one(client):
-    with client.create(scenes.free(3, method={"name": "preprocessed_variational"})) as top:
+    with client.create(scenes.free(3, method="preprocessed_variational")) as top:
         with top.fork(at=5, system="right_rigid_body") as right:
             assert right.scene["method"]["name"] == recommended(client, "right_rigid_body")[0].method.name
             for name in ("M",):

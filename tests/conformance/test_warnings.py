@@ -88,14 +88,14 @@ def turning(omega, step, **changes):
 def test_a_step_of_more_than_half_a_turn(client, omega, step, degrees):
     """|omega| |step| in degrees, as where an angular velocity was given in degrees a second."""
     assert degrees == pytest.approx(np.degrees(np.linalg.norm(omega) * abs(step)), rel=1e-2)
-    [text] = texts(client, turning(omega, step))
+    [text] = [text for text in texts(client, turning(omega, step)) if "separatrix" not in text]
     found = re.fullmatch(r"a step of (\S+) s turns the body by (\S+) degrees: more than half a turn; angular_velocity is in rad/s", text)
     assert float(found[1]) == step and float(found[2]) == round(np.degrees(np.linalg.norm(omega) * abs(step)))
 
 
 @pytest.mark.parametrize("omega, step", [([31, -8, 52], 0.05), ([0, 0, 3.14], 1), ([0, 0, 0], 1e9), ([0, 2, 0], -1.5)])
 def test_a_step_of_up_to_half_a_turn(client, omega, step):
-    assert texts(client, turning(omega, step)) == []
+    assert [text for text in texts(client, turning(omega, step)) if "separatrix" not in text] == []
 
 
 def test_members_that_turn_too_far(client):

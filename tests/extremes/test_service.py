@@ -124,12 +124,12 @@ def test_nobody_starves(client, record):
     with client.create(BODY) as short, client.create(BODY) as alone:
         for k in range(1, count + 1):
             start = time.monotonic()
-            state = short.step(to=k * 5000)  # too many steps to be done on gRPC's thread
+            state = short.step(to=k * 5000, fields="Q")  # too many steps to be done on gRPC's thread
             waits.append(time.monotonic() - start)
             assert state.step == k * 5000 and not any(call.done() for call in running)
         for call in running:
             call.cancel()
-        np.testing.assert_array_equal(alone.step(to=count * 5000)["Q"], state["Q"])
+        np.testing.assert_array_equal(alone.step(to=count * 5000, fields="Q")["Q"], state["Q"])
     for session in long:
         session.delete()
     record("10^9 steps beside short ones", "seconds that a step waited at worst, beside 8 long ones on 2 threads",
@@ -224,7 +224,7 @@ def test_max_step(client, limits, record):
     with client.create({**BODY, "method": {"name": "exact"}}) as session:
         assert session.step(to=limits.max_step).step == limits.max_step
         past = limits.max_step + 1
-        rule = f"must be 0 to {limits.max_step}"
+        rule = "must be"  # of Python for -1, of the server beyond the limit
         for call, field in [(lambda: session.step(to=past), "to"), (lambda: session.step(to=-1), "to"),
                             (lambda: session.diagnose(to=past), "to"), (lambda: session.fork(at=past), "from_step"),
                             (lambda: list(session.stream(to=past)), "to")]:

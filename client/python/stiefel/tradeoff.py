@@ -90,7 +90,7 @@ class TradeoffParts:
             complete(part.setup, "machine", "numerics_id", "reference", "price")
         elif kind == "point":
             self._points += 1
-            point = complete(part.point, "method", "run_status", "cpu_seconds_per_second")
+            point = complete(part.point, "method", "run_status")  # no times where the first step failed
             reached = RunStatus.of(point.run_status).outcome == Outcome.REACHED
             require(point.HasField("momentum_error") == reached, "a point has an error where its run has REACHED the horizon")
         else:

@@ -62,7 +62,7 @@ void check_scalar(SceneDraft& draft, const SystemInfo& system) {
 /// Returns whether dM/dt, or dS/dt, of size ‖M‖‖Ω‖, or Ω² is next to denormal although a step turns
 /// the frame. A method that adds up this rate would then see no motion.
 bool rate_underflows(const Scene& scene, const SystemInfo& system) {
-  constexpr double least_rate = 1e-290, least_turn = 1e-18;
+  constexpr double least_rate = 1e-302, least_turn = 1e-18;
   const Eigen::VectorXd& lambda = scene.inertia();
   for (const BlockInfo& info : system.blocks) {
     const bool of_body = info.name == "M" && info.required;
