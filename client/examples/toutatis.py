@@ -122,7 +122,7 @@ def hourly(client: stiefel.Client, data: dict[str, Any], method: Optional[str]) 
 def error_in_degrees(diagnosis: stiefel.Diagnosis) -> float:
     """Returns the estimated angle between the attitude and the exact one; 0 where it is too small to tell."""
     estimate = diagnosis.estimated_error
-    assert estimate is not None and not estimate.missing
+    assert estimate is not None and estimate.reference, estimate
     return float(np.degrees(estimate.angle or 0.0))
 
 

@@ -4,11 +4,15 @@ import os
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+
+import stiefel
 
 EXAMPLES = Path(__file__).parents[2] / "client" / "examples"
 sys.path.insert(0, str(EXAMPLES))
@@ -107,6 +111,14 @@ def test_the_error_shown_is_that_of_the_closed_form(client):
 def test_the_main_run_has_the_recommended_method(session, client):
     assert "method" not in toutatis.scene(DATA) and session.scene["method"]["name"] == "exact"
     assert toutatis.error_in_degrees(session.diagnose(to=toutatis.DAYS * toutatis.DAY, estimate_error=True)) < 1e-8
+
+
+def test_an_error_below_that_of_the_reference_is_drawn_as_zero():
+    estimate = stiefel.EstimatedError(attitude=None, momentum=None, angle=None, reference_error=1.1e-16, reference="Jacobi",
+                                      work=1, run_work=1, missing="the error is below that of the reference", member=None)
+    assert toutatis.error_in_degrees(SimpleNamespace(estimated_error=estimate)) == 0
+    with pytest.raises(AssertionError):
+        toutatis.error_in_degrees(SimpleNamespace(estimated_error=replace(estimate, reference="")))
 
 
 def run(script, *arguments, folder):
