@@ -56,7 +56,7 @@ struct ConversionTarget {
 using ConversionRefusal = std::variant<Violations, OutsideDomain>;
 
 /// Converts the motion of `scene` into a scene of another system, through (Q, M) where n = N and
-/// (Q, S) where n < N. The step stays. The method stays where it applies to the target; otherwise
+/// (Q, S) where n < N. The step stays. The method stays where the target accepts it; otherwise
 /// the target gets its recommended method, a discrete system none. The scene's own system as target
 /// returns the scene itself, unless `body` gives the scene or the target sets ε or μ. Refused are
 /// scenes without Q, complex scenes, and the discrete map of V(n, N), n < N, which is not the

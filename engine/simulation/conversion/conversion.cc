@@ -160,8 +160,14 @@ std::expected<Conversion, ConversionRefusal> convert(const Scene& scene,
     out.blocks = std::move(expression->blocks);
     return out;
   }
-  auto made = resolve_recommending(describe(scene, *system, *phase, *expression),
-                                   Scene::frame_tolerance, place_of_result(target));
+  SceneDescription description = describe(scene, *system, *phase, *expression);
+  const Place place = place_of_result(target);
+  auto made = resolve_recommending(description, Scene::frame_tolerance, place);
+  if (!made && description.method) {  // a method that these units do not allow in the new variables
+    description.method.reset();
+    if (auto other = resolve_recommending(std::move(description), Scene::frame_tolerance, place))
+      made = std::move(other);
+  }
   if (!made) return std::unexpected(ConversionRefusal(std::move(made.error())));
   out.scene = *std::move(made);
   return out;
