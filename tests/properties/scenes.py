@@ -164,7 +164,7 @@ def ensembles(draw, pair):
     for scene in alone[1:]:
         scene.update({name: together[name] for name in ("method", "step") if name in together})
     for name in together.keys() & {"inertia", "inertia_u", "inertia_v"}:
-        together[name] = np.concatenate([scene[name] for scene in alone])
+        together[name] = np.stack([scene[name] for scene in alone])
     together["initial"] = {name: np.stack([scene["initial"][name] for scene in alone]) for name in together["initial"]}
     return alone, together
 
