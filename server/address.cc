@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <regex>
 
 namespace stiefel::server {
 namespace {
@@ -12,9 +13,6 @@ namespace {
 constexpr std::size_t longest_path = sizeof(sockaddr_un::sun_path) - 1;
 constexpr std::size_t longest_host = 253;
 constexpr int largest_port = 65535;
-
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
-bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 
 bool is_ip(int family, std::string_view host) {
   unsigned char address[sizeof(in6_addr)];
@@ -24,15 +22,10 @@ bool is_ip(int family, std::string_view host) {
 /// Whether a host is a name: labels of letters, digits, '-' and '_' with dots between them, the
 /// last label not of digits only, which only IPv4 addresses have.
 bool is_host_name(std::string_view host) {
-  std::string_view label;
-  for (std::string_view rest = host; !rest.empty();) {
-    label = rest.substr(0, rest.find('.'));
-    const bool sound = std::ranges::all_of(
-        label, [](char c) { return is_letter(c) || is_digit(c) || c == '-' || c == '_'; });
-    if (!sound || label.empty() || label.front() == '-' || label.back() == '-') return false;
-    rest.remove_prefix(std::min(label.size() + 1, rest.size()));
-  }
-  return !host.empty() && host.size() <= longest_host && !std::ranges::all_of(label, is_digit);
+  static const std::regex name(
+      "([A-Za-z0-9_]([A-Za-z0-9_-]*[A-Za-z0-9_])?\\.)*"
+      "(?![0-9]+\\.?$)[A-Za-z0-9_]([A-Za-z0-9_-]*[A-Za-z0-9_])?\\.?");
+  return host.size() <= longest_host && std::regex_match(host.begin(), host.end(), name);
 }
 
 bool is_host(std::string_view host) {

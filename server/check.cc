@@ -7,12 +7,10 @@
 
 #include "server/access/callers.h"
 #include "server/access/certificates.h"
-#include "server/access/exposure.h"
-#include "server/access/keys_file.h"
-#include "server/limits/thread_limits.h"
+#include "server/access/watched_files.h"
+#include "server/limits/process.h"
 #include "server/metrics/exporter.h"
 #include "server/store/store_file.h"
-#include "server/transport/descriptor_limit.h"
 #include "server/transport/listener.h"
 
 namespace stiefel::server {

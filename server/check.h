@@ -1,5 +1,8 @@
 #pragma once
 
+#include <string>
+
+#include "server/access/access_options.h"
 #include "server/server.h"
 
 namespace stiefel::server {
@@ -9,8 +12,21 @@ namespace stiefel::server {
 int threads_of(const Options& options);
 
 /// Checks whether a server could start with these options: addresses, files of certificates, tokens
-/// and keys, the store, the limits of threads and descriptors. Writes each fault with its flag as a line on
-/// stderr. Returns the exit status, 0 if there is no fault. Does not disturb a running server.
+/// and keys, the store, the limits of threads and descriptors. Writes each fault with its flag as a
+/// line on stderr. Returns the exit status, 0 if there is no fault. Does not disturb a running
+/// server.
 int check(const Options& options);
+
+/// What `stiefel-server healthcheck` asks, and how it connects.
+struct HealthCheck {
+  std::string address = "127.0.0.1:50551";  ///< of a list separated by commas, the first one
+  std::string service = {};                 ///< full name; empty: the whole server
+  std::string ca = {};  ///< file of the authorities of the server's certificate; may be empty
+  TlsFiles tls = {};    ///< the server's own, shown where clients need a certificate
+};
+
+/// Asks the standard health service and writes the answer to stderr. Returns 0 if the service
+/// answers SERVING within 2 s, otherwise 1. Sends no token.
+int health_check(const HealthCheck& question);
 
 }  // namespace stiefel::server

@@ -36,10 +36,6 @@ void EndSignal::receive() {
   received_.count_down();
 }
 
-void EndSignal::started() {
-  if (!starting_.exchange(false)) pause();
-}
-
 /// Sleeps in five parts: a part during which the whole machine stood still counts as a fifth of the
 /// time, so that a shutdown is not given up before it could run.
 void EndSignal::exit_in_time() {

@@ -21,7 +21,9 @@ class EndSignal {
   EndSignal& operator=(const EndSignal&) = delete;
 
   /// From now on the signal makes `wait` return. Does not return if the process is ending.
-  void started();
+  void started() {
+    if (!starting_.exchange(false)) pause();
+  }
   /// Returns after the signal.
   void wait() { received_.wait(); }
   /// Says what the shutdown waits for, a string literal, for the message of a shutdown that takes

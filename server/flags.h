@@ -9,22 +9,13 @@ namespace stiefel::server {
 
 /// The values of the flags and environment variables of the command stiefel-server.
 struct Flags {
-  Flags();
   /// Adds the flags to `app`, whose parsing sets the values here.
-  void add_to(CLI::App& app);
-  /// Returns the options for the constructor of Server.
-  Options options() const;
+  explicit Flags(CLI::App& app);
+  Flags(const Flags&) = delete;
+  Flags& operator=(const Flags&) = delete;
 
+  Options options;
   bool exit_with_parent = false;
-
- private:
-  void add_access_to(CLI::App& app);
-
-  Options options_;
-  double idle_timeout_, grace_;  // seconds
-  double max_connection_age_ = 0, self_watch_ = 0;
-  std::string log_format_ = "text";
-  std::string memory_, principal_memory_;
 };
 
 /// Returns the rule that the address breaks, which CLI11 puts after "--listen: "; empty if none.

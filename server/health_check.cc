@@ -1,4 +1,4 @@
-#include "server/health_check.h"
+#include "server/check.h"
 
 #include <grpcpp/grpcpp.h>
 
@@ -6,10 +6,9 @@
 #include <iostream>
 
 #include "grpc/health/v1/health.grpc.pb.h"
-#include "server/access/exposure.h"
 #include "server/address.h"
 #include "server/flags.h"
-#include "server/transport/tcp_listener.h"
+#include "server/transport/listener.h"
 
 namespace stiefel::server {
 namespace {

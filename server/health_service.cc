@@ -72,16 +72,21 @@ class HealthService::Watcher final : public grpc::ServerWriteReactor<Response> {
   bool told_ = false, writing_ = false, ended_ = false;
 };
 
+void HealthService::leave(Watcher* watcher) {
+  watchers_.erase(watcher);
+  const auto here = of_connection_.find(watcher->connection());
+  if (--here->second == 0) of_connection_.erase(here);
+}
+
+void HealthService::tell_all() {
+  for (Watcher* watcher : watchers_) watcher->tell();
+}
+
 class HealthService::RefusedWatch final : public grpc::ServerWriteReactor<Response> {
  public:
   explicit RefusedWatch(const grpc::Status& status) { Finish(status); }
   void OnDone() override { delete this; }
 };
-
-HealthService::Response::ServingStatus HealthService::status(bool known) const {
-  if (!known) return Response::SERVICE_UNKNOWN;
-  return able_ && !stopped_ ? Response::SERVING : Response::NOT_SERVING;
-}
 
 grpc::ServerUnaryReactor* HealthService::Check(Context* context, const Request* request,
                                                Response* response) {
@@ -107,28 +112,6 @@ grpc::ServerWriteReactor<HealthService::Response>* HealthService::Watch(Context*
   if (here >= most_of_connection) return new RefusedWatch(too_many(most_of_connection));
   ++here;
   return *watchers_.insert(new Watcher(*this, connection, knows(request->service()))).first;
-}
-
-void HealthService::leave(Watcher* watcher) {
-  watchers_.erase(watcher);
-  const auto here = of_connection_.find(watcher->connection());
-  if (--here->second == 0) of_connection_.erase(here);
-}
-
-void HealthService::tell_all() {
-  for (Watcher* watcher : watchers_) watcher->tell();
-}
-
-void HealthService::set_able(bool able) {
-  const std::lock_guard lock(mutex_);
-  able_ = able;
-  tell_all();
-}
-
-void HealthService::stop() {
-  const std::lock_guard lock(mutex_);
-  stopped_ = true;
-  tell_all();
 }
 
 }  // namespace stiefel::server

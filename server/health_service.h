@@ -29,9 +29,17 @@ class HealthService final : public grpc::health::v1::Health::CallbackService {
   grpc::ServerWriteReactor<Response>* Watch(Context*, const Request*) override;
 
   /// Says NOT_SERVING while the server is not able to keep what it would acknowledge.
-  void set_able(bool able);
+  void set_able(bool able) {
+    const std::lock_guard lock(mutex_);
+    able_ = able;
+    tell_all();
+  }
   /// Says NOT_SERVING from now on, to all who watch too.
-  void stop();
+  void stop() {
+    const std::lock_guard lock(mutex_);
+    stopped_ = true;
+    tell_all();
+  }
 
  private:
   class Watcher;
@@ -39,7 +47,10 @@ class HealthService final : public grpc::health::v1::Health::CallbackService {
 
   bool knows(const std::string& service) const { return service.empty() || service == service_; }
   /// The functions below require the lock.
-  Response::ServingStatus status(bool known) const;
+  Response::ServingStatus status(bool known) const {
+    if (!known) return Response::SERVICE_UNKNOWN;
+    return able_ && !stopped_ ? Response::SERVING : Response::NOT_SERVING;
+  }
   void tell_all();
   void leave(Watcher* watcher);
 

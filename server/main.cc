@@ -17,12 +17,10 @@
 #include "server/check.h"
 #include "server/end_signal.h"
 #include "server/flags.h"
-#include "server/health_check.h"
-#include "server/limits/freed_memory.h"
+#include "server/limits/memory_limit.h"
+#include "server/limits/process.h"
 #include "server/parse_error.h"
-#include "server/limits/thread_limits.h"
 #include "server/server.h"
-#include "server/transport/descriptor_limit.h"
 #include "server/transport/listener.h"
 #include "server/variables.h"
 
@@ -127,8 +125,7 @@ int main(int argc, char** argv) {
       "ready.",
       "stiefel-server");
   app.set_version_flag("--version", "stiefel-server " STIEFEL_VERSION);
-  Flags flags;
-  flags.add_to(app);
+  Flags flags(app);
 
   stiefel::server::HealthCheck question;
   auto* healthcheck = app.add_subcommand(
@@ -162,7 +159,7 @@ int main(int argc, char** argv) {
   }
 
   if (*healthcheck) {
-    question.tls = flags.options().access.tls;
+    question.tls = flags.options.access.tls;
     return stiefel::server::health_check(question);
   }
   if (*token) return print_token(name);
@@ -170,6 +167,6 @@ int main(int argc, char** argv) {
     std::cout << stiefel::server::flag_table(app);
     return 0;
   }
-  return *checked ? stiefel::server::check(flags.options())
-                  : serve(flags.options(), flags.exit_with_parent);
+  return *checked ? stiefel::server::check(flags.options)
+                  : serve(flags.options, flags.exit_with_parent);
 }

@@ -12,23 +12,20 @@
 #include <utility>
 
 #include "server/access/callers.h"
-#include "server/access/client_hello.h"
-#include "server/access/exposure.h"
-#include "server/access/keys_file.h"
-#include "server/access/served_certificates.h"
+#include "server/access/certificates.h"
+#include "server/access/watched_files.h"
 #include "server/address.h"
 #include "server/admission/grpc_log.h"
 #include "server/calls/gate.h"
 #include "server/calls/service.h"
 #include "server/durability/durability.h"
 #include "server/health_service.h"
-#include "server/limits/freed_memory.h"
 #include "server/limits/memory_limit.h"
-#include "server/limits/thread_limits.h"
+#include "server/limits/process.h"
 #include "server/metrics/exporter.h"
 #include "server/metrics/server_metrics.h"
 #include "server/transport/acceptor.h"
-#include "server/transport/descriptor_limit.h"
+#include "server/transport/listener.h"
 #include "server/transport/self_watch.h"
 
 namespace stiefel::server {
@@ -143,10 +140,11 @@ struct Server::Parts {
                        : std::make_unique<Durability>(
                              options.store, host, [this](bool able) { health.set_able(able); })),
         service(host),
-        sweeper(host.registry,
-                [this](std::size_t dropped) {
-                  host.log.line(Log::Level::info, "sessions expired",
-                                {{"count", static_cast<std::int64_t>(dropped)}});
+        sweeper("sweep", host.registry.sweep_interval(),
+                [this](const auto&) {
+                  if (const std::size_t dropped = host.registry.expire())
+                    host.log.line(Log::Level::info, "sessions expired",
+                                  {{"count", static_cast<std::int64_t>(dropped)}});
                 }),
         freed_memory(host.memory) {
     if (options.takes_grpc_log) grpc_log.emplace(host.log);
@@ -171,7 +169,7 @@ struct Server::Parts {
   std::optional<ServedCertificates> certificates;
   std::optional<Callers> callers;
   std::optional<Gate> gate;
-  Sweeper sweeper;
+  Periodic sweeper;
   FreedMemory freed_memory;
   std::optional<Exporter> exporter;
   std::vector<std::string> addresses;

@@ -12,7 +12,7 @@
 #include "server/access/access_options.h"
 #include "server/scheduling/quota.h"
 #include "server/sessions/principal.h"
-#include "server/store/store_options.h"
+#include "server/store/store_file.h"
 
 namespace grpc {
 class CallbackServerContext;

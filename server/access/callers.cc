@@ -68,11 +68,6 @@ std::optional<Refused> Callers::admit(grpc::CallbackServerContext& context) {
   return std::nullopt;
 }
 
-void Callers::leave(CallerContext& context) noexcept {
-  const std::lock_guard lock(mutex_);
-  if (context.is_linked()) calls_.erase(calls_.iterator_to(context));
-}
-
 void Callers::take(const WatchedFiles::Contents& contents) {
   failpoint("tokens.reload");
   if (!contents[0]) {

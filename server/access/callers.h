@@ -1,17 +1,35 @@
 #pragma once
 
+#include <grpcpp/server_context.h>
 #include <boost/intrusive/list.hpp>
+#include <boost/intrusive/list_hook.hpp>
+
 #include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
 
-#include "server/access/caller_context.h"
 #include "server/access/tokens.h"
 #include "server/access/watched_files.h"
+#include "server/sessions/checkpoints/digest.h"
+#include "server/sessions/principal.h"
 
 namespace stiefel::server {
+
+/// The context of a call at a server with tokens, with the caller's principal, which `Callers`
+/// sets.
+class CallerContext final : public grpc::CallbackServerContext,
+                            public boost::intrusive::list_base_hook<> {
+ public:
+  const Principal& principal() const { return principal_; }
+
+ private:
+  friend class Callers;
+  Principal principal_;
+  Bytes32 digest_{};  // SHA-256 of the token
+  bool admitted_ = false;
+};
 
 /// Why a caller is refused.
 enum class Refused { token_missing, token_unknown };
@@ -44,7 +62,10 @@ class Callers {
 
  private:
   friend class CallerContexts;
-  void leave(CallerContext& context) noexcept;
+  void leave(CallerContext& context) noexcept {
+    const std::lock_guard lock(mutex_);
+    if (context.is_linked()) calls_.erase(calls_.iterator_to(context));
+  }
   void take(const WatchedFiles::Contents& contents);
   void replace(TokenTable table);
 

@@ -1,10 +1,11 @@
 #include "server/access/tokens.h"
 
-#include <algorithm>
+#include <strings.h>
+
 #include <cstring>
 #include <stdexcept>
 
-#include "server/sessions/checkpoints/lines.h"
+#include "server/sessions/checkpoints/digest.h"
 
 namespace stiefel::server {
 namespace {
@@ -15,16 +16,10 @@ constexpr const char* rule_of_names = "a name must have 1 to 128 characters of [
 constexpr std::string_view mark = "stiefel_";
 
 bool is_name(std::string_view name) {
-  const auto allowed = [](char c) {
-    return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '.' ||
-           c == '_' || c == '-';
-  };
-  return !name.empty() && name.size() <= longest_name && std::ranges::all_of(name, allowed);
-}
-
-bool equal_without_case(std::string_view a, std::string_view b) {
-  const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; };
-  return std::ranges::equal(a, b, {}, lower, lower);
+  constexpr std::string_view allowed =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789._-";
+  return !name.empty() && name.size() <= longest_name &&
+         name.find_first_not_of(allowed) == name.npos;
 }
 
 }  // namespace
@@ -67,7 +62,8 @@ NewToken make_token(std::string_view name) {
 
 std::optional<Bytes32> digest_of_bearer(std::string_view authorization) {
   const std::string_view scheme = next_word(authorization);
-  if (!equal_without_case(scheme, "bearer") || authorization.empty()) return std::nullopt;
+  if (scheme.size() != 6 || strncasecmp(scheme.data(), "bearer", 6) != 0 || authorization.empty())
+    return std::nullopt;
   return sha256(authorization);
 }
 

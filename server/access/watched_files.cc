@@ -1,16 +1,15 @@
 #include "server/access/watched_files.h"
 
 #include <fcntl.h>
-#include <pthread.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
-#include <exception>
+#include <stdexcept>
 #include <utility>
 
-#include "server/transport/descriptor.h"
+#include "server/limits/process.h"
 
 namespace stiefel::server {
 namespace {
@@ -52,22 +51,9 @@ WatchedFiles::WatchedFiles(std::vector<std::string> paths, Contents known, Chang
                            std::chrono::milliseconds pause)
     : paths_(std::move(paths)),
       changed_(std::move(changed)),
-      pause_(pause),
       known_(std::move(known)),
       last_(known_),
-      thread_([this](const std::stop_token& stop) { run(stop); }) {}
-
-void WatchedFiles::run(const std::stop_token& stop) {
-  pthread_setname_np(pthread_self(), "watch-files");
-  std::unique_lock lock(mutex_);
-  while (!wake_.wait_for(lock, stop, pause_, [&] { return stop.stop_requested(); })) {
-    try {
-      look();
-    } catch (const std::exception&) {
-      // Without memory the thread looks again after the pause.
-    }
-  }
-}
+      thread_("watch-files", pause, [this](const auto&) { look(); }) {}
 
 void WatchedFiles::look() {
   Contents now = read_texts(paths_);
@@ -76,6 +62,14 @@ void WatchedFiles::look() {
   if (!calm || last_ == known_) return;
   changed_(last_);
   known_ = last_;
+}
+
+std::shared_ptr<const CheckpointKeys> checkpoint_keys(const std::string& file) {
+  if (file.empty()) return nullptr;
+  const auto text = read_text(file);
+  auto keys = text ? CheckpointKeys::parse(*text) : std::unexpected(text.error());
+  if (!keys) throw std::runtime_error("--checkpoint-key: " + file + ": " + keys.error());
+  return std::make_shared<const CheckpointKeys>(*std::move(keys));
 }
 
 }  // namespace stiefel::server

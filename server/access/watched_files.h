@@ -1,13 +1,14 @@
 #pragma once
 
 #include <chrono>
-#include <condition_variable>
 #include <expected>
 #include <functional>
-#include <mutex>
+#include <memory>
 #include <string>
-#include <thread>
 #include <vector>
+
+#include "server/limits/process.h"
+#include "server/sessions/checkpoints/digest.h"
 
 namespace stiefel::server {
 
@@ -28,19 +29,19 @@ class WatchedFiles {
                std::chrono::milliseconds pause = default_pause);
 
  private:
-  void run(const std::stop_token& stop);
   void look();
 
   const std::vector<std::string> paths_;
   const Changed changed_;
-  const std::chrono::milliseconds pause_;
   Contents known_, last_;
-  std::mutex mutex_;
-  std::condition_variable_any wake_;
-  std::jthread thread_;
+  Periodic thread_;
 };
 
 /// Returns the current contents of the files.
 WatchedFiles::Contents read_texts(const std::vector<std::string>& paths);
+
+/// Returns the keys in a file (checkpoint_keys.h); null if `file` is empty. Throws
+/// std::runtime_error with the flag, the file and the rule that it breaks, never with a key.
+std::shared_ptr<const CheckpointKeys> checkpoint_keys(const std::string& file);
 
 }  // namespace stiefel::server

@@ -10,7 +10,7 @@
 #include "server/admission/stderr_sink.h"
 #include "server/convert/errors.h"
 #include "server/limits/failpoint.h"
-#include "server/metrics/trace_id.h"
+#include "server/metrics/call_metrics.h"
 #include "server/scheduling/account.h"
 #include "server/scheduling/scheduler.h"
 

@@ -14,7 +14,6 @@
 
 #include "server/admission/line_rate.h"
 #include "server/metrics/call_metrics.h"
-#include "server/metrics/open_streams.h"
 
 namespace spdlog {
 class logger;

@@ -1,6 +1,6 @@
 #include "server/admission/principal.h"
 
-#include "server/access/caller_context.h"
+#include "server/access/callers.h"
 
 namespace stiefel::server {
 

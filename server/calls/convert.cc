@@ -1,8 +1,7 @@
 #include "server/calls/service.h"
 #include "server/calls/sliced_stream.h"
-#include "server/convert/conversion.h"
-#include "server/convert/pricing/request_memory.h"
-#include "server/convert/pricing/request_work.h"
+#include "server/convert/answers.h"
+#include "server/convert/request_price.h"
 #include "server/convert/resolve.h"
 
 namespace stiefel::server {

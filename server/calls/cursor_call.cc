@@ -7,7 +7,7 @@
 #include "server/calls/stopped.h"
 #include "server/convert/errors.h"
 #include "server/limits/failpoint.h"
-#include "server/sessions/stoppable.h"
+#include "server/sessions/cursor.h"
 
 namespace stiefel::server {
 

@@ -1,9 +1,9 @@
 #include "server/calls/cursor_call.h"
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
-#include "server/convert/diagnosis/task.h"
+#include "server/convert/diagnosis.h"
 #include "server/convert/errors.h"
-#include "server/convert/pricing/request_memory.h"
+#include "server/convert/request_price.h"
 
 namespace stiefel::server {
 namespace {

@@ -12,7 +12,7 @@
 #include "server/calls/stopped.h"
 #include "server/convert/errors.h"
 #include "server/limits/failpoint.h"
-#include "server/limits/reply_limits.h"
+#include "server/sessions/field_bytes.h"
 #include "server/scheduling/departure.h"
 
 namespace stiefel::server {

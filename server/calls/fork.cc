@@ -1,11 +1,10 @@
-#include "server/convert/fork.h"
+#include "server/convert/resolve.h"
 
 #include "server/calls/cursor_call.h"
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
-#include "server/convert/price.h"
 #include "server/pricing/memory_price.h"
 #include "server/pricing/work_price.h"
 

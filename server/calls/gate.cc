@@ -7,7 +7,7 @@
 #include "server/admission/log.h"
 #include "server/admission/read_request.h"
 #include "server/convert/errors.h"
-#include "server/sessions/numerics_id.h"
+#include "server/sessions/identity.h"
 
 namespace stiefel::server {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "server/convert/errors.h"
 #include "server/limits/failpoint.h"
-#include "server/sessions/numerics_id.h"
+#include "server/sessions/identity.h"
 
 namespace stiefel::server {
 

@@ -8,11 +8,9 @@
 #include "server/calls/wire_bytes.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
-#include "server/convert/price.h"
-#include "server/convert/pricing/request_memory.h"
-#include "server/convert/pricing/request_work.h"
+#include "server/convert/request_price.h"
 #include "server/limits/failpoint.h"
-#include "server/limits/reply_limits.h"
+#include "server/sessions/field_bytes.h"
 #include "server/pricing/memory_price.h"
 
 namespace stiefel::server {

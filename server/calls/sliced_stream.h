@@ -16,7 +16,7 @@
 #include "server/convert/errors.h"
 #include "server/limits/failpoint.h"
 #include "server/scheduling/departure.h"
-#include "server/sessions/stoppable.h"
+#include "server/sessions/cursor.h"
 
 namespace stiefel::server {
 

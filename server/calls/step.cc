@@ -6,14 +6,12 @@
 #include "server/calls/cursor_call.h"
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
-#include "server/convert/checks/door.h"
+#include "server/convert/convert.h"
 #include "server/convert/errors.h"
-#include "server/convert/price.h"
 #include "server/limits/failpoint.h"
-#include "server/limits/reply_limits.h"
+#include "server/sessions/field_bytes.h"
 #include "server/pricing/memory_price.h"
 #include "server/sessions/checkpoints/checkpoint_bytes.h"
-#include "server/sessions/field_bytes.h"
 
 namespace stiefel::server {
 namespace {

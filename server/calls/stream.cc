@@ -12,16 +12,13 @@
 #include "server/calls/sliced_stream.h"
 #include "server/calls/stopped.h"
 #include "server/calls/wire_bytes.h"
-#include "server/convert/checks/door.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
-#include "server/convert/price.h"
 #include "server/convert/stream_messages.h"
-#include "server/limits/reply_limits.h"
+#include "server/sessions/field_bytes.h"
 #include "server/pricing/memory_price.h"
 #include "server/pricing/reading_price.h"
 #include "server/scheduling/departure.h"
-#include "server/sessions/field_bytes.h"
 #include "server/sessions/sampling.h"
 
 namespace stiefel::server {

@@ -9,8 +9,8 @@
 #include "server/calls/sliced_stream.h"
 #include "server/calls/stopped.h"
 #include "server/convert/errors.h"
-#include "server/convert/pricing/request_work.h"
-#include "server/convert/summary/answer.h"
+#include "server/convert/request_price.h"
+#include "server/convert/summarize.h"
 #include "server/limits/failpoint.h"
 #include "server/pricing/reading_price.h"
 

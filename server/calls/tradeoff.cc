@@ -1,9 +1,8 @@
-#include "server/convert/tradeoff.h"
+#include "server/convert/answers.h"
 
 #include "server/calls/service.h"
 #include "server/calls/sliced_stream.h"
-#include "server/convert/pricing/request_memory.h"
-#include "server/convert/pricing/request_work.h"
+#include "server/convert/request_price.h"
 
 namespace stiefel::server {
 

@@ -1,7 +1,7 @@
 #include "engine/simulation/catalogue/methods/recommendation.h"
 #include "server/convert/convert.h"
-#include "server/limits/reply_limits.h"
-#include "server/sessions/numerics_id.h"
+#include "server/sessions/field_bytes.h"
+#include "server/sessions/identity.h"
 #include "stiefel/version.h"
 
 namespace stiefel::server {

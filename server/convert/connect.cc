@@ -1,16 +1,13 @@
-#include "server/convert/connect.h"
+#include "server/convert/answers.h"
 
 #include <algorithm>
 #include <utility>
 
 #include "engine/linalg/arithmetic/to_text.h"
 #include "proto/checksum/checksum.h"
-#include "server/convert/block.h"
-#include "server/convert/checks/door.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
-#include "server/convert/price.h"
-#include "server/limits/reply_limits.h"
+#include "server/sessions/field_bytes.h"
 #include "stiefel/stop.h"
 
 namespace stiefel::server {

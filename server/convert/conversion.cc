@@ -1,4 +1,4 @@
-#include "server/convert/conversion.h"
+#include "server/convert/answers.h"
 
 #include <algorithm>
 
@@ -6,11 +6,9 @@
 #include "proto/checksum/checksum.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
-#include "server/convert/price.h"
+#include "server/convert/parts.h"
 #include "server/convert/resolve.h"
-#include "server/convert/scene_view.h"
-#include "server/limits/reply_limits.h"
-#include "server/sessions/dimension.h"
+#include "server/sessions/field_bytes.h"
 #include "stiefel/stop.h"
 #include "stiefel/tradeoff.h"
 

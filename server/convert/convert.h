@@ -1,11 +1,13 @@
 #pragma once
 
+#include <cstdint>
 #include <expected>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "server/convert/checks/faults.h"
+#include "server/convert/faults.h"
 #include "server/sessions/cursor.h"
 #include "server/sessions/registry.h"
 #include "server/sessions/session.h"
@@ -13,9 +15,16 @@
 #include "stiefel/error_estimate.h"
 #include "stiefel/scene.h"
 #include "stiefel/simulation.h"
+#include "stiefel/v1/outcome.pb.h"
+#include "stiefel/v1/price.pb.h"
+#include "stiefel/v1/scene.pb.h"
 #include "stiefel/v1/simulation.pb.h"
+#include "stiefel/v1/tensor.pb.h"
 
 /// Converts between the wire's types and the engine's; no other code sees both.
+
+/// The last look at a reply: none says OUTCOME_REACHED and carries a number that is not finite.
+
 namespace stiefel::server {
 
 /// Converts a scene and checks what only the wire can get wrong: shapes and numbers of values. The
@@ -66,5 +75,35 @@ void describe_field(const Session& session, const Field& field, std::optional<st
 /// Writes the simulation's current state, without checksum.
 void to_proto(const Session& session, const Simulation& simulation,
               const std::vector<std::size_t>& fields, v1::Sample* out);
+
+/// Returns how well `Session::most_work` is known before the steps are computed: EXPECTED, or
+/// AT_MOST where the method chooses its own steps and the call ends when it has taken that much.
+v1::PriceBound bound_of_steps(const Session& session);
+
+/// Writes the price of `work` instructions, `bytes` of arrays and `memory` bytes that the call
+/// holds.
+void to_proto(double work, std::uint64_t bytes, v1::PriceBound bound, std::uint64_t memory,
+              v1::Price* out);
+
+/// Reads a block of a description. If the numbers of values do not match the shape, leaves `out`
+/// unchanged and adds faults at `path`.
+void read_block(const Path& path, const v1::Matrix& matrix, Block& out, Faults& faults);
+/// Reads a block from a tensor of shape (rows, cols) or (members, rows, cols), with the members'
+/// blocks stacked. Adds faults as for a matrix.
+void read_block(const Path& path, const v1::Tensor& tensor, Block& out, Faults& faults);
+
+/// Reads a single matrix, which must be finite. Returns nothing and adds faults if it is refused.
+std::optional<Block> read_matrix(const Path& path, const v1::Matrix& matrix, Faults& faults);
+
+void write_block(const Block& block, v1::Matrix* out);
+
+/// Whether all numbers of the tensor are finite.
+bool is_finite(const v1::Tensor& tensor);
+bool is_finite(const google::protobuf::RepeatedPtrField<v1::Field>& fields);
+/// Whether all numbers of the message's tensors are finite, and no other number of it is NaN.
+bool is_finite(const google::protobuf::Message& message);
+
+/// Changes OUTCOME_REACHED to OUTCOME_NOT_FINITE unless `finite`.
+void check_at_the_door(bool finite, v1::RunStatus* status);
 
 }  // namespace stiefel::server

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "engine/linalg/arithmetic/to_text.h"
-#include "server/limits/reply_limits.h"
+#include "server/sessions/field_bytes.h"
 #include "stiefel/stop.h"
 
 namespace stiefel::server::errors {

@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "server/convert/checks/faults.h"
+#include "server/convert/faults.h"
 #include "server/limits/memory_budget.h"
 #include "server/scheduling/quota.h"
 #include "server/sessions/ledger.h"

@@ -3,9 +3,13 @@
 #include <grpcpp/support/status.h>
 
 #include <expected>
+#include <string>
 
-#include "server/sessions/resolution.h"
+#include "server/sessions/cursor.h"
+#include "server/sessions/identity.h"
+#include "stiefel/scene.h"
 #include "stiefel/v1/scene.pb.h"
+#include "stiefel/v1/session.pb.h"
 
 namespace stiefel::server {
 
@@ -29,5 +33,16 @@ bool wants_choice(const v1::Scene& scene);
 
 /// Returns the most work that the choice of a method takes, in instructions.
 double most_choice_work();
+
+/// Returns the resolved scene that starts at the cursor's state, with the changes of the request.
+/// Its difference is relative to the scene of `from`.
+OrStatus<ResolvedScene> forked(const Session& from, const Cursor& cursor,
+                               const v1::ForkSessionRequest& request);
+
+/// Returns a resolved scene as the bytes of a stiefel.v1.Scene, which keeps every bit.
+std::string to_bytes(const Scene& scene);
+
+/// Returns the scene of such bytes, or why this build cannot resolve it.
+std::expected<Scene, std::string> scene_of(const std::string& bytes);
 
 }  // namespace stiefel::server

@@ -2,10 +2,9 @@
 
 #include "proto/checksum/checksum.h"
 #include "server/convert/convert.h"
-#include "server/convert/price.h"
-#include "server/convert/scene_view.h"
+#include "server/convert/parts.h"
 #include "server/sessions/field_bytes.h"
-#include "server/sessions/numerics_id.h"
+#include "server/sessions/identity.h"
 #include "stiefel/stop.h"
 
 namespace stiefel::server {
@@ -73,6 +72,18 @@ void to_list(const Session& session, const Registry& registry, const v1::Session
   if (shows_scenes(view)) return to_proto(session, session.resolution(), registry, view, out);
   write_heading(session, registry, out);
   write_checksum(view, out);
+}
+
+v1::PriceBound bound_of_steps(const Session& session) {
+  return session.attempt_limit() ? v1::PRICE_BOUND_AT_MOST : v1::PRICE_BOUND_EXPECTED;
+}
+
+void to_proto(double work, std::uint64_t bytes, v1::PriceBound bound, std::uint64_t memory,
+              v1::Price* out) {
+  out->set_work(work);
+  out->set_bytes(bytes);
+  out->set_bound(bound);
+  out->set_memory_bytes(memory);
 }
 
 }  // namespace stiefel::server

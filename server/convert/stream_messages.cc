@@ -1,9 +1,8 @@
 #include "server/convert/stream_messages.h"
 
 #include "server/convert/convert.h"
-#include "server/convert/scene_view.h"
+#include "server/convert/parts.h"
 #include "server/limits/failpoint.h"
-#include "server/limits/reply_limits.h"
 #include "server/sessions/field_bytes.h"
 
 namespace stiefel::server {

@@ -1,13 +1,12 @@
-#include "server/convert/tradeoff.h"
+#include "server/convert/answers.h"
 
 #include <utility>
 
 #include "proto/checksum/checksum.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
-#include "server/convert/price.h"
 #include "server/convert/resolve.h"
-#include "server/sessions/numerics_id.h"
+#include "server/sessions/identity.h"
 
 namespace stiefel::server {
 namespace {

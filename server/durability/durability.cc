@@ -1,16 +1,49 @@
 #include "server/durability/durability.h"
 
 #include <atomic>
+#include <cstring>
 #include <exception>
 #include <mutex>
+#include <sstream>
+#include <string_view>
 #include <thread>
 #include <utility>
 #include <vector>
 
-#include "server/sessions/numerics_id.h"
+#include "server/convert/resolve.h"
+#include "server/sessions/identity.h"
 
 namespace stiefel::server {
 namespace {
+
+using Nanoseconds = std::chrono::nanoseconds;
+using Time = std::chrono::system_clock::time_point;
+
+/// Joins paths, which contain no line ends.
+std::string joined(const std::vector<std::string>& lines) {
+  std::string text;
+  for (const std::string& line : lines) text += line + '\n';
+  return text;
+}
+
+std::vector<std::string> split(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
+}
+
+/// Adopts the state of a checkpoint if it is of this session and fits into the memory; leaves it
+/// out otherwise, since it is only a cache.
+void adopt(const StoredCheckpoint& checkpoint, Session& session) {
+  if (checkpoint.numerics_id != numerics_id() || checkpoint.identity != hash(session.identity()) ||
+      checkpoint.step < 0 || checkpoint.step > Session::max_step ||
+      checkpoint.state.size() != session.saved_size() * sizeof(double))
+    return;
+  std::vector<double> saved(session.saved_size());
+  std::memcpy(saved.data(), checkpoint.state.data(), checkpoint.state.size());
+  session.adopt_if_it_fits(checkpoint.step, saved);
+}
 
 constexpr auto report_interval = std::chrono::seconds(1);
 
@@ -44,6 +77,37 @@ class Rows {
 };
 
 }  // namespace
+
+StoredSession to_row(const Session& session) {
+  const Resolution& resolution = session.resolution();
+  const auto created = session.create_time().time_since_epoch();
+  return {session.owner(),
+          session.id(),
+          std::chrono::duration_cast<Nanoseconds>(created).count(),
+          numerics_id(),
+          hash(session.identity()),
+          to_bytes(session.scene()),
+          joined(resolution.difference.filled_in),
+          joined(resolution.difference.cleared),
+          resolution.choice};
+}
+
+Restored from_row(const Store::Row& row, std::shared_ptr<const Clock> clock,
+                  std::shared_ptr<const CheckpointKeys> keys, MemoryBudget& memory) {
+  auto scene = scene_of(row.session.scene);
+  if (!scene) return std::unexpected(std::move(scene.error()));
+  auto session = std::make_shared<Session>(
+      row.session.id, *std::move(scene), std::move(clock),
+      Resolution{{split(row.session.filled_in), split(row.session.cleared)}, row.session.choice},
+      std::move(keys), memory);
+  if (row.session.numerics_id == numerics_id() && row.session.identity != hash(session->identity()))
+    return std::unexpected("this build reads its scene as a different scene");
+  session->set_owner(row.session.principal);
+  session->set_create_time(
+      Time(std::chrono::duration_cast<Time::duration>(Nanoseconds(row.session.create_time))));
+  if (row.checkpoint) adopt(*row.checkpoint, *session);
+  return session;
+}
 
 Durability::Durability(const StoreOptions& options, Host& host, std::function<void(bool)> able)
     : file_(options.file),

@@ -14,16 +14,6 @@ MemoryExhausted::MemoryExhausted(std::uint64_t bytes, std::uint64_t free, std::u
           std::to_string(free_) + " of " + std::to_string(limit_) + " are free";
 }
 
-MemoryBudget& MemoryBudget::unlimited() {
-  static MemoryBudget all(std::numeric_limits<std::uint64_t>::max());
-  return all;
-}
-
-void MemoryBudget::reclaim_with(Reclaim reclaim) {
-  const std::lock_guard lock(reclaiming_);
-  reclaim_ = std::move(reclaim);
-}
-
 bool MemoryBudget::try_take(std::uint64_t bytes) noexcept {
   if (!try_take_here(bytes)) return false;
   if (!whole_ || whole_->try_take(bytes)) return true;
@@ -67,12 +57,6 @@ void MemoryBudget::take_here(std::uint64_t bytes) {
   throw MemoryExhausted(bytes, limit_ - std::min(used(), limit_), limit_, name_);
 }
 
-void MemoryBudget::give_back(std::uint64_t bytes) noexcept {
-  used_.fetch_sub(bytes, std::memory_order_relaxed);
-  given_back_.fetch_add(bytes, std::memory_order_relaxed);
-  if (whole_) whole_->give_back(bytes);
-}
-
 MemoryLease MemoryLease::if_it_fits(MemoryBudget& budget, std::uint64_t bytes) {
   MemoryLease lease;
   if (!budget.try_take(bytes)) return lease;
@@ -92,11 +76,6 @@ MemoryLease& MemoryLease::operator=(MemoryLease&& other) noexcept {
 void MemoryLease::grow(std::uint64_t more) {
   budget_->take(more);
   bytes_.fetch_add(more, std::memory_order_relaxed);
-}
-
-void MemoryLease::grow_to(std::uint64_t bytes) {
-  const std::uint64_t held = this->bytes();
-  if (bytes > held) grow(bytes - held);
 }
 
 void MemoryLease::shrink(std::uint64_t less) noexcept {

@@ -48,7 +48,10 @@ class MemoryBudget {
   MemoryBudget(const MemoryBudget&) = delete;
   MemoryBudget& operator=(const MemoryBudget&) = delete;
   /// Returns a budget into which everything fits.
-  static MemoryBudget& unlimited();
+  static MemoryBudget& unlimited() {
+    static MemoryBudget all(std::numeric_limits<std::uint64_t>::max());
+    return all;
+  }
 
   std::uint64_t limit() const { return limit_; }
   std::uint64_t used() const { return used_.load(std::memory_order_relaxed); }
@@ -57,7 +60,10 @@ class MemoryBudget {
 
   /// Sets the function that gives up caches; empty once their holder is gone. `take` calls it
   /// without holding a lock that `try_take` or `give_back` needs.
-  void reclaim_with(Reclaim reclaim);
+  void reclaim_with(Reclaim reclaim) {
+    const std::lock_guard lock(reclaiming_);
+    reclaim_ = std::move(reclaim);
+  }
 
   /// While `allowed`, `take` takes even what does not fit once the caches are given up: for what
   /// was promised before, such as the sessions of a store.
@@ -67,7 +73,11 @@ class MemoryBudget {
   bool try_take(std::uint64_t bytes) noexcept;
   /// Takes the bytes, giving up caches if need be. Throws MemoryExhausted if they still do not fit.
   void take(std::uint64_t bytes);
-  void give_back(std::uint64_t bytes) noexcept;
+  void give_back(std::uint64_t bytes) noexcept {
+    used_.fetch_sub(bytes, std::memory_order_relaxed);
+    given_back_.fetch_add(bytes, std::memory_order_relaxed);
+    if (whole_) whole_->give_back(bytes);
+  }
 
  private:
   bool try_take_here(std::uint64_t bytes) noexcept;
@@ -102,7 +112,10 @@ class MemoryLease {
   /// Takes `more` bytes. Throws MemoryExhausted. The lease must have a budget.
   void grow(std::uint64_t more);
   /// Grows to at least `bytes` bytes. Throws MemoryExhausted.
-  void grow_to(std::uint64_t bytes);
+  void grow_to(std::uint64_t bytes) {
+    const std::uint64_t held = this->bytes();
+    if (bytes > held) grow(bytes - held);
+  }
   /// Gives back `less` bytes, at most those held.
   void shrink(std::uint64_t less) noexcept;
 

@@ -1,10 +1,15 @@
 #include "server/limits/memory_limit.h"
 
+#include <malloc.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <charconv>
+#include <chrono>
 #include <cmath>
 #include <fstream>
 #include <limits>
+#include <thread>
 
 namespace stiefel::server {
 namespace {
@@ -44,7 +49,21 @@ std::uint64_t group_limit(const fs::path& mount, const fs::path& group, const ch
   return least;
 }
 
+constexpr auto trim_pause = std::chrono::milliseconds(500);
+constexpr auto longest_wait = std::chrono::seconds(5);
+/// The least bytes given back since the last trim, and the least resident bytes beyond those taken.
+constexpr std::uint64_t least_given_back = std::uint64_t{64} << 20;
+constexpr std::uint64_t least_surplus = std::uint64_t{64} << 20;
+constexpr int largest_kept = 512 * 1024, arenas_a_core = 2;
+
 }  // namespace
+
+std::uint64_t resident_bytes() {
+  std::ifstream statm("/proc/self/statm");
+  std::uint64_t total = 0, resident = 0;
+  statm >> total >> resident;
+  return resident * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+}
 
 std::optional<std::uint64_t> read_bytes(std::string_view text, std::uint64_t least) {
   constexpr std::string_view suffixes = "KMGT";
@@ -92,6 +111,30 @@ std::uint64_t program_share(std::uint64_t memory) { return std::min(32 * MiB, me
 
 std::uint64_t session_share(std::uint64_t memory) {
   return memory - grpc_share(memory) - program_share(memory);
+}
+
+void keep_little_freed_memory() {
+  mallopt(M_MMAP_THRESHOLD, largest_kept);
+  mallopt(M_TRIM_THRESHOLD, 2 * largest_kept);
+  const auto cores = static_cast<int>(std::thread::hardware_concurrency());
+  mallopt(M_ARENA_MAX, arenas_a_core * std::max(cores, 2));
+}
+
+FreedMemory::FreedMemory(const MemoryBudget& budget)
+    : budget_(budget), thread_("freed-memory", trim_pause, [this](const auto&) { trim(); }) {}
+
+void FreedMemory::trim() {
+  const std::uint64_t given_back = budget_.given_back(), used = budget_.used();
+  const auto now = std::chrono::steady_clock::now();
+  // The budget does not count what gRPC frees, hence the limit on the time.
+  if (given_back - trimmed_at_ < std::min(budget_.limit() / 64, least_given_back) &&
+      now - last_ < longest_wait)
+    return;
+  const std::uint64_t surplus = std::min(budget_.limit() / 8, least_surplus);
+  if (resident_bytes() < used + std::max(surplus, used / 8)) return;
+  trimmed_at_ = given_back;
+  last_ = now;
+  malloc_trim(0);
 }
 
 }  // namespace stiefel::server

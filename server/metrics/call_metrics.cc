@@ -2,10 +2,19 @@
 
 #include <algorithm>
 
-#include "server/metrics/family.h"
-
 namespace stiefel::server {
 namespace {
+
+constexpr std::size_t length = 55;  // of a header of version 00
+
+bool is_hex(std::string_view text) {
+  return std::ranges::all_of(
+      text, [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
+}
+
+bool is_id(std::string_view text) {
+  return is_hex(text) && text.find_first_not_of('0') != std::string_view::npos;
+}
 
 constexpr std::array names{
     "OK",        "CANCELLED",      "UNKNOWN",           "INVALID_ARGUMENT",   "DEADLINE_EXCEEDED",
@@ -39,6 +48,17 @@ constexpr std::size_t unknown = 2;
 
 }  // namespace
 
+std::string_view trace_id(std::string_view header) {
+  if (header.size() < length) return {};
+  const std::string_view version = header.substr(0, 2), trace = header.substr(3, 32),
+                         parent = header.substr(36, 16), flags = header.substr(53, 2);
+  const bool dashes = header[2] == '-' && header[35] == '-' && header[52] == '-';
+  const bool end = header.size() == length || (version != "00" && header[length] == '-');
+  const bool sound = dashes && end && is_hex(version) && version != "ff" && is_id(trace) &&
+                     is_id(parent) && is_hex(flags);
+  return sound ? trace : std::string_view();
+}
+
 const char* code_name(int code) {
   return 0 <= code && code < CallMetrics::codes ? names[static_cast<std::size_t>(code)] : "UNKNOWN";
 }
@@ -48,16 +68,6 @@ CallMetrics::Method::Method(std::string its_name) : name(std::move(its_name)), s
 CallMetrics::CallMetrics(const std::vector<std::string>& methods) {
   for (const std::string& method : methods) methods_.emplace_back(method);
   for (const char* reason : usual_reasons) refusals_[{reason, ""}] = 0;
-}
-
-CallMetrics::Method* CallMetrics::find(std::string_view name) {
-  const auto found = std::ranges::find(methods_, name, &Method::name);
-  return found == methods_.end() ? nullptr : &*found;
-}
-
-void CallMetrics::refused(const std::string& reason, const std::string& limit) {
-  const std::lock_guard lock(mutex_);
-  ++refusals_[{reason, limit}];
 }
 
 std::vector<prometheus::MetricFamily> CallMetrics::Collect() const {
@@ -131,6 +141,37 @@ void CallMetrics::Running::end(int code) noexcept {
   method->ended[0 <= code && code < codes ? static_cast<std::size_t>(code) : unknown].fetch_add(
       1, std::memory_order_release);
   method->seconds.Observe(std::chrono::duration<double>(Clock::now() - begin_).count());
+}
+
+std::vector<prometheus::MetricFamily> OpenStreams::Collect() const {
+  const Clock::rep now = Clock::now().time_since_epoch().count();
+  Clock::duration longest{0};
+  std::size_t open = 0, late = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    open = streams_.size();
+    for (const Stream* stream : streams_) {
+      const Clock::rep since = stream->since_.load(std::memory_order_relaxed);
+      if (since == Stream::not_waiting) continue;
+      const Clock::duration waits(now - since);
+      late += waits > behind;
+      longest = std::max(longest, waits);
+    }
+  }
+  using prometheus::MetricType;
+  return {single("stiefel_streams_open", "Calls that answer with a stream of messages.",
+                 MetricType::Gauge, static_cast<double>(open)),
+          single("stiefel_streams_behind",
+                 "Streams whose message has waited for its reader for more than 0.1 s.",
+                 MetricType::Gauge, static_cast<double>(late)),
+          single("stiefel_stream_lag_seconds",
+                 "The longest time that a stream's message waits for its reader now.",
+                 MetricType::Gauge, std::chrono::duration<double>(longest).count())};
+}
+
+OpenStreams::Stream::Stream(OpenStreams& all) : all_(all) {
+  const std::lock_guard lock(all_.mutex_);
+  all_.streams_.insert(this);
 }
 
 }  // namespace stiefel::server

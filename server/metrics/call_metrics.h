@@ -2,7 +2,9 @@
 
 #include <prometheus/collectable.h>
 #include <prometheus/histogram.h>
+#include <prometheus/metric_family.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <chrono>
@@ -12,10 +14,41 @@
 #include <mutex>
 #include <string>
 #include <string_view>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
 namespace stiefel::server {
+
+/// Returns the trace id, 32 hexadecimal digits, of a W3C header `traceparent`: version, trace id,
+/// parent id and flags, in lower case. Empty if the header is not valid: wrong length, version ff,
+/// or an id of zeros. Versions after 00 may have more behind the flags.
+std::string_view trace_id(std::string_view traceparent);
+
+using Labels = std::vector<prometheus::ClientMetric::Label>;
+
+/// Returns a family without metrics. Its help is one sentence.
+inline prometheus::MetricFamily family(std::string name, std::string help,
+                                       prometheus::MetricType type) {
+  return {std::move(name), std::move(help), type, {}};
+}
+
+/// Adds a value to a family of counters or gauges.
+inline void add_value(prometheus::MetricFamily& to, Labels labels, double value) {
+  prometheus::ClientMetric metric;
+  metric.label = std::move(labels);
+  (to.type == prometheus::MetricType::Counter ? metric.counter.value : metric.gauge.value) = value;
+  to.metric.push_back(std::move(metric));
+}
+
+/// Returns a family of one value.
+inline prometheus::MetricFamily single(std::string name, std::string help,
+                                       prometheus::MetricType type, double value,
+                                       Labels labels = {}) {
+  auto one = family(std::move(name), std::move(help), type);
+  add_value(one, std::move(labels), value);
+  return one;
+}
 
 /// Returns the name of a gRPC status code, 0 to 16: "OK", "CANCELLED" ...
 const char* code_name(int code);
@@ -34,7 +67,10 @@ class CallMetrics final : public prometheus::Collectable {
 
   /// Counts an error that a caller was told. `limit` is the limit that the request exceeds, or
   /// empty.
-  void refused(const std::string& reason, const std::string& limit);
+  void refused(const std::string& reason, const std::string& limit) {
+    const std::lock_guard lock(mutex_);
+    ++refusals_[{reason, limit}];
+  }
 
   /// stiefel_calls_total, stiefel_calls_running, stiefel_call_seconds, stiefel_refusals_total.
   std::vector<prometheus::MetricFamily> Collect() const override;
@@ -48,7 +84,10 @@ class CallMetrics final : public prometheus::Collectable {
     std::array<std::atomic<std::uint64_t>, codes> ended{};
     prometheus::Histogram seconds;
   };
-  Method* find(std::string_view name);
+  Method* find(std::string_view name) {
+    const auto found = std::ranges::find(methods_, name, &Method::name);
+    return found == methods_.end() ? nullptr : &*found;
+  }
   prometheus::MetricFamily calls() const;
   prometheus::MetricFamily running() const;
   prometheus::MetricFamily seconds() const;
@@ -79,6 +118,49 @@ class CallMetrics::Running {
 
   Method* method_ = nullptr;
   Clock::time_point begin_;
+};
+
+/// The open streams of messages, and how long the current message of each has waited for its
+/// reader, because HTTP/2's windows are full and the network takes no more. Thread-safe.
+class OpenStreams final : public prometheus::Collectable {
+ public:
+  using Clock = std::chrono::steady_clock;
+  /// The wait of a message after which its reader counts as behind.
+  static constexpr std::chrono::milliseconds behind{100};
+
+  class Stream;
+
+  /// stiefel_streams_open, stiefel_streams_behind, stiefel_stream_lag_seconds.
+  std::vector<prometheus::MetricFamily> Collect() const override;
+
+ private:
+  mutable std::mutex mutex_;
+  std::unordered_set<const Stream*> streams_;  // guarded by mutex_
+};
+
+/// An open stream, counted while the object lives. A message costs one reading of the clock.
+class OpenStreams::Stream {
+ public:
+  explicit Stream(OpenStreams& all);
+  Stream(const Stream&) = delete;
+  Stream& operator=(const Stream&) = delete;
+  ~Stream() {
+    const std::lock_guard lock(all_.mutex_);
+    all_.streams_.erase(this);
+  }
+
+  /// Call `writing` when a message goes to gRPC, `written` when gRPC has sent it.
+  void writing() noexcept {
+    since_.store(Clock::now().time_since_epoch().count(), std::memory_order_relaxed);
+  }
+  void written() noexcept { since_.store(not_waiting, std::memory_order_relaxed); }
+
+ private:
+  friend class OpenStreams;
+  static constexpr Clock::rep not_waiting = 0;
+
+  OpenStreams& all_;
+  std::atomic<Clock::rep> since_ = not_waiting;
 };
 
 }  // namespace stiefel::server

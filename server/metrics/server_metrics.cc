@@ -1,15 +1,14 @@
 #include "server/metrics/server_metrics.h"
 
 #include <sys/resource.h>
-#include <unistd.h>
 
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 
 #include "server/limits/failpoint.h"
-#include "server/metrics/family.h"
-#include "server/sessions/numerics_id.h"
+#include "server/limits/memory_limit.h"
+#include "server/metrics/call_metrics.h"
+#include "server/sessions/identity.h"
 
 namespace stiefel::server {
 namespace {
@@ -24,13 +23,6 @@ double processor_seconds() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-}
-
-double resident_bytes() {
-  std::ifstream statm("/proc/self/statm");
-  double total = 0, resident = 0;
-  statm >> total >> resident;
-  return resident * static_cast<double>(sysconf(_SC_PAGESIZE));
 }
 
 double open_descriptors() {
@@ -73,7 +65,8 @@ std::vector<prometheus::MetricFamily> ServerMetrics::Collect() const {
             static_cast<double>(parts_.memory.limit())),
       single("stiefel_build_info", "The build; its value is 1.", MetricType::Gauge, 1,
              {{"version", parts_.version}, {"numerics_id", numerics_id()}}),
-      gauge("process_resident_memory_bytes", "Resident memory of the process.", resident_bytes()),
+      gauge("process_resident_memory_bytes", "Resident memory of the process.",
+            static_cast<double>(resident_bytes())),
       counter("process_cpu_seconds_total", "Processor time of the process, in seconds.",
               processor_seconds()),
       gauge("process_open_fds", "Open file descriptors.", open_descriptors()),

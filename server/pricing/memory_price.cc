@@ -3,9 +3,8 @@
 #include <algorithm>
 
 #include "engine/simulation/catalogue/methods/workspace.h"
-#include "server/limits/reply_limits.h"
-#include "server/sessions/checkpoints/checkpoint_bytes.h"
 #include "server/sessions/field_bytes.h"
+#include "server/sessions/checkpoints/checkpoint_bytes.h"
 #include "server/sessions/sampling.h"
 #include "stiefel/connect.h"
 #include "stiefel/summary.h"

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "server/scheduling/slice.h"
-#include "server/sessions/dimension.h"
 #include "server/sessions/field_bytes.h"
 #include "stiefel/diagnosis.h"
 #include "stiefel/invariant_names.h"

@@ -4,7 +4,7 @@
 
 #include "engine/simulation/catalogue/methods/motion_rates.h"
 #include "engine/simulation/catalogue/methods/recommendation.h"
-#include "server/sessions/dimension.h"
+#include "server/sessions/field_bytes.h"
 
 namespace stiefel::server {
 

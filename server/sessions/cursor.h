@@ -4,10 +4,20 @@
 #include <memory>
 #include <optional>
 #include <stop_token>
+#include <type_traits>
+#include <utility>
 
 #include "server/sessions/session.h"
+#include "stiefel/stop.h"
 
 namespace stiefel::server {
+
+/// Returns what `work()` computes in the engine, or nothing when `stop` is requested before it
+/// ends.
+template <class Work>
+std::optional<std::invoke_result_t<Work>> stoppable(const std::stop_token& stop, Work&& work) {
+  return unless_stopped(stop, std::forward<Work>(work));
+}
 
 /// Leases a Simulation from a session, advances it and deposits checkpoints in the session on the
 /// way. For one thread at a time.

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <bit>
 
-#include "server/sessions/dimension.h"
-
 namespace stiefel::server {
 
 static_assert(std::endian::native == std::endian::little);

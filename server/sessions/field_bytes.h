@@ -4,8 +4,16 @@
 #include <vector>
 
 #include "server/sessions/session.h"
+#include "stiefel/scene.h"
 
 namespace stiefel::server {
+
+/// Returns the dimension by which the work on a scene is priced and limited: N, or p + q for
+/// complex p × q blocks (`inertia_u`, `inertia_v`).
+inline int whole_dimension(const Scene& scene) {
+  const SceneDescription& given = scene.description();
+  return scene.dimension() + static_cast<int>(given.inertia_u.size() + given.inertia_v.size());
+}
 
 /// Whether a field is sent as binary32: a real field of a scene in single precision. All others are
 /// sent as binary64.
@@ -26,5 +34,11 @@ double sample_work(const Session& session, const std::vector<std::size_t>& field
 /// its numbers: `field_bytes` bytes, little-endian and row by row.
 void write_field(const Session& session, const Simulation& simulation, std::size_t index,
                  char* out);
+
+/// The most bytes of arrays in a reply, which keep it below the 4 MiB that clients accept by
+/// default.
+inline constexpr std::size_t max_reply_bytes = std::size_t{2} << 20;
+/// The most bytes of arrays in a message that carries a part of something larger.
+inline constexpr std::size_t part_bytes = std::size_t{1} << 20;
 
 }  // namespace stiefel::server

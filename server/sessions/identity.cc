@@ -1,9 +1,13 @@
 #include "server/sessions/identity.h"
 
+#include <algorithm>
+#include <array>
+#include <cstdio>
 #include <span>
 
 #include "engine/simulation/scene/scene_fields.h"
 #include "server/sessions/checkpoints/digest.h"
+#include "stiefel/version.h"
 
 namespace stiefel::server {
 namespace {
@@ -83,6 +87,17 @@ void add_digest(const std::string& path, const std::optional<BodyDescription>& b
   });
 }
 
+const std::string* find(const FieldDigests& digests, const std::string& path) {
+  const auto found = std::ranges::find(digests, path, &FieldDigests::value_type::first);
+  return found == digests.end() ? nullptr : &found->second;
+}
+
+/// Whether the path is a part, such as "body.moments", of a field that is absent from `digests`.
+bool within_absent(const std::string& path, const FieldDigests& digests) {
+  const std::size_t dot = path.find('.');
+  return dot != path.npos && !find(digests, path.substr(0, dot));
+}
+
 }  // namespace
 
 std::string identity_of(const SceneDescription& resolved) {
@@ -106,6 +121,37 @@ std::uint64_t hash(std::string_view bytes) {
     value *= 0x100000001b3;
   }
   return value;
+}
+
+const std::string& numerics_id() {
+  static const std::string id = [] {
+    std::array<char, 17> digits;
+    std::snprintf(digits.data(), digits.size(), "%016llx",
+                  static_cast<unsigned long long>(hash(build_fingerprint())));
+    return std::string(digits.data());
+  }();
+  return id;
+}
+
+bool Difference::fills_in(std::string_view path) const {
+  return std::ranges::any_of(filled_in, [&](const std::string& field) {
+    return path.starts_with(field) && (path.size() == field.size() || path[field.size()] == '.');
+  });
+}
+
+Difference difference(const FieldDigests& given, const FieldDigests& resolved) {
+  Difference out;
+  for (const auto& [path, digest] : resolved) {
+    const std::string* before = find(given, path);
+    if (before ? *before != digest : !within_absent(path, given)) out.filled_in.push_back(path);
+  }
+  for (const auto& [path, digest] : given)
+    if (!find(resolved, path) && !within_absent(path, resolved)) out.cleared.push_back(path);
+  return out;
+}
+
+Difference difference(const SceneDescription& given, const SceneDescription& resolved) {
+  return difference(field_digests(given), field_digests(resolved));
 }
 
 }  // namespace stiefel::server

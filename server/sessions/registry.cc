@@ -7,6 +7,43 @@
 #include "server/limits/failpoint.h"
 
 namespace stiefel::server {
+namespace {
+
+std::tuple<std::string_view, std::string_view> key_of(std::string_view principal,
+                                                      std::string_view id) {
+  return {principal, id};
+}
+
+}  // namespace
+
+MemoryLease Tombstones::lease(std::string_view name, MemoryBudget& memory) {
+  try {
+    return {memory, bytes(name)};
+  } catch (const MemoryExhausted&) {
+    return {};
+  }
+}
+
+void Tombstones::put(std::string name, Time now, MemoryLease memory) {
+  remove(name);
+  expire(now);
+  const std::size_t before = bytes_, taken = bytes(name);
+  while (!memory && !order_.empty() && bytes_ + taken > before) drop(order_.begin());
+  bytes_ += taken;
+  order_.push_back({std::move(name), now, std::move(memory)});
+  by_name_.emplace(order_.back().name, std::prev(order_.end()));
+  while (order_.size() > max_count || bytes_ > max_bytes) drop(order_.begin());
+}
+
+void Tombstones::expire(Time now) {
+  while (!order_.empty() && now - order_.front().deleted >= lifetime_) drop(order_.begin());
+}
+
+void Tombstones::drop(std::list<Entry>::iterator entry) {
+  bytes_ -= bytes(entry->name);
+  by_name_.erase(entry->name);
+  order_.erase(entry);
+}
 
 Registry::Registry(std::uint32_t max_sessions, std::chrono::milliseconds idle_timeout, Clock clock,
                    std::shared_ptr<const CheckpointKeys> keys, MemoryBudget& memory)
@@ -38,7 +75,7 @@ std::expected<Registry::Created, Registry::CreateError> Registry::create(
   }
   // Adopts before it locks: taking memory may shed caches, which locks the registry too.
   if (saved) fresh->adopt(saved->step, saved->saved);
-  SessionKey key{principal.name, id};
+  Key key{principal.name, id};
   std::unique_lock lock(mutex_);
   const auto found = sessions_.find(key);
   if (found != sessions_.end()) {
@@ -69,7 +106,7 @@ std::expected<Registry::Created, Registry::CreateError> Registry::create(
 std::optional<SessionLease> Registry::find(const Principal& principal, std::string_view id) const {
   failpoint("registry.find");
   const std::shared_lock lock(mutex_);
-  const auto found = sessions_.find(SessionKeyLess::View(principal.name, id));
+  const auto found = sessions_.find(key_of(principal.name, id));
   if (found == sessions_.end()) return std::nullopt;
   return SessionLease(found->second);
 }
@@ -85,24 +122,17 @@ Registry::Erased Registry::erase(const Principal& principal, std::string_view id
   std::shared_ptr<Receipt> receipt;
   if (ledger_)
     receipt = ledger_->bury(principal, std::string(id), Ledger::Time::clock::now() + idle_timeout_);
-  const auto found = sessions_.find(SessionKeyLess::View(principal.name, id));
+  const auto found = sessions_.find(key_of(principal.name, id));
   if (found == sessions_.end()) return {false, std::move(receipt)};
-  dropped = std::move(found->second);
-  dropped->close();
-  sessions_.erase(found);
+  dropped = take_out(found);
   return {true, std::move(receipt)};
 }
 
-void Registry::write_to(Ledger& ledger) {
-  const std::lock_guard lock(mutex_);
-  ledger_ = &ledger;
-  for (const auto& [key, session] : sessions_) session->write_to(ledger);
-}
-
-void Registry::restore(std::shared_ptr<Session> session) {
-  const std::lock_guard lock(mutex_);
-  SessionKey key{session->owner().name, session->id()};
-  sessions_.emplace(std::move(key), std::move(session));
+std::shared_ptr<Session> Registry::take_out(Sessions::iterator place) {
+  auto session = std::move(place->second);
+  session->close();
+  sessions_.erase(place);
+  return session;
 }
 
 void Registry::bury(const Principal& principal, std::string id, Ledger::Time until,
@@ -118,26 +148,14 @@ void Registry::bury(const Principal& principal, std::string id, Ledger::Time unt
 void Registry::drop(const Session& session) {
   std::shared_ptr<Session> dropped;
   const std::lock_guard lock(mutex_);
-  const auto found = sessions_.find(SessionKeyLess::View(session.owner().name, session.id()));
+  const auto found = sessions_.find(key_of(session.owner().name, session.id()));
   if (found == sessions_.end() || found->second.get() != &session) return;
-  dropped = std::move(found->second);
-  dropped->close();
-  sessions_.erase(found);
+  dropped = take_out(found);
 }
 
 bool Registry::deleted(const Principal& principal, std::string_view id) const {
   const std::shared_lock lock(mutex_);
-  return has_tombstone(principal, id) &&
-         !sessions_.contains(SessionKeyLess::View(principal.name, id));
-}
-
-Tombstones& Registry::tombstones_of(const Principal& principal) {
-  return tombstones_.try_emplace(principal.name, idle_timeout_).first->second;
-}
-
-bool Registry::has_tombstone(const Principal& principal, std::string_view id) const {
-  const auto tombstones = tombstones_.find(principal.name);
-  return tombstones != tombstones_.end() && tombstones->second.contains(id, (*clock_)());
+  return has_tombstone(principal, id) && !sessions_.contains(key_of(principal.name, id));
 }
 
 std::vector<std::shared_ptr<const Session>> Registry::page(const Principal& principal,
@@ -146,8 +164,8 @@ std::vector<std::shared_ptr<const Session>> Registry::page(const Principal& prin
   failpoint("registry.page");
   const std::shared_lock lock(mutex_);
   std::vector<std::shared_ptr<const Session>> sessions;
-  for (auto it = sessions_.upper_bound(SessionKeyLess::View(principal.name, after));
-       it != sessions_.end() && it->first.principal == principal.name && sessions.size() < count;
+  for (auto it = sessions_.upper_bound(key_of(principal.name, after));
+       it != sessions_.end() && std::get<0>(it->first) == principal.name && sessions.size() < count;
        ++it) {
     sessions.push_back(it->second);
   }
@@ -187,9 +205,9 @@ void Registry::shed(std::uint64_t bytes, const Principal* of) const {
   std::vector<Cache> caches;
   {
     const std::shared_lock lock(mutex_);
-    const auto first =
-        of ? sessions_.lower_bound(SessionKeyLess::View(of->name, {})) : sessions_.begin();
-    for (auto it = first; it != sessions_.end() && (!of || it->first.principal == of->name); ++it)
+    const auto first = of ? sessions_.lower_bound(key_of(of->name, {})) : sessions_.begin();
+    for (auto it = first; it != sessions_.end() && (!of || std::get<0>(it->first) == of->name);
+         ++it)
       if (const std::uint64_t cached = it->second->cached_bytes(); cached > 0)
         caches.push_back({it->second->idle_time(), cached, it->second});
   }
@@ -200,25 +218,5 @@ void Registry::shed(std::uint64_t bytes, const Principal* of) const {
     bytes -= cache.bytes;
   }
 }
-
-std::chrono::system_clock::time_point Registry::expire_time(const Session& session) const {
-  return std::chrono::system_clock::now() +
-         std::chrono::duration_cast<std::chrono::system_clock::duration>(idle_timeout_ -
-                                                                         session.idle_time());
-}
-
-Sweeper::Sweeper(Registry& registry, std::function<void(std::size_t)> report)
-    : thread_([this, &registry, report = std::move(report)](std::stop_token stop) {
-        const auto pause = std::clamp<std::chrono::milliseconds>(
-            registry.idle_timeout() / 4, std::chrono::milliseconds(10), std::chrono::minutes(1));
-        std::unique_lock lock(mutex_);
-        while (!wake_.wait_for(lock, stop, pause, [&] { return stop.stop_requested(); })) {
-          try {
-            if (const std::size_t dropped = registry.expire()) report(dropped);
-          } catch (const std::exception&) {
-            // Without memory the thread sweeps again after the pause.
-          }
-        }
-      }) {}
 
 }  // namespace stiefel::server

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <algorithm>
 #include <chrono>
-#include <condition_variable>
+#include <cstddef>
 #include <cstdint>
 #include <expected>
 #include <functional>
+#include <list>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -12,33 +14,65 @@
 #include <shared_mutex>
 #include <string>
 #include <string_view>
-#include <thread>
+#include <tuple>
+#include <unordered_map>
 #include <variant>
 #include <vector>
 
+#include "server/limits/memory_budget.h"
 #include "server/sessions/checkpoints/checkpoint_bytes.h"
 #include "server/sessions/ledger.h"
 #include "server/sessions/principal.h"
 #include "server/sessions/session.h"
-#include "server/sessions/tombstones.h"
 
 namespace stiefel::server {
 
-/// The key of a session in the registry: two principals may use one id, each for its own session.
-struct SessionKey {
-  std::string principal, id;
-};
+/// Keeps the names of deleted sessions, each for a lifetime, so that no client that still uses a
+/// name creates its session again. Drops the oldest names when there are too many. Not thread-safe.
+class Tombstones {
+ public:
+  using Time = std::chrono::steady_clock::time_point;
+  static constexpr std::size_t max_count = std::size_t{1} << 16;
+  /// The most bytes of all entries; an entry counts its name and `entry_bytes`.
+  static constexpr std::size_t max_bytes = std::size_t{16} << 20;
+  static constexpr std::size_t entry_bytes = 160;
 
-/// Orders by principal, then by id.
-struct SessionKeyLess {
-  using is_transparent = void;
-  struct View {
-    std::string_view principal, id;
-    View(std::string_view owner, std::string_view name) : principal(owner), id(name) {}
-    View(const SessionKey& key) : principal(key.principal), id(key.id) {}
-    auto operator<=>(const View&) const = default;
+  explicit Tombstones(std::chrono::milliseconds lifetime) : lifetime_(lifetime) {}
+
+  /// Returns the bytes of an entry.
+  static std::size_t bytes(std::string_view name) { return name.size() + entry_bytes; }
+  /// Returns a lease of these bytes, without a budget if they do not fit. Gives up caches.
+  static MemoryLease lease(std::string_view name, MemoryBudget& memory);
+
+  /// Records that the session `name` is deleted now; restarts the lifetime of a name that is there.
+  /// `memory` is the lease of the entry. If that has no budget, drops as many bytes of the oldest
+  /// entries as the new one takes.
+  void put(std::string name, Time now,
+           MemoryLease memory = MemoryLease(MemoryBudget::unlimited(), 0));
+  /// Whether the session `name` was deleted less than a lifetime ago.
+  bool contains(std::string_view name, Time now) const {
+    const auto found = by_name_.find(name);
+    return found != by_name_.end() && now - found->second->deleted < lifetime_;
+  }
+  void remove(std::string_view name) {
+    if (const auto found = by_name_.find(name); found != by_name_.end()) drop(found->second);
+  }
+  /// Drops the names that are older than the lifetime.
+  void expire(Time now);
+  std::size_t size() const { return order_.size(); }
+
+ private:
+  struct Entry {
+    std::string name;
+    Time deleted;
+    MemoryLease memory;
   };
-  bool operator()(const View& a, const View& b) const { return a < b; }
+  void drop(std::list<Entry>::iterator entry);
+
+  const std::chrono::milliseconds lifetime_;
+  std::list<Entry> order_;  // the oldest first
+  std::unordered_map<std::string_view, std::list<Entry>::iterator> by_name_;
+  std::size_t bytes_ = 0;
 };
 
 /// The sessions by their principals and ids. Thread-safe.
@@ -90,16 +124,33 @@ class Registry {
 
   /// Drops the sessions that had no call for the idle timeout and returns their number.
   std::size_t expire();
+  /// The time after which to call `expire` again: a few times in every idle timeout.
+  std::chrono::milliseconds sweep_interval() const {
+    return std::clamp<std::chrono::milliseconds>(idle_timeout_ / 4, std::chrono::milliseconds(10),
+                                                 std::chrono::minutes(1));
+  }
   /// Returns the time at which the session expires if no further call uses it.
-  std::chrono::system_clock::time_point expire_time(const Session& session) const;
+  std::chrono::system_clock::time_point expire_time(const Session& session) const {
+    return std::chrono::system_clock::now() +
+           std::chrono::duration_cast<std::chrono::system_clock::duration>(idle_timeout_ -
+                                                                           session.idle_time());
+  }
 
   /// Writes every change from now on to `ledger`, in order. The ledger must outlive the calls.
-  void write_to(Ledger& ledger);
+  void write_to(Ledger& ledger) {
+    const std::lock_guard lock(mutex_);
+    ledger_ = &ledger;
+    for (const auto& [key, session] : sessions_) session->write_to(ledger);
+  }
   /// Whether there is a ledger.
   bool durable() const { return ledger_ != nullptr; }
   /// Adds a session that the ledger has already, even beyond `max_sessions`. Call it before
   /// `write_to`.
-  void restore(std::shared_ptr<Session> session);
+  void restore(std::shared_ptr<Session> session) {
+    const std::lock_guard lock(mutex_);
+    Key key{session->owner().name, session->id()};
+    sessions_.emplace(std::move(key), std::move(session));
+  }
   /// Adds a deletion that the ledger has already; it lasts until `until`, but at most the idle
   /// timeout from now. Call it before `write_to`, for each principal in the order of `until`.
   void bury(const Principal& principal, std::string id, Ledger::Time until,
@@ -117,8 +168,13 @@ class Registry {
 
  private:
   /// Requires the lock, as does `tombstones_of`.
-  bool has_tombstone(const Principal& principal, std::string_view id) const;
-  Tombstones& tombstones_of(const Principal& principal);
+  bool has_tombstone(const Principal& principal, std::string_view id) const {
+    const auto tombstones = tombstones_.find(principal.name);
+    return tombstones != tombstones_.end() && tombstones->second.contains(id, (*clock_)());
+  }
+  Tombstones& tombstones_of(const Principal& principal) {
+    return tombstones_.try_emplace(principal.name, idle_timeout_).first->second;
+  }
 
   const std::uint32_t max_sessions_;
   const std::chrono::milliseconds idle_timeout_;
@@ -127,20 +183,15 @@ class Registry {
   MemoryBudget& memory_;
   mutable std::shared_mutex mutex_;
   const std::shared_ptr<const CheckpointKeys> keys_;
-  std::map<SessionKey, std::shared_ptr<Session>, SessionKeyLess> sessions_;
+  /// By principal and id: two principals may use one id, each for its own session.
+  using Key = std::tuple<std::string, std::string>;
+  using Sessions = std::map<Key, std::shared_ptr<Session>, std::less<>>;
+  /// Closes a session and takes it out; it is destroyed with what is returned, after the lock.
+  std::shared_ptr<Session> take_out(Sessions::iterator place);
+
+  Sessions sessions_;
   /// By principal, so that the deletions of one do not push out the tombstones of another.
   std::map<std::string, Tombstones, std::less<>> tombstones_;  // guarded by mutex_
-};
-
-/// The thread that calls `Registry::expire` a few times in every idle timeout.
-class Sweeper {
- public:
-  Sweeper(Registry& registry, std::function<void(std::size_t dropped)> report);
-
- private:
-  std::mutex mutex_;
-  std::condition_variable_any wake_;
-  std::jthread thread_;
 };
 
 }  // namespace stiefel::server

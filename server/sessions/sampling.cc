@@ -5,8 +5,6 @@
 
 #include "server/limits/failpoint.h"
 #include "server/scheduling/slice.h"
-#include "server/sessions/checkpoints/checkpoint_bytes.h"
-#include "server/sessions/field_bytes.h"
 
 namespace stiefel::server {
 namespace {
@@ -67,32 +65,11 @@ std::int64_t Sampling::target() const {
   return std::min(next_, last_checkpoint_ + every);
 }
 
-void Sampling::checkpoint() {
-  last_checkpoint_ = cursor_.step();
-  checkpoint_ = {last_checkpoint_, encode_checkpoint(session_, cursor_.simulation())};
-}
-
 void Sampling::cancel(Batch& batch) {
   if (done_) return;
   cursor_.cancel();
   sample(batch);
   end();
-}
-
-void Sampling::end() {
-  done_ = true;
-  if (range_.checkpoint_at_end) checkpoint();
-}
-
-std::uint64_t Sampling::samples() const {
-  const auto steps = static_cast<std::uint64_t>(range_.to - range_.from);
-  const auto every = static_cast<std::uint64_t>(range_.every);
-  return steps / every + (steps % every > 0) + 1;
-}
-
-double Sampling::work() const {
-  return session_.most_work(cursor_.start(), range_.to) +
-         static_cast<double>(samples()) * sample_work(session_, fields_);
 }
 
 std::uint64_t Sampling::bytes() const { return samples() * whole_bytes(session_, fields_); }
@@ -111,18 +88,6 @@ void Sampling::sample(Batch& batch) {
     const std::size_t samples = std::max(capacity_, index + 1);
     if (bytes.size() < samples * size) bytes.resize(samples * size);
     write_field(session_, simulation, fields_[i], bytes.data() + index * size);
-  }
-}
-
-void Sampling::clear(Batch& batch) const {
-  batch.steps.clear();
-  batch.times.clear();
-  batch.fields.resize(fields_.size());
-}
-
-void Sampling::trim(Batch& batch) const {
-  for (std::size_t i = 0; i < fields_.size(); ++i) {
-    batch.fields[i].resize(batch.size() * field_bytes(session_, session_.fields()[fields_[i]]));
   }
 }
 

@@ -6,7 +6,9 @@
 #include <utility>
 #include <vector>
 
+#include "server/sessions/checkpoints/checkpoint_bytes.h"
 #include "server/sessions/cursor.h"
+#include "server/sessions/field_bytes.h"
 
 namespace stiefel::server {
 
@@ -68,14 +70,25 @@ class Sampling {
   EncodedCheckpoint take_checkpoint() { return std::exchange(checkpoint_, {}); }
 
   /// Empties the batch and keeps its memory.
-  void clear(Batch& batch) const;
+  void clear(Batch& batch) const {
+    batch.steps.clear();
+    batch.times.clear();
+    batch.fields.resize(fields_.size());
+  }
   /// Cuts each field's bytes to the samples in the batch; call it before sending.
-  void trim(Batch& batch) const;
+  void trim(Batch& batch) const {
+    for (std::size_t i = 0; i < fields_.size(); ++i) {
+      batch.fields[i].resize(batch.size() * field_bytes(session_, session_.fields()[fields_[i]]));
+    }
+  }
 
   const Cursor& cursor() const { return cursor_; }
   /// The predicted price of a run that reaches `to`: work in instructions, and bytes of its
   /// samples.
-  double work() const;
+  double work() const {
+    return session_.most_work(cursor_.start(), range_.to) +
+           static_cast<double>(samples()) * sample_work(session_, fields_);
+  }
   std::uint64_t bytes() const;
   /// The most samples of a batch.
   std::size_t capacity() const { return capacity_; }
@@ -83,12 +96,22 @@ class Sampling {
  private:
   void take(Batch& batch, const std::stop_token& stop);
   /// Returns the number of samples of a run that reaches `to`.
-  std::uint64_t samples() const;
+  std::uint64_t samples() const {
+    const auto steps = static_cast<std::uint64_t>(range_.to - range_.from);
+    const auto every = static_cast<std::uint64_t>(range_.every);
+    return steps / every + (steps % every > 0) + 1;
+  }
   /// Returns where the cursor goes next: to a sample, or to a checkpoint before it.
   std::int64_t target() const;
-  void checkpoint();
+  void checkpoint() {
+    last_checkpoint_ = cursor_.step();
+    checkpoint_ = {last_checkpoint_, encode_checkpoint(session_, cursor_.simulation())};
+  }
   void sample(Batch& batch);
-  void end();
+  void end() {
+    done_ = true;
+    if (range_.checkpoint_at_end) checkpoint();
+  }
 
   Session& session_;
   const std::vector<std::size_t> fields_;

@@ -10,7 +10,7 @@
 #include "engine/simulation/run/ensemble_price.h"
 #include "server/limits/failpoint.h"
 #include "server/scheduling/slice.h"
-#include "server/sessions/checkpoints/checkpoint_keys.h"
+#include "server/sessions/checkpoints/digest.h"
 #include "server/sessions/identity.h"
 
 namespace stiefel::server {
@@ -179,12 +179,6 @@ std::unique_ptr<Simulation> Session::make() {
   }
 }
 
-void Session::discard(std::unique_ptr<Simulation> simulation) noexcept {
-  if (!simulation) return;
-  simulation.reset();
-  simulations_memory_.shrink(simulation_bytes_);
-}
-
 std::unique_ptr<Simulation> Session::lease(std::int64_t step) {
   failpoint("session.lease");
   std::unique_ptr<Simulation> simulation;
@@ -291,11 +285,6 @@ void Session::shed() {
   for (auto& simulation : dropped) discard(std::move(simulation));
 }
 
-std::int64_t Session::next_checkpoint(std::int64_t step) const {
-  const std::int64_t spacing = spacing_.load(std::memory_order_relaxed);
-  return (step / spacing + 1) * spacing;
-}
-
 void Session::deposit(const Simulation& simulation) {
   failpoint("session.deposit");
   const std::int64_t step = simulation.step();
@@ -341,24 +330,8 @@ std::int64_t Session::start_for(std::int64_t step) const {
   return start;
 }
 
-void Session::written_by(std::shared_ptr<Receipt> receipt) {
-  receipt_ = std::move(receipt);
-  if (cached_steps().back() > 0) tell_ledger();
-}
-
 void Session::tell_ledger() {
   if (ledger_ && !reported_to_ledger_.exchange(true)) ledger_->cached(weak_from_this());
-}
-
-Checkpoints::Nearest Session::take_last_state() {
-  reported_to_ledger_ = false;
-  const std::lock_guard lock(mutex_);
-  return checkpoints_.nearest(max_step);
-}
-
-double Session::work(std::int64_t from, std::int64_t to) const {
-  const double steps = static_cast<double>(to - from);
-  return step_work_ * (direct_ ? std::min(1.0, steps) : steps);
 }
 
 std::optional<AttemptLimit> Session::attempt_limit() const {
@@ -369,28 +342,11 @@ std::optional<AttemptLimit> Session::attempt_limit() const {
   return limit;
 }
 
-void Session::raise_attempts(double each) {
-  double before = attempts_taken_.load();
-  while (before < each && !attempts_taken_.compare_exchange_weak(before, each)) {
-  }
-}
-
-double Session::most_work(std::int64_t from, std::int64_t to) const {
-  const auto limit = attempt_limit();
-  return limit ? limit->most_work(static_cast<double>(to - from)) : work(from, to);
-}
-
 std::vector<std::int64_t> Session::cached_steps() const {
   const std::lock_guard lock(mutex_);
   auto steps = checkpoints_.steps();
   if (steps.empty() || steps.front() > 0) steps.insert(steps.begin(), 0);
   return steps;
-}
-
-std::chrono::steady_clock::duration Session::idle_time() const {
-  if (in_use()) return {};
-  const std::chrono::steady_clock::duration last(last_use_.load());
-  return (*clock_)().time_since_epoch() - last;
 }
 
 }  // namespace stiefel::server

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdint>
@@ -14,10 +15,9 @@
 
 #include "engine/simulation/run/outline.h"
 #include "server/limits/memory_budget.h"
-#include "server/sessions/attempts.h"
 #include "server/sessions/checkpoints/checkpoints.h"
+#include "server/sessions/identity.h"
 #include "server/sessions/ledger.h"
-#include "server/sessions/resolution.h"
 #include "server/sessions/step_kind.h"
 #include "stiefel/scene.h"
 #include "stiefel/simulation.h"
@@ -67,14 +67,24 @@ class Session : public std::enable_shared_from_this<Session> {
   /// Whether every state is computed directly from that at step 0, however far away it is.
   bool direct() const { return direct_; }
   /// Returns the predicted work of the steps between two states, in instructions.
-  double work(std::int64_t from, std::int64_t to) const;
+  double work(std::int64_t from, std::int64_t to) const {
+    const double steps = static_cast<double>(to - from);
+    return step_work_ * (direct_ ? std::min(1.0, steps) : steps);
+  }
   /// Set where the method chooses its own steps: the next call may try so many.
   std::optional<AttemptLimit> attempt_limit() const;
   /// Raises the predicted attempts of a step to those that the steps of a call have taken.
-  void raise_attempts(double each);
+  void raise_attempts(double each) {
+    double before = attempts_taken_.load();
+    while (before < each && !attempts_taken_.compare_exchange_weak(before, each)) {
+    }
+  }
   /// Returns the most work of these steps in one call where the session has an `attempt_limit`,
   /// otherwise `work`.
-  double most_work(std::int64_t from, std::int64_t to) const;
+  double most_work(std::int64_t from, std::int64_t to) const {
+    const auto limit = attempt_limit();
+    return limit ? limit->most_work(static_cast<double>(to - from)) : work(from, to);
+  }
   /// A field that is not finite at step 0, if there is one. It overflows in 1/λ or λ_i + λ_j
   /// although every λ is valid by itself.
   const std::optional<Overflow>& overflow() const { return overflow_; }
@@ -92,7 +102,11 @@ class Session : public std::enable_shared_from_this<Session> {
   void give_back(std::unique_ptr<Simulation> simulation) noexcept;
   /// Destroys a leased simulation that an exception left between two states; call it in place of
   /// `give_back`.
-  void discard(std::unique_ptr<Simulation> simulation) noexcept;
+  void discard(std::unique_ptr<Simulation> simulation) noexcept {
+    if (!simulation) return;
+    simulation.reset();
+    simulations_memory_.shrink(simulation_bytes_);
+  }
   /// Returns the simulation's state for a caller that gives the simulation back and rests. Callers
   /// that rest at the same step share one copy. Null when there is no memory for it.
   Saved keep(const Simulation& simulation);
@@ -108,7 +122,10 @@ class Session : public std::enable_shared_from_this<Session> {
   void shed();
 
   /// Returns the first step after `step` where `deposit` would keep the state.
-  std::int64_t next_checkpoint(std::int64_t step) const;
+  std::int64_t next_checkpoint(std::int64_t step) const {
+    const std::int64_t spacing = spacing_.load(std::memory_order_relaxed);
+    return (step / spacing + 1) * spacing;
+  }
   /// Keeps the state if its step is one of the fixed indices and there is memory for it.
   void deposit(const Simulation& simulation);
   /// Keeps a state from a client's checkpoint: `saved_size()` numbers.
@@ -133,11 +150,22 @@ class Session : public std::enable_shared_from_this<Session> {
   const Principal& owner() const { return owner_; }
   /// Sets the receipt for this session's row in the ledger, null when the server has no store, and
   /// reports a cached state after step 0 to the ledger. Guarded by the registry's lock.
-  void written_by(std::shared_ptr<Receipt> receipt);
+  void written_by(std::shared_ptr<Receipt> receipt) {
+    receipt_ = std::move(receipt);
+    if (cached_steps().back() > 0) tell_ledger();
+  }
   const std::shared_ptr<Receipt>& receipt() const { return receipt_; }
   /// Returns the last cached state; the ledger is told of the next one again.
-  Checkpoints::Nearest take_last_state();
-  std::chrono::steady_clock::duration idle_time() const;
+  Checkpoints::Nearest take_last_state() {
+    reported_to_ledger_ = false;
+    const std::lock_guard lock(mutex_);
+    return checkpoints_.nearest(max_step);
+  }
+  std::chrono::steady_clock::duration idle_time() const {
+    if (in_use()) return {};
+    const std::chrono::steady_clock::duration last(last_use_.load());
+    return (*clock_)().time_since_epoch() - last;
+  }
   bool in_use() const { return uses_.load() > 0; }
   /// Whether the session is deleted or expired: running calls go on, new ones do not find it.
   bool closed() const { return closed_.load(std::memory_order_relaxed); }

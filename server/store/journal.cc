@@ -8,7 +8,6 @@
 
 #include "server/limits/failpoint.h"
 #include "server/sessions/identity.h"
-#include "server/sessions/numerics_id.h"
 #include "server/sessions/session.h"
 
 namespace stiefel::server {
@@ -77,18 +76,6 @@ std::shared_ptr<Receipt> Journal::submit(Change change) {
   }
   wake_.notify_one();
   return receipt;
-}
-
-std::shared_ptr<Receipt> Journal::put(std::shared_ptr<Session> session) {
-  return submit({.session = std::move(session), .principal = {}, .id = {}, .until = {}});
-}
-
-std::shared_ptr<Receipt> Journal::erase(const Principal& principal, std::string id) {
-  return submit({.session = {}, .principal = principal, .id = std::move(id), .until = {}});
-}
-
-std::shared_ptr<Receipt> Journal::bury(const Principal& principal, std::string id, Time until) {
-  return submit({.session = {}, .principal = principal, .id = std::move(id), .until = until});
 }
 
 void Journal::cached(std::weak_ptr<Session> session) noexcept {

@@ -55,9 +55,15 @@ class Journal final : public Ledger {
   /// Writes all waiting changes and checkpoints.
   ~Journal() override;
 
-  std::shared_ptr<Receipt> put(std::shared_ptr<Session> session) override;
-  std::shared_ptr<Receipt> erase(const Principal& principal, std::string id) override;
-  std::shared_ptr<Receipt> bury(const Principal& principal, std::string id, Time until) override;
+  std::shared_ptr<Receipt> put(std::shared_ptr<Session> session) override {
+    return submit({.session = std::move(session), .principal = {}, .id = {}, .until = {}});
+  }
+  std::shared_ptr<Receipt> erase(const Principal& principal, std::string id) override {
+    return submit({.session = {}, .principal = principal, .id = std::move(id), .until = {}});
+  }
+  std::shared_ptr<Receipt> bury(const Principal& principal, std::string id, Time until) override {
+    return submit({.session = {}, .principal = principal, .id = std::move(id), .until = until});
+  }
   void cached(std::weak_ptr<Session> session) noexcept override;
 
   /// The number of transactions that wrote sessions, deletions or tombstones. Thread-safe.

@@ -149,9 +149,10 @@ Statement& Statement::bind(int parameter, std::string_view text) {
   return *this;
 }
 
-Statement& Statement::bind_blob(int parameter, std::string_view bytes) {
-  database_.check(sqlite3_bind_blob64(handle_, parameter, bytes.empty() ? "" : bytes.data(),
-                                      bytes.size(), SQLITE_STATIC));
+Statement& Statement::bind(int parameter, Blob blob) {
+  database_.check(sqlite3_bind_blob64(handle_, parameter,
+                                      blob.bytes.empty() ? "" : blob.bytes.data(),
+                                      blob.bytes.size(), SQLITE_STATIC));
   return *this;
 }
 
@@ -175,11 +176,7 @@ bool Statement::step() {
   return false;
 }
 
-void Statement::execute() {
-  while (step()) {
-  }
-  database_.check(sqlite3_reset(handle_));
-}
+void Statement::reset() { database_.check(sqlite3_reset(handle_)); }
 
 std::int64_t Statement::integer(int column) const { return sqlite3_column_int64(handle_, column); }
 

@@ -68,16 +68,25 @@ class Statement {
   Statement(const Statement&) = delete;
   Statement& operator=(const Statement&) = delete;
 
+  /// NULL is bound where `value` is absent.
   Statement& bind(int parameter, std::int64_t value);
   Statement& bind(int parameter, std::string_view text);
-  Statement& bind_blob(int parameter, std::string_view bytes);
-  /// Binds NULL if `value` is absent.
   Statement& bind(int parameter, std::optional<double> value);
+  struct Blob {
+    std::string_view bytes;
+  };
+  Statement& bind(int parameter, Blob blob);
 
   /// Moves to the next row; returns false after the last one.
   bool step();
-  /// Runs the statement to its end and makes it ready for the next parameters.
-  void execute();
+  /// Binds the parameters, runs the statement to its end and makes it ready for the next ones.
+  template <class... Values>
+  void execute(const Values&... values) {
+    int parameter = 0;
+    (bind(++parameter, values), ...);
+    while (step()) continue;
+    reset();
+  }
 
   std::int64_t integer(int column) const;
   std::optional<double> real(int column) const;
@@ -85,6 +94,8 @@ class Statement {
   std::string bytes(int column) const;
 
  private:
+  void reset();
+
   Database& database_;
   sqlite3_stmt* handle_ = nullptr;
 };

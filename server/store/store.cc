@@ -4,7 +4,6 @@
 #include <bit>
 
 #include "server/limits/failpoint.h"
-#include "server/sessions/identity.h"
 
 namespace stiefel::server {
 namespace {
@@ -57,11 +56,9 @@ std::int64_t digest_of(const StoredCheckpoint& c) {
       .value();
 }
 
-/// Binds the first three parameters, the key of a row.
-Statement& named(Statement& statement, const Principal& principal, std::string_view id) {
-  return statement.bind(1, Digest().add(principal.name).add(id).value())
-      .bind(2, principal.name)
-      .bind(3, id);
+/// The first column of the key of a row.
+std::int64_t place_of(const Principal& principal, std::string_view id) {
+  return Digest().add(principal.name).add(id).value();
 }
 
 constexpr std::string_view select =
@@ -90,8 +87,9 @@ std::int64_t most_tombstones_of(std::uint64_t store_limit) {
 Store::Store(const StoreOptions& options)
     : most_tombstones_(most_tombstones_of(options.limit)),
       file_(open_store(options)),
-      put_session_(file_.database,
-                   "INSERT OR REPLACE INTO session VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"),
+      put_session_(
+          file_.database,
+          "INSERT OR REPLACE INTO session VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"),
       erase_session_(file_.database,
                      "DELETE FROM session WHERE place = ? AND principal = ? AND id = ?"),
       put_checkpoint_(file_.database,
@@ -99,10 +97,6 @@ Store::Store(const StoreOptions& options)
       erase_checkpoint_(file_.database,
                         "DELETE FROM checkpoint WHERE place = ? AND principal = ? AND id = ?"),
       put_tombstone_(file_.database, "INSERT OR REPLACE INTO tombstone VALUES (?, ?, ?, ?)") {}
-
-void Store::check_names() const {
-  if (const auto wrong = fault()) throw StoreError(WriteFault::Kind::unavailable, *wrong);
-}
 
 void Store::transact(const std::function<void()>& changes, Patience wait) {
   failpoint("store.begin");
@@ -131,42 +125,34 @@ void Store::transact(const std::function<void()>& changes, Patience wait) {
 void Store::put(const StoredSession& s) {
   failpoint("store.put_session");
   const auto& choice = s.choice;
-  named(put_session_, s.principal, s.id)
-      .bind(4, s.create_time)
-      .bind(5, s.numerics_id)
-      .bind(6, std::bit_cast<std::int64_t>(s.identity))
-      .bind_blob(7, s.scene)
-      .bind(8, s.filled_in)
-      .bind(9, s.cleared)
-      .bind(10, choice ? std::optional(choice->tolerance) : std::nullopt)
-      .bind(11, choice ? std::optional(choice->horizon) : std::nullopt)
-      .bind(12, choice ? std::string_view(choice->reason) : std::string_view())
-      .bind(13, choice ? std::optional(choice->error) : std::nullopt)
-      .bind(14, std::int64_t{choice && choice->verified})
-      .bind(15, digest_of(s))
-      .execute();
-  named(erase_checkpoint_, s.principal, s.id).execute();
+  const auto number = [&](double ChosenMethod::*one) {
+    return choice ? std::optional((*choice).*one) : std::nullopt;
+  };
+  put_session_.execute(
+      place_of(s.principal, s.id), s.principal.name, s.id, s.create_time, s.numerics_id,
+      std::bit_cast<std::int64_t>(s.identity), Statement::Blob{s.scene}, s.filled_in, s.cleared,
+      number(&ChosenMethod::tolerance), number(&ChosenMethod::horizon),
+      choice ? std::string_view(choice->reason) : std::string_view(), number(&ChosenMethod::error),
+      std::int64_t{choice && choice->verified}, digest_of(s));
+  erase_checkpoint_.execute(place_of(s.principal, s.id), s.principal.name, s.id);
 }
 
 void Store::erase(const Principal& principal, std::string_view id) {
   failpoint("store.erase");
-  named(erase_session_, principal, id).execute();
-  named(erase_checkpoint_, principal, id).execute();
+  erase_session_.execute(place_of(principal, id), principal.name, id);
+  erase_checkpoint_.execute(place_of(principal, id), principal.name, id);
 }
 
 void Store::put(const StoredCheckpoint& c) {
   failpoint("store.put_checkpoint");
-  named(put_checkpoint_, c.principal, c.id)
-      .bind(4, c.numerics_id)
-      .bind(5, std::bit_cast<std::int64_t>(c.identity))
-      .bind(6, c.step)
-      .bind_blob(7, c.state)
-      .bind(8, digest_of(c))
-      .execute();
+  put_checkpoint_.execute(place_of(c.principal, c.id), c.principal.name, c.id, c.numerics_id,
+                          std::bit_cast<std::int64_t>(c.identity), c.step, Statement::Blob{c.state},
+                          digest_of(c));
 }
 
 void Store::put(const Tombstone& tombstone) {
-  named(put_tombstone_, tombstone.principal, tombstone.id).bind(4, tombstone.until).execute();
+  put_tombstone_.execute(place_of(tombstone.principal, tombstone.id), tombstone.principal.name,
+                         tombstone.id, tombstone.until);
   ++since_trim_;
 }
 
@@ -180,12 +166,12 @@ std::vector<Tombstone> Store::tombstones(std::int64_t now) {
 }
 
 void Store::keep_newest_tombstones(std::int64_t count) {
-  Statement(file_.database, keep_newest).bind(1, count).execute();
+  Statement(file_.database, keep_newest).execute(count);
 }
 
 void Store::trim_tombstones(std::int64_t now) {
   since_trim_ = 0;
-  Statement(file_.database, "DELETE FROM tombstone WHERE until <= ?").bind(1, now).execute();
+  Statement(file_.database, "DELETE FROM tombstone WHERE until <= ?").execute(now);
   if (file_.database.number("SELECT count(*) FROM tombstone") > most_tombstones_)
     keep_newest_tombstones(most_tombstones_);
 }
@@ -202,7 +188,7 @@ std::int64_t Store::drop_checkpoints_except(std::string_view numerics_id) {
                    "session AS s WHERE s.place = checkpoint.place AND s.principal = "
                    "checkpoint.principal AND s.id = "
                    "checkpoint.id)");
-  others.bind(1, numerics_id).execute();
+  others.execute(numerics_id);
   return file_.database.changes();
 }
 
@@ -278,7 +264,7 @@ std::optional<Store::Row> Store::Reader::next() {
                   row.bytes(7),
                   std::nullopt};
   if (const auto tolerance = row.real(8))
-    s.choice = StoredChoice{*tolerance, row.real(9).value_or(0), row.bytes(10),
+    s.choice = ChosenMethod{*tolerance, row.real(9).value_or(0), row.bytes(10),
                             row.real(11).value_or(0), row.integer(12) != 0};
   if (digest_of(s) != row.integer(13))
     throw StoreError(WriteFault::Kind::damaged,

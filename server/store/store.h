@@ -8,19 +8,11 @@
 #include <string_view>
 #include <vector>
 
+#include "server/sessions/identity.h"
 #include "server/sessions/principal.h"
 #include "server/store/store_file.h"
 
 namespace stiefel::server {
-
-/// The tolerance and horizon for which a method was chosen, and the reason for the choice (Choice
-/// in tradeoff.h).
-struct StoredChoice {
-  double tolerance, horizon;
-  std::string reason;
-  double error;
-  bool verified;
-};
 
 /// A session as a row: its resolved scene, and how that was resolved from what its creator gave.
 struct StoredSession {
@@ -31,7 +23,7 @@ struct StoredSession {
   std::uint64_t identity;    ///< hash of the resolved scene
   std::string scene;         ///< as bytes, opaque to the store
   std::string filled_in, cleared;
-  std::optional<StoredChoice> choice;
+  std::optional<ChosenMethod> choice;
 };
 
 /// A state from which its session can start again.
@@ -118,7 +110,9 @@ class Store {
   };
 
  private:
-  void check_names() const;
+  void check_names() const {
+    if (const auto wrong = fault()) throw StoreError(WriteFault::Kind::unavailable, *wrong);
+  }
   bool empty_log() noexcept;
   void give_free_pages_back() noexcept;
   void keep_newest_tombstones(std::int64_t count);

@@ -1,18 +1,30 @@
 #include "server/store/store_file.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
+#include <utility>
 
 namespace stiefel::server {
 namespace {
+
+/// Returns the process id that the holder wrote into the file.
+std::string holder_of(int descriptor) {
+  std::array<char, 32> text{};
+  const ssize_t count = pread(descriptor, text.data(), text.size(), 0);
+  if (count <= 0) return "another process";
+  return "process " + std::string(text.data(), static_cast<std::size_t>(count));
+}
 
 namespace fs = std::filesystem;
 
@@ -174,13 +186,13 @@ bool checked_presence(const fs::path& file) {
 }
 
 StoreFile open_at(const fs::path& file, const StoreOptions& options) {
-  FileLock name_lock = FileLock::with_number(file.string() + "-lock");
+  FileLock name_lock(file.string() + "-lock", true);
   if (checked_presence(file)) check_header(file);
   // Frees the reserve, since SQLite creates files beside the store even on a full disk.
   Reserve reserve(file.string() + "-reserve");
   reserve.release();
   if (!fs::exists(file)) make_store(file, options.vfs);
-  FileLock lock(file);
+  FileLock lock(file, false);
   Database database(file.string(), Database::Mode::existing, options.vfs);
   configure(database, options.limit);
   check_pages(database);
@@ -212,6 +224,63 @@ auto naming(const StoreOptions& options, const Work& work) {
 }
 
 }  // namespace
+
+FileLock::FileLock(const std::string& file, bool own)
+    : descriptor_(open(file.c_str(), O_RDWR | O_CLOEXEC | (own ? O_CREAT : 0), 0600)) {
+  if (descriptor_ < 0) throw std::runtime_error(file + ": " + std::strerror(errno));
+  if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
+    const int error = errno;
+    const std::string holder = own ? holder_of(descriptor_) : "another process";
+    close(descriptor_);
+    throw std::runtime_error(error == EWOULDBLOCK ? "in use by " + holder
+                                                  : file + ": " + std::strerror(error));
+  }
+  if (!own) return;
+  // The number serves the error message only; on a full disk the file stays empty.
+  const std::string number = std::to_string(getpid());
+  if (ftruncate(descriptor_, 0) == 0)
+    static_cast<void>(pwrite(descriptor_, number.data(), number.size(), 0) > 0);
+}
+
+FileLock::~FileLock() {
+  if (descriptor_ >= 0) close(descriptor_);
+}
+
+FileLock::FileLock(FileLock&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
+
+FileWatch::FileWatch(std::vector<std::string> names) {
+  for (std::string& name : names) {
+    struct stat now {};
+    if (stat(name.c_str(), &now) != 0) throw std::runtime_error(name + ": " + std::strerror(errno));
+    files_.push_back({std::move(name), now.st_dev, now.st_ino});
+  }
+  if (const auto wrong = fault()) throw std::runtime_error(*wrong);
+}
+
+std::optional<std::string> FileWatch::fault() const {
+  for (const File& file : files_) {
+    struct stat now {};
+    if (stat(file.name.c_str(), &now) != 0)
+      return file.name + " was removed or cannot be reached: " + std::strerror(errno) +
+             ": restart the server";
+    if (now.st_dev != file.device || now.st_ino != file.inode)
+      return file.name + " was replaced by another file: restart the server";
+    if (now.st_nlink != 1)
+      return file.name + " has " + std::to_string(now.st_nlink) +
+             " names (hard links), must have 1: remove the others";
+  }
+  return std::nullopt;
+}
+
+void Reserve::hold() noexcept {
+  const int descriptor = open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+  if (descriptor < 0) return;
+  const bool held = posix_fallocate(descriptor, 0, bytes) == 0;
+  close(descriptor);
+  if (!held) release();
+}
+
+void Reserve::release() noexcept { unlink(file_.c_str()); }
 
 StoreFile open_store(const StoreOptions& options) {
   return naming(options, [&] { return open_at(file_of(options), options); });

@@ -1,16 +1,77 @@
 #pragma once
 
+#include <sys/types.h>
+
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
-#include "server/store/file_lock.h"
-#include "server/store/file_watch.h"
-#include "server/store/reserve.h"
 #include "server/store/sqlite.h"
-#include "server/store/store_options.h"
 
 namespace stiefel::server {
+
+struct StoreOptions {
+  /// The file in which sessions are kept; empty means in memory only.
+  std::string file = {};
+  /// The largest size of the file in bytes; 0 means all that the disk has.
+  std::uint64_t limit = 0;
+  /// For tests: SQLite's name of the file system to use; null means its default.
+  const char* vfs = nullptr;
+};
+
+/// Locks a file for this process with flock(2). The kernel releases the lock when the process ends,
+/// in whatever way. The file stays.
+class FileLock {
+ public:
+  /// `own`: creates the file if there is none, and writes this process's number into it. Throws
+  /// std::runtime_error with the reason: "in use by process 123", or "by another process" where the
+  /// number is not known.
+  FileLock(const std::string& file, bool own);
+  FileLock(FileLock&& other) noexcept;
+  FileLock& operator=(FileLock&&) = delete;
+  ~FileLock();
+
+ private:
+  int descriptor_;
+};
+
+/// Watches the names of files that SQLite has open: what is written into a file without a name is
+/// lost when the process ends, and a file with a second name has a second log.
+class FileWatch {
+ public:
+  /// The files that have these names now. Throws std::runtime_error if one is absent.
+  explicit FileWatch(std::vector<std::string> names);
+
+  /// Returns what is wrong: the name is gone or belongs to another file, or the file has further
+  /// names.
+  std::optional<std::string> fault() const;
+
+ private:
+  struct File {
+    std::string name;
+    dev_t device;
+    ino_t inode;
+  };
+  std::vector<File> files_;
+};
+
+/// Space on the disk held back for deletions: a file of `bytes` bytes, which is removed when the
+/// disk is full. A reserve that cannot be held is not an error.
+class Reserve {
+ public:
+  static constexpr long bytes = 2L << 20;
+
+  explicit Reserve(std::string file) : file_(std::move(file)) {}
+
+  /// Creates the file, unless the disk is too full for it.
+  void hold() noexcept;
+  void release() noexcept;
+
+ private:
+  std::string file_;
+};
 
 /// The version of the tables, in the file's `PRAGMA user_version`.
 inline constexpr std::int64_t schema_version = 2;

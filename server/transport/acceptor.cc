@@ -3,19 +3,28 @@
 #include <fcntl.h>
 #include <sys/epoll.h>
 #include <sys/eventfd.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
 #include <new>
+#include <optional>
 #include <stdexcept>
+#include <string>
 
 #include "server/limits/failpoint.h"
-#include "server/transport/refusal.h"
 
 namespace stiefel::server {
 namespace {
+
+std::optional<ino_t> inode_of(int descriptor) {
+  struct stat found;
+  if (fstat(descriptor, &found) != 0) return std::nullopt;
+  return found.st_ino;
+}
 
 using namespace std::chrono_literals;
 
@@ -47,7 +56,28 @@ bool out_of_descriptors(int error) {
   return error == EMFILE || error == ENFILE || error == ENOBUFS || error == ENOMEM;
 }
 
+/// Answers "HTTP/1.1 503 REASON" and closes the connection. gRPC's clients report that as
+/// UNAVAILABLE and retry after growing pauses; after an HTTP/2 GOAWAY they would retry at once, a
+/// thousand times a second. Never blocks: drops what the socket does not take at once.
+void refuse_connection(Descriptor connection, std::string_view reason) {
+  const std::string text = "HTTP/1.1 503 " + std::string(reason) +
+                           "\r\ncontent-length: 0\r\nretry-after: 1\r\nconnection: close\r\n\r\n";
+  send(connection.get(), text.data(), text.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+  shutdown(connection.get(), SHUT_WR);
+  // Closing with unread data would reset the connection before the client has read the answer.
+  char unread[4096];
+  while (recv(connection.get(), unread, sizeof unread, MSG_DONTWAIT) > 0) continue;
+}
+
 }  // namespace
+
+void OpenConnections::add(int descriptor) {
+  if (const auto inode = inode_of(descriptor)) open_.push_back({descriptor, *inode});
+}
+
+void OpenConnections::prune() {
+  std::erase_if(open_, [](const Open& one) { return inode_of(one.descriptor) != one.inode; });
+}
 
 Acceptor::Acceptor(std::vector<Listener> listeners, Limits limits, GiveAway give_away,
                    Report report)
@@ -150,11 +180,6 @@ bool Acceptor::drop_oldest_silent() {
   hear(oldest);  // gives it away if it has spoken by now
   if (by_descriptor_.contains(oldest)) forget(oldest);
   return true;
-}
-
-void Acceptor::drop_expired() {
-  const auto now = Clock::now();
-  while (!silent_.empty() && silent_.front().until <= now) drop_oldest_silent();
 }
 
 std::size_t Acceptor::open() {

@@ -1,17 +1,38 @@
 #pragma once
 
+#include <sys/types.h>
+
 #include <chrono>
 #include <cstddef>
 #include <functional>
 #include <list>
+#include <string_view>
 #include <thread>
 #include <unordered_map>
 #include <vector>
 
 #include "server/transport/listener.h"
-#include "server/transport/open_connections.h"
 
 namespace stiefel::server {
+
+/// Counts connections whose descriptors another owner closes without notice. A descriptor is still
+/// the connection that was added while its inode is the same, because the kernel gives every socket
+/// a new one.
+class OpenConnections {
+ public:
+  void add(int descriptor);
+  /// The most connections that can be open; some may have been closed since the last `prune`.
+  std::size_t at_most() const { return open_.size(); }
+  /// Forgets the closed connections; costs one fstat each.
+  void prune();
+
+ private:
+  struct Open {
+    int descriptor;
+    ino_t inode;
+  };
+  std::vector<Open> open_;
+};
 
 /// Accepts connections on a thread of its own and gives each one away once it has sent its first
 /// byte, which an HTTP/2 client does unasked. A connection that is silent costs only a descriptor;
@@ -55,7 +76,10 @@ class Acceptor {
   /// Removes a connection from the silent ones and returns it.
   Descriptor forget(int descriptor);
   bool drop_oldest_silent();
-  void drop_expired();
+  void drop_expired() {
+    const auto now = Clock::now();
+    while (!silent_.empty() && silent_.front().until <= now) drop_oldest_silent();
+  }
   /// Returns how many connections given away are open; too many by at most those closed in the last
   /// 10 ms.
   std::size_t open();

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "server/transport/descriptor.h"
+#include "server/limits/process.h"
 
 namespace stiefel::server {
 
@@ -52,5 +52,16 @@ std::vector<Listener> listen_on(const std::string& address);
 /// address, a folder that cannot be written, a path that is another kind of file. A server that
 /// listens there already is not a fault.
 std::optional<std::string> listen_fault(const std::string& address);
+
+/// Returns the IP addresses of host:port; none if the host has none.
+std::vector<SocketAddress> tcp_addresses(const std::string& address);
+
+/// Whether only this machine can reach the address: a Unix socket, 127.0.0.0/8 or ::1.
+bool is_local(const SocketAddress& address);
+
+/// Returns why a server must not listen on `address` (one that address_fault accepts) without TLS:
+/// other machines can reach one of its IP addresses. Returns nothing for an address that only this
+/// machine can reach, and for a name without an IP address, which listen_fault refuses.
+std::optional<std::string> exposure_fault(const std::string& address);
 
 }  // namespace stiefel::server

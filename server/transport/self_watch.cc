@@ -1,8 +1,12 @@
 #include "server/transport/self_watch.h"
 
+#include <openssl/bio.h>
+#include <openssl/err.h>
+#include <openssl/ssl.h>
 #include <poll.h>
 
 #include <cerrno>
+#include <memory>
 #include <string_view>
 
 namespace stiefel::server {
@@ -32,6 +36,24 @@ bool connected(const Descriptor& socket, const SocketAddress& address,
 
 }  // namespace
 
+std::string client_hello() {
+  const std::unique_ptr<SSL_CTX, decltype(&SSL_CTX_free)> context(SSL_CTX_new(TLS_client_method()),
+                                                                  &SSL_CTX_free);
+  if (!context) return {};
+  const std::unique_ptr<SSL, decltype(&SSL_free)> connection(SSL_new(context.get()), &SSL_free);
+  if (!connection) return {};
+  BIO* const out = BIO_new(BIO_s_mem());
+  SSL_set_bio(connection.get(), BIO_new(BIO_s_mem()), out);  // takes ownership of both
+  constexpr unsigned char http2[] = {2, 'h', '2'};
+  SSL_set_alpn_protos(connection.get(), http2, sizeof http2);
+  SSL_set_connect_state(connection.get());
+  SSL_do_handshake(connection.get());  // stops to wait for the server's answer
+  char* bytes = nullptr;
+  const long size = BIO_get_mem_data(out, &bytes);
+  ERR_clear_error();
+  return size > 0 ? std::string(bytes, static_cast<std::size_t>(size)) : std::string();
+}
+
 bool answers(const SocketAddress& address, std::chrono::milliseconds timeout,
              std::string_view hello) {
   if (hello.empty()) hello = preface;
@@ -57,22 +79,19 @@ SelfWatch::SelfWatch(std::vector<SocketAddress> addresses, std::chrono::millisec
       patience_(patience),
       give_up_(std::move(give_up)),
       tls_hello_(std::move(tls_hello)),
-      thread_([this](const std::stop_token& stop) { run(stop); }) {}
+      answered_(addresses_.size(), SteadyClock::now()),
+      thread_("self-watch", patience / 5, [this](const auto& stop) { look(stop); }) {}
 
-void SelfWatch::run(const std::stop_token& stop) {
-  pthread_setname_np(pthread_self(), "self-watch");
-  const auto pause = patience_ / 5;
-  std::vector<SteadyClock::time_point> answered(addresses_.size(), SteadyClock::now());
-  std::unique_lock lock(mutex_);
-  while (!wake_.wait_for(lock, stop, pause, [&] { return stop.stop_requested(); })) {
-    for (std::size_t i = 0; i < addresses_.size(); ++i) {
-      const bool plain = addresses_[i].storage.ss_family == AF_UNIX;
-      if (answers(addresses_[i], pause, plain ? std::string_view() : tls_hello_))
-        answered[i] = SteadyClock::now();
-      if (stop.stop_requested()) return;
-      if (SteadyClock::now() - answered[i] >= patience_) return give_up_();
-    }
+void SelfWatch::look(const std::stop_token& stop) {
+  if (given_up_) return;
+  for (std::size_t i = 0; i < addresses_.size() && !given_up_; ++i) {
+    const bool plain = addresses_[i].storage.ss_family == AF_UNIX;
+    if (answers(addresses_[i], patience_ / 5, plain ? std::string_view() : tls_hello_))
+      answered_[i] = SteadyClock::now();
+    if (stop.stop_requested()) return;
+    given_up_ = SteadyClock::now() - answered_[i] >= patience_;
   }
+  if (given_up_) give_up_();
 }
 
 }  // namespace stiefel::server

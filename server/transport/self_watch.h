@@ -1,17 +1,19 @@
 #pragma once
 
 #include <chrono>
-#include <condition_variable>
 #include <functional>
-#include <mutex>
 #include <string>
 #include <string_view>
-#include <thread>
 #include <vector>
 
+#include "server/limits/process.h"
 #include "server/transport/listener.h"
 
 namespace stiefel::server {
+
+/// Returns the first bytes that a TLS client offering HTTP/2 sends, which a live server answers.
+/// Empty if OpenSSL fails.
+std::string client_hello();
 
 /// Whether a connection to `address` that sends `hello` is answered within `timeout` by nine bytes,
 /// the length of the header of HTTP/2's first frame. An empty `hello` means HTTP/2's preface.
@@ -28,15 +30,15 @@ class SelfWatch {
             std::function<void()> give_up, std::string tls_hello = {});
 
  private:
-  void run(const std::stop_token& stop);
+  void look(const std::stop_token& stop);
 
   const std::vector<SocketAddress> addresses_;
   const std::chrono::milliseconds patience_;
   const std::function<void()> give_up_;
   const std::string tls_hello_;
-  std::mutex mutex_;
-  std::condition_variable_any wake_;
-  std::jthread thread_;
+  std::vector<std::chrono::steady_clock::time_point> answered_;  // the last time, of each address
+  bool given_up_ = false;
+  Periodic thread_;
 };
 
 }  // namespace stiefel::server

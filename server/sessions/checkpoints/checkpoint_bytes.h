@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <expected>
+#include <initializer_list>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -9,12 +10,6 @@
 #include "server/sessions/session.h"
 
 namespace stiefel::server {
-
-/// A decoded checkpoint: the state that Simulation::save wrote at `step`.
-struct Checkpoint {
-  std::int64_t step;
-  std::vector<double> saved;
-};
 
 /// Why a checkpoint is refused. `foreign`: signed with a key that this server does not have, or in
 /// another version of the format; nothing in it can be trusted.
@@ -24,16 +19,31 @@ struct CheckpointRefusal {
   std::string numerics_id;  ///< for other_numerics: that of the server that wrote it
 };
 
-/// Encodes a simulation's state as bytes opaque to clients: format, name of the key, numerics id,
-/// SHA-256 of the scene's identity, step, doubles, and the HMAC-SHA256 of all that with the first
-/// of the session's keys.
-std::string encode_checkpoint(const Session& session, const Simulation& simulation);
+/// The formats of checkpoints: of a state, and of a summary in progress. The last character is the
+/// version.
+inline constexpr std::string_view state_format = "STFLCKP4", summary_format = "STFLSUM3";
 
+/// Returns bytes that are opaque to clients: format, name of the key, numerics id, the session's
+/// identity, `content`, and the HMAC-SHA256 of all that with the first of the session's keys.
+std::string sign_checkpoint(const Session& session, std::string_view format,
+                            std::initializer_list<std::string_view> content);
+/// Returns the content, a view into `bytes`, of a checkpoint of the same resolved scene and
+/// numerics id that one of the session's keys signed.
+std::expected<std::string_view, CheckpointRefusal> verify_checkpoint(const Session& session,
+                                                                     std::string_view format,
+                                                                     std::string_view bytes);
+
+/// A decoded checkpoint: the state that Simulation::save wrote at `step`.
+struct Checkpoint {
+  std::int64_t step;
+  std::vector<double> saved;
+};
+
+/// Signs a simulation's state: its step and its numbers.
+std::string encode_checkpoint(const Session& session, const Simulation& simulation);
 /// Returns the length of the session's checkpoints in bytes.
 std::size_t checkpoint_bytes(const Session& session);
-
-/// Decodes a checkpoint of the same resolved scene and numerics id. Accepts it only when one of the
-/// session's keys signed it and all numbers are finite. Does not check how near the state is to the
+/// Decodes a checkpoint whose numbers must be finite. Does not check how near the state is to the
 /// manifold, because methods may leave it legitimately.
 std::expected<Checkpoint, CheckpointRefusal> decode_checkpoint(const Session& session,
                                                                std::string_view bytes);

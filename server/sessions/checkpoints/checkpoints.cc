@@ -34,10 +34,6 @@ void Checkpoints::adopt(std::int64_t step, Saved saved, bool lasting) {
   thin();
 }
 
-bool Checkpoints::is_adopted(std::int64_t step) const {
-  return std::ranges::find(adopted_, step, &Adopted::step) != adopted_.end();
-}
-
 void Checkpoints::drop_adopted(std::size_t index) {
   const auto one = adopted_.begin() + static_cast<std::ptrdiff_t>(index);
   const std::int64_t step = one->step;
@@ -78,20 +74,9 @@ std::size_t Checkpoints::computed() const {
   return saved_.size() - saved_.contains(0) - adopted_.size();
 }
 
-std::size_t Checkpoints::sheddable() const {
-  return computed() +
-         static_cast<std::size_t>(std::ranges::count(adopted_, false, &Adopted::lasting));
-}
-
 void Checkpoints::shed() {
   std::erase_if(adopted_, [](const Adopted& one) { return !one.lasting; });
   drop_if([&](std::int64_t step) { return step != 0 && !is_adopted(step); });
-}
-
-std::vector<std::int64_t> Checkpoints::steps() const {
-  std::vector<std::int64_t> steps;
-  for (const auto& [step, saved] : saved_) steps.push_back(step);
-  return steps;
 }
 
 }  // namespace stiefel::server

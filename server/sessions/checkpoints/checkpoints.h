@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -37,10 +38,17 @@ class Checkpoints {
   Nearest nearest(std::int64_t step) const;
 
   std::int64_t spacing() const { return spacing_; }
-  std::vector<std::int64_t> steps() const;
+  std::vector<std::int64_t> steps() const {
+    std::vector<std::int64_t> steps;
+    for (const auto& [step, saved] : saved_) steps.push_back(step);
+    return steps;
+  }
 
   /// The number of states that `shed` drops: all but step 0 and the lasting adopted ones.
-  std::size_t sheddable() const;
+  std::size_t sheddable() const {
+    return computed() +
+           static_cast<std::size_t>(std::ranges::count(adopted_, false, &Adopted::lasting));
+  }
   void shed();
 
  private:
@@ -52,7 +60,9 @@ class Checkpoints {
   void thin();
   /// The number of states that are neither at step 0 nor adopted.
   std::size_t computed() const;
-  bool is_adopted(std::int64_t step) const;
+  bool is_adopted(std::int64_t step) const {
+    return std::ranges::find(adopted_, step, &Adopted::step) != adopted_.end();
+  }
   /// Drops the adopted state with that index in `adopted_`; keeps it as a computed one if its step
   /// is a multiple of the spacing.
   void drop_adopted(std::size_t index);

@@ -4,6 +4,7 @@
 #include <openssl/evp.h>
 #include <openssl/rand.h>
 
+#include <algorithm>
 #include <stdexcept>
 
 namespace stiefel::server {
@@ -25,6 +26,14 @@ std::optional<unsigned> value_of(char digit) {
   if (digit >= 'A' && digit <= 'F') digit = static_cast<char>(digit - 'A' + 'a');
   const std::size_t value = digits.find(digit);
   return value == digits.npos ? std::nullopt : std::optional(static_cast<unsigned>(value));
+}
+
+constexpr std::string_view space = " \t\r";
+
+std::string_view trimmed(std::string_view text) {
+  const std::size_t begin = text.find_first_not_of(space);
+  if (begin == text.npos) return {};
+  return text.substr(begin, text.find_last_not_of(space) - begin + 1);
 }
 
 }  // namespace
@@ -94,6 +103,50 @@ std::optional<Bytes32> from_hexadecimal(std::string_view text) {
     bytes[i] = static_cast<unsigned char>(16 * *high + *low);
   }
   return bytes;
+}
+
+std::vector<Line> meaningful_lines(std::string_view text) {
+  std::vector<Line> lines;
+  for (std::size_t number = 1; !text.empty(); ++number) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    const std::string_view line = trimmed(text.substr(0, end));
+    if (!line.empty() && !line.starts_with('#')) lines.push_back({number, line});
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return lines;
+}
+
+std::string_view next_word(std::string_view& text) {
+  text = trimmed(text);
+  const std::string_view word = text.substr(0, text.find_first_of(space));
+  text = trimmed(text.substr(word.size()));
+  return word;
+}
+
+CheckpointKey::CheckpointKey(const Bytes32& bytes) : secret(bytes) {
+  const Bytes32 mac = hmac_sha256(secret, "stiefel: name of a checkpoint key");
+  name.assign(reinterpret_cast<const char*>(mac.data()), name_bytes);
+}
+
+CheckpointKeys::CheckpointKeys(const std::vector<Bytes32>& secrets)
+    : keys_(secrets.begin(), secrets.end()) {}
+
+std::shared_ptr<const CheckpointKeys> CheckpointKeys::of_process() {
+  static const auto keys = std::make_shared<const CheckpointKeys>(std::vector{random_secret()});
+  return keys;
+}
+
+std::expected<CheckpointKeys, std::string> CheckpointKeys::parse(std::string_view text) {
+  std::vector<Bytes32> secrets;
+  for (const Line& line : meaningful_lines(text)) {
+    const auto secret = from_hexadecimal(line.text);
+    if (!secret)
+      return std::unexpected("line " + std::to_string(line.number) +
+                             ": a key must be 64 hexadecimal digits");
+    secrets.push_back(*secret);
+  }
+  if (secrets.empty()) return std::unexpected("there must be at least one key");
+  return CheckpointKeys(secrets);
 }
 
 }  // namespace stiefel::server

@@ -10,9 +10,8 @@ import pytest
 from stiefel.programs import variables
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"
-NUMBERS = ["--threads", "--max-sessions", "--max-connections", "--store-limit", "--principal-sessions",
-           "--principal-streams", "--principal-calls"]
-AMOUNTS = ["--principal-work-rate", "--principal-queued-work", "--max-call-work", "--principal-memory"]
+NUMBERS = ["--threads", "--max-sessions", "--max-connections", "--store-limit", "--principal-sessions"]
+AMOUNTS = ["--principal-queued-work", "--max-call-work", "--principal-memory"]
 SECONDS = ["--grace", "--idle-timeout", "--max-connection-age", "--self-watch"]
 
 

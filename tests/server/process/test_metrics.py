@@ -113,7 +113,7 @@ def test_a_reader_that_does_not_read_is_behind(metered):
 
 
 def test_refusals_name_the_limit_inside_a_drive_too(metered):
-    server = metered("--principal-calls", "1", "--max-call-work", "1e8", "--max-sessions", "1")
+    server = metered("--max-call-work", "1e8", "--max-sessions", "1")
     with stiefel.Client(server.address) as client, grpc.insecure_channel(server.address) as channel:
         stub, session = rpc.SimulationServiceStub(channel), client.create(BODY)
         with pytest.raises(grpc.RpcError):

@@ -10,7 +10,7 @@
 #include <thread>
 
 #include "server/server.h"
-#include "server/transport/descriptor.h"
+#include "server/limits/process.h"
 #include "server/transport/listener.h"
 #include "server/transport/self_watch.h"
 

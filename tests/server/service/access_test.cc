@@ -8,7 +8,7 @@
 #include <latch>
 #include <set>
 
-#include "server/access/exposure.h"
+#include "server/transport/listener.h"
 #include "server/access/tokens.h"
 #include "server/access/watched_files.h"
 #include "tests/server/harness.h"

@@ -1,5 +1,5 @@
 #include "proto/checksum/checksum.h"
-#include "server/sessions/numerics_id.h"
+#include "server/sessions/identity.h"
 #include "stiefel/version.h"
 #include "tests/server/harness.h"
 

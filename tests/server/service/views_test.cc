@@ -3,7 +3,7 @@
 #include <set>
 
 #include "proto/checksum/checksum.h"
-#include "server/sessions/numerics_id.h"
+#include "server/sessions/identity.h"
 #include "tests/server/harness.h"
 
 namespace stiefel {

@@ -7,8 +7,7 @@
 #include <random>
 
 #include "server/sessions/checkpoints/checkpoint_bytes.h"
-#include "server/sessions/checkpoints/checkpoint_keys.h"
-#include "server/sessions/checkpoints/summary_checkpoint.h"
+#include "server/sessions/checkpoints/digest.h"
 #include "server/sessions/cursor.h"
 #include "tests/server/scenes.h"
 
@@ -227,15 +226,16 @@ TEST_F(CheckpointBytes, AnotherSceneIsNamed) {
 }
 
 TEST_F(CheckpointBytes, ASummaryOfAnotherVersionIsForeign) {
-  const std::string bytes = encode_summary(session_, 1, "saved");
-  EXPECT_TRUE(decode_summary(session_, 1, bytes));
+  const std::string bytes = sign_checkpoint(session_, summary_format, {"sa", "ved"});
+  EXPECT_EQ(verify_checkpoint(session_, summary_format, bytes), "saved");
+  EXPECT_FALSE(verify_checkpoint(session_, state_format, bytes));
   for (std::size_t i = 0; i < bytes.size(); ++i) {
     std::string damaged = bytes;
     damaged[i] = static_cast<char>(damaged[i] ^ 0x10);
-    const auto result = decode_summary(session_, 1, damaged);
+    const auto result = verify_checkpoint(session_, summary_format, damaged);
     ASSERT_FALSE(result) << "byte " << i;
     const bool others = i >= 7 && i < 8 + CheckpointKey::name_bytes;
-    ASSERT_EQ(result.error().fault, others ? SummaryFault::foreign : SummaryFault::corrupt)
+    ASSERT_EQ(result.error().fault, others ? CheckpointFault::foreign : CheckpointFault::corrupt)
         << "byte " << i;
   }
 }

@@ -6,7 +6,8 @@
 #include <latch>
 #include <thread>
 
-#include "server/sessions/checkpoints/checkpoint_keys.h"
+#include "server/limits/process.h"
+#include "server/sessions/checkpoints/digest.h"
 #include "tests/server/scenes.h"
 
 namespace stiefel::server {
@@ -191,13 +192,12 @@ TEST_F(RegistryTest, CreatedByEightThreadsIsOneSession) {
   EXPECT_EQ(registry_.size(), 1u);
 }
 
-TEST(Sweeper, ExpiresByItself) {
+TEST(Registry, ExpiresAtItsInterval) {
   Registry registry(3, 1ms, {});
   registry.create(everybody, "a", test::scene(), "");
   std::latch expired(1);
-  Sweeper sweeper(registry, [&](std::size_t dropped) {
-    EXPECT_EQ(dropped, 1u);
-    expired.count_down();
+  const Periodic sweeper("sweep", registry.sweep_interval(), [&](const auto&) {
+    if (registry.expire() > 0) expired.count_down();
   });
   expired.wait();
   EXPECT_EQ(registry.size(), 0u);

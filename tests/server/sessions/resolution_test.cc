@@ -1,4 +1,4 @@
-#include "server/sessions/resolution.h"
+#include "server/sessions/identity.h"
 
 #include <gtest/gtest.h>
 

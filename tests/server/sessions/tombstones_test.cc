@@ -1,10 +1,9 @@
-#include "server/sessions/tombstones.h"
+#include "server/sessions/registry.h"
 
 #include <gtest/gtest.h>
 
 #include <string>
 
-#include "server/sessions/registry.h"
 #include "tests/server/scenes.h"
 
 namespace stiefel::server {

@@ -12,7 +12,7 @@
 #include <thread>
 
 #include "server/sessions/cursor.h"
-#include "server/sessions/numerics_id.h"
+#include "server/sessions/identity.h"
 #include "tests/server/store/folder.h"
 #include "tests/server/store/ledgers.h"
 

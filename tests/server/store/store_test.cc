@@ -56,7 +56,7 @@ class StoreTest : public testing::Test {
 
 TEST_F(StoreTest, GivesBackWhatItGot) {
   auto chosen = session("chosen", 70'000);
-  chosen.choice = StoredChoice{0.1, 1.0 / 3, "error 0.01, \0 work 3", 0.01, true};
+  chosen.choice = ChosenMethod{0.1, 1.0 / 3, "error 0.01, \0 work 3", 0.01, true};
   const auto plain = session("plain", 0);
   {
     Store store(options_);

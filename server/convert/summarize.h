@@ -1,0 +1,108 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <stop_token>
+#include <utility>
+
+#include "server/convert/resolve.h"
+#include "server/convert/summary_messages.h"
+#include "server/limits/memory_budget.h"
+#include "server/sessions/session.h"
+#include "stiefel/summary.h"
+#include "stiefel/v1/summary.pb.h"
+
+namespace stiefel::server {
+
+/// Converts a request. Does not check its numbers, which Summary checks.
+OrStatus<SummaryDescription> from_proto(const v1::SummarizeRequest& request);
+
+/// Answers a Summarize: computes the summary piece by piece and writes its messages.
+class SummarizeAnswer {
+ public:
+  /// The request must outlive this object. `reading`: the predicted work of what is read, in
+  /// instructions.
+  SummarizeAnswer(SessionLease session, const v1::SummarizeRequest& request, double reading)
+      : session_(std::move(session)),
+        request_(request),
+        reading_(reading),
+        has_checkpoint_(!request.checkpoint().empty()) {}
+
+  /// `read`, `make` and `start` are called in this order; an error ends the call. They throw
+  /// Stopped (stiefel/stop.h) on a stop request of the surrounding StopScope. `read` reads what is
+  /// to be computed; the call's memory comes from `memory`.
+  grpc::Status read(MemoryBudget& memory);
+  bool was_read() const { return what_.has_value(); }
+  /// Makes the summary and, if the request has no checkpoint, its first state. Does not use the
+  /// request.
+  grpc::Status make();
+  bool made() const { return summary_.has_value(); }
+  /// Goes to the state of the request's checkpoint, if it has one.
+  grpc::Status start();
+  bool started() const { return messages_.has_value(); }
+
+  // The functions below need a start that succeeded, unless they say otherwise.
+
+  /// Advances by at most `steps` steps, and neither beyond the step of the next checkpoint nor far
+  /// beyond the price.
+  void advance(std::int64_t steps, const std::stop_token& stop);
+  /// Collects for the messages what was found on the way: events, states, a checkpoint that is due
+  /// or with which the call ends at its price and, at the end, the statistics.
+  void collect();
+  /// Ends the summary for a server that stops: with what there is and, on request, a checkpoint
+  /// from which another server goes on. Needs `aligned()`.
+  void cut_short();
+
+  /// Whether all members are at one step.
+  bool aligned() const { return summary_->aligned(); }
+  /// Whether a stop interrupted a reading, which may then be incomplete.
+  bool interrupted() const { return summary_->interrupted(); }
+  /// Whether nothing is left to compute. False before the start.
+  bool done() const { return done_; }
+  /// Set when the steps have taken the price of the call (attempts.h), which is to end with it once
+  /// there are no more results to send.
+  const std::optional<PriceReached>& price_reached() const { return price_reached_; }
+  /// The groups of members that advance together.
+  std::size_t width() const { return summary_->width(); }
+  /// 0 before the start.
+  std::int64_t computed_steps() const { return summary_ ? summary_->computed_steps() : 0; }
+  const Session& session() const { return *session_; }
+
+  /// Whether there are results to send. False before the start.
+  bool has_results() const { return messages_ && !messages_->empty(); }
+  /// Writes the next message over `message`: results, or only the progress if there are none.
+  /// Returns whether it is the last message.
+  bool next(v1::SummarizeResponse& message);
+
+ private:
+  /// Goes to the description's first state.
+  void go_to_first_state();
+  /// Restores the request's checkpoint. Goes to the first state if the server does not have its
+  /// key.
+  grpc::Status restore();
+  void set_price();
+  /// Returns the step at which the next checkpoint is due.
+  std::int64_t next_mark() const;
+  /// Returns a step that is reached before the attempts of the price are used up, or is the next.
+  std::int64_t price_mark() const;
+  void compare_price();
+  void add_checkpoint(std::int64_t step);
+
+  const SessionLease session_;
+  const v1::SummarizeRequest& request_;
+  const double reading_;
+  MemoryLease memory_;
+  std::optional<SummaryDescription> what_;
+  std::optional<Summary> summary_;
+  std::optional<SummaryMessages> messages_;
+  v1::Price price_;  ///< empty once it is sent
+  std::optional<AttemptLimit> limit_;
+  std::optional<PriceReached> price_reached_;
+  bool has_checkpoint_, checkpoint_ignored_ = false;
+  std::int64_t first_step_ = 0;  ///< of this call
+  std::int64_t last_mark_ = 0;
+  bool done_ = false;
+  bool finite_ = true;  ///< what was sent
+};
+
+}  // namespace stiefel::server

@@ -1,0 +1,196 @@
+#include "server/convert/summarize.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "proto/checksum/checksum.h"
+#include "server/convert/convert.h"
+#include "server/convert/errors.h"
+#include "server/convert/request_price.h"
+#include "server/pricing/memory_price.h"
+#include "server/sessions/checkpoints/checkpoint_bytes.h"
+#include "stiefel/simulation.h"
+
+namespace stiefel::server {
+namespace {
+
+/// The bytes that a summary keeps for each of the times at which it reads the state.
+constexpr std::uint64_t time_bytes = 32;
+
+/// Returns a digest of everything in a request that determines its summary.
+std::uint64_t digest_of(v1::SummarizeRequest request) {
+  request.clear_session_id();
+  request.clear_checkpoint();
+  request.clear_checkpoint_every();
+  request.clear_return_checkpoint();
+  request.clear_checksum();
+  request.set_every(std::max<std::int64_t>(request.every(), 1));
+  return hash(request.SerializeAsString());
+}
+
+std::string_view bytes_of(const std::uint64_t& digest) {
+  return {reinterpret_cast<const char*>(&digest), sizeof digest};
+}
+
+/// Returns the error for a checkpoint that is refused.
+grpc::Status refuse(const v1::SummarizeRequest& request, const CheckpointRefusal& refusal) {
+  if (refusal.fault == CheckpointFault::other_numerics)
+    return errors::checkpoint_of_other_numerics(refusal.numerics_id, numerics_id());
+  return errors::invalid("checkpoint", std::to_string(request.checkpoint().size()) + " bytes",
+                         refusal.fault == CheckpointFault::other_scene
+                             ? "must come from a session of the same scene"
+                             : "is damaged: must be the bytes that Summarize returned");
+}
+
+}  // namespace
+
+grpc::Status SummarizeAnswer::read(MemoryBudget& memory) {
+  const auto times = static_cast<std::uint64_t>(request_.times_size());
+  memory_ = MemoryLease(memory, reading_memory(request_) + times * time_bytes);
+  auto what = from_proto(request_);
+  if (!what) return what.error();
+  what_ = *std::move(what);
+  return grpc::Status::OK;
+}
+
+grpc::Status SummarizeAnswer::make() {
+  auto summary = Summary::prepare(session_->scene(), std::move(*what_));
+  if (!summary) return errors::invalid(summary.error());
+  memory_.grow(summary_memory(*session_, *summary));
+  summary_.emplace(*std::move(summary));
+  if (!has_checkpoint_) go_to_first_state();
+  return grpc::Status::OK;
+}
+
+void SummarizeAnswer::go_to_first_state() {
+  auto simulation = session_->lease(summary_->description().from);
+  std::vector<double> saved(simulation->saved_size());
+  simulation->save(saved);
+  summary_->start_at(simulation->step(), saved);
+  session_->give_back(std::move(simulation));
+}
+
+grpc::Status SummarizeAnswer::start() {
+  if (has_checkpoint_)
+    if (const auto status = restore(); !status.ok()) return status;
+  messages_.emplace(*session_, summary_->description());
+  first_step_ = last_mark_ = summary_->step();
+  set_price();
+  return grpc::Status::OK;
+}
+
+grpc::Status SummarizeAnswer::restore() {
+  const auto content = verify_checkpoint(*session_, summary_format, request_.checkpoint());
+  if (content) {
+    const std::uint64_t digest = digest_of(request_);
+    if (!content->starts_with(bytes_of(digest)))
+      return errors::invalid("checkpoint", std::to_string(request_.checkpoint().size()) + " bytes",
+                             "must come from a Summarize of the same request");
+    return summary_->restore(content->substr(sizeof digest))
+               ? grpc::Status::OK
+               : refuse(request_, {CheckpointFault::corrupt, {}});
+  }
+  checkpoint_ignored_ = content.error().fault == CheckpointFault::foreign;
+  if (!checkpoint_ignored_) return refuse(request_, content.error());
+  go_to_first_state();
+  return grpc::Status::OK;
+}
+
+void SummarizeAnswer::set_price() {
+  limit_ = session_->attempt_limit();
+  const std::int64_t to = request_.to(), from = std::min(first_step_, to);
+  const auto times = static_cast<std::uint64_t>(request_.times_size());
+  to_proto(session_->most_work(from, to) + reading_,
+           summary_->statistics_bytes() + times * messages_->state_bytes(),
+           summary_->reads_on_the_way() ? v1::PRICE_BOUND_EXPECTED : bound_of_steps(*session_),
+           memory_.bytes(), &price_);
+}
+
+std::int64_t SummarizeAnswer::next_mark() const {
+  const std::int64_t every = request_.checkpoint_every(), from = request_.from();
+  constexpr auto never = std::numeric_limits<std::int64_t>::max();
+  if (every == 0) return never;
+  const std::int64_t done = last_mark_ < from ? -1 : (last_mark_ - from) / every;
+  return done + 1 > (never - from) / every ? never : from + (done + 1) * every;
+}
+
+std::int64_t SummarizeAnswer::price_mark() const {
+  constexpr auto never = std::numeric_limits<std::int64_t>::max();
+  if (!limit_) return never;
+  const double left = limit_->of(static_cast<double>(request_.to() - first_step_)) -
+                      static_cast<double>(summary_->map_steps());
+  const double steps = std::max(1.0, left / limit_->longest);
+  return steps < static_cast<double>(never - summary_->step())
+             ? summary_->step() + static_cast<std::int64_t>(steps)
+             : never;
+}
+
+void SummarizeAnswer::compare_price() {
+  if (!limit_ || !summary_->aligned()) return;
+  const auto priced = static_cast<double>(request_.to() - first_step_);
+  const auto attempts = static_cast<double>(summary_->map_steps());
+  const std::int64_t at = summary_->step();
+  if (attempts < limit_->of(priced) || at == first_step_) return;
+  session_->raise_attempts(attempts / static_cast<double>(at - first_step_));
+  price_reached_.emplace(at, limit_->most_work(priced));
+  if (last_mark_ != at) add_checkpoint(at);
+}
+
+void SummarizeAnswer::advance(std::int64_t steps, const std::stop_token& stop) {
+  summary_->advance(steps, std::min(next_mark(), price_mark()), stop);
+}
+
+void SummarizeAnswer::collect() {
+  messages_->add(summary_->take_events());
+  messages_->add(summary_->take_states());
+  done_ = summary_->done();
+  if (done_) return messages_->add(summary_->statistics());
+  if (const std::int64_t due = next_mark(); summary_->step() >= due) {
+    last_mark_ = due;
+    add_checkpoint(due);
+  }
+  compare_price();
+}
+
+void SummarizeAnswer::cut_short() {
+  if (request_.return_checkpoint()) add_checkpoint(summary_->step());
+  summary_->cancel();
+  done_ = true;
+  if (!interrupted()) messages_->add(summary_->statistics());
+}
+
+void SummarizeAnswer::add_checkpoint(std::int64_t step) {
+  const std::string saved = summary_->save();
+  const std::uint64_t digest = digest_of(request_);
+  messages_->add_checkpoint(step,
+                            sign_checkpoint(*session_, summary_format, {bytes_of(digest), saved}));
+}
+
+bool SummarizeAnswer::next(v1::SummarizeResponse& message) {
+  message.Clear();
+  message.set_step(summary_->step());
+  message.set_computed_steps(summary_->computed_steps());
+  if (price_.bound() != v1::PRICE_BOUND_UNSPECIFIED) {
+    message.mutable_price()->Swap(&price_);
+    price_.Clear();
+    message.set_checkpoint_ignored(checkpoint_ignored_);
+  }
+  if (has_results()) messages_->next(message);
+  // Members that an event has ended have no states at later times.
+  const bool ends = std::ranges::any_of(request_.events(), &v1::Event::terminal);
+  finite_ = finite_ && (ends || is_finite(message));
+  const bool last = done_ && !has_results();
+  if (last) {
+    v1::RunStatus& status = *message.mutable_run_status();
+    to_proto(summary_->status(), &status);
+    if (!summary_->status().reached())
+      status.set_message(to_sentence(summary_->status(), session_->scene(), summary_->rate()));
+    check_at_the_door(finite_, &status);
+  }
+  if (request_.checksum()) message.set_checksum(wire::checksum(message));
+  return last;
+}
+
+}  // namespace stiefel::server
