@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "engine/methods/support/method.h"
-#include "engine/systems/concepts.h"
+#include "engine/methods/support/concepts.h"
 #include "stiefel/invariant_names.h"
 #include "stiefel/stop.h"
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "engine/methods/support/implicit_map.h"
-#include "engine/systems/matrix_system.h"
+#include "engine/methods/support/matrix_system.h"
 
 namespace stiefel {
 

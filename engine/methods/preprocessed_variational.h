@@ -1,8 +1,8 @@
 #pragma once
 
-#include "engine/maps/preprocessed_moser_veselov.h"
+#include "engine/rigid_body/moser_veselov/preprocessed_moser_veselov.h"
 #include "engine/methods/support/method.h"
-#include "engine/systems/rigid_body.h"
+#include "engine/rigid_body/body/rigid_body.h"
 
 namespace stiefel {
 

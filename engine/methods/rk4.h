@@ -1,7 +1,7 @@
 #pragma once
 
 #include "engine/methods/support/method.h"
-#include "engine/systems/concepts.h"
+#include "engine/methods/support/concepts.h"
 
 namespace stiefel {
 

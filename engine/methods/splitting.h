@@ -4,7 +4,7 @@
 
 #include "engine/linalg/lie/principal_moments_3.h"
 #include "engine/methods/support/method.h"
-#include "engine/systems/rigid_body.h"
+#include "engine/rigid_body/body/rigid_body.h"
 
 namespace stiefel {
 

@@ -1,6 +1,6 @@
 #include "server/convert/fork.h"
 
-#include "engine/simulation/scene/near_name.h"
+#include "engine/scene/near_name.h"
 #include "server/convert/conversion.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"

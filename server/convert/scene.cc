@@ -5,7 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "engine/simulation/scene/scene_fields.h"
+#include "engine/scene/scene_fields.h"
 #include "server/convert/block.h"
 #include "server/convert/convert.h"
 

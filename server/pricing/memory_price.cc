@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "engine/simulation/catalogue/methods/workspace.h"
+#include "engine/catalogue/methods/workspace.h"
 #include "server/limits/reply_limits.h"
 #include "server/sessions/checkpoints/checkpoint_bytes.h"
 #include "server/sessions/field_bytes.h"

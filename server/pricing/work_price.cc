@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "engine/simulation/catalogue/methods/motion_rates.h"
-#include "engine/simulation/catalogue/methods/recommendation.h"
+#include "engine/catalogue/methods/motion_rates.h"
+#include "engine/catalogue/methods/recommendation.h"
 #include "server/sessions/dimension.h"
 
 namespace stiefel::server {

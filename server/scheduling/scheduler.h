@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-#include "engine/simulation/run/crew.h"
+#include "engine/run/crew.h"
 #include "server/scheduling/run_queue.h"
 
 namespace stiefel::server {

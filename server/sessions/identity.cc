@@ -2,7 +2,7 @@
 
 #include <span>
 
-#include "engine/simulation/scene/scene_fields.h"
+#include "engine/scene/scene_fields.h"
 #include "server/sessions/checkpoints/digest.h"
 
 namespace stiefel::server {

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <utility>
 
-#include "engine/simulation/catalogue/methods/step_weight.h"
-#include "engine/simulation/catalogue/methods/workspace.h"
-#include "engine/simulation/run/ensemble_price.h"
+#include "engine/catalogue/methods/step_weight.h"
+#include "engine/catalogue/methods/workspace.h"
+#include "engine/run/ensemble_price.h"
 #include "server/limits/failpoint.h"
 #include "server/scheduling/slice.h"
 #include "server/sessions/checkpoints/checkpoint_keys.h"

@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-#include "engine/simulation/run/outline.h"
+#include "engine/run/outline.h"
 #include "server/limits/memory_budget.h"
 #include "server/sessions/attempts.h"
 #include "server/sessions/checkpoints/checkpoints.h"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/simulation/catalogue/methods/step_weight.h"
+#include "engine/catalogue/methods/step_weight.h"
 #include "server/scheduling/slice.h"
 
 namespace stiefel::server {

@@ -15,10 +15,10 @@
 #include <sstream>
 #include <vector>
 
-#include "engine/simulation/catalogue/methods/method_traits.h"
-#include "engine/simulation/catalogue/methods/step_weight.h"
-#include "engine/simulation/catalogue/system_entry.h"
-#include "engine/simulation/run/ensemble_price.h"
+#include "engine/catalogue/methods/method_traits.h"
+#include "engine/catalogue/methods/step_weight.h"
+#include "engine/catalogue/system_entry.h"
+#include "engine/run/ensemble_price.h"
 #include "stiefel/connect.h"
 #include "stiefel/simulation.h"
 #include "stiefel/tradeoff.h"

@@ -7,10 +7,10 @@
 #include <numeric>
 #include <set>
 
-#include "engine/simulation/catalogue/methods/method_traits.h"
-#include "engine/simulation/catalogue/methods/step_weight.h"
-#include "engine/simulation/catalogue/system_entry.h"
-#include "engine/simulation/run/packed_bodies.h"
+#include "engine/catalogue/methods/method_traits.h"
+#include "engine/catalogue/methods/step_weight.h"
+#include "engine/catalogue/system_entry.h"
+#include "engine/run/packed_bodies.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/simulation.h"
 #include "tests/bench/sized_scene.h"

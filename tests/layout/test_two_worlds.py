@@ -9,7 +9,7 @@ from layout import CONVERSION, INTERNAL, OTHERS, ROOT, folder_may, sources
 from two_worlds import engine_beside_messages, engine_names, included
 
 MESSAGES = ["stiefel/v1/scene.pb.h", "proto/checksum/checksum.h"]
-ENGINE = ["stiefel/scene.h", "stiefel/stop.h", "engine/simulation/run/crew.h", *(h for list in INTERNAL.values() for h in list)]
+ENGINE = ["stiefel/scene.h", "stiefel/stop.h", "engine/run/crew.h", *(h for list in INTERNAL.values() for h in list)]
 
 
 def test_the_conversion_may_include_both():
@@ -45,7 +45,7 @@ def test_a_file_that_sees_both_is_found(tmp_path: Path, line: str):
 
 @pytest.mark.parametrize("line", [
     "// A Scene of a Summary.", '  log("Scene");', "  v1::Scene scene = request.scene();", "  v1::RunStatus status;",
-    '#include "engine/linalg/arithmetic/to_text.h"',
+    '#include "engine/numbers/to_text.h"',
 ])
 def test_what_a_call_may_say(tmp_path: Path, line: str):
     (tmp_path / "server/calls").mkdir(parents=True)

@@ -4,11 +4,11 @@
 #include <optional>
 #include <string_view>
 
-#include "engine/linalg/arithmetic/compensated.h"
-#include "engine/linalg/arithmetic/lanes.h"
-#include "engine/maps/map.h"
+#include "engine/numbers/compensated.h"
+#include "engine/numbers/lanes.h"
+#include "engine/methods/support/map.h"
 #include "engine/methods/support/type_list.h"
-#include "engine/systems/system_traits.h"
+#include "engine/methods/support/system_traits.h"
 #include "stiefel/conservation.h"
 
 namespace stiefel {
@@ -42,7 +42,7 @@ struct MethodTraits {
 /// order)`, with a general rule, with maps for single systems, or with both:
 ///
 ///     general   applies_to(SystemTraits), conservation(SystemTraits, invariant)
-///     special   has_map_for<S>, conservation<S>(invariant); S has its file in methods/special
+///     special   has_map_for<S>, conservation<S>(invariant); S has its file in its wing
 template <class M>
 concept Method = requires {
   { M::traits } -> std::convertible_to<MethodTraits>;
@@ -87,7 +87,7 @@ constexpr Conservation conservation_by(std::string_view invariant) {
     return M::conservation(system_traits<S>, invariant);
 }
 
-/// The methods with a map made for S, a TypeList. A specialisation stands in methods/special.
+/// The methods with a map made for S, a TypeList. A specialisation stands in the wing of S.
 template <class S>
 struct SpecialMethods {
   using type = TypeList<>;

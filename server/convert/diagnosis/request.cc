@@ -2,7 +2,7 @@
 #include <concepts>
 #include <utility>
 
-#include "engine/simulation/scene/near_name.h"
+#include "engine/scene/near_name.h"
 #include "server/convert/block.h"
 #include "server/convert/diagnosis/parts.h"
 #include "server/convert/errors.h"

@@ -2,7 +2,7 @@
 
 #include "engine/linalg/lie/orthogonal.h"
 #include "engine/linalg/matrix_equations/spectrum.h"
-#include "engine/maps/moser_veselov.h"
+#include "engine/rigid_body/moser_veselov/moser_veselov.h"
 #include "tests/support/linalg/j_d_schur.h"
 #include "tests/support/scenes/random_scene.h"
 #include "tests/support/scenes/stacked.h"

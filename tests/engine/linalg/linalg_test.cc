@@ -2,8 +2,8 @@
 
 #include <random>
 
-#include "engine/linalg/arithmetic/compensated.h"
-#include "engine/linalg/arithmetic/split_product.h"
+#include "engine/numbers/compensated.h"
+#include "engine/numbers/split_product.h"
 #include "engine/linalg/iteration/continuation.h"
 #include "engine/linalg/iteration/history.h"
 #include "engine/linalg/iteration/lagged_anderson.h"

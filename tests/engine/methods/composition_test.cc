@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "engine/methods/special/rigid_body.h"
-#include "engine/methods/special/stiefel.h"
+#include "engine/rigid_body/maps/rigid_body_maps.h"
+#include "engine/frames/stiefel_maps.h"
 #include "engine/methods/variational.h"
 #include "tests/support/linalg/quadruple.h"
 #include "tests/support/scenes/body_state.h"

@@ -7,8 +7,8 @@
 
 #include "engine/linalg/special_functions/carlson.h"
 #include "engine/linalg/special_functions/jacobi_elliptic.h"
-#include "engine/methods/special/rigid_body.h"
-#include "engine/methods/special/stiefel.h"
+#include "engine/rigid_body/maps/rigid_body_maps.h"
+#include "engine/frames/stiefel_maps.h"
 #include "engine/methods/variational.h"
 #include "stiefel/simulation.h"
 #include "tests/support/linalg/quadruple.h"

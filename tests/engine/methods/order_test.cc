@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "engine/methods/special/rigid_body.h"
+#include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "methods/all_methods.h"
 #include "tests/support/exact_motion.h"
 #include "tests/support/scenes/random_scene.h"

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "engine/methods/exact.h"
-#include "engine/methods/special/rigid_body.h"
+#include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "engine/methods/variational.h"
 #include "stiefel/simulation.h"
 #include "tests/support/linalg/quadruple.h"

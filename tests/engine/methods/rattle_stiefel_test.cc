@@ -1,12 +1,12 @@
-#include "engine/maps/rattle_stiefel.h"
+#include "engine/frames/passes/rattle_stiefel.h"
 
 #include <gtest/gtest.h>
 
-#include "engine/invariants/stiefel.h"
+#include "engine/frames/body/stiefel_invariants.h"
 #include "engine/linalg/lie/orthogonal.h"
-#include "engine/methods/special/ellipsoid.h"
-#include "engine/methods/special/rigid_body.h"
-#include "engine/methods/special/stiefel.h"
+#include "engine/frames/ellipsoid_maps.h"
+#include "engine/rigid_body/maps/rigid_body_maps.h"
+#include "engine/frames/stiefel_maps.h"
 #include "engine/methods/variational.h"
 #include "tests/support/integrate.h"
 #include "tests/support/linalg/constraint_riccati_spectral.h"

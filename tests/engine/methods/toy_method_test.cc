@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/methods/support/method.h"
-#include "engine/systems/rigid_body.h"
+#include "engine/rigid_body/body/rigid_body.h"
 #include "tests/support/scenes/random_scene.h"
 
 namespace stiefel {

@@ -4,11 +4,11 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "engine/simulation/accuracy/reference.h"
-#include "engine/simulation/catalogue/methods/method_traits.h"
-#include "engine/simulation/catalogue/methods/step_weight.h"
-#include "engine/simulation/catalogue/methods/weight_table.h"
-#include "engine/simulation/catalogue/system_entry.h"
+#include "engine/accuracy/reference.h"
+#include "engine/catalogue/methods/method_traits.h"
+#include "engine/catalogue/methods/step_weight.h"
+#include "engine/catalogue/methods/weight_table.h"
+#include "engine/catalogue/system_entry.h"
 #include "stiefel/conversion.h"
 #include "stiefel/diagnosis.h"
 #include "stiefel/error_estimate.h"

@@ -8,8 +8,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "engine/maps/moser_veselov.h"
-#include "engine/problems/path.h"
+#include "engine/rigid_body/moser_veselov/moser_veselov.h"
+#include "engine/frames/geodesics/path.h"
 #include "tests/support/exact_motion.h"
 #include "tests/support/reference_motions.h"
 #include "tests/support/scenes/two_frames.h"

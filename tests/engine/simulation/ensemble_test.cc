@@ -1,12 +1,12 @@
-#include "engine/simulation/run/ensemble.h"
+#include "engine/run/ensemble.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "engine/linalg/simd/pack.h"
-#include "engine/simulation/run/outline.h"
-#include "engine/simulation/run/packed_bodies.h"
+#include "engine/numbers/pack.h"
+#include "engine/run/outline.h"
+#include "engine/run/packed_bodies.h"
 #include "stiefel/diagnosis.h"
 #include "tests/support/scenes/ensemble_of.h"
 #include "tests/support/scenes/random_scene.h"

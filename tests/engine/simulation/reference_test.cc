@@ -1,19 +1,19 @@
 // The reference solutions against which errors are measured.
-#include "engine/simulation/accuracy/reference.h"
+#include "engine/accuracy/reference.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "engine/methods/special/rigid_body.h"
-#include "engine/methods/special/stiefel.h"
+#include "engine/rigid_body/maps/rigid_body_maps.h"
+#include "engine/frames/stiefel_maps.h"
 #include "engine/methods/variational.h"
-#include "engine/problems/taylor_double_bracket.h"
-#include "engine/problems/taylor_motion.h"
-#include "engine/problems/taylor_parametric_rigid_body.h"
-#include "engine/problems/taylor_rigid_body.h"
-#include "engine/problems/taylor_stiefel.h"
-#include "engine/simulation/catalogue/system_entry.h"
+#include "engine/double_bracket/taylor_double_bracket.h"
+#include "engine/linalg/special_functions/taylor_motion.h"
+#include "engine/parametric/taylor_parametric_rigid_body.h"
+#include "engine/rigid_body/body/taylor_rigid_body.h"
+#include "engine/frames/body/taylor_stiefel.h"
+#include "engine/catalogue/system_entry.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/simulation.h"
 #include "tests/support/extrapolation.h"

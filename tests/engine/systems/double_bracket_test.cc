@@ -1,15 +1,15 @@
-#include "engine/systems/double_bracket.h"
+#include "engine/double_bracket/double_bracket.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "engine/invariants/double_bracket.h"
-#include "engine/invariants/rigid_body.h"
+#include "engine/double_bracket/double_bracket_invariants.h"
+#include "engine/rigid_body/body/body_invariants.h"
 #include "engine/methods/munthe_kaas4.h"
-#include "engine/systems/right_symmetric_rigid_body.h"
-#include "engine/systems/symmetric_rigid_body.h"
+#include "engine/rigid_body/symmetric/right_symmetric_rigid_body.h"
+#include "engine/rigid_body/symmetric/symmetric_rigid_body.h"
 #include "tests/support/flow.h"
 #include "tests/support/reference_cases.h"
 #include "tests/support/scenes/random_scene.h"

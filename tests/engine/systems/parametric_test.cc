@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/invariants/parametric_rigid_body.h"
-#include "engine/invariants/symmetric_rigid_body.h"
+#include "engine/parametric/parametric_invariants.h"
+#include "engine/rigid_body/symmetric/symmetric_invariants.h"
 #include "engine/linalg/lie/general_exponential.h"
-#include "engine/maps/moser_veselov.h"
-#include "engine/maps/parametric_moser_veselov.h"
+#include "engine/rigid_body/moser_veselov/moser_veselov.h"
+#include "engine/parametric/parametric_moser_veselov.h"
 #include "engine/methods/munthe_kaas4.h"
 #include "engine/methods/rk4.h"
-#include "engine/systems/parametric_rigid_body.h"
+#include "engine/parametric/parametric_rigid_body.h"
 #include "stiefel/diagnosis.h"
 #include "stiefel/simulation.h"
 #include "tests/support/exact_motion.h"

@@ -1,6 +1,6 @@
 #include "tests/support/linalg/quadruple.h"
 
-#include "engine/maps/frames/frame_pass_on.h"
+#include "engine/frames/passes/frame_pass_on.h"
 
 namespace stiefel {
 

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "engine/linalg/arithmetic/quadruple.h"
-#include "engine/maps/rattle_stiefel.h"
-#include "engine/moser_veselov/cayley_n.h"
+#include "engine/numbers/quadruple.h"
+#include "engine/frames/passes/rattle_stiefel.h"
+#include "engine/rigid_body/j_d/cayley_n.h"
 
 namespace stiefel {
 

@@ -8,7 +8,7 @@
 #include <map>
 
 #include "engine/methods/exact.h"
-#include "engine/methods/special/rigid_body.h"
+#include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "tests/support/linalg/quadruple.h"
 #include "tests/support/scenes/random_top.h"
 

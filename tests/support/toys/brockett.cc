@@ -3,13 +3,13 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
-#include "engine/simulation/catalogue/families/rigid_body_scene.h"
-#include "engine/simulation/catalogue/methods/method_traits.h"
-#include "engine/simulation/catalogue/motions/vector_field.h"
-#include "engine/simulation/catalogue/system_entry.h"
-#include "engine/simulation/stepping/make_simulation.h"
-#include "engine/simulation/stepping/methods_on.h"
-#include "engine/simulation/stepping/stacked_observables.h"
+#include "engine/rigid_body/rigid_body_scene.h"
+#include "engine/catalogue/methods/method_traits.h"
+#include "engine/catalogue/motions/vector_field.h"
+#include "engine/catalogue/system_entry.h"
+#include "engine/stepping/make_simulation.h"
+#include "engine/stepping/methods_on.h"
+#include "engine/stepping/stacked_observables.h"
 #include "tests/support/toys/heun.h"
 #include "tests/support/toys/toys.h"
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/systems/concepts.h"
+#include "engine/methods/support/concepts.h"
 
 namespace stiefel::testing {
 

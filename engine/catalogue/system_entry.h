@@ -1,0 +1,82 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "engine/catalogue/methods/recommendation.h"
+#include "stiefel/catalogue.h"
+#include "stiefel/simulation.h"
+
+namespace stiefel {
+
+class SceneDraft;
+struct MotionStart;
+struct Representation;
+struct TwoForm;
+struct VectorField;
+
+/// The meaning of `Simulation::rate` for a scene in three dimensions.
+enum class Rate {
+  other,
+  angular_speed,  ///< |omega|
+  frame_speed,    ///< ||Q'||_F, of a 3 x 3 frame sqrt(2) |omega|
+};
+
+/// The size of a scene, on which the work of a step depends (step_weight.h).
+struct FrameSize {
+  double n, N;
+};
+
+/// A system in the catalogue: everything that the library knows about it. No other file refers to a
+/// system by its name. A null or empty member means that the system does without.
+struct SystemEntry {
+  /// The system's entry in Describe; `forms` is filled in from `two_forms`.
+  SystemInfo info;
+  /// Checks a description, and fills in inertia and blocks of the resulting scene.
+  void (*check)(SceneDraft&);
+  std::unique_ptr<Simulation> (*make)(const Scene&);
+
+  /// Recommended methods for scenes that name none, in order; the last takes every scene. If empty,
+  /// such scenes get the method that chooses its own steps, with its default tolerance.
+  std::span<const Recommendation> recommended = {};
+  /// Returns the rule by which a method refuses this scene; empty if it accepts it.
+  std::string (*refusal)(const Scene&, std::string_view method) = nullptr;
+  /// Two-forms on the system's states, the symplectic one first.
+  std::vector<const TwoForm*> two_forms = {};
+  /// Whether the system has the Dirac bracket of functions of its state (Q, P), [RB] (3.15).
+  bool dirac_bracket = false;
+  /// The correspondence with (Q, M) and (Q, S).
+  const Representation* representation = nullptr;
+  /// For references: the start of the Taylor series of the motion; or, for a system without a
+  /// series, the vector field in extended precision (vector_field.h).
+  const MotionStart* motion = nullptr;
+  VectorField (*vector_field)(const Scene&) = nullptr;
+  Rate rate = Rate::other;
+  /// For a discrete system: the continuous system with the same state, which is defined for every
+  /// step.
+  std::string_view continuous = {};
+  /// Whether bodies of three and four dimensions advance together in vector registers.
+  bool packed = false;
+  /// Returns the size of a scene for step_weight.h. If null, the size is the number of rows of the
+  /// first block (N where the scene has none) and N.
+  FrameSize (*size)(const Scene&) = nullptr;
+  /// For tests and weights: returns a scene without method and step, seeded by `seed`;
+  /// `example_step` is a step at which the errors of a method of order 4 are small but visible.
+  /// Null: tests/support/scenes/any_scene.cc has scenes of the system.
+  SceneDescription (*example)(unsigned seed) = nullptr;
+  double example_step = 0.1;
+};
+
+/// Returns all systems, those of systems.inc first. Built once.
+const std::vector<SystemEntry>& system_entries();
+/// Returns null if there is none of that name.
+const SystemEntry* system_entry(std::string_view name);
+
+/// Adds a system from outside the library to the catalogue. Must be called before the catalogue is
+/// first read: throws std::logic_error afterwards, and for a name that is taken. Not thread-safe.
+void register_system(SystemEntry entry);
+
+}  // namespace stiefel

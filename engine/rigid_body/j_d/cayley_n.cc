@@ -1,0 +1,8 @@
+#include "engine/rigid_body/j_d/cayley_n.h"
+
+namespace stiefel {
+
+template class CayleyN<double, Arithmetic::compensated>;
+template class CayleyN<double, Arithmetic::plain>;
+
+}  // namespace stiefel

@@ -1,0 +1,9 @@
+#include "engine/rigid_body/j_d/deviation_n.h"
+
+namespace stiefel {
+
+template class DeviationSweeps<double>;
+template class DeviationN<double, Arithmetic::compensated>;
+template class DeviationN<double, Arithmetic::plain>;
+
+}  // namespace stiefel

@@ -1,0 +1,9 @@
+#include "engine/rigid_body/j_d/deviation_n.h"
+
+namespace stiefel {
+
+template class DeviationSweeps<float>;
+template class DeviationN<float, Arithmetic::compensated>;
+template class DeviationN<float, Arithmetic::plain>;
+
+}  // namespace stiefel

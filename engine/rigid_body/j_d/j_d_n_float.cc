@@ -1,0 +1,8 @@
+#include "engine/rigid_body/j_d/j_d_n.h"
+
+namespace stiefel {
+
+template class JDInverseN<float, Arithmetic::compensated>;
+template class JDInverseN<float, Arithmetic::plain>;
+
+}  // namespace stiefel

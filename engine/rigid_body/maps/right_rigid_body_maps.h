@@ -1,0 +1,35 @@
+#pragma once
+
+#include "engine/rigid_body/maps/rigid_body_maps.h"
+#include "engine/rigid_body/maps/turned_bodies.h"
+#include "engine/rigid_body/symmetric/transposed.h"
+#include "engine/rigid_body/body/right_rigid_body.h"
+
+namespace stiefel {
+
+// Maps made for the right-invariant rigid body: the transposes of the left-invariant maps.
+
+template <class Scalar>
+struct Variational::MapOf<RightRigidBody<Scalar>> {
+  static constexpr bool keeps(std::string_view) { return true; }
+  template <Arithmetic arithmetic>
+  static Transposed<MoserVeselov<SoN<Scalar>, arithmetic>, arithmetic> make(
+      const RightRigidBody<Scalar>& body, Scalar h) {
+    return Transposed<MoserVeselov<SoN<Scalar>, arithmetic>, arithmetic>(body.lambda(), h);
+  }
+};
+
+template <class Scalar>
+struct Gauss4::InQAndP<RightRigidBody<Scalar>> {
+  using Symmetric = SymmetricRigidBody<Scalar>;
+  template <Arithmetic arithmetic>
+  using Map =
+      Transposed<typename InQAndP<RigidBody<SoN<Scalar>>>::template Map<arithmetic>, arithmetic>;
+};
+
+template <class Scalar>
+struct SpecialMethods<RightRigidBody<Scalar>> {
+  using type = TypeList<Variational, Gauss4, Exact>;
+};
+
+}  // namespace stiefel

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "engine/stepping/invariant_list.h"
+#include "stiefel/catalogue.h"
+
+namespace stiefel {
+
+/// The side on which the rotation group acts: Q̇ = QΩ on the left, Q̇ = ΩQ on the right.
+enum class Side { left, right };
+
+/// Returns the invariants of (Q, M) in the rigid body's catalogue entry, without orthogonality.
+std::vector<InvariantInfo> rigid_body_invariant_infos(Side side = Side::left);
+
+/// Adds the values of the invariants, computed in extended precision: QMQᵀ on the left, QᵀMQ on the
+/// right. Q is empty in a momentum-only scene. The Manakov coefficients cost N⁵ operations, so they
+/// are included only up to N = 16 unless they are asked for. The scale of the energy is E, the
+/// other scales are powers of ‖M‖. For a body at rest, whose M is only rounding (at_rest.h), the
+/// scales are those of an M of the size of its `terms`, the matrices whose difference is M; 0 where
+/// the state holds M itself.
+void rigid_body_invariants(Side side, const Eigen::VectorXd& lambda, const Eigen::MatrixXd& Q,
+                           const Eigen::MatrixXd& M, InvariantList& out, double terms = 0);
+
+/// Returns ‖Ω‖, the operator norm.
+double angular_velocity_norm(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& M);
+
+}  // namespace stiefel
