@@ -6,7 +6,7 @@
 
 #include "engine/accuracy/extrapolated_motion.h"
 #include "engine/accuracy/reference.h"
-#include "engine/catalogue/motions/vector_field.h"
+#include "engine/catalogue/vector_field.h"
 #include "engine/catalogue/system_entry.h"
 #include "stiefel/simulation.h"
 

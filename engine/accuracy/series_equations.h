@@ -3,8 +3,7 @@
 #include <memory>
 
 #include "engine/accuracy/reference.h"
-#include "engine/catalogue/motions/series_equations.h"
-#include "engine/catalogue/motions/series_start.h"
+#include "engine/catalogue/series_start.h"
 
 namespace stiefel {
 

@@ -1,19 +1,20 @@
 #include "stiefel/catalogue.h"
 
 #include <algorithm>
-#include <atomic>
 #include <functional>
-#include <stdexcept>
 #include <utility>
 
-#include "engine/rigid_body/two_forms.h"
 #include "engine/catalogue/methods/method_traits.h"
 #include "engine/catalogue/system_entry.h"
+#include "engine/catalogue/two_form.h"
 #include "engine/stepping/method_entry.h"
+#include "engine/stepping/methods_on.h"
 
 namespace stiefel {
 
-#define SYSTEM(name) SystemEntry name##_entry();
+#define SYSTEM(name)          \
+  SystemEntry name##_entry(); \
+  Simulations name##_simulations();
 #include "engine/catalogue/systems.inc"
 #undef SYSTEM
 
@@ -27,39 +28,12 @@ MethodInfo info_of(const MethodTraits& t) {
           orders, t.default_order, t.reversible, t.default_tolerance};
 }
 
-struct Listed {
-  std::vector<SystemEntry> systems;
-  std::vector<MethodTraits> methods;
-};
-
-/// Whether the catalogue has been read.
-std::atomic<bool> in_use = false;
-
-Listed& listed() {
-  static Listed all = [] {
-    Listed made;
-#define SYSTEM(name) made.systems.push_back(name##_entry());
-#include "engine/catalogue/systems.inc"
-#undef SYSTEM
-    for (const MethodEntry& method : method_entries()) made.methods.push_back(method.traits);
-    return made;
-  }();
-  return all;
-}
-
-const Listed& seen() {
-  in_use.store(true, std::memory_order_relaxed);
-  return listed();
-}
-
-Listed& open_for(std::string_view name) {
-  if (in_use)
-    throw std::logic_error("the catalogue is in use: " + std::string(name) + " comes too late");
-  return listed();
-}
-
-[[noreturn]] void refuse_double(std::string_view name) {
-  throw std::logic_error("the catalogue has " + std::string(name) + " already");
+SystemEntry complete(SystemEntry entry, const Simulations& simulations) {
+  entry.simulations = simulations;
+  entry.info.methods = simulations.methods(entry.info);
+  if (entry.in_float) offer_in_float(entry.info);
+  for (const TwoForm* form : entry.two_forms) entry.info.forms.push_back(form->info);
+  return entry;
 }
 
 /// Returns null if there is none of that name.
@@ -72,38 +46,29 @@ const T* find(const std::vector<T>& all, std::string_view name, Name name_of) {
 
 }  // namespace
 
-const std::vector<SystemEntry>& system_entries() { return seen().systems; }
+const std::vector<SystemEntry>& system_entries() {
+  static const std::vector<SystemEntry> all = {
+#define SYSTEM(name) complete(name##_entry(), name##_simulations()),
+#include "engine/catalogue/systems.inc"
+#undef SYSTEM
+  };
+  return all;
+}
 
 const SystemEntry* system_entry(std::string_view name) {
   return find(system_entries(), name, [](const SystemEntry& e) { return e.info.name; });
 }
 
 const MethodTraits* method_traits(std::string_view name) {
-  return find(seen().methods, name, [](const MethodTraits& t) { return t.name; });
-}
-
-void register_system(SystemEntry entry) {
-  auto& all = open_for(entry.info.name).systems;
-  if (find(all, entry.info.name, [](const SystemEntry& e) { return e.info.name; }))
-    refuse_double(entry.info.name);
-  all.push_back(std::move(entry));
-}
-
-void register_method(const MethodTraits& traits) {
-  auto& all = open_for(traits.name).methods;
-  if (find(all, traits.name, [](const MethodTraits& t) { return t.name; }))
-    refuse_double(traits.name);
-  all.push_back(traits);
+  const MethodEntry* method = method_entry(name);
+  return method ? &method->traits : nullptr;
 }
 
 const Catalogue& catalogue() {
   static const Catalogue built = [] {
     Catalogue c;
-    for (const SystemEntry& entry : system_entries()) {
-      c.systems.push_back(entry.info);
-      for (const TwoForm* form : entry.two_forms) c.systems.back().forms.push_back(form->info);
-    }
-    for (const MethodTraits& traits : seen().methods) c.methods.push_back(info_of(traits));
+    for (const SystemEntry& entry : system_entries()) c.systems.push_back(entry.info);
+    for (const MethodEntry& method : method_entries()) c.methods.push_back(info_of(method.traits));
     return c;
   }();
   return built;

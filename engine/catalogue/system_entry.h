@@ -30,20 +30,30 @@ struct FrameSize {
   double n, N;
 };
 
+/// What makes a system's simulations, in a file of its own beside the system's entry.
+struct Simulations {
+  std::unique_ptr<Simulation> (*make)(const Scene&) = nullptr;
+  /// Returns the methods that apply, and what they do to the invariants of `info`.
+  std::vector<MethodOnSystem> (*methods)(const SystemInfo& info) = nullptr;
+  /// Returns the rule by which one of these methods refuses a scene; empty if it accepts it.
+  std::string (*refusal)(const Scene&, std::string_view method) = nullptr;
+};
+
 /// A system in the catalogue: everything that the library knows about it. No other file refers to a
-/// system by its name. A null or empty member means that the system does without.
+/// system by its name. A null or empty member means that the system does without. Of a system NAME
+/// of systems.inc, NAME_entry() returns all but `simulations`, and NAME_simulations() those.
 struct SystemEntry {
-  /// The system's entry in Describe; `forms` is filled in from `two_forms`.
+  /// The system's entry in Describe. The catalogue fills in `methods` and `forms`, from
+  /// `simulations` and `two_forms`.
   SystemInfo info;
   /// Checks a description, and fills in inertia and blocks of the resulting scene.
   void (*check)(SceneDraft&);
-  std::unique_ptr<Simulation> (*make)(const Scene&);
 
   /// Recommended methods for scenes that name none, in order; the last takes every scene. If empty,
   /// such scenes get the method that chooses its own steps, with its default tolerance.
   std::span<const Recommendation> recommended = {};
-  /// Returns the rule by which a method refuses this scene; empty if it accepts it.
-  std::string (*refusal)(const Scene&, std::string_view method) = nullptr;
+  /// Whether the methods that can do so move the system in single precision too.
+  bool in_float = false;
   /// Two-forms on the system's states, the symplectic one first.
   std::vector<const TwoForm*> two_forms = {};
   /// Whether the system has the Dirac bracket of functions of its state (Q, P), [RB] (3.15).
@@ -68,15 +78,12 @@ struct SystemEntry {
   /// Null: tests/support/scenes/any_scene.cc has scenes of the system.
   SceneDescription (*example)(unsigned seed) = nullptr;
   double example_step = 0.1;
+  Simulations simulations = {};
 };
 
-/// Returns all systems, those of systems.inc first. Built once.
+/// Returns the systems of systems.inc, in its order. Built once.
 const std::vector<SystemEntry>& system_entries();
 /// Returns null if there is none of that name.
 const SystemEntry* system_entry(std::string_view name);
-
-/// Adds a system from outside the library to the catalogue. Must be called before the catalogue is
-/// first read: throws std::logic_error afterwards, and for a name that is taken. Not thread-safe.
-void register_system(SystemEntry entry);
 
 }  // namespace stiefel

@@ -3,11 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/numbers/to_text.h"
-#include "engine/catalogue/representations/phase.h"
-#include "engine/catalogue/representations/representations.h"
+#include "engine/catalogue/representation.h"
 #include "engine/catalogue/system_entry.h"
 #include "engine/conversion/conversion_of_members.h"
+#include "engine/numbers/to_text.h"
 #include "engine/scene/near_name.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/simulation.h"
@@ -18,8 +17,9 @@ namespace {
 /// Returns the representation of a system, or of one of `other_targets`; null where there is none.
 const Representation* representation_of(std::string_view name) {
   if (const SystemEntry* entry = system_entry(name)) return entry->representation;
-  constexpr const Representation* others[] = {
-      &representation::velocity, &representation::angular_velocity, &representation::interpolation};
+  constexpr const Representation* others[] = {&representations::velocity,
+                                              &representations::angular_velocity,
+                                              &representations::interpolation};
   static_assert(std::size(others) == std::size(other_targets));
   const auto found = std::ranges::find(other_targets, name);
   return found == std::end(other_targets) ? nullptr : others[found - std::begin(other_targets)];

@@ -5,7 +5,7 @@
 #include "engine/laws/dirac_bracket.h"
 #include "engine/laws/symplectic_defect.h"
 #include "engine/laws/tangent_spaces.h"
-#include "engine/rigid_body/two_forms.h"
+#include "engine/catalogue/two_form.h"
 #include "engine/catalogue/system_entry.h"
 #include "engine/scene/near_name.h"
 #include "engine/scene/scene_draft.h"

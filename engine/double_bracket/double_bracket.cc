@@ -1,34 +1,13 @@
-#include "engine/double_bracket/double_bracket.h"
-#include "engine/stepping/invariant_list.h"
-
-#include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
-#include <memory>
 
-#include "engine/double_bracket/double_bracket_invariants.h"
-#include "engine/rigid_body/body/body_invariants.h"
-#include "engine/catalogue/methods/recommended.h"
-#include "engine/rigid_body/rigid_body_data.h"
-#include "engine/catalogue/motions/motion_starts.h"
+#include "engine/catalogue/series_start.h"
 #include "engine/catalogue/system_entry.h"
 #include "engine/scene/scene_draft.h"
-#include "engine/stepping/at_rest.h"
-#include "engine/stepping/make_simulation.h"
-#include "engine/stepping/methods_on.h"
-#include "engine/stepping/stacked_observables.h"
 #include "stiefel/invariant_names.h"
-#include "stiefel/stop.h"
 
 namespace stiefel {
 namespace {
-
-using Complex = std::complex<double>;
-
-Eigen::MatrixXcd complex_block(const Eigen::MatrixXd& x, Eigen::Index first, Eigen::Index p) {
-  return x.middleRows(first, p).cast<Complex>() +
-         Complex(0, 1) * x.middleRows(first + p, p).cast<Complex>();
-}
 
 bool check_positive(SceneDraft& draft, const std::string& field, const std::vector<double>& l) {
   if (l.empty() || l.size() > Scene::max_dimension / 2) {
@@ -69,61 +48,17 @@ void check(SceneDraft& draft) {
   }
 }
 
-std::unique_ptr<Simulation> make(const Scene& scene) {
-  const auto vector = [](const std::vector<double>& l) -> Eigen::VectorXd {
-    return Eigen::Map<const Eigen::VectorXd>(l.data(), static_cast<Eigen::Index>(l.size()));
+constexpr auto start = [](const auto& g) {
+  const auto vector = [&](const std::vector<double>& l) {
+    return g.numbers(
+        Eigen::Map<const Eigen::VectorXd>(l.data(), static_cast<Eigen::Index>(l.size())));
   };
-  const Eigen::VectorXd lambda_u = vector(scene.description().inertia_u);
-  const Eigen::VectorXd lambda_v = vector(scene.description().inertia_v);
-  const int p = static_cast<int>(lambda_u.size()), q = static_cast<int>(lambda_v.size());
-  Eigen::MatrixXd start(4 * p, q);
-  start << scene.block("Q"), scene.block("P");
-  StackedObservables observables(start);
-  for (const auto& [name, first] : {std::pair("Q", 0), std::pair("P", 2 * p)})
-    observables.computed_block({name, p, q, true}, [first, p](const auto& x, auto out) {
-      for (Eigen::Index j = 0; j < x.cols(); ++j) {
-        out.col(2 * j) = x.col(j).segment(first, p);
-        out.col(2 * j + 1) = x.col(j).segment(first + p, p);
-      }
-    });
-  observables.invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
-    const Eigen::MatrixXcd Q = complex_block(x, 0, p), P = complex_block(x, 2 * p, p);
-    if (out.wants(family::hamiltonian)) {
-      const double H = double_bracket_hamiltonian<double>(lambda_u, lambda_v, Q, P);
-      // √H is a norm of PQ† − QP† and P†Q − Q†P; of_terms is the norm of the products in these
-      // differences.
-      const double least = std::min(lambda_u.minCoeff(), lambda_v.minCoeff());
-      const long double of_terms = Q.stableNorm() * P.stableNorm() / std::sqrt(8 * least);
-      const bool at_rest = is_rounding(std::sqrt(H), static_cast<double>(of_terms));
-      out.add(family::hamiltonian, H, at_rest ? of_terms * of_terms : H);
-    }
-    const std::pair<Complex, Complex> combinations[] = {{1, 0}, {0, 1}, {1, 1}, {1, {0, 1}}};
-    if (!out.wants(family::singular_values)) return;
-    double largest[2] = {0, 0};  // ‖Q‖ and ‖P‖
-    for (int c = 0; c < 4; ++c) {
-      const auto [a, b] = combinations[c];
-      const Eigen::VectorXd s = singular_values<double>(Q, P, a, b);
-      if (c < 2) largest[c] = s(0);
-      // Q + P may be small, or 0; its singular values change by the rounding of Q and P, so the
-      // scale is that of Q and P.
-      const double scale = std::abs(a) * largest[0] + std::abs(b) * largest[1];
-      for (Eigen::Index i = 0; i < s.size(); ++i)
-        out.add(family::singular_values, indexed(family::singular_values, c + 1, i + 1), s(i),
-                scale);
-    }
-  };
-  stop_point();
-  // Shared by the copies of the observables: its workspace has tens of megabytes where p + q = 512.
-  const auto system = std::make_shared<DoubleBracket<double>>(lambda_u, lambda_v);
-  observables.rate = [system](const Eigen::MatrixXd& x) {
-    auto xi = system->zero();
-    system->generator(x, xi);
-    if (!xi.allFinite()) return std::numeric_limits<double>::infinity();
-    return casimirs<double>(xi)(0);  // U and V form one real skew matrix
-  };
-  stop_point();
-  return make_simulation(scene, *system, observables, 4 * rigid_body_cost(p + q + 1));
-}
+  auto start = g.start(series_equations::double_bracket, g.block("Q"), g.block("P"));
+  start.lambda = vector(g.scene.description().inertia_u);
+  start.lambda_v = vector(g.scene.description().inertia_v);
+  start.presentation.complex = true;
+  return start;
+};
 
 bool of_scalars(const Scene& scene) {
   return scene.description().inertia_u.size() == 1 && scene.description().inertia_v.size() == 1;
@@ -131,10 +66,8 @@ bool of_scalars(const Scene& scene) {
 
 constexpr std::array recommendations = {
     // U and V are constant, so a step by the exponential is exact.
-    Recommendation{.where = "1 x 1 blocks",
-                   .takes = of_scalars,
-                   .method = MuntheKaas4::traits.name,
-                   .order = MuntheKaas4::traits.default_order},
+    Recommendation{
+        .where = "1 x 1 blocks", .takes = of_scalars, .method = "munthe_kaas4", .order = 4},
     with_error_control(1e-13)};
 
 FrameSize size(const Scene& scene) {
@@ -163,12 +96,10 @@ SystemEntry double_bracket_entry() {
       "Q' = U Q - Q V, P' = U P - P V, U = J_U^-1(P Q^+ - Q P^+), V = J_V^-1(P^+ Q - Q^+ P)";
   info.source = "[RB] (5.6)-(5.11)";
   info.file = "engine/double_bracket/double_bracket.h";
-  info.methods = methods_on<DoubleBracket<double>>(info);
   return {.info = info,
           .check = check,
-          .make = make,
           .recommended = recommendations,
-          .motion = &motion_start::double_bracket,
+          .motion = &in_both<start>,
           .size = size};
 }
 

@@ -1,21 +1,9 @@
-#include "engine/frames/body/discrete_stiefel.h"
-#include "engine/stepping/invariant_list.h"
-
-#include "engine/frames/body/stiefel_invariants.h"
-#include "engine/linalg/lie/orthogonal.h"
-#include "engine/rigid_body/rigid_forms.h"
 #include "engine/frames/stiefel_forms.h"
-#include "engine/catalogue/representations/representations.h"
-#include "engine/stepping/make_simulation.h"
-#include "engine/stepping/methods_on.h"
+#include "engine/rigid_body/moser_veselov/discrete_pairs.h"
 #include "stiefel/invariant_names.h"
 
 namespace stiefel {
 namespace {
-
-using Map = DiscreteStiefel<double, Arithmetic::compensated>;
-
-constexpr Eigen::Index largest_lax_unasked = 8;
 
 void check(SceneDraft& draft) {
   if (!check_stiefel_frame(draft)) return;
@@ -24,42 +12,30 @@ void check(SceneDraft& draft) {
     draft.set_frame("Q_prev", *Q_prev);
 }
 
-std::unique_ptr<Simulation> make(const Scene& scene) {
-  const Eigen::Index n = scene.Q().rows(), N = scene.dimension();
-  const int rows = static_cast<int>(n);
-  const Eigen::VectorXd lambda = scene.inertia();
-  StackedObservables observables(stacked(scene, "Q_prev", "Q"));
-  observables.block("Q_prev", 0, rows).block("Q", rows, rows);
-  observables.invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
-    using Wide = long double;
-    const Matrix<Wide> Q_prev = x.topRows(n).cast<Wide>(), Q = x.bottomRows(n).cast<Wide>();
-    const Vector<Wide> wide_lambda = lambda.cast<Wide>();
-    if (out.wants(family::spatial_momentum)) {
-      const Matrix<Wide> m = discrete_momentum<Wide>(wide_lambda, Q_prev, Q);
-      for (Eigen::Index i = 0; i < n; ++i)
-        for (Eigen::Index j = i + 1; j < n; ++j)
-          out.add(family::spatial_momentum, indexed(family::spatial_momentum, i + 1, j + 1),
-                  m(i, j), wide_lambda.maxCoeff());
-    }
-    if (!out.wants(family::lax, N <= largest_lax_unasked)) return;
-    const int K = static_cast<int>(N);
-    const auto coefficients = discrete_lax_coefficients<Wide>(wide_lambda, Q_prev, Q, K);
-    for (int k = 1; k <= K; ++k) {
-      Wide size = 0;
-      for (const Wide c : coefficients[k - 1]) size = std::max(size, std::abs(c));
-      for (std::size_t j = 0; j < coefficients[k - 1].size(); ++j)
-        out.add(family::lax, indexed(family::lax, k, static_cast<long>(j)), coefficients[k - 1][j],
-                size);
-    }
-  };
-  observables.orthogonality = [n](const Eigen::MatrixXd& x) {
-    return std::optional(orthogonality_defect(x.bottomRows(n)));
-  };
-  observables.rate = [=, h = scene.step()](const Eigen::MatrixXd& x) {
-    return (x.bottomRows(n) - x.topRows(n)).norm() / std::abs(h);
-  };
-  return make_discrete_simulation(scene, Map(lambda, n), observables, stiefel_cost(n, N));
+// For n = N (55) is the map of Moser and Veselov. For n < N it is a motion of its own, which has no
+// other form.
+
+OutsideDomain not_square(const Eigen::MatrixXd& Q) {
+  return {"n = N", static_cast<double>(Q.rows()), static_cast<double>(Q.cols())};
 }
+
+WithinDomain<Phase> read(const Scene& scene, Margins& margins) {
+  const Eigen::MatrixXd &Q_prev = scene.block("Q_prev"), &Q = scene.Q();
+  if (Q.rows() != Q.cols()) return outside(not_square(Q), "initial.Q");
+  margins.push_back({"S_L", margin_S_L(scene.inertia(), Q_prev, Q)});
+  Eigen::MatrixXd M = Sigma_L(scene.inertia(), Q_prev, Q, scene.step());
+  add_condition(M, inverse_condition_Sigma_L(scene.inertia(), M, scene.step()), margins);
+  return phase_of_body(scene, Q, std::move(M));
+}
+WithinDomain<Expression> write(const Phase& x, const ConversionTarget&, Margins& margins) {
+  if (!x.square()) return outside(not_square(x.Q), "to");
+  auto Q_prev = Sigma_L_inverse(x.lambda, x.Q, x.M, x.step);
+  if (!Q_prev) return outside(Q_prev.error(), "step");
+  margins.push_back({"S_L", margin_S_L(x.lambda, *Q_prev, x.Q)});
+  add_condition(x.M, inverse_condition_Sigma_L(x.lambda, x.M, x.step), margins);
+  return Expression{{{"Q_prev", std::move(*Q_prev)}, {"Q", x.Q}}};
+}
+constexpr Representation representation = {false, read, write};
 
 }  // namespace
 
@@ -87,8 +63,7 @@ SystemEntry discrete_stiefel_entry() {
   info.source = "[ST] (55)";
   info.file = "engine/frames/body/discrete_stiefel.h";
   info.discrete = true;
-  info.methods = keeps_all(info);
-  return {.info = info, .check = check, .make = make, .representation = &representation::frames};
+  return {.info = info, .check = check, .representation = &representation};
 }
 
 }  // namespace stiefel

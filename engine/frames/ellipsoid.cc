@@ -1,88 +1,8 @@
-#include "engine/frames/ellipsoid_maps.h"
-#include "engine/stepping/invariant_list.h"
-
-#include "engine/frames/body/ellipsoid_invariants.h"
-#include "engine/catalogue/methods/recommended.h"
-#include "engine/rigid_body/rigid_forms.h"
 #include "engine/frames/stiefel_forms.h"
-#include "engine/catalogue/motions/motion_starts.h"
-#include "engine/catalogue/representations/representations.h"
-#include "engine/stepping/at_rest.h"
-#include "engine/stepping/make_simulation.h"
-#include "engine/stepping/methods_on.h"
 #include "stiefel/invariant_names.h"
 
 namespace stiefel {
 namespace {
-
-constexpr int largest_lax_unasked = 8;
-using Wide = long double;
-
-/// Returns q̇ from the rows q and q̇, or q and p of a costate.
-Eigen::VectorXd velocity(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& x, bool costate) {
-  if (!costate) return x.row(1);
-  EllipsoidCostate<double> system(lambda);
-  Eigen::MatrixXd dx = x;
-  system.field(x, dx);
-  return dx.row(0);
-}
-
-std::unique_ptr<Simulation> make(const Scene& scene) {
-  const bool costate = scene.block("p").size() > 0;
-  const Eigen::VectorXd lambda = scene.inertia();
-  StackedObservables observables(stacked(scene, "q", costate ? "p" : "qdot"));
-  observables.block("q", 0, 1).block(costate ? "p" : "qdot", 1, 1);
-  const SizeOf terms = terms_of_S(scene, 1, costate);
-  report_geodesic(
-      observables, scene, 1,
-      [=](const Eigen::MatrixXd& x) -> Eigen::MatrixXd {
-        return velocity(lambda, x, costate).cwiseProduct(lambda).transpose();
-      },
-      terms);
-  const auto energy = std::move(observables.invariants);
-  observables.invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
-    energy(x, out);
-    const Eigen::VectorXd q = x.row(0), qdot = velocity(lambda, x, costate);
-    if (out.wants(family::joachimsthal)) {
-      const Wide J = joachimsthal<Wide>(lambda.cast<Wide>(), q.cast<Wide>(), qdot.cast<Wide>());
-      // The scale is (qᵀΛ⁻¹q)‖q̇‖², or what it would be for a q̇ of the size of its terms.
-      const Wide of_terms = terms(x) / lambda.minCoeff();
-      const bool at_rest = is_rounding(qdot.stableNorm(), static_cast<double>(of_terms));
-      out.add(family::joachimsthal, J, at_rest ? of_terms * of_terms / lambda.maxCoeff() : J);
-    }
-    if (!out.wants(family::lax, lambda.size() <= largest_lax_unasked)) return;
-    const Vector<Wide> wide_q = q.cast<Wide>();
-    const Vector<Wide> p = costate ? Vector<Wide>(x.row(1).transpose().cast<Wide>())
-                                   : Vector<Wide>(lambda.cwiseProduct(qdot).cast<Wide>());
-    const int K = static_cast<int>(lambda.size());
-    const auto coefficients = lax_coefficients<Wide>(lambda.cast<Wide>(), wide_q, p, K);
-    for (int k = 1; k <= K; ++k) {
-      Wide size = 0;
-      for (const Wide c : coefficients[k - 1]) size = std::max(size, std::abs(c));
-      for (std::size_t j = 0; j < coefficients[k - 1].size(); ++j)
-        out.add(family::lax, indexed(family::lax, k, static_cast<long>(j) - k),
-                coefficients[k - 1][j], size);
-    }
-  };
-  const double cost = 300 + 20 * static_cast<double>(lambda.size());
-  if (costate) return make_simulation(scene, EllipsoidCostate<double>(lambda), observables, cost);
-  return make_simulation(scene, Ellipsoid<double>(lambda), observables, cost);
-}
-
-/// Returns why a method that applies to (q, qdot) does not apply to (q, p); empty if it does.
-std::string refusal(const Scene& scene, std::string_view method) {
-  if (scene.block("p").size() == 0) return "";
-  std::string others;
-  for (const auto& on : methods_on<EllipsoidCostate<double>>({})) {
-    if (on.method == method) return "";
-    others += (others.empty() ? "" : " or ") + std::string(on.method);
-  }
-  return "does not accept the costate p; give qdot, or use " + others;
-}
-
-bool has_costate(const Scene& scene) { return scene.block("p").size() > 0; }
-constexpr std::array recommendations = {
-    restricted("given p", has_costate, with_error_control(5e-12, 0.15)), with_error_control(5e-14)};
 
 void check(SceneDraft& draft) {
   if (!check_stiefel_frame(draft, "q")) return;
@@ -102,6 +22,31 @@ void check(SceneDraft& draft) {
       draft.set_block("qdot", *qdot);
   }
 }
+
+bool has_costate(const Scene& scene) { return scene.block("p").size() > 0; }
+constexpr std::array recommendations = {
+    restricted("given p", has_costate, with_error_control(5e-12, 0.15)), with_error_control(5e-14)};
+
+/// Reads (q, p) or (q, qdot), n = 1.
+WithinDomain<Phase> read(const Scene& scene, Margins&) {
+  const Eigen::MatrixXd &q = scene.block("q"), &p = scene.block("p");
+  if (p.size() > 0) return phase_of_costate(scene, q, p);
+  Phase x{scene.inertia(), scene.step(), q, {}, {}};
+  x.S = S_of_Qdot<double>(x.lambda, scene.block("qdot"));
+  return x;
+}
+WithinDomain<Expression> write(const Phase& x, const ConversionTarget&, Margins&) {
+  const auto n = static_cast<double>(x.Q.rows());
+  if (x.Q.rows() != 1) return outside({"V(1, N)", n, 1}, "to");
+  return Expression{{{"q", x.Q}, {"qdot", Qdot_of_S(x.lambda, x.S)}}};
+}
+constexpr Representation representation = {false, read, write};
+
+constexpr auto start = [](const auto& g) {
+  if (has_costate(g.scene)) return start_of_costate(g, "q", "p");
+  const decltype(g.block("q")) q = g.block("q"), qdot = g.block("qdot");
+  return g.start(series_equations::stiefel, q, S_of_Qdot(g.lambda, qdot));
+};
 
 }  // namespace
 
@@ -128,14 +73,11 @@ SystemEntry ellipsoid_entry() {
   info.equations = "q'' = -((q'^T q') / (q^T Lambda^-1 q)) Lambda^-1 q";
   info.source = "[ST] (9), (14), (16)";
   info.file = "engine/frames/body/ellipsoid.h";
-  info.methods = methods_on<Ellipsoid<double>>(info);
   return {.info = info,
           .check = check,
-          .make = make,
           .recommended = recommendations,
-          .refusal = refusal,
-          .representation = &representation::vector,
-          .motion = &motion_start::vector};
+          .representation = &representation,
+          .motion = &in_both<start>};
 }
 
 }  // namespace stiefel

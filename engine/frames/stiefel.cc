@@ -1,44 +1,65 @@
-#include "engine/frames/stiefel_maps.h"
-
+#include "engine/catalogue/two_form.h"
 #include "engine/frames/body/stiefel_momenta.h"
-#include "engine/frames/stiefel_in_float.h"
-#include "engine/catalogue/forms.h"
-#include "engine/catalogue/methods/recommended.h"
-#include "engine/rigid_body/rigid_forms.h"
 #include "engine/frames/stiefel_forms.h"
-#include "engine/catalogue/motions/motion_starts.h"
-#include "engine/catalogue/representations/representations.h"
-#include "engine/stepping/make_simulation.h"
-#include "engine/stepping/methods_on.h"
+#include "engine/laws/tangent_spaces.h"
 
 namespace stiefel {
 namespace {
 
-constexpr Eigen::Index largest_written_M = 4096;
-
-std::unique_ptr<Simulation> make(const Scene& scene) {
-  const Eigen::Index n = scene.Q().rows(), N = scene.dimension();
-  StackedObservables observables(stacked(scene, "Q", "S"));
-  observables.block("Q", 0, static_cast<int>(n));
-  observables.block("S", static_cast<int>(n), static_cast<int>(n));
-  report_geodesic(
-      observables, scene, n, [n](const auto& x) { return x.bottomRows(n).eval(); },
-      terms_of_S(scene, n, false));
-  if (N <= largest_written_M)
-    observables.field(
-        {"M", static_cast<int>(N), static_cast<int>(N)},
-        [n](const auto& x, auto out) { out = dense_M<double>(x.topRows(n), x.bottomRows(n)); });
-  if (scene.in_float()) return stiefel_in_float(scene, observables);
-  return make_simulation(scene, Stiefel<double>(scene.inertia(), n), observables,
-                         stiefel_cost(n, N));
-}
+using Dense = Eigen::MatrixXd;
 
 void check(SceneDraft& draft) {
   if (check_stiefel_frame(draft)) set_tangent(draft, "S", false);
 }
 
+WithinDomain<Phase> read(const Scene& scene, Margins&) {
+  Phase x = phase_of_costate(scene, scene.Q(), scene.block("S"));
+  if (!x.square()) x.S = scene.block("S");
+  return x;
+}
+WithinDomain<Expression> write(const Phase& x, const ConversionTarget&, Margins&) {
+  return Expression{{{"Q", x.Q}, {"S", S_of(x)}}};
+}
+constexpr Representation representation = {false, read, write};
+
+constexpr auto start = [](const auto& g) {
+  return g.start(series_equations::stiefel, g.block("Q"), g.block("S"));
+};
+
+constexpr TwoForm form_of_pairs = {
+    {"omega_pairs",
+     {"Q", "S"},
+     "tr(u_1^T v_2) - tr(u_2^T v_1) of u = (u_1, u_2), v = (v_1, v_2)",
+     "[ST] (63)"},
+    {"Q", "S"},
+    [](const Scene& s) { return space_of(CotangentOfFrames<double>{s.inertia()}); }};
+
+/// Pairs (Q, S̄) with tangent vectors (QU, QZ), [ST] (93).
+struct CotangentPairs {
+  Dense tangent(const Dense& x, const Dense& G) const {
+    const Eigen::Index n = x.rows() / 2;
+    const Dense Q = x.topRows(n);
+    return stacked_pair<double>(tangent_to_frames<double>(Q, G.topRows(n)),
+                                tangent_to_frames<double>(Q, G.bottomRows(n)));
+  }
+  double form(const Dense& x, const Dense& u, const Dense& v) const {
+    const Eigen::Index n = x.rows() / 2;
+    const Dense Q = x.topRows(n), S = x.bottomRows(n);
+    return omega_cotangent<double>(stacked_pair<double>(Q, S_bar(Q, S)), u, v);
+  }
+};
+constexpr TwoForm form_of_cotangent_pairs = {
+    {"omega_cotangent",
+     {"QU", "QZ"},
+     "<Q U_2 W + Q Z_2, Q U_1> - <Q U_1 W + Q Z_1, Q U_2> of (Q U_i, Q Z_i), <A, B> = tr(A^T "
+     "B), "
+     "W = Q^T R - R^T Q, R = S (I - 1/2 Q^T Q)",
+     "[ST] (93)"},
+    {"Q", "S"},
+    [](const Scene&) { return space_of(CotangentPairs()); }};
+
 bool is_isotropic(const Scene& scene) {
-  return IsotropicGeodesic<long double>::has(scene.inertia());
+  return (scene.inertia().array() == scene.inertia()(0)).all();
 }
 bool in_the_plane(const Scene& scene) { return scene.dimension() == 2; }
 Eigen::Index rows(const Scene& scene) { return scene.block("Q").rows(); }
@@ -58,7 +79,7 @@ bool has_four_dimensions(const Scene& scene) { return scene.dimension() == 4; }
 constexpr std::array recommendations = {
     Recommendation{.where = "Lambda a multiple of the identity",
                    .takes = is_isotropic,
-                   .method = Exact::traits.name,
+                   .method = "exact",
                    .arithmetic = "compensated"},
     restricted("N = 2", in_the_plane, with_error_control(2e-13, 0.12)),
     restricted("n >= N - 1", has_whole_attitude, with_error_control(5e-14, 0.12)),
@@ -66,7 +87,7 @@ constexpr std::array recommendations = {
                with_error_control(5e-13, 0.15)),
     Recommendation{.where = "n = 1",
                    .takes = is_one_point,
-                   .method = Variational::traits.name,
+                   .method = "variational",
                    .order = 8,
                    .largest_h_velocity_rate = 0.3},
     restricted("N = 4", has_four_dimensions, with_error_control(5e-13, 0.15)),
@@ -82,15 +103,13 @@ SystemEntry stiefel_entry() {
   info.equations = "Q' = S Lambda^-1, S' = B Q, K B + B K = -2 Q' Q'^T, K = Q Lambda^-1 Q^T";
   info.source = "[ST] (37)-(39)";
   info.file = "engine/frames/body/stiefel.h";
-  info.methods = methods_on<Stiefel<double>>(info);
-  offer_in_float(info);
   return {.info = info,
           .check = check,
-          .make = make,
           .recommended = recommendations,
-          .two_forms = {&two_form::of_tangent_pairs, &two_form::of_cotangent_pairs},
-          .representation = &representation::tangent,
-          .motion = &motion_start::tangent,
+          .in_float = true,
+          .two_forms = {&form_of_pairs, &form_of_cotangent_pairs},
+          .representation = &representation,
+          .motion = &in_both<start>,
           .rate = Rate::frame_speed};
 }
 

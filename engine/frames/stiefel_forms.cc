@@ -1,12 +1,12 @@
 #include "engine/frames/stiefel_forms.h"
-#include "engine/stepping/invariant_list.h"
 
 #include <cmath>
 
 #include "engine/frames/body/stiefel_invariants.h"
+#include "engine/frames/body/stiefel_momenta.h"
 #include "engine/linalg/lie/orthogonal.h"
 #include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
-#include "engine/rigid_body/rigid_body_scene.h"
+#include "engine/rigid_body/body/rigid_velocity.h"
 #include "engine/stepping/at_rest.h"
 #include "stiefel/invariant_names.h"
 
@@ -27,7 +27,7 @@ SystemInfo stiefel_info(BlockInfo other) {
 }
 
 bool check_stiefel_frame(SceneDraft& draft, const char* frame) {
-  check_no_extras(draft);
+  draft.refuse_other_numbers();
   draft.refuse_if(draft.given().body.has_value(), "body");
   draft.check_block_names();
   const auto found = draft.given().initial.find(frame);
@@ -82,6 +82,23 @@ void set_tangent(SceneDraft& draft, const char* name, bool is_velocity) {
   draft.set_block(name, V);
 }
 
+Phase phase_of_costate(const Scene& scene, const Eigen::MatrixXd& Q, const Eigen::MatrixXd& P) {
+  Phase x{scene.inertia(), scene.step(), Q, {}, {}};
+  if (x.square())
+    x.M = dense_M(Q, P);
+  else
+    x.S = Legendre_inverse(x.lambda, Q, P);
+  return x;
+}
+
+WithinDomain<Phase> read_costate(const Scene& scene, Margins&) {
+  return phase_of_costate(scene, scene.Q(), scene.block("P"));
+}
+
+Eigen::MatrixXd S_of(const Phase& x) {
+  return x.square() ? S_of_Qdot<double>(x.lambda, Qdot_of_M(x.lambda, x.Q, x.M)) : x.S;
+}
+
 void report_geodesic(StackedObservables& observables, const Scene& scene, Eigen::Index n,
                      std::function<Eigen::MatrixXd(const Eigen::MatrixXd& x)> S, SizeOf terms) {
   const Eigen::VectorXd lambda = scene.inertia();
@@ -114,9 +131,8 @@ void report_geodesic(StackedObservables& observables, const Scene& scene, Eigen:
 
 SizeOf terms_of_S(const Scene& scene, Eigen::Index n, bool costate) {
   const double kappa = costate ? scene.inertia().maxCoeff() / scene.inertia().minCoeff() : 0;
-  return [=](const Eigen::MatrixXd& x) {
-    return costate ? kappa * x.bottomRows(n).stableNorm() : 0;
-  };
+  return
+      [=](const Eigen::MatrixXd& x) { return costate ? kappa * x.bottomRows(n).stableNorm() : 0; };
 }
 
 double stiefel_cost(Eigen::Index n, Eigen::Index N) {

@@ -1,11 +1,11 @@
 #include "engine/parametric/parametric_forms.h"
-#include "engine/stepping/invariant_list.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "engine/parametric/parametric_invariants.h"
+#include "engine/linalg/lie/orthogonal.h"
 #include "engine/linalg/matrix_equations/lu.h"
+#include "engine/parametric/parametric_invariants.h"
 #include "engine/parametric/parametric_psi.h"
 #include "engine/rigid_body/rigid_body_invariants.h"
 #include "engine/rigid_body/rigid_forms.h"
@@ -101,6 +101,27 @@ void check_parametric(SceneDraft& draft, double h) {
   draft.check_momentum("initial", M);
   draft.check_velocity("parameter", "max |μλ|/h",
                        std::abs(mu_over_h) * draft.scene().inertia().cwiseAbs().maxCoeff());
+}
+
+WithinDomain<Phase> read_parametric(const Scene& scene, Margins& margins) {
+  const Eigen::MatrixXd &Q = scene.Q(), &P = scene.block("P");
+  const double defect = orthogonality_defect(Q);
+  if (!(defect <= Scene::frame_tolerance))
+    return outside({"O(N)", defect, Scene::frame_tolerance}, "initial.Q");
+  Eigen::MatrixXd M = parametric_Psi(Q, P, scene.epsilon());
+  add_condition(M, inverse_condition_parametric(Q, P, M, scene.epsilon()), margins);
+  return phase_of_body(scene, Q, std::move(M));
+}
+
+WithinDomain<Expression> write_parametric(double h, const Phase& x, const ConversionTarget& target,
+                                          Margins& margins) {
+  const double mu = target.parameter.value_or(0);
+  const double epsilon = target.epsilon.value_or(parametric_epsilon(x.lambda, x.M, mu / h));
+  auto P = parametric_Psi_inverse(x.lambda, x.Q, x.M, mu / h, epsilon);
+  if (!P) return outside(P.error(), target.epsilon ? "epsilon" : "parameter");
+  margins.push_back({"S_M^mu", margin_parametric(x.lambda, x.M, mu / h, epsilon)});
+  add_condition(x.M, inverse_condition_parametric(x.Q, *P, x.M, epsilon), margins);
+  return Expression{{{"Q", x.Q}, {"P", std::move(*P)}}, epsilon, mu};
 }
 
 StackedObservables parametric_observables(const Scene& scene, double h) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "engine/catalogue/representation.h"
 #include "engine/catalogue/system_entry.h"
 #include "engine/stepping/stacked_observables.h"
 
@@ -13,6 +14,11 @@ SystemInfo parametric_info(std::string_view momentum);
 /// if absent; and `epsilon`, which if absent is h, as in the paper's own variables. h = 1 for the
 /// flow.
 void check_parametric(SceneDraft& draft, double h);
+
+/// Read and write (Q, P) with parameter, [RB] (8.5), (8.10).
+WithinDomain<Phase> read_parametric(const Scene& scene, Margins& margins);
+WithinDomain<Expression> write_parametric(double h, const Phase& x, const ConversionTarget& target,
+                                          Margins& margins);
 
 /// Returns the observables of Q over P: the blocks, M and epsilon, and the invariants.
 StackedObservables parametric_observables(const Scene& scene, double h);

@@ -1,22 +1,17 @@
-#include "engine/parametric/parametric_moser_veselov.h"
-
 #include "engine/parametric/parametric_forms.h"
-#include "engine/rigid_body/rigid_body_data.h"
-#include "engine/catalogue/representations/representations.h"
 #include "engine/scene/scene_draft.h"
-#include "engine/stepping/make_simulation.h"
-#include "engine/stepping/methods_on.h"
 
 namespace stiefel {
 namespace {
 
-using Map = ParametricMoserVeselov<double, Arithmetic::compensated>;
-
-std::unique_ptr<Simulation> make(const Scene& scene) {
-  return make_discrete_simulation(
-      scene, Map(scene.inertia(), scene.step(), scene.parameter(), scene.epsilon()),
-      parametric_observables(scene, scene.step()), 2 * rigid_body_cost(scene.dimension()));
+WithinDomain<Expression> write(const Phase& x, const ConversionTarget& target, Margins& margins) {
+  return write_parametric(x.step, x, target, margins);
 }
+constexpr Representation representation = {.square = true,
+                                           .read = read_parametric,
+                                           .write = write,
+                                           .has_epsilon = true,
+                                           .has_parameter = true};
 
 }  // namespace
 
@@ -29,11 +24,9 @@ SystemEntry parametric_moser_veselov_entry() {
   info.source = "[RB] (8.10)-(8.11)";
   info.file = "engine/parametric/parametric_moser_veselov.h";
   info.discrete = true;
-  info.methods = keeps_all(info);
   return {.info = info,
           .check = [](SceneDraft& draft) { check_parametric(draft, draft.step()); },
-          .make = make,
-          .representation = &representation::discrete_parametric_body};
+          .representation = &representation};
 }
 
 }  // namespace stiefel

@@ -1,23 +1,42 @@
-#include "engine/parametric/parametric_rigid_body.h"
+#include <array>
 
+#include "engine/catalogue/series_start.h"
 #include "engine/parametric/parametric_forms.h"
-#include "engine/catalogue/methods/recommended.h"
-#include "engine/rigid_body/rigid_body_data.h"
-#include "engine/catalogue/motions/motion_starts.h"
-#include "engine/catalogue/representations/representations.h"
-#include "engine/stepping/make_simulation.h"
-#include "engine/stepping/methods_on.h"
+#include "engine/parametric/parametric_invariants.h"
+#include "engine/scene/scene_draft.h"
 
 namespace stiefel {
 namespace {
 
-constexpr std::array recommendations = {at_constant_Omega, with_error_control(5e-14, 0.1)};
-
-std::unique_ptr<Simulation> make(const Scene& scene) {
-  return make_simulation(
-      scene, ParametricRigidBody<double>(scene.inertia(), scene.parameter(), scene.epsilon()),
-      parametric_observables(scene, 1), 2 * rigid_body_cost(scene.dimension()));
+WithinDomain<Expression> write(const Phase& x, const ConversionTarget& target, Margins& margins) {
+  return write_parametric(1, x, target, margins);
 }
+constexpr Representation representation = {.square = true,
+                                           .read = read_parametric,
+                                           .write = write,
+                                           .has_epsilon = true,
+                                           .has_parameter = true};
+
+constexpr auto start = [](const auto& g) {
+  const auto Q = g.block("Q");
+  auto start = g.start(series_equations::parametric_rigid_body, Q,
+                       parametric_momentum(Q, g.block("P")) / g.epsilon);
+  start.presentation.diagonal = g.mu * g.lambda.cwiseAbs2();
+  return start;
+};
+
+/// Whether Omega is constant, so that a step by the exponential is exact.
+bool turns_evenly(const Scene& scene) {
+  const Eigen::VectorXd& lambda = scene.inertia();
+  return lambda.size() == 2 || (lambda.array() == lambda(0)).all();
+}
+
+constexpr std::array recommendations = {
+    Recommendation{.where = "N = 2, or Lambda a multiple of the identity",
+                   .takes = turns_evenly,
+                   .method = "munthe_kaas4",
+                   .order = 4},
+    with_error_control(5e-14, 0.1)};
 
 }  // namespace
 
@@ -28,13 +47,11 @@ SystemEntry parametric_rigid_body_entry() {
   info.equations = "Q' = Q (Omega + mu Lambda), P' = P (Omega + mu Lambda), Omega = J^-1(M)";
   info.source = "[RB] (8.4)-(8.6)";
   info.file = "engine/parametric/parametric_rigid_body.h";
-  info.methods = methods_on<ParametricRigidBody<double>>(info);
   return {.info = info,
           .check = [](SceneDraft& draft) { check_parametric(draft, 1); },
-          .make = make,
           .recommended = recommendations,
-          .representation = &representation::parametric_body,
-          .motion = &motion_start::parametric_body,
+          .representation = &representation,
+          .motion = &in_both<start>,
           .example_step = 0.4};
 }
 

@@ -1,29 +1,46 @@
-#include "engine/rigid_body/maps/turned_bodies.h"
-
 #include "engine/rigid_body/symmetric/mclachlan_scovel_blocks.h"
-#include "engine/catalogue/methods/recommended.h"
+
+#include "engine/catalogue/representation.h"
+#include "engine/catalogue/series_start.h"
 #include "engine/rigid_body/rigid_body_data.h"
-#include "engine/rigid_body/rigid_forms.h"
-#include "engine/rigid_body/symmetric_scene.h"
-#include "engine/catalogue/motions/motion_starts.h"
-#include "engine/catalogue/representations/representations.h"
-#include "engine/stepping/make_simulation.h"
-#include "engine/stepping/methods_on.h"
+#include "engine/rigid_body/symmetric_data.h"
 
 namespace stiefel {
 namespace {
 
-std::unique_ptr<Simulation> make(const Scene& scene) {
-  const int N = scene.dimension();
-  StackedObservables observables(stacked(scene, "Q", "B"));
-  observables.block("Q", 0, N).block("B", N, N);
-  report_rigid_form(
-      observables, scene,
-      {.Q = [N](const auto& x) { return x.topRows(N).eval(); },
-       .M = [N](const auto& x) { return M_of_B<double>(x.topRows(N), x.bottomRows(N)); }});
-  return make_simulation(scene, McLachlanScovel<double>(scene.inertia()), observables,
-                         rigid_body_cost(N));
+/// Checks (Q, B) with QᵀB skew, or (Q, M).
+void check(SceneDraft& draft) {
+  draft.refuse_if(draft.given().epsilon.has_value(), "epsilon");
+  if (!check_symmetric_frame(draft) || !check_either(draft, "B", "M")) return;
+  const Eigen::MatrixXd& Q = draft.scene().Q();
+  const Eigen::Index N = Q.rows();
+  if (const RowMatrix* M = draft.block("M", N, N, false)) {
+    draft.set_skew("M", *M);
+    if (draft.sound()) draft.set_block("B", B_of_M<double>(Q, draft.scene().M()));
+  }
+  if (const RowMatrix* B = draft.block("B", N, N, false)) {
+    const double defect = skewness_defect<double>(Q, *B);
+    // The bound is no stricter than that on Q, which may have been repaired.
+    if (!(defect <= draft.largest_repair() * B->cwiseAbs().maxCoeff()))
+      return draft.refuse("initial.B", "max |QᵀB + BᵀQ| = " + to_text(defect),
+                          "QᵀB must be skew-symmetric to " + to_text(draft.largest_repair()));
+    const Eigen::MatrixXd M = M_of_B<double>(Q, *B);
+    if (draft.check_momentum("initial.B", M)) draft.set_block("B", Q * M);
+  }
 }
+
+WithinDomain<Phase> read(const Scene& scene, Margins&) {
+  return phase_of_body(scene, scene.Q(), M_of_B(scene.Q(), scene.block("B")));
+}
+WithinDomain<Expression> write(const Phase& x, const ConversionTarget&, Margins&) {
+  return Expression{{{"Q", x.Q}, {"B", B_of_M(x.Q, x.M)}}};
+}
+constexpr Representation representation = {true, read, write};
+
+constexpr auto start = [](const auto& g) {
+  const auto Q = g.block("Q");
+  return g.body(Q, M_of_B(Q, g.block("B")));
+};
 
 }  // namespace
 
@@ -34,13 +51,11 @@ SystemEntry mclachlan_scovel_entry() {
   info.equations = "Q' = Q J^-1(Q^T B), B' = B J^-1(Q^T B), M = Q^T B";
   info.source = "[RB] (5.5)";
   info.file = "engine/rigid_body/symmetric/mclachlan_scovel.h";
-  info.methods = methods_on<McLachlanScovel<double>>(info);
   return {.info = info,
-          .check = check_mclachlan_scovel,
-          .make = make,
+          .check = check,
           .recommended = for_products,
-          .representation = &representation::mclachlan_scovel,
-          .motion = &motion_start::mclachlan_scovel,
+          .representation = &representation,
+          .motion = &in_both<start>,
           .rate = Rate::angular_speed};
 }
 

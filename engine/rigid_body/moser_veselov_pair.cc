@@ -1,26 +1,16 @@
-#include "engine/rigid_body/moser_veselov/moser_veselov_pair.h"
-#include "engine/stepping/invariant_list.h"
-
-#include <cmath>
-
+#include "engine/catalogue/representation.h"
+#include "engine/catalogue/series_start.h"
+#include "engine/catalogue/two_form.h"
+#include "engine/laws/tangent_spaces.h"
 #include "engine/rigid_body/moser_veselov/discrete_pairs.h"
-#include "engine/rigid_body/discrete_hamiltonian.h"
-#include "engine/catalogue/forms.h"
-#include "engine/rigid_body/rigid_body_data.h"
-#include "engine/rigid_body/rigid_body_scene.h"
 #include "engine/rigid_body/rigid_forms.h"
-#include "engine/catalogue/motions/motion_starts.h"
-#include "engine/catalogue/representations/representations.h"
-#include "engine/stepping/make_simulation.h"
-#include "engine/stepping/methods_on.h"
+#include "engine/scene/scene_draft.h"
 
 namespace stiefel {
 namespace {
 
-using Map = MoserVeselovPair<double, Arithmetic::compensated>;
-
 void check(SceneDraft& draft) {
-  check_no_extras(draft);
+  draft.refuse_other_numbers();
   draft.refuse_if(draft.given().body.has_value(), "body");
   if (!draft.set_inertia()) return;
   draft.check_inertia_sums();
@@ -30,26 +20,38 @@ void check(SceneDraft& draft) {
     if (const RowMatrix* Q = draft.block(name, N, N)) draft.set_frame(name, *Q);
 }
 
-std::unique_ptr<Simulation> make(const Scene& scene) {
-  const int N = scene.dimension();
-  const Eigen::VectorXd lambda = scene.inertia();
-  const double h = scene.step();
-  StackedObservables observables(stacked(scene, "Q_prev", "Q"));
-  observables.block("Q_prev", 0, N).block("Q", N, N);
-  report_rigid_form(
-      observables, scene,
-      {.Q = [N](const auto& x) { return x.bottomRows(N).eval(); },
-       .M =
-           [=](const auto& x) { return Sigma_L<double>(lambda, x.topRows(N), x.bottomRows(N), h); },
-       .terms = [terms = lambda.stableNorm() / std::abs(h)](const auto&) { return terms; }});
-  observables.invariants = [=, of_body = std::move(observables.invariants)](
-                               const Eigen::MatrixXd& x, InvariantList& out) {
-    of_body(x, out);
-    add_discrete_hamiltonian(lambda, Sigma_L<double>(lambda, x.topRows(N), x.bottomRows(N), h), h,
-                             out);
-  };
-  return make_discrete_simulation(scene, Map(lambda, h), observables, rigid_body_cost(N));
+/// Reads two frames by Σ_L.
+WithinDomain<Phase> read(const Scene& scene, Margins& margins) {
+  const Eigen::MatrixXd &Q_prev = scene.block("Q_prev"), &Q = scene.Q();
+  margins.push_back({"S_L", margin_S_L(scene.inertia(), Q_prev, Q)});
+  margins.push_back({"E_L", margin_E_L(scene.inertia(), Q_prev.transpose() * Q)});
+  Eigen::MatrixXd M = Sigma_L(scene.inertia(), Q_prev, Q, scene.step());
+  add_condition(M, inverse_condition_Sigma_L(scene.inertia(), M, scene.step()), margins);
+  return phase_of_body(scene, Q, std::move(M));
 }
+WithinDomain<Expression> write(const Phase& x, const ConversionTarget&, Margins& margins) {
+  auto Q_prev = Sigma_L_inverse(x.lambda, x.Q, x.M, x.step);
+  if (!Q_prev) return outside(Q_prev.error(), "step");
+  margins.push_back({"S_L", margin_S_L(x.lambda, *Q_prev, x.Q)});
+  margins.push_back({"E_L", margin_E_L(x.lambda, Q_prev->transpose() * x.Q)});
+  add_condition(x.M, inverse_condition_Sigma_L(x.lambda, x.M, x.step), margins);
+  return Expression{{{"Q_prev", std::move(*Q_prev)}, {"Q", x.Q}}};
+}
+constexpr Representation representation = {true, read, write};
+
+constexpr auto start = [](const auto& g) {
+  using Dense = decltype(g.block("Q"));
+  const Dense Q = g.block("Q"), W = g.lambda.asDiagonal() * (g.block("Q_prev").transpose() * Q);
+  return g.body(Q, (W - W.transpose()) / typename Dense::Scalar(g.scene.step()));
+};
+
+constexpr TwoForm form = {
+    {"Omega_L",
+     {"Q_prev", "Q"},
+     "1/2 tr(u_1 Lambda v_2^T - v_1 Lambda u_2^T) of u = (u_1, u_2), v = (v_1, v_2)",
+     "[RB] (7.8)"},
+    {"Q_prev", "Q"},
+    [](const Scene& s) { return space_of(ConsecutiveRotations<double>{s.inertia()}); }};
 
 }  // namespace
 
@@ -70,13 +72,11 @@ SystemEntry moser_veselov_pair_entry() {
   info.file = "engine/rigid_body/moser_veselov/moser_veselov_pair.h";
   info.discrete = true;
   info.invariants.push_back(discrete_hamiltonian_info);
-  info.methods = keeps_all(info);
   return {.info = info,
           .check = check,
-          .make = make,
-          .two_forms = {&two_form::of_two_frames},
-          .representation = &representation::two_frames,
-          .motion = &motion_start::two_frames,
+          .two_forms = {&form},
+          .representation = &representation,
+          .motion = &in_both<start>,
           .rate = Rate::angular_speed};
 }
 

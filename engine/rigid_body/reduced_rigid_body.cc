@@ -1,44 +1,23 @@
-#include "engine/rigid_body/maps/turned_bodies.h"
-
-#include <cmath>
-
-#include "engine/rigid_body/symmetric/symmetric_invariants.h"
-#include "engine/catalogue/methods/recommended.h"
+#include "engine/catalogue/series_start.h"
 #include "engine/rigid_body/rigid_body_data.h"
-#include "engine/rigid_body/rigid_forms.h"
-#include "engine/rigid_body/symmetric_scene.h"
-#include "engine/catalogue/motions/motion_starts.h"
-#include "engine/catalogue/representations/representations.h"
-#include "engine/stepping/make_simulation.h"
-#include "engine/stepping/methods_on.h"
+#include "engine/rigid_body/symmetric/symmetric_invariants.h"
+#include "engine/rigid_body/symmetric_data.h"
 #include "stiefel/invariant_names.h"
 
 namespace stiefel {
 namespace {
 
-std::unique_ptr<Simulation> make(const Scene& scene) {
-  const int N = scene.dimension();
-  const double epsilon = scene.epsilon();
-  const Eigen::MatrixXd A = constant_A<double>(scene.Q(), scene.block("P"));
-  StackedObservables observables(scene.Q());
-  observables.block("Q", 0, N);
-  observables.computed_block({"P", N, N}, [A](const auto& Q, auto out) { out = A * Q; });
-  report_rigid_form(
-      observables, scene,
-      {.Q = [](const auto& Q) { return Q; },
-       .M = [=](const auto& Q) -> Eigen::MatrixXd {
-         return Q.transpose() * (A - A.transpose()) * Q / epsilon;
-       },
-       .scaled = true,
-       .terms = [terms = A.stableNorm() / std::abs(epsilon)](const auto&) { return terms; }});
-  return make_simulation(scene, ReducedRigidBody<double>(scene.inertia(), A, epsilon), observables,
-                         rigid_body_cost(N));
-}
+constexpr auto start = [](const auto& g) {
+  using Dense = decltype(g.block("Q"));
+  const Dense Q = g.block("Q"), A = constant_A(Q, g.block("P")), of_m = A - A.transpose();
+  return g.body(Q, Q.transpose() * of_m * Q / g.epsilon);
+};
 
 }  // namespace
 
 SystemEntry reduced_rigid_body_entry() {
-  SystemInfo info = rigid_form_info(costate_block(), true);
+  SystemEntry entry = symmetric_family();
+  SystemInfo& info = entry.info;
   info.name = "reduced_rigid_body";
   info.summary = "symmetric representation with its constant P Q^T taken out";
   info.equations = "Q' = Q J^-1(Q^T (A - A^T) Q) / epsilon, A = P Q^T constant, P = A Q";
@@ -46,14 +25,10 @@ SystemEntry reduced_rigid_body_entry() {
   info.file = "engine/rigid_body/symmetric/reduced_rigid_body.h";
   // The system holds PQᵀ as a constant, so that its drift is 0 by construction.
   std::erase_if(info.invariants, [](const auto& i) { return i.name == family::PQt; });
-  info.methods = methods_on<ReducedRigidBody<double>>(info);
-  return {.info = info,
-          .check = [](SceneDraft& draft) { check_symmetric(draft, false); },
-          .make = make,
-          .recommended = for_products,
-          .representation = &representation::symmetric_body,
-          .motion = &motion_start::reduced_body,
-          .rate = Rate::angular_speed};
+  entry.recommended = for_products;
+  entry.two_forms = {};
+  entry.motion = &in_both<start>;
+  return entry;
 }
 
 }  // namespace stiefel

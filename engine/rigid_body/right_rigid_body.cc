@@ -1,28 +1,26 @@
-#include "engine/rigid_body/maps/right_rigid_body_maps.h"
-
-#include "engine/catalogue/methods/recommended.h"
+#include "engine/catalogue/representation.h"
+#include "engine/catalogue/series_start.h"
 #include "engine/rigid_body/rigid_body_data.h"
-#include "engine/rigid_body/rigid_body_scene.h"
 #include "engine/rigid_body/rigid_forms.h"
-#include "engine/catalogue/motions/motion_starts.h"
-#include "engine/catalogue/representations/representations.h"
-#include "engine/stepping/make_simulation.h"
-#include "engine/stepping/methods_on.h"
 
 namespace stiefel {
 namespace {
 
-std::unique_ptr<Simulation> make(const Scene& scene) {
-  const int N = scene.dimension();
-  StackedObservables observables(stacked(scene, "Q", "M"));
-  observables.block("Q", 0, N).block("M", N, N);
-  report_rigid_form(observables, scene,
-                    {.Q = [N](const auto& x) { return x.topRows(N).eval(); },
-                     .M = [N](const auto& x) { return x.bottomRows(N).eval(); },
-                     .side = Side::right});
-  return make_simulation(scene, RightRigidBody<double>(scene.inertia()), observables,
-                         rigid_body_cost(N));
+// The motion is that of the left-invariant body with Qᵀ and −M, [RB] Prop. 2.1.
+
+WithinDomain<Phase> read(const Scene& scene, Margins&) {
+  return phase_of_body(scene, scene.Q().transpose(), -scene.M());
 }
+WithinDomain<Expression> write(const Phase& x, const ConversionTarget&, Margins&) {
+  return Expression{{{"Q", x.Q.transpose()}, {"M", -x.M}}};
+}
+constexpr Representation representation = {true, read, write};
+
+constexpr auto start = [](const auto& g) {
+  auto of_left = g.body(g.block("Q").transpose(), -g.block("M"));
+  of_left.presentation.right = true;
+  return of_left;
+};
 
 constexpr std::array recommendations = {closed_form_of_body, with_error_control(1e-12, 0.15)};
 
@@ -35,13 +33,11 @@ SystemEntry right_rigid_body_entry() {
   info.equations = "Q' = Omega Q, M' = [Omega, M], M = Lambda Omega + Omega Lambda";
   info.source = "[RB] (RightRBn), Prop. 2.1";
   info.file = "engine/rigid_body/body/right_rigid_body.h";
-  info.methods = methods_on<RightRigidBody<double>>(info);
   return {.info = info,
           .check = [](SceneDraft& draft) { check_rigid_body(draft, true); },
-          .make = make,
           .recommended = recommendations,
-          .representation = &representation::right_body,
-          .motion = &motion_start::right_body,
+          .representation = &representation,
+          .motion = &in_both<start>,
           .rate = Rate::angular_speed};
 }
 

@@ -1,14 +1,14 @@
 #include "engine/rigid_body/rigid_body_invariants.h"
-#include "engine/stepping/invariant_list.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "engine/rigid_body/body/body_invariants.h"
-#include "engine/rigid_body/symmetric/symmetric_invariants.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
+#include "engine/rigid_body/body/body_invariants.h"
+#include "engine/rigid_body/body/discrete_body_invariants.h"
+#include "engine/rigid_body/moser_veselov/j_d_inverse.h"
+#include "engine/rigid_body/symmetric/symmetric_invariants.h"
 #include "engine/stepping/at_rest.h"
-#include "stiefel/invariant_names.h"
 
 namespace stiefel {
 namespace {
@@ -71,6 +71,18 @@ void rigid_body_invariants(Side side, const Eigen::VectorXd& lambda, const Eigen
     for (Eigen::Index k = 0; k < w.size(); ++k)
       out.add(family::casimirs, indexed(family::casimirs, k + 1), w(k), norm);
   if (manakov_wanted) manakov_coefficients(wide_lambda, wide_M, norm, out);
+}
+
+void add_discrete_hamiltonian(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& M, double h,
+                              InvariantList& out) {
+  if (!out.wants(family::discrete_hamiltonian)) return;
+  const Eigen::MatrixXd K = h * M;
+  const auto U = J_D_inverse(lambda, K);
+  if (!U) return;
+  // Size of its two terms.
+  const double size = static_cast<double>(K.cols()) + lambda.cwiseAbs().sum();
+  if (const auto H = discrete_hamiltonian<double>(lambda, K, *U))
+    out.add(family::discrete_hamiltonian, *H, size);
 }
 
 double angular_velocity_norm(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& M) {

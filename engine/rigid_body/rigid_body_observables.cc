@@ -1,7 +1,6 @@
 #include "engine/rigid_body/rigid_body_observables.h"
 
 #include "engine/linalg/lie/orthogonal.h"
-#include "engine/rigid_body/discrete_hamiltonian.h"
 #include "engine/rigid_body/rigid_body_invariants.h"
 
 namespace stiefel {

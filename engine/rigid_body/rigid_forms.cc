@@ -1,22 +1,10 @@
 #include "engine/rigid_body/rigid_forms.h"
-#include "engine/stepping/invariant_list.h"
-
-#include <cmath>
 
 #include "engine/linalg/lie/orthogonal.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "stiefel/invariant_names.h"
 
 namespace stiefel {
-BlockInfo costate_block(Side side) {
-  return {"P", "N x N", false,
-          side == Side::left ? "costate, Q^T P - P^T Q = epsilon M"
-                             : "costate, P Q^T - Q P^T = epsilon M"};
-}
-
-std::function<double(const Eigen::MatrixXd& x)> costate_terms(int N, double epsilon) {
-  return [=](const Eigen::MatrixXd& x) { return x.bottomRows(N).stableNorm() / std::abs(epsilon); };
-}
 
 SystemInfo rigid_form_info(BlockInfo other, bool has_P, Side side) {
   const bool left = side == Side::left;

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "engine/rigid_body/rigid_body_invariants.h"
 #include "engine/catalogue/system_entry.h"
+#include "engine/rigid_body/rigid_body_invariants.h"
 #include "engine/stepping/stacked_observables.h"
 
 namespace stiefel {
@@ -19,13 +19,6 @@ struct RigidForm {
 
 /// Returns the data that all forms share: blocks Q and `other`, fields, invariants.
 SystemInfo rigid_form_info(BlockInfo other, bool has_P, Side side = Side::left);
-
-/// Returns the data of the block P of the symmetric representations.
-BlockInfo costate_block(Side side = Side::left);
-
-/// Returns a function that gives ‖P‖_F/|ε| for a state Q over P: the size of the matrices whose
-/// difference is M, since ‖Q‖_op = 1.
-std::function<double(const Eigen::MatrixXd& x)> costate_terms(int N, double epsilon);
 
 /// Adds the fields that are computed from the blocks: M, Omega, epsilon for a form with P, and the
 /// invariants.

@@ -1,41 +1,10 @@
-#include "engine/rigid_body/moser_veselov/symmetric_moser_veselov.h"
-#include "engine/stepping/invariant_list.h"
-
-#include "engine/rigid_body/symmetric/psi.h"
-#include "engine/rigid_body/discrete_hamiltonian.h"
-#include "engine/catalogue/forms.h"
-#include "engine/rigid_body/rigid_body_data.h"
-#include "engine/rigid_body/rigid_forms.h"
-#include "engine/rigid_body/symmetric_observables.h"
-#include "engine/rigid_body/symmetric_scene.h"
-#include "engine/catalogue/motions/motion_starts.h"
-#include "engine/catalogue/representations/representations.h"
-#include "engine/stepping/make_simulation.h"
-#include "engine/stepping/methods_on.h"
+#include "engine/rigid_body/symmetric_data.h"
 
 namespace stiefel {
-namespace {
-
-using Map = SymmetricMoserVeselov<double, Arithmetic::compensated>;
-
-std::unique_ptr<Simulation> make(const Scene& scene) {
-  const int N = scene.dimension();
-  const double epsilon = scene.epsilon();
-  StackedObservables observables = symmetric_observables(scene);
-  observables.invariants = [=, lambda = scene.inertia(), h = scene.step(),
-                            of_body = std::move(observables.invariants)](const Eigen::MatrixXd& x,
-                                                                         InvariantList& out) {
-    of_body(x, out);
-    add_discrete_hamiltonian(lambda, Psi<double>(x.topRows(N), x.bottomRows(N), epsilon), h, out);
-  };
-  return make_discrete_simulation(scene, Map(scene.inertia(), scene.step(), epsilon), observables,
-                                  rigid_body_cost(N));
-}
-
-}  // namespace
 
 SystemEntry symmetric_moser_veselov_entry() {
-  SystemInfo info = rigid_form_info(costate_block(), true);
+  SystemEntry entry = symmetric_family();
+  SystemInfo& info = entry.info;
   info.name = "symmetric_moser_veselov";
   info.summary = "symmetric representation of the discrete rigid body";
   info.equations = "U Lambda - Lambda U^T = h M_k, Q_{k+1} = Q_k U, P_{k+1} = P_k U";
@@ -43,15 +12,9 @@ SystemEntry symmetric_moser_veselov_entry() {
   info.file = "engine/rigid_body/moser_veselov/symmetric_moser_veselov.h";
   info.discrete = true;
   info.invariants.push_back(discrete_hamiltonian_info);
-  info.methods = keeps_all(info);
-  return {.info = info,
-          .check = [](SceneDraft& draft) { check_symmetric(draft, false, draft.step()); },
-          .make = make,
-          .two_forms = {&two_form::of_symmetric_pairs},
-          .dirac_bracket = true,
-          .representation = &representation::symmetric_body,
-          .motion = &motion_start::symmetric_body,
-          .rate = Rate::angular_speed};
+  entry.check = [](SceneDraft& draft) { check_symmetric(draft, false, draft.step()); };
+  entry.dirac_bracket = true;
+  return entry;
 }
 
 }  // namespace stiefel

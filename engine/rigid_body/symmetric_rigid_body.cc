@@ -1,43 +1,19 @@
-#include "engine/rigid_body/maps/symmetric_rigid_body_maps.h"
-
-#include "engine/catalogue/forms.h"
-#include "engine/catalogue/methods/recommended.h"
 #include "engine/rigid_body/rigid_body_data.h"
-#include "engine/rigid_body/rigid_forms.h"
-#include "engine/rigid_body/symmetric_observables.h"
-#include "engine/rigid_body/symmetric_scene.h"
-#include "engine/catalogue/motions/motion_starts.h"
-#include "engine/catalogue/representations/representations.h"
-#include "engine/stepping/make_simulation.h"
-#include "engine/stepping/methods_on.h"
+#include "engine/rigid_body/symmetric_data.h"
 
 namespace stiefel {
-namespace {
-
-std::unique_ptr<Simulation> make(const Scene& scene) {
-  return make_simulation(scene, SymmetricRigidBody<double>(scene.inertia(), scene.epsilon()),
-                         symmetric_observables(scene), rigid_body_cost(scene.dimension()));
-}
-
-}  // namespace
 
 SystemEntry symmetric_rigid_body_entry() {
-  SystemInfo info = rigid_form_info(costate_block(), true);
+  SystemEntry entry = symmetric_family();
+  SystemInfo& info = entry.info;
   info.name = "symmetric_rigid_body";
   info.summary = "symmetric representation of the rigid body";
   info.equations = "Q' = Q Omega, P' = P Omega, M = (Q^T P - P^T Q) / epsilon";
   info.source = "[RB] (3.1), Prop. 3.13";
   info.file = "engine/rigid_body/symmetric/symmetric_rigid_body.h";
-  info.methods = methods_on<SymmetricRigidBody<double>>(info);
-  return {.info = info,
-          .check = [](SceneDraft& draft) { check_symmetric(draft, false); },
-          .make = make,
-          .recommended = for_products,
-          .two_forms = {&two_form::of_symmetric_pairs},
-          .dirac_bracket = true,
-          .representation = &representation::symmetric_body,
-          .motion = &motion_start::symmetric_body,
-          .rate = Rate::angular_speed};
+  entry.recommended = for_products;
+  entry.dirac_bracket = true;
+  return entry;
 }
 
 }  // namespace stiefel

@@ -105,6 +105,13 @@ void SceneDraft::refuse_if(bool present, const std::string& field) {
   if (present) refuse(field, "given", "must be absent in a scene of " + std::string(system_->name));
 }
 
+void SceneDraft::refuse_other_numbers() {
+  refuse_if(given().epsilon.has_value(), "epsilon");
+  refuse_if(given().parameter.has_value(), "parameter");
+  refuse_if(!given().inertia_u.empty(), "inertia_u");
+  refuse_if(!given().inertia_v.empty(), "inertia_v");
+}
+
 bool SceneDraft::set_inertia(std::size_t least, std::size_t most) {
   const auto& lambda = given().inertia;
   if (lambda.size() < least || lambda.size() > most) {

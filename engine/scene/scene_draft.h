@@ -56,6 +56,8 @@ class SceneDraft {
   bool check_momentum(const std::string& field, const Eigen::MatrixXd& M);
   /// Adds a violation of `field` if it is present.
   void refuse_if(bool present, const std::string& field);
+  /// Refuses the numbers that only single systems have: epsilon, parameter, inertia_u, inertia_v.
+  void refuse_other_numbers();
 
   /// Takes over `inertia` if it has `least` to `most` finite numbers.
   bool set_inertia(std::size_t least = 2, std::size_t most = Scene::max_dimension);

@@ -49,7 +49,7 @@ int Recommendation::substeps(const Scene& scene) const {
   const auto Omega = [&] {
     const SystemEntry& entry = *system_entry(scene.system());
     return entry.packed && scene.dimension() == 3 ? largest_turning_rate(scene)
-                                                  : entry.make(scene)->rate();
+                                                  : entry.simulations.make(scene)->rate();
   };
   keep(largest_h_omega, Omega);
   keep(largest_h_momentum_rate, [&] { return mean_momentum_rate(scene, Omega()); });

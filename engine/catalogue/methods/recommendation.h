@@ -32,6 +32,21 @@ struct Recommendation {
   int substeps(const Scene& scene) const;
 };
 
+/// Returns a recommendation of steps with error control. In steps longer than h||Omega|| = 0.5
+/// rounding would exceed the tolerance of a single stride.
+constexpr Recommendation with_error_control(double tolerance, double largest_h_omega = 0.5) {
+  return {
+      .method = "adaptive", .order = 8, .tolerance = tolerance, .largest_h_omega = largest_h_omega};
+}
+
+/// Returns a recommendation for those scenes that `takes` accepts.
+constexpr Recommendation restricted(std::string_view where, bool (*takes)(const Scene&),
+                                    Recommendation to) {
+  to.where = where;
+  to.takes = takes;
+  return to;
+}
+
 /// Returns the recommendations of a continuous system (SystemEntry::recommended), in order; the
 /// last takes every scene. Empty for any other name.
 std::vector<Recommendation> recommended(std::string_view system);

@@ -78,7 +78,7 @@ double relative_work(const Scene& scene, const FrameSize& size) {
 
 double estimated_weight(const Scene& scene, const FrameSize& size) {
   const double nanoseconds =
-      system_entry(scene.system())->make(scene)->step_cost() / scene.substeps();
+      system_entry(scene.system())->simulations.make(scene)->step_cost() / scene.substeps();
   return instructions_in_a_nanosecond * nanoseconds * relative_work(scene, size);
 }
 

@@ -5,7 +5,7 @@
 
 #include "engine/rigid_body/rigid_body_scene.h"
 #include "engine/catalogue/methods/method_traits.h"
-#include "engine/catalogue/motions/vector_field.h"
+#include "engine/catalogue/vector_field.h"
 #include "engine/catalogue/system_entry.h"
 #include "engine/stepping/make_simulation.h"
 #include "engine/stepping/methods_on.h"

@@ -2,10 +2,17 @@
 
 #include "engine/numbers/quadruple.h"
 #include "engine/numbers/scalar.h"
-#include "engine/catalogue/motions/series_equations.h"
 #include "stiefel/scene.h"
 
 namespace stiefel {
+
+/// The equations that the motion of a system obeys in the variables of its start.
+/// engine/accuracy/series_equations.h has the references for them.
+struct SeriesEquations;
+
+namespace series_equations {
+extern const SeriesEquations rigid_body, parametric_rigid_body, stiefel, double_bracket;
+}  // namespace series_equations
 
 /// How a scene reports a motion that a reference computes in its own variables.
 template <class Scalar>
@@ -39,10 +46,43 @@ struct SeriesStart {
   Presentation<Scalar> presentation;
 };
 
+/// The numbers of a scene in Scalar.
+template <class Scalar>
+struct Given {
+  using Dense = Matrix<Scalar>;
+  using Start = SeriesStart<Scalar>;
+
+  explicit Given(const Scene& of)
+      : scene(of), lambda(numbers(of.inertia())), mu(of.parameter()), epsilon(of.epsilon()) {}
+
+  static auto numbers(const auto& v) { return v.template cast<Scalar>().eval(); }
+  Dense block(const char* name) const { return numbers(scene.block(name)); }
+  Start start(const SeriesEquations& equations, const Dense& frame, const Dense& momentum) const {
+    Start start{&equations, lambda, {}, mu, Dense(frame.rows() + momentum.rows(), momentum.cols()),
+                {}};
+    if (frame.size() > 0) start.x.topRows(frame.rows()) = frame;  // a scene with M alone has none
+    start.x.bottomRows(momentum.rows()) = momentum;
+    return start;
+  }
+  Start body(const Dense& Q, const Dense& M) const {
+    return start(series_equations::rigid_body, Q, M);
+  }
+
+  const Scene& scene;
+  Vector<Scalar> lambda;
+  Scalar mu, epsilon;
+};
+
 /// Computes the start of a system's motion in either precision of a reference.
 struct MotionStart {
   SeriesStart<long double> (*extended)(const Scene&);
   SeriesStart<Quad> (*quadruple)(const Scene&);
 };
+
+/// The start of a motion, for SystemEntry::motion, by a function of Given<Scalar>.
+template <auto start>
+inline constexpr MotionStart in_both = {
+    [](const Scene& scene) { return start(Given<long double>(scene)); },
+    [](const Scene& scene) { return start(Given<Quad>(scene)); }};
 
 }  // namespace stiefel
