@@ -4,7 +4,6 @@
 #include <functional>
 #include <utility>
 
-#include "engine/catalogue/methods/method_traits.h"
 #include "engine/catalogue/system_entry.h"
 #include "engine/catalogue/two_form.h"
 #include "engine/stepping/method_entry.h"
@@ -57,11 +56,6 @@ const std::vector<SystemEntry>& system_entries() {
 
 const SystemEntry* system_entry(std::string_view name) {
   return find(system_entries(), name, [](const SystemEntry& e) { return e.info.name; });
-}
-
-const MethodTraits* method_traits(std::string_view name) {
-  const MethodEntry* method = method_entry(name);
-  return method ? &method->traits : nullptr;
 }
 
 const Catalogue& catalogue() {

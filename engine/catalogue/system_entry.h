@@ -8,7 +8,7 @@
 
 #include "engine/catalogue/methods/recommendation.h"
 #include "stiefel/catalogue.h"
-#include "stiefel/simulation.h"
+#include "stiefel/price.h"
 
 namespace stiefel {
 
@@ -23,11 +23,6 @@ enum class Rate {
   other,
   angular_speed,  ///< |omega|
   frame_speed,    ///< ||Q'||_F, of a 3 x 3 frame sqrt(2) |omega|
-};
-
-/// The size of a scene, on which the work of a step depends (step_weight.h).
-struct FrameSize {
-  double n, N;
 };
 
 /// What makes a system's simulations, in a file of its own beside the system's entry.
@@ -70,8 +65,7 @@ struct SystemEntry {
   std::string_view continuous = {};
   /// Whether bodies of three and four dimensions advance together in vector registers.
   bool packed = false;
-  /// Returns the size of a scene for step_weight.h. If null, the size is the number of rows of the
-  /// first block (N where the scene has none) and N.
+  /// Returns the size by which the table of prices is read; null: `frame_size` (price.h).
   FrameSize (*size)(const Scene&) = nullptr;
   /// For tests and weights: returns a scene without method and step, seeded by `seed`;
   /// `example_step` is a step at which the errors of a method of order 4 are small but visible.

@@ -53,11 +53,11 @@ constexpr auto start = [](const auto& g) {
     return g.numbers(
         Eigen::Map<const Eigen::VectorXd>(l.data(), static_cast<Eigen::Index>(l.size())));
   };
-  auto start = g.start(series_equations::double_bracket, g.block("Q"), g.block("P"));
-  start.lambda = vector(g.scene.description().inertia_u);
-  start.lambda_v = vector(g.scene.description().inertia_v);
-  start.presentation.complex = true;
-  return start;
+  auto made = g.start(series_equations::double_bracket, g.block("Q"), g.block("P"));
+  made.lambda = vector(g.scene.description().inertia_u);
+  made.lambda_v = vector(g.scene.description().inertia_v);
+  made.presentation.complex = true;
+  return made;
 };
 
 bool of_scalars(const Scene& scene) {

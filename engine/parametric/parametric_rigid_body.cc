@@ -19,10 +19,10 @@ constexpr Representation representation = {.square = true,
 
 constexpr auto start = [](const auto& g) {
   const auto Q = g.block("Q");
-  auto start = g.start(series_equations::parametric_rigid_body, Q,
-                       parametric_momentum(Q, g.block("P")) / g.epsilon);
-  start.presentation.diagonal = g.mu * g.lambda.cwiseAbs2();
-  return start;
+  auto made = g.start(series_equations::parametric_rigid_body, Q,
+                      parametric_momentum(Q, g.block("P")) / g.epsilon);
+  made.presentation.diagonal = g.mu * g.lambda.cwiseAbs2();
+  return made;
 };
 
 /// Whether Omega is constant, so that a step by the exponential is exact.

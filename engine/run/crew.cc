@@ -1,4 +1,4 @@
-#include "engine/run/crew.h"
+#include "stiefel/simulation.h"
 
 namespace stiefel {
 namespace {

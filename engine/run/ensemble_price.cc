@@ -1,5 +1,3 @@
-#include "engine/run/ensemble_price.h"
-
 #include "engine/catalogue/methods/step_weight.h"
 #include "engine/run/packed_bodies.h"
 

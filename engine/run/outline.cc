@@ -1,9 +1,8 @@
-#include "engine/run/outline.h"
-
 #include <algorithm>
 #include <numeric>
 
 #include "engine/run/groups.h"
+#include "stiefel/price.h"
 
 namespace stiefel {
 

@@ -7,8 +7,8 @@
 #include "engine/linalg/lie/so_4.h"
 #include "engine/rigid_body/moser_veselov/preprocessed_moser_veselov.h"
 #include "engine/methods/support/symmetric_stages.h"
-#include "engine/catalogue/methods/method_traits.h"
 #include "engine/catalogue/system_entry.h"
+#include "engine/stepping/method_entry.h"
 
 namespace stiefel {
 namespace {
@@ -28,8 +28,8 @@ double step_of_map(const Scene& scene) { return scene.step() / scene.substeps();
 /// Returns how the scene's method packs bodies. A discrete body has no method and is packed by its
 /// stages.
 Packing packing_of(const Scene& scene) {
-  const MethodTraits* method = method_traits(scene.method());
-  return method ? method->packing : Packing::stages;
+  const MethodEntry* method = method_entry(scene.method());
+  return method ? method->traits.packing : Packing::stages;
 }
 
 /// Returns the inertia for the single stage of a modified body in three dimensions.

@@ -9,7 +9,7 @@
 #include <execution>
 #endif
 
-#include "engine/run/crew.h"
+#include "stiefel/simulation.h"
 
 namespace stiefel {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "engine/scene/scene_draft.h"
-#include "engine/scene/scene_fields.h"
+#include "stiefel/scene_fields.h"
 
 namespace stiefel {
 namespace {

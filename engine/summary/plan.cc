@@ -6,9 +6,9 @@
 #include <set>
 
 #include "engine/numbers/to_text.h"
-#include "engine/run/outline.h"
 #include "engine/scene/near_name.h"
 #include "stiefel/catalogue.h"
+#include "stiefel/price.h"
 
 namespace stiefel {
 namespace {

@@ -1,4 +1,3 @@
-#include "engine/catalogue/methods/recommendation.h"
 #include "server/convert/convert.h"
 #include "server/limits/reply_limits.h"
 #include "server/sessions/numerics_id.h"

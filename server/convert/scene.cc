@@ -5,9 +5,9 @@
 #include <limits>
 #include <stdexcept>
 
-#include "engine/scene/scene_fields.h"
 #include "server/convert/block.h"
 #include "server/convert/convert.h"
+#include "stiefel/scene_fields.h"
 
 namespace stiefel::server {
 namespace {

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "engine/scene/scene_fields.h"
 #include "server/convert/convert.h"
 #include "server/limits/reply_limits.h"
+#include "stiefel/scene_fields.h"
 
 namespace stiefel::server {
 namespace {

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 
-#include "engine/catalogue/methods/workspace.h"
 #include "server/limits/reply_limits.h"
 #include "server/sessions/checkpoints/checkpoint_bytes.h"
 #include "server/sessions/field_bytes.h"
 #include "server/sessions/sampling.h"
 #include "stiefel/connect.h"
+#include "stiefel/price.h"
 #include "stiefel/summary.h"
 #include "stiefel/tradeoff.h"
 

@@ -2,8 +2,8 @@
 
 #include <span>
 
-#include "engine/scene/scene_fields.h"
 #include "server/sessions/checkpoints/digest.h"
+#include "stiefel/scene_fields.h"
 
 namespace stiefel::server {
 namespace {

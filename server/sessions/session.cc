@@ -5,9 +5,6 @@
 #include <cmath>
 #include <utility>
 
-#include "engine/catalogue/methods/step_weight.h"
-#include "engine/catalogue/methods/workspace.h"
-#include "engine/run/ensemble_price.h"
 #include "server/limits/failpoint.h"
 #include "server/scheduling/slice.h"
 #include "server/sessions/checkpoints/checkpoint_keys.h"

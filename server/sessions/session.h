@@ -12,15 +12,13 @@
 #include <string_view>
 #include <vector>
 
-#include "engine/run/outline.h"
 #include "server/limits/memory_budget.h"
 #include "server/sessions/attempts.h"
 #include "server/sessions/checkpoints/checkpoints.h"
 #include "server/sessions/ledger.h"
 #include "server/sessions/resolution.h"
 #include "server/sessions/step_kind.h"
-#include "stiefel/scene.h"
-#include "stiefel/simulation.h"
+#include "stiefel/price.h"
 
 namespace stiefel::server {
 

@@ -51,34 +51,13 @@ ENGINE_FOLDERS = [folder for line in ENGINE for folder in line]
 PUBLIC, CLIENT = r"stiefel/[a-z_]+\.h", r"stiefel/client/.*"
 PROTO = r"(stiefel/v1|proto)/.*"
 FAILPOINT = r"server/limits/failpoint\.h"
-# The internal headers of the engine that a folder of the server may include, in addition to the public ones. A new line
-# here is a decision: prefer what a public header offers.
-INTERNAL = {
-    "server/scheduling": ["engine/run/crew.h"],
-    "server/sessions": [
-        "engine/scene/scene_fields.h",
-        "engine/catalogue/methods/step_weight.h",
-        "engine/catalogue/methods/workspace.h",
-        "engine/run/ensemble_price.h",
-        "engine/run/outline.h",
-    ],
-    "server/pricing": [
-        "engine/catalogue/methods/motion_rates.h",
-        "engine/catalogue/methods/recommendation.h",
-        "engine/catalogue/methods/workspace.h",
-    ],
-    "server/convert": [
-        "engine/scene/scene_fields.h",
-        "engine/catalogue/methods/recommendation.h",
-    ],
-}
 # The only folder that sees both messages and the engine.
 CONVERSION = "server/convert"
-# What the folders outside the engine may include with quotes, in addition to TEXT, INTERNAL and themselves.
+# What the folders outside the engine may include with quotes, in addition to TEXT and themselves.
 OTHERS = {
     "engine/include/stiefel": [PUBLIC],
     "server/limits": [],
-    "server/scheduling": [r"server/limits/(memory_budget|failpoint)\.h", r"server/sessions/principal\.h"],
+    "server/scheduling": [r"stiefel/simulation\.h", r"server/limits/(memory_budget|failpoint)\.h", r"server/sessions/principal\.h"],
     "server/sessions": [PUBLIC, r"server/(limits|scheduling)/.*"],
     "server/store": [FAILPOINT, r"server/sessions/.*"],
     "server/pricing": [PUBLIC, r"server/(limits|scheduling|sessions)/.*"],
@@ -148,8 +127,6 @@ def may_include(file: Path, included: str) -> bool:
 
 def folder_may(folder: str, included: str) -> bool:
     """Whether a folder outside the engine may include a header that is not in TEXT."""
-    if included in INTERNAL.get(folder, []):
-        return True
     own = rf"{folder}/.*\.h" if folder != "server" else r"server/[a-z_]+\.h"
     return any(re.fullmatch(allowed, included) for allowed in [own, *OTHERS[folder]])
 

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "engine/catalogue/methods/method_traits.h"
 #include "engine/catalogue/methods/motion_rates.h"
 #include "engine/catalogue/system_entry.h"
 #include "stiefel/stop.h"
@@ -17,11 +16,10 @@ constexpr double most_substeps = 1e6;
 /// Returns the method for a system without a recommendation: the adaptive method, else the last
 /// method that takes every scene.
 Recommendation by_default(const SystemInfo& system) {
-  const MethodTraits* chosen = nullptr;
+  const MethodInfo* chosen = nullptr;
   for (const MethodOnSystem& on : system.methods) {
-    const MethodTraits* traits = method_traits(on.method);
     if (on.takes || (chosen && chosen->default_tolerance > 0)) continue;
-    chosen = traits;
+    chosen = catalogue().method(on.method);
   }
   if (chosen == nullptr)
     throw std::logic_error(std::string(system.name) + " has no method that takes every scene");
@@ -62,6 +60,12 @@ std::vector<Recommendation> recommended(std::string_view system) {
   if (entry == nullptr || entry->info.discrete) return {};
   if (entry->recommended.empty()) return {by_default(entry->info)};
   return {entry->recommended.begin(), entry->recommended.end()};
+}
+
+double substeps_work(std::string_view system, Eigen::Index N) {
+  const bool follows = std::ranges::any_of(
+      recommended(system), [](const auto& one) { return one.largest_h_velocity_rate > 0; });
+  return follows ? velocity_rate_work(N) : 0;
 }
 
 void Recommender::take(const Scene& scene) {

@@ -2,7 +2,6 @@
 
 #include <string>
 
-#include "engine/catalogue/methods/weight_estimate.h"
 #include "engine/catalogue/methods/weight_table.h"
 #include "engine/catalogue/system_entry.h"
 
@@ -25,11 +24,6 @@ FrameSize frame_size(const Scene& scene) {
   const Eigen::MatrixXd& frame = scene.block(std::string(system.blocks.front().name));
   const double N = scene.dimension();
   return {frame.size() > 0 ? static_cast<double>(frame.rows()) : N, N};
-}
-
-bool is_weighed(std::string_view system, std::string_view method, int order,
-                std::string_view arithmetic, std::string_view scalar) {
-  return find_weight(system, method, order, arithmetic, scalar) != nullptr;
 }
 
 bool is_weighed(const Scene& scene) { return find(scene) != nullptr; }

@@ -1,4 +1,4 @@
-#include "engine/catalogue/methods/weight_estimate.h"
+#include "engine/catalogue/methods/step_weight.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/catalogue/methods/weight_table.h"
+#include "engine/catalogue/system_entry.h"
 
 namespace stiefel {
 namespace {

@@ -1,10 +1,9 @@
-#include "engine/catalogue/methods/workspace.h"
-
 #include <algorithm>
 #include <string_view>
 
-#include "engine/catalogue/methods/step_weight.h"
-#include "engine/scene/scene_fields.h"
+#include "engine/catalogue/system_entry.h"
+#include "stiefel/price.h"
+#include "stiefel/scene_fields.h"
 
 namespace stiefel {
 namespace {

@@ -1,5 +1,5 @@
 // The predicted bytes of simulations and scenes, against what malloc has given out.
-#include "engine/catalogue/methods/workspace.h"
+#include "stiefel/price.h"
 
 #include <gtest/gtest.h>
 #include <malloc.h>

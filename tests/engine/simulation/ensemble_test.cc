@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "engine/numbers/pack.h"
-#include "engine/run/outline.h"
+#include "stiefel/price.h"
 #include "engine/run/packed_bodies.h"
 #include "stiefel/diagnosis.h"
 #include "tests/support/scenes/ensemble_of.h"

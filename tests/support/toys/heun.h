@@ -1,9 +1,9 @@
 #pragma once
 
-#include "engine/methods/support/method.h"
 #include "engine/methods/support/concepts.h"
+#include "engine/methods/support/method.h"
 
-namespace stiefel::testing {
+namespace stiefel {
 
 /// Heun's method of order 2 (Heun 1900): x' = x + h/2 (X(x) + X(x + hX(x))).
 struct Heun {
@@ -41,4 +41,4 @@ struct Heun {
   };
 };
 
-}  // namespace stiefel::testing
+}  // namespace stiefel
