@@ -1,4 +1,4 @@
-#include "engine/catalogue/method_check.h"
+#include "engine/catalogue/scene_resolver.h"
 
 #include <algorithm>
 #include <cmath>

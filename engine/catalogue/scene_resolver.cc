@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "engine/catalogue/method_check.h"
 #include "engine/catalogue/methods/recommendation.h"
 #include "engine/catalogue/resolve.h"
 #include "engine/catalogue/system_entry.h"

@@ -1,8 +1,16 @@
 #pragma once
 
+#include "engine/linalg/matrix_equations/lu.h"
 #include "engine/rigid_body/body/outside_domain.h"
 
 namespace stiefel {
+
+/// Returns εM_μ = Q_μ⁻¹P_μ − P_μ⁻¹Q_μ, [RB] (8.5) and (8.10) with the scaling of Prop. 3.13. M_μ =
+/// M + μΛ², where M must be skew. tr((εM_μ)^k) and every eigenvalue of εM_μ are constant.
+template <class Scalar>
+Matrix<Scalar> parametric_momentum(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
+  return Q.partialPivLu().solve(P) - P.partialPivLu().solve(Q);
+}
 
 /// Maps between (Q, M) and the (Q, P) with parameter μ, [RB] (8.5), Q ∈ GL(N), with the scaling of
 /// Prop. 3.13 (ε = 1 in the paper). For the discrete body, (8.10), replace μ by μ/h; ε = h gives

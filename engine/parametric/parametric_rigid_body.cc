@@ -2,7 +2,7 @@
 
 #include "engine/catalogue/series_start.h"
 #include "engine/parametric/parametric_forms.h"
-#include "engine/parametric/parametric_invariants.h"
+#include "engine/parametric/parametric_psi.h"
 #include "engine/scene/scene_draft.h"
 
 namespace stiefel {

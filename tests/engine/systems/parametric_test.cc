@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/parametric/parametric_invariants.h"
+#include "engine/parametric/parametric_psi.h"
 #include "engine/rigid_body/symmetric/symmetric_invariants.h"
 #include "engine/linalg/lie/general_exponential.h"
 #include "engine/rigid_body/moser_veselov/moser_veselov.h"

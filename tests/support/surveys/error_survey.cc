@@ -9,7 +9,7 @@
 #include <random>
 #include <sstream>
 
-#include "engine/parametric/parametric_invariants.h"
+#include "engine/parametric/parametric_psi.h"
 #include "engine/rigid_body/symmetric/left_right.h"
 #include "engine/rigid_body/symmetric/mclachlan_scovel_blocks.h"
 #include "engine/double_bracket/double_bracket.h"
