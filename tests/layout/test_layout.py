@@ -25,6 +25,13 @@ def test_every_source_is_in_a_folder_of_the_order():
     assert len(list(sources(ROOT))) > 200
 
 
+def test_an_entry_includes_neither_methods_nor_maps():
+    entries = [file for file in sources(ROOT) if re.search(r"^SystemEntry \w+_entry\(\) {", (ROOT / file).read_text(), re.M)]
+    assert len(entries) == 17
+    outside = re.compile(r'#include "engine/(methods|stepping/ma|stepping/me|.*/(maps|passes|geodesics)|.*_maps\.h)')
+    assert [str(file) for file in entries if outside.search((ROOT / file).read_text())] == []
+
+
 def test_the_page_on_the_architecture_has_every_folder_of_the_server():
     page = (ROOT / "docs/architecture.md").read_text()
     folders = [folder for folder in OTHERS if folder.startswith("server/")]
