@@ -1,6 +1,5 @@
 #include "engine/maps/moser_veselov.h"
 
-#include "engine/simulation/catalogue/coordinates/moser_veselov_4d.h"
 #include "engine/simulation/catalogue/families/discrete_hamiltonian.h"
 #include "engine/simulation/catalogue/families/forms.h"
 #include "engine/simulation/catalogue/families/rigid_body_data.h"
@@ -16,19 +15,18 @@
 namespace stiefel {
 namespace {
 
-template <class Space>
-std::unique_ptr<Simulation> make_in(const Scene& scene) {
-  using Map = MoserVeselov<Space, Arithmetic::compensated>;
-  return make_discrete_simulation(scene, Map(scene.inertia(), scene.step()),
-                                  RigidBodyObservables<Space>(scene),
+template <class Space, class... MovesFrame>
+std::unique_ptr<Simulation> make_in(const Scene& scene, MovesFrame... moves_frame) {
+  const MoserVeselov<Space> map(scene.inertia(), scene.step(), Arithmetic::compensated,
+                                moves_frame...);
+  return make_discrete_simulation(scene, map, rigid_body_observables(scene),
                                   rigid_body_cost(scene.dimension()));
 }
 
 std::unique_ptr<Simulation> make(const Scene& scene) {
-  if (scene.dimension() == 4) return moser_veselov_4d(scene);
-  if (scene.dimension() != 3) return make_in<SoN<double>>(scene);
-  if (scene.has_frame()) return make_in<So3<double, true>>(scene);
-  return make_in<So3<double, false>>(scene);
+  if (scene.dimension() == 3) return make_in<So3<double, true>>(scene, scene.has_frame());
+  if (scene.dimension() == 4) return make_in<So4<double, true>>(scene, scene.has_frame());
+  return make_in<SoN<double>>(scene);
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ constexpr std::array recommendations = {at_constant_Omega, with_error_control(5e
 std::unique_ptr<Simulation> make(const Scene& scene) {
   return make_simulation(
       scene, ParametricRigidBody<double>(scene.inertia(), scene.parameter(), scene.epsilon()),
-      parametric_observables(scene, 1), 2 * rigid_body_cost(scene.dimension()));
+      shared(parametric_observables(scene, 1)), 2 * rigid_body_cost(scene.dimension()));
 }
 
 }  // namespace

@@ -28,8 +28,9 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
     observables.field(
         {"M", static_cast<int>(N), static_cast<int>(N)},
         [n](const auto& x, auto out) { out = dense_M<double>(x.topRows(n), x.bottomRows(n)); });
-  if (scene.in_float()) return stiefel_in_float(scene, observables);
-  return make_simulation(scene, Stiefel<double>(scene.inertia(), n), observables,
+  const auto fields = shared(std::move(observables));
+  if (scene.in_float()) return stiefel_in_float(scene, fields);
+  return make_simulation(scene, Stiefel<double>(scene.inertia(), n), fields,
                          stiefel_cost(n, N));
 }
 

@@ -1,19 +1,16 @@
 #include "engine/simulation/catalogue/coordinates/stiefel_in_float.h"
 
 #include "engine/methods/special/stiefel.h"
-#include "engine/simulation/catalogue/coordinates/single_precision.h"
 #include "engine/simulation/catalogue/families/stiefel_forms.h"
 #include "engine/simulation/stepping/make_simulation.h"
-#include "engine/simulation/stepping/stored_as.h"
 
 namespace stiefel {
 
 std::unique_ptr<Simulation> stiefel_in_float(const Scene& scene,
-                                             const StackedObservables& observables) {
-  using Stored = StoredAs<SinglePrecision<StackedObservables::Point>, StackedObservables>;
+                                             const SharedObservables& observables) {
   const Eigen::Index n = scene.Q().rows(), N = scene.dimension();
-  return make_simulation(scene, Stiefel<float>(rounded_to<float>(scene.inertia()), n),
-                         Stored(observables), stiefel_cost(n, N));
+  return make_simulation(scene, Stiefel<float>(rounded_to<float>(scene.inertia()), n), observables,
+                         stiefel_cost(n, N));
 }
 
 }  // namespace stiefel

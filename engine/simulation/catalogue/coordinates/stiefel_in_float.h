@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "engine/simulation/stepping/stacked_observables.h"
+#include "engine/simulation/stepping/observables.h"
 #include "stiefel/simulation.h"
 
 namespace stiefel {
@@ -10,6 +10,6 @@ namespace stiefel {
 /// Returns the simulation in single precision of a geodesic on V(n, N), with the observables of the
 /// scene in double precision.
 std::unique_ptr<Simulation> stiefel_in_float(const Scene& scene,
-                                             const StackedObservables& observables);
+                                             const SharedObservables& observables);
 
 }  // namespace stiefel
