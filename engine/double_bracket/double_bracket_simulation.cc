@@ -42,7 +42,7 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
         out.col(2 * j + 1) = x.col(j).segment(first + p, p);
       }
     });
-  observables.invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
+  observables.all_invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
     const Eigen::MatrixXcd Q = complex_block(x, 0, p), P = complex_block(x, 2 * p, p);
     if (out.wants(family::hamiltonian)) {
       const double H = double_bracket_hamiltonian<double>(lambda_u, lambda_v, Q, P);
@@ -71,14 +71,14 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
   stop_point();
   // Shared by the copies of the observables: its workspace has tens of megabytes where p + q = 512.
   const auto system = std::make_shared<DoubleBracket<double>>(lambda_u, lambda_v);
-  observables.rate = [system](const Eigen::MatrixXd& x) {
+  observables.speed = [system](const Eigen::MatrixXd& x) {
     auto xi = system->zero();
     system->generator(x, xi);
     if (!xi.allFinite()) return std::numeric_limits<double>::infinity();
     return casimirs<double>(xi)(0);  // U and V form one real skew matrix
   };
   stop_point();
-  return make_simulation(scene, *system, observables, 4 * rigid_body_cost(p + q + 1));
+  return make_simulation(scene, *system, shared(observables), 4 * rigid_body_cost(p + q + 1));
 }
 
 }  // namespace

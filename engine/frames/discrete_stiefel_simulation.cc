@@ -10,7 +10,7 @@
 namespace stiefel {
 namespace {
 
-using Map = DiscreteStiefel<double, Arithmetic::compensated>;
+using Map = DiscreteStiefel<double>;
 
 constexpr Eigen::Index largest_lax_unasked = 8;
 
@@ -20,7 +20,7 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
   const Eigen::VectorXd lambda = scene.inertia();
   StackedObservables observables(stacked(scene, "Q_prev", "Q"));
   observables.block("Q_prev", 0, rows).block("Q", rows, rows);
-  observables.invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
+  observables.all_invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
     using Wide = long double;
     const Matrix<Wide> Q_prev = x.topRows(n).cast<Wide>(), Q = x.bottomRows(n).cast<Wide>();
     const Vector<Wide> wide_lambda = lambda.cast<Wide>();
@@ -42,13 +42,13 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
                 size);
     }
   };
-  observables.orthogonality = [n](const Eigen::MatrixXd& x) {
+  observables.frame_defect = [n](const Eigen::MatrixXd& x) {
     return std::optional(orthogonality_defect(x.bottomRows(n)));
   };
-  observables.rate = [=, h = scene.step()](const Eigen::MatrixXd& x) {
+  observables.speed = [=, h = scene.step()](const Eigen::MatrixXd& x) {
     return (x.bottomRows(n) - x.topRows(n)).norm() / std::abs(h);
   };
-  return make_discrete_simulation(scene, Map(lambda, n), observables, stiefel_cost(n, N));
+  return make_discrete_simulation(scene, Map(lambda, n), shared(observables), stiefel_cost(n, N));
 }
 
 }  // namespace

@@ -14,10 +14,9 @@ struct Variational::MapOf<Ellipsoid<Scalar>> {
   static constexpr bool keeps(std::string_view invariant) {
     return invariant == family::orthogonality;
   }
-  template <Arithmetic arithmetic>
-  static RattleStiefel<Scalar, arithmetic, LowerBlock::Qdot> make(const Ellipsoid<Scalar>& system,
-                                                                  Scalar h) {
-    return {system.lambda(), 1, h};
+  static RattleStiefel<Scalar> make(const Ellipsoid<Scalar>& system, Scalar h,
+                                    Arithmetic arithmetic) {
+    return {system.lambda(), 1, h, arithmetic, LowerBlock::Qdot};
   }
 };
 

@@ -34,8 +34,8 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
         return velocity(lambda, x, costate).cwiseProduct(lambda).transpose();
       },
       terms);
-  const auto energy = std::move(observables.invariants);
-  observables.invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
+  const auto energy = std::move(observables.all_invariants);
+  observables.all_invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
     energy(x, out);
     const Eigen::VectorXd q = x.row(0), qdot = velocity(lambda, x, costate);
     if (out.wants(family::joachimsthal)) {
@@ -60,8 +60,8 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
     }
   };
   const double cost = 300 + 20 * static_cast<double>(lambda.size());
-  if (costate) return make_simulation(scene, EllipsoidCostate<double>(lambda), observables, cost);
-  return make_simulation(scene, Ellipsoid<double>(lambda), observables, cost);
+  if (costate) return make_simulation(scene, EllipsoidCostate<double>(lambda), shared(observables), cost);
+  return make_simulation(scene, Ellipsoid<double>(lambda), shared(observables), cost);
 }
 
 /// Returns why a method that applies to (q, qdot) does not apply to (q, p); empty if it does.

@@ -29,8 +29,8 @@ std::unique_ptr<Simulation> make(const Scene& scene, bool with_M) {
       },
       terms_of_S(scene, n, true));
   if (!with_M && N <= largest_written_M) observables.field({"M", columns, columns}, M);
-  const auto of_S = std::move(observables.invariants);
-  observables.invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
+  const auto of_S = std::move(observables.all_invariants);
+  observables.all_invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
     of_S(x, out);
     if (with_M || !out.wants(family::PQt)) return;
     const Eigen::MatrixXd A = costate_product<double>(x.topRows(n), x.bottomRows(n));
@@ -39,7 +39,7 @@ std::unique_ptr<Simulation> make(const Scene& scene, bool with_M) {
       for (Eigen::Index j = 0; j < n; ++j)
         out.add(family::PQt, indexed(family::PQt, i + 1, j + 1), A(i, j), scale);
   };
-  return make_simulation(scene, StiefelCostate<double>(lambda, n), observables,
+  return make_simulation(scene, StiefelCostate<double>(lambda, n), shared(observables),
                          3 * stiefel_cost(n, N));
 }
 

@@ -107,7 +107,7 @@ void report_geodesic(StackedObservables& observables, const Scene& scene, Eigen:
   };
   observables.field({"Qdot", static_cast<int>(n), scene.dimension()},
                     [Qdot](const auto& x, auto out) { out = Qdot(x); });
-  observables.invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
+  observables.all_invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
     using Wide = long double;
     const Matrix<Wide> wide_Q = x.topRows(n).cast<Wide>(), wide_S = S(x).cast<Wide>();
     const Wide of_terms = terms(x), of_S = wide_S.stableNorm();
@@ -123,10 +123,10 @@ void report_geodesic(StackedObservables& observables, const Scene& scene, Eigen:
         out.add(family::spatial_momentum, indexed(family::spatial_momentum, i + 1, j + 1), m(i, j),
                 at_rest ? of_terms : of_S);
   };
-  observables.orthogonality = [n](const Eigen::MatrixXd& x) {
+  observables.frame_defect = [n](const Eigen::MatrixXd& x) {
     return std::optional(orthogonality_defect(x.topRows(n)));
   };
-  observables.rate = [Qdot](const Eigen::MatrixXd& x) { return Qdot(x).stableNorm(); };
+  observables.speed = [Qdot](const Eigen::MatrixXd& x) { return Qdot(x).stableNorm(); };
 }
 
 SizeOf terms_of_S(const Scene& scene, Eigen::Index n, bool costate) {

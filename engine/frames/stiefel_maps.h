@@ -14,9 +14,9 @@ namespace stiefel {
 template <class Scalar>
 struct Variational::MapOf<Stiefel<Scalar>> {
   static constexpr bool keeps(std::string_view invariant) { return invariant != family::energy; }
-  template <Arithmetic arithmetic>
-  static RattleStiefel<Scalar, arithmetic> make(const Stiefel<Scalar>& system, Scalar h) {
-    return {system.lambda(), system.n(), h};
+  static RattleStiefel<Scalar> make(const Stiefel<Scalar>& system, Scalar h,
+                                    Arithmetic arithmetic) {
+    return {system.lambda(), system.n(), h, arithmetic};
   }
 };
 

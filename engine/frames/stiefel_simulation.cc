@@ -4,8 +4,6 @@
 #include "engine/rigid_body/rigid_forms.h"
 #include "engine/stepping/make_simulation.h"
 #include "engine/stepping/methods_on.h"
-#include "engine/stepping/single_precision.h"
-#include "engine/stepping/stored_as.h"
 
 namespace stiefel {
 namespace {
@@ -22,13 +20,11 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
     observables.field(
         {"M", static_cast<int>(N), static_cast<int>(N)},
         [n](const auto& x, auto out) { out = dense_M<double>(x.topRows(n), x.bottomRows(n)); });
-  if (scene.in_float()) {
-    using Stored = StoredAs<SinglePrecision<StackedObservables::Point>, StackedObservables>;
-    return make_simulation(scene, Stiefel<float>(rounded_to<float>(scene.inertia()), n),
-                           Stored(observables), stiefel_cost(n, N));
-  }
-  return make_simulation(scene, Stiefel<double>(scene.inertia(), n), observables,
-                         stiefel_cost(n, N));
+  const auto fields = shared(std::move(observables));
+  if (scene.in_float())
+    return make_simulation(scene, Stiefel<float>(rounded_to<float>(scene.inertia()), n), fields,
+                           stiefel_cost(n, N));
+  return make_simulation(scene, Stiefel<double>(scene.inertia(), n), fields, stiefel_cost(n, N));
 }
 
 }  // namespace

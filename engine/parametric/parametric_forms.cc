@@ -134,7 +134,7 @@ StackedObservables parametric_observables(const Scene& scene, double h) {
   observables.block("Q", 0, N).block("P", N, N);
   observables.field({"M", N, N}, [M](const auto& x, auto out) { out = M(x); });
   observables.field({"epsilon", 1, 1}, [epsilon](const auto&, auto out) { out(0, 0) = epsilon; });
-  observables.invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
+  observables.all_invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
     // εM is the difference of G = Q⁻¹P and G⁻¹, which are near 1 when εM is small.
     const double terms =
         parametric_terms(lambda, mu_over_h, epsilon, x.topRows(N), x.bottomRows(N));
@@ -147,7 +147,7 @@ StackedObservables parametric_observables(const Scene& scene, double h) {
       for (Eigen::Index j = 0; j < N; ++j)
         out.add(family::PQ_inverse, indexed(family::PQ_inverse, i + 1, j + 1), A(i, j), scale);
   };
-  observables.rate = [=](const Eigen::MatrixXd& x) { return angular_velocity_norm(lambda, M(x)); };
+  observables.speed = [=](const Eigen::MatrixXd& x) { return angular_velocity_norm(lambda, M(x)); };
   return observables;
 }
 

@@ -18,12 +18,12 @@ namespace stiefel {
 /// invariant manifold where M is skew. Off the manifold M is the skew part. The map keeps
 /// P^μ(Q^μ)⁻¹ − Q^μ(P^μ)⁻¹. Its limit as h → 0 is ParametricRigidBody with parameter μ/h. State:
 /// Q^μ over P^μ, 2N × N, both invertible.
-template <class Scalar_, Arithmetic arithmetic>
+template <class Scalar_>
 class ParametricMoserVeselov {
  public:
   using Scalar = Scalar_;
   using Point = Matrix<Scalar>;
-  using State = typename DiscreteInverse<Scalar, arithmetic>::State;
+  using State = typename DiscreteInverse<Scalar>::State;
 
   ParametricMoserVeselov(const Vector<Scalar>& lambda, Scalar h, Scalar mu)
       : ParametricMoserVeselov(lambda, h, mu, h) {}
@@ -72,7 +72,7 @@ class ParametricMoserVeselov {
   Eigen::Index N_;
   Vector<Scalar> mu_lambda_;
   Scalar growth_;  ///< bounds the factor by which a step can multiply an element
-  DiscreteInverse<Scalar, arithmetic> inverse_;
+  DiscreteInverse<Scalar> inverse_;
   Eigen::PartialPivLU<Matrix<Scalar>> lu_;
   Matrix<Scalar> product_, moved_;
 };

@@ -7,12 +7,12 @@
 namespace stiefel {
 namespace {
 
-using Map = ParametricMoserVeselov<double, Arithmetic::compensated>;
+using Map = ParametricMoserVeselov<double>;
 
 std::unique_ptr<Simulation> make(const Scene& scene) {
   return make_discrete_simulation(
       scene, Map(scene.inertia(), scene.step(), scene.parameter(), scene.epsilon()),
-      parametric_observables(scene, scene.step()), 2 * rigid_body_cost(scene.dimension()));
+      shared(parametric_observables(scene, scene.step())), 2 * rigid_body_cost(scene.dimension()));
 }
 
 }  // namespace

@@ -10,7 +10,7 @@ namespace {
 std::unique_ptr<Simulation> make(const Scene& scene) {
   return make_simulation(
       scene, ParametricRigidBody<double>(scene.inertia(), scene.parameter(), scene.epsilon()),
-      parametric_observables(scene, 1), 2 * rigid_body_cost(scene.dimension()));
+      shared(parametric_observables(scene, 1)), 2 * rigid_body_cost(scene.dimension()));
 }
 
 }  // namespace

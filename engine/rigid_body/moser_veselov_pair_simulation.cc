@@ -10,7 +10,7 @@
 namespace stiefel {
 namespace {
 
-using Map = MoserVeselovPair<double, Arithmetic::compensated>;
+using Map = MoserVeselovPair<double>;
 
 std::unique_ptr<Simulation> make(const Scene& scene) {
   const int N = scene.dimension();
@@ -24,13 +24,13 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
        .M =
            [=](const auto& x) { return Sigma_L<double>(lambda, x.topRows(N), x.bottomRows(N), h); },
        .terms = [terms = lambda.stableNorm() / std::abs(h)](const auto&) { return terms; }});
-  observables.invariants = [=, of_body = std::move(observables.invariants)](
+  observables.all_invariants = [=, of_body = std::move(observables.all_invariants)](
                                const Eigen::MatrixXd& x, InvariantList& out) {
     of_body(x, out);
     add_discrete_hamiltonian(lambda, Sigma_L<double>(lambda, x.topRows(N), x.bottomRows(N), h), h,
                              out);
   };
-  return make_discrete_simulation(scene, Map(lambda, h), observables, rigid_body_cost(N));
+  return make_discrete_simulation(scene, Map(lambda, h), shared(observables), rigid_body_cost(N));
 }
 
 }  // namespace

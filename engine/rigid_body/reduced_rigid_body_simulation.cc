@@ -25,7 +25,7 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
        },
        .scaled = true,
        .terms = [terms = A.stableNorm() / std::abs(epsilon)](const auto&) { return terms; }});
-  return make_simulation(scene, ReducedRigidBody<double>(scene.inertia(), A, epsilon), observables,
+  return make_simulation(scene, ReducedRigidBody<double>(scene.inertia(), A, epsilon), shared(observables),
                          rigid_body_cost(N));
 }
 

@@ -9,7 +9,7 @@ namespace {
 
 std::unique_ptr<Simulation> make(const Scene& scene) {
   return make_simulation(scene, RightSymmetricRigidBody<double>(scene.inertia(), scene.epsilon()),
-                         symmetric_observables(scene, Side::right),
+                         shared(symmetric_observables(scene, Side::right)),
                          rigid_body_cost(scene.dimension()));
 }
 

@@ -2,83 +2,66 @@
 
 #include <optional>
 
-#include "engine/linalg/lie/so_3.h"
-#include "engine/linalg/lie/so_n.h"
-#include "engine/stepping/invariant_list.h"
+#include "engine/stepping/observables.h"
 #include "stiefel/scene.h"
-#include "stiefel/simulation.h"
 
 namespace stiefel {
 
 enum class RigidBodyField { Q, M, Omega, quaternion, angular_velocity };
 
-/// The fields of a rigid-body scene: its blocks, then Omega, and in three dimensions the quaternion
-/// and the angular velocity.
-struct RigidBodyFields {
-  explicit RigidBodyFields(const Scene& scene);
-  std::vector<Field> fields;
+/// What a rigid-body scene offers: the kind of each field (its blocks, then Omega, and in three
+/// dimensions the quaternion and the angular velocity), and for the discrete body the map's step.
+struct RigidBodyOffer {
   std::vector<RigidBodyField> kinds;
-  std::size_t block_count;
-  std::optional<double> map_step;  ///< for the discrete body
+  std::optional<double> map_step;
 };
 
-/// Connects a scene with states (Q over M) in N dimensions. The member functions are compiled once
-/// for each Space, in rigid_body_observables.cc.
-template <class Space>
-class RigidBodyObservables {
+/// Connects a scene with states (Q over M), or M alone, in N dimensions.
+class RigidBodyObservables final : public Observables {
  public:
-  using Point = typename Space::State;
-
   explicit RigidBodyObservables(const Scene& scene);
 
-  const std::vector<Field>& fields() const { return offered_.fields; }
-  std::size_t block_count() const { return offered_.block_count; }
-  Point start(const Scene& scene) const;
-  void invariants(const Point& x, InvariantList& out) const;
-  std::optional<double> orthogonality(const Point& x) const;
-  double rate(const Point& x) const;
-  void write(const Point& x, std::size_t index, std::span<double> out) const;
+  Point start(const Scene& scene) const override;
+  void write(const Point& x, std::size_t index, std::span<double> out) const override;
+  void invariants(const Point& x, InvariantList& out) const override;
+  std::optional<double> orthogonality(const Point& x) const override;
+  double rate(const Point& x) const override;
 
  private:
-  RigidBodyFields offered_;
+  RigidBodyOffer offer_;
   Eigen::VectorXd lambda_;
   int N_;
 };
 
-/// The observables of a body in three dimensions, reported in the caller's axes.
-template <bool frame>
-class RigidBodyObservables<So3<double, frame>> {
+/// Connects a scene with a body in three dimensions, (q; m) or m alone, reported in the caller's
+/// axes.
+class RigidBodyObservables3 final : public Observables {
  public:
-  using Space = So3<double, frame>;
-  using Point = typename Space::State;
+  explicit RigidBodyObservables3(const Scene& scene);
 
-  explicit RigidBodyObservables(const Scene& scene);
-
-  const std::vector<Field>& fields() const { return offered_.fields; }
-  std::size_t block_count() const { return offered_.block_count; }
-  Point start(const Scene& scene) const;
-  /// Convert a state near the manifold from a matrix, Q over M, and to one.
-  Point point(const Eigen::MatrixXd& stacked) const;
-  Eigen::MatrixXd stacked(const Point& x) const;
-  void invariants(const Point& x, InvariantList& out) const;
-  std::optional<double> orthogonality(const Point& x) const;
-  double rate(const Point& x) const;
-  void write(const Point& x, std::size_t index, std::span<double> out) const;
+  Point start(const Scene& scene) const override;
+  void write(const Point& x, std::size_t index, std::span<double> out) const override;
+  void invariants(const Point& x, InvariantList& out) const override;
+  std::optional<double> orthogonality(const Point& x) const override;
+  double rate(const Point& x) const override;
+  Point from_blocks(const Eigen::MatrixXd& blocks) const override;
+  Eigen::MatrixXd to_blocks(const Point& x) const override;
 
  private:
+  /// Q of a point; empty where the scene has none.
   Eigen::MatrixXd Q(const Point& x) const;
   Eigen::Vector3d omega(const Point& x) const;
   Eigen::Vector3d to_caller(const Eigen::Vector3d& v) const;
 
-  RigidBodyFields offered_;
-  Eigen::VectorXd lambda_;
+  RigidBodyOffer offer_;
+  Eigen::Vector3d lambda_;
+  bool frame_;
   double determinant_;
   std::optional<Eigen::Matrix3d> R_;
   Eigen::Vector4d r_conjugate_ = Eigen::Vector4d::UnitX();
 };
 
-extern template class RigidBodyObservables<SoN<double>>;
-extern template class RigidBodyObservables<So3<double, true>>;
-extern template class RigidBodyObservables<So3<double, false>>;
+/// Returns the observables of a scene with a rigid body: in three dimensions those of coordinates.
+SharedObservables rigid_body_observables(const Scene& scene);
 
 }  // namespace stiefel

@@ -43,7 +43,7 @@ void report_rigid_form(StackedObservables& observables, const Scene& scene, Rigi
     observables.field({"epsilon", 1, 1},
                       [epsilon = scene.epsilon()](const auto&, auto out) { out(0, 0) = epsilon; });
 
-  observables.invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
+  observables.all_invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
     const Eigen::MatrixXd Q = form.Q(x), M = form.M(x);
     rigid_body_invariants(form.side, lambda, Q, M, out, form.terms ? form.terms(x) : 0);
     if (!form.A || !out.wants(family::PQt)) return;
@@ -53,10 +53,10 @@ void report_rigid_form(StackedObservables& observables, const Scene& scene, Rigi
       for (Eigen::Index j = 0; j < N; ++j)
         out.add(family::PQt, indexed(family::PQt, i + 1, j + 1), A(i, j), scale);
   };
-  observables.orthogonality = [Q = form.Q](const Eigen::MatrixXd& x) {
+  observables.frame_defect = [Q = form.Q](const Eigen::MatrixXd& x) {
     return std::optional(orthogonality_defect(Q(x)));
   };
-  observables.rate = [=](const Eigen::MatrixXd& x) {
+  observables.speed = [=](const Eigen::MatrixXd& x) {
     return angular_velocity_norm(lambda, form.M(x));
   };
 }

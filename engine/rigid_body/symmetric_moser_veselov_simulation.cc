@@ -8,19 +8,19 @@
 namespace stiefel {
 namespace {
 
-using Map = SymmetricMoserVeselov<double, Arithmetic::compensated>;
+using Map = SymmetricMoserVeselov<double>;
 
 std::unique_ptr<Simulation> make(const Scene& scene) {
   const int N = scene.dimension();
   const double epsilon = scene.epsilon();
   StackedObservables observables = symmetric_observables(scene);
-  observables.invariants = [=, lambda = scene.inertia(), h = scene.step(),
-                            of_body = std::move(observables.invariants)](const Eigen::MatrixXd& x,
+  observables.all_invariants = [=, lambda = scene.inertia(), h = scene.step(),
+                            of_body = std::move(observables.all_invariants)](const Eigen::MatrixXd& x,
                                                                          InvariantList& out) {
     of_body(x, out);
     add_discrete_hamiltonian(lambda, Psi<double>(x.topRows(N), x.bottomRows(N), epsilon), h, out);
   };
-  return make_discrete_simulation(scene, Map(scene.inertia(), scene.step(), epsilon), observables,
+  return make_discrete_simulation(scene, Map(scene.inertia(), scene.step(), epsilon), shared(observables),
                                   rigid_body_cost(N));
 }
 

@@ -13,14 +13,20 @@
 namespace stiefel {
 namespace {
 
-// The constants of a body do not depend on the arithmetic.
-constexpr Arithmetic any_arithmetic = Arithmetic::plain;
-
 /// Whether h m/I, or a given number of that size, and its products are 0 or far from the ends of
 /// the range, where a fused operation and its replacement give the same bits.
 bool is_far_from_ends(double x, bool in_float) {
   const double far = in_float ? 0x1p19 : 0x1p200;
   return x == 0 || (std::abs(x) > 1 / far && std::abs(x) < far);
+}
+
+/// A processor with x86-64 but without AVX2 steps each body alone, which gives the same bits.
+bool has_packs() {
+#ifdef STIEFEL_X86_64
+  return widest_isa() != Isa::baseline;
+#else
+  return true;
+#endif
 }
 
 double step_of_map(const Scene& scene) { return scene.step() / scene.substeps(); }
@@ -35,7 +41,7 @@ Packing packing_of(const Scene& scene) {
 /// Returns the inertia for the single stage of a modified body in three dimensions.
 template <class Scalar>
 DiscreteInertia3<Scalar> modified_inertia(const Scene& scene, Scalar h) {
-  const ModifiedJDInverse3<Scalar, false, any_arithmetic> inverse(
+  const ModifiedJDInverse3<Scalar, false> inverse(
       rounded_to<Scalar>(scene.inertia()), h, scene.order());
   return inverse.J(rounded_to<Scalar>(vee(scene.M())));
 }
@@ -85,7 +91,7 @@ int body_lanes(const Scene& scene) {
 
 bool can_be_packed(const Scene& scene) {
   const int N = scene.dimension();
-  if (N < 3 || N > 4 || !system_entry(scene.system())->packed || packing_of(scene) == Packing::none)
+  if (!has_packs() || N < 3 || N > 4 || !system_entry(scene.system())->packed || packing_of(scene) == Packing::none)
     return false;
   const auto stays_normal = [&](double x) { return is_far_from_ends(x, scene.in_float()); };
   const double h = step_of_map(scene);
@@ -102,9 +108,10 @@ std::unique_ptr<PackedBodies> pack_bodies_in(std::span<const Scene> bodies) {
   const auto together = side_by_side<Scalar>(bodies, body_lanes(bodies.front()));
 #ifdef STIEFEL_X86_64
   if (widest_isa() == Isa::avx512) return pack_bodies_on<Isa::avx512>(together);
-  if (widest_isa() == Isa::avx2) return pack_bodies_on<Isa::avx2>(together);
-#endif
+  return pack_bodies_on<Isa::avx2>(together);
+#else
   return pack_bodies_on<Isa::baseline>(together);
+#endif
 }
 
 std::unique_ptr<PackedBodies> pack_bodies(std::span<const Scene> bodies) {

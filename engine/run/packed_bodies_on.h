@@ -13,7 +13,12 @@ namespace stiefel {
 template <class P, class Map>
 class PackedBodiesOn final : public PackedBodies {
  public:
-  PackedBodiesOn(Map map, int substeps) : map_(std::move(map)), substeps_(substeps) {}
+  /// `given` are the arguments of the map's constructor.
+  template <class... Given>
+  PackedBodiesOn(Arithmetic arithmetic, int substeps, Given&&... given)
+      : map_(std::forward<Given>(given)...),
+        compensated_(arithmetic == Arithmetic::compensated),
+        substeps_(substeps) {}
 
   int lanes() const override { return P::lanes; }
 
@@ -21,11 +26,12 @@ class PackedBodiesOn final : public PackedBodies {
     double* numbers = states.data();
     const auto stride = static_cast<std::ptrdiff_t>(states.size()) / P::lanes;
     State x{}, before{};
+    x.x.compensated = before.x.compensated = compensated_;
     each_number(x, [&](P& number, std::ptrdiff_t i) { number = P::gather(numbers + i, stride); });
     std::int64_t step = 0;
     unsigned further = 0;
     for (; step < steps; ++step) {
-      before = x;
+      before.x.assign(x.x);
       auto easy = map_.step_where_easy(x);
       for (int k = 1; k < substeps_; ++k) easy = easy & map_.step_where_easy(x);
       if (all(easy)) continue;
@@ -54,22 +60,26 @@ class PackedBodiesOn final : public PackedBodies {
   }
 
   Map map_;
+  bool compensated_;
   int substeps_;
 };
 
-/// The types for bodies of packs P in N dimensions.
-template <class P, int N, bool frame, Arithmetic arithmetic>
+/// The types for bodies of packs P in N dimensions. They have the states of the Simulations of one
+/// body: that of a discrete body always holds Q.
+template <class P, int N>
 struct BodyOf;
-template <class P, bool frame, Arithmetic arithmetic>
-struct BodyOf<P, 3, frame, arithmetic> {
+template <class P>
+struct BodyOf<P, 3> {
+  template <bool frame>
   using Space = So3<P, frame>;
-  using Discrete = DiscreteBody3<P, frame, arithmetic>;
+  using Discrete = DiscreteBody3<P, true>;
   static const auto& stages(const auto& bodies) { return bodies.stages_3; }
 };
-template <class P, bool frame, Arithmetic arithmetic>
-struct BodyOf<P, 4, frame, arithmetic> {
+template <class P>
+struct BodyOf<P, 4> {
+  template <bool frame>
   using Space = So4<P, frame>;
-  using Discrete = DiscreteBody4<P, frame, arithmetic>;
+  using Discrete = DiscreteBody4<P, true>;
   static const auto& stages(const auto& bodies) { return bodies.stages_4; }
 };
 
@@ -78,33 +88,30 @@ struct BodyOf<P, 4, frame, arithmetic> {
 using OfVectorField = Rk4;
 static_assert(OfVectorField::traits.packing == Packing::vector_field);
 
-template <class P, int N, bool frame, Arithmetic arithmetic>
-std::unique_ptr<PackedBodies> pack_these(const BodiesSideBySide<typename P::Scalar>& bodies) {
-  using These = BodyOf<P, N, frame, arithmetic>;
-  if (!bodies.lambda.empty()) {
-    using Body = RigidBody<typename These::Space>;
-    using Map = OfVectorField::Map<Body, arithmetic>;
-    typename Body::Lambda lambda;
-    for (int i = 0; i < N; ++i)
-      lambda(i) = P::of_lanes([&](int k) { return bodies.lambda[k].data()[i]; });
-    return std::make_unique<PackedBodiesOn<P, Map>>(
-        Map(Body(lambda), P(bodies.h), OfVectorField::traits.default_order), bodies.substeps);
-  }
-  using Map = DiscreteBodies<typename These::Discrete>;
-  std::vector<typename Map::Inertia> stages;
-  for (const auto& stage : These::stages(bodies)) stages.emplace_back(stage.data());
-  return std::make_unique<PackedBodiesOn<P, Map>>(Map(std::move(stages)), bodies.substeps);
+template <class P, class Space>
+std::unique_ptr<PackedBodies> pack_by_field(const BodiesSideBySide<typename P::Scalar>& bodies) {
+  using Body = RigidBody<Space>;
+  using Map = OfVectorField::Map<Body>;
+  typename Body::Lambda lambda;
+  for (int i = 0; i < lambda.size(); ++i)
+    lambda(i) = P::of_lanes([&](int k) { return bodies.lambda[k].data()[i]; });
+  return std::make_unique<PackedBodiesOn<P, Map>>(
+      bodies.arithmetic, bodies.substeps, Body(lambda), P(bodies.h),
+      OfVectorField::traits.default_order);
 }
 
 template <Isa isa, int N, class Scalar>
 std::unique_ptr<PackedBodies> pack_bodies_on(const BodiesSideBySide<Scalar>& bodies) {
   using P = Pack<Scalar, isa, vector_width<Scalar>(isa)>;
-  const auto with = [&]<bool frame>() {
-    return bodies.arithmetic == Arithmetic::plain
-               ? pack_these<P, N, frame, Arithmetic::plain>(bodies)
-               : pack_these<P, N, frame, Arithmetic::compensated>(bodies);
-  };
-  return bodies.frame ? with.template operator()<true>() : with.template operator()<false>();
+  using These = BodyOf<P, N>;
+  if (!bodies.lambda.empty())
+    return bodies.frame ? pack_by_field<P, typename These::template Space<true>>(bodies)
+                        : pack_by_field<P, typename These::template Space<false>>(bodies);
+  using Map = DiscreteBodies<typename These::Discrete>;
+  std::vector<typename Map::Inertia> stages;
+  for (const auto& stage : These::stages(bodies)) stages.emplace_back(stage.data());
+  return std::make_unique<PackedBodiesOn<P, Map>>(bodies.arithmetic, bodies.substeps,
+                                                  std::move(stages), bodies.frame);
 }
 
 }  // namespace stiefel

@@ -8,24 +8,23 @@ namespace stiefel {
 /// Returns the simulation of a system with matrices as states by a method that is general; null if
 /// the method is not, or needs a group that the system does not have. `cost` is a rough number of
 /// nanoseconds for a step.
-template <HasMatrixStates S, class Observables>
+template <HasMatrixStates S>
 std::unique_ptr<Simulation> make_matrix_simulation(const MethodEntry& method, const Scene& scene,
-                                                   const S& system, const Observables& observables,
+                                                   const S& system,
+                                                   const SharedObservables& observables,
                                                    double cost) {
   using Scalar = typename S::Scalar;
   const MatrixMethod<Scalar>& matrices = method.matrices<Scalar>();
-  if (matrices.by_field)
-    return matrices.by_field(scene, system, MatrixObservables<Scalar>(observables), cost);
+  if (matrices.by_field) return matrices.by_field(scene, system, observables, cost);
   if constexpr (LieSystem<S>)
-    if (matrices.by_action)
-      return matrices.by_action(scene, system, MatrixObservables<Scalar>(observables), cost);
+    if (matrices.by_action) return matrices.by_action(scene, system, observables, cost);
   return nullptr;
 }
 
 /// Returns the simulation of `system` by the scene's method; null if the method does not apply.
-template <HasMatrixStates S, class Observables>
+template <HasMatrixStates S>
 std::unique_ptr<Simulation> make_simulation(const Scene& scene, const S& system,
-                                            const Observables& observables, double cost) {
+                                            const SharedObservables& observables, double cost) {
   constexpr bool in_float = std::is_same_v<typename S::Scalar, float>;
   std::unique_ptr<Simulation> made;
   for_each_type(typename SpecialMethods<S>::type{}, [&]<class Method>(Method*) {
@@ -39,10 +38,11 @@ std::unique_ptr<Simulation> make_simulation(const Scene& scene, const S& system,
 }
 
 /// Returns the simulation of a discrete system, which is a map already.
-template <class Map, class Observables>
+template <class Map>
 std::unique_ptr<Simulation> make_discrete_simulation(const Scene& scene, Map map,
-                                                     const Observables& observables, double cost) {
-  return std::make_unique<SimulationOf<Map, Observables>>(scene, std::move(map), observables, cost);
+                                                     const SharedObservables& observables,
+                                                     double cost) {
+  return std::make_unique<SimulationOf<Map>>(scene, std::move(map), observables, cost);
 }
 
 }  // namespace stiefel

@@ -2,33 +2,39 @@
 
 #include <memory>
 
+#include "engine/methods/support/method.h"
 #include "engine/stepping/simulation_of.h"
 
 namespace stiefel {
 
-/// Returns the simulation of `system` by Method, in the arithmetic of the scene. `cost` is a rough
-/// number of nanoseconds for a step.
-template <class Method, class S, class Observables>
+/// What a Simulation iterates for a Map of a method: `Map::Moved`, a base class that several systems
+/// share, or the Map itself.
+template <class Map>
+struct MovedOf {
+  using type = Map;
+};
+template <class Map>
+requires requires { typename Map::Moved; }
+struct MovedOf<Map> {
+  using type = typename Map::Moved;
+};
+
+/// Returns the simulation of `system` by Method, as the scene chooses it. `cost` is a rough number
+/// of nanoseconds for a step.
+template <class Method, class S>
 std::unique_ptr<Simulation> make_simulation_by(const Scene& scene, const S& system,
-                                               const Observables& observables, double cost) {
-  const double h = scene.step() / scene.substeps();
-  const auto make = [&]<class Map>(Map*) -> std::unique_ptr<Simulation> {
-    if constexpr (DirectMap<Map>) cost *= 10;  // a closed form is computed in extended precision
-    const auto of = [system, h, order = scene.order(), tolerance = scene.tolerance()](double t) {
-      const auto step = static_cast<typename S::Scalar>(t * h);
-      if constexpr (Method::traits.default_tolerance > 0)
-        return Map(system, step, order, tolerance);
-      else
-        return Map(system, step, order);
-    };
-    using Made = SimulationOf<Map, Observables>;
-    const bool searched = Method::traits.iterates && scene.substeps() > 1;
-    return std::make_unique<Made>(scene, of(1), observables, cost,
-                                  searched ? typename Made::Make(of) : nullptr);
+                                               const SharedObservables& observables, double cost) {
+  using Map = typename Method::template Map<S>;
+  using Moved = typename MovedOf<Map>::type;
+  if constexpr (DirectMap<Moved>) cost *= 10;  // a closed form is computed in extended precision
+  const MethodOptions options(scene.order(), scene.arithmetic(), scene.tolerance());
+  const auto of = [system, h = scene.step() / scene.substeps(), options](double t) -> Moved {
+    return Map(system, static_cast<typename S::Scalar>(t * h), options);
   };
-  if (scene.arithmetic() == Arithmetic::plain)
-    return make(static_cast<typename Method::template Map<S, Arithmetic::plain>*>(nullptr));
-  return make(static_cast<typename Method::template Map<S, Arithmetic::compensated>*>(nullptr));
+  using Made = SimulationOf<Moved>;
+  const bool searched = Method::traits.iterates && scene.substeps() > 1;
+  return std::make_unique<Made>(scene, of(1), observables, cost,
+                                searched ? typename Made::Make(of) : nullptr);
 }
 
 }  // namespace stiefel

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "engine/methods/support/method.h"
-#include "engine/stepping/matrix_observables.h"
+#include "engine/stepping/observables.h"
 #include "engine/methods/support/matrix_system.h"
 
 namespace stiefel {
@@ -16,7 +16,7 @@ template <class Scalar>
 struct MatrixMethod {
   template <class System>
   using Make = std::unique_ptr<Simulation> (*)(const Scene&, const System&,
-                                               const MatrixObservables<Scalar>&, double cost);
+                                               const SharedObservables&, double cost);
   Make<MatrixSystem<Scalar>> by_field = nullptr;      ///< uses the vector field alone
   Make<MatrixLieSystem<Scalar>> by_action = nullptr;  ///< uses the action of a group
 };

@@ -11,10 +11,10 @@ MatrixMethod<Scalar> matrix_method() {
   using ByField = MatrixSystem<Scalar>;
   using ByAction = MatrixLieSystem<Scalar>;
   MatrixMethod<Scalar> made;
-  if constexpr (requires { typename Method::template Map<ByField, Arithmetic::plain>; })
-    made.by_field = make_simulation_by<Method, ByField, MatrixObservables<Scalar>>;
-  else if constexpr (requires { typename Method::template Map<ByAction, Arithmetic::plain>; })
-    made.by_action = make_simulation_by<Method, ByAction, MatrixObservables<Scalar>>;
+  if constexpr (requires { typename Method::template Map<ByField>; })
+    made.by_field = make_simulation_by<Method, ByField>;
+  else if constexpr (requires { typename Method::template Map<ByAction>; })
+    made.by_action = make_simulation_by<Method, ByAction>;
   return made;
 }
 

@@ -24,14 +24,14 @@ namespace stiefel {
 ///
 /// A state is Q_{k−1} over Q_k, 2n × N; every λ_i > 0. Ends with solver_stalled where X or its
 /// equation is singular: the map has no step size that could be reduced.
-template <class Scalar_, Arithmetic arithmetic>
+template <class Scalar_>
 class DiscreteStiefel {
  public:
   using Scalar = Scalar_;
   using Point = Matrix<Scalar>;
 
   struct State {
-    Accumulator<Point, arithmetic> x;
+    Accumulator<Point> x;
 
     template <class Visitor>
     void each(Visitor&& visit) {
@@ -40,14 +40,14 @@ class DiscreteStiefel {
   };
 
   DiscreteStiefel(const Vector<Scalar>& lambda, Eigen::Index n)
-      : lambda_(lambda.template cast<Work>()),
+      : lambda_(lambda.template cast<Wide>()),
         n_(n),
         lyapunov_(n),
         lu_(n),
         Q_prev_(n, lambda.size()),
         Q_(n, lambda.size()),
         bar_(n, lambda.size()),
-        I_(Matrix<Work>::Identity(n, n)),
+        I_(Matrix<Wide>::Identity(n, n)),
         inverse_(n, n),
         C_T_(n, n),
         G_(n, n),
@@ -56,7 +56,7 @@ class DiscreteStiefel {
         B_(n, n),
         next_(n) {}
 
-  State start(const Point& x) const { return {Accumulator<Point, arithmetic>(x)}; }
+  State start(const Point& x) const { return {Accumulator<Point>(x, Arithmetic::compensated)}; }
 
   RunStatus step(State& state) {
     if (!state.x.value.allFinite()) return {Outcome::not_finite, std::nullopt};
@@ -65,7 +65,7 @@ class DiscreteStiefel {
       stop_point(static_cast<double>(n_ * n_));
       for (Eigen::Index i = 0; i < n_; ++i) {
         Wide sum = 0;
-        for (Eigen::Index k = 0; k < n_; ++k) sum += B_(i, k) * Wide(Q_(k, j));
+        for (Eigen::Index k = 0; k < n_; ++k) sum += B_(i, k) * Q_(k, j);
         next_(i) = sum / lambda_(j) - Q_prev_(i, j);
       }
       for (Eigen::Index i = 0; i < n_; ++i) {
@@ -80,21 +80,19 @@ class DiscreteStiefel {
 
  private:
   using Wide = Extended<Scalar>;
-  /// The scalar in which B is computed.
-  using Work = std::conditional_t<arithmetic == Arithmetic::compensated, Wide, Scalar>;
 
   /// Finds B with CX + XCᵀ = G + X(Q_{k−1}Q_{k−1}ᵀ − I)X; the last term removes the rounding errors
   /// of Q_{k−1}, which Q_{k+1} would inherit. The step uses B(QQᵀ)⁻¹Q_k in place of BQ_k, so this
   /// function returns B as B(2I − QQᵀ): m changes by BQQᵀ − QQᵀBᵀ, and the rounding errors in
   /// Q_kQ_kᵀ − I then do not change m.
-  bool find_B(const Accumulator<Point, arithmetic>& x) {
+  bool find_B(const Accumulator<Point>& x) {
     for (Eigen::Index j = 0; j < Q_.cols(); ++j)
       for (Eigen::Index i = 0; i < n_; ++i) {
-        Q_prev_(i, j) = static_cast<Work>(x.extended(i, j));
-        Q_(i, j) = static_cast<Work>(x.extended(n_ + i, j));
+        Q_prev_(i, j) = static_cast<Wide>(x.extended(i, j));
+        Q_(i, j) = static_cast<Wide>(x.extended(n_ + i, j));
       }
-    inverse_.noalias() = Work(-1) * Q_ * Q_.transpose();
-    inverse_.diagonal().array() += Work(2);
+    inverse_.noalias() = Wide(-1) * Q_ * Q_.transpose();
+    inverse_.diagonal().array() += Wide(2);
     bar_ = Q_ * lambda_.cwiseInverse().asDiagonal();
     const double product = static_cast<double>(n_ * Q_.size());
     stop_point(product);
@@ -117,9 +115,9 @@ class DiscreteStiefel {
   }
 
   bool find_scalar() {
-    const Work C = C_T_(0, 0), E = E_(0, 0);
+    const Wide C = C_T_(0, 0), E = E_(0, 0);
     B_(0, 0) = 2 * C / G_(0, 0);
-    if (E <= C * C && -E <= C * C && C != Work(0)) B_(0, 0) -= E / (2 * C);
+    if (E <= C * C && -E <= C * C && C != Wide(0)) B_(0, 0) -= E / (2 * C);
     return true;
   }
 
@@ -137,17 +135,16 @@ class DiscreteStiefel {
     return true;
   }
 
-  static void set(Accumulator<Point, arithmetic>& x, Eigen::Index i, Eigen::Index j, Wide value) {
+  static void set(Accumulator<Point>& x, Eigen::Index i, Eigen::Index j, Wide value) {
     x.value(i, j) = static_cast<Scalar>(value);
-    if constexpr (arithmetic == Arithmetic::compensated)
-      x.carry(i, j) = static_cast<Scalar>(value - x.value(i, j));
+    x.carry(i, j) = static_cast<Scalar>(value - x.value(i, j));
   }
 
-  Vector<Work> lambda_;
+  Vector<Wide> lambda_;
   Eigen::Index n_;
-  Lyapunov<Work> lyapunov_;
-  Eigen::PartialPivLU<Matrix<Work>> lu_;
-  Matrix<Work> Q_prev_, Q_, bar_, I_, inverse_, C_T_, G_, E_, X_, B_;
+  Lyapunov<Wide> lyapunov_;
+  Eigen::PartialPivLU<Matrix<Wide>> lu_;
+  Matrix<Wide> Q_prev_, Q_, bar_, I_, inverse_, C_T_, G_, E_, X_, B_;
   Vector<Wide> next_;
 };
 

@@ -10,11 +10,18 @@ namespace stiefel {
 
 /// Computes FramePass by packs of columns, in tiles of as many columns as stay in the cache. `rows`
 /// is n for small n, else any_rows.
-template <class Scalar, Arithmetic arithmetic, LowerBlock lower, int rows, Isa isa>
+template <class Scalar, int rows, Isa isa>
 class FramePassOn final : public FramePass<Scalar> {
  public:
-  explicit FramePassOn(std::ptrdiff_t n)
-      : n_(n), tiles_(n), S_(n), Q_carry_(n), S_carry_(n), kick_(n) {}
+  FramePassOn(Arithmetic arithmetic, LowerBlock lower, std::ptrdiff_t n)
+      : compensated_(arithmetic == Arithmetic::compensated),
+        qdot_(lower == LowerBlock::Qdot),
+        n_(n),
+        tiles_(n),
+        S_(n),
+        Q_carry_(n),
+        S_carry_(n),
+        kick_(n) {}
 
   void measure(const FrameColumns<Scalar>& x, const FrameSums<Scalar>& moments) override {
     pass(x, 0, nullptr, nullptr, moments);
@@ -28,8 +35,6 @@ class FramePassOn final : public FramePass<Scalar> {
  private:
   using P = Pack<Scalar, isa>;
   static constexpr std::ptrdiff_t width = FramePass<Scalar>::width;
-  static constexpr bool compensated = arithmetic == Arithmetic::compensated;
-  static constexpr bool qdot = lower == LowerBlock::Qdot;
   using Rows = typename MomentTiles<Scalar, rows, isa>::Rows;
 
   std::ptrdiff_t n() const { return rows == any_rows ? n_ : rows; }
@@ -52,9 +57,12 @@ class FramePassOn final : public FramePass<Scalar> {
           step(p, w, h, Y_h, Y1_h);
           move<false>(x, j + k, columns, p);
         }
+        if (qdot_)
+          for (std::ptrdiff_t i = 0; i < n(); ++i) V[i][p] = S_[i][p];
+        else
+          for (std::ptrdiff_t i = 0; i < n(); ++i) V[i][p] = S_[i][p] * w;
         for (std::ptrdiff_t i = 0; i < n(); ++i) {
           G[i][p] = Q[i][p] * w;
-          V[i][p] = qdot ? S_[i][p] : S_[i][p] * w;
           H[i][p] = V[i][p] * w;
           F[i][p] = G[i][p] * w;
         }
@@ -69,23 +77,32 @@ class FramePassOn final : public FramePass<Scalar> {
     constexpr std::ptrdiff_t line = std::max<std::ptrdiff_t>(1, 64 / sizeof(Scalar));
     for (std::ptrdiff_t k = 0; k < 2 * n() * P::lanes; k += line) {
       __builtin_prefetch(x.value + j * 2 * n() + k, 1);
-      if constexpr (compensated) __builtin_prefetch(x.carry + j * 2 * n() + k, 1);
+      if (compensated_) __builtin_prefetch(x.carry + j * 2 * n() + k, 1);
     }
   }
 
   /// Computes the step for pack p of the tiles, from the multipliers divided by h.
   [[gnu::always_inline]] void step(std::ptrdiff_t p, P w, Scalar h, const Scalar* Y_h,
                                    const Scalar* Y1_h) {
+    if (compensated_)
+      qdot_ ? step_in<true, true>(p, w, h, Y_h, Y1_h) : step_in<true, false>(p, w, h, Y_h, Y1_h);
+    else
+      qdot_ ? step_in<false, true>(p, w, h, Y_h, Y1_h) : step_in<false, false>(p, w, h, Y_h, Y1_h);
+  }
+
+  template <bool compensated, bool qdot>
+  [[gnu::always_inline]] void step_in(std::ptrdiff_t p, P w, Scalar h, const Scalar* Y_h,
+                                      const Scalar* Y1_h) {
     for (std::ptrdiff_t i = 0; i < n(); ++i) kick_[i][p] = times_Q(Y_h + i, p);
     for (std::ptrdiff_t i = 0; i < n(); ++i) {
       P kick = qdot ? kick_[i][p] * w : kick_[i][p];
       if constexpr (compensated) kick = S_carry_[i][p] + kick;
       const P change = h * (S_[i][p] + kick);
-      add(tiles_.Q[i][p], Q_carry_[i][p], qdot ? change : change * w);
+      add<compensated>(tiles_.Q[i][p], Q_carry_[i][p], qdot ? change : change * w);
     }
     for (std::ptrdiff_t i = 0; i < n(); ++i) {
       const P change = kick_[i][p] + times_Q(Y1_h + i, p);
-      add(S_[i][p], S_carry_[i][p], qdot ? change * w : change);
+      add<compensated>(S_[i][p], S_carry_[i][p], qdot ? change * w : change);
     }
   }
 
@@ -97,6 +114,7 @@ class FramePassOn final : public FramePass<Scalar> {
   }
 
   /// Sets value ← value + change, with the rounding error added to the carry, as Accumulator does.
+  template <bool compensated>
   [[gnu::always_inline]] static void add(P& value, P& carry, P change) {
     if constexpr (compensated) {
       change = change + carry;
@@ -117,7 +135,7 @@ class FramePassOn final : public FramePass<Scalar> {
     const std::ptrdiff_t height = 2 * n();
     move_rows<load>(x.value + j * height, columns, tiles_.Q, p);
     move_rows<load>(x.value + j * height + n(), columns, S_, p);
-    if constexpr (compensated) {
+    if (compensated_) {
       move_rows<load>(x.carry + j * height, columns, Q_carry_, p);
       move_rows<load>(x.carry + j * height + n(), columns, S_carry_, p);
     }
@@ -160,6 +178,7 @@ class FramePassOn final : public FramePass<Scalar> {
     }
   }
 
+  bool compensated_, qdot_;
   std::ptrdiff_t n_;
   MomentTiles<Scalar, rows, isa> tiles_;
   Rows S_, Q_carry_, S_carry_, kick_;
@@ -168,16 +187,8 @@ class FramePassOn final : public FramePass<Scalar> {
 template <class Scalar, Isa isa>
 std::unique_ptr<FramePass<Scalar>> make_frame_pass_on(Arithmetic arithmetic, LowerBlock lower,
                                                       std::ptrdiff_t n) {
-  using Made = std::unique_ptr<FramePass<Scalar>>;
-  constexpr auto compensated = Arithmetic::compensated, plain = Arithmetic::plain;
-  const auto of_rows = [&]<int rows>() -> Made {
-    if (arithmetic == compensated && lower == LowerBlock::S)
-      return std::make_unique<FramePassOn<Scalar, compensated, LowerBlock::S, rows, isa>>(n);
-    if (arithmetic == compensated)
-      return std::make_unique<FramePassOn<Scalar, compensated, LowerBlock::Qdot, rows, isa>>(n);
-    if (lower == LowerBlock::S)
-      return std::make_unique<FramePassOn<Scalar, plain, LowerBlock::S, rows, isa>>(n);
-    return std::make_unique<FramePassOn<Scalar, plain, LowerBlock::Qdot, rows, isa>>(n);
+  const auto of_rows = [&]<int rows>() -> std::unique_ptr<FramePass<Scalar>> {
+    return std::make_unique<FramePassOn<Scalar, rows, isa>>(arithmetic, lower, n);
   };
   if constexpr (std::is_same_v<Scalar, double> || std::is_same_v<Scalar, float>) {
     if (n == 1) return of_rows.template operator()<1>();

@@ -43,14 +43,14 @@ namespace stiefel {
 /// two λ then never overflow.
 ///
 /// State: Q over S, or with LowerBlock::Qdot Q over Q̇, 2n × N.
-template <class Scalar_, Arithmetic arithmetic, LowerBlock lower = LowerBlock::S>
+template <class Scalar_>
 class RattleStiefel {
  public:
   using Scalar = Scalar_;
   using Point = Matrix<Scalar>;
 
   struct State {
-    Accumulator<Point, arithmetic> x;
+    Accumulator<Point> x;
     FrameMoments<Scalar> moments;
     Matrix<Scalar> half_B;  ///< B′/2 of the last step, from which the next solve starts
 
@@ -64,7 +64,9 @@ class RattleStiefel {
     Scalar squared_norm() const { return moments.QQ[0].trace() + moments.VV[0].trace(); }
   };
 
-  RattleStiefel(const Vector<Scalar>& lambda, Eigen::Index n, Scalar h);
+  RattleStiefel(const Vector<Scalar>& lambda, Eigen::Index n, Scalar h,
+                Arithmetic arithmetic = Arithmetic::compensated,
+                LowerBlock lower = LowerBlock::S);
 
   State start(const Point& x);
 
@@ -98,8 +100,9 @@ class RattleStiefel {
               Scalar h, Matrix<Scalar>& sum);
 
   /// In plain arithmetic Q itself loses up to u in each step, whatever h‖V‖ is.
-  static constexpr double most_repair = arithmetic == Arithmetic::plain ? 1 : 0x1p-10;
+  Scalar most_repair() const { return Scalar(arithmetic_ == Arithmetic::plain ? 1 : 0x1p-10); }
 
+  Arithmetic arithmetic_;
   Scalar h_, unit_;  ///< unit_ is the number by which h is divided: that of Λ for (Q, S), else 1
   Eigen::Index n_;
   Vector<Scalar> inverse_;  ///< Λ⁻¹, followed by zeros
@@ -109,10 +112,11 @@ class RattleStiefel {
   Matrix<Scalar> A_, E_, defect_, Y_, Y1_, found_, product_;
 };
 
-template <class Scalar, Arithmetic arithmetic, LowerBlock lower>
-RattleStiefel<Scalar, arithmetic, lower>::RattleStiefel(const Vector<Scalar>& lambda,
-                                                        Eigen::Index n, Scalar h)
-    : h_(h),
+template <class Scalar>
+RattleStiefel<Scalar>::RattleStiefel(const Vector<Scalar>& lambda, Eigen::Index n, Scalar h,
+                                     Arithmetic arithmetic, LowerBlock lower)
+    : arithmetic_(arithmetic),
+      h_(h),
       unit_(lower == LowerBlock::S ? binary_unit<Scalar>(lambda.maxCoeff()) : Scalar(1)),
       n_(n),
       inverse_(Vector<Scalar>::Zero(lambda.size() + FramePass<Scalar>::width)),
@@ -129,21 +133,21 @@ RattleStiefel<Scalar, arithmetic, lower>::RattleStiefel(const Vector<Scalar>& la
   inverse_.head(lambda.size()) = (lambda / binary_unit<Scalar>(lambda.maxCoeff())).cwiseInverse();
 }
 
-template <class Scalar, Arithmetic arithmetic, LowerBlock lower>
-auto RattleStiefel<Scalar, arithmetic, lower>::start(const Point& x) -> State {
-  State state{Accumulator<Point, arithmetic>(x), FrameMoments<Scalar>(n_),
+template <class Scalar>
+auto RattleStiefel<Scalar>::start(const Point& x) -> State {
+  State state{Accumulator<Point>(x, arithmetic_), FrameMoments<Scalar>(n_),
               Matrix<Scalar>::Zero(n_, n_)};
   pass_->measure(columns(state), state.moments.sums());
   return state;
 }
 
-template <class Scalar, Arithmetic arithmetic, LowerBlock lower>
-RunStatus RattleStiefel<Scalar, arithmetic, lower>::step(State& state) {
+template <class Scalar>
+RunStatus RattleStiefel<Scalar>::step(State& state) {
   return step(state, h_);
 }
 
-template <class Scalar, Arithmetic arithmetic, LowerBlock lower>
-RunStatus RattleStiefel<Scalar, arithmetic, lower>::step(State& state, Scalar h) {
+template <class Scalar>
+RunStatus RattleStiefel<Scalar>::step(State& state, Scalar h) {
   using std::abs;
   const double size = static_cast<double>(abs(h));
   h /= unit_;
@@ -162,37 +166,37 @@ RunStatus RattleStiefel<Scalar, arithmetic, lower>::step(State& state, Scalar h)
   return {};
 }
 
-template <class Scalar, Arithmetic arithmetic, LowerBlock lower>
-std::optional<double> RattleStiefel<Scalar, arithmetic, lower>::largest_step(const State& state,
+template <class Scalar>
+std::optional<double> RattleStiefel<Scalar>::largest_step(const State& state,
                                                                              double limit) {
   using std::abs;
   const double size = static_cast<double>(abs(h_));
   return follow(state.moments, h_ / unit_, limit / size) * size;
 }
 
-template <class Scalar, Arithmetic arithmetic, LowerBlock lower>
-bool RattleStiefel<Scalar, arithmetic, lower>::solve(const FrameMoments<Scalar>& at, Scalar h) {
+template <class Scalar>
+bool RattleStiefel<Scalar>::solve(const FrameMoments<Scalar>& at, Scalar h) {
   find_defect(at, h);
   A_ = at.QQ[1] + h * at.QV[1];
   E_ = h * (h * at.VV[0] + (at.QV[0] + at.QV[0].transpose())) + defect_;
   return riccati_.solve(A_, at.QQ[2], E_, Y_);
 }
 
-template <class Scalar, Arithmetic arithmetic, LowerBlock lower>
-void RattleStiefel<Scalar, arithmetic, lower>::find_defect(const FrameMoments<Scalar>& at,
+template <class Scalar>
+void RattleStiefel<Scalar>::find_defect(const FrameMoments<Scalar>& at,
                                                            Scalar h) {
   using std::abs;
   using std::sqrt;
   defect_ = at.QQ[0];
   defect_.diagonal().array() -= Scalar(1);
   const Scalar size = defect_.cwiseAbs().maxCoeff(),
-               most = Scalar(most_repair) * abs(h) * sqrt(at.VV[0].trace());
+               most = most_repair() * abs(h) * sqrt(at.VV[0].trace());
   const Scalar rounding = sqrt(std::numeric_limits<Scalar>::epsilon());
   if (size > most && size < rounding) defect_ *= most / size;
 }
 
-template <class Scalar, Arithmetic arithmetic, LowerBlock lower>
-double RattleStiefel<Scalar, arithmetic, lower>::follow(const FrameMoments<Scalar>& at, Scalar h,
+template <class Scalar>
+double RattleStiefel<Scalar>::follow(const FrameMoments<Scalar>& at, Scalar h,
                                                         double end) {
   Y_.setZero();
   return continuation(end, [&](double t) {
@@ -203,8 +207,8 @@ double RattleStiefel<Scalar, arithmetic, lower>::follow(const FrameMoments<Scala
   });
 }
 
-template <class Scalar, Arithmetic arithmetic, LowerBlock lower>
-void RattleStiefel<Scalar, arithmetic, lower>::find_Y1(const FrameMoments<Scalar>& at, Scalar h) {
+template <class Scalar>
+void RattleStiefel<Scalar>::find_Y1(const FrameMoments<Scalar>& at, Scalar h) {
   product_ = h * at.QV[1];
   product_.noalias() += at.QQ[2] * Y_;
   A_ = at.QQ[1] + product_ + product_.transpose();
@@ -218,8 +222,8 @@ void RattleStiefel<Scalar, arithmetic, lower>::find_Y1(const FrameMoments<Scalar
   Y1_ = (product_ + product_.transpose()) / 2;
 }
 
-template <class Scalar, Arithmetic arithmetic, LowerBlock lower>
-void RattleStiefel<Scalar, arithmetic, lower>::add_XX(const Matrix<Scalar>& VV,
+template <class Scalar>
+void RattleStiefel<Scalar>::add_XX(const Matrix<Scalar>& VV,
                                                       const Matrix<Scalar>& GV,
                                                       const Matrix<Scalar>& GG, Scalar h,
                                                       Matrix<Scalar>& sum) {
@@ -230,11 +234,7 @@ void RattleStiefel<Scalar, arithmetic, lower>::add_XX(const Matrix<Scalar>& VV,
 }
 
 // Compiled once, in rattle_stiefel.cc and rattle_stiefel_float.cc.
-extern template class RattleStiefel<float, Arithmetic::compensated>;
-extern template class RattleStiefel<float, Arithmetic::plain>;
-extern template class RattleStiefel<double, Arithmetic::compensated>;
-extern template class RattleStiefel<double, Arithmetic::plain>;
-extern template class RattleStiefel<double, Arithmetic::compensated, LowerBlock::Qdot>;
-extern template class RattleStiefel<double, Arithmetic::plain, LowerBlock::Qdot>;
+extern template class RattleStiefel<float>;
+extern template class RattleStiefel<double>;
 
 }  // namespace stiefel

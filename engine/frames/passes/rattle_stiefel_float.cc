@@ -2,7 +2,6 @@
 
 namespace stiefel {
 
-template class RattleStiefel<float, Arithmetic::compensated>;
-template class RattleStiefel<float, Arithmetic::plain>;
+template class RattleStiefel<float>;
 
 }  // namespace stiefel

@@ -35,13 +35,17 @@ class RigidBody {
            invariant == family::orthogonality;
   }
 
-  explicit RigidBody(Lambda lambda)
+  /// `has_frame` says whether the states of the scene have a Q; states in coordinates hold zeros
+  /// without it.
+  explicit RigidBody(Lambda lambda, bool has_frame = true)
       : lambda_(std::move(lambda)),
+        has_frame_(has_frame),
         inverse_inertia_(lambda_),
         space_(lambda_.size()),
         Omega_(space_.zero()) {}
 
   const Lambda& lambda() const { return lambda_; }
+  bool has_frame() const { return has_frame_; }
 
   void field(const State& x, State& dx) {
     generator(x, Omega_);
@@ -57,6 +61,7 @@ class RigidBody {
 
  private:
   Lambda lambda_;
+  bool has_frame_;
   typename Space::InverseInertia inverse_inertia_;
   Space space_;
   Algebra Omega_;

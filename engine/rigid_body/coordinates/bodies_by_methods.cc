@@ -25,9 +25,7 @@ const std::vector<BodyByMethod>& bodies_by_methods() {
 std::unique_ptr<Simulation> make_body_simulation(const Scene& scene) {
   const auto& all = bodies_by_methods();
   const auto body = std::ranges::find(all, scene.method(), &BodyByMethod::method);
-  if (body == all.end()) return nullptr;
-  if (scene.dimension() == 4 && body->in_so4) return body->in_so4(scene);
-  return scene.in_float() ? body->in_float(scene) : body->in_double(scene);
+  return body == all.end() ? nullptr : body->make(scene);
 }
 
 }  // namespace stiefel

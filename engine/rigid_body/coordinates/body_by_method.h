@@ -16,9 +16,7 @@ struct BodyByMethod {
 
   std::string_view method;
   MethodOnSystem (*declared)(const SystemInfo&);
-  Make in_double;
-  Make in_float = {};  ///< null: MethodTraits::in_float is false
-  Make in_so4 = {};    ///< N = 4, in both precisions; null: MethodTraits::in_so4 is false
+  Make make;
 };
 
 /// Returns the methods that move rigid bodies, in the order of the catalogue.
@@ -26,12 +24,5 @@ const std::vector<BodyByMethod>& bodies_by_methods();
 
 /// Returns the simulation of a rigid body by the scene's method.
 std::unique_ptr<Simulation> make_body_simulation(const Scene& scene);
-
-/// Returns the simulation of a rigid body by Method in single precision, and of one with N = 4 in
-/// the coordinates of So4. Each method that offers it has a definition in a file of its own.
-template <class Method>
-std::unique_ptr<Simulation> body_in_float(const Scene& scene);
-template <class Method>
-std::unique_ptr<Simulation> body_in_so4(const Scene& scene);
 
 }  // namespace stiefel

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "engine/linalg/lie/so_4.h"
 #include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "engine/rigid_body/coordinates/body_by_method.h"
 #include "engine/rigid_body/coordinates/body_in_space.h"
@@ -7,15 +8,20 @@
 
 namespace stiefel {
 
-/// Returns the simulation of a rigid body by Method in double precision.
+template <class Method, class Scalar>
+std::unique_ptr<Simulation> body_in(const Scene& scene) {
+  if (scene.dimension() == 3) return body_in_coordinates<Method, So3, Scalar>(scene);
+  if constexpr (Method::traits.in_so4)
+    if (scene.dimension() == 4) return body_in_coordinates<Method, So4, Scalar>(scene);
+  return body_in_space<Method, SoN<Scalar>>(scene);
+}
+
+/// Returns the simulation of a rigid body by Method.
 template <class Method>
-std::unique_ptr<Simulation> body_in_double(const Scene& scene) {
-  const auto in_space = [&]<class Space>(Space*) {
-    return body_in_space<Method, Space>(scene, RigidBodyObservables<Space>(scene));
-  };
-  if (scene.dimension() != 3) return in_space(static_cast<SoN<double>*>(nullptr));
-  if (scene.has_frame()) return in_space(static_cast<So3<double, true>*>(nullptr));
-  return in_space(static_cast<So3<double, false>*>(nullptr));
+std::unique_ptr<Simulation> make_body(const Scene& scene) {
+  if constexpr (Method::traits.in_float)
+    if (scene.in_float()) return body_in<Method, float>(scene);
+  return body_in<Method, double>(scene);
 }
 
 /// Returns what Method declares for rigid bodies: those of every dimension, or of three alone.
@@ -36,10 +42,7 @@ template <class Method>
 std::optional<BodyByMethod> body_by_method_of() {
   if constexpr (applies<Method, RigidBody<SoN<double>>> ||
                 applies<Method, RigidBody<So3<double, true>>>) {
-    BodyByMethod body{Method::traits.name, declared_for_bodies<Method>, body_in_double<Method>};
-    if constexpr (Method::traits.in_float) body.in_float = body_in_float<Method>;
-    if constexpr (Method::traits.in_so4) body.in_so4 = body_in_so4<Method>;
-    return body;
+    return BodyByMethod{Method::traits.name, declared_for_bodies<Method>, make_body<Method>};
   } else {
     return std::nullopt;
   }

@@ -2,7 +2,6 @@
 
 namespace stiefel {
 
-template class CayleyN<double, Arithmetic::compensated>;
-template class CayleyN<double, Arithmetic::plain>;
+template class CayleyN<double>;
 
 }  // namespace stiefel

@@ -20,10 +20,10 @@ namespace stiefel {
 /// wide. U is orthogonal for every C. Iterates with CayleySweep while that converges fast, else
 /// with Newton's method, Aᵀδ + δA = −F with A = Λ + ½K(I + C). At the solution spec(A) = spec(UΛ),
 /// so the branch that starts at the identity lasts while Re(w_i + w_j) > 0 for i < j.
-template <class Scalar, Arithmetic arithmetic>
+template <class Scalar>
 class CayleyN {
  public:
-  using State = Accumulator<Matrix<Scalar>, arithmetic>;
+  using State = Accumulator<Matrix<Scalar>>;
   using Wide = Extended<Scalar>;
 
   CayleyN(const Vector<Scalar>& lambda, Scalar h);
@@ -71,8 +71,8 @@ class CayleyN {
   Matrix<Wide> wide_C_, wide_hOmega_;
 };
 
-template <class Scalar, Arithmetic arithmetic>
-CayleyN<Scalar, arithmetic>::CayleyN(const Vector<Scalar>& lambda, Scalar h)
+template <class Scalar>
+CayleyN<Scalar>::CayleyN(const Vector<Scalar>& lambda, Scalar h)
     : h_(h),
       lambda_(lambda),
       lyapunov_(lambda.size()),
@@ -88,14 +88,14 @@ CayleyN<Scalar, arithmetic>::CayleyN(const Vector<Scalar>& lambda, Scalar h)
       wide_C_(C_.template cast<Wide>()),
       wide_hOmega_(wide_C_) {}
 
-template <class Scalar, Arithmetic arithmetic>
-void CayleyN<Scalar, arithmetic>::start(const Matrix<Scalar>& K) {
+template <class Scalar>
+void CayleyN<Scalar>::start(const Matrix<Scalar>& K) {
   inverse_inertia(lambda_, K, Scalar(2), hOmega_);
   C_ = hOmega_ / 2;
 }
 
-template <class Scalar, Arithmetic arithmetic>
-bool CayleyN<Scalar, arithmetic>::fixed_point(const Matrix<Scalar>& K) {
+template <class Scalar>
+bool CayleyN<Scalar>::fixed_point(const Matrix<Scalar>& K) {
   const Scalar enough = two_to<Scalar>(1 - bits<Scalar>), slow = Scalar(0.5);
   constexpr int most = 60;
   Scalar last = std::numeric_limits<Scalar>::infinity();
@@ -112,8 +112,8 @@ bool CayleyN<Scalar, arithmetic>::fixed_point(const Matrix<Scalar>& K) {
   return false;
 }
 
-template <class Scalar, Arithmetic arithmetic>
-bool CayleyN<Scalar, arithmetic>::newton(const Matrix<Scalar>& K) {
+template <class Scalar>
+bool CayleyN<Scalar>::newton(const Matrix<Scalar>& K) {
   const Scalar enough = two_to<Scalar>(-(bits<Scalar> + 1) / 2);
   using std::isfinite;
   constexpr int most = 20;
@@ -135,15 +135,15 @@ bool CayleyN<Scalar, arithmetic>::newton(const Matrix<Scalar>& K) {
   return false;
 }
 
-template <class Scalar, Arithmetic arithmetic>
-const Matrix<Scalar>& CayleyN<Scalar, arithmetic>::deviation() {
+template <class Scalar>
+const Matrix<Scalar>& CayleyN<Scalar>::deviation() {
   G_ = Matrix<Scalar>::Identity(C_.rows(), C_.rows()) - C_;
   delta_ = Scalar(2) * (G_.partialPivLu().solve(C_) * lambda_.asDiagonal());
   return delta_;
 }
 
-template <class Scalar, Arithmetic arithmetic>
-void CayleyN<Scalar, arithmetic>::transport_momentum(State& x) {
+template <class Scalar>
+void CayleyN<Scalar>::transport_momentum(State& x) {
   const Eigen::Index N = C_.rows(), top = x.value.rows() - N;
   const Vector<Wide>& lambda = wide_sweep_.lambda();
   for (Eigen::Index j = 0; j < N; ++j)
@@ -159,8 +159,8 @@ void CayleyN<Scalar, arithmetic>::transport_momentum(State& x) {
     }
 }
 
-template <class Scalar, Arithmetic arithmetic>
-void CayleyN<Scalar, arithmetic>::refine() {
+template <class Scalar>
+void CayleyN<Scalar>::refine() {
   const Wide enough = two_to<Wide>(-bits<Scalar> - 11);
   constexpr int most = 12;
   wide_C_ = C_.template cast<Wide>();
@@ -173,16 +173,16 @@ void CayleyN<Scalar, arithmetic>::refine() {
   wide_sweep_.evaluate(wide_C_);
 }
 
-template <class Scalar, Arithmetic arithmetic>
-void CayleyN<Scalar, arithmetic>::transport_frame(State& x) {
+template <class Scalar>
+void CayleyN<Scalar>::transport_frame(State& x) {
   stop_point(static_cast<double>(C_.rows() * C_.size()));
   stoppable_product(x.value.topRows(C_.rows()), U_minus_I_, G_);
   for (Eigen::Index j = 0; j < G_.cols(); ++j)
     for (Eigen::Index i = 0; i < G_.rows(); ++i) x.add_scalar(i, j, G_(i, j));
 }
 
-template <class Scalar, Arithmetic arithmetic>
-void CayleyN<Scalar, arithmetic>::residual(const Matrix<Scalar>& K) {
+template <class Scalar>
+void CayleyN<Scalar>::residual(const Matrix<Scalar>& K) {
   G_ = K;
   add_stoppable_product(K, C_, G_);
   F_ = Scalar(-0.5) * G_;
@@ -190,8 +190,8 @@ void CayleyN<Scalar, arithmetic>::residual(const Matrix<Scalar>& K) {
   F_ += lambda_.asDiagonal() * C_ + C_ * lambda_.asDiagonal();
 }
 
-template <class Scalar, Arithmetic arithmetic>
-void CayleyN<Scalar, arithmetic>::linearise(const Matrix<Scalar>& K) {
+template <class Scalar>
+void CayleyN<Scalar>::linearise(const Matrix<Scalar>& K) {
   A_ = Scalar(0.5) * K;
   add_stoppable_product(Scalar(0.5) * K, C_, A_);
   A_.diagonal() += lambda_;
@@ -199,9 +199,7 @@ void CayleyN<Scalar, arithmetic>::linearise(const Matrix<Scalar>& K) {
 }
 
 // Compiled once, in cayley_n.cc.
-extern template class CayleyN<double, Arithmetic::compensated>;
-extern template class CayleyN<double, Arithmetic::plain>;
-extern template class CayleyN<float, Arithmetic::compensated>;
-extern template class CayleyN<float, Arithmetic::plain>;
+extern template class CayleyN<double>;
+extern template class CayleyN<float>;
 
 }  // namespace stiefel

@@ -2,7 +2,6 @@
 
 namespace stiefel {
 
-template class CayleyN<float, Arithmetic::compensated>;
-template class CayleyN<float, Arithmetic::plain>;
+template class CayleyN<float>;
 
 }  // namespace stiefel

@@ -3,7 +3,6 @@
 namespace stiefel {
 
 template class DeviationSweeps<double>;
-template class DeviationN<double, Arithmetic::compensated>;
-template class DeviationN<double, Arithmetic::plain>;
+template class DeviationN<double>;
 
 }  // namespace stiefel

@@ -14,18 +14,13 @@ namespace stiefel {
 ///
 /// which computes small quantities from small ones. Compensated arithmetic computes XᵀX and the
 /// increment to nearly twice the precision.
-template <class Scalar, Arithmetic arithmetic>
+template <class Scalar>
 class DeviationN : public DeviationSweeps<Scalar> {
  public:
-  using State = Accumulator<Matrix<Scalar>, arithmetic>;
+  using State = Accumulator<Matrix<Scalar>>;
   using Wide = Extended<Scalar>;
 
   DeviationN(const Vector<Scalar>& lambda, Scalar h);
-
-  /// Sweeps from the current R. Returns false if the sweeps converge slowly. K = hM.
-  bool sweep(const Matrix<Scalar>& K) {
-    return Sweeps::sweep(K, arithmetic == Arithmetic::compensated);
-  }
 
   /// Sets M ← UᵀMU, with X accurate to the last bit.
   void transport_momentum(State& x);
@@ -71,8 +66,8 @@ class DeviationN : public DeviationSweeps<Scalar> {
   Matrix<Scalar> low_, change_, step_change_;
 };
 
-template <class Scalar, Arithmetic arithmetic>
-DeviationN<Scalar, arithmetic>::DeviationN(const Vector<Scalar>& lambda, Scalar h)
+template <class Scalar>
+DeviationN<Scalar>::DeviationN(const Vector<Scalar>& lambda, Scalar h)
     : Sweeps(lambda),
       h_(h),
       wide_lambda_(lambda.template cast<Wide>()),
@@ -81,16 +76,13 @@ DeviationN<Scalar, arithmetic>::DeviationN(const Vector<Scalar>& lambda, Scalar 
       change_(low_),
       step_change_(low_) {}
 
-template <class Scalar, Arithmetic arithmetic>
-void DeviationN<Scalar, arithmetic>::transport_momentum(State& x) {
-  if constexpr (arithmetic == Arithmetic::plain)
-    transport_plainly(x);
-  else
-    transport_carefully(x);
+template <class Scalar>
+void DeviationN<Scalar>::transport_momentum(State& x) {
+  x.compensated ? transport_carefully(x) : transport_plainly(x);
 }
 
-template <class Scalar, Arithmetic arithmetic>
-void DeviationN<Scalar, arithmetic>::transport_plainly(State& x) {
+template <class Scalar>
+void DeviationN<Scalar>::transport_plainly(State& x) {
   auto M = x.value.bottomRows(N_);
   for (Eigen::Index j = 0; j < N_; ++j) {
     const auto lambda = lambda_.head(j + 1).array();
@@ -100,8 +92,8 @@ void DeviationN<Scalar, arithmetic>::transport_plainly(State& x) {
   mirror_upper(M, -1);
 }
 
-template <class Scalar, Arithmetic arithmetic>
-void DeviationN<Scalar, arithmetic>::transport_carefully(State& x) {
+template <class Scalar>
+void DeviationN<Scalar>::transport_carefully(State& x) {
   const Eigen::Index top = x.value.rows() - N_;
   stop_point(product_operations());
   form_product(x);
@@ -120,25 +112,25 @@ void DeviationN<Scalar, arithmetic>::transport_carefully(State& x) {
     }
 }
 
-template <class Scalar, Arithmetic arithmetic>
-const Matrix<Scalar>& DeviationN<Scalar, arithmetic>::U_minus_I() {
+template <class Scalar>
+const Matrix<Scalar>& DeviationN<Scalar>::U_minus_I() {
   for (Eigen::Index j = 0; j < N_; ++j) change_.col(j) = X_.col(j) / lambda_(j);
   return change_;
 }
 
-template <class Scalar, Arithmetic arithmetic>
-void DeviationN<Scalar, arithmetic>::transport_frame(State& x) {
+template <class Scalar>
+void DeviationN<Scalar>::transport_frame(State& x) {
   stop_point(product_operations());
   stoppable_product(x.value.topRows(N_), X_, G_);
   for (Eigen::Index j = 0; j < N_; ++j)
-    if constexpr (arithmetic == Arithmetic::plain)
+    if (!x.compensated)
       x.value.col(j).head(N_) += G_.col(j) / lambda_(j);
     else
       for (Eigen::Index i = 0; i < N_; ++i) x.add_scalar(i, j, G_(i, j) / lambda_(j));
 }
 
-template <class Scalar, Arithmetic arithmetic>
-void DeviationN<Scalar, arithmetic>::form_product(const State& x) {
+template <class Scalar>
+void DeviationN<Scalar>::form_product(const State& x) {
   for (Eigen::Index j = 0; j < N_; ++j)
     for (Eigen::Index i = 0; i < N_; ++i) {
       const Scalar R = i <= j ? R_column(j)(i) : R_column(i)(j);
@@ -149,8 +141,8 @@ void DeviationN<Scalar, arithmetic>::form_product(const State& x) {
   split_(X_, change_, G_, low_);
 }
 
-template <class Scalar, Arithmetic arithmetic>
-void DeviationN<Scalar, arithmetic>::refine() {
+template <class Scalar>
+void DeviationN<Scalar>::refine() {
   const Scalar negligible = two_to<Scalar>(-bits<Scalar> - 13);
   using std::abs;
   constexpr int most = 4;
@@ -172,9 +164,7 @@ void DeviationN<Scalar, arithmetic>::refine() {
 }
 
 // Compiled once, in deviation_n.cc.
-extern template class DeviationN<double, Arithmetic::compensated>;
-extern template class DeviationN<double, Arithmetic::plain>;
-extern template class DeviationN<float, Arithmetic::compensated>;
-extern template class DeviationN<float, Arithmetic::plain>;
+extern template class DeviationN<double>;
+extern template class DeviationN<float>;
 
 }  // namespace stiefel

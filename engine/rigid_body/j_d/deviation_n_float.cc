@@ -3,7 +3,6 @@
 namespace stiefel {
 
 template class DeviationSweeps<float>;
-template class DeviationN<float, Arithmetic::compensated>;
-template class DeviationN<float, Arithmetic::plain>;
+template class DeviationN<float>;
 
 }  // namespace stiefel

@@ -18,11 +18,15 @@ namespace stiefel {
 ///
 /// No λ_i is a divisor, so a thin plate needs no special case. For any constant positive moments
 /// the step keeps |m|², Σ m_i²/I_i and Q m.
-template <class Scalar, bool frame, Arithmetic arithmetic>
+///
+/// With `frame` a state holds q; `moves_frame` says whether the scene has a Q that moves.
+template <class Scalar, bool frame>
 class DiscreteBody3 {
  public:
+  explicit DiscreteBody3(bool moves_frame = true) : moves_frame_(frame && moves_frame) {}
+
   using Point = typename So3<Scalar, frame>::State;
-  using State = Accumulator<Point, arithmetic>;
+  using State = Accumulator<Point>;
   using Wide = Doubled<Scalar>;
   using Inertia = DiscreteInertia3<Scalar>;
 
@@ -46,10 +50,7 @@ class DiscreteBody3 {
 
   /// Applies the step with the c found last.
   void transport(State& x, const Inertia& I) const {
-    if constexpr (arithmetic == Arithmetic::plain)
-      transport_plain(x.value, I);
-    else
-      transport_compensated(x, I);
+    x.compensated ? transport_compensated(x, I) : transport_plain(x.value, I);
   }
 
  private:
@@ -86,6 +87,7 @@ class DiscreteBody3 {
     const Scalar w = 1 / (1 + squared_norm(c));
     x.template tail<3>() += w * I.gain.cwiseProduct(cyclic_product<Scalar>(c, c));
     if constexpr (frame) {
+      if (!moves_frame_) return;
       const Eigen::Matrix<Scalar, 4, 1> q = So3<Scalar, true>::quaternion_times(x, Scalar(1), c);
       const Scalar q2 = (q(0) * q(0) + q(1) * q(1)) + (q(2) * q(2) + q(3) * q(3));
       // Makes one Newton step for |q|^−1 from √w, which differs from it only by rounding.
@@ -98,12 +100,13 @@ class DiscreteBody3 {
     const Solution at = solution(x, I);
     const Scalar one(1), two(2);
     const Wide w = Wide(one) / (one + at.c2), w2 = two * w;
-    if constexpr (frame) {
-      const Wide s = sqrt(w);
-      const auto dq = quaternion_product(x.value, x.carry, -(at.c2 * w / (one + s)),
-                                         Vector3<Wide>(s * at.c(0), s * at.c(1), s * at.c(2)));
-      for (int i = 0; i < 4; ++i) x.add(i, dq(i));
-    }
+    if constexpr (frame)
+      if (moves_frame_) {
+        const Wide s = sqrt(w);
+        const auto dq = quaternion_product(x.value, x.carry, -(at.c2 * w / (one + s)),
+                                           Vector3<Wide>(s * at.c(0), s * at.c(1), s * at.c(2)));
+        for (int i = 0; i < 4; ++i) x.add(i, dq(i));
+      }
     for (int i = 0; i < 3; ++i) x.add(first + i, w2 * at.twist(i));
   }
 
@@ -141,6 +144,7 @@ class DiscreteBody3 {
     return at;
   }
 
+  bool moves_frame_;
   CayleyEquation3<Scalar> equation_;
 };
 

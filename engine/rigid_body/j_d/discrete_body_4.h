@@ -10,11 +10,15 @@ namespace stiefel {
 /// alone: U = J_D⁻¹(hM) as the Cayley transform of C (CayleyEquation4), then Q ← QU and M ← UᵀMU,
 ///
 ///     Q ← Q + 2Q(C + p C̃ + C² − p²)/τ,   M_ij ← M_ij + (4/h)(λ_i − λ_j)(C²)_ij/τ.
-template <class Scalar, bool frame, Arithmetic arithmetic>
+///
+/// With `frame` a state holds Q; `moves_frame` says whether the scene has one that moves.
+template <class Scalar, bool frame>
 class DiscreteBody4 {
  public:
+  explicit DiscreteBody4(bool moves_frame = true) : moves_frame_(frame && moves_frame) {}
+
   using Point = typename So4<Scalar, frame>::State;
-  using State = Accumulator<Point, arithmetic>;
+  using State = Accumulator<Point>;
   using Wide = Doubled<Scalar>;
   using Inertia = DiscreteInertia4<Scalar>;
 
@@ -31,10 +35,7 @@ class DiscreteBody4 {
 
   /// Applies the step with the C found last.
   void transport(State& x, const Inertia& I) const {
-    if constexpr (arithmetic == Arithmetic::plain)
-      transport_plain(x.value, I);
-    else
-      transport_compensated(x, I);
+    x.compensated ? transport_compensated(x, I) : transport_plain(x.value, I);
   }
 
  private:
@@ -45,10 +46,11 @@ class DiscreteBody4 {
     const Scalar p = equation_.pfaffian(), w = 1 / (1 + (dot(c, c) + p * p));
     const Skew4<Scalar> c2 = square(c);
     for (int k = 0; k < 6; ++k) x(first + k) += I.gain(k) * (w * c2(k));
-    if constexpr (frame) {
-      const auto dQ = turned(x, c, c2, p, 2 * w);
-      for (int k = 0; k < 16; ++k) x(k) += dQ(k);
-    }
+    if constexpr (frame)
+      if (moves_frame_) {
+        const auto dQ = turned(x, c, c2, p, 2 * w);
+        for (int k = 0; k < 16; ++k) x(k) += dQ(k);
+      }
   }
 
   /// Computes the residual in double words. The correction of C changes the quantities that depend
@@ -76,12 +78,12 @@ class DiscreteBody4 {
     sigma = sigma + Wide(two * dot(c, change));
     const Wide w2 = Wide(two) / (one + (sigma + p * p));
     for (int k = 0; k < 6; ++k) c2(k) = c2(k) + Wide(c2_change(k));
-    if constexpr (frame) {
-      const Skew4<Scalar> now = c + change, squared = c2.template cast<Scalar>();
-      const auto dQ =
-          turned(x.value, now, squared, static_cast<Scalar>(p), static_cast<Scalar>(w2));
-      for (int k = 0; k < 16; ++k) x.add_scalar(k, 0, dQ(k));
-    }
+    if constexpr (frame)
+      if (moves_frame_) {
+        const Skew4<Scalar> now = c + change, squared = c2.template cast<Scalar>();
+        x.template add_to_head<16>(
+            turned(x.value, now, squared, static_cast<Scalar>(p), static_cast<Scalar>(w2)));
+      }
     for (int k = 0; k < 6; ++k) x.add(first + k, w2 * (I.differences_h(k) * c2(k)));
   }
 
@@ -109,6 +111,7 @@ class DiscreteBody4 {
     return out;
   }
 
+  bool moves_frame_;
   CayleyEquation4<Scalar> equation_;
 };
 

@@ -6,10 +6,10 @@ namespace stiefel {
 
 /// Solves UΛ − ΛUᵀ = hM for U = J_D⁻¹(hM) in three dimensions and applies the step, with the
 /// interface of JDInverseN.
-template <class Scalar, bool frame, Arithmetic arithmetic>
+template <class Scalar, bool frame>
 class JDInverse3 {
  public:
-  using Body = DiscreteBody3<Scalar, frame, arithmetic>;
+  using Body = DiscreteBody3<Scalar, frame>;
   using Point = typename Body::Point;
   using State = typename Body::State;
 
@@ -19,8 +19,8 @@ class JDInverse3 {
     void each(Visitor&&) {}
   };
 
-  JDInverse3(const Vector<Scalar>& lambda, Scalar h)
-      : inertia_(PrincipalMoments3<Extended<Scalar>>(lambda), h) {}
+  JDInverse3(const Vector<Scalar>& lambda, Scalar h, bool moves_frame = true)
+      : inertia_(PrincipalMoments3<Extended<Scalar>>(lambda), h), body_(moves_frame) {}
 
   Memory memory() const { return {}; }
 

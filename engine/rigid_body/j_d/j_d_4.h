@@ -7,10 +7,10 @@ namespace stiefel {
 
 /// Solves UΛ − ΛUᵀ = hM for U = J_D⁻¹(hM) in four dimensions and applies the step, with the
 /// interface of JDInverseN. Long steps, and Λ with a λ < 0, use the general solver CayleyN.
-template <class Scalar, bool frame, Arithmetic arithmetic>
+template <class Scalar, bool frame>
 class JDInverse4 {
  public:
-  using Body = DiscreteBody4<Scalar, frame, arithmetic>;
+  using Body = DiscreteBody4<Scalar, frame>;
   using State = typename Body::State;
 
   /// Empty, because the iteration does not use the solutions of earlier steps.
@@ -19,9 +19,10 @@ class JDInverse4 {
     void each(Visitor&&) {}
   };
 
-  JDInverse4(const Vector<Scalar>& lambda, Scalar h)
+  JDInverse4(const Vector<Scalar>& lambda, Scalar h, bool moves_frame = true)
       : inertia_(PairSums4<Extended<Scalar>>(lambda), h),
         h_(h),
+        body_(moves_frame),
         cayley_(lambda, h),
         K_(Matrix<Scalar>::Zero(4, 4)),
         found_(K_) {}
@@ -69,7 +70,7 @@ class JDInverse4 {
   DiscreteInertia4<Scalar> inertia_;
   Scalar h_;
   Body body_;
-  CayleyN<Scalar, arithmetic> cayley_;
+  CayleyN<Scalar> cayley_;
   Matrix<Scalar> K_, found_;
 };
 

@@ -2,7 +2,6 @@
 
 namespace stiefel {
 
-template class JDInverseN<double, Arithmetic::compensated>;
-template class JDInverseN<double, Arithmetic::plain>;
+template class JDInverseN<double>;
 
 }  // namespace stiefel

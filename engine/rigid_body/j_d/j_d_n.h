@@ -12,10 +12,10 @@ namespace stiefel {
 /// or not positive, only the Cayley form is used. Λ and h are divided by a power of two that makes
 /// the largest λ about 1: U depends only on the ratio Λ : h, and products of two λ then never
 /// overflow.
-template <class Scalar, Arithmetic arithmetic>
+template <class Scalar>
 class JDInverseN {
  public:
-  using State = Accumulator<Matrix<Scalar>, arithmetic>;
+  using State = Accumulator<Matrix<Scalar>>;
   /// At h‖Ω‖ = 0.2 each of the 14 points saves half a sweep; more points would only add rounding
   /// errors.
   using Memory = History<Scalar, 14>;
@@ -55,13 +55,13 @@ class JDInverseN {
   Scalar h_;
   Eigen::Index N_;
   bool wide_spread_;
-  DeviationN<Scalar, arithmetic> deviation_;
-  CayleyN<Scalar, arithmetic> cayley_;
+  DeviationN<Scalar> deviation_;
+  CayleyN<Scalar> cayley_;
   Matrix<Scalar> K_, found_;
 };
 
-template <class Scalar, Arithmetic arithmetic>
-JDInverseN<Scalar, arithmetic>::JDInverseN(const Vector<Scalar>& lambda, Scalar h, Scalar unit)
+template <class Scalar>
+JDInverseN<Scalar>::JDInverseN(const Vector<Scalar>& lambda, Scalar h, Scalar unit)
     : h_(h / unit),
       N_(lambda.size()),
       wide_spread_(!(lambda.minCoeff() * widest > lambda.maxCoeff())),
@@ -70,8 +70,8 @@ JDInverseN<Scalar, arithmetic>::JDInverseN(const Vector<Scalar>& lambda, Scalar 
       K_(N_, N_),
       found_(N_, N_) {}
 
-template <class Scalar, Arithmetic arithmetic>
-bool JDInverseN<Scalar, arithmetic>::solve(const State& x, const Memory& memory) {
+template <class Scalar>
+bool JDInverseN<Scalar>::solve(const State& x, const Memory& memory) {
   K_ = h_ * x.value.bottomRows(N_);
   if (!K_.allFinite()) return false;
   if (wide_spread_) {
@@ -79,14 +79,14 @@ bool JDInverseN<Scalar, arithmetic>::solve(const State& x, const Memory& memory)
     if (cayley_.fixed_point(K_)) return true;
   } else {
     if (!memory.predict(deviation_.R())) deviation_.R().setZero();
-    if (deviation_.sweep(K_)) return true;
+    if (deviation_.sweep(K_, x.compensated)) return true;
   }
   cayley_.start(K_);
   return cayley_.newton(K_) && take_over();
 }
 
-template <class Scalar, Arithmetic arithmetic>
-bool JDInverseN<Scalar, arithmetic>::continue_to(const State& x, double t) {
+template <class Scalar>
+bool JDInverseN<Scalar>::continue_to(const State& x, double t) {
   K_ = (static_cast<Scalar>(t) * h_) * x.value.bottomRows(N_);
   found_ = cayley_.C();
   if (cayley_.newton(K_)) return take_over();
@@ -94,8 +94,8 @@ bool JDInverseN<Scalar, arithmetic>::continue_to(const State& x, double t) {
   return false;
 }
 
-template <class Scalar, Arithmetic arithmetic>
-void JDInverseN<Scalar, arithmetic>::transport(State& x, Memory& memory) {
+template <class Scalar>
+void JDInverseN<Scalar>::transport(State& x, Memory& memory) {
   const auto with = [&](auto& form, const auto& solution) {
     form.transport_momentum(x);
     if (x.value.rows() > N_) form.transport_frame(x);
@@ -108,9 +108,7 @@ void JDInverseN<Scalar, arithmetic>::transport(State& x, Memory& memory) {
 }
 
 // Compiled once, in j_d_n.cc.
-extern template class JDInverseN<double, Arithmetic::compensated>;
-extern template class JDInverseN<double, Arithmetic::plain>;
-extern template class JDInverseN<float, Arithmetic::compensated>;
-extern template class JDInverseN<float, Arithmetic::plain>;
+extern template class JDInverseN<double>;
+extern template class JDInverseN<float>;
 
 }  // namespace stiefel

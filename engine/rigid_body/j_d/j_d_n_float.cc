@@ -2,7 +2,6 @@
 
 namespace stiefel {
 
-template class JDInverseN<float, Arithmetic::compensated>;
-template class JDInverseN<float, Arithmetic::plain>;
+template class JDInverseN<float>;
 
 }  // namespace stiefel

@@ -12,19 +12,20 @@ namespace stiefel {
 template <class Scalar>
 struct Variational::MapOf<RightRigidBody<Scalar>> {
   static constexpr bool keeps(std::string_view) { return true; }
-  template <Arithmetic arithmetic>
-  static Transposed<MoserVeselov<SoN<Scalar>, arithmetic>, arithmetic> make(
-      const RightRigidBody<Scalar>& body, Scalar h) {
-    return Transposed<MoserVeselov<SoN<Scalar>, arithmetic>, arithmetic>(body.lambda(), h);
+  static Transposed<MoserVeselov<SoN<Scalar>>> make(const RightRigidBody<Scalar>& body, Scalar h,
+                                                    Arithmetic arithmetic) {
+    return {MoserVeselov<SoN<Scalar>>(body.lambda(), h, arithmetic), arithmetic};
   }
 };
 
 template <class Scalar>
 struct Gauss4::InQAndP<RightRigidBody<Scalar>> {
   using Symmetric = SymmetricRigidBody<Scalar>;
-  template <Arithmetic arithmetic>
-  using Map =
-      Transposed<typename InQAndP<RigidBody<SoN<Scalar>>>::template Map<arithmetic>, arithmetic>;
+  using Map = Transposed<typename InQAndP<RigidBody<SoN<Scalar>>>::Map>;
+  static Map make(const RightRigidBody<Scalar>& body, Scalar h, Arithmetic arithmetic) {
+    return {typename InQAndP<RigidBody<SoN<Scalar>>>::Map(body.lambda(), h, arithmetic),
+            arithmetic};
+  }
 };
 
 template <class Scalar>

@@ -14,11 +14,10 @@ namespace stiefel {
 template <class Scalar>
 struct Variational::MapOf<RightSymmetricRigidBody<Scalar>> {
   static constexpr bool keeps(std::string_view) { return true; }
-  template <Arithmetic arithmetic>
-  static Transposed<SymmetricMoserVeselov<Scalar, arithmetic>, arithmetic> make(
-      const RightSymmetricRigidBody<Scalar>& body, Scalar h) {
-    return Transposed<SymmetricMoserVeselov<Scalar, arithmetic>, arithmetic>(body.lambda(), h,
-                                                                             body.epsilon());
+  static Transposed<SymmetricMoserVeselov<Scalar>> make(
+      const RightSymmetricRigidBody<Scalar>& body, Scalar h, Arithmetic arithmetic) {
+    return {SymmetricMoserVeselov<Scalar>(body.lambda(), h, body.epsilon(), arithmetic),
+            arithmetic};
   }
 };
 

@@ -9,6 +9,7 @@
 #include "engine/methods/implicit_midpoint.h"
 #include "engine/rigid_body/symmetric/through_psi.h"
 #include "engine/methods/variational.h"
+#include "engine/methods/support/matrix_system.h"
 #include "engine/rigid_body/body/rigid_body.h"
 
 namespace stiefel {
@@ -18,10 +19,12 @@ namespace stiefel {
 template <class Space>
 struct Variational::MapOf<RigidBody<Space>> {
   static constexpr bool keeps(std::string_view) { return true; }
-  template <Arithmetic arithmetic>
-  static MoserVeselov<Space, arithmetic> make(const RigidBody<Space>& body,
-                                              typename Space::Scalar h) {
-    return {body.lambda(), h};
+  static MoserVeselov<Space> make(const RigidBody<Space>& body, typename Space::Scalar h,
+                                  Arithmetic arithmetic) {
+    if constexpr (HasMatrixStates<RigidBody<Space>>)
+      return {body.lambda(), h, arithmetic};
+    else
+      return {body.lambda(), h, arithmetic, body.has_frame()};
   }
 };
 
@@ -55,9 +58,10 @@ struct ImplicitMidpoint::CayleyOf<RigidBody<Space>> {
 template <class Space>
 struct Gauss4::InQAndP<RigidBody<Space>> {
   using Symmetric = SymmetricRigidBody<typename Space::Scalar>;
-  template <Arithmetic arithmetic>
-  using Map =
-      ThroughPsi<Space, Stages<MatrixSystem<typename Space::Scalar>, arithmetic>, arithmetic>;
+  using Map = ThroughPsi<Space, Stages<MatrixSystem<typename Space::Scalar>>>;
+  static Map make(const RigidBody<Space>& body, typename Space::Scalar h, Arithmetic arithmetic) {
+    return {body.lambda(), h, arithmetic};
+  }
 };
 
 }  // namespace stiefel

@@ -13,10 +13,9 @@ namespace stiefel {
 template <class Scalar>
 struct Variational::MapOf<SymmetricRigidBody<Scalar>> {
   static constexpr bool keeps(std::string_view) { return true; }
-  template <Arithmetic arithmetic>
-  static SymmetricMoserVeselov<Scalar, arithmetic> make(const SymmetricRigidBody<Scalar>& body,
-                                                        Scalar h) {
-    return {body.lambda(), h, body.epsilon()};
+  static SymmetricMoserVeselov<Scalar> make(const SymmetricRigidBody<Scalar>& body, Scalar h,
+                                            Arithmetic arithmetic) {
+    return {body.lambda(), h, body.epsilon(), arithmetic};
   }
 };
 

@@ -26,7 +26,8 @@ class DiscreteBodies {
   };
 
   /// `stages` is the first half of the palindromic sequence of stages, including the middle one.
-  explicit DiscreteBodies(std::vector<Inertia> stages) : stages_(std::move(stages)) {}
+  DiscreteBodies(std::vector<Inertia> stages, bool moves_frame)
+      : stages_(std::move(stages)), body_(moves_frame) {}
 
   /// Makes the step in the easy lanes and returns them. The states in the other lanes become
   /// undefined.

@@ -7,13 +7,13 @@ namespace stiefel {
 
 /// Computes U − I for maps whose state does not hold M: such a map computes M from its state at
 /// every step and moves the state by U. `State` is the system's state with the solver's history.
-template <class Scalar, Arithmetic arithmetic>
+template <class Scalar>
 class DiscreteInverse {
  public:
-  using JDInverse = JDInverseN<Scalar, arithmetic>;
+  using JDInverse = JDInverseN<Scalar>;
 
   struct State {
-    Accumulator<Matrix<Scalar>, arithmetic> x;
+    Accumulator<Matrix<Scalar>> x;
     typename JDInverse::Memory memory;
 
     template <class Visitor>
@@ -23,11 +23,14 @@ class DiscreteInverse {
     }
   };
 
-  DiscreteInverse(const Vector<Scalar>& lambda, Scalar h)
-      : branch_(lambda, h), M_(Matrix<Scalar>::Zero(lambda.size(), lambda.size())) {}
+  DiscreteInverse(const Vector<Scalar>& lambda, Scalar h,
+                  Arithmetic arithmetic = Arithmetic::compensated)
+      : arithmetic_(arithmetic),
+        branch_(lambda, h),
+        M_(Matrix<Scalar>::Zero(lambda.size(), lambda.size()), arithmetic) {}
 
   State start(const Matrix<Scalar>& x) const {
-    return {Accumulator<Matrix<Scalar>, arithmetic>(x), branch_.memory()};
+    return {Accumulator<Matrix<Scalar>>(x, arithmetic_), branch_.memory()};
   }
 
   /// Returns the M that `solve` and `largest_step` read; the map must write it before it calls
@@ -37,7 +40,7 @@ class DiscreteInverse {
   /// Finds U. On success adds the solution to the history; `U_minus_I` then belongs to this U.
   RunStatus solve(typename JDInverse::Memory& memory) {
     if (!M_.value.allFinite()) return {Outcome::not_finite, std::nullopt};
-    if constexpr (arithmetic == Arithmetic::compensated) M_.carry.setZero();
+    if (M_.compensated) M_.carry.setZero();
     const RunStatus status = branch_.solve(M_, memory);
     if (status.reached()) branch_.inverse().transport(M_, memory);
     return status;
@@ -47,8 +50,9 @@ class DiscreteInverse {
   double largest_step(double limit) { return branch_.largest_step(M_, limit); }
 
  private:
+  Arithmetic arithmetic_;
   PrincipalBranch<JDInverse> branch_;
-  Accumulator<Matrix<Scalar>, arithmetic> M_;
+  Accumulator<Matrix<Scalar>> M_;
 };
 
 }  // namespace stiefel

@@ -7,7 +7,7 @@
 namespace stiefel {
 
 MatrixWithin<double> J_D_inverse(const Vector<double>& lambda, const Matrix<double>& K) {
-  CayleyN<double, Arithmetic::plain> cayley(lambda, 1);
+  CayleyN<double> cayley(lambda, 1);
   cayley.start(K);
   if (!cayley.newton(K)) {
     cayley.C().setZero();

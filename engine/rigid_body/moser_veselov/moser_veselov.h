@@ -8,19 +8,19 @@
 
 namespace stiefel {
 
-template <class Space, Arithmetic arithmetic>
+template <class Space>
 struct JDInverseOf;
-template <class Scalar, bool frame, Arithmetic arithmetic>
-struct JDInverseOf<So3<Scalar, frame>, arithmetic> {
-  using type = JDInverse3<Scalar, frame, arithmetic>;
+template <class Scalar, bool frame>
+struct JDInverseOf<So3<Scalar, frame>> {
+  using type = JDInverse3<Scalar, frame>;
 };
-template <class Scalar, bool frame, Arithmetic arithmetic>
-struct JDInverseOf<So4<Scalar, frame>, arithmetic> {
-  using type = JDInverse4<Scalar, frame, arithmetic>;
+template <class Scalar, bool frame>
+struct JDInverseOf<So4<Scalar, frame>> {
+  using type = JDInverse4<Scalar, frame>;
 };
-template <class Scalar, Arithmetic arithmetic>
-struct JDInverseOf<SoN<Scalar>, arithmetic> {
-  using type = JDInverseN<Scalar, arithmetic>;
+template <class Scalar>
+struct JDInverseOf<SoN<Scalar>> {
+  using type = JDInverseN<Scalar>;
 };
 
 /// The Moser–Veselov step on (Q, M), [RB] (4.5) = (MDRBn), with physical momentum M and step h:
@@ -32,16 +32,16 @@ struct JDInverseOf<SoN<Scalar>, arithmetic> {
 /// U is the solution on the branch that starts at the identity. For every N, and every h for which
 /// U exists, the step keeps QMQᵀ, the eigenvalues of M, every Manakov coefficient, and hence the
 /// energy exactly. Order 2 in Q, time-symmetric. Ends with left_domain where there is no U.
-template <class Space, Arithmetic arithmetic>
+template <class Space>
 class MoserVeselov {
  public:
   using Scalar = typename Space::Scalar;
   using Point = typename Space::State;
-  using JDInverse = typename JDInverseOf<Space, arithmetic>::type;
+  using JDInverse = typename JDInverseOf<Space>::type;
   static constexpr bool only_rotates = true;
 
   struct State {
-    Accumulator<Point, arithmetic> x;
+    Accumulator<Point> x;
     typename JDInverse::Memory memory;
 
     template <class Visitor>
@@ -51,10 +51,14 @@ class MoserVeselov {
     }
   };
 
-  MoserVeselov(const Vector<Scalar>& lambda, Scalar h) : branch_(lambda, h) {}
+  /// `moves_frame`, in three and four dimensions, says whether the scene has a Q.
+  template <class... MovesFrame>
+  MoserVeselov(const Vector<Scalar>& lambda, Scalar h,
+               Arithmetic arithmetic = Arithmetic::compensated, MovesFrame... moves_frame)
+      : arithmetic_(arithmetic), branch_(lambda, h, moves_frame...) {}
 
   State start(const Point& x) const {
-    return {Accumulator<Point, arithmetic>(x), branch_.memory()};
+    return {Accumulator<Point>(x, arithmetic_), branch_.memory()};
   }
 
   RunStatus step(State& state) {
@@ -69,6 +73,7 @@ class MoserVeselov {
   }
 
  private:
+  Arithmetic arithmetic_;
   PrincipalBranch<JDInverse> branch_;
 };
 

@@ -15,15 +15,15 @@ namespace stiefel {
 /// start, from the difference of the frames, which avoids cancellation for small h. It then moves
 /// by M_{k+1} = U_kᵀM_kU_k. If it were computed from the frames at every step, it would accumulate
 /// their rounding errors divided by h. State: Q_{k−1} over Q_k, 2N × N, and M_k.
-template <class Scalar_, Arithmetic arithmetic>
+template <class Scalar_>
 class MoserVeselovPair {
  public:
   using Scalar = Scalar_;
   using Point = Matrix<Scalar>;
-  using JDInverse = JDInverseN<Scalar, arithmetic>;
+  using JDInverse = JDInverseN<Scalar>;
 
   struct State {
-    Accumulator<Point, arithmetic> x, M;
+    Accumulator<Point> x, M;
     typename JDInverse::Memory memory;
 
     template <class Visitor>
@@ -38,8 +38,10 @@ class MoserVeselovPair {
       : h_(h), N_(lambda.size()), lambda_(lambda), branch_(lambda, h), increment_(N_, N_) {}
 
   State start(const Point& x) const {
-    using M = Accumulator<Point, arithmetic>;
-    return {Accumulator<Point, arithmetic>(x), M(momentum(x)), branch_.memory()};
+    const auto sum = [](const Point& start) {
+      return Accumulator<Point>(start, Arithmetic::compensated);
+    };
+    return {sum(x), sum(momentum(x)), branch_.memory()};
   }
 
   RunStatus step(State& state) {
@@ -49,7 +51,7 @@ class MoserVeselovPair {
     branch_.inverse().transport(state.M, state.memory);
     increment_.noalias() = state.x.value.bottomRows(N_) * branch_.inverse().U_minus_I();
     shift(state.x.value);
-    if constexpr (arithmetic == Arithmetic::compensated) shift(state.x.carry);
+    shift(state.x.carry);
     for (Eigen::Index j = 0; j < N_; ++j)
       for (Eigen::Index i = 0; i < N_; ++i) state.x.add_scalar(N_ + i, j, increment_(i, j));
     return {};

@@ -8,16 +8,16 @@ namespace stiefel {
 
 /// Solves U = J_D⁻¹(hM) with the modified moments J of ModifiedSeries in place of the moments of Λ,
 /// with the interface of JDInverse3. `Memory` holds the J of a motion.
-template <class Scalar, bool frame, Arithmetic arithmetic>
+template <class Scalar, bool frame>
 class ModifiedJDInverse3 {
  public:
-  using Body = DiscreteBody3<Scalar, frame, arithmetic>;
+  using Body = DiscreteBody3<Scalar, frame>;
   using Point = typename Body::Point;
   using State = typename Body::State;
   using Memory = DiscreteInertia3<Scalar>;
 
-  ModifiedJDInverse3(const Vector<Scalar>& lambda, Scalar h, int order)
-      : h_(h), order_(order), body_moments_(lambda) {}
+  ModifiedJDInverse3(const Vector<Scalar>& lambda, Scalar h, int order, bool moves_frame = true)
+      : h_(h), order_(order), body_moments_(lambda), body_(moves_frame) {}
 
   /// Returns the J of the motion through x. Marks J as not positive where the branch of U from the
   /// identity ends at a shorter step t·h, t < 1: J(t·h) varies with t, and a U beyond a gap without
@@ -29,7 +29,7 @@ class ModifiedJDInverse3 {
     Memory whole = at(series, 1);
     if (turn(x) <= 1) return whole;
     Body body;
-    const State first(x);
+    const State first(x, Arithmetic::plain);
     const auto solve = [&](double t) { return body.continue_to(first, at(series, t)); };
     whole.positive = whole.positive && !(continuation(1, solve, longest_stride(x)) < 1);
     return whole;
@@ -70,7 +70,7 @@ class ModifiedJDInverse3 {
 /// The discrete rigid body of Moser and Veselov in three dimensions with modified moments J, for
 /// which it approximates the continuous body to an even order (Hairer and Vilmart 2006). The map
 /// keeps Σ m_i² and Σ m_i²/J_i, hence the energy of the body, because 1/J_i = s/I_i + d.
-template <class Scalar_, bool frame, Arithmetic arithmetic>
+template <class Scalar_, bool frame>
 class PreprocessedMoserVeselov {
  public:
   using Scalar = Scalar_;
@@ -79,7 +79,7 @@ class PreprocessedMoserVeselov {
 
   /// J belongs to the motion: `start` computes it from the state at step 0, and it stays constant.
   struct State {
-    Accumulator<Point, arithmetic> x;
+    Accumulator<Point> x;
     DiscreteInertia3<Scalar> J;
 
     template <class Visitor>
@@ -88,11 +88,12 @@ class PreprocessedMoserVeselov {
     }
   };
 
-  PreprocessedMoserVeselov(const Vector<Scalar>& lambda, Scalar h, int order)
-      : branch_(lambda, h, order) {}
+  PreprocessedMoserVeselov(const Vector<Scalar>& lambda, Scalar h, int order,
+                           Arithmetic arithmetic = Arithmetic::compensated, bool moves_frame = true)
+      : arithmetic_(arithmetic), branch_(lambda, h, order, moves_frame) {}
 
   State start(const Point& x) const {
-    return {Accumulator<Point, arithmetic>(x), branch_.inverse().J(x)};
+    return {Accumulator<Point>(x, arithmetic_), branch_.inverse().J(x)};
   }
 
   RunStatus step(State& state) {
@@ -108,7 +109,8 @@ class PreprocessedMoserVeselov {
   }
 
  private:
-  PrincipalBranch<ModifiedJDInverse3<Scalar, frame, arithmetic>> branch_;
+  Arithmetic arithmetic_;
+  PrincipalBranch<ModifiedJDInverse3<Scalar, frame>> branch_;
 };
 
 }  // namespace stiefel

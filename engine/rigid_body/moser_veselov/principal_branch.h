@@ -16,9 +16,9 @@ class PrincipalBranch {
  public:
   using Memory = typename JDInverse::Memory;
 
-  template <class Scalar, class... Order>
-  PrincipalBranch(const Vector<Scalar>& lambda, Scalar h, Order... order)
-      : h_(std::abs(static_cast<double>(h))), J_D_inverse_(lambda, h, order...) {}
+  template <class Scalar, class... More>
+  PrincipalBranch(const Vector<Scalar>& lambda, Scalar h, More... more)
+      : h_(std::abs(static_cast<double>(h))), J_D_inverse_(lambda, h, more...) {}
 
   /// Returns the memory before the first step.
   Memory memory() const { return J_D_inverse_.memory(); }

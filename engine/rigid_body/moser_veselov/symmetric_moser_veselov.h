@@ -14,15 +14,16 @@ namespace stiefel {
 /// ε = h gives the paper's own variables, in which h does not appear. On SO(N) × SO(N) it is the
 /// Moser–Veselov map of (Q, M), and it keeps PQᵀ. Ends with left_domain where there is no U. State:
 /// Q over P, 2N × N.
-template <class Scalar_, Arithmetic arithmetic>
+template <class Scalar_>
 class SymmetricMoserVeselov {
  public:
   using Scalar = Scalar_;
   using Point = Matrix<Scalar>;
-  using State = typename DiscreteInverse<Scalar, arithmetic>::State;
+  using State = typename DiscreteInverse<Scalar>::State;
 
-  SymmetricMoserVeselov(const Vector<Scalar>& lambda, Scalar h, Scalar epsilon)
-      : N_(lambda.size()), epsilon_(epsilon), inverse_(lambda, h), moved_(2 * N_, N_) {}
+  SymmetricMoserVeselov(const Vector<Scalar>& lambda, Scalar h, Scalar epsilon,
+                        Arithmetic arithmetic = Arithmetic::compensated)
+      : N_(lambda.size()), epsilon_(epsilon), inverse_(lambda, h, arithmetic), moved_(2 * N_, N_) {}
 
   State start(const Point& x) const { return inverse_.start(x); }
 
@@ -49,7 +50,7 @@ class SymmetricMoserVeselov {
 
   Eigen::Index N_;
   Scalar epsilon_;
-  DiscreteInverse<Scalar, arithmetic> inverse_;
+  DiscreteInverse<Scalar> inverse_;
   Matrix<Scalar> moved_;
 };
 

@@ -17,13 +17,15 @@ namespace stiefel {
 template <class Space>
 struct FrameAndMomentum;
 
-/// Coordinates of three dimensions. `set` keeps the sign of the quaternion.
+/// Coordinates of three dimensions. `set` keeps the sign of the quaternion. In a scene without a
+/// frame q is 0.
 template <class Scalar, bool frame>
 struct FrameAndMomentum<So3<Scalar, frame>> {
   using Point = typename So3<Scalar, frame>::State;
 
   static Matrix<Scalar> Q(const Point& x) {
-    if constexpr (frame) return rotation_matrix<Scalar>(x.template head<4>());
+    if constexpr (frame)
+      if (!x.template head<4>().isZero(0)) return rotation_matrix<Scalar>(x.template head<4>());
     return Matrix<Scalar>::Identity(3, 3);
   }
   static Matrix<Scalar> M(const Point& x) { return hat(x.template tail<3>()); }
@@ -31,6 +33,10 @@ struct FrameAndMomentum<So3<Scalar, frame>> {
   template <class Frame, class Momentum>
   static void set(Point& x, const Frame& Q, const Momentum& M) {
     if constexpr (frame) {
+      if (x.template head<4>().isZero(0)) {
+        x.template tail<3>() = vee(M);
+        return;
+      }
       const auto q = quaternion_of(Q);
       x.template head<4>() = q.dot(x.template head<4>()) < 0 ? (-q).eval() : q;
     }
@@ -58,14 +64,14 @@ struct FrameAndMomentum<SoN<Scalar>> {
 /// Uses a map of the symmetric representation (Q, P) as a map of (Q, M): applies Ψ⁻¹ at the start,
 /// with an ε for which ‖εM‖ is about 1, and Ψ after every step ([RB] Prop. 3.6, 3.11, 3.13). The
 /// state is (Q, P); (Q, M) is computed from it.
-template <class Space, class Inner, Arithmetic arithmetic>
+template <class Space, class Inner>
 class ThroughPsi {
  public:
   using Scalar = typename Space::Scalar;
   using Point = typename Space::State;
 
   struct State {
-    Accumulator<Point, arithmetic> x;
+    Accumulator<Point> x;
     typename Inner::State symmetric;
     Vector<Scalar> epsilon;  ///< one number
 
@@ -77,8 +83,8 @@ class ThroughPsi {
     }
   };
 
-  ThroughPsi(const Vector<Scalar>& lambda, Scalar h)
-      : lambda_(lambda), h_(h), M_(lambda.size(), lambda.size()) {}
+  ThroughPsi(const Vector<Scalar>& lambda, Scalar h, Arithmetic arithmetic)
+      : lambda_(lambda), h_(h), arithmetic_(arithmetic), M_(lambda.size(), lambda.size()) {}
 
   State start(const Point& x) {
     const Eigen::Index N = lambda_.size();
@@ -87,7 +93,7 @@ class ThroughPsi {
     const auto P = Psi_inverse(Q, M, epsilon);
     Matrix<Scalar> QP(2 * N, N);
     QP << Q, P ? *P : M;  // where Ψ⁻¹ fails, M is not finite, and the first step reports it
-    return {Accumulator<Point, arithmetic>(x), inner(epsilon).start(QP),
+    return {Accumulator<Point>(x, arithmetic_), inner(epsilon).start(QP),
             Vector<Scalar>::Constant(1, epsilon)};
   }
 
@@ -112,13 +118,14 @@ class ThroughPsi {
 
   Inner& inner(Scalar epsilon) {
     if (!inner_ || epsilon != epsilon_)
-      inner_.emplace(SymmetricRigidBody<Scalar>(lambda_, epsilon), h_);
+      inner_.emplace(SymmetricRigidBody<Scalar>(lambda_, epsilon), h_, arithmetic_);
     epsilon_ = epsilon;
     return *inner_;
   }
 
   Vector<Scalar> lambda_;
   Scalar h_, epsilon_ = 0;
+  Arithmetic arithmetic_;
   std::optional<Inner> inner_;
   Matrix<Scalar> QP_, M_;
 };

@@ -8,14 +8,14 @@ namespace stiefel {
 /// Uses a map of a left-invariant system as the map of the right-invariant one: transposes every N
 /// × N block of a state ([RB] Prop. 2.1, 3.4: Q_r = Qᵀ, M_r = −M = Mᵀ, P_r = Pᵀ). Both systems have
 /// the same numbers to the last bit. The states of `Inner` are stacked N × N blocks.
-template <class Inner, Arithmetic arithmetic>
+template <class Inner>
 class Transposed {
  public:
   using Scalar = typename Inner::Scalar;
   using Point = typename Inner::Point;
 
   struct State {
-    Accumulator<Point, arithmetic> x;
+    Accumulator<Point> x;
     typename Inner::State left;
 
     template <class Visitor>
@@ -25,21 +25,20 @@ class Transposed {
     }
   };
 
-  template <class... Arguments>
-  explicit Transposed(Arguments&&... arguments) : inner_(std::forward<Arguments>(arguments)...) {}
+  Transposed(Inner inner, Arithmetic arithmetic)
+      : inner_(std::move(inner)), arithmetic_(arithmetic) {}
 
   State start(const Point& x) {
     Point left = x;
     transpose(x, left);
-    return {Accumulator<Point, arithmetic>(x), inner_.start(left)};
+    return {Accumulator<Point>(x, arithmetic_), inner_.start(left)};
   }
 
   RunStatus step(State& state) {
     const RunStatus status = inner_.step(state.left);
     if (!status.reached()) return status;
     transpose(state.left.x.value, state.x.value);
-    if constexpr (arithmetic == Arithmetic::compensated)
-      transpose(state.left.x.carry, state.x.carry);
+    if (state.x.compensated) transpose(state.left.x.carry, state.x.carry);
     return {};
   }
 
@@ -55,6 +54,7 @@ class Transposed {
   }
 
   Inner inner_;
+  Arithmetic arithmetic_;
 };
 
 }  // namespace stiefel

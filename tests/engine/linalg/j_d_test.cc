@@ -11,9 +11,9 @@ namespace stiefel {
 namespace {
 
 using testing::RandomBody;
-using MapN = MoserVeselov<SoN<double>, Arithmetic::compensated>;
-using Map3 = MoserVeselov<So3<double, true>, Arithmetic::compensated>;
-using Map4 = MoserVeselov<So4<double, true>, Arithmetic::compensated>;
+using MapN = MoserVeselov<SoN<double>>;
+using Map3 = MoserVeselov<So3<double, true>>;
+using Map4 = MoserVeselov<So4<double, true>>;
 
 double largest(const Eigen::MatrixXd& A) { return A.cwiseAbs().maxCoeff(); }
 

@@ -126,8 +126,8 @@ TEST(SplitProduct, IsExactFarBelowRounding) {
 
 TEST(Accumulator, CompensatedLosesNothingPlainDoes) {
   using Block = Eigen::Vector2d;
-  Accumulator<Block, Arithmetic::compensated> careful(Block(1, 1));
-  Accumulator<Block, Arithmetic::plain> plain(Block(1, 1));
+  Accumulator<Block> careful(Block(1, 1), Arithmetic::compensated);
+  Accumulator<Block> plain(Block(1, 1), Arithmetic::plain);
   for (int k = 0; k < 1'000'000; ++k) {
     careful.add_scalar(0, 0, 0x1p-54);
     careful.add(1, 0, 0x1p-60L);

@@ -20,7 +20,7 @@ namespace {
 using testing::RandomBody;
 
 template <class Method, class Space>
-using MapOn = typename Method::template Map<RigidBody<Space>, Arithmetic::compensated>;
+using MapOn = typename Method::template Map<RigidBody<Space>>;
 
 /// A method at an order on a space.
 template <class M, class Space_, int dimension, int order_>
@@ -187,7 +187,7 @@ TEST(Gauss4, KeepsQuadraticInvariants) {
   for (unsigned seed = 1; seed <= 32; ++seed) {
     const RandomBody body(N, seed);
     const QuadraticBody system{body.lambda};
-    Gauss4::Map<QuadraticBody, Arithmetic::compensated> map(system, 0.1, 4);
+    Gauss4::Map<QuadraticBody> map(system, 0.1, 4);
     Eigen::MatrixXd x(2 * N, N);
     x << body.Q, body.Q * body.M / 2;  // QᵀP skew: M = QᵀP − PᵀQ
     auto state = map.start(x);

@@ -369,7 +369,7 @@ TEST(ConnectDiscrete, IsATrajectoryOfTheMoserVeselovMap) {
     p.time = 2;
     const auto answer = connect(p, K);
     ASSERT_TRUE(answer);
-    MoserVeselov<SoN<double>, Arithmetic::compensated> map(p.inertia, p.time / K);
+    MoserVeselov<SoN<double>> map(p.inertia, p.time / K);
     MatrixXd start(2 * N, N);
     start << answer->Q[0], answer->M;
     auto state = map.start(start);

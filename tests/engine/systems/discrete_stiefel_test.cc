@@ -17,7 +17,7 @@ namespace {
 using testing::RandomFrame;
 using MatrixXd = Matrix<double>;
 using MatrixXl = Matrix<long double>;
-using Discrete = DiscreteStiefel<double, Arithmetic::compensated>;
+using Discrete = DiscreteStiefel<double>;
 
 MatrixXd stack(const MatrixXd& top, const MatrixXd& bottom) {
   MatrixXd x(top.rows() + bottom.rows(), top.cols());

@@ -6,7 +6,6 @@ namespace stiefel {
 
 template class Lyapunov<Quad>;
 template class ConstraintRiccati<Quad>;
-template class RattleStiefel<Quad, Arithmetic::compensated>;
-template class RattleStiefel<Quad, Arithmetic::plain>;
+template class RattleStiefel<Quad>;
 
 }  // namespace stiefel

@@ -10,10 +10,8 @@ namespace stiefel {
 // compiled once, in quadruple.cc and quadruple_cayley.cc.
 extern template class Lyapunov<Quad>;
 extern template class ConstraintRiccati<Quad>;
-extern template class RattleStiefel<Quad, Arithmetic::compensated>;
-extern template class RattleStiefel<Quad, Arithmetic::plain>;
-extern template class CayleyN<Quad, Arithmetic::compensated>;
-extern template class CayleyN<Quad, Arithmetic::plain>;
+extern template class RattleStiefel<Quad>;
+extern template class CayleyN<Quad>;
 
 }  // namespace stiefel
 

@@ -14,16 +14,16 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
   const Eigen::MatrixXd D = scene.inertia().asDiagonal();
   StackedObservables observables(scene.block("H"));
   observables.block("H", 0, N);
-  observables.invariants = [](const Eigen::MatrixXd& H, InvariantList& out) {
+  observables.all_invariants = [](const Eigen::MatrixXd& H, InvariantList& out) {
     const Eigen::VectorXd values =
         Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(H, Eigen::EigenvaluesOnly).eigenvalues();
     for (Eigen::Index k = 0; k < values.size(); ++k)
       out.add("eigenvalues", indexed("eigenvalues", k + 1), values(k),
               values.cwiseAbs().maxCoeff());
   };
-  observables.rate = [D](const Eigen::MatrixXd& H) { return (D * H - H * D).norm(); };
+  observables.speed = [D](const Eigen::MatrixXd& H) { return (D * H - H * D).norm(); };
   const double cost = 500 + 5.0 * N * N * N;
-  return make_simulation(scene, Brockett<double>(scene.inertia()), observables, cost);
+  return make_simulation(scene, Brockett<double>(scene.inertia()), shared(observables), cost);
 }
 
 }  // namespace
