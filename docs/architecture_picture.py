@@ -5,17 +5,18 @@
 The script needs nothing but Python. The same script gives the same bytes.
 """
 from html import escape
+from itertools import groupby
 from pathlib import Path
 
-WIDTH, HEIGHT = 1230, 500
+WIDTH, HEIGHT = 1230, 550
 INK, GREY, ENGINE, SERVER, CLIENT = "#1b1f24", "#57606a", "#ddf4ff", "#fff8c5", "#dafbe1"
 
 # What a scene becomes: (title, what it is, folder, colour).
 PATH = [
     ("Scene", "JSON or proto", "client, proto", CLIENT),
-    ("Scene", "checked, immutable", "simulation/scene", ENGINE),
-    ("Map", "System + Method", "simulation/catalogue", ENGINE),
-    ("Simulation", "Map, state, step k", "simulation/run", ENGINE),
+    ("Scene", "checked, immutable", "engine/scene", ENGINE),
+    ("Map", "System + Method", "engine/catalogue", ENGINE),
+    ("Simulation", "Map, state, step k", "engine/run", ENGINE),
     ("Session", "step k to state", "server/sessions", SERVER),
     ("Samples", "tensors, streamed", "server/calls, proto", CLIENT),
 ]
@@ -24,22 +25,17 @@ ARROWS = ["check", "look up", "iterate", "hold under an id", "convert"]
 # A folder may include the folders to its left, and those above it in its own column: (parent, folders, colour).
 # tests/layout compares these names and their order with tests/layout/layout.py.
 ORDER = [
-    ("engine", ["linalg"], ENGINE),
-    ("engine", ["systems", "moser_veselov"], ENGINE),
-    ("engine", ["invariants", "representations"], ENGINE),
-    ("engine", ["maps", "methods"], ENGINE),
-    ("engine", ["problems"], ENGINE),
-    ("engine/simulation", ["scene", "stepping", "catalogue", "run"], ENGINE),
-    ("engine/simulation", ["accuracy", "conversion", "diagnosis", "summary"], ENGINE),
+    ("engine", ["numbers", "linalg", "laws", "methods"], ENGINE),
+    ("engine/rigid_body", ["body", "j_d", "symmetric", "moser_veselov", "exact", "maps"], ENGINE),
+    ("engine/frames", ["body", "passes", "geodesics"], ENGINE),
+    ("engine", ["scene", "stepping", "catalogue"], ENGINE),
+    ("engine", ["rigid_body", "frames", "double_bracket", "parametric", "run"], ENGINE),
+    ("engine", ["accuracy", "conversion", "diagnosis", "summary"], ENGINE),
     ("server", ["limits", "scheduling", "sessions", "store"], SERVER),
     ("server", ["transport", "access", "metrics", "pricing", "convert"], SERVER),
     ("server", ["admission", "calls", "durability"], SERVER),
     ("client", ["cpp", "python", "cli", "examples"], CLIENT),
 ]
-# The parents as the picture names them.
-NAMES = {"engine": "engine: mathematics"}
-
-
 def text(x, y, words, size=13, colour=INK, weight="normal", anchor="middle"):
     return (f'<text x="{x:g}" y="{y:g}" font-size="{size}" fill="{colour}" font-weight="{weight}" '
             f'text-anchor="{anchor}">{escape(words)}</text>')
@@ -80,12 +76,11 @@ def order_of_folders(top):
             yield text(x + width / 2, y + 20, folder, 12)
     below = top + max(len(folders) for _, folders, _ in ORDER) * (height + 8) + 6
     column = width + gap
-    parents = [parent for parent, _, _ in ORDER]
-    for parent in dict.fromkeys(parents):
-        first, name = parents.index(parent), NAMES.get(parent, parent)
-        start, end = left + first * column, left + (first + parents.count(parent) - 1) * column + width
+    for parent, group in groupby(enumerate(ORDER), lambda numbered: numbered[1][0]):
+        columns = [k for k, _ in group]
+        start, end = left + columns[0] * column, left + columns[-1] * column + width
         yield f'<line x1="{start:g}" y1="{below}" x2="{end:g}" y2="{below}" stroke="{GREY}"/>'
-        yield text((start + end) / 2, below + 20, name, 13, GREY)
+        yield text((start + end) / 2, below + 20, parent, 13, GREY)
 
 
 def picture():

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "engine/linalg/arithmetic/to_text.h"
+#include "engine/numbers/to_text.h"
 #include "server/address.h"
 #include "server/limits/memory_limit.h"
 

@@ -4,7 +4,7 @@
 #include <iterator>
 #include <vector>
 
-#include "engine/simulation/scene/near_name.h"
+#include "engine/scene/near_name.h"
 
 namespace stiefel::server {
 namespace {

@@ -7,7 +7,7 @@
 #include <regex>
 #include <string_view>
 
-#include "engine/simulation/scene/near_name.h"
+#include "engine/scene/near_name.h"
 
 namespace stiefel::server {
 namespace {

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "client/cli/report.h"
-#include "engine/linalg/arithmetic/to_text.h"
+#include "engine/numbers/to_text.h"
 
 namespace stiefel::cli {
 namespace {

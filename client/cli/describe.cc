@@ -8,7 +8,7 @@
 #include "client/cli/endpoint.h"
 #include "client/cli/report.h"
 #include "client/cli/table.h"
-#include "engine/linalg/arithmetic/to_text.h"
+#include "engine/numbers/to_text.h"
 
 namespace stiefel::cli {
 namespace {

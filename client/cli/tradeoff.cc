@@ -10,7 +10,7 @@
 #include "client/cli/sinks/destination.h"
 #include "client/cli/sinks/sink.h"
 #include "client/cli/table.h"
-#include "engine/linalg/arithmetic/to_text.h"
+#include "engine/numbers/to_text.h"
 
 namespace stiefel::cli {
 namespace {

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "engine/methods/support/method.h"
-#include "engine/systems/concepts.h"
+#include "engine/methods/support/concepts.h"
 
 namespace stiefel {
 
@@ -29,14 +29,14 @@ struct CrouchGrossman3 {
     return system.conserved_on_orbits(invariant) ? Conservation::exact : Conservation::drifts;
   }
 
-  template <LieSystem S, Arithmetic arithmetic>
-  class Map : public ExplicitMap<Map<S, arithmetic>, S, arithmetic> {
+  template <LieSystem S>
+  class Map : public ExplicitMap<Map<S>, S> {
    public:
     using Point = typename S::State;
     using Scalar = typename S::Scalar;
     using Algebra = typename S::Algebra;
-    Map(S system, Scalar h, int)
-        : Base(std::move(system), h), k1_(system_.zero()), k2_(k1_), k3_(k1_), theta_(k1_) {}
+    Map(S system, Scalar h, const MethodOptions& options)
+        : Base(std::move(system), h, options), k1_(system_.zero()), k2_(k1_), k3_(k1_), theta_(k1_) {}
 
     void displacement(const Point& x, Point& dx) {
       const auto fraction = [](int p, int q) { return Scalar(p) / Scalar(q); };
@@ -55,7 +55,7 @@ struct CrouchGrossman3 {
     }
 
    private:
-    using Base = ExplicitMap<Map, S, arithmetic>;
+    using Base = ExplicitMap<Map, S>;
     using Base::h_;
     using Base::system_;
 

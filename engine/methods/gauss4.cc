@@ -2,7 +2,6 @@
 
 namespace stiefel {
 
-template class Gauss4::Stages<MatrixSystem<double>, Arithmetic::compensated>;
-template class Gauss4::Stages<MatrixSystem<double>, Arithmetic::plain>;
+template class Gauss4::Stages<MatrixSystem<double>>;
 
 }  // namespace stiefel

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "engine/methods/support/implicit_map.h"
-#include "engine/systems/matrix_system.h"
+#include "engine/methods/support/matrix_system.h"
 
 namespace stiefel {
 
@@ -47,12 +47,12 @@ struct Gauss4 {
     return conservation(system_traits<typename InQAndP<S>::Symmetric>, invariant);
   }
 
-  template <System S, Arithmetic arithmetic>
-  class Stages : public ImplicitMap<Stages<S, arithmetic>, S, arithmetic> {
+  template <System S>
+  class Stages : public ImplicitMap<Stages<S>, S> {
    public:
     using Point = typename S::State;
     using Scalar = typename S::Scalar;
-    Stages(S system, Scalar h) : Base(std::move(system), h) {}
+    Stages(S system, Scalar h, Arithmetic arithmetic) : Base(std::move(system), h, arithmetic) {}
 
     void begin(const Point& x, Matrix<Scalar>& K) {
       point_ = slope_ = x;
@@ -82,32 +82,36 @@ struct Gauss4 {
     }
 
    private:
-    using Base = ImplicitMap<Stages, S, arithmetic>;
+    using Base = ImplicitMap<Stages, S>;
     using Base::h_;
     using Base::system_;
     Point point_, slope_, middle_;
   };
 
-  template <class S, Arithmetic arithmetic>
+  template <class S>
   struct Made {
-    using type = Stages<S, arithmetic>;
-    static type make(const S& system, typename S::Scalar h) { return {system, h}; }
+    using type = Stages<S>;
+    static type make(const S& system, typename S::Scalar h, Arithmetic arithmetic) {
+      return {system, h, arithmetic};
+    }
   };
-  template <class S, Arithmetic arithmetic>
+  template <class S>
   requires has_map_for<S>
-  struct Made<S, arithmetic> {
-    using type = typename InQAndP<S>::template Map<arithmetic>;
-    static type make(const S& body, typename S::Scalar h) { return type(body.lambda(), h); }
+  struct Made<S> {
+    using type = typename InQAndP<S>::Map;
+    static type make(const S& body, typename S::Scalar h, Arithmetic arithmetic) {
+      return InQAndP<S>::make(body, h, arithmetic);
+    }
   };
-  template <class S, Arithmetic arithmetic>
-  class Map : public Made<S, arithmetic>::type {
+  template <class S>
+  class Map : public Made<S>::type {
    public:
-    Map(const S& system, typename S::Scalar h, int)
-        : Made<S, arithmetic>::type(Made<S, arithmetic>::make(system, h)) {}
+    using Moved = typename Made<S>::type;
+    Map(const S& system, typename S::Scalar h, const MethodOptions& options)
+        : Made<S>::type(Made<S>::make(system, h, options.arithmetic)) {}
   };
 };
 
-extern template class Gauss4::Stages<MatrixSystem<double>, Arithmetic::compensated>;
-extern template class Gauss4::Stages<MatrixSystem<double>, Arithmetic::plain>;
+extern template class Gauss4::Stages<MatrixSystem<double>>;
 
 }  // namespace stiefel

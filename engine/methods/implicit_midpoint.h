@@ -35,13 +35,13 @@ struct ImplicitMidpoint {
     return S::conserved_on_orbits(invariant) ? Conservation::exact : Conservation::bounded;
   }
 
-  template <LieSystem S, Arithmetic arithmetic>
-  class Map : public ImplicitMap<Map<S, arithmetic>, S, arithmetic> {
+  template <LieSystem S>
+  class Map : public ImplicitMap<Map<S>, S> {
    public:
     using Point = typename S::State;
     using Scalar = typename S::Scalar;
-    Map(S system, Scalar h, int)
-        : Base(std::move(system), h),
+    Map(S system, Scalar h, const MethodOptions& options)
+        : Base(std::move(system), h, options.arithmetic),
           cayley_(system_.lambda().size()),
           a_(system_.zero()),
           Omega_(a_) {}
@@ -64,7 +64,7 @@ struct ImplicitMidpoint {
     }
 
    private:
-    using Base = ImplicitMap<Map, S, arithmetic>;
+    using Base = ImplicitMap<Map, S>;
     using Base::system_;
     typename CayleyOf<S>::type cayley_;
     typename S::Algebra a_, Omega_;

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "engine/methods/support/method.h"
-#include "engine/systems/concepts.h"
+#include "engine/methods/support/concepts.h"
 
 namespace stiefel {
 
@@ -31,13 +31,13 @@ struct MuntheKaas4 {
     return system.conserved_on_orbits(invariant) ? Conservation::exact : Conservation::drifts;
   }
 
-  template <LieSystem S, Arithmetic arithmetic>
-  class Map : public ExplicitMap<Map<S, arithmetic>, S, arithmetic> {
+  template <LieSystem S>
+  class Map : public ExplicitMap<Map<S>, S> {
    public:
     using Point = typename S::State;
     using Algebra = typename S::Algebra;
-    Map(S system, typename S::Scalar h, int)
-        : Base(std::move(system), h),
+    Map(S system, typename S::Scalar h, const MethodOptions& options)
+        : Base(std::move(system), h, options),
           k1_(system_.zero()),
           k2_(k1_),
           k3_(k1_),
@@ -59,7 +59,7 @@ struct MuntheKaas4 {
     }
 
    private:
-    using Base = ExplicitMap<Map, S, arithmetic>;
+    using Base = ExplicitMap<Map, S>;
     using Base::h_;
     using Base::system_;
 

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "engine/maps/preprocessed_moser_veselov.h"
+#include "engine/rigid_body/moser_veselov/preprocessed_moser_veselov.h"
 #include "engine/methods/support/method.h"
-#include "engine/systems/rigid_body.h"
+#include "engine/rigid_body/body/rigid_body.h"
 
 namespace stiefel {
 
@@ -29,14 +29,16 @@ struct PreprocessedVariational {
     return Conservation::exact;
   }
 
-  template <class S, Arithmetic arithmetic>
+  template <class S>
   requires rigid_body_in_3d<S>
-  class Map : public PreprocessedMoserVeselov<typename S::Scalar, S::Space::has_frame, arithmetic> {
+  class Map : public PreprocessedMoserVeselov<typename S::Scalar, S::Space::has_frame> {
    public:
-    Map(const S& body, typename S::Scalar h, int order) : Base(body.lambda(), h, order) {}
+    using Moved = PreprocessedMoserVeselov<typename S::Scalar, S::Space::has_frame>;
+    Map(const S& body, typename S::Scalar h, const MethodOptions& options)
+        : Base(body.lambda(), h, options.order, options.arithmetic, body.has_frame()) {}
 
    private:
-    using Base = PreprocessedMoserVeselov<typename S::Scalar, S::Space::has_frame, arithmetic>;
+    using Base = PreprocessedMoserVeselov<typename S::Scalar, S::Space::has_frame>;
   };
 };
 

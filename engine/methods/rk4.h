@@ -1,7 +1,7 @@
 #pragma once
 
 #include "engine/methods/support/method.h"
-#include "engine/systems/concepts.h"
+#include "engine/methods/support/concepts.h"
 
 namespace stiefel {
 
@@ -19,6 +19,7 @@ struct Rk4 {
       .default_order = 4,
       .reversible = false,
       .in_float = true,
+      .momentum_alone = true,
       .in_so4 = true,
       .packing = Packing::vector_field,
   };
@@ -29,11 +30,12 @@ struct Rk4 {
                                                                    : Conservation::drifts;
   }
 
-  template <System S, Arithmetic arithmetic>
-  class Map : public ExplicitMap<Map<S, arithmetic>, S, arithmetic> {
+  template <System S>
+  class Map : public ExplicitMap<Map<S>, S> {
    public:
     using Point = typename S::State;
-    Map(S system, typename S::Scalar h, int) : Base(std::move(system), h) {}
+    Map(S system, typename S::Scalar h, const MethodOptions& options)
+        : Base(std::move(system), h, options) {}
 
     void displacement(const Point& x, Point& dx) {
       if (k1_.size() != x.size()) k1_ = k2_ = k3_ = k4_ = stage_ = x;
@@ -48,7 +50,7 @@ struct Rk4 {
     }
 
    private:
-    using Base = ExplicitMap<Map, S, arithmetic>;
+    using Base = ExplicitMap<Map, S>;
     using Base::h_;
     using Base::system_;
     Point k1_, k2_, k3_, k4_, stage_;

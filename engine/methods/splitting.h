@@ -4,7 +4,7 @@
 
 #include "engine/linalg/lie/principal_moments_3.h"
 #include "engine/methods/support/method.h"
-#include "engine/systems/rigid_body.h"
+#include "engine/rigid_body/body/rigid_body.h"
 
 namespace stiefel {
 
@@ -34,37 +34,37 @@ struct Splitting {
     return S::conserved_on_orbits(invariant) ? Conservation::exact : Conservation::bounded;
   }
 
-  template <class S, Arithmetic arithmetic>
+  template <class S>
   requires rigid_body_in_3d<S>
   class Map {
    public:
     using Scalar = typename S::Scalar;
     using Point = typename S::State;
-    using State = PlainState<S, arithmetic>;
+    using State = PlainState<S>;
     static constexpr bool only_rotates = true;
 
-    Map(const S& body, Scalar h, int) {
-      const PrincipalMoments3<Working> I(body.lambda());
-      half_step_over_I_ = Working(h) / 2 * I.moments.cwiseInverse();
-    }
+    Map(const S& body, Scalar h, const MethodOptions& options)
+        : arithmetic_(options.arithmetic),
+          coarse_(half_step_over_I<Scalar>(body, h)),
+          fine_(half_step_over_I<Extended<Scalar>>(body, h)) {}
 
-    State start(const Point& x) const { return State{Accumulator<Point, arithmetic>(x)}; }
+    State start(const Point& x) const { return State{Accumulator<Point>(x, arithmetic_)}; }
 
     RunStatus step(State& state) const {
-      Turned x;
-      for (Eigen::Index i = 0; i < x.size(); ++i) x(i) = now(state.x, i);
-      turn<0>(x, Working(1) / 2);
-      turn<1>(x, Working(1) / 2);
-      turn<2>(x, Working(1));
-      turn<1>(x, Working(1) / 2);
-      turn<0>(x, Working(1) / 2);
-      if (!x.allFinite()) return {Outcome::not_finite, std::nullopt};
-      if constexpr (arithmetic == Arithmetic::plain) {
+      const auto now = [&](Eigen::Index i) { return state.x.extended(i); };
+      if (!state.x.compensated) {
+        Turned<Scalar> x = state.x.value;
+        turn(x, coarse_);
+        if (!x.allFinite()) return {Outcome::not_finite, std::nullopt};
         if constexpr (frame) x.template head<4>() *= (3 - x.template head<4>().squaredNorm()) / 2;
         state.x.value = x;
-      } else {
-        for (Eigen::Index i = 0; i < x.size(); ++i) state.x.add(i, 0, x(i) - now(state.x, i));
+        return {};
       }
+      Turned<Extended<Scalar>> x;
+      for (Eigen::Index i = 0; i < x.size(); ++i) x(i) = now(i);
+      turn(x, fine_);
+      if (!x.allFinite()) return {Outcome::not_finite, std::nullopt};
+      for (Eigen::Index i = 0; i < x.size(); ++i) state.x.add(i, 0, x(i) - now(i));
       return {};
     }
 
@@ -72,20 +72,32 @@ struct Splitting {
 
    private:
     static constexpr bool frame = S::Space::has_frame;
-    using Working = std::conditional_t<arithmetic == Arithmetic::plain, Scalar, Extended<Scalar>>;
+    template <class Working>
     using Turned = Eigen::Matrix<Working, Point::RowsAtCompileTime, 1>;
 
-    static Working now(const Accumulator<Point, arithmetic>& x, Eigen::Index i) {
-      if constexpr (arithmetic == Arithmetic::plain) return x.value(i);
-      return x.extended(i);
+    /// Returns (h/2)/I.
+    template <class Working>
+    static Vector3<Working> half_step_over_I(const S& body, Scalar h) {
+      const PrincipalMoments3<Working> I(body.lambda());
+      return Working(h) / 2 * I.moments.cwiseInverse();
+    }
+
+    template <class Working>
+    static void turn(Turned<Working>& x, const Vector3<Working>& half_step_over_I) {
+      const Vector3<Working>& rate = half_step_over_I;
+      turn<0>(x, rate, Working(1) / 2);
+      turn<1>(x, rate, Working(1) / 2);
+      turn<2>(x, rate, Working(1));
+      turn<1>(x, rate, Working(1) / 2);
+      turn<0>(x, rate, Working(1) / 2);
     }
 
     /// Applies the flow of m_a²/(2I_a) over `part` of h: q ← q∘exp(½θ e_a), m ← exp(−θ ê_a) m.
-    template <int a>
-    void turn(Turned& x, Working part) const {
+    template <int a, class Working>
+    static void turn(Turned<Working>& x, const Vector3<Working>& half_step_over_I, Working part) {
       using std::cos, std::sin;
       constexpr int b = (a + 1) % 3, c = (a + 2) % 3, first = frame ? 4 : 0;
-      const Working half = part * half_step_over_I_(a) * x(first + a), sine = sin(half),
+      const Working half = part * half_step_over_I(a) * x(first + a), sine = sin(half),
                     cosine = cos(half);
       if constexpr (frame) {
         const Working w = x(0), q_a = x(1 + a), q_b = x(1 + b), q_c = x(1 + c);
@@ -100,7 +112,9 @@ struct Splitting {
       x(first + c) -= 2 * sine * (cosine * m_b + sine * m_c);
     }
 
-    Vector3<Working> half_step_over_I_;  ///< (h/2)/I
+    Arithmetic arithmetic_;
+    Vector3<Scalar> coarse_;          ///< (h/2)/I
+    Vector3<Extended<Scalar>> fine_;  ///< (h/2)/I
   };
 };
 

@@ -7,7 +7,7 @@ namespace stiefel {
 
 /// The variational integrator: the Moser–Veselov map for the rigid body, RATTLE on V(n, N); at n =
 /// N the two are the same map. The orders 4, 6 and 8 are symmetric compositions of it.
-/// `MapOf<S>::make<arithmetic>(system, h)` returns the map of order 2.
+/// `MapOf<S>::make(system, h, arithmetic)` returns the map of order 2.
 struct Variational {
   static constexpr MethodTraits traits = {
       .name = "variational",
@@ -35,17 +35,20 @@ struct Variational {
     return MapOf<S>::keeps(invariant) ? Conservation::exact : Conservation::bounded;
   }
 
-  template <class S, Arithmetic arithmetic>
+  template <class S>
   using MapOfOrder2 =
-      decltype(MapOf<S>::template make<arithmetic>(std::declval<const S&>(), typename S::Scalar()));
-  template <class S, Arithmetic arithmetic>
-  class Map : public Composition<MapOfOrder2<S, arithmetic>> {
+      decltype(MapOf<S>::make(std::declval<const S&>(), typename S::Scalar(), Arithmetic()));
+  template <class S>
+  class Map : public Composition<MapOfOrder2<S>> {
    public:
+    using Moved = Composition<MapOfOrder2<S>>;
     using Scalar = typename S::Scalar;
-    Map(const S& system, Scalar h, int order)
-        : Composition<MapOfOrder2<S, arithmetic>>(
-              [system](Scalar stage) { return MapOf<S>::template make<arithmetic>(system, stage); },
-              h, order) {}
+    Map(const S& system, Scalar h, const MethodOptions& options)
+        : Composition<MapOfOrder2<S>>(
+              [system, arithmetic = options.arithmetic](Scalar stage) {
+                return MapOf<S>::make(system, stage, arithmetic);
+              },
+              h, options.order) {}
   };
 };
 

@@ -1,4 +1,3 @@
-#include "engine/simulation/catalogue/methods/recommendation.h"
 #include "server/convert/convert.h"
 #include "server/sessions/field_bytes.h"
 #include "server/sessions/identity.h"

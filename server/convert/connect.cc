@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "engine/linalg/arithmetic/to_text.h"
+#include "engine/numbers/to_text.h"
 #include "proto/checksum/checksum.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"

@@ -4,7 +4,7 @@
 #include <concepts>
 #include <utility>
 
-#include "engine/simulation/scene/near_name.h"
+#include "engine/scene/near_name.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
 #include "server/pricing/work_price.h"

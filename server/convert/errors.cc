@@ -9,7 +9,7 @@
 #include <new>
 #include <utility>
 
-#include "engine/linalg/arithmetic/to_text.h"
+#include "engine/numbers/to_text.h"
 #include "server/sessions/field_bytes.h"
 #include "stiefel/stop.h"
 

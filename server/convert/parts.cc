@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "engine/simulation/scene/scene_fields.h"
+#include "engine/scene/scene_fields.h"
 #include "server/convert/convert.h"
 #include "server/sessions/field_bytes.h"
 

@@ -3,7 +3,7 @@
 #include <optional>
 #include <utility>
 
-#include "engine/simulation/scene/near_name.h"
+#include "engine/scene/near_name.h"
 #include "server/convert/answers.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"

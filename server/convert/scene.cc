@@ -8,8 +8,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "engine/simulation/scene/scene_fields.h"
 #include "server/convert/convert.h"
+#include "stiefel/scene_fields.h"
 
 namespace stiefel::server {
 namespace {

@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "engine/simulation/scene/near_name.h"
+#include "engine/scene/near_name.h"
 #include "server/convert/convert.h"
 #include "server/sessions/field_bytes.h"
 #include "stiefel/scene.h"

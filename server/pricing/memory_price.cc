@@ -2,11 +2,11 @@
 
 #include <algorithm>
 
-#include "engine/simulation/catalogue/methods/workspace.h"
-#include "server/sessions/field_bytes.h"
 #include "server/sessions/checkpoints/checkpoint_bytes.h"
+#include "server/sessions/field_bytes.h"
 #include "server/sessions/sampling.h"
 #include "stiefel/connect.h"
+#include "stiefel/price.h"
 #include "stiefel/summary.h"
 #include "stiefel/tradeoff.h"
 

@@ -2,18 +2,14 @@
 
 #include <algorithm>
 
-#include "engine/simulation/catalogue/methods/motion_rates.h"
-#include "engine/simulation/catalogue/methods/recommendation.h"
 #include "server/sessions/field_bytes.h"
+#include "stiefel/price.h"
 
 namespace stiefel::server {
 
 double recommendation_work(std::string_view system, std::uint32_t members, std::uint64_t columns) {
-  if (std::ranges::none_of(recommended(system),
-                           [](const auto& one) { return one.largest_h_velocity_rate > 0; }))
-    return 0;
   return std::max<std::uint32_t>(members, 1) *
-         velocity_rate_work(static_cast<Eigen::Index>(columns));
+         substeps_work(system, static_cast<Eigen::Index>(columns));
 }
 
 double creation_work(double N, double members) {

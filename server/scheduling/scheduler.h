@@ -11,8 +11,8 @@
 #include <thread>
 #include <vector>
 
-#include "engine/simulation/run/crew.h"
 #include "server/scheduling/run_queue.h"
+#include "stiefel/simulation.h"
 
 namespace stiefel::server {
 

@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <span>
 
-#include "engine/simulation/scene/scene_fields.h"
 #include "server/sessions/checkpoints/digest.h"
+#include "stiefel/scene_fields.h"
 #include "stiefel/version.h"
 
 namespace stiefel::server {

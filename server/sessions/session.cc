@@ -5,9 +5,6 @@
 #include <cmath>
 #include <utility>
 
-#include "engine/simulation/catalogue/methods/step_weight.h"
-#include "engine/simulation/catalogue/methods/workspace.h"
-#include "engine/simulation/run/ensemble_price.h"
 #include "server/limits/failpoint.h"
 #include "server/scheduling/slice.h"
 #include "server/sessions/checkpoints/digest.h"

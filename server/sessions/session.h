@@ -13,14 +13,12 @@
 #include <string_view>
 #include <vector>
 
-#include "engine/simulation/run/outline.h"
 #include "server/limits/memory_budget.h"
 #include "server/sessions/checkpoints/checkpoints.h"
 #include "server/sessions/identity.h"
 #include "server/sessions/ledger.h"
 #include "server/sessions/step_kind.h"
-#include "stiefel/scene.h"
-#include "stiefel/simulation.h"
+#include "stiefel/price.h"
 
 namespace stiefel::server {
 

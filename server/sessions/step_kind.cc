@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/simulation/catalogue/methods/step_weight.h"
 #include "server/scheduling/slice.h"
+#include "stiefel/price.h"
 
 namespace stiefel::server {
 namespace {

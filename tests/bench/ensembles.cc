@@ -3,8 +3,8 @@
 // ensemble's Simulation. h‖Ω‖ = 0.1. Arguments: repeats, seconds per measurement.
 #include <stdexcept>
 
-#include "engine/linalg/simd/pack.h"
-#include "engine/simulation/run/packed_bodies.h"
+#include "engine/numbers/pack.h"
+#include "engine/run/packed_bodies.h"
 #include "stiefel/simulation.h"
 #include "tests/bench/measure.h"
 #include "tests/support/scenes/ensemble_of.h"

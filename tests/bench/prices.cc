@@ -15,10 +15,9 @@
 #include <sstream>
 #include <vector>
 
-#include "engine/simulation/catalogue/methods/method_traits.h"
-#include "engine/simulation/catalogue/methods/step_weight.h"
-#include "engine/simulation/catalogue/system_entry.h"
-#include "engine/simulation/run/ensemble_price.h"
+#include "engine/catalogue/methods/step_weight.h"
+#include "engine/catalogue/system_entry.h"
+#include "engine/stepping/method_entry.h"
 #include "stiefel/connect.h"
 #include "stiefel/simulation.h"
 #include "stiefel/tradeoff.h"
@@ -87,7 +86,7 @@ void list() {
     for (const auto& on : system.methods) {
       if (on.method.empty()) continue;
       const MethodInfo& method = *catalogue().method(on.method);
-      const MethodTraits& traits = *method_traits(on.method);
+      const MethodTraits& traits = method_entry(on.method)->traits;
       std::cout << system.name << ' ' << method.name << ' '
                 << (method.default_tolerance > 0 ? "own_steps"
                     : method.orders.empty()      ? "closed_form"

@@ -7,10 +7,10 @@
 #include <numeric>
 #include <set>
 
-#include "engine/simulation/catalogue/methods/method_traits.h"
-#include "engine/simulation/catalogue/methods/step_weight.h"
-#include "engine/simulation/catalogue/system_entry.h"
-#include "engine/simulation/run/packed_bodies.h"
+#include "engine/catalogue/methods/step_weight.h"
+#include "engine/catalogue/system_entry.h"
+#include "engine/stepping/method_entry.h"
+#include "engine/run/packed_bodies.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/simulation.h"
 #include "tests/bench/sized_scene.h"
@@ -33,8 +33,8 @@ constexpr double h_Omega = 0.1;
 /// The table then has all remainders of N by the lanes of a register. For methods that iterate the
 /// count varies from step to step, and a few sizes suffice.
 bool counts_repeat(const std::string& method) {
-  const MethodTraits* traits = method_traits(method);
-  return traits != nullptr && !traits->iterates && traits->default_tolerance == 0;
+  const MethodEntry* entry = method_entry(method);
+  return entry && !entry->traits.iterates && entry->traits.default_tolerance == 0;
 }
 
 std::vector<Size> frame_sizes(const std::string& method, int order) {

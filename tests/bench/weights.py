@@ -5,7 +5,7 @@
     /usr/bin/python3 tests/bench/weights.py build/release --write --method exact   (counts this method alone)
     /usr/bin/python3 tests/bench/weights.py build/release --rewrite  (replaces every row by a new count)
 
-The table is engine/simulation/catalogue/methods/step_weights.inc; step_weight.h in that folder tells how it is read.
+The table is engine/catalogue/methods/step_weights.inc; step_weight.h in that folder tells how it is read.
 """
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
 
-TABLE = Path(__file__).parents[2] / "engine/simulation/catalogue/methods/step_weights.inc"
+TABLE = Path(__file__).parents[2] / "engine/catalogue/methods/step_weights.inc"
 Key = tuple[str, str, int, str, str]
 
 

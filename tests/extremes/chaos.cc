@@ -3,7 +3,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "engine/simulation/accuracy/reference.h"
+#include "engine/accuracy/reference.h"
 #include "stiefel/diagnosis.h"
 #include "tests/extremes/bodies.h"
 #include "tests/extremes/extremes.h"

@@ -9,7 +9,7 @@
 #include <limits>
 #include <sstream>
 
-#include "engine/linalg/arithmetic/to_text.h"
+#include "engine/numbers/to_text.h"
 #include "stiefel/catalogue.h"
 
 namespace stiefel::extremes {

@@ -4,7 +4,7 @@
 #include <ctime>
 #include <sstream>
 
-#include "engine/simulation/accuracy/reference.h"
+#include "engine/accuracy/reference.h"
 #include "stiefel/diagnosis.h"
 #include "tests/extremes/extremes.h"
 #include "tests/extremes/growth.h"

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <map>
 
-#include "engine/simulation/accuracy/reference.h"
+#include "engine/accuracy/reference.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/diagnosis.h"
 #include "tests/extremes/extremes.h"

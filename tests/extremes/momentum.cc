@@ -5,8 +5,8 @@
 #include <sstream>
 
 #include "engine/linalg/lie/so_3.h"
-#include "engine/representations/psi.h"
-#include "engine/simulation/accuracy/reference.h"
+#include "engine/rigid_body/symmetric/psi.h"
+#include "engine/accuracy/reference.h"
 #include "stiefel/catalogue.h"
 #include "tests/extremes/bodies.h"
 #include "tests/extremes/extremes.h"

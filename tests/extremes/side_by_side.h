@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/simulation/accuracy/reference.h"
+#include "engine/accuracy/reference.h"
 #include "tests/extremes/extremes.h"
 
 namespace stiefel::extremes {

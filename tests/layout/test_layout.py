@@ -25,6 +25,13 @@ def test_every_source_is_in_a_folder_of_the_order():
     assert len(list(sources(ROOT))) > 200
 
 
+def test_an_entry_includes_neither_methods_nor_maps():
+    entries = [file for file in sources(ROOT) if re.search(r"^SystemEntry \w+_entry\(\) {", (ROOT / file).read_text(), re.M)]
+    assert len(entries) == 17
+    outside = re.compile(r'#include "engine/(methods|stepping/ma|stepping/me|.*/(maps|passes|geodesics)|.*_maps\.h)')
+    assert [str(file) for file in entries if outside.search((ROOT / file).read_text())] == []
+
+
 def test_the_page_on_the_architecture_has_every_folder_of_the_server():
     page = (ROOT / "docs/architecture.md").read_text()
     folders = [folder for folder in OTHERS if folder.startswith("server/")]
@@ -32,19 +39,19 @@ def test_the_page_on_the_architecture_has_every_folder_of_the_server():
 
 
 @pytest.mark.parametrize("file, line", [
-    ("engine/systems/a.h", '#include "engine/methods/rk4.h"'),
-    ("engine/simulation/scene/a.cc", '#include "engine/simulation/catalogue/system_entry.h"'),
-    ("engine/simulation/accuracy/a.cc", '#include "engine/simulation/conversion/phase.h"'),
-    ("engine/include/stiefel/a.h", '#include "engine/linalg/arithmetic/scalar.h"'),
+    ("engine/linalg/a.h", '#include "engine/methods/rk4.h"'),
+    ("engine/scene/a.cc", '#include "engine/catalogue/system_entry.h"'),
+    ("engine/accuracy/a.cc", '#include "engine/conversion/phase.h"'),
+    ("engine/include/stiefel/a.h", '#include "engine/numbers/scalar.h"'),
     ("engine/linalg/lie/a.h", '#include "stiefel/v1/scene.pb.h"'),
-    ("engine/maps/a.h", "#include <google/protobuf/message.h>"),
-    ("server/calls/a.cc", '#include "engine/simulation/run/ensemble.h"'),
+    ("engine/run/a.h", "#include <google/protobuf/message.h>"),
+    ("server/calls/a.cc", '#include "engine/run/ensemble.h"'),
     ("server/calls/a.cc", '#include "stiefel/scene.h"'),
-    ("server/convert/a.cc", '#include "engine/simulation/run/ensemble.h"'),
+    ("server/convert/a.cc", '#include "engine/run/ensemble.h"'),
     ("server/pricing/a.h", '#include "stiefel/v1/scene.pb.h"'),
     ("server/pricing/a.cc", '#include "server/convert/convert.h"'),
     ("server/durability/a.cc", '#include "stiefel/v1/scene.pb.h"'),
-    ("server/sessions/a.cc", '#include "engine/systems/stiefel.h"'),
+    ("server/sessions/a.cc", '#include "engine/frames/body/stiefel.h"'),
     ("server/sessions/a.cc", '#include "stiefel/v1/scene.pb.h"'),
     ("server/sessions/a.cc", "#include <grpcpp/grpcpp.h>"),
     ("server/sessions/a.cc", '#include "server/store/store.h"'),
@@ -61,19 +68,19 @@ def test_a_wrong_arrow_is_found(tmp_path: Path, file: str, line: str):
 
 
 def test_what_the_order_allows_is_allowed(tmp_path: Path):
-    path = tmp_path / "engine/simulation/catalogue/a.cc"
+    path = tmp_path / "engine/catalogue/a.cc"
     path.parent.mkdir(parents=True)
-    path.write_text('#include "engine/simulation/catalogue/families/forms.h"\n#include "engine/systems/stiefel.h"\n'
-                    '#include "stiefel/scene.h"\n#include "engine/linalg/arithmetic/to_text.h"\n#include <vector>\n')
+    path.write_text('#include "engine/catalogue/forms.h"\n#include "engine/frames/body/stiefel.h"\n'
+                    '#include "stiefel/scene.h"\n#include "engine/numbers/to_text.h"\n#include <vector>\n')
     assert arrows_against_the_order(tmp_path) == []
 
 
 def test_a_large_folder_is_found(tmp_path: Path):
-    folder = tmp_path / "engine/maps"
+    folder = tmp_path / "engine/run"
     folder.mkdir(parents=True)
     for k in range(LARGEST_FOLDER + 1):
         (folder / f"m{k}.h").touch()
-    assert large_folders(tmp_path) == {"engine/maps": LARGEST_FOLDER + 1}
+    assert large_folders(tmp_path) == {"engine/run": LARGEST_FOLDER + 1}
 
 
 PICTURE = runpy.run_path(str(ROOT / "docs/architecture_picture.py"))["ORDER"]

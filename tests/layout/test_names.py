@@ -5,12 +5,13 @@ import re
 
 from layout import ROOT, sources
 
-SYSTEMS = re.findall(r"^SYSTEM\((\w+)\)", (ROOT / "engine/simulation/catalogue/systems.inc").read_text(), re.M)
+SYSTEMS = re.findall(r"^SYSTEM\((\w+)\)", (ROOT / "engine/catalogue/systems.inc").read_text(), re.M)
 METHODS = [name for path in (ROOT / "engine/methods").glob("*.h")
            for name in re.findall(r'\.name = "(\w+)"', path.read_text())]
-# Where names may stand: in the declaration of the system or method itself, and in the tables of counts.
-OWN = re.compile(r'info\.name = |static constexpr const char\* name = |\.name = ')
-DATA = {"engine/simulation/catalogue/methods/step_weights.inc", "engine/simulation/catalogue/methods/workspaces.inc"}
+# Where names may stand: in the declaration of the system or method itself, in an entry's recommendations and the
+# continuous system of a discrete one, and in the tables of counts.
+OWN = re.compile(r'info\.name = |static constexpr const char\* name = |\.name = |\.method = "|entry\.continuous = "')
+DATA = {"engine/catalogue/methods/step_weights.inc", "engine/catalogue/methods/workspaces.inc"}
 # `exact` is also the name of a conservation.
 CONSERVATION = 'return "exact";'
 

@@ -43,9 +43,9 @@ def test_a_changed_source_changes_it(suffix: str, copy: Path, tmp_path: Path) ->
 
 def test_a_new_a_lost_and_a_renamed_source_change_it(copy: Path, tmp_path: Path) -> None:
     found = {digest(copy, tmp_path)}
-    (copy / "systems/new.h").touch()
+    (copy / "catalogue/new.h").touch()
     found.add(digest(copy, tmp_path))
-    (copy / "systems/new.h").rename(copy / "systems/newer.h")
+    (copy / "catalogue/new.h").rename(copy / "catalogue/newer.h")
     found.add(digest(copy, tmp_path))
     files(copy, ".cc")[0].unlink()
     found.add(digest(copy, tmp_path))

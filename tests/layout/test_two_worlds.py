@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from layout import CONVERSION, INTERNAL, OTHERS, ROOT, folder_may, sources
-from two_worlds import engine_beside_messages, engine_names, included
+from layout import CONVERSION, OTHERS, folder_may
+from two_worlds import engine_beside_messages, engine_names
 
 MESSAGES = ["stiefel/v1/scene.pb.h", "proto/checksum/checksum.h"]
-ENGINE = ["stiefel/scene.h", "stiefel/stop.h", "engine/simulation/run/crew.h", *(h for list in INTERNAL.values() for h in list)]
+ENGINE = ["stiefel/scene.h", "stiefel/simulation.h", "stiefel/stop.h", "stiefel/price.h"]
 
 
 def test_the_conversion_may_include_both():
@@ -45,17 +45,9 @@ def test_a_file_that_sees_both_is_found(tmp_path: Path, line: str):
 
 @pytest.mark.parametrize("line", [
     "// A Scene of a Summary.", '  log("Scene");', "  v1::Scene scene = request.scene();", "  v1::RunStatus status;",
-    '#include "engine/linalg/arithmetic/to_text.h"',
+    '#include "engine/numbers/to_text.h"',
 ])
 def test_what_a_call_may_say(tmp_path: Path, line: str):
     (tmp_path / "server/calls").mkdir(parents=True)
     (tmp_path / "server/calls/a.cc").write_text(f"void answer(v1::StepResponse*);\n{line}\n")
     assert engine_beside_messages(tmp_path) == []
-
-
-def test_every_internal_header_is_included():
-    """A header that no file needs any more leaves the list."""
-    for folder, headers in INTERNAL.items():
-        used = {header for file in sources(ROOT) if str(file).startswith(folder + "/")
-                for header in included((ROOT / file).read_text())}
-        assert [header for header in headers if header not in used] == [], folder

@@ -7,7 +7,7 @@
 #include <memory>
 #include <string>
 
-#include "engine/simulation/run/outline.h"
+#include "stiefel/price.h"
 #include "server/convert/convert.h"
 #include "server/server.h"
 #include "stiefel/simulation.h"

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "engine/linalg/arithmetic/scalar.h"
+#include "engine/numbers/scalar.h"
 #include "engine/linalg/matrix_equations/lu.h"
 #include "tests/support/linalg/quadruple.h"
 

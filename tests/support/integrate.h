@@ -4,8 +4,8 @@
 #include <boost/numeric/odeint/stepper/bulirsch_stoer.hpp>
 #include <vector>
 
-#include "engine/systems/concepts.h"
-#include "engine/systems/stiefel.h"
+#include "engine/methods/support/concepts.h"
+#include "engine/frames/body/stiefel.h"
 
 namespace stiefel::testing {
 

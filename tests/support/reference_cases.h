@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/linalg/arithmetic/scalar.h"
+#include "engine/numbers/scalar.h"
 
 namespace stiefel::testing {
 

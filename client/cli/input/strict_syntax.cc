@@ -8,7 +8,7 @@
 #include <set>
 #include <utility>
 
-#include "engine/simulation/scene/near_name.h"
+#include "engine/scene/near_name.h"
 #include "stiefel/v1/tensor.pb.h"
 
 namespace stiefel::cli {

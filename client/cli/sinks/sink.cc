@@ -3,7 +3,7 @@
 #include <filesystem>
 
 #include "client/cli/exit_status.h"
-#include "engine/linalg/arithmetic/to_text.h"
+#include "engine/numbers/to_text.h"
 
 namespace stiefel::cli {
 

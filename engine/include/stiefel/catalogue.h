@@ -10,6 +10,9 @@
 
 namespace stiefel {
 
+class Scene;
+struct MethodDescription;
+
 // The catalogue describes systems and methods as data, for people and for programs: what a scene
 // may contain, what its simulation reports, and what each method keeps. All strings are constants
 // of the program. Names are those of scenes and replies.
@@ -98,6 +101,35 @@ struct SystemInfo {
   std::vector<MethodOnSystem> methods;  ///< for a discrete system one element, without a name
   std::vector<FormInfo> forms;          ///< the symplectic form first
 };
+
+/// A method, and the scenes of a system that get it when they name neither a method nor a
+/// tolerance. Attitude and momentum then stay within 1e-8 relative over 100 rotations (on V(n, N)
+/// times the condition of the motion), at a few times the least work that any method needs for it.
+struct Recommendation {
+  std::string_view where = {};  ///< "N = 3"; empty: every scene
+  /// Whether the recommendation is for a scene; null: for every scene.
+  bool (*takes)(const Scene&) = nullptr;
+  bool members_only = false;  ///< whether it is for the members of an ensemble alone
+  std::string_view method;
+  int order = 0;  ///< 0 for a closed form
+  std::string_view arithmetic = "plain";
+  double tolerance = 0;  ///< for methods that choose their own steps, else 0
+  /// Bounds for a substep h, which determine the number of substeps: on |h|‖Ω‖ in the initial
+  /// state, for a body in three dimensions on |h| times its largest turning rate; on |h| times the
+  /// rates of change of its momentum and velocity (engine/catalogue/methods/motion_rates.h). 0: no
+  /// bound.
+  double largest_h_omega = 0, largest_h_momentum_rate = 0, largest_h_velocity_rate = 0;
+
+  /// Returns the method with one substep.
+  MethodDescription description() const;
+  /// Returns the least number of substeps that keeps a scene, which has a method, within the bounds
+  /// above.
+  int substeps(const Scene& scene) const;
+};
+
+/// Returns the recommendations of a continuous system, in order; the last takes every scene. Empty
+/// for any other name.
+std::vector<Recommendation> recommended(std::string_view system);
 
 /// All systems and methods.
 struct Catalogue {

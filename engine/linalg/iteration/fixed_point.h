@@ -3,7 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 
-#include "engine/linalg/arithmetic/scalar.h"
+#include "engine/numbers/scalar.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {

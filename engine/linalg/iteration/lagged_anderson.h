@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "engine/linalg/arithmetic/scalar.h"
+#include "engine/numbers/scalar.h"
 
 namespace stiefel {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "engine/linalg/arithmetic/scalar.h"
+#include "engine/numbers/scalar.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {

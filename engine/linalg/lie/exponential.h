@@ -3,8 +3,8 @@
 #include <array>
 #include <cmath>
 
-#include "engine/linalg/arithmetic/scalar.h"
-#include "engine/linalg/arithmetic/stoppable_product.h"
+#include "engine/numbers/scalar.h"
+#include "engine/numbers/stoppable_product.h"
 #include "engine/linalg/matrix_equations/lu.h"
 
 namespace stiefel {

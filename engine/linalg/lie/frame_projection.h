@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/linalg/arithmetic/scalar.h"
+#include "engine/numbers/scalar.h"
 
 namespace stiefel {
 

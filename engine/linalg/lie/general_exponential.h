@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "engine/linalg/arithmetic/scalar.h"
-#include "engine/linalg/arithmetic/stoppable_product.h"
+#include "engine/numbers/scalar.h"
+#include "engine/numbers/stoppable_product.h"
 #include "engine/linalg/matrix_equations/lu.h"
 
 namespace stiefel {

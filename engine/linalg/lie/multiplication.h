@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/linalg/arithmetic/stoppable_product.h"
+#include "engine/numbers/stoppable_product.h"
 #include "engine/linalg/lie/exponential.h"
 #include "engine/linalg/lie/so_n.h"
 

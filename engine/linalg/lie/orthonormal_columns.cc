@@ -2,7 +2,7 @@
 
 #include <Eigen/QR>
 
-#include "engine/linalg/arithmetic/quadruple.h"
+#include "engine/numbers/quadruple.h"
 
 namespace stiefel {
 

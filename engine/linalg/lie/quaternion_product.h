@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/linalg/arithmetic/double_word.h"
+#include "engine/numbers/double_word.h"
 #include "engine/linalg/lie/so_3.h"
 
 namespace stiefel {

@@ -3,7 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <complex>
 
-#include "engine/linalg/arithmetic/scalar.h"
+#include "engine/numbers/scalar.h"
 
 /// Declares explicit instantiations of Eigen's eigensolver of symmetric and Hermitian matrices,
 /// which takes seconds to compile; eigenvectors.cc and eigenvectors_extended.cc compile it once for

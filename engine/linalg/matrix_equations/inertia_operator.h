@@ -1,7 +1,7 @@
 #pragma once
 
-#include "engine/linalg/arithmetic/scalar.h"
-#include "engine/linalg/arithmetic/stoppable_product.h"
+#include "engine/numbers/scalar.h"
+#include "engine/numbers/stoppable_product.h"
 
 namespace stiefel {
 

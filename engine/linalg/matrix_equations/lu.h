@@ -2,7 +2,7 @@
 
 #include <Eigen/LU>
 
-#include "engine/linalg/arithmetic/scalar.h"
+#include "engine/numbers/scalar.h"
 
 /// Eigen's LU with partial pivoting, compiled once, in lu.cc.
 extern template class Eigen::PartialPivLU<stiefel::Matrix<double>>;

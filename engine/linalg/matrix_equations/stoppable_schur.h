@@ -3,7 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <complex>
 
-#include "engine/linalg/arithmetic/scalar.h"
+#include "engine/numbers/scalar.h"
 
 /// Makes Eigen's Schur and Hessenberg decompositions stoppable (stiefel/stop.h), which take seconds
 /// at N = 512. The Schur iterations check for a stop request in their test for small elements, the

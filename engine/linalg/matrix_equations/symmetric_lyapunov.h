@@ -2,7 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 
-#include "engine/linalg/arithmetic/quadruple.h"
+#include "engine/numbers/quadruple.h"
 #include "engine/linalg/matrix_equations/householder.h"
 #include "stiefel/stop.h"
 

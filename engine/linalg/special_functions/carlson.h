@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "engine/linalg/arithmetic/scalar.h"
+#include "engine/numbers/scalar.h"
 
 /// Carlson's symmetric elliptic integrals by duplication (Carlson 1979, 1995; DLMF 19.36(i)), to
 /// the precision of any real Scalar. All terms of every sum are positive.

@@ -21,7 +21,7 @@ namespace stiefel {
 /// level. Newton's method takes over where the fixed-point iteration does not converge, because a
 /// widely spread Λ makes the equation stiff. If both fail, the solution is followed from h = 0; if
 /// its branch ends before h, the step ends with left_domain.
-template <class Derived, class S, Arithmetic arithmetic>
+template <class Derived, class S>
 class ImplicitMap {
  public:
   using Point = typename S::State;
@@ -30,7 +30,7 @@ class ImplicitMap {
   using Memory = History<Scalar, 4>;
 
   struct State {
-    Accumulator<Point, arithmetic> x;
+    Accumulator<Point> x;
     Memory memory;
 
     template <class Visitor>
@@ -40,11 +40,12 @@ class ImplicitMap {
     }
   };
 
-  ImplicitMap(S system, Scalar h) : system_(std::move(system)), h_(h), solver_(0, 0) {}
+  ImplicitMap(S system, Scalar h, Arithmetic arithmetic)
+      : system_(std::move(system)), h_(h), arithmetic_(arithmetic), solver_(0, 0) {}
 
   State start(const Point& x) {
     prepare(x);
-    return {Accumulator<Point, arithmetic>(x), Memory(z_.rows(), z_.cols())};
+    return {Accumulator<Point>(x, arithmetic_), Memory(z_.rows(), z_.cols())};
   }
 
   RunStatus step(State& state) {
@@ -106,6 +107,7 @@ class ImplicitMap {
     });
   }
 
+  Arithmetic arithmetic_;
   FixedPoint<Scalar> solver_;
   NewtonKrylov<Scalar> newton_;
   Matrix<Scalar> z_, found_;

@@ -4,11 +4,11 @@
 #include <optional>
 #include <string_view>
 
-#include "engine/linalg/arithmetic/compensated.h"
-#include "engine/linalg/arithmetic/lanes.h"
-#include "engine/maps/map.h"
+#include "engine/numbers/compensated.h"
+#include "engine/numbers/lanes.h"
+#include "engine/methods/support/map.h"
 #include "engine/methods/support/type_list.h"
-#include "engine/systems/system_traits.h"
+#include "engine/methods/support/system_traits.h"
 #include "stiefel/conservation.h"
 
 namespace stiefel {
@@ -34,15 +34,26 @@ struct MethodTraits {
   bool iterates = false;         ///< a step solves an equation by iteration: its work varies
   double default_tolerance = 0;  ///< 0 for methods that take steps of a fixed size
   bool in_float = false;         ///< moves the systems that are offered in single precision
+  bool momentum_alone = false;   ///< where the scene has no Q, moves M alone in coordinates
   bool in_so4 = false;           ///< moves bodies of four dimensions in the coordinates of So4
   Packing packing = Packing::none;
 };
 
-/// A Method turns a System into a Map: `Method::traits` and `Method::Map<S, arithmetic>(system, h,
-/// order)`, with a general rule, with maps for single systems, or with both:
+/// What a scene chooses of a method.
+struct MethodOptions {
+  int order;
+  Arithmetic arithmetic;
+  double tolerance;  ///< 0: the method's default
+
+  MethodOptions(int o = 0, Arithmetic a = Arithmetic::compensated, double t = 0)
+      : order(o), arithmetic(a), tolerance(t) {}
+};
+
+/// A Method turns a System into a Map: `Method::traits` and `Method::Map<S>(system, h,
+/// MethodOptions)`, with a general rule, with maps for single systems, or with both:
 ///
 ///     general   applies_to(SystemTraits), conservation(SystemTraits, invariant)
-///     special   has_map_for<S>, conservation<S>(invariant); S has its file in methods/special
+///     special   has_map_for<S>, conservation<S>(invariant); S has its file in its wing
 template <class M>
 concept Method = requires {
   { M::traits } -> std::convertible_to<MethodTraits>;
@@ -87,16 +98,16 @@ constexpr Conservation conservation_by(std::string_view invariant) {
     return M::conservation(system_traits<S>, invariant);
 }
 
-/// The methods with a map made for S, a TypeList. A specialisation stands in methods/special.
+/// The methods with a map made for S, a TypeList. A specialisation stands in the wing of S.
 template <class S>
 struct SpecialMethods {
   using type = TypeList<>;
 };
 
 /// The state of a map whose next step depends only on the system's state.
-template <class S, Arithmetic arithmetic>
+template <class S>
 struct PlainState {
-  Accumulator<typename S::State, arithmetic> x;
+  Accumulator<typename S::State> x;
 
   template <class Visitor>
   void each(Visitor&& visit) {
@@ -106,17 +117,18 @@ struct PlainState {
 
 /// Base class of explicit methods: a map x ← x + Δ(x), defined by its displacement Δ for every h. A
 /// step always ends with `reached`; whoever iterates the map tests whether the state is finite.
-template <class Derived, class S, Arithmetic arithmetic>
+template <class Derived, class S>
 class ExplicitMap {
  public:
   using Point = typename S::State;
-  using State = PlainState<S, arithmetic>;
+  using State = PlainState<S>;
 
-  ExplicitMap(S system, typename S::Scalar h) : system_(std::move(system)), h_(h) {}
+  ExplicitMap(S system, typename S::Scalar h, const MethodOptions& options)
+      : system_(std::move(system)), h_(h), arithmetic_(options.arithmetic) {}
 
   State start(const Point& x) {
     dx_ = x;
-    return State{Accumulator<Point, arithmetic>(x)};
+    return State{Accumulator<Point>(x, arithmetic_)};
   }
 
   RunStatus step(State& state) {
@@ -143,6 +155,7 @@ class ExplicitMap {
   typename S::Scalar h_;
 
  private:
+  Arithmetic arithmetic_;
   Point dx_;
 };
 

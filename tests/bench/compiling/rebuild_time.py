@@ -3,12 +3,13 @@ or a line of a system. The bound is 60 s.
 
     /usr/bin/python3 tests/bench/compiling/rebuild_time.py build/release [SYSTEM ...]
 
-SYSTEM is the name of a header in engine/systems; without any, all of them are measured. The build must be up to date.
-The headers are touched; the method is the one of tests/support/toys, which is taken out again at the end.
+SYSTEM is the name of a header with the equations of a system; without any, all of them are measured. The build must be
+up to date. The headers are touched; the method is the one of tests/support/toys, which is taken out again at the end.
 """
 from __future__ import annotations
 
 import os
+import re
 import resource
 import subprocess
 import sys
@@ -18,8 +19,9 @@ from typing import NamedTuple
 ROOT = Path(__file__).resolve().parents[3]
 METHODS = ROOT / "engine/methods"
 BOUND = 60.0  # seconds
-# Not systems, but what several of them share.
-SHARED = {"concepts", "matrix_system", "moved_by", "system_traits"}
+# The headers with the equations of the continuous systems, by name.
+SYSTEMS = {path.stem: path for path in sorted((ROOT / "engine").rglob("*.h"))
+           if re.search(r"^  static constexpr const char\* name = ", path.read_text(), re.M)}
 
 
 class Cost(NamedTuple):
@@ -47,7 +49,7 @@ def after_a_new_method(build: Path) -> Cost:
     """The cost of one file and one line."""
     listing, header = METHODS / "methods.inc", METHODS / "heun.h"
     lines = listing.read_text()
-    toy = (ROOT / "tests/support/toys/heun.h").read_text().replace("stiefel::testing", "stiefel")
+    toy = (ROOT / "tests/support/toys/heun.h").read_text()
     try:
         header.write_text(toy.replace("tests/support/toys/heun.h", "engine/methods/heun.h"))
         listing.write_text(lines + "METHOD(heun, Heun)\n")
@@ -60,12 +62,12 @@ def after_a_new_method(build: Path) -> Cost:
 
 def main() -> int:
     build = Path(sys.argv[1])
-    systems = sys.argv[2:] or sorted({path.stem for path in (ROOT / "engine/systems").glob("*.h")} - SHARED)
+    systems = sys.argv[2:] or sorted(SYSTEMS)
     rebuild(build)
     report("a new method", after_a_new_method(build))
     for system in systems:
-        (ROOT / f"engine/systems/{system}.h").touch()
-        report(f"a line of systems/{system}.h", rebuild(build))
+        SYSTEMS[system].touch()
+        report(f"a line of {SYSTEMS[system].relative_to(ROOT)}", rebuild(build))
     return 0
 
 

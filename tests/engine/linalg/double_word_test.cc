@@ -1,4 +1,4 @@
-#include "engine/linalg/arithmetic/double_word.h"
+#include "engine/numbers/double_word.h"
 
 #include <gtest/gtest.h>
 

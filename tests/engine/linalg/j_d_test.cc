@@ -2,7 +2,7 @@
 
 #include "engine/linalg/lie/orthogonal.h"
 #include "engine/linalg/matrix_equations/spectrum.h"
-#include "engine/maps/moser_veselov.h"
+#include "engine/rigid_body/moser_veselov/moser_veselov.h"
 #include "tests/support/linalg/j_d_schur.h"
 #include "tests/support/scenes/random_scene.h"
 #include "tests/support/scenes/stacked.h"
@@ -11,9 +11,9 @@ namespace stiefel {
 namespace {
 
 using testing::RandomBody;
-using MapN = MoserVeselov<SoN<double>, Arithmetic::compensated>;
-using Map3 = MoserVeselov<So3<double, true>, Arithmetic::compensated>;
-using Map4 = MoserVeselov<So4<double, true>, Arithmetic::compensated>;
+using MapN = MoserVeselov<SoN<double>>;
+using Map3 = MoserVeselov<So3<double, true>>;
+using Map4 = MoserVeselov<So4<double, true>>;
 
 double largest(const Eigen::MatrixXd& A) { return A.cwiseAbs().maxCoeff(); }
 

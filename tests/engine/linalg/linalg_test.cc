@@ -2,8 +2,8 @@
 
 #include <random>
 
-#include "engine/linalg/arithmetic/compensated.h"
-#include "engine/linalg/arithmetic/split_product.h"
+#include "engine/numbers/compensated.h"
+#include "engine/numbers/split_product.h"
 #include "engine/linalg/iteration/continuation.h"
 #include "engine/linalg/iteration/history.h"
 #include "engine/linalg/iteration/lagged_anderson.h"
@@ -126,8 +126,8 @@ TEST(SplitProduct, IsExactFarBelowRounding) {
 
 TEST(Accumulator, CompensatedLosesNothingPlainDoes) {
   using Block = Eigen::Vector2d;
-  Accumulator<Block, Arithmetic::compensated> careful(Block(1, 1));
-  Accumulator<Block, Arithmetic::plain> plain(Block(1, 1));
+  Accumulator<Block> careful(Block(1, 1), Arithmetic::compensated);
+  Accumulator<Block> plain(Block(1, 1), Arithmetic::plain);
   for (int k = 0; k < 1'000'000; ++k) {
     careful.add_scalar(0, 0, 0x1p-54);
     careful.add(1, 0, 0x1p-60L);

@@ -1,4 +1,4 @@
-#include "engine/simulation/scene/near_name.h"
+#include "engine/scene/near_name.h"
 
 #include <gtest/gtest.h>
 

@@ -12,7 +12,7 @@
 #include <random>
 #include <sstream>
 
-#include "engine/linalg/arithmetic/quadruple.h"
+#include "engine/numbers/quadruple.h"
 #include "engine/linalg/special_functions/carlson.h"
 #include "engine/linalg/special_functions/jacobi_elliptic.h"
 

@@ -1,4 +1,4 @@
-#include "engine/linalg/arithmetic/to_text.h"
+#include "engine/numbers/to_text.h"
 
 #include <gtest/gtest.h>
 

@@ -4,12 +4,12 @@
 
 #include <cmath>
 
-#include "engine/invariants/stiefel.h"
+#include "engine/frames/body/stiefel_invariants.h"
 #include "engine/linalg/lie/orthogonal.h"
-#include "engine/systems/ellipsoid.h"
-#include "engine/systems/rigid_body.h"
-#include "engine/systems/stiefel.h"
-#include "engine/systems/stiefel_costate.h"
+#include "engine/frames/body/ellipsoid.h"
+#include "engine/rigid_body/body/rigid_body.h"
+#include "engine/frames/body/stiefel.h"
+#include "engine/frames/body/stiefel_costate.h"
 #include "tests/support/exact_motion.h"
 #include "tests/support/scenes/body_state.h"
 #include "tests/support/scenes/random_frame.h"
@@ -22,8 +22,7 @@ using testing::RandomBody;
 template <class Space>
 double error(int N, double h, double tolerance, double time) {
   const RandomBody body(N, 4);
-  Adaptive::Map<RigidBody<Space>, Arithmetic::compensated> map(RigidBody<Space>(body.lambda), h, 8,
-                                                               tolerance);
+  Adaptive::Map<RigidBody<Space>> map(RigidBody<Space>(body.lambda), h, {8, Arithmetic::compensated, tolerance});
   auto state = map.start(testing::state_of<Space>(body));
   for (int k = 0; k < std::lround(time / h); ++k) EXPECT_TRUE(map.step(state).reached());
   const auto exact = testing::exact_motion(body.lambda, body.Q, body.M, time);
@@ -48,8 +47,8 @@ TEST(Adaptive, MeetsItsTolerance) {
 TEST(Adaptive, GoesBackInTime) {
   const RandomBody body(5, 4);
   const RigidBody<SoN<double>> system(body.lambda);
-  Adaptive::Map<RigidBody<SoN<double>>, Arithmetic::compensated> there(system, 3, 8, 1e-11),
-      back(system, -3, 8, 1e-11);
+  Adaptive::Map<RigidBody<SoN<double>>> there(system, 3, {8, Arithmetic::compensated, 1e-11}),
+      back(system, -3, {8, Arithmetic::compensated, 1e-11});
   auto state = there.start(testing::state_of<SoN<double>>(body));
   back.start(state.x.value);
   ASSERT_TRUE(there.step(state).reached());
@@ -66,8 +65,8 @@ TEST(Adaptive, MeasuresMomentumByItself) {
   const auto run = [&](double scale) {
     RandomBody scaled = body;
     scaled.M *= scale;
-    Adaptive::Map<RigidBody<SoN<double>>, Arithmetic::plain> map(
-        RigidBody<SoN<double>>(scaled.lambda), 3 / scale, 8, 1e-10);
+    Adaptive::Map<RigidBody<SoN<double>>> map(
+        RigidBody<SoN<double>>(scaled.lambda), 3 / scale, {8, Arithmetic::plain, 1e-10});
     auto state = map.start(testing::state_of<SoN<double>>(scaled));
     EXPECT_TRUE(map.step(state).reached());
     state.x.value.bottomRows(4) /= scale;
@@ -92,8 +91,7 @@ TEST(Adaptive, GoesOnWhereRoundingIsMagnifiedByTheInertia) {
       0.3110729478744779, -0.8220457982097372, 0.0059749191655501, -2.2914475953834640,
       -24.582384282274246, -0.0072803945945628, 0.0932763721624670, 45.769816348271236;
   const Vector<double> lambda = Eigen::Vector3d(0.01, 1, 100);
-  Adaptive::Map<Stiefel<double>, Arithmetic::plain> map(Stiefel<double>(lambda, 2), 0.0625, 8,
-                                                        5e-14);
+  Adaptive::Map<Stiefel<double>> map(Stiefel<double>(lambda, 2), 0.0625, {8, Arithmetic::plain, 5e-14});
   auto state = map.start(start);
   for (int k = 1; k <= 1600; ++k) {
     ASSERT_TRUE(map.step(state).reached()) << k;
@@ -108,7 +106,7 @@ TEST(Adaptive, GoesOnWhereRoundingIsMagnifiedByTheInertia) {
 TEST(Adaptive, EndsEveryStepOnTheManifold) {
   static constexpr double rounding = 8 * 0x1p-53, tolerance = 1e-6, h = 0.5;
   const auto run = [&]<class S>(S system, Matrix<double> x, auto&& check) {
-    Adaptive::Map<S, Arithmetic::compensated> map(std::move(system), h, 8, tolerance);
+    Adaptive::Map<S> map(std::move(system), h, {8, Arithmetic::compensated, tolerance});
     auto state = map.start(x);
     for (int k = 0; k < 200; ++k) {
       ASSERT_TRUE(map.step(state).reached());
@@ -153,8 +151,8 @@ struct Riccati {
 };
 TEST(Adaptive, EndsInATypedOutcome) {
   const Riccati::State one(1.0);
-  Adaptive::Map<Riccati, Arithmetic::plain> through(Riccati{}, 2, 8, 1e-9),
-      up_to(Riccati{}, .5, 8, 1e-12);
+  Adaptive::Map<Riccati> through(Riccati{}, 2, {8, Arithmetic::plain, 1e-9}),
+      up_to(Riccati{}, .5, {8, Arithmetic::plain, 1e-12});
   auto state = through.start(one);
   EXPECT_EQ(through.step(state).outcome, Outcome::not_finite);
   EXPECT_EQ(state.x.value, one);
@@ -164,8 +162,7 @@ TEST(Adaptive, EndsInATypedOutcome) {
 
   const RandomBody body(3, 1);
   using Space = SoN<double>;
-  Adaptive::Map<RigidBody<Space>, Arithmetic::plain> endless(RigidBody<Space>(body.lambda), 1e7, 8,
-                                                             1e-9);
+  Adaptive::Map<RigidBody<Space>> endless(RigidBody<Space>(body.lambda), 1e7, {8, Arithmetic::plain, 1e-9});
   auto x = endless.start(testing::state_of<Space>(body));
   EXPECT_EQ(endless.step(x).outcome, Outcome::solver_stalled);
   EXPECT_EQ(x.x.value, testing::state_of<Space>(body));

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "engine/methods/special/rigid_body.h"
-#include "engine/methods/special/stiefel.h"
+#include "engine/rigid_body/maps/rigid_body_maps.h"
+#include "engine/frames/stiefel_maps.h"
 #include "engine/methods/variational.h"
 #include "tests/support/linalg/quadruple.h"
 #include "tests/support/scenes/body_state.h"
@@ -15,7 +15,7 @@ using testing::Quad;
 using testing::RandomBody;
 
 template <class Space>
-using Stepper = Variational::Map<RigidBody<Space>, Arithmetic::compensated>;
+using Stepper = Variational::Map<RigidBody<Space>>;
 
 /// The order conditions on the sums of powers, Σγ = 1, Σγ^k = 0, to quadruple rounding.
 TEST(SymmetricStages, SatisfyTheOrderConditions) {
@@ -60,7 +60,7 @@ template <class Space>
 void expect_order_2_to_be_the_base_map(int N) {
   const RandomBody body(N, 2);
   Stepper<Space> composed(RigidBody<Space>(body.lambda), 0.1, 2);
-  MoserVeselov<Space, Arithmetic::compensated> base(body.lambda, 0.1);
+  MoserVeselov<Space> base(body.lambda, 0.1);
   auto a = composed.start(testing::state_of<Space>(body));
   auto b = base.start(testing::state_of<Space>(body));
   for (int k = 0; k < 100; ++k) {

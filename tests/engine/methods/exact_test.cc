@@ -7,8 +7,8 @@
 
 #include "engine/linalg/special_functions/carlson.h"
 #include "engine/linalg/special_functions/jacobi_elliptic.h"
-#include "engine/methods/special/rigid_body.h"
-#include "engine/methods/special/stiefel.h"
+#include "engine/rigid_body/maps/rigid_body_maps.h"
+#include "engine/frames/stiefel_maps.h"
 #include "engine/methods/variational.h"
 #include "stiefel/simulation.h"
 #include "tests/support/linalg/quadruple.h"
@@ -102,7 +102,7 @@ TEST(Exact, IsTheLimitOfTheVariationalIntegrator) {
     x << quaternion_of(given.Q).cast<Quad>().normalized(), vee(given.M).cast<Quad>();
     const Body::State exact = Exact::MotionOf<Body>::make(body, x).at(1);
     const auto error = [&](int steps) {
-      Variational::Map<Body, Arithmetic::plain> map(body, Quad(1) / steps, 8);
+      Variational::Map<Body> map(body, Quad(1) / steps, {8, Arithmetic::plain});
       auto state = map.start(x);
       for (int k = 0; k < steps; ++k) EXPECT_TRUE(map.step(state).reached());
       return static_cast<double>((state.x.value - exact).norm());

@@ -1,9 +1,9 @@
 #include <gtest/gtest.h>
 
-#include "engine/methods/special/ellipsoid.h"
-#include "engine/methods/special/stiefel.h"
+#include "engine/frames/ellipsoid_maps.h"
+#include "engine/frames/stiefel_maps.h"
 #include "engine/methods/variational.h"
-#include "engine/systems/stiefel.h"
+#include "engine/frames/body/stiefel.h"
 #include "tests/support/linalg/quadruple.h"
 #include "tests/support/scenes/random_frame.h"
 
@@ -17,7 +17,7 @@ void expect_orders(int n, int N) {
   const testing::RandomFrame<Quad> frame(n, N, 1);
   const Stiefel<Quad> system(frame.lambda, n);
   const auto at_one = [&](int order, int steps) {
-    Variational::Map<Stiefel<Quad>, Arithmetic::compensated> map(system, Quad(1) / steps, order);
+    Variational::Map<Stiefel<Quad>> map(system, Quad(1) / steps, order);
     auto state = map.start(frame.state());
     for (int k = 0; k < steps; ++k) EXPECT_TRUE(map.step(state).reached());
     return state.x.value;

@@ -6,8 +6,8 @@
 #include "engine/linalg/iteration/newton_krylov.h"
 #include "engine/linalg/lie/exponential.h"
 #include "engine/linalg/lie/orthogonal.h"
-#include "engine/moser_veselov/cayley_n.h"
-#include "engine/systems/rigid_body.h"
+#include "engine/rigid_body/j_d/cayley_n.h"
+#include "engine/rigid_body/body/rigid_body.h"
 #include "stiefel/diagnosis.h"
 #include "tests/support/scenes/random_scene.h"
 
@@ -37,11 +37,11 @@ TEST(HardBodies, TheFieldOfAThinRodKeepsItsDigits) {
 TEST(HardBodies, CayleySweepsSeeNoSpread) {
   constexpr int N = 8;
   const RandomBody body(N, 3, 1e12);
-  CayleyN<double, Arithmetic::compensated> cayley(body.lambda, 0.1);
+  CayleyN<double> cayley(body.lambda, 0.1);
   const Eigen::MatrixXd K = 0.1 * body.M;
   cayley.start(K);
   ASSERT_TRUE(cayley.fixed_point(K));
-  Accumulator<Eigen::MatrixXd, Arithmetic::compensated> x(body.M);
+  Accumulator<Eigen::MatrixXd> x(body.M, Arithmetic::compensated);
   cayley.transport_momentum(x);
   const Matrix<long double> D = cayley.U_minus_I().cast<long double>();
   for (int i = 0; i < N; ++i)

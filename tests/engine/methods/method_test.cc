@@ -3,13 +3,13 @@
 #include <array>
 #include <cmath>
 
-#include "engine/invariants/rigid_body.h"
+#include "engine/rigid_body/body/body_invariants.h"
 #include "engine/linalg/lie/orthogonal.h"
 #include "engine/methods/crouch_grossman3.h"
 #include "engine/methods/gauss4.h"
 #include "engine/methods/implicit_midpoint.h"
 #include "engine/methods/munthe_kaas4.h"
-#include "engine/methods/special/rigid_body.h"
+#include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "engine/methods/variational.h"
 #include "tests/support/exact_motion.h"
 #include "tests/support/scenes/body_state.h"
@@ -20,7 +20,7 @@ namespace {
 using testing::RandomBody;
 
 template <class Method, class Space>
-using MapOn = typename Method::template Map<RigidBody<Space>, Arithmetic::compensated>;
+using MapOn = typename Method::template Map<RigidBody<Space>>;
 
 /// A method at an order on a space.
 template <class M, class Space_, int dimension, int order_>
@@ -187,7 +187,7 @@ TEST(Gauss4, KeepsQuadraticInvariants) {
   for (unsigned seed = 1; seed <= 32; ++seed) {
     const RandomBody body(N, seed);
     const QuadraticBody system{body.lambda};
-    Gauss4::Map<QuadraticBody, Arithmetic::compensated> map(system, 0.1, 4);
+    Gauss4::Map<QuadraticBody> map(system, 0.1, 4);
     Eigen::MatrixXd x(2 * N, N);
     x << body.Q, body.Q * body.M / 2;  // QᵀP skew: M = QᵀP − PᵀQ
     auto state = map.start(x);

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "engine/methods/special/rigid_body.h"
+#include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "methods/all_methods.h"
 #include "tests/support/exact_motion.h"
 #include "tests/support/scenes/random_scene.h"
@@ -36,7 +36,7 @@ Eigen::MatrixXd frame(const State& x) {
 /// Error of the frame at t = 1, against a solution in extended precision by another method.
 template <class Method, class Space>
 double error(const RandomBody& body, const testing::Motion& exact, int steps) {
-  typename Method::template Map<RigidBody<Space>, Arithmetic::compensated> map(
+  typename Method::template Map<RigidBody<Space>> map(
       RigidBody<Space>(body.lambda), 1.0 / steps, Method::traits.default_order);
   auto state = map.start(point<Space>(body));
   for (int k = 0; k < steps; ++k) EXPECT_TRUE(map.step(state).reached());

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "engine/methods/exact.h"
-#include "engine/methods/special/rigid_body.h"
+#include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "engine/methods/variational.h"
 #include "stiefel/simulation.h"
 #include "tests/support/linalg/quadruple.h"
@@ -47,8 +47,8 @@ struct Start {
     const Body body(lambda);
     const Body::State end =
         order == 2
-            ? run(Variational::Map<Body, Arithmetic::compensated>(body, h, 2), steps)
-            : run(PreprocessedVariational::Map<Body, Arithmetic::compensated>(body, h, order),
+            ? run(Variational::Map<Body>(body, h, 2), steps)
+            : run(PreprocessedVariational::Map<Body>(body, h, order),
                   steps);
     return static_cast<double>((end - exact()).head<4>().norm());
   }
@@ -100,8 +100,8 @@ TEST(PreprocessedVariational, ConvergesToExactSteps) {
     const auto twenty = ModifiedSeries<Quad>(I, m, 40)(h),
                twice = ModifiedSeries<Quad>(I, m, 80)(h);
     EXPECT_LT(static_cast<double>((twenty.moments - twice.moments).norm()), 1e-20);
-    DiscreteBody3<Quad, true, Arithmetic::compensated> body;
-    Accumulator<Body::State, Arithmetic::compensated> x(start.x);
+    DiscreteBody3<Quad, true> body;
+    Accumulator<Body::State> x(start.x, Arithmetic::compensated);
     const DiscreteInertia3<Quad> J(twice, h);
     ASSERT_TRUE(body.solve(x, J));
     body.transport(x, J);
@@ -144,7 +144,7 @@ TEST(PreprocessedVariational, NamesTheLargestStep) {
   using Space = So3<double, true>;
   const testing::RandomBody body(3, 3);
   const RigidBody<Space> system(body.lambda);
-  PreprocessedVariational::Map<RigidBody<Space>, Arithmetic::compensated> far(system, 10, 10);
+  PreprocessedVariational::Map<RigidBody<Space>> far(system, 10, 10);
   auto state = far.start(testing::state_of<Space>(body));
   const auto before = testing::numbers_of(state);
   const RunStatus status = far.step(state);
@@ -152,7 +152,7 @@ TEST(PreprocessedVariational, NamesTheLargestStep) {
   EXPECT_EQ(testing::numbers_of(state), before);
   const double h = status.largest_step.value();
   EXPECT_GT(h, 0.5);
-  PreprocessedVariational::Map<RigidBody<Space>, Arithmetic::compensated> inside(system, h, 10);
+  PreprocessedVariational::Map<RigidBody<Space>> inside(system, h, 10);
   state = inside.start(testing::state_of<Space>(body));
   EXPECT_TRUE(inside.step(state).reached());
 }
@@ -161,7 +161,7 @@ TEST(PreprocessedVariational, NamesTheLargestStep) {
 /// that starts at the identity: there is no step of that length either.
 TEST(PreprocessedVariational, TakesNoStepBeyondAGap) {
   using Space = So3<double, true>;
-  using Map = PreprocessedVariational::Map<RigidBody<Space>, Arithmetic::compensated>;
+  using Map = PreprocessedVariational::Map<RigidBody<Space>>;
   const testing::RandomBody body(3, 1);
   const RigidBody<Space> system(body.lambda);
   const auto start = testing::state_of<Space>(body);
@@ -183,7 +183,7 @@ TEST(PreprocessedVariational, KeepsARod) {
   using Space = So3<double, true>;
   const RigidBody<Space> body(start.lambda.cast<double>());
   for (const int order : orders) {
-    PreprocessedVariational::Map<RigidBody<Space>, Arithmetic::compensated> map(body, 1e-3, order);
+    PreprocessedVariational::Map<RigidBody<Space>> map(body, 1e-3, order);
     auto state = map.start(start.x.cast<double>());
     const auto twice_energy = [&] {
       const Vector3<Quad> m = state.x.value.tail<3>().cast<Quad>();
@@ -203,7 +203,7 @@ TEST(PreprocessedVariational, FollowsThinRods) {
       const Vector<double> lambda = start.lambda.cast<double>();
       start.lambda = lambda.cast<Quad>();
       using Space = So3<double, true>;
-      using Map = PreprocessedVariational::Map<RigidBody<Space>, Arithmetic::compensated>;
+      using Map = PreprocessedVariational::Map<RigidBody<Space>>;
       Map map(RigidBody<Space>(lambda), 0.05, order);
       auto state = map.start(start.x.cast<double>());
       for (int k = 0; k < 20; ++k) ASSERT_TRUE(map.step(state).reached()) << thin << " " << order;

@@ -1,12 +1,12 @@
-#include "engine/maps/rattle_stiefel.h"
+#include "engine/frames/passes/rattle_stiefel.h"
 
 #include <gtest/gtest.h>
 
-#include "engine/invariants/stiefel.h"
+#include "engine/frames/body/stiefel_invariants.h"
 #include "engine/linalg/lie/orthogonal.h"
-#include "engine/methods/special/ellipsoid.h"
-#include "engine/methods/special/rigid_body.h"
-#include "engine/methods/special/stiefel.h"
+#include "engine/frames/ellipsoid_maps.h"
+#include "engine/rigid_body/maps/rigid_body_maps.h"
+#include "engine/frames/stiefel_maps.h"
 #include "engine/methods/variational.h"
 #include "tests/support/integrate.h"
 #include "tests/support/linalg/constraint_riccati_spectral.h"
@@ -19,15 +19,14 @@ namespace {
 using testing::RandomFrame;
 constexpr auto compensated = Arithmetic::compensated;
 
-template <Arithmetic arithmetic>
-using VariationalMap = Variational::Map<Stiefel<double>, arithmetic>;
+using VariationalMap = Variational::Map<Stiefel<double>>;
 
 static_assert(applies<Variational, Stiefel<double>> && applies<Variational, Ellipsoid<double>>);
 static_assert(applies<Variational, RigidBody<SoN<double>>> && !applies<Variational, double>);
 
-template <Arithmetic arithmetic = compensated>
-VariationalMap<arithmetic> map_of(const RandomFrame<double>& frame, double h) {
-  return {Stiefel<double>(frame.lambda, frame.Q.rows()), h, 2};
+VariationalMap map_of(const RandomFrame<double>& frame, double h,
+                      Arithmetic arithmetic = compensated) {
+  return {Stiefel<double>(frame.lambda, frame.Q.rows()), h, {2, arithmetic}};
 }
 
 /// Q at t = 1.
@@ -60,7 +59,7 @@ TEST(RattleStiefel, IsTheMoserVeselovMapAtFullRank) {
       };
       auto map = map_of(frame, 0.1);
       auto state = map.start(frame.state());
-      MoserVeselov<SoN<double>, compensated> moser_veselov(frame.lambda, 0.1);
+      MoserVeselov<SoN<double>> moser_veselov(frame.lambda, 0.1);
       Matrix<double> x(2 * N, N);
       x << frame.Q, M_of(frame.Q, frame.S);
       auto other = moser_veselov.start(x);
@@ -93,8 +92,8 @@ TEST(RattleStiefel, WithVelocitiesIsTheSameMotion) {
     const Matrix<double> inverse = frame.lambda.cwiseInverse().asDiagonal();
     Matrix<double> x = frame.state();
     x.bottomRows(n) = frame.S * inverse;
-    RattleStiefel<double, compensated> with_S(frame.lambda, n, 0.1);
-    RattleStiefel<double, compensated, LowerBlock::Qdot> with_Qdot(frame.lambda, n, 0.1);
+    RattleStiefel<double> with_S(frame.lambda, n, 0.1);
+    RattleStiefel<double> with_Qdot(frame.lambda, n, 0.1, compensated, LowerBlock::Qdot);
     auto a = with_S.start(frame.state());
     auto b = with_Qdot.start(x);
     for (int k = 0; k < 50; ++k) {
@@ -156,10 +155,9 @@ struct Drift {
   double momentum = 0, orthogonality = 0, first_half = 0, second_half = 0;
 };
 
-template <Arithmetic arithmetic>
-Drift drift(int n, int N, unsigned seed, int steps) {
+Drift drift(Arithmetic arithmetic, int n, int N, unsigned seed, int steps) {
   const RandomFrame<double> frame(n, N, seed);
-  auto map = map_of<arithmetic>(frame, 0.1);
+  auto map = map_of(frame, 0.1, arithmetic);
   auto state = map.start(frame.state());
   const Matrix<double> m = frame_momentum<double>(frame.Q, frame.S);
   const double E = stiefel_energy<double>(frame.lambda, frame.S);
@@ -183,7 +181,7 @@ TEST(RattleStiefel, BoundsTheEnergy) {
   for (const auto& [n, N] : {std::pair{1, 4}, {2, 5}, {3, 6}}) {
     double first = 0, second = 0;
     for (unsigned seed = 1; seed <= 32; ++seed) {
-      const Drift worst = drift<compensated>(n, N, seed, 6'000);
+      const Drift worst = drift(compensated, n, N, seed, 6'000);
       first += worst.first_half / 32;
       second += worst.second_half / 32;
     }
@@ -194,15 +192,15 @@ TEST(RattleStiefel, BoundsTheEnergy) {
 
 TEST(RattleStiefel, KeepsMomentumAndFrameOver100000Steps) {
   for (const auto& [n, N] : {std::pair{1, 4}, {2, 5}, {3, 6}}) {
-    const Drift worst = drift<compensated>(n, N, 7, 100'000);
+    const Drift worst = drift(compensated, n, N, 7, 100'000);
     EXPECT_LE(worst.momentum, 1e-13) << n << " " << N;
     EXPECT_LE(worst.orthogonality, 2e-15) << n << " " << N;
     EXPECT_LE(worst.second_half, 1e-2) << n << " " << N;
   }
-  const Drift plain = drift<Arithmetic::plain>(2, 5, 7, 100'000);
+  const Drift plain = drift(Arithmetic::plain, 2, 5, 7, 100'000);
   EXPECT_LE(plain.momentum, 1e-12);
   EXPECT_LE(plain.orthogonality, 2e-15);
-  const Drift full = drift<compensated>(3, 3, 7, 100'000);
+  const Drift full = drift(compensated, 3, 3, 7, 100'000);
   EXPECT_LE(std::max(full.second_half, full.momentum), 1e-13);
 }
 
@@ -228,7 +226,7 @@ double error_on_the_sphere(double h, double speed, int steps) {
   const Row q = Row(1, 2, 3).normalized(), t = q.cross(Row(2, -1, 1)).normalized();
   Matrix<double> x(2, 3);
   x << q.cast<double>(), (size * t).cast<double>();
-  RattleStiefel<double, compensated, lower> map(Vector<double>::Constant(3, lambda), 1, h);
+  RattleStiefel<double> map(Vector<double>::Constant(3, lambda), 1, h, compensated, lower);
   auto state = map.start(x);
   for (int k = 0; k < steps; ++k) EXPECT_TRUE(map.step(state).reached());
   const long double angle = steps * std::asin(static_cast<long double>(h) * speed);
@@ -260,8 +258,8 @@ TEST(RattleStiefel, KeepsTheDigitsOfTheMomentumForEveryInertia) {
         const RandomFrame<testing::Quad> frame(n, N, 1, spread);
         Matrix<testing::Quad> x = frame.state();
         x.bottomRows(n) *= testing::Quad(size);
-        RattleStiefel<testing::Quad, Arithmetic::plain> exact(frame.lambda, n, testing::Quad(h));
-        RattleStiefel<double, compensated> map(frame.lambda.cast<double>(), n, h);
+        RattleStiefel<testing::Quad> exact(frame.lambda, n, testing::Quad(h), Arithmetic::plain);
+        RattleStiefel<double> map(frame.lambda.cast<double>(), n, h);
         auto found = map.start(x.cast<double>());
         auto wanted = exact.start(x);
         for (int k = 0; k < steps; ++k) {
@@ -288,7 +286,7 @@ TEST(RattleStiefel, LeavesAStateAtRestAlone) {
 
 TEST(RattleStiefel, WorksInSinglePrecision) {
   const RandomFrame<float> frame(2, 5, 3);
-  RattleStiefel<float, compensated> map(frame.lambda, 2, 0.1F);
+  RattleStiefel<float> map(frame.lambda, 2, 0.1F);
   auto state = map.start(frame.state());
   for (int k = 0; k < 1000; ++k) ASSERT_TRUE(map.step(state).reached());
   EXPECT_LT(orthogonality_defect(state.x.value.topRows(2)), 1e-6F);

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/methods/support/method.h"
-#include "engine/systems/rigid_body.h"
+#include "engine/rigid_body/body/rigid_body.h"
 #include "tests/support/scenes/random_scene.h"
 
 namespace stiefel {
@@ -21,11 +21,11 @@ struct ExplicitEuler {
     return Conservation::drifts;
   }
 
-  template <System S, Arithmetic arithmetic>
-  class Map : public ExplicitMap<Map<S, arithmetic>, S, arithmetic> {
+  template <System S>
+  class Map : public ExplicitMap<Map<S>, S> {
    public:
-    Map(S system, typename S::Scalar h, int)
-        : ExplicitMap<Map, S, arithmetic>(std::move(system), h) {}
+    Map(S system, typename S::Scalar h, const MethodOptions& options)
+        : ExplicitMap<Map, S>(std::move(system), h, options) {}
     void displacement(const typename S::State& x, typename S::State& dx) {
       this->system_.field(x, dx);
       dx *= this->h_;
@@ -37,9 +37,9 @@ TEST(ToyMethod, IsAMethodOnEverySpace) {
   using Body3 = RigidBody<So3<double, true>>;
   using BodyN = RigidBody<SoN<double>>;
   static_assert(GeneralMethod<ExplicitEuler> && applies<ExplicitEuler, BodyN>);
-  static_assert(stiefel::Map<ExplicitEuler::Map<Body3, Arithmetic::plain>>);
+  static_assert(stiefel::Map<ExplicitEuler::Map<Body3>>);
   const testing::RandomBody body(5, 1);
-  ExplicitEuler::Map<BodyN, Arithmetic::plain> map(BodyN(body.lambda), 0.5, 1);
+  ExplicitEuler::Map<BodyN> map(BodyN(body.lambda), 0.5, {1, Arithmetic::plain});
   Eigen::MatrixXd x(10, 5);
   x << body.Q, body.M;
   auto state = map.start(x);

@@ -1,5 +1,5 @@
 // The predicted bytes of simulations and scenes, against what malloc has given out.
-#include "engine/simulation/catalogue/methods/workspace.h"
+#include "stiefel/price.h"
 
 #include <gtest/gtest.h>
 #include <malloc.h>
@@ -40,7 +40,7 @@ void expect_price(const SceneDescription& description, const std::string& what) 
   const auto rule = ::testing::Message()
                     << what << ": malloc has given out " << actual
                     << " bytes; the row of the method "
-                    << "in engine/simulation/catalogue/methods/workspaces.inc must predict that or "
+                    << "in engine/catalogue/methods/workspaces.inc must predict that or "
                     << "up to twice as much";
   EXPECT_GE(priced, actual - slack) << rule;
   EXPECT_LE(priced, 2 * actual + 8 * slack) << rule;

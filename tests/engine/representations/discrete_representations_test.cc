@@ -1,10 +1,10 @@
 #include <gtest/gtest.h>
 
-#include "engine/invariants/dirac_bracket.h"
+#include "engine/laws/dirac_bracket.h"
 #include "engine/linalg/matrix_equations/lu.h"
 #include "engine/linalg/matrix_equations/stein.h"
-#include "engine/representations/interpolation.h"
-#include "engine/representations/j_d_inverse.h"
+#include "engine/rigid_body/moser_veselov/interpolation.h"
+#include "engine/rigid_body/moser_veselov/j_d_inverse.h"
 #include "tests/support/linalg/j_d_inverse.h"
 #include "tests/support/scenes/random_matrices.h"
 

@@ -2,17 +2,17 @@
 
 #include <cmath>
 
-#include "engine/invariants/rigid_body.h"
-#include "engine/invariants/symmetric_rigid_body.h"
+#include "engine/rigid_body/body/body_invariants.h"
+#include "engine/rigid_body/symmetric/symmetric_invariants.h"
 #include "engine/linalg/lie/orthogonal.h"
 #include "engine/methods/munthe_kaas4.h"
-#include "engine/representations/psi.h"
-#include "engine/systems/mclachlan_scovel.h"
-#include "engine/systems/reduced_rigid_body.h"
-#include "engine/systems/right_rigid_body.h"
-#include "engine/systems/right_symmetric_rigid_body.h"
-#include "engine/systems/rigid_body.h"
-#include "engine/systems/symmetric_rigid_body.h"
+#include "engine/rigid_body/symmetric/psi.h"
+#include "engine/rigid_body/symmetric/mclachlan_scovel.h"
+#include "engine/rigid_body/symmetric/reduced_rigid_body.h"
+#include "engine/rigid_body/body/right_rigid_body.h"
+#include "engine/rigid_body/symmetric/right_symmetric_rigid_body.h"
+#include "engine/rigid_body/body/rigid_body.h"
+#include "engine/rigid_body/symmetric/symmetric_rigid_body.h"
 #include "tests/support/flow.h"
 #include "tests/support/linalg/dual.h"
 #include "tests/support/reference_cases.h"
@@ -111,7 +111,7 @@ using SystemOf = decltype(Form::template system<double>(std::declval<Body>()));
 
 template <class Form>
 MatrixXd by_munthe_kaas4(const Body& body, double t, int steps) {
-  MuntheKaas4::Map<SystemOf<Form>, Arithmetic::compensated> map(Form::template system<double>(body),
+  MuntheKaas4::Map<SystemOf<Form>> map(Form::template system<double>(body),
                                                                 t / steps, 4);
   auto state = map.start(Form::from(body));
   for (int k = 0; k < steps; ++k) EXPECT_TRUE(map.step(state).reached());
@@ -299,8 +299,8 @@ TEST(SymmetricRigidBody, MuntheKaas4KeepsPQtOverTenThousandSteps) {
 
 TEST(RightRigidBody, MovesAMomentumWithoutAFrame) {
   const Body body = random_body(5, 3);
-  using Map = MuntheKaas4::Map<RightRigidBody<double>, Arithmetic::plain>;
-  Map with(RightRigidBody<double>(body.lambda), 0.1, 4), without = with;
+  using Map = MuntheKaas4::Map<RightRigidBody<double>>;
+  Map with(RightRigidBody<double>(body.lambda), 0.1, {4, Arithmetic::plain}), without = with;
   auto both = with.start(Right::from(body));
   auto alone = without.start(-body.M);
   for (int k = 0; k < 20; ++k) {

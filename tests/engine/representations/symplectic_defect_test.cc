@@ -1,11 +1,11 @@
 #include <gtest/gtest.h>
 
-#include "engine/invariants/symplectic_defect.h"
-#include "engine/invariants/tangent_spaces.h"
-#include "engine/maps/moser_veselov.h"
+#include "engine/laws/symplectic_defect.h"
+#include "engine/laws/tangent_spaces.h"
+#include "engine/rigid_body/moser_veselov/moser_veselov.h"
 #include "engine/methods/rk4.h"
-#include "engine/representations/psi.h"
-#include "engine/systems/rigid_body.h"
+#include "engine/rigid_body/symmetric/psi.h"
+#include "engine/rigid_body/body/rigid_body.h"
 #include "tests/support/linalg/j_d_inverse.h"
 #include "tests/support/scenes/random_matrices.h"
 
@@ -32,7 +32,7 @@ TEST(SymplecticDefect, OfMoserVeselovIsRounding) {
   for (const int N : {3, 4})
     for (unsigned seed = 1; seed <= 3; ++seed) {
       const Body<double> body(N, seed);
-      MoserVeselov<Space, Arithmetic::plain> map(body.lambda, 0.2);
+      MoserVeselov<Space> map(body.lambda, 0.2, Arithmetic::plain);
       const auto defect =
           symplectic_defect<double>(CotangentOfRotations<double>(), one_step(map), body.x);
       ASSERT_TRUE(defect);
@@ -44,7 +44,7 @@ TEST(SymplecticDefect, OfMoserVeselovIsRounding) {
 TEST(SymplecticDefect, OfRk4IsItsLocalError) {
   const Body<double> body(4, 2);
   const auto at = [&](double h) {
-    Rk4::Map<RigidBody<Space>, Arithmetic::plain> map(RigidBody<Space>(body.lambda), h, 4);
+    Rk4::Map<RigidBody<Space>> map(RigidBody<Space>(body.lambda), h, {4, Arithmetic::plain});
     return *symplectic_defect<double>(CotangentOfRotations<double>(), one_step(map), body.x);
   };
   const double coarse = at(0.4), fine = at(0.2);
@@ -100,7 +100,7 @@ TEST(SymplecticDefect, OfTheSphere) {
 
 TEST(SymplecticDefect, IsSeededAndSilentWhereThereIsNoStep) {
   const Body<double> body(3, 6);
-  Rk4::Map<RigidBody<Space>, Arithmetic::plain> map(RigidBody<Space>(body.lambda), 0.2, 4);
+  Rk4::Map<RigidBody<Space>> map(RigidBody<Space>(body.lambda), 0.2, {4, Arithmetic::plain});
   const CotangentOfRotations<double> space;
   const double first = *symplectic_defect<double>(space, one_step(map), body.x);
   EXPECT_EQ(*symplectic_defect<double>(space, one_step(map), body.x), first);

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/simulation/accuracy/reference.h"
+#include "engine/accuracy/reference.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/simulation.h"
 #include "stiefel/tradeoff.h"

@@ -8,8 +8,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "engine/maps/moser_veselov.h"
-#include "engine/problems/path.h"
+#include "engine/rigid_body/moser_veselov/moser_veselov.h"
+#include "engine/frames/geodesics/path.h"
 #include "tests/support/exact_motion.h"
 #include "tests/support/reference_motions.h"
 #include "tests/support/scenes/two_frames.h"
@@ -369,7 +369,7 @@ TEST(ConnectDiscrete, IsATrajectoryOfTheMoserVeselovMap) {
     p.time = 2;
     const auto answer = connect(p, K);
     ASSERT_TRUE(answer);
-    MoserVeselov<SoN<double>, Arithmetic::compensated> map(p.inertia, p.time / K);
+    MoserVeselov<SoN<double>> map(p.inertia, p.time / K);
     MatrixXd start(2 * N, N);
     start << answer->Q[0], answer->M;
     auto state = map.start(start);

@@ -1,12 +1,12 @@
 #include "stiefel/error_estimate.h"
-#include "engine/simulation/accuracy/reference.h"
+#include "engine/accuracy/reference.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "engine/linalg/lie/so_3.h"
-#include "engine/simulation/catalogue/methods/step_weight.h"
+#include "engine/catalogue/methods/step_weight.h"
 #include "stiefel/simulation.h"
 #include "tests/support/scenes/any_scene.h"
 #include "tests/support/scenes/random_frame.h"

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <random>
 
-#include "engine/methods/closed_forms/euler_top.h"
-#include "engine/simulation/scene/extended_body.h"
+#include "engine/rigid_body/exact/euler_top.h"
+#include "engine/scene/extended_body.h"
 #include "stiefel/simulation.h"
 #include "tests/support/linalg/quadruple.h"
 

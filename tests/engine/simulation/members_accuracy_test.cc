@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/simulation/accuracy/candidates.h"
-#include "engine/simulation/accuracy/measured_motions.h"
+#include "engine/accuracy/candidates.h"
+#include "engine/accuracy/measured_motions.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/tradeoff.h"
 #include "tests/support/exact_motion.h"

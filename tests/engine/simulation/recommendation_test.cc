@@ -1,4 +1,4 @@
-#include "engine/simulation/catalogue/methods/recommendation.h"
+#include "engine/catalogue/methods/recommendation.h"
 
 #include <gtest/gtest.h>
 

@@ -1,19 +1,19 @@
 // The reference solutions against which errors are measured.
-#include "engine/simulation/accuracy/reference.h"
+#include "engine/accuracy/reference.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "engine/methods/special/rigid_body.h"
-#include "engine/methods/special/stiefel.h"
+#include "engine/rigid_body/maps/rigid_body_maps.h"
+#include "engine/frames/stiefel_maps.h"
 #include "engine/methods/variational.h"
-#include "engine/problems/taylor_double_bracket.h"
-#include "engine/problems/taylor_motion.h"
-#include "engine/problems/taylor_parametric_rigid_body.h"
-#include "engine/problems/taylor_rigid_body.h"
-#include "engine/problems/taylor_stiefel.h"
-#include "engine/simulation/catalogue/system_entry.h"
+#include "engine/double_bracket/taylor_double_bracket.h"
+#include "engine/linalg/special_functions/taylor_motion.h"
+#include "engine/parametric/taylor_parametric_rigid_body.h"
+#include "engine/rigid_body/body/taylor_rigid_body.h"
+#include "engine/frames/body/taylor_stiefel.h"
+#include "engine/catalogue/system_entry.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/simulation.h"
 #include "tests/support/extrapolation.h"
@@ -37,7 +37,7 @@ void expect_agreement(Series series, const System& system, const Matrix<Quad>& s
   TaylorMotion<Series> motion(std::move(series), start, 1e-30);
   ASSERT_TRUE(motion.go_to(1, never));
   const auto difference = [&](int steps) {
-    Variational::Map<System, Arithmetic::compensated> map(system, Quad(1) / steps, 8);
+    Variational::Map<System> map(system, Quad(1) / steps, 8);
     auto state = map.start(start);
     for (int k = 0; k < steps; ++k) EXPECT_TRUE(map.step(state).reached());
     return static_cast<double>((state.x.value - motion.state()).cwiseAbs().maxCoeff());

@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/simulation/accuracy/candidates.h"
-#include "engine/simulation/accuracy/pareto_front.h"
-#include "engine/simulation/catalogue/methods/step_weight.h"
+#include "engine/accuracy/candidates.h"
+#include "engine/accuracy/pareto_front.h"
+#include "engine/catalogue/methods/step_weight.h"
 #include "stiefel/catalogue.h"
 #include "tests/support/exact_motion.h"
 #include "tests/support/scenes/any_scene.h"

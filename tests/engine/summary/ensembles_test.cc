@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "engine/simulation/run/crew.h"
+#include "stiefel/simulation.h"
 #include "stiefel/simulation.h"
 #include "tests/engine/summary/summaries.h"
 #include "tests/support/scenes/ensemble_of.h"

@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "engine/simulation/stepping/invariant_list.h"
-#include "engine/simulation/summary/energy_of_body.h"
+#include "engine/stepping/invariant_list.h"
+#include "engine/summary/energy_of_body.h"
 #include "stiefel/diagnosis.h"
 #include "stiefel/simulation.h"
 #include "tests/engine/summary/summaries.h"

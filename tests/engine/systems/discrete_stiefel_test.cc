@@ -1,12 +1,12 @@
-#include "engine/maps/discrete_stiefel.h"
+#include "engine/frames/body/discrete_stiefel.h"
 
 #include <gtest/gtest.h>
 
 #include <cstdio>
 
-#include "engine/invariants/stiefel.h"
+#include "engine/frames/body/stiefel_invariants.h"
 #include "engine/linalg/lie/orthogonal.h"
-#include "engine/systems/stiefel.h"
+#include "engine/frames/body/stiefel.h"
 #include "tests/support/integrate.h"
 #include "tests/support/reference_cases.h"
 #include "tests/support/scenes/random_frame.h"
@@ -17,7 +17,7 @@ namespace {
 using testing::RandomFrame;
 using MatrixXd = Matrix<double>;
 using MatrixXl = Matrix<long double>;
-using Discrete = DiscreteStiefel<double, Arithmetic::compensated>;
+using Discrete = DiscreteStiefel<double>;
 
 MatrixXd stack(const MatrixXd& top, const MatrixXd& bottom) {
   MatrixXd x(top.rows() + bottom.rows(), top.cols());

@@ -1,15 +1,15 @@
-#include "engine/systems/double_bracket.h"
+#include "engine/double_bracket/double_bracket.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "engine/invariants/double_bracket.h"
-#include "engine/invariants/rigid_body.h"
+#include "engine/double_bracket/double_bracket_invariants.h"
+#include "engine/rigid_body/body/body_invariants.h"
 #include "engine/methods/munthe_kaas4.h"
-#include "engine/systems/right_symmetric_rigid_body.h"
-#include "engine/systems/symmetric_rigid_body.h"
+#include "engine/rigid_body/symmetric/right_symmetric_rigid_body.h"
+#include "engine/rigid_body/symmetric/symmetric_rigid_body.h"
 #include "tests/support/flow.h"
 #include "tests/support/reference_cases.h"
 #include "tests/support/scenes/random_scene.h"
@@ -65,7 +65,7 @@ DoubleBracket<Scalar> system(const VectorXd& lambda_u, const VectorXd& lambda_v)
 
 MatrixXd by_munthe_kaas4(const VectorXd& lambda_u, const VectorXd& lambda_v, const MatrixXd& x,
                          double t, int steps) {
-  MuntheKaas4::Map<DoubleBracket<double>, Arithmetic::compensated> map(
+  MuntheKaas4::Map<DoubleBracket<double>> map(
       system<double>(lambda_u, lambda_v), t / steps, 4);
   auto at = map.start(x);
   for (int k = 0; k < steps; ++k) EXPECT_TRUE(map.step(at).reached());

@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/invariants/parametric_rigid_body.h"
-#include "engine/invariants/symmetric_rigid_body.h"
+#include "engine/parametric/parametric_psi.h"
+#include "engine/rigid_body/symmetric/symmetric_invariants.h"
 #include "engine/linalg/lie/general_exponential.h"
-#include "engine/maps/moser_veselov.h"
-#include "engine/maps/parametric_moser_veselov.h"
+#include "engine/rigid_body/moser_veselov/moser_veselov.h"
+#include "engine/parametric/parametric_moser_veselov.h"
 #include "engine/methods/munthe_kaas4.h"
 #include "engine/methods/rk4.h"
-#include "engine/systems/parametric_rigid_body.h"
+#include "engine/parametric/parametric_rigid_body.h"
 #include "stiefel/diagnosis.h"
 #include "stiefel/simulation.h"
 #include "tests/support/exact_motion.h"
@@ -92,7 +92,7 @@ TEST(ParametricRigidBody, MuntheKaas4HasOrder4AndKeepsTheSpatialMomentum) {
       const MatrixXd exact =
           flow(ParametricRigidBody<long double>(body.lambda.cast<long double>(), mu), x, 1);
       const auto end = [&](int steps) {
-        MuntheKaas4::Map<ParametricRigidBody<double>, Arithmetic::compensated> map(
+        MuntheKaas4::Map<ParametricRigidBody<double>> map(
             ParametricRigidBody<double>(body.lambda, mu), 1.0 / steps, 4);
         auto state = map.start(x);
         for (int k = 0; k < steps; ++k) EXPECT_TRUE(map.step(state).reached());
@@ -129,8 +129,8 @@ TEST(ParametricRigidBody, InvariantsAreConstantAtEveryState) {
   }
 }
 
-using Plain = MoserVeselov<SoN<double>, Arithmetic::compensated>;
-using Parametric = ParametricMoserVeselov<double, Arithmetic::compensated>;
+using Plain = MoserVeselov<SoN<double>>;
+using Parametric = ParametricMoserVeselov<double>;
 
 /// (8.10) and (8.11) with the erratum, against the map without parameter.
 /// Next to the manifold M is the skew part of M_μ, and the invariants are those of this M.

@@ -1,10 +1,10 @@
-#include "engine/systems/rigid_body.h"
+#include "engine/rigid_body/body/rigid_body.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "engine/invariants/rigid_body.h"
+#include "engine/rigid_body/body/body_invariants.h"
 #include "tests/support/scenes/random_scene.h"
 
 namespace stiefel {

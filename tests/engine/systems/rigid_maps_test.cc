@@ -2,17 +2,17 @@
 
 #include <cmath>
 
-#include "engine/invariants/discrete_rigid_body.h"
-#include "engine/invariants/stiefel.h"
-#include "engine/invariants/symmetric_rigid_body.h"
+#include "engine/rigid_body/body/discrete_body_invariants.h"
+#include "engine/frames/body/stiefel_invariants.h"
+#include "engine/rigid_body/symmetric/symmetric_invariants.h"
 #include "engine/linalg/lie/orthogonal.h"
-#include "engine/maps/moser_veselov_pair.h"
-#include "engine/methods/special/right_rigid_body.h"
-#include "engine/methods/special/right_symmetric_rigid_body.h"
-#include "engine/methods/special/rigid_body.h"
-#include "engine/methods/special/symmetric_rigid_body.h"
+#include "engine/rigid_body/moser_veselov/moser_veselov_pair.h"
+#include "engine/rigid_body/maps/right_rigid_body_maps.h"
+#include "engine/rigid_body/maps/right_symmetric_rigid_body_maps.h"
+#include "engine/rigid_body/maps/rigid_body_maps.h"
+#include "engine/rigid_body/maps/symmetric_rigid_body_maps.h"
 #include "engine/methods/variational.h"
-#include "engine/representations/psi.h"
+#include "engine/rigid_body/symmetric/psi.h"
 #include "tests/support/linalg/j_d_schur.h"
 #include "tests/support/reference_cases.h"
 #include "tests/support/scenes/random_scene.h"
@@ -25,16 +25,15 @@ using namespace testing;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr auto compensated = Arithmetic::compensated;
-using Plain = MoserVeselov<SoN<double>, compensated>;
-using Symmetric = SymmetricMoserVeselov<double, compensated>;
-using Pairs = MoserVeselovPair<double, compensated>;
+using Plain = MoserVeselov<SoN<double>>;
+using Symmetric = SymmetricMoserVeselov<double>;
+using Pairs = MoserVeselovPair<double>;
 
 MatrixXd top(const MatrixXd& x) { return x.topRows(x.cols()); }
 MatrixXd bottom(const MatrixXd& x) { return x.bottomRows(x.cols()); }
 double largest(const MatrixXd& A) { return A.cwiseAbs().maxCoeff(); }
 
-static_assert(Map<Symmetric> && Map<Pairs> && Map<Transposed<Symmetric, compensated>>);
+static_assert(Map<Symmetric> && Map<Pairs> && Map<Transposed<Symmetric>>);
 
 template <class F>
 MatrixXd after(F& map, const MatrixXd& x, int steps) {
@@ -205,12 +204,12 @@ TEST(VariationalRigid, OfTheOtherFormsIsTheMoserVeselovMap) {
   const double epsilon = epsilon_for(body.M);
   const MatrixXd P = symmetric_P(body.Q, body.M, epsilon);
   using Left = RigidBody<SoN<double>>;
-  Variational::Map<Left, compensated> left(Left(body.lambda), h, 2);
-  Variational::Map<RightRigidBody<double>, compensated> right(RightRigidBody<double>(body.lambda),
+  Variational::Map<Left> left(Left(body.lambda), h, 2);
+  Variational::Map<RightRigidBody<double>> right(RightRigidBody<double>(body.lambda),
                                                               h, 2);
-  Variational::Map<SymmetricRigidBody<double>, compensated> symmetric(
+  Variational::Map<SymmetricRigidBody<double>> symmetric(
       SymmetricRigidBody<double>(body.lambda, epsilon), h, 2);
-  Variational::Map<RightSymmetricRigidBody<double>, compensated> right_symmetric(
+  Variational::Map<RightSymmetricRigidBody<double>> right_symmetric(
       RightSymmetricRigidBody<double>(body.lambda, epsilon), h, 2);
   const MatrixXd x = after(left, stacked(body.Q, body.M), 30);
   const MatrixXd x_r = after(right, stacked(body.Q.transpose(), -body.M), 30);

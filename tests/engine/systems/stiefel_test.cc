@@ -1,13 +1,13 @@
-#include "engine/systems/stiefel.h"
+#include "engine/frames/body/stiefel.h"
 
 #include <gtest/gtest.h>
 
 #include <unsupported/Eigen/AutoDiff>
 
-#include "engine/invariants/ellipsoid.h"
-#include "engine/invariants/stiefel.h"
-#include "engine/systems/ellipsoid.h"
-#include "engine/systems/stiefel_costate.h"
+#include "engine/frames/body/ellipsoid_invariants.h"
+#include "engine/frames/body/stiefel_invariants.h"
+#include "engine/frames/body/ellipsoid.h"
+#include "engine/frames/body/stiefel_costate.h"
 #include "tests/support/integrate.h"
 #include "tests/support/reference_cases.h"
 #include "tests/support/representations/frames.h"

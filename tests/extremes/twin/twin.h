@@ -2,8 +2,8 @@
 
 #include <memory>
 
-#include "engine/maps/map.h"
-#include "engine/simulation/accuracy/reference.h"
+#include "engine/methods/support/map.h"
+#include "engine/accuracy/reference.h"
 
 namespace stiefel::extremes {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/invariants/rigid_body.h"
+#include "engine/rigid_body/body/body_invariants.h"
 #include "engine/linalg/lie/orthogonal.h"
 #include "tests/extremes/twin/twin_of.h"
 

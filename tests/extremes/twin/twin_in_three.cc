@@ -1,4 +1,4 @@
-#include "engine/invariants/rigid_body.h"
+#include "engine/rigid_body/body/body_invariants.h"
 #include "tests/extremes/twin/twin_of.h"
 #include "tests/support/linalg/quadruple.h"
 

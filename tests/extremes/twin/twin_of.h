@@ -1,8 +1,8 @@
 #pragma once
 
-#include "engine/methods/special/ellipsoid.h"
-#include "engine/methods/special/rigid_body.h"
-#include "engine/methods/special/stiefel.h"
+#include "engine/frames/ellipsoid_maps.h"
+#include "engine/rigid_body/maps/rigid_body_maps.h"
+#include "engine/frames/stiefel_maps.h"
 #include "methods/all_methods.h"
 #include "tests/extremes/twin/twin.h"
 
@@ -50,9 +50,9 @@ std::unique_ptr<Twin> twin_of(const Scene& scene, const S& system, const typenam
   const auto attempt = [&]<class Method>(Method*) {
     if constexpr (applies<Method, S> && Method::traits.default_tolerance == 0)
       if (name == Method::traits.name) {
-        using Map = typename Method::template Map<S, Arithmetic::plain>;
+        using Map = typename Method::template Map<S>;
         made = std::make_unique<TwinOf<Map, Read, Energy>>(
-            Map(system, Scalar(scene.step()) / scene.substeps(), discrete ? 2 : scene.order()),
+            Map(system, Scalar(scene.step()) / scene.substeps(), {discrete ? 2 : scene.order(), Arithmetic::plain}),
             start, read, energy);
       }
   };

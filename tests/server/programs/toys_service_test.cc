@@ -2,17 +2,12 @@
 #include "tests/server/harness.h"
 #include "tests/support/toys/toys.h"
 
-// A system without frame and momentum, and a method, from outside the library, over the wire.
+// A system without frame and momentum, and a method, which the library does not have, over the wire.
 
 namespace stiefel {
 namespace {
 
 using testing::toy_scene;
-
-const bool registered = [] {
-  testing::register_toys();
-  return true;
-}();
 
 v1::Scene wire(const SceneDescription& description) {
   v1::Scene out;
@@ -27,7 +22,6 @@ class ToysOverTheWire : public ::testing::Test {
 };
 
 TEST_F(ToysOverTheWire, AreDescribed) {
-  ASSERT_TRUE(registered);
   v1::DescribeResponse response;
   ASSERT_TRUE(harness_.stub->Describe(&context_, {}, &response).ok());
   const auto& system = response.systems(response.systems_size() - 2);

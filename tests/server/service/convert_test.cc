@@ -4,7 +4,7 @@
 
 #include <set>
 
-#include "engine/simulation/scene/scene_fields.h"
+#include "stiefel/scene_fields.h"
 #include "server/convert/convert.h"
 #include "server/sessions/identity.h"
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <set>
 
-#include "engine/simulation/scene/scene_fields.h"
+#include "stiefel/scene_fields.h"
 
 namespace stiefel::server {
 namespace {

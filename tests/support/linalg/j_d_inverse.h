@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/linalg/arithmetic/scalar.h"
+#include "engine/numbers/scalar.h"
 #include "engine/linalg/matrix_equations/lu.h"
 
 namespace stiefel::testing {

@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "engine/linalg/arithmetic/scalar.h"
+#include "engine/numbers/scalar.h"
 
 namespace stiefel::testing {
 

@@ -1,12 +1,11 @@
 #include "tests/support/linalg/quadruple.h"
 
-#include "engine/maps/frames/frame_pass_on.h"
+#include "engine/frames/passes/frame_pass_on.h"
 
 namespace stiefel {
 
 template class Lyapunov<Quad>;
 template class ConstraintRiccati<Quad>;
-template class RattleStiefel<Quad, Arithmetic::compensated>;
-template class RattleStiefel<Quad, Arithmetic::plain>;
+template class RattleStiefel<Quad>;
 
 }  // namespace stiefel

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "engine/linalg/arithmetic/quadruple.h"
-#include "engine/maps/rattle_stiefel.h"
-#include "engine/moser_veselov/cayley_n.h"
+#include "engine/numbers/quadruple.h"
+#include "engine/frames/passes/rattle_stiefel.h"
+#include "engine/rigid_body/j_d/cayley_n.h"
 
 namespace stiefel {
 
@@ -10,10 +10,8 @@ namespace stiefel {
 // compiled once, in quadruple.cc and quadruple_cayley.cc.
 extern template class Lyapunov<Quad>;
 extern template class ConstraintRiccati<Quad>;
-extern template class RattleStiefel<Quad, Arithmetic::compensated>;
-extern template class RattleStiefel<Quad, Arithmetic::plain>;
-extern template class CayleyN<Quad, Arithmetic::compensated>;
-extern template class CayleyN<Quad, Arithmetic::plain>;
+extern template class RattleStiefel<Quad>;
+extern template class CayleyN<Quad>;
 
 }  // namespace stiefel
 

@@ -4,7 +4,6 @@ template class Eigen::PartialPivLU<stiefel::Matrix<stiefel::Quad>>;
 
 namespace stiefel {
 
-template class CayleyN<Quad, Arithmetic::compensated>;
-template class CayleyN<Quad, Arithmetic::plain>;
+template class CayleyN<Quad>;
 
 }  // namespace stiefel

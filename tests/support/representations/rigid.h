@@ -1,7 +1,7 @@
 #pragma once
 
 #include "engine/linalg/matrix_equations/lu.h"
-#include "engine/representations/psi.h"
+#include "engine/rigid_body/symmetric/psi.h"
 
 /// Formulas of the rigid body that the engine does not need, for tests of those that it has. All
 /// matrices are N × N.

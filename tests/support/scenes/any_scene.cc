@@ -2,7 +2,7 @@
 
 #include <Eigen/LU>
 
-#include "engine/simulation/catalogue/system_entry.h"
+#include "engine/catalogue/system_entry.h"
 #include "stiefel/catalogue.h"
 #include "tests/support/scenes/random_frame.h"
 #include "tests/support/scenes/random_matrices.h"

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "engine/linalg/arithmetic/quadruple.h"
-#include "engine/linalg/arithmetic/scalar.h"
+#include "engine/numbers/quadruple.h"
+#include "engine/numbers/scalar.h"
 
 namespace stiefel::testing {
 

@@ -2,8 +2,8 @@
 
 #include <random>
 
-#include "engine/linalg/arithmetic/quadruple.h"
-#include "engine/linalg/arithmetic/scalar.h"
+#include "engine/numbers/quadruple.h"
+#include "engine/numbers/scalar.h"
 #include "tests/support/scenes/stacked.h"
 
 namespace stiefel::testing {

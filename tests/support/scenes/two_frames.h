@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <random>
 
-#include "engine/problems/path.h"
+#include "engine/frames/geodesics/path.h"
 #include "stiefel/connect.h"
 
 namespace stiefel::testing {

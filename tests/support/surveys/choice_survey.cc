@@ -5,8 +5,8 @@
 #include <random>
 #include <sstream>
 
-#include "engine/simulation/accuracy/measurement.h"
-#include "engine/simulation/catalogue/methods/step_weight.h"
+#include "engine/accuracy/measurement.h"
+#include "engine/catalogue/methods/step_weight.h"
 #include "stiefel/tradeoff.h"
 #include "tests/support/exact_motion.h"
 #include "tests/support/scenes/random_frame.h"

@@ -8,7 +8,7 @@
 #include <map>
 
 #include "engine/methods/exact.h"
-#include "engine/methods/special/rigid_body.h"
+#include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "tests/support/linalg/quadruple.h"
 #include "tests/support/scenes/random_top.h"
 
@@ -82,7 +82,7 @@ void survey_exact(unsigned first, unsigned count) {
     const double field = field_error(top, exact);
     EXPECT_LT(field, 1e-23 * top.one_and_angle()) << top.kind << " " << seed;
 
-    Exact::Map<BodyInDouble, Arithmetic::compensated> map(BodyInDouble(top.lambda), top.t, 0);
+    Exact::Map<BodyInDouble> map(BodyInDouble(top.lambda), top.t, 0);
     auto state = map.start(top.x);
     ASSERT_TRUE(map.at(state, 1).reached()) << top.kind << " " << seed;
     const QuadState x = exact.at(top.t);

@@ -7,9 +7,9 @@
 #include <random>
 #include <sstream>
 
-#include "engine/simulation/accuracy/measurement.h"
-#include "engine/simulation/catalogue/methods/step_weight.h"
-#include "engine/simulation/catalogue/system_entry.h"
+#include "engine/accuracy/measurement.h"
+#include "engine/catalogue/methods/step_weight.h"
+#include "engine/catalogue/system_entry.h"
 #include "tests/support/scenes/random_frame.h"
 #include "tests/support/scenes/random_matrices.h"
 #include "tests/support/scenes/random_scene.h"

@@ -1,23 +1,16 @@
 #include "tests/support/toys/brockett.h"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 
-#include "engine/simulation/catalogue/families/rigid_body_scene.h"
-#include "engine/simulation/catalogue/methods/method_traits.h"
-#include "engine/simulation/catalogue/motions/vector_field.h"
-#include "engine/simulation/catalogue/system_entry.h"
-#include "engine/simulation/stepping/make_simulation.h"
-#include "engine/simulation/stepping/methods_on.h"
-#include "engine/simulation/stepping/stacked_observables.h"
-#include "tests/support/toys/heun.h"
-#include "tests/support/toys/toys.h"
+#include "engine/catalogue/system_entry.h"
+#include "engine/catalogue/vector_field.h"
+#include "engine/scene/scene_draft.h"
 
-namespace stiefel::testing {
+namespace stiefel {
 namespace {
 
 void check(SceneDraft& draft) {
-  check_no_extras(draft);
+  draft.refuse_other_numbers();
   draft.refuse_if(draft.given().body.has_value(), "body");
   draft.check_block_names();
   if (!draft.set_inertia()) return;
@@ -28,26 +21,6 @@ void check(SceneDraft& draft) {
   if (!(defect <= draft.largest_repair() * H->cwiseAbs().maxCoeff()))
     return draft.refuse("initial.H", "max |H - Hᵀ| = " + to_text(defect), "must be symmetric");
   draft.set_block("H", (*H + H->transpose()) / 2);
-}
-
-std::unique_ptr<Simulation> make(const Scene& scene) {
-  const int N = scene.dimension();
-  const Eigen::MatrixXd D = scene.inertia().asDiagonal();
-  StackedObservables observables(scene.block("H"));
-  observables.block("H", 0, N);
-  observables.invariants = [](const Eigen::MatrixXd& H, InvariantList& out) {
-    const Eigen::VectorXd values =
-        Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(H, Eigen::EigenvaluesOnly).eigenvalues();
-    for (Eigen::Index k = 0; k < values.size(); ++k)
-      out.add("eigenvalues", indexed("eigenvalues", k + 1), values(k),
-              values.cwiseAbs().maxCoeff());
-  };
-  observables.rate = [D](const Eigen::MatrixXd& H) { return (D * H - H * D).norm(); };
-  const double cost = 500 + 5.0 * N * N * N;
-  const Brockett<double> system(scene.inertia());
-  if (scene.method() == Heun::traits.name)
-    return make_simulation_by<Heun>(scene, system, observables, cost);
-  return make_simulation(scene, system, observables, cost);
 }
 
 VectorField equations(const Scene& scene) {
@@ -78,19 +51,7 @@ SystemEntry brockett_entry() {
   info.blocks = {{"H", "N x N", true, "symmetric"}};
   info.fields = {{"H", "N x N", "symmetric"}};
   info.invariants = {{"eigenvalues", "of H, ascending", "Brockett 1991"}};
-  info.methods = methods_on<Brockett<double>>(info);
-  info.methods.push_back(declared_by<Heun, Brockett<double>>(info));
-  return {
-      .info = info, .check = check, .make = make, .vector_field = equations, .example = example};
+  return {.info = info, .check = check, .vector_field = equations, .example = example};
 }
 
-void register_toys() {
-  register_method(Heun::traits);
-  register_system(brockett_entry());
-  SystemEntry without_reference = brockett_entry();
-  without_reference.info.name = "brockett_without_reference";
-  without_reference.vector_field = nullptr;
-  register_system(without_reference);
-}
-
-}  // namespace stiefel::testing
+}  // namespace stiefel

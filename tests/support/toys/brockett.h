@@ -1,8 +1,8 @@
 #pragma once
 
-#include "engine/systems/concepts.h"
+#include "engine/methods/support/concepts.h"
 
-namespace stiefel::testing {
+namespace stiefel {
 
 /// Brockett's double bracket flow (Brockett 1991) of a symmetric H, a system without frame and
 /// momentum:
@@ -31,4 +31,4 @@ class Brockett {
   State bracket_;
 };
 
-}  // namespace stiefel::testing
+}  // namespace stiefel

@@ -1,9 +1,9 @@
 #pragma once
 
+#include "engine/methods/support/concepts.h"
 #include "engine/methods/support/method.h"
-#include "engine/systems/concepts.h"
 
-namespace stiefel::testing {
+namespace stiefel {
 
 /// Heun's method of order 2 (Heun 1900): x' = x + h/2 (X(x) + X(x + hX(x))).
 struct Heun {
@@ -21,12 +21,12 @@ struct Heun {
     return Conservation::drifts;
   }
 
-  template <System S, Arithmetic arithmetic>
-  class Map : public ExplicitMap<Map<S, arithmetic>, S, arithmetic> {
+  template <System S>
+  class Map : public ExplicitMap<Map<S>, S> {
    public:
     using Point = typename S::State;
-    Map(S system, typename S::Scalar h, int)
-        : ExplicitMap<Map, S, arithmetic>(std::move(system), h) {}
+    Map(S system, typename S::Scalar h, const MethodOptions& options)
+        : ExplicitMap<Map, S>(std::move(system), h, options) {}
 
     void displacement(const Point& x, Point& dx) {
       if (k1_.size() != x.size()) k1_ = k2_ = stage_ = x;
@@ -41,4 +41,4 @@ struct Heun {
   };
 };
 
-}  // namespace stiefel::testing
+}  // namespace stiefel

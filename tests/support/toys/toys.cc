@@ -2,7 +2,27 @@
 
 #include <cmath>
 
-namespace stiefel::testing {
+#include "engine/catalogue/system_entry.h"
+#include "engine/stepping/method_entry_of.h"
+#include "tests/support/toys/heun.h"
+
+namespace stiefel {
+
+// For the library's methods CMake writes this.
+MethodEntry heun_method() { return method_entry_of<Heun>(); }
+
+SystemEntry brockett_entry();
+Simulations brockett_simulations();
+
+SystemEntry brockett_without_reference_entry() {
+  SystemEntry entry = brockett_entry();
+  entry.info.name = "brockett_without_reference";
+  entry.vector_field = nullptr;
+  return entry;
+}
+Simulations brockett_without_reference_simulations() { return brockett_simulations(); }
+
+namespace testing {
 
 RowMatrix two_by_two(double s) {
   RowMatrix H(2, 2);
@@ -20,4 +40,5 @@ SceneDescription toy_scene(const std::string& method, double s, double step) {
   return d;
 }
 
-}  // namespace stiefel::testing
+}  // namespace testing
+}  // namespace stiefel

@@ -6,10 +6,6 @@
 
 namespace stiefel::testing {
 
-/// Adds the systems `brockett` and `brockett_without_reference` and the method `heun` to the
-/// catalogue. Call it once, before the first use of the catalogue.
-void register_toys();
-
 /// Returns (tanh s, sech s; sech s, −tanh s). For D = diag(2, 1) the motion that starts there is at
 /// two_by_two(s + 2t) at time t.
 RowMatrix two_by_two(double s);

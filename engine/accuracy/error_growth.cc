@@ -1,0 +1,123 @@
+#include "engine/accuracy/error_growth.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace stiefel {
+namespace {
+
+bool is_compensated(const Candidate& candidate) {
+  return candidate.method.arithmetic == "compensated";
+}
+double unit_roundoff(const Candidate& candidate) {
+  return candidate.method.scalar == "float" ? 0x1p-24 : 0x1p-53;
+}
+
+/// Factor above which the growth of an error while the time doubles is exponential: no power of
+/// time that a method's error follows reaches it.
+constexpr double most_by_a_power = 8;
+
+/// Returns the factor by which the errors grew while the time doubled to that of a sample; 0 if
+/// that is not known.
+double doubling(const std::vector<double>& course, const ErrorGrowth::Steps& steps,
+                std::size_t sample) {
+  const auto half = std::ranges::upper_bound(steps, steps[sample] / 2) - steps.begin();
+  if (half == 0) return 0;
+  const double then = course[static_cast<std::size_t>(half - 1)];
+  return then > 0 ? course[sample] / then : 0;
+}
+
+/// Returns the smaller factor of the last two doublings.
+double least_doubling(const std::vector<double>& course, const ErrorGrowth::Steps& steps) {
+  const std::size_t last = course.size() - 1;
+  const auto half = std::ranges::upper_bound(steps, steps[last] / 2) - steps.begin();
+  if (half == 0) return 0;
+  return std::min(doubling(course, steps, last),
+                  doubling(course, steps, static_cast<std::size_t>(half - 1)));
+}
+
+/// Returns the power of time by which the errors grew in the last half of their course, between 1
+/// and 2.
+double power_of(const std::vector<double>& course, const ErrorGrowth::Steps& steps) {
+  const std::int64_t end = steps[course.size() - 1];
+  const auto half = std::ranges::upper_bound(steps, end / 2) - steps.begin();
+  const double then = half > 0 ? course[static_cast<std::size_t>(half - 1)] : 0;
+  return then > 0 ? std::clamp(std::log2(course.back() / then), 1.0, 2.0) : 2;
+}
+
+/// Returns the power of time by which the rounding errors of a run grow. It is 1; in compensated
+/// arithmetic, where only the rounding of the state that is read may be left, it is between 0 and 1
+/// and taken from the last three quarters of the run.
+double power_of_rounding(const Candidate& candidate, const std::vector<double>& course,
+                         const ErrorGrowth::Steps& steps) {
+  if (!is_compensated(candidate)) return 1;
+  const std::int64_t end = steps[course.size() - 1];
+  const auto quarter = std::ranges::upper_bound(steps, end / 4) - steps.begin();
+  if (quarter == 0) return 1;
+  const auto k = static_cast<std::size_t>(quarter - 1);
+  const double time = static_cast<double>(end) / static_cast<double>(steps[k]);
+  return course[k] > 0 ? std::clamp(std::log(course.back() / course[k]) / std::log(time), 0.0, 1.0)
+                       : 1;
+}
+
+/// Factor by which an error may exceed the declared one.
+constexpr double error_margin = 1.25;
+/// The part of a run's time before which its errors are not checked.
+constexpr double early = 1.0 / 8;
+
+}  // namespace
+
+double ErrorGrowth::rounding_part(const Candidate& candidate, const Run& run,
+                                  double shorter) const {
+  const std::size_t n = run.errors.size();
+  if (n > course_.size() || candidate.own_steps || candidate.order == 0) return 0;
+  const double end = run.largest_error(n), map_steps = run.work / candidate.weight;
+  const double of_method = error_margin * course_[n - 1] * std::pow(shorter, -candidate.order);
+  return std::clamp(end - of_method, 0.0, std::min(end, map_steps * unit_roundoff(candidate)));
+}
+
+double ErrorGrowth::beyond(const Candidate& candidate, const Run& run,
+                           const ErrorGrowth::Steps& steps, std::int64_t horizon_steps,
+                           std::optional<double> shorter) {
+  const std::size_t n = run.errors.size();
+  std::vector<double> course;
+  for (std::size_t i = 1; i <= n; ++i) course.push_back(run.largest_error(i));
+  const double end = course.back();
+  const double rounding = shorter ? rounding_part(candidate, run, *shorter) : 0;
+  const double rounding_power = power_of_rounding(candidate, course, steps);
+  const auto time_to = [&](std::int64_t step, std::size_t sample) {
+    return static_cast<double>(step) / static_cast<double>(steps[sample]);
+  };
+  if (n < course_.size() && course_[n - 1] > 0)
+    for (std::size_t i = n; i < course_.size(); ++i)
+      course.push_back((end - rounding) * (course_[i] / course_[n - 1]) +
+                       rounding * std::pow(time_to(steps[i], n - 1), rounding_power));
+  const double rest = time_to(horizon_steps, course.size() - 1);
+  const double power = candidate.keeps_energy ? 1 : power_of(course, steps);
+  const double rounding_there =
+      rounding * std::pow(time_to(steps[course.size() - 1], n - 1), rounding_power);
+  const double at_horizon = (course.back() - rounding_there) * std::pow(rest, power) +
+                            rounding_there * std::pow(rest, rounding_power);
+  course_.assign(course.begin(), std::ranges::lower_bound(course, saturated_error));
+  if (least_doubling(course, steps) > most_by_a_power) {
+    const double exponent = 2 * std::log(doubling(course, steps, course.size() - 1)) * (rest - 1);
+    const double grown = course.back() * std::exp(std::min(exponent, 700.0));
+    return std::min(grown, std::max(1.0, end)) / end;
+  }
+  return end > 0 ? at_horizon / end : std::pow(rest, power);
+}
+
+bool ErrorGrowth::falls_as_declared(const Candidate& candidate, double shorter, const Run& run,
+                                    const ErrorGrowth::Steps& steps) const {
+  const std::size_t n = run.errors.size();
+  if (n == 0 || n > course_.size() || candidate.own_steps) return false;
+  const double from = early * static_cast<double>(steps[n - 1]);
+  for (std::size_t i = 0; i < n; ++i)
+    if (static_cast<double>(steps[i]) >= from &&
+        !(run.largest_error(i + 1) <=
+          error_margin * course_[i] * std::pow(shorter, -candidate.order)))
+      return false;
+  return true;
+}
+
+}  // namespace stiefel

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "engine/accuracy/candidates.h"
+#include "engine/accuracy/measurement.h"
+
+namespace stiefel {
+
+/// Extrapolates the errors of one candidate beyond the end of runs that are cut short. Runs with
+/// longer steps went further, and the errors of a method at different steps differ in time only by
+/// a factor. The errors therefore grow as those of longer steps did, and beyond the end of these by
+/// the declared power of time; where none is declared, the power is between linear and quadratic
+/// and taken from the last half of the run.
+///
+/// An error that grew more than eightfold in each of the last two doublings of the time grows
+/// exponentially. It goes on so, up to the size of the quantity itself.
+class ErrorGrowth {
+ public:
+  using Steps = std::vector<std::int64_t>;  ///< the steps at which a run has its errors
+
+  /// Returns the factor by which the largest error of a run grows up to the horizon. Remembers the
+  /// run, as far as its errors are small, for later runs of the same candidate.
+  ///
+  /// `shorter` is the number of steps of this run in one step of the previous one. If it is given,
+  /// the part of the error that the previous run's error and the order do not explain is taken for
+  /// rounding, up to one unit of roundoff a step. Rounding grows in proportion to time, in
+  /// compensated arithmetic less: it does not grow as the method's error does.
+  double beyond(const Candidate& candidate, const Run& run, const Steps& steps,
+                std::int64_t horizon_steps, std::optional<double> shorter = {});
+
+  /// Whether in the last three doublings of a run's time its errors are at most the errors of the
+  /// previous run there divided by `shorter`^order. `shorter` is the number of steps of this run in
+  /// one step of the previous one. The errors are then those of the method and not of rounding, and
+  /// go on as the previous ones did. Rounding errors are a random walk: in single precision an
+  /// extrapolation from a part of the run is wrong by a factor of up to 100.
+  bool falls_as_declared(const Candidate& candidate, double shorter, const Run& run,
+                         const Steps& steps) const;
+
+ private:
+  /// Returns the part of the error at the end of a run that is rounding.
+  double rounding_part(const Candidate& candidate, const Run& run, double shorter) const;
+
+  std::vector<double> course_;  ///< largest error up to each sample
+};
+
+}  // namespace stiefel

@@ -1,0 +1,117 @@
+#include "engine/accuracy/measured_motions.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace stiefel {
+namespace {
+
+MotionError larger(const MotionError& a, const MotionError& b) {
+  MotionError out = a;
+  if (b.attitude) out.attitude = std::max(a.attitude.value_or(0), *b.attitude);
+  out.momentum = std::max(a.momentum, b.momentum);
+  return out;
+}
+
+/// Merges the run of one more motion into that of the motions before it.
+void take_in(const Run& one, Run& all) {
+  all.errors.resize(std::min(all.errors.size(), one.errors.size()));
+  for (std::size_t i = 0; i < all.errors.size(); ++i)
+    all.errors[i] = larger(all.errors[i], one.errors[i]);
+  all.steps = std::min(all.steps, one.steps);
+  all.work += one.work;
+  all.spent += one.spent;
+  all.cpu_seconds += one.cpu_seconds;
+  if (all.drift_of.empty() || one.drift > all.drift) {
+    all.drift = one.drift;
+    all.drift_of = one.drift_of;
+  }
+}
+
+}  // namespace
+
+MeasuredMotions::MeasuredMotions(std::vector<Scene> scenes)
+    : scenes_(std::move(scenes)), of_each_(scenes_.size()) {}
+
+bool MeasuredMotions::take(const MethodDescription& method) const {
+  return std::ranges::all_of(scenes_, [&](const Scene& scene) {
+    stop_point();
+    return scene.with(method).has_value();
+  });
+}
+
+void MeasuredMotions::solve_references(std::int64_t steps, Density density,
+                                       const ReferenceNeed& need, const std::stop_token& stop) {
+  common_ = {};
+  double work = 0;
+  for (std::size_t b = 0; b < count(); ++b) {
+    const double share = (need.budget - work) / static_cast<double>(count() - b);
+    Samples one =
+        take_samples(scenes_[b], steps, density, {need.time, share, need.quadruple}, stop);
+    work += one.work;
+    if (one.steps.empty()) {
+      // The other references are not needed, because nothing can be measured on all motions.
+      one.first_price *= static_cast<double>(count());
+      one.work = work;
+      of_each_.assign(count(), one);
+      common_ = std::move(one);
+      return;
+    }
+    if (count() > 1) take_in(one);
+    of_each_[b] = std::move(one);
+  }
+}
+
+void MeasuredMotions::take_in(const Samples& one) {
+  if (common_.steps.empty()) {
+    common_.steps = one.steps;
+    for (const auto& answer : one.answers) common_.answers.push_back({{}, answer.error});
+    common_.reference = one.reference;
+    common_.work = one.work;
+    return;
+  }
+  // References that differ in the work of an answer have samples at different steps.
+  Samples both;
+  for (std::size_t i = 0, j = 0; i < common_.steps.size(); ++i) {
+    while (j < one.steps.size() && one.steps[j] < common_.steps[i]) ++j;
+    if (j == one.steps.size() || one.steps[j] != common_.steps[i]) continue;
+    both.steps.push_back(common_.steps[i]);
+    both.answers.push_back({{}, std::max(common_.answers[i].error, one.answers[j].error)});
+  }
+  common_.steps = std::move(both.steps);
+  common_.answers = std::move(both.answers);
+  if (common_.reference.find(one.reference) == std::string::npos)
+    common_.reference += " or " + one.reference;
+  common_.work += one.work;
+}
+
+Run MeasuredMotions::run(const MethodDescription& method, double weight,
+                         const std::vector<std::int64_t>& compared, std::int64_t to, Watch watch,
+                         const std::stop_token& stop, double most_work) const {
+  const double weight_of_one = weight / static_cast<double>(count());
+  Run all;
+  for (std::size_t b = 0; b < count(); ++b) {
+    Run one = stiefel::run(scenes_[b].with(method).value(), weight_of_one, of_each_[b], compared,
+                           to, watch, stop, most_work - all.spent);
+    const RunStatus status = one.status;
+    if (b == 0)
+      all = std::move(one);
+    else
+      stiefel::take_in(one, all);
+    if (status.reached()) continue;
+    all.status = status;
+    if (count() > 1) all.status.member = static_cast<int>(b);
+    break;
+  }
+  return all;
+}
+
+std::vector<Candidate> taken_by_all(std::vector<Candidate> candidates,
+                                    const MeasuredMotions& motions) {
+  if (motions.count() == 1) return candidates;
+  std::erase_if(candidates, [&](const Candidate& one) { return !motions.take(one.method); });
+  for (Candidate& one : candidates) one.weight *= static_cast<double>(motions.count());
+  return candidates;
+}
+
+}  // namespace stiefel

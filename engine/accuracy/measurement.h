@@ -1,0 +1,83 @@
+#pragma once
+
+#include <vector>
+
+#include "engine/accuracy/candidates.h"
+#include "engine/accuracy/reference.h"
+#include "stiefel/simulation.h"
+#include "stiefel/stop.h"
+
+namespace stiefel {
+
+/// Returns the number of steps to the first state at or beyond a time.
+std::int64_t steps_to(double horizon, double step);
+
+/// Returns steps up to a horizon with which a run that is cut short can be compared: eight at equal
+/// distances, and the half, the quarter, ... of the horizon; ascending.
+std::vector<std::int64_t> coarse_steps(std::int64_t horizon_steps);
+
+/// Most steps at which a run over the whole horizon is compared, beside the coarse ones.
+constexpr std::size_t most_dense_steps = 512;
+
+/// Returns the coarse steps and up to `count` more, one at a pseudo-random place in each of as many
+/// equal parts of the horizon; all steps of a short horizon. No period of the motion hides an error
+/// from them.
+std::vector<std::int64_t> dense_steps(std::int64_t horizon_steps, std::size_t count);
+
+/// The states of the reference with which runs are compared.
+struct Samples {
+  std::vector<std::int64_t> steps;  ///< ascending; include coarse_steps
+  std::vector<Reference::Answer> answers;
+  std::string reference;
+  double work = 0;
+  /// Without samples: the work that the first one would take, as far as is known.
+  double first_price = 0;
+
+  std::int64_t last() const { return steps.empty() ? 0 : steps.back(); }
+};
+
+enum class Density { coarse, dense };
+
+/// Computes samples as far towards `steps` as the reference gets within its budget. Dense samples
+/// take at most a quarter of the budget and 64 MiB. Without a reference there are no samples, and
+/// `reference` is empty.
+Samples take_samples(const Scene& scene, std::int64_t steps, Density density,
+                     const ReferenceNeed& need, const std::stop_token& stop);
+
+/// Errors of at least this size are as large as the quantity itself: they do not grow any more, and
+/// do not yet fall with the step.
+constexpr double saturated_error = 0.1;
+
+/// A run of a scene, and its errors against the reference.
+struct Run {
+  RunStatus status;
+  std::vector<MotionError> errors;  ///< at the steps to compare that the run reached
+  std::int64_t steps = 0;
+  double work = 0;
+  double spent = 0;  ///< part of the budget that was used: `work`, or more where steps failed
+  double cpu_seconds = 0;
+  double drift = 0;
+  std::string drift_of;
+
+  double largest_error(std::size_t count) const;
+};
+
+enum class Watch {
+  errors,                 ///< a closed form computes the compared states alone
+  errors_and_invariants,  ///< every state is computed
+  time,                   ///< every state is computed, none compared
+};
+
+/// Runs the scene up to the last of `compared` that is at most `to`, or until the token requests a
+/// stop or `most_work` is used up; the run status is then `cancelled`. `compared` are steps of
+/// `samples`. Throws Stopped when an outer scope requires it.
+Run run(const Scene& scene, double weight, const Samples& samples,
+        const std::vector<std::int64_t>& compared, std::int64_t to, Watch watch,
+        const std::stop_token& stop, double most_work = StopScope::unlimited);
+
+/// Returns the last of `steps` that a run reaches with at most `work` when a step takes
+/// `step_work`; at least the first.
+std::int64_t affordable_steps(const std::vector<std::int64_t>& steps, double step_work,
+                              double work);
+
+}  // namespace stiefel

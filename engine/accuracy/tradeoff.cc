@@ -1,0 +1,332 @@
+#include "stiefel/tradeoff.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "engine/numbers/to_text.h"
+#include "engine/accuracy/error_growth.h"
+#include "engine/accuracy/measured_motions.h"
+#include "engine/accuracy/pareto_front.h"
+#include "engine/catalogue/methods/step_weight.h"
+#include "engine/scene/members.h"
+#include "stiefel/version.h"
+
+namespace stiefel {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+/// Share of the budget that the reference may take.
+constexpr double reference_share = 0.5;
+/// Expected number of points of a candidate, by which the rest of the budget is shared among the
+/// points to come.
+constexpr int expected_points = 12;
+constexpr int last_doubling = 16, last_decade = 11;
+/// A point is useful if it at least halves the error. After `patience` points in a row that are
+/// not, the candidate has no more points.
+constexpr double useful_ratio = 0.5;
+constexpr int patience = 2;
+/// Smallest part of the horizon that a run must cover.
+constexpr double least_part = 1.0 / 64;
+/// Smallest part of the horizon for a run in single precision, where the rounding error may still
+/// overtake the error of the method.
+constexpr double least_part_in_float = 1.0 / 8;
+
+/// Returns the error, but at least `known`, below which the reference cannot measure.
+MotionError at_least(double known, MotionError error) {
+  if (error.attitude) error.attitude = std::max(known, *error.attitude);
+  error.momentum = std::max(known, error.momentum);
+  return error;
+}
+
+/// What is measured: the motions, and the candidates that all motions take.
+struct Found {
+  MeasuredMotions motions;
+  std::vector<Candidate> all;
+};
+
+std::expected<Found, Violations> what_is_measured(const SceneDescription& scene,
+                                                  const Place& place) {
+  if (!scene.members) {
+    auto found = candidates(scene, place);
+    if (!found) return std::unexpected(std::move(found.error()));
+    return Found{MeasuredMotions({std::move(found->start)}), std::move(found->all)};
+  }
+  auto members = motions_of(scene, place);
+  if (!members) return std::unexpected(std::move(members.error()));
+  auto found = candidates(member_of(scene, 0), place);
+  if (!found) return std::unexpected(std::move(found.error()));
+  MeasuredMotions motions(*std::move(members));
+  auto all = taken_by_all(std::move(found->all), motions);
+  return Found{std::move(motions), std::move(all)};
+}
+
+/// Returns a warning for each method whose work is estimated.
+std::vector<std::string> estimated_work(const Scene& scene,
+                                        const std::vector<Candidate>& candidates) {
+  std::vector<std::string> found;
+  for (const Candidate& candidate : candidates) {
+    const auto text = estimate_warning(scene.with(candidate.method).value());
+    if (text && std::ranges::find(found, *text) == found.end()) found.push_back(*text);
+  }
+  return found;
+}
+
+double median(std::vector<double> values) {
+  std::ranges::sort(values);
+  return values[values.size() / 2];
+}
+
+}  // namespace
+
+class Tradeoff::Survey {
+ public:
+  Survey(TradeoffRequest request, MeasuredMotions motions, std::vector<Candidate> candidates);
+
+  std::expected<TradeoffSetup, Violations> solve_reference(const std::stop_token& stop);
+  std::optional<TradeoffPoint> next(const std::stop_token& stop);
+  std::vector<std::size_t> front() const;
+
+ private:
+  /// Makes the run for a point, up to `to`. In single precision it goes up to the horizon, unless
+  /// the error falls with the step as declared. Returns nullopt where the candidate's share of the
+  /// budget does not suffice.
+  std::optional<Run> first_run(const Candidate& candidate, const Scene& scene, std::int64_t to,
+                               const std::stop_token& stop);
+  TradeoffPoint measure(const Candidate& candidate, const Scene& scene, const Run& first,
+                        const std::stop_token& stop);
+  const Samples& samples() const { return motions_.samples(); }
+  double reference_error() const {
+    return samples().answers.empty() ? 0 : samples().answers.back().error;
+  }
+  /// Moves on to the next substeps or tolerance. Returns true if the point differs from the last
+  /// one.
+  bool refine(const TradeoffPoint& point);
+  void next_candidate();
+  double share() const;  ///< share of what is left, for one run
+
+  TradeoffRequest request_;
+  MeasuredMotions motions_;
+  std::vector<Candidate> candidates_;  ///< candidates that all motions take
+  std::int64_t steps_;
+  double left_;                ///< what is left of the budget
+  std::size_t candidate_ = 0;  ///< index of the current candidate
+  int refinement_ = 0;         ///< r: substeps are 2^r, or the tolerance is 10^{−3−r}
+  int useless_in_a_row_ = 0;   ///< number of points up to the last one that were not useful
+  double best_;                ///< least error of the current candidate
+  ErrorGrowth growth_;         ///< for the current candidate
+  double last_work_ = 0, last_error_ = 0;
+  std::vector<double> costs_, errors_;
+};
+
+Tradeoff::Survey::Survey(TradeoffRequest request, MeasuredMotions motions,
+                         std::vector<Candidate> candidates)
+    : request_(std::move(request)),
+      motions_(std::move(motions)),
+      candidates_(std::move(candidates)),
+      left_(request_.budget),
+      best_(infinity) {
+  const double step = *request_.scene.step;
+  if (!request_.horizon) request_.horizon = request_.scene.horizon;
+  steps_ = request_.horizon ? steps_to(*request_.horizon, step) : TradeoffRequest::default_steps;
+}
+
+std::expected<TradeoffSetup, Violations> Tradeoff::Survey::solve_reference(
+    const std::stop_token& stop) {
+  const double time = std::abs(motions_.front().time(steps_));
+  motions_.solve_references(steps_, Density::coarse, {time, reference_share * request_.budget},
+                            stop);
+  left_ -= samples().work;
+  if (samples().reference.empty() && !stop.stop_requested())
+    return std::unexpected(Violations{
+        {"scene.system", motions_.front().system(), "has no reference to measure errors against"}});
+  if (samples().steps.empty() && !stop.stop_requested())
+    return std::unexpected(
+        Violations{{"budget", to_text(request_.budget),
+                    "must be larger: the first state of the reference, " + samples().reference +
+                        ", takes " + short_text(samples().first_price) +
+                        " instructions, and the reference may take half of the budget"}});
+  TradeoffSetup setup{machine(), build_fingerprint(), samples().reference};
+  setup.reference_error = reference_error();
+  setup.horizon = time;
+  setup.steps = steps_;
+  setup.reference_steps = samples().last();
+  setup.budget = request_.budget;
+  setup.repeats = static_cast<int>(request_.repeats);
+  setup.curves = candidates_.size();
+  setup.warnings = estimated_work(motions_.front(), candidates_);
+  return setup;
+}
+
+double Tradeoff::Survey::share() const {
+  const auto to_come = static_cast<double>(candidates_.size() - candidate_) * expected_points;
+  return std::max(0.0, left_) / (to_come * static_cast<double>(request_.repeats));
+}
+
+std::optional<TradeoffPoint> Tradeoff::Survey::next(const std::stop_token& stop) {
+  while (candidate_ < candidates_.size() && !stop.stop_requested()) {
+    const Candidate& candidate = candidates_[candidate_];
+    const auto method = candidate.own_steps
+                            ? candidate.with_tolerance(std::pow(10, -3 - refinement_))
+                            : candidate.with_substeps(1 << refinement_);
+    const double step_work = candidate.weight * method.substeps.value_or(1);
+    const std::int64_t to = affordable_steps(samples().steps, step_work, share());
+    const Scene scene = motions_.front().with(method).value();
+    const double least = scene.in_float() ? least_part_in_float : least_part;
+    const bool too_short = static_cast<double>(to) < least * static_cast<double>(steps_) ||
+                           static_cast<double>(to) * step_work > share();
+    const bool too_expensive =
+        static_cast<double>(to) * step_work * static_cast<double>(request_.repeats) > left_;
+    const auto first = (refinement_ > 0 && too_short) || too_expensive
+                           ? std::nullopt
+                           : first_run(candidate, scene, to, stop);
+    if (!first) {
+      next_candidate();
+      continue;
+    }
+    auto point = measure(candidate, scene, *first, stop);
+    if (stop.stop_requested()) return std::nullopt;
+    if (point.status.outcome == Outcome::cancelled) {  // it took more work than was left
+      next_candidate();
+      continue;
+    }
+    const bool another = refine(point);
+    if (!another) continue;
+    costs_.push_back(point.work);
+    errors_.push_back(point.error ? point.error->largest() : std::nan(""));
+    return point;
+  }
+  return std::nullopt;
+}
+
+std::optional<Run> Tradeoff::Survey::first_run(const Candidate& candidate, const Scene& scene,
+                                               std::int64_t to, const std::stop_token& stop) {
+  const auto go_to = [&](std::int64_t steps) {
+    Run made = motions_.run(*scene.description().method, candidate.weight, samples().steps, steps,
+                            Watch::errors_and_invariants, stop, std::max(left_, 0.0));
+    left_ -= made.spent;
+    return made;
+  };
+  if (to == steps_ || !scene.in_float()) return go_to(to);
+  if (refinement_ > 0) {
+    Run part = go_to(to);
+    if (!part.status.reached() || growth_.falls_as_declared(candidate, 2, part, samples().steps))
+      return part;
+  }
+  const double whole = candidate.weight * scene.substeps() * static_cast<double>(steps_);
+  if (samples().last() < steps_ || whole > expected_points * share()) return std::nullopt;
+  return go_to(steps_);
+}
+
+TradeoffPoint Tradeoff::Survey::measure(const Candidate& candidate, const Scene& scene,
+                                        const Run& first, const std::stop_token& stop) {
+  TradeoffPoint point;
+  point.method = *scene.description().method;
+  point.status = first.status;
+  point.measured_steps = first.steps;
+  point.drift = first.drift;
+  point.drift_of = first.drift_of;
+  if (first.steps == 0 || point.status.outcome == Outcome::cancelled) return point;
+
+  const double time = std::abs(scene.time(first.steps));
+  point.cpu_seconds_per_second.push_back(first.cpu_seconds / time);
+  for (int k = 1; k < request_.repeats && first.status.reached() && first.spent <= left_; ++k) {
+    left_ -= first.spent;
+    const Run again = motions_.run(*scene.description().method, candidate.weight, samples().steps,
+                                   first.steps, Watch::time, stop);
+    if (again.status.outcome == Outcome::cancelled) {
+      point.status = again.status;
+      return point;
+    }
+    point.cpu_seconds_per_second.push_back(again.cpu_seconds / time);
+  }
+  const double seconds = median(point.cpu_seconds_per_second);
+  point.steps_per_second = seconds > 0 ? 1 / (seconds * std::abs(scene.step())) : infinity;
+  const double rest = static_cast<double>(steps_) / static_cast<double>(first.steps);
+  point.work = first.work * rest;
+  if (!first.status.reached()) return point;
+
+  const double known = reference_error();
+  point.error = at_least(known, first.errors.back());
+  point.below_reference = first.errors.back().largest() <= known;
+  point.extrapolated = first.steps < steps_;
+  const double growth = growth_.beyond(candidate, first, samples().steps, steps_, 2);
+  if (point.extrapolated) {
+    // The amplitude of an oscillating error does not grow, so its envelope is extrapolated.
+    const double envelope = std::max(known, first.largest_error(first.errors.size()));
+    const double factor = growth * std::min(envelope / point.error->largest(), 4.0);
+    if (point.error->attitude) *point.error->attitude *= factor;
+    point.error->momentum *= factor;
+    if (!candidate.keeps_energy) point.drift *= rest;
+  }
+  return point;
+}
+
+bool Tradeoff::Survey::refine(const TradeoffPoint& point) {
+  const double error = point.error ? point.error->largest() : infinity;
+  // The point counts only if it differs: a tighter tolerance may not change the steps yet.
+  const bool another = point.work != last_work_ || error != last_error_;
+  last_work_ = point.work;
+  last_error_ = error;
+  // A point whose step is too long for the method does not count against shorter steps.
+  const bool useful = error <= useful_ratio * best_ || error > saturated_error;
+  if (another) useless_in_a_row_ = useful ? 0 : useless_in_a_row_ + 1;
+  best_ = std::min(best_, error);
+  ++refinement_;
+  const Candidate& candidate = candidates_[candidate_];
+  const int last = candidate.order == 0 ? 0 : candidate.own_steps ? last_decade : last_doubling;
+  if (useless_in_a_row_ >= patience || refinement_ > last) next_candidate();
+  return another;
+}
+
+void Tradeoff::Survey::next_candidate() {
+  ++candidate_;
+  refinement_ = useless_in_a_row_ = 0;
+  best_ = infinity;
+  growth_ = {};
+  last_work_ = last_error_ = 0;
+}
+
+std::vector<std::size_t> Tradeoff::Survey::front() const {
+  std::vector<CostAndError> points;
+  for (std::size_t i = 0; i < costs_.size(); ++i) points.push_back({costs_[i], errors_[i]});
+  return pareto_front(points);
+}
+
+std::expected<Tradeoff, Violations> Tradeoff::prepare(TradeoffRequest request) {
+  Violations wrong;
+  if (request.horizon && !(std::isfinite(*request.horizon) && *request.horizon > 0))
+    wrong.push_back({"horizon", to_text(*request.horizon), "must be finite and > 0"});
+  if (!(std::isfinite(request.budget) && request.budget > 0))
+    wrong.push_back({"budget", to_text(request.budget), "must be finite and > 0"});
+  if (request.repeats < 1 || request.repeats > 100)
+    wrong.push_back({"repeats", std::to_string(request.repeats), "must be 1 to 100"});
+  const auto place = Place::inside("scene");
+  const auto& members = request.scene.members;
+  const bool too_many = members && *members > TradeoffRequest::most_members;
+  if (too_many)
+    wrong.push_back(place.violation("members", std::to_string(*members),
+                                    "must be at most " +
+                                        std::to_string(TradeoffRequest::most_members) +
+                                        " in a trade-off, which keeps the reference of each"));
+  if (too_many) return std::unexpected(std::move(wrong));
+  auto found = what_is_measured(request.scene, place);
+  if (!found) wrong.insert(wrong.end(), found.error().begin(), found.error().end());
+  if (!wrong.empty()) return std::unexpected(std::move(wrong));
+  return Tradeoff(std::make_unique<Survey>(std::move(request), std::move(found->motions),
+                                           std::move(found->all)));
+}
+
+Tradeoff::Tradeoff(std::unique_ptr<Survey> survey) : survey_(std::move(survey)) {}
+Tradeoff::Tradeoff(Tradeoff&&) noexcept = default;
+Tradeoff::~Tradeoff() = default;
+
+std::expected<TradeoffSetup, Violations> Tradeoff::solve_reference(const std::stop_token& stop) {
+  return survey_->solve_reference(stop);
+}
+std::optional<TradeoffPoint> Tradeoff::next(const std::stop_token& stop) {
+  return survey_->next(stop);
+}
+std::vector<std::size_t> Tradeoff::front() const { return survey_->front(); }
+
+}  // namespace stiefel

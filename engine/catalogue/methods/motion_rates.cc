@@ -1,0 +1,172 @@
+#include "engine/catalogue/methods/motion_rates.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <tuple>
+
+#include "engine/linalg/lie/principal_moments_3.h"
+#include "engine/linalg/lie/so_3.h"
+#include "engine/linalg/matrix_equations/inertia_operator.h"
+#include "engine/rigid_body/exact/sorted_top.h"
+#include "stiefel/scene.h"
+
+namespace stiefel {
+namespace {
+
+/// The equations dM/dt = [M, Ω], M = ΛΩ + ΩΛ, of a body in four dimensions, [RB] (2.2), (2.3), and
+/// their derivative.
+class Momentum {
+ public:
+  explicit Momentum(const Eigen::Vector4d& lambda) : lambda_(lambda) {}
+
+  Eigen::Matrix4d field(const Eigen::Matrix4d& M) const { return bracket(M, Omega(M)); }
+  /// Returns (‖M̈‖/‖M‖)^{1/2}.
+  double rate(const Eigen::Matrix4d& M) const {
+    const Eigen::Matrix4d dM = field(M), ddM = bracket(dM, Omega(M)) + bracket(M, Omega(dM));
+    return std::sqrt(ddM.norm() / M.norm());
+  }
+
+ private:
+  Eigen::Matrix4d Omega(const Eigen::Matrix4d& M) const {
+    Eigen::Matrix4d Omega;
+    inverse_inertia(lambda_, M, Omega);
+    return Omega;
+  }
+  static Eigen::Matrix4d bracket(const Eigen::Matrix4d& A, const Eigen::Matrix4d& B) {
+    return A * B - B * A;
+  }
+  Eigen::Vector4d lambda_;
+};
+
+constexpr int geodesic_rotations = 16, geodesic_steps = 128 * geodesic_rotations;
+
+/// Geodesics on V(1, N) in Lagrangian form, [ST] (16): q̈ = −(q̇ᵀq̇ / qᵀΛ⁻¹q) Λ⁻¹q. Ellipsoid has
+/// the same field with divisions by λ; the products with 1/λ here take less time.
+template <int N>
+class Geodesic {
+ public:
+  using Row = Eigen::Vector<double, N>;
+
+  explicit Geodesic(const Row& lambda) : lambda_(lambda), inverse_(lambda.cwiseInverse()) {}
+
+  /// Returns the largest (‖q⃛‖/‖q̇‖)^{1/2} in sixteen rotations; v is q̇, of norm 1.
+  double largest_rate(Row q, Row v) const {
+    constexpr double dt = 2 * std::numbers::pi * geodesic_rotations / geodesic_steps;
+    const double E = energy(v);
+    Row a = q, half_q = q, half_v = v, before = q;
+    double largest = 0;  // largest ‖q⃛‖²/‖q̇‖²
+    for (int k = 0; k < geodesic_steps; ++k) {
+      acceleration(q, v, a);
+      if (k > 0) largest = std::max(largest, (a - before).squaredNorm() / v.squaredNorm());
+      before = a;
+      half_q = q + dt / 2 * v;
+      half_v = v + dt / 2 * a;
+      acceleration(half_q, half_v, a);
+      q += dt * half_v;
+      v += dt * a;
+      // Restores ‖q‖ = 1, q·q̇ = 0 and the energy.
+      q /= q.norm();
+      v -= v.dot(q) * q;
+      v *= std::sqrt(E / energy(v));
+    }
+    return std::sqrt(std::sqrt(largest) / dt);
+  }
+
+ private:
+  double energy(const Row& v) const { return v.cwiseAbs2().dot(lambda_); }
+  void acceleration(const Row& q, const Row& v, Row& a) const {
+    a = -v.squaredNorm() / q.cwiseAbs2().dot(inverse_) * q.cwiseProduct(inverse_);
+  }
+
+  Row lambda_, inverse_;
+};
+
+/// Returns the body of a scene in three dimensions along its principal axes in the order of their
+/// moments. Moments and momentum are divided by their largest element, so that no square overflows.
+SortedTop<double> sorted_top(const Scene& scene) {
+  const auto [I, differences] = PrincipalMoments3<double>(scene.inertia());
+  const Eigen::Vector3d m = vee(scene.M());
+  const Eigen::Vector3d& lambda = scene.inertia();
+  std::array<int, 3> axis{0, 1, 2};
+  std::ranges::sort(axis, {}, [&, moments = I](int a) { return moments(a); });
+  const auto along = [&](const Eigen::Vector3d& v) -> Eigen::Vector3d {
+    return Eigen::Vector3d(v(axis[0]), v(axis[1]), v(axis[2])) / v.cwiseAbs().maxCoeff();
+  };
+  // I_a − I_b = λ_b − λ_a
+  const auto difference = [&, largest = I.maxCoeff()](int a, int b) {
+    return (lambda(axis[b]) - lambda(axis[a])) / largest;
+  };
+  return {along(I), difference(1, 0), difference(2, 1), along(m)};
+}
+
+/// The axes (i, j, k) of Jacobi's functions, counted from 0: m circles the axis i, j = 1.
+struct JacobiAxes {
+  int i, k;
+  explicit JacobiAxes(const SortedTop<double>& top) : i(top.Delta(1) < 0 ? 0 : 2), k(2 - i) {}
+};
+
+}  // namespace
+
+double separatrix_parameter(const Scene& scene) {
+  if (scene.M().isZero(0)) return 1;
+  const auto top = sorted_top(scene);
+  const auto [i, k] = JacobiAxes(top);
+  const double mc = top.Delta(1) * top.difference(k, i) / (top.Delta(k) * top.difference(1, i));
+  return mc < 1 ? mc : 1;  // 0/0 for a symmetric body that does not wobble
+}
+
+double largest_turning_rate(const Scene& scene) {
+  if (scene.M().isZero(0)) return 0;
+  const auto top = sorted_top(scene);
+  const auto [i, k] = JacobiAxes(top);
+  const auto& [I, m, Delta] = std::tie(top.I, top.m, top.Delta);
+  const auto quotient = [](double a, double b) { return b != 0 ? a / b : 0; };
+  // The squares of m where m_j = 0, and where |m_j| is largest.
+  const double B_i = quotient(I(i) * Delta(k), top.difference(i, k)),
+               B_k = quotient(I(k) * Delta(i), top.difference(k, i)),
+               B_j = std::min(quotient(I(1) * Delta(i), top.difference(1, i)), top.G * top.G);
+  const auto square = [&](double m_i, double m_j, double m_k) {
+    return m_i / (I(i) * I(i)) + m_j / (I(1) * I(1)) + m_k / (I(k) * I(k));
+  };
+  const double now = m.cwiseQuotient(I).squaredNorm();
+  const double omega = std::max({now, square(B_i, 0, B_k), square(top.G * top.G - B_j, B_j, 0)});
+  const double lambda = std::abs(Delta(k) * top.difference(i, 1)) / (I(0) * I(1) * I(2));
+  const double unit = vee(scene.M()).cwiseAbs().maxCoeff() /
+                      PrincipalMoments3<double>(scene.inertia()).moments.maxCoeff();
+  return unit * std::sqrt(std::max(omega, lambda));
+}
+
+double mean_momentum_rate(const Scene& scene, double angular_speed) {
+  constexpr int rotations = 4, steps = 16 * rotations;
+  const double size = scene.M().cwiseAbs().maxCoeff(), inertia = scene.inertia().maxCoeff();
+  if (size == 0 || angular_speed == 0) return 0;
+  const double dt = rotations * 2 * std::numbers::pi / steps * (size / inertia / angular_speed);
+  const Momentum momentum(scene.inertia() / inertia);
+  Eigen::Matrix4d M = scene.M() / size;
+  double sum = 0;
+  for (int k = 0; k < steps; ++k) {
+    sum += std::pow(momentum.rate(M), 4);
+    M += dt * momentum.field(M + dt / 2 * momentum.field(M));
+  }
+  return size / inertia * std::sqrt(std::sqrt(sum / steps));
+}
+
+double largest_velocity_rate(const Scene& scene) {
+  const double size = scene.block("S").cwiseAbs().maxCoeff(), inertia = scene.inertia().maxCoeff();
+  if (size == 0) return 0;
+  const Eigen::VectorXd lambda = scene.inertia() / inertia, q = scene.Q().transpose(),
+                        v = (scene.block("S") / size).transpose().cwiseQuotient(lambda);
+  const double speed = v.norm(),
+               rate = lambda.size() == 3
+                          ? Geodesic<3>(lambda).largest_rate(q, v / speed)
+                          : Geodesic<Eigen::Dynamic>(lambda).largest_rate(q, v / speed);
+  return rate * speed * (size / inertia);
+}
+
+double velocity_rate_work(Eigen::Index N) {
+  return geodesic_steps * (N == 3 ? 170.0 : 310 + 55 * static_cast<double>(N));
+}
+
+}  // namespace stiefel

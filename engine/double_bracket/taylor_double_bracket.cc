@@ -1,0 +1,10 @@
+#include "engine/double_bracket/taylor_double_bracket.h"
+
+namespace stiefel {
+
+template class TaylorDoubleBracket<long double>;
+template class TaylorMotion<TaylorDoubleBracket<long double>>;
+template class TaylorDoubleBracket<Quad>;
+template class TaylorMotion<TaylorDoubleBracket<Quad>>;
+
+}  // namespace stiefel

@@ -1,0 +1,116 @@
+#include "engine/catalogue/two_form.h"
+#include "engine/frames/body/stiefel_momenta.h"
+#include "engine/frames/stiefel_forms.h"
+#include "engine/laws/tangent_spaces.h"
+
+namespace stiefel {
+namespace {
+
+using Dense = Eigen::MatrixXd;
+
+void check(SceneDraft& draft) {
+  if (check_stiefel_frame(draft)) set_tangent(draft, "S", false);
+}
+
+WithinDomain<Phase> read(const Scene& scene, Margins&) {
+  Phase x = phase_of_costate(scene, scene.Q(), scene.block("S"));
+  if (!x.square()) x.S = scene.block("S");
+  return x;
+}
+WithinDomain<Expression> write(const Phase& x, const ConversionTarget&, Margins&) {
+  return Expression{{{"Q", x.Q}, {"S", S_of(x)}}};
+}
+constexpr Representation representation = {false, read, write};
+
+constexpr auto start = [](const auto& g) {
+  return g.start(series_equations::stiefel, g.block("Q"), g.block("S"));
+};
+
+constexpr TwoForm form_of_pairs = {
+    {"omega_pairs",
+     {"Q", "S"},
+     "tr(u_1^T v_2) - tr(u_2^T v_1) of u = (u_1, u_2), v = (v_1, v_2)",
+     "[ST] (63)"},
+    {"Q", "S"},
+    [](const Scene& s) { return space_of(CotangentOfFrames<double>{s.inertia()}); }};
+
+/// Pairs (Q, S̄) with tangent vectors (QU, QZ), [ST] (93).
+struct CotangentPairs {
+  Dense tangent(const Dense& x, const Dense& G) const {
+    const Eigen::Index n = x.rows() / 2;
+    const Dense Q = x.topRows(n);
+    return stacked_pair<double>(tangent_to_frames<double>(Q, G.topRows(n)),
+                                tangent_to_frames<double>(Q, G.bottomRows(n)));
+  }
+  double form(const Dense& x, const Dense& u, const Dense& v) const {
+    const Eigen::Index n = x.rows() / 2;
+    const Dense Q = x.topRows(n), S = x.bottomRows(n);
+    return omega_cotangent<double>(stacked_pair<double>(Q, S_bar(Q, S)), u, v);
+  }
+};
+constexpr TwoForm form_of_cotangent_pairs = {
+    {"omega_cotangent",
+     {"QU", "QZ"},
+     "<Q U_2 W + Q Z_2, Q U_1> - <Q U_1 W + Q Z_1, Q U_2> of (Q U_i, Q Z_i), <A, B> = tr(A^T "
+     "B), "
+     "W = Q^T R - R^T Q, R = S (I - 1/2 Q^T Q)",
+     "[ST] (93)"},
+    {"Q", "S"},
+    [](const Scene&) { return space_of(CotangentPairs()); }};
+
+bool is_isotropic(const Scene& scene) {
+  return (scene.inertia().array() == scene.inertia()(0)).all();
+}
+bool in_the_plane(const Scene& scene) { return scene.dimension() == 2; }
+Eigen::Index rows(const Scene& scene) { return scene.block("Q").rows(); }
+bool has_whole_attitude(const Scene& scene) { return rows(scene) >= scene.dimension() - 1; }
+
+/// The speed varies up to the root of λ_max/λ_min, and equal substeps that suffice for the fastest
+/// passage cost more than steps that follow it.
+bool is_one_point_in_a_wide_metric(const Scene& scene) {
+  return is_one_point(scene) && scene.inertia().maxCoeff() > 10 * scene.inertia().minCoeff();
+}
+bool has_four_dimensions(const Scene& scene) { return scene.dimension() == 4; }
+
+// With 1 < n < N - 1 most motions are chaotic: their condition is 1e6 and more after 100 rotations,
+// and a larger tolerance suffices to keep the error below 1e-8 times the condition. A few, mostly
+// in four dimensions, have a condition of only 100; for N > 4 the bound on the step suffices for
+// them.
+constexpr std::array recommendations = {
+    Recommendation{.where = "Lambda a multiple of the identity",
+                   .takes = is_isotropic,
+                   .method = "exact",
+                   .arithmetic = "compensated"},
+    restricted("N = 2", in_the_plane, with_error_control(2e-13, 0.12)),
+    restricted("n >= N - 1", has_whole_attitude, with_error_control(5e-14, 0.12)),
+    restricted("n = 1, Lambda over more than 1:10", is_one_point_in_a_wide_metric,
+               with_error_control(5e-13, 0.15)),
+    Recommendation{.where = "n = 1",
+                   .takes = is_one_point,
+                   .method = "variational",
+                   .order = 8,
+                   .largest_h_velocity_rate = 0.3},
+    restricted("N = 4", has_four_dimensions, with_error_control(5e-13, 0.15)),
+    with_error_control(2e-12, 0.14)};
+
+}  // namespace
+
+SystemEntry stiefel_entry() {
+  SystemInfo info = stiefel_info({"S", "n x N", true, "S = Q' Lambda"});
+  info.fields.push_back({"M", "N x N", "M = Q^T S - S^T Q, N <= 4096"});
+  info.name = "stiefel";
+  info.summary = "geodesics on the Stiefel manifold V(n, N) with the metric of Lambda";
+  info.equations = "Q' = S Lambda^-1, S' = B Q, K B + B K = -2 Q' Q'^T, K = Q Lambda^-1 Q^T";
+  info.source = "[ST] (37)-(39)";
+  info.file = "engine/frames/body/stiefel.h";
+  return {.info = info,
+          .check = check,
+          .recommended = recommendations,
+          .in_float = true,
+          .two_forms = {&form_of_pairs, &form_of_cotangent_pairs},
+          .representation = &representation,
+          .motion = &in_both<start>,
+          .rate = Rate::frame_speed};
+}
+
+}  // namespace stiefel

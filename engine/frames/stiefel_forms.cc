@@ -1,0 +1,143 @@
+#include "engine/frames/stiefel_forms.h"
+
+#include <cmath>
+
+#include "engine/frames/body/stiefel_invariants.h"
+#include "engine/frames/body/stiefel_momenta.h"
+#include "engine/linalg/lie/orthogonal.h"
+#include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
+#include "engine/rigid_body/body/rigid_velocity.h"
+#include "engine/stepping/at_rest.h"
+#include "stiefel/invariant_names.h"
+
+namespace stiefel {
+
+SystemInfo stiefel_info(BlockInfo other) {
+  SystemInfo info{};
+  info.blocks = {{"Q", "n x N", true, "frame, orthonormal rows"}, other};
+  info.fields = {{"Q", "n x N", "frame, orthonormal rows"},
+                 {other.name, other.shape, other.description},
+                 {"Qdot", "n x N", "Q', velocity of the frame"}};
+  info.invariants = {
+      {family::energy, "1/2 tr(S Lambda^-1 S^T), S = Q' Lambda", "[ST] (3)"},
+      {family::spatial_momentum, "S Q^T - Q S^T, n x n", "[ST] (44)"},
+      {family::orthogonality, "Q Q^T = I", ""},
+  };
+  return info;
+}
+
+bool check_stiefel_frame(SceneDraft& draft, const char* frame) {
+  draft.refuse_other_numbers();
+  draft.refuse_if(draft.given().body.has_value(), "body");
+  draft.check_block_names();
+  const auto found = draft.given().initial.find(frame);
+  const Eigen::Index n = found == draft.given().initial.end() ? 1 : found->second.values.rows();
+  if (!draft.set_inertia(2, Scene::max_elements)) return false;
+  draft.check_inertia_positive();
+  const Eigen::Index N = draft.scene().dimension();
+  if (n > N || n > Scene::max_dimension || n * N > Scene::max_elements) {
+    draft.refuse("initial." + std::string(frame), shape_text(n, N),
+                 "must have n ≤ N, n ≤ " + std::to_string(Scene::max_dimension) + " and n N ≤ " +
+                     std::to_string(Scene::max_elements));
+    return false;
+  }
+  if (const RowMatrix* Q = draft.block(frame, n, N)) draft.set_frame(frame, *Q);
+  return draft.sound();
+}
+
+void set_costate(SceneDraft& draft, const std::string& name, const RowMatrix& P) {
+  const Eigen::VectorXd inverse = draft.scene().inertia().cwiseInverse();
+  const double velocity = (P * inverse.asDiagonal()).cwiseAbs().maxCoeff();
+  if (draft.check_velocity("initial." + name, "max |" + name + "Λ⁻¹|", velocity))
+    draft.set_block(name, P);
+}
+
+void set_tangent(SceneDraft& draft, const char* name, bool is_velocity) {
+  const Eigen::MatrixXd& Q = draft.scene().Q();
+  const Eigen::VectorXd& lambda = draft.scene().inertia();
+  const RowMatrix* given = draft.block(name, Q.rows(), Q.cols());
+  if (given == nullptr) return;
+  Eigen::MatrixXd V = *given;
+  if (!is_velocity) V *= lambda.cwiseInverse().asDiagonal();
+  if (!draft.check_velocity("initial." + std::string(name), "max |Q̇|", V.cwiseAbs().maxCoeff()))
+    return;
+  const Eigen::MatrixXd product = V * Q.transpose(), defect = product + product.transpose();
+  const double size = defect.cwiseAbs().maxCoeff(), speed = V.stableNorm();
+  if (!(size <= draft.largest_repair() * speed))
+    return draft.refuse(
+        "initial." + std::string(name), "max |Q̇Qᵀ + QQ̇ᵀ| = " + to_text(size),
+        "must be tangent: Q̇Qᵀ skew-symmetric to " + to_text(draft.largest_repair()) + " ‖Q̇‖");
+  if (size > 4 * static_cast<double>(Q.cols()) * 0x1p-53 * speed) {
+    // V ← V − YQΛ⁻¹ with KY + YK = defect, K = QΛ⁻¹Qᵀ: the projection in the metric Λ.
+    const Eigen::MatrixXd G = Q * lambda.cwiseInverse().asDiagonal();
+    SymmetricLyapunov<double> lyapunov(Q.rows());
+    lyapunov.factor(G * Q.transpose());
+    Eigen::MatrixXd Y = defect;
+    lyapunov.solve(Y, Y);
+    V -= Y * G;
+  } else {
+    return draft.set_block(name, *given);
+  }
+  if (!is_velocity) V *= lambda.asDiagonal();
+  draft.set_block(name, V);
+}
+
+Phase phase_of_costate(const Scene& scene, const Eigen::MatrixXd& Q, const Eigen::MatrixXd& P) {
+  Phase x{scene.inertia(), scene.step(), Q, {}, {}};
+  if (x.square())
+    x.M = dense_M(Q, P);
+  else
+    x.S = Legendre_inverse(x.lambda, Q, P);
+  return x;
+}
+
+WithinDomain<Phase> read_costate(const Scene& scene, Margins&) {
+  return phase_of_costate(scene, scene.Q(), scene.block("P"));
+}
+
+Eigen::MatrixXd S_of(const Phase& x) {
+  return x.square() ? S_of_Qdot<double>(x.lambda, Qdot_of_M(x.lambda, x.Q, x.M)) : x.S;
+}
+
+void report_geodesic(StackedObservables& observables, const Scene& scene, Eigen::Index n,
+                     std::function<Eigen::MatrixXd(const Eigen::MatrixXd& x)> S, SizeOf terms) {
+  const Eigen::VectorXd lambda = scene.inertia();
+  const auto Qdot = [=](const Eigen::MatrixXd& x) -> Eigen::MatrixXd {
+    return S(x) * lambda.cwiseInverse().asDiagonal();
+  };
+  observables.field({"Qdot", static_cast<int>(n), scene.dimension()},
+                    [Qdot](const auto& x, auto out) { out = Qdot(x); });
+  observables.all_invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
+    using Wide = long double;
+    const Matrix<Wide> wide_Q = x.topRows(n).cast<Wide>(), wide_S = S(x).cast<Wide>();
+    const Wide of_terms = terms(x), of_S = wide_S.stableNorm();
+    const bool at_rest = is_rounding(static_cast<double>(of_S), static_cast<double>(of_terms));
+    if (out.wants(family::energy)) {
+      const Wide E = stiefel_energy<Wide>(lambda.cast<Wide>(), wide_S);
+      out.add(family::energy, E, at_rest ? of_terms * of_terms / (2 * lambda.maxCoeff()) : E);
+    }
+    if (!out.wants(family::spatial_momentum)) return;
+    const Matrix<Wide> m = frame_momentum<Wide>(wide_Q, wide_S);
+    for (Eigen::Index i = 0; i < n; ++i)
+      for (Eigen::Index j = i + 1; j < n; ++j)
+        out.add(family::spatial_momentum, indexed(family::spatial_momentum, i + 1, j + 1), m(i, j),
+                at_rest ? of_terms : of_S);
+  };
+  observables.frame_defect = [n](const Eigen::MatrixXd& x) {
+    return std::optional(orthogonality_defect(x.topRows(n)));
+  };
+  observables.speed = [Qdot](const Eigen::MatrixXd& x) { return Qdot(x).stableNorm(); };
+}
+
+SizeOf terms_of_S(const Scene& scene, Eigen::Index n, bool costate) {
+  const double kappa = costate ? scene.inertia().maxCoeff() / scene.inertia().minCoeff() : 0;
+  return
+      [=](const Eigen::MatrixXd& x) { return costate ? kappa * x.bottomRows(n).stableNorm() : 0; };
+}
+
+double stiefel_cost(Eigen::Index n, Eigen::Index N) {
+  const double rows = static_cast<double>(n), columns = static_cast<double>(N);
+  return 1000 + 200 * rows * rows * rows + 5 * columns * rows * rows;
+}
+
+}  // namespace stiefel

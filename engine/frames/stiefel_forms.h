@@ -1,0 +1,75 @@
+#pragma once
+
+#include <array>
+
+#include "engine/catalogue/representation.h"
+#include "engine/catalogue/series_start.h"
+#include "engine/catalogue/system_entry.h"
+#include "engine/frames/body/stiefel_legendre.h"
+#include "engine/scene/scene_draft.h"
+#include "engine/stepping/stacked_observables.h"
+
+namespace stiefel {
+
+/// Returns the common data of the systems on V(n, N): blocks Q and `other`, energy, m,
+/// orthogonality.
+SystemInfo stiefel_info(BlockInfo other);
+
+/// Checks Λ > 0 (at n = N too), a frame Q, n × N, n ≤ N, and the names of the blocks. Returns false
+/// when there is a violation.
+bool check_stiefel_frame(SceneDraft& draft, const char* frame = "Q");
+
+/// Sets an n × N block after checking that its velocity is tangent: QQ̇ᵀ + Q̇Qᵀ = 0 within the
+/// draft's largest_repair. A projection along the constraint forces then makes it tangent to
+/// rounding.
+void set_tangent(SceneDraft& draft, const char* name, bool is_velocity);
+
+/// Sets an n × N block of costates, any of which belong to a velocity of about PΛ⁻¹.
+void set_costate(SceneDraft& draft, const std::string& name, const RowMatrix& P);
+
+/// Returns the phase of Q and any costate P, for example S: S by 𝔐⁻¹, at n = N only M.
+Phase phase_of_costate(const Scene& scene, const Eigen::MatrixXd& Q, const Eigen::MatrixXd& P);
+/// Reads (Q, P).
+WithinDomain<Phase> read_costate(const Scene& scene, Margins&);
+/// Returns S of a phase, at n = N from M.
+Eigen::MatrixXd S_of(const Phase& x);
+/// M is an N × N block up to this N.
+inline constexpr Eigen::Index largest_written_M = 4096;
+
+/// Returns the start of a motion from the blocks of a frame and a costate, by 𝔐⁻¹. Makes the rows
+/// of the frame, which are orthonormal to rounding in double precision, orthonormal in Scalar: each
+/// of two iterations of Newton and Schulz squares the defect, which is 1e-16 at first.
+template <class Scalar>
+SeriesStart<Scalar> start_of_costate(const Given<Scalar>& g, const char* frame,
+                                     const char* costate) {
+  Matrix<Scalar> Q = g.block(frame);
+  for (int k = 0; k < 2; ++k) {
+    const Matrix<Scalar> defect = Matrix<Scalar>::Identity(Q.rows(), Q.rows()) - Q * Q.transpose();
+    Q += (defect * Q / 2).eval();
+  }
+  return g.start(series_equations::stiefel, Q,
+                 Legendre_inverse<Scalar>(g.lambda, Q, g.block(costate)));
+}
+
+/// Recommendations for costates on V(n, N). At n = 1 the motion is integrable, and its condition
+/// stays small while its speed varies up to the root of λ_max/λ_min.
+inline bool is_one_point(const Scene& scene) { return scene.Q().rows() == 1; }
+inline constexpr std::array for_costates = {
+    restricted("n = 1", is_one_point, with_error_control(5e-12, 0.15)),
+    with_error_control(3e-11, 0.15)};
+
+using SizeOf = std::function<double(const Eigen::MatrixXd& x)>;
+
+/// Returns a function that gives the size of the terms whose difference is S, for a state of two
+/// blocks of n rows: κ(Λ)‖P‖_F where the second block is a costate P, and 0 where it is S or Q̇.
+SizeOf terms_of_S(const Scene& scene, Eigen::Index n, bool costate);
+
+/// Adds m and the energy of (Q, S), QQᵀ − I and ‖Q̇‖, for states from which Q and S follow. The
+/// scales are E and ‖S‖_F, and at rest (at_rest.h) those of an S of the size of its terms.
+void report_geodesic(StackedObservables& observables, const Scene& scene, Eigen::Index n,
+                     std::function<Eigen::MatrixXd(const Eigen::MatrixXd& x)> S, SizeOf terms);
+
+/// Returns the rough number of nanoseconds for a step.
+double stiefel_cost(Eigen::Index n, Eigen::Index N);
+
+}  // namespace stiefel

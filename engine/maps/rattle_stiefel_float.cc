@@ -1,8 +1,0 @@
-#include "engine/maps/rattle_stiefel.h"
-
-namespace stiefel {
-
-template class RattleStiefel<float, Arithmetic::compensated>;
-template class RattleStiefel<float, Arithmetic::plain>;
-
-}  // namespace stiefel

@@ -1,8 +1,0 @@
-#include "engine/methods/closed_forms/two_valued_body.h"
-
-namespace stiefel {
-
-template class TwoValuedBody<double>;
-template class TwoValuedBody<long double>;
-
-}  // namespace stiefel

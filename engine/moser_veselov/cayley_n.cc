@@ -1,8 +1,0 @@
-#include "engine/moser_veselov/cayley_n.h"
-
-namespace stiefel {
-
-template class CayleyN<double, Arithmetic::compensated>;
-template class CayleyN<double, Arithmetic::plain>;
-
-}  // namespace stiefel

@@ -1,8 +1,0 @@
-#include "engine/moser_veselov/cayley_n.h"
-
-namespace stiefel {
-
-template class CayleyN<float, Arithmetic::compensated>;
-template class CayleyN<float, Arithmetic::plain>;
-
-}  // namespace stiefel

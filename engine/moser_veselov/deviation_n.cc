@@ -1,9 +1,0 @@
-#include "engine/moser_veselov/deviation_n.h"
-
-namespace stiefel {
-
-template class DeviationSweeps<double>;
-template class DeviationN<double, Arithmetic::compensated>;
-template class DeviationN<double, Arithmetic::plain>;
-
-}  // namespace stiefel

@@ -1,9 +1,0 @@
-#include "engine/moser_veselov/deviation_n.h"
-
-namespace stiefel {
-
-template class DeviationSweeps<float>;
-template class DeviationN<float, Arithmetic::compensated>;
-template class DeviationN<float, Arithmetic::plain>;
-
-}  // namespace stiefel

@@ -1,8 +1,0 @@
-#include "engine/moser_veselov/j_d_n.h"
-
-namespace stiefel {
-
-template class JDInverseN<float, Arithmetic::compensated>;
-template class JDInverseN<float, Arithmetic::plain>;
-
-}  // namespace stiefel

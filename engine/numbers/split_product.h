@@ -1,0 +1,51 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "engine/numbers/scalar.h"
+
+namespace stiefel {
+
+/// Computes (X + ε)ᵀ(X + ε) to nearly twice the working precision by products in working precision;
+/// ε is below the rounding of X (Ozaki et al. 2012). X = H + L, where each column of H is rounded
+/// to so few bits that HᵀH is exact, and the rest is YᵀZ + ZᵀY with Y = H + ½L, Z = L + ε. The
+/// result is `high`, of which only the upper triangle is set, plus `low` plus the transpose of
+/// `low`.
+template <class Scalar>
+class SplitProduct {
+ public:
+  explicit SplitProduct(Eigen::Index N) : H_(N, N), L_(N, N) {
+    constexpr int digits = std::numeric_limits<Scalar>::digits;
+    const int carries = static_cast<int>(std::ceil(std::log2(static_cast<double>(N))));
+    kept_ = (digits - carries) / 2;
+  }
+
+  void operator()(const Matrix<Scalar>& X, const Matrix<Scalar>& epsilon, Matrix<Scalar>& high,
+                  Matrix<Scalar>& low) {
+    constexpr int digits = std::numeric_limits<Scalar>::digits;
+    using std::ilogb;
+    for (Eigen::Index j = 0; j < X.cols(); ++j) {
+      const Scalar largest = X.col(j).cwiseAbs().maxCoeff();
+      const Scalar unit =
+          largest > 0 ? Scalar(1.5) * two_to<Scalar>(ilogb(largest) + digits - kept_) : Scalar(0);
+      for (Eigen::Index i = 0; i < X.rows(); ++i) {
+        const Scalar lifted = X(i, j) + unit;
+        H_(i, j) = lifted - unit;
+        L_(i, j) = X(i, j) - H_(i, j);
+      }
+    }
+    high.template triangularView<Eigen::Upper>().setZero();
+    high.template selfadjointView<Eigen::Upper>().rankUpdate(H_.transpose());
+    H_ += L_ / 2;
+    L_ += epsilon;
+    low.noalias() = H_.transpose() * L_;
+  }
+
+ private:
+  int kept_;
+  Matrix<Scalar> H_, L_;
+};
+
+}  // namespace stiefel

@@ -1,0 +1,22 @@
+#include "engine/parametric/parametric_forms.h"
+#include "engine/parametric/parametric_moser_veselov.h"
+#include "engine/rigid_body/rigid_body_data.h"
+#include "engine/stepping/make_simulation.h"
+#include "engine/stepping/methods_on.h"
+
+namespace stiefel {
+namespace {
+
+using Map = ParametricMoserVeselov<double>;
+
+std::unique_ptr<Simulation> make(const Scene& scene) {
+  return make_discrete_simulation(
+      scene, Map(scene.inertia(), scene.step(), scene.parameter(), scene.epsilon()),
+      shared(parametric_observables(scene, scene.step())), 2 * rigid_body_cost(scene.dimension()));
+}
+
+}  // namespace
+
+Simulations parametric_moser_veselov_simulations() { return {make, keeps_all}; }
+
+}  // namespace stiefel

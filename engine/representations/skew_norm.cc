@@ -1,7 +1,0 @@
-#include "engine/representations/skew_norm.h"
-
-namespace stiefel {
-
-template double skew_norm(const Matrix<double>& M);
-
-}  // namespace stiefel

@@ -1,0 +1,7 @@
+#include "engine/rigid_body/body/angular_velocity.h"
+
+namespace stiefel {
+
+template class AngularVelocity<double>;
+
+}  // namespace stiefel

@@ -1,0 +1,31 @@
+#include <algorithm>
+
+#include "engine/rigid_body/coordinates/body_by_method.h"
+
+namespace stiefel {
+
+#define METHOD(file, Type) std::optional<BodyByMethod> body_by_##file();
+#include "engine/methods/methods.inc"
+#undef METHOD
+
+const std::vector<BodyByMethod>& bodies_by_methods() {
+  static const std::vector<BodyByMethod> all = [] {
+    std::vector<BodyByMethod> made;
+    for (const auto& body : {
+#define METHOD(file, Type) body_by_##file(),
+#include "engine/methods/methods.inc"
+#undef METHOD
+         })
+      if (body) made.push_back(*body);
+    return made;
+  }();
+  return all;
+}
+
+std::unique_ptr<Simulation> make_body_simulation(const Scene& scene) {
+  const auto& all = bodies_by_methods();
+  const auto body = std::ranges::find(all, scene.method(), &BodyByMethod::method);
+  return body == all.end() ? nullptr : body->make(scene);
+}
+
+}  // namespace stiefel

@@ -1,0 +1,51 @@
+#pragma once
+
+#include "engine/linalg/lie/so_4.h"
+#include "engine/rigid_body/maps/rigid_body_maps.h"
+#include "engine/rigid_body/coordinates/body_by_method.h"
+#include "engine/rigid_body/coordinates/body_in_space.h"
+#include "engine/stepping/methods_on.h"
+
+namespace stiefel {
+
+template <class Method, class Scalar>
+std::unique_ptr<Simulation> body_in(const Scene& scene) {
+  if (scene.dimension() == 3) return body_in_coordinates<Method, So3, Scalar>(scene);
+  if constexpr (Method::traits.in_so4)
+    if (scene.dimension() == 4) return body_in_coordinates<Method, So4, Scalar>(scene);
+  return body_in_space<Method, SoN<Scalar>>(scene);
+}
+
+/// Returns the simulation of a rigid body by Method.
+template <class Method>
+std::unique_ptr<Simulation> make_body(const Scene& scene) {
+  if constexpr (Method::traits.in_float)
+    if (scene.in_float()) return body_in<Method, float>(scene);
+  return body_in<Method, double>(scene);
+}
+
+/// Returns what Method declares for rigid bodies: those of every dimension, or of three alone.
+template <class Method>
+MethodOnSystem declared_for_bodies(const SystemInfo& info) {
+  if constexpr (applies<Method, RigidBody<SoN<double>>>) {
+    return declared_by<Method, RigidBody<SoN<double>>>(info);
+  } else {
+    auto on = declared_by<Method, RigidBody<So3<double, true>>>(info);
+    on.where = "N = 3";
+    on.takes = [](const Eigen::VectorXd& lambda) { return lambda.size() == 3; };
+    return on;
+  }
+}
+
+/// Returns nullopt if Method does not move rigid bodies.
+template <class Method>
+std::optional<BodyByMethod> body_by_method_of() {
+  if constexpr (applies<Method, RigidBody<SoN<double>>> ||
+                applies<Method, RigidBody<So3<double, true>>>) {
+    return BodyByMethod{Method::traits.name, declared_for_bodies<Method>, make_body<Method>};
+  } else {
+    return std::nullopt;
+  }
+}
+
+}  // namespace stiefel

@@ -1,0 +1,90 @@
+#pragma once
+
+#include <variant>
+
+#include "engine/rigid_body/exact/euler_top.h"
+#include "engine/rigid_body/exact/two_valued_body.h"
+
+namespace stiefel {
+
+/// The rotation R(t) of a free rigid body since time 0, Q(t) = Q(0)R(t), in closed form. It depends
+/// on Λ and on the momentum M(0) alone.
+template <class Scalar>
+class BodyRotation {
+ public:
+  /// Whether there is a closed form: N = 3, or Λ of at most two values.
+  static bool has(const Vector<double>& lambda) {
+    return lambda.size() == 3 || TwoValuedBody<Scalar>::has(lambda);
+  }
+
+  BodyRotation(const Vector<Scalar>& lambda, const Matrix<Scalar>& M)
+      : motion_(motion(lambda, M)), R_(M) {}
+
+  const Matrix<Scalar>& at(Scalar t) {
+    if (auto* top = std::get_if<Top>(&motion_))
+      R_ = rotation_matrix<Scalar>(top->at(t).template head<4>());
+    else
+      R_ = std::get<TwoValuedBody<Scalar>>(motion_).at(t).topRows(R_.rows());
+    return R_;
+  }
+
+ private:
+  using Top = EulerTop<Scalar, true>;
+  using Motion = std::variant<Top, TwoValuedBody<Scalar>>;
+
+  static Motion motion(const Vector<Scalar>& lambda, const Matrix<Scalar>& M) {
+    const Eigen::Index N = lambda.size();
+    if (N == 3) {
+      typename So3<Scalar, true>::State start;
+      start << 1, 0, 0, 0, vee(M);
+      return Top(PrincipalMoments3<Scalar>(lambda), start);
+    }
+    Matrix<Scalar> start(2 * N, N);
+    start << Matrix<Scalar>::Identity(N, N), M;
+    return TwoValuedBody<Scalar>(lambda, start);
+  }
+
+  Motion motion_;
+  Matrix<Scalar> R_;
+};
+
+/// The free rigid body in variables that its rotation multiplies, in closed form. A state is a stack
+/// of N × N blocks B:
+///
+///     left-invariant     B(t) = B(0)R(t)
+///     right-invariant    B(t) = R(t)ᵀB(0), or R(t)ᵀB(0)R(t) for the momentum M_r
+template <class Scalar>
+class TurnedBody {
+ public:
+  enum class By { right_factor, left_factor, left_factor_and_M };
+
+  TurnedBody(BodyRotation<Scalar> rotation, Matrix<Scalar> start, By by)
+      : rotation_(std::move(rotation)),
+        start_(std::move(start)),
+        x_(start_),
+        M_(start_.bottomRows(start_.cols())),
+        by_(by) {}
+
+  const Matrix<Scalar>& at(Scalar t) {
+    const Matrix<Scalar>& R = rotation_.at(t);
+    const Eigen::Index N = R.rows();
+    if (by_ == By::right_factor) {
+      x_.noalias() = start_ * R;
+      return x_;
+    }
+    for (Eigen::Index row = 0; row < x_.rows(); row += N)
+      x_.middleRows(row, N).noalias() = R.transpose() * start_.middleRows(row, N);
+    if (by_ == By::left_factor_and_M) {
+      M_.noalias() = x_.bottomRows(N) * R;
+      x_.bottomRows(N) = (M_ - M_.transpose()) / 2;
+    }
+    return x_;
+  }
+
+ private:
+  BodyRotation<Scalar> rotation_;
+  Matrix<Scalar> start_, x_, M_;
+  By by_;
+};
+
+}  // namespace stiefel

@@ -1,0 +1,7 @@
+#include "engine/rigid_body/j_d/cayley_n.h"
+
+namespace stiefel {
+
+template class CayleyN<float>;
+
+}  // namespace stiefel

@@ -1,0 +1,114 @@
+#pragma once
+
+#include "engine/linalg/iteration/history.h"
+#include "engine/rigid_body/j_d/cayley_n.h"
+#include "engine/rigid_body/j_d/deviation_n.h"
+
+namespace stiefel {
+
+/// Solves UΛ − ΛUᵀ = hM for U = J_D⁻¹(hM) in N dimensions, on the branch that starts at the
+/// identity. Sweeps in the deviation form start from the solution extrapolated from the last steps;
+/// where they converge slowly, Newton's method in the Cayley form follows. Where Λ is spread wide
+/// or not positive, only the Cayley form is used. Λ and h are divided by a power of two that makes
+/// the largest λ about 1: U depends only on the ratio Λ : h, and products of two λ then never
+/// overflow.
+template <class Scalar>
+class JDInverseN {
+ public:
+  using State = Accumulator<Matrix<Scalar>>;
+  /// At h‖Ω‖ = 0.2 each of the 14 points saves half a sweep; more points would only add rounding
+  /// errors.
+  using Memory = History<Scalar, 14>;
+
+  JDInverseN(const Vector<Scalar>& lambda, Scalar h)
+      : JDInverseN(lambda, h, binary_unit<Scalar>(lambda.maxCoeff())) {}
+
+  Memory memory() const { return wide_spread_ ? Memory(N_, N_) : Memory(N_ * (N_ + 1) / 2, 1); }
+
+  /// Finds U. Returns false where the branch has no solution, or the iterations do not find it.
+  bool solve(const State& x, const Memory& memory);
+
+  /// Finds U for the step t·h, starting from the solution found last, or from U = I after
+  /// `restart`.
+  bool continue_to(const State& x, double t);
+  void restart() { cayley_.C().setZero(); }
+
+  /// Sets Q ← QU, M ← UᵀMU.
+  void transport(State& x, Memory& memory);
+
+  /// Returns U − I of the last `transport`, relatively accurate.
+  const Matrix<Scalar>& U_minus_I() {
+    return wide_spread_ ? cayley_.U_minus_I() : deviation_.U_minus_I();
+  }
+
+ private:
+  JDInverseN(const Vector<Scalar>& lambda, Scalar h, Scalar unit);
+
+  /// Largest λ_max/λ_min for which the deviation form keeps its digits.
+  static constexpr Scalar widest = 64;
+
+  bool take_over() {
+    if (!wide_spread_) deviation_.set(cayley_.deviation(), K_);
+    return true;
+  }
+
+  Scalar h_;
+  Eigen::Index N_;
+  bool wide_spread_;
+  DeviationN<Scalar> deviation_;
+  CayleyN<Scalar> cayley_;
+  Matrix<Scalar> K_, found_;
+};
+
+template <class Scalar>
+JDInverseN<Scalar>::JDInverseN(const Vector<Scalar>& lambda, Scalar h, Scalar unit)
+    : h_(h / unit),
+      N_(lambda.size()),
+      wide_spread_(!(lambda.minCoeff() * widest > lambda.maxCoeff())),
+      deviation_(lambda / unit, h_),
+      cayley_(lambda / unit, h_),
+      K_(N_, N_),
+      found_(N_, N_) {}
+
+template <class Scalar>
+bool JDInverseN<Scalar>::solve(const State& x, const Memory& memory) {
+  K_ = h_ * x.value.bottomRows(N_);
+  if (!K_.allFinite()) return false;
+  if (wide_spread_) {
+    if (!memory.predict(cayley_.C())) cayley_.start(K_);
+    if (cayley_.fixed_point(K_)) return true;
+  } else {
+    if (!memory.predict(deviation_.R())) deviation_.R().setZero();
+    if (deviation_.sweep(K_, x.compensated)) return true;
+  }
+  cayley_.start(K_);
+  return cayley_.newton(K_) && take_over();
+}
+
+template <class Scalar>
+bool JDInverseN<Scalar>::continue_to(const State& x, double t) {
+  K_ = (static_cast<Scalar>(t) * h_) * x.value.bottomRows(N_);
+  found_ = cayley_.C();
+  if (cayley_.newton(K_)) return take_over();
+  cayley_.C() = found_;
+  return false;
+}
+
+template <class Scalar>
+void JDInverseN<Scalar>::transport(State& x, Memory& memory) {
+  const auto with = [&](auto& form, const auto& solution) {
+    form.transport_momentum(x);
+    if (x.value.rows() > N_) form.transport_frame(x);
+    memory.push(solution);
+  };
+  if (wide_spread_)
+    with(cayley_, cayley_.C());
+  else
+    with(deviation_, deviation_.R());
+}
+
+// Compiled once, in j_d_n.cc.
+extern template class JDInverseN<double>;
+extern template class JDInverseN<float>;
+
+}  // namespace stiefel

@@ -1,0 +1,29 @@
+#pragma once
+
+#include "engine/rigid_body/moser_veselov/symmetric_moser_veselov.h"
+#include "engine/rigid_body/maps/turned_bodies.h"
+#include "engine/rigid_body/symmetric/transposed.h"
+#include "engine/methods/variational.h"
+#include "engine/rigid_body/symmetric/right_symmetric_rigid_body.h"
+
+namespace stiefel {
+
+// The map of a method that is made for the right-invariant symmetric representation.
+
+/// The transpose of the map for the left-invariant system.
+template <class Scalar>
+struct Variational::MapOf<RightSymmetricRigidBody<Scalar>> {
+  static constexpr bool keeps(std::string_view) { return true; }
+  static Transposed<SymmetricMoserVeselov<Scalar>> make(
+      const RightSymmetricRigidBody<Scalar>& body, Scalar h, Arithmetic arithmetic) {
+    return {SymmetricMoserVeselov<Scalar>(body.lambda(), h, body.epsilon(), arithmetic),
+            arithmetic};
+  }
+};
+
+template <class Scalar>
+struct SpecialMethods<RightSymmetricRigidBody<Scalar>> {
+  using type = TypeList<Variational, Exact>;
+};
+
+}  // namespace stiefel

@@ -1,0 +1,67 @@
+#pragma once
+
+#include "engine/linalg/lie/cayley_midpoint.h"
+#include "engine/rigid_body/moser_veselov/moser_veselov.h"
+#include "engine/rigid_body/exact/euler_top.h"
+#include "engine/rigid_body/exact/two_valued_body.h"
+#include "engine/methods/exact.h"
+#include "engine/methods/gauss4.h"
+#include "engine/methods/implicit_midpoint.h"
+#include "engine/rigid_body/symmetric/through_psi.h"
+#include "engine/methods/variational.h"
+#include "engine/methods/support/matrix_system.h"
+#include "engine/rigid_body/body/rigid_body.h"
+
+namespace stiefel {
+
+// The maps of methods that are made for the left-invariant rigid body.
+
+template <class Space>
+struct Variational::MapOf<RigidBody<Space>> {
+  static constexpr bool keeps(std::string_view) { return true; }
+  static MoserVeselov<Space> make(const RigidBody<Space>& body, typename Space::Scalar h,
+                                  Arithmetic arithmetic) {
+    if constexpr (HasMatrixStates<RigidBody<Space>>)
+      return {body.lambda(), h, arithmetic};
+    else
+      return {body.lambda(), h, arithmetic, body.has_frame()};
+  }
+};
+
+template <class Scalar, bool frame>
+struct Exact::MotionOf<RigidBody<So3<Scalar, frame>>> {
+  using Wide = Extended<Scalar>;
+  static bool takes(const Eigen::VectorXd& lambda) { return lambda.size() == 3; }
+  static EulerTop<Wide, frame> make(const RigidBody<So3<Scalar, frame>>& body,
+                                    const typename So3<Scalar, frame>::State& start) {
+    return {PrincipalMoments3<Wide>(body.lambda()), start.template cast<Wide>()};
+  }
+};
+
+template <class Scalar>
+struct Exact::MotionOf<RigidBody<SoN<Scalar>>> {
+  using Wide = Extended<Scalar>;
+  static constexpr std::string_view where = "N = 3, or Lambda of at most two values";
+  static bool takes(const Eigen::VectorXd& lambda) {
+    return lambda.size() == 3 || TwoValuedBody<Wide>::has(lambda);
+  }
+  static TwoValuedBody<Wide> make(const RigidBody<SoN<Scalar>>& body, const Matrix<Scalar>& start) {
+    return {body.lambda().template cast<Wide>(), start.template cast<Wide>()};
+  }
+};
+
+template <class Space>
+struct ImplicitMidpoint::CayleyOf<RigidBody<Space>> {
+  using type = CayleyMidpoint<Space>;
+};
+
+template <class Space>
+struct Gauss4::InQAndP<RigidBody<Space>> {
+  using Symmetric = SymmetricRigidBody<typename Space::Scalar>;
+  using Map = ThroughPsi<Space, Stages<MatrixSystem<typename Space::Scalar>>>;
+  static Map make(const RigidBody<Space>& body, typename Space::Scalar h, Arithmetic arithmetic) {
+    return {body.lambda(), h, arithmetic};
+  }
+};
+
+}  // namespace stiefel

@@ -1,0 +1,62 @@
+#include "engine/rigid_body/symmetric/mclachlan_scovel_blocks.h"
+
+#include "engine/catalogue/representation.h"
+#include "engine/catalogue/series_start.h"
+#include "engine/rigid_body/rigid_body_data.h"
+#include "engine/rigid_body/symmetric_data.h"
+
+namespace stiefel {
+namespace {
+
+/// Checks (Q, B) with QᵀB skew, or (Q, M).
+void check(SceneDraft& draft) {
+  draft.refuse_if(draft.given().epsilon.has_value(), "epsilon");
+  if (!check_symmetric_frame(draft) || !check_either(draft, "B", "M")) return;
+  const Eigen::MatrixXd& Q = draft.scene().Q();
+  const Eigen::Index N = Q.rows();
+  if (const RowMatrix* M = draft.block("M", N, N, false)) {
+    draft.set_skew("M", *M);
+    if (draft.sound()) draft.set_block("B", B_of_M<double>(Q, draft.scene().M()));
+  }
+  if (const RowMatrix* B = draft.block("B", N, N, false)) {
+    const double defect = skewness_defect<double>(Q, *B);
+    // The bound is no stricter than that on Q, which may have been repaired.
+    if (!(defect <= draft.largest_repair() * B->cwiseAbs().maxCoeff()))
+      return draft.refuse("initial.B", "max |QᵀB + BᵀQ| = " + to_text(defect),
+                          "QᵀB must be skew-symmetric to " + to_text(draft.largest_repair()));
+    const Eigen::MatrixXd M = M_of_B<double>(Q, *B);
+    if (draft.check_momentum("initial.B", M)) draft.set_block("B", Q * M);
+  }
+}
+
+WithinDomain<Phase> read(const Scene& scene, Margins&) {
+  return phase_of_body(scene, scene.Q(), M_of_B(scene.Q(), scene.block("B")));
+}
+WithinDomain<Expression> write(const Phase& x, const ConversionTarget&, Margins&) {
+  return Expression{{{"Q", x.Q}, {"B", B_of_M(x.Q, x.M)}}};
+}
+constexpr Representation representation = {true, read, write};
+
+constexpr auto start = [](const auto& g) {
+  const auto Q = g.block("Q");
+  return g.body(Q, M_of_B(Q, g.block("B")));
+};
+
+}  // namespace
+
+SystemEntry mclachlan_scovel_entry() {
+  SystemInfo info = rigid_form_info({"B", "N x N", false, "B = Q M, so that Q^T B is skew"}, false);
+  info.name = "mclachlan_scovel";
+  info.summary = "rigid body in the variables of McLachlan and Scovel";
+  info.equations = "Q' = Q J^-1(Q^T B), B' = B J^-1(Q^T B), M = Q^T B";
+  info.source = "[RB] (5.5)";
+  info.file = "engine/rigid_body/symmetric/mclachlan_scovel.h";
+  return {.info = info,
+          .check = check,
+          .recommended = for_products,
+          .representation = &representation,
+          .motion = &in_both<start>,
+          .rate = Rate::angular_speed};
+}
+
+}  // namespace stiefel

@@ -1,0 +1,34 @@
+#include "engine/catalogue/series_start.h"
+#include "engine/rigid_body/rigid_body_data.h"
+#include "engine/rigid_body/symmetric/symmetric_invariants.h"
+#include "engine/rigid_body/symmetric_data.h"
+#include "stiefel/invariant_names.h"
+
+namespace stiefel {
+namespace {
+
+constexpr auto start = [](const auto& g) {
+  using Dense = decltype(g.block("Q"));
+  const Dense Q = g.block("Q"), A = constant_A(Q, g.block("P")), of_m = A - A.transpose();
+  return g.body(Q, Q.transpose() * of_m * Q / g.epsilon);
+};
+
+}  // namespace
+
+SystemEntry reduced_rigid_body_entry() {
+  SystemEntry entry = symmetric_family();
+  SystemInfo& info = entry.info;
+  info.name = "reduced_rigid_body";
+  info.summary = "symmetric representation with its constant P Q^T taken out";
+  info.equations = "Q' = Q J^-1(Q^T (A - A^T) Q) / epsilon, A = P Q^T constant, P = A Q";
+  info.source = "[RB] (8.2)";
+  info.file = "engine/rigid_body/symmetric/reduced_rigid_body.h";
+  // The system holds PQᵀ as a constant, so that its drift is 0 by construction.
+  std::erase_if(info.invariants, [](const auto& i) { return i.name == family::PQt; });
+  entry.recommended = for_products;
+  entry.two_forms = {};
+  entry.motion = &in_both<start>;
+  return entry;
+}
+
+}  // namespace stiefel

@@ -1,0 +1,26 @@
+#include "engine/rigid_body/maps/right_rigid_body_maps.h"
+#include "engine/rigid_body/rigid_body_data.h"
+#include "engine/rigid_body/rigid_forms.h"
+#include "engine/stepping/make_simulation.h"
+#include "engine/stepping/methods_on.h"
+
+namespace stiefel {
+namespace {
+
+std::unique_ptr<Simulation> make(const Scene& scene) {
+  const int N = scene.dimension();
+  StackedObservables observables(stacked(scene, "Q", "M"));
+  observables.block("Q", 0, N).block("M", N, N);
+  report_rigid_form(observables, scene,
+                    {.Q = [N](const auto& x) { return x.topRows(N).eval(); },
+                     .M = [N](const auto& x) { return x.bottomRows(N).eval(); },
+                     .side = Side::right});
+  return make_simulation(scene, RightRigidBody<double>(scene.inertia()), shared(observables),
+                         rigid_body_cost(N));
+}
+
+}  // namespace
+
+Simulations right_rigid_body_simulations() { return {make, methods_on<RightRigidBody<double>>}; }
+
+}  // namespace stiefel

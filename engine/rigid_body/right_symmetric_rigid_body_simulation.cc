@@ -1,0 +1,22 @@
+#include "engine/rigid_body/maps/right_symmetric_rigid_body_maps.h"
+#include "engine/rigid_body/rigid_body_data.h"
+#include "engine/rigid_body/symmetric_data.h"
+#include "engine/stepping/make_simulation.h"
+#include "engine/stepping/methods_on.h"
+
+namespace stiefel {
+namespace {
+
+std::unique_ptr<Simulation> make(const Scene& scene) {
+  return make_simulation(scene, RightSymmetricRigidBody<double>(scene.inertia(), scene.epsilon()),
+                         shared(symmetric_observables(scene, Side::right)),
+                         rigid_body_cost(scene.dimension()));
+}
+
+}  // namespace
+
+Simulations right_symmetric_rigid_body_simulations() {
+  return {make, methods_on<RightSymmetricRigidBody<double>>};
+}
+
+}  // namespace stiefel

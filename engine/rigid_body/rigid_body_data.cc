@@ -1,0 +1,179 @@
+#include "engine/rigid_body/rigid_body_data.h"
+
+#include <cmath>
+
+#include "engine/catalogue/representation.h"
+#include "engine/catalogue/series_start.h"
+#include "engine/catalogue/two_form.h"
+#include "engine/laws/tangent_spaces.h"
+#include "engine/linalg/lie/principal_moments_3.h"
+#include "engine/linalg/lie/so_3.h"
+#include "engine/rigid_body/exact/turned_body.h"
+#include "engine/rigid_body/rigid_body_invariants.h"
+#include "engine/scene/given_axes.h"
+#include "engine/scene/principal_axes.h"
+#include "stiefel/invariant_names.h"
+
+namespace stiefel {
+namespace {
+
+std::string list_text(const std::vector<double>& list) {
+  return list.empty() ? "absent" : to_text(list);
+}
+
+/// Returns the principal axes of an inertia tensor or of moments; adds violations if they are
+/// invalid.
+PrincipalAxes check_moments(SceneDraft& draft, const BodyDescription& body) {
+  const bool tensor = !body.inertia_tensor.empty();
+  if (tensor == !body.moments.empty()) {
+    draft.refuse("body",
+                 tensor ? "inertia_tensor and moments" : "neither inertia_tensor nor moments",
+                 "needs exactly one of inertia_tensor and moments");
+    return {};
+  }
+  const std::string field = tensor ? "body.inertia_tensor" : "body.moments";
+  const auto& given = tensor ? body.inertia_tensor : body.moments;
+  if (given.size() != (tensor ? 6u : 3u)) {
+    draft.refuse(
+        field, to_text(given),
+        tensor ? "must have 6 numbers: Ixx, Iyy, Izz, Ixy, Ixz, Iyz" : "must have 3 numbers");
+    return {};
+  }
+  if (!draft.all_finite(field, given)) return {};
+  Eigen::Matrix3d I = Eigen::Vector3d(given.data()).asDiagonal();
+  if (tensor) {
+    I(0, 1) = I(1, 0) = given[3];
+    I(0, 2) = I(2, 0) = given[4];
+    I(1, 2) = I(2, 1) = given[5];
+  }
+  const PrincipalAxes axes = principal_axes(I);
+  if (!(axes.moments.minCoeff() > 0))
+    draft.refuse(field, "smallest principal moment " + to_text(axes.moments.minCoeff()),
+                 "every principal moment must be > 0");
+  else if (draft.check_number(field, "the smallest moment", axes.moments.minCoeff()))
+    draft.check_number(field, "the largest moment", axes.moments.maxCoeff());
+  return axes;
+}
+
+void check_body(SceneDraft& draft) {
+  auto& body = *draft.given().body;
+  if (!draft.given().inertia.empty())
+    draft.refuse("inertia", to_text(draft.given().inertia), "must be absent when `body` is given");
+  if (!draft.given().initial.empty())
+    draft.refuse("initial", std::to_string(draft.given().initial.size()) + " blocks",
+                 "must be absent when `body` is given");
+  const PrincipalAxes axes = check_moments(draft, body);
+  if (body.angular_velocity.size() != 3)
+    draft.refuse("body.angular_velocity", list_text(body.angular_velocity), "must have 3 numbers");
+  else
+    draft.all_finite("body.angular_velocity", body.angular_velocity);
+  if (body.attitude.empty()) body.attitude = {1, 0, 0, 0};
+  if (body.attitude.size() != 4)
+    draft.refuse("body.attitude", to_text(body.attitude), "must have 4 numbers: w, x, y, z");
+  else if (draft.all_finite("body.attitude", body.attitude)) {
+    const double norm = Eigen::Vector4d(body.attitude.data()).stableNorm();
+    if (!(std::abs(norm - 1) <= draft.largest_repair()))
+      draft.refuse("body.attitude", to_text(body.attitude) + " of norm " + to_text(norm),
+                   "must have norm 1 to " + to_text(draft.largest_repair()));
+  }
+  if (!draft.sound()) return;
+
+  const Eigen::Vector3d given_omega(body.angular_velocity.data());
+  if (!draft.check_velocity("body.angular_velocity", "max |ω|", given_omega.cwiseAbs().maxCoeff()))
+    return;
+  const Eigen::Matrix3d& R = axes.rotation;
+  const Eigen::Vector3d omega = R.transpose() * given_omega;
+  Eigen::Matrix<double, 7, 1> q = Eigen::Matrix<double, 7, 1>::Zero();
+  q.head<4>() = Eigen::Vector4d(body.attitude.data()).normalized();
+  const Eigen::Vector3d m = axes.moments.cwiseProduct(omega);
+  if (!draft.check_size("body.angular_velocity", "max |Iω|", m.cwiseAbs().maxCoeff())) return;
+  const Eigen::Vector4d r = quaternion_of(R);
+  draft.set_body(axes, So3<double, true>::quaternion_times(q, r(0), r.tail<3>()),
+                 inertia_of_moments(axes.moments), hat(m));
+}
+
+void check_momentum_or_body(SceneDraft& draft) {
+  if (!draft.given().body) return check_rigid_body(draft, false);
+  draft.refuse_other_numbers();
+  check_body(draft);
+}
+
+/// Returns the start of a body given in engineers' terms; [I, R] are its principal axes.
+template <class Scalar>
+SeriesStart<Scalar> start_of_given(const Given<Scalar>& g, const BodyDescription& given) {
+  using Dense = Matrix<Scalar>;
+  const auto [I, R] = given_axes<Scalar>(given);
+  const auto q = g.numbers(Eigen::Vector4d(given.attitude.data()));
+  const auto omega = g.numbers(Eigen::Vector3d(given.angular_velocity.data()));
+  const Vector3<Scalar> m = I.cwiseProduct(R.transpose() * omega);
+  using std::sqrt;
+  const Dense attitude = rotation_matrix<Scalar>((q / sqrt(Scalar(q.squaredNorm()))).eval()) * R;
+  auto start = g.body(attitude, hat(m));
+  start.lambda =
+      PrincipalMoments3<Scalar>(I, Vector3<Scalar>(I(1) - I(2), I(2) - I(0), I(0) - I(1))).lambda();
+  start.presentation.axes = R;
+  return start;
+}
+
+constexpr auto start = [](const auto& g) {
+  if (const auto& given = g.scene.description().body) return start_of_given(g, *given);
+  return g.body(g.block("Q"), g.block("M"));
+};
+
+WithinDomain<Phase> read(const Scene& scene, Margins&) {
+  return phase_of_body(scene, scene.Q(), scene.M());
+}
+WithinDomain<Expression> write(const Phase& x, const ConversionTarget&, Margins&) {
+  return Expression{{{"Q", x.Q}, {"M", x.M}}};
+}
+constexpr Representation representation = {true, read, write};
+
+constexpr TwoForm form = {
+    {"omega",
+     {"Q", "M"},
+     "<Z_2, xi_1> - <Z_1, xi_2> + <M, [xi_1, xi_2]> of (Q xi_i, Z_i), <A, B> = -1/2 tr(A B)",
+     "[RB] (3.13)"},
+    {"Q", "M"},
+    [](const Scene&) { return space_of(CotangentOfRotations<double>()); }};
+
+}  // namespace
+
+bool has_closed_form(const Scene& scene) { return BodyRotation<long double>::has(scene.inertia()); }
+
+void check_rigid_body(SceneDraft& draft, bool frame_required) {
+  draft.refuse_other_numbers();
+  draft.refuse_if(draft.given().body.has_value(), "body");
+  if (!draft.set_inertia()) return;
+  draft.check_inertia_sums();
+  draft.check_block_names();
+  const Eigen::Index N = draft.scene().dimension();
+  if (const RowMatrix* M = draft.block("M", N, N)) draft.set_skew("M", *M);
+  if (const RowMatrix* Q = draft.block("Q", N, N, frame_required)) draft.set_frame("Q", *Q);
+}
+
+SystemEntry rigid_body_family() {
+  SystemInfo info{};
+  info.blocks = {
+      {"Q", "N x N", false, "frame, orthogonal, body to space; absent in a momentum-only scene"},
+      {"M", "N x N", true, "body momentum, skew"},
+  };
+  info.fields = {
+      {"Q", "N x N", "frame, orthogonal"},
+      {"M", "N x N", "body momentum, skew"},
+      {"Omega", "N x N",
+       "body angular velocity: Omega_ij = M_ij / (lambda_i + lambda_j) in principal axes"},
+      {"quaternion", "1 x 4", "N = 3, det Q = 1: w, x, y, z, body to space; sign continuous"},
+      {"angular_velocity", "1 x 3", "N = 3: the vector of Omega"},
+  };
+  info.invariants = rigid_body_invariant_infos();
+  info.invariants.push_back({family::orthogonality, "Q Q^T = I", ""});
+  return {.info = info,
+          .check = check_momentum_or_body,
+          .two_forms = {&form},
+          .representation = &representation,
+          .motion = &in_both<start>,
+          .rate = Rate::angular_speed,
+          .packed = true};
+}
+
+}  // namespace stiefel

@@ -1,0 +1,192 @@
+#include "engine/run/ensemble.h"
+
+#include <algorithm>
+#include <utility>
+
+#include <tbb/global_control.h>
+
+#include "engine/catalogue/system_entry.h"
+#include "engine/run/groups.h"
+#include "engine/run/parallel.h"
+#include "stiefel/stop.h"
+
+namespace stiefel {
+namespace {
+
+/// Number of steps that packed bodies make between two checks for a stop request.
+constexpr std::int64_t between_looks = 4096;
+
+}  // namespace
+
+std::unique_ptr<Simulation> make_simulation(const Scene& scene) {
+  if (!scene.members().empty()) return std::make_unique<Ensemble>(scene.members());
+  return system_entry(scene.system())->simulations.make(scene);
+}
+
+Ensemble::Ensemble(const Members& scenes) { take(scenes); }
+Ensemble::Ensemble(std::span<const Scene> scenes) { take(scenes); }
+
+template <class Scenes>
+void Ensemble::take(const Scenes& scenes) {
+  members_.reserve(scenes.size());
+  for_each_group(scenes, [this](std::span<const Scene> together) { form_group(together); });
+  fields_ = members_.front()->fields();
+  for (Field& field : fields_) field.members = static_cast<int>(scenes.size());
+  block_count_ = members_.front()->block_count();
+}
+
+void Ensemble::form_group(std::span<const Scene> scenes) {
+  Group& group = groups_.emplace_back(members_.size(), scenes.size());
+  for (const Scene& scene : scenes) members_.push_back(make_simulation(scene));
+  each_saved_ = members_.front()->saved_size();
+  const bool packed = scenes.size() > 1;
+  group.states.resize(packed ? each_saved_ * static_cast<std::size_t>(body_lanes(scenes[0])) : 0);
+  step_cost_ += group_cost(scenes, *members_.back());
+  if (!packed) return;
+  for (std::size_t k = 0; k < group.count; ++k) members_[group.first + k]->save(state(group, k));
+  group.packed = pack_bodies(scenes);
+  fill_lanes(group);
+}
+
+std::int64_t Ensemble::map_steps() const {
+  std::int64_t all = 0;
+  for (const auto& member : members_) all += member->map_steps();
+  for (const Group& group : groups_) all += group.packed_steps;
+  return all;
+}
+
+RunStatus Ensemble::advance(std::int64_t steps, const std::stop_token& stop) {
+  if (steps == 0) return {};
+  go(steps, stop);
+  const auto first = std::ranges::min_element(groups_, {}, &Group::reached);
+  if (first->reached == steps) {
+    step_ += steps;
+    return {};
+  }
+  const RunStatus status = first->status;
+  const std::int64_t reached = first->reached;
+  for (Group& group : groups_) put_back(group, group.before);
+  if (stop.stop_requested()) return RunStatus{Outcome::cancelled, std::nullopt};
+  go(reached, {});
+  step_ += reached;
+  return status;
+}
+
+void Ensemble::go(std::int64_t steps, const std::stop_token& stop) {
+  const double all = direct() ? step_cost_ : step_cost_ * static_cast<double>(steps);
+  for_each_in_parallel(std::span(groups_), all, [&](Group& group) {
+    group.reached = steps;
+    if (group.packed) {
+      group.before = group.states;
+      go_packed(group, steps, stop);
+    } else {
+      group.before.resize(each_saved_);
+      members_[group.first]->save(group.before);
+      if (!go_alone(group, group.first, steps, stop))
+        group.reached = members_[group.first]->step() - step_;
+    }
+  });
+}
+
+void Ensemble::go_packed(Group& group, std::int64_t steps, const std::stop_token& stop) {
+  group.stale = true;
+  for (std::int64_t done = 0; done < steps;) {
+    group.reached = done;
+    if (stop.stop_requested()) return;
+    const std::int64_t some = std::min(steps - done, between_looks);
+    const auto [taken, further] = group.packed->advance(group.states, some);
+    done += taken;
+    group.packed_steps += taken * static_cast<std::int64_t>(group.count);
+    if (taken == some) continue;
+    group.reached = done;
+    for (std::size_t k = 0; k < group.count; ++k) {
+      if (further >> k & 1) continue;
+      Simulation& member = *members_[group.first + k];
+      member.restore(step_ + done, state(group, k));
+      if (!go_alone(group, group.first + k, 1, stop)) return;
+      member.save(state(group, k));
+    }
+    fill_lanes(group);
+    ++done;
+  }
+  group.reached = steps;
+}
+
+bool Ensemble::go_alone(Group& group, std::size_t index, std::int64_t steps,
+                        const std::stop_token& stop) {
+  group.status = members_[index]->advance(steps, stop);
+  if (group.status.reached()) return true;
+  group.status.member = static_cast<std::int64_t>(index);
+  return false;
+}
+
+std::span<double> Ensemble::state(Group& group, std::size_t lane) const {
+  return std::span(group.states).subspan(each_saved_ * lane, each_saved_);
+}
+
+void Ensemble::fill_lanes(Group& group) const {
+  for (std::size_t k = group.count; k * each_saved_ < group.states.size(); ++k)
+    std::ranges::copy(state(group, group.count - 1), state(group, k).begin());
+}
+
+void Ensemble::put_back(Group& group, std::span<const double> states) {
+  if (!group.packed) return members_[group.first]->restore(step_, states);
+  std::ranges::copy(states, group.states.begin());
+  fill_lanes(group);
+  group.stale = true;
+}
+
+void Ensemble::bring_up_to_date() const {
+  for (const Group& group : groups_) {
+    if (!std::exchange(group.stale, false)) continue;
+    const auto states = std::span(group.states);
+    for (std::size_t k = 0; k < group.count; ++k)
+      members_[group.first + k]->restore(step_, states.subspan(each_saved_ * k, each_saved_));
+  }
+}
+
+void Ensemble::save(std::span<double> out) const {
+  for (const Group& group : groups_) {
+    const auto theirs = out.subspan(each_saved_ * group.first, each_saved_ * group.count);
+    if (group.packed)
+      std::copy_n(group.states.begin(), theirs.size(), theirs.begin());
+    else
+      members_[group.first]->save(theirs);
+  }
+}
+
+void Ensemble::restore(std::int64_t step, std::span<const double> saved) {
+  step_ = step;
+  for (Group& group : groups_)
+    put_back(group, saved.subspan(each_saved_ * group.first, each_saved_ * group.count));
+}
+
+void Ensemble::write(std::size_t index, std::span<double> out) const {
+  const auto each = static_cast<std::size_t>(members_.front()->fields()[index].size());
+  std::size_t b = 0;
+  for (const auto& member : members()) member->write(index, out.subspan(each * b++, each));
+}
+
+std::optional<double> Ensemble::orthogonality() const {
+  std::optional<double> worst;
+  for (const auto& member : members()) worst = std::max(worst, member->orthogonality());
+  return worst;
+}
+
+double Ensemble::rate() const { return fastest().rate(); }
+
+std::optional<double> Ensemble::largest_step(double limit) const {
+  return fastest().largest_step(limit);
+}
+
+void limit_ensemble_threads(int threads) {
+  static std::unique_ptr<tbb::global_control> limit;
+  limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
+                                                static_cast<std::size_t>(threads));
+}
+
+const Simulation& Ensemble::fastest() const {
+  return **std::ranges::max_element(members(), {}, [](const auto& one) { return one->rate(); });
+}
+
+}  // namespace stiefel

@@ -1,0 +1,15 @@
+#include "engine/catalogue/methods/step_weight.h"
+#include "engine/run/packed_bodies.h"
+
+namespace stiefel {
+
+double ensemble_step_price(const Scene& one, std::size_t members, double alone, double h_omega) {
+  const auto pack = can_be_packed(one) ? pack_price(one, h_omega) : std::nullopt;
+  if (!pack) return alone * static_cast<double>(members);
+  const auto lanes = static_cast<std::size_t>(pack_lanes(one));
+  const std::size_t left = members % lanes;
+  const std::size_t packs = members / lanes + (left > 1);
+  return *pack * static_cast<double>(packs) + (left == 1 ? alone : 0);
+}
+
+}  // namespace stiefel

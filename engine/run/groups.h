@@ -1,0 +1,42 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "engine/run/packed_bodies.h"
+#include "stiefel/simulation.h"
+#include "stiefel/stop.h"
+
+namespace stiefel {
+
+/// Calls `visit` with groups of members, in their order. Consecutive members that can be packed
+/// form groups of as many as a vector register has lanes; every other member is a group of its own.
+template <class Scenes, class Visit>
+void for_each_group(const Scenes& scenes, const Visit& visit) {
+  std::vector<Scene> together;
+  const auto flush = [&] {
+    if (!together.empty()) visit(std::span<const Scene>(together));
+    together.clear();
+  };
+  for (const Scene& scene : scenes) {
+    stop_point();
+    if (!can_be_packed(scene)) {
+      flush();
+      visit(std::span(&scene, 1));
+      continue;
+    }
+    together.push_back(scene);
+    if (together.size() == static_cast<std::size_t>(body_lanes(scene))) flush();
+  }
+  flush();
+}
+
+/// Returns a rough number of nanoseconds for a step of a group, on all cores, for slicing. `one` is
+/// the simulation of one of its members.
+inline double group_cost(std::span<const Scene> group, const Simulation& one) {
+  constexpr double packed = 5;  // nanoseconds for one body
+  if (group.size() == 1) return one.step_cost();
+  return packed * group.front().substeps() * static_cast<double>(group.size());
+}
+
+}  // namespace stiefel

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <memory>
+#include <string_view>
+#include <vector>
+
+#include "engine/methods/support/method.h"
+#include "engine/stepping/observables.h"
+#include "engine/methods/support/matrix_system.h"
+
+namespace stiefel {
+
+/// Makes Simulations of systems whose states are matrices of any size. A null pointer means that
+/// the method does not move such systems. `cost` is a rough number of nanoseconds for a step.
+template <class Scalar>
+struct MatrixMethod {
+  template <class System>
+  using Make = std::unique_ptr<Simulation> (*)(const Scene&, const System&,
+                                               const SharedObservables&, double cost);
+  Make<MatrixSystem<Scalar>> by_field = nullptr;      ///< uses the vector field alone
+  Make<MatrixLieSystem<Scalar>> by_action = nullptr;  ///< uses the action of a group
+};
+
+/// A method in the catalogue. `applies_to` and `conservation` are null for a method that has maps
+/// of single systems alone.
+struct MethodEntry {
+  MethodTraits traits;
+  bool (*applies_to)(const SystemTraits&) = nullptr;
+  Conservation (*conservation)(const SystemTraits&, std::string_view invariant) = nullptr;
+  MatrixMethod<double> in_double;
+  MatrixMethod<float> in_float;
+
+  template <class Scalar>
+  const MatrixMethod<Scalar>& matrices() const {
+    if constexpr (std::is_same_v<Scalar, float>)
+      return in_float;
+    else
+      return in_double;
+  }
+};
+
+/// Returns the methods of methods.inc, in its order.
+const std::vector<MethodEntry>& method_entries();
+/// Returns null if there is none of that name.
+const MethodEntry* method_entry(std::string_view name);
+
+}  // namespace stiefel

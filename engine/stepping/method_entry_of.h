@@ -1,0 +1,35 @@
+#pragma once
+
+#include "engine/stepping/make_simulation_by.h"
+#include "engine/stepping/method_entry.h"
+
+namespace stiefel {
+
+/// Returns what Method offers to systems whose states are matrices of any size.
+template <GeneralMethod Method, class Scalar>
+MatrixMethod<Scalar> matrix_method() {
+  using ByField = MatrixSystem<Scalar>;
+  using ByAction = MatrixLieSystem<Scalar>;
+  MatrixMethod<Scalar> made;
+  if constexpr (requires { typename Method::template Map<ByField>; })
+    made.by_field = make_simulation_by<Method, ByField>;
+  else if constexpr (requires { typename Method::template Map<ByAction>; })
+    made.by_action = make_simulation_by<Method, ByAction>;
+  return made;
+}
+
+/// Returns the entry of Method in the catalogue.
+template <class Method>
+MethodEntry method_entry_of() {
+  MethodEntry entry;
+  entry.traits = Method::traits;
+  if constexpr (GeneralMethod<Method>) {
+    entry.applies_to = Method::applies_to;
+    entry.conservation = Method::conservation;
+    entry.in_double = matrix_method<Method, double>();
+    if constexpr (Method::traits.in_float) entry.in_float = matrix_method<Method, float>();
+  }
+  return entry;
+}
+
+}  // namespace stiefel

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "engine/summary/byte_stream.h"
+#include "engine/summary/long_sum.h"
+#include "stiefel/summary.h"
+
+namespace stiefel {
+
+/// Returns x, or for a NaN the only NaN that results contain, 0x7ff8000000000000.
+double canonical(double x);
+
+/// Accumulates what the statistics of one quantity need of the samples, element by element. `last`
+/// is not among them: it is read where the motion ends.
+class Accumulators {
+ public:
+  /// `size` is the number of elements, `keep` the number of values to reserve for quantiles.
+  Accumulators(const Quantity& quantity, std::size_t size, std::size_t keep);
+
+  /// Takes the next sample. `drifts` may be empty unless Statistic::drift is asked for.
+  void take(std::span<const double> values, std::span<const double> drifts);
+  /// Whether, besides `last`, only the largest drift of one number is asked for.
+  bool drift_alone() const { return drift_alone_ && drift_.size() == 1; }
+  /// Takes the next samples of a quantity with drift_alone(), with the largest of their drifts;
+  /// nullopt if it does not exceed the largest so far.
+  void take_drift(std::size_t samples, std::optional<double> largest);
+  /// Adds the samples of another member, as if they came after this one's.
+  void merge(const Accumulators& other);
+
+  // The results, element by element; all numbers of an element's quantiles or histogram stand
+  // together.
+
+  /// Returns a statistic other than `last` and `sign_changes`.
+  std::vector<double> result(Statistic statistic) const;
+  std::vector<std::int64_t> sign_changes() const { return changes_; }
+  std::vector<double> quantiles() const;
+  std::vector<std::int64_t> histogram() const { return bins_; }
+  std::int64_t samples() const { return samples_; }
+
+  void save(ByteWriter& out) const;
+  void restore(ByteReader& in);
+
+ private:
+  void count_changes(std::span<const double> values);
+  void count_bins(std::span<const double> values);
+
+  const Quantity* quantity_;
+  std::size_t size_, room_;
+  std::int64_t samples_ = 0;
+  // A vector is empty if no statistic needs it.
+  std::vector<double> least_, largest_, drift_;
+  std::vector<LongSum> sum_, squares_;
+  std::vector<std::int64_t> changes_;
+  std::vector<std::int8_t> sign_;  ///< sign of the last value that was not 0
+  std::vector<double> kept_;       ///< values for quantiles, sample after sample
+  std::vector<std::int64_t> bins_;
+  bool drift_alone_;  ///< whether nothing else is asked for, except `last`
+};
+
+/// Computes quantiles by linear interpolation between neighbours in sorted order, at position
+/// q·(count − 1). The result is NaN if a value is NaN or there is none. Sorts `values`.
+void write_quantiles(std::vector<double>& values, std::span<const double> fractions, double* out);
+
+}  // namespace stiefel

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "engine/summary/partial_step.h"
+#include "stiefel/summary.h"
+
+namespace stiefel {
+
+/// The functions g of a description's events, evaluated at states of one scene.
+class EventFunctions {
+ public:
+  /// The fields must be among those of `start`.
+  EventFunctions(const std::vector<EventDescription>& events, const Simulation& start);
+
+  std::size_t size() const { return terms_.size(); }
+  /// `values` computes g of all events at a state, with sums in extended precision in the order of
+  /// the field's numbers; `value` computes g of one event.
+  void values(const Simulation& now, std::vector<double>& g);
+  double value(const Simulation& now, std::size_t event);
+
+ private:
+  struct Terms {
+    std::size_t field;  ///< index in fields_
+    const EventDescription* event;
+  };
+  struct Read {
+    std::size_t index;  ///< index among the simulation's fields
+    std::vector<double> numbers;
+  };
+  double sum(const Terms& terms) const;
+
+  std::vector<Read> fields_;
+  std::vector<Terms> terms_;
+};
+
+/// Whether a zero of g lies after a state with g = `before`, up to the next state, where g =
+/// `after`.
+bool crosses(double before, double after, Direction direction);
+
+/// Returns the fraction of the step, in (0, 1], at which g is 0, to rounding, by Alefeld, Potra and
+/// Shi's algorithm 748. `g(fraction)` returns nullopt where the shorter step has no solution; the
+/// result is then 1.
+double zero_fraction(const std::function<std::optional<double>(double)>& g, double before,
+                     double after);
+
+}  // namespace stiefel

@@ -1,0 +1,74 @@
+#include "engine/summary/member.h"
+
+namespace stiefel {
+
+Member::Member(const Scene& own, const Simulation& start, const Plan& plan)
+    : scene(&own),
+      last(plan.reads.size()),
+      events(plan.what.events.size(), 0),
+      between(own, start.direct()) {
+  for (std::size_t q = 0; q < plan.reads.size(); ++q) {
+    const Quantity& quantity = plan.what.quantities[q];
+    const Plan::Read& read = plan.reads[q];
+    readings.push_back(make_reading(own, start, quantity.name));
+    const auto kept = static_cast<std::size_t>(quantity.quantiles.empty() ? 0 : plan.samples());
+    accumulators.emplace_back(quantity, read.size, kept * read.size);
+  }
+}
+
+void Member::finish(const Simulation& now, const MemberEnd& how, const Plan& plan,
+                    const std::stop_token& stop) {
+  for (std::size_t q = 0; q < plan.reads.size(); ++q) {
+    last[q].resize(plan.reads[q].size);
+    readings[q]->read(now, last[q], {}, stop);
+    for (double& number : last[q]) number = canonical(number);
+  }
+  end = how;
+}
+
+void Member::save(ByteWriter& out) const {
+  for (const Accumulators& one : accumulators) one.save(out);
+  out.put(events);
+  out.put(end.has_value());
+  if (end) save_end(out);
+}
+
+void Member::save_end(ByteWriter& out) const {
+  out.put(static_cast<std::int32_t>(end->status.outcome));
+  out.put(end->status.largest_step.has_value());
+  out.put(end->status.largest_step.value_or(0));
+  out.put(end->last_step);
+  out.put(end->ended_by);
+  out.put(end->rate);
+  for (const auto& numbers : last) out.put(numbers);
+}
+
+void Member::restore(const Plan& plan, ByteReader& in) {
+  end.reset();
+  for (Accumulators& one : accumulators) one.restore(in);
+  in.get(events);
+  bool ended = false;
+  in.get(ended);
+  if (ended) restore_end(plan, in);
+}
+
+void Member::restore_end(const Plan& plan, ByteReader& in) {
+  end.emplace();
+  std::int32_t outcome = 0;
+  bool has_step = false;
+  double largest = 0;
+  in.get(outcome);
+  in.get(has_step);
+  in.get(largest);
+  in.get(end->last_step);
+  in.get(end->ended_by);
+  in.get(end->rate);
+  end->status.outcome = static_cast<Outcome>(outcome);
+  if (has_step) end->status.largest_step = largest;
+  for (std::size_t q = 0; q < plan.reads.size(); ++q) {
+    last[q].resize(plan.reads[q].size);
+    in.get(last[q]);
+  }
+}
+
+}  // namespace stiefel

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <stop_token>
+#include <vector>
+
+#include "engine/summary/accumulators.h"
+#include "engine/summary/partial_step.h"
+#include "engine/summary/plan.h"
+#include "engine/summary/readings.h"
+
+namespace stiefel {
+
+/// How a member's motion ended.
+struct MemberEnd {
+  RunStatus status;
+  std::int64_t last_step = 0;
+  std::int64_t ended_by = -1;  ///< index of the terminal event that ended it, or −1
+  double rate = 0;             ///< Simulation::rate at the last good state
+};
+
+/// What a summary keeps of one member: its statistics, its events and its end.
+struct Member {
+  /// `start` is the simulation of the scene at step 0. Scene and plan must outlive the member.
+  Member(const Scene& scene, const Simulation& start, const Plan& plan);
+
+  /// Sets `last` to the values of the quantities at the last good state, and the end.
+  void finish(const Simulation& now, const MemberEnd& how, const Plan& plan,
+              const std::stop_token& stop);
+  /// Saves or restores everything but the state.
+  void save(ByteWriter& out) const;
+  void restore(const Plan& plan, ByteReader& in);
+
+  const Scene* scene;
+  std::vector<std::unique_ptr<Reading>> readings;  ///< of each quantity of the description
+  std::vector<Accumulators> accumulators;
+  std::vector<std::vector<double>> last;
+  std::vector<std::uint64_t> events;  ///< number so far, of each event of the description
+  std::vector<double> g;              ///< values of the events' functions at the current step
+  PartialStep between;
+  std::optional<MemberEnd> end = {};
+
+ private:
+  void save_end(ByteWriter& out) const;
+  void restore_end(const Plan& plan, ByteReader& in);
+};
+
+/// The step that a member made last.
+struct LastStep {
+  std::int64_t to;                 ///< index of the state after it
+  const Simulation& now;           ///< the state after it
+  std::span<const double> before;  ///< the saved state before it; may be empty
+};
+
+}  // namespace stiefel

@@ -1,0 +1,104 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <stop_token>
+#include <vector>
+
+#include "engine/summary/event_reports.h"
+#include "engine/summary/joint_simulation.h"
+#include "engine/summary/member.h"
+#include "engine/summary/plan.h"
+#include "engine/summary/sampler.h"
+#include "engine/summary/states_at_times.h"
+
+namespace stiefel {
+
+/// Members of an ensemble that advance together, as many as a vector register has lanes, or one
+/// scene that is no ensemble. Members that have ended leave the group, and the others go on.
+class MemberGroup {
+ public:
+  /// `first` is the index of the first member. Scenes and plan must outlive the group.
+  MemberGroup(std::span<const Scene> scenes, std::size_t first, bool ensemble, const Plan& plan);
+
+  /// Starts from the states of its members at `step`, one after another.
+  void start_at(std::int64_t step, std::span<const double> saved) { motion_.restore(step, saved); }
+  std::size_t saved_size() const { return motion_.each_saved() * members_.size(); }
+
+  /// Advances to step `to`. Writes its part of `states`, the states at times, of which the first
+  /// belongs to time index `first_time`. A stop request on the way makes it `interrupted`.
+  void advance(std::int64_t to, std::size_t first_time, std::span<StateAtTime> states,
+               const std::stop_token& stop);
+  bool interrupted() const { return interrupted_; }
+  /// Ends the members that have not ended.
+  void cancel();
+  bool done() const { return motion_.going().empty(); }
+
+  std::vector<Event>& events() { return events_.reported(); }
+  /// Returns the number of times up to the last one that any member reached.
+  std::size_t times_reached() const { return times_.reached(); }
+  std::int64_t computed_steps() const { return motion_.computed_steps(); }
+  std::int64_t map_steps() const { return motion_.map_steps(); }
+
+  std::size_t size() const { return members_.size(); }
+  const MemberEnd& end(std::size_t member) const { return *members_[member].end; }
+  const Accumulators& accumulators(std::size_t member, std::size_t quantity) const {
+    return members_[member].accumulators[quantity];
+  }
+  /// Returns the values of a quantity at the last sample.
+  const std::vector<double>& last(std::size_t member, std::size_t quantity) const {
+    return members_[member].last[quantity];
+  }
+
+  /// Whether the first sample has been taken.
+  bool begun() const { return begun_; }
+  /// Saves or restores the members one after another; the bytes do not depend on how members are
+  /// grouped.
+  void save(ByteWriter& out) const;
+  void restore(std::int64_t step, bool begun, ByteReader& in);
+
+ private:
+  std::int64_t step() const { return motion_.step(); }
+  /// Returns the number of members that have not ended; i below counts these.
+  std::size_t left() const { return motion_.going().size(); }
+  Member& member(std::size_t i) { return members_[motion_.going()[i]]; }
+  /// Returns the index of the i-th member in the ensemble.
+  std::size_t index(std::size_t i) const { return first_ + motion_.going()[i]; }
+  LastStep last_step(std::size_t i) const;
+
+  bool waits_for_events() const;
+  /// Returns the next step at which something is to be done, at most `to`.
+  std::int64_t next_stop(std::int64_t to) const;
+  /// Advances to step `next`. Returns false on a stop request.
+  bool go(std::int64_t next, const std::stop_token& stop);
+  /// Advances from sample to sample up to `to`, as long as nothing else is to be done. Returns
+  /// false on a stop request.
+  bool go_by_samples(std::int64_t to, const std::stop_token& stop);
+  /// Keeps the states at this step if the next one has times or events between its states.
+  void keep_states_before();
+  /// Does what is to be done at the first sample, or after a step.
+  void begin();
+  void arrive();
+  /// Reports the events of a member in its last step. Returns the fraction of the step after which
+  /// the member ends, if it ends.
+  std::optional<double> report_events(std::size_t i);
+  void finish(std::size_t i, const Simulation& last, std::int64_t step, const RunStatus& status,
+              std::int64_t ended_by = -1);
+  /// Removes the members that have ended.
+  void regroup();
+
+  std::size_t first_;
+  const Plan& plan_;
+  JointSimulation motion_;
+  std::vector<Member> members_;
+  Sampler sampler_;
+  EventReports events_;
+  StatesAtTimes times_;
+  std::vector<double> before_;  ///< states at the step before, where they are needed
+  std::int64_t next_sample_ = 0;
+  std::stop_token stop_;
+  bool begun_ = false, interrupted_ = false;
+};
+
+}  // namespace stiefel
