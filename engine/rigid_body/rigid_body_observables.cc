@@ -3,7 +3,6 @@
 #include "engine/linalg/lie/orthogonal.h"
 #include "engine/linalg/lie/so_3.h"
 #include "engine/linalg/lie/so_n.h"
-#include "engine/rigid_body/discrete_hamiltonian.h"
 #include "engine/rigid_body/rigid_body_invariants.h"
 
 namespace stiefel {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "engine/scene/scene_fields.h"
+#include "stiefel/scene_fields.h"
 #include "server/convert/convert.h"
 #include "server/sessions/field_bytes.h"
 

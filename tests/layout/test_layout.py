@@ -70,7 +70,7 @@ def test_a_wrong_arrow_is_found(tmp_path: Path, file: str, line: str):
 def test_what_the_order_allows_is_allowed(tmp_path: Path):
     path = tmp_path / "engine/catalogue/a.cc"
     path.parent.mkdir(parents=True)
-    path.write_text('#include "engine/catalogue/forms.h"\n#include "engine/frames/body/stiefel.h"\n'
+    path.write_text('#include "engine/catalogue/two_form.h"\n#include "engine/frames/body/stiefel.h"\n'
                     '#include "stiefel/scene.h"\n#include "engine/numbers/to_text.h"\n#include <vector>\n')
     assert arrows_against_the_order(tmp_path) == []
 
