@@ -15,6 +15,8 @@
 namespace stiefel::server {
 namespace {
 
+constexpr std::int64_t billion = 1'000'000'000;
+
 /// Accepts one number from `low` to `high`; refuses NaN, infinity and text after the number.
 template <class Number>
 CLI::Validator within(Number low, Number high, const std::string& unit) {

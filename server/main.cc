@@ -15,20 +15,17 @@
 #include "server/admission/log.h"
 #include "server/admission/stderr_sink.h"
 #include "server/check.h"
+#include "server/command_line.h"
 #include "server/end_signal.h"
 #include "server/flags.h"
 #include "server/limits/memory_limit.h"
 #include "server/limits/process.h"
-#include "server/parse_error.h"
 #include "server/server.h"
 #include "server/transport/listener.h"
-#include "server/variables.h"
 
 namespace {
 
-using stiefel::server::Options;
-
-using stiefel::server::Flags;
+using namespace stiefel::server;
 
 /// Sends this process SIGTERM when stdin ends, which means that the parent is gone.
 void watch_parent() {
@@ -45,7 +42,7 @@ void watch_parent() {
 /// Prints the token and the line for its file on stdout, for programs, and what they are on stderr.
 int print_token(const std::string& name) {
   try {
-    const auto made = stiefel::server::make_token(name);
+    const auto made = make_token(name);
     std::cout << made.token << '\n' << made.line << std::endl;
   } catch (const std::exception& exception) {
     std::cerr << "NAME: " << exception.what() << '\n';
@@ -68,8 +65,8 @@ void tell_that_it_cannot_start(int) {
 /// Throws std::runtime_error if the system does not give the threads of a server. `std::thread` and
 /// gRPC would end the process later and without a reason.
 void check_threads(const Options& options) {
-  stiefel::server::enlarge_thread_stacks();
-  if (const auto fault = stiefel::server::thread_fault(stiefel::server::threads_of(options)))
+  enlarge_thread_stacks();
+  if (const auto fault = thread_fault(threads_of(options)))
     throw std::runtime_error("cannot start: " + *fault);
 }
 
@@ -77,25 +74,24 @@ int serve(Options options, bool exit_with_parent) try {
   signal(SIGABRT, &tell_that_it_cannot_start);
   check_threads(options);
   // Lives as long as the process, since its threads do.
-  static stiefel::server::EndSignal signal_to_end(options.grace);
+  static EndSignal signal_to_end(options.grace);
   signal(SIGPIPE, SIG_IGN);
   signal(SIGXFSZ, SIG_IGN);  // a store at the process's limit of file sizes counts as full
-  stiefel::server::raise_descriptor_limit();
-  stiefel::server::keep_little_freed_memory();
+  raise_descriptor_limit();
+  keep_little_freed_memory();
   options.connections.unreachable = [] {
-    stiefel::server::write_stderr(
-        "stiefel-server: ends: one of its own addresses does not answer (--self-watch)\n", 100);
+    write_stderr("stiefel-server: ends: one of its own addresses does not answer (--self-watch)\n",
+                 100);
     _exit(1);
   };
-  const stiefel::server::Log log(options.log_level, options.log_json);
-  for (const std::string& text : stiefel::server::unknown_variables())
-    log.line(stiefel::server::Log::Level::warn, text);
+  const Log log(options.log_level, options.log_json);
+  for (const std::string& text : unknown_variables()) log.line(Log::Level::warn, text);
   // gRPC's last shutdown waits up to 10 s for a thread that polls. The library is never shut down
   // here, so that the end of the server does not wait for it.
   grpc_init();
   options.takes_grpc_log = true;
   options.waits_for = [](const char* what) { signal_to_end.waits_for(what); };
-  std::optional<stiefel::server::Server> server(options);
+  std::optional<Server> server(options);
   signal_to_end.started();
   signal(SIGABRT, SIG_DFL);
   for (const std::string& address : server->addresses())
@@ -107,7 +103,7 @@ int serve(Options options, bool exit_with_parent) try {
   server->shutdown();
   signal_to_end.waits_for("the end of the server's threads");
   server.reset();
-  stiefel::server::EndSignal::exit_soon();
+  EndSignal::exit_soon();
   return 0;
 } catch (const std::bad_alloc&) {
   std::cerr << "stiefel-server: cannot start: the system gives too little memory\n";
@@ -127,7 +123,7 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", "stiefel-server " STIEFEL_VERSION);
   Flags flags(app);
 
-  stiefel::server::HealthCheck question;
+  HealthCheck question;
   auto* healthcheck = app.add_subcommand(
       "healthcheck", "Asks a running server for its health: exit status 0 if it serves, else 1");
   healthcheck->add_option("--address", question.address, "Address of the server")
@@ -154,19 +150,18 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
-    std::cerr << stiefel::server::explain(app, error);
+    std::cerr << explain(app, error);
     return 2;
   }
 
   if (*healthcheck) {
     question.tls = flags.options.access.tls;
-    return stiefel::server::health_check(question);
+    return health_check(question);
   }
   if (*token) return print_token(name);
   if (*table) {
-    std::cout << stiefel::server::flag_table(app);
+    std::cout << flag_table(app);
     return 0;
   }
-  return *checked ? stiefel::server::check(flags.options)
-                  : serve(flags.options, flags.exit_with_parent);
+  return *checked ? check(flags.options) : serve(flags.options, flags.exit_with_parent);
 }

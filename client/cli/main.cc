@@ -10,8 +10,7 @@
 #include "client/cli/input/whole_number.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/origin.h"
-#include "server/parse_error.h"
-#include "server/variables.h"
+#include "server/command_line.h"
 #include "stiefel/client/error.h"
 
 namespace {

@@ -36,27 +36,26 @@ void add_detail(std::string_view type, const google::protobuf::Message& detail,
   any->set_value(detail.SerializeAsString());
 }
 
+/// Returns the first detail of a type; nothing if there is none.
+template <class Detail>
+std::optional<Detail> detail_of(const grpc::Status& status, std::string_view type) {
+  v1::Status details;
+  Detail detail;
+  if (details.ParseFromString(status.error_details()))
+    for (const auto& any : details.details())
+      if (any.type_url().ends_with(type) && detail.ParseFromString(any.value())) return detail;
+  return std::nullopt;
+}
+
 grpc::Status make(grpc::StatusCode code, const std::string& message, v1::Status status) {
   status.set_code(code);
   status.set_message(message);
   return {code, message, status.SerializeAsString()};
 }
 
-/// Adds the reason of the first violation that has one.
-void add_reason(const Violations& violations, v1::Status& status) {
-  const auto found =
-      std::ranges::find_if(violations, [](const Violation& v) { return !v.reason.empty(); });
-  if (found == violations.end()) return;
-  v1::ErrorInfo info;
-  info.set_reason(found->reason);
-  info.set_domain("stiefel");
-  for (const auto& [key, value] : found->metadata) (*info.mutable_metadata())[key] = value;
-  add_detail("ErrorInfo", info, status);
-}
-
 using Metadata = std::initializer_list<std::pair<const char*, std::string_view>>;
 
-void add_info(const char* reason, Metadata metadata, v1::Status& status) {
+void add_info(const std::string& reason, const auto& metadata, v1::Status& status) {
   v1::ErrorInfo detail;
   detail.set_reason(reason);
   detail.set_domain("stiefel");
@@ -112,7 +111,8 @@ grpc::Status invalid(const Violations& violations, std::size_t more) {
   if (more > 0) message += "; and " + std::to_string(more) + " more";
   v1::Status status;
   add_detail("BadRequest", detail, status);
-  add_reason(violations, status);
+  const auto why = std::ranges::find_if_not(violations, &std::string::empty, &Violation::reason);
+  if (why != violations.end()) add_info(why->reason, why->metadata, status);
   return make(grpc::INVALID_ARGUMENT, message, std::move(status));
 }
 
@@ -169,31 +169,18 @@ grpc::Status over_quota(const Refusal& refusal) {
 }
 
 std::optional<std::chrono::milliseconds> retry_delay(const grpc::Status& status) {
-  v1::Status details;
-  if (!details.ParseFromString(status.error_details())) return std::nullopt;
-  for (const auto& any : details.details()) {
-    v1::RetryInfo retry;
-    if (!any.type_url().ends_with("/google.rpc.RetryInfo") || !retry.ParseFromString(any.value()))
-      continue;
-    const std::chrono::nanoseconds delay = std::chrono::seconds(retry.retry_delay().seconds()) +
-                                           std::chrono::nanoseconds(retry.retry_delay().nanos());
-    return std::chrono::ceil<std::chrono::milliseconds>(delay);
-  }
-  return std::nullopt;
+  const auto retry = detail_of<v1::RetryInfo>(status, "/google.rpc.RetryInfo");
+  if (!retry) return std::nullopt;
+  const auto delay = google::protobuf::util::TimeUtil::DurationToNanoseconds(retry->retry_delay());
+  return std::chrono::ceil<std::chrono::milliseconds>(std::chrono::nanoseconds(delay));
 }
 
 Reason reason(const grpc::Status& status) {
-  v1::Status details;
-  if (!details.ParseFromString(status.error_details())) return {};
-  for (const auto& any : details.details()) {
-    v1::ErrorInfo info;
-    if (!any.type_url().ends_with("/google.rpc.ErrorInfo") || !info.ParseFromString(any.value()))
-      continue;
-    const auto limit = info.metadata().find("limit");
-    const bool named = info.reason() == "OVER_QUOTA" && limit != info.metadata().end();
-    return {info.reason(), named ? limit->second : ""};
-  }
-  return {};
+  const auto info = detail_of<v1::ErrorInfo>(status, "/google.rpc.ErrorInfo");
+  if (!info) return {};
+  const auto limit = info->metadata().find("limit");
+  const bool named = info->reason() == "OVER_QUOTA" && limit != info->metadata().end();
+  return {info->reason(), named ? limit->second : ""};
 }
 
 grpc::Status checkpoint_of_other_numerics(std::string_view theirs, std::string_view ours) {

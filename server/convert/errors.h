@@ -23,26 +23,51 @@ namespace stiefel::server::errors {
 
 /// INVALID_ARGUMENT: "field: value: rule", and the same as a BadRequest; at the end "and N more"
 /// for the violations that have no room, and for `more` others that were counted only. If a
-/// violation has a reason, also that: TOLERANCE_NOT_MET with `tolerance`, `most_work` and, where
-/// they are known, `best_error`, `best_method` and `reference_work`.
+/// violation has a reason (TOLERANCE_NOT_MET, REPLY_TOO_LARGE, OUTSIDE_DOMAIN), also that.
 grpc::Status invalid(const Violations& violations, std::size_t more = 0);
 grpc::Status invalid(const FoundFaults& refused);
 grpc::Status invalid(std::string field, std::string value, std::string rule);
-/// NOT_FOUND, SESSION_NOT_FOUND with `session_id`.
+/// INVALID_ARGUMENT for `fields`: Stream sends such a reply in parts.
+grpc::Status reply_too_large(std::size_t bytes);
+/// INVALID_ARGUMENT: a scene whose field is not finite at step 0.
+grpc::Status overflow(const Place& place, const Overflow& overflow);
+grpc::Status outside_domain(const OutsideDomain& outside);
+/// INVALID_ARGUMENT, UNEQUAL_DETERMINANTS with `Q_0` and `Q_T`, the two signs.
+grpc::Status unequal_determinants(const std::string& field, int Q_0, int Q_T);
+
+/// NOT_FOUND, SESSION_NOT_FOUND or SESSION_DELETED (clients must not create the session again).
 grpc::Status session_not_found(std::string_view id, const char* field = "session_id");
-/// NOT_FOUND, SESSION_DELETED with `session_id`: clients must not create the session again.
 grpc::Status session_deleted(std::string_view id, const char* field = "session_id");
-/// ALREADY_EXISTS, SESSION_HAS_OTHER_SCENE with `session_id`.
+/// ALREADY_EXISTS, SESSION_HAS_OTHER_SCENE.
 grpc::Status session_has_other_scene(std::string_view id);
-/// RESOURCE_EXHAUSTED, TOO_MANY_SESSIONS with `max_sessions`; a QuotaFailure, and a RetryInfo,
-/// since a session may expire or be deleted by then.
+/// FAILED_PRECONDITION, CHECKPOINT_OF_OTHER_NUMERICS.
+grpc::Status checkpoint_of_other_numerics(std::string_view theirs, std::string_view ours);
+
+/// RESOURCE_EXHAUSTED with a QuotaFailure, and a RetryInfo unless waiting does not help:
+/// TOO_MANY_SESSIONS;
 grpc::Status too_many_sessions(std::uint32_t max_sessions);
-/// RESOURCE_EXHAUSTED, PRICE_REACHED with `work` and `step`; a QuotaFailure for `price`, and a
-/// RetryInfo, since the session keeps the state at that step, from which the next call goes on.
+/// PRICE_REACHED, after which the session keeps the state from which the next call goes on;
 grpc::Status price_reached(const PriceReached& reached);
-/// RESOURCE_EXHAUSTED, OVER_QUOTA with `limit`, `most` and `asked`; a QuotaFailure whose subject is
-/// the limit, and a RetryInfo unless waiting does not help.
+/// OVER_QUOTA, whose subject is the limit;
 grpc::Status over_quota(const Refusal& refusal);
+/// MEMORY_LIMIT, or for a part of the memory OVER_QUOTA;
+grpc::Status memory_exhausted(const MemoryExhausted& refused);
+/// OUT_OF_MEMORY.
+grpc::Status out_of_memory();
+/// A change is not on disk: RESOURCE_EXHAUSTED with STORE_FULL or OUT_OF_MEMORY, UNAVAILABLE with
+/// STORE_UNAVAILABLE when a retry may succeed, INTERNAL with STORE_DAMAGED.
+grpc::Status not_written(const WriteFault& fault);
+
+/// UNAVAILABLE, SHUTTING_DOWN.
+grpc::Status shutting_down();
+/// UNAUTHENTICATED: the call has no metadata `authorization`, or no token of this server in it.
+grpc::Status token_missing();
+grpc::Status token_unknown();
+/// CANCELLED: the caller went away; also for Stopped (stop.h).
+grpc::Status cancelled();
+/// INTERNAL, INTERNAL_ERROR: a fault of the server itself.
+grpc::Status internal(std::string_view what);
+
 /// Returns the delay of a status's RetryInfo, rounded up; nothing if it has none.
 std::optional<std::chrono::milliseconds> retry_delay(const grpc::Status& status);
 /// The reason of a status's ErrorInfo, and the limit that it names; empty where absent.
@@ -50,40 +75,6 @@ struct Reason {
   std::string reason, limit;
 };
 Reason reason(const grpc::Status& status);
-/// FAILED_PRECONDITION, CHECKPOINT_OF_OTHER_NUMERICS with `checkpoint_numerics_id` and
-/// `server_numerics_id`.
-grpc::Status checkpoint_of_other_numerics(std::string_view theirs, std::string_view ours);
-/// INVALID_ARGUMENT for `fields`, REPLY_TOO_LARGE with `bytes` and `max_bytes`; Stream sends such a
-/// reply in parts.
-grpc::Status reply_too_large(std::size_t bytes);
-/// INVALID_ARGUMENT: a scene whose field is not finite at step 0.
-grpc::Status overflow(const Place& place, const Overflow& overflow);
-/// INVALID_ARGUMENT for `outside.field`, OUTSIDE_DOMAIN with `domain`, `value` and `bound`.
-grpc::Status outside_domain(const OutsideDomain& outside);
-/// INVALID_ARGUMENT, UNEQUAL_DETERMINANTS with `Q_0` and `Q_T`, the two signs.
-grpc::Status unequal_determinants(const std::string& field, int Q_0, int Q_T);
-/// UNAVAILABLE, SHUTTING_DOWN.
-grpc::Status shutting_down();
-/// UNAUTHENTICATED, TOKEN_MISSING: the call has no metadata `authorization`.
-grpc::Status token_missing();
-/// UNAUTHENTICATED, TOKEN_UNKNOWN: the metadata `authorization` holds no token of this server, or
-/// one that was withdrawn.
-grpc::Status token_unknown();
-/// CANCELLED: the caller went away; also for Stopped (stop.h).
-grpc::Status cancelled();
-/// RESOURCE_EXHAUSTED, OUT_OF_MEMORY; a QuotaFailure for `memory`, and a RetryInfo.
-grpc::Status out_of_memory();
-/// A session or its deletion is not on disk: RESOURCE_EXHAUSTED with STORE_FULL, a QuotaFailure for
-/// `store` and a RetryInfo, since deletions make room; or with OUT_OF_MEMORY; UNAVAILABLE with
-/// STORE_UNAVAILABLE, when a retry may succeed; INTERNAL with STORE_DAMAGED.
-grpc::Status not_written(const WriteFault& fault);
-/// RESOURCE_EXHAUSTED, MEMORY_LIMIT with `bytes`, `free` and `limit`; a QuotaFailure for `memory`,
-/// and a RetryInfo if the bytes can fit once others are given back. For a part of the memory, the
-/// error of `over_quota`.
-grpc::Status memory_exhausted(const MemoryExhausted& refused);
-/// INTERNAL, INTERNAL_ERROR: a fault of the server itself.
-grpc::Status internal(std::string_view what);
-
 /// Converts a status with its details to a message.
 void to_proto(const grpc::Status& status, v1::Status* out);
 

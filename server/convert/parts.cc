@@ -63,12 +63,6 @@ class Collector {
 
 }  // namespace
 
-std::size_t Parts::bytes() const {
-  std::size_t sum = 0;
-  for (const auto& field : fields_) sum += field.value().data().size();
-  return sum - sent_;
-}
-
 void Parts::take(std::size_t budget, Fields* out) {
   while (!fields_.empty() && (budget > 0 || out->empty())) {
     v1::Field& field = fields_.front();

@@ -19,8 +19,6 @@ class Parts {
 
   void add(v1::Field whole) { fields_.push_back(std::move(whole)); }
   bool empty() const { return fields_.empty(); }
-  /// Returns the bytes of the arrays that are left.
-  std::size_t bytes() const;
   /// Moves about `budget` bytes to `out`: whole arrays, and at the end a part of one, which ends
   /// with a row if a row fits. Moves at least one element.
   void take(std::size_t budget, Fields* out);

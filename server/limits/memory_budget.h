@@ -11,8 +11,7 @@
 
 namespace stiefel::server {
 
-/// Thrown by MemoryBudget::take when the bytes asked for do not fit even after all caches were
-/// given up.
+/// Thrown by MemoryBudget::take when the bytes do not fit even without caches.
 class MemoryExhausted : public std::exception {
  public:
   MemoryExhausted(std::uint64_t bytes, std::uint64_t free, std::uint64_t limit,
@@ -65,8 +64,8 @@ class MemoryBudget {
     reclaim_ = std::move(reclaim);
   }
 
-  /// While `allowed`, `take` takes even what does not fit once the caches are given up: for what
-  /// was promised before, such as the sessions of a store.
+  /// While `allowed`, `take` succeeds even beyond the limit, after it has given up the caches: for
+  /// the sessions of a store, which a server must hold.
   void allow_excess(bool allowed) { excess_allowed_ = allowed; }
 
   /// Takes the bytes if they fit, without giving up caches; returns false if they do not.

@@ -63,84 +63,64 @@ const char* code_name(int code) {
   return 0 <= code && code < CallMetrics::codes ? names[static_cast<std::size_t>(code)] : "UNKNOWN";
 }
 
-CallMetrics::Method::Method(std::string its_name) : name(std::move(its_name)), seconds(bounds) {}
-
-CallMetrics::CallMetrics(const std::vector<std::string>& methods) {
-  for (const std::string& method : methods) methods_.emplace_back(method);
-  for (const char* reason : usual_reasons) refusals_[{reason, ""}] = 0;
-}
-
-std::vector<prometheus::MetricFamily> CallMetrics::Collect() const {
-  return {calls(), running(), seconds(), refusals()};
-}
-
-prometheus::MetricFamily CallMetrics::calls() const {
-  auto all = family("stiefel_calls_total", "Calls that have ended, by method and status code.",
-                    prometheus::MetricType::Counter);
-  for (const Method& method : methods_) {
-    for (std::size_t code = 0; code < codes; ++code) {
-      const std::uint64_t count = method.ended[code].load(std::memory_order_relaxed);
-      if (count > 0 || std::ranges::count(usual, std::string_view(names[code])) > 0)
-        add_value(all, {{"method", method.name}, {"code", names[code]}},
-                  static_cast<double>(count));
-    }
+CallMetrics::CallMetrics(const std::vector<std::string>& methods)
+    : calls_(prometheus::BuildCounter()
+                 .Name("stiefel_calls_total")
+                 .Help("Calls that have ended, by method and status code.")
+                 .Register(registry_)),
+      refusals_(prometheus::BuildCounter()
+                    .Name("stiefel_refusals_total")
+                    .Help("Errors told to callers, those inside a Drive included, by reason and, "
+                          "where a limit is exceeded, by limit.")
+                    .Register(registry_)) {
+  auto& running = prometheus::BuildGauge()
+                      .Name("stiefel_calls_running")
+                      .Help("Calls that have begun and not ended, by method.")
+                      .Register(registry_);
+  auto& seconds =
+      prometheus::BuildHistogram()
+          .Name("stiefel_call_seconds")
+          .Help("Seconds from the arrival of a call at the service to its end, by method.")
+          .Register(registry_);
+  for (const std::string& name : methods) {
+    methods_.push_back(
+        {name, running.Add({{"method", name}}), seconds.Add({{"method", name}}, bounds), {}});
+    for (std::size_t code = 0; code < codes; ++code)
+      if (std::ranges::count(usual, std::string_view(names[code])) > 0)
+        methods_.back().ended[code] = &calls_.Add({{"method", name}, {"code", names[code]}});
   }
-  return all;
+  for (const char* reason : usual_reasons) refusals_.Add({{"reason", reason}});
 }
 
-prometheus::MetricFamily CallMetrics::running() const {
-  auto all = family("stiefel_calls_running", "Calls that have begun and not ended, by method.",
-                    prometheus::MetricType::Gauge);
-  for (const Method& method : methods_) {
-    // Reads `ended` first, so that the difference is never negative.
-    std::uint64_t ended = 0;
-    for (const auto& count : method.ended) ended += count.load(std::memory_order_acquire);
-    const std::uint64_t begun = method.begun.load(std::memory_order_relaxed);
-    add_value(all, {{"method", method.name}}, static_cast<double>(begun - ended));
-  }
-  return all;
+void CallMetrics::refused(const std::string& reason, const std::string& limit) {
+  prometheus::Labels labels{{"reason", reason}};
+  if (!limit.empty()) labels.emplace("limit", limit);
+  refusals_.Add(labels).Increment();
 }
 
-prometheus::MetricFamily CallMetrics::seconds() const {
-  auto all = family("stiefel_call_seconds",
-                    "Seconds from the arrival of a call at the service to its end, by method.",
-                    prometheus::MetricType::Histogram);
-  for (const Method& method : methods_) {
-    all.metric.push_back(method.seconds.Collect());
-    all.metric.back().label = {{"method", method.name}};
-  }
-  return all;
-}
-
-prometheus::MetricFamily CallMetrics::refusals() const {
-  auto all = family("stiefel_refusals_total",
-                    "Errors told to callers, those inside a Drive included, by reason and, where "
-                    "a limit is exceeded, by limit.",
-                    prometheus::MetricType::Counter);
-  const std::lock_guard lock(mutex_);
-  for (const auto& [why, count] : refusals_) {
-    Labels labels{{"reason", why.first}};
-    if (!why.second.empty()) labels.push_back({"limit", why.second});
-    add_value(all, std::move(labels), static_cast<double>(count));
-  }
-  return all;
-}
-
-CallMetrics::Running::Running(CallMetrics* metrics, std::string_view method)
-    : method_(metrics ? metrics->find(method) : nullptr) {
-  if (!method_) return;
-  method_->begun.fetch_add(1, std::memory_order_relaxed);
+CallMetrics::Running::Running(CallMetrics* metrics, std::string_view method) : metrics_(metrics) {
+  if (!metrics) return;
+  const auto found = std::ranges::find(metrics->methods_, method, &Method::name);
+  if (found == metrics->methods_.end()) return;
+  method_ = &*found;
+  method_->running.Increment();
   begin_ = Clock::now();
 }
 
 CallMetrics::Running::~Running() { end(static_cast<int>(unknown)); }
 
 void CallMetrics::Running::end(int code) noexcept {
-  Method* const method = std::exchange(method_, nullptr);
+  const Method* const method = std::exchange(method_, nullptr);
   if (!method) return;
-  method->ended[0 <= code && code < codes ? static_cast<std::size_t>(code) : unknown].fetch_add(
-      1, std::memory_order_release);
+  const std::size_t index = 0 <= code && code < codes ? static_cast<std::size_t>(code) : unknown;
+  try {
+    prometheus::Counter* const ended = method->ended[index];
+    (ended ? *ended : metrics_->calls_.Add({{"method", method->name}, {"code", names[index]}}))
+        .Increment();
+  } catch (const std::exception&) {  // no memory for a first call with this code
+  }
   method->seconds.Observe(std::chrono::duration<double>(Clock::now() - begin_).count());
+  method->running.Decrement();
 }
 
 std::vector<prometheus::MetricFamily> OpenStreams::Collect() const {

@@ -1,16 +1,15 @@
 #pragma once
 
 #include <prometheus/collectable.h>
+#include <prometheus/counter.h>
+#include <prometheus/gauge.h>
 #include <prometheus/histogram.h>
 #include <prometheus/metric_family.h>
+#include <prometheus/registry.h>
 
-#include <algorithm>
 #include <array>
 #include <atomic>
 #include <chrono>
-#include <cstdint>
-#include <deque>
-#include <map>
 #include <mutex>
 #include <string>
 #include <string_view>
@@ -27,35 +26,20 @@ std::string_view trace_id(std::string_view traceparent);
 
 using Labels = std::vector<prometheus::ClientMetric::Label>;
 
-/// Returns a family without metrics. Its help is one sentence.
-inline prometheus::MetricFamily family(std::string name, std::string help,
-                                       prometheus::MetricType type) {
-  return {std::move(name), std::move(help), type, {}};
-}
-
-/// Adds a value to a family of counters or gauges.
-inline void add_value(prometheus::MetricFamily& to, Labels labels, double value) {
-  prometheus::ClientMetric metric;
-  metric.label = std::move(labels);
-  (to.type == prometheus::MetricType::Counter ? metric.counter.value : metric.gauge.value) = value;
-  to.metric.push_back(std::move(metric));
-}
-
-/// Returns a family of one value.
+/// Returns a family of one value. Its help is one sentence.
 inline prometheus::MetricFamily single(std::string name, std::string help,
                                        prometheus::MetricType type, double value,
                                        Labels labels = {}) {
-  auto one = family(std::move(name), std::move(help), type);
-  add_value(one, std::move(labels), value);
-  return one;
+  prometheus::ClientMetric metric;
+  metric.label = std::move(labels);
+  (type == prometheus::MetricType::Counter ? metric.counter.value : metric.gauge.value) = value;
+  return {std::move(name), std::move(help), type, {std::move(metric)}};
 }
 
 /// Returns the name of a gRPC status code, 0 to 16: "OK", "CANCELLED" ...
 const char* code_name(int code);
 
-/// Counts and times calls by method and status code, and counts errors by reason. A call costs two
-/// atomic additions, two readings of the clock and one observation under the method's own lock.
-/// Thread-safe.
+/// Counts and times calls by method and status code, and counts errors by reason. Thread-safe.
 class CallMetrics final : public prometheus::Collectable {
  public:
   static constexpr int codes = 17;
@@ -67,36 +51,22 @@ class CallMetrics final : public prometheus::Collectable {
 
   /// Counts an error that a caller was told. `limit` is the limit that the request exceeds, or
   /// empty.
-  void refused(const std::string& reason, const std::string& limit) {
-    const std::lock_guard lock(mutex_);
-    ++refusals_[{reason, limit}];
-  }
+  void refused(const std::string& reason, const std::string& limit);
 
   /// stiefel_calls_total, stiefel_calls_running, stiefel_call_seconds, stiefel_refusals_total.
-  std::vector<prometheus::MetricFamily> Collect() const override;
+  std::vector<prometheus::MetricFamily> Collect() const override { return registry_.Collect(); }
 
  private:
   struct Method {
-    explicit Method(std::string its_name);
-
-    const std::string name;
-    std::atomic<std::uint64_t> begun = 0;
-    std::array<std::atomic<std::uint64_t>, codes> ended{};
-    prometheus::Histogram seconds;
+    std::string name;
+    prometheus::Gauge& running;
+    prometheus::Histogram& seconds;
+    std::array<prometheus::Counter*, codes> ended;  // null for a code that is not usual
   };
-  Method* find(std::string_view name) {
-    const auto found = std::ranges::find(methods_, name, &Method::name);
-    return found == methods_.end() ? nullptr : &*found;
-  }
-  prometheus::MetricFamily calls() const;
-  prometheus::MetricFamily running() const;
-  prometheus::MetricFamily seconds() const;
-  prometheus::MetricFamily refusals() const;
 
-  std::deque<Method> methods_;
-  mutable std::mutex mutex_;
-  /// By reason and limit; guarded by mutex_.
-  std::map<std::pair<std::string, std::string>, std::uint64_t> refusals_;
+  prometheus::Registry registry_;
+  prometheus::Family<prometheus::Counter>&calls_, &refusals_;
+  std::vector<Method> methods_;
 };
 
 /// A running call, counted and timed from its construction to `end`.
@@ -106,7 +76,9 @@ class CallMetrics::Running {
   /// Counts nothing if `metrics` is null.
   Running(CallMetrics* metrics, std::string_view method);
   Running(Running&& other) noexcept
-      : method_(std::exchange(other.method_, nullptr)), begin_(other.begin_) {}
+      : metrics_(other.metrics_),
+        method_(std::exchange(other.method_, nullptr)),
+        begin_(other.begin_) {}
   /// Counts the call as UNKNOWN if `end` was not called, for want of memory.
   ~Running();
 
@@ -116,7 +88,8 @@ class CallMetrics::Running {
  private:
   using Clock = std::chrono::steady_clock;
 
-  Method* method_ = nullptr;
+  CallMetrics* metrics_ = nullptr;
+  const Method* method_ = nullptr;
   Clock::time_point begin_;
 };
 

@@ -6,6 +6,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "server/sessions/principal.h"
@@ -28,17 +29,31 @@ struct WriteFault {
   std::string what;
 };
 
-/// The outcome of a change that is being written, unknown while the write is pending. Thread-safe.
+/// A change that is being written. Thread-safe.
 class Receipt {
  public:
   /// Is called without a fault when the change is on disk.
   using Done = std::function<void(const std::optional<WriteFault>&)>;
 
-  /// Calls `done` once: at once if the outcome is known, else on the thread that settles the
-  /// receipt.
-  void then(Done done);
-  /// Sets the outcome and calls the waiting functions, none of which may throw. Call it once.
-  void settle(std::optional<WriteFault> fault) noexcept;
+  /// Calls `done` once: at once if the write has ended, otherwise on the thread that ends it.
+  void then(Done done) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (!settled_) return waiting_.push_back(std::move(done));
+    }
+    done(fault_);
+  }
+  /// Ends the write and calls the waiting functions, none of which may throw. Call it once.
+  void settle(std::optional<WriteFault> fault) noexcept {
+    std::vector<Done> waiting;
+    {
+      const std::lock_guard lock(mutex_);
+      fault_ = std::move(fault);
+      settled_ = true;
+      waiting.swap(waiting_);
+    }
+    for (const Done& done : waiting) done(fault_);
+  }
 
  private:
   std::mutex mutex_;
@@ -55,14 +70,14 @@ class Ledger {
 
   virtual ~Ledger() = default;
 
-  /// Records a new session. If it cannot be written, the ledger drops it from the registry before
-  /// it settles the receipt.
+  /// Records a new session. One that cannot be written is dropped from the registry before the
+  /// write ends.
   virtual std::shared_ptr<Receipt> put(std::shared_ptr<Session> session) = 0;
   /// Records that a session has expired.
   virtual std::shared_ptr<Receipt> erase(const Principal& principal, std::string id) = 0;
-  /// Records that a session was deleted and that no client's handle may create it again before
-  /// `until`. Also called for an id that the registry does not know: an earlier deletion may have
-  /// failed and left its row.
+  /// Records that a session was deleted, so that no client's handle creates it again before
+  /// `until`. Also for an id that the registry does not know: the write of an earlier deletion may
+  /// have failed.
   virtual std::shared_ptr<Receipt> bury(const Principal& principal, std::string id, Time until) = 0;
   /// Records that a session has a new cached state, which may be written later or never.
   virtual void cached(std::weak_ptr<Session> session) noexcept = 0;

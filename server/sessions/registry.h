@@ -110,9 +110,8 @@ class Registry {
     std::shared_ptr<Receipt> receipt = {};  ///< null without a ledger
     explicit operator bool() const { return found; }
   };
-  /// Deletes the session. Marks the id as deleted even if there is no such session: it may be on
-  /// its way here from another server. The mark takes its bytes from `memory`, as in `create`,
-  /// if they fit.
+  /// Deletes the session, and keeps its id as deleted even if there is no such session: it may be
+  /// on its way here from another server. The id takes its bytes from `memory`, if they fit.
   Erased erase(const Principal& principal, std::string_view id, MemoryBudget* memory = nullptr);
   /// Whether the session was deleted within the idle timeout and not created again.
   bool deleted(const Principal& principal, std::string_view id) const;
@@ -144,15 +143,14 @@ class Registry {
   }
   /// Whether there is a ledger.
   bool durable() const { return ledger_ != nullptr; }
-  /// Adds a session that the ledger has already, even beyond `max_sessions`. Call it before
-  /// `write_to`.
+  /// Adds a stored session, even beyond `max_sessions`. Call it before `write_to`.
   void restore(std::shared_ptr<Session> session) {
     const std::lock_guard lock(mutex_);
     Key key{session->owner().name, session->id()};
     sessions_.emplace(std::move(key), std::move(session));
   }
-  /// Adds a deletion that the ledger has already; it lasts until `until`, but at most the idle
-  /// timeout from now. Call it before `write_to`, for each principal in the order of `until`.
+  /// Adds a stored deletion, which lasts until `until`, but at most the idle timeout from now. Call
+  /// it before `write_to`, for each principal in the order of `until`.
   void bury(const Principal& principal, std::string id, Ledger::Time until,
             MemoryBudget* memory = nullptr);
   /// Removes `session`, unless another one has taken its name. Does not tell the ledger.

@@ -90,8 +90,6 @@ class Sampling {
            static_cast<double>(samples()) * sample_work(session_, fields_);
   }
   std::uint64_t bytes() const;
-  /// The most samples of a batch.
-  std::size_t capacity() const { return capacity_; }
 
  private:
   void take(Batch& batch, const std::stop_token& stop);

@@ -104,15 +104,10 @@ Session::Session(std::string id, Scene scene, std::shared_ptr<const Clock> clock
   if (scene_.members().empty()) {
     auto simulation = make();
     set_outline(outline_of(*simulation));
-    const bool by_rate = is_priced_by_rate(scene_);
-    const bool chooses = chooses_steps(scene_);
-    const bool wants_rate = by_rate || chooses || kind_depends_on_rate(scene_, step_cost_);
+    const bool wants_rate = is_priced_by_rate(scene_) || chooses_steps(scene_) ||
+                            kind_depends_on_rate(scene_, step_cost_);
     const double rate = wants_rate ? simulation->rate() : 0;
-    const double most = most_h_omega(scene_, rate);
-    const double of_one = step_price_of(scene_, by_rate ? rate : 0);
-    step_work_ = of_one * map_steps();
-    step_kind_ = server::step_kind(scene_, step_cost_, most);
-    if (chooses) limit_attempts(of_one, map_steps(), h_omega(scene_, rate), most);
+    set_work(scene_, 1, rate, most_h_omega(scene_, rate));
     overflow_ = find_overflow(*simulation);
     checkpoints_.put(0, save(*simulation, {memory, state_bytes(saved_size_)}));
     idle_.push_back(std::move(simulation));
@@ -148,21 +143,23 @@ void Session::read_members() {
     const double bound = most_h_omega(scene, of_member);
     if (!(bound <= most)) most = bound;
   }));
-  step_kind_ = server::step_kind(first, step_cost_, most);
-  const double priced = by_rate ? rate : 0, of_one = step_price_of(first, priced);
-  const std::size_t count = members.size();
-  step_work_ = ensemble_step_price(first, count, of_one, h_omega(first, priced)) * map_steps();
-  if (chooses_steps(first))
-    limit_attempts(of_one, static_cast<double>(count) * map_steps(), h_omega(first, rate), most);
+  set_work(first, members.size(), rate, most);
 }
 
-void Session::limit_attempts(double work_of_one, double steps, double h_omega,
-                             double most_h_omega) {
-  const double predicted = steps * predicted_attempts(h_omega, scene_.tolerance());
-  const double longest = steps * predicted_attempts(most_h_omega, scene_.tolerance());
-  constexpr double margin = AttemptLimit::margin;
-  attempt_limit_ = AttemptLimit{margin * predicted, margin * longest, work_of_one};
-  step_work_ = predicted * work_of_one;
+void Session::set_work(const Scene& one, std::size_t members, double rate, double most_h_omega) {
+  const double priced = is_priced_by_rate(one) ? rate : 0, of_one = step_price_of(one, priced);
+  step_kind_ = server::step_kind(one, step_cost_, most_h_omega);
+  step_work_ = map_steps() * (scene_.members().empty() ? of_one
+                                                       : ensemble_step_price(one, members, of_one,
+                                                                             h_omega(one, priced)));
+  if (!chooses_steps(one)) return;
+  const auto attempts = [&](double h_omega_of_step) {
+    return static_cast<double>(members) * map_steps() *
+           predicted_attempts(h_omega_of_step, scene_.tolerance());
+  };
+  const double predicted = attempts(h_omega(one, rate)), longest = attempts(most_h_omega);
+  attempt_limit_ = {AttemptLimit::margin * predicted, AttemptLimit::margin * longest, of_one};
+  step_work_ = predicted * of_one;
 }
 
 std::unique_ptr<Simulation> Session::make() {

@@ -69,28 +69,27 @@ class Session : public std::enable_shared_from_this<Session> {
     const double steps = static_cast<double>(to - from);
     return step_work_ * (direct_ ? std::min(1.0, steps) : steps);
   }
-  /// Set where the method chooses its own steps: the next call may try so many.
+  /// Returns how many substeps the next call may try; nothing where the method does not choose its
+  /// own steps.
   std::optional<AttemptLimit> attempt_limit() const;
-  /// Raises the predicted attempts of a step to those that the steps of a call have taken.
+  /// Raises the predicted number of substeps of a step to `each`, what a call has needed.
   void raise_attempts(double each) {
     double before = attempts_taken_.load();
     while (before < each && !attempts_taken_.compare_exchange_weak(before, each)) {
     }
   }
-  /// Returns the most work of these steps in one call where the session has an `attempt_limit`,
-  /// otherwise `work`.
+  /// Returns the most work of these steps in one call: `work`, unless there is an `attempt_limit`.
   double most_work(std::int64_t from, std::int64_t to) const {
     const auto limit = attempt_limit();
     return limit ? limit->most_work(static_cast<double>(to - from)) : work(from, to);
   }
-  /// A field that is not finite at step 0, if there is one. It overflows in 1/λ or λ_i + λ_j
-  /// although every λ is valid by itself.
+  /// A field that is not finite at step 0, where 1/λ or λ_i + λ_j overflows.
   const std::optional<Overflow>& overflow() const { return overflow_; }
 
   /// Returns the step of the nearest state at or before `step`, at which `lease` would start now.
   std::int64_t start_for(std::int64_t step) const;
-  /// Keeps `seat`, the session's place in its principal's account, until the session is destroyed.
-  /// Called once, by the call that created the session.
+  /// Keeps the session's place in its principal's quota until the session is destroyed. Call it
+  /// once.
   void hold_seat(std::shared_ptr<void> seat) { seat_ = std::move(seat); }
 
   /// Returns a Simulation at the nearest state at or before `step`, for the caller alone.
@@ -139,21 +138,19 @@ class Session : public std::enable_shared_from_this<Session> {
   std::chrono::system_clock::time_point create_time() const { return create_time_; }
   /// Sets the owner. Call it before other threads see the session.
   void set_owner(Principal owner) { owner_ = std::move(owner); }
-  /// Sets the creation time of a session that an earlier server stored. Call it before other
-  /// threads see the session.
+  /// Sets the creation time of a restored session. Call it before other threads see the session.
   void set_create_time(std::chrono::system_clock::time_point created) { create_time_ = created; }
-  /// Makes the session report its new cached states to `ledger`. Call it before other threads
-  /// use the session.
+  /// Reports new cached states to `ledger`. Call it before other threads use the session.
   void write_to(Ledger& ledger) { ledger_ = &ledger; }
   const Principal& owner() const { return owner_; }
-  /// Sets the receipt for this session's row in the ledger, null when the server has no store, and
-  /// reports a cached state after step 0 to the ledger. Guarded by the registry's lock.
+  /// Sets the pending write of this session, null without a store, and reports a cached state after
+  /// step 0. Guarded by the registry's lock.
   void written_by(std::shared_ptr<Receipt> receipt) {
     receipt_ = std::move(receipt);
     if (cached_steps().back() > 0) tell_ledger();
   }
   const std::shared_ptr<Receipt>& receipt() const { return receipt_; }
-  /// Returns the last cached state; the ledger is told of the next one again.
+  /// Returns the last cached state, and reports the next one again.
   Checkpoints::Nearest take_last_state() {
     reported_to_ledger_ = false;
     const std::lock_guard lock(mutex_);
@@ -176,12 +173,11 @@ class Session : public std::enable_shared_from_this<Session> {
   std::unique_ptr<Simulation> make();
   /// Sets what the outline has, and the spacing of the checkpoints from it.
   void set_outline(Outline outline);
-  /// Reads what the constructor of an ensemble needs from one member after another, without making
-  /// the ensemble's simulation.
+  /// Reads what the constructor of an ensemble needs from one member after another.
   void read_members();
-  /// Sets `attempt_limit_` and the work of a step, which has `steps` steps of the map over all
-  /// members, from h‖Ω‖ at the start and along the motion.
-  void limit_attempts(double work_of_one, double steps, double h_omega, double most_h_omega);
+  /// Sets the price and the kind of a step from one of the `members`, or from the scene itself:
+  /// `rate` is the largest ‖Ω‖ at the start, `most_h_omega` bounds h‖Ω‖ along the motion.
+  void set_work(const Scene& one, std::size_t members, double rate, double most_h_omega);
   /// Steps of the map between two states.
   double map_steps() const { return direct_ ? 1 : scene_.substeps(); }
   /// Returns `simulation`, or a new one if it is null, in the state `saved` at `step`.
@@ -200,8 +196,7 @@ class Session : public std::enable_shared_from_this<Session> {
   Principal owner_;
   Ledger* ledger_ = nullptr;
   std::shared_ptr<Receipt> receipt_;
-  /// Whether `ledger_` was told of a cached state that it has not yet taken.
-  std::atomic<bool> reported_to_ledger_ = false;
+  std::atomic<bool> reported_to_ledger_ = false;  ///< a cached state that it has not taken yet
   const std::uint64_t simulation_bytes_;
   const MemoryLease scene_memory_;
   MemoryLease simulations_memory_;  ///< of the idle and of the leased simulations

@@ -13,18 +13,17 @@ namespace stiefel::server {
 ///
 ///     1 + h‖Ω‖ (c h‖Ω‖ / tolerance)^{1/8},  c = 0.002,
 ///
-/// from h‖Ω‖ of the step and the method's tolerance: its error of a substep of length τ grows like
-/// (‖Ω‖τ)⁸. It is at most 10 000, after which the engine ends a step (Adaptive::most_substeps). c
-/// fits the symmetric systems. The others need 0.3 to 2.2 times as many, and a flat ellipsoid,
-/// whose geodesics turn sharply at its edge, twenty times as many.
+/// since the error of a substep of length τ grows like (‖Ω‖τ)⁸. At most 10 000, after which the
+/// engine ends a step (Adaptive::most_substeps). c fits the symmetric systems; other systems need
+/// 0.3 to 2.2 times as many substeps, a flat ellipsoid twenty times as many.
 inline double predicted_attempts(double h_omega, double tolerance) {
   constexpr double c = 0.002, most = 10000;
   const double attempts = 1 + h_omega * std::pow(c * h_omega / tolerance, 1.0 / 8);
   return attempts <= most ? attempts : most;  // also where it is NaN
 }
 
-/// The substeps that the steps of a session may try in one call, over all members together, where
-/// the method chooses its own steps.
+/// The substeps that a call may try, over all members together, where the method chooses its own
+/// steps.
 struct AttemptLimit {
   /// A call may try this many times the predicted number.
   static constexpr double margin = 4;

@@ -74,7 +74,7 @@ class Store {
   /// Removes the tombstones whose time is over and, of those beyond `most_tombstones`, the oldest
   /// of the principals that have most.
   void trim_tombstones(std::int64_t now);
-  /// Whether enough tombstones were put since the last trim to make another worth while.
+  /// Whether more than a quarter of `most_tombstones` were put since the last trim.
   bool tombstones_pile_up() const { return since_trim_ > most_tombstones_ / 4; }
   /// The most tombstones kept: an eighth of the store's limit at 128 bytes each, at most 2^18.
   std::int64_t most_tombstones() const { return most_tombstones_; }
@@ -87,9 +87,8 @@ class Store {
   /// Makes room on a full disk: removes all checkpoints, trims the tombstones, empties the log and
   /// gives free pages back to the disk.
   void make_room(std::int64_t now) noexcept;
-  /// Does what `transact` does where the disk has no space for the log, but the file has for the
-  /// changes: the log takes the space of the reserve, and the file does not grow, so that the
-  /// reserve finds its space again.
+  /// Like `transact`, on a full disk: the log takes the space of the reserve, and the file may not
+  /// grow.
   void transact_in_place(const std::function<void()>& changes, Patience wait = Patience(0));
 
   /// A session's row, with its checkpoint if there is a valid one.

@@ -5,6 +5,7 @@
 #include <openssl/rand.h>
 
 #include <algorithm>
+#include <charconv>
 #include <stdexcept>
 
 namespace stiefel::server {
@@ -22,10 +23,8 @@ const EVP_MD* algorithm() {
   return found;
 }
 
-std::optional<unsigned> value_of(char digit) {
-  if (digit >= 'A' && digit <= 'F') digit = static_cast<char>(digit - 'A' + 'a');
-  const std::size_t value = digits.find(digit);
-  return value == digits.npos ? std::nullopt : std::optional(static_cast<unsigned>(value));
+void check(bool done, const char* what) {
+  if (!done) throw std::runtime_error(std::string("OpenSSL has no ") + what);
 }
 
 constexpr std::string_view space = " \t\r";
@@ -39,26 +38,22 @@ std::string_view trimmed(std::string_view text) {
 }  // namespace
 
 Bytes32 sha256(std::string_view bytes) {
-  Bytes32 digest;
-  if (EVP_Digest(data(bytes), bytes.size(), digest.data(), nullptr, algorithm(), nullptr) != 1)
-    throw std::runtime_error("OpenSSL has no SHA-256");
-  return digest;
+  Sha256 hash;
+  hash.add(bytes);
+  return hash.digest();
 }
 
 Sha256::Sha256() : context_(EVP_MD_CTX_new()) {
-  if (!context_ || EVP_DigestInit_ex(context_.get(), algorithm(), nullptr) != 1)
-    throw std::runtime_error("OpenSSL has no SHA-256");
+  check(context_ && EVP_DigestInit_ex(context_.get(), algorithm(), nullptr) == 1, "SHA-256");
 }
 
 void Sha256::add(std::string_view bytes) {
-  if (EVP_DigestUpdate(context_.get(), bytes.data(), bytes.size()) != 1)
-    throw std::runtime_error("OpenSSL has no SHA-256");
+  check(EVP_DigestUpdate(context_.get(), bytes.data(), bytes.size()) == 1, "SHA-256");
 }
 
 Bytes32 Sha256::digest() {
   Bytes32 out;
-  if (EVP_DigestFinal_ex(context_.get(), out.data(), nullptr) != 1)
-    throw std::runtime_error("OpenSSL has no SHA-256");
+  check(EVP_DigestFinal_ex(context_.get(), out.data(), nullptr) == 1, "SHA-256");
   return out;
 }
 
@@ -67,17 +62,16 @@ void Sha256::Free::operator()(evp_md_ctx_st* context) const { EVP_MD_CTX_free(co
 Bytes32 hmac_sha256(const Bytes32& key, std::string_view bytes) {
   Bytes32 mac;
   std::size_t size = 0;
-  if (EVP_Q_mac(nullptr, "HMAC", nullptr, "SHA256", nullptr, key.data(), key.size(), data(bytes),
-                bytes.size(), mac.data(), mac.size(), &size) == nullptr ||
-      size != mac.size())
-    throw std::runtime_error("OpenSSL has no HMAC-SHA256");
+  check(EVP_Q_mac(nullptr, "HMAC", nullptr, "SHA256", nullptr, key.data(), key.size(), data(bytes),
+                  bytes.size(), mac.data(), mac.size(), &size) != nullptr &&
+            size == mac.size(),
+        "HMAC-SHA256");
   return mac;
 }
 
 Bytes32 random_secret() {
   Bytes32 secret;
-  if (RAND_priv_bytes(secret.data(), static_cast<int>(secret.size())) != 1)
-    throw std::runtime_error("OpenSSL has no random numbers");
+  check(RAND_priv_bytes(secret.data(), static_cast<int>(secret.size())) == 1, "random numbers");
   return secret;
 }
 
@@ -98,9 +92,8 @@ std::optional<Bytes32> from_hexadecimal(std::string_view text) {
   Bytes32 bytes;
   if (text.size() != 2 * bytes.size()) return std::nullopt;
   for (std::size_t i = 0; i < bytes.size(); ++i) {
-    const auto high = value_of(text[2 * i]), low = value_of(text[2 * i + 1]);
-    if (!high || !low) return std::nullopt;
-    bytes[i] = static_cast<unsigned char>(16 * *high + *low);
+    const char* const end = text.data() + 2 * i + 2;
+    if (std::from_chars(end - 2, end, bytes[i], 16).ptr != end) return std::nullopt;
   }
   return bytes;
 }

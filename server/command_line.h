@@ -1,9 +1,17 @@
 #pragma once
 
+#include <CLI/CLI.hpp>
+
 #include <string>
 #include <vector>
 
 namespace stiefel::server {
+
+/// Returns the faults of the program's command line, one on each line, and where to read more.
+/// Unknown words are reported as "unknown command runn; did you mean run?" or "unknown option
+/// --evry; did you mean --every?". CLI11's message is used only if there are none, because a
+/// missing argument may be a misspelt one.
+std::string explain(const CLI::App& app, const CLI::ParseError& error);
 
 /// Returns a sentence for each variable of the environment that begins with STIEFEL_ and that
 /// neither the server nor a client reads: "STIEFEL_THREAD: unknown variable; did you mean
