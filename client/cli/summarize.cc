@@ -3,10 +3,11 @@
 #include <iostream>
 #include <optional>
 
-#include "client/cli/commands.h"
+#include "client/cli/command.h"
 #include "client/cli/endpoint.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/message_file.h"
+#include "client/cli/options.h"
 #include "client/cli/progress/progress.h"
 #include "client/cli/report.h"
 #include "client/cli/sinks/destination.h"
@@ -14,6 +15,20 @@
 
 namespace stiefel::cli {
 namespace {
+
+struct SummarizeCommand {
+  std::string scene;
+  Remote server;
+  std::int64_t from = 0;
+  std::int64_t to = 0;
+  std::int64_t every = 1;
+  /// "energy=drift", "M=min,max".
+  std::vector<std::string> quantities;
+  /// A file with `quantities`, `events` and `fields`, as in stiefel.v1.SummarizeRequest.
+  std::string request;
+  bool over_members = false;
+  std::string output;
+};
 
 /// Reads a quantity such as "energy=drift,last".
 v1::Quantity read_quantity(const std::string& text, bool over_members) {
@@ -133,8 +148,6 @@ nlohmann::ordered_json to_json(const v1::SummarizeResponse& end, nlohmann::order
   return out;
 }
 
-}  // namespace
-
 ExitStatus summarize(const SummarizeCommand& command) {
   if (command.every <= 0)
     throw BadInput("--every: " + std::to_string(command.every) + " must be positive");
@@ -173,6 +186,46 @@ ExitStatus summarize(const SummarizeCommand& command) {
     std::cout << text;
   }
   return conclude(end.run_status(), end.step());
+}
+
+}  // namespace
+
+void add_summarize(CLI::App& all, Command& chosen) {
+  const auto command = std::make_shared<SummarizeCommand>();
+  auto* app = all.add_subcommand("summarize",
+                                 "Prints statistics and events of a motion without its samples");
+  add_scene(app, command->scene, command->to);
+  app->add_option("--from", command->from, "the first sample; 0 by default")
+      ->transform(whole_number(between_steps))
+      ->type_name("STEP");
+  app->add_option("--every", command->every,
+                  "a sample every K steps, and always at the last step; 1 by default")
+      ->transform(whole_number())
+      ->type_name("K");
+  app->add_option("--quantity", command->quantities,
+                  "NAME is a field, an invariant or a family of invariants; A,B,... are among "
+                  "last, min, max, mean, rms, sign_changes, drift. Repeatable. Example: "
+                  "energy=drift")
+      ->type_name("NAME=A,B,...");
+  app->add_flag("--over-members", command->over_members,
+                "one statistic over the members of an ensemble instead of one for each");
+  app->add_option(
+         "--request", command->request,
+         "file with `quantities` (which may have quantiles and edges), `events` and `fields`: the "
+         "JSON form of stiefel.v1.SummarizeRequest")
+      ->type_name("FILE.json");
+  app->add_option("--output", command->output, "a .json file; stdout by default")
+      ->type_name("FILE.json");
+  add_server(app, command->server);
+  app->callback([=, &chosen] {
+    chosen.origin = {.file = command->scene,
+                     .options = {{"from", "--from"},
+                                 {"to", "--to"},
+                                 {"every", "--every"},
+                                 {"events", "--request: events"},
+                                 {"fields", "--request: fields"}}};
+    chosen.run = [command](Origin&) { return summarize(*command); };
+  });
 }
 
 }  // namespace stiefel::cli

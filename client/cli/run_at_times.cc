@@ -1,4 +1,4 @@
-#include "client/cli/summaries/at_times.h"
+#include "client/cli/run.h"
 
 #include <algorithm>
 #include <cmath>
