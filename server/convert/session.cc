@@ -1,6 +1,5 @@
 #include <google/protobuf/util/time_util.h>
 
-#include "proto/checksum/checksum.h"
 #include "server/convert/convert.h"
 #include "server/convert/price.h"
 #include "server/convert/scene_view.h"
@@ -36,10 +35,6 @@ void write_scene(const Session& session, const Resolution& resolution, v1::Scene
   if (resolution.choice) to_proto(session.scene(), *resolution.choice, out->mutable_choice());
 }
 
-void write_checksum(const v1::SessionView& view, v1::Session* out) {
-  if (view.checksum()) out->set_checksum(wire::checksum(*out));
-}
-
 }  // namespace
 
 void to_proto(const Scene& scene, const ChosenMethod& choice, v1::Choice* out) {
@@ -60,7 +55,6 @@ void to_proto(const Session& session, const Resolution& resolution, const Regist
   for (const std::string& warning : session.warnings()) out->add_warnings(warning);
   to_proto(session.work(0, 1), sample_bytes(session, session.default_fields()),
            v1::PRICE_BOUND_EXPECTED, session.simulation_bytes(), out->mutable_step_price());
-  write_checksum(view, out);
 }
 
 bool shows_scenes(const v1::SessionView& view) {
@@ -72,7 +66,6 @@ void to_list(const Session& session, const Registry& registry, const v1::Session
   stop_point();
   if (shows_scenes(view)) return to_proto(session, session.resolution(), registry, view, out);
   write_heading(session, registry, out);
-  write_checksum(view, out);
 }
 
 }  // namespace stiefel::server

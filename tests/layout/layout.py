@@ -40,7 +40,7 @@ TEXT = {"engine/linalg/arithmetic/to_text.h", "engine/simulation/scene/near_name
 
 ENGINE_FOLDERS = [folder for line in ENGINE for folder in line]
 PUBLIC, CLIENT = r"stiefel/[a-z_]+\.h", r"stiefel/client/.*"
-PROTO = r"(stiefel/v1|proto)/.*"
+PROTO = r"stiefel/v1/.*"
 FAILPOINT = r"server/limits/failpoint\.h"
 # The internal headers of the engine that a folder of the server may include, in addition to the public ones. A new line
 # here is a decision: prefer what a public header offers.

@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "engine/linalg/arithmetic/to_text.h"
-#include "proto/checksum/checksum.h"
 #include "server/convert/checks/door.h"
 #include "server/convert/convert.h"
 #include "server/convert/diagnosis/parts.h"
@@ -100,10 +99,6 @@ grpc::Status DiagnoseTask::answer(const Session& session, const Cursor& cursor,
   if (task.estimates_error())
     estimate(scene, now, task.estimate_error, stop, response->mutable_estimated_error());
   check_at_the_door(is_finite(*response), response->mutable_run_status());
-  if (task.checksum) {
-    response->set_checksum(wire::checksum(*response));
-    response->set_details_checksum(wire::details_checksum(*response));
-  }
   return grpc::Status::OK;
 }
 

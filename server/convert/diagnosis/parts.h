@@ -36,7 +36,6 @@ struct DiagnoseTask::Parts {
   bool large = false;  ///< the scene is so large that each invariant is work
   v1::ErrorEstimation estimate_error = v1::ERROR_ESTIMATION_UNSPECIFIED;
   std::size_t max_invariants = 0;
-  bool checksum = false;
 
   bool estimates_error() const { return estimate_error != v1::ERROR_ESTIMATION_UNSPECIFIED; }
 };

@@ -5,7 +5,6 @@
 #include <utility>
 #include <vector>
 
-#include "proto/checksum/checksum.h"
 #include "server/convert/checks/door.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
@@ -157,7 +156,6 @@ bool SummarizeAnswer::next(v1::SummarizeResponse& message) {
       status.set_message(to_sentence(summary_->status(), session_->scene(), summary_->rate()));
     check_at_the_door(finite_, &status);
   }
-  if (request_.checksum()) message.set_checksum(wire::checksum(message));
   return last;
 }
 
