@@ -10,7 +10,6 @@ from typing import Any, Mapping, Union
 
 import numpy as np
 from google.protobuf import json_format
-from numpy.typing import NDArray
 
 from stiefel import v1 as pb
 from stiefel._given.mappings import parse

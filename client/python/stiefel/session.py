@@ -210,7 +210,8 @@ class Session:
                 reply = self._recreation.call("ForkSession", request, deadline.left())
             if run_status(reply.run_status).outcome != Outcome.REACHED:
                 raise FailedPrecondition(f"step {at} cannot be reached: {reply.run_status.message}")
-            forked = Session(self._connection, described(reply.session, request.session_id), reply.created, self.resolved(), owner=True)
+            described(reply.session, request.session_id)
+            forked = Session(self._connection, reply.session, reply.created, self.resolved(), owner=True)
             try:
                 # The server resolved the fork's scene. With all of it the handle can create the session again elsewhere;
                 # until then only this session can make a lost fork again.

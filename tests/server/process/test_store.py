@@ -1,7 +1,6 @@
 """The file of --store: on a full disk, beside a second server, from a backup."""
 import os
 import resource
-import shutil
 import sqlite3
 import subprocess
 
